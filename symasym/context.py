@@ -1,0 +1,38 @@
+"""mpmath contexts of our own: the caller's precision is never read or changed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+_local = threading.local()
+
+
+@contextmanager
+def own_context(dps: int) -> Iterator[Any]:
+    """An mpmath context private to this thread, at `dps` digits while the block runs."""
+    stack = getattr(_local, "stack", None)
+    if stack is None:
+        stack = _local.stack = []
+    # Making a context takes a millisecond, so finished ones are kept for the next caller.
+    if stack:
+        context = stack.pop()
+    else:
+        from mpmath.ctx_mp import MPContext
+
+        context = MPContext()
+    context.dps = dps
+    try:
+        yield context
+    finally:
+        stack.append(context)
+
+
+def to_mpf(value: Any, dps: int) -> Any:
+    """`value`, of any mpmath context, as the caller's kind of mpf, rounded to `dps` digits."""
+    import mpmath
+
+    rounded = mpmath.libmp.mpf_pos(value._mpf_, mpmath.libmp.dps_to_prec(dps), "n")
+    return mpmath.mp.make_mpf(rounded)

@@ -1,0 +1,487 @@
+"""The scaled drift of a smoothed switch, phi(u): what every quantity is asked of."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+
+from symasym import models
+from symasym.arithmetic import NumpyOps, SympyOps, integer_power
+from symasym.errors import InputError, RegionError
+from symasym.inputs import FloatArray, exact, float_text, floats, is_array
+
+__all__ = ["Drift", "hill", "linear", "polynomial", "sine", "tanh"]
+
+_NUMPY = NumpyOps()
+
+
+class Drift:
+    """The scaled drift: a- for u <= -1, A(u) on [-1, 1], a+ for u >= 1 (eq:phi).
+
+    Parameters
+    ----------
+    A : SymPy expression or str
+        Analytic and real on [-1, 1]. In a string, decimals are exact: ``"0.4"``
+        is 2/5. Its symbols other than `u` are parameters, set with `bind`.
+    u : SymPy Symbol or str, optional
+        The scaled position. Default: the symbol named ``u``.
+    a_minus, a_plus : SymPy expression or number, optional
+        The drift outside, A(-1) and A(1) when left out. They are compared
+        exactly with A(-1) and A(1) (eq:cont).
+
+    Raises
+    ------
+    InputError
+        If A jumps at u = -1 or 1, is singular or complex on [-1, 1], or is made
+        of functions that are not analytic.
+
+    Notes
+    -----
+    All quantities are scaled: u = y/eps, and the drift is that of eq:phi.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> drift = sa.Drift("1/2 - u + b*u**3").bind(b="3/4")
+    >>> drift.region
+    'crossing'
+    >>> drift(0)
+    0.5
+    """
+
+    def __init__(self, A: Any, u: Any = None, a_minus: Any = None, a_plus: Any = None) -> None:
+        from symasym import expressions
+
+        self._model: models.Model = expressions.read(A, u, a_minus, a_plus)
+        self._values: dict[str, Any] = {}
+        self._check()
+
+    @classmethod
+    def of(cls, model: models.Model, **values: Any) -> Self:
+        """A drift from a model of `symasym.models`, with those parameters bound that are given."""
+        drift = cls.__new__(cls)
+        drift._model, drift._values = model, {}
+        return drift.bind(**{name: value for name, value in values.items() if value is not None})
+
+    # -- parameters ------------------------------------------------------------------------
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of all parameters, bound or free."""
+        return self._model.parameters
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the parameters that have no value yet."""
+        return tuple(name for name in self.parameters if name not in self._values)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The bound parameters: Fraction, or a float64 array."""
+        return dict(self._values)
+
+    @property
+    def name(self) -> str:
+        """Name of the model, e.g. ``"friction"``."""
+        return self._model.name
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Common shape of the parameters: () unless some are arrays."""
+        return np.broadcast_shapes(*(np.shape(v) for v in self._values.values() if is_array(v)))
+
+    def bind(self, **values: Any) -> Self:
+        """A new drift with these parameters set.
+
+        Parameters
+        ----------
+        **values : number or array_like
+            Numbers are taken exactly (see `symasym.inputs.exact`); arrays become
+            float64 and broadcast together.
+
+        Raises
+        ------
+        InputError
+            For an unknown name or a value that is no finite real number, or
+            arrays whose shapes do not broadcast.
+        """
+        bound = dict(self._values)
+        for name, value in values.items():
+            if name not in self.parameters:
+                known = ", ".join(self.parameters) or "none at all"
+                raise InputError(
+                    f"{name} is no parameter of this drift; its parameters are {known}."
+                )
+            bound[name] = floats(name, value) if is_array(value) else exact(name, value)
+        drift = type(self).__new__(type(self))
+        drift._model, drift._values = self._model, bound
+        try:
+            _ = drift.shape
+        except ValueError:
+            shapes = ", ".join(f"{k} {np.shape(v)}" for k, v in bound.items() if is_array(v))
+            raise InputError(
+                f"the parameters' shapes do not broadcast ({shapes}); give arrays of one shape."
+            ) from None
+        drift._check()
+        return drift
+
+    def _check(self) -> None:
+        """Refuse values at which A is not analytic on [-1, 1]."""
+        if self.free or self.shape or isinstance(self._model, models.Polynomial):
+            return
+        if isinstance(self._model, models.Expression):
+            from symasym import expressions
+
+            expressions.check_regular(self._model, self._values)
+
+    def scalars(self) -> dict[str, Fraction]:
+        """The exact parameter values; an error if some are free or arrays."""
+        self.require_bound()
+        for name, value in self._values.items():
+            if is_array(value):
+                raise InputError(
+                    f"{name} is an array, which works in float64 only; "
+                    "leave dps and full out, or pass one value at a time."
+                )
+        return self._values
+
+    def require_bound(self) -> None:
+        """Raise unless every parameter has a value."""
+        if self.free:
+            names = ", ".join(self.free)
+            example = f"{self.free[0]}=…"
+            raise InputError(
+                f"the drift's parameters {names} have no value; set them with bind({example})."
+            )
+
+    # -- values ----------------------------------------------------------------------------
+
+    def evaluate(self, u: Any, ops: Any) -> Any:
+        """A(u) in the arithmetic of `ops` (see `symasym.arithmetic`); scalar parameters only."""
+        values = {name: ops.rational(value) for name, value in self.scalars().items()}
+        return self._model.evaluate(u, values, ops)
+
+    def evaluate_float(self, u: FloatArray, values: dict[str, FloatArray] | None = None) -> Any:
+        """A(u) in float64 with the parameters broadcast against `u`; no bounds are checked."""
+        if values is None:
+            self.require_bound()
+            values = {name: np.asarray(v, dtype=np.float64) for name, v in self._values.items()}
+        return self._model.evaluate(u, values, _NUMPY)
+
+    def coefficients(self, values: dict[str, Any], ops: Any) -> list[Any] | None:
+        """Coefficients of A in ascending powers, in the arithmetic of `values`; None if none."""
+        return self._model.coefficients(values, ops)
+
+    def exact_coefficients(self) -> list[Fraction] | None:
+        """Rational coefficients of A in ascending powers; None if A is no such polynomial."""
+        try:
+            found = self._model.coefficients(self.scalars(), FractionOps())
+        except _NotRational:
+            return None
+        if found is None:
+            return None
+        result = [Fraction(c) for c in found]
+        while len(result) > 1 and result[-1] == 0:
+            result.pop()
+        return result
+
+    def exact_value(self, u: Fraction) -> Fraction | None:
+        """A(u) where it is rational and every operation on the way is, else None."""
+        try:
+            return Fraction(self._model.evaluate(u, self.scalars(), FractionOps()))
+        except _NotRational:
+            return None
+
+    def __call__(self, u: Any) -> Any:
+        """phi(u) in float64, a- and a+ included (eq:phi).
+
+        Parameters
+        ----------
+        u : float or array_like
+            Scaled position, broadcast with the parameters.
+        """
+        position = floats("u", u)
+        result = np.asarray(self.evaluate_float(np.clip(position, -1.0, 1.0)), dtype=np.float64)
+        result = np.broadcast_to(result, np.broadcast_shapes(position.shape, self.shape))
+        return float(result) if result.ndim == 0 else result.copy()
+
+    # -- region ----------------------------------------------------------------------------
+
+    @cached_property
+    def ends(self) -> tuple[Any, Any]:
+        """(a-, a+): Fractions where rational, else floats; arrays for array parameters."""
+        self.require_bound()
+        if self.shape:
+            return tuple(
+                np.broadcast_to(self.evaluate_float(np.asarray(x)), self.shape) for x in (-1.0, 1.0)
+            )  # type: ignore[return-value]
+        found = []
+        for x in (Fraction(-1), Fraction(1)):
+            value = self.exact_value(x)
+            found.append(float(self._accurate(x)) if value is None else value)
+        return found[0], found[1]
+
+    def _accurate(self, u: Fraction) -> Any:
+        """A(u) to 50 digits."""
+        from symasym.context import own_context
+        from symasym.arithmetic import MpmathOps
+
+        with own_context(60) as context:
+            ops = MpmathOps(context)
+            return self.evaluate(ops.rational(u), ops)
+
+    @property
+    def region(self) -> Any:
+        """The paper's table of section 4: ``"crossing"``, ``"sliding"`` or ``"repelling sliding"``.
+
+        An array of these where parameters are arrays. `crossing` holds for both
+        directions; the sign of a+ is the direction.
+
+        Raises
+        ------
+        RegionError
+            At a tangency, a- = 0 or a+ = 0, where the table has no entry.
+        """
+        a_minus, a_plus = self.ends
+        if not self.shape:
+            return _region(a_minus, a_plus)
+        flat = [_region(x, y) for x, y in zip(a_minus.ravel(), a_plus.ravel(), strict=True)]
+        return np.array(flat).reshape(self.shape)
+
+    # -- landscape and symbols ---------------------------------------------------------------
+
+    def expression(self) -> Any:
+        """A(u) as a SymPy expression, bound scalar parameters put in."""
+        import sympy
+
+        values = {
+            name: sympy.Symbol(name, real=True)
+            if name in self.free or is_array(self._values[name])
+            else SympyOps().rational(self._values[name])
+            for name in self.parameters
+        }
+        if isinstance(self._model, models.Expression):
+            symbols = {s: values[s.name] for s in self._model.formula.free_symbols if s.name in values}
+            symbols.pop(self._model.u, None)
+            formula = self._model.formula.subs(symbols)
+            return formula.subs(self._model.u, sympy.Symbol("u", real=True))
+        return self._model.evaluate(sympy.Symbol("u", real=True), values, SympyOps())
+
+    def phi(self) -> Any:
+        """phi(u) as a SymPy Piecewise in the real symbol ``u`` (eq:phi)."""
+        from symasym import expressions
+
+        return expressions.phi(self.expression())
+
+    def potential(self) -> Any:
+        """V(u) as a SymPy Piecewise in the real symbol ``u`` (eq:V2).
+
+        The middle piece is an unevaluated Integral where SymPy finds no closed
+        form; `potential_at` gives its numbers in any case.
+        """
+        from symasym import expressions
+
+        return expressions.potential(self.expression())
+
+    def potential_at(self, u: Any) -> Any:
+        """V(u) in float64 (eq:V), with V(-1) = 0, by quadrature of the drift.
+
+        Parameters
+        ----------
+        u : float or array_like
+            Scaled position, broadcast with the parameters.
+        """
+        from symasym.landscape import potential_at
+
+        return potential_at(self, floats("u", u))
+
+    def critical_points(self) -> list[Any]:
+        """Zeros of A in (-1, 1), left to right, with multiplicity and stability.
+
+        Returns
+        -------
+        list of symasym.landscape.CriticalPoint
+        """
+        from symasym.landscape import critical_points
+
+        return critical_points(self)
+
+    def wells(self) -> list[Any]:
+        """Local minima of V in (-1, 1), left to right, as critical points."""
+        return [point for point in self.critical_points() if point.kind == "well"]
+
+    def barriers(self) -> list[Any]:
+        """Local maxima of V in (-1, 1), left to right, as critical points."""
+        return [point for point in self.critical_points() if point.kind == "barrier"]
+
+    def __repr__(self) -> str:
+        shown = []
+        for name in self.parameters:
+            value = self._values.get(name)
+            if value is None:
+                shown.append(name)
+            elif is_array(value):
+                shown.append(f"{name}=array{value.shape}")
+            else:
+                shown.append(f"{name}={value}")
+        if isinstance(self._model, models.Expression):
+            shown.insert(0, str(self._model.formula))
+        return f"{self._model.name}({', '.join(shown)})"
+
+
+class _NotRational(Exception):
+    """A formula left the rationals."""
+
+
+class FractionOps:
+    """Exact rationals; anything transcendental leaves them."""
+
+    def rational(self, value: Fraction) -> Fraction:
+        return value
+
+    def pi(self) -> Any:
+        raise _NotRational
+
+    def power(self, base: Any, exponent: Fraction) -> Any:
+        if exponent.denominator == 1:
+            power = integer_power(base, abs(exponent.numerator))
+            return power if exponent > 0 else 1 / power
+        raise _NotRational
+
+    def __getattr__(self, name: str) -> Any:
+        def leave(*_: Any) -> Any:
+            raise _NotRational
+
+        return leave
+
+
+def _region(a_minus: Any, a_plus: Any) -> str:
+    for name, value in (("a-", a_minus), ("a+", a_plus)):
+        if value == 0:
+            raise RegionError(
+                f"{name} is 0, a tangency, which the paper's table of regions leaves out; "
+                "change a parameter, or ask for a quantity that needs no region."
+            )
+    if (a_minus > 0) == (a_plus > 0):
+        return "crossing"
+    return "sliding" if a_minus > 0 else "repelling sliding"
+
+
+def linear(a_minus: Any = None, a_plus: Any = None) -> Drift:
+    """The linear smoothing from a- to a+, which reproduces Filippov's convention.
+
+    Parameters
+    ----------
+    a_minus, a_plus : number or array_like, optional
+        Scaled drift outside; left out, they stay free.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> sa.linear(1, -2).region
+    'sliding'
+    """
+    return Drift.of(models.Linear(), a_minus=a_minus, a_plus=a_plus)
+
+
+def polynomial(*coefficients: Any, **named: Any) -> Drift:
+    """A(u) = c0 + c1 u + c2 u^2 + ...
+
+    Parameters
+    ----------
+    *coefficients : number or array_like
+        In ascending powers of u.
+    **named : number or array_like
+        The same by name, ``c0=…, c2=…``; those between that are left out are 0.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> sa.polynomial(1, "-1/2", 0, 2)(1)
+    2.5
+    """
+    if bool(coefficients) == bool(named):
+        raise InputError("polynomial takes its coefficients c0, c1, … either in order or by name.")
+    if named:
+        for name in named:
+            if not (name[:1] == "c" and name[1:].isdigit()):
+                raise InputError(f"{name} is no coefficient; name them c0, c1, c2, ….")
+        degree = max(int(name[1:]) for name in named)
+        coefficients = tuple(named.get(f"c{k}", 0) for k in range(degree + 1))
+    model = models.Polynomial(len(coefficients) - 1)
+    return Drift.of(model, **dict(zip(model.parameters, coefficients, strict=True)))
+
+
+def sine(a_minus: Any = None, a_plus: Any = None, b: Any = None, *, waves: int = 1) -> Drift:
+    """The linear smoothing plus b sin(waves pi u): up to 2 `waves` wells and barriers.
+
+    Parameters
+    ----------
+    a_minus, a_plus, b : number or array_like, optional
+        Left out, they stay free.
+    waves : int
+        Full waves over [-1, 1], at least 1.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> len(sa.sine(1, 1, 4, waves=2).wells())
+    2
+    """
+    model = models.Sine(models.check_count("waves", waves))
+    return Drift.of(model, a_minus=a_minus, a_plus=a_plus, b=b)
+
+
+def tanh(a_minus: Any = None, a_plus: Any = None, steepness: Any = None) -> Drift:
+    """A sigmoid, tanh(steepness u) scaled so that it meets a- and a+ exactly.
+
+    Parameters
+    ----------
+    a_minus, a_plus : number or array_like, optional
+        Scaled drift outside; left out, they stay free.
+    steepness : number or array_like, optional
+        Greater than 0.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> sa.tanh(1, -1, 5)(0)
+    0.0
+    """
+    if steepness is not None:
+        _require_positive("steepness", steepness)
+    return Drift.of(models.Tanh(), a_minus=a_minus, a_plus=a_plus, steepness=steepness)
+
+
+def hill(a_minus: Any = None, a_plus: Any = None, K: Any = None, *, n: int = 4) -> Drift:
+    """A Hill-function switch on [-1, 1]: x^n (1 + K^n)/(K^n + x^n) of x = (1+u)/2.
+
+    Parameters
+    ----------
+    a_minus, a_plus : number or array_like, optional
+        Scaled drift outside; left out, they stay free.
+    K : number or array_like, optional
+        Half-saturation in units of x, greater than 0.
+    n : int
+        Hill exponent, a whole number of at least 1 (others are not smooth at x = 0).
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> sa.hill(0.5, -1, K="1/2", n=2)(-1)
+    0.5
+    """
+    if K is not None:
+        _require_positive("K", K)
+    return Drift.of(models.Hill(models.check_count("n", n)), a_minus=a_minus, a_plus=a_plus, K=K)
+
+
+def _require_positive(name: str, value: Any) -> None:
+    if is_array(value):
+        if (floats(name, value) <= 0).any():
+            raise InputError(f"{name} has an entry of at most 0; it must be greater than 0.")
+    elif (number := exact(name, value)) <= 0:
+        raise InputError(f"{name} is {float_text(number)}; it must be greater than 0.")

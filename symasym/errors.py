@@ -1,0 +1,29 @@
+"""The family of errors that symasym raises.
+
+Every message is one sentence that names the value, the rule it broke, and
+what to do about it.
+"""
+
+
+class SymasymError(Exception):
+    """Base of every error that symasym raises on purpose."""
+
+
+class InputError(SymasymError, ValueError):
+    """An argument is outside what the function takes."""
+
+
+class RegionError(InputError):
+    """The quantity asked for does not exist in the drift's region."""
+
+
+class AccuracyError(SymasymError, ArithmeticError):
+    """The digits asked for cannot be promised by the method that was chosen."""
+
+
+class RangeError(AccuracyError, OverflowError):
+    """The value does not fit the number type asked for (``log=True`` always fits)."""
+
+
+class OutputError(SymasymError, OSError):
+    """A result cannot be written; what was there before is untouched."""

@@ -1,0 +1,375 @@
+"""float64 values of the exact integrals, for many scenes at once.
+
+With s = exp(lam V) and S(x) = int_{-r}^x s, a sweep from the left carries
+sigma = S/s, whose inverse is the rate of the scale function, and w, the time
+per unit of that rate. From the left (L) and, mirrored, from the right (R),
+
+    T = (w_L + w_R)/(1/sigma_L + 1/sigma_R),    C = 1/(1 + sigma_L/sigma_R),
+
+which is eq:Ttilde with eq:C, every term positive (docs/exact.md derives it).
+Panels are sampled where lam V varies by a few units and replaced by their
+layers where it varies by hundreds, so the cost does not grow with lam.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from symasym.exact import panels
+from symasym.exact.fields import Field, IntArray
+from symasym.exact.panels import REACH, SLOWNESS, Moments
+from symasym.inputs import FloatArray
+
+_SAMPLES_PER_BLOCK = 32  # panels merged before the log domain is entered: e^(32 REACH) < 1e112
+_PANELS_AT_ONCE = 8192  # 1 MiB per array of nodes stays in cache
+_DEEPEST = 90  # bisections
+
+
+class Sweep(NamedTuple):
+    """Result of sweeps from the left: logarithms of sigma and w; `failed` marks those given up."""
+
+    log_sigma: FloatArray
+    log_w: FloatArray
+    failed: np.ndarray
+
+
+class _Blocks(NamedTuple):
+    """Intervals [t0, t1] about `anchor` (index of a Taylor expansion; -1: t is u itself)."""
+
+    scene: IntArray
+    part: IntArray
+    anchor: IntArray
+    t0: FloatArray
+    t1: FloatArray
+
+    def take(self, index: np.ndarray) -> _Blocks:
+        return _Blocks(*(field[index] for field in self))
+
+
+class _Anchors(NamedTuple):
+    centre: FloatArray
+    scene: IntArray
+    coefficients: FloatArray
+    radius: FloatArray
+
+
+def sweep(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray, free: bool) -> Sweep:
+    """Sweep every scene of `field` from `start` to `end`.
+
+    Parameters
+    ----------
+    field : Field
+    lam, start, end : arrays of shape (scenes,)
+        `start` is -r, where the process is absorbed, or -inf with `free`.
+    free : bool
+        No absorption: w alone, as for a stationary density (needs a- > 0).
+    """
+    outside = _outer_left(field, lam, start, end, free)
+    blocks, anchors = _partition(field, lam, np.maximum(start, -1.0), np.minimum(end, 1.0))
+    records, failed = _records(field, lam, blocks, anchors)
+    right = np.flatnonzero(end > 1.0)
+    beyond = panels.constant(lam[right] * field.a_plus[right], end[right] - np.maximum(1.0, start[right]))
+    scene = np.concatenate((outside[0], records[0], right))
+    part = np.concatenate(
+        (np.full(len(outside[0]), -1), records[1], np.full(len(right), np.iinfo(np.intp).max))
+    )
+    position = np.concatenate((np.zeros(len(outside[0])), records[2], np.zeros(len(right))))
+    moments = Moments(*(np.concatenate(m) for m in zip(outside[1], records[3], beyond, strict=True)))
+    order = np.lexsort((position, part, scene))
+    log_sigma, log_w = _compose(scene[order], Moments(*(m[order] for m in moments)), lam, field, free)
+    bad = failed | ~np.isfinite(log_w) | np.isnan(log_sigma)
+    return Sweep(log_sigma, log_w, bad)
+
+
+def _outer_left(
+    field: Field, lam: FloatArray, start: FloatArray, end: FloatArray, free: bool
+) -> tuple[IntArray, Moments]:
+    if free:
+        # From -inf, w starts at 1/a-; only what lies left of an `end` < -1 is cut off.
+        chosen = np.flatnonzero(end < -1.0)
+        return chosen[:0], panels.constant(np.empty(0), np.empty(0))
+    chosen = np.flatnonzero(start < -1.0)
+    width = np.minimum(end[chosen], -1.0) - start[chosen]
+    return chosen, panels.constant(lam[chosen] * field.a_minus[chosen], width)
+
+
+def _partition(
+    field: Field, lam: FloatArray, lo: FloatArray, hi: FloatArray
+) -> tuple[_Blocks, _Anchors]:
+    """First blocks of each scene's part of [-1, 1], and the expansions they are taken about."""
+    inside = np.flatnonzero(hi > lo)
+    grid = np.linspace(0.0, 1.0, 17)
+    points = lo[inside, None] + (hi - lo)[inside, None] * grid
+    variation = lam[inside] * np.abs(field.phi(inside, points)).mean(axis=1) * (hi - lo)[inside]
+    # Rounding of phi enters the exponent as lam * size * 1e-16.
+    mild = (variation < 150 * REACH) & (lam[inside] * field.size()[inside] < 5e3)
+    easy, hard = inside[mild], inside[~mild]
+    first = _even_blocks(easy, lo, hi)
+    if not hard.size:
+        empty = np.empty(0, dtype=np.intp)
+        return first, _Anchors(np.empty(0), empty, np.empty((0, 1)), np.empty(0))
+    graded, anchors = _graded_blocks(field, lam, hard, lo, hi)
+    return _Blocks(*(np.concatenate(f) for f in zip(first, graded, strict=True))), anchors
+
+
+def _even_blocks(scene: IntArray, lo: FloatArray, hi: FloatArray) -> _Blocks:
+    pieces = 8
+    edges = np.linspace(0.0, 1.0, pieces + 1)
+    t = lo[scene, None] + (hi - lo)[scene, None] * edges
+    t[:, -1] = hi[scene]
+    n = len(scene)
+    return _Blocks(
+        np.repeat(scene, pieces),
+        np.zeros(n * pieces, dtype=np.intp),
+        np.full(n * pieces, -1, dtype=np.intp),
+        t[:, :-1].ravel(),
+        t[:, 1:].ravel(),
+    )
+
+
+def _graded_blocks(
+    field: Field, lam: FloatArray, scene: IntArray, lo: FloatArray, hi: FloatArray
+) -> tuple[_Blocks, _Anchors]:
+    """Blocks that shrink by halves towards the ends and the zeros of A.
+
+    Their widths are measured from the nearest of these points, not from u = 0,
+    so that a layer of width 1e-9 is resolved to full relative precision.
+    """
+    low, high = lo[scene, None], hi[scene, None]
+    zeros = field.zeros(scene)
+    zeros = np.where((zeros > low) & (zeros < high), zeros, np.nan)
+    marks = np.sort(np.concatenate((low, zeros, high), axis=1), axis=1)  # nan last
+    marks[:, 1:][marks[:, 1:] == marks[:, :-1]] = np.nan
+    marks = np.sort(marks, axis=1)
+    known = np.isfinite(marks)
+    index = np.full(marks.shape, -1, dtype=np.intp)
+    index[known] = np.arange(known.sum())
+    owner = np.broadcast_to(scene[:, None], marks.shape)[known]
+    coefficients, radius = field.taylor(owner, marks[known])
+    anchors = _Anchors(marks[known], owner, coefficients, radius)
+
+    row, column = np.nonzero(known[:, :-1] & known[:, 1:])
+    left, right = index[row, column], index[row, column + 1]
+    half = (anchors.centre[right] - anchors.centre[left]) / 2
+    halves = [(left, half, 2 * column, False), (right, half, 2 * column + 1, True)]
+    # Down to where even the steepest drift moves lam V by less than a panel.
+    steepest = lam[scene[row]] * np.maximum(field.size()[scene[row]], 1e-300)
+    levels = np.clip(np.ceil(np.log2(np.maximum(half * steepest / REACH, 1.0))), 1, 120) + 1
+    chosen = []
+    for anchor, length, part, from_right in halves:
+        count = _levels_needed(anchors, anchor, lam[scene[row]], length, levels, from_right)
+        which = np.repeat(np.arange(len(anchor)), count)
+        k = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+        outer = np.ldexp(length[which], -k.astype(np.int64))
+        inner = np.where(k == count[which] - 1, 0.0, outer / 2)
+        t0, t1 = (-outer, -inner) if from_right else (inner, outer)
+        chosen.append(_Blocks(scene[row][which], part[which], anchor[which], t0, t1))
+    return _Blocks(*(np.concatenate(f) for f in zip(*chosen, strict=True))), anchors
+
+
+def _levels_needed(
+    anchors: _Anchors,
+    anchor: IntArray,
+    lam: FloatArray,
+    length: FloatArray,
+    most: FloatArray,
+    from_right: bool,
+) -> IntArray:
+    """Halvings until the innermost block is one sampled panel."""
+    c = np.abs(anchors.coefficients[anchor])
+    count = np.ones(len(anchor), dtype=np.intp)
+    t = length.copy()
+    active = np.ones(len(anchor), dtype=bool)
+    for _ in range(int(most.max())):
+        bound = np.zeros_like(t)
+        for k in range(c.shape[1] - 1, -1, -1):
+            bound = bound * t + c[:, k]
+        active = active & (lam * bound * t > REACH) & (count < most)
+        if not active.any():
+            break
+        count[active] += 1
+        t = np.where(active, t / 2, t)
+    return count
+
+
+def _phi(field: Field, blocks: _Blocks, anchors: _Anchors, nodes: FloatArray) -> FloatArray:
+    """Drift at the nodes (fractions of the width) of each block."""
+    t = blocks.t0[:, None] + (blocks.t1 - blocks.t0)[:, None] * nodes
+    direct = blocks.anchor < 0
+    if direct.all():
+        return field.phi(blocks.scene, t)
+    result = np.empty_like(t)
+    far = np.maximum(np.abs(blocks.t0), np.abs(blocks.t1)) > np.where(
+        direct, np.inf, anchors.radius[blocks.anchor]
+    )
+    near = ~direct & ~far
+    if direct.any():
+        result[direct] = field.phi(blocks.scene[direct], t[direct])
+    if far.any():
+        u = anchors.centre[blocks.anchor[far], None] + t[far]
+        result[far] = field.phi(blocks.scene[far], u)
+    if near.any():
+        c = anchors.coefficients[blocks.anchor[near]]
+        x = t[near]
+        total = np.broadcast_to(c[:, -1:], x.shape)
+        for k in range(c.shape[1] - 2, -1, -1):
+            total = total * x + c[:, k : k + 1]
+        result[near] = total
+    return result
+
+
+_Records = tuple[IntArray, IntArray, FloatArray, Moments]
+
+
+def _records(
+    field: Field, lam: FloatArray, blocks: _Blocks, anchors: _Anchors
+) -> tuple[_Records, np.ndarray]:
+    """Moments of all blocks, bisecting those that are neither slow nor few panels."""
+    failed = np.zeros(len(lam), dtype=bool)
+    done: list[_Records] = []
+    for depth in range(_DEEPEST + 1):
+        kept = [blocks.take(np.arange(0))]
+        for low in range(0, len(blocks.scene), _PANELS_AT_ONCE):
+            chunk = blocks.take(slice(low, low + _PANELS_AT_ONCE))
+            kept.append(_digest(field, lam, chunk, anchors, done))
+        blocks = _Blocks(*(np.concatenate(f) for f in zip(*kept, strict=True)))
+        if not blocks.scene.size:
+            break
+        if depth == _DEEPEST:
+            failed[blocks.scene] = True
+            break
+        middle = (blocks.t0 + blocks.t1) / 2
+        blocks = _Blocks(
+            np.tile(blocks.scene, 2),
+            np.tile(blocks.part, 2),
+            np.tile(blocks.anchor, 2),
+            np.concatenate((blocks.t0, middle)),
+            np.concatenate((middle, blocks.t1)),
+        )
+    if not done:
+        empty = np.empty(0, dtype=np.intp)
+        return (empty, empty, np.empty(0), Moments(*(np.empty(0),) * 4)), failed
+    scene, part, position, moments = zip(*done, strict=True)
+    joined = Moments(*(np.concatenate(m) for m in zip(*moments, strict=True)))
+    return (np.concatenate(scene), np.concatenate(part), np.concatenate(position), joined), failed
+
+
+def _digest(
+    field: Field, lam: FloatArray, blocks: _Blocks, anchors: _Anchors, done: list[_Records]
+) -> _Blocks:
+    """Append the moments of the blocks that are ready to `done`; return the others."""
+    rule = panels.lobatto()
+    h = blocks.t1 - blocks.t0
+    phi = _phi(field, blocks, anchors, rule.nodes)
+    lam_phi = lam[blocks.scene][:, None] * phi
+    size = np.abs(phi).max(axis=1)
+    lam_h = lam[blocks.scene] * h
+    slowly = _is_slow(phi, lam_phi, h)
+    count = np.maximum(np.ceil(lam_h * size / REACH), 1.0)
+    # The n-th Chebyshev coefficient shrinks by count^n when the block is cut into panels.
+    rough = np.abs(phi @ _tail_of().T).max(axis=1) / count**8
+    few = ~slowly & (count <= _SAMPLES_PER_BLOCK) & (lam_h * rough <= 4e-14 * count)
+    if slowly.any():
+        chosen = blocks.take(slowly)
+        done.append(
+            (chosen.scene, chosen.part, chosen.t0, panels.slow(lam_phi[slowly], h[slowly]))
+        )
+    if few.any():
+        chosen = blocks.take(few)
+        moments = _sampled_blocks(field, lam, chosen, anchors, count[few].astype(np.intp))
+        done.append((chosen.scene, chosen.part, chosen.t0, moments))
+    return blocks.take(~(slowly | few))
+
+
+def _is_slow(phi: FloatArray, lam_phi: FloatArray, h: FloatArray) -> np.ndarray:
+    """Where the slow series of `panels.slow` holds to rounding."""
+    low, high = phi.min(axis=1), phi.max(axis=1)
+    candidate = (low > 0) | (high < 0)
+    smallest = np.abs(lam_phi).min(axis=1)
+    candidate &= smallest * h > 40.0
+    if not candidate.any():
+        return candidate
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        slope = np.abs(lam_phi[candidate] @ panels.lobatto().differentiate.T) / h[candidate, None]
+        # lam phi^2/|phi'| in terms of lam phi, kept from overflowing
+        ratio = (slope / lam_phi[candidate]) / lam_phi[candidate]
+        inverse = np.abs(lam_phi[candidate]).min(axis=1, keepdims=True) / lam_phi[candidate]
+        tail = np.abs(inverse @ _tail_of().T).max(axis=1)
+    good = (np.abs(ratio).max(axis=1) * SLOWNESS < 1) & (tail < 1e-10)
+    candidate[candidate] = good
+    return candidate
+
+
+def _tail_of() -> FloatArray:
+    """Matrix from values at the Lobatto nodes to the last two Chebyshev coefficients."""
+    n = panels.NODES
+    j = np.arange(n + 1)
+    weights = np.ones(n + 1)
+    weights[0] = weights[-1] = 0.5
+    rows = [2 / n * weights * np.cos(np.pi * k * (n - j) / n) for k in (n - 1, n)]
+    return np.array(rows)
+
+
+def _sampled_blocks(
+    field: Field, lam: FloatArray, blocks: _Blocks, anchors: _Anchors, count: IntArray
+) -> Moments:
+    """Blocks cut into `count` panels each, whose records are merged pairwise."""
+    owner = np.repeat(np.arange(len(count)), count)
+    k = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+    width = (blocks.t1 - blocks.t0) / count
+    t0 = blocks.t0[owner] + k * width[owner]
+    pieces = _Blocks(
+        blocks.scene[owner], blocks.part[owner], blocks.anchor[owner], t0, t0 + width[owner]
+    )
+    found = []
+    rule = panels.gauss()
+    for low in range(0, len(owner), _PANELS_AT_ONCE):
+        chunk = pieces.take(slice(low, low + _PANELS_AT_ONCE))
+        h = width[owner[low : low + _PANELS_AT_ONCE]]
+        scale = (lam[chunk.scene] * h)[:, None]
+        found.append(panels.sampled(scale * _phi(field, chunk, anchors, rule.nodes), h))
+    moments = Moments(*(np.concatenate(m) for m in zip(*found, strict=True)))
+    return panels.merge(moments, k, count[owner])
+
+
+def _compose(
+    scene: IntArray, moments: Moments, lam: FloatArray, field: Field, free: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Carry sigma and w through each scene's records, in order, in the log domain."""
+    total = len(lam)
+    count = np.bincount(scene, minlength=total)
+    by_count = np.argsort(-count, kind="stable")
+    first = np.cumsum(count) - count
+    log_lam = np.log(lam[by_count])
+    with np.errstate(divide="ignore"):
+        log_near, log_far, log_both = (np.log(m) for m in moments[1:])
+        if free:
+            log_sigma = np.full(total, np.inf)
+            log_w = -np.log(field.a_minus[by_count])
+        else:
+            log_sigma, log_w = np.full(total, -np.inf), np.full(total, -np.inf)
+    still = np.searchsorted(-count[by_count], -np.arange(count.max(initial=0)), side="left")
+    for k in range(count.max(initial=0)):
+        n = still[k]
+        at = first[by_count[:n]] + k
+        rise, near = moments.rise[at], log_near[at]
+        far, both = log_far[at] + log_lam[:n], log_both[at] + log_lam[:n]
+        sigma, w = log_sigma[:n], log_w[:n]
+        up = rise > 0
+        # Down: sigma' e = near + sigma; up: sigma' = near + sigma/e (see panels).
+        entering = np.where(up, sigma - rise, sigma)
+        grown = np.logaddexp(near, entering)
+        carried = np.where(up, np.logaddexp(w, far), np.logaddexp(w + rise, far))
+        with np.errstate(invalid="ignore"):
+            share = entering - grown
+            # Upwards the share is sigma/sigma': adding `rise` to `entering - grown` would
+            # cancel where sigma is forgotten, so that case takes the quotient as it is.
+            share = np.where(up, np.where(entering > near, share + rise, sigma - grown), share)
+        share = np.where(sigma == np.inf, np.where(up, rise, 0.0), share)
+        log_w[:n] = np.logaddexp(share + carried, both - grown)
+        log_sigma[:n] = np.where(up, grown, grown - rise)
+    result = np.empty((2, total))
+    result[0, by_count], result[1, by_count] = log_sigma, log_w
+    return result[0], result[1]

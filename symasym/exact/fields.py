@@ -1,0 +1,213 @@
+"""The drift as the float64 engine sees it: many scenes at once, each seen from the left.
+
+The engine only sweeps left to right; a sweep from the right is a sweep of the
+mirrored drift -A(-u). Both fields below therefore hold each scene with a sign.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any, Protocol
+
+import numpy as np
+
+from symasym.drift import Drift
+from symasym.exact.double_double import DoubleDouble, DoubleDoubleOps, shift
+from symasym.inputs import FloatArray
+
+IntArray = np.ndarray[Any, np.dtype[np.intp]]
+
+
+class Field(Protocol):
+    """Drift of `len(sign)` scenes; `sign` is -1 for the mirrored ones."""
+
+    sign: FloatArray
+    a_minus: FloatArray
+    a_plus: FloatArray
+
+    def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        """Drift at the points `u`, one row per entry of `scene`."""
+        ...
+
+    def size(self) -> FloatArray:
+        """A bound on |A| that rounding errors of `phi` are relative to, per scene."""
+        ...
+
+    def zeros(self, scene: IntArray) -> FloatArray:
+        """Real parts of the zeros of A that matter inside [-1, 1]; rows padded with nan."""
+        ...
+
+    def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Taylor coefficients at `centre`, each right to about 1e-32 of `size`, and
+        the distance up to which their polynomial is right to rounding."""
+        ...
+
+
+def field_of(drift: Drift, values: dict[str, Any], count: int) -> Field:
+    """The field of `drift` for `count` scenes and their mirror images."""
+    pairs = {name: _double_double(value, count) for name, value in values.items()}
+    coefficients = drift.coefficients(pairs, DoubleDoubleOps())
+    if coefficients is None or len(coefficients) > 13:
+        return AnalyticField(drift, values, pairs, count)
+    shaped = [DoubleDouble.of(c).broadcast_to((count,)) for c in coefficients]
+    return PolynomialField(shaped)
+
+
+def _double_double(value: Any, count: int) -> DoubleDouble:
+    return DoubleDouble.of(value).broadcast_to((count,))
+
+
+class PolynomialField:
+    """A is a polynomial of modest degree."""
+
+    def __init__(self, coefficients: list[DoubleDouble]) -> None:
+        def both(k: int, c: DoubleDouble) -> DoubleDouble:
+            mirrored = c if k % 2 else -c
+            return DoubleDouble(
+                np.concatenate((c.hi, mirrored.hi)), np.concatenate((c.lo, mirrored.lo))
+            )
+
+        count = len(coefficients[0].hi)
+        self.sign = np.repeat((1.0, -1.0), count)
+        self._pairs = [both(k, c) for k, c in enumerate(coefficients)]
+        self._c = np.array([c.hi + c.lo for c in self._pairs])
+        ends = np.repeat((-1.0, 1.0), 2 * count)
+        doubled = [DoubleDouble(np.tile(c.hi, 2), np.tile(c.lo, 2)) for c in self._pairs]
+        self.a_minus, self.a_plus = shift(doubled, ends)[0].reshape(2, -1)
+
+    def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        c = self._c[:, scene]
+        total = np.broadcast_to(c[-1][:, None], u.shape)
+        for coefficient in c[-2::-1]:
+            total = total * u + coefficient[:, None]
+        return total
+
+    def size(self) -> FloatArray:
+        result: FloatArray = np.abs(self._c).sum(axis=0)
+        return result
+
+    def zeros(self, scene: IntArray) -> FloatArray:
+        c = self._c[:, scene].T
+        degree = c.shape[1] - 1
+        found = np.full((len(scene), max(degree, 1)), np.nan)
+        scale = np.abs(c).max(axis=1, keepdims=True)
+        c = c / np.where(scale == 0, 1.0, scale)
+        # A leading coefficient below rounding sends its zero far outside [-1, 1].
+        effective = np.where(np.abs(c) > 1e-300, np.arange(degree + 1), 0).max(axis=1)
+        for d in range(1, degree + 1):
+            rows = np.flatnonzero(effective == d)
+            if rows.size:
+                found[rows, :d] = _polished(c[rows, : d + 1])
+        return found
+
+    def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
+        local = shift([c[scene] for c in self._pairs], centre)
+        return np.array(local).T, np.full(len(scene), np.inf)
+
+
+def _polished(c: FloatArray) -> FloatArray:
+    """Real parts of the zeros of the rows of `c`, ascending powers, last entry not zero."""
+    rows, d = c.shape[0], c.shape[1] - 1
+    companion = np.zeros((rows, d, d))
+    companion[:, np.arange(1, d), np.arange(d - 1)] = 1.0
+    with np.errstate(over="ignore"):
+        companion[:, :, -1] = np.clip(-c[:, :-1] / c[:, -1:], -1e150, 1e150)
+    roots = np.linalg.eigvals(companion)
+    for _ in range(3):
+        value = np.zeros_like(roots)
+        slope = np.zeros_like(roots)
+        for k in range(d, -1, -1):
+            slope = slope * roots + value
+            value = value * roots + c[:, k : k + 1]
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            step = value / slope
+        good = np.isfinite(step) & (np.abs(step) < 1e-3 * (1 + np.abs(roots)))
+        roots = roots - np.where(good, step, 0.0)
+    return np.real(roots)
+
+
+class AnalyticField:
+    """A is any analytic function; a stiff scene pays for a few Taylor jets at 40 digits."""
+
+    ORDER = 16
+
+    def __init__(
+        self, drift: Drift, values: dict[str, Any], pairs: dict[str, DoubleDouble], count: int
+    ) -> None:
+        self._drift = drift
+        self._exact = values
+        self._pairs = pairs
+        self._values = {name: np.tile(p.hi, 2) for name, p in pairs.items()}
+        self._count = count
+        self.sign = np.repeat((1.0, -1.0), count)
+        everyone = np.arange(2 * count)
+        ends = self.phi(everyone, np.tile((-1.0, 1.0), (2 * count, 1)))
+        self.a_minus, self.a_plus = ends.T.copy()
+        # An outside drift that nearly vanishes was a difference of larger numbers.
+        weak = np.abs(ends).min(axis=1) < 1e-3 * np.maximum(1e-300, self.size())
+        for scene in np.flatnonzero(weak):
+            coefficients, _ = self.taylor(np.array([scene, scene]), np.array([-1.0, 1.0]))
+            self.a_minus[scene], self.a_plus[scene] = coefficients[:, 0]
+
+    def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        sign = self.sign[scene][:, None]
+        values = {name: value[scene][:, None] for name, value in self._values.items()}
+        with np.errstate(all="ignore"):
+            raw = self._drift.evaluate_float(u * sign, values)
+        return sign * np.broadcast_to(raw, u.shape)
+
+    def size(self) -> FloatArray:
+        grid = np.cos(np.pi * np.arange(33) / 32)
+        everyone = np.arange(2 * self._count)
+        sampled = self.phi(everyone, np.broadcast_to(grid, (2 * self._count, 33)))
+        result: FloatArray = np.abs(sampled).max(axis=1)
+        return result
+
+    def zeros(self, scene: IntArray) -> FloatArray:
+        from symasym.landscape import float_extremes_and_zeros
+
+        rows = [
+            float_extremes_and_zeros(lambda u, s=s: self.phi(np.array([s]), u[None, :])[0])
+            for s in scene
+        ]
+        width = max([len(row) for row in rows] + [1])
+        return np.array([np.pad(row, (0, width - len(row)), constant_values=np.nan) for row in rows])
+
+    def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
+        from symasym.exact.jets import Jet, JetOps
+
+        rows, radii = [], []
+        for s, c in zip(scene, centre, strict=True):
+            base, sign = int(s) % self._count, self.sign[s]
+            values = {n: Fraction(float(p.hi[base])) + Fraction(float(p.lo[base]))
+                      for n, p in self._pairs.items()}
+            ops = JetOps(self.ORDER, dps=45)
+            point = ops.variable(Fraction(float(sign * c)))
+            jet = self._drift._model.evaluate(
+                point, {n: ops.rational(v) for n, v in values.items()}, ops
+            )
+            k = np.arange(self.ORDER)
+            row = np.array([float(x) for x in Jet.coefficients_of(jet, ops)]) * sign * sign**k
+            rows.append(row)
+            radii.append(_trust(row))
+        return np.array(rows), np.array(radii)
+
+
+def _trust(row: FloatArray) -> float:
+    """Distance up to which the truncated Taylor polynomial is right to rounding.
+
+    The first coefficients may vanish by design (a critical point), so the error
+    is held against the larger of the first terms at that distance.
+    """
+    tail = max(abs(row[-1]) ** (1 / (len(row) - 1)), abs(row[-2]) ** (1 / (len(row) - 2)))
+    if tail == 0:
+        return np.inf
+    # Geometric decay (t tail)^n against a remainder of 1e-17 of the first terms.
+    t = 0.05 / tail
+    for _ in range(60):
+        powers = t ** np.arange(len(row))
+        lead = np.max(np.abs(row[:4] * powers[:4]))
+        if max(abs(row[-1] * powers[-1]), abs(row[-2] * powers[-2])) < 1e-18 * lead:
+            return t
+        t /= 2
+    return 0.0

@@ -1,0 +1,104 @@
+"""The drift in big rationals: Taylor coefficients of phi where an engine asks for them."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from symasym.arithmetic import MpmathOps
+from symasym.drift import Drift
+from symasym.errors import AccuracyError
+from symasym.exact.jets import Jet, JetOps
+
+
+class ExactField:
+    """One scene's drift, or its mirror image -A(-u), at any number of digits.
+
+    Parameters
+    ----------
+    drift : Drift
+        Bound, scalar.
+    mirrored : bool
+    context : mpmath context
+        Precision of what is not rational.
+    """
+
+    def __init__(self, drift: Drift, mirrored: bool, context: Any) -> None:
+        self._drift, self._context = drift, context
+        self._sign = -1 if mirrored else 1
+        self._polynomial = drift.exact_coefficients()
+        if self._polynomial is not None and mirrored:
+            self._polynomial = [c if k % 2 else -c for k, c in enumerate(self._polynomial)]
+
+    @property
+    def is_polynomial(self) -> bool:
+        return self._polynomial is not None
+
+    def value(self, u: Fraction) -> Fraction:
+        """phi(u), to working precision where it is not rational."""
+        if self._polynomial is not None:
+            total = Fraction(0)
+            for c in reversed(self._polynomial):
+                total = total * u + c
+            return total
+        ops = MpmathOps(self._context)
+        return self._sign * to_fraction(self._drift.evaluate(ops.rational(self._sign * u), ops))
+
+    def taylor(self, centre: Fraction, scale: Fraction, order: int) -> list[Fraction]:
+        """Coefficients of phi(centre + scale s) in s; all of them for a polynomial."""
+        if self._polynomial is not None:
+            work = list(self._polynomial)
+            degree = len(work) - 1
+            for lowest in range(degree):
+                for k in range(degree - 1, lowest - 1, -1):
+                    work[k] += work[k + 1] * centre
+            return [c * scale**k for k, c in enumerate(work)]
+        ops = JetOps(order, self._context)
+        jet = self._drift.evaluate(ops.variable(self._sign * centre, self._sign * scale), ops)
+        return [self._sign * to_fraction(c) for c in Jet.coefficients_of(jet, ops)]
+
+    def zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
+        """Zeros of A in (lo, hi), and the places where it comes near zero, refined by Newton."""
+        if self._polynomial is not None:
+            scale = max(abs(c) for c in self._polynomial) or Fraction(1)
+            c = np.array([float(x / scale) for x in self._polynomial])
+            roots = np.polynomial.polynomial.polyroots(np.trim_zeros(c, "b"))
+            rough = [float(x.real) for x in roots if abs(x.imag) < 0.25]
+        else:
+            from symasym.landscape import float_marks
+
+            rough = float_marks(lambda u: self._sign * self._drift.evaluate_float(self._sign * u))
+        return [self._refined(Fraction(x)) for x in rough if lo < x < hi]
+
+    def _refined(self, x: Fraction) -> Fraction:
+        bits = self._context.prec
+        for _ in range(12):
+            value, slope = self.taylor(x, Fraction(1), 2)[:2]
+            if slope == 0 or abs(value) > abs(slope) / 1000:
+                break
+            step = dyadic(value / slope, bits)
+            if step == 0:
+                break
+            x -= step
+        return x
+
+
+def to_fraction(x: Any) -> Fraction:
+    """The exact value of an mpf."""
+    sign, mantissa, exponent, _ = x._mpf_
+    if not mantissa:
+        if exponent:
+            raise AccuracyError("A is not finite on [-1, 1]; give an A that is smooth there.")
+        return Fraction(0)
+    numerator = -int(mantissa) if sign else int(mantissa)
+    if exponent >= 0:
+        return Fraction(numerator << exponent)
+    return Fraction(numerator, 1 << -exponent)
+
+
+def dyadic(x: Any, bits: int) -> Fraction:
+    """A short dyadic rational within 2^-bits of `x`."""
+    return Fraction(math.floor(x * (1 << bits) + Fraction(1, 2)), 1 << bits)

@@ -1,0 +1,167 @@
+"""The formulas of the ready-made drifts, and of one given as a SymPy expression.
+
+A model knows the names of its parameters and evaluates A(u) in any
+arithmetic; it holds no parameter values. Where A is a polynomial in u it also
+gives its coefficients, which is what makes the fast engines fast.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from symasym.arithmetic import evaluate_tree, integer_power
+from symasym.errors import InputError
+
+Values = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Model:
+    """What every model has; `coefficients` is None where A is no polynomial."""
+
+    @property
+    def name(self) -> str:
+        return type(self).__name__.lower()
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        raise NotImplementedError
+
+    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+        """A(u), every parameter in `p` being of the type of `u`."""
+        coefficients = self.coefficients(p, ops)
+        assert coefficients is not None
+        total = coefficients[-1]
+        for coefficient in reversed(coefficients[:-1]):
+            total = total * u + coefficient
+        return total
+
+    def coefficients(self, p: Values, ops: Any) -> list[Any] | None:
+        """Coefficients of A in ascending powers of u, or None."""
+        return None
+
+
+@dataclass(frozen=True)
+class Friction(Model):
+    """Eq. (eq:phifric0): the friction oscillator's cubic."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return ("mu", "alpha", "z0")
+
+    def coefficients(self, p: Values, ops: Any) -> list[Any]:
+        mu, alpha, z0 = p["mu"], p["alpha"], p["z0"]
+        return [1 - z0, -(alpha * (1 + mu)), 0 * z0, alpha * mu]
+
+
+@dataclass(frozen=True)
+class Linear(Model):
+    """The linear smoothing: A(u) joins a- and a+ by a straight line."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return ("a_minus", "a_plus")
+
+    def coefficients(self, p: Values, ops: Any) -> list[Any]:
+        return [(p["a_plus"] + p["a_minus"]) / 2, (p["a_plus"] - p["a_minus"]) / 2]
+
+
+@dataclass(frozen=True)
+class Polynomial(Model):
+    """A(u) = c0 + c1 u + ... + cn u^n."""
+
+    degree: int
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return tuple(f"c{k}" for k in range(self.degree + 1))
+
+    def coefficients(self, p: Values, ops: Any) -> list[Any]:
+        return [p[name] for name in self.parameters]
+
+
+@dataclass(frozen=True)
+class Sine(Model):
+    """The linear smoothing plus b sin(k pi u), which vanishes at both ends."""
+
+    waves: int
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return ("a_minus", "a_plus", "b")
+
+    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+        middle, half = (p["a_plus"] + p["a_minus"]) / 2, (p["a_plus"] - p["a_minus"]) / 2
+        return middle + half * u + p["b"] * ops.sin(u * (self.waves * ops.pi()))
+
+
+@dataclass(frozen=True)
+class Tanh(Model):
+    """A sigmoid of slope `steepness`, scaled to meet a- and a+ exactly."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return ("a_minus", "a_plus", "steepness")
+
+    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+        middle, half = (p["a_plus"] + p["a_minus"]) / 2, (p["a_plus"] - p["a_minus"]) / 2
+        slope = p["steepness"]
+        return middle + half * (ops.tanh(u * slope) / ops.tanh(slope))
+
+
+@dataclass(frozen=True)
+class Hill(Model):
+    """The Hill function x^n (1 + K^n)/(K^n + x^n) of x = (1+u)/2, from a- to a+."""
+
+    n: int
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return ("a_minus", "a_plus", "K")
+
+    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+        x_n = integer_power((u + 1) / 2, self.n)
+        k_n = integer_power(p["K"], self.n)
+        switch = (x_n * (k_n + 1)) / (x_n + k_n)
+        return p["a_minus"] + (p["a_plus"] - p["a_minus"]) * switch
+
+
+@dataclass(frozen=True)
+class Expression(Model):
+    """A SymPy expression `formula` in the symbol `u`; its other symbols are parameters."""
+
+    formula: Any
+    u: Any
+    _powers: Any = field(default=None, compare=False)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return tuple(sorted(s.name for s in self.formula.free_symbols - {self.u}))
+
+    def _values(self, p: Values) -> dict[Any, Any]:
+        return {s: p[s.name] for s in self.formula.free_symbols - {self.u}}
+
+    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+        return evaluate_tree(self.formula, {self.u: u, **self._values(p)}, ops) + 0 * u
+
+    def coefficients(self, p: Values, ops: Any) -> list[Any] | None:
+        powers = self._powers
+        if powers is None:
+            import sympy
+
+            poly = self.formula.as_poly(self.u)
+            powers = [] if poly is None else [sympy.sympify(c) for c in poly.all_coeffs()[::-1]]
+            # The dataclass is frozen for its users; the expansion is a cache of `formula`.
+            object.__setattr__(self, "_powers", powers)
+        if not powers:
+            return None
+        return [evaluate_tree(c, self._values(p), ops) for c in powers]
+
+
+def check_count(name: str, value: Any) -> int:
+    """A whole number >= 1 that shapes a model (waves of a sine, exponent of a Hill switch)."""
+    if isinstance(value, bool) or int(value) != value or value < 1:
+        raise InputError(f"{name} is {value!r}; give a whole number of at least 1.")
+    return int(value)
