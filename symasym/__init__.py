@@ -9,20 +9,30 @@ from symasym.errors import (
     RegionError,
     SymasymError,
 )
+from symasym.estimate import Estimate
 from symasym.friction import friction
+from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
+from symasym.scales import Scales, rescale
 
 __all__ = [
     "AccuracyError",
     "Drift",
+    "Estimate",
     "InputError",
     "OutputError",
     "RangeError",
     "RegionError",
+    "Scales",
     "SymasymError",
+    "escape_time",
+    "exit_probability",
     "friction",
     "hill",
     "linear",
+    "occupation",
     "polynomial",
+    "rescale",
     "sine",
+    "stationary_density",
     "tanh",
 ]

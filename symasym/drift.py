@@ -164,6 +164,10 @@ class Drift:
         values = {name: ops.rational(value) for name, value in self.scalars().items()}
         return self._model.evaluate(u, values, ops)
 
+    def evaluate_values(self, u: Any, values: dict[str, Any], ops: Any) -> Any:
+        """A(u) with these parameter values, all in the arithmetic of `ops`."""
+        return self._model.evaluate(u, values, ops)
+
     def evaluate_float(self, u: FloatArray, values: dict[str, FloatArray] | None = None) -> Any:
         """A(u) in float64 with the parameters broadcast against `u`; no bounds are checked."""
         if values is None:

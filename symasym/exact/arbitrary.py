@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 from symasym.context import own_context, to_mpf
 from symasym.drift import Drift
 from symasym.exact.local import ExactField
-from symasym.exact.partition import Partition, Slow
-from symasym.exact.taylor import Record
+from symasym.exact.partition import Partition
+from symasym.exact.records import Panel
 
 _GUARD = 64
 
@@ -25,8 +25,8 @@ _GUARD = 64
 class Absorption(NamedTuple):
     """End of a sweep: sigma = S/s and w."""
 
-    sigma: Any
-    w: Any
+    sigma: _Lazy
+    w: _Lazy
 
 
 def escape_time(drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int) -> Any:
@@ -41,8 +41,10 @@ def escape_time(drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps
     dps : int
     """
     with own_context(dps) as context:
-        left, right = _both_sweeps(drift, kappa, r, start, dps, context)
-        return to_mpf((left.w + right.w) / (1 / left.sigma + 1 / right.sigma), dps)
+        left, right, sweep = _both_sweeps(drift, kappa, r, start, dps, context)
+        one = _Lazy.known(context.one)
+        rate = sweep.add(sweep.over(one, left.sigma), sweep.over(one, right.sigma))
+        return to_mpf(sweep.add(left.w, right.w).value() / rate.value(), dps)
 
 
 def exit_probability(
@@ -50,9 +52,9 @@ def exit_probability(
 ) -> Any:
     """C of eq:C from `start` (or 1 - C), as an mpf right to `dps` digits."""
     with own_context(dps) as context:
-        left, right = _both_sweeps(drift, kappa, r, start, dps, context)
+        left, right, sweep = _both_sweeps(drift, kappa, r, start, dps, context)
         wanted, other = (left, right) if complement else (right, left)
-        return to_mpf(wanted.sigma / (wanted.sigma + other.sigma), dps)
+        return to_mpf(wanted.sigma.value() / sweep.add(wanted.sigma, other.sigma).value(), dps)
 
 
 def stationary_density(drift: Drift, kappa: Fraction, y: Fraction, dps: int) -> Any:
@@ -61,7 +63,7 @@ def stationary_density(drift: Drift, kappa: Fraction, y: Fraction, dps: int) -> 
         _precise(context, dps)
         lam = 2 / kappa**2
         w = [
-            _Sweep(drift, mirrored, lam, context).from_infinity(-y if mirrored else y)
+            _Sweep(drift, mirrored, lam, context).from_infinity(-y if mirrored else y).value()
             for mirrored in (False, True)
         ]
         return to_mpf(context.mpf(lam.numerator) / lam.denominator / (w[0] + w[1]), dps)
@@ -88,12 +90,11 @@ def _precise(context: Any, dps: int) -> None:
 
 def _both_sweeps(
     drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, context: Any
-) -> tuple[Absorption, Absorption]:
+) -> tuple[Absorption, Absorption, _Sweep]:
     _precise(context, dps)
     lam = 2 / kappa**2
-    left = _Sweep(drift, False, lam, context).absorbed(-r, start)
-    right = _Sweep(drift, True, lam, context).absorbed(-r, -start)
-    return left, right
+    sweeps = [_Sweep(drift, mirrored, lam, context) for mirrored in (False, True)]
+    return sweeps[0].absorbed(-r, start), sweeps[1].absorbed(-r, -start), sweeps[0]
 
 
 class _Tail(NamedTuple):
@@ -102,6 +103,23 @@ class _Tail(NamedTuple):
     inside: Any
     tail_here: Any
     whole: Any
+
+
+class _Lazy:
+    """A positive number within [floor, ceiling] that is found when it is asked for."""
+
+    def __init__(self, floor: Any, ceiling: Any, find: Callable[[], Any]) -> None:
+        self.floor, self.ceiling, self._find = floor, ceiling, find
+
+    @classmethod
+    def known(cls, value: Any) -> _Lazy:
+        return cls(value, value, lambda: value)
+
+    def value(self) -> Any:
+        found = self._find()
+        self.floor = self.ceiling = found
+        self._find = lambda: found
+        return found
 
 
 class _Sweep:
@@ -114,89 +132,78 @@ class _Sweep:
             context.prec += max(0, lam.numerator.bit_length() - lam.denominator.bit_length())
         self._cut = Partition(field, lam, context)
         self._field, self._context = field, context
-        self._lam = self._cut.mpf(lam)
+        self._lam = self._cut.numbers.lam
         self._tiny = context.ldexp(context.one, -context.prec - 12)
 
     def absorbed(self, start: Fraction, end: Fraction) -> Absorption:
         """sigma and w at `end`, absorbed at `start`."""
-        sigma, w = self._context.zero, _Lazy(self._context.zero)
+        sigma = w = _Lazy.known(self._context.zero)
         for panel in self._cut.records(start, end):
-            if isinstance(panel, Slow):
-                skipped = self._pass_absorbed(sigma, w, panel)
-                if skipped:
-                    sigma, w = skipped
-                    continue
-                panel = panel.record()
-            sigma, w = self._absorb(sigma, w.value(), panel)
-        return Absorption(sigma, w.value())
+            sigma, w = self._absorb(sigma, w, panel)
+        return Absorption(sigma, w)
 
-    def _absorb(self, sigma: Any, w: Any, record: Record) -> tuple[Any, _Lazy]:
-        far, both = self._lam * record.far, self._lam * record.both
-        if record.up:
-            grown = record.near + sigma * record.end
-            return grown, _Lazy((sigma * (w + far) + both) / grown)
-        grown = record.near + sigma
-        return grown / record.end, _Lazy((sigma * (record.end * w + far) + both) / grown)
+    def add(self, *terms: _Lazy) -> _Lazy:
+        """Sum of positive numbers; those below the last digit of the others are never found."""
+        floor = sum((x.floor for x in terms), self._context.zero)
+        ceiling = sum((x.ceiling for x in terms), self._context.zero)
+        matter = [x for x in terms if x.ceiling > floor * self._tiny]
+        return _Lazy(floor, ceiling, lambda: self._sum(matter))
 
-    def _pass_absorbed(self, sigma: Any, w: _Lazy, panel: Slow) -> tuple[Any, _Lazy] | None:
-        """The step over a slow panel whose own `near` and `both` are below the last digit."""
-        tiny, end, lam_bound = self._tiny, panel.end, self._lam * panel.bound
+    def _sum(self, terms: list[_Lazy]) -> Any:
+        # The largest first: it tells which others can be left out.
+        total = self._context.zero
+        for x in sorted(terms, key=lambda x: -x.floor):
+            if x.ceiling > total * self._tiny:
+                total += x.value()
+        return total
+
+    def times(self, factor: Any, x: _Lazy) -> _Lazy:
+        return _Lazy(factor * x.floor, factor * x.ceiling, lambda: factor * x.value())
+
+    def over(self, x: _Lazy, y: _Lazy) -> _Lazy:
+        return _Lazy(x.floor / y.ceiling, x.ceiling / y.floor, lambda: x.value() / y.value())
+
+    def product(self, x: _Lazy, y: _Lazy) -> _Lazy:
+        return _Lazy(x.floor * y.floor, x.ceiling * y.ceiling, lambda: x.value() * y.value())
+
+    def _parts(self, panel: Panel) -> tuple[_Lazy, _Lazy, _Lazy]:
+        lam = self._lam
+        return (
+            _Lazy(panel.floor, panel.bound, lambda: panel.near),
+            _Lazy(lam * panel.floor, lam * panel.bound, lambda: lam * panel.far),
+            _Lazy(self._context.zero, lam * panel.both_bound, lambda: lam * panel.both),
+        )
+
+    def _absorb(self, sigma: _Lazy, w: _Lazy, panel: Panel) -> tuple[_Lazy, _Lazy]:
+        near, far, both = self._parts(panel)
         if panel.up:
-            if panel.bound > sigma * end * tiny:
-                return None
-            now = w.value()
-            if lam_bound > now * tiny or lam_bound * panel.width > sigma * now * tiny:
-                return None
-            return sigma * end, _Lazy(now / end)
-        lam_floor = self._lam * panel.far_floor
-        if (
-            panel.bound > sigma * tiny
-            or lam_bound * panel.bound > sigma * lam_floor * tiny
-            or end * w.ceiling > lam_floor * tiny
-        ):
-            return None
-        return sigma / end, _Lazy(None, lam_bound, lambda: self._lam * panel.record().far)
+            grown = self.add(near, self.times(panel.end, sigma))
+            carried, after = self.add(w, far), grown
+        else:
+            grown = self.add(near, sigma)
+            carried = self.add(self.times(panel.end, w), far)
+            after = self.times(1 / panel.end, grown)
+        return after, self.over(self.add(self.product(sigma, carried), both), grown)
 
-    def free(self, start: Fraction, end: Fraction, w: Any) -> Any:
+    def free(self, start: Fraction, end: Fraction, w: Any) -> _Lazy:
         """w at `end` from `w` at `start`, nothing absorbed."""
-        lazy = _Lazy(w)
+        now = _Lazy.known(w)
         for panel in self._cut.records(start, end):
-            if isinstance(panel, Slow):
-                lam_bound = self._lam * panel.bound
-                if panel.up and lam_bound < lazy.value() * self._tiny:
-                    lazy = _Lazy(lazy.value() / panel.end)
-                    continue
-                floor = self._lam * panel.far_floor
-                if not panel.up and panel.end * lazy.ceiling < floor * self._tiny:
-                    lazy = _Lazy(None, lam_bound, lambda p=panel: self._lam * p.record().far)
-                    continue
-                panel = panel.record()
-            now, far = lazy.value(), self._lam * panel.far
-            lazy = _Lazy((now + far) / panel.end if panel.up else now * panel.end + far)
-        return lazy.value()
+            _, far, _ = self._parts(panel)
+            if panel.up:
+                now = self.times(1 / panel.end, self.add(now, far))
+            else:
+                now = self.add(self.times(panel.end, now), far)
+        return now
 
-    def from_infinity(self, end: Fraction) -> Any:
+    def from_infinity(self, end: Fraction) -> _Lazy:
         """w at `end` with nothing absorbed on the left (needs a- > 0)."""
         # Left of -1, w = 1/a- everywhere.
-        before = 1 / self._cut.mpf(self._field.value(Fraction(-1)))
-        return self.free(Fraction(-1), end, before) if end > -1 else before
+        before = 1 / self._cut.numbers.mpf(self._field.value(Fraction(-1)))
+        return self.free(Fraction(-1), end, before) if end > -1 else _Lazy.known(before)
 
     def to_the_end(self) -> _Tail:
         """The whole of space seen from u = 1, split into the layer and the tails."""
-        beyond = 1 / -self._cut.mpf(self._field.value(Fraction(1)))
-        inside = self.free(Fraction(-1), Fraction(1), self._context.zero)
-        return _Tail(inside, beyond, self.from_infinity(Fraction(1)) + beyond)
-
-
-class _Lazy:
-    """w, or how to find it and a bound on it."""
-
-    def __init__(self, value: Any, ceiling: Any = None, find: Callable[[], Any] | None = None) -> None:
-        self._value, self._find = value, find
-        self.ceiling = value if ceiling is None else ceiling
-
-    def value(self) -> Any:
-        if self._value is None:
-            assert self._find is not None
-            self._value = self._find()
-        return self._value
+        beyond = 1 / -self._cut.numbers.mpf(self._field.value(Fraction(1)))
+        inside = self.free(Fraction(-1), Fraction(1), self._context.zero).value()
+        return _Tail(inside, beyond, self.from_infinity(Fraction(1)).value() + beyond)

@@ -25,14 +25,19 @@ from symasym.inputs import FloatArray
 _SAMPLES_PER_BLOCK = 32  # panels merged before the log domain is entered: e^(32 REACH) < 1e112
 _PANELS_AT_ONCE = 8192  # 1 MiB per array of nodes stays in cache
 _DEEPEST = 90  # bisections
+_ULP = 3e-16  # of a logarithm, its sum included
 
 
 class Sweep(NamedTuple):
-    """Result of sweeps from the left: logarithms of sigma and w; `failed` marks those given up."""
+    """End of sweeps from the left: log sigma and log w, with their absolute errors.
+
+    Scenes that were given up have an infinite error.
+    """
 
     log_sigma: FloatArray
     log_w: FloatArray
-    failed: np.ndarray
+    sigma_error: FloatArray
+    w_error: FloatArray
 
 
 class _Blocks(NamedTuple):
@@ -55,7 +60,14 @@ class _Anchors(NamedTuple):
     radius: FloatArray
 
 
-def sweep(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray, free: bool) -> Sweep:
+def sweep(
+    field: Field,
+    lam: FloatArray,
+    start: FloatArray,
+    end: FloatArray,
+    free: bool,
+    from_nothing: bool = False,
+) -> Sweep:
     """Sweep every scene of `field` from `start` to `end`.
 
     Parameters
@@ -65,6 +77,8 @@ def sweep(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray, fre
         `start` is -r, where the process is absorbed, or -inf with `free`.
     free : bool
         No absorption: w alone, as for a stationary density (needs a- > 0).
+    from_nothing : bool
+        With `free`, leave out what lies left of u = -1.
     """
     outside = _outer_left(field, lam, start, end, free)
     blocks, anchors = _partition(field, lam, np.maximum(start, -1.0), np.minimum(end, 1.0))
@@ -78,18 +92,24 @@ def sweep(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray, fre
     position = np.concatenate((np.zeros(len(outside[0])), records[2], np.zeros(len(right))))
     moments = Moments(*(np.concatenate(m) for m in zip(outside[1], records[3], beyond, strict=True)))
     order = np.lexsort((position, part, scene))
-    log_sigma, log_w = _compose(scene[order], Moments(*(m[order] for m in moments)), lam, field, free)
-    bad = failed | ~np.isfinite(log_w) | np.isnan(log_sigma)
-    return Sweep(log_sigma, log_w, bad)
+    log_sigma = np.full(len(lam), np.inf if free else -np.inf)
+    log_w = np.full(len(lam), -np.inf)
+    if free and not from_nothing:
+        # Left of u = -1, w is 1/a- everywhere.
+        log_w = -np.log(field.a_minus)
+    found = _compose(scene[order], Moments(*(m[order] for m in moments)), lam, field, log_sigma, log_w)
+    bad = failed | np.isnan(found.log_w) | np.isnan(found.log_sigma)
+    return found._replace(
+        sigma_error=np.where(bad, np.inf, found.sigma_error),
+        w_error=np.where(bad, np.inf, found.w_error),
+    )
 
 
 def _outer_left(
     field: Field, lam: FloatArray, start: FloatArray, end: FloatArray, free: bool
 ) -> tuple[IntArray, Moments]:
     if free:
-        # From -inf, w starts at 1/a-; only what lies left of an `end` < -1 is cut off.
-        chosen = np.flatnonzero(end < -1.0)
-        return chosen[:0], panels.constant(np.empty(0), np.empty(0))
+        return np.empty(0, dtype=np.intp), panels.constant(np.empty(0), np.empty(0))
     chosen = np.flatnonzero(start < -1.0)
     width = np.minimum(end[chosen], -1.0) - start[chosen]
     return chosen, panels.constant(lam[chosen] * field.a_minus[chosen], width)
@@ -335,21 +355,30 @@ def _sampled_blocks(
 
 
 def _compose(
-    scene: IntArray, moments: Moments, lam: FloatArray, field: Field, free: bool
-) -> tuple[FloatArray, FloatArray]:
-    """Carry sigma and w through each scene's records, in order, in the log domain."""
+    scene: IntArray,
+    moments: Moments,
+    lam: FloatArray,
+    field: Field,
+    log_sigma: FloatArray,
+    log_w: FloatArray,
+) -> Sweep:
+    """Carry sigma and w through each scene's records, in order, in the log domain.
+
+    A running error analysis goes along: the logarithms may pass through values
+    far larger than the result, and each addition of logarithms forgets the
+    error of the smaller term.
+    """
     total = len(lam)
     count = np.bincount(scene, minlength=total)
     by_count = np.argsort(-count, kind="stable")
     first = np.cumsum(count) - count
     log_lam = np.log(lam[by_count])
+    # A record is good to about 20 ulp, and to the rounding of phi in its exponent.
+    local = 5e-15 + 3e-17 * np.minimum(lam * field.size(), 2e4)[by_count]
+    log_sigma, log_w = log_sigma[by_count], log_w[by_count]
     with np.errstate(divide="ignore"):
         log_near, log_far, log_both = (np.log(m) for m in moments[1:])
-        if free:
-            log_sigma = np.full(total, np.inf)
-            log_w = -np.log(field.a_minus[by_count])
-        else:
-            log_sigma, log_w = np.full(total, -np.inf), np.full(total, -np.inf)
+    sigma_error, w_error = np.zeros(total), np.zeros(total)
     still = np.searchsorted(-count[by_count], -np.arange(count.max(initial=0)), side="left")
     for k in range(count.max(initial=0)):
         n = still[k]
@@ -361,15 +390,137 @@ def _compose(
         # Down: sigma' e = near + sigma; up: sigma' = near + sigma/e (see panels).
         entering = np.where(up, sigma - rise, sigma)
         grown = np.logaddexp(near, entering)
-        carried = np.where(up, np.logaddexp(w, far), np.logaddexp(w + rise, far))
+        before = np.where(up, w, w + rise)
+        carried = np.logaddexp(before, far)
         with np.errstate(invalid="ignore"):
             share = entering - grown
             # Upwards the share is sigma/sigma': adding `rise` to `entering - grown` would
             # cancel where sigma is forgotten, so that case takes the quotient as it is.
-            share = np.where(up, np.where(entering > near, share + rise, sigma - grown), share)
+            kept = ~up | (entering > near)
+            share = np.where(kept, np.where(up, share + rise, share), sigma - grown)
         share = np.where(sigma == np.inf, np.where(up, rise, 0.0), share)
         log_w[:n] = np.logaddexp(share + carried, both - grown)
         log_sigma[:n] = np.where(up, grown, grown - rise)
-    result = np.empty((2, total))
-    result[0, by_count], result[1, by_count] = log_sigma, log_w
-    return result[0], result[1]
+
+        step = _ULP * np.abs(rise)
+        old = sigma_error[:n]
+        e_in = old + step + _ULP * _finite(sigma)
+        p = _weight(entering, grown)
+        e_grown = p * e_in + (1 - p) * local[:n]
+        e_carried = _weight(before, carried) * (w_error[:n] + step + _ULP * _finite(w)) + local[:n]
+        e_share = np.where(kept, (1 - p) * e_in + np.where(up, step, 0.0), old + e_grown)
+        q = _weight(share + carried, log_w[:n])
+        w_error[:n] = q * (e_share + e_carried) + (1 - q) * (local[:n] + e_grown)
+        sigma_error[:n] = e_grown + np.where(up, 0.0, step)
+    result = np.empty((4, total))
+    result[:, by_count] = log_sigma, log_w, sigma_error, w_error
+    return Sweep(*result)
+
+
+def _finite(x: FloatArray) -> FloatArray:
+    return np.where(np.isfinite(x), np.abs(x), 0.0)
+
+
+def _weight(part: FloatArray, whole: FloatArray) -> FloatArray:
+    """exp(part - whole), with 1 for infinities."""
+    with np.errstate(invalid="ignore"):
+        difference = part - whole
+    return np.exp(np.minimum(np.where(np.isnan(difference), 0.0, difference), 0.0))
+
+
+class Logs(NamedTuple):
+    """Natural logarithms of a quantity, and a bound on their absolute error by running analysis."""
+
+    value: FloatArray
+    error: FloatArray
+
+
+def escape_time(
+    field: Field, lam: FloatArray, r: FloatArray, start: FloatArray
+) -> Logs:
+    """log T (eq:Ttilde) of each scene.
+
+    Parameters
+    ----------
+    field : Field
+        Each scene and, after all of them, each mirror image.
+    lam, r, start : arrays of shape (scenes,)
+    """
+    left, right = _both(field, lam, r, start)
+    w = np.logaddexp(left.log_w, right.log_w)
+    rate = np.logaddexp(-left.log_sigma, -right.log_sigma)
+    share, part = _weight(left.log_w, w), _weight(-left.log_sigma, rate)
+    error = (
+        share * left.w_error
+        + (1 - share) * right.w_error
+        + part * left.sigma_error
+        + (1 - part) * right.sigma_error
+        + _ULP * (np.abs(w) + np.abs(rate))
+    )
+    return Logs(w - rate, error)
+
+
+def exit_probability(
+    field: Field, lam: FloatArray, r: FloatArray, start: FloatArray, complement: bool
+) -> Logs:
+    """log C (eq:C), or log(1 - C); parameters as in `escape_time`."""
+    left, right = _both(field, lam, r, start)
+    if complement:
+        left, right = right, left
+    odds = left.log_sigma - right.log_sigma
+    error = left.sigma_error + right.sigma_error + _ULP * (
+        np.abs(left.log_sigma) + np.abs(right.log_sigma)
+    )
+    value = -np.logaddexp(0.0, odds)
+    # log C = -log(1 + e^odds), whose derivative is C - 1.
+    return Logs(value, error * -np.expm1(value))
+
+
+def stationary_density(field: Field, lam: FloatArray, y: FloatArray) -> Logs:
+    """log p_ss(y) (eq:pss) of each scene, which must slide."""
+    left, right = _halves(_swept(field, lam, y, free=True))
+    w = np.logaddexp(left.log_w, right.log_w)
+    share = _weight(left.log_w, w)
+    error = share * left.w_error + (1 - share) * right.w_error + _ULP * np.abs(w)
+    return Logs(np.log(lam) - w, error)
+
+
+def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
+    """log P (eq:P), or log(1 - P), of each scene, which must slide."""
+    n = len(lam)
+    doubled = np.tile(lam, 2)
+    end = np.ones(2 * n)
+    whole = sweep(field, doubled, -np.inf * end, end, free=True)
+    tail = -np.log(-field.a_plus)
+    everything = np.logaddexp(whole.log_w, tail)
+    share = _weight(whole.log_w, everything)
+    error = share * whole.w_error + _ULP * np.abs(everything)
+    outside = (tail - everything)[:n], (tail - everything)[n:]
+    if complement:
+        value = np.logaddexp(*outside)
+        part = _weight(outside[0], value)
+        return Logs(value, part * error[:n] + (1 - part) * error[n:])
+    inside = sweep(field, doubled, -np.inf * end, end, free=True, from_nothing=True)
+    value = inside.log_w[:n] - everything[:n]
+    return Logs(value, inside.w_error[:n] + error[:n] + _ULP * np.abs(inside.log_w[:n]))
+
+
+def _both(
+    field: Field, lam: FloatArray, r: FloatArray, start: FloatArray
+) -> tuple[Sweep, Sweep]:
+    doubled = np.tile(lam, 2)
+    return _halves(
+        sweep(field, doubled, -np.tile(r, 2), np.concatenate((start, -start)), free=False)
+    )
+
+
+def _swept(field: Field, lam: FloatArray, y: FloatArray, free: bool) -> Sweep:
+    doubled = np.tile(lam, 2)
+    return sweep(
+        field, doubled, np.full(2 * len(lam), -np.inf), np.concatenate((y, -y)), free=free
+    )
+
+
+def _halves(both: Sweep) -> tuple[Sweep, Sweep]:
+    n = len(both.log_w) // 2
+    return Sweep(*(x[:n] for x in both)), Sweep(*(x[n:] for x in both))

@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from symasym.context import own_context
 from symasym.drift import Drift
 from symasym.exact.double_double import DoubleDouble, DoubleDoubleOps, shift
 from symasym.inputs import FloatArray
@@ -37,6 +38,10 @@ class Field(Protocol):
         """Real parts of the zeros of A that matter inside [-1, 1]; rows padded with nan."""
         ...
 
+    def turning(self, scene: IntArray) -> FloatArray:
+        """Real parts of the zeros of A'; rows padded with nan."""
+        ...
+
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Taylor coefficients at `centre`, each right to about 1e-32 of `size`, and
         the distance up to which their polynomial is right to rounding."""
@@ -55,6 +60,15 @@ def field_of(drift: Drift, values: dict[str, Any], count: int) -> Field:
 
 def _double_double(value: Any, count: int) -> DoubleDouble:
     return DoubleDouble.of(value).broadcast_to((count,))
+
+
+def extremes(field: Field, scene: IntArray) -> FloatArray:
+    """Zeros of A' and then some inside [-1, 1], sorted, one row per entry of `scene`.
+
+    Between neighbours, and the ends, A is monotone. Rows are padded with 1.
+    """
+    marks = np.sort(np.clip(np.nan_to_num(field.turning(scene), nan=1.0), -1.0, 1.0), axis=1)
+    return marks
 
 
 class PolynomialField:
@@ -87,22 +101,30 @@ class PolynomialField:
         return result
 
     def zeros(self, scene: IntArray) -> FloatArray:
-        c = self._c[:, scene].T
-        degree = c.shape[1] - 1
-        found = np.full((len(scene), max(degree, 1)), np.nan)
-        scale = np.abs(c).max(axis=1, keepdims=True)
-        c = c / np.where(scale == 0, 1.0, scale)
-        # A leading coefficient below rounding sends its zero far outside [-1, 1].
-        effective = np.where(np.abs(c) > 1e-300, np.arange(degree + 1), 0).max(axis=1)
-        for d in range(1, degree + 1):
-            rows = np.flatnonzero(effective == d)
-            if rows.size:
-                found[rows, :d] = _polished(c[rows, : d + 1])
-        return found
+        return _zeros_of(self._c[:, scene].T)
+
+    def turning(self, scene: IntArray) -> FloatArray:
+        k = np.arange(1, len(self._c))
+        return _zeros_of(k * self._c[1:, scene].T) if k.size else np.full((len(scene), 1), np.nan)
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
         local = shift([c[scene] for c in self._pairs], centre)
         return np.array(local).T, np.full(len(scene), np.inf)
+
+
+def _zeros_of(c: FloatArray) -> FloatArray:
+    """Real parts of the zeros of polynomials, ascending powers in rows; padded with nan."""
+    degree = c.shape[1] - 1
+    found = np.full((len(c), max(degree, 1)), np.nan)
+    scale = np.abs(c).max(axis=1, keepdims=True)
+    c = c / np.where(scale == 0, 1.0, scale)
+    # A leading coefficient below rounding sends its zero far outside [-1, 1].
+    effective = np.where(np.abs(c) > 1e-300, np.arange(degree + 1), 0).max(axis=1)
+    for d in range(1, degree + 1):
+        rows = np.flatnonzero(effective == d)
+        if rows.size:
+            found[rows, :d] = _polished(c[rows, : d + 1])
+    return found
 
 
 def _polished(c: FloatArray) -> FloatArray:
@@ -164,33 +186,38 @@ class AnalyticField:
         return result
 
     def zeros(self, scene: IntArray) -> FloatArray:
-        from symasym.landscape import float_extremes_and_zeros
+        from symasym.landscape import float_marks
 
         rows = [
-            float_extremes_and_zeros(lambda u, s=s: self.phi(np.array([s]), u[None, :])[0])
-            for s in scene
+            float_marks(lambda u, s=s: self.phi(np.array([s]), u[None, :])[0]) for s in scene
         ]
         width = max([len(row) for row in rows] + [1])
         return np.array([np.pad(row, (0, width - len(row)), constant_values=np.nan) for row in rows])
+
+    def turning(self, scene: IntArray) -> FloatArray:
+        # The marks hold the extremes; zeros among them do no harm to monotone pieces.
+        return self.zeros(scene)
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
         from symasym.exact.jets import Jet, JetOps
 
         rows, radii = [], []
-        for s, c in zip(scene, centre, strict=True):
-            base, sign = int(s) % self._count, self.sign[s]
-            values = {n: Fraction(float(p.hi[base])) + Fraction(float(p.lo[base]))
-                      for n, p in self._pairs.items()}
-            ops = JetOps(self.ORDER, dps=45)
-            point = ops.variable(Fraction(float(sign * c)))
-            jet = self._drift._model.evaluate(
-                point, {n: ops.rational(v) for n, v in values.items()}, ops
-            )
-            k = np.arange(self.ORDER)
-            row = np.array([float(x) for x in Jet.coefficients_of(jet, ops)]) * sign * sign**k
-            rows.append(row)
-            radii.append(_trust(row))
+        with own_context(45) as context:
+            ops = JetOps(self.ORDER, context)
+            for s, c in zip(scene, centre, strict=True):
+                sign = int(self.sign[s])
+                values = {n: self._exact_value(p, int(s) % self._count) for n, p in self._pairs.items()}
+                numbers = {n: ops.rational(v) for n, v in values.items()}
+                point = ops.variable(Fraction(float(sign * c)), Fraction(sign))
+                jet = self._drift.evaluate_values(point, numbers, ops)
+                row = sign * np.array([float(x) for x in Jet.coefficients_of(jet, ops)])
+                rows.append(row)
+                radii.append(_trust(row))
         return np.array(rows), np.array(radii)
+
+    @staticmethod
+    def _exact_value(pair: DoubleDouble, index: int) -> Fraction:
+        return Fraction(float(pair.hi[index])) + Fraction(float(pair.lo[index]))
 
 
 def _trust(row: FloatArray) -> float:

@@ -28,7 +28,9 @@ class ExactField:
 
     def __init__(self, drift: Drift, mirrored: bool, context: Any) -> None:
         self._drift, self._context = drift, context
+        self.mirrored = mirrored
         self._sign = -1 if mirrored else 1
+        self._about: dict[Fraction, list[Fraction]] = {}
         self._polynomial = drift.exact_coefficients()
         if self._polynomial is not None and mirrored:
             self._polynomial = [c if k % 2 else -c for k, c in enumerate(self._polynomial)]
@@ -59,6 +61,71 @@ class ExactField:
         ops = JetOps(order, self._context)
         jet = self._drift.evaluate(ops.variable(self._sign * centre, self._sign * scale), ops)
         return [self._sign * to_fraction(c) for c in Jet.coefficients_of(jet, ops)]
+
+    def near(self, centre: Fraction, t0: Fraction, t1: Fraction) -> list[float]:
+        """Taylor coefficients of phi about the middle of [centre + t0, centre + t1], in units
+        of half its width; floats, for planning."""
+        half = float((t1 - t0) / 2)
+        if self._polynomial is None:
+            found = self.taylor(centre + (t0 + t1) / 2, (t1 - t0) / 2, 16)
+            return [float(c) for c in found]
+        if centre not in self._about:
+            # About a zero of A these floats keep their relative precision.
+            self._about[centre] = self.taylor(centre, Fraction(1), 0)
+        work = [float(c) for c in self._about[centre]]
+        middle, degree = float((t0 + t1) / 2), len(work) - 1
+        for lowest in range(degree):
+            for k in range(degree - 1, lowest - 1, -1):
+                work[k] += work[k + 1] * middle
+        return [c * half**k for k, c in enumerate(work)]
+
+    def integral(self, centre: Fraction, t0: Fraction, t1: Fraction, order: int) -> Fraction:
+        """int phi over [centre + t0, centre + t1]."""
+        if self._polynomial is None:
+            half = (t1 - t0) / 2
+            c = self.taylor(centre + t0 + half, half, order)
+            return 2 * half * sum((x / (k + 1) for k, x in enumerate(c) if k % 2 == 0), Fraction(0))
+        c = self._about.get(centre) or self.taylor(centre, Fraction(1), 0)
+        at_0 = at_1 = Fraction(0)
+        for k in range(len(c) - 1, -1, -1):
+            mean = c[k] / (k + 1)
+            at_0, at_1 = at_0 * t0 + mean, at_1 * t1 + mean
+        return at_1 * t1 - at_0 * t0
+
+    def number(self, u: Any) -> Any:
+        """phi(u) for an mpf u."""
+        ops = MpmathOps(self._context)
+        return self._sign * self._drift.evaluate(self._sign * self._context.mpf(u), ops)
+
+    def slope(self, u: Any) -> Any:
+        """phi'(u) for an mpf u inside (-1, 1)."""
+        ops = JetOps(2, self._context)
+        point = ops.constant(self._sign * u)
+        point.c[1] = self._context.one
+        # The mirror image changes both the sign of A and that of du.
+        return Jet.coefficients_of(self._drift.evaluate(point, ops), ops)[1]
+
+    def polish(self, u: Any) -> Any:
+        """The simple zero of A near the mpf u, by Newton to working precision."""
+        x = self._context.mpf(u)
+        for _ in range(self._context.prec.bit_length() + 4):
+            step = self.number(x) / self.slope(x)
+            x -= step
+            if abs(step) < self._context.ldexp(1, -self._context.prec // 2 - 8):
+                break
+        return x
+
+    def potential_rise(self, lo: Any, hi: Any) -> Any:
+        """V(hi) - V(lo) for mpf arguments inside [-1, 1]."""
+        if self._polynomial is None:
+            pieces = [lo + (hi - lo) * k / 4 for k in range(5)]
+            return -self._context.quad(self.number, pieces)
+        total_lo = total_hi = self._context.zero
+        for k in range(len(self._polynomial) - 1, -1, -1):
+            c = self._polynomial[k] / (k + 1)
+            mean = self._context.mpf(c.numerator) / c.denominator
+            total_lo, total_hi = total_lo * lo + mean, total_hi * hi + mean
+        return total_lo * lo - total_hi * hi
 
     def zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
         """Zeros of A in (lo, hi), and the places where it comes near zero, refined by Newton."""

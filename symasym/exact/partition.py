@@ -9,80 +9,13 @@ from typing import Any
 
 from symasym.errors import AccuracyError
 from symasym.exact.local import ExactField, dyadic
-from symasym.exact.taylor import (
-    Record,
-    constant_record,
-    guard_bits,
-    integers,
-    slow_record,
-    taylor_record,
-    terms_needed,
-)
+from symasym.exact.records import Constant, Numbers, Panel, Slow, Taylor
+from symasym.exact.taylor import guard_bits, terms_needed
 
 _MILD_PANELS = 48
 _MOST_PIECES = 12
-_PANEL_COST = 700  # of a Taylor panel, in terms of a slow series
+_PANEL_COST = 700  # of a Taylor panel, in coefficients of the slow series of a layer
 _DEEPEST = 400
-
-
-class Slow:
-    """A slow panel whose integrals are found only when they matter.
-
-    In a stiff scene most panels only scale what comes in by `end`: sigma and w
-    have grown so large that the panel's own share is below the last digit.
-
-    Attributes
-    ----------
-    up, end
-        As in `Record`.
-    bound, width : mpf
-        ``near <= bound``, ``far <= bound``, ``both <= bound * width``, and
-        ``both <= bound**2`` downwards.
-    far_floor : mpf
-        A lower bound on ``far``.
-    """
-
-    def __init__(self, maker: Partition, middle: Fraction, half: Fraction, count: int, rounds: int,
-                 slopes: tuple[float, float]) -> None:
-        self._maker, self._middle, self._half = maker, middle, half
-        self._count, self._rounds = count, rounds
-        c = maker.field.taylor(middle, half, count)
-        self._scaled = [maker.lam * half * x for x in c]
-        rise = -2 * sum(x / (k + 1) for k, x in enumerate(self._scaled) if k % 2 == 0)
-        self.up = rise > 0
-        self.end = maker.exponential(rise)
-        least, most = slopes
-        self.width = maker.mpf(2 * half)
-        self.bound = 2 / (maker.mpf(maker.lam) * least)
-        self.far_floor = 1 / (2 * maker.mpf(maker.lam) * most)
-        self._record: Record | None = None
-
-    @property
-    def cost(self) -> int:
-        return self._count * (self._rounds + 2)
-
-    def record(self) -> Record:
-        """The panel's integrals."""
-        if self._record is None:
-            maker, sign = self._maker, -1 if self.up else 1
-            for _ in range(6):
-                phi = [maker.mpf(sign * x) for x in self._scaled]
-                self._record = slow_record(
-                    phi, maker.mpf(self._half), self.up, self.end, self._count, self._rounds,
-                    maker.context,
-                )
-                if self._record:
-                    break
-                self._count *= 2
-                if not maker.field.is_polynomial:
-                    c = maker.field.taylor(self._middle, self._half, self._count)
-                    self._scaled = [maker.lam * self._half * x for x in c]
-            else:
-                raise AccuracyError(
-                    f"the Taylor series of A at u = {float(self._middle):.6g} converges too slowly "
-                    "for the digits asked for; ask for fewer digits."
-                )
-        return self._record
 
 
 class Partition:
@@ -97,36 +30,28 @@ class Partition:
     """
 
     def __init__(self, field: ExactField, lam: Fraction, context: Any) -> None:
-        self.field, self.lam, self.context = field, lam, context
+        self.field, self.lam = field, lam
+        self.numbers = Numbers(lam, context)
         self.bits = context.prec
+        self._lam_float = float(lam)
         # Where the Taylor recurrences are cheapest: terms per unit of exponent fall with
         # the reach, but guard bits grow with it.
         self.reach = max(16.0, self.bits / 4)
 
-    def mpf(self, x: Fraction) -> Any:
-        return self.context.mpf(x.numerator) / x.denominator
-
-    def exponential(self, rise: Fraction) -> Any:
-        """exp(-|rise|) to full relative precision, however large `rise` is."""
-        extra = max(0, rise.numerator.bit_length() - rise.denominator.bit_length())
-        with self.context.workprec(self.context.prec + extra + 4):
-            return self.context.exp(-abs(self.mpf(rise)))
-
-    def records(self, start: Fraction, end: Fraction) -> Iterator[Record | Slow]:
+    def records(self, start: Fraction, end: Fraction) -> Iterator[Panel]:
         """Panels from `start` to `end`, the outside ones in closed form."""
         if start < -1:
-            yield self._constant(Fraction(-1), min(end, Fraction(-1)) - start)
+            yield self._outer(Fraction(-1), min(end, Fraction(-1)) - start)
         lo, hi = max(start, Fraction(-1)), min(end, Fraction(1))
         if lo < hi:
             yield from self._inside(lo, hi)
         if end > 1:
-            yield self._constant(Fraction(1), end - max(start, Fraction(1)))
+            yield self._outer(Fraction(1), end - max(start, Fraction(1)))
 
-    def _constant(self, edge: Fraction, width: Fraction) -> Record:
-        x = self.lam * self.field.value(edge) * width
-        return constant_record(x, self.mpf(width), self.context)
+    def _outer(self, edge: Fraction, width: Fraction) -> Panel:
+        return Constant(self.numbers, self.field.value(edge), width)
 
-    def _inside(self, lo: Fraction, hi: Fraction) -> Iterator[Record | Slow]:
+    def _inside(self, lo: Fraction, hi: Fraction) -> Iterator[Panel]:
         grid = [lo + (hi - lo) * Fraction(k, 16) for k in range(17)]
         mean = sum(abs(self.field.value(u)) for u in grid) / 17
         if self.lam * mean * (hi - lo) <= _MILD_PANELS * self.reach:
@@ -156,17 +81,17 @@ class Partition:
 
     def _block(
         self, centre: Fraction, t0: Fraction, t1: Fraction, depth: int
-    ) -> Iterator[Record | Slow]:
+    ) -> Iterator[Panel]:
         """A block by layers where that is exact to working precision, else by Taylor panels."""
         if depth > _DEEPEST:
             raise AccuracyError(
                 f"the drift varies too fast near u = {float(centre):.6g} to reach the digits "
                 "asked for; ask for fewer digits or smooth A there."
             )
-        middle, half = centre + (t0 + t1) / 2, (t1 - t0) / 2
-        near = [float(c) for c in self.field.taylor(middle, half, 16)]
-        pieces = 2 * float(self.lam * half) * sum(abs(c) for c in near) / self.reach
-        slow = self._slow_plan(near, middle, half) if pieces > 2 else None
+        near = self.field.near(centre, t0, t1)
+        scale = self._lam_float * float(t1 - t0) / 2
+        pieces = 2 * scale * sum(abs(c) for c in near) / self.reach
+        slow = self._slow(near, scale, (centre, t0, t1)) if pieces > 2 else None
         if slow and slow.cost < pieces * _PANEL_COST:
             yield slow
             return
@@ -180,17 +105,20 @@ class Partition:
         yield from self._block(centre, t0, split, depth + 1)
         yield from self._block(centre, split, t1, depth + 1)
 
-    def _slow_plan(self, near: list[float], middle: Fraction, half: Fraction) -> Slow | None:
+    def _slow(
+        self, near: list[float], scale: float, edges: tuple[Fraction, Fraction, Fraction]
+    ) -> Slow | None:
         """The panel as layers at its ends, or None where the slow series is too short for that.
 
         Parameters
         ----------
         near : list of float
-            Taylor coefficients of phi in units of `half` about `middle`.
+            Taylor coefficients of phi about the middle, in units of half the width.
+        scale : float
+            lam times half the width.
         """
         spread = sum(abs(c) for c in near[1:])
         least = abs(near[0]) - spread
-        scale = float(self.lam * half)
         if least <= 0.05 * abs(near[0]) or scale * least < self.bits:
             return None
         slope = sum(k * abs(c) for k, c in enumerate(near))
@@ -210,24 +138,19 @@ class Partition:
         if radius < 1.3:
             return None
         count = int(1.15 * (self.bits + 40) / math.log2(radius)) + 2 * rounds + 8
-        return Slow(self, middle, half, count, rounds, (least, abs(near[0]) + spread))
+        # A derivative multiplies the rounding of the n-th coefficient by n/(lam|phi| half).
+        if count > 0.7 * scale * least:
+            return None
+        most = abs(near[0]) + spread
+        return Slow(self.numbers, self.field, edges, (count, rounds), (least, most))
 
-    def _taylor(self, centre: Fraction, t0: Fraction, t1: Fraction) -> Iterator[Record | Slow]:
+    def _taylor(self, centre: Fraction, t0: Fraction, t1: Fraction) -> Iterator[Panel]:
         """Panels from t0 to t1, each as wide as is cheapest."""
         t = t0
         while t < t1:
             here = centre + t
             h, order = self._width(here, t1 - t)
-            c = self.field.taylor(here, h, order)
-            scale = self.lam * h
-            q = [scale * x for x in c]
-            rise = -sum(x / (k + 1) for k, x in enumerate(q))
-            reach = sum(abs(float(x)) / (k + 1) for k, x in enumerate(q))
-            exact, denominator = integers(q, self.bits + guard_bits(reach))
-            yield taylor_record(
-                exact, denominator, self.mpf(h), rise > 0, self.exponential(rise), self.bits, reach,
-                self.context,
-            )
+            yield Taylor(self.numbers, self.field.taylor(here, h, order), h)
             t += h
 
     def _width(self, here: Fraction, most: Fraction) -> tuple[Fraction, int]:

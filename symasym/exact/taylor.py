@@ -1,30 +1,20 @@
-"""Panel records to any number of digits, by Taylor recurrences in big integers.
+"""Taylor recurrences in big integers for the integrals of a panel (`symasym.exact.records`).
 
-The same four numbers as in `symasym.exact.panels`, found without one exponential
-per node: 1/e solves m' = lam phi m and N(x) = int e(w)/e(x) dw solves
-N' = 1 + lam phi N, whose Taylor coefficients obey short recurrences.
+No exponential is evaluated at a node: 1/e solves m' = lam phi m and
+N(x) = int e(w)/e(x) dw solves N' = 1 + lam phi N, whose Taylor coefficients
+obey short recurrences.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from operator import mul
-from typing import Any, NamedTuple
+from typing import Any
 
 _RATIOS = [1.25 * 1.25**k for k in range(28)]
-
-
-class Record(NamedTuple):
-    """One panel: `up` tells which scaling `near`, `far`, `both` have; `end` = exp(-|rise|)."""
-
-    up: bool
-    end: Any
-    near: Any
-    far: Any
-    both: Any
 
 
 def terms_needed(growth: Sequence[float], bits: float) -> int:
@@ -63,44 +53,33 @@ def integers(q: Sequence[Fraction], bits: int) -> tuple[list[int], int]:
     return [(x.numerator * scale) // x.denominator for x in q], scale
 
 
-def taylor_record(
-    q: list[int],
-    denominator: int,
-    h: Any,
-    up: bool,
-    end: Any,
-    bits: int,
-    reach: float,
-    context: Any,
-) -> Record:
-    """Record of a panel on which lam phi h = sum q[k]/denominator s^k, s from 0 to 1.
+def recurrence(q: list[int], denominator: int, bits: int, count: int, source: bool) -> tuple[Any, Any]:
+    """y(1) and int_0^1 y in units of 2^-bits, for y' = (sum q[k]/denominator s^k) y + source.
 
     Parameters
     ----------
     q, denominator : integers
-        Scaled Taylor coefficients of the drift at the panel's left end.
-    h : mpf
-        Width.
-    up, end
-        As in `Record`.
+        The drift times lam and the width, in powers of s from 0 to 1.
     bits : int
-        Relative precision wanted.
-    reach : float
-        Bound on sum |q[k]|/(denominator (k+1)); it sets the guard bits.
+        Places of the fixed-point numbers, guard bits included.
+    count : int
+        Taylor terms.
+    source : bool
+        False: y(0) = 1 and no source (1/e). True: y(0) = 0 and source 1 (N).
     """
-    guard = guard_bits(reach)
-    one = context_integer(1) << (bits + guard)
-    size = [abs(x) / denominator / (k + 1) for k, x in enumerate(q)]
-    count = terms_needed(size, bits + guard)
-    m_sum, m_integral = _series(q, denominator, one, 0, count)
-    n_sum, n_integral = _series(q, denominator, 0, one, count)
-    scale = context.mpf(1) / (1 << (bits + guard))
-    near, far = n_sum * scale * h, m_integral * scale * h
-    both = n_integral * scale * h * h
-    if up:
-        return Record(True, end, near, far, both)
-    # Downwards I = N e(b), and likewise for the others.
-    return Record(False, end, near * end, far * end, both * end)
+    one = context_integer(1) << bits
+    recent = deque([0 * one if source else one], maxlen=len(q))
+    total = integral = recent[0]
+    step = denominator
+    for n in range(1, count):
+        new = sum(map(mul, q, recent)) // step
+        if n == 1 and source:
+            new += one
+        step += denominator
+        recent.appendleft(new)
+        total += new
+        integral += new // (n + 1)
+    return total, integral
 
 
 def context_integer(value: int) -> Any:
@@ -110,78 +89,67 @@ def context_integer(value: int) -> Any:
     return MPZ(value)
 
 
-def _series(q: list[int], denominator: int, first: Any, source: Any, count: int) -> tuple[Any, Any]:
-    """Sum and integral over [0, 1] of y, where y' = (q/denominator) y + source, y(0) = first."""
-    recent = deque([first], maxlen=len(q))
-    total, integral = first, first
-    step = denominator
-    for n in range(1, count):
-        new = sum(map(mul, q, recent)) // step
-        if n == 1:
-            new += source
-        step += denominator
-        recent.appendleft(new)
-        total += new
-        integral += new // (n + 1)
-    return total, integral
-
-
-def slow_record(
-    phi: list[Any], half: Any, up: bool, end: Any, count: int, rounds: int, context: Any
-) -> Record | None:
-    """Record of a panel where the integrals live in layers at its ends.
+def layer(phi: list[Any], alternate: bool, context: Any) -> Any:
+    """A layer-free solution at one point, in units of the length that `phi` is scaled by.
 
     Parameters
     ----------
     phi : list of mpf
-        Coefficients of lam |phi| half in s, u = centre + half s, -1 <= s <= 1.
-    half : mpf
-        Half the width.
-    up, end
-        As in `Record`.
-    count, rounds : int
-        Terms of the Taylor series, and of the slow series t_0 = 1/(lam|phi|),
+        Taylor coefficients of lam |phi| times that length, about the point; one
+        more than rounds of the slow series t_0 = 1/(lam|phi|),
         t_{k+1} = t_k'/(lam|phi|).
+    alternate : bool
+        True: the alternating sum, M' = 1 - lam|phi| M. False: Q' = -1 + lam|phi| Q.
+    """
+    bits, total, sign = context.prec + 32, 0, 1
+    for term in _slow_terms(phi, len(phi), len(phi) - 1, bits):
+        total += sign * term[0]
+        sign = -sign if alternate else sign
+    return total / phi[0] / (1 << bits)
+
+
+def slow_integral(phi: list[Any], count: int, rounds: int, alternate: bool, context: Any) -> Any:
+    """The integral of a layer-free solution over s from -1 to 1, the panel's half width being 1.
+
+    Parameters
+    ----------
+    phi : list of mpf
+        As in `layer`, about the middle.
+    count, rounds : int
+        Terms of the Taylor and of the slow series.
 
     Returns
     -------
-    Record or None
+    mpf or None
         None if the Taylor series turns out too short.
-
-    Notes
-    -----
-    The alternating sum of the t_k follows the drift and the plain sum opposes
-    it, as in `symasym.exact.panels.slow`.
     """
     bits = context.prec + 32
-    one = context_integer(1) << bits
-    lead = phi[0]
-    ratio = [_fixed(x / lead, bits) for x in phi[1:]]
-    while ratio and not ratio[-1]:
-        ratio.pop()
-    inverse = _fixed(1 / lead, bits)  # lam|phi| half >> 1 in a slow panel
-    term = _divide([one] + [0] * (count - 1), ratio, bits)
-    m, q, sign = list(term), list(term), 1
-    for _ in range(rounds):
-        derivative = [(k + 1) * x for k, x in enumerate(term[1:])]
-        term = _divide([(x * inverse) >> bits for x in derivative], ratio, bits)
-        sign = -sign
+    total = [0] * count
+    sign = 1
+    for term in _slow_terms(phi, count, rounds, bits):
         for k, x in enumerate(term):
-            q[k] += x
-            m[k] += sign * x
+            total[k] += sign * x
+        sign = -sign if alternate else sign
     # Each derivative spoils one more of the last coefficients; those before must have died out.
     last = count - rounds - 1
-    if max(abs(x) for x in q[last - 6 : last]) >> 24:
+    if max(abs(x) for x in total[last - 6 : last]) >> 24:
         return None
-    # All series are in units of 1/(lam|phi| half) at the centre, times half for a length.
-    unit = half / lead / (1 << bits)
-    m_in, m_out = _ends(m, unit)
-    q_in, q_out = _ends(q, unit)
-    m_moment, q_moment = m_out - m_in * end, q_in - q_out * end
-    if up:
-        return Record(True, end, m_moment, q_moment, _integral(m, unit) * half - m_in * q_moment)
-    both = q_in * m_moment - end * half * _integral(q, unit)
-    return Record(False, end, q_moment, m_moment, both)
+    return 2 * sum(x // (2 * k + 1) for k, x in enumerate(total[::2])) / phi[0] / (1 << bits)
+
+
+def _slow_terms(phi: list[Any], count: int, rounds: int, bits: int) -> Iterator[list[Any]]:
+    """Taylor coefficients of the t_k, in units of 1/phi[0], fixed point."""
+    ratio = [_fixed(x / phi[0], bits) for x in phi[1:]]
+    while ratio and not ratio[-1]:
+        ratio.pop()
+    inverse = _fixed(1 / phi[0], bits)
+    one = context_integer(1) << bits
+    term = _divide([one] + [0] * (count - 1), ratio, bits)
+    yield term
+    for _ in range(rounds):
+        derivative = [((k + 1) * x * inverse) >> bits for k, x in enumerate(term[1:])]
+        term = _divide(derivative, ratio, bits)
+        yield term
 
 
 def _fixed(x: Any, bits: int) -> Any:
@@ -202,19 +170,16 @@ def _divide(numerator: list[Any], ratio: list[Any], bits: int) -> list[Any]:
     return result
 
 
-def _ends(series: list[Any], unit: Any) -> tuple[Any, Any]:
-    even, odd = sum(series[::2]), sum(series[1::2])
-    return (even - odd) * unit, (even + odd) * unit
+def constant_moments(x: Fraction, context: Any) -> tuple[Any, Any, Any]:
+    """exp(-|x|), and near (= far) and both per width and width^2, of a panel of constant drift.
 
-
-def _integral(series: list[Any], unit: Any) -> Any:
-    return 2 * sum(x // (2 * k + 1) for k, x in enumerate(series[::2])) * unit
-
-
-def constant_record(x: Fraction, h: Any, context: Any) -> Record:
-    """Record of a panel of any width on which the drift is constant; x = lam a h."""
+    Parameters
+    ----------
+    x : Fraction
+        lam times the drift times the width.
+    """
     if x == 0:
-        return Record(False, context.one, h, h, h * h / 2)
+        return context.one, context.one, context.one / 2
     size = abs(x)
     # 1 - e^-x and its second-order twin cancel for small x.
     lost = max(0, 2 * (size.denominator.bit_length() - size.numerator.bit_length()) + 4)
@@ -223,6 +188,5 @@ def constant_record(x: Fraction, h: Any, context: Any) -> Record:
         y = context.mpf(size.numerator) / size.denominator
         end = context.exp(-y)
         first = -context.expm1(-y) / y
-        up = x < 0
-        second = (y - 1 + end) / y**2 if up else (1 - (1 + y) * end) / y**2
-    return Record(up, end, h * first, h * first, h * h * second)
+        second = (y - 1 + end) / y**2 if x < 0 else (1 - (1 + y) * end) / y**2
+    return end, first, second

@@ -1,0 +1,178 @@
+"""Reading a drift given as a SymPy expression, and writing phi and V as SymPy ones."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import sympy
+
+from symasym import models
+from symasym.arithmetic import MpmathOps, evaluate_tree
+from symasym.errors import InputError
+
+_DEEPEST = 40
+
+
+def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
+    """The model of the drift A(u), its ends checked against a- and a+ (eq:cont)."""
+    formula = _parse("A", A)
+    symbol = _symbol(formula, u)
+    for name, given, end in (("a-", a_minus, -1), ("a+", a_plus, 1)):
+        if given is None:
+            continue
+        outside, inside = _parse(name, given), formula.subs(symbol, end)
+        gap = sympy.simplify(sympy.nsimplify(inside - outside, rational=True))
+        if gap != 0:
+            raise InputError(
+                f"A jumps at u = {end}: A({end}) is {inside} but {name} is {outside}; "
+                "make them equal (give decimals as strings to keep them exact)."
+            )
+    _check_functions(formula, symbol)
+    return models.Expression(formula, symbol)
+
+
+def _parse(name: str, given: Any) -> Any:
+    if isinstance(given, str):
+        from sympy.parsing.sympy_parser import parse_expr, rationalize, standard_transformations
+
+        names = {n: sympy.Symbol(n) for n in ("S", "N", "C", "O", "Q", "E1", "beta", "gamma", "zeta")}
+        try:
+            return parse_expr(given, local_dict=names, transformations=(*standard_transformations, rationalize))
+        except Exception as error:  # SymPy's parser raises whatever Python's tokenizer does
+            raise InputError(
+                f"{name} is {given!r}, which SymPy cannot read ({type(error).__name__}); "
+                "write it like 1/2 - u + b*u**3."
+            ) from None
+    if isinstance(given, Fraction):
+        return sympy.Rational(given.numerator, given.denominator)
+    try:
+        return sympy.sympify(given, strict=True)
+    except (sympy.SympifyError, TypeError):
+        raise InputError(f"{name} is {given!r}; give a SymPy expression, a number or a string.") from None
+
+
+def _symbol(formula: Any, u: Any) -> Any:
+    if u is not None:
+        return sympy.Symbol(u) if isinstance(u, str) else u
+    named = [s for s in formula.free_symbols if s.name == "u"]
+    if named:
+        return named[0]
+    if len(formula.free_symbols) == 1:
+        raise InputError(
+            f"A = {formula} has no symbol u; name its variable, as in "
+            f"Drift(A, {next(iter(formula.free_symbols))})."
+        )
+    return sympy.Symbol("u")
+
+
+def _check_functions(formula: Any, symbol: Any) -> None:
+    """Refuse what is not analytic, before anything is evaluated."""
+
+    class Dry:
+        def rational(self, value: Fraction) -> int:
+            return 1
+
+        def pi(self) -> int:
+            return 1
+
+        def power(self, base: Any, exponent: Fraction) -> int:
+            return 1
+
+        def __getattr__(self, name: str) -> Any:
+            return lambda x: 1
+
+    evaluate_tree(formula, dict.fromkeys(formula.free_symbols | {symbol}, 1), Dry())
+
+
+def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None:
+    """Refuse an A that is singular or complex on [-1, 1], by interval evaluation.
+
+    An enclosure that stays unbounded on ever smaller intervals is a singularity
+    (or one that cancels, which the formula should be freed of).
+    """
+    iv = mpmath.iv
+    ops = MpmathOps(_Intervals())
+    numbers = {name: ops.rational(value) for name, value in values.items()}
+
+    def problem(lo: Fraction, hi: Fraction) -> str | None:
+        u = iv.mpf([mpmath.mpf(lo.numerator) / lo.denominator, mpmath.mpf(hi.numerator) / hi.denominator])
+        try:
+            value = model.evaluate(u, numbers, ops)
+        except (ZeroDivisionError, OverflowError):
+            return "singular"
+        except (mpmath.libmp.ComplexResult, ValueError, NotImplementedError, TypeError):
+            return "singular or complex"
+        ends = (mpmath.mpf(value.a), mpmath.mpf(value.b))
+        if any(mpmath.isnan(x) or mpmath.isinf(x) for x in ends):
+            return "singular"
+        return None
+
+    pending = [(Fraction(-1), Fraction(1), 0)]
+    while pending:
+        lo, hi, depth = pending.pop()
+        found = problem(lo, hi)
+        if not found:
+            continue
+        if depth == _DEEPEST or (depth > 6 and len(pending) > 400):
+            raise InputError(
+                f"A = {model.formula} is {found} near u = {float(lo):.6g}; "
+                "give an A that is real and smooth on [-1, 1]."
+            )
+        middle = (lo + hi) / 2
+        pending += [(middle, hi, depth + 1), (lo, middle, depth + 1)]
+
+
+class _Intervals:
+    """mpmath's interval context, with the functions it lacks by composition."""
+
+    def __getattr__(self, name: str) -> Any:
+        iv = mpmath.iv
+        composed = {
+            "tan": lambda x: iv.sin(x) / iv.cos(x),
+            "sinh": lambda x: (iv.exp(x) - iv.exp(-x)) / 2,
+            "cosh": lambda x: (iv.exp(x) + iv.exp(-x)) / 2,
+            "tanh": lambda x: 1 - 2 / (iv.exp(2 * x) + 1),
+            "asin": lambda x: _monotone(mpmath.asin, x),
+            "acos": lambda x: -_monotone(lambda y: -mpmath.acos(y), x),
+            "atan": lambda x: _monotone(mpmath.atan, x),
+            "asinh": lambda x: _monotone(mpmath.asinh, x),
+            "acosh": lambda x: _monotone(mpmath.acosh, x),
+            "atanh": lambda x: _monotone(mpmath.atanh, x),
+            "erf": lambda x: _monotone(mpmath.erf, x),
+        }
+        return composed.get(name) or getattr(iv, name)
+
+
+def _monotone(function: Any, x: Any) -> Any:
+    ends = [function(mpmath.mpf(y)) for y in (x.a, x.b)]
+    if any(isinstance(y, mpmath.mpc) for y in ends):
+        raise ValueError("complex")
+    return mpmath.iv.mpf([ends[0] - mpmath.mpf(2) ** -40, ends[1] + mpmath.mpf(2) ** -40])
+
+
+def phi(A: Any) -> Any:
+    """phi as a Piecewise in the real symbol u (eq:phi)."""
+    u = sympy.Symbol("u", real=True)
+    return sympy.Piecewise((A.subs(u, -1), u <= -1), (A, u < 1), (A.subs(u, 1), True))
+
+
+def potential(A: Any) -> Any:
+    """V as a Piecewise in the real symbol u (eq:V2)."""
+    u = sympy.Symbol("u", real=True)
+    v = sympy.Symbol("v", real=True)
+    inside = _integral(A.subs(u, v), v, u)
+    top = _integral(A.subs(u, v), v, sympy.Integer(1))
+    return sympy.Piecewise(
+        (-A.subs(u, -1) * (u + 1), u <= -1),
+        (-inside, u < 1),
+        (-top - A.subs(u, 1) * (u - 1), True),
+    )
+
+
+def _integral(A: Any, v: Any, upper: Any) -> Any:
+    antiderivative = sympy.integrate(A, v)
+    if antiderivative.has(sympy.Integral, sympy.Piecewise):
+        return sympy.Integral(A, (v, -1, upper))
+    return sympy.expand(antiderivative.subs(v, upper) - antiderivative.subs(v, -1))

@@ -1,0 +1,259 @@
+"""The shape of the potential: critical points, wells and barriers, and values of V."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symasym.context import own_context
+from symasym.errors import AccuracyError
+from symasym.inputs import FloatArray
+
+if TYPE_CHECKING:
+    from symasym.drift import Drift
+
+_DIGITS = 60
+
+
+@dataclass(frozen=True)
+class CriticalPoint:
+    """A zero of A inside (-1, 1).
+
+    Attributes
+    ----------
+    u : mpf
+        Where, right to 50 digits.
+    multiplicity : int
+        Order of the zero.
+    kind : str
+        ``"well"`` (stable: V has a minimum), ``"barrier"`` (unstable) or
+        ``"inflection"`` (A keeps its sign: a fold point, for multiplicity 2).
+    """
+
+    u: Any
+    multiplicity: int
+    kind: str
+
+    @property
+    def stable(self) -> bool:
+        """True for a well."""
+        return self.kind == "well"
+
+
+def critical_points(drift: Drift) -> list[CriticalPoint]:
+    """Zeros of A in (-1, 1), left to right; exact for polynomials, else to 50 digits.
+
+    Raises
+    ------
+    AccuracyError
+        If A vanishes identically, or to 50 digits at an extreme that cannot be
+        told from a tangency.
+    """
+    drift.scalars()
+    coefficients = drift.exact_coefficients()
+    if coefficients is not None:
+        return _of_polynomial(coefficients)
+    return _of_analytic(drift)
+
+
+def _of_polynomial(coefficients: list[Fraction]) -> list[CriticalPoint]:
+    import sympy
+
+    if not any(coefficients):
+        raise AccuracyError("A is 0 on all of [-1, 1], so every point is critical; change A.")
+    u = sympy.Symbol("u")
+    rationals = [sympy.Rational(c.numerator, c.denominator) for c in coefficients[::-1]]
+    poly = sympy.Poly(rationals, u)
+    if poly.degree() < 1:
+        return []
+    found = []
+    for factor, multiplicity in poly.factor_list()[1]:
+        for root in factor.real_roots():
+            if -1 < root < 1:
+                # A changes sign by the sign of its first derivative that does not vanish.
+                slope = poly
+                for _ in range(multiplicity):
+                    slope = slope.diff(u)
+                found.append((root, multiplicity, bool(slope.eval(root) > 0)))
+    found.sort(key=lambda item: item[0].evalf(_DIGITS))
+    with own_context(_DIGITS) as context:
+        return [
+            CriticalPoint(_mpf(root, context), multiplicity, _kind(multiplicity, rising))
+            for root, multiplicity, rising in found
+        ]
+
+
+def _mpf(value: Any, context: Any) -> Any:
+    import mpmath
+
+    return mpmath.mp.make_mpf(value.evalf(_DIGITS)._to_mpmath(context.prec)._mpf_)
+
+
+def _kind(multiplicity: int, rising: bool) -> str:
+    if multiplicity % 2 == 0:
+        return "inflection"
+    return "barrier" if rising else "well"
+
+
+def _of_analytic(drift: Drift) -> list[CriticalPoint]:
+    import mpmath
+
+    from symasym.exact.jets import Jet, JetOps
+
+    order = 8
+    with own_context(_DIGITS + 20) as context:
+
+        def taylor(u: Any) -> list[Any]:
+            ops = JetOps(order, context)
+            point = ops.constant(u)
+            point.c[1] = context.one
+            return Jet.coefficients_of(drift.evaluate(point, ops), ops)
+
+        scale = max(abs(taylor(context.mpf(k) / 8)[0]) for k in range(-8, 9))
+        if scale == 0:
+            raise AccuracyError("A is 0 on all of [-1, 1], so every point is critical; change A.")
+        marks = float_marks(lambda u: drift.evaluate_float(u))
+        # Between neighbouring extremes A is monotone, so a change of sign is one simple zero.
+        turning = [_newton(lambda x: taylor(x)[1:3], context.mpf(x), context) for x in marks]
+        inside = sorted(x for x in turning if x is not None and -1 < x < 1)
+        edges = [context.mpf(-1), *_distinct(inside, context), context.mpf(1)]
+        found: list[CriticalPoint] = []
+        values = [taylor(x)[0] for x in edges]
+        small = scale * context.mpf(10) ** (-_DIGITS)
+        for k in range(1, len(edges)):
+            low, high = values[k - 1], values[k]
+            if abs(low) > small and abs(high) > small and low * high < 0:
+                root = _bisect(lambda x: taylor(x)[:2], edges[k - 1], edges[k], context)
+                found.append(CriticalPoint(mpmath.mp.make_mpf(root._mpf_), 1, _kind(1, high > 0)))
+            if k < len(edges) - 1 and abs(high) <= small:
+                jet = taylor(edges[k])
+                multiplicity = next(
+                    (m for m in range(1, order) if abs(jet[m]) > scale * context.mpf(10) ** (-20)), 0
+                )
+                if not multiplicity:
+                    raise AccuracyError(
+                        f"A vanishes to high order near u = {float(edges[k]):.6g}; "
+                        "give A as a polynomial to resolve it."
+                    )
+                found.append(
+                    CriticalPoint(
+                        mpmath.mp.make_mpf(edges[k]._mpf_),
+                        multiplicity,
+                        _kind(multiplicity, jet[multiplicity] > 0),
+                    )
+                )
+        return found
+
+
+def _distinct(points: list[Any], context: Any) -> list[Any]:
+    kept: list[Any] = []
+    for x in points:
+        if not kept or x - kept[-1] > context.mpf(10) ** -30:
+            kept.append(x)
+    return kept
+
+
+def _newton(pair: Callable[[Any], list[Any]], x: Any, context: Any) -> Any | None:
+    """A zero of f near x, where pair gives [f, f'/1] (Taylor coefficients, f'' doubled)."""
+    for _ in range(60):
+        # Coefficients c1, c2 of A: A' = c1, A'' = 2 c2.
+        value, half_slope = pair(x)
+        if half_slope == 0:
+            return x if value == 0 else None
+        step = value / (2 * half_slope)
+        if abs(step) > 0.5:
+            return None
+        x -= step
+        if abs(step) < context.mpf(10) ** (-_DIGITS - 5):
+            break
+    return x
+
+
+def _bisect(pair: Callable[[Any], list[Any]], lo: Any, hi: Any, context: Any) -> Any:
+    """The zero between lo and hi by Newton kept inside a shrinking bracket."""
+    low_sign = pair(lo)[0] > 0
+    x = (lo + hi) / 2
+    for _ in range(400):
+        value, slope = pair(x)
+        if value == 0:
+            return x
+        if (value > 0) == low_sign:
+            lo = x
+        else:
+            hi = x
+        step = value / slope if slope else context.inf
+        new = x - step
+        if not lo < new < hi:
+            new = (lo + hi) / 2
+        if abs(new - x) < context.mpf(10) ** (-_DIGITS - 5):
+            return new
+        x = new
+    return x
+
+
+def float_marks(function: Callable[[FloatArray], Any]) -> list[float]:
+    """Zeros and extremes of a smooth function on [-1, 1], in float64, by Chebyshev proxies.
+
+    Parameters
+    ----------
+    function : callable
+        Takes and returns a float64 array.
+    """
+    marks: list[float] = []
+    for lo, hi, series in _proxies(function):
+        for poly in (series, np.polynomial.chebyshev.chebder(series)):
+            trimmed = np.polynomial.chebyshev.chebtrim(poly, 1e-15 * (np.abs(poly).max() or 1.0))
+            if len(trimmed) < 2:
+                continue
+            roots = np.polynomial.chebyshev.chebroots(trimmed)
+            good = roots[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) <= 1 + 1e-9)].real
+            marks += list((lo + hi) / 2 + (hi - lo) / 2 * good)
+    return sorted(float(np.clip(x, -1, 1)) for x in marks)
+
+
+def _proxies(function: Callable[[FloatArray], Any]) -> list[tuple[float, float, FloatArray]]:
+    """Pieces of [-1, 1] with Chebyshev coefficients that have died out."""
+    degree = 32
+    nodes = np.cos(np.pi * np.arange(degree + 1) / degree)
+    pending, done = [(-1.0, 1.0)], []
+    while pending:
+        lo, hi = pending.pop()
+        with np.errstate(all="ignore"):
+            x = (lo + hi) / 2 + (hi - lo) / 2 * nodes
+            values = np.broadcast_to(np.asarray(function(x), dtype=np.float64), x.shape)
+        if not np.isfinite(values).all():
+            raise AccuracyError(
+                f"A is not finite between u = {lo:.6g} and {hi:.6g}; "
+                "give an A that is real and smooth on [-1, 1]."
+            )
+        series = np.polynomial.chebyshev.chebfit(nodes, values, degree)
+        if np.abs(series[-3:]).max() < 1e-12 * (np.abs(series).max() or 1.0) or hi - lo < 1e-6:
+            done.append((lo, hi, series))
+        else:
+            pending += [(lo, (lo + hi) / 2), ((lo + hi) / 2, hi)]
+    return done
+
+
+def potential_at(drift: Drift, u: FloatArray) -> Any:
+    """V in float64 with V(-1) = 0, by Gauss-Legendre on panels short enough for any A."""
+    drift.require_bound()
+    values = {name: np.asarray(v, dtype=np.float64) for name, v in drift.values.items()}
+    shape = np.broadcast_shapes(u.shape, drift.shape)
+    position = np.broadcast_to(u, shape)
+    inside = np.clip(position, -1.0, 1.0)
+    x, w = np.polynomial.legendre.leggauss(20)
+    total = np.zeros(shape)
+    panels = 64
+    for k in range(panels):
+        lo = -1 + (inside + 1) * (k / panels)
+        half = (inside + 1) / panels / 2
+        for node, weight in zip(x, w, strict=True):
+            total = total - weight * half * drift.evaluate_float(lo + half * (1 + node), values)
+    a_minus = drift.evaluate_float(np.asarray(-1.0), values)
+    a_plus = drift.evaluate_float(np.asarray(1.0), values)
+    total = total - a_minus * np.minimum(position + 1, 0.0) - a_plus * np.maximum(position - 1, 0.0)
+    return float(total) if total.ndim == 0 else total

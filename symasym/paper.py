@@ -1,0 +1,273 @@
+"""The paper's own leading-order formulas, as printed (``method="paper"``)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from symasym.context import own_context, to_mpf
+from symasym.drift import Drift
+from symasym.errors import InputError, RangeError, RegionError
+from symasym.estimate import Estimate
+from symasym.inputs import FloatArray, digits, exact, floats, is_array, positive
+
+_LARGEST, _SMALLEST = 709.78, -708.39
+
+
+def escape_time(
+    drift: Drift, kappa: Any, r: Any, start: Any, *, dps: int | None, log: bool, full: bool
+) -> Any:
+    """eq:Ttildesmall with the step eq:S, which is eq:Ttildelarge where there is no well.
+
+    The paper's assumptions are checked: a crossing region, and no zero of A in
+    (-1, 1) or exactly two, a well before a barrier in the direction of the
+    crossing. The well counts if the barrier lies beyond the start, u = 0.
+    """
+    if is_array(start) or exact("start", start) != 0:
+        raise InputError(f"start is {start}; the paper's formula is for start 0, use method='exact'.")
+    drift.require_bound()
+    if dps is not None or not (drift.shape or is_array(kappa) or is_array(r)):
+        n = 17 if dps is None else digits(dps)
+        result = _escape_by_digits(
+            drift, positive("kappa", exact("kappa", kappa)), positive("r", exact("r", r)), n, log or dps is None
+        )
+        if dps is None:
+            return _float_result(np.asarray(float(result)), log, full)
+        return Estimate(result, None, "none", "paper") if full else result
+    return _float_result(_escape_by_floats(drift, kappa, r), log, full)
+
+
+def _float_result(logs: FloatArray, log: bool, full: bool) -> Any:
+    if not log and (logs.max() > _LARGEST or logs.min() < _SMALLEST):
+        extreme = logs.max() if logs.max() > _LARGEST else logs.min()
+        raise RangeError(
+            f"the value is e^{extreme:.6g}, outside the range of float64; pass log=True, or dps=…."
+        )
+    value: Any = logs if log else np.exp(logs)
+    value = float(value) if value.ndim == 0 else value
+    return Estimate(value, None, "none", "paper") if full else value
+
+
+def _refuse_region(a_minus: Any, a_plus: Any) -> None:
+    raise RegionError(
+        f"a- = {float(a_minus):.6g} and a+ = {float(a_plus):.6g} are no crossing region, where "
+        "the paper gives no escape time; use method='exact'."
+    )
+
+
+def _refuse_zeros(count: int) -> None:
+    raise InputError(
+        f"A has {count} zeros in (-1, 1), but the paper's formula is for none, or for one well "
+        "followed by one barrier; use method='exact'."
+    )
+
+
+def _well_counts(u1: Any, u2: Any) -> bool:
+    """The paper's condition for its multiplier to be 1: -1 < u1 < u2 < 1 and u2 > 0."""
+    return bool(u1 < u2 and u2 > 0)
+
+
+def _escape_by_digits(drift: Drift, kappa: Fraction, r: Fraction, dps: int, log: bool) -> Any:
+    a_minus, a_plus = drift.ends
+    if a_minus * a_plus <= 0:
+        _refuse_region(a_minus, a_plus)
+    down = a_plus < 0
+    points = [p for p in drift.critical_points() if p.multiplicity % 2]
+    if down:
+        points = points[::-1]
+    if len(points) not in (0, 2) or [p.kind for p in points] not in ([], ["well", "barrier"]):
+        _refuse_zeros(len(points))
+    with own_context(dps + 15) as context:
+        from symasym.exact.local import ExactField
+
+        field = ExactField(drift, down, context)
+        flight = context.mpf(r.numerator) / r.denominator / _number(field.value(Fraction(1)), context)
+        total = flight
+        if points:
+            u1, u2 = (field.polish(-p.u if down else p.u) for p in points)
+            if _well_counts(u1, u2):
+                lam = context.mpf((2 / kappa**2).numerator) / (2 / kappa**2).denominator
+                with context.workprec(context.prec + max(0, int(context.mag(lam)))):
+                    exponent = lam * field.potential_rise(u1, u2)
+                    curvature = -field.slope(u1) * field.slope(u2)
+                    total = flight + 2 * context.pi / context.sqrt(curvature) * context.exp(exponent)
+        if log:
+            total = context.log(total)
+        return to_mpf(total, dps)
+
+
+def _number(x: Fraction, context: Any) -> Any:
+    return context.mpf(x.numerator) / x.denominator
+
+
+def _escape_by_floats(drift: Drift, kappa: Any, r: Any) -> FloatArray:
+    k, radius = floats("kappa", kappa), floats("r", r)
+    for name, x in (("kappa", k), ("r", radius)):
+        if not (x > 0).all():
+            raise InputError(f"{name} is {x.min():.6g}; it must be greater than 0.")
+    try:
+        shape = np.broadcast_shapes(drift.shape, k.shape, radius.shape)
+    except ValueError:
+        raise InputError(
+            f"the shapes do not broadcast (drift {drift.shape}, kappa {k.shape}, r {radius.shape}); "
+            "give arrays of shapes that NumPy broadcasts."
+        ) from None
+    from symasym.exact.fields import field_of
+
+    # The landscape depends on the drift alone: find it once per drift, not per point.
+    own = drift.shape
+    count = int(np.prod(own, dtype=int))
+    values = {
+        n: np.broadcast_to(v, own).ravel() if is_array(v) else v for n, v in drift.values.items()
+    }
+    field = field_of(drift, values, count)
+    for bad in np.flatnonzero(field.a_minus * field.a_plus <= 0):
+        _refuse_region(field.a_minus[bad % count], field.a_plus[bad % count])
+    scene = np.where(field.a_plus[:count] > 0, 0, count) + np.arange(count)
+    u1, u2, number = _well_and_barrier(field, scene)
+    for bad in number[(number != 0) & (number != 2)]:
+        _refuse_zeros(int(bad))
+    well = np.flatnonzero((number == 2) & (u2 > 0))
+    log_front, rise = np.full(count, -np.inf), np.zeros(count)
+    if well.size:
+        slopes = field.taylor(scene[well], u1[well])[0][:, 1] * field.taylor(scene[well], u2[well])[0][:, 1]
+        log_front[well] = np.log(2 * np.pi) - 0.5 * np.log(-slopes)
+        rise[well] = _rise(field, scene[well], u1[well], u2[well])
+    well_time = log_front.reshape(own) + 2 * rise.reshape(own) / k**2
+    flight = np.log(radius / np.broadcast_to(field.a_plus[scene].reshape(own), shape))
+    return np.logaddexp(np.broadcast_to(well_time, shape), flight)
+
+
+def _well_and_barrier(field: Any, scene: Any) -> tuple[FloatArray, FloatArray, Any]:
+    """First two zeros of A inside (-1, 1), and how many there are, for each scene."""
+    from symasym.exact.fields import extremes
+
+    marks = extremes(field, scene)
+    n = len(scene)
+    edges = np.concatenate((np.full((n, 1), -1.0), marks, np.ones((n, 1))), axis=1)
+    owner = np.repeat(scene, edges.shape[1])
+    values = field.taylor(owner, edges.ravel())[0][:, 0].reshape(edges.shape)
+    # A is monotone between neighbouring marks, so a change of sign brackets one zero.
+    change = values[:, :-1] * values[:, 1:] < 0
+    number = change.sum(axis=1)
+    found = np.full((n, 2), np.nan)
+    for which in range(2):
+        rows = np.flatnonzero(number > which)
+        if not rows.size:
+            continue
+        column = np.argmax(np.cumsum(change[rows], axis=1) == which + 1, axis=1)
+        lo, hi = edges[rows, column], edges[rows, column + 1]
+        found[rows, which] = _bracketed(
+            lambda x, s=scene[rows]: field.phi(s, x[:, None])[:, 0], lo, hi, values[rows, column] > 0
+        )
+    return found[:, 0], found[:, 1], number
+
+
+def _bracketed(
+    function: Callable[[FloatArray], FloatArray], lo: FloatArray, hi: FloatArray, positive_low: Any
+) -> FloatArray:
+    for _ in range(60):
+        middle = (lo + hi) / 2
+        same = (function(middle) > 0) == positive_low
+        lo, hi = np.where(same, middle, lo), np.where(same, hi, middle)
+    return (lo + hi) / 2
+
+
+def _rise(field: Any, scene: Any, lo: FloatArray, hi: FloatArray) -> FloatArray:
+    """V(hi) - V(lo) by Gauss-Legendre."""
+    x, w = np.polynomial.legendre.leggauss(16)
+    panels = 8
+    offsets = ((np.arange(panels)[:, None] + (x + 1) / 2) / panels).ravel()
+    weights = np.tile(w / 2 / panels, panels)
+    values = field.phi(scene, lo[:, None] + (hi - lo)[:, None] * offsets)
+    result: FloatArray = -(hi - lo) * (values @ weights)
+    return result
+
+
+def occupation(
+    drift: Drift, kappa: Any, complement: bool, *, dps: int | None, log: bool, full: bool
+) -> Any:
+    """Leading term of eq:Plarge2 where it is below 1, else the bound behind eq:Psmall2.
+
+    The bound is a lower bound on P; as an `Estimate` its error, 1 - P's bound,
+    is of kind ``"bound"``, and that of eq:Plarge2 is of kind ``"none"``.
+    """
+    if is_array(kappa) or drift.shape:
+        return _occupation_of_arrays(drift, kappa, complement, dps, log, full)
+    k = positive("kappa", exact("kappa", kappa))
+    n = 17 if dps is None else digits(dps)
+    with own_context(n + 15) as context:
+        a_minus, a_plus = (_number(Fraction(x), context) for x in drift.ends)
+        noise = _number(k * k, context)
+        large = 4 / ((1 / a_minus - 1 / a_plus) * noise)
+        small = large >= 1
+        p = _lower_bound(drift, noise, context) if small else large
+        value = 1 - p if complement else p
+        error = 1 - p if small else None
+        if log:
+            error = -context.log(p) if error is not None and not complement else None
+            value = context.log(value)
+        result = to_mpf(value, n)
+        error = None if error is None else to_mpf(error * (1 + context.mpf(10) ** -n), n)
+    if dps is None:
+        result, error = float(result), None if error is None else float(np.nextafter(float(error), 2.0))
+    if not full:
+        return result
+    return Estimate(result, error, "none" if error is None else "bound", "paper")
+
+
+def _occupation_of_arrays(
+    drift: Drift, kappa: Any, complement: bool, dps: int | None, log: bool, full: bool
+) -> Any:
+    if dps is not None:
+        raise InputError(f"dps is {dps} and an argument is an array; arrays are for float64 (dps=None).")
+    k = floats("kappa", kappa)
+    shape = np.broadcast_shapes(k.shape, drift.shape)
+    flat = np.broadcast_to(k, shape).ravel()
+    values = {n: np.broadcast_to(v, shape).ravel() if is_array(v) else v for n, v in drift.values.items()}
+    found = np.array(
+        [
+            occupation(
+                drift.bind(**{n: float(v[i]) if is_array(v) else v for n, v in values.items()}),
+                float(x), complement, dps=None, log=log, full=False,
+            )
+            for i, x in enumerate(flat)
+        ]
+    ).reshape(shape)
+    return Estimate(found, None, "none", "paper") if full else found
+
+
+def _lower_bound(drift: Drift, noise: Any, context: Any) -> Any:
+    """The unlabelled bound before eq:Psmall2, with the largest L that the drift allows."""
+    from symasym.exact.local import ExactField
+
+    field = ExactField(drift, False, context)
+    top = field.potential_rise(context.mpf(-1), context.mpf(1))
+    if top > 0:
+        # V(1) > 0: the same in the mirrored variable, whose V at the right end is -V(1).
+        field, top = ExactField(drift, True, context), -top
+    a_minus, a_plus = (_number(field.value(Fraction(x)), context) for x in (-1, 1))
+    length = _stays_below(drift, field, context)
+    return 1 / (1 + noise / (2 * length) * (context.exp(2 * top / noise) / a_minus - 1 / a_plus))
+
+
+def _stays_below(drift: Drift, field: Any, context: Any) -> Any:
+    """The largest L with V(u) <= V(1) for 1 - L <= u <= 1, where V(1) <= V(-1)."""
+    side = -1 if field.mirrored else 1
+    barriers = sorted(field.polish(side * p.u) for p in drift.barriers())
+    wells = sorted(field.polish(side * p.u) for p in drift.wells())
+    one = context.one
+    peaks = [-one, *(b for b in barriers if field.potential_rise(b, one) < 0)]
+    high = peaks[-1]
+    low = min(w for w in wells if w > high)
+    # V falls from its highest place left of 1 to this well, and crosses V(1) once.
+    for _ in range(int(context.prec) + 8):
+        middle = (low + high) / 2
+        if field.potential_rise(middle, one) < 0:
+            high = middle
+        else:
+            low = middle
+    return one - low

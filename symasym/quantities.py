@@ -1,0 +1,482 @@
+"""The public verbs: one for each question about a drift."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.drift import Drift
+from symasym.errors import InputError, RangeError, RegionError
+from symasym.estimate import Estimate
+from symasym.inputs import FloatArray, digits, exact, float_text, floats, is_array, positive
+
+__all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"]
+
+#: Relative error of float64 values (of the logarithm, where that is larger than 1).
+TOLERANCE = 1e-12
+_SCENES_AT_ONCE = 4096
+_LARGEST, _SMALLEST = 709.78, -708.39
+_FLOAT_DIGITS = 20
+
+
+def escape_time(
+    drift: Drift,
+    kappa: Any,
+    r: Any,
+    *,
+    start: Any = 0,
+    method: str = "exact",
+    order: int | None = None,
+    dps: int | None = None,
+    log: bool = False,
+    full: bool = False,
+) -> Any:
+    """Mean escape time T from |u| < r (eq:Ttilde with eq:C; any region).
+
+    Parameters
+    ----------
+    drift : Drift
+        Bound; its parameters may be arrays.
+    kappa, r : number or array_like
+        Scaled noise amplitude and radius, greater than 0.
+    start : number or array_like, optional
+        Scaled starting point, inside (-r, r).
+    method : {"exact", "paper"}
+        ``"exact"``: the integral with nothing dropped. ``"paper"``: the leading
+        order, eq:Ttildesmall with its step Stokes multiplier (eq:Ttildelarge
+        where there is no well); only for start 0.
+    order : int, optional
+        For expansions; neither method here has one.
+    dps : int, optional
+        Digits, 1 to 10,000. None: float64, vectorised, right to 1e-12.
+    log : bool
+        Natural logarithm instead, finite where T overflows.
+    full : bool
+        Return an `Estimate` with the error.
+
+    Returns
+    -------
+    float, ndarray, mpf or Estimate
+        In scaled time; multiply by ``rescale(...).time`` for physical time.
+
+    Raises
+    ------
+    InputError
+        For a value outside its range, a free parameter, shapes that do not broadcast.
+    RangeError
+        If the value does not fit float64 and `log` is False.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> drift = sa.friction(mu=3, alpha=1, z0="-0.4")
+    >>> sa.escape_time(drift, "0.1", 10, dps=30)
+    mpf('58478137785.4290331692867098559')
+    >>> round(sa.escape_time(drift, "0.1", 10), 2)
+    58478137785.43
+    """
+    _known_method(method, ("exact", "paper"))
+    _no_order(order, method)
+    if method == "paper":
+        from symasym import paper
+
+        return paper.escape_time(drift, kappa, r, start, dps=dps, log=log, full=full)
+    task = _Task(
+        "T",
+        drift,
+        {"kappa": kappa, "r": r, "start": start},
+        lambda engine, d, v, n: engine.escape_time(d, v["kappa"], v["r"], v["start"], n),
+        lambda engine, field, v: engine.escape_time(field, v["lam"], v["r"], v["start"]),
+    )
+    return _evaluate(task, dps, log, full)
+
+
+def exit_probability(
+    drift: Drift,
+    kappa: Any,
+    r: Any,
+    *,
+    start: Any = 0,
+    complement: bool = False,
+    method: str = "exact",
+    order: int | None = None,
+    dps: int | None = None,
+    log: bool = False,
+    full: bool = False,
+) -> Any:
+    """Probability C of leaving |u| < r through -r (eq:C).
+
+    Parameters
+    ----------
+    drift, kappa, r, start, order, dps, log, full
+        As in `escape_time`.
+    complement : bool
+        The probability 1 - C of leaving through +r, with its own relative precision.
+    method : {"exact"}
+
+    Returns
+    -------
+    float, ndarray, mpf or Estimate
+
+    Raises
+    ------
+    InputError, RangeError
+        As in `escape_time`.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> sa.exit_probability(sa.linear(1, 1), 1, 5, dps=20)
+    mpf('0.000045397868702434392953')
+    """
+    _known_method(method, ("exact",))
+    _no_order(order, method)
+    task = _Task(
+        "C",
+        drift,
+        {"kappa": kappa, "r": r, "start": start},
+        lambda engine, d, v, n: engine.exit_probability(
+            d, v["kappa"], v["r"], v["start"], n, complement=complement
+        ),
+        lambda engine, field, v: engine.exit_probability(
+            field, v["lam"], v["r"], v["start"], complement
+        ),
+    )
+    return _evaluate(task, dps, log, full)
+
+
+def occupation(
+    drift: Drift,
+    kappa: Any,
+    *,
+    complement: bool = False,
+    method: str = "exact",
+    order: int | None = None,
+    dps: int | None = None,
+    log: bool = False,
+    full: bool = False,
+) -> Any:
+    """Stationary probability P of |u| <= 1 (eq:P); the region must be sliding.
+
+    Parameters
+    ----------
+    drift, kappa, order, dps, log, full
+        As in `escape_time`.
+    complement : bool
+        1 - P instead, with its own relative precision.
+    method : {"exact", "paper"}
+        ``"paper"``: the leading term of eq:Plarge2, and where that is above 1 the
+        lower bound that gives eq:Psmall2.
+
+    Returns
+    -------
+    float, ndarray, mpf or Estimate
+
+    Raises
+    ------
+    RegionError
+        Outside a sliding region, where no stationary density exists.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> sa.occupation(sa.linear(1, -1), 1, complement=True, dps=20)
+    mpf('0.11088563866389374168')
+    """
+    _known_method(method, ("exact", "paper"))
+    _no_order(order, method)
+    _require_sliding(drift)
+    if method == "paper":
+        from symasym import paper
+
+        return paper.occupation(drift, kappa, complement, dps=dps, log=log, full=full)
+    task = _Task(
+        "1 - P" if complement else "P",
+        drift,
+        {"kappa": kappa},
+        lambda engine, d, v, n: engine.occupation(d, v["kappa"], n, complement=complement),
+        lambda engine, field, v: engine.occupation(field, v["lam"], complement),
+    )
+    return _evaluate(task, dps, log, full)
+
+
+def stationary_density(
+    drift: Drift, kappa: Any, y: Any, *, dps: int | None = None, log: bool = False, full: bool = False
+) -> Any:
+    """Stationary density p_ss at the scaled position y (eq:pss); the region must be sliding.
+
+    Parameters
+    ----------
+    drift, kappa, dps, log, full
+        As in `escape_time`.
+    y : number or array_like
+        Scaled position, anywhere.
+
+    Returns
+    -------
+    float, ndarray, mpf or Estimate
+        Per unit of u.
+
+    Raises
+    ------
+    RegionError
+        Outside a sliding region.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> sa.stationary_density(sa.linear(1, -1), 1, [-0.5, 0.0, 0.5])
+    array([0.41158183, 0.52848153, 0.41158183])
+    """
+    _require_sliding(drift)
+    task = _Task(
+        "p_ss",
+        drift,
+        {"kappa": kappa, "y": y},
+        lambda engine, d, v, n: engine.stationary_density(d, v["kappa"], v["y"], n),
+        lambda engine, field, v: engine.stationary_density(field, v["lam"], v["y"]),
+    )
+    return _evaluate(task, dps, log, full)
+
+
+# -- what the verbs share -----------------------------------------------------------------
+
+
+class _Task(NamedTuple):
+    name: str
+    drift: Drift
+    numbers: dict[str, Any]
+    digits_of: Callable[[Any, Drift, dict[str, Fraction], int], Any]
+    logs_of: Callable[[Any, Any, dict[str, FloatArray]], Any]
+
+
+def _known_method(method: str, known: tuple[str, ...]) -> None:
+    if method not in known:
+        raise InputError(f"method is {method!r}; this quantity has {', '.join(map(repr, known))}.")
+
+
+def _no_order(order: int | None, method: str) -> None:
+    if order is not None:
+        raise InputError(f"order is {order!r}, but method {method!r} has no order; leave it out.")
+
+
+def _require_sliding(drift: Drift) -> None:
+    drift.require_bound()
+    if not isinstance(drift, Drift):
+        raise InputError(f"drift is {drift!r}; give a Drift.")
+    a_minus, a_plus = drift.ends
+    wrong = ~((np.asarray(a_minus, dtype=float) > 0) & (np.asarray(a_plus, dtype=float) < 0))
+    if wrong.any():
+        first = tuple(np.argwhere(wrong)[0]) if wrong.ndim else ()
+        shown = [float(np.asarray(x, dtype=float)[first]) for x in (a_minus, a_plus)]
+        raise RegionError(
+            f"a- = {shown[0]:.6g} and a+ = {shown[1]:.6g} make no sliding region (a- > 0 > a+), so "
+            "there is no stationary density; ask for escape_time instead."
+        )
+
+
+def _evaluate(task: _Task, dps: int | None, log: bool, full: bool) -> Any:
+    if not isinstance(task.drift, Drift):
+        raise InputError(f"drift is {task.drift!r}; give a Drift, such as sa.friction(…).")
+    task.drift.require_bound()
+    arrays = [name for name, value in task.numbers.items() if is_array(value)]
+    if dps is not None:
+        if arrays:
+            raise InputError(
+                f"{arrays[0]} is an array and dps is {dps}; arrays are for float64 (dps=None), "
+                "so pass one value at a time."
+            )
+        return _by_digits(task, digits(dps), log, full)
+    if full and not arrays and not task.drift.shape:
+        found = _by_digits(task, _FLOAT_DIGITS, log, True)
+        return _rounded_to_float(task.name, found, log)
+    return _by_float(task, log, full)
+
+
+def _checked(values: dict[str, Fraction]) -> dict[str, Fraction]:
+    for name in ("kappa", "r"):
+        if name in values:
+            positive(name, values[name])
+    if "r" in values and abs(values["start"]) >= values["r"]:
+        raise InputError(
+            f"start is {float_text(values['start'])} and r is {float_text(values['r'])}; "
+            "start must lie inside (-r, r)."
+        )
+    return values
+
+
+def _by_digits(task: _Task, dps: int, log: bool, full: bool) -> Any:
+    from mpmath import mpf
+
+    from symasym.exact import arbitrary, ball
+
+    values = _checked({name: exact(name, value) for name, value in task.numbers.items()})
+    task.drift.scalars()
+    if full and ball.available():
+        found = _by_ball(task, values, dps, log)
+        if found:
+            return found
+    if log:
+        result = _log_by_digits(lambda n: task.digits_of(arbitrary, task.drift, values, n), dps)
+    else:
+        result = task.digits_of(arbitrary, task.drift, values, dps)
+    if not full:
+        return result
+    return Estimate(result, abs(result) * mpf(10) ** -dps, "estimate", "exact", terms=(task.name,))
+
+
+def _log_by_digits(value: Callable[[int], Any], dps: int) -> Any:
+    """log(value) to `dps` digits, also where the value is close to 1."""
+    from symasym.context import own_context, to_mpf
+
+    extra = 10
+    for _ in range(4):
+        found = value(dps + extra)
+        with own_context(dps + extra) as context:
+            logarithm = context.log(context.make_mpf(found._mpf_))
+            if logarithm and abs(logarithm) > context.mpf(10) ** (5 - extra):
+                return to_mpf(logarithm, dps)
+        extra += dps + 30
+    return to_mpf(logarithm, dps)
+
+
+def _by_ball(task: _Task, values: dict[str, Fraction], dps: int, log: bool) -> Estimate | None:
+    from symasym.errors import AccuracyError
+    from symasym.exact import ball
+
+    try:
+        enclosure = task.digits_of(ball, task.drift, values, dps + 3)
+        value, error = ball.to_mpf(ball.logarithm(enclosure) if log else enclosure, dps)
+    except AccuracyError:
+        return None
+    return Estimate(value, error, "bound", "exact", terms=(task.name,))
+
+
+def _rounded_to_float(name: str, found: Estimate, log: bool) -> Estimate:
+    """The same estimate with float64 numbers, the rounding added to the error."""
+    from mpmath import log as log_of
+    from mpmath import mpf
+
+    if not log:
+        _require_range(name, float(log_of(found.value)))
+    value = float(found.value)
+    error = float((abs(mpf(value) - found.value) + found.error) * (1 + mpf(2) ** -40))
+    return Estimate(value, error, found.error_kind, found.method, terms=found.terms)
+
+
+def _by_float(task: _Task, log: bool, full: bool) -> Any:
+    numbers = {name: floats(name, value) for name, value in task.numbers.items()}
+    exactly = {n: exact(n, x) for n, x in task.numbers.items() if not is_array(x)}
+    for name in ("kappa", "r"):
+        if name in numbers and not (numbers[name] > 0).all():
+            raise InputError(f"{name} is {numbers[name].min():.6g}; it must be greater than 0.")
+    shape = _common_shape(task.drift, numbers)
+    flat = {name: np.broadcast_to(x, shape).ravel() for name, x in numbers.items()}
+    if "r" in flat and not (np.abs(flat["start"]) < flat["r"]).all():
+        worst = np.argmax(np.abs(flat["start"]) - flat["r"])
+        raise InputError(
+            f"start is {flat['start'][worst]:.6g} and r is {flat['r'][worst]:.6g}; "
+            "start must lie inside (-r, r)."
+        )
+    parameters = {
+        name: np.broadcast_to(value, shape).ravel() if is_array(value) else value
+        for name, value in task.drift.values.items()
+    }
+    logs = np.empty(flat["kappa"].size)
+    errors = np.empty_like(logs)
+    for low in range(0, logs.size, _SCENES_AT_ONCE):
+        part = slice(low, low + _SCENES_AT_ONCE)
+        logs[part], errors[part] = _float_chunk(
+            task,
+            {name: x[part] for name, x in flat.items()},
+            {name: x[part] if is_array(x) else x for name, x in parameters.items()},
+            exactly,
+        )
+    return _shaped(task.name, logs.reshape(shape), errors.reshape(shape), log, full)
+
+
+def _common_shape(drift: Drift, numbers: dict[str, FloatArray]) -> tuple[int, ...]:
+    try:
+        return np.broadcast_shapes(drift.shape, *(x.shape for x in numbers.values()))
+    except ValueError:
+        shapes = [f"{name} {x.shape}" for name, x in numbers.items() if x.ndim]
+        raise InputError(
+            f"the shapes do not broadcast (drift {drift.shape}, {', '.join(shapes)}); "
+            "give arrays of shapes that NumPy broadcasts."
+        ) from None
+
+
+def _float_chunk(
+    task: _Task,
+    flat: dict[str, FloatArray],
+    parameters: dict[str, Any],
+    exactly: dict[str, Fraction],
+) -> tuple[FloatArray, FloatArray]:
+    from symasym.exact import double
+    from symasym.exact.fields import field_of
+
+    count = len(flat["kappa"])
+    with np.errstate(over="ignore"):
+        lam = 2.0 / flat["kappa"] ** 2
+    field = field_of(task.drift, parameters, count)
+    with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
+        logs, errors = task.logs_of(double, field, {**flat, "lam": lam})
+        errors = errors + _input_rounding(flat, exactly, lam, field.size()[:count])
+    # What float64 cannot promise is found with more digits, one scene at a time.
+    doubtful = ~(errors <= TOLERANCE * np.maximum(1.0, np.abs(logs)))
+    for index in np.flatnonzero(doubtful):
+        values = {name: Fraction(float(x[index])) for name, x in flat.items()} | exactly
+        bound = {n: float(x[index]) if is_array(x) else x for n, x in parameters.items()}
+        logs[index] = _accurate_log(task, task.drift.bind(**bound), values)
+        errors[index] = 4e-16 * abs(logs[index])
+    return logs, errors
+
+
+def _input_rounding(
+    flat: dict[str, FloatArray], exactly: dict[str, Fraction], lam: FloatArray, size: FloatArray
+) -> FloatArray:
+    """What reading an exact place as a float changes in the logarithm, at most."""
+    change = np.zeros_like(lam)
+    for name in ("start", "y", "r"):
+        if name not in exactly:
+            continue
+        gap = abs(float(exactly[name] - Fraction(float(flat[name][0]))))
+        if not gap:
+            continue
+        # The logarithms change with the place no faster than lam |phi|, or as one comes
+        # close to the absorbing ends.
+        room = flat["r"] - np.abs(flat["start"]) if "r" in flat else np.inf
+        change += gap * ((0.0 if name == "r" else lam * size) + 2.0 / room)
+    return change
+
+
+def _accurate_log(task: _Task, drift: Drift, values: dict[str, Fraction]) -> float:
+    from symasym.exact import arbitrary
+
+    return float(_log_by_digits(lambda n: task.digits_of(arbitrary, drift, values, n), 17))
+
+
+def _shaped(name: str, logs: FloatArray, errors: FloatArray, log: bool, full: bool) -> Any:
+    if log:
+        value, error = logs, errors
+    else:
+        _require_range(name, float(logs.max()), float(logs.min()))
+        value = np.exp(logs)
+        error = value * np.expm1(errors + 2e-16)
+    if value.ndim == 0:
+        value, error = float(value), float(error)
+    if not full:
+        return value
+    return Estimate(value, error, "estimate", "exact", terms=(name,))
+
+
+def _require_range(name: str, largest: float, smallest: float | None = None) -> None:
+    smallest = largest if smallest is None else smallest
+    extreme = largest if largest > _LARGEST else smallest
+    if largest > _LARGEST or smallest < _SMALLEST:
+        raise RangeError(
+            f"{name} is e^{extreme:.6g}, outside the range of float64; pass log=True, or dps=…."
+        )
