@@ -9,7 +9,6 @@ number of guard bits.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -22,11 +21,20 @@ from symasym.exact.records import Panel
 _GUARD = 64
 
 
-class Absorption(NamedTuple):
-    """End of a sweep: sigma = S/s and w."""
+class Term(NamedTuple):
+    """factor * part of a sum of positive terms, the part known only by a bound so far."""
 
-    sigma: _Lazy
-    w: _Lazy
+    ceiling: Any
+    factor: Any
+    panel: Panel
+    part: str
+
+
+class Absorption(NamedTuple):
+    """End of a sweep: sigma = S/s, and the terms of w."""
+
+    sigma: Any
+    w: list[Term]
 
 
 def escape_time(drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int) -> Any:
@@ -41,10 +49,9 @@ def escape_time(drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps
     dps : int
     """
     with own_context(dps) as context:
-        left, right, sweep = _both_sweeps(drift, kappa, r, start, dps, context)
-        one = _Lazy.known(context.one)
-        rate = sweep.add(sweep.over(one, left.sigma), sweep.over(one, right.sigma))
-        return to_mpf(sweep.add(left.w, right.w).value() / rate.value(), dps)
+        left, right = _both_sweeps(drift, kappa, r, start, dps, context)
+        rate = 1 / left.sigma + 1 / right.sigma
+        return to_mpf(_total(left.w + right.w, context) / rate, dps)
 
 
 def exit_probability(
@@ -52,9 +59,9 @@ def exit_probability(
 ) -> Any:
     """C of eq:C from `start` (or 1 - C), as an mpf right to `dps` digits."""
     with own_context(dps) as context:
-        left, right, sweep = _both_sweeps(drift, kappa, r, start, dps, context)
+        left, right = _both_sweeps(drift, kappa, r, start, dps, context)
         wanted, other = (left, right) if complement else (right, left)
-        return to_mpf(wanted.sigma.value() / sweep.add(wanted.sigma, other.sigma).value(), dps)
+        return to_mpf(wanted.sigma / (wanted.sigma + other.sigma), dps)
 
 
 def stationary_density(drift: Drift, kappa: Fraction, y: Fraction, dps: int) -> Any:
@@ -63,7 +70,7 @@ def stationary_density(drift: Drift, kappa: Fraction, y: Fraction, dps: int) -> 
         _precise(context, dps)
         lam = 2 / kappa**2
         w = [
-            _Sweep(drift, mirrored, lam, context).from_infinity(-y if mirrored else y).value()
+            _Sweep(drift, mirrored, lam, context).from_infinity(-y if mirrored else y)
             for mirrored in (False, True)
         ]
         return to_mpf(context.mpf(lam.numerator) / lam.denominator / (w[0] + w[1]), dps)
@@ -90,11 +97,22 @@ def _precise(context: Any, dps: int) -> None:
 
 def _both_sweeps(
     drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, context: Any
-) -> tuple[Absorption, Absorption, _Sweep]:
+) -> tuple[Absorption, Absorption]:
     _precise(context, dps)
     lam = 2 / kappa**2
     sweeps = [_Sweep(drift, mirrored, lam, context) for mirrored in (False, True)]
-    return sweeps[0].absorbed(-r, start), sweeps[1].absorbed(-r, -start), sweeps[0]
+    return sweeps[0].absorbed(-r, start), sweeps[1].absorbed(-r, -start)
+
+
+def _total(terms: list[Term], context: Any) -> Any:
+    """The sum, the largest terms first, so that those below its last digit are never found."""
+    total = context.zero
+    tiny = context.ldexp(context.one, -context.prec - 16)
+    for term in sorted(terms, key=lambda term: term.ceiling, reverse=True):
+        if term.ceiling < total * tiny:
+            break
+        total += term.factor * getattr(term.panel, term.part)
+    return total
 
 
 class _Tail(NamedTuple):
@@ -103,23 +121,6 @@ class _Tail(NamedTuple):
     inside: Any
     tail_here: Any
     whole: Any
-
-
-class _Lazy:
-    """A positive number within [floor, ceiling] that is found when it is asked for."""
-
-    def __init__(self, floor: Any, ceiling: Any, find: Callable[[], Any]) -> None:
-        self.floor, self.ceiling, self._find = floor, ceiling, find
-
-    @classmethod
-    def known(cls, value: Any) -> _Lazy:
-        return cls(value, value, lambda: value)
-
-    def value(self) -> Any:
-        found = self._find()
-        self.floor = self.ceiling = found
-        self._find = lambda: found
-        return found
 
 
 class _Sweep:
@@ -137,73 +138,52 @@ class _Sweep:
 
     def absorbed(self, start: Fraction, end: Fraction) -> Absorption:
         """sigma and w at `end`, absorbed at `start`."""
-        sigma = w = _Lazy.known(self._context.zero)
+        sigma, steps = self._context.zero, []
         for panel in self._cut.records(start, end):
-            sigma, w = self._absorb(sigma, w, panel)
-        return Absorption(sigma, w)
+            # Down: sigma' e = near + sigma; up: sigma' = near + sigma/e (see `panels`).
+            entering = sigma * panel.end if panel.up else sigma
+            grown = entering
+            if panel.bound > entering * self._tiny:
+                grown = entering + panel.near
+            share = sigma / grown
+            kept = share if panel.up else share * panel.end
+            steps.append((panel, kept, self._lam * share, self._lam / grown))
+            sigma = grown if panel.up else grown / panel.end
+        return Absorption(sigma, self._unrolled(steps))
 
-    def add(self, *terms: _Lazy) -> _Lazy:
-        """Sum of positive numbers; those below the last digit of the others are never found."""
-        floor = sum((x.floor for x in terms), self._context.zero)
-        ceiling = sum((x.ceiling for x in terms), self._context.zero)
-        matter = [x for x in terms if x.ceiling > floor * self._tiny]
-        return _Lazy(floor, ceiling, lambda: self._sum(matter))
+    def _unrolled(self, steps: list[tuple[Panel, Any, Any, Any]]) -> list[Term]:
+        """w as the sum of what each panel adds, scaled by the panels after it.
 
-    def _sum(self, terms: list[_Lazy]) -> Any:
-        # The largest first: it tells which others can be left out.
-        total = self._context.zero
-        for x in sorted(terms, key=lambda x: -x.floor):
-            if x.ceiling > total * self._tiny:
-                total += x.value()
-        return total
+        A step is (panel, factor on the incoming w, factor on far, factor on both).
+        """
+        terms, scale = [], self._context.one
+        for panel, kept, far, both in reversed(steps):
+            for part, factor, bound in (
+                ("far", scale * far, panel.bound),
+                ("both", scale * both, panel.both_bound),
+            ):
+                if factor:
+                    terms.append(Term(factor * bound, factor, panel, part))
+            scale *= kept
+        return terms
 
-    def times(self, factor: Any, x: _Lazy) -> _Lazy:
-        return _Lazy(factor * x.floor, factor * x.ceiling, lambda: factor * x.value())
-
-    def over(self, x: _Lazy, y: _Lazy) -> _Lazy:
-        return _Lazy(x.floor / y.ceiling, x.ceiling / y.floor, lambda: x.value() / y.value())
-
-    def product(self, x: _Lazy, y: _Lazy) -> _Lazy:
-        return _Lazy(x.floor * y.floor, x.ceiling * y.ceiling, lambda: x.value() * y.value())
-
-    def _parts(self, panel: Panel) -> tuple[_Lazy, _Lazy, _Lazy]:
-        lam = self._lam
-        return (
-            _Lazy(panel.floor, panel.bound, lambda: panel.near),
-            _Lazy(lam * panel.floor, lam * panel.bound, lambda: lam * panel.far),
-            _Lazy(self._context.zero, lam * panel.both_bound, lambda: lam * panel.both),
-        )
-
-    def _absorb(self, sigma: _Lazy, w: _Lazy, panel: Panel) -> tuple[_Lazy, _Lazy]:
-        near, far, both = self._parts(panel)
-        if panel.up:
-            grown = self.add(near, self.times(panel.end, sigma))
-            carried, after = self.add(w, far), grown
-        else:
-            grown = self.add(near, sigma)
-            carried = self.add(self.times(panel.end, w), far)
-            after = self.times(1 / panel.end, grown)
-        return after, self.over(self.add(self.product(sigma, carried), both), grown)
-
-    def free(self, start: Fraction, end: Fraction, w: Any) -> _Lazy:
+    def free(self, start: Fraction, end: Fraction, w: Any) -> Any:
         """w at `end` from `w` at `start`, nothing absorbed."""
-        now = _Lazy.known(w)
+        steps, zero = [], self._context.zero
         for panel in self._cut.records(start, end):
-            _, far, _ = self._parts(panel)
-            if panel.up:
-                now = self.times(1 / panel.end, self.add(now, far))
-            else:
-                now = self.add(self.times(panel.end, now), far)
-        return now
+            kept = 1 / panel.end if panel.up else panel.end
+            steps.append((panel, kept, self._lam * (kept if panel.up else 1), zero))
+            w *= kept
+        return w + _total(self._unrolled(steps), self._context)
 
-    def from_infinity(self, end: Fraction) -> _Lazy:
+    def from_infinity(self, end: Fraction) -> Any:
         """w at `end` with nothing absorbed on the left (needs a- > 0)."""
         # Left of -1, w = 1/a- everywhere.
         before = 1 / self._cut.numbers.mpf(self._field.value(Fraction(-1)))
-        return self.free(Fraction(-1), end, before) if end > -1 else _Lazy.known(before)
+        return self.free(Fraction(-1), end, before) if end > -1 else before
 
     def to_the_end(self) -> _Tail:
         """The whole of space seen from u = 1, split into the layer and the tails."""
         beyond = 1 / -self._cut.numbers.mpf(self._field.value(Fraction(1)))
-        inside = self.free(Fraction(-1), Fraction(1), self._context.zero).value()
-        return _Tail(inside, beyond, self.from_infinity(Fraction(1)).value() + beyond)
+        inside = self.free(Fraction(-1), Fraction(1), self._context.zero)
+        return _Tail(inside, beyond, self.from_infinity(Fraction(1)) + beyond)

@@ -25,6 +25,7 @@ from symasym.inputs import FloatArray
 _SAMPLES_PER_BLOCK = 32  # panels merged before the log domain is entered: e^(32 REACH) < 1e112
 _PANELS_AT_ONCE = 8192  # 1 MiB per array of nodes stays in cache
 _DEEPEST = 90  # bisections
+_MILD = 5e3  # lam |A| up to which positions are measured from u = 0
 _ULP = 3e-16  # of a logarithm, its sum included
 
 
@@ -91,13 +92,19 @@ def sweep(
     )
     position = np.concatenate((np.zeros(len(outside[0])), records[2], np.zeros(len(right))))
     moments = Moments(*(np.concatenate(m) for m in zip(outside[1], records[3], beyond, strict=True)))
+    slow = np.concatenate(
+        (np.zeros(len(outside[0]), dtype=bool), records[4], np.zeros(len(right), dtype=bool))
+    )
     order = np.lexsort((position, part, scene))
+    scene, moments = panels.merge_slow(
+        scene[order], Moments(*(m[order] for m in moments)), slow[order]
+    )
     log_sigma = np.full(len(lam), np.inf if free else -np.inf)
     log_w = np.full(len(lam), -np.inf)
     if free and not from_nothing:
         # Left of u = -1, w is 1/a- everywhere.
         log_w = -np.log(field.a_minus)
-    found = _compose(scene[order], Moments(*(m[order] for m in moments)), lam, field, log_sigma, log_w)
+    found = _compose(scene, moments, lam, field, log_sigma, log_w)
     bad = failed | np.isnan(found.log_w) | np.isnan(found.log_sigma)
     return found._replace(
         sigma_error=np.where(bad, np.inf, found.sigma_error),
@@ -124,7 +131,7 @@ def _partition(
     points = lo[inside, None] + (hi - lo)[inside, None] * grid
     variation = lam[inside] * np.abs(field.phi(inside, points)).mean(axis=1) * (hi - lo)[inside]
     # Rounding of phi enters the exponent as lam * size * 1e-16.
-    mild = (variation < 150 * REACH) & (lam[inside] * field.size()[inside] < 5e3)
+    mild = (variation < 150 * REACH) & (lam[inside] * field.size()[inside] < _MILD)
     easy, hard = inside[mild], inside[~mild]
     first = _even_blocks(easy, lo, hi)
     if not hard.size:
@@ -197,16 +204,19 @@ def _levels_needed(
     most: FloatArray,
     from_right: bool,
 ) -> IntArray:
-    """Halvings until the innermost block is one sampled panel."""
+    """Halvings until the innermost block is one sampled panel, or one slow one."""
     c = np.abs(anchors.coefficients[anchor])
     count = np.ones(len(anchor), dtype=np.intp)
     t = length.copy()
     active = np.ones(len(anchor), dtype=bool)
     for _ in range(int(most.max())):
-        bound = np.zeros_like(t)
+        bound, slope = np.zeros_like(t), np.zeros_like(t)
         for k in range(c.shape[1] - 1, -1, -1):
+            slope = slope * t + bound
             bound = bound * t + c[:, k]
-        active = active & (lam * bound * t > REACH) & (count < most)
+        first = c[:, 0]
+        even = (bound - first < first / 2) & (lam * first * first > 8 * SLOWNESS * slope)
+        active = active & (lam * bound * t > REACH) & ~even & (count < most)
         if not active.any():
             break
         count[active] += 1
@@ -240,7 +250,7 @@ def _phi(field: Field, blocks: _Blocks, anchors: _Anchors, nodes: FloatArray) ->
     return result
 
 
-_Records = tuple[IntArray, IntArray, FloatArray, Moments]
+_Records = tuple[IntArray, IntArray, FloatArray, Moments, np.ndarray]
 
 
 def _records(
@@ -270,10 +280,11 @@ def _records(
         )
     if not done:
         empty = np.empty(0, dtype=np.intp)
-        return (empty, empty, np.empty(0), Moments(*(np.empty(0),) * 4)), failed
-    scene, part, position, moments = zip(*done, strict=True)
+        nothing = Moments(*(np.empty(0),) * 4)
+        return (empty, empty, np.empty(0), nothing, np.empty(0, dtype=bool)), failed
+    scene, part, position, moments, slow = (list(x) for x in zip(*done, strict=True))
     joined = Moments(*(np.concatenate(m) for m in zip(*moments, strict=True)))
-    return (np.concatenate(scene), np.concatenate(part), np.concatenate(position), joined), failed
+    return (*(np.concatenate(x) for x in (scene, part, position)), joined, np.concatenate(slow)), failed
 
 
 def _digest(
@@ -294,12 +305,19 @@ def _digest(
     if slowly.any():
         chosen = blocks.take(slowly)
         done.append(
-            (chosen.scene, chosen.part, chosen.t0, panels.slow(lam_phi[slowly], h[slowly]))
+            (
+                chosen.scene,
+                chosen.part,
+                chosen.t0,
+                panels.slow(lam_phi[slowly], h[slowly]),
+                np.ones(len(chosen.scene), dtype=bool),
+            )
         )
     if few.any():
         chosen = blocks.take(few)
         moments = _sampled_blocks(field, lam, chosen, anchors, count[few].astype(np.intp))
-        done.append((chosen.scene, chosen.part, chosen.t0, moments))
+        sampled = np.zeros(len(chosen.scene), dtype=bool)
+        done.append((chosen.scene, chosen.part, chosen.t0, moments, sampled))
     return blocks.take(~(slowly | few))
 
 
@@ -373,8 +391,10 @@ def _compose(
     by_count = np.argsort(-count, kind="stable")
     first = np.cumsum(count) - count
     log_lam = np.log(lam[by_count])
-    # A record is good to about 20 ulp, and to the rounding of phi in its exponent.
-    local = 5e-15 + 3e-17 * np.minimum(lam * field.size(), 2e4)[by_count]
+    # A record is good to about 20 ulp, and to the rounding of phi in its exponent where phi
+    # is not taken about a nearby centre.
+    rounding = lam * field.size()
+    local = 5e-15 + 8e-18 * np.where(rounding < _MILD, rounding, 1e3)[by_count]
     log_sigma, log_w = log_sigma[by_count], log_w[by_count]
     with np.errstate(divide="ignore"):
         log_near, log_far, log_both = (np.log(m) for m in moments[1:])
@@ -392,12 +412,11 @@ def _compose(
         grown = np.logaddexp(near, entering)
         before = np.where(up, w, w + rise)
         carried = np.logaddexp(before, far)
-        with np.errstate(invalid="ignore"):
-            share = entering - grown
-            # Upwards the share is sigma/sigma': adding `rise` to `entering - grown` would
-            # cancel where sigma is forgotten, so that case takes the quotient as it is.
-            kept = ~up | (entering > near)
-            share = np.where(kept, np.where(up, share + rise, share), sigma - grown)
+        # Upwards the share is sigma/sigma': adding `rise` to `entering - grown` would
+        # cancel where sigma is forgotten, so that case takes the quotient as it is.
+        share = entering - grown
+        kept = ~up | (entering > near)
+        share = np.where(kept, np.where(up, share + rise, share), sigma - grown)
         share = np.where(sigma == np.inf, np.where(up, rise, 0.0), share)
         log_w[:n] = np.logaddexp(share + carried, both - grown)
         log_sigma[:n] = np.where(up, grown, grown - rise)
@@ -407,7 +426,8 @@ def _compose(
         e_in = old + step + _ULP * _finite(sigma)
         p = _weight(entering, grown)
         e_grown = p * e_in + (1 - p) * local[:n]
-        e_carried = _weight(before, carried) * (w_error[:n] + step + _ULP * _finite(w)) + local[:n]
+        e_before = w_error[:n] + np.where(up, 0.0, step) + _ULP * _finite(w)
+        e_carried = _weight(before, carried) * e_before + local[:n]
         e_share = np.where(kept, (1 - p) * e_in + np.where(up, step, 0.0), old + e_grown)
         q = _weight(share + carried, log_w[:n])
         w_error[:n] = q * (e_share + e_carried) + (1 - q) * (local[:n] + e_grown)
@@ -423,8 +443,7 @@ def _finite(x: FloatArray) -> FloatArray:
 
 def _weight(part: FloatArray, whole: FloatArray) -> FloatArray:
     """exp(part - whole), with 1 for infinities."""
-    with np.errstate(invalid="ignore"):
-        difference = part - whole
+    difference = part - whole
     return np.exp(np.minimum(np.where(np.isnan(difference), 0.0, difference), 0.0))
 
 

@@ -233,3 +233,34 @@ def merge(moments: Moments, k: np.ndarray, count: np.ndarray) -> Moments:
     end = np.exp(-np.abs(rise))
     down_end = np.where(up, 1.0, end)
     return Moments(rise, e_int * np.where(up, end, 1.0), inverse_int * down_end, double * down_end)
+
+
+def merge_slow(
+    scene: np.ndarray, moments: Moments, slow_panel: np.ndarray
+) -> tuple[np.ndarray, Moments]:
+    """Join neighbouring slow panels of one scene and one direction into one record.
+
+    Their exponents exceed 40, so of the joint integrals only the layer at each
+    end is left and, upwards, the products of neighbours.
+    """
+    if not slow_panel.any():
+        return scene, moments
+    rise, near, far, both = moments
+    up = rise > 0
+    joins = np.zeros(len(scene), dtype=bool)
+    joins[1:] = (
+        slow_panel[1:] & slow_panel[:-1] & (scene[1:] == scene[:-1]) & (up[1:] == up[:-1])
+    )
+    first = np.flatnonzero(~joins)
+    last = np.append(first[1:], len(scene)) - 1
+    product = np.zeros(len(scene))
+    product[1:] = np.where(joins[1:], near[:-1] * far[1:], 0.0)
+    summed = np.add.reduceat(both + product, first)
+    single = first == last
+    up = up[first]
+    return scene[first], Moments(
+        np.add.reduceat(rise, first),
+        np.where(up, near[last], near[first]),
+        np.where(up, far[first], far[last]),
+        np.where(up | single, summed, near[first] * far[last]),
+    )
