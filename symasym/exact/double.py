@@ -13,6 +13,7 @@ layers where it varies by hundreds, so the cost does not grow with lam.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +24,7 @@ from symasym.exact.panels import REACH, SLOWNESS, Moments
 from symasym.inputs import FloatArray
 
 _SAMPLES_PER_BLOCK = 32  # panels merged before the log domain is entered: e^(32 REACH) < 1e112
-_PANELS_AT_ONCE = 8192  # 1 MiB per array of nodes stays in cache
+_PANELS_AT_ONCE = 1024  # stays in cache, and below the size at which BLAS starts threads
 _DEEPEST = 90  # bisections
 _MILD = 5e3  # lam |A| up to which positions are measured from u = 0
 _ULP = 3e-16  # of a logarithm, its sum included
@@ -295,12 +296,15 @@ def _digest(
     h = blocks.t1 - blocks.t0
     phi = _phi(field, blocks, anchors, rule.nodes)
     lam_phi = lam[blocks.scene][:, None] * phi
-    size = np.abs(phi).max(axis=1)
+    # NumPy reduces a long last axis fast and a short one slowly: nodes go first.
+    by_node = np.ascontiguousarray(phi.T)
+    low, high = by_node.min(axis=0), by_node.max(axis=0)
+    size = np.maximum(np.abs(low), np.abs(high))
     lam_h = lam[blocks.scene] * h
-    slowly = _is_slow(phi, lam_phi, h)
+    slowly = _is_slow(low, high, lam_phi, lam_h, h)
     count = np.maximum(np.ceil(lam_h * size / REACH), 1.0)
     # The n-th Chebyshev coefficient shrinks by count^n when the block is cut into panels.
-    rough = np.abs(phi @ _tail_of().T).max(axis=1) / count**8
+    rough = _tail(phi) / count**8
     few = ~slowly & (count <= _SAMPLES_PER_BLOCK) & (lam_h * rough <= 4e-14 * count)
     if slowly.any():
         chosen = blocks.take(slowly)
@@ -321,25 +325,26 @@ def _digest(
     return blocks.take(~(slowly | few))
 
 
-def _is_slow(phi: FloatArray, lam_phi: FloatArray, h: FloatArray) -> np.ndarray:
-    """Where the slow series of `panels.slow` holds to rounding."""
-    low, high = phi.min(axis=1), phi.max(axis=1)
-    candidate = (low > 0) | (high < 0)
-    smallest = np.abs(lam_phi).min(axis=1)
-    candidate &= smallest * h > 40.0
+def _is_slow(
+    low: FloatArray, high: FloatArray, lam_phi: FloatArray, lam_h: FloatArray, h: FloatArray
+) -> np.ndarray:
+    """Where the slow series of `panels.slow` holds to rounding; low <= phi <= high."""
+    smallest = np.maximum(low, -high)
+    candidate = lam_h * smallest > 40.0
     if not candidate.any():
         return candidate
+    chosen = lam_phi[candidate]
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-        slope = np.abs(lam_phi[candidate] @ panels.lobatto().differentiate.T) / h[candidate, None]
+        slope = chosen @ panels.lobatto().differentiate.T
         # lam phi^2/|phi'| in terms of lam phi, kept from overflowing
-        ratio = (slope / lam_phi[candidate]) / lam_phi[candidate]
-        inverse = np.abs(lam_phi[candidate]).min(axis=1, keepdims=True) / lam_phi[candidate]
-        tail = np.abs(inverse @ _tail_of().T).max(axis=1)
-    good = (np.abs(ratio).max(axis=1) * SLOWNESS < 1) & (tail < 1e-10)
-    candidate[candidate] = good
+        ratio = np.ascontiguousarray((slope / chosen / chosen).T)
+        steepness = np.abs(ratio).max(axis=0) / h[candidate]
+        scale = (smallest * lam_h / h)[candidate, None]
+        candidate[candidate] = (steepness * SLOWNESS < 1) & (_tail(scale / chosen) < 1e-10)
     return candidate
 
 
+@cache
 def _tail_of() -> FloatArray:
     """Matrix from values at the Lobatto nodes to the last two Chebyshev coefficients."""
     n = panels.NODES
@@ -347,7 +352,13 @@ def _tail_of() -> FloatArray:
     weights = np.ones(n + 1)
     weights[0] = weights[-1] = 0.5
     rows = [2 / n * weights * np.cos(np.pi * k * (n - j) / n) for k in (n - 1, n)]
-    return np.array(rows)
+    return np.array(rows).T.copy()
+
+
+def _tail(values: FloatArray) -> FloatArray:
+    """Size of the last two Chebyshev coefficients of each row."""
+    last = np.abs(values @ _tail_of())
+    return np.maximum(last[:, 0], last[:, 1])
 
 
 def _sampled_blocks(
@@ -362,14 +373,36 @@ def _sampled_blocks(
         blocks.scene[owner], blocks.part[owner], blocks.anchor[owner], t0, t0 + width[owner]
     )
     found = []
-    rule = panels.gauss()
     for low in range(0, len(owner), _PANELS_AT_ONCE):
         chunk = pieces.take(slice(low, low + _PANELS_AT_ONCE))
         h = width[owner[low : low + _PANELS_AT_ONCE]]
-        scale = (lam[chunk.scene] * h)[:, None]
-        found.append(panels.sampled(scale * _phi(field, chunk, anchors, rule.nodes), h))
+        found.append(panels.sampled(_exponents(field, lam, chunk, h, anchors), h))
     moments = Moments(*(np.concatenate(m) for m in zip(*found, strict=True)))
     return panels.merge(moments, k, count[owner])
+
+
+def _exponents(
+    field: Field, lam: FloatArray, pieces: _Blocks, h: FloatArray, anchors: _Anchors
+) -> FloatArray:
+    """lam int phi from the left end of each piece to its nodes and its right end."""
+    scale = lam[pieces.scene] * h
+    direct = pieces.anchor < 0
+    series = field.series(pieces.scene) if direct.all() else None
+    if series is None and not direct.any():
+        reach = np.maximum(np.abs(pieces.t0), np.abs(pieces.t1))
+        if (reach <= anchors.radius[pieces.anchor]).all():
+            series = anchors.coefficients[pieces.anchor].T
+    if series is None:
+        phi = _phi(field, pieces, anchors, panels.gauss().nodes)
+        return panels.exponents_of_values(scale[:, None] * phi)
+    c = list(series)
+    for lowest in range(len(c) - 1):
+        for k in range(len(c) - 2, lowest - 1, -1):
+            c[k] = c[k] + c[k + 1] * pieces.t0
+    for k in range(len(c)):
+        c[k] = c[k] * scale
+        scale = scale * h
+    return panels.exponents_of_series(np.array(c).T)
 
 
 def _compose(

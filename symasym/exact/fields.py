@@ -30,6 +30,10 @@ class Field(Protocol):
         """Drift at the points `u`, one row per entry of `scene`."""
         ...
 
+    def series(self, scene: IntArray) -> FloatArray | None:
+        """Coefficients in ascending powers of u, one row each, where A is a polynomial."""
+        ...
+
     def size(self) -> FloatArray:
         """A bound on |A| that rounding errors of `phi` are relative to, per scene."""
         ...
@@ -95,6 +99,10 @@ class PolynomialField:
         for coefficient in c[-2::-1]:
             total = total * u + coefficient[:, None]
         return total
+
+    def series(self, scene: IntArray) -> FloatArray:
+        result: FloatArray = self._c[:, scene]
+        return result
 
     def size(self) -> FloatArray:
         result: FloatArray = np.abs(self._c).sum(axis=0)
@@ -177,6 +185,9 @@ class AnalyticField:
         with np.errstate(all="ignore"):
             raw = self._drift.evaluate_float(u * sign, values)
         return sign * np.broadcast_to(raw, u.shape)
+
+    def series(self, scene: IntArray) -> None:
+        return None
 
     def size(self) -> FloatArray:
         grid = np.cos(np.pi * np.arange(33) / 32)
