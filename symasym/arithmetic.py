@@ -15,9 +15,11 @@ import numpy as np
 
 from symasym.errors import InputError
 
-FUNCTIONS = (
-    "exp log sqrt sin cos tan sinh cosh tanh asin acos atan asinh acosh atanh erf"
-).split()
+FUNCTIONS = [
+    *("exp", "log", "sqrt", "erf"),
+    *("sin", "cos", "tan", "asin", "acos", "atan"),
+    *("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
+]
 
 
 class Ops(Protocol):

@@ -230,8 +230,8 @@ class Drift:
 
     def _accurate(self, u: Fraction) -> Any:
         """A(u) to 50 digits."""
-        from symasym.context import own_context
         from symasym.arithmetic import MpmathOps
+        from symasym.context import own_context
 
         with own_context(60) as context:
             ops = MpmathOps(context)
@@ -268,7 +268,9 @@ class Drift:
             for name in self.parameters
         }
         if isinstance(self._model, models.Expression):
-            symbols = {s: values[s.name] for s in self._model.formula.free_symbols if s.name in values}
+            symbols = {
+                s: values[s.name] for s in self._model.formula.free_symbols if s.name in values
+            }
             symbols.pop(self._model.u, None)
             formula = self._model.formula.subs(symbols)
             return formula.subs(self._model.u, sympy.Symbol("u", real=True))

@@ -132,7 +132,8 @@ def _of_analytic(drift: Drift) -> list[CriticalPoint]:
             if k < len(edges) - 1 and abs(high) <= small:
                 jet = taylor(edges[k])
                 multiplicity = next(
-                    (m for m in range(1, order) if abs(jet[m]) > scale * context.mpf(10) ** (-20)), 0
+                    (m for m in range(1, order) if abs(jet[m]) > scale * context.mpf(10) ** (-20)),
+                    0,
                 )
                 if not multiplicity:
                     raise AccuracyError(
@@ -219,7 +220,8 @@ def _proxies(function: Callable[[FloatArray], Any]) -> list[tuple[float, float, 
     """Pieces of [-1, 1] with Chebyshev coefficients that have died out."""
     degree = 32
     nodes = np.cos(np.pi * np.arange(degree + 1) / degree)
-    pending, done = [(-1.0, 1.0)], []
+    pending = [(-1.0, 1.0)]
+    done: list[tuple[float, float, Any]] = []
     while pending:
         lo, hi = pending.pop()
         with np.errstate(all="ignore"):

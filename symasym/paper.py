@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -27,12 +28,18 @@ def escape_time(
     crossing. The well counts if the barrier lies beyond the start, u = 0.
     """
     if is_array(start) or exact("start", start) != 0:
-        raise InputError(f"start is {start}; the paper's formula is for start 0, use method='exact'.")
+        raise InputError(
+            f"start is {start}; the paper's formula is for start 0, use method='exact'."
+        )
     drift.require_bound()
     if dps is not None or not (drift.shape or is_array(kappa) or is_array(r)):
         n = 17 if dps is None else digits(dps)
         result = _escape_by_digits(
-            drift, positive("kappa", exact("kappa", kappa)), positive("r", exact("r", r)), n, log or dps is None
+            drift,
+            positive("kappa", exact("kappa", kappa)),
+            positive("r", exact("r", r)),
+            n,
+            log or dps is None,
         )
         if dps is None:
             return _float_result(np.asarray(float(result)), log, full)
@@ -84,7 +91,9 @@ def _escape_by_digits(drift: Drift, kappa: Fraction, r: Fraction, dps: int, log:
         from symasym.exact.local import ExactField
 
         field = ExactField(drift, down, context)
-        flight = context.mpf(r.numerator) / r.denominator / _number(field.value(Fraction(1)), context)
+        flight = (
+            context.mpf(r.numerator) / r.denominator / _number(field.value(Fraction(1)), context)
+        )
         total = flight
         if points:
             u1, u2 = (field.polish(-p.u if down else p.u) for p in points)
@@ -93,7 +102,9 @@ def _escape_by_digits(drift: Drift, kappa: Fraction, r: Fraction, dps: int, log:
                 with context.workprec(context.prec + max(0, int(context.mag(lam)))):
                     exponent = lam * field.potential_rise(u1, u2)
                     curvature = -field.slope(u1) * field.slope(u2)
-                    total = flight + 2 * context.pi / context.sqrt(curvature) * context.exp(exponent)
+                    total = flight + 2 * context.pi / context.sqrt(curvature) * context.exp(
+                        exponent
+                    )
         if log:
             total = context.log(total)
         return to_mpf(total, dps)
@@ -112,8 +123,8 @@ def _escape_by_floats(drift: Drift, kappa: Any, r: Any) -> FloatArray:
         shape = np.broadcast_shapes(drift.shape, k.shape, radius.shape)
     except ValueError:
         raise InputError(
-            f"the shapes do not broadcast (drift {drift.shape}, kappa {k.shape}, r {radius.shape}); "
-            "give arrays of shapes that NumPy broadcasts."
+            f"the shapes do not broadcast (drift {drift.shape}, kappa {k.shape}, "
+            f"r {radius.shape}); give arrays of shapes that NumPy broadcasts."
         ) from None
     from symasym.exact.fields import field_of
 
@@ -133,7 +144,10 @@ def _escape_by_floats(drift: Drift, kappa: Any, r: Any) -> FloatArray:
     well = np.flatnonzero((number == 2) & (u2 > 0))
     log_front, rise = np.full(count, -np.inf), np.zeros(count)
     if well.size:
-        slopes = field.taylor(scene[well], u1[well])[0][:, 1] * field.taylor(scene[well], u2[well])[0][:, 1]
+        slopes = (
+            field.taylor(scene[well], u1[well])[0][:, 1]
+            * field.taylor(scene[well], u2[well])[0][:, 1]
+        )
         log_front[well] = np.log(2 * np.pi) - 0.5 * np.log(-slopes)
         rise[well] = _rise(field, scene[well], u1[well], u2[well])
     well_time = log_front.reshape(own) + 2 * rise.reshape(own) / k**2
@@ -161,9 +175,17 @@ def _well_and_barrier(field: Any, scene: Any) -> tuple[FloatArray, FloatArray, A
         column = np.argmax(np.cumsum(change[rows], axis=1) == which + 1, axis=1)
         lo, hi = edges[rows, column], edges[rows, column + 1]
         found[rows, which] = _bracketed(
-            lambda x, s=scene[rows]: field.phi(s, x[:, None])[:, 0], lo, hi, values[rows, column] > 0
+            partial(_phi_at, field, scene[rows]),
+            lo,
+            hi,
+            values[rows, column] > 0,
         )
     return found[:, 0], found[:, 1], number
+
+
+def _phi_at(field: Any, scene: Any, u: FloatArray) -> FloatArray:
+    result: FloatArray = field.phi(scene, u[:, None])[:, 0]
+    return result
 
 
 def _bracketed(
@@ -213,7 +235,10 @@ def occupation(
         result = to_mpf(value, n)
         error = None if error is None else to_mpf(error * (1 + context.mpf(10) ** -n), n)
     if dps is None:
-        result, error = float(result), None if error is None else float(np.nextafter(float(error), 2.0))
+        result, error = (
+            float(result),
+            None if error is None else float(np.nextafter(float(error), 2.0)),
+        )
     if not full:
         return result
     return Estimate(result, error, "none" if error is None else "bound", "paper")
@@ -223,16 +248,24 @@ def _occupation_of_arrays(
     drift: Drift, kappa: Any, complement: bool, dps: int | None, log: bool, full: bool
 ) -> Any:
     if dps is not None:
-        raise InputError(f"dps is {dps} and an argument is an array; arrays are for float64 (dps=None).")
+        raise InputError(
+            f"dps is {dps} and an argument is an array; arrays are for float64 (dps=None)."
+        )
     k = floats("kappa", kappa)
     shape = np.broadcast_shapes(k.shape, drift.shape)
     flat = np.broadcast_to(k, shape).ravel()
-    values = {n: np.broadcast_to(v, shape).ravel() if is_array(v) else v for n, v in drift.values.items()}
+    values = {
+        n: np.broadcast_to(v, shape).ravel() if is_array(v) else v for n, v in drift.values.items()
+    }
     found = np.array(
         [
             occupation(
                 drift.bind(**{n: float(v[i]) if is_array(v) else v for n, v in values.items()}),
-                float(x), complement, dps=None, log=log, full=False,
+                float(x),
+                complement,
+                dps=None,
+                log=log,
+                full=False,
             )
             for i, x in enumerate(flat)
         ]

@@ -88,7 +88,7 @@ def escape_time(
         "T",
         drift,
         {"kappa": kappa, "r": r, "start": start},
-        lambda engine, d, v, n: engine.escape_time(d, v["kappa"], v["r"], v["start"], n),
+        lambda engine, d, v, n, **k: engine.escape_time(d, v["kappa"], v["r"], v["start"], n, **k),
         lambda engine, field, v: engine.escape_time(field, v["lam"], v["r"], v["start"]),
     )
     return _evaluate(task, dps, log, full)
@@ -138,8 +138,8 @@ def exit_probability(
         "C",
         drift,
         {"kappa": kappa, "r": r, "start": start},
-        lambda engine, d, v, n: engine.exit_probability(
-            d, v["kappa"], v["r"], v["start"], n, complement=complement
+        lambda engine, d, v, n, **k: engine.exit_probability(
+            d, v["kappa"], v["r"], v["start"], n, complement=complement, **k
         ),
         lambda engine, field, v: engine.exit_probability(
             field, v["lam"], v["r"], v["start"], complement
@@ -197,14 +197,22 @@ def occupation(
         "1 - P" if complement else "P",
         drift,
         {"kappa": kappa},
-        lambda engine, d, v, n: engine.occupation(d, v["kappa"], n, complement=complement),
+        lambda engine, d, v, n, **k: engine.occupation(
+            d, v["kappa"], n, complement=complement, **k
+        ),
         lambda engine, field, v: engine.occupation(field, v["lam"], complement),
     )
     return _evaluate(task, dps, log, full)
 
 
 def stationary_density(
-    drift: Drift, kappa: Any, y: Any, *, dps: int | None = None, log: bool = False, full: bool = False
+    drift: Drift,
+    kappa: Any,
+    y: Any,
+    *,
+    dps: int | None = None,
+    log: bool = False,
+    full: bool = False,
 ) -> Any:
     """Stationary density p_ss at the scaled position y (eq:pss); the region must be sliding.
 
@@ -236,7 +244,7 @@ def stationary_density(
         "p_ss",
         drift,
         {"kappa": kappa, "y": y},
-        lambda engine, d, v, n: engine.stationary_density(d, v["kappa"], v["y"], n),
+        lambda engine, d, v, n, **k: engine.stationary_density(d, v["kappa"], v["y"], n, **k),
         lambda engine, field, v: engine.stationary_density(field, v["lam"], v["y"]),
     )
     return _evaluate(task, dps, log, full)
@@ -249,7 +257,7 @@ class _Task(NamedTuple):
     name: str
     drift: Drift
     numbers: dict[str, Any]
-    digits_of: Callable[[Any, Drift, dict[str, Fraction], int], Any]
+    digits_of: Callable[..., Any]  # engine, drift, numbers, dps, log=… for balls
     logs_of: Callable[[Any, Any, dict[str, FloatArray]], Any]
 
 
@@ -315,10 +323,11 @@ def _by_digits(task: _Task, dps: int, log: bool, full: bool) -> Any:
 
     values = _checked({name: exact(name, value) for name, value in task.numbers.items()})
     task.drift.scalars()
-    if full and ball.available():
+    # Where A is no polynomial, ball arithmetic is the faster way as well as the proved one.
+    if ball.available() and (full or task.drift.exact_coefficients() is None):
         found = _by_ball(task, values, dps, log)
         if found:
-            return found
+            return found if full else found.value
     if log:
         result = _log_by_digits(lambda n: task.digits_of(arbitrary, task.drift, values, n), dps)
     else:
@@ -348,8 +357,8 @@ def _by_ball(task: _Task, values: dict[str, Fraction], dps: int, log: bool) -> E
     from symasym.exact import ball
 
     try:
-        enclosure = task.digits_of(ball, task.drift, values, dps + 3)
-        value, error = ball.to_mpf(ball.logarithm(enclosure) if log else enclosure, dps)
+        enclosure = task.digits_of(ball, task.drift, values, dps + 3, log=log)
+        value, error = ball.to_mpf(enclosure, dps)
     except AccuracyError:
         return None
     return Estimate(value, error, "bound", "exact", terms=(task.name,))
@@ -460,9 +469,9 @@ def _accurate_log(task: _Task, drift: Drift, values: dict[str, Fraction]) -> flo
 
 
 def _shaped(name: str, logs: FloatArray, errors: FloatArray, log: bool, full: bool) -> Any:
-    if log:
-        value, error = logs, errors
-    else:
+    value: Any = logs
+    error: Any = errors
+    if not log:
         _require_range(name, float(logs.max()), float(logs.min()))
         value = np.exp(logs)
         error = value * np.expm1(errors + 2e-16)

@@ -68,13 +68,14 @@ def rescale(eps: Any, kappa: Any, r: Any = 1) -> Scales:
             if not (x > 0).all():
                 raise InputError(f"{name} has an entry {x.min():.6g}; it must be greater than 0.")
         try:
-            e, k, radius = np.broadcast_arrays(*arrays.values())
+            widths, noises, radii = np.broadcast_arrays(*arrays.values())
         except ValueError:
             shapes = ", ".join(f"{n} {x.shape}" for n, x in arrays.items())
             raise InputError(
-                f"the shapes do not broadcast ({shapes}); give arrays of shapes that NumPy broadcasts."
+                f"the shapes do not broadcast ({shapes}); "
+                "give arrays of shapes that NumPy broadcasts."
             ) from None
-        return Scales(k / np.sqrt(e), radius / e, e.copy())
+        return Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
     e, k, radius = (
         positive(name, exact(name, x)) for name, x in (("eps", eps), ("kappa", kappa), ("r", r))
     )

@@ -20,15 +20,14 @@ Needs python-flint, which is imported on first use.
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 from symasym.errors import AccuracyError, InputError, RegionError
+from symasym.exact.ball_drift import Profile, exact_ball, flint_module, precision, profile_of
 
 __all__ = [
     "available",
@@ -62,8 +61,6 @@ _MOST_WORK = 7_000_000
 _ANALYTIC = 3
 
 _ATTEMPTS = 8
-
-_lock = threading.RLock()
 
 
 def available() -> bool:
@@ -174,13 +171,16 @@ def occupation(
     lam = _lam(kappa)
 
     def compute() -> Any:
-        profile = _profile(drift)
+        profile = profile_of(drift)
         slope_minus, slope_plus = _sliding_slopes(profile)
-        inside, weight = _arb(Fraction(0)), _arb(_ONE)  # weight: e^{-lam V} at the panel's start
+        inside, weight = (
+            exact_ball(Fraction(0)),
+            exact_ball(_ONE),
+        )  # weight: e^{-lam V} at the panel's start
         for panel in _panels(profile, lam, -_ONE, _ONE):
             inside += weight * panel.minus
             weight /= panel.growth
-        outside = (1 / slope_minus + weight / slope_plus) / _arb(lam)
+        outside = (1 / slope_minus + weight / slope_plus) / exact_ball(lam)
         ratio = outside / inside
         return _share(1 / ratio if complement else ratio, log)
 
@@ -212,7 +212,7 @@ def stationary_density(
     lam = _lam(kappa)
 
     def compute() -> Any:
-        profile = _profile(drift)
+        profile = profile_of(drift)
         _sliding_slopes(profile)
         mass = _mass_before(profile, lam, y) + _mass_before(profile.mirrored(), lam, -y)
         return -mass.log() if log else 1 / mass
@@ -274,7 +274,7 @@ def _check_escape(kappa: Fraction, r: Fraction, start: Fraction) -> None:
         raise InputError(f"start is {start}; it must lie between -r and r, which is {r}.")
 
 
-def _sliding_slopes(profile: _Profile) -> tuple[Any, Any]:
+def _sliding_slopes(profile: Profile) -> tuple[Any, Any]:
     """The sizes of a- and a+; `_Undecided` where their signs need more precision."""
     a_minus, a_plus = profile.value(-_ONE), profile.value(_ONE)
     if a_minus <= 0 or a_plus >= 0:
@@ -290,30 +290,6 @@ def _sliding_slopes(profile: _Profile) -> tuple[Any, Any]:
 # -- precision ---------------------------------------------------------------------------------
 
 
-def _flint() -> Any:
-    try:
-        import flint
-    except ImportError:
-        raise AccuracyError(
-            "proved balls need python-flint, which is not installed; "
-            "install it with pip install python-flint, or ask for dps without a ball."
-        ) from None
-    return flint
-
-
-@contextmanager
-def _precision(bits: int) -> Iterator[None]:
-    """Arb at `bits` bits. Its context is global: one thread at a time, and put back after."""
-    context = _flint().ctx
-    with _lock:
-        before = context.prec, context.cap
-        context.prec = bits
-        try:
-            yield
-        finally:
-            context.prec, context.cap = before
-
-
 class _Undecided(Exception):
     """A sign could not be told at this precision."""
 
@@ -326,7 +302,7 @@ def _refine(
     # the bits, and e^{lam V} loses as many as its exponent has before the point.
     bits = int(dps * _LOG2_10 * 1.2) + 35 + int(scale).bit_length()
     for _ in range(_ATTEMPTS):
-        with _precision(bits):
+        with precision(bits):
             try:
                 value = compute()
                 missing = _missing_bits(value, dps, may_vanish)
@@ -345,7 +321,7 @@ def _missing_bits(value: Any, dps: int, may_vanish: bool) -> int:
     """Bits by which the ball is too wide; 0 if it is good."""
     if not value.is_finite():
         return 1 << 62
-    flint = _flint()
+    flint = flint_module()
     allowed = value.abs_lower() * flint.arb(10) ** -dps
     if may_vanish:
         # A value that may be 0, as log 1 is, has no relative accuracy.
@@ -358,224 +334,9 @@ def _missing_bits(value: Any, dps: int, may_vanish: bool) -> int:
     return int(float((radius / allowed).log().upper()) * 1.45) + 1
 
 
-def _arb(value: Fraction) -> Any:
-    flint = _flint()
-    return flint.arb(flint.fmpq(value.numerator, value.denominator))
-
-
 def _share(ratio: Any, log: bool) -> Any:
     """part/(part + rest) of ratio = rest/part; its logarithm without cancellation near 1."""
     return -ratio.log1p() if log else 1 / (1 + ratio)
-
-
-# -- the drift on a panel ------------------------------------------------------------------------
-
-
-class _Profile(Protocol):
-    """A(u) as the panels need it."""
-
-    def value(self, u: Fraction) -> Any:
-        """A ball for A(u)."""
-
-    def bound(self, center: Fraction, radius: Fraction) -> Any:
-        """A bound of abs(A) on the complex disk, not finite unless A is analytic there."""
-
-    def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
-        """Balls for the Taylor coefficients of A(center + half t) in t."""
-
-    def terms(self) -> int | None:
-        """The number of coefficients beyond which all vanish, None if there is none."""
-
-    def mirrored(self) -> _Profile:
-        """The drift of the coordinate -u: -A(-u)."""
-
-
-class _Polynomial:
-    """A with rational coefficients."""
-
-    def __init__(self, coefficients: list[Fraction]) -> None:
-        self.coefficients = coefficients
-
-    def value(self, u: Fraction) -> Any:
-        total = Fraction(0)
-        for coefficient in reversed(self.coefficients):
-            total = total * u + coefficient
-        return _arb(total)
-
-    def bound(self, center: Fraction, radius: Fraction) -> Any:
-        # The sum of |c_k| radius^k is met on the circle within a factor of two or so,
-        # where a ball in place of z would count the same radius once per power.
-        shifted = self._shifted(center, radius).coeffs()
-        return sum((abs(c) for c in shifted), _flint().arb(0))
-
-    def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
-        return _flint().arb_series(self._shifted(center, half).coeffs(), terms)
-
-    def terms(self) -> int | None:
-        return len(self.coefficients)
-
-    def mirrored(self) -> _Polynomial:
-        return _Polynomial([c if k % 2 else -c for k, c in enumerate(self.coefficients)])
-
-    @cached_property
-    def _exact(self) -> Any:
-        flint = _flint()
-        return flint.fmpq_poly([flint.fmpq(c.numerator, c.denominator) for c in self.coefficients])
-
-    def _shifted(self, center: Fraction, half: Fraction) -> Any:
-        flint = _flint()
-        line = flint.arb_poly([_arb(center), _arb(half)])
-        return flint.arb_poly(self._exact)(line)
-
-
-class _Analytic:
-    """Any other drift, through its `evaluate`."""
-
-    def __init__(self, drift: Any, sign: int = 1) -> None:
-        self.drift = drift
-        self.sign = sign
-
-    def value(self, u: Fraction) -> Any:
-        return self.sign * self.drift.evaluate(_arb(self.sign * u), _BallOps())
-
-    def bound(self, center: Fraction, radius: Fraction) -> Any:
-        flint = _flint()
-        spread = flint.arb(0, _arb(radius))
-        square = flint.acb(_arb(self.sign * center) + spread, spread)
-        try:
-            return abs(flint.acb(self.drift.evaluate(square, _BallOps())))
-        except ZeroDivisionError:
-            return flint.arb.nan()
-
-    def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
-        flint = _flint()
-        line = flint.arb_series([_arb(self.sign * center), _arb(self.sign * half)], terms)
-        return self.sign * flint.arb_series(self.drift.evaluate(line, _BallOps()), terms)
-
-    def terms(self) -> int | None:
-        return None
-
-    def mirrored(self) -> _Analytic:
-        return _Analytic(self.drift, -self.sign)
-
-
-def _profile(drift: Any) -> _Profile:
-    coefficients = drift.exact_coefficients()
-    return _Analytic(drift) if coefficients is None else _Polynomial(list(coefficients))
-
-
-class _BallOps:
-    """Functions of arb, acb and arb_series that are finite only where they are analytic.
-
-    A finite value of Arb's own complex functions doesn't prove analyticity: on a ball across
-    a branch cut they enclose both sides of the jump. These return nan there.
-    """
-
-    def rational(self, value: Fraction) -> Any:
-        return _arb(value)
-
-    def pi(self) -> Any:
-        return _flint().arb.pi()
-
-    def power(self, base: Any, exponent: Fraction) -> Any:
-        flint = _flint()
-        rational = flint.fmpq(exponent.numerator, exponent.denominator)
-        if isinstance(base, flint.acb):
-            return base.pow(flint.acb(_arb(exponent)), analytic=True)
-        return base**rational
-
-    def log(self, x: Any) -> Any:
-        return x.log(analytic=True) if self._complex(x) else x.log()
-
-    def sqrt(self, x: Any) -> Any:
-        return x.sqrt(analytic=True) if self._complex(x) else x.sqrt()
-
-    def exp(self, x: Any) -> Any:
-        return x.exp()
-
-    def sin(self, x: Any) -> Any:
-        return x.sin()
-
-    def cos(self, x: Any) -> Any:
-        return x.cos()
-
-    def tan(self, x: Any) -> Any:
-        return x.tan()
-
-    def erf(self, x: Any) -> Any:
-        return x.erf()
-
-    def sinh(self, x: Any) -> Any:
-        if not self._series(x):
-            return x.sinh()
-        return (x.exp() - (-x).exp()) / 2
-
-    def cosh(self, x: Any) -> Any:
-        if not self._series(x):
-            return x.cosh()
-        return (x.exp() + (-x).exp()) / 2
-
-    def tanh(self, x: Any) -> Any:
-        if not self._series(x):
-            return x.tanh()
-        return 1 - 2 / (1 + (2 * x).exp())
-
-    def asin(self, x: Any) -> Any:
-        return x.asin() if self._series(x) else self._off_cut(x, "asin", _outside_real)
-
-    def acos(self, x: Any) -> Any:
-        return x.acos() if self._series(x) else self._off_cut(x, "acos", _outside_real)
-
-    def atan(self, x: Any) -> Any:
-        return x.atan() if self._series(x) else self._off_cut(x, "atan", _outside_imaginary)
-
-    def asinh(self, x: Any) -> Any:
-        if self._series(x):
-            return self._antiderivative(x, "asinh", (1 + x * x).rsqrt())
-        return self._off_cut(x, "asinh", _outside_imaginary)
-
-    def acosh(self, x: Any) -> Any:
-        if self._series(x):
-            return self._antiderivative(x, "acosh", (x * x - 1).rsqrt())
-        return self._off_cut(x, "acosh", _left_of_one)
-
-    def atanh(self, x: Any) -> Any:
-        if self._series(x):
-            return self._antiderivative(x, "atanh", 1 / (1 - x * x))
-        return self._off_cut(x, "atanh", _outside_real)
-
-    @staticmethod
-    def _complex(x: Any) -> bool:
-        return isinstance(x, _flint().acb)
-
-    @staticmethod
-    def _series(x: Any) -> bool:
-        return isinstance(x, _flint().arb_series)
-
-    def _off_cut(self, x: Any, name: str, touches_cut: Callable[[Any], bool]) -> Any:
-        if self._complex(x) and touches_cut(x):
-            return _flint().acb(_flint().arb.nan())
-        return getattr(x, name)()
-
-    @staticmethod
-    def _antiderivative(x: Any, name: str, slope: Any) -> Any:
-        """f(x) for a series x, from f' at the series and f at its constant term."""
-        return (x.derivative() * slope).integral() + getattr(x[0], name)()
-
-
-def _outside_real(z: Any) -> bool:
-    """Whether the ball may meet the real axis at abs(z) >= 1."""
-    return bool(z.imag.contains(0)) and not abs(z.real) < 1
-
-
-def _outside_imaginary(z: Any) -> bool:
-    """Whether the ball may meet the imaginary axis at abs(z) >= 1."""
-    return bool(z.real.contains(0)) and not abs(z.imag) < 1
-
-
-def _left_of_one(z: Any) -> bool:
-    """Whether the ball may meet the real axis at z <= 1."""
-    return bool(z.imag.contains(0)) and not z.real > 1
 
 
 # -- panels --------------------------------------------------------------------------------------
@@ -591,7 +352,7 @@ class _Outer:
 
     @cached_property
     def _exponent(self) -> Any:
-        return self.slope * _arb(self.lam * self.length)
+        return self.slope * exact_ball(self.lam * self.length)
 
     @cached_property
     def growth(self) -> Any:
@@ -599,20 +360,20 @@ class _Outer:
 
     @cached_property
     def plus(self) -> Any:
-        return _arb(self.length) * _exp_quotient(-self._exponent, 1)
+        return exact_ball(self.length) * _exp_quotient(-self._exponent, 1)
 
     @cached_property
     def minus(self) -> Any:
-        return _arb(self.length) * _exp_quotient(self._exponent, 1)
+        return exact_ball(self.length) * _exp_quotient(self._exponent, 1)
 
     @cached_property
     def nested(self) -> Any:
-        return _arb(self.length**2) * _exp_quotient(self._exponent, 2)
+        return exact_ball(self.length**2) * _exp_quotient(self._exponent, 2)
 
 
 def _exp_quotient(x: Any, order: int) -> Any:
     """(e^x - 1)/x, or (e^x - 1 - x)/x^2 for order 2, also where x is or contains 0."""
-    flint = _flint()
+    flint = flint_module()
     if not abs(x) < 2:
         return x.expm1() / x if order == 1 else (x.expm1() - x) / (x * x)
     # Sum of x^k/(k + order)!; what is left out is below |x|^n/(n + order)! e^|x|.
@@ -636,7 +397,7 @@ class _Panel:
     of the coefficients beyond `terms` needs.
     """
 
-    profile: _Profile
+    profile: Profile
     lam: Fraction
     center: Fraction
     half: Fraction
@@ -646,10 +407,10 @@ class _Panel:
     @cached_property
     def _exponent(self) -> Any:
         """lam (V - V(centre)), a series in t."""
-        flint = _flint()
+        flint = flint_module()
         flint.ctx.cap = self.terms
         series = self.profile.series(self.center, self.half, self.terms)
-        return (-_arb(self.lam * self.half)) * series.integral()
+        return (-exact_ball(self.lam * self.half)) * series.integral()
 
     def _complete(self, series: Any) -> Any:
         """`series`, unless coefficients are missing, which would be read as 0."""
@@ -675,7 +436,7 @@ class _Panel:
 
         One term fewer than were computed, because `integral` drops the last one.
         """
-        flint = _flint()
+        flint = flint_module()
         ratio = flint.arb(_RATIO)
         return flint.arb(0, bound * ratio ** (1 - self.terms) / (1 - 1 / ratio))
 
@@ -701,18 +462,18 @@ class _Panel:
     def plus(self) -> Any:
         """Integral over the panel of e^{lam(V - V(a))}."""
         integral = _over_panel(self._complete(self._rising)) + 2 * self._exp_tail
-        return _arb(self.half) * (-self._ends[0]).exp() * integral
+        return exact_ball(self.half) * (-self._ends[0]).exp() * integral
 
     @cached_property
     def minus(self) -> Any:
         """Integral over the panel of e^{-lam(V - V(a))}."""
         integral = _over_panel(self._complete(self._falling)) + 2 * self._exp_tail
-        return _arb(self.half) * self._ends[0].exp() * integral
+        return exact_ball(self.half) * self._ends[0].exp() * integral
 
     @cached_property
     def nested(self) -> Any:
         """Integral of e^{lam(V(w) - V(x))} over a < w < x < b."""
-        flint = _flint()
+        flint = flint_module()
         flint.ctx.cap = self.terms
         running = self._rising.integral()
         running = running - (_at_ends(running)[0] + self._exp_tail)
@@ -720,12 +481,12 @@ class _Panel:
         # On the disk the path from -1 to t is straight and at most _RATIO + 1 long.
         reach = _RATIO + 1
         bound = reach * (self.slope_bound * reach).exp()
-        return _arb(self.half**2) * (_over_panel(product) + 2 * self._tail(bound))
+        return exact_ball(self.half**2) * (_over_panel(product) + 2 * self._tail(bound))
 
 
 def _at_ends(series: Any) -> tuple[Any, Any]:
     """A series as a polynomial, at -1 and 1."""
-    zero = _flint().arb(0)
+    zero = flint_module().arb(0)
     coefficients = series.coeffs()
     even, odd = sum(coefficients[::2], zero), sum(coefficients[1::2], zero)
     return even - odd, even + odd
@@ -733,12 +494,12 @@ def _at_ends(series: Any) -> tuple[Any, Any]:
 
 def _over_panel(series: Any) -> Any:
     """Integral from -1 to 1 of a series, its last term left out."""
-    return 2 * sum(series.integral().coeffs()[1::2], _flint().arb(0))
+    return 2 * sum(series.integral().coeffs()[1::2], flint_module().arb(0))
 
 
-def _panels(profile: _Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[_Panel]:
+def _panels(profile: Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[_Panel]:
     """[a, b] cut until the exponent's growth on each panel's circle is what the precision likes."""
-    flint = _flint()
+    flint = flint_module()
     bits = flint.ctx.prec
     most_growth = _GROWTH_PER_BIT * bits
     terms = _terms(bits, most_growth, profile.terms())
@@ -750,7 +511,7 @@ def _panels(profile: _Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[
     while waiting:
         left, right = waiting.pop()
         center, half = (left + right) / 2, (right - left) / 2
-        slope_bound = _arb(lam * half) * profile.bound(center, _RATIO * half)
+        slope_bound = exact_ball(lam * half) * profile.bound(center, _RATIO * half)
         if slope_bound * _RATIO < most_growth:
             found.append(_Panel(profile, lam, center, half, slope_bound, terms))
             continue
@@ -766,7 +527,7 @@ def _panels(profile: _Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[
 
 
 def _refuse_hopeless(
-    profile: _Profile, lam: Fraction, a: Fraction, b: Fraction, most_growth: float
+    profile: Profile, lam: Fraction, a: Fraction, b: Fraction, most_growth: float
 ) -> None:
     """Raise early where counting panels would take seconds: from the variation of lam V."""
     samples = 32
@@ -775,7 +536,7 @@ def _refuse_hopeless(
     step = (b - a) / samples
     size = sum(abs(profile.value(a + step * (k + Fraction(1, 2)))) for k in range(samples))
     # On a panel, growth on the circle is at least _RATIO times the mean over half of it.
-    if size * _arb(lam * step) * _RATIO > 2.2 * most_growth:
+    if size * exact_ball(lam * step) * _RATIO > 2.2 * most_growth:
         raise _too_much_work(lam)
 
 
@@ -790,7 +551,8 @@ def _terms(bits: int, growth: float, finite: int | None) -> int:
 
 def _too_much_work(lam: Fraction) -> AccuracyError:
     return AccuracyError(
-        f"at lam = 2/kappa^2 = {_arb(lam).str(4, radius=False)} and {_flint().ctx.prec} bits a "
+        f"at lam = 2/kappa^2 = {exact_ball(lam).str(4, radius=False)} and "
+        f"{flint_module().ctx.prec} bits a "
         "proved ball would take well over 10 seconds; ask for dps without a ball, or for fewer "
         "digits."
     )
@@ -810,7 +572,7 @@ class _Side:
 def _both_sides(
     drift: Any, kappa: Fraction, r: Fraction, start: Fraction, moments: str
 ) -> tuple[_Side, _Side]:
-    profile, lam = _profile(drift), _lam(kappa)
+    profile, lam = profile_of(drift), _lam(kappa)
     # Both are cut before either is integrated, so that too much work is refused at once.
     left = _pieces(profile, lam, -r, start)
     right = _pieces(profile.mirrored(), lam, -r, -start)
@@ -819,8 +581,8 @@ def _both_sides(
 
 def _carried(pieces: list[_Outer | _Panel], lam: Fraction, moments: str) -> _Side:
     """S and, if asked for, Y from the absorbing end to the end of the last piece."""
-    side = _Side(_arb(Fraction(0)), _arb(Fraction(0)))
-    factor = _arb(lam)
+    side = _Side(exact_ball(Fraction(0)), exact_ball(Fraction(0)))
+    factor = exact_ball(lam)
     for panel in pieces:
         if "Y" in moments:
             side.work += factor * (side.scale * panel.minus + panel.nested)
@@ -828,8 +590,8 @@ def _carried(pieces: list[_Outer | _Panel], lam: Fraction, moments: str) -> _Sid
     return side
 
 
-def _pieces(profile: _Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[_Outer | _Panel]:
-    """The panels of [a, b] from left to right, the outer ones in one piece."""
+def _pieces(profile: Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[_Outer | _Panel]:
+    """The panels of [a, b], a < 1, from left to right, the outer ones in one piece."""
     pieces: list[_Outer | _Panel] = []
     if a < -1:
         pieces.append(_Outer(profile.value(-_ONE), lam, min(-_ONE, b) - a))
@@ -837,14 +599,14 @@ def _pieces(profile: _Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[
     if inner[0] < inner[1]:
         pieces += _panels(profile, lam, *inner)
     if b > 1:
-        pieces.append(_Outer(profile.value(_ONE), lam, b - max(a, _ONE)))
+        pieces.append(_Outer(profile.value(_ONE), lam, b - 1))
     return pieces
 
 
-def _mass_before(profile: _Profile, lam: Fraction, y: Fraction) -> Any:
+def _mass_before(profile: Profile, lam: Fraction, y: Fraction) -> Any:
     """Integral over u < y of e^{lam(V(y) - V(u))}, for a drift that points inwards on the left."""
     # From -infinity to the first corner, or to y if that comes first, it is 1/(lam a-).
-    mass = 1 / (_arb(lam) * profile.value(-_ONE))
+    mass = 1 / (exact_ball(lam) * profile.value(-_ONE))
     for panel in _pieces(profile, lam, -_ONE, y):
         mass = panel.growth * (mass + panel.minus)
     return mass

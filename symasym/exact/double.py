@@ -14,7 +14,7 @@ layers where it varies by hundreds, so the cost does not grow with lam.
 from __future__ import annotations
 
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -51,8 +51,9 @@ class _Blocks(NamedTuple):
     t0: FloatArray
     t1: FloatArray
 
-    def take(self, index: np.ndarray) -> _Blocks:
-        return _Blocks(*(field[index] for field in self))
+    def take(self, index: Any) -> _Blocks:
+        fields: list[Any] = [field[index] for field in self]
+        return _Blocks(*fields)
 
 
 class _Anchors(NamedTuple):
@@ -86,13 +87,17 @@ def sweep(
     blocks, anchors = _partition(field, lam, np.maximum(start, -1.0), np.minimum(end, 1.0))
     records, failed = _records(field, lam, blocks, anchors)
     right = np.flatnonzero(end > 1.0)
-    beyond = panels.constant(lam[right] * field.a_plus[right], end[right] - np.maximum(1.0, start[right]))
+    beyond = panels.constant(
+        lam[right] * field.a_plus[right], end[right] - np.maximum(1.0, start[right])
+    )
     scene = np.concatenate((outside[0], records[0], right))
     part = np.concatenate(
         (np.full(len(outside[0]), -1), records[1], np.full(len(right), np.iinfo(np.intp).max))
     )
     position = np.concatenate((np.zeros(len(outside[0])), records[2], np.zeros(len(right))))
-    moments = Moments(*(np.concatenate(m) for m in zip(outside[1], records[3], beyond, strict=True)))
+    moments = Moments(
+        *(np.concatenate(m) for m in zip(outside[1], records[3], beyond, strict=True))
+    )
     slow = np.concatenate(
         (np.zeros(len(outside[0]), dtype=bool), records[4], np.zeros(len(right), dtype=bool))
     )
@@ -283,9 +288,15 @@ def _records(
         empty = np.empty(0, dtype=np.intp)
         nothing = Moments(*(np.empty(0),) * 4)
         return (empty, empty, np.empty(0), nothing, np.empty(0, dtype=bool)), failed
-    scene, part, position, moments, slow = (list(x) for x in zip(*done, strict=True))
-    joined = Moments(*(np.concatenate(m) for m in zip(*moments, strict=True)))
-    return (*(np.concatenate(x) for x in (scene, part, position)), joined, np.concatenate(slow)), failed
+    scene, part, position, moments, slow = zip(*done, strict=True)
+    joined: _Records = (
+        np.concatenate(scene),
+        np.concatenate(part),
+        np.concatenate(position),
+        Moments(*(np.concatenate(m) for m in zip(*moments, strict=True))),
+        np.concatenate(slow),
+    )
+    return joined, failed
 
 
 def _digest(
@@ -487,9 +498,7 @@ class Logs(NamedTuple):
     error: FloatArray
 
 
-def escape_time(
-    field: Field, lam: FloatArray, r: FloatArray, start: FloatArray
-) -> Logs:
+def escape_time(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray) -> Logs:
     """log T (eq:Ttilde) of each scene.
 
     Parameters
@@ -520,8 +529,10 @@ def exit_probability(
     if complement:
         left, right = right, left
     odds = left.log_sigma - right.log_sigma
-    error = left.sigma_error + right.sigma_error + _ULP * (
-        np.abs(left.log_sigma) + np.abs(right.log_sigma)
+    error = (
+        left.sigma_error
+        + right.sigma_error
+        + _ULP * (np.abs(left.log_sigma) + np.abs(right.log_sigma))
     )
     value = -np.logaddexp(0.0, odds)
     # log C = -log(1 + e^odds), whose derivative is C - 1.
@@ -557,9 +568,7 @@ def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
     return Logs(value, inside.w_error[:n] + error[:n] + _ULP * np.abs(inside.log_w[:n]))
 
 
-def _both(
-    field: Field, lam: FloatArray, r: FloatArray, start: FloatArray
-) -> tuple[Sweep, Sweep]:
+def _both(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray) -> tuple[Sweep, Sweep]:
     doubled = np.tile(lam, 2)
     return _halves(
         sweep(field, doubled, -np.tile(r, 2), np.concatenate((start, -start)), free=False)
@@ -568,9 +577,7 @@ def _both(
 
 def _swept(field: Field, lam: FloatArray, y: FloatArray, free: bool) -> Sweep:
     doubled = np.tile(lam, 2)
-    return sweep(
-        field, doubled, np.full(2 * len(lam), -np.inf), np.concatenate((y, -y)), free=free
-    )
+    return sweep(field, doubled, np.full(2 * len(lam), -np.inf), np.concatenate((y, -y)), free=free)
 
 
 def _halves(both: Sweep) -> tuple[Sweep, Sweep]:

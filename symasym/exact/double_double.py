@@ -90,7 +90,9 @@ class DoubleDoubleOps:
         return DoubleDouble(np.asarray(np.pi), np.asarray(1.2246467991473532e-16))
 
     def power(self, base: Any, exponent: Fraction) -> DoubleDouble:
-        return _through_mpmath(lambda c, x: x ** (c.mpf(exponent.numerator) / exponent.denominator), base)
+        return _through_mpmath(
+            lambda c, x: x ** (c.mpf(exponent.numerator) / exponent.denominator), base
+        )
 
     def __getattr__(self, name: str) -> Any:
         return lambda x: _through_mpmath(lambda c, value: getattr(c, name)(value), x)
@@ -104,7 +106,9 @@ def _through_mpmath(function: Any, x: Any) -> DoubleDouble:
     hi, lo = np.empty(shape), np.empty(shape)
     with own_context(40) as context:
         for index in np.ndindex(shape):
-            value = function(context, context.mpf(float(number.hi[index])) + float(number.lo[index]))
+            value = function(
+                context, context.mpf(float(number.hi[index])) + float(number.lo[index])
+            )
             hi[index] = float(value)
             lo[index] = float(value - context.mpf(hi[index]))
     return DoubleDouble(hi, lo)

@@ -7,6 +7,7 @@ mirrored drift -A(-u). Both fields below therefore hold each scene with a sign.
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -184,7 +185,12 @@ class AnalyticField:
         values = {name: value[scene][:, None] for name, value in self._values.items()}
         with np.errstate(all="ignore"):
             raw = self._drift.evaluate_float(u * sign, values)
-        return sign * np.broadcast_to(raw, u.shape)
+        result: FloatArray = sign * np.broadcast_to(raw, u.shape)
+        return result
+
+    def _phi_of_one(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        result: FloatArray = self.phi(scene, u[None, :])[0]
+        return result
 
     def series(self, scene: IntArray) -> None:
         return None
@@ -199,11 +205,11 @@ class AnalyticField:
     def zeros(self, scene: IntArray) -> FloatArray:
         from symasym.landscape import float_marks
 
-        rows = [
-            float_marks(lambda u, s=s: self.phi(np.array([s]), u[None, :])[0]) for s in scene
-        ]
+        rows = [float_marks(partial(self._phi_of_one, np.array([s]))) for s in scene]
         width = max([len(row) for row in rows] + [1])
-        return np.array([np.pad(row, (0, width - len(row)), constant_values=np.nan) for row in rows])
+        return np.array(
+            [np.pad(row, (0, width - len(row)), constant_values=np.nan) for row in rows]
+        )
 
     def turning(self, scene: IntArray) -> FloatArray:
         # The marks hold the extremes; zeros among them do no harm to monotone pieces.
@@ -217,7 +223,9 @@ class AnalyticField:
             ops = JetOps(self.ORDER, context)
             for s, c in zip(scene, centre, strict=True):
                 sign = int(self.sign[s])
-                values = {n: self._exact_value(p, int(s) % self._count) for n, p in self._pairs.items()}
+                values = {
+                    n: self._exact_value(p, int(s) % self._count) for n, p in self._pairs.items()
+                }
                 numbers = {n: ops.rational(v) for n, v in values.items()}
                 point = ops.variable(Fraction(float(sign * c)), Fraction(sign))
                 jet = self._drift.evaluate_values(point, numbers, ops)
@@ -246,6 +254,6 @@ def _trust(row: FloatArray) -> float:
         powers = t ** np.arange(len(row))
         lead = np.max(np.abs(row[:4] * powers[:4]))
         if max(abs(row[-1] * powers[-1]), abs(row[-2] * powers[-2])) < 1e-18 * lead:
-            return t
+            return float(t)
         t /= 2
     return 0.0

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from typing import Any
 
 from symasym.arithmetic import integer_power
 from symasym.errors import InputError
+
+
+def _pairs(a: Sequence[Any], b: Sequence[Any]) -> Iterator[tuple[Any, Any]]:
+    """Pairs as far as the shorter reaches, which is what a convolution wants."""
+    return zip(a, b, strict=False)
 
 
 class Jet:
@@ -17,9 +22,6 @@ class Jet:
 
     def __init__(self, c: list[Any], ops: JetOps) -> None:
         self.c, self.ops = c, ops
-
-    def _same(self, other: Any) -> Jet:
-        return other if isinstance(other, Jet) else self.ops.constant(other)
 
     def __neg__(self) -> Jet:
         return Jet([-x for x in self.c], self.ops)
@@ -32,10 +34,10 @@ class Jet:
     __radd__ = __add__
 
     def __sub__(self, other: Any) -> Jet:
-        return self + (-other)
+        return self.__add__(-other)
 
     def __rsub__(self, other: Any) -> Jet:
-        return (-self) + other
+        return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Jet:
         if not isinstance(other, Jet):
@@ -43,7 +45,7 @@ class Jet:
         dot, a, b = self.ops.context.fdot, self.c, other.c
         b_reversed = b[::-1]
         n = len(a)
-        return Jet([dot(zip(a[: k + 1], b_reversed[n - 1 - k :])) for k in range(n)], self.ops)
+        return Jet([dot(_pairs(a[: k + 1], b_reversed[n - 1 - k :])) for k in range(n)], self.ops)
 
     __rmul__ = __mul__
 
@@ -53,11 +55,11 @@ class Jet:
         dot, b = self.ops.context.fdot, other.c
         result: list[Any] = []
         for k, x in enumerate(self.c):
-            result.append((x - dot(zip(b[1 : k + 1], result[::-1]))) / b[0])
+            result.append((x - dot(_pairs(b[1 : k + 1], result[::-1]))) / b[0])
         return Jet(result, self.ops)
 
     def __rtruediv__(self, other: Any) -> Jet:
-        return self._same(other) / self
+        return self.ops.constant(other) / self
 
     def __pow__(self, exponent: int) -> Jet:
         if exponent == 0:
@@ -128,7 +130,7 @@ class JetOps:
         result = [_real(c[0] ** a, "power")]
         for n in range(1, self.order):
             weights = [(a * k - (n - k)) * c[k] for k in range(1, n + 1)]
-            result.append(dot(zip(weights, result[::-1])) / (n * c[0]))
+            result.append(dot(_pairs(weights, result[::-1])) / (n * c[0]))
         return Jet(result, self)
 
 
@@ -148,7 +150,7 @@ def _exp(x: Jet, ops: JetOps) -> Jet:
     dot, slopes = ops.context.fdot, [k * c for k, c in enumerate(x.c)]
     y = [ops.context.exp(x.c[0])]
     for n in range(1, ops.order):
-        y.append(dot(zip(slopes[1 : n + 1], y[::-1])) / n)
+        y.append(dot(_pairs(slopes[1 : n + 1], y[::-1])) / n)
     return Jet(y, ops)
 
 
@@ -160,7 +162,7 @@ def _circular(x: Jet, ops: JetOps, sign: int) -> tuple[Jet, Jet]:
     s, c = ([getattr(context, name)(x.c[0])] for name in names)
     for n in range(1, ops.order):
         part = slopes[1 : n + 1]
-        s_next, c_next = dot(zip(part, c[::-1])) / n, sign * dot(zip(part, s[::-1])) / n
+        s_next, c_next = dot(_pairs(part, c[::-1])) / n, sign * dot(_pairs(part, s[::-1])) / n
         s.append(s_next)
         c.append(c_next)
     return Jet(s, ops), Jet(c, ops)
@@ -180,8 +182,8 @@ def _tanh(x: Jet, ops: JetOps) -> Jet:
     y = [ops.context.tanh(x.c[0])]
     complement = [ops.context.sech(x.c[0]) ** 2]
     for n in range(1, ops.order):
-        y.append(dot(zip(slopes[1 : n + 1], complement[::-1])) / n)
-        complement.append(-dot(zip(y, y[::-1])))
+        y.append(dot(_pairs(slopes[1 : n + 1], complement[::-1])) / n)
+        complement.append(-dot(_pairs(y, y[::-1])))
     return Jet(y, ops)
 
 

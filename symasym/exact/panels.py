@@ -274,9 +274,7 @@ def merge_slow(
     rise, near, far, both = moments
     up = rise > 0
     joins = np.zeros(len(scene), dtype=bool)
-    joins[1:] = (
-        slow_panel[1:] & slow_panel[:-1] & (scene[1:] == scene[:-1]) & (up[1:] == up[:-1])
-    )
+    joins[1:] = slow_panel[1:] & slow_panel[:-1] & (scene[1:] == scene[:-1]) & (up[1:] == up[:-1])
     first = np.flatnonzero(~joins)
     last = np.append(first[1:], len(scene)) - 1
     product = np.zeros(len(scene))

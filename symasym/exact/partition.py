@@ -79,9 +79,7 @@ class Partition:
         found = sorted({dyadic(x, places) for x in self.field.zeros(lo, hi)})
         return [x for x in found if lo < x < hi]
 
-    def _block(
-        self, centre: Fraction, t0: Fraction, t1: Fraction, depth: int
-    ) -> Iterator[Panel]:
+    def _block(self, centre: Fraction, t0: Fraction, t1: Fraction, depth: int) -> Iterator[Panel]:
         """A block by layers where that is exact to working precision, else by Taylor panels."""
         if depth > _DEEPEST:
             raise AccuracyError(
@@ -150,8 +148,24 @@ class Partition:
         while t < t1:
             here = centre + t
             h, order = self._width(here, t1 - t)
-            yield Taylor(self.numbers, self.field.taylor(here, h, order), h)
+            c = self.field.taylor(here, h, order)
+            while not self._complete(c, h):
+                h /= 2
+                c = self.field.taylor(here, h, order)
+            yield Taylor(self.numbers, c, h)
             t += h
+
+    def _complete(self, c: list[Fraction], h: Fraction) -> bool:
+        """Whether what is missing of the Taylor series of phi is below the last digit."""
+        if self.field.is_polynomial:
+            return True
+        if _places(h) > _DEEPEST:
+            raise AccuracyError(
+                "the Taylor series of A does not converge inside [-1, 1]; give an A that is "
+                "analytic there, or ask for fewer digits."
+            )
+        last = max(abs(x) for x in c[-8:])
+        return bool(self.lam * h * last * (1 << (self.bits + 16)) < 1)
 
     def _width(self, here: Fraction, most: Fraction) -> tuple[Fraction, int]:
         """Width of the next panel, and the number of Taylor coefficients of phi it needs."""
@@ -162,7 +176,12 @@ class Partition:
             rate = max(
                 (sizes[k] / (max(sizes[:4]) or 1.0)) ** (1 / k) for k in range(order // 2, order)
             )
-            h = min(h, dyadic(Fraction(1 / (4 * rate)), 8 + _places(Fraction(1 / rate)))) if rate else h
+            h = (
+                min(h, dyadic(Fraction(1 / (4 * rate)), 8 + _places(Fraction(1 / rate))))
+                if rate
+                else h
+            )
+
         def growth(width: Fraction) -> list[float]:
             w = float(width)
             return [s * w ** (k + 1) / (k + 1) for k, s in enumerate(sizes)]
@@ -188,7 +207,8 @@ class Partition:
 
     def _cost(self, growth: list[float], width: Fraction) -> float:
         guard = guard_bits(sum(growth))
-        return terms_needed(growth, self.bits + guard) * (self.bits + guard + 400) / float(width)
+        bits = self.bits + guard
+        return float(terms_needed(growth, bits) * (bits + 400) / width)
 
 
 def _places(x: Fraction) -> int:

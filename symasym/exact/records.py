@@ -118,15 +118,15 @@ class Taylor(Panel):
         return self._solve(True)
 
     @property
-    def near(self) -> Any:  # type: ignore[override]
+    def near(self) -> Any:
         return self._n[0]
 
     @cached_property
-    def far(self) -> Any:  # type: ignore[override]
+    def far(self) -> Any:
         return self._solve(False)[1]
 
     @property
-    def both(self) -> Any:  # type: ignore[override]
+    def both(self) -> Any:
         return self._n[1] * self._h
 
 
@@ -189,15 +189,15 @@ class Slow(Panel):
         return layer(phi, False, self._numbers.context) * self._numbers.mpf(self._half)
 
     @property
-    def near(self) -> Any:  # type: ignore[override]
+    def near(self) -> Any:
         return self._following if self.up else self._opposing
 
     @property
-    def far(self) -> Any:  # type: ignore[override]
+    def far(self) -> Any:
         return self._opposing if self.up else self._following
 
     @cached_property
-    def both(self) -> Any:  # type: ignore[override]
+    def both(self) -> Any:
         context = self._numbers.context
         if not self.up:
             return self._opposing * self._following

@@ -53,7 +53,9 @@ def integers(q: Sequence[Fraction], bits: int) -> tuple[list[int], int]:
     return [(x.numerator * scale) // x.denominator for x in q], scale
 
 
-def recurrence(q: list[int], denominator: int, bits: int, count: int, source: bool) -> tuple[Any, Any]:
+def recurrence(
+    q: list[int], denominator: int, bits: int, count: int, source: bool
+) -> tuple[Any, Any]:
     """y(1) and int_0^1 y in units of 2^-bits, for y' = (sum q[k]/denominator s^k) y + source.
 
     Parameters

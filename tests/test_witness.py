@@ -1,0 +1,145 @@
+"""The plain quadrature: closed forms, its own rules, and that it refuses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction as F
+from typing import Any
+
+import mpmath
+import pytest
+
+from symasym import drift as drifts
+from symasym.errors import AccuracyError, InputError, RegionError
+from symasym.exact import witness
+
+
+class Formula:
+    """A drift given by a Python function."""
+
+    def __init__(self, function: Callable[[Any, Any], Any]) -> None:
+        self.function = function
+
+    def exact_coefficients(self) -> None:
+        return None
+
+    def evaluate(self, u: Any, ops: Any) -> Any:
+        return self.function(u, ops)
+
+
+def constant_drift(a: F, kappa: F, r: F, start: F) -> tuple[Any, Any]:
+    """T and C of a constant drift a, to 60 digits."""
+    mp = mpmath.MPContext()
+    mp.dps = 200  # the closed form of T cancels where a is small
+    a_, k, r_, x = (mp.mpf(v.numerator) / v.denominator for v in (a, kappa, r, start))
+    rate = 2 * a_ / k**2
+    C = (mp.exp(-rate * x) - mp.exp(-rate * r_)) / (mp.exp(rate * r_) - mp.exp(-rate * r_))
+    # E[u at exit] = start + a T, as u - a t is a martingale.
+    return (r_ * (1 - 2 * C) - x) / a_, C
+
+
+def relative(value: Any, reference: Any) -> Any:
+    with mpmath.workdps(80):
+        return abs(mpmath.mpf(value) - mpmath.mpf(reference)) / abs(mpmath.mpf(reference))
+
+
+@pytest.mark.parametrize(
+    ("a", "kappa", "r", "start"),
+    [
+        (F(1), F(1), F(2), F(0)),
+        (F(-1), F(1), F(3), F(1, 3)),  # H - C cancels 5 digits
+        (F(-2), F(1, 2), F(6), F(0)),  # and here 40
+        (F(-2), F(1, 2), F(3), F(-5, 2)),
+        (F(3, 2), F(2), F(1, 2), F(1, 5)),
+        (F(1, 10**6), F(1), F(5, 4), F(9, 8)),
+    ],
+)
+def test_constant_drift(a: F, kappa: F, r: F, start: F) -> None:
+    time, probability = constant_drift(a, kappa, r, start)
+    drift = drifts.polynomial(a)
+    assert relative(witness.escape_time(drift, kappa, r, start, 25), time) < 1e-25
+    assert relative(witness.exit_probability(drift, kappa, r, start, 25), probability) < 1e-25
+
+
+def test_symmetric_start_is_the_hyperbolic_tangent() -> None:
+    value = witness.escape_time(drifts.polynomial(2), F(1), F(3), F(0), 20)
+    assert relative(value, mpmath.mpf(3) / 2 * mpmath.tanh(6)) < 1e-15
+
+
+def test_linear_potential_well_on_the_line() -> None:
+    # V = |u|-like tails and a parabola between: every integral is an error function.
+    drift, kappa = drifts.linear(1, -1), F(1, 2)
+    with mpmath.workdps(40):
+        lam = mpmath.mpf(8)
+        inside = mpmath.exp(lam / 2) * mpmath.sqrt(2 * mpmath.pi / lam)
+        inside *= mpmath.erf(mpmath.sqrt(lam / 2))
+        tails = 2 / lam
+        P = inside / (inside + tails)
+        density = mpmath.exp(lam / 2 - lam / 18) / (inside + tails)
+        far = mpmath.exp(-lam * 3) / (inside + tails)
+    assert relative(witness.occupation(drift, kappa, 25), P) < 1e-25
+    rest = witness.occupation(drift, kappa, 25, complement=True)
+    assert relative(rest, tails / (inside + tails)) < 1e-14
+    assert relative(witness.stationary_density(drift, kappa, F(1, 3), 25), density) < 1e-25
+    assert relative(witness.stationary_density(drift, kappa, F(-4), 25), far) < 1e-25
+
+
+def test_gauss_rule_and_running_integral_are_exact_for_polynomials() -> None:
+    mp = mpmath.MPContext()
+    mp.dps = 30
+    nodes, weights = witness._gauss_legendre(mp, 7)
+    assert nodes == sorted(nodes)
+    for power in range(14):
+        exact = mp.mpf(1 + (-1) ** power) / (power + 1)
+        assert abs(mp.fdot(weights, [x**power for x in nodes]) - exact) < 1e-29
+    rows = witness._integration_matrix(mp, nodes, weights)
+    for power in range(7):
+        values = [x**power for x in nodes]
+        for x, row in zip(nodes, rows, strict=True):
+            exact = (x ** (power + 1) - (-1) ** (power + 1)) / (power + 1)
+            assert abs(mp.fdot(row, values) - exact) < 1e-28
+
+
+def test_global_precision_is_neither_used_nor_changed() -> None:
+    drift = drifts.linear(1, -2)
+    with mpmath.workdps(7):
+        low = witness.escape_time(drift, F(1), F(2), F(0), 30)
+        assert mpmath.mp.dps == 7
+    with mpmath.workdps(90):
+        high = witness.escape_time(drift, F(1), F(2), F(0), 30)
+    assert low == high
+
+
+def test_a_corner_is_not_passed_off_as_accurate() -> None:
+    corner = Formula(lambda u, ops: 1 + ops.sqrt((u - ops.rational(F(1, 3))) ** 2))
+    with pytest.raises(AccuracyError, match="no two results"):
+        witness.escape_time(corner, F(1), F(2), F(0), 15)
+
+
+def test_cancellation_within_the_drift_is_noticed() -> None:
+    # A(-1) = 1e-20 is a difference of numbers near 1: 20 digits less than the work has.
+    drift = drifts.linear(F(1, 10**20), -2)
+    with mpmath.workdps(60):
+        a = mpmath.mpf(10) ** -20
+        lam, slope = mpmath.mpf(2), (2 + a) / 2
+        # V = -a x + slope x^2/2 on [0, 2], x = u + 1
+        width = mpmath.sqrt(lam * slope / 2)
+        inside = mpmath.erf((2 - a / slope) * width) + mpmath.erf(a / slope * width)
+        inside *= mpmath.exp(lam * a * a / (2 * slope)) * mpmath.sqrt(mpmath.pi) / (2 * width)
+        tails = 1 / (lam * a) + mpmath.exp(-lam * (2 * slope - 2 * a)) / (lam * 2)
+        P = inside / (inside + tails)
+    assert relative(witness.occupation(drift, F(1), 15), P) < 1e-15
+
+
+def test_refusals() -> None:
+    drift = drifts.linear(1, -2)
+    with pytest.raises(InputError, match="kappa is 0"):
+        witness.occupation(drift, F(0), 10)
+    with pytest.raises(InputError, match="r is -1"):
+        witness.escape_time(drift, F(1), F(-1), F(0), 10)
+    with pytest.raises(InputError, match="start is 2"):
+        witness.exit_probability(drift, F(1), F(2), F(2), 10)
+    with pytest.raises(RegionError, match="no stationary"):
+        witness.occupation(drifts.linear(1, 2), F(1), 10)
+    with pytest.raises(AccuracyError, match="plain quadrature needs"):
+        witness.escape_time(drift, F(1, 1000), F(10), F(0), 10)
