@@ -1,0 +1,48 @@
+"""Runs the code blocks of README.md and docs/ as tests."""
+
+import contextlib
+import doctest
+import io
+import shlex
+import tempfile
+
+from hypothesis import settings
+from sybil import Example, Sybil
+from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser
+
+from symasym import cli
+
+# A busy machine is no failure.
+settings.register_profile("symasym", deadline=None)
+settings.load_profile("symasym")
+
+_OPTIONS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+
+
+def run_console(example: Example) -> str | None:
+    """Run each ``$ symasym …`` of a console block and compare what it prints."""
+    for part in ("\n" + example.parsed).split("\n$ ")[1:]:
+        command, _, wanted = part.partition("\n")
+        program, *arguments = shlex.split(command)
+        assert program == "symasym", f"only symasym is run in console blocks, not {program}"
+        printed = io.StringIO()
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            contextlib.chdir(folder),
+            contextlib.redirect_stdout(printed),
+            contextlib.redirect_stderr(printed),
+        ):
+            cli.main(arguments)
+        wanted, got = wanted.strip() + "\n", printed.getvalue().strip() + "\n"
+        if not doctest.OutputChecker().check_output(wanted, got, _OPTIONS):
+            return f"$ {command}\nshould print:\n{wanted}but printed:\n{got}"
+    return None
+
+
+pytest_collect_file = Sybil(
+    parsers=[
+        PythonCodeBlockParser(doctest_optionflags=_OPTIONS),
+        CodeBlockParser("console", run_console),
+    ],
+    patterns=["README.md", "docs/*.md"],
+).pytest()

@@ -1,0 +1,209 @@
+"""The command line: numbers alone on standard output, one sentence for what is wrong."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from mpmath import mp, mpf
+
+import symasym as sa
+from symasym.cli import main
+
+FRICTION = ["--drift", "friction", "--set", "mu=3", "--set", "alpha=1", "--set", "z0=-0.4"]
+ESCAPE = ["value", "escape-time", *FRICTION, "--kappa", "0.1", "--r", "10"]
+
+T_50 = "239803837121.03777001127804867950918476256220208411"
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    status = main(arguments)
+    printed = capsys.readouterr()
+    return status, printed.out, printed.err
+
+
+def ok(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    status, out, err = run(capsys, *arguments)
+    assert (status, err) == (0, "")
+    return out
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The sentence, after checking that it is one and stands alone."""
+    status, out, err = run(capsys, *arguments)
+    assert (status, out) == (2, "")
+    assert err.startswith("symasym: ")
+    assert err.endswith(".\n")
+    assert err.count("\n") == 1
+    return err
+
+
+def test_the_number_and_nothing_else(capsys: pytest.CaptureFixture[str]) -> None:
+    assert ok(capsys, *ESCAPE, "--dps", "50") == T_50 + "\n"
+
+
+def test_the_last_digit_is_rounded_right(capsys: pytest.CaptureFixture[str]) -> None:
+    truth = sa.escape_time(sa.friction(mu=3, alpha=1, z0="-0.4"), "0.1", 10, dps=100)
+    for dps in range(1, 50):
+        printed = ok(capsys, *ESCAPE, "--dps", str(dps)).strip()
+        with mp.workdps(100):
+            assert abs(mpf(printed) - truth) <= mpf(10) ** (12 - dps) * 0.5001
+
+
+def test_float64_without_dps(capsys: pytest.CaptureFixture[str]) -> None:
+    drift = sa.friction(mu=3, alpha=1, z0="-0.4")
+    assert float(ok(capsys, *ESCAPE)) == sa.escape_time(drift, "0.1", 10)
+    log_time = float(ok(capsys, *ESCAPE, "--log"))
+    assert log_time == sa.escape_time(drift, "0.1", 10, log=True)
+
+
+def test_options_reach_the_verb(capsys: pytest.CaptureFixture[str]) -> None:
+    drift = sa.friction(mu=3, alpha=1, z0="-0.4")
+    paper = float(ok(capsys, *ESCAPE, "--method", "paper"))
+    assert paper == sa.escape_time(drift, "0.1", 10, method="paper")
+    started = ok(capsys, *ESCAPE, "--start", "-1/3", "--dps", "20")
+    assert started == ok(capsys, *ESCAPE, "--start=-1/3", "--dps", "20")
+    truth = sa.escape_time(drift, "0.1", 10, start="-1/3", dps=20)
+    assert float(started) == pytest.approx(float(truth), rel=1e-15)
+
+
+SLIDING = ["--drift", "linear", "--set", "a_minus=1", "--set", "a_plus=-2", "--kappa", "0.5"]
+
+
+def test_every_quantity(capsys: pytest.CaptureFixture[str]) -> None:
+    drift = sa.linear(1, -2)
+    inside = float(ok(capsys, "value", "occupation", *SLIDING))
+    assert inside == sa.occupation(drift, 0.5)
+    outside = float(ok(capsys, "value", "occupation", *SLIDING, "--complement"))
+    assert inside + outside == pytest.approx(1, abs=1e-11)
+    density = float(ok(capsys, "value", "stationary-density", *SLIDING, "--y", "-0.3"))
+    assert density == sa.stationary_density(drift, 0.5, "-0.3")
+    left = float(ok(capsys, "value", "exit-probability", *SLIDING, "--r", "2"))
+    right = float(ok(capsys, "value", "exit-probability", *SLIDING, "--r", "2", "--complement"))
+    assert left == sa.exit_probability(drift, 0.5, 2)
+    assert left + right == pytest.approx(1, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "drift"),
+    [
+        ("--drift tanh --set a_minus=1 --set a_plus=-1 --set steepness=5", sa.tanh(1, -1, 5)),
+        ("--drift hill --set a_minus=1 --set a_plus=2 --set K=1/2 --set n=3", None),
+        ("--drift sine --set a_minus=1 --set a_plus=1 --set b=4 --set waves=2", None),
+        ("--drift polynomial --set c0=1 --set c2=1/4", sa.polynomial(1, 0, "1/4")),
+        ("--expr -u+b --set b=1/4", sa.polynomial("1/4", -1)),
+    ],
+)
+def test_every_drift(
+    capsys: pytest.CaptureFixture[str], arguments: str, drift: sa.Drift | None
+) -> None:
+    if drift is None:
+        drift = sa.hill(1, 2, "1/2", n=3) if "hill" in arguments else sa.sine(1, 1, 4, waves=2)
+    out = ok(capsys, "value", "escape-time", *arguments.split(), "--kappa", "0.7", "--r", "3")
+    assert float(out) == pytest.approx(sa.escape_time(drift, "0.7", 3), rel=1e-12)
+
+
+def test_json_tells_what_is_known_about_the_number(capsys: pytest.CaptureFixture[str]) -> None:
+    record = json.loads(ok(capsys, *ESCAPE, "--dps", "50", "--json"))
+    assert record["value"] == T_50
+    assert mpf(record["error"]) < mpf("1e-37")
+    assert record["error_kind"] in {"bound", "estimate"}
+    assert record["method"] == "exact"
+    assert record["seconds"] > 0
+    assert record["inputs"]["set"] == {"mu": "3", "alpha": "1", "z0": "-0.4"}
+    assert record["inputs"]["kappa"] == "0.1"
+
+
+def test_json_claims_nothing_for_the_papers_formula(capsys: pytest.CaptureFixture[str]) -> None:
+    for digits in ([], ["--dps", "20"]):
+        record = json.loads(ok(capsys, *ESCAPE, "--method", "paper", "--json", *digits))
+        assert (record["error"], record["error_kind"]) == (None, "none")
+
+
+def test_json_in_float64(capsys: pytest.CaptureFixture[str]) -> None:
+    record = json.loads(ok(capsys, *ESCAPE, "--json"))
+    assert abs(mpf(record["value"]) - mpf(T_50)) <= mpf(record["error"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([*ESCAPE, "--kappa", "-1"], "kappa is -1"),
+        ([*ESCAPE, "--kappa", "a"], "kappa is 'a'"),
+        ([*ESCAPE, "--r", "0"], "r is 0"),
+        ([*ESCAPE, "--start", "11"], "start is 11"),
+        ([*ESCAPE, "--dps", "0"], "dps is 0"),
+        ([*ESCAPE, "--dps", "10001"], "dps is 10001"),
+        ([*ESCAPE, "--method", "magic"], "method is 'magic'"),
+        ([*ESCAPE, "--order", "3"], "order is 3"),
+        ([*ESCAPE, "--kappa", "0.01"], "log=True"),
+        ([*ESCAPE, "--set", "z0=1"], "z0 is set twice"),
+        ([*ESCAPE, "--set", "nu=1"], "nu is no parameter of friction"),
+        ([*ESCAPE, "--set", "nu"], "--set is 'nu'"),
+        (["value", "occupation", *FRICTION, "--kappa", "1"], "no sliding region"),
+        (["value", "occupation", "--drift", "linear", "--kappa", "1"], "a_minus"),
+        (["value", "escape-time", "--expr", "u +", "--kappa", "1", "--r", "2"], "u +"),
+        (["value", "escape-time", "--expr", "1/u", "--kappa", "1", "--r", "2"], "u"),
+        (
+            ["value", "escape-time", "--drift", "sine", "--set", "waves=1.5"]
+            + ["--kappa", "1", "--r", "2"],
+            "waves is '1.5'",
+        ),
+    ],
+)
+def test_bad_input_is_one_sentence(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], told: str
+) -> None:
+    assert told in refused(capsys, *arguments)
+
+
+@pytest.mark.parametrize(
+    "arguments", [[], ["value"], ["value", "escape-time"], ["frobnicate"], [*ESCAPE, "--dps", "x"]]
+)
+def test_a_wrong_command_line_shows_the_usage(
+    capsys: pytest.CaptureFixture[str], arguments: list[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2
+    assert capsys.readouterr().err.startswith("usage: symasym")
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["--version"])
+    assert caught.value.code == 0
+    assert capsys.readouterr().out.startswith("symasym 0.")
+
+
+PROGRAM = [sys.executable, "-c", "import sys; from symasym.cli import main; sys.exit(main())"]
+
+
+def test_a_reader_that_left_is_no_traceback() -> None:
+    command = [*PROGRAM, *ESCAPE, "--dps", "5000"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == 1
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_full_standard_output_is_one_sentence() -> None:
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run([*PROGRAM, *ESCAPE], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith("symasym: standard output cannot be written (No space")
+    assert done.stderr.count("\n") == 1
+
+
+def test_value_loads_neither_sympy_nor_matplotlib() -> None:
+    code = (
+        "import sys; from symasym.cli import main; main(sys.argv[1:])\n"
+        "assert not {'sympy', 'matplotlib'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code, *ESCAPE, "--dps", "20"], check=True)
