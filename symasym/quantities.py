@@ -262,7 +262,7 @@ class _Task(NamedTuple):
     name: str
     drift: Drift
     numbers: dict[str, Any]
-    digits_of: Callable[..., Any]  # engine, drift, numbers, dps, log=… for balls
+    digits_of: Callable[..., Any]  # engine, drift, numbers, dps, log=…
     logs_of: Callable[[Any, Any, dict[str, FloatArray]], Any]
 
 
@@ -333,28 +333,10 @@ def _by_digits(task: _Task, dps: int, log: bool, full: bool) -> Any:
         found = _by_ball(task, values, dps, log)
         if found:
             return found if full else found.value
-    if log:
-        result = _log_by_digits(lambda n: task.digits_of(arbitrary, task.drift, values, n), dps)
-    else:
-        result = task.digits_of(arbitrary, task.drift, values, dps)
+    result = task.digits_of(arbitrary, task.drift, values, dps, log=log)
     if not full:
         return result
     return Estimate(result, abs(result) * mpf(10) ** -dps, "estimate", "exact", terms=(task.name,))
-
-
-def _log_by_digits(value: Callable[[int], Any], dps: int) -> Any:
-    """log(value) to `dps` digits, also where the value is close to 1."""
-    from symasym.context import own_context, to_mpf
-
-    extra = 10
-    for _ in range(4):
-        found = value(dps + extra)
-        with own_context(dps + extra) as context:
-            logarithm = context.log(context.make_mpf(found._mpf_))
-            if logarithm and abs(logarithm) > context.mpf(10) ** (5 - extra):
-                return to_mpf(logarithm, dps)
-        extra += dps + 30
-    return to_mpf(logarithm, dps)
 
 
 def _by_ball(task: _Task, values: dict[str, Fraction], dps: int, log: bool) -> Estimate | None:
@@ -470,7 +452,7 @@ def _input_rounding(
 def _accurate_log(task: _Task, drift: Drift, values: dict[str, Fraction]) -> float:
     from symasym.exact import arbitrary
 
-    return float(_log_by_digits(lambda n: task.digits_of(arbitrary, drift, values, n), 17))
+    return float(task.digits_of(arbitrary, drift, values, 17, log=True))
 
 
 def _shaped(name: str, logs: FloatArray, errors: FloatArray, log: bool, full: bool) -> Any:

@@ -9,6 +9,7 @@ number of guard bits.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -37,7 +38,9 @@ class Absorption(NamedTuple):
     w: list[Term]
 
 
-def escape_time(drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int) -> Any:
+def escape_time(
+    drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, *, log: bool = False
+) -> Any:
     """T of eq:Ttilde from `start`, as an mpf right to `dps` digits.
 
     Parameters
@@ -47,37 +50,57 @@ def escape_time(drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps
     kappa, r, start : Fraction
         Scaled noise, radius and starting point, |start| < r.
     dps : int
+    log : bool
+        The natural logarithm instead, right to `dps` digits of its own (to 2 `dps`
+        places where it nearly vanishes).
     """
-    with own_context(dps) as context:
-        left, right = _both_sweeps(drift, kappa, r, start, dps, context)
+
+    def compute(n: int, context: Any) -> Any:
+        left, right = _both_sweeps(drift, kappa, r, start, n, context)
         rate = 1 / left.sigma + 1 / right.sigma
-        return to_mpf(_total(left.w + right.w, context) / rate, dps)
+        return _total(left.w + right.w, context) / rate
+
+    return _to_digits(compute, dps, log)
 
 
 def exit_probability(
-    drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, complement: bool = False
+    drift: Drift,
+    kappa: Fraction,
+    r: Fraction,
+    start: Fraction,
+    dps: int,
+    complement: bool = False,
+    *,
+    log: bool = False,
 ) -> Any:
-    """C of eq:C from `start` (or 1 - C), as an mpf right to `dps` digits."""
+    """C of eq:C from `start` (or 1 - C); parameters as in `escape_time`."""
     with own_context(dps) as context:
         left, right = _both_sweeps(drift, kappa, r, start, dps, context)
         wanted, other = (left, right) if complement else (right, left)
-        return to_mpf(wanted.sigma / (wanted.sigma + other.sigma), dps)
+        return to_mpf(_share(other.sigma / wanted.sigma, log, context), dps)
 
 
-def stationary_density(drift: Drift, kappa: Fraction, y: Fraction, dps: int) -> Any:
-    """p_ss(y) of eq:pss, as an mpf right to `dps` digits; needs a sliding region."""
-    with own_context(dps) as context:
-        _precise(context, dps)
-        lam = 2 / kappa**2
+def stationary_density(
+    drift: Drift, kappa: Fraction, y: Fraction, dps: int, *, log: bool = False
+) -> Any:
+    """p_ss(y) of eq:pss; needs a sliding region. Parameters as in `escape_time`."""
+    lam = 2 / kappa**2
+
+    def compute(n: int, context: Any) -> Any:
+        _precise(context, n)
         w = [
             _Sweep(drift, mirrored, lam, context).from_infinity(-y if mirrored else y)
             for mirrored in (False, True)
         ]
-        return to_mpf(context.mpf(lam.numerator) / lam.denominator / (w[0] + w[1]), dps)
+        return context.mpf(lam.numerator) / lam.denominator / (w[0] + w[1])
+
+    return _to_digits(compute, dps, log)
 
 
-def occupation(drift: Drift, kappa: Fraction, dps: int, complement: bool = False) -> Any:
-    """P of eq:P (or 1 - P), as an mpf right to `dps` digits; needs a sliding region."""
+def occupation(
+    drift: Drift, kappa: Fraction, dps: int, complement: bool = False, *, log: bool = False
+) -> Any:
+    """P of eq:P (or 1 - P); needs a sliding region. Parameters as in `escape_time`."""
     with own_context(dps) as context:
         _precise(context, dps)
         lam = 2 / kappa**2
@@ -88,7 +111,28 @@ def occupation(drift: Drift, kappa: Fraction, dps: int, complement: bool = False
         )
         outside = right.tail_here / right.whole + left.tail_here / left.whole
         inside = right.inside / right.whole
-        return to_mpf(outside if complement else inside, dps)
+        rest = inside / outside if complement else outside / inside
+        return to_mpf(_share(rest, log, context), dps)
+
+
+def _share(rest: Any, log: bool, context: Any) -> Any:
+    """part/(part + other) of rest = other/part; its logarithm without loss near 1."""
+    return -context.log1p(rest) if log else 1 / (1 + rest)
+
+
+def _to_digits(compute: Callable[[int, Any], Any], dps: int, log: bool) -> Any:
+    """The value, or its logarithm with more digits of the value where that is close to 1."""
+    extra = 0
+    while True:
+        with own_context(dps) as context:
+            value = compute(dps + extra, context)
+            if not log:
+                return to_mpf(value, dps)
+            logarithm = context.log(value)
+            lost = 1 - int(context.mag(logarithm) * 0.30103) if logarithm else dps
+        if lost <= extra + 8 or extra > dps:
+            return to_mpf(logarithm, dps)
+        extra = min(lost, dps) + 8
 
 
 def _precise(context: Any, dps: int) -> None:

@@ -558,14 +558,17 @@ def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
     everything = np.logaddexp(whole.log_w, tail)
     share = _weight(whole.log_w, everything)
     error = share * whole.w_error + _ULP * np.abs(everything)
-    outside = (tail - everything)[:n], (tail - everything)[n:]
-    if complement:
-        value = np.logaddexp(*outside)
-        part = _weight(outside[0], value)
-        return Logs(value, part * error[:n] + (1 - part) * error[n:])
-    inside = sweep(field, doubled, -np.inf * end, end, free=True, from_nothing=True)
-    value = inside.log_w[:n] - everything[:n]
-    return Logs(value, inside.w_error[:n] + error[:n] + _ULP * np.abs(inside.log_w[:n]))
+    near_tail, far_tail = (tail - everything)[:n], (tail - everything)[n:]
+    outside = np.logaddexp(near_tail, far_tail)
+    part = _weight(near_tail, outside)
+    outside_error = part * error[:n] + (1 - part) * error[n:]
+    layer = sweep(field, doubled, -np.inf * end, end, free=True, from_nothing=True)
+    inside = layer.log_w[:n] - everything[:n]
+    inside_error = layer.w_error[:n] + error[:n] + _ULP * np.abs(layer.log_w[:n])
+    wanted, rest = (outside, inside) if complement else (inside, outside)
+    # As log(1/(1 + odds)) the value keeps its relative precision where it is close to 1.
+    value = -np.logaddexp(0.0, rest - wanted)
+    return Logs(value, (inside_error + outside_error) * -np.expm1(value))
 
 
 def _both(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray) -> tuple[Sweep, Sweep]:

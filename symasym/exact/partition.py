@@ -133,6 +133,10 @@ class Partition:
             abs(c) * (1.1 * radius) ** k for k, c in enumerate(near) if k
         ) < 0.9 * abs(near[0]):
             radius *= 1.1
+        if not self.field.is_polynomial:
+            # phi may be far from zero and yet have a singularity nearby.
+            rate = max((abs(near[k]) / abs(near[0])) ** (1 / k) for k in range(8, len(near)))
+            radius = min(radius, 0.8 / max(rate, 1e-3))
         if radius < 1.3:
             return None
         count = int(1.15 * (self.bits + 40) / math.log2(radius)) + 2 * rounds + 8
