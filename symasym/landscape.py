@@ -109,8 +109,7 @@ def _of_analytic(drift: Drift) -> list[CriticalPoint]:
 
         def taylor(u: Any) -> list[Any]:
             ops = JetOps(order, context)
-            point = ops.constant(u)
-            point.c[1] = context.one
+            point = ops.variable(u)
             return Jet.coefficients_of(drift.evaluate(point, ops), ops)
 
         scale = max(abs(taylor(context.mpf(k) / 8)[0]) for k in range(-8, 9))

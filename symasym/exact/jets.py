@@ -1,35 +1,48 @@
-"""Truncated Taylor series with mpmath coefficients, for drifts that are not polynomials."""
+"""Truncated Taylor series at any precision, for drifts that are not polynomials."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from operator import mul
 from typing import Any
 
 from symasym.arithmetic import integer_power
-from symasym.errors import InputError
-
-
-def _pairs(a: Sequence[Any], b: Sequence[Any]) -> Iterator[tuple[Any, Any]]:
-    """Pairs as far as the shorter reaches, which is what a convolution wants."""
-    return zip(a, b, strict=False)
+from symasym.errors import AccuracyError, InputError
 
 
 class Jet:
-    """c[0] + c[1] s + ... + c[n-1] s^(n-1), one arithmetic context for all coefficients."""
+    """(c[0] + c[1] s + ... + c[n-1] s^(n-1)) 2^e with integers c.
 
-    __slots__ = ("c", "ops")
+    One exponent for all coefficients makes a product of series a product of
+    integers, several times faster than one of floating-point numbers. What is
+    lost is relative to the largest coefficient, which for |s| <= 1 is what counts.
+    """
 
-    def __init__(self, c: list[Any], ops: JetOps) -> None:
-        self.c, self.ops = c, ops
+    __slots__ = ("c", "e", "ops")
+
+    def __init__(self, c: list[int], e: int, ops: JetOps) -> None:
+        excess = max(abs(x) for x in c).bit_length() - ops.bits - 16
+        if excess > 0:
+            c, e = [x >> excess for x in c], e + excess
+        self.c, self.e, self.ops = c, e, ops
 
     def __neg__(self) -> Jet:
-        return Jet([-x for x in self.c], self.ops)
+        return Jet([-x for x in self.c], self.e, self.ops)
 
     def __add__(self, other: Any) -> Jet:
         if not isinstance(other, Jet):
-            return Jet([self.c[0] + other, *self.c[1:]], self.ops)
-        return Jet([x + y for x, y in zip(self.c, other.c, strict=True)], self.ops)
+            other = self.ops.constant(other)
+        fine, coarse = sorted((self, other), key=lambda jet: jet.e)
+        if not any(coarse.c):
+            return fine
+        # Up to `bits` places are kept below the coarser unit, so that a small term beside a
+        # large one that later cancels is not lost more than in floating point.
+        shift = coarse.e - fine.e
+        drop = max(0, shift - self.ops.bits)
+        rise = shift - drop
+        c = [(x >> drop) + (y << rise) for x, y in zip(fine.c, coarse.c, strict=True)]
+        return Jet(c, fine.e + drop, self.ops)
 
     __radd__ = __add__
 
@@ -41,22 +54,27 @@ class Jet:
 
     def __mul__(self, other: Any) -> Jet:
         if not isinstance(other, Jet):
-            return Jet([x * other for x in self.c], self.ops)
-        dot, a, b = self.ops.context.fdot, self.c, other.c
-        b_reversed = b[::-1]
+            mantissa, exponent = _parts(self.ops.context.mpf(other))
+            return Jet([x * mantissa for x in self.c], self.e + exponent, self.ops)
+        a, backwards = self.c, other.c[::-1]
         n = len(a)
-        return Jet([dot(_pairs(a[: k + 1], b_reversed[n - 1 - k :])) for k in range(n)], self.ops)
+        c = [_dot(a, backwards[n - 1 - k :]) for k in range(n)]
+        return Jet(c, self.e + other.e, self.ops)
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Jet:
         if not isinstance(other, Jet):
-            return Jet([x / other for x in self.c], self.ops)
-        dot, b = self.ops.context.fdot, other.c
-        result: list[Any] = []
-        for k, x in enumerate(self.c):
-            result.append((x - dot(_pairs(b[1 : k + 1], result[::-1]))) / b[0])
-        return Jet(result, self.ops)
+            return self * (1 / self.ops.context.mpf(other))
+        b, lead = other.c[1:], other.c[0]
+        if not lead:
+            raise InputError("A divides by 0 on [-1, 1]; give an A that is smooth there.")
+        largest = max(abs(x) for x in self.c).bit_length()
+        shift = max(0, self.ops.bits + 16 + lead.bit_length() - largest)
+        recent: list[int] = []
+        for x in self.c:
+            recent.insert(0, ((x << shift) - _dot(b, recent)) // lead)
+        return Jet(recent[::-1], self.e - other.e - shift, self.ops)
 
     def __rtruediv__(self, other: Any) -> Jet:
         return self.ops.constant(other) / self
@@ -67,16 +85,46 @@ class Jet:
         power: Jet = integer_power(self, abs(exponent))
         return power if exponent > 0 else 1 / power
 
+    def head(self) -> Any:
+        """The constant term, an mpf."""
+        return self.ops.context.ldexp(self.ops.context.mpf(self.c[0]), self.e)
+
+    def slopes(self) -> list[int]:
+        """k c[k], k from 1."""
+        return [k * x for k, x in enumerate(self.c)][1:]
+
     def derivative(self) -> Jet:
         """The derivative, its last coefficient unknown and set to zero."""
-        shifted = [k * x for k, x in enumerate(self.c)][1:]
-        return Jet([*shifted, self.ops.context.zero], self.ops)
+        return Jet([*self.slopes(), 0], self.e, self.ops)
+
+    @staticmethod
+    def fractions(value: Any, ops: JetOps) -> list[Fraction]:
+        """Coefficients of a Jet, or of a number that turned out constant."""
+        jet = value if isinstance(value, Jet) else ops.constant(value)
+        if jet.e >= 0:
+            return [Fraction(x << jet.e) for x in jet.c]
+        return [Fraction(x, 1 << -jet.e) for x in jet.c]
 
     @staticmethod
     def coefficients_of(value: Any, ops: JetOps) -> list[Any]:
-        """Coefficients of a Jet, or of a number that turned out constant."""
+        """The same as mpf."""
         jet = value if isinstance(value, Jet) else ops.constant(value)
-        return list(jet.c)
+        return [ops.context.ldexp(ops.context.mpf(x), jet.e) for x in jet.c]
+
+
+def _dot(a: Sequence[int], b: Sequence[int]) -> int:
+    """Sum of products as far as the shorter reaches, which is what a convolution wants."""
+    return sum(map(mul, a, b))
+
+
+def _parts(x: Any) -> tuple[int, int]:
+    """x = mantissa 2^exponent of an mpf."""
+    if hasattr(x, "_mpc_"):
+        raise InputError("A is complex on [-1, 1]; give an A that is real there.")
+    sign, mantissa, exponent, _ = x._mpf_
+    if not mantissa and exponent:
+        raise AccuracyError("A is not finite on [-1, 1]; give an A that is smooth there.")
+    return (-int(mantissa) if sign else int(mantissa)), int(exponent)
 
 
 class JetOps:
@@ -92,23 +140,32 @@ class JetOps:
 
     def __init__(self, order: int, context: Any) -> None:
         self.order, self.context = order, context
+        self.bits = context.prec + 32
 
     def constant(self, value: Any) -> Jet:
-        zero = self.context.zero
-        return Jet([self.context.mpf(value)] + [zero] * (self.order - 1), self)
+        mantissa, exponent = _parts(self.context.mpf(value))
+        room = max(0, self.bits - mantissa.bit_length())
+        return Jet([mantissa << room] + [0] * (self.order - 1), exponent - room, self)
 
-    def variable(self, centre: Fraction, scale: Fraction = Fraction(1)) -> Jet:
-        """The jet of u = centre + scale s."""
-        jet = self.constant(self.rational(centre))
-        if self.order > 1:
-            jet.c[1] = self.rational(scale)
-        return jet
+    def variable(self, centre: Any, scale: Fraction = Fraction(1)) -> Jet:
+        """The jet of u = centre + scale s; `centre` a Fraction or an mpf."""
+        first = self.rational(centre) if isinstance(centre, Fraction) else centre
+        if self.order == 1:
+            return self.constant(first)
+        slope = self.constant(self.rational(scale))
+        return Jet([0, slope.c[0], *[0] * (self.order - 2)], slope.e, self) + first
 
     def rational(self, value: Fraction) -> Any:
         return self.context.mpf(value.numerator) / value.denominator
 
     def pi(self) -> Any:
         return +self.context.pi
+
+    def fixed(self, value: Any, e: int) -> int:
+        """An mpf in units of 2^e."""
+        mantissa, exponent = _parts(value)
+        shift = exponent - e
+        return mantissa << shift if shift >= 0 else mantissa >> -shift
 
     def __getattr__(self, name: str) -> Callable[[Any], Any]:
         rule = _RULES.get(name)
@@ -123,53 +180,56 @@ class JetOps:
         return apply
 
     def power(self, x: Any, exponent: Fraction) -> Any:
-        a = self.rational(exponent)
         if not isinstance(x, Jet):
-            return x**a
-        c, dot = x.c, self.context.fdot
-        result = [_real(c[0] ** a, "power")]
-        for n in range(1, self.order):
-            weights = [(a * k - (n - k)) * c[k] for k in range(1, n + 1)]
-            result.append(dot(_pairs(weights, result[::-1])) / (n * c[0]))
-        return Jet(result, self)
+            return x ** self.rational(exponent)
+        p, q, n_terms = exponent.numerator, exponent.denominator, self.order
+        lead, first = x.c[0], x.head() ** self.rational(exponent)
+        if not lead:
+            raise InputError("A takes a root of 0 on [-1, 1]; give an A that is smooth there.")
+        recent = [self.constant(first).c[0]]
+        e = self.constant(first).e
+        for n in range(1, n_terms):
+            weights = [(p * k - q * (n - k)) * x.c[k] for k in range(1, n + 1)]
+            recent.insert(0, _dot(weights, recent) // (n * q * lead))
+        return Jet(recent[::-1], e, self)
 
 
-def _real(value: Any, what: str) -> Any:
-    if hasattr(value, "_mpc_"):
-        raise InputError(f"A is complex on [-1, 1] (in {what}); give an A that is real there.")
-    return value
+def _scaled(value: int, e: int) -> int:
+    return value << e if e >= 0 else value >> -e
 
 
 def _from_derivative(first: Any, derivative: Jet) -> Jet:
     """The jet with constant term `first` and this derivative."""
-    rest = [x / (k + 1) for k, x in enumerate(derivative.c[:-1])]
-    return Jet([_real(first, "a function"), *rest], derivative.ops)
+    ops = derivative.ops
+    rest = [x // (k + 1) for k, x in enumerate(derivative.c[:-1])]
+    return Jet([0, *rest], derivative.e, ops) + first
 
 
 def _exp(x: Jet, ops: JetOps) -> Jet:
-    dot, slopes = ops.context.fdot, [k * c for k, c in enumerate(x.c)]
-    y = [ops.context.exp(x.c[0])]
+    slopes, start = x.slopes(), ops.constant(ops.context.exp(x.head()))
+    recent = [start.c[0]]
     for n in range(1, ops.order):
-        y.append(dot(_pairs(slopes[1 : n + 1], y[::-1])) / n)
-    return Jet(y, ops)
+        recent.insert(0, _scaled(_dot(slopes, recent), x.e) // n)
+    return Jet(recent[::-1], start.e, ops)
 
 
 def _circular(x: Jet, ops: JetOps, sign: int) -> tuple[Jet, Jet]:
     """(sin, cos) for sign -1, (sinh, cosh) for sign +1."""
-    dot, context = ops.context.fdot, ops.context
-    slopes = [k * c for k, c in enumerate(x.c)]
+    slopes, context = x.slopes(), ops.context
     names = ("sin", "cos") if sign < 0 else ("sinh", "cosh")
-    s, c = ([getattr(context, name)(x.c[0])] for name in names)
+    values = [getattr(context, name)(x.head()) for name in names]
+    e = max(context.mag(v) for v in values if v) - ops.bits
+    s, c = ([ops.fixed(v, e)] for v in values)
     for n in range(1, ops.order):
-        part = slopes[1 : n + 1]
-        s_next, c_next = dot(_pairs(part, c[::-1])) / n, sign * dot(_pairs(part, s[::-1])) / n
-        s.append(s_next)
-        c.append(c_next)
-    return Jet(s, ops), Jet(c, ops)
+        s_next = _scaled(_dot(slopes, c), x.e) // n
+        c_next = sign * _scaled(_dot(slopes, s), x.e) // n
+        s.insert(0, s_next)
+        c.insert(0, c_next)
+    return Jet(s[::-1], e, ops), Jet(c[::-1], e, ops)
 
 
 def _log(x: Jet, ops: JetOps) -> Jet:
-    return _from_derivative(ops.context.log(x.c[0]), x.derivative() / x)
+    return _from_derivative(ops.context.log(x.head()), x.derivative() / x)
 
 
 def _quotient(pair: tuple[Jet, Jet]) -> Jet:
@@ -178,13 +238,13 @@ def _quotient(pair: tuple[Jet, Jet]) -> Jet:
 
 def _tanh(x: Jet, ops: JetOps) -> Jet:
     # sinh/cosh would lose the saturated tail; y' = (1 - y^2) x' keeps it.
-    dot, slopes = ops.context.fdot, [k * c for k, c in enumerate(x.c)]
-    y = [ops.context.tanh(x.c[0])]
-    complement = [ops.context.sech(x.c[0]) ** 2]
+    slopes, context, e = x.slopes(), ops.context, -ops.bits
+    y = [ops.fixed(context.tanh(x.head()), e)]
+    complement = [ops.fixed(context.sech(x.head()) ** 2, e)]
     for n in range(1, ops.order):
-        y.append(dot(_pairs(slopes[1 : n + 1], complement[::-1])) / n)
-        complement.append(-dot(_pairs(y, y[::-1])))
-    return Jet(y, ops)
+        y.insert(0, _scaled(_dot(slopes, complement), x.e) // n)
+        complement.insert(0, -_scaled(_dot(y, y[::-1]), e))
+    return Jet(y[::-1], e, ops)
 
 
 def _inverse(name: str, inside: Callable[[Jet], Jet], root: bool) -> Callable[[Jet, JetOps], Jet]:
@@ -194,14 +254,15 @@ def _inverse(name: str, inside: Callable[[Jet], Jet], root: bool) -> Callable[[J
         below = inside(x)
         if root:
             below = ops.power(below, Fraction(1, 2))
-        return _from_derivative(getattr(ops.context, name)(x.c[0]), x.derivative() / below)
+        return _from_derivative(getattr(ops.context, name)(x.head()), x.derivative() / below)
 
     return rule
 
 
 def _erf(x: Jet, ops: JetOps) -> Jet:
     scale = 2 / ops.context.sqrt(ops.context.pi)
-    return _from_derivative(ops.context.erf(x.c[0]), _exp(-(x * x), ops) * x.derivative() * scale)
+    slope = _exp(-(x * x), ops) * x.derivative() * scale
+    return _from_derivative(ops.context.erf(x.head()), slope)
 
 
 _asin = _inverse("asin", lambda x: 1 - x * x, True)

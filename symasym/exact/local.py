@@ -60,7 +60,7 @@ class ExactField:
             return [c * scale**k for k, c in enumerate(work)]
         ops = JetOps(order, self._context)
         jet = self._drift.evaluate(ops.variable(self._sign * centre, self._sign * scale), ops)
-        return [self._sign * to_fraction(c) for c in Jet.coefficients_of(jet, ops)]
+        return [self._sign * c for c in Jet.fractions(jet, ops)]
 
     def near(self, centre: Fraction, t0: Fraction, t1: Fraction) -> list[float]:
         """Taylor coefficients of phi about the middle of [centre + t0, centre + t1], in units
@@ -100,8 +100,7 @@ class ExactField:
     def slope(self, u: Any) -> Any:
         """phi'(u) for an mpf u inside (-1, 1)."""
         ops = JetOps(2, self._context)
-        point = ops.constant(self._sign * u)
-        point.c[1] = self._context.one
+        point = ops.variable(self._sign * u)
         # The mirror image changes both the sign of A and that of du.
         return Jet.coefficients_of(self._drift.evaluate(point, ops), ops)[1]
 
