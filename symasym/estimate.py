@@ -8,7 +8,7 @@ from typing import Any, Literal
 ErrorKind = Literal["bound", "estimate", "none"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Estimate:
     """What a verb returns with ``full=True``.
 
@@ -39,9 +39,37 @@ class Estimate:
 
     def __str__(self) -> str:
         if self.error_kind == "none":
-            return f"{self.value} (no error claimed, {self.method})"
+            return f"{_shown(self.value, 15)} (no error claimed, {self.method})"
         sign = "±" if self.error_kind == "bound" else "≈±"
-        from mpmath import mpf, nstr
+        if hasattr(self.value, "shape"):
+            return f"{self.value} {sign} {self.error} ({self.error_kind}, {self.method})"
+        text, error = _text_with_error(self.value, self.error)
+        return f"{text} {sign} {error} ({self.error_kind}, {self.method})"
 
-        error = nstr(mpf(self.error), 3) if not hasattr(self.error, "shape") else self.error
-        return f"{self.value} {sign} {error} ({self.error_kind}, {self.method})"
+    def __repr__(self) -> str:
+        return f"Estimate({self})"
+
+
+def _shown(value: Any, digits: int) -> str:
+    from mpmath import mpf, nstr
+
+    return str(value) if hasattr(value, "shape") else str(nstr(mpf(value), digits))
+
+
+def _text_with_error(value: Any, error: Any) -> tuple[str, str]:
+    """The digits that the error leaves, and the error with what printing them rounds off."""
+    from mpmath import nstr
+
+    from symasym.context import own_context
+
+    with own_context(15) as context:
+        exact, radius = (context.mpf(getattr(x, "_mpf_", x)) for x in (value, error))
+        digits = 17
+        if exact and radius:
+            digits = max(1, int(context.floor(context.log10(abs(exact) / radius))))
+        context.dps = digits + 20
+        exact = context.make_mpf(value._mpf_) if hasattr(value, "_mpf_") else context.mpf(value)
+        text = nstr(exact, digits, strip_zeros=False)
+        total = radius + abs(exact - context.mpf(text))
+        # Three digits, rounded upwards: printing can lower the number by half a percent.
+        return text, nstr(total * context.mpf("1.006"), 3)

@@ -37,9 +37,13 @@ def _parse(name: str, given: Any) -> Any:
     if isinstance(given, str):
         from sympy.parsing.sympy_parser import parse_expr, rationalize, standard_transformations
 
-        names = {n: sympy.Symbol(n) for n in ("S", "N", "C", "O", "Q", "E1", "beta", "gamma", "zeta")}
+        names = {
+            n: sympy.Symbol(n) for n in ("S", "N", "C", "O", "Q", "E1", "beta", "gamma", "zeta")
+        }
         try:
-            return parse_expr(given, local_dict=names, transformations=(*standard_transformations, rationalize))
+            return parse_expr(
+                given, local_dict=names, transformations=(*standard_transformations, rationalize)
+            )
         except Exception as error:  # SymPy's parser raises whatever Python's tokenizer does
             raise InputError(
                 f"{name} is {given!r}, which SymPy cannot read ({type(error).__name__}); "
@@ -50,7 +54,9 @@ def _parse(name: str, given: Any) -> Any:
     try:
         return sympy.sympify(given, strict=True)
     except (sympy.SympifyError, TypeError):
-        raise InputError(f"{name} is {given!r}; give a SymPy expression, a number or a string.") from None
+        raise InputError(
+            f"{name} is {given!r}; give a SymPy expression, a number or a string."
+        ) from None
 
 
 def _symbol(formula: Any, u: Any) -> Any:
@@ -97,7 +103,9 @@ def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None
     numbers = {name: ops.rational(value) for name, value in values.items()}
 
     def problem(lo: Fraction, hi: Fraction) -> str | None:
-        u = iv.mpf([mpmath.mpf(lo.numerator) / lo.denominator, mpmath.mpf(hi.numerator) / hi.denominator])
+        u = iv.mpf(
+            [mpmath.mpf(lo.numerator) / lo.denominator, mpmath.mpf(hi.numerator) / hi.denominator]
+        )
         try:
             value = model.evaluate(u, numbers, ops)
         except (ZeroDivisionError, OverflowError):
