@@ -31,6 +31,7 @@ class ExactField:
         self.mirrored = mirrored
         self._sign = -1 if mirrored else 1
         self._about: dict[Fraction, list[Fraction]] = {}
+        self._edges: dict[tuple[Fraction, Fraction], Fraction] = {}
         self._polynomial = drift.exact_coefficients()
         if self._polynomial is not None and mirrored:
             self._polynomial = [c if k % 2 else -c for k, c in enumerate(self._polynomial)]
@@ -85,12 +86,18 @@ class ExactField:
             half = (t1 - t0) / 2
             c = self.taylor(centre + t0 + half, half, order)
             return 2 * half * sum((x / (k + 1) for k, x in enumerate(c) if k % 2 == 0), Fraction(0))
-        c = self._about.get(centre) or self.taylor(centre, Fraction(1), 0)
-        at_0 = at_1 = Fraction(0)
-        for k in range(len(c) - 1, -1, -1):
-            mean = c[k] / (k + 1)
-            at_0, at_1 = at_0 * t0 + mean, at_1 * t1 + mean
-        return at_1 * t1 - at_0 * t0
+        return self._primitive(centre, t1) - self._primitive(centre, t0)
+
+    def _primitive(self, centre: Fraction, t: Fraction) -> Fraction:
+        """int phi over [centre, centre + t]; neighbouring panels share their edges."""
+        found = self._edges.get((centre, t))
+        if found is None:
+            c = self._about.get(centre) or self.taylor(centre, Fraction(1), 0)
+            found = Fraction(0)
+            for k in range(len(c) - 1, -1, -1):
+                found = found * t + c[k] / (k + 1)
+            found = self._edges[centre, t] = found * t
+        return found
 
     def number(self, u: Any) -> Any:
         """phi(u) for an mpf u."""

@@ -99,7 +99,8 @@ class Partition:
         if slow:
             yield slow
             return
-        split = (t0 + t1) / 2
+        # Beside the centre, where A may vanish, a slow panel can span a factor of four.
+        split = t1 / 4 if t0 == 0 else t0 / 4 if t1 == 0 else (t0 + t1) / 2
         yield from self._block(centre, t0, split, depth + 1)
         yield from self._block(centre, split, t1, depth + 1)
 
