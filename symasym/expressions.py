@@ -99,7 +99,7 @@ def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None
     (or one that cancels, which the formula should be freed of).
     """
     iv = mpmath.iv
-    ops = MpmathOps(_Intervals())
+    ops = _IntervalOps()
     numbers = {name: ops.rational(value) for name, value in values.items()}
 
     def problem(lo: Fraction, hi: Fraction) -> str | None:
@@ -108,8 +108,8 @@ def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None
         )
         try:
             value = model.evaluate(u, numbers, ops)
-        except (ZeroDivisionError, OverflowError):
-            return "singular"
+        except (ZeroDivisionError, OverflowError, _Singular):
+            return "singular or complex"
         except (mpmath.libmp.ComplexResult, ValueError, NotImplementedError, TypeError):
             return "singular or complex"
         ends = (mpmath.mpf(value.a), mpmath.mpf(value.b))
@@ -132,25 +132,47 @@ def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None
         pending += [(middle, hi, depth + 1), (lo, middle, depth + 1)]
 
 
-class _Intervals:
-    """mpmath's interval context, with the functions it lacks by composition."""
+class _Singular(ArithmeticError):
+    """An interval touches a place where a function is not analytic."""
+
+
+class _IntervalOps(MpmathOps):
+    """mpmath's intervals; a function that is not analytic on its whole argument raises."""
+
+    def __init__(self) -> None:
+        super().__init__(mpmath.iv)
+
+    def power(self, base: Any, exponent: Fraction) -> Any:
+        return mpmath.iv.exp(self.rational(exponent) * self.log(base))
 
     def __getattr__(self, name: str) -> Any:
         iv = mpmath.iv
         composed = {
+            "log": lambda x: iv.log(_above(x, 0)),
+            "sqrt": lambda x: iv.sqrt(_above(x, 0)),
             "tan": lambda x: iv.sin(x) / iv.cos(x),
             "sinh": lambda x: (iv.exp(x) - iv.exp(-x)) / 2,
             "cosh": lambda x: (iv.exp(x) + iv.exp(-x)) / 2,
             "tanh": lambda x: 1 - 2 / (iv.exp(2 * x) + 1),
-            "asin": lambda x: _monotone(mpmath.asin, x),
-            "acos": lambda x: -_monotone(lambda y: -mpmath.acos(y), x),
+            "asin": lambda x: _monotone(mpmath.asin, _within_one(x)),
+            "acos": lambda x: -_monotone(lambda y: -mpmath.acos(y), _within_one(x)),
             "atan": lambda x: _monotone(mpmath.atan, x),
             "asinh": lambda x: _monotone(mpmath.asinh, x),
-            "acosh": lambda x: _monotone(mpmath.acosh, x),
-            "atanh": lambda x: _monotone(mpmath.atanh, x),
+            "acosh": lambda x: _monotone(mpmath.acosh, _above(x, 1)),
+            "atanh": lambda x: _monotone(mpmath.atanh, _within_one(x)),
             "erf": lambda x: _monotone(mpmath.erf, x),
         }
-        return composed.get(name) or getattr(iv, name)
+        return composed.get(name) or super().__getattr__(name)
+
+
+def _above(x: Any, least: int) -> Any:
+    if not mpmath.mpf(mpmath.iv.mpf(x).a) > least:
+        raise _Singular
+    return x
+
+
+def _within_one(x: Any) -> Any:
+    return _above(1 - x, 0) and _above(1 + x, 0) and x
 
 
 def _monotone(function: Any, x: Any) -> Any:

@@ -80,17 +80,18 @@ def _of_polynomial(coefficients: list[Fraction]) -> list[CriticalPoint]:
                     slope = slope.diff(u)
                 found.append((root, multiplicity, bool(slope.eval(root) > 0)))
     found.sort(key=lambda item: item[0].evalf(_DIGITS))
-    with own_context(_DIGITS) as context:
-        return [
-            CriticalPoint(_mpf(root, context), multiplicity, _kind(multiplicity, rising))
-            for root, multiplicity, rising in found
-        ]
+    return [
+        CriticalPoint(_mpf(root), multiplicity, _kind(multiplicity, rising))
+        for root, multiplicity, rising in found
+    ]
 
 
-def _mpf(value: Any, context: Any) -> Any:
+def _mpf(value: Any) -> Any:
     import mpmath
+    import sympy
 
-    return mpmath.mp.make_mpf(value.evalf(_DIGITS)._to_mpmath(context.prec)._mpf_)
+    # SymPy's evalf leaves an exact 0 as an integer; Float does not.
+    return mpmath.mp.make_mpf(sympy.Float(value.evalf(_DIGITS), _DIGITS)._mpf_)
 
 
 def _kind(multiplicity: int, rising: bool) -> str:
