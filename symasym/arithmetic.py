@@ -124,8 +124,6 @@ def evaluate_tree(expression: Any, values: dict[Any, Any], ops: Any) -> Any:
     def value_of(node: Any) -> Any:
         if node.is_Rational:
             return ops.rational(Fraction(int(node.p), int(node.q)))
-        if node.is_Float:
-            return ops.rational(Fraction(*map(int, node.as_integer_ratio())))
         if node is sympy.pi:
             return ops.pi()
         if node is sympy.E:

@@ -116,6 +116,7 @@ class Drift:
                     f"{name} is no parameter of this drift; its parameters are {known}."
                 )
             bound[name] = floats(name, value) if is_array(value) else exact(name, value)
+            self._check_range(name, bound[name])
         drift = type(self).__new__(type(self))
         drift._model, drift._values = self._model, bound
         try:
@@ -127,6 +128,15 @@ class Drift:
             ) from None
         drift._check()
         return drift
+
+    def _check_range(self, name: str, value: Any) -> None:
+        strict = name in self._model.positive
+        if not strict and name not in self._model.not_negative:
+            return
+        lowest = exact(name, value.min()) if is_array(value) else value
+        if lowest < 0 or (strict and lowest == 0):
+            rule = "greater than 0" if strict else "at least 0"
+            raise InputError(f"{name} is {float_text(lowest)}; it must be {rule}.")
 
     def _check(self) -> None:
         """Refuse values at which A is not analytic on [-1, 1]."""
@@ -457,8 +467,6 @@ def tanh(a_minus: Any = None, a_plus: Any = None, steepness: Any = None) -> Drif
     >>> sa.tanh(1, -1, 5)(0)
     0.0
     """
-    if steepness is not None:
-        _require_positive("steepness", steepness)
     return Drift.of(models.Tanh(), a_minus=a_minus, a_plus=a_plus, steepness=steepness)
 
 
@@ -480,14 +488,4 @@ def hill(a_minus: Any = None, a_plus: Any = None, K: Any = None, *, n: int = 4) 
     >>> sa.hill(0.5, -1, K="1/2", n=2)(-1)
     0.5
     """
-    if K is not None:
-        _require_positive("K", K)
     return Drift.of(models.Hill(models.check_count("n", n)), a_minus=a_minus, a_plus=a_plus, K=K)
-
-
-def _require_positive(name: str, value: Any) -> None:
-    if is_array(value):
-        if (floats(name, value) <= 0).any():
-            raise InputError(f"{name} has an entry of at most 0; it must be greater than 0.")
-    elif (number := exact(name, value)) <= 0:
-        raise InputError(f"{name} is {float_text(number)}; it must be greater than 0.")

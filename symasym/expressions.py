@@ -11,6 +11,7 @@ import sympy
 from symasym import models
 from symasym.arithmetic import MpmathOps, evaluate_tree
 from symasym.errors import InputError
+from symasym.inputs import exact
 
 _DEEPEST = 40
 
@@ -23,8 +24,7 @@ def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
         if given is None:
             continue
         outside, inside = _parse(name, given), formula.subs(symbol, end)
-        gap = sympy.simplify(sympy.nsimplify(inside - outside, rational=True))
-        if gap != 0:
+        if sympy.simplify(inside - outside) != 0:
             raise InputError(
                 f"A jumps at u = {end}: A({end}) is {inside} but {name} is {outside}; "
                 "make them equal (give decimals as strings to keep them exact)."
@@ -50,13 +50,23 @@ def _parse(name: str, given: Any) -> Any:
                 "write it like 1/2 - u + b*u**3."
             ) from None
     if isinstance(given, Fraction):
-        return sympy.Rational(given.numerator, given.denominator)
+        return _rational(given)
     try:
-        return sympy.sympify(given, strict=True)
+        return _exactly(sympy.sympify(given, strict=True))
     except (sympy.SympifyError, TypeError):
         raise InputError(
             f"{name} is {given!r}; give a SymPy expression, a number or a string."
         ) from None
+
+
+def _exactly(expression: Any) -> Any:
+    """Every float replaced by its exact binary value."""
+    floats = {f: _rational(exact("A", f)) for f in expression.atoms(sympy.Float)}
+    return expression.xreplace(floats)
+
+
+def _rational(value: Fraction) -> Any:
+    return sympy.Rational(value.numerator, value.denominator)
 
 
 def _symbol(formula: Any, u: Any) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 from symasym import models
 from symasym.drift import Drift
 from symasym.errors import InputError
-from symasym.inputs import exact, float_text, floats, is_array
+from symasym.inputs import is_array
 
 __all__ = ["Friction", "Folds", "friction"]
 
@@ -108,14 +108,6 @@ def friction(mu: Any = None, alpha: Any = None, z0: Any = None) -> Friction:
     >>> sa.friction(mu=3, alpha=1, z0="-0.4").region
     'crossing'
     """
-    for name, value, strict in (("mu", mu, False), ("alpha", alpha, True)):
-        if value is None:
-            continue
-        lowest = floats(name, value).min() if is_array(value) else exact(name, value)
-        if lowest < 0 or (strict and lowest == 0):
-            rule = "greater than 0" if strict else "at least 0"
-            shown = f"{float(lowest):.6g}" if is_array(value) else float_text(lowest)
-            raise InputError(f"{name} is {shown}; it must be {rule}.")
     return Friction.of(models.Friction(), mu=mu, alpha=alpha, z0=z0)
 
 

@@ -86,15 +86,13 @@ def _from_text(name: str, text: str) -> Fraction:
 
 def _from_library(name: str, value: Any) -> Fraction:
     """Numbers of mpmath and SymPy, known by their own attributes so that neither is loaded."""
-    if hasattr(value, "man_exp") and hasattr(value, "_mpf_"):
+    if hasattr(value, "_mpf_"):
         sign, mantissa, exponent, _ = value._mpf_
         if not mantissa and exponent:
             raise InputError(f"{name} is {value}; give a finite number.")
         return Fraction(int(mantissa)) * Fraction(2) ** int(exponent) * (-1 if sign else 1)
     if getattr(value, "is_Rational", False):
         return Fraction(int(value.p), int(value.q))
-    if getattr(value, "is_Float", False):
-        return Fraction(*map(int, value.as_integer_ratio()))
     if getattr(value, "is_number", False):
         raise InputError(
             f"{name} is {value}, which is not a finite rational number; give a rational, "

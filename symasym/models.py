@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 from symasym.arithmetic import evaluate_tree, integer_power
 from symasym.errors import InputError
@@ -19,7 +19,13 @@ Values = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Model:
-    """What every model has; `coefficients` is None where A is no polynomial."""
+    """What every model has; `coefficients` is None where A is no polynomial.
+
+    `positive` and `not_negative` name the parameters with such a range.
+    """
+
+    positive: ClassVar[tuple[str, ...]] = ()
+    not_negative: ClassVar[tuple[str, ...]] = ()
 
     @property
     def name(self) -> str:
@@ -50,6 +56,9 @@ class Friction(Model):
     @property
     def parameters(self) -> tuple[str, ...]:
         return ("mu", "alpha", "z0")
+
+    positive: ClassVar[tuple[str, ...]] = ("alpha",)
+    not_negative: ClassVar[tuple[str, ...]] = ("mu",)
 
     def coefficients(self, p: Values, ops: Any) -> list[Any]:
         mu, alpha, z0 = p["mu"], p["alpha"], p["z0"]
@@ -105,6 +114,8 @@ class Tanh(Model):
     def parameters(self) -> tuple[str, ...]:
         return ("a_minus", "a_plus", "steepness")
 
+    positive: ClassVar[tuple[str, ...]] = ("steepness",)
+
     def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
         middle, half = (p["a_plus"] + p["a_minus"]) / 2, (p["a_plus"] - p["a_minus"]) / 2
         slope = p["steepness"]
@@ -120,6 +131,8 @@ class Hill(Model):
     @property
     def parameters(self) -> tuple[str, ...]:
         return ("a_minus", "a_plus", "K")
+
+    positive: ClassVar[tuple[str, ...]] = ("K",)
 
     def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
         x_n = integer_power((u + 1) / 2, self.n)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.drift import Drift
-from symasym.errors import InputError, RangeError, RegionError
+from symasym.errors import AccuracyError, InputError, RangeError, RegionError
 from symasym.estimate import Estimate
 from symasym.inputs import FloatArray, digits, exact, float_text, floats, is_array, positive
 
@@ -20,6 +20,7 @@ TOLERANCE = 1e-12
 _SCENES_AT_ONCE = 4096
 _LARGEST, _SMALLEST = 709.78, -708.39
 _FLOAT_DIGITS = 20
+_KAPPA_RANGE = (1e-145, 1e145)
 
 
 def escape_time(
@@ -81,6 +82,7 @@ def escape_time(
     """
     _known_method(method, ("exact", "paper"))
     _no_order(order, method)
+    _require_drift(drift)
     if method == "paper":
         from symasym import paper
 
@@ -276,10 +278,14 @@ def _no_order(order: int | None, method: str) -> None:
         raise InputError(f"order is {order!r}, but method {method!r} has no order; leave it out.")
 
 
-def _require_sliding(drift: Drift) -> None:
-    drift.require_bound()
+def _require_drift(drift: Any) -> None:
     if not isinstance(drift, Drift):
-        raise InputError(f"drift is {drift!r}; give a Drift.")
+        raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction(…).")
+    drift.require_bound()
+
+
+def _require_sliding(drift: Drift) -> None:
+    _require_drift(drift)
     a_minus, a_plus = drift.ends
     wrong = ~((np.asarray(a_minus, dtype=float) > 0) & (np.asarray(a_plus, dtype=float) < 0))
     if wrong.any():
@@ -292,9 +298,7 @@ def _require_sliding(drift: Drift) -> None:
 
 
 def _evaluate(task: _Task, dps: int | None, log: bool, full: bool) -> Any:
-    if not isinstance(task.drift, Drift):
-        raise InputError(f"drift is {task.drift!r}; give a Drift, such as sa.friction(…).")
-    task.drift.require_bound()
+    _require_drift(task.drift)
     arrays = [name for name, value in task.numbers.items() if is_array(value)]
     if dps is not None:
         if arrays:
@@ -322,6 +326,20 @@ def _checked(values: dict[str, Fraction]) -> dict[str, Fraction]:
 
 
 def _by_digits(task: _Task, dps: int, log: bool, full: bool) -> Any:
+    try:
+        return _by_engines(task, dps, log, full)
+    except OverflowError as error:
+        if isinstance(error, RangeError):
+            raise
+        # Widths and counts of panels are planned in float64.
+        numbers = ", ".join(f"{name} = {value}" for name, value in task.numbers.items())
+        raise AccuracyError(
+            f"{numbers} and the drift make 2 |A|/kappa^2 leave the range of float64 (1e308), in "
+            "which the evaluation is planned; rescale the problem."
+        ) from None
+
+
+def _by_engines(task: _Task, dps: int, log: bool, full: bool) -> Any:
     from mpmath import mpf
 
     from symasym.exact import arbitrary, ball
@@ -340,7 +358,6 @@ def _by_digits(task: _Task, dps: int, log: bool, full: bool) -> Any:
 
 
 def _by_ball(task: _Task, values: dict[str, Fraction], dps: int, log: bool) -> Estimate | None:
-    from symasym.errors import AccuracyError
     from symasym.exact import ball
 
     try:
@@ -371,6 +388,12 @@ def _by_float(task: _Task, log: bool, full: bool) -> Any:
             raise InputError(f"{name} is {numbers[name].min():.6g}; it must be greater than 0.")
     shape = _common_shape(task.drift, numbers)
     flat = {name: np.broadcast_to(x, shape).ravel() for name, x in numbers.items()}
+    extreme = (flat["kappa"] < _KAPPA_RANGE[0]) | (flat["kappa"] > _KAPPA_RANGE[1])
+    if extreme.any():
+        raise InputError(
+            f"kappa is {flat['kappa'][extreme][0]:.6g}, so that 2/kappa^2 is outside the range of "
+            "float64; pass dps=… for it."
+        )
     if "r" in flat and not (np.abs(flat["start"]) < flat["r"]).all():
         worst = np.argmax(np.abs(flat["start"]) - flat["r"])
         raise InputError(

@@ -31,9 +31,8 @@ class Jet:
         return Jet([-x for x in self.c], self.e, self.ops)
 
     def __add__(self, other: Any) -> Jet:
-        if not isinstance(other, Jet):
-            other = self.ops.constant(other)
-        fine, coarse = sorted((self, other), key=lambda jet: jet.e)
+        term: Jet = other if isinstance(other, Jet) else self.ops.constant(other)
+        fine, coarse = sorted((self, term), key=lambda jet: jet.e)
         if not any(coarse.c):
             return fine
         # Up to `bits` places are kept below the coarser unit, so that a small term beside a
@@ -65,7 +64,7 @@ class Jet:
 
     def __truediv__(self, other: Any) -> Jet:
         if not isinstance(other, Jet):
-            return self * (1 / self.ops.context.mpf(other))
+            return self.__mul__(1 / self.ops.context.mpf(other))
         b, lead = other.c[1:], other.c[0]
         if not lead:
             raise InputError("A divides by 0 on [-1, 1]; give an A that is smooth there.")
@@ -153,7 +152,7 @@ class JetOps:
         if self.order == 1:
             return self.constant(first)
         slope = self.constant(self.rational(scale))
-        return Jet([0, slope.c[0], *[0] * (self.order - 2)], slope.e, self) + first
+        return Jet([0, slope.c[0], *[0] * (self.order - 2)], slope.e, self).__add__(first)
 
     def rational(self, value: Fraction) -> Any:
         return self.context.mpf(value.numerator) / value.denominator
@@ -202,7 +201,7 @@ def _from_derivative(first: Any, derivative: Jet) -> Jet:
     """The jet with constant term `first` and this derivative."""
     ops = derivative.ops
     rest = [x // (k + 1) for k, x in enumerate(derivative.c[:-1])]
-    return Jet([0, *rest], derivative.e, ops) + first
+    return Jet([0, *rest], derivative.e, ops).__add__(first)
 
 
 def _exp(x: Jet, ops: JetOps) -> Jet:

@@ -1,0 +1,146 @@
+"""Bad input gets one sentence: the value, the rule, what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from decimal import Decimal
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+
+import symasym as sa
+
+FRICTION = sa.friction(mu=3, alpha=1, z0="-0.4")
+SLIDING = sa.linear(1, -1)
+U = sympy.Symbol("u")
+
+# name: (call, error, what the sentence must name)
+CASES: dict[str, tuple[Callable[[], Any], type[Exception], str]] = {
+    "kappa 0": (lambda: sa.escape_time(FRICTION, 0, 10), sa.InputError, "kappa is 0"),
+    "kappa < 0": (lambda: sa.escape_time(FRICTION, "-0.1", 10, dps=9), sa.InputError, "-0.1"),
+    "r 0": (lambda: sa.escape_time(FRICTION, 1, 0), sa.InputError, "r is 0"),
+    "r < 0 in an array": (lambda: sa.escape_time(FRICTION, 1, [1, -2]), sa.InputError, "-2"),
+    "nan": (lambda: sa.escape_time(FRICTION, float("nan"), 1), sa.InputError, "nan"),
+    "inf": (lambda: sa.escape_time(FRICTION, 1, np.inf), sa.InputError, "inf"),
+    "nan entry": (lambda: sa.escape_time(FRICTION, [1, np.nan], 1), sa.InputError, "nan"),
+    "decimal nan": (lambda: sa.escape_time(FRICTION, Decimal("nan"), 1), sa.InputError, "finite"),
+    "mpf inf": (lambda: sa.escape_time(FRICTION, mpmath.inf, 1), sa.InputError, "inf"),
+    "empty": (lambda: sa.escape_time(FRICTION, [], 1), sa.InputError, "empty"),
+    "empty parameter": (lambda: sa.friction(mu=3, alpha=1, z0=[]), sa.InputError, "empty"),
+    "shapes": (
+        lambda: sa.escape_time(FRICTION.bind(z0=[1.0, 2, 3]), [1.0, 2], 9),
+        sa.InputError,
+        r"\(3,\)",
+    ),
+    "parameter shapes": (
+        lambda: sa.friction(mu=[1.0, 2], alpha=1, z0=[1.0, 2, 3]),
+        sa.InputError,
+        "broadcast",
+    ),
+    "ragged": (lambda: sa.escape_time(FRICTION, [[1, 2], [3]], 1), sa.InputError, "ragged"),
+    "text": (lambda: sa.escape_time(FRICTION, "abc", 1), sa.InputError, "'abc'"),
+    "complex": (lambda: sa.escape_time(FRICTION, 1j, 1), sa.InputError, "complex"),
+    "complex array": (lambda: sa.escape_time(FRICTION, np.array([1j]), 1), sa.InputError, "real"),
+    "mpc": (lambda: sa.escape_time(FRICTION, mpmath.mpc(1, 1), 1), sa.InputError, "complex"),
+    "irrational": (lambda: sa.escape_time(FRICTION, sympy.sqrt(2), 1), sa.InputError, "rational"),
+    "truth value": (lambda: sa.escape_time(FRICTION, True, 1), sa.InputError, "truth"),
+    "None": (lambda: sa.escape_time(FRICTION, None, 1), sa.InputError, "None"),
+    "no drift": (lambda: sa.escape_time(None, 1, 1), sa.InputError, "Drift"),
+    "no drift, sliding": (lambda: sa.occupation(None, 1), sa.InputError, "Drift"),
+    "no drift, paper": (lambda: sa.escape_time(None, 1, 1, method="paper"), sa.InputError, "Drift"),
+    "free": (lambda: sa.escape_time(sa.friction(mu=3), 1, 1), sa.InputError, "alpha, z0"),
+    "unknown parameter": (lambda: FRICTION.bind(nu=1), sa.InputError, "nu"),
+    "dps 0": (lambda: sa.escape_time(FRICTION, 1, 1, dps=0), sa.InputError, "dps is 0"),
+    "dps 2.5": (lambda: sa.escape_time(FRICTION, 1, 1, dps=2.5), sa.InputError, "2.5"),
+    "dps 20000": (lambda: sa.escape_time(FRICTION, 1, 1, dps=20000), sa.InputError, "20000"),
+    "array and dps": (lambda: sa.escape_time(FRICTION, [1.0], 1, dps=9), sa.InputError, "array"),
+    "pole": (lambda: sa.Drift("1/(u - 1/3)"), sa.InputError, "0.333333"),
+    "pole, bound later": (lambda: sa.Drift("1/(u-c)").bind(c="0.5"), sa.InputError, "0.5"),
+    "pole in an array": (
+        lambda: sa.escape_time(sa.Drift("1/(u-c)").bind(c=[0.5, 3.0]), 1, 10),
+        sa.SymasymError,
+        "finite|singular",
+    ),
+    "complex A": (lambda: sa.Drift("sqrt(u)"), sa.InputError, "complex"),
+    "branch point at the edge": (lambda: sa.Drift("sqrt(u+1)"), sa.InputError, "u = -1"),
+    "kink": (lambda: sa.Drift(sympy.Abs(U)), sa.InputError, "Abs"),
+    "unreadable": (lambda: sa.Drift("1+"), sa.InputError, r"1\+"),
+    "jump": (lambda: sa.Drift(1 - U, U, a_minus=2, a_plus=1), sa.InputError, "is 0 but a. is 1"),
+    "no u": (lambda: sa.Drift("x+1"), sa.InputError, "no symbol u"),
+    "not sliding": (lambda: sa.occupation(FRICTION, 1), sa.RegionError, "2.4"),
+    "density, not sliding": (
+        lambda: sa.stationary_density(FRICTION, 1, 0),
+        sa.RegionError,
+        "sliding",
+    ),
+    "tangency": (lambda: sa.friction(mu=3, alpha=1, z0=0).region, sa.RegionError, "tangency"),
+    "overflow": (lambda: sa.escape_time(FRICTION, "1e-4", 10), sa.RangeError, "log=True"),
+    "underflow": (lambda: sa.exit_probability(FRICTION, "1e-4", 10), sa.RangeError, "log=True"),
+    "overflow in an array": (
+        lambda: sa.escape_time(FRICTION, [1e-4, 1], 10),
+        sa.RangeError,
+        "log=True",
+    ),
+    "start at r": (lambda: sa.escape_time(FRICTION, 1, 1, start=1), sa.InputError, "inside"),
+    "start beyond r": (
+        lambda: sa.escape_time(FRICTION, 1, 1, start=[0, 2.0]),
+        sa.InputError,
+        "start is 2",
+    ),
+    "method": (lambda: sa.escape_time(FRICTION, 1, 1, method="foo"), sa.InputError, "'foo'"),
+    "order": (lambda: sa.escape_time(FRICTION, 1, 1, order=2), sa.InputError, "order is 2"),
+    "mu < 0": (lambda: sa.friction(mu=-1), sa.InputError, "mu is -1"),
+    "alpha 0, bound later": (lambda: FRICTION.bind(alpha=0), sa.InputError, "alpha is 0"),
+    "K < 0": (lambda: sa.hill(1, 2, K=-1), sa.InputError, "K is -1"),
+    "n 2.5": (lambda: sa.hill(1, 2, K=1, n=2.5), sa.InputError, "n is 2.5"),
+    "waves 0": (lambda: sa.sine(1, 1, 1, waves=0), sa.InputError, "waves is 0"),
+    "no coefficients": (lambda: sa.polynomial(), sa.InputError, "coefficients"),
+    "paper, sliding": (
+        lambda: sa.escape_time(SLIDING, 1, 10, method="paper"),
+        sa.RegionError,
+        "crossing",
+    ),
+    "paper, four zeros": (
+        lambda: sa.escape_time(sa.sine(1, 1, 4, waves=2), 1, 10, method="paper"),
+        sa.InputError,
+        "4 zeros",
+    ),
+    "paper, start": (
+        lambda: sa.escape_time(FRICTION, 1, 10, start="0.1", method="paper"),
+        sa.InputError,
+        "start is 0.1",
+    ),
+    "eps 0": (lambda: sa.rescale(eps=0, kappa=1, r=1), sa.InputError, "eps is 0"),
+    "eps entry < 0": (lambda: sa.rescale(eps=[1.0, -1], kappa=1), sa.InputError, "-1"),
+    "too small for float64": (lambda: sa.escape_time(FRICTION, "1e-400", 1), sa.InputError, "dps"),
+    "2/kappa^2 overflows": (lambda: sa.escape_time(FRICTION, 1e-200, 1), sa.InputError, "1e-200"),
+    "2/kappa^2 underflows": (lambda: sa.escape_time(FRICTION, 1e200, 1), sa.InputError, "1e.200"),
+    "beyond planning": (
+        lambda: sa.escape_time(FRICTION, "1e-400", 1, dps=20),
+        sa.AccuracyError,
+        "1e-400",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_one_sentence(name: str) -> None:
+    call, error, pattern = CASES[name]
+    with pytest.raises(error, match=pattern) as caught:
+        call()
+    message = str(caught.value)
+    assert message.endswith(".")
+    assert "\n" not in message
+    assert len(message) < 400
+    assert isinstance(caught.value, sa.SymasymError)
+
+
+def test_errors_are_the_fitting_builtins() -> None:
+    assert issubclass(sa.InputError, ValueError)
+    assert issubclass(sa.RegionError, ValueError)
+    assert issubclass(sa.AccuracyError, ArithmeticError)
+    assert issubclass(sa.RangeError, OverflowError)
+    assert issubclass(sa.OutputError, OSError)
