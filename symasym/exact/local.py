@@ -12,6 +12,7 @@ from symasym.arithmetic import MpmathOps
 from symasym.drift import Drift
 from symasym.errors import AccuracyError
 from symasym.exact.jets import Jet, JetOps
+from symasym.inputs import FloatArray
 
 
 class ExactField:
@@ -49,6 +50,11 @@ class ExactField:
             return total
         ops = MpmathOps(self._context)
         return self._sign * to_fraction(self._drift.evaluate(ops.rational(self._sign * u), ops))
+
+    def float_values(self, u: FloatArray) -> FloatArray:
+        """phi in float64, for planning."""
+        values: FloatArray = self._sign * self._drift.evaluate_float(self._sign * u)
+        return np.broadcast_to(values, u.shape)
 
     def taylor(self, centre: Fraction, scale: Fraction, order: int) -> list[Fraction]:
         """Coefficients of phi(centre + scale s) in s; all of them for a polynomial."""

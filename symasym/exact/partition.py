@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
+
 from symasym.errors import AccuracyError
 from symasym.exact.local import ExactField, dyadic
 from symasym.exact.records import Constant, Numbers, Panel, Slow, Taylor
@@ -36,7 +38,7 @@ class Partition:
         self._lam_float = float(lam)
         # Where the Taylor recurrences are cheapest: terms per unit of exponent fall with
         # the reach, but guard bits grow with it.
-        self.reach = max(16.0, self.bits / 4)
+        self.reach = max(16.0, self.bits / 2.5)
 
     def records(self, start: Fraction, end: Fraction) -> Iterator[Panel]:
         """Panels from `start` to `end`, the outside ones in closed form."""
@@ -52,9 +54,9 @@ class Partition:
         return Constant(self.numbers, self.field.value(edge), width)
 
     def _inside(self, lo: Fraction, hi: Fraction) -> Iterator[Panel]:
-        grid = [lo + (hi - lo) * Fraction(k, 16) for k in range(17)]
-        mean = sum(abs(self.field.value(u)) for u in grid) / 17
-        if self.lam * mean * (hi - lo) <= _MILD_PANELS * self.reach:
+        grid = np.linspace(float(lo), float(hi), 17)
+        mean = float(np.abs(self.field.float_values(grid)).mean())
+        if self._lam_float * mean * float(hi - lo) <= _MILD_PANELS * self.reach:
             yield from self._taylor(Fraction(0), lo, hi)
             return
         for centre, t0, t1 in self._graded(lo, hi):
@@ -152,18 +154,20 @@ class Partition:
         t = t0
         while t < t1:
             here = centre + t
-            h, order = self._width(here, t1 - t)
-            c = self.field.taylor(here, h, order)
-            while not self._complete(c, h):
-                h /= 2
+            about = self.field.taylor(here, Fraction(1), 24)
+            h = self._width([abs(float(self.lam * c)) for c in about], t1 - t)
+            c = [x * h**k for k, x in enumerate(about)]
+            if not self.field.is_polynomial:
+                order = (self.bits + guard_bits(self.reach)) // 2 + 32
                 c = self.field.taylor(here, h, order)
+                while not self._complete(c, h):
+                    h /= 2
+                    c = self.field.taylor(here, h, order)
             yield Taylor(self.numbers, c, h)
             t += h
 
     def _complete(self, c: list[Fraction], h: Fraction) -> bool:
         """Whether what is missing of the Taylor series of phi is below the last digit."""
-        if self.field.is_polynomial:
-            return True
         if _places(h) > _DEEPEST:
             raise AccuracyError(
                 "the Taylor series of A does not converge inside [-1, 1]; give an A that is "
@@ -172,20 +176,15 @@ class Partition:
         last = max(abs(x) for x in c[-8:])
         return bool(self.lam * h * last * (1 << (self.bits + 16)) < 1)
 
-    def _width(self, here: Fraction, most: Fraction) -> tuple[Fraction, int]:
-        """Width of the next panel, and the number of Taylor coefficients of phi it needs."""
-        order, h = 24, most
-        sizes = [abs(float(self.lam * c)) for c in self.field.taylor(here, Fraction(1), order)]
+    def _width(self, sizes: list[float], most: Fraction) -> Fraction:
+        """Width of the next panel, from the sizes of lam times the Taylor coefficients of phi."""
+        h = most
         if not self.field.is_polynomial:
             # A quarter of the distance to the nearest singularity: two bits a term.
-            rate = max(
-                (sizes[k] / (max(sizes[:4]) or 1.0)) ** (1 / k) for k in range(order // 2, order)
-            )
-            h = (
-                min(h, dyadic(Fraction(1 / (4 * rate)), 8 + _places(Fraction(1 / rate))))
-                if rate
-                else h
-            )
+            lead = max(sizes[:4]) or 1.0
+            rate = max((s / lead) ** (1 / k) for k, s in enumerate(sizes) if k >= 12)
+            if rate:
+                h = min(h, dyadic(Fraction(1 / (4 * rate)), 8 + _places(Fraction(1 / rate))))
 
         def growth(width: Fraction) -> list[float]:
             w = float(width)
@@ -207,8 +206,7 @@ class Partition:
             h, cost = h / 2, less
         if h < most < h * Fraction(3, 2):
             h = dyadic(most / 2, 4 + _places(most)) or h
-        need = self.bits + guard_bits(self.reach)
-        return h, len(sizes) if self.field.is_polynomial else need // 2 + 32
+        return h
 
     def _cost(self, growth: list[float], width: Fraction) -> float:
         guard = guard_bits(sum(growth))

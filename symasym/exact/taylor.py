@@ -14,7 +14,7 @@ from fractions import Fraction
 from operator import mul
 from typing import Any
 
-_RATIOS = [1.25 * 1.25**k for k in range(28)]
+_RATIOS = [1.4 * 1.4**k for k in range(14)]
 
 
 def terms_needed(growth: Sequence[float], bits: float) -> int:
