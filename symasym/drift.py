@@ -202,6 +202,12 @@ class Drift:
             result.pop()
         return result
 
+    def exact_end(self, values: dict[str, Any], side: int) -> Any:
+        """A(side) in the arithmetic of `values` where it takes no rounding, else None."""
+        if not self.shape and not self.free:
+            return self.end(side)
+        return self._model.end(values, side)
+
     def exact_value(self, u: Fraction) -> Fraction | None:
         """A(u) where it is rational and every operation on the way is, else None."""
         try:
@@ -222,6 +228,10 @@ class Drift:
         result = np.broadcast_to(result, np.broadcast_shapes(position.shape, self.shape))
         return float(result) if result.ndim == 0 else result.copy()
 
+    @cached_property
+    def _exact_ends(self) -> dict[int, Any]:
+        return {}
+
     # -- region ----------------------------------------------------------------------------
 
     @cached_property
@@ -229,14 +239,27 @@ class Drift:
         """(a-, a+): Fractions where rational, else floats; arrays for array parameters."""
         self.require_bound()
         if self.shape:
-            return tuple(
-                np.broadcast_to(self.evaluate_float(np.asarray(x)), self.shape) for x in (-1.0, 1.0)
-            )  # type: ignore[return-value]
+            known = (self._model.end(self._values, side) for side in (-1, 1))
+            return tuple(  # type: ignore[return-value]
+                np.broadcast_to(
+                    self.evaluate_float(np.asarray(x)) if k is None else np.asarray(k, dtype=float),
+                    self.shape,
+                )
+                for x, k in zip((-1.0, 1.0), known, strict=True)
+            )
         found = []
-        for x in (Fraction(-1), Fraction(1)):
-            value = self.exact_value(x)
-            found.append(float(self._accurate(x)) if value is None else value)
+        for side in (-1, 1):
+            value = self.end(side)
+            found.append(float(self._accurate(Fraction(side))) if value is None else value)
         return found[0], found[1]
+
+    def end(self, side: int) -> Fraction | None:
+        """A(side), side = -1 or 1, where it is rational and known without rounding, else None."""
+        if side not in self._exact_ends:
+            known = self._model.end(self.scalars(), side)
+            self._exact_ends[side] = self.exact_value(Fraction(side)) if known is None else known
+        found: Fraction | None = self._exact_ends[side]
+        return found
 
     def _accurate(self, u: Fraction) -> Any:
         """A(u) to 50 digits."""

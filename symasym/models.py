@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Any, ClassVar
 
 from symasym.arithmetic import evaluate_tree, integer_power
@@ -46,6 +47,16 @@ class Model:
 
     def coefficients(self, p: Values, ops: Any) -> list[Any] | None:
         """Coefficients of A in ascending powers of u, or None."""
+        return None
+
+    def end(self, p: Values, side: int) -> Any:
+        """A(side), side = -1 or 1, where the parameters give it without rounding, else None.
+
+        Outside [-1, 1] an error in the drift is multiplied by the radius, and its
+        sign is the region: sin(pi) must be 0 there, not 1e-16.
+        """
+        if "a_minus" in self.parameters:
+            return p["a_minus" if side < 0 else "a_plus"]
         return None
 
 
@@ -158,6 +169,16 @@ class Expression(Model):
 
     def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
         return evaluate_tree(self.formula, {self.u: u, **self._values(p)}, ops) + 0 * u
+
+    def end(self, p: Values, side: int) -> Any:
+        import sympy
+
+        values = self._values(p)
+        if not all(isinstance(v, Fraction) for v in values.values()):
+            return None
+        rationals = {s: sympy.Rational(v.numerator, v.denominator) for s, v in values.items()}
+        value = sympy.simplify(self.formula.subs({self.u: side, **rationals}))
+        return Fraction(int(value.p), int(value.q)) if value.is_Rational else None
 
     def coefficients(self, p: Values, ops: Any) -> list[Any] | None:
         powers = self._powers

@@ -108,6 +108,8 @@ class _Analytic:
         self.sign = sign
 
     def value(self, u: Fraction) -> Any:
+        if abs(u) == 1 and (known := self.drift.end(self.sign * int(u))) is not None:
+            return exact_ball(self.sign * known)
         return self.sign * self.drift.evaluate(exact_ball(self.sign * u), BallOps())
 
     def bound(self, center: Fraction, radius: Fraction) -> Any:

@@ -174,8 +174,17 @@ class AnalyticField:
         everyone = np.arange(2 * count)
         ends = self.phi(everyone, np.tile((-1.0, 1.0), (2 * count, 1)))
         self.a_minus, self.a_plus = ends.T.copy()
+        known = [drift.exact_end(pairs, side) for side in (-1, 1)]
+        for side, mine, mirrored in (
+            (0, self.a_minus, self.a_plus),
+            (1, self.a_plus, self.a_minus),
+        ):
+            if known[side] is not None:
+                exact = DoubleDouble.of(known[side]).broadcast_to((count,)).hi
+                mine[:count], mirrored[count:] = exact, -exact
         # An outside drift that nearly vanishes was a difference of larger numbers.
         weak = np.abs(ends).min(axis=1) < 1e-3 * np.maximum(1e-300, self.size())
+        weak &= known[0] is None or known[1] is None
         for scene in np.flatnonzero(weak):
             coefficients, _ = self.taylor(np.array([scene, scene]), np.array([-1.0, 1.0]))
             self.a_minus[scene], self.a_plus[scene] = coefficients[:, 0]

@@ -48,6 +48,8 @@ class ExactField:
             for c in reversed(self._polynomial):
                 total = total * u + c
             return total
+        if abs(u) == 1 and (known := self._drift.end(self._sign * int(u))) is not None:
+            return self._sign * known
         ops = MpmathOps(self._context)
         return self._sign * to_fraction(self._drift.evaluate(ops.rational(self._sign * u), ops))
 
