@@ -10,14 +10,17 @@ from symasym.errors import (
     SymasymError,
 )
 from symasym.estimate import Estimate
+from symasym.formula import Formula, formula
 from symasym.friction import friction
 from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
+from symasym.reduce import reduce
 from symasym.scales import Scales, rescale
 
 __all__ = [
     "AccuracyError",
     "Drift",
     "Estimate",
+    "Formula",
     "InputError",
     "OutputError",
     "RangeError",
@@ -26,11 +29,13 @@ __all__ = [
     "SymasymError",
     "escape_time",
     "exit_probability",
+    "formula",
     "friction",
     "hill",
     "linear",
     "occupation",
     "polynomial",
+    "reduce",
     "rescale",
     "sine",
     "stationary_density",

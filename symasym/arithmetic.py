@@ -131,9 +131,12 @@ def evaluate_tree(expression: Any, values: dict[Any, Any], ops: Any) -> Any:
         if node.is_Add:
             return _accumulate(map(walk, node.args), lambda a, b: a + b)
         if node.is_Mul:
-            numerator, denominator = node.as_numer_denom()
-            if denominator != 1 and not denominator.is_Rational:
-                return walk(numerator) / walk(denominator)
+            # exp(-x) stays a factor: as a divisor exp(x) it would overflow.
+            below = [f for f in node.args if f.is_Pow and f.exp.is_Integer and f.exp < 0]
+            above = [f for f in node.args if f not in below]
+            if below and above:
+                divisor = sympy.Mul(*(1 / f for f in below))
+                return walk(sympy.Mul(*above)) / walk(divisor)
             return _accumulate(map(walk, node.args), lambda a, b: a * b)
         if node.is_Pow:
             return power_of(node)

@@ -21,6 +21,7 @@ _SCENES_AT_ONCE = 4096
 _LARGEST, _SMALLEST = 709.78, -708.39
 _FLOAT_DIGITS = 20
 _KAPPA_RANGE = (1e-145, 1e145)
+_R_RANGE = (1e-150, 1e152)
 
 
 def escape_time(
@@ -388,6 +389,11 @@ def _by_float(task: _Task, log: bool, full: bool) -> Any:
             raise InputError(f"{name} is {numbers[name].min():.6g}; it must be greater than 0.")
     shape = _common_shape(task.drift, numbers)
     flat = {name: np.broadcast_to(x, shape).ravel() for name, x in numbers.items()}
+    if "r" in flat and not ((flat["r"] > _R_RANGE[0]) & (flat["r"] < _R_RANGE[1])).all():
+        raise InputError(
+            f"r is between {flat['r'].min():.6g} and {flat['r'].max():.6g}, so that its square is "
+            "outside the range of float64; pass dps=… for it."
+        )
     extreme = (flat["kappa"] < _KAPPA_RANGE[0]) | (flat["kappa"] > _KAPPA_RANGE[1])
     if extreme.any():
         raise InputError(

@@ -23,6 +23,9 @@ class Formula:
     def exact_coefficients(self) -> None:
         return None
 
+    def end(self, side: int) -> None:
+        return None
+
     def evaluate(self, u: Any, ops: Any) -> Any:
         return self.function(u, ops)
 

@@ -139,7 +139,7 @@ def _partition(
     # Rounding of phi enters the exponent as lam * size * 1e-16.
     mild = (variation < 150 * REACH) & (lam[inside] * field.size()[inside] < _MILD)
     easy, hard = inside[mild], inside[~mild]
-    first = _even_blocks(easy, lo, hi)
+    first = _even_blocks(field, easy, lo, hi)
     if not hard.size:
         empty = np.empty(0, dtype=np.intp)
         return first, _Anchors(np.empty(0), empty, np.empty((0, 1)), np.empty(0))
@@ -147,8 +147,9 @@ def _partition(
     return _Blocks(*(np.concatenate(f) for f in zip(first, graded, strict=True))), anchors
 
 
-def _even_blocks(scene: IntArray, lo: FloatArray, hi: FloatArray) -> _Blocks:
-    pieces = 8
+def _even_blocks(field: Field, scene: IntArray, lo: FloatArray, hi: FloatArray) -> _Blocks:
+    # A polynomial is bisected where it must be; another drift is looked at more closely.
+    pieces = 8 if field.series(scene[:1]) is None else 1
     edges = np.linspace(0.0, 1.0, pieces + 1)
     t = lo[scene, None] + (hi - lo)[scene, None] * edges
     t[:, -1] = hi[scene]
@@ -316,7 +317,9 @@ def _digest(
     count = np.maximum(np.ceil(lam_h * size / REACH), 1.0)
     # The n-th Chebyshev coefficient shrinks by count^n when the block is cut into panels.
     rough = _tail(phi) / count**8
-    few = ~slowly & (count <= _SAMPLES_PER_BLOCK) & (lam_h * rough <= 4e-14 * count)
+    hidden = _hidden(field, blocks, anchors, phi, size)
+    slowly &= ~hidden
+    few = ~slowly & ~hidden & (count <= _SAMPLES_PER_BLOCK) & (lam_h * rough <= 4e-14 * count)
     if slowly.any():
         chosen = blocks.take(slowly)
         done.append(
@@ -353,6 +356,35 @@ def _is_slow(
         scale = (smallest * lam_h / h)[candidate, None]
         candidate[candidate] = (steepness * SLOWNESS < 1) & (_tail(scale / chosen) < 1e-10)
     return candidate
+
+
+def _hidden(
+    field: Field, blocks: _Blocks, anchors: _Anchors, phi: FloatArray, size: FloatArray
+) -> np.ndarray:
+    """Blocks with a feature too narrow for their nodes to see, found by looking in between."""
+    hidden = np.zeros(len(size), dtype=bool)
+    if field.series(blocks.scene[:1]) is not None:
+        return hidden  # a polynomial has none
+    width = blocks.t1 - blocks.t0
+    for count, chosen in ((256, width > 0.1), (64, (width > 0.005) & (width <= 0.1))):
+        index = np.flatnonzero(chosen)
+        if index.size:
+            nodes, between = _between(count)
+            seen = _phi(field, blocks.take(index), anchors, nodes)
+            gap = np.abs(phi[index] @ between - seen).max(axis=1)
+            hidden[index] = ~(gap <= 0.01 * size[index] + 50 * _tail(phi[index]))
+    return hidden
+
+
+@cache
+def _between(count: int) -> tuple[FloatArray, FloatArray]:
+    """Fractions of a width, and the matrix that interpolates to them from the Lobatto nodes."""
+    nodes = (np.arange(count) + 0.381966) / count
+    x = 2 * panels.lobatto().nodes - 1
+    k = np.arange(panels.NODES + 1)
+    to_series = np.linalg.inv(np.cos(k[None, :] * np.arccos(np.clip(x, -1, 1))[:, None]))
+    evaluate = np.cos(k[None, :] * np.arccos(2 * nodes - 1)[:, None])
+    return nodes, (evaluate @ to_series).T.copy()
 
 
 @cache

@@ -142,6 +142,8 @@ class JetOps:
         self.bits = context.prec + 32
 
     def constant(self, value: Any) -> Jet:
+        if hasattr(value, "_mpc_"):
+            raise InputError("A is complex on [-1, 1]; give an A that is real there.")
         mantissa, exponent = _parts(self.context.mpf(value))
         room = max(0, self.bits - mantissa.bit_length())
         return Jet([mantissa << room] + [0] * (self.order - 1), exponent - room, self)

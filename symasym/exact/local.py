@@ -55,7 +55,8 @@ class ExactField:
 
     def float_values(self, u: FloatArray) -> FloatArray:
         """phi in float64, for planning."""
-        values: FloatArray = self._sign * self._drift.evaluate_float(self._sign * u)
+        with np.errstate(all="ignore"):
+            values: FloatArray = self._sign * self._drift.evaluate_float(self._sign * u)
         return np.broadcast_to(values, u.shape)
 
     def taylor(self, centre: Fraction, scale: Fraction, order: int) -> list[Fraction]:

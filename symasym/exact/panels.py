@@ -199,8 +199,8 @@ def constant(lam_a: FloatArray, h: FloatArray) -> Moments:
     small = x < 0.5
     safe = np.where(small, 1.0, x)
     # (x - 1 + e^-x)/x^2 and (1 - (1+x) e^-x)/x^2 lose digits for small x: Taylor there.
-    up_form = (safe + np.expm1(-safe)) / safe**2
-    down_form = (-np.expm1(-safe) - safe * np.exp(-safe)) / safe**2
+    up_form = (safe + np.expm1(-safe)) / safe / safe
+    down_form = (-np.expm1(-safe) - safe * np.exp(-safe)) / safe / safe
     series = np.zeros_like(x)
     y = np.where(small, x, 0.0)
     for k in range(18, 1, -1):

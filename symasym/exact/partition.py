@@ -137,6 +137,14 @@ class Partition:
         ) < 0.9 * abs(near[0]):
             radius *= 1.1
         if not self.field.is_polynomial:
+            centre, t0, t1 = edges
+            middle, half = centre + (t0 + t1) / 2, (t1 - t0) / 2
+            here = [Fraction(x) for x in near]
+            if float(half) > 0.0025 and not (
+                self._seen(here, middle, half)
+                and self._seen([x * (-1) ** k for k, x in enumerate(here)], middle, -half)
+            ):
+                return None
             # phi may be far from zero and yet have a singularity nearby.
             rate = max((abs(near[k]) / abs(near[0])) ** (1 / k) for k in range(8, len(near)))
             radius = min(radius, 0.8 / max(rate, 1e-3))
@@ -160,14 +168,26 @@ class Partition:
             if not self.field.is_polynomial:
                 order = (self.bits + guard_bits(self.reach)) // 2 + 32
                 c = self.field.taylor(here, h, order)
-                while not self._complete(c, h):
+                while not self._complete(c, here, h):
                     h /= 2
                     c = self.field.taylor(here, h, order)
             yield Taylor(self.numbers, c, h)
             t += h
 
-    def _complete(self, c: list[Fraction], h: Fraction) -> bool:
+    def _seen(self, c: list[Fraction], here: Fraction, h: Fraction) -> bool:
+        """Whether phi between the ends is what its Taylor series about `here` says, roughly.
+
+        A feature narrower than the panel leaves no trace in the series.
+        """
+        s = (np.arange(256) + 0.381966) / 256
+        wanted = np.polynomial.polynomial.polyval(s, [float(x) for x in c[:200]])
+        gap = np.abs(wanted - self.field.float_values(float(here) + float(h) * s))
+        return bool(gap.max() <= 0.01 * (1e-300 + np.abs(wanted).max()))
+
+    def _complete(self, c: list[Fraction], here: Fraction, h: Fraction) -> bool:
         """Whether what is missing of the Taylor series of phi is below the last digit."""
+        if float(h) > 0.005 and not self._seen(c, here, h):
+            return False
         if _places(h) > _DEEPEST:
             raise AccuracyError(
                 "the Taylor series of A does not converge inside [-1, 1]; give an A that is "

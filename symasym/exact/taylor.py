@@ -70,6 +70,8 @@ def recurrence(
         False: y(0) = 1 and no source (1/e). True: y(0) = 0 and source 1 (N).
     """
     one = context_integer(1) << bits
+    if len(q) <= 4:
+        return _short(q, denominator, one, count, source)
     recent = deque([0 * one if source else one], maxlen=len(q))
     total = integral = recent[0]
     step = denominator
@@ -81,6 +83,28 @@ def recurrence(
         recent.appendleft(new)
         total += new
         integral += new // (n + 1)
+    return total, integral
+
+
+def _short(q: list[int], denominator: int, one: Any, count: int, source: bool) -> tuple[Any, Any]:
+    """`recurrence` for a cubic drift at most, unrolled: a sum over a deque costs as much again."""
+    q0, q1, q2, q3 = [*q, 0, 0, 0][:4]
+    b = c = d = 0 * one
+    a = 0 * one if source else one
+    total = integral = a
+    step = denominator
+    first = 1
+    if source:
+        d, c, b, a = c, b, a, one
+        total = one
+        integral = one // 2
+        step += denominator
+        first = 2
+    for n in range(first + 1, count + 1):
+        a, b, c, d = (q0 * a + q1 * b + q2 * c + q3 * d) // step, a, b, c
+        step += denominator
+        total += a
+        integral += a // n
     return total, integral
 
 

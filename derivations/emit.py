@@ -1,0 +1,244 @@
+"""What the derivations emit: `symasym/generated/`, committed and compared by a test.
+
+``python -m derivations.emit`` writes it afresh.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import sympy
+
+from derivations.labels import REASONS
+from derivations.registry import build, closure, entries
+from derivations.runner import describe
+from symasym.derivation import Expansion
+from symasym.derivation.code import TARGETS, function
+from symasym.derivation.results import latex, parts
+from symasym.files import write_bytes
+
+FOLDER = Path(__file__).parent.parent / "symasym" / "generated"
+FORMAT = "symasym-formulas/1"
+
+
+@dataclass(frozen=True)
+class Emitted:
+    """A function to emit: its name, where its expression comes from, what it is."""
+
+    name: str
+    label: str
+    doc: str
+    step: str = ""
+    piece: int | None = None
+
+
+EMITTED = (
+    Emitted(
+        "scaled_noise",
+        "eq:tildexykappa",
+        "kappa/sqrt(eps), the noise in scaled variables.",
+        piece=2,
+    ),
+    Emitted("scaled_radius", "eq:tilder", "r/eps, the radius in scaled variables."),
+    Emitted("constant_drift_time", "constant-drift", "T for a constant drift a.", "from 0"),
+    Emitted(
+        "constant_drift_exit",
+        "constant-drift",
+        "C for a constant drift a.",
+        "exit through -r, from 0",
+    ),
+    Emitted(
+        "exit_bound",
+        "C-bound",
+        "Upper bound on C; its conditions are in sa.formula.",
+        "Delta = 1/4",
+    ),
+    Emitted("outer_piece", "eq:fourthTerm", "The fourth piece of T, exactly.", "closed form"),
+    Emitted("strong_noise_time", "eq:Ttildelarge", "T for strong noise, leading order."),
+    Emitted(
+        "strong_noise_time_next",
+        "eq:Ttildelarge",
+        "T for strong noise with its kappa^2 and constant terms.",
+        "next orders",
+    ),
+    Emitted("well_term", "eq:secondTerm", "The well's share of T, leading order.", "leading term"),
+    Emitted("log_well_term", "eq:secondTerm", "Natural logarithm of `well_term`.", "logarithm"),
+    Emitted(
+        "saddle_correction",
+        "eq:secondTerm",
+        "Relative correction of one saddle from V'', V''', V'''' there.",
+        "correction of one saddle",
+    ),
+    Emitted("weak_noise_time", "eq:Ttildesmall", "T for weak noise, with a well.", "sum"),
+    Emitted("well_edge", "eq:Tsmall", "kappa at which both terms of `weak_noise_time` are equal."),
+    Emitted(
+        "behind_barrier_term",
+        "eq:S",
+        "The large term of T for a start behind the barrier.",
+        "u2 < 0: start behind the barrier",
+    ),
+    Emitted("occupation_from_layer", "eq:P2", "P from N, the integral over the layer."),
+    Emitted("occupation_bound", "L-bound", "Lower bound on P."),
+    Emitted("strong_noise_occupation", "eq:Plarge2", "P for strong noise, leading order."),
+    Emitted("weak_noise_outside", "eq:Psmall2", "1 - P for weak noise, leading order."),
+    Emitted("friction_left", "eq:phifric0", "The friction drift for u <= -1 (a-).", piece=0),
+    Emitted("friction_inside", "eq:phifric0", "The friction drift A(u) on [-1, 1].", piece=1),
+    Emitted("friction_right", "eq:phifric0", "The friction drift for u >= 1 (a+).", piece=2),
+    Emitted("friction_slope", "fr1", "A'(u) of the friction drift.", "A'"),
+    Emitted("friction_potential_left", "eq:Vfric", "V(u) for u <= -1.", piece=0),
+    Emitted("friction_potential_inside", "eq:Vfric", "V(u) on [-1, 1].", piece=1),
+    Emitted("friction_potential_right", "eq:Vfric", "V(u) for u >= 1.", piece=2),
+    Emitted("friction_turning_point", "turning-points", "u at which the force turns (mu > 1/2)."),
+    Emitted("friction_breakaway", "beta", "The largest force, for mu >= 1/2."),
+    Emitted("friction_folds", "folds", "z0 at both folds, (+) then (-).", "spring extension"),
+    Emitted(
+        "noise_threshold",
+        "threshold",
+        "Unscaled kappa below which T is exponentially large; ell = -log eps.",
+    ),
+)
+
+# How arguments are called in the code, and the order they come in.
+NAMES = {
+    "A_1": "slope_well",
+    "A_2": "slope_barrier",
+    "D": "barrier",
+    "V_1": "V1",
+    "V_m": "V_well",
+    "K_m": "curvature",
+    "kappa_phys": "kappa",
+    "r_phys": "r",
+    "epsilon": "eps",
+    "phi_0": "drift0",
+    "V_0": "V0",
+    "V_u1": "V_well",
+    "c_2": "V2",
+    "c_3": "V3",
+    "c_4": "V4",
+    "N": "layer",
+}
+ORDER = (
+    "u",
+    "kappa",
+    "r",
+    "eps",
+    "ell",
+    "a",
+    "mu",
+    "alpha",
+    "z0",
+    "a_minus",
+    "a_plus",
+    "layer",
+    "L",
+    "drift0",
+    "slope_well",
+    "slope_barrier",
+    "barrier",
+    "V0",
+    "V1",
+    "V2",
+    "V3",
+    "V4",
+    "V_well",
+    "curvature",
+)
+
+
+def expression(item: Emitted) -> Any:
+    """The expression that a derivation's step (or conclusion) states for `item`."""
+    derivation = build(item.label)
+    if item.step:
+        (found,) = [s.result for s in derivation.steps if s.name == item.step]
+    else:
+        found = derivation.result
+    if isinstance(found, Expansion):
+        found = found.leading
+    if item.piece is not None:
+        found = found[item.piece]
+    return found
+
+
+_HEADERS = {
+    "numpy": "import numpy as np\n",
+    "mpmath": "",
+}
+_TEXTS = {
+    "numpy": "Formulas in float64, for arrays that broadcast together.",
+    "mpmath": "Formulas in an mpmath context `ctx`, at its precision.",
+}
+
+
+def module(target: str) -> str:
+    """Source of the module of one target."""
+    lines = [
+        f'"""{_TEXTS[target]}\n\nWritten by ``python -m derivations.emit`` from the checked '
+        'derivations: do not edit.\n"""\n',
+        "# A formatter must not touch what a test compares.\n# fmt: off\n\n"
+        "from __future__ import annotations\n",
+        f"from typing import Any\n{chr(10) if _HEADERS[target] else ''}{_HEADERS[target]}",
+    ]
+    for item in EMITTED:
+        found = expression(item)
+        symbols = {s for e in parts(found) for s in e.free_symbols}
+        names = {s: NAMES.get(s.name, s.name) for s in symbols}
+        arguments = sorted(symbols, key=lambda s: ORDER.index(names[s]))
+        doc = f"{item.doc[:-1]} ({item.label})."
+        lines.append("\n" + function(item.name, arguments, found, target, doc, names))
+    return "\n".join(lines)
+
+
+def formulas() -> str:
+    """What `sa.formula` reads: every derivation's statement, without the outcome of its checks."""
+    found = {}
+    for label in closure(entries()):
+        derivation = build(label)
+        record = describe(derivation)
+        result = derivation.result
+        record["names"] = {s.name: name for s, name in derivation.names.items()}
+        if isinstance(result, Expansion):
+            record["expression"] = sympy.srepr(result.leading)
+            record["remainder"] = sympy.srepr(result.gauge)
+            record["limit"] = f"{result.variable} -> {result.limit}"
+        else:
+            record["expression"] = sympy.srepr(
+                sympy.Tuple(*result) if isinstance(result, tuple) else result
+            )
+        record["steps"] = [
+            {
+                "name": s.name,
+                "rule": s.rule,
+                "kind": s.check.kind,
+                "how": s.check.how(),
+                "reason": s.reason,
+                "latex": latex(s.result, derivation.names),
+            }
+            for s in derivation.steps
+        ]
+        record["functions"] = [item.name for item in EMITTED if item.label == label]
+        found[label] = record
+    data = {"format": FORMAT, "formulas": found, "definitions": REASONS}
+    return json.dumps(data, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
+
+
+def sources() -> dict[str, str]:
+    """File name -> content of everything that is emitted."""
+    return {
+        "__init__.py": '"""Code and data emitted by the derivations; do not edit."""\n',
+        **{f"{target}_formulas.py": module(target) for target in TARGETS},
+        "formulas.json": formulas(),
+    }
+
+
+def main() -> None:
+    """Write `symasym/generated/`."""
+    for name, content in sources().items():
+        write_bytes(FOLDER / name, content.encode())
+    print(f"wrote {FOLDER}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,387 @@
+"""Numbers behind the errata: each function works out both sides at exact inputs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from derivations.numerics import Scene, pieces, well_integral
+from symasym.context import own_context
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A counterexample: exact inputs, what the print gives, what is true, what was derived.
+
+    `printed`, `true`, `derived` are numbers of one quantity. `true` is computed
+    without either formula; `tolerance` is the derived form's own relative error
+    at these inputs (it may be asymptotic).
+    """
+
+    quantity: str
+    inputs: dict[str, str]
+    printed: Any
+    true: Any
+    derived: Any
+    tolerance: float = 1e-12
+
+    def holds(self) -> bool:
+        """The derived form agrees with the truth, the printed one does not by far."""
+        gap = abs(self.derived - self.true)
+        near = gap <= self.tolerance * abs(self.true)
+        # "not <=" so that a printed formula without a value (nan) counts as far.
+        far = not abs(self.printed - self.true) <= max(10 * gap, abs(self.true) / 10**6)
+        return bool(near and far)
+
+
+def friction(z0: str, mu: str = "3") -> Scene:
+    return Scene.friction(mu, "1", z0)
+
+
+def escape(scene: Scene, kappa: str, r: str) -> Any:
+    with own_context(40) as ctx:
+        return pieces(ctx, scene, ctx.mpf(kappa), ctx.mpf(r)).T
+
+
+def well_term(ctx: Any, scene: Scene, kappa: Any) -> Any:
+    low, high = scene.roots(ctx)
+    slopes = -scene.phi(ctx, low, 1) * scene.phi(ctx, high, 1)
+    return 2 * ctx.pi / ctx.sqrt(slopes) * ctx.exp(2 * barrier(ctx, scene) / kappa**2)
+
+
+def barrier(ctx: Any, scene: Scene) -> Any:
+    """V(u2) - V(u1)."""
+    low, high = scene.roots(ctx)
+    return scene.V(ctx, high) - scene.V(ctx, low)
+
+
+def a_plus() -> Evidence:
+    """T is r/a+ to leading order where there is no well."""
+    scene = friction("-2/5", "1/2")
+    with own_context(40) as ctx:
+        true = pieces(ctx, scene, ctx.mpf(1), ctx.mpf(1000)).T
+        return Evidence(
+            "T, leading order r/a+",
+            {"mu": "1/2", "alpha": "1", "z0": "-2/5", "kappa": "1", "r": "1000"},
+            1000 / ctx.mpf("2.4"),
+            true,
+            1000 / ctx.mpf("0.4"),
+            2e-2,
+        )
+
+
+def amplitude() -> Evidence:
+    """Variance per unit time of 3 dW1 + 4 dW2 is 9 + 16."""
+    return Evidence(
+        "standard deviation of B dW for unit time",
+        {"B": "(3, 4)"},
+        5**0.5,
+        (3**2 + 4**2) ** 0.5,
+        5.0,
+    )
+
+
+def noise_threshold() -> Evidence:
+    """log T falls as kappa grows through the printed threshold."""
+    scene = friction("-1/10")
+    with own_context(40) as ctx:
+        logs = [ctx.log(pieces(ctx, scene, ctx.mpf(k), ctx.mpf(10)).T) for k in ("0.2", "2")]
+        low, high = (
+            ctx.log(well_term(ctx, scene, ctx.mpf(k)) + 10 / scene.end(ctx, 1))
+            for k in ("0.2", "2")
+        )
+        # The direction as a sign: log T(kappa = 0.2 layer units) against log T(2).
+        return Evidence(
+            "sign of log T(0.02) - log T(0.2), kappa unscaled",
+            {"mu": "3", "alpha": "1", "z0": "-1/10", "eps": "1/100", "r": "1/10"},
+            -1,
+            int(ctx.sign(logs[0] - logs[1])),
+            int(ctx.sign(low - high)),
+        )
+
+
+def noise_scale() -> Evidence:
+    """d log T / d(1/kappa^2), from two small kappa, against 1 and 2 D eps."""
+    scene = friction("-1/10")
+    with own_context(60) as ctx:
+        eps = ctx.mpf(1) / 100
+        first, second = ctx.mpf("0.004"), ctx.mpf("0.0041")
+        logs = [ctx.log(well_integral(ctx, scene, k / ctx.sqrt(eps))) for k in (first, second)]
+        slope = (logs[0] - logs[1]) / (1 / first**2 - 1 / second**2)
+        return Evidence(
+            "d log T / d(1/kappa^2)",
+            {"mu": "3", "alpha": "1", "z0": "-1/10", "eps": "1/100", "kappa": "0.004 to 0.0041"},
+            1,
+            slope,
+            2 * barrier(ctx, scene) * eps,
+            1e-3,
+        )
+
+
+def threshold_constant() -> Evidence:
+    """kappa at which eps e^{2 D eps/kappa^2} = 1."""
+    scene = friction("-1/10")
+    with own_context(40) as ctx:
+        eps = ctx.mpf(1) / 100
+        D = barrier(ctx, scene)
+        derived = ctx.sqrt(2 * D * eps / -ctx.log(eps))
+        true = 1 / ctx.sqrt(ctx.findroot(lambda q: ctx.log(eps) + 2 * D * eps * q, 1000))
+        return Evidence(
+            "kappa at which eps exp(2 D eps/kappa^2) = 1",
+            {"mu": "3", "alpha": "1", "z0": "-1/10", "eps": "1/100"},
+            ctx.sqrt(-eps / ctx.log(eps)),
+            true,
+            derived,
+        )
+
+
+def large_noise_time() -> Evidence:
+    """T at large noise, against r/z and r/(-z0)."""
+    return Evidence(
+        "scaled T",
+        {"mu": "3", "alpha": "1", "z0": "-2/5", "kappa": "1", "r": "1000"},
+        1000 / -0.4,
+        escape(friction("-2/5"), "1", "1000"),
+        1000 / 0.4,
+        2e-2,
+    )
+
+
+# A(u) = 3 (u + 19/20)(u - 3/5): a- = 0.24, V_max = 1.86 on [0, 1], a+ = 2.34.
+STEEP = Scene((Fraction(-171, 100), Fraction(21, 20), Fraction(3)))
+
+
+def C_hypothesis() -> Evidence:
+    """log C where V_max <= r/4 holds, as printed, but V_max <= a- r/4 does not."""
+    with own_context(60) as ctx:
+        k, r = ctx.mpf("0.2"), ctx.mpf(10)
+        found = pieces(ctx, STEEP, k, r)
+        am, ap = STEEP.end(ctx, -1), STEEP.end(ctx, 1)
+        bound = ctx.log(2 * am * (1 / ap + 2 / k**2)) - r * am / k**2
+        _, high = STEEP.roots(ctx)
+        top = STEEP.V(ctx, high)
+        # Laplace on both sides of the start: what the size of C really is.
+        slope = STEEP.phi(ctx, high, 1)
+        derived = 2 * (top - am * (r - 1)) / k**2 + ctx.log(
+            ctx.sqrt(ctx.pi * k**2 / slope) * 2 * am / k**2
+        )
+        return Evidence(
+            "log C (printed: its upper bound)",
+            {"A": "3 (u + 19/20)(u - 3/5)", "kappa": "1/5", "r": "10"},
+            bound,
+            ctx.log(found.C),
+            derived,
+            0.05,
+        )
+
+
+def C_small_radius() -> Evidence:
+    """The left integral against its printed lower bound at r = 2, Delta = 1/4."""
+    with own_context(40) as ctx:
+        left = (ctx.exp(2) - 1) / 2
+        return Evidence(
+            "integral over (-r, -1) (printed: a lower bound of it)",
+            {"a-": "1", "kappa": "1", "r": "2", "Delta": "1/4"},
+            ctx.mpf(3) / 8 * ctx.exp(3),
+            left,
+            ctx.quad(lambda w: ctx.exp(-2 * (w + 1)), [-2, -1]),
+            1e-12,
+        )
+
+
+def any_Delta() -> Evidence:
+    """(1 + Delta)/(1 - Delta) <= 1 + 4 Delta fails for Delta = 3/4."""
+    D = Fraction(3, 4)
+    return Evidence(
+        "(1 + Delta)/(1 - Delta) (printed: at most 1 + 4 Delta)",
+        {"Delta": "3/4"},
+        float(1 + 4 * D),
+        float((1 + D) / (1 - D)),
+        7.0,
+    )
+
+
+def slack_factor() -> Evidence:
+    """The factor that Delta = 1/4 really costs."""
+    return Evidence(
+        "factor in front of the bound on C at Delta = 1/4",
+        {"Delta": "1/4"},
+        2.0,
+        float(1 / (1 - Fraction(1, 4))),
+        4 / 3,
+    )
+
+
+def exit_point() -> Evidence:
+    """Chance of ever reaching -1 against that of leaving through -r; a = kappa = 1, r = 10."""
+    with own_context(40) as ctx:
+        true = 1 / (1 + ctx.exp(20))
+        at_minus_one = (1 - ctx.exp(-20)) / (ctx.exp(2) - ctx.exp(-20))
+        flat = Scene((Fraction(1),))
+        return Evidence(
+            "C (printed: chance of escape through -1)",
+            {"A": "1", "kappa": "1", "r": "10"},
+            at_minus_one,
+            pieces(ctx, flat, ctx.mpf(1), ctx.mpf(10)).C,
+            true,
+        )
+
+
+def _measured_order(relative: Any) -> Any:
+    with own_context(60) as ctx:
+        a, b = (abs(relative(ctx, ctx.mpf(k))) for k in ("0.01", "0.001"))
+        return ctx.log(a / b) / ctx.log(10)
+
+
+def well_order() -> Evidence:
+    """The measured order of the correction to the well's term."""
+    from derivations.section6_well import SCENE
+
+    order = _measured_order(
+        lambda ctx, k: well_integral(ctx, SCENE, k) / well_term(ctx, SCENE, k) - 1
+    )
+    return Evidence(
+        "order of the relative correction",
+        {"A": "3 (u + 1/5)(u - 3/5)(u + 2)", "kappa": "0.01, 0.001"},
+        1,
+        order,
+        2,
+        1e-2,
+    )
+
+
+def occupation_order() -> Evidence:
+    """1 - P at kappa = 0.2: the print's O(kappa^2) scale against the sharp exponential."""
+    from derivations.section6_sliding import SCENE, outside_share
+
+    with own_context(50) as ctx:
+        k = ctx.mpf("0.1")
+        (low,) = SCENE.roots(ctx)
+        bottom, end = SCENE.V(ctx, low), SCENE.V(ctx, ctx.mpf(1))
+        sharp = (
+            k
+            * ctx.sqrt(-SCENE.phi(ctx, low, 1))
+            / (2 * ctx.sqrt(ctx.pi))
+            * (
+                ctx.exp(2 * bottom / k**2) / SCENE.end(ctx, -1)
+                - ctx.exp(2 * (bottom - end) / k**2) / SCENE.end(ctx, 1)
+            )
+        )
+        return Evidence(
+            "log(1 - P) (printed: order kappa^2)",
+            {"mu": "1", "alpha": "1", "z0": "1/2", "kappa": "1/10"},
+            2 * ctx.log(k),
+            ctx.log(outside_share(SCENE, k, ctx)),
+            ctx.log(sharp),
+            1e-3,
+        )
+
+
+def near_fold() -> Evidence:
+    """T just right of the fold, where the printed prefactor grows without bound."""
+    scene = friction("-777/1000")
+    with own_context(40) as ctx:
+        k, r = ctx.mpf("0.1"), ctx.mpf(10)
+        true = pieces(ctx, scene, k, r).T
+        # Same integral by the four pieces, as the form that holds through the fold.
+        from derivations.section6_crossing import split_pieces
+
+        return Evidence(
+            "T",
+            {"mu": "3", "alpha": "1", "z0": "-777/1000", "kappa": "1/10", "r": "10"},
+            well_term(ctx, scene, k) + r / scene.end(ctx, 1),
+            true,
+            sum(split_pieces(ctx, scene, k, r)),
+            1e-10,
+        )
+
+
+def near_edge() -> Evidence:
+    """T with the barrier at the edge u = 1, z0 = -1/10000."""
+    scene = friction("-1/10000")
+    with own_context(40) as ctx:
+        from derivations.section6_crossing import split_pieces
+
+        k, r = ctx.mpf("0.1"), ctx.mpf(10)
+        return Evidence(
+            "T",
+            {"mu": "3", "alpha": "1", "z0": "-1/10000", "kappa": "1/10", "r": "10"},
+            well_term(ctx, scene, k) + r / scene.end(ctx, 1),
+            pieces(ctx, scene, k, r).T,
+            sum(split_pieces(ctx, scene, k, r)),
+            1e-10,
+        )
+
+
+# Well at -4/5, barrier at -1/10, V(0) > V(u1): the start lies behind the barrier.
+BEHIND = Scene((Fraction(8, 25), Fraction(18, 5), Fraction(4)))
+# Roots -0.439 and -0.228, V(0) < V(u1): the same, and no well term at all.
+HARMLESS = Scene((Fraction(3, 10), Fraction(2), Fraction(3)))
+
+
+def behind_barrier() -> Evidence:
+    """T from behind the barrier, where eq:S puts S = 0."""
+    with own_context(60) as ctx:
+        k, r = ctx.mpf("0.05"), ctx.mpf(10)
+        low, _ = BEHIND.roots(ctx)
+        term = (
+            k
+            * ctx.sqrt(-ctx.pi / BEHIND.phi(ctx, low, 1))
+            / BEHIND.phi(ctx, ctx.zero)
+            * ctx.exp(2 * (BEHIND.V(ctx, ctx.zero) - BEHIND.V(ctx, low)) / k**2)
+        )
+        ahead = r / BEHIND.end(ctx, 1)
+        return Evidence(
+            "T",
+            {"A": "4 (u + 4/5)(u + 1/10)", "kappa": "1/20", "r": "10"},
+            ahead,
+            pieces(ctx, BEHIND, k, r).T,
+            term + ahead,
+            0.2,
+        )
+
+
+def harmless_well() -> Evidence:
+    """A < 0 on an interval and yet T = O(r): the start is past it."""
+    with own_context(60) as ctx:
+        k, r = ctx.mpf("0.05"), ctx.mpf(10)
+        ahead = r / HARMLESS.end(ctx, 1)
+        return Evidence(
+            "T a+/r (printed: without bound)",
+            {"A": "3/10 + 2 u + 3 u^2", "kappa": "1/20", "r": "1000"},
+            float("inf"),
+            pieces(ctx, HARMLESS, k, 100 * r).T / (100 * ahead),
+            1,
+            2e-2,
+        )
+
+
+def far_radius() -> Evidence:
+    """With r/eps large enough the well does not matter, however small kappa is beforehand."""
+    scene = friction("-2/5")
+    with own_context(60) as ctx:
+        k, r = ctx.mpf("0.3"), ctx.mpf(10) ** 12
+        return Evidence(
+            "T a+/r (printed: without bound)",
+            {"mu": "3", "alpha": "1", "z0": "-2/5", "kappa": "3/10", "r": "10^12"},
+            float("inf"),
+            pieces(ctx, scene, k, r).T * scene.end(ctx, 1) / r,
+            1,
+            1e-3,
+        )
+
+
+def smooth_crossing() -> Evidence:
+    """T - r/a+ for A = 3/2 + u/2 in weak noise: a constant, which is O(eps) unscaled."""
+    scene = Scene((Fraction(3, 2), Fraction(1, 2)))
+    with own_context(40) as ctx:
+        true = pieces(ctx, scene, ctx.mpf("0.02"), ctx.mpf(10)).T - ctx.mpf(10) / 2
+        return Evidence(
+            "scaled T - r/a+ (printed: 0 in the limit)",
+            {"A": "3/2 + u/2", "kappa": "1/50", "r": "10"},
+            ctx.zero,
+            true,
+            2 * ctx.log(ctx.mpf(4) / 3) - ctx.mpf(1) / 2,
+            1e-2,
+        )

@@ -1,0 +1,218 @@
+"""Integrals of exp(±lam V) at high precision, the independent side of the order checks.
+
+Composite Gauss-Legendre in a private mpmath context; it shares no code with
+the engines of `symasym.exact`, whose tests may therefore lean on it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+from mpmath.calculus.quadrature import GaussLegendre
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A polynomial drift on [-1, 1] with exact coefficients, constant outside."""
+
+    coefficients: tuple[Fraction, ...]
+
+    @classmethod
+    def friction(cls, mu: str, alpha: str, z0: str) -> Scene:
+        """The cubic friction drift (eq:phifric0)."""
+        m, a, z = Fraction(mu), Fraction(alpha), Fraction(z0)
+        return cls((1 - z, -a * (1 + m), Fraction(0), a * m))
+
+    def phi(self, ctx: Any, u: Any, derivative: int = 0) -> Any:
+        """The `derivative`-th derivative of A(u)."""
+        found = list(self.coefficients)
+        for _ in range(derivative):
+            found = [k * c for k, c in enumerate(found)][1:]
+        total = ctx.zero
+        for c in reversed(found):
+            total = total * u + ctx.mpf(c.numerator) / c.denominator
+        return total
+
+    def end(self, ctx: Any, side: int) -> Any:
+        """a- (side -1) or a+ (side 1)."""
+        return self.phi(ctx, ctx.mpf(side))
+
+    def V(self, ctx: Any, u: Any) -> Any:
+        """The potential on all of the line, V(-1) = 0 (eq:V2)."""
+        inside = min(max(u, ctx.mpf(-1)), ctx.mpf(1))
+        total = ctx.zero
+        for k, c in reversed(list(enumerate(self.coefficients))):
+            total = total * inside + ctx.mpf(c.numerator) / (c.denominator * (k + 1))
+        at_end = ctx.zero
+        for k, c in reversed(list(enumerate(self.coefficients))):
+            at_end = at_end * (-1) + ctx.mpf(c.numerator) / (c.denominator * (k + 1))
+        value = -(total * inside + at_end)
+        if u > 1:
+            value -= self.end(ctx, 1) * (u - 1)
+        if u < -1:
+            value -= self.end(ctx, -1) * (u + 1)
+        return value
+
+    def roots(self, ctx: Any) -> list[Any]:
+        """Zeros of A in (-1, 1), left to right, to the context's precision."""
+        return _roots(self, ctx)
+
+    def _find_roots(self, ctx: Any) -> list[Any]:
+        steps = 400
+        grid = [ctx.mpf(2 * k) / steps - 1 for k in range(steps + 1)]
+        values = [self.phi(ctx, x) for x in grid]
+        found = []
+        for a, b, f, g in zip(grid, grid[1:], values, values[1:], strict=False):
+            if f == 0:
+                found.append(a)
+            elif f * g < 0:
+                found.append(self._root(ctx, a, b))
+        return found
+
+    def _root(self, ctx: Any, a: Any, b: Any) -> Any:
+        """The one zero in [a, b], by bisection: slow, sure, and done once a precision."""
+        rising = self.phi(ctx, b) > 0
+        for _ in range(ctx.prec + 10):
+            middle = (a + b) / 2
+            if (self.phi(ctx, middle) > 0) == rising:
+                b = middle
+            else:
+                a = middle
+        return (a + b) / 2
+
+
+_KNOWN: dict[tuple[Scene, int], list[Any]] = {}
+
+
+def _roots(scene: Scene, ctx: Any) -> list[Any]:
+    """Roots, found once a precision: order checks ask for them at every point."""
+    key = (scene, ctx.prec)
+    if key not in _KNOWN:
+        _KNOWN[key] = scene._find_roots(ctx)
+    return [ctx.convert(x) for x in _KNOWN[key]]
+
+
+@cache
+def _nodes(precision: int, degree: int) -> tuple[tuple[Any, Any], ...]:
+    from mpmath.ctx_mp import MPContext
+
+    ctx = MPContext()
+    ctx.prec = precision
+    return tuple(GaussLegendre(ctx).calc_nodes(degree, precision))
+
+
+def panel(ctx: Any, f: Any, a: Any, b: Any, degree: int = 4) -> Any:
+    """Gauss-Legendre on one panel (24 nodes at degree 4)."""
+    half, middle = (b - a) / 2, (a + b) / 2
+    return half * ctx.fsum(
+        ctx.convert(w) * f(middle + half * ctx.convert(x)) for x, w in _nodes(ctx.prec, degree)
+    )
+
+
+def uniform(ctx: Any, a: Any, b: Any, width: Any) -> list[Any]:
+    """Ends of equal panels no wider than `width`."""
+    a, b = ctx.mpf(a), ctx.mpf(b)
+    count = max(1, int(ctx.ceil((b - a) / width)))
+    return [a + (b - a) * k / count for k in range(count + 1)]
+
+
+def around(ctx: Any, centre: Any, width: Any, a: Any, b: Any, reach: int = 16) -> list[Any]:
+    """Ends of panels of one `width` around a saddle, `reach` to either side, inside [a, b]."""
+    points = [centre + k * width for k in range(-reach, reach + 1)]
+    low, high = ctx.mpf(a), ctx.mpf(b)
+    return [max(low, points[0]), *(x for x in points if low < x < high), min(high, points[-1])]
+
+
+def integral(ctx: Any, f: Any, points: list[Any]) -> Any:
+    """Over consecutive panels."""
+    return ctx.fsum(panel(ctx, f, a, b) for a, b in zip(points, points[1:], strict=False) if b > a)
+
+
+def nested(ctx: Any, outer: Any, inner: Any, points: list[Any], start: Any) -> tuple[Any, Any]:
+    """Integral of outer(v) (start + integral of inner up to v), and that inner integral at the end.
+
+    The inner integral is carried along from node to node.
+    """
+    total, running = ctx.zero, start
+    for a, b in zip(points, points[1:], strict=False):
+        if b <= a:
+            continue
+        half, middle = (b - a) / 2, (a + b) / 2
+        nodes = sorted((ctx.convert(x), ctx.convert(w)) for x, w in _nodes(ctx.prec, 4))
+        at, base = a, running
+        for x, weight in nodes:
+            v = middle + half * x
+            base += panel(ctx, inner, at, v, 3)
+            at = v
+            total += half * weight * outer(v) * base
+        running = base + panel(ctx, inner, at, b, 3)
+    return total, running
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """I0, I1: integrals of e^{lam V} over (0, r), (-r, 0); J0, J1 with the inner one; see eq:C."""
+
+    I0: Any
+    I1: Any
+    J0: Any
+    J1: Any
+    lam: Any
+
+    @property
+    def C(self) -> Any:
+        """eq:C."""
+        return self.I0 / (self.I0 + self.I1)
+
+    @property
+    def T(self) -> Any:
+        """eq:Ttilde."""
+        return self.lam * ((1 - self.C) * self.J0 - self.C * self.J1)
+
+
+def pieces(ctx: Any, scene: Scene, kappa: Any, r: Any) -> Pieces:
+    """The four integrals, outside [-1, 1] in closed form; for kappa of 0.01 and more, r >= 1."""
+    lam = 2 / ctx.mpf(kappa) ** 2
+    r = ctx.mpf(r)
+    am, ap = scene.end(ctx, -1), scene.end(ctx, 1)
+    up = lambda x: ctx.exp(lam * scene.V(ctx, x))  # noqa: E731
+    down = lambda x: ctx.exp(-lam * scene.V(ctx, x))  # noqa: E731
+    width = min(ctx.mpf(1) / 4, 2 / ctx.sqrt(lam))
+    left_decay = (1 - ctx.exp(-lam * am * (r - 1))) / (lam * am)
+    left = uniform(ctx, -1, 0, width)
+    right = uniform(ctx, 0, 1, width)
+    # v < -1 in closed form, then carried along.
+    J1 = ((r - 1) - left_decay) / (lam * am)
+    part, G = nested(ctx, up, down, left, left_decay)
+    J1 += part
+    J0, G = nested(ctx, up, down, right, G)
+    top = up(ctx.mpf(1))
+    right_decay = (1 - ctx.exp(-lam * ap * (r - 1))) / (lam * ap)
+    J0 += top * G * right_decay + ((r - 1) - right_decay) / (lam * ap)
+    I1 = (ctx.exp(lam * am * (r - 1)) - 1) / (lam * am) + integral(ctx, up, left)
+    I0 = integral(ctx, up, right) + top * right_decay
+    return Pieces(I0, I1, J0, J1, lam)
+
+
+def well_integral(ctx: Any, scene: Scene, kappa: Any) -> Any:
+    """lam times the double integral of eq:secondTerm over the neighbourhoods of its saddle.
+
+    What is left out is below exp(-128) of it (16 widths of each Gaussian).
+    """
+    lam = 2 / ctx.mpf(kappa) ** 2
+    low, high = scene.roots(ctx)
+    V1, V2 = scene.V(ctx, low), scene.V(ctx, high)
+    inner = lambda x: ctx.exp(-lam * (scene.V(ctx, x) - V1))  # noqa: E731
+    outer = lambda x: ctx.exp(lam * (scene.V(ctx, x) - V2))  # noqa: E731
+    well = around(ctx, low, 1 / ctx.sqrt(-lam * scene.phi(ctx, low, 1)), -1, 1)
+    top = around(ctx, high, 1 / ctx.sqrt(lam * scene.phi(ctx, high, 1)), 0, 1)
+    if well[-1] <= top[0]:
+        value = integral(ctx, inner, well) * integral(ctx, outer, top)
+    else:
+        width = 1 / ctx.sqrt(-lam * scene.phi(ctx, low, 1))
+        before = integral(ctx, inner, uniform(ctx, -1, top[0], width))
+        value, _ = nested(ctx, outer, inner, top, before)
+    return lam * value * ctx.exp(lam * (V2 - V1))

@@ -1,0 +1,96 @@
+"""Which derivation makes which label. Nothing here loads SymPy until a derivation is built."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Where a label's derivation is, and what it rests on."""
+
+    label: str
+    title: str
+    module: str
+    function: str
+    rests_on: tuple[str, ...]
+
+
+def derives(label: str, title: str, rests_on: tuple[str, ...] = ()) -> Callable[[Any], Any]:
+    """Mark a function that fills in the derivation of `label`.
+
+    The three arguments are read from the source (see `entries`), so they are
+    written as literals.
+    """
+
+    def mark(function: Any) -> Any:
+        function.entry = (label, title, rests_on)
+        return function
+
+    return mark
+
+
+@cache
+def entries() -> dict[str, Entry]:
+    """Every derivation, by label, read from the sources of the section modules."""
+    found: dict[str, Entry] = {}
+    for path in sorted(HERE.glob("section*.py")):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if not isinstance(node, ast.FunctionDef):
+                continue
+            for mark in node.decorator_list:
+                if isinstance(mark, ast.Call) and getattr(mark.func, "id", "") == "derives":
+                    label, title, *rest = [ast.literal_eval(a) for a in mark.args]
+                    rests = {k.arg: ast.literal_eval(k.value) for k in mark.keywords}
+                    on = tuple(rest[0]) if rest else tuple(rests.get("rests_on", ()))
+                    if label in found:
+                        raise ValueError(f"{label} is derived twice, in {path.name}.")
+                    found[label] = Entry(label, title, f"derivations.{path.stem}", node.name, on)
+    for entry in found.values():
+        missing = [on for on in entry.rests_on if on not in found]
+        if missing:
+            raise ValueError(f"{entry.label} rests on {missing[0]}, which nothing derives.")
+    return found
+
+
+def closure(labels: Iterable[str]) -> list[str]:
+    """These labels and all they rest on, each after what it rests on."""
+    known = entries()
+    ordered: list[str] = []
+    under_way: list[str] = []
+
+    def visit(label: str) -> None:
+        if label in ordered:
+            return
+        if label not in known:
+            raise KeyError(label)
+        if label in under_way:
+            raise ValueError(f"{' -> '.join([*under_way, label])} is a circle.")
+        under_way.append(label)
+        for other in known[label].rests_on:
+            visit(other)
+        under_way.pop()
+        ordered.append(label)
+
+    for label in labels:
+        visit(label)
+    return ordered
+
+
+@cache
+def build(label: str) -> Any:
+    """The derivation of `label` with its steps stated; no check is run."""
+    from derivations.paper import PaperDerivation
+
+    entry = entries()[label]
+    derivation = PaperDerivation(label, entry.title, entry.rests_on)
+    getattr(importlib.import_module(entry.module), entry.function)(derivation)
+    return derivation

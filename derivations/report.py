@@ -1,0 +1,131 @@
+"""The pages: Markdown and LaTeX of a record, and the trace of all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from derivations.labels import REASONS
+from derivations.runner import SCHEMA, slug
+from symasym.files import versions, write_bytes, write_json
+
+_MARKS = {"checked": "checked", "assumed": "assumed", "fails": "does not hold"}
+
+
+def markdown(record: dict[str, Any]) -> str:
+    """The page of one label."""
+    lines = [
+        f"# {record['label']}: {record['title']}",
+        "",
+        f"$$ {record['latex']} $$",
+        "",
+        f"Error: {record['error']}.",
+        "",
+    ]
+    if record["note"]:
+        lines += [f"Here {record['note']}.", ""]
+    if record["rests_on"]:
+        links = ", ".join(f"[{on}]({slug(on)}.md)" for on in record["rests_on"])
+        lines += [f"Rests on {links}.", ""]
+    if record["hypotheses"]:
+        lines += ["| hypothesis | status | where |", "|---|---|---|"]
+        lines += [
+            f"| {_cell(h['statement'])} | {_MARKS[h['status']]} | {_cell(h['where'])} |"
+            for h in record["hypotheses"]
+        ]
+        lines.append("")
+    for number, step in enumerate(record["steps"], 1):
+        lines += [f"## {number}. {step['name']} ({step['rule']})", ""]
+        if step["reason"]:
+            lines += [f"Why: {step['reason']}.", ""]
+        lines += [
+            f"$$ {step['latex']} $$",
+            "",
+            f"Check ({step['kind']}): {step['how']}. Found: {step['detail']}.",
+            "",
+        ]
+    return "\n".join(lines)
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+_SPECIAL = {
+    "\\": r"\textbackslash{}",
+    "^": r"\textasciicircum{}",
+    "~": r"\textasciitilde{}",
+    "<": r"$<$",
+    ">": r"$>$",
+    "|": r"$|$",
+    "–": "--",
+    "±": r"$\pm$",
+}
+
+
+def tex_text(text: str) -> str:
+    """Plain text for LaTeX."""
+    return "".join(_SPECIAL.get(c) or (f"\\{c}" if c in "#$%&_{}" else c) for c in text)
+
+
+def latex(record: dict[str, Any]) -> str:
+    r"""A snippet to ``\input``: needs amsmath and nothing else."""
+    lines = [
+        f"% {record['label']}, written by symasym; \\input this file.",
+        f"\\paragraph{{{tex_text(record['title'])} ({tex_text(record['label'])}).}}",
+        f"\\[ {record['latex']} \\]",
+        f"Error: {tex_text(record['error'])}.",
+    ]
+    if record["note"]:
+        lines.append(f"Here {tex_text(record['note'])}.")
+    for h in record["hypotheses"]:
+        where = f" ({tex_text(h['where'])})" if h["where"] else ""
+        lines.append(f"\\par Hypothesis, {h['status']}: {tex_text(h['statement'])}{where}.")
+    lines.append("\\begin{enumerate}")
+    for step in record["steps"]:
+        reason = f": {tex_text(step['reason'])}" if step["reason"] else ""
+        lines += [
+            f"\\item {tex_text(step['name'])} ({step['rule']}{reason})",
+            f"\\[ {step['latex']} \\]",
+            f"{tex_text(step['kind'])}: {tex_text(step['detail'])}.",
+        ]
+    return "\n".join([*lines, "\\end{enumerate}", ""])
+
+
+def write(records: dict[str, dict[str, Any]], folder: Path) -> list[Path]:
+    """Write a page and a snippet per label, an index, and ``trace.json``; unchanged files stay."""
+    written = []
+    files = {}
+    for label, record in records.items():
+        files[f"{slug(label)}.md"] = markdown(record)
+        files[f"{slug(label)}.tex"] = latex(record)
+    files["index.md"] = _index(records)
+    for name, content in files.items():
+        path, data = folder / name, content.encode()
+        if not path.is_file() or path.read_bytes() != data:
+            write_bytes(path, data)
+        written.append(path)
+    write_json(folder / "trace.json", trace(records))
+    return [*written, folder / "trace.json"]
+
+
+def trace(records: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Every step with its rule, check, result and time, under a versioned schema."""
+    return {
+        "schema": SCHEMA,
+        "versions": versions("sympy", "mpmath", "gmpy2", "numpy"),
+        "derivations": list(records.values()),
+        "definitions": REASONS,
+    }
+
+
+def _index(records: dict[str, dict[str, Any]]) -> str:
+    lines = ["# Derivations", "", "| label | what | steps | error |", "|---|---|---|---|"]
+    lines += [
+        f"| [{label}]({slug(label)}.md) | {_cell(r['title'])} | {len(r['steps'])} "
+        f"| {_cell(r['error'])} |"
+        for label, r in records.items()
+    ]
+    lines += ["", "Definitions, with nothing to derive:", ""]
+    lines += [f"- {label}: {reason}" for label, reason in REASONS.items()]
+    return "\n".join([*lines, ""])

@@ -1,0 +1,168 @@
+"""Section 3: the paper's summary, each statement taken back to the result it abridges."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+from sympy import Symbol
+
+from derivations.paper import (
+    a_minus,
+    a_plus,
+    a_plus_sliding,
+    eps,
+    kappa,
+    kappa_physical,
+    r,
+    r_physical,
+)
+from derivations.registry import derives
+from symasym.derivation import Bound, Identity, Inequality
+
+_k, _r = kappa_physical, r_physical
+
+
+@derives(
+    "eq:eekappar", "What the ordering of scales implies: r/kappa^2 is large", ("eq:tildexykappa",)
+)
+def eekappar(d: Any) -> None:
+    s, q = Symbol("s", positive=True), Symbol("q", positive=True)
+    d.suppose("0 < eps, kappa < r < 1", where="eq:eekappar, with < for <<")
+    ratio = d.step(
+        "scaled ratio",
+        "scale",
+        _r / _k**2,
+        Identity(lambda: (_r / eps) / d.use("eq:tildexykappa")[2] ** 2),
+        "r/kappa^2 is the same in scaled and unscaled variables",
+    )
+    form = d.step(
+        "in terms of the two gaps",
+        "substitute",
+        (1 + q) ** 2 * (1 + s),
+        Identity(lambda: ratio.subs(_k, _r / (1 + q)).subs(_r, 1 / (1 + s))),
+        "kappa = r/(1+q) and r = 1/(1+s) cover 0 < kappa < r < 1 as q and s go over (0, oo)",
+    )
+    d.step(
+        "the ratio exceeds 1",
+        "bound",
+        Inequality(form, ">", sympy.Integer(1)),
+        Bound(slack=q**2 * s + q**2 + 2 * q * s + 2 * q + s, on="0 < kappa < r < 1"),
+    )
+    d.conclude(Symbol("rho"), ratio)
+
+
+@derives("eq:Plarge", "Occupation in strong noise, unscaled", ("eq:Plarge2", "eq:tildexykappa"))
+def p_large(d: Any) -> None:
+    leading = 4 * eps / ((1 / a_minus - 1 / a_plus_sliding) * _k**2)
+
+    def reference() -> list[Any]:
+        scaled = d.use("eq:Plarge2")
+        K = d.use("eq:tildexykappa")[2]
+        return [scaled.leading.subs(kappa, K), scaled.gauge.subs(kappa, K)]
+
+    d.suppose("attracting sliding and kappa >> sqrt(eps)")
+    d.suppose(
+        "times longer than the relaxation time, O(kappa^2), and at most O(r)",
+        where="the density is then near its steady state",
+    )
+    found = d.step("unscale", "scale", (leading, eps**2 / _k**4), Identity(reference))
+    d.conclude(Symbol("P"), found[0], "next term O(eps^2/kappa^4)", note="eps, kappa unscaled")
+
+
+@derives("eq:Psmall", "Occupation in weak noise, unscaled", ("eq:Psmall2", "eq:tildexykappa"))
+def p_small(d: Any) -> None:
+    names = {n: Symbol(n, real=True) for n in ("V_1", "V_m")}
+    curvature = Symbol("K_m", positive=True)
+    V_1, V_m = names["V_1"], names["V_m"]
+    rate = 2 * eps / _k**2
+    leading = (
+        _k
+        * sympy.sqrt(curvature)
+        / (2 * sympy.sqrt(sympy.pi * eps))
+        * (sympy.exp(rate * V_m) / a_minus - sympy.exp(rate * (V_m - V_1)) / a_plus_sliding)
+    )
+    d.suppose("attracting sliding and kappa << sqrt(eps)")
+    found = d.step(
+        "unscale",
+        "scale",
+        leading,
+        Identity(lambda: d.use("eq:Psmall2").leading.subs(kappa, d.use("eq:tildexykappa")[2])),
+        "1 - P is exponentially small in eps/kappa^2; the paper's O(kappa^2/eps) is not sharp",
+    )
+    d.conclude(
+        1 - Symbol("P"),
+        found,
+        "relative O(kappa^2/eps)",
+        note="u_m is the lowest point of V; eps, kappa unscaled",
+    )
+
+
+@derives("eq:Tlarge", "Escape in strong noise, unscaled", ("eq:Ttildelarge", "eq:TtildetoT"))
+def t_large(d: Any) -> None:
+    s = Symbol("s", positive=True)
+    d.suppose("crossing to the right, kappa >= sqrt(eps)")
+    scaled = d.step(
+        "unscale",
+        "scale",
+        (_r / a_plus, _k**2),
+        Identity(
+            lambda: [
+                (eps * d.use("eq:Ttildelarge").leading).subs(
+                    {r: _r / eps, kappa: _k / sympy.sqrt(eps)}
+                ),
+                (eps * d.use("eq:Ttildelarge").gauge).subs(kappa, _k / sympy.sqrt(eps)),
+            ]
+        ),
+        "eps times eq:Ttildelarge: the remainder is O(kappa^2)",
+    )
+    d.step(
+        "kappa^2 is inside O(r^2)",
+        "bound",
+        Inequality(_k**2, "<", (_k + s) ** 2),
+        Bound(slack=2 * _k * s + s**2, on="kappa < r = kappa + s"),
+        "with the O(r) of the coefficients this is the paper's O(r^2)",
+    )
+    d.conclude(Symbol("T"), scaled[0], "O(r^2), for kappa >= sqrt(eps)")
+
+
+@derives("eq:Tsmall", "Where the well outlasts the way to r", ("eq:Ttildesmall",))
+def t_small(d: Any) -> None:
+    D = Symbol("D", positive=True)
+    A1, A2 = Symbol("A_1", negative=True), Symbol("A_2", positive=True)
+    prefactor = 2 * sympy.pi / sympy.sqrt(-A1 * A2)
+    from derivations import evidence
+
+    d.suppose("a well at u1 and a barrier at u2 > 0, with V(u2) - V(u1) = D")
+    d.suppose(
+        "drift < 0 on some interval is enough for T > O(r)",
+        "fails",
+        "A = 3/10 + 2 u + 3 u^2, kappa = 1/20",
+        lambda: evidence.harmless_well().holds(),
+    )
+    d.suppose(
+        "kappa << sqrt(eps) is enough for T > O(r)",
+        "fails",
+        "friction, mu = 3, z0 = -2/5, kappa = 3/10, r = 10^12",
+        lambda: evidence.far_radius().holds(),
+    )
+    large = Symbol("X", positive=True)
+
+    def equal_terms() -> Any:
+        formula = d.use("eq:Ttildesmall").leading
+        drift = formula - formula.subs(r, 0)
+        well = formula.subs(r, 0).subs(kappa, sympy.sqrt(large))
+        return sympy.sqrt(sympy.solve(well - drift, large)[0])
+
+    edge = d.step(
+        "noise at which both terms of eq:Ttildesmall are equal",
+        "solve",
+        sympy.sqrt(2 * D / sympy.log(r / (a_plus * prefactor))),
+        Identity(equal_terms),
+        "T > O(r) needs kappa below this, which is stronger than kappa << 1: r/eps enters",
+    )
+    d.conclude(
+        Symbol("kappa_e"),
+        edge,
+        note="D = V(u2) - V(u1), the height of the barrier",
+    )

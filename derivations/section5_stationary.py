@@ -1,0 +1,135 @@
+"""Section 5.1: the Fokker-Planck equation, the potential, and the steady state."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+from sympy import Function, Symbol
+
+from derivations.paper import V, a_minus, a_plus, kappa, phi, u, v
+from derivations.registry import derives
+from symasym.derivation import Definition, Identity, Satisfies
+
+_half = kappa**2 / 2
+_V1 = Symbol("V_1", real=True)
+
+
+@derives("eq:FPE", "The Fokker-Planck equation", ("eq:reducedSDEtilde",))
+def fokker_planck(d: Any) -> None:
+    g, q = Function("g")(u), Function("q")(u)
+
+    def adjoint(forward: Any) -> dict[str, Any]:
+        first, second = d.use("eq:reducedSDEtilde")
+        backward = first * sympy.diff(g, u) + second * sympy.diff(g, u, 2)
+        boundary = -phi(u) * q * g + _half * (sympy.diff(q, u) * g - q * sympy.diff(g, u))
+        return {
+            "g L*q - q L g is a derivative": g * forward - q * backward - sympy.diff(boundary, u)
+        }
+
+    # Derivatives left standing: printed, they read as the equation is written.
+    forward = -sympy.Derivative(phi(u) * q, u) + _half * sympy.Derivative(q, (u, 2))
+    found = d.step(
+        "adjoint of the generator",
+        "integrate",
+        forward,
+        Satisfies(adjoint),
+        "by parts: the density's operator is the adjoint of the one for expectations",
+    )
+    d.conclude(Symbol("Lq"), found, note="dp/dt = L*p for the density p")
+
+
+@derives("eq:V", "The potential")
+def potential(d: Any) -> None:
+    found = d.step(
+        "define",
+        "define",
+        -sympy.Integral(phi(v), (v, -1, u)),
+        Definition(
+            lambda V: {"V' = -phi": sympy.diff(V, u) + phi(u), "V(-1) = 0": V.subs(u, -1).doit()}
+        ),
+    )
+    d.conclude(V(u), found)
+
+
+@derives("eq:V2", "The potential, piece by piece", ("eq:V", "eq:phi"))
+def potential_pieces(d: Any) -> None:
+    def on(piece: Any, start: Any) -> Any:
+        return d.use("eq:V").replace(phi, lambda _: piece).subs(sympy.Integer(-1), start)
+
+    left = d.step(
+        "u <= -1",
+        "integrate",
+        -a_minus * (u + 1),
+        Identity(lambda: -sympy.integrate(a_minus, (v, -1, u))),
+    )
+    A = Function("A")
+    inside = d.step(
+        "-1 <= u <= 1",
+        "substitute",
+        -sympy.Integral(A(v), (v, -1, u)),
+        Satisfies(
+            lambda W: {
+                "W' = -A": sympy.diff(W, u) + d.use("eq:phi")[1],
+                "W(-1) = 0": W.subs(u, -1).doit(),
+            }
+        ),
+    )
+    right = d.step(
+        "u >= 1",
+        "integrate",
+        _V1 - a_plus * (u - 1),
+        Identity(lambda: _V1 - sympy.integrate(a_plus, (v, 1, u))),
+    )
+    found = d.step(
+        "together",
+        "evaluate",
+        (left, inside, right),
+        Satisfies(
+            lambda W: {
+                "continuous at -1": W[0].subs(u, -1) - W[1].subs(u, -1).doit(),
+                "V(1) at 1": W[2].subs(u, 1) - _V1,
+                "slope left": sympy.diff(W[0], u) + a_minus,
+                "slope inside": sympy.diff(W[1], u) + A(u),
+                "slope right": sympy.diff(W[2], u) + a_plus,
+            }
+        ),
+    )
+    d.conclude(V(u), found, cases=(r"u \le -1", r"-1 \le u \le 1", r"u \ge 1"))
+
+
+@derives("eq:pss", "The steady state", ("eq:FPE", "eq:V"))
+def steady_state(d: Any) -> None:
+    K = Symbol("K", positive=True)
+
+    def no_flux(density: Any) -> dict[str, Any]:
+        drift = -sympy.diff(V(u), u)
+        return {
+            "flux 0": -drift * density + _half * sympy.diff(density, u),
+            "Fokker-Planck": d.use("eq:FPE")
+            .replace(Function("q"), lambda a: density.subs(u, a))
+            .replace(phi, lambda a: drift.subs(u, a))
+            .doit(),
+            "K is the density at -1": density.subs(u, -1).subs(V(-1), 0) - K,
+        }
+
+    d.suppose("the density and its flux vanish at infinity")
+    found = d.step(
+        "density of zero flux",
+        "solve",
+        K * sympy.exp(-2 * V(u) / kappa**2),
+        Satisfies(no_flux),
+        "V' = -phi; V(-1) = 0 makes K the density at -1",
+    )
+    length = Symbol("R", positive=True)
+    decay = sympy.exp(-2 * a_minus * (length - 1) / kappa**2)
+    d.step(
+        "mass left of the layer, up to -R",
+        "integrate",
+        kappa**2 / (2 * a_minus) * (1 - decay),
+        Identity(
+            lambda: sympy.integrate(sympy.exp(2 * a_minus * (u + 1) / kappa**2), (u, -length, -1))
+        ),
+        "finite as R grows only for a- > 0; on the right in the same way only for a+ < 0",
+    )
+    d.conclude(Function("p_ss")(u), found)

@@ -1,0 +1,236 @@
+"""Section 6.1: how much of the time is spent in the layer when sliding."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import sympy
+from sympy import Symbol
+
+from derivations.numerics import Scene, around, integral, uniform
+from derivations.paper import a_minus, kappa, lam, u
+from derivations.paper import a_plus_sliding as a_plus
+from derivations.registry import derives
+from symasym.derivation import Bound, Expansion, Identity, Inequality, Order, Together
+
+N = Symbol("N", positive=True)
+V_1 = Symbol("V_1", real=True)
+# Sliding friction drift: a- = 3/2, a+ = -1/2, one well, V(1) = -1: the right tail leads.
+SCENE = Scene.friction("1", "1", "1/2")
+ENDS = {a_minus: "3/2", a_plus: "-1/2"}
+# One well, V(1) = 0: both tails weigh the same. a- = 1/2, a+ = -3/2.
+LEVEL = Scene((Fraction(1, 4), Fraction(-1), Fraction(-3, 4)))
+tails = kappa**2 / (2 * a_minus) - kappa**2 / (2 * a_plus) * sympy.exp(-lam * V_1)
+
+
+def _outside(ctx: Any, scene: Scene, k: Any) -> Any:
+    weight = ctx.exp(-2 * scene.V(ctx, ctx.mpf(1)) / k**2)
+    return k**2 / (2 * scene.end(ctx, -1)) - k**2 / (2 * scene.end(ctx, 1)) * weight
+
+
+def occupation(k: Any, ctx: Any) -> Any:
+    """P of the scene, for kappa that is not small."""
+    inside = integral(ctx, lambda x: ctx.exp(-2 * SCENE.V(ctx, x) / k**2), uniform(ctx, -1, 1, 1))
+    return inside / (inside + _outside(ctx, SCENE, k))
+
+
+def outside_share(scene: Scene, k: Any, ctx: Any) -> Any:
+    """1 - P for small kappa: the layer's integral over its well's neighbourhood."""
+    (low,) = scene.roots(ctx)
+    bottom = scene.V(ctx, low)
+    width = 1 / ctx.sqrt(-2 / k**2 * scene.phi(ctx, low, 1))
+    inside = integral(
+        ctx,
+        lambda x: ctx.exp(-2 * (scene.V(ctx, x) - bottom) / k**2),
+        around(ctx, low, width, -1, 1),
+    ) * ctx.exp(-2 * bottom / k**2)
+    outside = _outside(ctx, scene, k)
+    return outside / (inside + outside)
+
+
+@derives("tails", "Both tail integrals of the steady state", ("eq:V2",))
+def tail_integrals(d: Any) -> None:
+    d.suppose("a- > 0 and a+ < 0", where="attracting sliding; otherwise a tail diverges")
+    left = d.step(
+        "left",
+        "integrate",
+        kappa**2 / (2 * a_minus),
+        Identity(
+            lambda: sympy.integrate(
+                sympy.exp(-lam * d.use("eq:V2")[0].subs(Symbol("a_minus", positive=True), a_minus)),
+                (u, -sympy.oo, -1),
+            )
+        ),
+    )
+    right = d.step(
+        "right",
+        "integrate",
+        -(kappa**2) / (2 * a_plus) * sympy.exp(-lam * V_1),
+        Identity(
+            lambda: (
+                sympy.exp(-lam * V_1)
+                * sympy.integrate(sympy.exp(lam * a_plus * (u - 1)), (u, 1, sympy.oo))
+            )
+        ),
+    )
+    both = d.step("both", "evaluate", (left, right), Identity(lambda: [left, right]))
+    d.conclude((Symbol("I_left"), Symbol("I_right")), both)
+
+
+@derives("eq:P", "The occupation probability from the steady state", ("eq:pss",))
+def probability(d: Any) -> None:
+    outer = Symbol("M", positive=True)
+    K = Symbol("K", positive=True)
+    found = d.step(
+        "normalise",
+        "solve",
+        N / (N + outer),
+        Identity(lambda: (K * N).subs(K, sympy.solve(K * (N + outer) - 1, K)[0])),
+        "N, M: integrals of e^{-2V/kappa^2} inside and outside the layer",
+    )
+    d.conclude(
+        Symbol("P"),
+        found,
+        note="N, M are the integrals of e^{-2V/kappa^2} inside and outside the layer",
+    )
+
+
+@derives("eq:P2", "The occupation probability with the tails put in", ("eq:P", "tails"))
+def probability_closed(d: Any) -> None:
+    found = d.step(
+        "divide through",
+        "substitute",
+        1 / (1 + tails / N),
+        Identity(lambda: d.use("eq:P").subs(Symbol("M", positive=True), sum(d.use("tails")))),
+    )
+    d.conclude(
+        Symbol("P"),
+        found,
+        note="N, M are the integrals of e^{-2V/kappa^2} inside and outside the layer",
+    )
+
+
+@derives("eq:Plarge2", "Occupation in strong noise", ("eq:P2",))
+def strong(d: Any) -> None:
+    e, moment = Symbol("e", positive=True), Symbol("m_1", real=True)
+
+    def series() -> Any:
+        # N = 2 - e m_1 + ..., e = 2/kappa^2 and m_1 the integral of V over the layer.
+        formula = d.use("eq:P2").subs(kappa, sympy.sqrt(2 / e)).subs(N, 2 - e * moment)
+        return sympy.limit(formula / e, e, 0)
+
+    d.suppose("kappa >> 1")
+    d.step(
+        "coefficient of 2/kappa^2", "take limit", 2 / (1 / a_minus - 1 / a_plus), Identity(series)
+    )
+    found = d.step(
+        "remainder",
+        "expand",
+        Expansion(4 / ((1 / a_minus - 1 / a_plus) * kappa**2), kappa**-4, kappa, sympy.oo),
+        Order(occupation, ("1e1", "1e2", "1e3", "1e4"), ENDS),
+    )
+    d.conclude(Symbol("P"), found, "O(kappa^-4), kappa large")
+
+
+@derives("L-bound", "A lower bound on the occupation for any noise", ("eq:P2",))
+def lower_bound(d: Any) -> None:
+    L, gap, s = (Symbol(n, positive=True) for n in ("L", "delta", "s"))
+    slope = d.step(
+        "V grows into the right edge",
+        "differentiate",
+        -a_plus,
+        Identity(lambda: sympy.diff(V_1 - a_plus * (u - 1), u)),
+        "so V < V(1) on some (1 - L, 1), whatever the sign of V(1)",
+    )
+    d.suppose("V'(1) > 0", "checked", "from a+ < 0", lambda: bool(slope.is_positive))
+    d.step(
+        "integrand on (1 - L, 1)",
+        "bound",
+        Inequality(sympy.exp(-lam * (V_1 - gap)), ">=", sympy.exp(-lam * V_1)),
+        Bound(
+            slack=sympy.exp(-lam * V_1) * (sympy.exp(lam * gap) - 1),
+            on="V = V(1) - delta, delta > 0",
+        ),
+    )
+    floor = d.step(
+        "integrate the floor",
+        "integrate",
+        L * sympy.exp(-lam * V_1),
+        Identity(lambda: sympy.integrate(sympy.exp(-lam * V_1), (u, 1 - L, 1))),
+    )
+    low = 1 / (1 + kappa**2 / (2 * L) * (sympy.exp(lam * V_1) / a_minus - 1 / a_plus))
+    d.step("put the floor in", "substitute", low, Identity(lambda: d.use("eq:P2").subs(N, floor)))
+    full = d.use("eq:P2").subs(N, floor + s)
+    d.step(
+        "P grows with N",
+        "bound",
+        Inequality(full, ">=", low),
+        Bound(
+            slack=s * tails / ((floor + s + tails) * (floor + tails)),
+            on="all L, s > 0, where N = L e^{-2V(1)/kappa^2} + s",
+        ),
+    )
+    d.suppose("V(1) <= 0", where="used only to bound the exponential by 1; else reflect u -> -u")
+    d.conclude(Symbol("P_low"), low, "a lower bound", note="V <= V(1) on (1 - L, 1)")
+
+
+@derives(
+    "eq:Psmall2", "Occupation in weak noise: 1 - P is exponentially small", ("L-bound", "eq:P2")
+)
+def weak(d: Any) -> None:
+    X = Symbol("X", positive=True)
+    V_m = Symbol("V_m", real=True)
+    curvature = Symbol("K_m", positive=True)
+    d.suppose("kappa << 1 and one lowest well inside the layer, V'' = K_m > 0 there")
+    d.step(
+        "from the lower bound",
+        "bound",
+        Inequality(1 - 1 / (1 + X), "<=", X),
+        Bound(slack=X**2 / (1 + X), on="X > 0, the bracket of the bound, O(kappa^2)"),
+        "1 - P = O(kappa^2): true, and not sharp",
+    )
+    width = d.step(
+        "Laplace's method for N",
+        "integrate",
+        kappa * sympy.sqrt(sympy.pi / curvature) * sympy.exp(-lam * V_m),
+        Identity(
+            lambda: (
+                sympy.exp(-lam * V_m)
+                * sympy.integrate(sympy.exp(-curvature * u**2 / kappa**2), (u, -sympy.oo, sympy.oo))
+            )
+        ),
+    )
+    leading = (
+        kappa
+        * sympy.sqrt(curvature)
+        / (2 * sympy.sqrt(sympy.pi))
+        * (sympy.exp(lam * V_m) / a_minus - sympy.exp(lam * (V_m - V_1)) / a_plus)
+    )
+    d.step("tails over N", "substitute", leading, Identity(lambda: tails / width))
+
+    def measured(scene: Scene) -> Order:
+        at: dict[Any, Any] = {
+            a_minus: lambda k, ctx: scene.end(ctx, -1),
+            a_plus: lambda k, ctx: scene.end(ctx, 1),
+            V_1: lambda k, ctx: scene.V(ctx, ctx.mpf(1)),
+            V_m: lambda k, ctx: scene.V(ctx, scene.roots(ctx)[0]),
+            curvature: lambda k, ctx: -scene.phi(ctx, scene.roots(ctx)[0], 1),
+        }
+        return Order(
+            lambda k, ctx: outside_share(scene, k, ctx), ("1e-1", "1e-2", "1e-3"), at, digits=50
+        )
+
+    found = d.step(
+        "sharp form",
+        "expand",
+        Expansion(leading, leading * kappa**2, kappa),
+        Together((measured(SCENE), measured(LEVEL))),
+        "on two scenes: one tail leading, and both of one weight",
+    )
+    d.conclude(
+        1 - Symbol("P"),
+        found,
+        "relative O(kappa^2); the paper has P = 1 + O(kappa^2)",
+        note="u_m is the lowest point of V",
+    )

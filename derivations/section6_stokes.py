@@ -1,0 +1,134 @@
+"""Section 6.2, end: the Stokes multiplier, and the way back to unscaled time."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import sympy
+from sympy import Symbol
+
+from derivations.numerics import Scene, around, integral, well_integral
+from derivations.paper import a_plus, eps, kappa, r, t
+from derivations.registry import derives
+from derivations.section6_crossing import split_pieces
+from derivations.section6_well import A1, V_1, WEAK, D, at_scene, prefactor
+from symasym.derivation import Expansion, Identity, Order, Satisfies
+
+
+@derives("eq:S", "The Stokes multiplier: with, without and behind the barrier", ("eq:Ttildesmall",))
+def stokes(d: Any) -> None:
+    from derivations import evidence
+
+    d.suppose(
+        "without u2 > 0 no term is exponentially large",
+        "fails",
+        "A = 4 (u + 4/5)(u + 1/10), kappa = 1/20, start at 0",
+        lambda: evidence.behind_barrier().holds(),
+    )
+    start_drift = Symbol("phi_0", positive=True)
+    smooth = Scene((Fraction(2, 3), Fraction(1, 2)))
+    regular = sympy.log(a_plus / start_drift) / (a_plus - start_drift) - 1 / a_plus
+    d.step(
+        "no well: S = 0",
+        "expand",
+        Expansion(r / a_plus + regular, kappa**2, kappa),
+        Order(
+            lambda k, ctx: sum(split_pieces(ctx, smooth, k, ctx.mpf(10))),
+            ("3e-1", "1e-1", "3e-2", "1e-2"),
+            {a_plus: "7/6", start_drift: "2/3", r: "10"},
+            digits=40,
+        ),
+        "for the linear A = 2/3 + u/2; the O(1) is the integral of 1/A over (0, 1) less 1/a+",
+    )
+    V_0 = Symbol("V_0", real=True)
+    behind = Scene((Fraction(8, 25), Fraction(18, 5), Fraction(4)))
+    leading = (
+        kappa * sympy.sqrt(-sympy.pi / A1) / start_drift * sympy.exp(2 * (V_0 - V_1) / kappa**2)
+    )
+    values = at_scene(behind) | {
+        start_drift: lambda k, ctx: behind.phi(ctx, ctx.zero),
+        V_0: lambda k, ctx: behind.V(ctx, ctx.zero),
+    }
+    d.step(
+        "u2 < 0: start behind the barrier",
+        "expand",
+        Expansion(leading, leading * kappa**2, kappa),
+        Order(lambda k, ctx: _start_behind(ctx, behind, k), WEAK, values, digits=60),
+        "a well exists, S = 0 by the paper's condition, and yet T is exponentially large "
+        "if V(0) > V(u1)",
+    )
+    at_top = Scene((Fraction(0), Fraction(3, 2), Fraction(27, 8), Fraction(3, 8)))
+    half = prefactor / 2 * sympy.exp(2 * D / kappa**2)
+    d.step(
+        "u2 = 0: start on the barrier",
+        "expand",
+        Expansion(half, half * kappa, kappa),
+        Order(lambda k, ctx: well_integral(ctx, at_top, k), WEAK, at_scene(at_top), digits=60),
+        "half the well's term, now with an O(kappa) correction: no jump from 0 to 1",
+    )
+    found = d.step(
+        "multiplier of the printed term for 0 < u2 < 1",
+        "evaluate",
+        sympy.S.One,
+        Identity(
+            lambda: (
+                d.use("eq:Ttildesmall").leading.subs(r, 0)
+                / (prefactor * sympy.exp(2 * D / kappa**2))
+            )
+        ),
+    )
+    d.conclude(
+        Symbol("S"),
+        found,
+        "for 0 < u2 < 1; the steps have the other cases",
+        note="S = 0 without a well, 1/2 for u2 = 0; for u2 < 0 another term may be large",
+    )
+
+
+def _start_behind(ctx: Any, scene: Scene, k: Any) -> Any:
+    """lam times e^{lam V(v)} over v in (0, 1), the inner integral over the whole well."""
+    lam = 2 / k**2
+    low, _ = scene.roots(ctx)
+    bottom, begin = scene.V(ctx, low), scene.V(ctx, ctx.zero)
+    inner = integral(
+        ctx,
+        lambda x: ctx.exp(-lam * (scene.V(ctx, x) - bottom)),
+        around(ctx, low, 1 / ctx.sqrt(-lam * scene.phi(ctx, low, 1)), -1, 0),
+    )
+    step = 1 / (lam * scene.phi(ctx, ctx.zero))
+    ends = [x for x in (4 * j * step for j in range(30)) if x < 1]
+    outer = integral(ctx, lambda x: ctx.exp(lam * (scene.V(ctx, x) - begin)), ends)
+    return lam * inner * outer * ctx.exp(lam * (begin - bottom))
+
+
+@derives("eq:TtildetoT", "Back to unscaled time", ("eq:tildexykappa", "eq:Ttildelarge"))
+def unscaled(d: Any) -> None:
+    time = Symbol("t_s", positive=True)
+    found = d.step(
+        "time",
+        "scale",
+        eps * time,
+        Satisfies(
+            lambda real: {
+                "inverse of the scaling": d.use("eq:tildexykappa")[1].subs(t, real) - time
+            }
+        ),
+    )
+    rho, c = Symbol("rho", positive=True), Symbol("c", positive=True)
+    d.step(
+        "error of the coefficients",
+        "expand",
+        -c * rho,
+        Identity(
+            lambda: (
+                rho * sympy.diff((r / (a_plus * (1 + c * rho))) / (r / a_plus), rho).subs(rho, 0)
+            )
+        ),
+        "a relative error c rho of a+ is a relative error -c rho of r/a+ (strong noise)",
+    )
+    d.suppose(
+        "kappa >= O(1)",
+        where="in weak noise an O(r) error of V is divided by kappa^2 in an exponent",
+    )
+    d.conclude(Symbol("T"), found, "relative O(r), in strong noise")

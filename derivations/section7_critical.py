@@ -1,0 +1,201 @@
+"""Section 7, continued: critical points, folds, the threshold of the noise."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+from sympy import Symbol
+
+from derivations.paper import a_plus, alpha, eps, kappa_physical, mu, u, u1, u2, z0
+from derivations.registry import derives
+from derivations.section7_friction import BETA, PEAK, shifted
+from symasym.derivation import Identity, Inequality, Satisfies
+
+
+@derives("cubic", "The equation of the critical points", ("eq:phifric0",))
+def cubic(d: Any) -> None:
+    found = d.step(
+        "zero of the drift inside",
+        "substitute",
+        1 - z0 - alpha * u - alpha * mu * u + alpha * mu * u**3,
+        Identity(lambda: d.use("eq:phifric0")[1]),
+    )
+    d.step(
+        "discriminant",
+        "solve",
+        4 * alpha**4 * mu * (1 + mu) ** 3 - 27 * alpha**2 * mu**2 * (1 - z0) ** 2,
+        Identity(lambda: sympy.discriminant(found, u)),
+        "positive between the folds: three real roots, the third outside |u| < 1 when crossing",
+    )
+    d.conclude(sympy.S.Zero, found)
+
+
+@derives("folds", "Where two critical points coalesce", ("cubic", "turning-points", "beta"))
+def folds(d: Any) -> None:
+    at = d.step(
+        "position",
+        "solve",
+        PEAK,
+        Satisfies(
+            lambda s: {
+                "double root": sympy.diff(d.use("cubic"), u).subs(u, s),
+                "turning point of the force": s - d.use("turning-points"),
+            }
+        ),
+    )
+    found = d.step(
+        "spring extension",
+        "solve",
+        (1 - BETA, 1 + BETA),
+        Satisfies(
+            lambda ends: {
+                "root at +u": d.use("cubic").subs(u, at).subs(z0, ends[0]),
+                "root at -u": d.use("cubic").subs(u, -at).subs(z0, ends[1]),
+            }
+        ),
+        "z0^(+-) = 1 -+ beta",
+    )
+    d.step(
+        "mu = 3, alpha = 1",
+        "evaluate",
+        sympy.Rational(-7, 9),
+        Identity(lambda: found[0].subs({mu: 3, alpha: 1})),
+        "printed as -0.78",
+    )
+    d.conclude((Symbol("z_plus"), Symbol("z_minus")), found)
+
+
+@derives("fr1", "What eq:Ttildesmall needs of the friction drift", ("eq:phifric0",))
+def parameters(d: Any) -> None:
+    plus = d.step(
+        "a+",
+        "evaluate",
+        1 - z0 - alpha,
+        Identity(lambda: d.use("eq:phifric0")[2]),
+        "printed with + alpha, which is a-",
+    )
+    slope = d.step(
+        "A'",
+        "differentiate",
+        -alpha * (1 + mu - 3 * mu * u**2),
+        Identity(lambda: sympy.diff(d.use("eq:phifric0")[1], u)),
+    )
+    found = d.step("together", "evaluate", (plus, slope), Identity(lambda: [plus, slope]))
+    d.conclude((a_plus, Symbol("A'")), found)
+
+
+@derives("fr2", "Order and stability of the two critical points", ("cubic", "fr1", "folds"))
+def critical_points(d: Any) -> None:
+    c = Symbol("c", positive=True)
+    third = Symbol("u3", real=True)
+
+    def vieta() -> list[Any]:
+        product = sympy.expand(alpha * mu * (u - u1) * (u - u2) * (u - third))
+        slope = sympy.diff(product, u)
+        return [sympy.factor(slope.subs(u, u1)), sympy.factor(slope.subs(u, u2))]
+
+    both = d.step(
+        "slopes at the roots",
+        "differentiate",
+        (alpha * mu * (u1 - u2) * (u1 - third), alpha * mu * (u2 - u1) * (u2 - third)),
+        Identity(vieta),
+        "A is alpha mu (u - u1)(u - u2)(u - u3)",
+    )
+    lower, upper, gap = (Symbol(n, positive=True) for n in ("p", "q", "h"))
+    put = {u1: third + lower, u2: third + lower + gap}
+    d.step(
+        "slope at u1, u3 < u1 < u2",
+        "bound",
+        Inequality(both[0], "<", sympy.S.Zero),
+        shifted(alpha * mu * gap * lower, put, "u3 < u1 < u2"),
+        "the well; strict apart from folds",
+    )
+    d.step(
+        "slope at u2, u3 < u1 < u2",
+        "bound",
+        Inequality(both[1], ">", sympy.S.Zero),
+        shifted(alpha * mu * gap * (lower + gap), put, "u3 < u1 < u2"),
+        "the barrier",
+    )
+    d.step(
+        "sum of the roots",
+        "solve",
+        -u1 - u2,
+        Identity(
+            lambda: sympy.solve(
+                sympy.Poly(sympy.expand((u - u1) * (u - u2) * (u - third)), u).all_coeffs()[1],
+                third,
+            )[0]
+        ),
+        "no u^2 in the cubic: u3 = -(u1 + u2), the lowest when u1, u2 > 0",
+    )
+    d.step(
+        "no root in u < 0 when crossing",
+        "bound",
+        Inequality(1 - z0 + alpha * (c + mu * c - mu * c**3), ">", sympy.S.Zero),
+        shifted(
+            _positive_left(upper, lower),
+            {c: 1 / (1 + upper), z0: 1 - alpha - lower},
+            "u = -c, 0 < c < 1, z0 < 1 - alpha",
+        ),
+        "so 0 < u1 < u2: the start is left of the well",
+    )
+    d.conclude((Symbol("A'_1"), Symbol("A'_2")), both, note="u3 = -(u1 + u2), the third root")
+
+
+def _positive_left(q: Any, s: Any) -> Any:
+    """The drift at u = -1/(1+q) for z0 = 1 - alpha - s, as a sum of positive terms."""
+    c = 1 / (1 + q)
+    return alpha + s + alpha * c + alpha * mu * q * (q + 2) / (1 + q) ** 3
+
+
+@derives(
+    "threshold",
+    "The noise below which the escape time is exponentially large",
+    ("eq:Ttildesmall", "eq:TtildetoT"),
+)
+def threshold(d: Any) -> None:
+    D, k, small = Symbol("D", positive=True), kappa_physical, Symbol("epsilon_1", positive=True)
+    size = sympy.exp(2 * D * eps / k**2)
+    big = Symbol("ell", positive=True)
+
+    def solved() -> Any:
+        # eps e^{2 D eps/kappa^2} = 1, with eps = e^{-ell}.
+        square = Symbol("X", positive=True)
+        return sympy.sqrt(sympy.solve(2 * D * eps / square - big, square)[0])
+
+    found = d.step(
+        "noise at which eps e^{2 D eps/kappa^2} = 1",
+        "solve",
+        sympy.sqrt(2 * D * eps / big),
+        Identity(solved),
+        "ell = -log eps; the paper's rule is the case 2 D = 1",
+    )
+    d.step(
+        "larger noise, shorter time",
+        "differentiate",
+        -4 * D * eps / k**3 * size,
+        Identity(lambda: sympy.diff(size, k)),
+        "negative: exponentially large times need kappa below the threshold, not above",
+    )
+    d.step(
+        "the time at the threshold",
+        "substitute",
+        sympy.exp(big),
+        Identity(lambda: size.subs(k, found)),
+        "1/eps in scaled time",
+    )
+    d.step(
+        "eps = 0.01, 2 D = 1",
+        "evaluate",
+        sympy.sqrt(sympy.Rational(1, 100) / sympy.log(100)),
+        Identity(lambda: sympy.sqrt(-small / sympy.log(small)).subs(small, sympy.Rational(1, 100))),
+        "0.0466, which the paper rounds to 0.05",
+    )
+    d.conclude(
+        Symbol("kappa_c"),
+        found,
+        "leading exponential scale; prefactors left out",
+        note="ell = -log eps, kappa unscaled, D the height of the barrier",
+    )

@@ -1,0 +1,292 @@
+"""Numerical checks: identities at random points, and orders measured over decades."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cache
+from typing import Any, ClassVar
+
+import sympy
+
+from symasym.context import own_context
+from symasym.derivation.results import Expansion, Outcome, parts, text
+
+_POOL = 10_000
+
+
+@cache
+def _nodes(precision: int, degree: int) -> tuple[tuple[Any, Any], ...]:
+    from mpmath.calculus.quadrature import GaussLegendre
+    from mpmath.ctx_mp import MPContext
+
+    ctx = MPContext()
+    ctx.prec = precision
+    return tuple(GaussLegendre(ctx).calc_nodes(degree, precision))
+
+
+def evaluate(
+    expression: Any,
+    values: Mapping[Any, Any],
+    ctx: Any,
+    functions: Mapping[Any, Callable[[Any, Any], Any]] | None = None,
+) -> Any:
+    """A SymPy expression with numbers of the mpmath context `ctx` for its symbols.
+
+    Parameters
+    ----------
+    functions : mapping, optional
+        Undefined function -> callable(argument, ctx).
+
+    Notes
+    -----
+    Integrals: Gauss-Legendre (12 points for up to 20 digits, else 24) on panels
+    between the whole numbers, among them the kinks -1, 0 and 1 of this
+    project's drifts. Meant for integrands that vary on the scale of 1; its
+    value is one side of a comparison and not trusted by itself.
+    """
+    e = sympy.sympify(expression)
+    named = functions or {}
+
+    def walk(node: Any, known: Mapping[Any, Any]) -> Any:
+        if node in known:
+            return known[node]
+        if node.is_Rational:
+            return ctx.mpf(int(node.p)) / int(node.q)
+        if node is sympy.pi:
+            return +ctx.pi
+        if node is sympy.E:
+            return ctx.e
+        if node.is_Add:
+            return ctx.fsum(walk(a, known) for a in node.args)
+        if node.is_Mul:
+            return ctx.fprod(walk(a, known) for a in node.args)
+        if node.is_Pow:
+            base, exponent = walk(node.base, known), walk(node.exp, known)
+            return base ** int(exponent) if node.exp.is_Integer else ctx.power(base, exponent)
+        if isinstance(node, sympy.core.function.AppliedUndef) and node.func in named:
+            return named[node.func](walk(node.args[0], known), ctx)
+        if isinstance(node, sympy.exp):
+            return ctx.exp(walk(node.args[0], known))
+        if isinstance(node, sympy.Heaviside):
+            return ctx.mpf(1) if walk(node.args[0], known) > 0 else ctx.mpf(0)
+        if isinstance(node, sympy.Integral):
+            return integral(node, known)
+        name = type(node).__name__.lower()
+        if name in ("log", "sqrt", "tanh", "sin", "cos", "erf", "erfc") and len(node.args) == 1:
+            return getattr(ctx, name)(walk(node.args[0], known))
+        raise NotImplementedError(f"no numerical value for {node}")
+
+    def integral(node: Any, known: Mapping[Any, Any]) -> Any:
+        *inner, (variable, low, high) = node.limits
+        body = sympy.Integral(node.function, *inner) if inner else node.function
+        a, b = walk(low, known), walk(high, known)
+        kinks = [ctx.mpf(k) for k in range(-9, 10) if min(a, b) < k < max(a, b)]
+        points = [a, *(kinks if a <= b else kinks[::-1]), b]
+        total, nodes = ctx.zero, _nodes(ctx.prec, 3 if ctx.dps <= 20 else 4)
+        for start, end in zip(points, points[1:], strict=False):
+            half, middle = (end - start) / 2, (start + end) / 2
+            for x, weight in nodes:
+                at = middle + half * ctx.convert(x)
+                total += half * ctx.convert(weight) * walk(body, {**known, variable: at})
+        return total
+
+    return walk(e, values)
+
+
+@dataclass
+class Sampled:
+    """The stated result equals an independent evaluation at random exact points.
+
+    Parameters
+    ----------
+    reference : expression or callable
+        Expression(s), or ``callable(values, ctx)`` that works in an mpmath
+        context; `values` maps symbols to numbers of it.
+    ranges : mapping
+        Symbol -> (low, high), from which a rational of 10,000 is drawn.
+    points : int
+    digits : int
+        Agreement that is asked for; work is done with ten more.
+    degree : int, optional
+        If both sides are polynomials in the drawn numbers of at most this total
+        degree, different ones pass by chance with probability at most
+        (degree / 10,000)^points (Schwartz and Zippel). Left out, no such bound
+        is claimed: the statement is that they agree at these points.
+    functions : mapping, optional
+        Undefined function -> callable(ctx value) used for it.
+    """
+
+    reference: Any
+    ranges: Mapping[Any, tuple[Any, Any]]
+    points: int = 4
+    digits: int = 20
+    degree: int | None = None
+    functions: Mapping[Any, Callable[[Any, Any], Any]] = field(default_factory=dict)
+    kind: ClassVar[str] = "random evaluation"
+    _known: dict[Any, Any] = field(default_factory=dict, repr=False)
+
+    def run(self, result: Any, rng: random.Random) -> Outcome:
+        """Compare at the points, which are the same for every result that is tried."""
+        own = random.Random(20251121)
+        pieces = parts(result)
+        with own_context(self.digits + 10) as ctx:
+            for number in range(self.points):
+                exact = {s: self._draw(s, own) for s in self.ranges}
+                values = {s: ctx.mpf(v.numerator) / v.denominator for s, v in exact.items()}
+                if number not in self._known:
+                    self._known[number] = self._sides(values, ctx)
+                right = self._known[number]
+                if len(right) != len(pieces):
+                    return Outcome(False, f"{len(pieces)} pieces, {len(right)} in the reference")
+                for piece, want in zip(pieces, right, strict=True):
+                    got = evaluate(piece, values, ctx, self.functions)
+                    # Not "gap > tolerance": a NaN must fail.
+                    if not abs(got - want) <= ctx.mpf(10) ** -self.digits * max(abs(want), 1):
+                        shown = ", ".join(f"{s} = {v}" for s, v in exact.items())
+                        return Outcome(
+                            False,
+                            "the two sides differ",
+                            ctx.nstr(got, 12),
+                            ctx.nstr(want, 12),
+                            shown,
+                        )
+        return Outcome(True, self.how())
+
+    def _sides(self, values: Mapping[Any, Any], ctx: Any) -> list[Any]:
+        if callable(self.reference) and not isinstance(self.reference, sympy.Basic):
+            found = self.reference(values, ctx)
+            return list(found) if isinstance(found, (list, tuple)) else [found]
+        return [evaluate(e, values, ctx, self.functions) for e in parts(self.reference)]
+
+    def _draw(self, symbol: Any, rng: random.Random) -> Fraction:
+        low, high = (Fraction(str(x)) for x in self.ranges[symbol])
+        return low + (high - low) * Fraction(rng.randint(1, _POOL), _POOL + 1)
+
+    def how(self) -> str:
+        """One line on the points and on what agreement there means."""
+        agree = f"agree to {self.digits} digits at {self.points} random exact points"
+        if self.degree is None:
+            return f"{agree}; no probability is claimed"
+        power = f"({self.degree}/{_POOL})^{self.points}"
+        return f"{agree}; different polynomials would pass with probability at most {power}"
+
+
+@dataclass
+class Order:
+    """An expansion whose remainder has exactly the stated order, over several decades.
+
+    The remainder divided by the gauge must settle: its logarithmic slope over
+    the last decade is below `tolerance` and it does not vanish. A gauge that is
+    one power too good or too weak has a slope of 1.
+
+    Parameters
+    ----------
+    exact : callable
+        ``exact(x, ctx)``: the quantity itself at ``variable = x``, independent
+        of the stated expansion.
+    at : sequence of str
+        Values of the variable, towards the limit, over at least two decades.
+    fixed : mapping, optional
+        Values of the other symbols: strings or rationals, or callables
+        ``f(x, ctx)`` where they move with the variable.
+    digits : int
+        Working precision; the remainder must stand out of it.
+    """
+
+    exact: Callable[[Any, Any], Any]
+    at: Sequence[str]
+    fixed: Mapping[Any, Any] = field(default_factory=dict)
+    digits: int = 40
+    tolerance: float = 0.2
+    kind: ClassVar[str] = "asymptotic order"
+    _known: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def run(self, result: Any, rng: random.Random) -> Outcome:
+        """Measure the slope of remainder / gauge."""
+        if not isinstance(result, Expansion):
+            return Outcome(False, "the result is no expansion")
+        ratios = []
+        with own_context(self.digits) as ctx:
+            for place in self.at:
+                x = ctx.mpf(place)
+                if place not in self._known:
+                    self._known[place] = self.exact(x, ctx)
+                values = {s: _number(v, x, ctx) for s, v in self.fixed.items()} | {
+                    result.variable: x
+                }
+                want = self._known[place]
+                leading = evaluate(result.leading, values, ctx)
+                gauge = evaluate(result.gauge, values, ctx)
+                gap = abs(want - leading)
+                if not gap > ctx.mpf(10) ** (8 - self.digits) * abs(want):
+                    return Outcome(
+                        False,
+                        "the remainder is lost in the working precision",
+                        ctx.nstr(leading, 20),
+                        ctx.nstr(want, 20),
+                        f"{place}",
+                    )
+                ratios.append(gap / abs(gauge))
+            slopes = [
+                float(ctx.log(b / a) / ctx.log(ctx.mpf(y) / ctx.mpf(x)))
+                for a, b, x, y in zip(ratios, ratios[1:], self.at, self.at[1:], strict=False)
+            ]
+            shown = ctx.nstr(ratios[-1], 6)
+            last = self.at[-1]
+            if not abs(slopes[-1]) < self.tolerance:
+                return Outcome(
+                    False,
+                    f"remainder / gauge does not settle (slope {slopes[-1]:.3g})",
+                    ctx.nstr(leading, 12),
+                    ctx.nstr(want, 12),
+                    f"{result.variable} = {last}, remainder / gauge = {shown}",
+                )
+        return Outcome(
+            True,
+            f"remainder / gauge settles at {shown} (slope {slopes[-1]:.2g}) for "
+            f"{result.variable} from {self.at[0]} to {last}",
+        )
+
+    def how(self) -> str:
+        """One line on the range."""
+        where = ", ".join(f"{s} = {text(v)}" for s, v in self.fixed.items() if not callable(v))
+        moving = ", ".join(str(s) for s, v in self.fixed.items() if callable(v))
+        where += f"{'; ' if where else ''}{moving} computed there" if moving else ""
+        return (
+            f"remainder against gauge at {self.digits} digits, from {self.at[0]} to {self.at[-1]}"
+            + (f", {where}" if where else "")
+        )
+
+
+def _number(value: Any, x: Any, ctx: Any) -> Any:
+    if callable(value):
+        return value(x, ctx)
+    if isinstance(value, sympy.Basic):
+        return evaluate(value, {}, ctx)
+    exact = Fraction(str(value))
+    return ctx.mpf(exact.numerator) / exact.denominator
+
+
+@dataclass
+class Together:
+    """Several checks of one result, all of which must pass (such as one per scene)."""
+
+    checks: tuple[Any, ...]
+    kind: ClassVar[str] = "asymptotic order"
+
+    def run(self, result: Any, rng: random.Random) -> Outcome:
+        """Run one after the other, up to the first that fails."""
+        details = []
+        for check in self.checks:
+            outcome: Outcome = check.run(result, rng)
+            if not outcome.passed:
+                return outcome
+            details.append(outcome.detail)
+        return Outcome(bool(details), "; ".join(details))
+
+    def how(self) -> str:
+        """What each of them does."""
+        return "; ".join(check.how() for check in self.checks)

@@ -1,0 +1,128 @@
+"""What a step can state: expressions, expansions with their order, inequalities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a check found. `passed` is False as well where nothing could be decided.
+
+    Attributes
+    ----------
+    passed : bool
+    detail : str
+        How it was established, or why it was not.
+    left, right, point : str
+        Where the check failed: both sides, and a point at which they differ.
+    """
+
+    passed: bool
+    detail: str
+    left: str = ""
+    right: str = ""
+    point: str = ""
+
+
+@dataclass(frozen=True)
+class Expansion:
+    """``leading`` + a remainder of exactly the order of ``gauge`` as ``variable`` -> ``limit``.
+
+    Attributes
+    ----------
+    leading, gauge : SymPy expression
+    variable : SymPy Symbol
+    limit : SymPy number
+        0 or oo.
+    """
+
+    leading: Any
+    gauge: Any
+    variable: Any
+    limit: Any = sympy.S.Zero
+
+    def __str__(self) -> str:
+        return f"{self.leading} + O({self.gauge})"
+
+
+@dataclass(frozen=True)
+class Inequality:
+    """``left relation right``, with `relation` one of ``<=``, ``<``, ``>=``, ``>``."""
+
+    left: Any
+    relation: str
+    right: Any
+
+    def __post_init__(self) -> None:
+        if self.relation not in ("<=", "<", ">=", ">"):
+            raise ValueError(f"{self.relation!r} is no relation; use <=, <, >= or >.")
+
+    @property
+    def strict(self) -> bool:
+        """True for < and >."""
+        return self.relation in ("<", ">")
+
+    def slack(self) -> Any:
+        """The larger side less the smaller."""
+        if self.relation in ("<=", "<"):
+            return self.right - self.left
+        return self.left - self.right
+
+    def __str__(self) -> str:
+        return f"{self.left} {self.relation} {self.right}"
+
+
+def parts(result: Any) -> list[Any]:
+    """The expressions of a result that is one expression or a tuple of them."""
+    if isinstance(result, (tuple, list, sympy.Tuple)):
+        return [x for item in result for x in parts(item)]
+    if isinstance(result, sympy.MatrixBase):
+        return list(result)
+    return [sympy.sympify(result)]
+
+
+def latex(result: Any, names: dict[Any, str] | None = None) -> str:
+    """LaTeX of any result, with `names` for symbols (see `sympy.latex`)."""
+    names = names or {}
+
+    def tex(expression: Any) -> str:
+        return str(sympy.latex(expression, symbol_names=names, order="none"))
+
+    if isinstance(result, Expansion):
+        gauge = tex(result.gauge)
+        if result.leading == 0:
+            return f"O\\left({gauge}\\right)"
+        return f"{tex(result.leading)} + O\\left({gauge}\\right)"
+    if isinstance(result, Inequality):
+        sign = {"<=": r"\le", ">=": r"\ge", "<": "<", ">": ">"}[result.relation]
+        return f"{tex(result.left)} {sign} {tex(result.right)}"
+    items = [
+        tex(x) if not isinstance(x, (Expansion, Inequality)) else latex(x, names)
+        for x in (result if isinstance(result, (tuple, list, sympy.Tuple)) else [result])
+    ]
+    return r" ,\quad ".join(items)
+
+
+def statement(left: Any, result: Any, cases: tuple[str, ...], names: dict[Any, str]) -> str:
+    """``left = result`` in LaTeX: pairwise for tuples, as cases where conditions are given."""
+    if cases:
+        rows = r" \\ ".join(
+            f"{latex(piece, names)} , & {when}" for piece, when in zip(result, cases, strict=True)
+        )
+        return rf"{latex(left, names)} = \begin{{cases}} {rows} \end{{cases}}"
+    if isinstance(left, tuple):
+        pairs = zip(left, result, strict=True)
+        return r" ,\quad ".join(f"{latex(a, names)} = {latex(b, names)}" for a, b in pairs)
+    return (
+        latex(result, names) if left is None else f"{latex(left, names)} = {latex(result, names)}"
+    )
+
+
+def text(result: Any, width: int = 400) -> str:
+    """One line of plain text of any result, cut at `width` characters."""
+    line = str(result)
+    return line if len(line) <= width else f"{line[: width - 1]}…"

@@ -1,0 +1,1 @@
+"""Code and data emitted by the derivations; do not edit."""

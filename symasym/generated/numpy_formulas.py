@@ -1,0 +1,177 @@
+"""Formulas in float64, for arrays that broadcast together.
+
+Written by ``python -m derivations.emit`` from the checked derivations: do not edit.
+"""
+
+# A formatter must not touch what a test compares.
+# fmt: off
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def scaled_noise(kappa: Any, eps: Any) -> Any:
+    """kappa/sqrt(eps), the noise in scaled variables (eq:tildexykappa)."""
+    return kappa/np.sqrt(eps)
+
+
+def scaled_radius(r: Any, eps: Any) -> Any:
+    """r/eps, the radius in scaled variables (eq:tilder)."""
+    return r/eps
+
+
+def constant_drift_time(kappa: Any, r: Any, a: Any) -> Any:
+    """T for a constant drift a (constant-drift)."""
+    return r*np.tanh(a*r/kappa**2)/a
+
+
+def constant_drift_exit(kappa: Any, r: Any, a: Any) -> Any:
+    """C for a constant drift a (constant-drift)."""
+    return 1/(1 + np.exp(2*a*r/kappa**2))
+
+
+def exit_bound(kappa: Any, r: Any, a_minus: Any, a_plus: Any) -> Any:
+    """Upper bound on C; its conditions are in sa.formula (C-bound)."""
+    return 2*a_minus*(1/a_plus + 2/kappa**2)*np.exp(-a_minus*r/kappa**2)
+
+
+def outer_piece(kappa: Any, r: Any, a_plus: Any) -> Any:
+    """The fourth piece of T, exactly (eq:fourthTerm)."""
+    return (-1 + r)/a_plus - kappa**2*(1 - np.exp(-2*a_plus*(-1 + r)/kappa**2))/(2*a_plus**2)
+
+
+def strong_noise_time(r: Any, a_plus: Any) -> Any:
+    """T for strong noise, leading order (eq:Ttildelarge)."""
+    return r/a_plus
+
+
+def strong_noise_time_next(kappa: Any, r: Any, a_minus: Any, a_plus: Any, V1: Any) -> Any:
+    """T for strong noise with its kappa^2 and constant terms (eq:Ttildelarge)."""
+    return (
+        r/a_plus + kappa**2*(-1/a_plus**2 + 1/(a_minus*a_plus))/2 + (V1 + a_minus +
+        a_plus)/(a_minus*a_plus)
+    )
+
+
+def well_term(kappa: Any, slope_well: Any, slope_barrier: Any, barrier: Any) -> Any:
+    """The well's share of T, leading order (eq:secondTerm)."""
+    return 2*np.pi*np.exp(2*barrier/kappa**2)/(np.sqrt(slope_barrier)*np.sqrt(-slope_well))
+
+
+def log_well_term(kappa: Any, slope_well: Any, slope_barrier: Any, barrier: Any) -> Any:
+    """Natural logarithm of `well_term` (eq:secondTerm)."""
+    return -np.log(-slope_barrier*slope_well)/2 + 2*barrier/kappa**2 + np.log(2*np.pi)
+
+
+def saddle_correction(kappa: Any, V2: Any, V3: Any, V4: Any) -> Any:
+    """Relative correction of one saddle from V'', V''', V'''' there (eq:secondTerm)."""
+    return kappa**2*(-V4/(8*V2**2) + 5*V3**2/(24*V2**3))/2
+
+
+def weak_noise_time(
+    kappa: Any, r: Any, a_plus: Any, slope_well: Any, slope_barrier: Any, barrier: Any
+) -> Any:
+    """T for weak noise, with a well (eq:Ttildesmall)."""
+    return (
+        r/a_plus + 2*np.pi*np.exp(2*barrier/kappa**2)/(np.sqrt(slope_barrier) *
+        np.sqrt(-slope_well))
+    )
+
+
+def well_edge(r: Any, a_plus: Any, slope_well: Any, slope_barrier: Any, barrier: Any) -> Any:
+    """kappa at which both terms of `weak_noise_time` are equal (eq:Tsmall)."""
+    return (
+        np.sqrt(2) * np.sqrt(barrier) * np.sqrt(1/np.log(r*np.sqrt(slope_barrier) *
+        np.sqrt(-slope_well)/(2*np.pi*a_plus)))
+    )
+
+
+def behind_barrier_term(kappa: Any, drift0: Any, slope_well: Any, V0: Any, V_well: Any) -> Any:
+    """The large term of T for a start behind the barrier (eq:S)."""
+    return kappa*np.sqrt(np.pi)*np.sqrt(-1/slope_well)*np.exp((-2*V_well + 2*V0)/kappa**2)/drift0
+
+
+def occupation_from_layer(kappa: Any, a_minus: Any, a_plus: Any, layer: Any, V1: Any) -> Any:
+    """P from N, the integral over the layer (eq:P2)."""
+    return 1/(1 + (kappa**2/(2*a_minus) - kappa**2*np.exp(-2*V1/kappa**2)/(2*a_plus))/layer)
+
+
+def occupation_bound(kappa: Any, a_minus: Any, a_plus: Any, L: Any, V1: Any) -> Any:
+    """Lower bound on P (L-bound)."""
+    return 1/(1 + kappa**2*(-1/a_plus + np.exp(2*V1/kappa**2)/a_minus)/(2*L))
+
+
+def strong_noise_occupation(kappa: Any, a_minus: Any, a_plus: Any) -> Any:
+    """P for strong noise, leading order (eq:Plarge2)."""
+    return 4/(kappa**2*(1/a_minus - 1/a_plus))
+
+
+def weak_noise_outside(
+    kappa: Any, a_minus: Any, a_plus: Any, V1: Any, V_well: Any, curvature: Any
+) -> Any:
+    """1 - P for weak noise, leading order (eq:Psmall2)."""
+    return (
+        kappa*np.sqrt(curvature)*(np.exp(2*V_well/kappa**2)/a_minus - np.exp(2*(V_well -
+        V1)/kappa**2)/a_plus)/(2*np.sqrt(np.pi))
+    )
+
+
+def friction_left(alpha: Any, z0: Any) -> Any:
+    """The friction drift for u <= -1 (a-) (eq:phifric0)."""
+    return 1 + alpha - z0
+
+
+def friction_inside(u: Any, mu: Any, alpha: Any, z0: Any) -> Any:
+    """The friction drift A(u) on [-1, 1] (eq:phifric0)."""
+    return 1 - z0 - alpha*(u + mu*(u - u**3))
+
+
+def friction_right(alpha: Any, z0: Any) -> Any:
+    """The friction drift for u >= 1 (a+) (eq:phifric0)."""
+    return 1 - z0 - alpha
+
+
+def friction_slope(u: Any, mu: Any, alpha: Any) -> Any:
+    """A'(u) of the friction drift (fr1)."""
+    return -alpha*(1 + mu - 3*mu*u**2)
+
+
+def friction_potential_left(u: Any, alpha: Any, z0: Any) -> Any:
+    """V(u) for u <= -1 (eq:Vfric)."""
+    return (1 + u)*(-1 + z0 - alpha)
+
+
+def friction_potential_inside(u: Any, mu: Any, alpha: Any, z0: Any) -> Any:
+    """V(u) on [-1, 1] (eq:Vfric)."""
+    return (1 + u)*(-1 + z0) + alpha*(1 + mu)*(-1 + u**2)/2 - alpha*mu*(-1 + u**4)/4
+
+
+def friction_potential_right(u: Any, alpha: Any, z0: Any) -> Any:
+    """V(u) for u >= 1 (eq:Vfric)."""
+    return -2 + 2*z0 - (-1 + u)*(1 - z0 - alpha)
+
+
+def friction_turning_point(mu: Any) -> Any:
+    """u at which the force turns (mu > 1/2) (turning-points)."""
+    return np.sqrt(3)*np.sqrt(1 + mu)/(3*np.sqrt(mu))
+
+
+def friction_breakaway(mu: Any, alpha: Any) -> Any:
+    """The largest force, for mu >= 1/2 (beta)."""
+    return 2*alpha*np.sqrt(3)*(1 + mu)**(3/2)/(9*np.sqrt(mu))
+
+
+def friction_folds(mu: Any, alpha: Any) -> Any:
+    """z0 at both folds, (+) then (-) (folds)."""
+    return (
+        1 - 2*alpha*np.sqrt(3)*(1 + mu)**(3/2)/(9*np.sqrt(mu)), 1 + 2*alpha*np.sqrt(3)*(1 +
+        mu)**(3/2)/(9*np.sqrt(mu))
+    )
+
+
+def noise_threshold(eps: Any, ell: Any, barrier: Any) -> Any:
+    """Unscaled kappa below which T is exponentially large; ell = -log eps (threshold)."""
+    return np.sqrt(2)*np.sqrt(barrier)*np.sqrt(eps)/np.sqrt(ell)

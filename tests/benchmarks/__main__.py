@@ -1,0 +1,439 @@
+"""Measure symasym against its peers and print the tables of docs/speed.md.
+
+    python -m tests.benchmarks [--long] [--cap SECONDS] [--only PART ...] [--write FILE]
+
+Without --long the quadratures that take minutes are left out. --write puts the tables
+between the two markers of a Markdown file, which must be there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import shutil
+import statistics
+import sys
+import warnings
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from mpmath import mp, mpf
+
+import symasym as sa
+from tests.benchmarks import peers, stages
+from tests.benchmarks.timing import capped, interleaved, load, machine, python, seconds, wall
+
+START, END = "<!-- measured: start -->", "<!-- measured: end -->"
+
+R = 10
+Z0 = np.linspace(-2.0, -1e-6, 400)[:, None]
+KAPPAS = np.array([0.1, 0.2, 0.5, 1.0])
+SHAPES: tuple[Any, ...] = (3, "1/2")
+STIFF = ("1e-8", "1e-6", "1e-4", "1e-2", "0.1", "1", "1e2", "1e4")
+
+
+class Row(NamedTuple):
+    """One line of the summary: the ratio measured, and what it should be."""
+
+    what: str
+    measured: float
+    target: float
+    at_least: bool
+    note: str = ""
+
+    def cells(self) -> list[str]:
+        bound = f"at {'least' if self.at_least else 'most'} {_number(self.target)}"
+        met = self.measured >= self.target if self.at_least else self.measured <= self.target
+        return [self.what, self.note + _number(self.measured), bound, "yes" if met else "**no**"]
+
+
+class Part(NamedTuple):
+    rows: list[Row]
+    text: list[str]
+
+
+def _number(x: float) -> str:
+    return f"{x:,.0f}" if x >= 100 else f"{x:.3g}"
+
+
+def _time(x: float) -> str:
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if x >= size:
+            return f"{x / size:.3g} {unit}"
+    return f"{x * 1e6:.3g} µs"
+
+
+def _table(head: list[str], rows: list[list[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
+
+
+def _friction(z0: Any = "-0.3", mu: Any = 3) -> sa.Drift:
+    return sa.friction(mu=mu, alpha=1, z0=z0)
+
+
+# -- 30 digits --------------------------------------------------------------------------------
+
+
+def thirty_digits(options: argparse.Namespace) -> Part:
+    c = peers.coefficients(3, "-0.3")
+    rows, lines = [], []
+    for kappa, arb_target in (("1", None), ("0.3", 50), ("0.1", 1000)):
+
+        def ours(kappa: str = kappa) -> Any:
+            return sa.escape_time(_friction(), kappa, R, dps=30)
+
+        # Bound to 45 digits in ball arithmetic, by another engine than the one timed.
+        proved = sa.escape_time(_friction(), kappa, R, dps=45, full=True)
+        ours()
+        noise = Fraction(kappa)
+        arb = [
+            lambda tuned=tuned, noise=noise: peers.arb_escape_time(c, noise, R, 30, tuned)
+            for tuned in (False, True)
+        ]
+        runs = 2 if kappa == "0.1" else 7
+        t_ours, t_arb, _, t_tuned, _ = interleaved(ours, arb[0], ours, arb[1], ours, runs=runs)
+        found: list[tuple[str, float, Any, int | None]] = [
+            ("Arb, nested `acb.integral`", t_arb, _middle(arb[0]()), arb_target),
+            ("the same, exponentials joined", t_tuned, _middle(arb[1]()), None),
+        ]
+        if options.long:
+            for form, (name, target) in _MPMATH.items():
+                time, value = capped(
+                    lambda form=form, noise=noise: peers.mpmath_escape_time(c, noise, R, 30, form),
+                    options.cap,
+                )
+                found.append((name, time, value, target))
+                t_ours = min(t_ours, *(seconds(ours) for _ in range(15)))
+        for name, time, value, target in found:
+            if target:
+                what = f"30 digits, kappa = {kappa}: time of {name}, over ours"
+                note = "more than " if value is None else ""
+                rows.append(Row(what, time / t_ours, target, True, note))
+        found.insert(0, ("symasym", t_ours, ours(), None))
+        for name, time, value, _ in found:
+            ended = value is not None
+            lines.append(
+                [
+                    kappa,
+                    name,
+                    _time(time) if ended else f"stopped after {_time(time)}",
+                    _number(time / t_ours),
+                    _digits(value, proved) if ended else "",
+                ]
+            )
+    text = [
+        "T at mu = 3, alpha = 1, z0 = -3/10, r = 10, from 0. Right digits are counted against a "
+        "ball of 45 digits that `exact/ball.py` proves.",
+        _table(["kappa", "by", "time", "times ours", "right digits"], lines),
+        _pari(),
+    ]
+    if not options.long:
+        text.append("Nested `mpmath.quad` was left out; `--long` includes it.")
+    return Part(rows, text)
+
+
+_MPMATH = {
+    "printed": ("`mpmath.quad`, nested as printed", None),
+    "cut": ("`mpmath.quad`, nested, split at the kinks", 5000),
+    "scaled": ("`mpmath.quad`, nested, split and scaled", 5000),
+    "tuned": ("the same, inner pieces factored out", None),
+}
+
+
+def _middle(ball: Any) -> Any:
+    with mp.workdps(60):
+        return mpf(ball.mid().str(50, radius=False))
+
+
+def _digits(value: Any, proved: Any) -> str:
+    with mp.workdps(60):
+        error = (abs(value - proved.value) + proved.error) / proved.value
+        return str(max(0, int(-mp.log10(error))))
+
+
+def _pari() -> str:
+    if shutil.which("gp"):
+        return "PARI/GP is here, but this table does not time it."
+    return "PARI/GP (`gp`) is not installed on this machine and was not measured."
+
+
+# -- more digits ------------------------------------------------------------------------------
+
+
+def many_digits(options: argparse.Namespace) -> Part:
+    counts = (30, 100, 300, 1000, 3000, 10000)
+
+    def at(dps: int) -> Callable[[], Any]:
+        return lambda: sa.escape_time(_friction(), "0.3", R, dps=dps)
+
+    short = interleaved(*map(at, counts[:4]), runs=25)
+    long = interleaved(at(100), *map(at, counts[4:]), runs=3)
+    times = dict(zip(counts, short + long[1:], strict=True))
+    times[100] = min(times[100], long[0])
+    span = [n for n in counts if n >= 100]
+    logs = [math.log10(times[n]) for n in span]
+    whole = (logs[-1] - logs[0]) / 2
+    steps = [
+        (b - a) / math.log10(n / m)
+        for m, n, a, b in zip(span, span[1:], logs, logs[1:], strict=False)
+    ]
+    cells = [[str(n), _time(times[n]), _number(times[n] / times[30])] for n in counts]
+    return Part(
+        [
+            Row("1,000 digits over 30 digits, kappa = 0.3", times[1000] / times[30], 40, False),
+            Row("exponent of the time's growth, 100 to 10,000 digits", whole, 1.8, False),
+        ],
+        [
+            "The same scene at kappa = 0.3.",
+            _table(["digits", "time", "over 30 digits"], cells),
+            f"The steepest step between neighbours has the exponent {max(steps):.2f}.",
+        ],
+    )
+
+
+# -- float64 ----------------------------------------------------------------------------------
+
+
+def grid(options: argparse.Namespace) -> Part:
+    drifts = [_friction(Z0, mu) for mu in SHAPES]
+    points = len(SHAPES) * Z0.size * KAPPAS.size
+
+    def ours() -> list[Any]:
+        return [sa.escape_time(drift, KAPPAS, R, log=True) for drift in drifts]
+
+    values = ours()
+    random = np.random.default_rng(options.seed)
+    each = 20 if options.long else 8
+    sample = [
+        (s, i, k)
+        for k in range(KAPPAS.size)
+        for s, i in zip(
+            random.integers(len(SHAPES), size=each),
+            random.integers(Z0.size, size=each),
+            strict=True,
+        )
+    ]
+    with mp.workdps(40):
+        exact = {
+            (s, i, k): mp.log(
+                sa.escape_time(_friction(float(Z0[i, 0]), SHAPES[s]), float(KAPPAS[k]), R, dps=25)
+            )
+            for s, i, k in sample
+        }
+
+    def error(found: dict[Any, float]) -> float:
+        return max(float(abs(found[p] - x) / max(1, abs(x))) for p, x in exact.items())
+
+    t_ours = min(seconds(ours) for _ in range(9))
+    lines, fastest = [], math.inf
+    for factorised in (False, True):
+        for epsrel in (1.49e-8, 1e-12):
+            found, times, warned = {}, {}, 0
+            for s, i, k in sample:
+                c = peers.coefficients(SHAPES[s], float(Z0[i, 0]))
+                with warnings.catch_warnings(record=True) as caught:
+                    warnings.simplefilter("always")
+
+                    settings = c, float(KAPPAS[k]), R, epsrel, factorised
+
+                    def peer(settings: Any = settings) -> float:
+                        return peers.scipy_log_escape_time(*settings)
+
+                    found[s, i, k] = peer()
+                    times[s, i, k] = seconds(peer)
+                    warned += bool(caught)
+            t_ours = min(t_ours, *(seconds(ours) for _ in range(3)))
+            total = statistics.fmean(times.values()) * points
+            worst = error(found)
+            if worst <= 1e-12 and not factorised:
+                fastest = min(fastest, total)
+            name = "`dblquad`, rectangles factored into `quad`s" if factorised else "`dblquad`"
+            lines.append([f"{name}, epsrel {epsrel:g}", total, worst, warned])
+    cells = [
+        [name, _time(total), _number(total / t_ours), f"{worst:.1e}", str(warned)]
+        for name, total, worst, warned in lines
+    ]
+    of_ours = error({(s, i, k): float(values[s][i, k]) for s, i, k in sample})
+    cells.insert(0, ["symasym", _time(t_ours), "1", f"{of_ours:.1e}", "0"])
+    per_kappa = ", ".join(
+        f"{_time(min(seconds(f) for _ in range(5)) / Z0.size / len(SHAPES))} at {kappa:g}"
+        for kappa in KAPPAS
+        for f in [lambda kappa=kappa: [sa.escape_time(d, kappa, R, log=True) for d in drifts]]
+    )
+
+    arrays = stages.exponentials(ours)
+
+    def exponentials() -> None:
+        for x in arrays:
+            np.exp(x)
+
+    t_again, t_exp = interleaved(ours, exponentials, runs=15)
+    samples = sum(x.size for x in arrays)
+    parts = [[name, f"{share:.0%}"] for name, share in stages.shares(ours).items()]
+    return Part(
+        [
+            Row(
+                f"float64, {points:,} points: time of `dblquad` over ours",
+                fastest / t_ours,
+                1000,
+                True,
+            ),
+            Row("the same: our time over that of our `np.exp` calls", t_again / t_exp, 5, False),
+        ],
+        [
+            f"log T at {points:,} points: {Z0.size} values of z0 from -2 to -1e-6, kappa = 0.1, "
+            f"0.2, 0.5, 1, mu = 3 and 1/2. `dblquad` was run on {len(sample)} of them, as many for "
+            "each kappa, and its time scaled up; errors are relative (absolute where log T is "
+            "below 1), against 25 digits, the worst of those points.",
+            _table(
+                ["by", "all points", "times ours", "worst error", "points with warnings"], cells
+            ),
+            f"A point takes us {per_kappa}.",
+            f"Our calls take {samples:,} exponentials, {samples / points:.0f} a point, "
+            f"{t_exp / samples * 1e9:.2f} ns each in arrays of the same sizes "
+            f"({_time(t_exp)} in all, of {_time(t_again)}). Where the time goes:",
+            _table(["stage", "share"], parts),
+        ],
+    )
+
+
+# -- memory -----------------------------------------------------------------------------------
+
+_MILLION = """
+import pathlib, re, time
+import numpy as np
+import symasym as sa
+def peak():  # GiB, of this program; ru_maxrss would include the process that started it
+    status = pathlib.Path("/proc/self/status").read_text()
+    return int(re.search(r"VmHWM:\\s+(\\d+)", status)[1]) / 2**20
+sa.escape_time(sa.friction(mu=3, alpha=1, z0=[-1.0, -0.4]), 0.1, 10, log=True)
+z0 = np.linspace(-2, -1e-6, 250_000)[:, None]
+before, start = peak(), time.perf_counter()
+T = sa.escape_time(sa.friction(mu=3, alpha=1, z0=z0), [0.1, 0.2, 0.5, 1.0], 10, log=True)
+print(T.size, time.perf_counter() - start, peak() - before, before)
+"""
+
+
+def memory(options: argparse.Namespace) -> Part:
+    if not Path("/proc/self/status").exists():
+        return Part([], ["Measured on Linux only."])
+    size, time, used, before = map(float, python(_MILLION).split())
+    return Part(
+        [Row(f"memory of {size:,.0f} points in float64, GiB", used, 1, False)],
+        [
+            f"{size:,.0f} points (the grid above with 250,000 values of z0, mu = 3) in a process "
+            f"of its own took {_time(time)} and {used * 1024:.0f} MiB at the peak, on top of the "
+            f"{before * 1024:.0f} MiB of the interpreter, NumPy and symasym, result included.",
+        ],
+    )
+
+
+# -- stiffness --------------------------------------------------------------------------------
+
+
+def stiffness(options: argparse.Namespace) -> Part:
+    many = _friction(np.linspace(-2.0, -1e-6, 1000))
+    ways: dict[str, Callable[[str], Any]] = {
+        "float64, one point": lambda kappa: sa.escape_time(_friction(), kappa, R, log=True),
+        "float64, 1,000 points": lambda kappa: sa.escape_time(many, kappa, R, log=True),
+        "50 digits": lambda kappa: sa.escape_time(_friction(), kappa, R, dps=50),
+    }
+    rows, columns = [], {}
+    for name, way in ways.items():
+        calls = [lambda kappa=kappa, way=way: way(kappa) for kappa in STIFF]
+        for call in calls:
+            call()
+        times = dict(zip(STIFF, interleaved(*calls, runs=15), strict=True))
+        columns[name] = times
+        slowest = max(times, key=times.__getitem__)
+        what = f"{name}: slowest kappa from 1e-8 to 1e4 (it is {slowest}) over kappa = 0.1"
+        rows.append(Row(what, times[slowest] / times["0.1"], 5, False))
+    cells = [
+        [kappa, *(f"{_time(t[kappa])} ({t[kappa] / t['0.1']:.2g})" for t in columns.values())]
+        for kappa in STIFF
+    ]
+    return Part(
+        rows,
+        [
+            "mu = 3, r = 10, z0 = -3/10 or 1,000 values from -2 to -1e-6; in brackets the ratio to "
+            "kappa = 0.1.",
+            _table(["kappa", *ways], cells),
+        ],
+    )
+
+
+# -- import -----------------------------------------------------------------------------------
+
+
+def importing(options: argparse.Namespace) -> Part:
+    codes = ("pass", "import numpy", "import symasym")
+    rounds = [
+        [wall(lambda code=code: python(code)) for code in codes] for _ in range(options.imports)
+    ]
+    bare, of_numpy, of_ours = (statistics.median(times) for times in zip(*rounds, strict=True))
+    return Part(
+        [
+            Row(
+                "`import symasym` over `import numpy`, whole process",
+                of_ours / of_numpy,
+                1.2,
+                False,
+            )
+        ],
+        [
+            f"Medians of {options.imports} fresh processes each, in turn: Python alone "
+            f"{_time(bare)}, `import numpy` {_time(of_numpy)}, `import symasym` {_time(of_ours)}.",
+        ],
+    )
+
+
+PARTS: dict[str, tuple[str, Callable[[argparse.Namespace], Part]]] = {
+    "thirty": ("30 digits", thirty_digits),
+    "digits": ("More digits", many_digits),
+    "grid": ("float64", grid),
+    "memory": ("Memory", memory),
+    "stiffness": ("Stiffness", stiffness),
+    "import": ("Import", importing),
+}
+
+
+def measured(options: argparse.Namespace) -> str:
+    rows, texts = [], []
+    for name in options.only or PARTS:
+        title, part = PARTS[name]
+        before = load()
+        print(f"{title} …", file=sys.stderr, flush=True)
+        found = part(options)
+        rows += found.rows
+        seen = f"Load average {before} before, {load()} after."
+        texts.append("\n\n".join([f"### {title}", *found.text, seen]))
+    summary = _table(["ratio", "measured", "target", "met"], [row.cells() for row in rows])
+    return "\n\n".join([machine(), summary, *texts])
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description=__doc__)
+    parser.add_argument("--long", action="store_true", help="quadratures that take minutes as well")
+    parser.add_argument("--cap", type=float, default=300.0, help="seconds until a peer is stopped")
+    parser.add_argument("--only", nargs="+", choices=PARTS, help="these parts only")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="put the tables into this page")
+    parser.add_argument("--seed", type=int, default=2, help="of the sample of points")
+    parser.add_argument("--imports", type=int, default=21, help="processes that import")
+    options = parser.parse_args(arguments)
+    if not options.write:
+        print(measured(options))
+        return
+    page = options.write.read_text()
+    before, _, rest = page.partition(START)
+    after = rest.partition(END)[2]
+    if not rest or END not in rest:
+        parser.error(f"{options.write} has no lines {START} and {END}; add them.")
+    options.write.write_text(f"{before}{START}\n\n{measured(options)}\n\n{END}{after}")
+
+
+if __name__ == "__main__":
+    main()

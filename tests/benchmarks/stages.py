@@ -1,0 +1,92 @@
+"""Where a float64 call spends its time: its exponentials, and each function's own share."""
+
+from __future__ import annotations
+
+import cProfile
+import pstats
+import sys
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import symasym
+
+_PACKAGE = str(Path(symasym.__file__).parent)
+
+#: What the functions of `symasym.exact` do; anything else is "the rest".
+STAGES = {
+    "samples of the exponential and their sums": ("sampled", "exponents_of_series"),
+    "exponents of panels: Taylor shifts, drift values": ("_exponents", "_phi", "phi", "series"),
+    "joining neighbouring panels": ("merge", "_sampled_blocks"),
+    "choosing panels: slow, sampled or bisected": ("_digest", "_is_slow", "_tail", "_records"),
+    "slow panels": ("slow", "slow_terms", "merge_slow"),
+    "sweeps in the log domain, with their error analysis": ("_compose", "_weight", "_finite"),
+    "first cuts: zeros of A, Taylor series about them": (
+        *("_partition", "_even_blocks", "_graded_blocks", "_levels_needed", "zeros", "taylor"),
+        *("shift", "_zeros_of", "_polished", "_two_product", "_two_sum", "_fast_two_sum"),
+        *("__mul__", "__add__", "__getitem__"),
+    ),
+    "gathering and sorting records": ("sweep", "take", "<genexpr>", "<listcomp>"),
+}
+
+
+class _Recorder:
+    """NumPy, with the sizes of the arrays that `exp` is called on."""
+
+    def __init__(self, shapes: list[tuple[int, ...]]) -> None:
+        self._shapes = shapes
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(np, name)
+
+    def exp(self, x: Any, *rest: Any, **named: Any) -> Any:
+        self._shapes.append(np.shape(x))
+        return np.exp(x, *rest, **named)
+
+
+@contextmanager
+def _recording() -> Iterator[list[tuple[int, ...]]]:
+    shapes: list[tuple[int, ...]] = []
+    known = list(sys.modules.items())
+    watched = [m for name, m in known if name.startswith("symasym") and vars(m).get("np") is np]
+    for module in watched:
+        module.np = _Recorder(shapes)  # type: ignore[attr-defined]
+    try:
+        yield shapes
+    finally:
+        for module in watched:
+            module.np = np  # type: ignore[attr-defined]
+
+
+def exponentials(call: Callable[[], Any]) -> list[np.ndarray]:
+    """Arrays of the sizes `call` takes exponentials of, with exponents like those of panels."""
+    with _recording() as shapes:
+        call()
+    random = np.random.default_rng(1)
+    return [random.uniform(-8.0, 8.0, shape) for shape in shapes]
+
+
+def shares(call: Callable[[], Any], runs: int = 5) -> dict[str, float]:
+    """Share of each stage in the time of `call`; NumPy's time belongs to the stage that asked."""
+    profile = cProfile.Profile()
+    profile.enable()
+    for _ in range(runs):
+        call()
+    profile.disable()
+    own: dict[str, float] = defaultdict(float)
+    for (file, _, name), (_, _, total, _, callers) in pstats.Stats(profile).stats.items():
+        if file.startswith(_PACKAGE):
+            own[_stage(name)] += total
+            continue
+        for (where, _, caller), (_, _, part, _) in callers.items():
+            own[_stage(caller) if where.startswith(_PACKAGE) else "the rest"] += part
+    whole = sum(own.values())
+    return {name: own[name] / whole for name in sorted(own, key=own.__getitem__, reverse=True)}
+
+
+def _stage(function: str) -> str:
+    return next((name for name, parts in STAGES.items() if function in parts), "the rest")
