@@ -93,6 +93,16 @@ class Drift:
         """Common shape of the parameters: () unless some are arrays."""
         return np.broadcast_shapes(*(np.shape(v) for v in self._values.values() if is_array(v)))
 
+    def shape_with(self, name: str, array: FloatArray) -> tuple[int, ...]:
+        """Common shape of the parameters and an argument; an error if they do not broadcast."""
+        try:
+            return np.broadcast_shapes(self.shape, array.shape)
+        except ValueError:
+            raise InputError(
+                f"{name} has shape {array.shape} and the drift {self.shape}, which do not "
+                "broadcast; give arrays of shapes that NumPy broadcasts."
+            ) from None
+
     def bind(self, **values: Any) -> Self:
         """A new drift with these parameters set.
 
@@ -224,8 +234,9 @@ class Drift:
             Scaled position, broadcast with the parameters.
         """
         position = floats("u", u)
+        shape = self.shape_with("u", position)
         result = np.asarray(self.evaluate_float(np.clip(position, -1.0, 1.0)), dtype=np.float64)
-        result = np.broadcast_to(result, np.broadcast_shapes(position.shape, self.shape))
+        result = np.broadcast_to(result, shape)
         return float(result) if result.ndim == 0 else result.copy()
 
     @cached_property

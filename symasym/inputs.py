@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from decimal import Decimal
+from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from typing import Any
 
@@ -61,7 +61,7 @@ def exact(name: str, value: Any) -> Fraction:
     if isinstance(value, int):
         return Fraction(value)
     if isinstance(value, (float, Decimal)):
-        if not math.isfinite(value):
+        if not (value.is_finite() if isinstance(value, Decimal) else math.isfinite(value)):
             raise InputError(f"{name} is {value!r}; give a finite number.")
         return Fraction(value)
     return _from_library(name, value)
@@ -75,12 +75,15 @@ def _from_text(name: str, text: str) -> Fraction:
                 f"{name} is {text!r}, whose exponent is beyond ±{_LONGEST_EXPONENT}; "
                 "rescale the problem."
             )
-        return Fraction(text.strip().replace("\N{MINUS SIGN}", "-"))
+        plain = text.strip().replace("\N{MINUS SIGN}", "-")
+        # Decimal reads any number of digits; int and with it Fraction stop at 4300.
+        return Fraction(plain) if "/" in plain or len(plain) < 4000 else Fraction(Decimal(plain))
     except InputError:
         raise
-    except (ValueError, ZeroDivisionError):
+    except (ValueError, ZeroDivisionError, InvalidOperation):
+        shown = text if len(text) < 60 else text[:57] + "..."
         raise InputError(
-            f'{name} is {text!r}, which is not a number; write it like "-0.4", "1/3" or "1e-8".'
+            f'{name} is {shown!r}, which is not a number; write it like "-0.4", "1/3" or "1e-8".'
         ) from None
 
 
@@ -125,7 +128,8 @@ def floats(name: str, value: Any) -> FloatArray:
         raise InputError(f"{name} is an array of {array.dtype}; give real numbers.")
     if array.size == 0:
         raise InputError(f"{name} is an empty array; give at least one value.")
-    array = array.astype(np.float64)
+    with np.errstate(over="ignore"):
+        array = array.astype(np.float64)
     if not np.isfinite(array).all():
         bad = array[~np.isfinite(array)][0]
         raise InputError(f"{name} has an entry {bad}; give finite numbers.")
@@ -165,4 +169,7 @@ def float_text(value: Fraction) -> str:
     try:
         return f"{float(value):.6g}"
     except OverflowError:
-        return f"{'-' if value < 0 else ''}1e{len(str(abs(value.numerator // value.denominator)))}"
+        whole = abs(value.numerator) // value.denominator
+        shift = max(0, whole.bit_length() - 64)
+        power = math.floor(shift * math.log10(2) + math.log10(whole >> shift) + 1e-9)
+        return f"{'-' if value < 0 else ''}1e{power}"

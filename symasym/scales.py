@@ -75,7 +75,14 @@ def rescale(eps: Any, kappa: Any, r: Any = 1) -> Scales:
                 f"the shapes do not broadcast ({shapes}); "
                 "give arrays of shapes that NumPy broadcasts."
             ) from None
-        return Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
+        with np.errstate(over="ignore"):
+            scaled = Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
+        if not (np.isfinite(scaled.kappa).all() and np.isfinite(scaled.r).all()):
+            raise InputError(
+                f"eps has an entry {widths.min():.6g}, for which the scaled numbers leave float64; "
+                "pass one value at a time, as a string."
+            )
+        return scaled
     e, k, radius = (
         positive(name, exact(name, x)) for name, x in (("eps", eps), ("kappa", kappa), ("r", r))
     )

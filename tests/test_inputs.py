@@ -1,0 +1,188 @@
+"""Reading numbers: what each kind of argument stands for, exactly."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from fractions import Fraction as F
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given
+from hypothesis import strategies as st
+
+import symasym as sa
+from symasym.inputs import digits, exact, float_text, floats, is_array, positive
+
+EXACT: list[tuple[Any, F]] = [
+    (3, F(3)),
+    (-(10**400), F(-(10**400))),
+    (0.1, F(3602879701896397, 36028797018963968)),
+    (5e-324, F(1, 2**1074)),
+    ("-0.4", F(-2, 5)),
+    ("1/3", F(1, 3)),
+    ("1e-8", F(1, 10**8)),
+    ("1E+3", F(1000)),
+    (" 2.50 ", F(5, 2)),
+    ("\N{MINUS SIGN}7/9", F(-7, 9)),
+    ("1e-100000", F(1, 10**100000)),
+    (F(22, 7), F(22, 7)),
+    (Decimal("0.1"), F(1, 10)),
+    (Decimal("-1.5e3"), F(-1500)),
+    (np.float64(0.1), F(0.1)),
+    (np.float32(0.1), F(float(np.float32(0.1)))),
+    (np.int64(-7), F(-7)),
+    (np.array(0.25), F(1, 4)),
+    (mpmath.mpf("0.5"), F(1, 2)),
+    (mpmath.mpf(-3) * 2**200, F(-3 * 2**200)),
+    (mpmath.mpf(0), F(0)),
+    (sympy.Rational(2, 7), F(2, 7)),
+    (sympy.Integer(-4), F(-4)),
+    (sympy.Float(0.1), F(0.1)),
+]
+
+
+@pytest.mark.parametrize(("value", "wanted"), EXACT, ids=[repr(v)[:25] for v, _ in EXACT])
+def test_exact(value: Any, wanted: F) -> None:
+    assert exact("x", value) == wanted
+    assert isinstance(exact("x", value), F)
+
+
+def test_sympy_floats_of_many_digits_keep_them() -> None:
+    third = sympy.Float("0.333333333333333333333333333333", 30)
+    assert abs(exact("x", third) - F(1, 3)) < F(1, 10**29)
+
+
+def test_mpf_is_read_whatever_the_global_precision() -> None:
+    with mpmath.workdps(60):
+        x = mpmath.mpf(1) / 3
+    with mpmath.workdps(5):
+        assert abs(exact("x", x) - F(1, 3)) < F(1, 10**59)
+
+
+@pytest.mark.parametrize("places", [4000, 9000])
+def test_long_decimal_strings_are_read(places: int) -> None:
+    # dps goes to 10,000, and so may the numbers
+    assert exact("x", "0." + "3" * places) == F(10**places // 3, 10**places)
+
+
+@given(st.fractions())
+def test_fractions_and_their_strings_are_the_same(x: F) -> None:
+    assert exact("x", str(x)) == x
+
+
+@given(st.decimals(allow_nan=False, allow_infinity=False, places=12))
+def test_decimals_and_their_strings_are_the_same(x: Decimal) -> None:
+    assert exact("x", x) == exact("x", str(x)) == F(x)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_floats_are_their_binary_values(x: float) -> None:
+    assert float(exact("x", x)) == x
+    assert exact("x", x) == F(x)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        None, "", "a", "nan", "inf", "1/0", "1e", "0x1", "1 2", "½", b"1", [1], (1,), {}, {1},
+        object(), True, np.True_, 1j, np.complex64(1), mpmath.mpc(1, 1), mpmath.inf, mpmath.nan,
+        float("nan"), float("inf"), -float("inf"), np.float32("nan"), Decimal("nan"),
+        Decimal("sNaN"), Decimal("-Infinity"), sympy.oo, sympy.nan, sympy.pi, sympy.I,
+        sympy.Symbol("x"), "1e100001", "1e-99999999999", np.datetime64("2020"),
+    ],
+    ids=repr,
+)  # fmt: skip
+def test_what_is_no_finite_number_is_refused_by_name(value: Any) -> None:
+    with pytest.raises(sa.InputError, match=r"^kappa is .*[.]$"):
+        exact("kappa", value)
+
+
+ARRAYS: list[tuple[Any, list[Any]]] = [
+    ([1, 2.5], [1.0, 2.5]),
+    ((1, 2), [1.0, 2.0]),
+    (["0.1", "1/3"], [0.1, 1 / 3]),
+    ([F(1, 3), 2], [1 / 3, 2.0]),
+    ([mpmath.mpf("0.5"), Decimal("0.25")], [0.5, 0.25]),
+    ([sympy.Rational(1, 8)], [0.125]),
+    (np.array([1, 2], dtype=np.int8), [1.0, 2.0]),
+    (np.array([0.5], dtype=np.float16), [0.5]),
+    ([[1, 2], [3, 4]], [[1.0, 2.0], [3.0, 4.0]]),
+    (np.arange(4)[::2], [0.0, 2.0]),
+]
+
+
+@pytest.mark.parametrize(("value", "wanted"), ARRAYS, ids=[repr(v)[:30] for v, _ in ARRAYS])
+def test_arrays_become_float64(value: Any, wanted: list[Any]) -> None:
+    assert is_array(value)
+    found = floats("x", value)
+    assert found.dtype == np.float64
+    assert found.tolist() == wanted
+
+
+def test_scalars_become_arrays_without_axes() -> None:
+    found = floats("x", "1/3")
+    assert found.shape == ()
+    assert float(found) == 1 / 3
+    assert not is_array("12")
+    assert not is_array(np.array(1.0))
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        [], [[]], np.empty((0, 3)), [[1, 2], [3]], [1, None], [1, "x"], [True], ["nan"], [1j],
+        np.array([np.nan]), np.array([np.inf, 1]), np.array(["a"]), np.array([object()]),
+        np.array(["2020-01-01"], dtype="datetime64"), [10**400], ["1e-400"], [1, [2]],
+    ],
+    ids=repr,
+)  # fmt: skip
+def test_arrays_that_are_refused(value: Any) -> None:
+    with pytest.raises(sa.InputError, match=r"^r (is|has) .*[.]$"):
+        floats("r", value)
+
+
+def test_numbers_beyond_float64_are_refused_with_the_way_out() -> None:
+    for value in ("1e400", "1e-400", 10**400):
+        with pytest.raises(sa.InputError, match=r"range of float64; pass dps"):
+            floats("r", value)
+
+
+def test_longdouble_beyond_float64_is_refused() -> None:
+    if np.finfo(np.longdouble).max <= np.finfo(np.float64).max:
+        pytest.skip("long doubles are doubles here")
+    with pytest.raises(sa.InputError, match=r"[.]$"):
+        floats("r", np.array([np.longdouble("1e400")]))
+
+
+def test_digits() -> None:
+    assert [digits(n) for n in (1, np.int64(20), 10_000)] == [1, 20, 10_000]
+    for bad in (0, -3, 10_001, 2.0, "20", True, None, float("nan"), [20]):
+        with pytest.raises(sa.InputError, match=r"from 1 to 10000\.$"):
+            digits(bad)
+
+
+def test_positive() -> None:
+    assert positive("r", F(1, 3)) == F(1, 3)
+    for bad in (F(0), F(-1, 3), F(-(10**5000)), F(-1, 10**5000)):
+        with pytest.raises(sa.InputError, match=r"^r is -?[0-9.e+-]+; it must be greater than 0"):
+            positive("r", bad)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (F(3), "3"), (F(-2, 5), "-0.4"), (F(1, 3), "0.333333"), (F(10**20), "1e+20"),
+        (F(0), "0"), (F(1, 10**9), "1e-09"), (F(10**400), "1e400"),
+    ],
+)  # fmt: skip
+def test_short_texts(value: F, text: str) -> None:
+    found = float_text(value)
+    assert found == text or abs(F(found) / value - 1) < F(1, 10**5)
+
+
+@pytest.mark.parametrize("value", [F(10**6000), F(-1, 10**6000), F(10**6000 + 1, 3)])
+def test_short_texts_of_numbers_beyond_float64(value: F) -> None:
+    assert len(float_text(value)) < 20
