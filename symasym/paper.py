@@ -233,7 +233,10 @@ def occupation(
             error = -context.log(p) if error is not None and not complement else None
             value = context.log(value)
         result = to_mpf(value, n)
-        error = None if error is None else to_mpf(error * (1 + context.mpf(10) ** -n), n)
+        if error is not None:
+            # Rounding the value to n digits must not let the truth out of the interval.
+            slack = abs(value) * context.mpf(10) ** -n
+            error = to_mpf((error + slack) * (1 + context.mpf(10) ** -n), n)
     if dps is None:
         result, error = (
             float(result),
@@ -252,7 +255,7 @@ def _occupation_of_arrays(
             f"dps is {dps} and an argument is an array; arrays are for float64 (dps=None)."
         )
     k = floats("kappa", kappa)
-    shape = np.broadcast_shapes(k.shape, drift.shape)
+    shape = drift.shape_with("kappa", k)
     flat = np.broadcast_to(k, shape).ravel()
     values = {
         n: np.broadcast_to(v, shape).ravel() if is_array(v) else v for n, v in drift.values.items()
