@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from symasym.errors import InputError
+from symasym.inputs import to_float
 
 FUNCTIONS = [
     *("exp", "log", "sqrt", "erf"),
@@ -41,7 +42,7 @@ class NumpyOps:
     _names |= {"asinh": "arcsinh", "acosh": "arccosh", "atanh": "arctanh"}
 
     def rational(self, value: Fraction) -> float:
-        return float(value)
+        return to_float("A number of the drift", value)
 
     def pi(self) -> float:
         return float(np.pi)

@@ -191,9 +191,13 @@ class Drift:
     def evaluate_float(self, u: FloatArray, values: dict[str, FloatArray] | None = None) -> Any:
         """A(u) in float64 with the parameters broadcast against `u`; no bounds are checked."""
         if values is None:
-            self.require_bound()
-            values = {name: np.asarray(v, dtype=np.float64) for name, v in self._values.items()}
+            values = self.float_values()
         return self._model.evaluate(u, values, _NUMPY)
+
+    def float_values(self) -> dict[str, FloatArray]:
+        """The parameter values in float64."""
+        self.require_bound()
+        return {name: floats(name, value) for name, value in self._values.items()}
 
     def coefficients(self, values: dict[str, Any], ops: Any) -> list[Any] | None:
         """Coefficients of A in ascending powers, in the arithmetic of `values`; None if none."""

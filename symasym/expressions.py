@@ -35,27 +35,32 @@ def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
 
 def _parse(name: str, given: Any) -> Any:
     if isinstance(given, str):
-        from sympy.parsing.sympy_parser import parse_expr, rationalize, standard_transformations
-
-        names = {
-            n: sympy.Symbol(n) for n in ("S", "N", "C", "O", "Q", "E1", "beta", "gamma", "zeta")
-        }
+        expression = _parse_text(name, given)
+    elif isinstance(given, Fraction):
+        expression = _rational(given)
+    else:
         try:
-            return parse_expr(
-                given, local_dict=names, transformations=(*standard_transformations, rationalize)
-            )
-        except Exception as error:  # SymPy's parser raises whatever Python's tokenizer does
-            raise InputError(
-                f"{name} is {given!r}, which SymPy cannot read ({type(error).__name__}); "
-                "write it like 1/2 - u + b*u**3."
-            ) from None
-    if isinstance(given, Fraction):
-        return _rational(given)
+            expression = sympy.sympify(given, strict=True)
+        except (sympy.SympifyError, TypeError):
+            expression = None
+    # Lists, truth values and relations are read by SymPy, too.
+    if not isinstance(expression, sympy.Expr):
+        raise InputError(f"{name} is {given!r}; give a SymPy expression, a number or a string.")
+    return _exactly(expression)
+
+
+def _parse_text(name: str, given: str) -> Any:
+    from sympy.parsing.sympy_parser import parse_expr, rationalize, standard_transformations
+
+    names = {n: sympy.Symbol(n) for n in ("S", "N", "C", "O", "Q", "E1", "beta", "gamma", "zeta")}
     try:
-        return _exactly(sympy.sympify(given, strict=True))
-    except (sympy.SympifyError, TypeError):
+        return parse_expr(
+            given, local_dict=names, transformations=(*standard_transformations, rationalize)
+        )
+    except Exception as error:  # SymPy's parser raises whatever Python's tokenizer does
         raise InputError(
-            f"{name} is {given!r}; give a SymPy expression, a number or a string."
+            f"{name} is {given!r}, which SymPy cannot read ({type(error).__name__}); "
+            "write it like 1/2 - u + b*u**3."
         ) from None
 
 
@@ -71,7 +76,10 @@ def _rational(value: Fraction) -> Any:
 
 def _symbol(formula: Any, u: Any) -> Any:
     if u is not None:
-        return sympy.Symbol(u) if isinstance(u, str) else u
+        symbol = sympy.Symbol(u) if isinstance(u, str) else u
+        if not isinstance(symbol, sympy.Symbol):
+            raise InputError(f"u is {u!r}; give the SymPy Symbol or the name of A's variable.")
+        return symbol
     named = [s for s in formula.free_symbols if s.name == "u"]
     if named:
         return named[0]

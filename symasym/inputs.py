@@ -112,11 +112,11 @@ def _from_library(name: str, value: Any) -> Fraction:
 def floats(name: str, value: Any) -> FloatArray:
     """`value` as a float64 array (0-dimensional for a scalar), finite and not empty."""
     if not is_array(value):
-        return np.asarray(_to_float(name, exact(name, value)))
+        return np.asarray(to_float(name, exact(name, value)))
     try:
         array = np.asarray(value)
         if array.dtype.kind in "OUS":
-            flat = [_to_float(name, exact(name, item)) for item in array.ravel()]
+            flat = [to_float(name, exact(name, item)) for item in array.ravel()]
             array = np.array(flat, dtype=np.float64).reshape(array.shape)
     except InputError:
         raise
@@ -136,13 +136,18 @@ def floats(name: str, value: Any) -> FloatArray:
     return array
 
 
-def _to_float(name: str, value: Fraction) -> float:
+class BeyondFloat(InputError, OverflowError):
+    """A number that float64 cannot hold, though more digits could."""
+
+
+def to_float(name: str, value: Fraction | int) -> float:
+    """The nearest float64; an error beyond its range."""
     try:
         result = float(value)
     except OverflowError:
-        raise InputError(f"{name} is beyond the range of float64; pass dps=… for it.") from None
+        raise BeyondFloat(f"{name} is beyond the range of float64; pass dps=… for it.") from None
     if result == 0.0 and value != 0:
-        raise InputError(f"{name} is below the range of float64; pass dps=… for it.")
+        raise BeyondFloat(f"{name} is below the range of float64; pass dps=… for it.")
     return result
 
 

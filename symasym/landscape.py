@@ -257,8 +257,7 @@ def _minus_integral(
 
 def potential_at(drift: Drift, u: FloatArray) -> Any:
     """V in float64 with V(-1) = 0, by Gauss-Legendre on panels short enough for any A."""
-    drift.require_bound()
-    values = {name: np.asarray(v, dtype=np.float64) for name, v in drift.values.items()}
+    values = drift.float_values()
     shape = drift.shape_with("u", u)
     position = np.broadcast_to(u, shape)
     inside = np.clip(position, -1.0, 1.0)

@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 
 from symasym.arithmetic import evaluate_tree, integer_power
 from symasym.errors import InputError
+from symasym.inputs import exact
 
 Values = Mapping[str, Any]
 
@@ -196,6 +197,7 @@ class Expression(Model):
 
 def check_count(name: str, value: Any) -> int:
     """A whole number >= 1 that shapes a model (waves of a sine, exponent of a Hill switch)."""
-    if isinstance(value, bool) or int(value) != value or value < 1:
+    number = exact(name, value)
+    if number.denominator != 1 or number < 1:
         raise InputError(f"{name} is {value!r}; give a whole number of at least 1.")
-    return int(value)
+    return int(number)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from decimal import Decimal
 from typing import Any
@@ -123,6 +124,126 @@ CASES: dict[str, tuple[Callable[[], Any], type[Exception], str]] = {
         sa.AccuracyError,
         "1e-400",
     ),
+    "start inside, but not in float64": (
+        lambda: sa.escape_time(FRICTION, 1, 1, start="0.99999999999999999999"),
+        sa.InputError,
+        "start",
+    ),
+    "n is text": (lambda: sa.hill(1, 2, 1, n="x"), sa.InputError, "n is 'x'"),
+    "n is None": (lambda: sa.hill(1, 2, 1, n=None), sa.InputError, "n is None"),
+    "n is nan": (lambda: sa.hill(1, 2, 1, n=float("nan")), sa.InputError, "n is nan"),
+    "waves inf": (lambda: sa.sine(1, 2, 1, waves=float("inf")), sa.InputError, "waves is inf"),
+    "waves true": (lambda: sa.sine(1, 2, 1, waves=True), sa.InputError, "waves is True"),
+    "degree and order": (lambda: sa.polynomial(1, c1=2), sa.InputError, "coefficients"),
+    "no coefficient": (lambda: sa.polynomial(d1=2), sa.InputError, "d1"),
+    "K 0, bound later": (
+        lambda: sa.escape_time(sa.hill(1, 2).bind(K=0), 1, 2),
+        sa.InputError,
+        "K is 0",
+    ),
+    "steepness 0, bound later": (
+        lambda: sa.escape_time(sa.tanh(1, 2).bind(steepness=0), 1, 2),
+        sa.InputError,
+        "steepness",
+    ),
+    "mu < 0, bound later": (lambda: sa.friction().bind(mu="-1/3"), sa.InputError, "mu is -0.33"),
+    "K in an array": (lambda: sa.hill(1, 2).bind(K=[1.0, -2.0]), sa.InputError, "K"),
+    "huge and negative": (
+        lambda: sa.escape_time(FRICTION, -(10**5000), 1, dps=20),
+        sa.InputError,
+        "kappa is -1e5000",
+    ),
+    "signalling nan": (
+        lambda: sa.escape_time(FRICTION, Decimal("sNaN"), 1),
+        sa.InputError,
+        "kappa is Dec",
+    ),
+    "set": (lambda: sa.escape_time(FRICTION, {1}, 1), sa.InputError, r"kappa is \{1\}"),
+    "generator": (
+        lambda: sa.escape_time(FRICTION, (x for x in (1, 2)), 1),
+        sa.InputError,
+        "generator",
+    ),
+    "symbol": (lambda: sa.escape_time(FRICTION, U, 1), sa.InputError, "Symbol"),
+    "bytes": (lambda: sa.escape_time(FRICTION, b"1", 1), sa.InputError, "b'1'"),
+    "division by zero in text": (lambda: sa.escape_time(FRICTION, "1/0", 1), sa.InputError, "1/0"),
+    "drift called with text": (lambda: FRICTION("x"), sa.InputError, "u is 'x'"),
+    "drift called, shapes": (
+        lambda: FRICTION.bind(z0=[1.0, 2.0, 3.0])([0.1, 0.2]),
+        sa.InputError,
+        "broadcast",
+    ),
+    "drift called, free": (lambda: sa.friction()(0), sa.InputError, "mu, alpha, z0"),
+    "array parameters and dps": (
+        lambda: sa.escape_time(FRICTION.bind(z0=[1.0, 2.0]), 1, 2, dps=20),
+        sa.InputError,
+        "z0",
+    ),
+    "density, an array of y and dps": (
+        lambda: sa.stationary_density(SLIDING, 1, [0.0], dps=20),
+        sa.InputError,
+        "y is an array",
+    ),
+    "density, y text": (lambda: sa.stationary_density(SLIDING, 1, "y"), sa.InputError, "y is 'y'"),
+    "density, y complex": (lambda: sa.stationary_density(SLIDING, 1, 1j), sa.InputError, "1j"),
+    "sliding in part of an array": (
+        lambda: sa.occupation(sa.linear(1, [-1.0, 2.0]), 1),
+        sa.RegionError,
+        r"a\+ = 2",
+    ),
+    "tangency, sine": (lambda: sa.sine(0, 1, 1).region, sa.RegionError, "tangency"),
+    "tangency, an array": (lambda: sa.linear([1.0, 0.0], 1).region, sa.RegionError, "tangency"),
+    "occupation at a tangency": (
+        lambda: sa.occupation(sa.sine(0, -1, 1), 1),
+        sa.RegionError,
+        "a- = 0",
+    ),
+    "A a list": (lambda: sa.Drift("[1, 2]"), sa.InputError, "A is"),
+    "A a truth value": (lambda: sa.Drift("True"), sa.InputError, "A is"),
+    "A None": (lambda: sa.Drift(None), sa.InputError, "A is None"),
+    "A a function": (lambda: sa.Drift(lambda u: u), sa.InputError, "A is <function"),
+    "A text in quotes": (lambda: sa.Drift("'abc'"), sa.InputError, "A is"),
+    "A imaginary": (lambda: sa.Drift("I*u"), sa.InputError, "I"),
+    "A infinite": (lambda: sa.Drift("1/0"), sa.InputError, "zoo"),
+    "A a relation": (lambda: sa.Drift("u > 0"), sa.InputError, "u > 0"),
+    "A a matrix": (lambda: sa.Drift("Matrix([u])"), sa.InputError, "Matrix"),
+    "A piecewise": (
+        lambda: sa.Drift("Piecewise((u, u > 0), (0, True))"),
+        sa.InputError,
+        "Piecewise",
+    ),
+    "A of a function unknown": (lambda: sa.Drift("foo(u)"), sa.InputError, "foo"),
+    "A and a number for u": (lambda: sa.Drift("1 - u", 5), sa.InputError, "5"),
+    "jump, nan": (lambda: sa.Drift("1 - u", a_minus=float("nan")), sa.InputError, "nan"),
+    "complex power": (lambda: sa.Drift("(u - 2)**(1/3)"), sa.InputError, "complex"),
+    "log of a negative": (lambda: sa.Drift("log(u/2)"), sa.InputError, "singular or complex"),
+    "a corner": (lambda: sa.Drift("sqrt(u**2)"), sa.InputError, "u = "),
+    "a corner elsewhere": (lambda: sa.Drift("sqrt((u - 1/3)**2)"), sa.InputError, "u = 0.333"),
+    "huge coefficients": (
+        lambda: sa.escape_time(sa.Drift("10**400*u"), 1, 10),
+        sa.SymasymError,
+        "float64",
+    ),
+    "paper, drift is no drift": (
+        lambda: sa.occupation(3, 1, method="paper"),
+        sa.InputError,
+        "drift is 3",
+    ),
+    "paper, shapes": (
+        lambda: sa.escape_time(FRICTION, [1.0, 2.0], [1.0, 2.0, 3.0], method="paper"),
+        sa.InputError,
+        "broadcast",
+    ),
+    "critical points of nothing": (
+        lambda: sa.polynomial(0).critical_points(),
+        sa.AccuracyError,
+        "A is 0",
+    ),
+    "rescale overflows": (
+        lambda: sa.rescale([1e-300], [1e200], 1.0),
+        sa.InputError,
+        "float64",
+    ),
 }
 
 
@@ -135,7 +256,29 @@ def test_one_sentence(name: str) -> None:
     assert message.endswith(".")
     assert "\n" not in message
     assert len(message) < 400
+    # one sentence: no full stop, question or exclamation mark before another one begins
+    assert not re.search(r"[.!?] +[A-Z]", message)
     assert isinstance(caught.value, sa.SymasymError)
+    # the cause is told in the sentence, not in a traceback below it
+    assert caught.value.__cause__ is None
+    assert caught.value.__suppress_context__ or caught.value.__context__ is None
+
+
+@pytest.mark.parametrize("digits", [3000, 9000])
+def test_long_numbers_are_not_printed_in_full(digits: int) -> None:
+    for bad in (f"0.{'3' * digits}x", f"-0.{'3' * digits}", -(10**digits)):
+        with pytest.raises(sa.InputError, match="kappa") as caught:
+            sa.escape_time(FRICTION, bad, 1, dps=20)
+        assert len(str(caught.value)) < 400
+
+
+def test_a_refusal_in_one_thread_leaves_the_next_call_alone() -> None:
+    before = sa.escape_time(FRICTION, 1, 10, dps=30)
+    for name in ("pole", "2/kappa^2 overflows", "overflow", "density, not sliding"):
+        call, error, _ = CASES[name]
+        with pytest.raises(error):
+            call()
+    assert sa.escape_time(FRICTION, 1, 10, dps=30) == before
 
 
 def test_errors_are_the_fitting_builtins() -> None:

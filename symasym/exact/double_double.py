@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from symasym.inputs import FloatArray
+from symasym.inputs import FloatArray, to_float
 
 _SPLITTER = 134217729.0  # 2^27 + 1
 
@@ -34,7 +34,7 @@ class DoubleDouble:
         if isinstance(value, DoubleDouble):
             return value
         if isinstance(value, (int, Fraction)):
-            hi = float(value)
+            hi = to_float("A number of the drift", value)
             lo = float(value - Fraction(hi)) if np.isfinite(hi) else 0.0
             return cls(np.asarray(hi), np.asarray(lo))
         return cls(np.asarray(value, dtype=np.float64))
