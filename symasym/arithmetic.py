@@ -63,7 +63,7 @@ class NumpyOps:
 
 
 class MpmathOps:
-    """Numbers of one mpmath context (real, or intervals with ``mpmath.iv``)."""
+    """Real numbers of one mpmath context."""
 
     def __init__(self, context: Any) -> None:
         self.context = context

@@ -10,12 +10,14 @@ import numpy as np
 
 from symasym import models
 from symasym.arithmetic import NumpyOps, SympyOps, integer_power
+from symasym.discs import Disc, DiscOps
 from symasym.errors import InputError, RegionError
 from symasym.inputs import FloatArray, exact, float_text, floats, is_array
 
 __all__ = ["Drift", "hill", "linear", "polynomial", "sine", "tanh"]
 
 _NUMPY = NumpyOps()
+_DISCS = DiscOps(_NUMPY)
 
 
 class Drift:
@@ -193,6 +195,17 @@ class Drift:
         if values is None:
             values = self.float_values()
         return self._model.evaluate(u, values, _NUMPY)
+
+    def spread(
+        self, centre: FloatArray, radius: FloatArray, values: dict[str, FloatArray] | None = None
+    ) -> Disc:
+        """What A makes of complex discs, in float64 (see `symasym.discs`)."""
+        values = self.float_values() if values is None else values
+        with np.errstate(all="ignore"):
+            found = self._model.evaluate(_DISCS.disc(centre, radius), values, _DISCS)
+        # A constant becomes a disc, of the shape asked for.
+        shaped: Disc = _DISCS.disc(0.0 * centre, 0.0 * radius) + found
+        return shaped
 
     def float_values(self) -> dict[str, FloatArray]:
         """The parameter values in float64."""

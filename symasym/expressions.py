@@ -5,15 +5,17 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-import mpmath
 import sympy
 
 from symasym import models
 from symasym.arithmetic import MpmathOps, evaluate_tree
+from symasym.context import own_context
+from symasym.discs import DiscOps
 from symasym.errors import InputError
 from symasym.inputs import exact
 
 _DEEPEST = 40
+_OVERLAP = Fraction(9, 16)  # half would let neighbouring discs touch only
 
 
 def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
@@ -111,93 +113,35 @@ def _check_functions(formula: Any, symbol: Any) -> None:
 
 
 def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None:
-    """Refuse an A that is singular or complex on [-1, 1], by interval evaluation.
+    """Refuse an A that is singular or complex on [-1, 1], by its range over complex discs.
 
-    An enclosure that stays unbounded on ever smaller intervals is a singularity
-    (or one that cancels, which the formula should be freed of).
+    A disc on which the range stays unbounded however small it is made holds a
+    singularity (or one that cancels, which the formula should be freed of).
     """
-    iv = mpmath.iv
-    ops = _IntervalOps()
-    numbers = {name: ops.rational(value) for name, value in values.items()}
+    with own_context(15) as context:
+        ops = DiscOps(MpmathOps(context))
+        numbers = {name: ops.rational(value) for name, value in values.items()}
 
-    def problem(lo: Fraction, hi: Fraction) -> str | None:
-        u = iv.mpf(
-            [mpmath.mpf(lo.numerator) / lo.denominator, mpmath.mpf(hi.numerator) / hi.denominator]
-        )
-        try:
-            value = model.evaluate(u, numbers, ops)
-        except (ZeroDivisionError, OverflowError, _Singular):
-            return "singular or complex"
-        except (mpmath.libmp.ComplexResult, ValueError, NotImplementedError, TypeError):
-            return "singular or complex"
-        ends = (mpmath.mpf(value.a), mpmath.mpf(value.b))
-        if any(mpmath.isnan(x) or mpmath.isinf(x) for x in ends):
-            return "singular"
-        return None
+        def regular(lo: Fraction, hi: Fraction) -> bool:
+            # Discs overlap, so that together they cover a neighbourhood of [-1, 1].
+            disc = ops.disc(ops.rational((lo + hi) / 2), ops.rational((hi - lo) * _OVERLAP))
+            try:
+                return bool((model.evaluate(disc, numbers, ops) + 0 * disc).radius < context.inf)
+            except (ArithmeticError, ValueError, TypeError):  # at the centre itself
+                return False
 
-    pending = [(Fraction(-1), Fraction(1), 0)]
-    while pending:
-        lo, hi, depth = pending.pop()
-        found = problem(lo, hi)
-        if not found:
-            continue
-        if depth == _DEEPEST or (depth > 6 and len(pending) > 400):
-            raise InputError(
-                f"A = {model.formula} is {found} near u = {float(lo):.6g}; "
-                "give an A that is real and smooth on [-1, 1]."
-            )
-        middle = (lo + hi) / 2
-        pending += [(middle, hi, depth + 1), (lo, middle, depth + 1)]
-
-
-class _Singular(ArithmeticError):
-    """An interval touches a place where a function is not analytic."""
-
-
-class _IntervalOps(MpmathOps):
-    """mpmath's intervals; a function that is not analytic on its whole argument raises."""
-
-    def __init__(self) -> None:
-        super().__init__(mpmath.iv)
-
-    def power(self, base: Any, exponent: Fraction) -> Any:
-        return mpmath.iv.exp(self.rational(exponent) * self.log(base))
-
-    def __getattr__(self, name: str) -> Any:
-        iv = mpmath.iv
-        composed = {
-            "log": lambda x: iv.log(_above(x, 0)),
-            "sqrt": lambda x: iv.sqrt(_above(x, 0)),
-            "tan": lambda x: iv.sin(x) / iv.cos(x),
-            "sinh": lambda x: (iv.exp(x) - iv.exp(-x)) / 2,
-            "cosh": lambda x: (iv.exp(x) + iv.exp(-x)) / 2,
-            "tanh": lambda x: 1 - 2 / (iv.exp(2 * x) + 1),
-            "asin": lambda x: _monotone(mpmath.asin, _within_one(x)),
-            "acos": lambda x: -_monotone(lambda y: -mpmath.acos(y), _within_one(x)),
-            "atan": lambda x: _monotone(mpmath.atan, x),
-            "asinh": lambda x: _monotone(mpmath.asinh, x),
-            "acosh": lambda x: _monotone(mpmath.acosh, _above(x, 1)),
-            "atanh": lambda x: _monotone(mpmath.atanh, _within_one(x)),
-            "erf": lambda x: _monotone(mpmath.erf, x),
-        }
-        return composed.get(name) or super().__getattr__(name)
-
-
-def _above(x: Any, least: int) -> Any:
-    if not mpmath.mpf(mpmath.iv.mpf(x).a) > least:
-        raise _Singular
-    return x
-
-
-def _within_one(x: Any) -> Any:
-    return _above(1 - x, 0) and _above(1 + x, 0) and x
-
-
-def _monotone(function: Any, x: Any) -> Any:
-    ends = [function(mpmath.mpf(y)) for y in (x.a, x.b)]
-    if any(isinstance(y, mpmath.mpc) for y in ends):
-        raise ValueError("complex")
-    return mpmath.iv.mpf([ends[0] - mpmath.mpf(2) ** -40, ends[1] + mpmath.mpf(2) ** -40])
+        pending = [(Fraction(-1), Fraction(1), 0)]
+        while pending:
+            lo, hi, depth = pending.pop()
+            if regular(lo, hi):
+                continue
+            if depth == _DEEPEST or (depth > 6 and len(pending) > 400):
+                raise InputError(
+                    f"A = {model.formula} is singular or complex near u = {float(lo):.6g}; "
+                    "give an A that is real and smooth on [-1, 1]."
+                )
+            middle = (lo + hi) / 2
+            pending += [(middle, hi, depth + 1), (lo, middle, depth + 1)]
 
 
 def phi(A: Any) -> Any:

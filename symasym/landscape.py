@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symasym.context import own_context
+from symasym.discs import Disc, tame
 from symasym.errors import AccuracyError
 from symasym.inputs import FloatArray
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from symasym.drift import Drift
 
 _DIGITS = 60
+_NARROWEST = 1e-12
 
 
 @dataclass(frozen=True)
@@ -108,15 +110,16 @@ def _of_analytic(drift: Drift) -> list[CriticalPoint]:
     order = 8
     with own_context(_DIGITS + 20) as context:
 
-        def taylor(u: Any) -> list[Any]:
-            ops = JetOps(order, context)
+        def taylor(u: Any, count: int = 3) -> list[Any]:
+            # A jet's digits are relative to its largest coefficient, so no more than needed.
+            ops = JetOps(count, context)
             point = ops.variable(u)
             return Jet.coefficients_of(drift.evaluate(point, ops), ops)
 
         scale = max(abs(taylor(context.mpf(k) / 8)[0]) for k in range(-8, 9))
         if scale == 0:
             raise AccuracyError("A is 0 on all of [-1, 1], so every point is critical; change A.")
-        marks = float_marks(lambda u: drift.evaluate_float(u))
+        marks = float_marks(drift.evaluate_float, drift.spread)
         # Between neighbouring extremes A is monotone, so a change of sign is one simple zero.
         turning = [_newton(lambda x: taylor(x)[1:3], context.mpf(x), context) for x in marks]
         inside = sorted(x for x in turning if x is not None and -1 < x < 1)
@@ -130,7 +133,7 @@ def _of_analytic(drift: Drift) -> list[CriticalPoint]:
                 root = _bisect(lambda x: taylor(x)[:2], edges[k - 1], edges[k], context)
                 found.append(CriticalPoint(mpmath.mp.make_mpf(root._mpf_), 1, _kind(1, high > 0)))
             if k < len(edges) - 1 and abs(high) <= small:
-                jet = taylor(edges[k])
+                jet = taylor(edges[k], order)
                 multiplicity = next(
                     (m for m in range(1, order) if abs(jet[m]) > scale * context.mpf(10) ** (-20)),
                     0,
@@ -197,28 +200,33 @@ def _bisect(pair: Callable[[Any], list[Any]], lo: Any, hi: Any, context: Any) ->
     return x
 
 
-def float_marks(function: Callable[[FloatArray], Any]) -> list[float]:
+def float_marks(
+    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], Disc]
+) -> list[float]:
     """Zeros and extremes of a smooth function on [-1, 1], in float64, by Chebyshev proxies.
 
     Parameters
     ----------
     function : callable
         Takes and returns a float64 array.
+    spread : callable
+        What the function makes of discs, given their centres and radii.
     """
     marks: list[float] = []
-    for lo, hi, series in _proxies(function):
+    for lo, hi, series in _proxies(function, spread):
         for poly in (series, np.polynomial.chebyshev.chebder(series)):
-            trimmed = np.polynomial.chebyshev.chebtrim(poly, 1e-15 * (np.abs(poly).max() or 1.0))
-            if len(trimmed) < 2:
+            if len(poly) < 2:
                 continue
-            roots = np.polynomial.chebyshev.chebroots(trimmed)
+            roots = np.polynomial.chebyshev.chebroots(poly)
             good = roots[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) <= 1 + 1e-9)].real
             marks += list((lo + hi) / 2 + (hi - lo) / 2 * good)
     return sorted(float(np.clip(x, -1, 1)) for x in marks)
 
 
-def _proxies(function: Callable[[FloatArray], Any]) -> list[tuple[float, float, FloatArray]]:
-    """Pieces of [-1, 1] with Chebyshev coefficients that have died out."""
+def _proxies(
+    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], Disc]
+) -> list[tuple[float, float, FloatArray]]:
+    """Pieces of [-1, 1] with Chebyshev coefficients that have died out, down to rounding."""
     degree = 32
     nodes = np.cos(np.pi * np.arange(degree + 1) / degree)
     pending = [(-1.0, 1.0)]
@@ -234,8 +242,12 @@ def _proxies(function: Callable[[FloatArray], Any]) -> list[tuple[float, float, 
                 "give an A that is real and smooth on [-1, 1]."
             )
         series = np.polynomial.chebyshev.chebfit(nodes, values, degree)
-        if np.abs(series[-3:]).max() < 1e-12 * (np.abs(series).max() or 1.0) or hi - lo < 1e-6:
-            done.append((lo, hi, series))
+        change = spread(np.array([(lo + hi) / 2]), np.array([hi - lo])).radius[0]
+        # Rounding of x is multiplied by the slope, which is at most change/radius.
+        noise = 1e-14 * np.abs(series).max() + 4e-16 * change / (hi - lo)
+        settled = np.abs(series[-3:]).max() <= 1e-12 * np.abs(series).max() + noise
+        if (settled and tame(change, np.abs(values).max())) or hi - lo < _NARROWEST:
+            done.append((lo, hi, np.polynomial.chebyshev.chebtrim(series, min(noise, 1.0))))
         else:
             pending += [(lo, (lo + hi) / 2), ((lo + hi) / 2, hi)]
     return done

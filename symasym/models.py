@@ -178,7 +178,11 @@ class Expression(Model):
         if not all(isinstance(v, Fraction) for v in values.values()):
             return None
         rationals = {s: sympy.Rational(v.numerator, v.denominator) for s, v in values.items()}
-        value = sympy.simplify(self.formula.subs({self.u: side, **rationals}))
+        value = self.formula.subs({self.u: side, **rationals})
+        terms = [abs(term.evalf(15)) for term in sympy.Add.make_args(value)]
+        # Simplifying can take minutes; only a sum that seems to vanish is worth it.
+        if not value.is_Rational and abs(value.evalf(15)) < 1e-12 * max(terms):
+            value = sympy.simplify(value)
         return Fraction(int(value.p), int(value.q)) if value.is_Rational else None
 
     def coefficients(self, p: Values, ops: Any) -> list[Any] | None:

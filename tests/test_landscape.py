@@ -167,12 +167,25 @@ def test_global_precision_does_not_matter() -> None:
 
 
 def test_marks_are_zeros_and_extremes() -> None:
-    marks = float_marks(lambda u: np.sin(7 * u))
+    drift = sa.Drift("sin(7*u)")
+    marks = float_marks(drift.evaluate_float, drift.spread)
     wanted = [k * np.pi / 14 for k in range(-4, 5)]
     for mark in wanted:
         assert min(abs(x - mark) for x in marks) < 1e-9
     with pytest.raises(sa.AccuracyError, match="not finite"):
-        float_marks(lambda u: 1 / (u - 0.25) ** 2 * np.where(u == u, np.inf, 1))
+        float_marks(lambda u: np.full(u.shape, np.inf), drift.spread)
+
+
+@pytest.mark.parametrize("width", ["1e-3", "1e-6", "1e-9"])
+def test_wells_of_a_needle_are_found(width: str) -> None:
+    # 1 - 2 exp(-x^2) of x = (u - 0.3)/width vanishes at x = -+sqrt(log 2)
+    points = sa.Drift(f"1 - 2*exp(-((u - 0.3)/{width})**2)").critical_points()
+    assert [p.kind for p in points] == ["well", "barrier"]
+    with mpmath.workdps(50):
+        half = mpmath.mpf(width) * mpmath.sqrt(mpmath.log(2))
+        for point, sign in zip(points, (-1, 1), strict=True):
+            wanted = mpmath.mpf(3) / 10 + sign * half
+            assert abs(point.u - wanted) <= mpmath.mpf(10) ** -45
 
 
 # -- the potential ---------------------------------------------------------------------------------

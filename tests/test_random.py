@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import symasym as sa
-from symasym.exact import arbitrary, ball
+from symasym.exact import arbitrary, ball, witness
 
 needs_flint = pytest.mark.skipif(not ball.available(), reason="python-flint is not installed")
 
@@ -45,11 +45,35 @@ def drifts(draw: st.DrawFn) -> sa.Drift:
     return sa.hill(*ends, K=draw(rationals(0.1, 2)), n=draw(st.integers(1, 8)))
 
 
+SHAPES = [
+    "exp(-x**2)", "tanh(x)", "1/(1 + x**2)", "x/(1 + x**2)", "x*exp(-x**2)", "erf(x)", "atan(x)",
+    "sin(x)", "x/sqrt(1 + x**2)",
+]  # fmt: skip
+
+
 @st.composite
-def scenes(draw: st.DrawFn, weakest: float) -> tuple[sa.Drift, Fraction, Fraction, Fraction]:
+def narrow(draw: st.DrawFn) -> sa.Drift:
+    """A line with one or two features of any width."""
+    terms = [str(draw(rationals(-2, 2))), f"({draw(rationals(-2, 2))})*u"]
+    for _ in range(draw(st.integers(1, 2))):
+        width = draw(powers_of_ten(-6, 0.5))
+        shape = draw(st.sampled_from(SHAPES))
+        if shape == "sin(x)":
+            width = max(width, Fraction(1, 200))
+        place, height = draw(rationals(-1.1, 1.1)), draw(rationals(-3, 3))
+        terms.append(f"({height})*" + shape.replace("x**2", "x^2").replace("exp", "E!"))
+        terms[-1] = terms[-1].replace("x", f"((u - ({place}))/({width}))")
+        terms[-1] = terms[-1].replace("E!", "exp").replace("^", "**")
+    return sa.Drift(" + ".join(terms))
+
+
+@st.composite
+def scenes(
+    draw: st.DrawFn, weakest: float, of: st.SearchStrategy[sa.Drift]
+) -> tuple[sa.Drift, Fraction, Fraction, Fraction]:
     r = draw(powers_of_ten(-0.5, 4))
     start = r * draw(rationals(-0.99, 0.99))
-    return draw(drifts()), draw(powers_of_ten(weakest, 4)), r, draw(st.sampled_from([0 * r, start]))
+    return draw(of), draw(powers_of_ten(weakest, 4)), r, draw(st.sampled_from([0 * r, start]))
 
 
 def gap(found: float, wanted: Any) -> float:
@@ -95,6 +119,14 @@ def check_balls(scene: tuple[sa.Drift, Fraction, Fraction, Fraction], dps: int) 
         assert abs(share - chance) <= spread + unit * abs(chance)
 
 
+def check_witness(scene: tuple[sa.Drift, Fraction, Fraction, Fraction]) -> None:
+    """The printed double integral, by plain quadrature."""
+    drift, kappa, r, start = scene
+    wanted = witness.escape_time(drift, kappa, min(r, Fraction(20)), start * 0, 16)
+    found = sa.escape_time(drift, kappa, min(r, Fraction(20)), dps=16)
+    assert abs(found - wanted) <= mpmath.mpf(10) ** -15 * abs(wanted)
+
+
 SAMPLE = settings(
     max_examples=40,
     derandomize=True,
@@ -104,29 +136,68 @@ SAMPLE = settings(
 ALL = settings(SAMPLE, max_examples=10_000)
 
 
-@SAMPLE
-@given(scenes(weakest=-1.5))
-def test_floats_sample(scene: Any) -> None:
-    check_floats(scene)
+FEW = settings(SAMPLE, max_examples=12)
+KINDS = {"ready-made": drifts(), "narrow": narrow()}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_floats_sample(kind: str) -> None:
+    SAMPLE(given(scenes(-1.5, KINDS[kind]))(check_floats))()
 
 
 @needs_flint
-@SAMPLE
-@given(scenes(weakest=-1), st.integers(15, 60))
-def test_balls_sample(scene: Any, dps: int) -> None:
-    check_balls(scene, dps)
+@pytest.mark.parametrize("kind", KINDS)
+def test_balls_sample(kind: str) -> None:
+    SAMPLE(given(scenes(-1, KINDS[kind]), st.integers(15, 60))(check_balls))()
+
+
+@FEW
+@given(scenes(-0.3, drifts()))
+def test_witness_sample(scene: Any) -> None:
+    check_witness(scene)
+
+
+@FEW
+@given(st.data())
+def test_arrays_are_their_scenes(data: st.DataObject) -> None:
+    r = data.draw(powers_of_ten(-0.5, 3))
+    n = 5
+    kappa = [float(data.draw(powers_of_ten(-2, 3))) for _ in range(n)]
+    start = [float(r * data.draw(rationals(-0.99, 0.99))) for _ in range(n)]
+    z0 = [float(data.draw(rationals(-4, 4))) for _ in range(n)]
+    ends = [[float(data.draw(rationals(0.01, 3))) * s for _ in range(n)] for s in (1, -1)]
+    for make, values in (
+        (lambda z0: sa.friction("1.7", 1, z0), (z0,)),
+        (lambda a, b: sa.tanh(a, b, 4), ends),
+        (lambda a, b: sa.Drift("a + (b - a)*(u + 1)/2").bind(a=a, b=b), ends),
+    ):
+        every = make(*values)
+        each = [make(*scene) for scene in zip(*values, strict=True)]
+        asked: list[tuple[Any, Any]] = [
+            (sa.escape_time, lambda d, k, s: {"drift": d, "kappa": k, "r": r, "start": s}),
+            (sa.exit_probability, lambda d, k, s: {"drift": d, "kappa": k, "r": r, "start": s}),
+        ]
+        if values is ends:
+            asked += [
+                (sa.occupation, lambda d, k, s: {"drift": d, "kappa": k}),
+                (sa.stationary_density, lambda d, k, s: {"drift": d, "kappa": k, "y": s}),
+            ]
+        for verb, arguments in asked:
+            together = verb(**arguments(every, kappa, start), log=True)
+            assert together.shape == (n,)
+            for k in range(n):
+                alone = verb(**arguments(each[k], kappa[k], start[k]), log=True)
+                assert abs(together[k] - alone) <= 2e-12 * max(1, abs(alone))
 
 
 @pytest.mark.slow
-@ALL
-@given(scenes(weakest=-4))
-def test_floats_on_ten_thousand_scenes(scene: Any) -> None:
-    check_floats(scene)
+@pytest.mark.parametrize("kind", KINDS)
+def test_floats_on_ten_thousand_scenes(kind: str) -> None:
+    ALL(given(scenes(-4, KINDS[kind]))(check_floats))()
 
 
 @needs_flint
 @pytest.mark.slow
-@ALL
-@given(scenes(weakest=-1.5), st.integers(15, 60))
-def test_balls_on_ten_thousand_scenes(scene: Any, dps: int) -> None:
-    check_balls(scene, dps)
+@pytest.mark.parametrize("kind", KINDS)
+def test_balls_on_ten_thousand_scenes(kind: str) -> None:
+    ALL(given(scenes(-1.5, KINDS[kind]), st.integers(15, 60))(check_balls))()

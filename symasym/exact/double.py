@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.discs import tame
 from symasym.exact import panels
 from symasym.exact.fields import Field, IntArray
 from symasym.exact.panels import REACH, SLOWNESS, Moments
@@ -317,6 +318,7 @@ def _digest(
     count = np.maximum(np.ceil(lam_h * size / REACH), 1.0)
     # The n-th Chebyshev coefficient shrinks by count^n when the block is cut into panels.
     rough = _tail(phi) / count**8
+    field.saw(blocks.scene, size)
     hidden = _hidden(field, blocks, anchors, phi, size)
     slowly &= ~hidden
     few = ~slowly & ~hidden & (count <= _SAMPLES_PER_BLOCK) & (lam_h * rough <= 4e-14 * count)
@@ -361,30 +363,19 @@ def _is_slow(
 def _hidden(
     field: Field, blocks: _Blocks, anchors: _Anchors, phi: FloatArray, size: FloatArray
 ) -> np.ndarray:
-    """Blocks with a feature too narrow for their nodes to see, found by looking in between."""
-    hidden = np.zeros(len(size), dtype=bool)
-    if field.series(blocks.scene[:1]) is not None:
-        return hidden  # a polynomial has none
-    width = blocks.t1 - blocks.t0
-    for count, chosen in ((256, width > 0.1), (64, (width > 0.005) & (width <= 0.1))):
-        index = np.flatnonzero(chosen)
-        if index.size:
-            nodes, between = _between(count)
-            seen = _phi(field, blocks.take(index), anchors, nodes)
-            gap = np.abs(phi[index] @ between - seen).max(axis=1)
-            hidden[index] = ~(gap <= 0.01 * size[index] + 50 * _tail(phi[index]))
-    return hidden
-
-
-@cache
-def _between(count: int) -> tuple[FloatArray, FloatArray]:
-    """Fractions of a width, and the matrix that interpolates to them from the Lobatto nodes."""
-    nodes = (np.arange(count) + 0.381966) / count
-    x = 2 * panels.lobatto().nodes - 1
-    k = np.arange(panels.NODES + 1)
-    to_series = np.linalg.inv(np.cos(k[None, :] * np.arccos(np.clip(x, -1, 1))[:, None]))
-    evaluate = np.cos(k[None, :] * np.arccos(2 * nodes - 1)[:, None])
-    return nodes, (evaluate @ to_series).T.copy()
+    """Blocks with a feature too narrow for their nodes to see (see `symasym.discs`)."""
+    middle = (blocks.t0 + blocks.t1) / 2
+    taken_about = blocks.anchor >= 0
+    if taken_about.any():
+        middle = middle + np.where(taken_about, anchors.centre[blocks.anchor], 0.0)
+    around = field.spread(blocks.scene, middle, blocks.t1 - blocks.t0)
+    if around is None:
+        return np.zeros(len(size), dtype=bool)  # a polynomial has none
+    # Beyond a step or a needle the Taylor expansion about an anchor would be another function.
+    straying = np.abs(around.centre - phi[:, panels.NODES // 2])
+    close = straying <= 1e-6 * size + 1e-10 * field.size()[blocks.scene]
+    seen: np.ndarray = tame(around.radius, size) & (close | ~taken_about)
+    return ~seen
 
 
 @cache

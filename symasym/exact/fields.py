@@ -13,9 +13,13 @@ from typing import Any, Protocol
 import numpy as np
 
 from symasym.context import own_context
+from symasym.discs import Disc, tame
 from symasym.drift import Drift
 from symasym.exact.double_double import DoubleDouble, DoubleDoubleOps, shift
 from symasym.inputs import FloatArray
+
+#: Where the size of A is first looked at.
+_GRID = np.cos(np.pi * np.arange(33) / 32)
 
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
 
@@ -45,6 +49,14 @@ class Field(Protocol):
 
     def turning(self, scene: IntArray) -> FloatArray:
         """Real parts of the zeros of A'; rows padded with nan."""
+        ...
+
+    def saw(self, scene: IntArray, size: FloatArray) -> None:
+        """Take note that |A| reaches `size`."""
+        ...
+
+    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> Disc | None:
+        """What A makes of complex discs, one per entry; None where A is a polynomial."""
         ...
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -108,6 +120,12 @@ class PolynomialField:
     def size(self) -> FloatArray:
         result: FloatArray = np.abs(self._c).sum(axis=0)
         return result
+
+    def saw(self, scene: IntArray, size: FloatArray) -> None:
+        pass  # the coefficients say it all
+
+    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> None:
+        return None
 
     def zeros(self, scene: IntArray) -> FloatArray:
         return _zeros_of(self._c[:, scene].T)
@@ -174,6 +192,7 @@ class AnalyticField:
         everyone = np.arange(2 * count)
         ends = self.phi(everyone, np.tile((-1.0, 1.0), (2 * count, 1)))
         self.a_minus, self.a_plus = ends.T.copy()
+        self._size: FloatArray = np.abs(self.phi(everyone, np.tile(_GRID, (2 * count, 1)))).max(axis=1)
         known = [drift.exact_end(pairs, side) for side in (-1, 1)]
         for side, mine, mirrored in (
             (0, self.a_minus, self.a_plus),
@@ -197,24 +216,35 @@ class AnalyticField:
         result: FloatArray = sign * np.broadcast_to(raw, u.shape)
         return result
 
-    def _phi_of_one(self, scene: IntArray, u: FloatArray) -> FloatArray:
-        result: FloatArray = self.phi(scene, u[None, :])[0]
+    def _phi_of_one(self, scene: list[int], u: FloatArray) -> FloatArray:
+        result: FloatArray = self.phi(np.array(scene), u[None, :])[0]
         return result
+
+    def _spread_of_one(self, scene: int, centre: FloatArray, radius: FloatArray) -> Disc:
+        return self.spread(np.full(len(centre), scene), centre, radius)
 
     def series(self, scene: IntArray) -> None:
         return None
 
     def size(self) -> FloatArray:
-        grid = np.cos(np.pi * np.arange(33) / 32)
-        everyone = np.arange(2 * self._count)
-        sampled = self.phi(everyone, np.broadcast_to(grid, (2 * self._count, 33)))
-        result: FloatArray = np.abs(sampled).max(axis=1)
-        return result
+        return self._size
+
+    def saw(self, scene: IntArray, size: FloatArray) -> None:
+        np.maximum.at(self._size, scene, size)
+
+    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> Disc:
+        sign = self.sign[scene]
+        values = {name: value[scene] for name, value in self._values.items()}
+        found: Disc = sign * self._drift.spread(sign * centre, radius, values)
+        return found
 
     def zeros(self, scene: IntArray) -> FloatArray:
         from symasym.landscape import float_marks
 
-        rows = [float_marks(partial(self._phi_of_one, np.array([s]))) for s in scene]
+        rows = [
+            float_marks(partial(self._phi_of_one, [s]), partial(self._spread_of_one, s))
+            for s in scene
+        ]
         width = max([len(row) for row in rows] + [1])
         return np.array(
             [np.pad(row, (0, width - len(row)), constant_values=np.nan) for row in rows]
@@ -241,7 +271,20 @@ class AnalyticField:
                 row = sign * np.array([float(x) for x in Jet.coefficients_of(jet, ops)])
                 rows.append(row)
                 radii.append(_trust(row))
-        return np.array(rows), np.array(radii)
+        return np.array(rows), self._tamed(scene, centre, np.array(rows), np.array(radii))
+
+    def _tamed(
+        self, scene: IntArray, centre: FloatArray, rows: FloatArray, radii: FloatArray
+    ) -> FloatArray:
+        """`radii`, halved until A has nothing within twice of them that the rows do not see."""
+        active = np.isfinite(radii) & (radii > 0)
+        radii = np.minimum(radii, 2.0)
+        while active.any():
+            change = self.spread(scene, centre, 2 * radii).radius
+            size = (np.abs(rows) * radii[:, None] ** np.arange(rows.shape[1])).sum(axis=1)
+            active &= ~tame(change, size) & (radii > 1e-14)
+            radii = np.where(active, radii / 2, radii)
+        return radii
 
     @staticmethod
     def _exact_value(pair: DoubleDouble, index: int) -> Fraction:

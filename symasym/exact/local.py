@@ -9,10 +9,14 @@ from typing import Any
 import numpy as np
 
 from symasym.arithmetic import MpmathOps
+from symasym.context import own_context
+from symasym.discs import DiscOps, tame
 from symasym.drift import Drift
 from symasym.errors import AccuracyError
 from symasym.exact.jets import Jet, JetOps
 from symasym.inputs import FloatArray
+
+_MOST_EXTRA_BITS = 4096
 
 
 class ExactField:
@@ -32,6 +36,7 @@ class ExactField:
         self.mirrored = mirrored
         self._sign = -1 if mirrored else 1
         self._about: dict[Fraction, list[Fraction]] = {}
+        self._extra_bits = 0
         self._edges: dict[tuple[Fraction, Fraction], Fraction] = {}
         self._polynomial = drift.exact_coefficients()
         if self._polynomial is not None and mirrored:
@@ -59,6 +64,18 @@ class ExactField:
             values: FloatArray = self._sign * self._drift.evaluate_float(self._sign * u)
         return np.broadcast_to(values, u.shape)
 
+    def tame(self, centre: Fraction, radius: Fraction, size: Fraction) -> bool:
+        """Whether A has nothing on this disc that a series of this size there misses."""
+        bits = 64 + max(0, radius.denominator.bit_length() - radius.numerator.bit_length())
+        with own_context(1) as context:
+            context.prec = bits
+            ops = DiscOps(MpmathOps(context))
+            disc = ops.disc(ops.rational(self._sign * centre), ops.rational(radius))
+            try:
+                return bool(tame((self._drift.evaluate(disc, ops) + 0).radius, ops.rational(size)))
+            except (ArithmeticError, ValueError):  # mpmath's words for infinity
+                return False
+
     def taylor(self, centre: Fraction, scale: Fraction, order: int) -> list[Fraction]:
         """Coefficients of phi(centre + scale s) in s; all of them for a polynomial."""
         if self._polynomial is not None:
@@ -68,9 +85,19 @@ class ExactField:
                 for k in range(degree - 1, lowest - 1, -1):
                     work[k] += work[k + 1] * centre
             return [c * scale**k for k, c in enumerate(work)]
-        ops = JetOps(order, self._context)
-        jet = self._drift.evaluate(ops.variable(self._sign * centre, self._sign * scale), ops)
+        with self._context.workprec(self._context.prec + self._extra_bits):
+            ops = JetOps(order, self._context)
+            jet = self._drift.evaluate(ops.variable(self._sign * centre, self._sign * scale), ops)
         return [self._sign * c for c in Jet.fractions(jet, ops)]
+
+    def sharpen(self) -> None:
+        """Find Taylor coefficients with more bits from now on."""
+        self._extra_bits += 64
+        if self._extra_bits > _MOST_EXTRA_BITS:
+            raise AccuracyError(
+                "A varies too fast or cancels too much inside [-1, 1] for the digits asked for; "
+                "ask for fewer digits or write A so that its terms do not cancel."
+            )
 
     def near(self, centre: Fraction, t0: Fraction, t1: Fraction) -> list[float]:
         """Taylor coefficients of phi about the middle of [centre + t0, centre + t1], in units
@@ -152,7 +179,8 @@ class ExactField:
         else:
             from symasym.landscape import float_marks
 
-            rough = float_marks(lambda u: self._sign * self._drift.evaluate_float(self._sign * u))
+            drift = self._drift
+            rough = [self._sign * u for u in float_marks(drift.evaluate_float, drift.spread)]
         return [self._refined(Fraction(x)) for x in rough if lo < x < hi]
 
     def _refined(self, x: Fraction) -> Fraction:
@@ -182,5 +210,6 @@ def to_fraction(x: Any) -> Fraction:
 
 
 def dyadic(x: Any, bits: int) -> Fraction:
-    """A short dyadic rational within 2^-bits of `x`."""
+    """A short dyadic rational within 2^-bits of `x`, and within 1 of it for negative `bits`."""
+    bits = max(bits, 0)
     return Fraction(math.floor(x * (1 << bits) + Fraction(1, 2)), 1 << bits)

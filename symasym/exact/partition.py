@@ -139,15 +139,13 @@ class Partition:
         if not self.field.is_polynomial:
             centre, t0, t1 = edges
             middle, half = centre + (t0 + t1) / 2, (t1 - t0) / 2
-            here = [Fraction(x) for x in near]
-            if float(half) > 0.0025 and not (
-                self._seen(here, middle, half)
-                and self._seen([x * (-1) ** k for k, x in enumerate(here)], middle, -half)
-            ):
-                return None
             # phi may be far from zero and yet have a singularity nearby.
             rate = max((abs(near[k]) / abs(near[0])) ** (1 / k) for k in range(8, len(near)))
             radius = min(radius, 0.8 / max(rate, 1e-3))
+            while radius > 1.3 and not self.field.tame(
+                middle, dyadic(half * Fraction(radius), 8 + _places(half)), Fraction(abs(near[0]))
+            ):
+                radius *= 0.7
         if radius < 1.3:
             return None
         count = int(1.15 * (self.bits + 40) / math.log2(radius)) + 2 * rounds + 8
@@ -159,51 +157,64 @@ class Partition:
 
     def _taylor(self, centre: Fraction, t0: Fraction, t1: Fraction) -> Iterator[Panel]:
         """Panels from t0 to t1, each as wide as is cheapest."""
-        t = t0
+        t, unit = t0, Fraction(1)
         while t < t1:
-            here = centre + t
-            about = self.field.taylor(here, Fraction(1), 24)
-            h = self._width([abs(float(self.lam * c)) for c in about], t1 - t)
-            c = [x * h**k for k, x in enumerate(about)]
+            here, most = centre + t, t1 - t
             if not self.field.is_polynomial:
-                order = (self.bits + guard_bits(self.reach)) // 2 + 32
-                c = self.field.taylor(here, h, order)
-                while not self._complete(c, here, h):
-                    h /= 2
-                    c = self.field.taylor(here, h, order)
+                unit = most = self._tame_width(here, min(4 * unit, t1 - t))
+            about = self.field.taylor(here, unit, 24)
+            scale = self.lam * unit
+            w = self._width([abs(float(scale * c)) for c in about], most / unit)
+            h = w * unit
+            if self.field.is_polynomial:
+                c = [x * w**k for k, x in enumerate(about)]
+            else:
+                c, h = self._complete(here, h)
             yield Taylor(self.numbers, c, h)
             t += h
 
-    def _seen(self, c: list[Fraction], here: Fraction, h: Fraction) -> bool:
-        """Whether phi between the ends is what its Taylor series about `here` says, roughly.
+    def _tame_width(self, here: Fraction, most: Fraction) -> Fraction:
+        """`most`, halved until nothing narrower than a panel hides within."""
+        h, value = most, abs(self.field.value(here))
+        while not self.field.tame(here, 2 * h, value + abs(self.field.value(here + h))):
+            h /= 2
+            self._require_width(h)
+        return h
 
-        A feature narrower than the panel leaves no trace in the series.
-        """
-        s = (np.arange(256) + 0.381966) / 256
-        wanted = np.polynomial.polynomial.polyval(s, [float(x) for x in c[:200]])
-        gap = np.abs(wanted - self.field.float_values(float(here) + float(h) * s))
-        return bool(gap.max() <= 0.01 * (1e-300 + np.abs(wanted).max()))
+    def _complete(self, here: Fraction, h: Fraction) -> tuple[list[Fraction], Fraction]:
+        """Taylor coefficients of phi in units of `h`, halved until what is missing of their
+        series is below the last digit."""
+        order = (self.bits + guard_bits(self.reach)) // 2 + 32
+        before = Fraction(0)
+        while True:
+            c = self.field.taylor(here, h, order)
+            last = max(abs(x) for x in c[-8:])
+            if self.lam * h * last * (1 << (self.bits + 16)) < 1:
+                return c, h
+            # Were it truncation, halving would shrink it by 2^order; rounding it does not.
+            if before and last * (1 << (order // 2)) > before:
+                self.field.sharpen()
+            before = last
+            h /= 2
+            self._require_width(h)
 
-    def _complete(self, c: list[Fraction], here: Fraction, h: Fraction) -> bool:
-        """Whether what is missing of the Taylor series of phi is below the last digit."""
-        if float(h) > 0.005 and not self._seen(c, here, h):
-            return False
+    @staticmethod
+    def _require_width(h: Fraction) -> None:
         if _places(h) > _DEEPEST:
             raise AccuracyError(
                 "the Taylor series of A does not converge inside [-1, 1]; give an A that is "
                 "analytic there, or ask for fewer digits."
             )
-        last = max(abs(x) for x in c[-8:])
-        return bool(self.lam * h * last * (1 << (self.bits + 16)) < 1)
 
     def _width(self, sizes: list[float], most: Fraction) -> Fraction:
-        """Width of the next panel, from the sizes of lam times the Taylor coefficients of phi."""
+        """Width of the next panel in any unit, and in that unit the sizes of lam times the
+        Taylor coefficients of phi and `most`, which is not to be exceeded."""
         h = most
         if not self.field.is_polynomial:
             # A quarter of the distance to the nearest singularity: two bits a term.
             lead = max(sizes[:4]) or 1.0
             rate = max((s / lead) ** (1 / k) for k, s in enumerate(sizes) if k >= 12)
-            if rate:
+            if 4 * rate * h > 1:
                 h = min(h, dyadic(Fraction(1 / (4 * rate)), 8 + _places(Fraction(1 / rate))))
 
         def growth(width: Fraction) -> list[float]:
