@@ -17,6 +17,7 @@ from symasym.context import own_context, to_mpf
 from symasym.drift import Drift
 from symasym.exact.local import ExactField
 from symasym.exact.partition import Partition
+from symasym.exact.rational import Rational
 from symasym.exact.records import Panel
 
 _GUARD = 64
@@ -175,7 +176,7 @@ class _Sweep:
         if not field.is_polynomial:
             # Rounding of phi enters the exponents multiplied by lam.
             context.prec += max(0, lam.numerator.bit_length() - lam.denominator.bit_length())
-        self._cut = Partition(field, lam, context)
+        self._cut = Partition(field, Rational(lam), context)
         self._field, self._context = field, context
         self._lam = self._cut.numbers.lam
         self._tiny = context.ldexp(context.one, -context.prec - 12)
@@ -183,7 +184,7 @@ class _Sweep:
     def absorbed(self, start: Fraction, end: Fraction) -> Absorption:
         """sigma and w at `end`, absorbed at `start`."""
         sigma, steps = self._context.zero, []
-        for panel in self._cut.records(start, end):
+        for panel in self._cut.records(Rational(start), Rational(end)):
             # Down: sigma' e = near + sigma; up: sigma' = near + sigma/e (see `panels`).
             entering = sigma * panel.end if panel.up else sigma
             grown = entering
@@ -214,7 +215,7 @@ class _Sweep:
     def free(self, start: Fraction, end: Fraction, w: Any) -> Any:
         """w at `end` from `w` at `start`, nothing absorbed."""
         steps, zero = [], self._context.zero
-        for panel in self._cut.records(start, end):
+        for panel in self._cut.records(Rational(start), Rational(end)):
             kept = 1 / panel.end if panel.up else panel.end
             steps.append((panel, kept, self._lam * (kept if panel.up else 1), zero))
             w *= kept
@@ -223,11 +224,11 @@ class _Sweep:
     def from_infinity(self, end: Fraction) -> Any:
         """w at `end` with nothing absorbed on the left (needs a- > 0)."""
         # Left of -1, w = 1/a- everywhere.
-        before = 1 / self._cut.numbers.mpf(self._field.value(Fraction(-1)))
-        return self.free(Fraction(-1), end, before) if end > -1 else before
+        before = 1 / self._cut.numbers.mpf(self._field.value(Rational(-1)))
+        return self.free(Rational(-1), end, before) if end > -1 else before
 
     def to_the_end(self) -> _Tail:
         """The whole of space seen from u = 1, split into the layer and the tails."""
-        beyond = 1 / -self._cut.numbers.mpf(self._field.value(Fraction(1)))
-        inside = self.free(Fraction(-1), Fraction(1), self._context.zero)
-        return _Tail(inside, beyond, self.from_infinity(Fraction(1)) + beyond)
+        beyond = 1 / -self._cut.numbers.mpf(self._field.value(Rational(1)))
+        inside = self.free(Rational(-1), Rational(1), self._context.zero)
+        return _Tail(inside, beyond, self.from_infinity(Rational(1)) + beyond)

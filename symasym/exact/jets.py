@@ -9,6 +9,7 @@ from typing import Any
 
 from symasym.arithmetic import integer_power
 from symasym.errors import AccuracyError, InputError
+from symasym.exact.rational import Rational
 
 
 class Jet:
@@ -101,8 +102,8 @@ class Jet:
         """Coefficients of a Jet, or of a number that turned out constant."""
         jet = value if isinstance(value, Jet) else ops.constant(value)
         if jet.e >= 0:
-            return [Fraction(x << jet.e) for x in jet.c]
-        return [Fraction(x, 1 << -jet.e) for x in jet.c]
+            return [Rational(x << jet.e) for x in jet.c]
+        return [Rational(x, 1 << -jet.e) for x in jet.c]
 
     @staticmethod
     def coefficients_of(value: Any, ops: JetOps) -> list[Any]:
@@ -150,7 +151,7 @@ class JetOps:
 
     def variable(self, centre: Any, scale: Fraction = Fraction(1)) -> Jet:
         """The jet of u = centre + scale s; `centre` a Fraction or an mpf."""
-        first = self.rational(centre) if isinstance(centre, Fraction) else centre
+        first = self.rational(centre) if hasattr(centre, "denominator") else centre
         if self.order == 1:
             return self.constant(first)
         slope = self.constant(self.rational(scale))

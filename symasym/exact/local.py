@@ -14,6 +14,7 @@ from symasym.discs import DiscOps, tame
 from symasym.drift import Drift
 from symasym.errors import AccuracyError
 from symasym.exact.jets import Jet, JetOps
+from symasym.exact.rational import Rational
 from symasym.inputs import FloatArray
 
 _MOST_EXTRA_BITS = 4096
@@ -38,7 +39,8 @@ class ExactField:
         self._about: dict[Fraction, list[Fraction]] = {}
         self._extra_bits = 0
         self._edges: dict[tuple[Fraction, Fraction], Fraction] = {}
-        self._polynomial = drift.exact_coefficients()
+        known = drift.exact_coefficients()
+        self._polynomial = None if known is None else [Rational(c) for c in known]
         if self._polynomial is not None and mirrored:
             self._polynomial = [c if k % 2 else -c for k, c in enumerate(self._polynomial)]
 
@@ -49,7 +51,7 @@ class ExactField:
     def value(self, u: Fraction) -> Fraction:
         """phi(u), to working precision where it is not rational."""
         if self._polynomial is not None:
-            total = Fraction(0)
+            total = Rational(0)
             for c in reversed(self._polynomial):
                 total = total * u + c
             return total
@@ -108,7 +110,7 @@ class ExactField:
             return [float(c) for c in found]
         if centre not in self._about:
             # About a zero of A these floats keep their relative precision.
-            self._about[centre] = self.taylor(centre, Fraction(1), 0)
+            self._about[centre] = self.taylor(centre, Rational(1), 0)
         work = [float(c) for c in self._about[centre]]
         middle, degree = float((t0 + t1) / 2), len(work) - 1
         for lowest in range(degree):
@@ -121,15 +123,15 @@ class ExactField:
         if self._polynomial is None:
             half = (t1 - t0) / 2
             c = self.taylor(centre + t0 + half, half, order)
-            return 2 * half * sum((x / (k + 1) for k, x in enumerate(c) if k % 2 == 0), Fraction(0))
+            return 2 * half * sum((x / (k + 1) for k, x in enumerate(c) if k % 2 == 0), Rational(0))
         return self._primitive(centre, t1) - self._primitive(centre, t0)
 
     def _primitive(self, centre: Fraction, t: Fraction) -> Fraction:
         """int phi over [centre, centre + t]; neighbouring panels share their edges."""
         found = self._edges.get((centre, t))
         if found is None:
-            c = self._about.get(centre) or self.taylor(centre, Fraction(1), 0)
-            found = Fraction(0)
+            c = self._about.get(centre) or self.taylor(centre, Rational(1), 0)
+            found = Rational(0)
             for k in range(len(c) - 1, -1, -1):
                 found = found * t + c[k] / (k + 1)
             found = self._edges[centre, t] = found * t
@@ -172,7 +174,7 @@ class ExactField:
     def zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
         """Zeros of A in (lo, hi), and the places where it comes near zero, refined by Newton."""
         if self._polynomial is not None:
-            scale = max(abs(c) for c in self._polynomial) or Fraction(1)
+            scale = max(abs(c) for c in self._polynomial) or Rational(1)
             c = np.array([float(x / scale) for x in self._polynomial])
             roots = np.polynomial.polynomial.polyroots(np.trim_zeros(c, "b"))
             rough = [float(x.real) for x in roots if abs(x.imag) < 0.25]
@@ -181,12 +183,12 @@ class ExactField:
 
             drift = self._drift
             rough = [self._sign * u for u in float_marks(drift.evaluate_float, drift.spread)]
-        return [self._refined(Fraction(x)) for x in rough if lo < x < hi]
+        return [self._refined(Rational(x)) for x in rough if lo < x < hi]
 
     def _refined(self, x: Fraction) -> Fraction:
         bits = self._context.prec
         for _ in range(12):
-            value, slope = self.taylor(x, Fraction(1), 2)[:2]
+            value, slope = self.taylor(x, Rational(1), 2)[:2]
             if slope == 0 or abs(value) > abs(slope) / 1000:
                 break
             step = dyadic(value / slope, bits)
@@ -202,14 +204,14 @@ def to_fraction(x: Any) -> Fraction:
     if not mantissa:
         if exponent:
             raise AccuracyError("A is not finite on [-1, 1]; give an A that is smooth there.")
-        return Fraction(0)
+        return Rational(0)
     numerator = -int(mantissa) if sign else int(mantissa)
     if exponent >= 0:
-        return Fraction(numerator << exponent)
-    return Fraction(numerator, 1 << -exponent)
+        return Rational(numerator << exponent)
+    return Rational(numerator, 1 << -exponent)
 
 
 def dyadic(x: Any, bits: int) -> Fraction:
     """A short dyadic rational within 2^-bits of `x`, and within 1 of it for negative `bits`."""
     bits = max(bits, 0)
-    return Fraction(math.floor(x * (1 << bits) + Fraction(1, 2)), 1 << bits)
+    return Rational(math.floor(x * (1 << bits) + Rational(1, 2)), 1 << bits)

@@ -11,6 +11,7 @@ import numpy as np
 
 from symasym.errors import AccuracyError
 from symasym.exact.local import ExactField, dyadic
+from symasym.exact.rational import Rational
 from symasym.exact.records import Constant, Numbers, Panel, Slow, Taylor
 from symasym.exact.taylor import guard_bits, terms_needed
 
@@ -43,12 +44,12 @@ class Partition:
     def records(self, start: Fraction, end: Fraction) -> Iterator[Panel]:
         """Panels from `start` to `end`, the outside ones in closed form."""
         if start < -1:
-            yield self._outer(Fraction(-1), min(end, Fraction(-1)) - start)
-        lo, hi = max(start, Fraction(-1)), min(end, Fraction(1))
+            yield self._outer(Rational(-1), min(end, Rational(-1)) - start)
+        lo, hi = max(start, Rational(-1)), min(end, Rational(1))
         if lo < hi:
             yield from self._inside(lo, hi)
         if end > 1:
-            yield self._outer(Fraction(1), end - max(start, Fraction(1)))
+            yield self._outer(Rational(1), end - max(start, Rational(1)))
 
     def _outer(self, edge: Fraction, width: Fraction) -> Panel:
         return Constant(self.numbers, self.field.value(edge), width)
@@ -57,7 +58,7 @@ class Partition:
         grid = np.linspace(float(lo), float(hi), 17)
         mean = float(np.abs(self.field.float_values(grid)).mean())
         if self._lam_float * mean * float(hi - lo) <= _MILD_PANELS * self.reach:
-            yield from self._taylor(Fraction(0), lo, hi)
+            yield from self._taylor(Rational(0), lo, hi)
             return
         for centre, t0, t1 in self._graded(lo, hi):
             yield from self._block(centre, t0, t1, 0)
@@ -72,8 +73,8 @@ class Partition:
         for left, right in zip(marks, marks[1:], strict=False):
             # A short split point keeps the rationals of the blocks short.
             half = dyadic((right - left) / 2, 8 + _places(right - left))
-            yield left, Fraction(0), half
-            yield right, half - (right - left), Fraction(0)
+            yield left, Rational(0), half
+            yield right, half - (right - left), Rational(0)
 
     def _zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
         """Short dyadic approximations, finer than any layer, of the zeros of A inside."""
@@ -143,7 +144,7 @@ class Partition:
             rate = max((abs(near[k]) / abs(near[0])) ** (1 / k) for k in range(8, len(near)))
             radius = min(radius, 0.8 / max(rate, 1e-3))
             while radius > 1.3 and not self.field.tame(
-                middle, dyadic(half * Fraction(radius), 8 + _places(half)), Fraction(abs(near[0]))
+                middle, dyadic(half * Rational(radius), 8 + _places(half)), Rational(abs(near[0]))
             ):
                 radius *= 0.7
         if radius < 1.3:
@@ -157,7 +158,7 @@ class Partition:
 
     def _taylor(self, centre: Fraction, t0: Fraction, t1: Fraction) -> Iterator[Panel]:
         """Panels from t0 to t1, each as wide as is cheapest."""
-        t, unit = t0, Fraction(1)
+        t, unit = t0, Rational(1)
         while t < t1:
             here, most = centre + t, t1 - t
             if not self.field.is_polynomial:
@@ -185,7 +186,7 @@ class Partition:
         """Taylor coefficients of phi in units of `h`, halved until what is missing of their
         series is below the last digit."""
         order = (self.bits + guard_bits(self.reach)) // 2 + 32
-        before = Fraction(0)
+        before = Rational(0)
         while True:
             c = self.field.taylor(here, h, order)
             last = max(abs(x) for x in c[-8:])
@@ -215,7 +216,7 @@ class Partition:
             lead = max(sizes[:4]) or 1.0
             rate = max((s / lead) ** (1 / k) for k, s in enumerate(sizes) if k >= 12)
             if 4 * rate * h > 1:
-                h = min(h, dyadic(Fraction(1 / (4 * rate)), 8 + _places(Fraction(1 / rate))))
+                h = min(h, dyadic(Rational(1 / (4 * rate)), 8 + _places(Rational(1 / rate))))
 
         def growth(width: Fraction) -> list[float]:
             w = float(width)
@@ -235,7 +236,7 @@ class Partition:
         cost = self._cost(growth(h), h)
         while h > most / 64 and (less := self._cost(growth(h / 2), h / 2)) < 0.8 * cost:
             h, cost = h / 2, less
-        if h < most < h * Fraction(3, 2):
+        if h < most < h * Rational(3, 2):
             h = dyadic(most / 2, 4 + _places(most)) or h
         return h
 

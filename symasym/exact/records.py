@@ -13,6 +13,7 @@ from typing import Any
 
 from symasym.errors import AccuracyError
 from symasym.exact.local import ExactField
+from symasym.exact.rational import Rational
 from symasym.exact.taylor import (
     constant_moments,
     guard_bits,
@@ -92,7 +93,7 @@ class Taylor(Panel):
     def __init__(self, numbers: Numbers, c: list[Fraction], h: Fraction) -> None:
         context = numbers.context
         q = [numbers.lam_exact * h * x for x in c]
-        rise = -sum((x / (k + 1) for k, x in enumerate(q)), Fraction(0))
+        rise = -sum((x / (k + 1) for k, x in enumerate(q)), Rational(0))
         size = [abs(float(x)) / (k + 1) for k, x in enumerate(q)]
         reach = sum(size)
         self._numbers, self._h = numbers, numbers.mpf(h)

@@ -48,8 +48,10 @@ def integers(q: Sequence[Fraction], bits: int) -> tuple[list[int], int]:
     """`q` as integers over one denominator: exact if short, else to 2^-bits."""
     denominator = math.lcm(*(x.denominator for x in q))
     if denominator.bit_length() < bits // 2:
-        return [int(x * denominator) for x in q], denominator
-    scale = 1 << bits
+        return [
+            context_integer(x.numerator * (denominator // x.denominator)) for x in q
+        ], denominator
+    scale = context_integer(1) << bits
     return [(x.numerator * scale) // x.denominator for x in q], scale
 
 
