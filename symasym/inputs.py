@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
+from numbers import Rational
 from typing import Any
 
 import numpy as np
@@ -58,8 +59,8 @@ def exact(name: str, value: Any) -> Fraction:
         value = value.item()
     if isinstance(value, (complex,)):
         raise InputError(f"{name} is {value!r}, which is complex; give a real number.")
-    if isinstance(value, int):
-        return Fraction(value)
+    if isinstance(value, Rational):  # int, and the rationals of gmpy2
+        return Fraction(int(value.numerator), int(value.denominator))
     if isinstance(value, (float, Decimal)):
         if not (value.is_finite() if isinstance(value, Decimal) else math.isfinite(value)):
             raise InputError(f"{name} is {value!r}; give a finite number.")

@@ -192,9 +192,8 @@ class AnalyticField:
         everyone = np.arange(2 * count)
         ends = self.phi(everyone, np.tile((-1.0, 1.0), (2 * count, 1)))
         self.a_minus, self.a_plus = ends.T.copy()
-        self._size: FloatArray = np.abs(self.phi(everyone, np.tile(_GRID, (2 * count, 1)))).max(
-            axis=1
-        )
+        sampled = self.phi(everyone, np.tile(_GRID, (2 * count, 1)))
+        self._size: FloatArray = np.abs(sampled).max(axis=1)
         known = [drift.exact_end(pairs, side) for side in (-1, 1)]
         for side, mine, mirrored in (
             (0, self.a_minus, self.a_plus),

@@ -7,10 +7,13 @@ from typing import cast
 
 
 def _fastest() -> type[Fraction]:
-    try:
-        from gmpy2 import mpq
-    except ImportError:
+    from mpmath.libmp import BACKEND
+
+    # mpmath takes gmpy2's integers only where it uses them itself.
+    if BACKEND != "gmpy":
         return Fraction
+    from gmpy2 import mpq
+
     return cast("type[Fraction]", mpq)
 
 

@@ -48,9 +48,8 @@ def integers(q: Sequence[Fraction], bits: int) -> tuple[list[int], int]:
     """`q` as integers over one denominator: exact if short, else to 2^-bits."""
     denominator = math.lcm(*(x.denominator for x in q))
     if denominator.bit_length() < bits // 2:
-        return [
-            context_integer(x.numerator * (denominator // x.denominator)) for x in q
-        ], denominator
+        whole = (x.numerator * (denominator // x.denominator) for x in q)
+        return [context_integer(x) for x in whole], denominator
     scale = context_integer(1) << bits
     return [(x.numerator * scale) // x.denominator for x in q], scale
 
