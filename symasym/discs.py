@@ -20,7 +20,7 @@ from symasym.arithmetic import FUNCTIONS, MpmathOps, NumpyOps
 #: A function whose change over a disc of twice a panel's half-width stays below this many
 #: times its size on the panel has no feature that 17 nodes there could miss: a needle of
 #: width w would change by e^((h/w)^2), a pole would make it infinite.
-TAME = 1e4
+TAME = 1e6
 
 
 class Disc:
@@ -109,6 +109,12 @@ class DiscOps:
                 return 1.0 / np.maximum(gap, 0.0)
         return 1 / gap if gap > 0 else self.real.context.inf
 
+    def least(self, x: Any, y: Any) -> Any:
+        """The smaller one; what is not a number counts as infinite."""
+        if self._arrays:
+            return np.fmin(x, y)
+        return y if not x < y else x
+
     def sign(self, x: Any) -> Any:
         if self._arrays:
             return np.where(np.asarray(x) < 0, -1.0, 1.0)
@@ -126,11 +132,14 @@ class DiscOps:
     def exp(self, x: Any) -> Disc:
         z = self._lift(x)
         top = z.centre + z.radius
-        if not self._arrays and not top < 10**6:
-            # mpmath would go on with numbers of millions of digits.
+        if self._too_large(top):
             return self.disc(z.centre, self.real.context.inf)
         value = self.real.exp(z.centre)
         return self.disc(value, self.real.exp(top) - value)
+
+    def _too_large(self, x: Any) -> bool:
+        """Whether mpmath would go on with numbers whose exponents have more digits than fit."""
+        return not self._arrays and not x < 2**1000
 
     def power(self, base: Any, exponent: Fraction) -> Disc:
         # The coefficients of (1 + t)^p are at most those of (1 - t)^-|p|.
@@ -162,6 +171,8 @@ class DiscOps:
     def _wave(self, x: Any, name: str, slope: str) -> Disc:
         """f(c + d) = f(c) cosh(d) + f'(c) sinh(d), or the same with cos(d) and sin(d)."""
         z = self._lift(x)
+        if self._too_large(z.radius):
+            return self.disc(z.centre, self.real.context.inf)
         value, other = getattr(self.real, name)(z.centre), getattr(self.real, slope)(z.centre)
         grown = self.real.exp(z.radius)
         return self.disc(
@@ -174,10 +185,20 @@ class DiscOps:
 
     def tanh(self, x: Any) -> Disc:
         z = self._lift(x)
-        # 2/(1 + e^(-2 z)) - 1 with the side on which the exponential is small.
-        side = self.sign(z.centre)
-        switch = 2 / (1 + self.exp(-2 * side * z))
-        return self.disc(self.real.tanh(z.centre), switch.radius)
+        # tanh(c + d) - tanh(c) = sinh(d)/(cosh(c) cosh(c + d)), and |cosh|^2 is sinh^2 of the
+        # real part plus cos^2 of the imaginary one.
+        if self._too_large(z.radius):
+            return self.disc(z.centre, self.real.context.inf)
+        size, real = abs(z.centre), self.real
+        inner = real.sinh((size - z.radius + abs(size - z.radius)) / 2)
+        wide = z.radius >= 1.5
+        least = inner * inner + (1 - wide) * real.cos(z.radius * (1 - wide)) ** 2
+        change = (
+            real.sinh(z.radius) * self.inverse(real.cosh(size)) * self.inverse(real.sqrt(least))
+        )
+        # Beyond that, 2/(1 + e^(-2 z)) - 1 on the side on which the exponential is small.
+        switch = 2 / (1 + self.exp(-2 * self.sign(z.centre) * z))
+        return self.disc(real.tanh(z.centre), self.least(change, switch.radius))
 
     def erf(self, x: Any) -> Disc:
         z = self._lift(x)

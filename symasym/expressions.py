@@ -14,7 +14,7 @@ from symasym.discs import DiscOps
 from symasym.errors import InputError
 from symasym.inputs import exact
 
-_DEEPEST = 40
+_DEEPEST = 120
 _OVERLAP = Fraction(9, 16)  # half would let neighbouring discs touch only
 
 
@@ -118,7 +118,7 @@ def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None
     A disc on which the range stays unbounded however small it is made holds a
     singularity (or one that cancels, which the formula should be freed of).
     """
-    with own_context(15) as context:
+    with own_context(60) as context:  # for centres on discs of width 2^-120
         ops = DiscOps(MpmathOps(context))
         numbers = {name: ops.rational(value) for name, value in values.items()}
 

@@ -61,7 +61,7 @@ def printed_moments(mp: Any, primitive: Callable[[Any], Any], h: Any) -> list[An
 def sampled(coefficients: list[float], h: float) -> panels.Moments:
     """A panel with lam phi = sum of coefficients[k] x^k."""
     scaled = np.array([[c * h ** (k + 1) for k, c in enumerate(coefficients)]])
-    return panels.sampled(panels.exponents_of_series(scaled), np.array([h]))
+    return panels.sampled(panels.exponents_of_series(scaled), np.array([h]))[0]
 
 
 POLYNOMIALS = [
@@ -112,7 +112,7 @@ def many(coefficients: list[float], h: float, count: int) -> panels.Moments:
         padded[: len(local.coef)] = local.coef
         pieces.append(padded * width)
     exponents = panels.exponents_of_series(np.array(pieces))
-    found = panels.sampled(exponents, np.full(count, h / count))
+    found, _ = panels.sampled(exponents, np.full(count, h / count))
     return panels.merge(found, np.arange(count), np.full(count, count))
 
 
@@ -132,7 +132,7 @@ def test_merging_keeps_runs_apart() -> None:
             local = np.polynomial.Polynomial(coefficients)(np.polynomial.Polynomial([t0, width]))
             parts.append((np.pad(local.coef, (0, 2 - len(local.coef))) * width, width))
     exponents = panels.exponents_of_series(np.array([p[0] for p in parts]))
-    found = panels.sampled(exponents, np.array([p[1] for p in parts]))
+    found, _ = panels.sampled(exponents, np.array([p[1] for p in parts]))
     k, count = np.array([0, 1, 2, 0, 1, 2, 3]), np.array([3, 3, 3, 4, 4, 4, 4])
     for merged, first, second in zip(panels.merge(found, k, count), one, two, strict=True):
         assert merged == pytest.approx([first[0], second[0]], rel=1e-13)

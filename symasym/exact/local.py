@@ -10,7 +10,7 @@ import numpy as np
 
 from symasym.arithmetic import MpmathOps
 from symasym.context import own_context
-from symasym.discs import DiscOps, tame
+from symasym.discs import DiscOps
 from symasym.drift import Drift
 from symasym.errors import AccuracyError
 from symasym.exact.jets import Jet, JetOps
@@ -66,17 +66,18 @@ class ExactField:
             values: FloatArray = self._sign * self._drift.evaluate_float(self._sign * u)
         return np.broadcast_to(values, u.shape)
 
-    def tame(self, centre: Fraction, radius: Fraction, size: Fraction) -> bool:
-        """Whether A has nothing on this disc that a series of this size there misses."""
+    def spread(self, centre: Fraction, radius: Fraction) -> Any:
+        """A bound on the change of A over this complex disc, maybe infinite."""
         bits = 64 + max(0, radius.denominator.bit_length() - radius.numerator.bit_length())
         with own_context(1) as context:
             context.prec = bits
             ops = DiscOps(MpmathOps(context))
             disc = ops.disc(ops.rational(self._sign * centre), ops.rational(radius))
             try:
-                return bool(tame((self._drift.evaluate(disc, ops) + 0).radius, ops.rational(size)))
+                found = (self._drift.evaluate(disc, ops) + 0 * disc).radius
             except (ArithmeticError, ValueError):  # mpmath's words for infinity
-                return False
+                return context.inf
+            return found if found < context.inf else context.inf
 
     def taylor(self, centre: Fraction, scale: Fraction, order: int) -> list[Fraction]:
         """Coefficients of phi(centre + scale s) in s; all of them for a polynomial."""

@@ -33,6 +33,8 @@ REACH = 8.0
 #: series then leave (2k-1)!! 400^-k < 1e-16.
 SLOWNESS = 400.0
 NODES = 16
+#: Largest last Legendre coefficient of the samples, relative to their mean.
+RESOLUTION = 1e-5
 _SLOW_TERMS = 9
 
 
@@ -115,8 +117,29 @@ def exponents_of_values(lam_phi_h: FloatArray) -> FloatArray:
     )
 
 
-def sampled(exponents: FloatArray, h: FloatArray) -> Moments:
-    """Panels of width `h` on which the exponential is sampled.
+@cache
+def _last_coefficients() -> FloatArray:
+    """Matrix from values at the Gauss nodes to the last four Legendre coefficients.
+
+    A coefficient c_k of an entire function leaves about c_k^(2 NODES/k) to the rule,
+    so the earlier ones may be larger.
+    """
+    x, w = np.polynomial.legendre.leggauss(NODES)
+    k = np.arange(NODES - 4, NODES)
+    p = np.polynomial.legendre.legvander(x, NODES - 1)[:, k]
+    result: FloatArray = p * w[:, None] * (k + 0.5) * (0.07, 0.3, 1.0, 3.0)
+    return result
+
+
+def _resolved(values: FloatArray, mean: FloatArray) -> np.ndarray:
+    """Where the last Legendre coefficients say that the integral is right to rounding."""
+    tail = np.abs(values @ _last_coefficients())
+    found: np.ndarray = tail @ np.ones(4) <= RESOLUTION * mean
+    return found
+
+
+def sampled(exponents: FloatArray, h: FloatArray) -> tuple[Moments, np.ndarray]:
+    """Panels of width `h` on which the exponential is sampled, and which of them are resolved.
 
     Parameters
     ----------
@@ -131,11 +154,14 @@ def sampled(exponents: FloatArray, h: FloatArray) -> Moments:
     up = rise > 0
     end = np.exp(-np.abs(rise))
     down_end = np.where(up, 1.0, end)
-    near = (rising @ rule.weights) * h * np.where(up, end, 1.0)
-    far = (falling @ rule.weights) * h * down_end
+    near, far = rising @ rule.weights, falling @ rule.weights
+    resolved = _resolved(rising, near) & _resolved(falling, far)
+    near = near * h * np.where(up, end, 1.0)
+    far = far * h * down_end
     falling *= rising @ (rule.integrate * rule.weights[:, None]).T
     # A product with ones is several times faster than a sum over so short an axis.
-    return Moments(rise, near, far, (falling @ np.ones(NODES)) * h * h * down_end)
+    both = (falling @ np.ones(NODES)) * h * h * down_end
+    return Moments(rise, near, far, both), resolved
 
 
 def slow_terms(lam_phi: FloatArray, h: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from symasym.discs import tame
 from symasym.errors import AccuracyError
 from symasym.exact.local import ExactField, dyadic
 from symasym.exact.rational import Rational
@@ -143,8 +144,9 @@ class Partition:
             # phi may be far from zero and yet have a singularity nearby.
             rate = max((abs(near[k]) / abs(near[0])) ** (1 / k) for k in range(8, len(near)))
             radius = min(radius, 0.8 / max(rate, 1e-3))
-            while radius > 1.3 and not self.field.tame(
-                middle, dyadic(half * Rational(radius), 8 + _places(half)), Rational(abs(near[0]))
+            while radius > 1.3 and not tame(
+                self.field.spread(middle, dyadic(half * Rational(radius), 8 + _places(half))),
+                abs(near[0]),
             ):
                 radius *= 0.7
         if radius < 1.3:
@@ -175,17 +177,29 @@ class Partition:
             t += h
 
     def _tame_width(self, here: Fraction, most: Fraction) -> Fraction:
-        """`most`, halved until nothing narrower than a panel hides within."""
-        h, value = most, abs(self.field.value(here))
-        while not self.field.tame(here, 2 * h, value + abs(self.field.value(here + h))):
+        """`most`, halved until the Taylor series of A is known to converge fast enough.
+
+        By Cauchy's bound on a disc of radius 4 h, which A maps into one of radius M,
+        n terms leave less than M 4^-n.
+        """
+        h = most
+        terms = self._order()
+        while not self.numbers.mpf(self.lam * h) * self.field.spread(here, 4 * h) < (
+            self.numbers.context.ldexp(1, 2 * terms - self.bits - 16)
+        ):
             h /= 2
             self._require_width(h)
         return h
 
+    def _order(self) -> int:
+        """Taylor terms of A on a panel: two bits a term, on a quarter of their disc."""
+        bits: int = self.bits + guard_bits(self.reach)
+        return bits // 2 + 32
+
     def _complete(self, here: Fraction, h: Fraction) -> tuple[list[Fraction], Fraction]:
         """Taylor coefficients of phi in units of `h`, halved until what is missing of their
         series is below the last digit."""
-        order = (self.bits + guard_bits(self.reach)) // 2 + 32
+        order = self._order()
         before = Rational(0)
         while True:
             c = self.field.taylor(here, h, order)
