@@ -38,7 +38,7 @@ __all__ = ["laplace_coefficients", "moment_coefficients", "perron_coefficients"]
 
 
 def perron_coefficients(
-    f: Sequence[Any], g: Sequence[Any], contact: int, beta: Any = 1, *, step: int = 1
+    f: Sequence[Any], g: Sequence[Any], contact: int, beta: Any = 1, *, step: int = 1, start: int = 0
 ) -> list[Any]:
     """Reduced coefficients d_k by Lagrange's reversion (Perron's formula).
 
@@ -53,13 +53,13 @@ def perron_coefficients(
         Order mu of the first term of f - f[0], at least 1.
     beta : int or Fraction, optional
         Greater than 0; or an element of the field of `f` and `g` (then not checked).
-    step : int, optional
-        Return only every `step`-th coefficient (2 at a smooth interior maximum).
+    step, start : int, optional
+        Return only d_start, d_(start + step), ... (step 2 at a smooth interior maximum).
 
     Returns
     -------
     list
-        d_0, d_step, ...: as many as `f` and `g` determine, min(len(f) - contact, len(g)) before
+        d_start, d_(start + step), ...: as many as `f` and `g` determine, min(len(f) - contact, len(g)) before
         thinning by `step`.
 
     Raises
@@ -83,7 +83,7 @@ def perron_coefficients(
     """
     alpha, weights, (numerator, denominator) = _read(f, g, contact, beta)
     found = []
-    for k in range(0, len(weights), step):
+    for k in range(start, len(weights), step):
         # The exponent of the power is -s = -p/q, kept as integers (p an element if beta is).
         p, q = k * denominator + numerator, contact * denominator
         power = _power(alpha, p, q, k, weights[0] * 0 + 1)
@@ -92,7 +92,7 @@ def perron_coefficients(
 
 
 def moment_coefficients(
-    f: Sequence[Any], g: Sequence[Any], contact: int, beta: Any = 1, *, step: int = 1
+    f: Sequence[Any], g: Sequence[Any], contact: int, beta: Any = 1, *, step: int = 1, start: int = 0
 ) -> list[Any]:
     """Reduced coefficients d_k by expanding the exponential and integrating term by term.
 
@@ -123,7 +123,7 @@ def moment_coefficients(
         last = powers[-1]
         powers.append([_dot(base[: i + 1], last[: i + 1][::-1]) for i in range(count - m)])
     found = []
-    for k in range(0, count, step):
+    for k in range(start, count, step):
         p, q = k * denominator + numerator, contact * denominator
         total, rising = zero, one
         for m in range(k + 1):
@@ -257,14 +257,15 @@ def _elements(*sequences: Any) -> list[list[Any]]:
     """Lists of elements of one kind: integers become Fractions unless floats stand beside them."""
     lists = [list(values) for values in sequences]
     others = {type(x) for values in lists for x in values} - {int, Fraction}
-    convert = _ring_of(others.pop()) if len(others) == 1 else None
-    if convert is None:
-        convert = Fraction if not others else lambda x: x
+    convert = _ring_of(others) or (lambda x: x)
     return [[convert(x) if isinstance(x, (int, Fraction)) else x for x in v] for v in lists]
 
 
-def _ring_of(kind: type) -> Any:
-    """How an exact number enters the arithmetic of `kind`; None if its own operators do it."""
+def _ring_of(kinds: set[type]) -> Any:
+    """How an exact number enters the arithmetic of `kinds`; None if their own operators do it."""
+    if not kinds:
+        return Fraction
+    kind: Any = next(iter(kinds))
     if kind is float:
         return float
     if hasattr(kind, "_mpf_") and hasattr(kind, "context"):

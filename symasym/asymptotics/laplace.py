@@ -1,0 +1,493 @@
+"""Laplace's method for one integral: what the verb `laplace_integral` returns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import sympy
+
+from symasym.asymptotics.laplace_errors import ErrorModel
+from symasym.asymptotics.local_expansion import Contribution, expand, irrational_constants
+from symasym.asymptotics.maxima import Peak, highest, no_maximum, peaks, symbolic_peak
+from symasym.asymptotics.pieces import Piece, cut, number
+from symasym.context import own_context, to_mpf
+from symasym.errors import AccuracyError, InputError, RangeError
+from symasym.estimate import Estimate
+from symasym.inputs import digits, exact, float_text, floats, is_array
+
+#: Terms that order="optimal" chooses from.
+OPTIMAL = 48
+_MOST = 400
+# Irrational constants swell exact coefficients beyond use at higher orders.
+_EXACT_ORDERS = 12
+_NUMERIC = 40
+_FLOAT_DIGITS = 20
+
+
+@dataclass(frozen=True, repr=False)
+class LaplaceExpansion:
+    """The expansion of the integral of g(x) e^(lam f(x)) over [a, b] for large lam.
+
+    Attributes
+    ----------
+    f, g, x, a, b : Expr
+        The integral.
+    order : int or "optimal"
+    contributions : tuple of Contribution
+        One for each maximum, or each side of it where the sides differ.
+    dropped : tuple of str
+        What is exponentially small and left out.
+    conditions : tuple of str
+        What was seen to hold at sampled parameters but not proved from their assumptions.
+    """
+
+    f: Any
+    g: Any
+    x: Any
+    a: Any
+    b: Any
+    order: int | str
+    contributions: tuple[Contribution, ...]
+    dropped: tuple[str, ...]
+    conditions: tuple[str, ...]
+    _errors: ErrorModel | None = field(compare=False)
+
+    @property
+    def parameters(self) -> tuple[Any, ...]:
+        """Free symbols besides x."""
+        parts = (self.f, self.g, self.a, self.b)
+        free = set().union(*(part.free_symbols for part in parts)) - {self.x}
+        return tuple(sorted(free, key=str))
+
+    @property
+    def height(self) -> Any:
+        """The largest f, lam times which is the exponent of the leading exponential."""
+        return self.contributions[0].height
+
+    @property
+    def omitted(self) -> Any:
+        """The power sigma: the first term left out is of order lam^(-sigma)."""
+        found = []
+        for c in self.contributions:
+            step = sympy.Rational(2 if c.side == "both" else 1, c.contact)
+            found.append(c.exponents[-1] + step)
+        return sympy.Min(*found)
+
+    @property
+    def error_kind(self) -> str:
+        """``"bound"`` if the error is proved, ``"estimate"``, or ``"none"`` with parameters free."""
+        return "none" if self._errors is None else self._errors.kind
+
+    @property
+    def bound(self) -> tuple[Any, Any, Any] | None:
+        """(K, sigma, lam0), or None where nothing is proved.
+
+        For lam >= lam0, the integral differs from the expansion by at most
+        K lam^(-sigma) e^(lam height).
+        """
+        if self._errors is None or self.order == "optimal":
+            return None
+        return self._errors.statement(int(self.order), self.omitted)
+
+    def bind(self, **values: Any) -> LaplaceExpansion:
+        """The expansion with numbers for parameters; its error is then known too.
+
+        Raises
+        ------
+        InputError
+            For a name that is not a parameter.
+        """
+        names = {str(symbol): symbol for symbol in self.parameters}
+        for name in values:
+            if name not in names:
+                known = ", ".join(names) or "none"
+                raise InputError(f"{name} is not a parameter of the integral ({known}).")
+        swap = {}
+        for name, value in values.items():
+            rational = exact(name, value)
+            swap[names[name]] = sympy.Rational(rational.numerator, rational.denominator)
+        f, g, a, b = (part.xreplace(swap) for part in (self.f, self.g, self.a, self.b))
+        return laplace_integral(f, g, self.x, a, b, self.order)
+
+    def evaluate(
+        self, lam: Any, *, dps: int | None = None, log: bool = False, full: bool = False
+    ) -> Any:
+        """The sum of the terms at `lam`.
+
+        Parameters
+        ----------
+        lam : number or array_like
+            Greater than 0.
+        dps : int, optional
+            Digits of the sum, as mpf. None: float64, vectorised.
+        log : bool
+            Natural logarithm, finite where the value overflows.
+        full : bool
+            An `Estimate`: its error is that of the sum as a value of the integral.
+
+        Returns
+        -------
+        float, ndarray, mpf or Estimate
+
+        Raises
+        ------
+        InputError
+            While parameters are free, or lam is not above 0.
+        RangeError
+            If the value does not fit float64 and `log` is False.
+        AccuracyError
+            For the logarithm of a sum that is not positive, or not surely; for more digits than
+            rounded coefficients have.
+        """
+        if self.parameters:
+            raise InputError(
+                f"{', '.join(map(str, self.parameters))} have no value; call bind(…) first."
+            )
+        if dps is not None:
+            if is_array(lam):
+                raise InputError(
+                    f"lam is an array and dps is {dps}; arrays are for float64 (dps=None)."
+                )
+            return self._by_digits(lam, digits(dps), log, full)
+        if is_array(lam):
+            values = floats("lam", lam)
+            found = [self._by_float(y, log, full) for y in values.ravel()]
+            if not full:
+                return np.array(found).reshape(values.shape)
+            value, error = (
+                np.array([getattr(e, name) for e in found]).reshape(values.shape)
+                for name in ("value", "error")
+            )
+            return Estimate(value, error, found[0].error_kind, "laplace", *self._told(found[0]))
+        return self._by_float(lam, log, full)
+
+    def _told(self, found: Estimate) -> tuple[Any, ...]:
+        return found.order, found.terms, found.dropped
+
+    def _by_float(self, lam: Any, log: bool, full: bool) -> Any:
+        from mpmath import log as log_of
+        from mpmath import mpf
+
+        found = self._by_digits(lam, _FLOAT_DIGITS, log, full)
+        value = found.value if full else found
+        if not log and value and not -708.39 < float(log_of(abs(value))) < 709.78:
+            raise RangeError(
+                f"the integral's logarithm is {float(log_of(abs(value))):.6g}, beyond float64; "
+                "pass log=True or dps=…."
+            )
+        if not full:
+            return float(value)
+        rounded = float(value)
+        error = float((abs(mpf(rounded) - value) + found.error) * (1 + mpf(2) ** -40))
+        return Estimate(rounded, error, found.error_kind, "laplace", *self._told(found))
+
+    def _by_digits(self, lam: Any, dps: int, log: bool, full: bool) -> Any:
+        assert self._errors is not None
+        rational = exact("lam", lam)
+        if rational <= 0:
+            raise InputError(f"lam is {float_text(rational)}; it must be greater than 0.")
+        for c in self.contributions:
+            if not c.exact and dps > _NUMERIC - 10 and dps > self._errors.digits - 10:
+                raise AccuracyError(
+                    f"dps is {dps}, but the coefficients were computed to {self._errors.digits} "
+                    "digits; pass dps=… to laplace_integral."
+                )
+        with own_context(dps + 30) as context:
+            large = context.mpf(rational.numerator) / rational.denominator
+            more = dps + 30 + max(0, int(context.log10(large)))
+            context.dps = more
+            large = context.mpf(rational.numerator) / rational.denominator
+            top = context.make_mpf(number(self.height, dps=more)._mpf_)
+            total, orders = context.mpf(0), []
+            for c in self.contributions:
+                terms = self._terms(c, large, more, context)
+                used = len(terms)
+                if self.order == "optimal":
+                    sizes = [abs(t) if t else context.inf for t in terms]
+                    used = max(1, sizes.index(min(sizes)))
+                orders.append(used)
+                height = context.make_mpf(number(c.height, dps=more)._mpf_)
+                total += context.exp(large * (height - top)) * context.fsum(terms[:used])
+            error = self._errors.relative(large, orders, context) if full else context.mpf(0)
+            # The last digit's rounding is an error of the printed value too.
+            error += abs(total) * context.mpf(10) ** -(dps + 5)
+            if log:
+                if total <= error:
+                    raise AccuracyError(
+                        f"the sum at lam = {float_text(rational)} is not surely positive, so its "
+                        "logarithm is not known; ask for the value, or for a larger lam."
+                    )
+                exact_value = large * top + context.log(total)
+                error = -context.log1p(-error / total)
+            else:
+                scale = context.exp(large * top)
+                exact_value, error = scale * total, scale * error
+            value = to_mpf(exact_value, dps)
+            if not full:
+                return value
+            error += abs(exact_value - context.make_mpf(value._mpf_))
+            shown = to_mpf(error * (1 + context.mpf(10) ** -10), 15)
+        return Estimate(
+            value, shown, self._errors.kind, "laplace", max(orders), self._named(), self.dropped
+        )
+
+    @staticmethod
+    def _terms(c: Contribution, lam: Any, dps: int, context: Any) -> list[Any]:
+        exponents, coefficients = c.numbers(dps)
+        pairs = zip(exponents, coefficients, strict=True)
+        return [context.make_mpf(k._mpf_) * lam ** -context.make_mpf(s._mpf_) for s, k in pairs]
+
+    def _named(self) -> tuple[str, ...]:
+        return tuple(
+            f"{self.x} = {_short(c.point)} ({c.side}): {len(c.coefficients)} terms"
+            for c in self.contributions
+        )
+
+    def expression(self, lam: Any = "lam") -> Any:
+        """The sum as a SymPy expression in `lam` (a symbol or a name)."""
+        symbol = sympy.Symbol(lam, positive=True) if isinstance(lam, str) else lam
+        total = sympy.Integer(0)
+        for c in self.contributions:
+            pairs = zip(c.exponents, c.coefficients, strict=True)
+            inner = sympy.Add(*(_sympy(k) * symbol**-s for s, k in pairs))
+            total += sympy.exp(symbol * _sympy(c.height)) * inner
+        return total
+
+    def latex(self, lam: str = "lambda") -> str:
+        """The expansion with its O term, in LaTeX."""
+        symbol = sympy.Symbol(lam, positive=True)
+        size = sympy.exp(symbol * _sympy(self.height)) * symbol**-self.omitted
+        text = sympy.latex(self.expression(symbol))
+        return text + r" + O\left(" + sympy.latex(size) + r"\right)"
+
+    def __str__(self) -> str:
+        lines = []
+        for c in self.contributions:
+            height = _short(c.height)
+            pairs = list(zip(c.exponents, c.coefficients, strict=True))
+            shown = [f"({_short(k)}) lam^(-{_bare(s)})" for s, k in pairs[:6] if k != 0]
+            more = " + ..." if len(pairs) > 6 else ""
+            lines.append(f"e^(lam ({height})) [{' + '.join(shown) or '0'}{more}]")
+        size = f"e^(lam ({_short(self.height)})) lam^(-{_bare(self.omitted)})"
+        lines.append(f"O({size}); error: {self._error_text()}")
+        return "\n+ ".join(lines)
+
+    def __repr__(self) -> str:
+        return f"LaplaceExpansion({self})"
+
+    def _error_text(self) -> str:
+        if self.error_kind == "none":
+            return "none claimed while parameters are free"
+        statement = self.bound
+        if statement is None:
+            return f"{self.error_kind}, given by evaluate(lam, full=True)"
+        k, _, start = statement
+        return f"at most {k:.3g} times that for lam >= {start:.3g} (bound)"
+
+
+def laplace_integral(
+    f: Any,
+    g: Any,
+    x: Any,
+    a: Any,
+    b: Any,
+    order: int | str = 3,
+    *,
+    maxima: Sequence[Any] | None = None,
+    dps: int | None = None,
+    keep: bool = False,
+    check: bool = False,
+) -> LaplaceExpansion:
+    """The body of `symasym.laplace_integral`, which documents it."""
+    formula, weight, symbol, lo, hi = _read(f, g, x, a, b)
+    count = _order(order)
+    if dps is not None:
+        dps = digits(dps)
+    pieces = cut(formula, weight, symbol, lo, hi)
+    free = set().union(*(e.free_symbols for e in (formula, weight, lo, hi))) - {symbol}
+    if free:
+        tops, conditions = _symbolic_tops(pieces, symbol, maxima)
+        others: list[Peak] = []
+        if dps is not None:
+            raise InputError(
+                f"dps is {dps}, but {', '.join(sorted(map(str, free)))} have no value; leave dps "
+                "out for a formula."
+            )
+    else:
+        tops, others = _numeric_tops(pieces, symbol, maxima)
+        conditions = []
+    kept = [*tops, *others] if keep else tops
+    wanted = dps
+    if wanted is None and any(not isinstance(p.point, sympy.Basic) for p in kept):
+        wanted = _NUMERIC
+    contributions: list[Contribution] = []
+    origins: list[tuple[Piece, Any, str]] = []
+    for peak in kept:
+        for piece, side in _sides(peak):
+            used = wanted
+            if used is None and not free and count > _EXACT_ORDERS:
+                used = _NUMERIC if irrational_constants(piece, symbol, peak.point, side) else None
+            found, more = expand(
+                piece, symbol, peak.point, side, count, digits=used, check=check
+            )
+            contributions += found
+            origins += [(piece, peak.point, side)] * len(found)
+            conditions += [line for line in more if line not in conditions]
+    left = [] if keep else others
+    dropped = tuple(
+        f"maximum at {symbol} = {_short(p.point)}: smaller by a factor "
+        f"e^(-{_short(_gap(tops[0], p))} lam)"
+        for p in left
+    )
+    errors = None
+    if not free:
+        errors = ErrorModel(
+            pieces=tuple(pieces),
+            x=symbol,
+            contributions=tuple(contributions),
+            origins=tuple(origins),
+            left_out=tuple((p.point, p) for p in left),
+            digits=wanted or _NUMERIC,
+        )
+    return LaplaceExpansion(
+        formula, weight, symbol, lo, hi, order, tuple(contributions), dropped,
+        tuple(conditions), errors,
+    )
+
+
+def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, Any, Any, Any, Any]:
+    from symasym.expressions import _exactly
+
+    symbol = sympy.Symbol(x) if isinstance(x, str) else x
+    if not isinstance(symbol, sympy.Symbol):
+        raise InputError(f"x is {x!r}; give the variable of integration, a SymPy symbol.")
+    # Strings name x without assumptions; what counts is the name.
+    names = {symbol.name: symbol}
+    found = []
+    for name, value in (("f", f), ("g", g), ("a", a), ("b", b)):
+        try:
+            expression = sympy.sympify(value, locals=names, rational=isinstance(value, str))
+        except (sympy.SympifyError, TypeError, AttributeError, SyntaxError):
+            raise InputError(
+                f"{name} is {value!r}; give a SymPy expression, a number or a string."
+            ) from None
+        if not isinstance(expression, sympy.Expr):
+            raise InputError(f"{name} is {value!r}; give one SymPy expression.")
+        if expression.has(sympy.I, sympy.zoo, sympy.nan):
+            raise InputError(
+                f"{name} = {expression} is complex or undefined; give a real one (Laplace's "
+                "method is for real f; oscillating integrals need stationary phase)."
+            )
+        found.append(_exactly(expression))
+    formula, weight, lo, hi = found
+    for name, end in (("a", lo), ("b", hi)):
+        if end.has(symbol):
+            raise InputError(f"{name} = {end} contains {symbol}; give an end free of it.")
+        if end.is_real is False and not end.is_infinite:
+            raise InputError(f"{name} = {end} is not real; give a real end or ±oo.")
+    if not formula.has(symbol):
+        raise InputError(
+            f"f = {formula} does not contain {symbol}, so the exponential is constant; give an f "
+            f"that depends on {symbol}."
+        )
+    if not (lo.free_symbols or hi.free_symbols) and not number(lo) < number(hi):
+        raise InputError(f"a is {lo} and b is {hi}; a must be less than b.")
+    if weight == 0:
+        raise InputError("g is 0, so the integral is; give a g that is not.")
+    return formula, weight, symbol, lo, hi
+
+
+def _order(order: Any) -> int:
+    if order == "optimal":
+        return OPTIMAL
+    if isinstance(order, bool) or not isinstance(order, (int, np.integer)):
+        raise InputError(f'order is {order!r}; give a number of terms from 1, or "optimal".')
+    if not 1 <= order <= _MOST:
+        raise InputError(f"order is {order}; give a number of terms from 1 to {_MOST}.")
+    return int(order)
+
+
+def _numeric_tops(
+    pieces: list[Piece], x: Any, given: Sequence[Any] | None
+) -> tuple[list[Peak], list[Peak]]:
+    found = peaks(pieces, x)
+    if not found:
+        raise no_maximum(pieces, x)
+    if given is not None:
+        for point in given:
+            value = number(sympy.sympify(point))
+            if not any(abs(number(p.point) - value) < 1e-15 * max(1, abs(value)) for p in found):
+                raise InputError(
+                    f"maxima has {point}, where f = {pieces[0].f} has no maximum; it has them at "
+                    f"{', '.join(_short(p.point) for p in found)}."
+                )
+    return highest(found)
+
+
+def _symbolic_tops(
+    pieces: list[Piece], x: Any, given: Sequence[Any] | None
+) -> tuple[list[Peak], list[str]]:
+    points, was_given = symbolic_peak(pieces, x, None if given is None else list(given))
+    conditions = []
+    found = []
+    for point in points:
+        left = right = None
+        for piece in pieces:
+            if point == piece.lo:
+                right = piece
+            elif point == piece.hi:
+                left = piece
+            elif left is None and right is None and _within(point, piece):
+                left = right = piece
+        found.append(Peak(point, None, left, right))
+        origin = "given" if was_given else "found"
+        conditions.append(
+            f"f is largest at {x} = {point} ({origin}; compared at sampled parameters)"
+        )
+    return found, conditions
+
+
+def _within(point: Any, piece: Piece) -> bool:
+    from symasym.asymptotics.rings import sampled_parameters
+
+    free = point.free_symbols | piece.lo.free_symbols | piece.hi.free_symbols
+    return all(
+        bool(number(piece.lo, v) < number(point, v) < number(piece.hi, v))
+        for v in sampled_parameters(free)
+    )
+
+
+def _sides(peak: Peak) -> list[tuple[Piece, str]]:
+    if peak.smooth:
+        # g may be singular there: then the two sides are told apart.
+        assert peak.right is not None
+        return [(peak.right, "both")]
+    sides = [(peak.left, "left"), (peak.right, "right")]
+    return [(piece, side) for piece, side in sides if piece is not None]
+
+
+def _gap(top: Peak, other: Peak) -> Any:
+    with own_context(30) as context:
+        return context.make_mpf(top.height._mpf_) - context.make_mpf(other.height._mpf_)
+
+
+def _sympy(value: Any) -> Any:
+    if isinstance(value, sympy.Basic):
+        return value
+    return sympy.Float(str(value), _NUMERIC) if hasattr(value, "_mpf_") else sympy.sympify(value)
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, sympy.Basic):
+        return str(value)
+    from mpmath import nstr
+
+    return str(nstr(value, 12))
+
+
+def _bare(value: Any) -> str:
+    text = str(value)
+    return text if value.is_Integer or value.is_Symbol else f"({text})"
