@@ -38,7 +38,13 @@ __all__ = ["laplace_coefficients", "moment_coefficients", "perron_coefficients"]
 
 
 def perron_coefficients(
-    f: Sequence[Any], g: Sequence[Any], contact: int, beta: Any = 1, *, step: int = 1, start: int = 0
+    f: Sequence[Any],
+    g: Sequence[Any],
+    contact: int,
+    beta: Any = 1,
+    *,
+    step: int = 1,
+    start: int = 0,
 ) -> list[Any]:
     """Reduced coefficients d_k by Lagrange's reversion (Perron's formula).
 
@@ -59,8 +65,8 @@ def perron_coefficients(
     Returns
     -------
     list
-        d_start, d_(start + step), ...: as many as `f` and `g` determine, min(len(f) - contact, len(g)) before
-        thinning by `step`.
+        d_start, d_(start + step), ...: as many as `f` and `g` determine,
+        min(len(f) - contact, len(g)) before thinning by `step`.
 
     Raises
     ------
@@ -92,7 +98,13 @@ def perron_coefficients(
 
 
 def moment_coefficients(
-    f: Sequence[Any], g: Sequence[Any], contact: int, beta: Any = 1, *, step: int = 1, start: int = 0
+    f: Sequence[Any],
+    g: Sequence[Any],
+    contact: int,
+    beta: Any = 1,
+    *,
+    step: int = 1,
+    start: int = 0,
 ) -> list[Any]:
     """Reduced coefficients d_k by expanding the exponential and integrating term by term.
 

@@ -67,9 +67,7 @@ class Disk:
     sides: tuple[tuple[int, Fraction | None, float], ...]
 
 
-def disk(
-    piece: Piece, x: Any, point: Any, side: str, contact: int, beta: Any, count: int
-) -> Disk:
+def disk(piece: Piece, x: Any, point: Any, side: str, contact: int, beta: Any, count: int) -> Disk:
     """The proof's data at one maximum, with `count` coefficients (the ball precision is set).
 
     Raises
@@ -252,8 +250,11 @@ class _Circle:
             if depth == _DEEPEST:
                 return False
             q = half / 2
-            waiting += [(re + a * q, im + b * q, q * (1 + 1e-15), depth + 1)
-                        for a in (-1, 1) for b in (-1, 1)]
+            waiting += [
+                (re + a * q, im + b * q, q * (1 + 1e-15), depth + 1)
+                for a in (-1, 1)
+                for b in (-1, 1)
+            ]
         return True
 
     def _arc(self, radius: float, angle: float, half: float) -> Any:
@@ -283,7 +284,7 @@ def _best(circle: _Circle, scale: float, count: int) -> tuple[float, float, floa
         if found is not None:
             scouted.append((quality(found), radius))
     scouted.sort()
-    for _, first in scouted[:8]:
+    for _, first in scouted:
         if circle.winds(first, _ARCS) or not circle.analytic(first):
             continue
         best = None
@@ -301,7 +302,14 @@ def _best(circle: _Circle, scale: float, count: int) -> tuple[float, float, floa
 
 
 def _reach(
-    piece: Piece, x: Any, center: Any, top: Any, sign: int, end: Any, radius: float, rho: float,
+    piece: Piece,
+    x: Any,
+    center: Any,
+    top: Any,
+    sign: int,
+    end: Any,
+    radius: float,
+    rho: float,
     contact: int,
 ) -> tuple[Fraction | None, float]:
     """How far the transformed part goes, and h there from below."""

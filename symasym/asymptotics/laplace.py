@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import sympy
 
+from symasym.arithmetic import FUNCTIONS
 from symasym.asymptotics.laplace_errors import ErrorModel
 from symasym.asymptotics.local_expansion import Contribution, expand, irrational_constants
 from symasym.asymptotics.maxima import Peak, highest, no_maximum, peaks, symbolic_peak
-from symasym.asymptotics.pieces import Piece, cut, number
+from symasym.asymptotics.pieces import Piece, cut, difference, number
 from symasym.context import own_context, to_mpf
 from symasym.errors import AccuracyError, InputError, RangeError
-from symasym.estimate import Estimate
-from symasym.inputs import digits, exact, float_text, floats, is_array
+from symasym.estimate import ErrorKind, Estimate
+from symasym.exact.double_double import _two_product
+from symasym.inputs import FloatArray, digits, exact, float_text, floats, is_array
 
 #: Terms that order="optimal" chooses from.
 OPTIMAL = 48
@@ -78,7 +81,7 @@ class LaplaceExpansion:
 
     @property
     def error_kind(self) -> str:
-        """``"bound"`` if the error is proved, ``"estimate"``, or ``"none"`` with parameters free."""
+        """``"bound"`` if the error is proved, ``"estimate"``; ``"none"`` with parameters free."""
         return "none" if self._errors is None else self._errors.kind
 
     @property
@@ -154,6 +157,10 @@ class LaplaceExpansion:
             return self._by_digits(lam, digits(dps), log, full)
         if is_array(lam):
             values = floats("lam", lam)
+            if not (values > 0).all():
+                raise InputError(f"lam is {values.min():.6g}; it must be greater than 0.")
+            if not full and self.order != "optimal":
+                return self._by_arrays(values, log)
             found = [self._by_float(y, log, full) for y in values.ravel()]
             if not full:
                 return np.array(found).reshape(values.shape)
@@ -161,8 +168,37 @@ class LaplaceExpansion:
                 np.array([getattr(e, name) for e in found]).reshape(values.shape)
                 for name in ("value", "error")
             )
-            return Estimate(value, error, found[0].error_kind, "laplace", *self._told(found[0]))
+            kinds: set[ErrorKind] = {e.error_kind for e in found}
+            kind: ErrorKind = kinds.pop() if len(kinds) == 1 else "estimate"
+            return Estimate(value, error, kind, "laplace", *self._told(found[0]))
         return self._by_float(lam, log, full)
+
+    def _by_arrays(self, lam: FloatArray, log: bool) -> FloatArray:
+        """All lam at once; those where float64 would cancel one by one."""
+        flat = lam.ravel()
+        top, rest = _split(number(self.height))
+        total, sizes = np.zeros_like(flat), np.zeros_like(flat)
+        with np.errstate(under="ignore"):
+            for c in self.contributions:
+                height = float(difference(number(c.height), number(self.height)))
+                exponents, coefficients = c.numbers(_FLOAT_DIGITS)
+                weight = np.exp(flat * height)
+                for s, k in zip(exponents, coefficients, strict=True):
+                    term = weight * (float(k) * flat ** -float(s))
+                    total += term
+                    sizes += np.abs(term)
+        # What lam times the height loses in its last place would be relative in the value.
+        product, lost = _two_product(flat, np.full_like(flat, top))
+        lost = lost + flat * rest
+        with np.errstate(all="ignore"):
+            logs = product + (lost + np.log(np.abs(total)))
+            found = logs if log else np.exp(product) * (1 + np.expm1(lost)) * total
+        plain = (total >= 0.1 * sizes) & (np.abs(product) < 700) & (np.abs(logs) < 700)
+        if log:
+            plain = (total >= 0.1 * sizes) & np.isfinite(logs)
+        for k in np.flatnonzero(~plain):
+            found[k] = self._by_float(float(flat[k]), log, False)
+        return np.asarray(found.reshape(lam.shape))
 
     def _told(self, found: Estimate) -> tuple[Any, ...]:
         return found.order, found.terms, found.dropped
@@ -211,7 +247,12 @@ class LaplaceExpansion:
                 orders.append(used)
                 height = context.make_mpf(number(c.height, dps=more)._mpf_)
                 total += context.exp(large * (height - top)) * context.fsum(terms[:used])
-            error = self._errors.relative(large, orders, context) if full else context.mpf(0)
+            error, kind = context.mpf(0), self._errors.kind
+            if full:
+                error, kind = self._errors.relative(large, orders, total, context)
+            if not isinstance(self.height, sympy.Basic):
+                # A rounded height, times lam, is an error of the exponent.
+                error += abs(total * large * top) * context.mpf(10) ** -(self._errors.digits + 8)
             # The last digit's rounding is an error of the printed value too.
             error += abs(total) * context.mpf(10) ** -(dps + 5)
             if log:
@@ -230,9 +271,7 @@ class LaplaceExpansion:
                 return value
             error += abs(exact_value - context.make_mpf(value._mpf_))
             shown = to_mpf(error * (1 + context.mpf(10) ** -10), 15)
-        return Estimate(
-            value, shown, self._errors.kind, "laplace", max(orders), self._named(), self.dropped
-        )
+        return Estimate(value, shown, kind, "laplace", max(orders), self._named(), self.dropped)
 
     @staticmethod
     def _terms(c: Contribution, lam: Any, dps: int, context: Any) -> list[Any]:
@@ -260,8 +299,8 @@ class LaplaceExpansion:
         """The expansion with its O term, in LaTeX."""
         symbol = sympy.Symbol(lam, positive=True)
         size = sympy.exp(symbol * _sympy(self.height)) * symbol**-self.omitted
-        text = sympy.latex(self.expression(symbol))
-        return text + r" + O\left(" + sympy.latex(size) + r"\right)"
+        text = str(sympy.latex(self.expression(symbol)))
+        return text + r" + O\left(" + str(sympy.latex(size)) + r"\right)"
 
     def __str__(self) -> str:
         lines = []
@@ -279,13 +318,16 @@ class LaplaceExpansion:
         return f"LaplaceExpansion({self})"
 
     def _error_text(self) -> str:
+        from mpmath import mpf, nstr
+
         if self.error_kind == "none":
             return "none claimed while parameters are free"
         statement = self.bound
         if statement is None:
             return f"{self.error_kind}, given by evaluate(lam, full=True)"
-        k, _, start = statement
-        return f"at most {k:.3g} times that for lam >= {start:.3g} (bound)"
+        # Three digits, rounded upwards.
+        k, start = (nstr(value * mpf("1.006"), 3) for value in (statement[0], statement[2]))
+        return f"at most {k} times that for lam >= {start} (bound)"
 
 
 def laplace_integral(
@@ -307,6 +349,9 @@ def laplace_integral(
     if dps is not None:
         dps = digits(dps)
     pieces = cut(formula, weight, symbol, lo, hi)
+    for piece in pieces:
+        _require_known("f", piece.f, symbol)
+        _require_known("g", piece.g, symbol)
     free = set().union(*(e.free_symbols for e in (formula, weight, lo, hi))) - {symbol}
     if free:
         tops, conditions = _symbolic_tops(pieces, symbol, maxima)
@@ -330,16 +375,14 @@ def laplace_integral(
             used = wanted
             if used is None and not free and count > _EXACT_ORDERS:
                 used = _NUMERIC if irrational_constants(piece, symbol, peak.point, side) else None
-            found, more = expand(
-                piece, symbol, peak.point, side, count, digits=used, check=check
-            )
+            found, more = expand(piece, symbol, peak.point, side, count, digits=used, check=check)
             contributions += found
             origins += [(piece, peak.point, side)] * len(found)
             conditions += [line for line in more if line not in conditions]
     left = [] if keep else others
     dropped = tuple(
         f"maximum at {symbol} = {_short(p.point)}: smaller by a factor "
-        f"e^(-{_short(_gap(tops[0], p))} lam)"
+        f"e^(-{_short(difference(tops[0].height, p.height))} lam)"
         for p in left
     )
     errors = None
@@ -353,8 +396,16 @@ def laplace_integral(
             digits=wanted or _NUMERIC,
         )
     return LaplaceExpansion(
-        formula, weight, symbol, lo, hi, order, tuple(contributions), dropped,
-        tuple(conditions), errors,
+        formula,
+        weight,
+        symbol,
+        lo,
+        hi,
+        order,
+        tuple(contributions),
+        dropped,
+        tuple(conditions),
+        errors,
     )
 
 
@@ -400,6 +451,16 @@ def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, Any, Any, Any, A
     return formula, weight, symbol, lo, hi
 
 
+def _require_known(name: str, expression: Any, x: Any) -> None:
+    for node in expression.atoms(sympy.Function, sympy.Integral, sympy.Derivative):
+        if node.has(x) and type(node).__name__ not in FUNCTIONS:
+            raise InputError(
+                f"{name} contains {node}, which is not among the functions symasym evaluates; "
+                f"write {name} with {', '.join(FUNCTIONS)}, Abs, Max, Min, sign, Piecewise and "
+                "powers."
+            )
+
+
 def _order(order: Any) -> int:
     if order == "optimal":
         return OPTIMAL
@@ -419,7 +480,9 @@ def _numeric_tops(
     if given is not None:
         for point in given:
             value = number(sympy.sympify(point))
-            if not any(abs(number(p.point) - value) < 1e-15 * max(1, abs(value)) for p in found):
+            if not any(
+                abs(difference(number(p.point), value)) < 1e-15 * max(1, abs(value)) for p in found
+            ):
                 raise InputError(
                     f"maxima has {point}, where f = {pieces[0].f} has no maximum; it has them at "
                     f"{', '.join(_short(p.point) for p in found)}."
@@ -469,15 +532,17 @@ def _sides(peak: Peak) -> list[tuple[Piece, str]]:
     return [(piece, side) for piece, side in sides if piece is not None]
 
 
-def _gap(top: Peak, other: Peak) -> Any:
-    with own_context(30) as context:
-        return context.make_mpf(top.height._mpf_) - context.make_mpf(other.height._mpf_)
-
-
 def _sympy(value: Any) -> Any:
     if isinstance(value, sympy.Basic):
         return value
     return sympy.Float(str(value), _NUMERIC) if hasattr(value, "_mpf_") else sympy.sympify(value)
+
+
+def _split(value: Any) -> tuple[float, float]:
+    """A number as the sum of two floats."""
+    rational = exact("f", value)
+    head = float(rational)
+    return head, float(rational - Fraction(head))
 
 
 def _short(value: Any) -> str:

@@ -6,11 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-
 from symasym.asymptotics.disk import Disk, NotProved, disk
 from symasym.asymptotics.local_expansion import Contribution
 from symasym.asymptotics.maxima import same_height
-from symasym.asymptotics.pieces import Piece, number
+from symasym.asymptotics.pieces import Piece, difference, number
 from symasym.asymptotics.rest import Part, boxes
 from symasym.context import own_context
 from symasym.exact.ball_drift import precision
@@ -171,7 +170,7 @@ def prove(
     """A `Proof`, or None where a step does not go through."""
     if len(set(origins)) != len(origins):
         return None
-    top = max((number(c.height) for c in contributions))
+    top = max(number(c.height) for c in contributions)
     kept = [same_height(number(c.height), top) for c in contributions]
     orders = max(len(c.coefficients) for c in contributions) + _EXPLICIT
     main = [c for c, k in zip(contributions, kept, strict=True) if k]
@@ -188,7 +187,7 @@ def prove(
         parts = _rest(pieces, x, taken, disks, top)
     except (NotProved, OverflowError, ZeroDivisionError):
         return None
-    gaps = [top - number(c.height) for c in others]
+    gaps = [difference(top, number(c.height)) for c in others]
     return Proof(disks, main, others, gaps, parts)
 
 

@@ -13,6 +13,7 @@ from symasym.asymptotics.rings import NumberRing
 from symasym.asymptotics.series import algebraic, taylor
 from symasym.context import own_context
 from symasym.errors import AccuracyError, InputError
+from symasym.estimate import ErrorKind
 
 # Terms behind the last one used that are looked at.
 _BEYOND = 4
@@ -33,7 +34,7 @@ class ErrorModel:
     digits: int
 
     @property
-    def kind(self) -> Any:
+    def kind(self) -> ErrorKind:
         return "bound" if self.proof is not None else "estimate"
 
     @cached_property
@@ -50,11 +51,18 @@ class ErrorModel:
     def statement(self, order: int, sigma: Any) -> tuple[Any, Any, Any] | None:
         return None if self.proof is None else self.proof.statement(order, sigma)
 
-    def relative(self, lam: Any, orders: list[int], context: Any) -> Any:
-        """The error over e^(lam height), of the sums of the first `orders` terms."""
+    def relative(
+        self, lam: Any, orders: list[int], total: Any, context: Any
+    ) -> tuple[Any, ErrorKind]:
+        """The error over e^(lam height) of `total`, the sum of the first `orders` terms; its kind.
+
+        A bound that exceeds the sum itself says nothing; the estimate, named as such, does.
+        """
         if self.proof is not None:
-            return self.proof.relative(lam, orders, context)
-        return self._estimated(lam, orders, context)
+            bound = self.proof.relative(lam, orders, context)
+            if bound <= abs(total):
+                return bound, "bound"
+        return self._estimated(lam, orders, context), "estimate"
 
     def _estimated(self, lam: Any, orders: list[int], context: Any) -> Any:
         """Twice the largest of the next terms, and what ends and smaller maxima add."""
@@ -78,8 +86,9 @@ class ErrorModel:
     def _sizes(c: Contribution, lam: Any, context: Any) -> list[Any]:
         exponents, coefficients = c.numbers(_DIGITS)
         pairs = zip(exponents, coefficients, strict=True)
-        return [abs(context.make_mpf(k._mpf_)) * lam ** -context.make_mpf(s._mpf_)
-                for s, k in pairs]
+        return [
+            abs(context.make_mpf(k._mpf_)) * lam ** -context.make_mpf(s._mpf_) for s, k in pairs
+        ]
 
     def _longer(self, order: int) -> list[Contribution]:
         """The contributions with a few more terms, as numbers."""
@@ -92,9 +101,7 @@ class ErrorModel:
     def _expanded(self, order: int) -> list[Contribution]:
         found: list[Contribution] = []
         for piece, point, side in dict.fromkeys(self.origins):
-            found += expand(
-                piece, self.x, point, side, order, digits=_DIGITS, check=False
-            )[0]
+            found += expand(piece, self.x, point, side, order, digits=_DIGITS, check=False)[0]
         return found
 
     @cached_property
@@ -141,7 +148,5 @@ def _size(piece: Piece, x: Any, point: Any, side: str) -> Any:
                 s = (ring.rational(beta) if not hasattr(beta, "_mpf_") else beta) + k
                 s = s / contact
                 exponents.append(s)
-                sizes.append(
-                    abs(d) * context.gamma(s) / contact * abs(f[contact]) ** -s
-                )
+                sizes.append(abs(d) * context.gamma(s) / contact * abs(f[contact]) ** -s)
         return f[0], exponents, sizes

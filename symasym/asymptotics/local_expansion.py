@@ -120,7 +120,10 @@ def refined(piece: Piece, x: Any, point: Any, ring: Any) -> Any:
     context = ring.context
     current = context.make_mpf(point._mpf_)
     for _ in range(60):
-        _, slope, half = taylor(piece.f, x, current, 1, 3, ring).c
+        try:
+            _, slope, half = taylor(piece.f, x, current, 1, 3, ring).c
+        except NotAnalytic:
+            break
         step = slope / (2 * half) if half else context.mpf(0)
         current -= step
         # Quadratic convergence: after a step of half the digits the next one is below the last.
@@ -274,7 +277,9 @@ def _contribution(
         factors = [sides * sympy.gamma(s) / (contact * a**s) for s in exponents]
     else:
         factors = [
-            sides * ring.context.gamma(number(s, dps=ring.context.dps)) / contact
+            sides
+            * ring.context.gamma(number(s, dps=ring.context.dps))
+            / contact
             * a ** -number(s, dps=ring.context.dps)
             for s in exponents
         ]

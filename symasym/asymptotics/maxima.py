@@ -203,11 +203,14 @@ def _short(root: Any) -> bool:
 
 
 def _middles(values: list[Any]) -> list[Any]:
-    return [(first + second) / 2 for first, second in zip(values, values[1:], strict=False)]
+    with own_context(WORK) as context:
+        exact = [context.make_mpf(value._mpf_) for value in values]
+        return [(first + second) / 2 for first, second in zip(exact, exact[1:], strict=False)]
 
 
 def _step(value: Any, end: Any, sign: int) -> Any:
     with own_context(WORK) as context:
+        value, end = context.make_mpf(value._mpf_), context.make_mpf(end._mpf_)
         if context.isinf(end):
             return value + sign * (1 + abs(value))
         return (value + end) / 2
@@ -337,8 +340,10 @@ def _require_decay(pieces: list[Piece], x: Any, top: Any) -> None:
         values = [at(f, x, sympy.Integer(y)) for y in _FAR]
         weights = [at(g, x, sympy.Integer(y)) for y in _FAR]
         with own_context(WORK) as context:
-            logs = [context.log(abs(w)) + 2 * context.log(y) if w else -context.inf
-                    for w, y in zip(weights, _FAR, strict=True)]
+            logs = [
+                context.log(abs(w)) + 2 * context.log(y) if w else -context.inf
+                for w, y in zip(weights, _FAR, strict=True)
+            ]
             if any(context.isnan(v) for v in values):
                 continue
             rising = values[2] > values[1] or top is None or values[2] >= top

@@ -49,6 +49,12 @@ def number(expression: Any, values: dict[Any, Any] | None = None, dps: int = WOR
         return found if hasattr(found, "_mpf_") else context.nan
 
 
+def difference(first: Any, second: Any) -> Any:
+    """first - second of two mpf, at `WORK` digits whatever contexts they come from."""
+    with own_context(WORK) as context:
+        return context.make_mpf(first._mpf_) - context.make_mpf(second._mpf_)
+
+
 def at(expression: Any, x: Any, point: Any) -> Any:
     """The expression at a number, an mpf; nan where it's singular or complex."""
     with own_context(WORK) as context:

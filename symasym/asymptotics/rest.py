@@ -16,7 +16,6 @@ from mpmath import libmp
 from symasym.arithmetic import evaluate_tree
 from symasym.asymptotics.disk import NotProved, without_power
 from symasym.asymptotics.pieces import Piece, number
-from symasym.errors import InputError
 from symasym.expressions import _IntervalOps
 
 _MOST_BOXES = 3000
@@ -102,7 +101,7 @@ def _weight(piece: Piece, x: Any, a: float, b: float) -> float | None:
         size = _largest(rest, x, a, b)
         if size is not None and -1 < front < 0:
             power = float(front) + 1
-            return size * (width * _MORE) ** power / power * _MORE
+            return float(size * (width * _MORE) ** power / power * _MORE)
     return None
 
 
@@ -132,21 +131,24 @@ def _tail(f: Any, g: Any, x: Any, start: float, top: float) -> tuple[float, Part
             continue
         for factor in (sympy.Integer(1), x):
             fall = enclosure(_factored(slope * factor, x), x, begin, math.inf)
-            if fall is None or not fall[1] < 0:
+            # fall[1] is rounded up from what may be 0.
+            if fall is None or not fall[1] < 1e-300:
                 continue
             gain = 0.0
             if growth is not None:
                 everywhere = _largest(g, x, begin, math.inf)
                 found = enclosure(_factored(growth * factor, x), x, begin, math.inf)
                 if found is not None and not math.isinf(found[1]):
-                    gain = max(found[1], 0.0)
+                    gain = found[1]
                 elif everywhere is not None:
                     size = everywhere
                 else:
                     continue
             # The integral of (y/X)^(-1 - s) over y > X is X/s.
             extra, shift = (begin, 1.0) if factor is x else (1.0, 0.0)
-            steepness = min(-fall[1], 1e100)
+            steepness = max(min(-fall[1], 1e100), 0.0)
+            if not steepness and gain + shift >= 0:
+                continue
             return begin, (size * extra * _MORE, _drop(top, here[1]), steepness, gain + shift)
     raise NotProved
 

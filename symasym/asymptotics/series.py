@@ -43,7 +43,7 @@ class Series:
     __radd__ = __add__
 
     def __sub__(self, other: Any) -> Series:
-        return self + (-other)
+        return self.__add__(-other)
 
     def __mul__(self, other: Any) -> Series:
         if not isinstance(other, Series):
@@ -63,10 +63,10 @@ class Series:
     def __truediv__(self, other: Any) -> Series:
         if not isinstance(other, Series):
             return Series([x / other for x in self.c], self.ring)
-        return self * other.power(Fraction(-1))
+        return self.__mul__(other.power(Fraction(-1)))
 
     def __rtruediv__(self, other: Any) -> Series:
-        return self.power(Fraction(-1)) * other
+        return self.power(Fraction(-1)).__mul__(other)
 
     def power(self, exponent: Any) -> Series:
         """The series to a power that is a Fraction or an element, its constant term not zero."""
@@ -198,7 +198,7 @@ _FUNCTIONS: dict[str, Callable[[Series, Any], Series]] = {
 
 
 def _ratio(pair: tuple[Series, Series]) -> Series:
-    return pair[0] / pair[1]
+    return pair[0].__truediv__(pair[1])
 
 
 def taylor(expression: Any, x: Any, point: Any, side: int, count: int, ring: Any) -> Series:
@@ -373,7 +373,7 @@ def _whole(value: Any, ring: Any) -> int | None:
 
 def _support(c: list[Any]) -> list[int]:
     """Indices whose coefficient is not an exact zero: series of polynomials are mostly zeros."""
-    return [k for k, x in enumerate(c) if not (x == 0)]
+    return [k for k, x in enumerate(c) if x != 0]
 
 
 def _integer_power(base: Any, exponent: int) -> Any:
