@@ -1,15 +1,16 @@
 """Around one maximum, proved in balls: what bounds the remainder of Watson's lemma.
 
-With h = f(p) - f(p + t) and u = h^(1/mu) = t W(t), suppose that on the disk |t| <= r f and
-G = g t^(1 - beta) are analytic and h/t^mu has no zero. Let rho be the least |u| on the circle.
-By Rouche's theorem each |u| < rho is reached exactly once, so t is an analytic function of u
+With h = f(p) - f(p + t) and u = h^(1/mu) = t W(t), suppose that in a polygon around t = 0 f and
+G = g t^(1 - beta) are analytic and h/t^mu has no zero. Let rho be the least |u| on its boundary
+B. By Rouche's theorem each |u| < rho is reached exactly once, so t is an analytic function of u
 there, and Lagrange's coefficients
 
     F_k = (1/(2 pi i)) contour integral of G W^(-k - beta) t^(-k - 1) dt
 
 of the transformed integrand, int e^(-lam u^mu) u^(beta - 1) sum F_k u^k du, obey
-|F_k| <= M rho^(-k), M the largest |G W^(-beta)| on the circle. No derivative of the inverse map
-has to be bounded.
+|F_k| <= M rho^(-k), M the largest |G W^(-beta)| on B times the integral of |dt/t|/(2 pi). No
+derivative of the inverse map has to be bounded. The polygon follows a level line of |u|, since
+rho is what decides how far the transformed part of the integral reaches.
 """
 
 from __future__ import annotations
@@ -19,9 +20,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
 import sympy
 
-from symasym.arithmetic import evaluate_tree
+from symasym.arithmetic import NumpyOps, evaluate_tree
 from symasym.asymptotics.coefficients import perron_coefficients
 from symasym.asymptotics.pieces import Piece, number
 from symasym.errors import InputError
@@ -29,9 +31,9 @@ from symasym.exact.ball_drift import BallOps, exact_ball, flint_module
 
 #: The neighbourhood that is transformed reaches to u = THETA rho.
 THETA = 0.7
-_ARCS = 192
-_SCOUTING_ARCS = 24
-_DEEPEST = 6
+_RAYS = 64
+_STEPS = 96
+_DEEPEST = 7
 # Half-width of the interval in which a rounded zero of f' is shown to lie, relatively.
 _ROOT = Fraction(1, 10**45)
 
@@ -99,11 +101,13 @@ def disk(piece: Piece, x: Any, point: Any, side: str, contact: int, beta: Any, c
     for k, d in enumerate(reduced):
         s = exact_ball((k + power) / contact)
         coefficients.append(d * s.gamma() / contact * (-(s * steep.log())).exp())
-    circle = _Circle(piece.f, smooth, x, center, f[0], contact, power, int(zeros))
-    radius, rho, peak = _best(circle, _scale(f, contact), count)
+    around = _Surroundings(piece.f, smooth, x, center, f[0], contact, power, int(zeros))
+    corners, rho, peak = _best(around, _scale(f, contact), count)
     sides = []
     for s, end in ((1, piece.hi), (-1, piece.lo)):
         if side == "both" or s == sign:
+            # The first corner lies on the positive axis, the middle one on the negative.
+            radius = float(abs(corners[0 if s > 0 else _RAYS // 2])) * (1 - 1e-12)
             sides.append((s, *_reach(piece, x, center, f[0], s, end, radius, rho, contact)))
     return Disk(contact, power, peak, rho, coefficients, tuple(sides))
 
@@ -182,7 +186,9 @@ def _scale(f: list[Any], contact: int) -> float:
 
 
 @dataclass
-class _Circle:
+class _Surroundings:
+    """What is asked about f and G off the real axis; all points are relative to the maximum."""
+
     f: Any
     smooth: Any
     x: Any
@@ -192,113 +198,170 @@ class _Circle:
     beta: Fraction
     zeros: int
 
-    def bounds(self, radius: float, arcs: int) -> tuple[float, float] | None:
-        """rho and M on the circle, None if h may vanish or something is not finite there."""
-        rho, peak = math.inf, 0.0
-        for k in range(arcs):
-            z = self._arc(radius, 2 * math.pi * (k + 0.5) / arcs, math.pi / arcs)
-            height, weight = self._at(self.f, z), self._at(self.smooth, z)
-            if height is None or weight is None:
-                return None
-            low = _down((self.top - height).abs_lower())
-            if not low > 0:
-                return None
-            u = low ** (1 / self.contact) * (1 - 1e-14)
-            rho = min(rho, u)
-            size = _up(weight.abs_upper()) / radius**self.zeros
-            peak = max(peak, size * (u / radius) ** -float(self.beta))
-        return rho, peak * (1 + 1e-12)
+    def sampled(self, t: Any) -> tuple[Any, Any]:
+        """|u| and |G W^(-beta)| on an array of complex points, in float64 and unproved."""
+        with np.errstate(all="ignore"):
+            z = float(self.center) + t
+            height, weight = (
+                np.asarray(evaluate_tree(e, {self.x: z}, _ComplexOps()) + 0 * t)
+                for e in (self.f, self.smooth)
+            )
+            u = np.abs(float(self.top) - height) ** (1 / self.contact)
+            peak = np.abs(weight) * np.abs(t) ** (float(self.beta) - self.zeros)
+            return u, peak * u ** -float(self.beta)
 
-    def winds(self, radius: float, arcs: int) -> bool:
-        """Whether h/t^mu has a zero inside, by the argument principle.
+    def winds_once(self, t: Any) -> bool:
+        """Whether h seems to have its zero at t = 0 only inside the closed curve."""
+        with np.errstate(all="ignore"):
+            height = evaluate_tree(self.f, {self.x: float(self.center) + t}, _ComplexOps()) + 0 * t
+            ratio = (float(self.top) - height) / t**self.contact
+            steps = np.angle(np.roll(ratio, -1) / ratio)
+        return bool(abs(steps.sum()) < 1)
 
-        `bounds` has shown that h does not vanish on any arc's box; a box of h/t^mu that leaves
-        out 0 is convex, so the argument changes by less than pi along its arc.
-        """
-        flint = flint_module()
-        turned, last = 0.0, None
-        for k in range(arcs + 1):
-            angle = 2 * math.pi * (k % arcs) / arcs
-            here = self._ratio(radius, angle, 0.0)
-            if here is None:
-                return True
-            if last is not None:
-                arc = self._ratio(radius, angle - math.pi / arcs, math.pi / arcs)
-                if arc is None or arc.contains(flint.acb(0)):
-                    return True
-                turned += float((here / last).arg())
-            last = here
-        return abs(turned) > 1.0
-
-    def _ratio(self, radius: float, angle: float, half: float) -> Any:
-        flint = flint_module()
-        height = self._at(self.f, self._arc(radius, angle, half))
-        t = self._arc(radius, angle, half) - flint.acb(self.center)
-        return None if height is None else (self.top - height) / t**self.contact
-
-    def analytic(self, radius: float) -> bool:
-        """Whether f and G are finite, so analytic (`BallOps`), on squares that cover the disk."""
-        flint = flint_module()
-        waiting = [(0.0, 0.0, radius, 0)]
-        while waiting:
-            re, im, half, depth = waiting.pop()
-            if max(abs(re) - half, 0) ** 2 + max(abs(im) - half, 0) ** 2 > radius**2:
-                continue
-            box = flint.acb(self.center + flint.arb(re, half), flint.arb(im, half))
-            if self._at(self.f, box) is not None and self._at(self.smooth, box) is not None:
-                continue
-            if depth == _DEEPEST:
-                return False
-            q = half / 2
-            waiting += [
-                (re + a * q, im + b * q, q * (1 + 1e-15), depth + 1)
-                for a in (-1, 1)
-                for b in (-1, 1)
-            ]
-        return True
-
-    def _arc(self, radius: float, angle: float, half: float) -> Any:
-        flint = flint_module()
-        turn = flint.arb(angle, half * (1 + 1e-12))
-        return flint.acb(self.center + radius * turn.cos(), radius * turn.sin())
-
-    def _at(self, expression: Any, z: Any) -> Any:
+    def at(self, expression: Any, t: Any) -> Any:
+        """A ball of the expression, None where it may not be analytic."""
         flint = flint_module()
         try:
-            found = flint.acb(evaluate_tree(expression, {self.x: z}, BallOps()))
+            found = flint.acb(
+                evaluate_tree(expression, {self.x: flint.acb(self.center) + t}, BallOps())
+            )
         except (ZeroDivisionError, InputError, AttributeError, TypeError, ValueError):
             return None
         return found if found.is_finite() else None
 
 
-def _best(circle: _Circle, scale: float, count: int) -> tuple[float, float, float]:
-    """The radius with the least M rho^(-count) among those tried, with rho and M."""
+class _ComplexOps(NumpyOps):
+    def power(self, base: Any, exponent: Fraction) -> Any:
+        return np.power(base.astype(complex), float(exponent))
 
-    def quality(bounds: tuple[float, float]) -> float:
-        return math.log(bounds[1] or 1e-300) - count * math.log(bounds[0])
+    def erf(self, x: Any) -> Any:
+        raise NotProved
 
-    scouted = []
-    for k in range(-8, 13):
-        radius = scale * 2 ** (-k / 2)
-        found = circle.bounds(radius, _SCOUTING_ARCS)
-        if found is not None:
-            scouted.append((quality(found), radius))
-    scouted.sort()
-    for _, first in scouted:
-        if circle.winds(first, _ARCS) or not circle.analytic(first):
+
+def _best(around: _Surroundings, scale: float, count: int) -> tuple[Any, float, float]:
+    """Corners of the polygon with the least M rho^(-count) among those tried, rho and M."""
+    angles = 2 * np.pi * np.arange(_RAYS) / _RAYS
+    radii = scale * np.geomspace(1 / 16, 32, _STEPS)
+    points = radii[:, None] * np.exp(1j * angles)
+    u, peaks = around.sampled(points)
+    tried = []
+    for level in np.geomspace(np.nanmin(u[0]) * 1.0001, np.nanmax(u[np.isfinite(u)]), 120):
+        above = ~(u < level)  # nan counts as above, and is refused below
+        if not above.any(axis=0).all():
+            break
+        first = above.argmax(axis=0)
+        if (first == 0).any():
             continue
-        best = None
-        for factor in (1.15, 1.0, 0.87):
-            radius = first * factor
-            found = circle.bounds(radius, _ARCS)
-            if found is None or (best is not None and quality(found) >= best[0]):
-                continue
-            if factor > 1 and (circle.winds(radius, _ARCS) or not circle.analytic(radius)):
-                continue
-            best = quality(found), radius, found
-        if best is not None:
-            return best[1], *best[2]
+        rays = np.arange(_RAYS)
+        low, high = u[first - 1, rays], u[first, rays]
+        if not (np.isfinite(high).all() and np.isfinite(peaks[first, rays]).all()):
+            # Not so near a singularity that |u| or G has no value: one step before it.
+            continue
+        share = np.log(level / low) / np.log(high / low)
+        corners = radii[first - 1] * (radii[1] / radii[0]) ** share
+        points_here = corners * np.exp(1j * angles)
+        if not around.winds_once(points_here):
+            # Beyond a critical point of f, |u| has passed a saddle and other zeros are inside.
+            continue
+        score = np.log(peaks[first, rays].max()) - count * np.log(level)
+        tried.append((float(score), points_here, float(level)))
+    tried.sort(key=lambda entry: entry[0])
+    ceiling = math.inf
+    for _, corners, level in tried:
+        if level < ceiling:
+            found = _proved(around, corners, level)
+            if found is not None:
+                return corners, *found
+            # What failed was too near a singularity or a critical point.
+            ceiling = 0.94 * level
     raise NotProved
+
+
+def _proved(around: _Surroundings, corners: Any, level: float) -> tuple[float, float] | None:
+    """rho and M of a polygon, None if something that is needed does not hold or is not seen."""
+    if not _analytic(around, corners):
+        return None
+    rho, peak, length, turned = math.inf, 0.0, 0.0, 0.0
+    wanted = (0.93 * level) ** around.contact
+    for start, end in zip(corners, np.roll(corners, -1), strict=True):
+        waiting = [(complex(start), complex(end), 0)]
+        while waiting:
+            a, b, depth = waiting.pop()
+            box = _box(a, b)
+            height, weight = around.at(around.f, box), around.at(around.smooth, box)
+            drop = None if height is None else _down((around.top - height).abs_lower())
+            if weight is None or drop is None or not drop > wanted:
+                if depth == _DEEPEST:
+                    return None
+                middle = (a + b) / 2
+                waiting += [(a, middle, depth + 1), (middle, b, depth + 1)]
+                continue
+            u = drop ** (1 / around.contact) * (1 - 1e-14)
+            near, far = _down(abs(box).abs_lower()), _up(abs(box).abs_upper())
+            power = float(around.beta) - around.zeros
+            size = _up(weight.abs_upper()) * (far if power > 0 else near) ** power
+            rho, peak = min(rho, u), max(peak, size * u ** -float(around.beta))
+            length += abs(b - a) / near
+            # The box of h leaves out 0 and is convex: its argument changes by less than pi.
+            turned += _turn(around, a, b)
+    if not abs(turned / (2 * math.pi) - around.contact) < 0.1:
+        return None
+    return rho, peak * length / (2 * math.pi) * (1 + 1e-10)
+
+
+def _turn(around: _Surroundings, a: complex, b: complex) -> float:
+    flint = flint_module()
+    first, last = (around.at(around.f, flint.acb(t.real, t.imag)) for t in (a, b))
+    return float(((around.top - last) / (around.top - first)).arg())
+
+
+def _box(a: complex, b: complex) -> Any:
+    """The smallest box with sides along the axes that holds a segment, a little widened."""
+    flint = flint_module()
+    middle, half = (a + b) / 2, (b - a) / 2
+    slack = 1e-14 * (abs(a) + abs(b))
+    return flint.acb(
+        flint.arb(middle.real, abs(half.real) + slack),
+        flint.arb(middle.imag, abs(half.imag) + slack),
+    )
+
+
+def _analytic(around: _Surroundings, corners: Any) -> bool:
+    """Whether f and G are finite, so analytic (`BallOps`), on squares that cover the polygon."""
+    flint = flint_module()
+    reach = np.abs(corners)
+    reach = np.maximum(np.maximum(reach, np.roll(reach, 1)), np.roll(reach, -1))
+    outermost = float(reach.max()) * 1.001
+    waiting = [(0.0, 0.0, outermost, 0)]
+    while waiting:
+        re, im, half, depth = waiting.pop()
+        if _outside(re, im, half, reach):
+            continue
+        box = flint.acb(flint.arb(re, half), flint.arb(im, half))
+        if around.at(around.f, box) is not None and around.at(around.smooth, box) is not None:
+            continue
+        if depth == _DEEPEST + 2:
+            return False
+        q = half / 2
+        waiting += [
+            (re + a * q, im + b * q, q * (1 + 1e-15), depth + 1) for a in (-1, 1) for b in (-1, 1)
+        ]
+    return True
+
+
+def _outside(re: float, im: float, half: float, reach: Any) -> bool:
+    """Whether a square lies outside the polygon, by the farthest corner in the angle it fills."""
+    near = math.hypot(max(abs(re) - half, 0.0), max(abs(im) - half, 0.0))
+    if near > reach.max():
+        return True
+    distance = math.hypot(re, im)
+    spread = half * 1.4143
+    if spread >= 0.9 * distance:
+        return False
+    middle, width = math.atan2(im, re), math.asin(spread / distance)
+    first = math.floor((middle - width) / (2 * math.pi) * _RAYS)
+    last = math.ceil((middle + width) / (2 * math.pi) * _RAYS)
+    return near > max(reach[k % _RAYS] for k in range(first, last + 1))
 
 
 def _reach(

@@ -71,7 +71,10 @@ def boxes(piece: Piece, x: Any, lo: float, hi: float, top: float, gap: float) ->
         if not a < b:
             continue
         heights = enclosure(piece.f, x, a, b)
-        if heights is not None and heights[1] - top < -0.6 * gap:
+        # Far enough below, or as flat as it is low (a smaller maximum).
+        if heights is not None and top - heights[1] > min(
+            0.95 * gap, 3 * (heights[1] - heights[0])
+        ):
             weight = _weight(piece, x, a, b)
             if weight is not None:
                 found.append((weight, _drop(top, heights[1]), 0.0, -1.0))
@@ -154,10 +157,13 @@ def _tail(f: Any, g: Any, x: Any, start: float, top: float) -> tuple[float, Part
 
 
 def _factored(expression: Any, x: Any) -> Any:
-    """A form whose intervals reach to infinity without oo - oo."""
-    if expression.is_polynomial(x):
-        polynomial = sympy.Poly(expression, x)
-        lead = polynomial.degree()
-        inner = sum(c * x ** (m[0] - lead) for m, c in polynomial.terms())
-        return sympy.Mul(x**lead, inner, evaluate=False) if lead else expression
-    return sympy.expand(expression)
+    """A form whose intervals reach to infinity without oo - oo or oo/oo."""
+    top, bottom = sympy.fraction(sympy.together(expression))
+    if not (top.is_polynomial(x) and bottom.is_polynomial(x)):
+        return sympy.expand(expression)
+    degree, parts = 0, []
+    for part, sign in ((top, 1), (bottom, -1)):
+        polynomial = sympy.Poly(part, x)
+        degree += sign * polynomial.degree()
+        parts.append(sum(c * x ** (m[0] - polynomial.degree()) for m, c in polynomial.terms()))
+    return sympy.Mul(x**degree, parts[0], 1 / parts[1], evaluate=False)
