@@ -367,7 +367,7 @@ def test_unequal_maxima_are_dropped_or_kept() -> None:
     assert len(plain.contributions) == 1
     assert len(kept.contributions) == 2
     assert len(plain.dropped) == 1
-    assert "e^(-0.2" in plain.dropped[0]
+    assert "e^(-0.19998" in plain.dropped[0]
     assert kept.dropped == ()
     exact = truth("two unequal", 40)
     errors = [
@@ -552,13 +552,14 @@ y = sympy.Symbol("y")
         ((-(x**2), 1 / x**2, x, -1, 1), "diverges"),
         ((-(x**2), "sqrt(x)", x, -1, 1), "isn't real"),
         ((-(x**2), "log(x)", x, 0, 1), "neither analytic nor"),
-        ((-sympy.Abs(x) ** sympy.Rational(3, 2), 1, x, -1, 1), "no Taylor series"),
+        ((-(sympy.Abs(x) ** sympy.Rational(3, 2)), 1, x, -1, 1), "no Taylor series"),
         ((sympy.I * x, 1, x, 0, 1), "complex"),
         ((sympy.Integer(3), 1, x, 0, 1), "does not contain x"),
         ((-sympy.gamma(x), 1, x, 1, 3), "f contains gamma"),
         ((-x, sympy.besselj(0, x), x, 0, 1), "g contains besselj"),
         ((-x, 1, x, 1, 0), "a must be less than b"),
         ((-x, 1, x, 0, x), "contains x"),
+        ((-(nu**2), 1, nu, -1, 1), "by its own assumptions"),
         ((-x, 0, x, 0, 1), "g is 0"),
         (("-x**", 1, x, 0, 1), "give a SymPy expression"),
         ((-x, [1], x, 0, 1), "one SymPy expression"),

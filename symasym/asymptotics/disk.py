@@ -361,7 +361,7 @@ def _outside(re: float, im: float, half: float, reach: Any) -> bool:
     middle, width = math.atan2(im, re), math.asin(spread / distance)
     first = math.floor((middle - width) / (2 * math.pi) * _RAYS)
     last = math.ceil((middle + width) / (2 * math.pi) * _RAYS)
-    return near > max(reach[k % _RAYS] for k in range(first, last + 1))
+    return bool(near > max(reach[k % _RAYS] for k in range(first, last + 1)))
 
 
 def _reach(

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from symasym.asymptotics.laplace import LaplaceExpansion
+    from symasym.asymptotics.laplace_expansion import LaplaceExpansion
 
 __all__ = ["laplace_integral"]
 

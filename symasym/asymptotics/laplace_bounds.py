@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from symasym.asymptotics.disk import Disk, NotProved, disk
+from symasym.asymptotics.disk import THETA, Disk, NotProved, disk
 from symasym.asymptotics.local_expansion import Contribution
 from symasym.asymptotics.maxima import same_height
 from symasym.asymptotics.pieces import Piece, difference, number
@@ -82,8 +82,9 @@ class Proof:
         """What is of a power of lam, and what is exponentially small."""
         algebraic, small = context.mpf(0), context.mpf(0)
         for d, c, used in zip(self.disks, self.contributions, orders, strict=False):
-            algebraic += _omitted(d, c, used, lam, context)
-            small += _beyond_reach(d, lam, context)
+            powers, beyond = _beside(d, c, used, lam, context)
+            algebraic += powers
+            small += beyond
         for c, gap in zip(self.others, self.gaps, strict=True):
             exponents, coefficients = c.numbers(20)
             size = sum(
@@ -99,43 +100,42 @@ class Proof:
         return algebraic * (1 + _SAFETY), small * (1 + _SAFETY)
 
 
-def _omitted(d: Disk, c: Contribution, used: int, lam: Any, context: Any) -> Any:
-    """The next terms one by one, then Cauchy's tail; and the rounding of the terms used."""
-    total = context.mpf(0)
+def _beside(d: Disk, c: Contribution, used: int, lam: Any, context: Any) -> tuple[Any, Any]:
+    """What is left out beside one maximum: powers of lam, and what is exponentially small.
+
+    The first is the next terms one by one, then Cauchy's tail; the second what terms have beyond
+    the transformed part, although they are integrated to infinity. The tail may begin behind any
+    term that is not used; where the series diverges, the last one known is not the best place.
+    """
     both = len(d.sides) == 2
     _, coefficients = c.numbers(40)
-    shift = (d.beta.numerator / d.beta.denominator - 1) % 2 if both else 0
-    position = 0
+    beta = context.mpf(d.beta.numerator) / d.beta.denominator
+    # On two sides every second coefficient cancels.
+    shift = int(d.beta - 1) % 2 if both else 0
+    position, total, small = 0, context.mpf(0), context.mpf(0)
+    best = context.inf, context.inf
     for k, ball in enumerate(d.coefficients):
-        if both and (k + shift) % 2:
-            # The two sides cancel.
-            continue
-        s = context.mpf(k * d.beta.denominator + d.beta.numerator)
-        s = s / d.beta.denominator / d.contact
-        value = 2 * ball if both else ball
-        if position < used:
-            size = abs(value - _ball(coefficients[position])).upper()
-        else:
-            size = abs(value).upper()
-        total += _mpf(size, context) * lam**-s
-        position += 1
-    count = len(d.coefficients)
-    s = (context.mpf(d.beta.numerator) / d.beta.denominator + count) / d.contact
-    theta = context.mpf("0.7")
-    tail = d.peak * context.mpf(d.rho) ** -count / (1 - theta) * context.gamma(s) / d.contact
-    return total + len(d.sides) * tail * lam**-s
+        s = (k + beta) / d.contact
+        size = d.peak * context.mpf(d.rho) ** -k / d.contact * lam**-s
+        small += size * sum(_upper_gamma(s, lam * drop, context) for _, _, drop in d.sides)
+        if not (both and (k + shift) % 2):
+            value = 2 * ball if both else ball
+            if position < used:
+                value = value - _ball(coefficients[position])
+            total += _mpf(abs(value), context) * lam**-s
+            position += 1
+        if position >= used:
+            found = total + _cauchy_tail(d, k + 1, lam, beta, context)
+            if found + small < sum(best):
+                best = found, small
+    return best
 
 
-def _beyond_reach(d: Disk, lam: Any, context: Any) -> Any:
-    """Terms are integrated to infinity, but the transformed part ends: the incomplete gammas."""
-    total = context.mpf(0)
-    for _, _, drop in d.sides:
-        z = lam * drop
-        for k in range(len(d.coefficients)):
-            s = (context.mpf(d.beta.numerator) / d.beta.denominator + k) / d.contact
-            size = d.peak * context.mpf(d.rho) ** -k / d.contact * lam**-s
-            total += size * _upper_gamma(s, z, context)
-    return total
+def _cauchy_tail(d: Disk, count: int, lam: Any, beta: Any, context: Any) -> Any:
+    """What the terms from `count` on add on all sides, as far as u = THETA rho."""
+    s = (count + beta) / d.contact
+    size = d.peak * context.mpf(d.rho) ** -count / (1 - context.mpf(THETA)) / d.contact
+    return len(d.sides) * size * context.gamma(s) * lam**-s
 
 
 def _upper_gamma(s: Any, z: Any, context: Any) -> Any:

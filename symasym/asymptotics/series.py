@@ -173,7 +173,8 @@ def _by_slope(name: str, slope: Callable[[Series, Any], Series]) -> Callable[[Se
 def _erf_slope(x: Series, ring: Any) -> Series:
     square = -(x * x)
     root = ring.power(ring.expression(sympy.pi), Fraction(-1, 2))
-    return square.times_slope(ring.call("exp", square.c[0])) * (2 * root)
+    slope: Series = square.times_slope(ring.call("exp", square.c[0]))
+    return slope.__mul__(2 * root)
 
 
 _ONE, _HALF = Fraction(1), Fraction(-1, 2)
