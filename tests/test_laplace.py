@@ -519,6 +519,48 @@ def test_estimates_are_honest_too(scene: Integral, monkeypatch: pytest.MonkeyPat
             assert abs(value - truth(scene.name, lam)) <= error * (1 + mpf(10) ** -15), (order, lam)
 
 
+@pytest.mark.parametrize("powers", [("1/2", "-1/2"), ("-1/2", "3/2"), ("7/2", "-1/2")])
+def test_powers_that_differ_by_an_integer_are_one_series(powers: tuple[str, str]) -> None:
+    first, second = (x ** sympy.Rational(p) for p in powers)
+    both, *alone = (sa.laplace_integral(-x, g, x, 0, 1, 6) for g in (first + second, first, second))
+    assert len(both.contributions) == 1
+    assert both.contributions[0].exponents[0] == sympy.Rational(1, 2)
+    n = sympy.Symbol("n", positive=True)
+    assert sympy.expand(both.expression(n) - sum(part.expression(n) for part in alone)) == 0
+
+
+@pytest.mark.parametrize(
+    ("f", "g"), [("-x", "x**3"), ("-x**2", "1/sqrt(x)"), ("-3*log(1 + x)", "sqrt(x)")]
+)
+@pytest.mark.parametrize("lam", [3, 10])
+def test_tail_is_bounded(f: str, g: str, lam: int) -> None:
+    from symasym.asymptotics.rest import _tail
+
+    exponent, weight = sympy.sympify(f), sympy.sympify(g)
+    start, (size, drop, steep, growth) = _tail(exponent, weight, x, 0.5, 0.0)
+    bound = size * math.exp(-lam * drop) / (lam * steep - growth)
+    integrand = sympy.lambdify(x, weight * sympy.exp(lam * exponent), "mpmath")
+    exact = mp.quad(integrand, [start, start + 1, start + 10, start + 100, mp.inf])
+    assert exact <= bound * (1 + 1e-9)
+    assert bound < 100 * exact
+
+
+def test_a_polygon_around_another_zero_proves_nothing() -> None:
+    from symasym.asymptotics.disk import _proved, _Surroundings
+    from symasym.exact.ball_drift import flint_module, precision
+
+    f = sympy.sympify("-x**2*(1 + x)")
+    zero = flint_module().arb(0)
+    around = _Surroundings(f, sympy.Integer(1), x, zero, zero, 2, Fraction(1), 0)
+    circle = np.exp(2j * np.pi * np.arange(64) / 64)
+    with precision(100):
+        # The other zero of h, at -1, is outside the first circle and inside the second.
+        found = _proved(around, 0.5 * circle, 0.5**1.5)
+        assert found is not None
+        assert 0.9 * 0.5**1.5 < found[0] <= 0.5**1.5
+        assert _proved(around, 2 * circle, 2.0) is None
+
+
 def test_printing() -> None:
     result = sa.laplace_integral(-x, 1 / (1 + x), x, 0, "oo", 3)
     assert str(result).startswith("e^(lam (0)) [(1) lam^(-1) + (-1) lam^(-2) + (2) lam^(-3)]")
