@@ -561,6 +561,15 @@ def test_a_polygon_around_another_zero_proves_nothing() -> None:
         assert _proved(around, 2 * circle, 2.0) is None
 
 
+def test_a_flat_f_is_not_taken_for_a_narrow_peak() -> None:
+    result = sa.laplace_integral("-1e-30*x**2", 1, x, -1, 1, 2)
+    found = result.evaluate(100, full=True)
+    assert abs(found.value - 2) <= found.error
+    numeric = sa.laplace_integral(-x, "1e-30 + x", x, 0, 1, 2, dps=20)
+    with mp.workdps(30):
+        assert abs(numeric.contributions[0].coefficients[0] * mpf(10) ** 30 - 1) < mpf(10) ** -19
+
+
 def test_printing() -> None:
     result = sa.laplace_integral(-x, 1 / (1 + x), x, 0, "oo", 3)
     assert str(result).startswith("e^(lam (0)) [(1) lam^(-1) + (-1) lam^(-2) + (2) lam^(-3)]")

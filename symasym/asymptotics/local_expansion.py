@@ -180,7 +180,7 @@ def contact_of(
                 "method here needs one on each side."
             ) from None
         for k in range(1, count):
-            if not ring.is_zero(c[k]):
+            if not ring.negligible(c[k], c[1:]):
                 lead = ring.to_expression(c[k])
                 if isinstance(lead, sympy.Basic):
                     return k, sign_of(lead)

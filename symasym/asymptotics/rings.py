@@ -50,6 +50,10 @@ class ExpressionRing:
     def is_zero(self, element: Any) -> bool:
         return vanishes(sympy.sympify(element))
 
+    def negligible(self, element: Any, others: list[Any]) -> bool:
+        """Whether it is zero, in numbers beside the other coefficients of its series."""
+        return self.is_zero(element)
+
 
 class FieldRing:
     """Rational functions over the rationals, generators for parameters and irrational constants."""
@@ -103,6 +107,9 @@ class FieldRing:
             return True
         return bool(self._names) and vanishes(self.to_expression(element))
 
+    def negligible(self, element: Any, others: list[Any]) -> bool:
+        return self.is_zero(element)
+
 
 class MissingConstant(Exception):
     """A constant outside the field that was set up; the field must be made again with it."""
@@ -113,7 +120,7 @@ class MissingConstant(Exception):
 
 
 class NumberRing:
-    """mpf of one context. What is below half the digits is zero: points are roots, rounded."""
+    """mpf of one context. What is below most of the digits is zero: points are roots, rounded."""
 
     def __init__(self, context: Any) -> None:
         self.context = context
@@ -144,7 +151,13 @@ class NumberRing:
         return element
 
     def is_zero(self, element: Any) -> bool:
-        return bool(abs(element) < self.context.mpf(10) ** (-self.context.dps // 2))
+        return bool(abs(element) < self._least())
+
+    def negligible(self, element: Any, others: list[Any]) -> bool:
+        return bool(abs(element) <= self._least() * max(abs(other) for other in others))
+
+    def _least(self) -> Any:
+        return self.context.mpf(10) ** (-self.context.dps * 4 // 5)
 
 
 def vanishes(expression: Any) -> bool:

@@ -335,7 +335,8 @@ def _normal(term: Term) -> list[Term]:
     """Leading zeros counted into the exponent."""
     exponent, series = term
     ring = series.ring
-    first = next((k for k, x in enumerate(series.c) if not ring.is_zero(x)), None)
+    zeros = [x == 0 or ring.negligible(x, series.c) for x in series.c]
+    first = next((k for k, zero in enumerate(zeros) if not zero), None)
     if first is None:
         return []
     return [(_plus(exponent, Fraction(first), ring), Series(series.c[first:], ring))]
