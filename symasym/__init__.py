@@ -1,5 +1,6 @@
 """symasym: escape times and Laplace-type integrals, derived, evaluated, with their errors."""
 
+from symasym.asymptotics.integrals import laplace_integral
 from symasym.drift import Drift, hill, linear, polynomial, sine, tanh
 from symasym.errors import (
     AccuracyError,
@@ -32,6 +33,7 @@ __all__ = [
     "formula",
     "friction",
     "hill",
+    "laplace_integral",
     "linear",
     "occupation",
     "polynomial",

@@ -1,0 +1,1 @@
+"""Large-parameter expansions of integrals, for any integrand and for the drift's own."""
