@@ -48,7 +48,7 @@ def _parse(name: str, given: Any) -> Any:
     # Lists, truth values and relations are read by SymPy, too.
     if not isinstance(expression, sympy.Expr):
         raise InputError(f"{name} is {given!r}; give a SymPy expression, a number or a string.")
-    return _exactly(expression)
+    return exactly(expression)
 
 
 def _parse_text(name: str, given: str) -> Any:
@@ -66,7 +66,7 @@ def _parse_text(name: str, given: str) -> Any:
         ) from None
 
 
-def _exactly(expression: Any) -> Any:
+def exactly(expression: Any) -> Any:
     """Every float replaced by its exact binary value."""
     floats = {f: _rational(exact("A", f)) for f in expression.atoms(sympy.Float)}
     return expression.xreplace(floats)

@@ -106,7 +106,7 @@ def laplace_integral(
 
 
 def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, Any, Any, Any, Any]:
-    from symasym.expressions import _exactly
+    from symasym.expressions import exactly
 
     symbol = sympy.Symbol(x) if isinstance(x, str) else x
     if not isinstance(symbol, sympy.Symbol):
@@ -128,7 +128,7 @@ def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, Any, Any, Any, A
                 f"{name} = {expression} is complex or undefined; give a real one (Laplace's "
                 "method is for real f; oscillating integrals need stationary phase)."
             )
-        found.append(_exactly(expression))
+        found.append(exactly(expression))
     formula, weight, lo, hi = found
     for name, end in (("a", lo), ("b", hi)):
         if end.has(symbol):

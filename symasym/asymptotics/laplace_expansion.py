@@ -16,7 +16,7 @@ from symasym.asymptotics.pieces import difference, number
 from symasym.context import own_context, to_mpf
 from symasym.errors import AccuracyError, InputError, RangeError
 from symasym.estimate import ErrorKind, Estimate
-from symasym.exact.double_double import _two_product
+from symasym.exact.double_double import two_product
 from symasym.inputs import FloatArray, digits, exact, float_text, floats, is_array
 
 _FLOAT_DIGITS = 20
@@ -182,7 +182,7 @@ class LaplaceExpansion:
                     total += term
                     sizes += np.abs(term)
         # What lam times the height loses in its last place would be relative in the value.
-        product, lost = _two_product(flat, np.full_like(flat, top))
+        product, lost = two_product(flat, np.full_like(flat, top))
         lost = lost + flat * rest
         with np.errstate(all="ignore"):
             logs = product + (lost + np.log(np.abs(total)))

@@ -15,8 +15,8 @@ from mpmath import libmp
 
 from symasym.arithmetic import evaluate_tree
 from symasym.asymptotics.disk import NotProved, without_power
+from symasym.asymptotics.intervals import IntervalOps
 from symasym.asymptotics.pieces import Piece, number
-from symasym.expressions import _IntervalOps
 
 _MOST_BOXES = 3000
 _DEEPEST = 40
@@ -28,20 +28,11 @@ _MORE = 1 + 1e-12
 Part = tuple[float, float, float, float]
 
 
-class _ClosedOps(_IntervalOps):
-    """log is allowed to reach 0, where it is -oo: from above it is bounded all the same."""
-
-    def __getattr__(self, name: str) -> Any:
-        if name == "log":
-            return mpmath.iv.log
-        return super().__getattr__(name)
-
-
 def enclosure(expression: Any, x: Any, lo: float, hi: float) -> tuple[float, float] | None:
     """Floats between which the expression lies on [lo, hi], None where that is not known."""
     iv = mpmath.iv
     try:
-        found = iv.mpf(evaluate_tree(expression, {x: iv.mpf([lo, hi])}, _ClosedOps()))
+        found = iv.mpf(evaluate_tree(expression, {x: iv.mpf([lo, hi])}, IntervalOps()))
     except Exception:  # iv raises whatever its parts do outside a function's domain
         return None
     # By the raw ends: mpf() would round them to whatever precision the caller works at.

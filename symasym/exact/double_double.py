@@ -59,7 +59,7 @@ class DoubleDouble:
 
     def __mul__(self, other: Any) -> DoubleDouble:
         y = DoubleDouble.of(other)
-        p, e = _two_product(self.hi, y.hi)
+        p, e = two_product(self.hi, y.hi)
         return DoubleDouble(*_fast_two_sum(p, e + (self.hi * y.lo + self.lo * y.hi)))
 
     __rmul__ = __mul__
@@ -140,7 +140,7 @@ def _fast_two_sum(a: Any, b: Any) -> tuple[Any, Any]:
     return s, b - (s - a)
 
 
-def _two_product(a: Any, b: Any) -> tuple[Any, Any]:
+def two_product(a: Any, b: Any) -> tuple[Any, Any]:
     p = a * b
     t = _SPLITTER * a
     ah = t - (t - a)

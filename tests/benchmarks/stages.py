@@ -27,7 +27,7 @@ STAGES = {
     "sweeps in the log domain, with their error analysis": ("_compose", "_weight", "_finite"),
     "first cuts: zeros of A, Taylor series about them": (
         *("_partition", "_even_blocks", "_graded_blocks", "_levels_needed", "zeros", "taylor"),
-        *("shift", "_zeros_of", "_polished", "_two_product", "_two_sum", "_fast_two_sum"),
+        *("shift", "_zeros_of", "_polished", "two_product", "_two_sum", "_fast_two_sum"),
         *("__mul__", "__add__", "__getitem__"),
     ),
     "gathering and sorting records": ("sweep", "take", "<genexpr>", "<listcomp>"),
