@@ -4,9 +4,16 @@ Every message is one sentence that names the value, the rule it broke, and
 what to do about it.
 """
 
+import re
+
 
 class SymasymError(Exception):
     """Base of every error that symasym raises on purpose."""
+
+    def __init__(self, message: str) -> None:
+        # Values are quoted as they were given, which may be many lines or digits.
+        one_line = re.sub(r"\s+", " ", message)
+        super().__init__(re.sub(r"(\w{20})\w{60,}", r"\1...", one_line))
 
 
 class InputError(SymasymError, ValueError):

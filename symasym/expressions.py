@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from typing import Any
 
@@ -14,18 +15,20 @@ from symasym.discs import DiscOps
 from symasym.errors import InputError
 from symasym.inputs import exact
 
+#: Letters that SymPy would read as its own functions and sets.
+_OUR_NAMES = {n: sympy.Symbol(n) for n in ("S", "N", "C", "O", "Q", "E1", "beta", "gamma", "zeta")}
 _DEEPEST = 120
 _OVERLAP = Fraction(9, 16)  # half would let neighbouring discs touch only
 
 
 def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
     """The model of the drift A(u), its ends checked against a- and a+ (eq:cont)."""
-    formula = _parse("A", A)
+    formula = parse("A", A)
     symbol = _symbol(formula, u)
     for name, given, end in (("a-", a_minus, -1), ("a+", a_plus, 1)):
         if given is None:
             continue
-        outside, inside = _parse(name, given), formula.subs(symbol, end)
+        outside, inside = parse(name, given), formula.subs(symbol, end)
         if sympy.simplify(inside - outside) != 0:
             raise InputError(
                 f"A jumps at u = {end}: A({end}) is {inside} but {name} is {outside}; "
@@ -35,9 +38,19 @@ def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
     return models.Expression(formula, symbol)
 
 
-def _parse(name: str, given: Any) -> Any:
+def parse(name: str, given: Any, names: dict[str, Any] = _OUR_NAMES) -> Any:
+    """A SymPy expression from what a caller wrote, floats and decimals exact.
+
+    Parameters
+    ----------
+    name : str
+        How messages call the argument.
+    given : SymPy expression, number or str
+    names : dict
+        What these names mean in a string.
+    """
     if isinstance(given, str):
-        expression = _parse_text(name, given)
+        expression = _parse_text(name, given, names)
     elif isinstance(given, Fraction):
         expression = _rational(given)
     else:
@@ -51,18 +64,19 @@ def _parse(name: str, given: Any) -> Any:
     return exactly(expression)
 
 
-def _parse_text(name: str, given: str) -> Any:
+def _parse_text(name: str, given: str, names: dict[str, Any]) -> Any:
     from sympy.parsing.sympy_parser import parse_expr, rationalize, standard_transformations
 
-    names = {n: sympy.Symbol(n) for n in ("S", "N", "C", "O", "Q", "E1", "beta", "gamma", "zeta")}
+    if re.search(r"[eE][+-]?\d{6}", given):
+        raise InputError(f"{name} is {given!r}, whose exponent is too long; rescale the problem.")
     try:
         return parse_expr(
-            given, local_dict=names, transformations=(*standard_transformations, rationalize)
+            given, local_dict=dict(names), transformations=(*standard_transformations, rationalize)
         )
     except Exception as error:  # SymPy's parser raises whatever Python's tokenizer does
         raise InputError(
             f"{name} is {given!r}, which SymPy cannot read ({type(error).__name__}); "
-            "write it like 1/2 - u + b*u**3."
+            "write it like 1/2 - u + 3*u**3."
         ) from None
 
 
@@ -78,7 +92,7 @@ def _rational(value: Fraction) -> Any:
 
 def _symbol(formula: Any, u: Any) -> Any:
     if u is not None:
-        symbol = sympy.Symbol(u) if isinstance(u, str) else u
+        symbol = sympy.Symbol(u) if isinstance(u, str) and u.isidentifier() else u
         if not isinstance(symbol, sympy.Symbol):
             raise InputError(f"u is {u!r}; give the SymPy Symbol or the name of A's variable.")
         return symbol

@@ -123,11 +123,13 @@ def formula(label: str) -> Formula:
     >>> formula("folds").rests_on
     ('cubic', 'turning-points', 'beta')
     """
+    if not isinstance(label, str):
+        raise InputError(f"label is {label!r}; give one of symasym.formula.labels().")
     data = _all()
     if label in data["definitions"]:
-        raise InputError(f"{label} is not derived. {data['definitions'][label]}")
+        raise InputError(f"{label} is not derived: {data['definitions'][label]}")
     if label not in data["formulas"]:
-        near = [known for known in data["formulas"] if str(label).split(":")[-1] in known]
+        near = [known for known in data["formulas"] if label.split(":")[-1] in known]
         hint = f"perhaps {near[0]}" if near else "see symasym.formula.labels()"
         raise InputError(f"{label!r} is no formula; {hint}.")
     record = data["formulas"][label]

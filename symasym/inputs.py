@@ -112,6 +112,8 @@ def _from_library(name: str, value: Any) -> Fraction:
 
 def floats(name: str, value: Any) -> FloatArray:
     """`value` as a float64 array (0-dimensional for a scalar), finite and not empty."""
+    if isinstance(value, np.ma.MaskedArray):
+        raise InputError(f"{name} is a masked array; give its unmasked values alone.")
     if not is_array(value):
         return np.asarray(to_float(name, exact(name, value)))
     try:

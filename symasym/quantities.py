@@ -270,7 +270,7 @@ class _Task(NamedTuple):
 
 
 def _known_method(method: str, known: tuple[str, ...]) -> None:
-    if method not in known:
+    if not isinstance(method, str) or method not in known:
         raise InputError(f"method is {method!r}; this quantity has {', '.join(map(repr, known))}.")
 
 

@@ -287,3 +287,68 @@ def test_errors_are_the_fitting_builtins() -> None:
     assert issubclass(sa.AccuracyError, ArithmeticError)
     assert issubclass(sa.RangeError, OverflowError)
     assert issubclass(sa.OutputError, OSError)
+
+
+# -- anything at all -------------------------------------------------------------------------------
+
+SLIDING_LINE = sa.linear(1, -1)
+TAKERS: dict[str, Callable[[Any], Any]] = {
+    "kappa": lambda x: sa.escape_time(FRICTION, x, 10),
+    "kappa, dps": lambda x: sa.escape_time(FRICTION, x, 10, dps=15),
+    "kappa, paper": lambda x: sa.escape_time(FRICTION, x, 10, method="paper"),
+    "r": lambda x: sa.escape_time(FRICTION, 1, x),
+    "r, dps": lambda x: sa.exit_probability(FRICTION, 1, x, dps=15, log=True),
+    "start": lambda x: sa.escape_time(FRICTION, 1, 10, start=x),
+    "dps": lambda x: sa.escape_time(FRICTION, 1, 10, dps=x),
+    "method": lambda x: sa.occupation(SLIDING_LINE, 1, method=x),
+    "order": lambda x: sa.escape_time(FRICTION, 1, 10, order=x),
+    "drift": lambda x: sa.escape_time(x, 1, 10),
+    "drift, occupation": lambda x: sa.occupation(x, 1),
+    "drift, density": lambda x: sa.stationary_density(x, 1, 0),
+    "occupation": lambda x: sa.occupation(SLIDING_LINE, x),
+    "y": lambda x: sa.stationary_density(SLIDING_LINE, 1, x, log=True),
+    "mu": lambda x: sa.friction(x, 1, 1),
+    "z0": lambda x: FRICTION.bind(z0=x),
+    "waves": lambda x: sa.sine(1, 1, 1, waves=x),
+    "n": lambda x: sa.hill(1, 2, 1, n=x),
+    "K": lambda x: sa.hill(1, 2, x),
+    "coefficient": lambda x: sa.polynomial(x),
+    "u of a call": lambda x: FRICTION(x),
+    "A": lambda x: sa.Drift(x),
+    "u": lambda x: sa.Drift("1-u", x),
+    "a-": lambda x: sa.Drift("1-u", a_minus=x),
+    "eps": lambda x: sa.rescale(x, 1, 1),
+    "kappa, rescale": lambda x: sa.rescale("0.01", x, 1),
+    "label": lambda x: sa.formula(x),
+    "f": lambda x: sa.laplace_integral(x, 1, "x", -1, 1, 2),
+    "g": lambda x: sa.laplace_integral("-x**2", x, "x", -1, 1, 2),
+    "x": lambda x: sa.laplace_integral("-x**2", 1, x, -1, 1, 2),
+    "a": lambda x: sa.laplace_integral("-x**2", 1, "x", x, 1, 2),
+    "order, integral": lambda x: sa.laplace_integral("-x**2", 1, "x", -1, 1, x),
+}
+ANYTHING: list[Any] = [
+    None, [], (), {}, set(), b"1", object(), type, lambda: 1, slice(1), range(3), ..., True,
+    float("nan"), float("inf"), -1, 0, 10**400, -(10**400), 5e-324, 1.7e308, 1j,
+    "", "abc", "1/0", "nan", "1e999999999", "\uff11", " 0.5 ", "0x10", "1_000", "+-1", "--1",
+    Decimal("NaN"), Decimal("Infinity"), sympy.oo, sympy.sqrt(2), U,
+    mpmath.inf, mpmath.nan, mpmath.mpc(1, 2),
+    np.array([]), np.array([np.nan]), np.array(["a"]), np.array([1j]), np.array(0.5),
+    np.array([[1, 2], [3]], dtype=object), np.array([True]), np.array([1e-320]),
+    np.datetime64("2020-01-01"), np.longdouble(1) / 3, np.float16(np.inf),
+    np.ma.MaskedArray([1.0, 2.0], mask=[False, True]), [None], [[1, 2], [3]], ["1", "x"],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TAKERS)
+def test_anything_is_taken_or_refused_in_one_sentence(name: str) -> None:
+    for value in ANYTHING:
+        try:
+            found = TAKERS[name](value)
+        except sa.SymasymError as error:
+            message = str(error)
+            assert message.endswith("."), message
+            assert "\n" not in message, message
+            assert len(message) < 400, message
+        else:
+            if isinstance(found, (float, np.ndarray)):
+                assert np.isfinite(found).all(), value

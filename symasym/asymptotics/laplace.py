@@ -106,29 +106,22 @@ def laplace_integral(
 
 
 def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, Any, Any, Any, Any]:
-    from symasym.expressions import exactly
+    from symasym.expressions import parse
 
-    symbol = sympy.Symbol(x) if isinstance(x, str) else x
+    symbol = sympy.Symbol(x) if isinstance(x, str) and x.isidentifier() else x
     if not isinstance(symbol, sympy.Symbol):
         raise InputError(f"x is {x!r}; give the variable of integration, a SymPy symbol.")
     # Strings name x without assumptions; what counts is the name.
     names = {symbol.name: symbol}
     found = []
     for name, value in (("f", f), ("g", g), ("a", a), ("b", b)):
-        try:
-            expression = sympy.sympify(value, locals=names, rational=isinstance(value, str))
-        except (sympy.SympifyError, TypeError, AttributeError, SyntaxError):
-            raise InputError(
-                f"{name} is {value!r}; give a SymPy expression, a number or a string."
-            ) from None
-        if not isinstance(expression, sympy.Expr):
-            raise InputError(f"{name} is {value!r}; give one SymPy expression.")
+        expression = parse(name, value, names)
         if expression.has(sympy.I, sympy.zoo, sympy.nan):
             raise InputError(
                 f"{name} = {expression} is complex or undefined; give a real one (Laplace's "
                 "method is for real f; oscillating integrals need stationary phase)."
             )
-        found.append(exactly(expression))
+        found.append(expression)
     formula, weight, lo, hi = found
     for name, end in (("a", lo), ("b", hi)):
         if end.has(symbol):
@@ -165,7 +158,7 @@ def _require_known(name: str, expression: Any, x: Any) -> None:
 
 
 def _order(order: Any) -> int:
-    if order == "optimal":
+    if isinstance(order, str) and order == "optimal":
         return OPTIMAL
     if isinstance(order, bool) or not isinstance(order, (int, np.integer)):
         raise InputError(f'order is {order!r}; give a number of terms from 1, or "optimal".')
