@@ -178,8 +178,13 @@ def pieces(ctx: Any, scene: Scene, kappa: Any, r: Any) -> Pieces:
     lam = 2 / ctx.mpf(kappa) ** 2
     r = ctx.mpf(r)
     am, ap = scene.end(ctx, -1), scene.end(ctx, 1)
-    up = lambda x: ctx.exp(lam * scene.V(ctx, x))  # noqa: E731
-    down = lambda x: ctx.exp(-lam * scene.V(ctx, x))  # noqa: E731
+
+    def up(x: Any) -> Any:
+        return ctx.exp(lam * scene.V(ctx, x))
+
+    def down(x: Any) -> Any:
+        return ctx.exp(-lam * scene.V(ctx, x))
+
     width = min(ctx.mpf(1) / 4, 2 / ctx.sqrt(lam))
     left_decay = (1 - ctx.exp(-lam * am * (r - 1))) / (lam * am)
     left = uniform(ctx, -1, 0, width)
