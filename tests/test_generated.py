@@ -118,7 +118,7 @@ def test_plain_code_refuses_what_not_every_arithmetic_has():
     ):
         with pytest.raises(NotEmittable):
             code(expression, "plain")
-    assert code(x / 2 + x**2, "plain") == "x/2 + x**2"
+    assert code(x / 2 + x**2, "plain") in ("x/2 + x**2", "x**2 + x/2")
 
 
 def test_emitted_numpy_code_broadcasts():
