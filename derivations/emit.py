@@ -26,13 +26,18 @@ FORMAT = "symasym-formulas/1"
 
 @dataclass(frozen=True)
 class Emitted:
-    """A function to emit: its name, where its expression comes from, what it is."""
+    """A function to emit: its name, where its expression comes from, what it is.
+
+    One that is `plain` needs no functions, and is emitted a third time for any
+    arithmetic: exact fractions, balls, double-double pairs, SymPy expressions.
+    """
 
     name: str
     label: str
     doc: str
     step: str = ""
     piece: int | None = None
+    plain: bool = False
 
 
 EMITTED = (
@@ -42,7 +47,107 @@ EMITTED = (
         "kappa/sqrt(eps), the noise in scaled variables.",
         piece=2,
     ),
-    Emitted("scaled_radius", "eq:tilder", "r/eps, the radius in scaled variables."),
+    Emitted("scaled_radius", "eq:tilder", "r/eps, the radius in scaled variables.", plain=True),
+    Emitted("potential_left", "eq:V2", "V(u) for u <= -1.", piece=0),
+    Emitted("potential_right", "eq:V2", "V(u) for u >= 1.", piece=2),
+    Emitted(
+        "escape_time_of_halves",
+        "positive-form",
+        "T from sigma on both sides and w, the sum of both.",
+        plain=True,
+    ),
+    Emitted(
+        "escape_time_of_products",
+        "positive-form",
+        "T from sigma and y = w sigma on both sides.",
+        "without a quotient on either side",
+        plain=True,
+    ),
+    Emitted(
+        "log_escape_parts",
+        "positive-form",
+        "log T is the first of these less the second: log w and log of the rate.",
+        "logarithms of w and of the rate",
+    ),
+    Emitted(
+        "exit_share",
+        "positive-form",
+        "C from sigma on both sides.",
+        "chance of leaving on the left",
+        plain=True,
+    ),
+    Emitted("log_exit_share", "positive-form", "log C from sigma.", "logarithm of C"),
+    Emitted(
+        "log_exit_share_of_logs",
+        "positive-form",
+        "log C from log sigma.",
+        "logarithm of C from logarithms",
+    ),
+    Emitted(
+        "density_of_halves",
+        "positive-density",
+        "p_ss from w, the sum of both sides.",
+        plain=True,
+    ),
+    Emitted(
+        "occupation_share",
+        "positive-density",
+        "P from the integrals inside and outside, in one unit.",
+        "occupation",
+        plain=True,
+    ),
+    Emitted(
+        "log_occupation_share",
+        "positive-density",
+        "log P from the integrals inside and outside.",
+        "logarithm of the occupation",
+    ),
+    Emitted(
+        "log_occupation_share_of_logs",
+        "positive-density",
+        "log P from the logarithms of both integrals.",
+        "logarithm of the occupation from logarithms",
+    ),
+    Emitted("tail_left", "positive-density", "w at -1.", "w beyond the layer", piece=0, plain=True),
+    Emitted(
+        "tail_right",
+        "positive-density",
+        "w at 1, from the right.",
+        "w beyond the layer",
+        piece=1,
+        plain=True,
+    ),
+    Emitted(
+        "log_tail_left",
+        "positive-density",
+        "log w at -1.",
+        "logarithm of w beyond the layer",
+        piece=0,
+    ),
+    Emitted(
+        "log_tail_right",
+        "positive-density",
+        "log w at 1, from the right.",
+        "logarithm of w beyond the layer",
+        piece=1,
+    ),
+    Emitted("constant_single", "constant-panel", "near = far, per width.", piece=0),
+    Emitted("constant_both_down", "constant-panel", "both where V falls, per width^2.", piece=1),
+    Emitted("constant_both_up", "constant-panel", "both where V rises, per width^2.", piece=2),
+    Emitted(
+        "carried_down",
+        "panel-step",
+        "sigma and w after a panel where V falls.",
+        "V falls",
+        plain=True,
+    ),
+    Emitted(
+        "carried_up",
+        "panel-step",
+        "sigma and w after a panel where V rises.",
+        "V rises",
+        plain=True,
+    ),
     Emitted("constant_drift_time", "constant-drift", "T for a constant drift a.", "from 0"),
     Emitted(
         "constant_drift_exit",
@@ -85,6 +190,13 @@ EMITTED = (
     Emitted("strong_noise_occupation", "eq:Plarge2", "P for strong noise, leading order."),
     Emitted("weak_noise_outside", "eq:Psmall2", "1 - P for weak noise, leading order."),
     Emitted("friction_left", "eq:phifric0", "The friction drift for u <= -1 (a-).", piece=0),
+    Emitted(
+        "friction_coefficients",
+        "eq:phifric0",
+        "Coefficients of A(u) in ascending powers of u.",
+        "powers of u",
+        plain=True,
+    ),
     Emitted("friction_inside", "eq:phifric0", "The friction drift A(u) on [-1, 1].", piece=1),
     Emitted("friction_right", "eq:phifric0", "The friction drift for u >= 1 (a+).", piece=2),
     Emitted("friction_slope", "fr1", "A'(u) of the friction drift.", "A'"),
@@ -145,6 +257,28 @@ ORDER = (
     "V4",
     "V_well",
     "curvature",
+    "lam",
+    "x",
+    "w",
+    "near",
+    "far",
+    "both",
+    "end",
+    "sigma",
+    "w_left",
+    "w_right",
+    "y_left",
+    "y_right",
+    "sigma_left",
+    "sigma_right",
+    "log_w_left",
+    "log_w_right",
+    "log_sigma_left",
+    "log_sigma_right",
+    "inside",
+    "outside",
+    "log_inside",
+    "log_outside",
 )
 
 
@@ -165,10 +299,12 @@ def expression(item: Emitted) -> Any:
 _HEADERS = {
     "numpy": "import numpy as np\n",
     "mpmath": "",
+    "plain": "",
 }
 _TEXTS = {
     "numpy": "Formulas in float64, for arrays that broadcast together.",
     "mpmath": "Formulas in an mpmath context `ctx`, at its precision.",
+    "plain": "Formulas of + - * / and whole powers, for numbers of any one kind.",
 }
 
 
@@ -182,6 +318,8 @@ def module(target: str) -> str:
         f"from typing import Any\n{chr(10) if _HEADERS[target] else ''}{_HEADERS[target]}",
     ]
     for item in EMITTED:
+        if target == "plain" and not item.plain:
+            continue
         found = expression(item)
         symbols = {s for e in parts(found) for s in e.free_symbols}
         names = {s: NAMES.get(s.name, s.name) for s in symbols}

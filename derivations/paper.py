@@ -76,6 +76,27 @@ NAMES: dict[Any, str] = {
     Symbol("kappa_e"): r"\kappa_e",
     Symbol("ydot"): r"\dot y",
     Symbol("zdot"): r"\dot z",
+    **{
+        Symbol(f"{n}_{side}", positive=True): f"{tex}_{{\\mathrm{{{side}}}}}"
+        for side in ("left", "right")
+        for n, tex in (("sigma", "\\sigma"), ("w", "w"), ("y", "y"), ("K", "K"), ("M", "M"))
+    },
+    **{
+        Symbol(f"log_{n}_{side}", real=True): f"\\log {tex}_{{\\mathrm{{{side}}}}}"
+        for side in ("left", "right")
+        for n, tex in (("sigma", "\\sigma"), ("w", "w"))
+    },
+    Symbol("lam", positive=True): r"\lambda",
+    Symbol("inside", positive=True): r"M_{\mathrm{in}}",
+    Symbol("outside", positive=True): r"M_{\mathrm{out}}",
+    Symbol("log_inside", real=True): r"\log M_{\mathrm{in}}",
+    Symbol("log_outside", real=True): r"\log M_{\mathrm{out}}",
+    Symbol("near", positive=True): r"n",
+    Symbol("far", positive=True): r"f",
+    Symbol("both", positive=True): r"b",
+    Symbol("end", positive=True): r"e_b",
+    Symbol("both_down"): r"b_{\mathrm{down}}",
+    Symbol("both_up"): r"b_{\mathrm{up}}",
     Symbol("g_s"): "g_s",
     Symbol("I_left"): r"I_{\mathrm{left}}",
     Symbol("I_right"): r"I_{\mathrm{right}}",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import asdict
@@ -56,13 +58,13 @@ def run(
     records: dict[str, dict[str, Any]] = {}
     for label in closure(entries() if labels is None else labels):
         file = cache / f"{slug(label)}.json" if cache else None
-        earlier = read_json(file) if file and not fresh else None
-        if isinstance(earlier, dict) and earlier.get("key") == key(label):
+        earlier = _kept(file, label) if file and not fresh else None
+        if earlier is not None:
             records[label] = {**earlier, "reused": True}
         else:
             record = _derive(label)
             if file and not edited_meanwhile(label):
-                write_json(file, record)
+                write_json(file, {"sha256": _sha256(record), "record": record})
             records[label] = {**record, "reused": False}
         progress()
     return records
@@ -72,10 +74,24 @@ def known(cache: Path) -> dict[str, dict[str, Any]]:
     """Records of earlier runs that hold for today's sources, in the order of dependence."""
     found = {}
     for label in closure(entries()):
-        record = read_json(cache / f"{slug(label)}.json")
-        if isinstance(record, dict) and record.get("key") == key(label):
+        record = _kept(cache / f"{slug(label)}.json", label)
+        if record is not None:
             found[label] = {**record, "reused": True}
     return found
+
+
+def _kept(file: Path, label: str) -> dict[str, Any] | None:
+    """An earlier record, if it is whole and of today's sources."""
+    found = read_json(file)
+    record = found.get("record") if isinstance(found, dict) else None
+    if not isinstance(record, dict) or record.get("key") != key(label):
+        return None
+    # A file that was damaged, or edited, may still be JSON and have the right key.
+    return record if found.get("sha256") == _sha256(record) else None
+
+
+def _sha256(record: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
 
 
 def _derive(label: str) -> dict[str, Any]:

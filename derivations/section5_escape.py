@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import sympy
 from sympy import Function, Heaviside, Integral, Symbol
 
-from derivations.numerics import Scene, pieces
+from derivations.numerics import Bends, Scene
 from derivations.paper import C, V, eps, kappa, lam, p, phi, r, r_physical, t, u, v
 from derivations.registry import derives
 from symasym.derivation import Identity, Sampled, Satisfies
@@ -19,9 +20,24 @@ I0, I1, J0, J1 = sympy.symbols("I0 I1 J0 J1", positive=True)
 SCENE = Scene.friction("3", "1", "-2/5")
 
 
-def scene_V(at: Any, ctx: Any) -> Any:
-    """V of the scene on which closed formulas are evaluated."""
-    return SCENE.V(ctx, at)
+# A well and a barrier of straight lines: what the double integrals are compared on.
+BENDS = Bends((Fraction(-12, 5), Fraction(4, 3), Fraction(7, 4), Fraction(-2, 5)))
+# Zeros of a difference between two such integrals. In kappa: 21 differences of V between the
+# five edges, each with a factor of degree 2 in lam, so 63 terms and 62 zeros. In r: 7 exponents
+# made of the outer slopes, with factors of degree 1, so 13. In C: 1.
+ZEROS = 62 + 13 + 1
+
+
+def on_bends(reference: Any, ranges: dict[Any, Any]) -> Sampled:
+    """A double integral against closed forms, for V of straight lines."""
+    return Sampled(
+        lambda values, ctx: reference(BENDS.pieces(ctx, values[kappa], values[r]), values),
+        {kappa: ("9/10", "2"), r: ("1", "2"), **ranges},
+        points=12,
+        digits=20,
+        zeros=ZEROS,
+        functions={V: lambda at, ctx: BENDS.V(ctx, at)},
+    )
 
 
 @derives("eq:tilder", "The scaled radius", ("eq:tildexykappa",))
@@ -218,21 +234,13 @@ def escape_time(d: Any) -> None:
         "mean escape time",
         "substitute",
         lam * Integral(Integral(kernel, (u, -r, v)), (v, -r, r)),
-        Sampled(
-            _from_pieces,
-            {kappa: ("9/10", "2"), r: ("3/2", "5/2"), C: ("1/10", "9/10")},
-            points=4,
-            digits=9,
-            functions={V: scene_V},
+        on_bends(
+            lambda p, values: p.lam * ((1 - values[C]) * p.J0 - values[C] * p.J1),
+            {C: ("0", "1")},
         ),
-        "compared on the friction drift with the four one-sided integrals",
+        "compared with the four one-sided integrals, where V has straight lines and bends",
     )
     d.conclude(Symbol("T"), by_pieces)
-
-
-def _from_pieces(values: Any, ctx: Any) -> Any:
-    found = pieces(ctx, SCENE, values[kappa], values[r])
-    return found.lam * ((1 - values[C]) * found.J0 - values[C] * found.J1)
 
 
 @derives("backward", "The mean escape time from the backward equation", ("eq:Ttilde", "eq:C"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import sympy
@@ -11,14 +12,13 @@ from sympy import Function, Integral, Symbol
 from derivations.numerics import Scene, integral, nested, pieces, uniform
 from derivations.paper import C, V, a_minus, a_plus, kappa, lam, r, u, v
 from derivations.registry import derives
-from derivations.section5_escape import I0, J0, J1, SCENE, scene_V
+from derivations.section5_escape import I0, J0, J1, SCENE, on_bends
 from symasym.derivation import (
     Bound,
     Expansion,
     Identity,
     Inequality,
     Order,
-    Sampled,
     Satisfies,
 )
 
@@ -176,15 +176,8 @@ def without_C(d: Any) -> None:
         "C = 0",
         "substitute",
         lam * Integral(Integral(kernel, (u, -r, v)), (v, 0, r)),
-        Sampled(
-            lambda values, ctx: (lambda p: p.lam * p.J0)(
-                pieces(ctx, SCENE, values[kappa], values[r])
-            ),
-            {kappa: ("9/10", "2"), r: ("3/2", "5/2")},
-            points=4,
-            digits=9,
-            functions={V: scene_V},
-        ),
+        on_bends(lambda p, values: p.lam * p.J0, {}),
+        "compared as in eq:Ttilde",
     )
     d.conclude(Symbol("T_0"), found, "C lam (J0 + J1), exponentially small")
 
@@ -237,8 +230,13 @@ def split_pieces(ctx: Any, scene: Scene, k: Any, r: Any) -> list[Any]:
     lam = 2 / k**2
     am, ap = scene.end(ctx, -1), scene.end(ctx, 1)
     width = min(ctx.mpf(1) / 4, 2 / ctx.sqrt(lam))
-    up = lambda x: ctx.exp(lam * scene.V(ctx, x))  # noqa: E731
-    down = lambda x: ctx.exp(-lam * scene.V(ctx, x))  # noqa: E731
+
+    def up(x: Any) -> Any:
+        return ctx.exp(lam * scene.V(ctx, x))
+
+    def down(x: Any) -> Any:
+        return ctx.exp(-lam * scene.V(ctx, x))
+
     left = (1 - ctx.exp(-lam * am * (r - 1))) / (lam * am)
     right = (1 - ctx.exp(-lam * ap * (r - 1))) / (lam * ap)
     before = integral(ctx, down, uniform(ctx, -1, 0, width))
@@ -295,6 +293,10 @@ def _fourth_closed(ctx: Any, k: Any, r: Any) -> Any:
     return (r - 1) / ap - k**2 / (2 * ap**2) * (1 - ctx.exp(-2 * ap * (r - 1) / k**2))
 
 
+def _piece(place: int, k: Any, ctx: Any) -> Any:
+    return strong_pieces(k, ctx)[place]
+
+
 @derives("first-three", "The first three pieces in strong noise", ("eq:fourPieces",))
 def first_three(d: Any) -> None:
     d.suppose("kappa >> 1 and r >> kappa^2", where="r = kappa^4 in the measurements")
@@ -316,7 +318,7 @@ def first_three(d: Any) -> None:
             name,
             "expand",
             stated,
-            Order(lambda k, ctx, place=place: strong_pieces(k, ctx)[place], STRONG, ENDS),
+            Order(partial(_piece, place), STRONG, ENDS),
             reason,
         )
     d.conclude(Symbol("T_3"), claims[2][1], "O(1)")

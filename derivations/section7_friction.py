@@ -237,6 +237,13 @@ def friction_drift(d: Any) -> None:
         Identity(through_reduce),
         "the general reduction of section 4 applied to eq:osc3",
     )
+    d.step(
+        "powers of u",
+        "expand",
+        (1 - z0, -alpha * (1 + mu), sympy.S.Zero, alpha * mu),
+        Identity(lambda: sympy.Poly(found[1], u).all_coeffs()[::-1]),
+        "coefficients of A in ascending powers",
+    )
     d.conclude(sympy.Function("phi")(u), found, cases=(r"u \le -1", r"-1 \le u \le 1", r"u \ge 1"))
 
 

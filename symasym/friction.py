@@ -10,6 +10,7 @@ import numpy as np
 from symasym import models
 from symasym.drift import Drift
 from symasym.errors import InputError
+from symasym.generated import numpy_formulas as formulas
 from symasym.inputs import is_array
 
 __all__ = ["Friction", "Folds", "friction"]
@@ -48,8 +49,7 @@ class Friction(Drift):
         """
         mu, _ = self._mu_alpha()
         with np.errstate(divide="ignore", invalid="ignore"):
-            u = np.sqrt((1 + mu) / (3 * mu))
-            return _plain(np.where(mu > 0.5, u, np.nan))
+            return _plain(np.where(mu > 0.5, formulas.friction_turning_point(mu), np.nan))
 
     def folds(self) -> Folds:
         """The fold points u^(±) and z0^(±); nan where mu <= 1/2 (no turning point inside).
@@ -61,8 +61,10 @@ class Friction(Drift):
         -0.7777777777777777
         """
         u = self.turning_points()
-        beta = np.where(np.isnan(u), np.nan, self.beta())
-        return Folds((_plain(u), _plain(-np.asarray(u))), (_plain(1 - beta), _plain(1 + beta)))
+        mu, alpha = self._mu_alpha()
+        with np.errstate(divide="ignore", invalid="ignore"):
+            z0 = [np.where(np.isnan(u), np.nan, z) for z in formulas.friction_folds(mu, alpha)]
+        return Folds((_plain(u), _plain(-np.asarray(u))), (_plain(z0[0]), _plain(z0[1])))
 
     def beta(self) -> Any:
         """The breakaway force: the largest friction force inside the layer (float64).
@@ -77,8 +79,7 @@ class Friction(Drift):
         """
         mu, alpha = self._mu_alpha()
         with np.errstate(divide="ignore", invalid="ignore"):
-            peak = 2 * (1 + mu) * np.sqrt((1 + mu) / (3 * mu)) / 3
-            return _plain(alpha * np.where(mu > 0.5, peak, 1.0))
+            return _plain(np.where(mu > 0.5, formulas.friction_breakaway(mu, alpha), alpha))
 
 
 def friction(mu: Any = None, alpha: Any = None, z0: Any = None) -> Friction:

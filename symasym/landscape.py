@@ -12,6 +12,7 @@ import numpy as np
 from symasym.context import own_context
 from symasym.discs import Disc, tame
 from symasym.errors import AccuracyError
+from symasym.generated.numpy_formulas import potential_left, potential_right
 from symasym.inputs import FloatArray
 
 if TYPE_CHECKING:
@@ -283,5 +284,6 @@ def potential_at(drift: Drift, u: FloatArray) -> Any:
             break
     a_minus = drift.evaluate_float(np.asarray(-1.0), values)
     a_plus = drift.evaluate_float(np.asarray(1.0), values)
-    total = total - a_minus * np.minimum(position + 1, 0.0) - a_plus * np.maximum(position - 1, 0.0)
+    total = total + potential_left(np.minimum(position, -1.0), a_minus)
+    total = potential_right(np.maximum(position, 1.0), a_plus, total)
     return float(total) if total.ndim == 0 else total

@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 
 from symasym.arithmetic import evaluate_tree, integer_power
 from symasym.errors import InputError
+from symasym.generated.plain_formulas import friction_coefficients
 from symasym.inputs import exact
 
 Values = Mapping[str, Any]
@@ -73,8 +74,8 @@ class Friction(Model):
     not_negative: ClassVar[tuple[str, ...]] = ("mu",)
 
     def coefficients(self, p: Values, ops: Any) -> list[Any]:
-        mu, alpha, z0 = p["mu"], p["alpha"], p["z0"]
-        return [1 - z0, -(alpha * (1 + mu)), 0 * z0, alpha * mu]
+        # A coefficient that is the number 0 becomes one of the others' type and shape.
+        return [c + 0 * p["z0"] for c in friction_coefficients(p["mu"], p["alpha"], p["z0"])]
 
 
 @dataclass(frozen=True)

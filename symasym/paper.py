@@ -13,6 +13,7 @@ from symasym.context import own_context, to_mpf
 from symasym.drift import Drift
 from symasym.errors import InputError, RangeError, RegionError
 from symasym.estimate import Estimate
+from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.inputs import FloatArray, digits, exact, floats, is_array, positive
 
 _LARGEST, _SMALLEST = 709.78, -708.39
@@ -91,23 +92,30 @@ def _escape_by_digits(drift: Drift, kappa: Fraction, r: Fraction, dps: int, log:
         from symasym.exact.local import ExactField
 
         field = ExactField(drift, down, context)
-        flight = (
-            context.mpf(r.numerator) / r.denominator / _number(field.value(Fraction(1)), context)
-        )
-        total = flight
+        radius, ahead = _number(r, context), _number(field.value(Fraction(1)), context)
+        total = mpmath_formulas.strong_noise_time(context, radius, ahead)
         if points:
             u1, u2 = (field.polish(-p.u if down else p.u) for p in points)
             if _well_counts(u1, u2):
-                lam = context.mpf((2 / kappa**2).numerator) / (2 / kappa**2).denominator
-                with context.workprec(context.prec + max(0, int(context.mag(lam)))):
-                    exponent = lam * field.potential_rise(u1, u2)
-                    curvature = -field.slope(u1) * field.slope(u2)
-                    total = flight + 2 * context.pi / context.sqrt(curvature) * context.exp(
-                        exponent
+                # The exponent 2 V/kappa^2 has as many digits before the point as lam.
+                with context.workprec(context.prec + max(0, _bits(2 / kappa**2))):
+                    total = mpmath_formulas.weak_noise_time(
+                        context,
+                        _number(kappa, context),
+                        radius,
+                        ahead,
+                        field.slope(u1),
+                        field.slope(u2),
+                        field.potential_rise(u1, u2),
                     )
         if log:
             total = context.log(total)
         return to_mpf(total, dps)
+
+
+def _bits(x: Fraction) -> int:
+    """Bits before the point, at least, or fewer than none."""
+    return x.numerator.bit_length() - x.denominator.bit_length() + 1
 
 
 def _number(x: Fraction, context: Any) -> Any:
@@ -120,7 +128,7 @@ def _escape_by_floats(drift: Drift, kappa: Any, r: Any) -> FloatArray:
         if not (x > 0).all():
             raise InputError(f"{name} is {x.min():.6g}; it must be greater than 0.")
     try:
-        shape = np.broadcast_shapes(drift.shape, k.shape, radius.shape)
+        np.broadcast_shapes(drift.shape, k.shape, radius.shape)
     except ValueError:
         raise InputError(
             f"the shapes do not broadcast (drift {drift.shape}, kappa {k.shape}, "
@@ -142,17 +150,15 @@ def _escape_by_floats(drift: Drift, kappa: Any, r: Any) -> FloatArray:
     for bad in number[(number != 0) & (number != 2)]:
         _refuse_zeros(int(bad))
     well = np.flatnonzero((number == 2) & (u2 > 0))
-    log_front, rise = np.full(count, -np.inf), np.zeros(count)
+    # Any slopes will do where no well counts.
+    low, high, rise = -np.ones(count), np.ones(count), np.full(count, -np.inf)
     if well.size:
-        slopes = (
-            field.taylor(scene[well], u1[well])[0][:, 1]
-            * field.taylor(scene[well], u2[well])[0][:, 1]
-        )
-        log_front[well] = np.log(2 * np.pi) - 0.5 * np.log(-slopes)
+        low[well], high[well] = (field.taylor(scene[well], u[well])[0][:, 1] for u in (u1, u2))
         rise[well] = _rise(field, scene[well], u1[well], u2[well])
-    well_time = log_front.reshape(own) + 2 * rise.reshape(own) / k**2
-    flight = np.log(radius / np.broadcast_to(field.a_plus[scene].reshape(own), shape))
-    return np.logaddexp(np.broadcast_to(well_time, shape), flight)
+    well_time = numpy_formulas.log_well_term(k, *(x.reshape(own) for x in (low, high, rise)))
+    flight = np.log(numpy_formulas.strong_noise_time(radius, field.a_plus[scene].reshape(own)))
+    total: FloatArray = np.logaddexp(well_time, flight)
+    return total
 
 
 def _well_and_barrier(field: Any, scene: Any) -> tuple[FloatArray, FloatArray, Any]:
@@ -223,8 +229,8 @@ def occupation(
     n = 17 if dps is None else digits(dps)
     with own_context(n + 15) as context:
         a_minus, a_plus = (_number(Fraction(x), context) for x in drift.ends)
-        noise = _number(k * k, context)
-        large = 4 / ((1 / a_minus - 1 / a_plus) * noise)
+        noise = _number(k, context)
+        large = mpmath_formulas.strong_noise_occupation(context, noise, a_minus, a_plus)
         small = large >= 1
         p = _lower_bound(drift, noise, context) if small else large
         value = 1 - p if complement else p
@@ -287,7 +293,7 @@ def _lower_bound(drift: Drift, noise: Any, context: Any) -> Any:
         field, top = ExactField(drift, True, context), -top
     a_minus, a_plus = (_number(field.value(Fraction(x)), context) for x in (-1, 1))
     length = _stays_below(drift, field, context)
-    return 1 / (1 + noise / (2 * length) * (context.exp(2 * top / noise) / a_minus - 1 / a_plus))
+    return mpmath_formulas.occupation_bound(context, noise, a_minus, a_plus, length, top)
 
 
 def _stays_below(drift: Drift, field: Any, context: Any) -> Any:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from symasym.context import own_context, to_mpf
+from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
 from symasym.inputs import exact, floats, is_array, positive
 
 __all__ = ["Scales", "rescale"]
@@ -76,7 +77,11 @@ def rescale(eps: Any, kappa: Any, r: Any = 1) -> Scales:
                 "give arrays of shapes that NumPy broadcasts."
             ) from None
         with np.errstate(over="ignore"):
-            scaled = Scales(noises / np.sqrt(widths), radii / widths, widths.copy())
+            scaled = Scales(
+                numpy_formulas.scaled_noise(noises, widths),
+                plain_formulas.scaled_radius(radii, widths),
+                widths.copy(),
+            )
         if not (np.isfinite(scaled.kappa).all() and np.isfinite(scaled.r).all()):
             raise InputError(
                 f"eps has an entry {widths.min():.6g}, for which the scaled numbers leave float64; "
@@ -86,7 +91,8 @@ def rescale(eps: Any, kappa: Any, r: Any = 1) -> Scales:
     e, k, radius = (
         positive(name, exact(name, x)) for name, x in (("eps", eps), ("kappa", kappa), ("r", r))
     )
-    return Scales(k / root if (root := _root(e)) else _quotient(k, e), radius / e, e)
+    noise = k / root if (root := _root(e)) else _noise(k, e)
+    return Scales(noise, plain_formulas.scaled_radius(radius, e), e)
 
 
 def _root(x: Fraction) -> Fraction | None:
@@ -96,7 +102,7 @@ def _root(x: Fraction) -> Fraction | None:
     return root if root * root == x else None
 
 
-def _quotient(k: Fraction, e: Fraction) -> Any:
+def _noise(k: Fraction, e: Fraction) -> Any:
     with own_context(_DIGITS + 5) as context:
-        number = context.mpf(k.numerator) / k.denominator
-        return to_mpf(number / context.sqrt(context.mpf(e.numerator) / e.denominator), _DIGITS)
+        kappa, eps = (context.mpf(x.numerator) / x.denominator for x in (k, e))
+        return to_mpf(mpmath_formulas.scaled_noise(context, kappa, eps), _DIGITS)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import mpmath
@@ -14,9 +15,10 @@ import sympy
 
 from derivations import emit
 from symasym import friction
+from symasym.derivation.code import NotEmittable, code
 from symasym.errors import InputError
 from symasym.formula import formula, labels
-from symasym.generated import mpmath_formulas, numpy_formulas
+from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
 
 ROOT = Path(__file__).parent.parent
 
@@ -77,6 +79,46 @@ def test_emitted_functions_have_the_expressions_values(item):
             got = values if isinstance(values, tuple) else (values,)
             for one, want in zip(got, exact, strict=True):
                 assert abs(one - mpmath.mpf(str(want))) <= abs(mpmath.mpf(str(want))) * 1e-30
+
+
+PLAIN = [item for item in emit.EMITTED if item.plain]
+
+
+@pytest.mark.parametrize("item", PLAIN, ids=lambda item: item.name)
+def test_plain_functions_are_exact_in_exact_arithmetic(item):
+    names, by_symbol, pieces = _arguments(item, np.random.default_rng(6))
+    exact = [
+        Fraction(int(v.p), int(v.q)) for v in (sympy.expand(p.subs(by_symbol)) for p in pieces)
+    ]
+    values = getattr(plain_formulas, item.name)(
+        **{k: Fraction(int(v.p), int(v.q)) for k, v in names.items()}
+    )
+    assert list(values if isinstance(values, tuple) else (values,)) == exact
+
+
+def test_digits_are_kept_where_the_formula_as_it_stands_loses_them():
+    x = 1e-9
+    assert numpy_formulas.constant_single(x) == pytest.approx(1 - x / 2, rel=1e-15)
+    assert numpy_formulas.log_exit_share(1e-20, 1.0) == -1e-20
+    # e^2000 is no float64, the logarithm of the sum is.
+    assert numpy_formulas.log_escape_parts(2000.0, 1999.0, -2000.0, 3.0) == pytest.approx(
+        (2000.3132616875182, 2000.0)
+    )
+    assert numpy_formulas.friction_breakaway(1e200, 1.0) == pytest.approx(2e200 / 27**0.5)
+
+
+def test_plain_code_refuses_what_not_every_arithmetic_has():
+    x = sympy.Symbol("x", positive=True)
+    for expression in (
+        sympy.sqrt(x),
+        x ** sympy.Rational(5, 2),
+        sympy.exp(x),
+        sympy.pi * x,
+        x + sympy.Rational(1, 2),
+    ):
+        with pytest.raises(NotEmittable):
+            code(expression, "plain")
+    assert code(x / 2 + x**2, "plain") in ("x/2 + x**2", "x**2 + x/2")
 
 
 def test_emitted_numpy_code_broadcasts():

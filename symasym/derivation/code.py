@@ -1,4 +1,4 @@
-"""Readable Python from SymPy expressions: NumPy, or an mpmath context."""
+"""Readable Python from SymPy expressions: NumPy, an mpmath context, or any arithmetic."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from sympy.printing.str import StrPrinter
 
 from symasym.derivation.results import parts
 
-TARGETS = ("numpy", "mpmath")
+#: "plain" has no functions at all: + - * / and whole powers, for any arithmetic.
+TARGETS = ("numpy", "mpmath", "plain")
 _KNOWN = {"exp": "exp", "log": "log", "tanh": "tanh", "sin": "sin", "cos": "cos"}
 
 
@@ -19,50 +20,117 @@ class NotEmittable(ValueError):
 
 
 class _Printer(StrPrinter):  # type: ignore[misc]
-    """SymPy's string printer with the functions of one library."""
+    """SymPy's string printer with the functions of one library.
+
+    Where a formula would lose digits as it stands, its stable form is printed:
+    ``expm1`` and ``log1p`` beside 1, ``logaddexp`` for the logarithm of a sum of
+    exponentials. Square roots are taken of a quotient, once.
+    """
 
     def __init__(self, target: str, names: dict[Any, str]) -> None:
         super().__init__({"order": "none"})
-        self.prefix = {"numpy": "np", "mpmath": "ctx"}[target]
-        self.target, self.names = target, names
+        self.prefix = {"numpy": "np", "mpmath": "ctx", "plain": ""}[target]
+        self.target, self.names = target, dict(names)
+
+    def _call(self, name: str, *arguments: Any) -> str:
+        if self.target == "plain":
+            raise NotEmittable(f"{name} is no operation of every arithmetic.")
+        return f"{self.prefix}.{name}({', '.join(self._print(a) for a in arguments)})"
+
+    def _placeholder(self, text: str) -> Any:
+        """A symbol that is printed as `text`, to stand in a product or a sum."""
+        symbol = sympy.Symbol(f"_{len(self.names)}")
+        self.names[symbol] = text
+        return symbol
 
     def _print_Symbol(self, expr: Any) -> str:
-        return self.names.get(
-            expr,
-            str(expr.name).replace("_", "")
-            if "_" in expr.name and expr.name[-1].isdigit()
-            else str(expr.name),
-        )
+        if expr in self.names:
+            return str(self.names[expr])
+        name = str(expr.name)
+        return name.replace("_", "") if "_" in name and name[-1].isdigit() else name
 
     def _print_Pi(self, expr: Any) -> str:
+        if self.target == "plain":
+            raise NotEmittable("pi is no number of every arithmetic.")
         return f"{self.prefix}.pi"
 
     def _print_Rational(self, expr: Any) -> str:
         if expr.q == 1:
             return str(expr.p)
         # A quotient of Python ints would be a float64: let the context divide.
+        if self.target == "plain":
+            raise NotEmittable(f"{expr} alone is no number of every arithmetic.")
         return f"{expr.p}/{expr.q}" if self.target == "numpy" else f"ctx.mpf({expr.p})/{expr.q}"
 
     def _print_Function(self, expr: Any) -> str:
         name = _KNOWN.get(type(expr).__name__)
         if name is None:
             raise NotEmittable(f"{expr} has no closed form to emit.")
-        return f"{self.prefix}.{name}({self._print(expr.args[0])})"
+        return self._call(name, expr.args[0])
+
+    def _print_log(self, expr: Any) -> str:
+        (argument,) = expr.args
+        if argument.is_Add and len(argument.args) == 2:
+            terms = [a for a in argument.args if a != 1]
+            if all(isinstance(a, sympy.exp) for a in terms) and self.target == "numpy":
+                # Where the exponentials overflow, the logarithm of their sum does not.
+                exponents = [sympy.S.Zero, *(a.args[0] for a in terms)][-2:]
+                return self._call("logaddexp", *exponents)
+            if len(terms) == 1:
+                return self._call("log1p", *terms)
+        return self._call("log", argument)
+
+    def _print_Mul(self, expr: Any) -> str:
+        if sum(_root_of_positive(a) for a in expr.args) < 2:
+            return str(super()._print_Mul(expr))
+        return self._with_one_root(expr.args)
+
+    def _with_one_root(self, factors: Any) -> str:
+        """The product with its half-integer powers as one square root."""
+        under, rest = sympy.S.One, []
+        for factor in factors:
+            if _root_of_positive(factor):
+                whole = sympy.Integer(int(factor.exp))  # 3/2 = 1 + 1/2, -1/2 = 0 - 1/2
+                under *= factor.base ** (2 * (factor.exp - whole))
+                factor = factor.base**whole
+            rest.append(factor)
+        root = self._placeholder(self._call("sqrt", under))
+        return str(self._print(sympy.Mul(*rest, root)))
+
+    def _print_Add(self, expr: Any, order: Any = None) -> str:
+        constant = sum((a for a in expr.args if a.is_Rational), sympy.S.Zero)
+        for term in expr.args:
+            factor, power = term.as_coeff_Mul()
+            if isinstance(power, sympy.exp) and constant != 0 and factor == -constant:
+                # exp(x) - 1 loses the digits of a small x.
+                close = self._placeholder(self._call("expm1", power.args[0]))
+                rest = [a for a in expr.args if a is not term and not a.is_Rational]
+                return str(self._print(sympy.Add(*rest, factor * close)))
+        return str(super()._print_Add(expr, order=order))
 
     def _print_Pow(self, expr: Any, rational: bool = False) -> str:
         base, exponent = expr.base, expr.exp
         if exponent == sympy.Rational(1, 2):
-            return f"{self.prefix}.sqrt({self._print(base)})"
+            return self._call("sqrt", base)
         if exponent == sympy.Rational(-1, 2):
-            return f"1/{self.prefix}.sqrt({self._print(base)})"
+            return f"1/{self._call('sqrt', base)}"
         if exponent.is_Integer:
             return str(super()._print_Pow(expr, rational=False))
+        if _root_of_positive(expr):
+            return self._with_one_root([expr])
+        if self.target == "plain":
+            raise NotEmittable(f"{expr} is no operation of every arithmetic.")
         return f"{self.parenthesize(base, 60)}**({self._print(exponent)})"
 
     def _print_ExpBase(self, expr: Any) -> str:
-        return f"{self.prefix}.exp({self._print(expr.args[0])})"
+        return self._call("exp", expr.args[0])
 
     _print_exp = _print_ExpBase
+
+
+def _root_of_positive(e: Any) -> bool:
+    """A half-integer power of something positive, so that roots may be joined."""
+    return bool(e.is_Pow and e.exp.is_Rational and e.exp.q == 2 and e.base.is_positive)
 
 
 def code(expression: Any, target: str, names: dict[Any, str] | None = None) -> str:

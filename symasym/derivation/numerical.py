@@ -47,53 +47,77 @@ def evaluate(
     project's drifts. Meant for integrands that vary on the scale of 1; its
     value is one side of a comparison and not trusted by itself.
     """
-    e = sympy.sympify(expression)
-    named = functions or {}
+    compiled = _compiled(sympy.sympify(expression), frozenset(values), ctx, functions or {})
+    return compiled(dict(values))
 
-    def walk(node: Any, known: Mapping[Any, Any]) -> Any:
-        if node in known:
-            return known[node]
-        if node.is_Rational:
-            return ctx.mpf(int(node.p)) / int(node.q)
-        if node is sympy.pi:
-            return +ctx.pi
-        if node is sympy.E:
-            return ctx.e
-        if node.is_Add:
-            return ctx.fsum(walk(a, known) for a in node.args)
-        if node.is_Mul:
-            return ctx.fprod(walk(a, known) for a in node.args)
-        if node.is_Pow:
-            base, exponent = walk(node.base, known), walk(node.exp, known)
-            return base ** int(exponent) if node.exp.is_Integer else ctx.power(base, exponent)
-        if isinstance(node, sympy.core.function.AppliedUndef) and node.func in named:
-            return named[node.func](walk(node.args[0], known), ctx)
-        if isinstance(node, sympy.exp):
-            return ctx.exp(walk(node.args[0], known))
-        if isinstance(node, sympy.Heaviside):
-            return ctx.mpf(1) if walk(node.args[0], known) > 0 else ctx.mpf(0)
-        if isinstance(node, sympy.Integral):
-            return integral(node, known)
-        name = type(node).__name__.lower()
-        if name in ("log", "sqrt", "tanh", "sin", "cos", "erf", "erfc") and len(node.args) == 1:
-            return getattr(ctx, name)(walk(node.args[0], known))
+
+def _compiled(node: Any, known: frozenset[Any], ctx: Any, named: Mapping[Any, Any]) -> Any:
+    """`node` as a function of a dict of numbers for the nodes in `known`.
+
+    An integral of an integral asks for its integrand ten thousand times; the
+    tree of the expression is gone through once.
+    """
+    if node in known:
+        return lambda at: at[node]
+    if node.is_Rational or node is sympy.pi or node is sympy.E:
+        number = (
+            ctx.mpf(int(node.p)) / int(node.q)
+            if node.is_Rational
+            else (+ctx.pi if node is sympy.pi else +ctx.e)
+        )
+        return lambda at: number
+    if isinstance(node, sympy.Integral):
+        return _quadrature(node, known, ctx, named)
+    arguments = [_compiled(a, known, ctx, named) for a in node.args]
+    if node.is_Add:
+        return lambda at: ctx.fsum([f(at) for f in arguments])
+    if node.is_Mul:
+        return lambda at: ctx.fprod([f(at) for f in arguments])
+    if node.is_Pow and node.base is not sympy.E:
+        base, exponent = arguments
+        if node.exp.is_Integer:
+            whole = int(node.exp)
+            return lambda at: base(at) ** whole
+        return lambda at: ctx.power(base(at), exponent(at))
+    if not arguments:
         raise NotImplementedError(f"no numerical value for {node}")
+    first = arguments[-1]
+    if isinstance(node, sympy.core.function.AppliedUndef) and node.func in named:
+        function = named[node.func]
+        return lambda at: function(first(at), ctx)
+    if isinstance(node, sympy.exp):
+        return lambda at: ctx.exp(first(at))
+    if isinstance(node, sympy.Heaviside):
+        start = arguments[0]
+        return lambda at: ctx.one if start(at) > 0 else ctx.zero
+    name = type(node).__name__.lower()
+    if name in ("log", "sqrt", "tanh", "sin", "cos", "erf", "erfc") and len(node.args) == 1:
+        function = getattr(ctx, name)
+        return lambda at: function(first(at))
+    raise NotImplementedError(f"no numerical value for {node}")
 
-    def integral(node: Any, known: Mapping[Any, Any]) -> Any:
-        *inner, (variable, low, high) = node.limits
-        body = sympy.Integral(node.function, *inner) if inner else node.function
-        a, b = walk(low, known), walk(high, known)
+
+def _quadrature(node: Any, known: frozenset[Any], ctx: Any, named: Mapping[Any, Any]) -> Any:
+    *inner, (variable, low, high) = node.limits
+    body = sympy.Integral(node.function, *inner) if inner else node.function
+    lower, upper = (_compiled(end, known, ctx, named) for end in (low, high))
+    integrand = _compiled(body, known | {variable}, ctx, named)
+    rule = _nodes(ctx.prec, 3 if ctx.dps <= 20 else 4)
+    nodes = [(ctx.convert(x), ctx.convert(weight)) for x, weight in rule]
+
+    def integrate(at: dict[Any, Any]) -> Any:
+        a, b = lower(at), upper(at)
         kinks = [ctx.mpf(k) for k in range(-9, 10) if min(a, b) < k < max(a, b)]
         points = [a, *(kinks if a <= b else kinks[::-1]), b]
-        total, nodes = ctx.zero, _nodes(ctx.prec, 3 if ctx.dps <= 20 else 4)
+        inside, total = dict(at), ctx.zero
         for start, end in zip(points, points[1:], strict=False):
             half, middle = (end - start) / 2, (start + end) / 2
             for x, weight in nodes:
-                at = middle + half * ctx.convert(x)
-                total += half * ctx.convert(weight) * walk(body, {**known, variable: at})
+                inside[variable] = middle + half * x
+                total += half * weight * integrand(inside)
         return total
 
-    return walk(e, values)
+    return integrate
 
 
 @dataclass
@@ -115,6 +139,11 @@ class Sampled:
         degree, different ones pass by chance with probability at most
         (degree / 10,000)^points (Schwartz and Zippel). Left out, no such bound
         is claimed: the statement is that they agree at these points.
+    zeros : int, optional
+        The same for sums of exponentials with polynomial factors: a difference
+        that is not 0 vanishes at no more than this many values of the drawn
+        numbers, counted one number at a time and added up. (N such terms, a
+        factor of degree k counting for k + 1, have at most N - 1 real zeros.)
     functions : mapping, optional
         Undefined function -> callable(ctx value) used for it.
     """
@@ -124,6 +153,7 @@ class Sampled:
     points: int = 4
     digits: int = 20
     degree: int | None = None
+    zeros: int | None = None
     functions: Mapping[Any, Callable[[Any, Any], Any]] = field(default_factory=dict)
     kind: ClassVar[str] = "random evaluation"
     _known: dict[Any, Any] = field(default_factory=dict, repr=False)
@@ -168,6 +198,10 @@ class Sampled:
     def how(self) -> str:
         """One line on the points and on what agreement there means."""
         agree = f"agree to {self.digits} digits at {self.points} random exact points"
+        if self.zeros is not None:
+            power = f"({self.zeros}/{_POOL})^{self.points}"
+            who = "different sums of exponentials"
+            return f"{agree}; {who} would pass with probability at most {power}"
         if self.degree is None:
             return f"{agree}; no probability is claimed"
         power = f"({self.degree}/{_POOL})^{self.points}"

@@ -19,6 +19,7 @@ from symasym.exact.local import ExactField
 from symasym.exact.partition import Partition
 from symasym.exact.rational import Rational
 from symasym.exact.records import Panel
+from symasym.generated import mpmath_formulas, plain_formulas
 
 _GUARD = 64
 
@@ -58,8 +59,8 @@ def escape_time(
 
     def compute(n: int, context: Any) -> Any:
         left, right = _both_sweeps(drift, kappa, r, start, n, context)
-        rate = 1 / left.sigma + 1 / right.sigma
-        return _total(left.w + right.w, context) / rate
+        w = _total(left.w + right.w, context)
+        return plain_formulas.escape_time_of_halves(w, left.sigma, right.sigma)
 
     return _to_digits(compute, dps, log)
 
@@ -77,8 +78,13 @@ def exit_probability(
     """C of eq:C from `start` (or 1 - C); parameters as in `escape_time`."""
     with own_context(dps) as context:
         left, right = _both_sweeps(drift, kappa, r, start, dps, context)
-        wanted, other = (left, right) if complement else (right, left)
-        return to_mpf(_share(other.sigma / wanted.sigma, log, context), dps)
+        if complement:
+            left, right = right, left
+        if log:
+            share = mpmath_formulas.log_exit_share(context, left.sigma, right.sigma)
+        else:
+            share = plain_formulas.exit_share(left.sigma, right.sigma)
+        return to_mpf(share, dps)
 
 
 def stationary_density(
@@ -93,7 +99,8 @@ def stationary_density(
             _Sweep(drift, mirrored, lam, context).from_infinity(-y if mirrored else y)
             for mirrored in (False, True)
         ]
-        return context.mpf(lam.numerator) / lam.denominator / (w[0] + w[1])
+        number = context.mpf(lam.numerator) / lam.denominator
+        return plain_formulas.density_of_halves(number, w[0] + w[1])
 
     return _to_digits(compute, dps, log)
 
@@ -112,13 +119,12 @@ def occupation(
         )
         outside = right.tail_here / right.whole + left.tail_here / left.whole
         inside = right.inside / right.whole
-        rest = inside / outside if complement else outside / inside
-        return to_mpf(_share(rest, log, context), dps)
-
-
-def _share(rest: Any, log: bool, context: Any) -> Any:
-    """part/(part + other) of rest = other/part; its logarithm without loss near 1."""
-    return -context.log1p(rest) if log else 1 / (1 + rest)
+        wanted, rest = (outside, inside) if complement else (inside, outside)
+        if log:
+            share = mpmath_formulas.log_occupation_share(context, wanted, rest)
+        else:
+            share = plain_formulas.occupation_share(wanted, rest)
+        return to_mpf(share, dps)
 
 
 def _to_digits(compute: Callable[[int, Any], Any], dps: int, log: bool) -> Any:
@@ -224,6 +230,7 @@ class _Sweep:
     def from_infinity(self, end: Fraction) -> Any:
         """w at `end` with nothing absorbed on the left (needs a- > 0)."""
         # Left of -1, w = 1/a- everywhere.
+<<<<<<< HEAD
         before = 1 / self._cut.numbers.mpf(self._field.value(Rational(-1)))
         return self.free(Rational(-1), end, before) if end > -1 else before
 
@@ -232,3 +239,13 @@ class _Sweep:
         beyond = 1 / -self._cut.numbers.mpf(self._field.value(Rational(1)))
         inside = self.free(Rational(-1), Rational(1), self._context.zero)
         return _Tail(inside, beyond, self.from_infinity(Rational(1)) + beyond)
+=======
+        before = plain_formulas.tail_left(self._cut.numbers.mpf(self._field.value(Fraction(-1))))
+        return self.free(Fraction(-1), end, before) if end > -1 else before
+
+    def to_the_end(self) -> _Tail:
+        """The whole of space seen from u = 1, split into the layer and the tails."""
+        beyond = plain_formulas.tail_right(self._cut.numbers.mpf(self._field.value(Fraction(1))))
+        inside = self.free(Fraction(-1), Fraction(1), self._context.zero)
+        return _Tail(inside, beyond, self.from_infinity(Fraction(1)) + beyond)
+>>>>>>> helper-a

@@ -28,6 +28,7 @@ from typing import Any
 
 from symasym.errors import AccuracyError, InputError, RegionError
 from symasym.exact.ball_drift import Profile, exact_ball, flint_module, precision, profile_of
+from symasym.generated import plain_formulas
 
 __all__ = [
     "available",
@@ -107,8 +108,9 @@ def escape_time(
 
     def compute() -> Any:
         left, right = _both_sides(drift, kappa, r, start, moments="SY")
-        total = left.scale + right.scale
-        time = (left.work * right.scale + right.work * left.scale) / total
+        time = plain_formulas.escape_time_of_products(
+            left.work, right.work, left.scale, right.scale
+        )
         return time.log() if log else time
 
     return _refine(compute, dps, scale=_lam(kappa) * (1 + r), may_vanish=log)
@@ -137,9 +139,12 @@ def exit_probability(
 
     def compute() -> Any:
         left, right = _both_sides(drift, kappa, r, start, moments="S")
-        # C = (1/S_left) / (1/S_left + 1/S_right)
-        ratio = left.scale / right.scale
-        return _share(1 / ratio if complement else ratio, log)
+        if complement:
+            left, right = right, left
+        # Arb's logarithms are methods of its balls, which no emitted code calls.
+        if log:
+            return -(left.scale / right.scale).log1p()
+        return plain_formulas.exit_share(left.scale, right.scale)
 
     return _refine(compute, dps, scale=_lam(kappa) * (1 + r))
 
@@ -172,7 +177,7 @@ def occupation(
 
     def compute() -> Any:
         profile = profile_of(drift)
-        slope_minus, slope_plus = _sliding_slopes(profile)
+        a_minus, a_plus = _sliding_slopes(profile)
         inside, weight = (
             exact_ball(Fraction(0)),
             exact_ball(_ONE),
@@ -180,9 +185,10 @@ def occupation(
         for panel in _panels(profile, lam, -_ONE, _ONE):
             inside += weight * panel.minus
             weight /= panel.growth
-        outside = (1 / slope_minus + weight / slope_plus) / exact_ball(lam)
-        ratio = outside / inside
-        return _share(1 / ratio if complement else ratio, log)
+        tails = plain_formulas.tail_left(a_minus) + weight * plain_formulas.tail_right(a_plus)
+        outside = tails / exact_ball(lam)
+        wanted, rest = (outside, inside) if complement else (inside, outside)
+        return -(rest / wanted).log1p() if log else plain_formulas.occupation_share(wanted, rest)
 
     return _refine(compute, dps, scale=lam)
 
@@ -215,7 +221,8 @@ def stationary_density(
         profile = profile_of(drift)
         _sliding_slopes(profile)
         mass = _mass_before(profile, lam, y) + _mass_before(profile.mirrored(), lam, -y)
-        return -mass.log() if log else 1 / mass
+        # `mass` is w/lam.
+        return -mass.log() if log else plain_formulas.density_of_halves(1, mass)
 
     return _refine(compute, dps, scale=lam * (1 + abs(y)), may_vanish=log)
 
@@ -275,7 +282,7 @@ def _check_escape(kappa: Fraction, r: Fraction, start: Fraction) -> None:
 
 
 def _sliding_slopes(profile: Profile) -> tuple[Any, Any]:
-    """The sizes of a- and a+; `_Undecided` where their signs need more precision."""
+    """a- and a+; `_Undecided` where their signs need more precision."""
     a_minus, a_plus = profile.value(-_ONE), profile.value(_ONE)
     if a_minus <= 0 or a_plus >= 0:
         raise RegionError(
@@ -283,7 +290,7 @@ def _sliding_slopes(profile: Profile) -> tuple[Any, Any]:
             "state; choose a drift with a- > 0 > a+."
         )
     if a_minus > 0 and a_plus < 0:
-        return a_minus, -a_plus
+        return a_minus, a_plus
     raise _Undecided
 
 
@@ -332,11 +339,6 @@ def _missing_bits(value: Any, dps: int, may_vanish: bool) -> int:
     if not allowed > 0:
         return 1 << 62
     return int(float((radius / allowed).log().upper()) * 1.45) + 1
-
-
-def _share(ratio: Any, log: bool) -> Any:
-    """part/(part + rest) of ratio = rest/part; its logarithm without cancellation near 1."""
-    return -ratio.log1p() if log else 1 / (1 + ratio)
 
 
 # -- panels --------------------------------------------------------------------------------------
@@ -606,7 +608,7 @@ def _pieces(profile: Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[_
 def _mass_before(profile: Profile, lam: Fraction, y: Fraction) -> Any:
     """Integral over u < y of e^{lam(V(y) - V(u))}, for a drift that points inwards on the left."""
     # From -infinity to the first corner, or to y if that comes first, it is 1/(lam a-).
-    mass = 1 / (exact_ball(lam) * profile.value(-_ONE))
+    mass = plain_formulas.tail_left(profile.value(-_ONE)) / exact_ball(lam)
     for panel in _pieces(profile, lam, -_ONE, y):
         mass = panel.growth * (mass + panel.minus)
     return mass

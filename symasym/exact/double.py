@@ -6,7 +6,7 @@ per unit of that rate. From the left (L) and, mirrored, from the right (R),
 
     T = (w_L + w_R)/(1/sigma_L + 1/sigma_R),    C = 1/(1 + sigma_L/sigma_R),
 
-which is eq:Ttilde with eq:C, every term positive (docs/exact.md derives it).
+which is eq:Ttilde with eq:C, every term positive (derived as positive-form).
 Panels are sampled where lam V varies by a few units and replaced by their
 layers where it varies by hundreds, so the cost does not grow with lam.
 """
@@ -22,6 +22,7 @@ from symasym.discs import tame
 from symasym.exact import panels
 from symasym.exact.fields import Field, IntArray
 from symasym.exact.panels import REACH, SLOWNESS, Moments
+from symasym.generated import numpy_formulas as formulas
 from symasym.inputs import FloatArray
 
 _SAMPLES_PER_BLOCK = 32  # panels merged before the log domain is entered: e^(32 REACH) < 1e112
@@ -110,7 +111,7 @@ def sweep(
     log_w = np.full(len(lam), -np.inf)
     if free and not from_nothing:
         # Left of u = -1, w is 1/a- everywhere.
-        log_w = -np.log(field.a_minus)
+        log_w = formulas.log_tail_left(field.a_minus)
     found = _compose(scene, moments, lam, field, log_sigma, log_w)
     bad = failed | np.isnan(found.log_w) | np.isnan(found.log_sigma)
     return found._replace(
@@ -549,8 +550,7 @@ def escape_time(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray)
     lam, r, start : arrays of shape (scenes,)
     """
     left, right = _both(field, lam, r, start)
-    w = np.logaddexp(left.log_w, right.log_w)
-    rate = np.logaddexp(-left.log_sigma, -right.log_sigma)
+    w, rate = formulas.log_escape_parts(left.log_w, right.log_w, left.log_sigma, right.log_sigma)
     share, part = _weight(left.log_w, w), _weight(-left.log_sigma, rate)
     error = (
         share * left.w_error
@@ -569,13 +569,12 @@ def exit_probability(
     left, right = _both(field, lam, r, start)
     if complement:
         left, right = right, left
-    odds = left.log_sigma - right.log_sigma
     error = (
         left.sigma_error
         + right.sigma_error
         + _ULP * (np.abs(left.log_sigma) + np.abs(right.log_sigma))
     )
-    value = -np.logaddexp(0.0, odds)
+    value = formulas.log_exit_share_of_logs(left.log_sigma, right.log_sigma)
     # log C = -log(1 + e^odds), whose derivative is C - 1.
     return Logs(value, error * -np.expm1(value))
 
@@ -595,7 +594,7 @@ def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
     doubled = np.tile(lam, 2)
     end = np.ones(2 * n)
     whole = sweep(field, doubled, -np.inf * end, end, free=True)
-    tail = -np.log(-field.a_plus)
+    tail = formulas.log_tail_right(field.a_plus)
     everything = np.logaddexp(whole.log_w, tail)
     share = _weight(whole.log_w, everything)
     error = share * whole.w_error + _ULP * np.abs(everything)
@@ -608,7 +607,7 @@ def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
     inside_error = layer.w_error[:n] + error[:n] + _ULP * np.abs(layer.log_w[:n])
     wanted, rest = (outside, inside) if complement else (inside, outside)
     # As log(1/(1 + odds)) the value keeps its relative precision where it is close to 1.
-    value = -np.logaddexp(0.0, rest - wanted)
+    value = formulas.log_occupation_share_of_logs(wanted, rest)
     return Logs(value, (inside_error + outside_error) * -np.expm1(value))
 
 

@@ -24,6 +24,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symasym.generated.numpy_formulas import (
+    constant_both_down,
+    constant_both_up,
+    constant_single,
+)
 from symasym.inputs import FloatArray
 
 #: Largest lam |V(b) - V(a)| (roughly) of a panel that samples the exponential:
@@ -220,13 +225,11 @@ def constant(lam_a: FloatArray, h: FloatArray) -> Moments:
         lam times the drift, and the width.
     """
     x = np.abs(lam_a * h)
-    first = -np.expm1(-x) / np.where(x == 0, 1.0, x)
-    first = np.where(x == 0, 1.0, first)
+    first = np.where(x == 0, 1.0, constant_single(np.where(x == 0, 1.0, x)))
     small = x < 0.5
-    safe = np.where(small, 1.0, x)
-    # (x - 1 + e^-x)/x^2 and (1 - (1+x) e^-x)/x^2 lose digits for small x: Taylor there.
-    up_form = (safe + np.expm1(-safe)) / safe / safe
-    down_form = (-np.expm1(-safe) - safe * np.exp(-safe)) / safe / safe
+    safe, single = np.where(small, 1.0, x), np.where(small, 1.0, first)
+    # Both lose digits for small x: Taylor there.
+    up_form, down_form = constant_both_up(safe, single), constant_both_down(safe, single)
     series = np.zeros_like(x)
     y = np.where(small, x, 0.0)
     for k in range(18, 1, -1):

@@ -14,6 +14,12 @@ from fractions import Fraction
 from operator import mul
 from typing import Any
 
+from symasym.generated.mpmath_formulas import (
+    constant_both_down,
+    constant_both_up,
+    constant_single,
+)
+
 _RATIOS = [1.4 * 1.4**k for k in range(14)]
 
 
@@ -214,6 +220,6 @@ def constant_moments(x: Fraction, context: Any) -> tuple[Any, Any, Any]:
     with context.workprec(context.prec + lost + exponent_bits + 8):
         y = context.mpf(size.numerator) / size.denominator
         end = context.exp(-y)
-        first = -context.expm1(-y) / y
-        second = (y - 1 + end) / y**2 if x < 0 else (1 - (1 + y) * end) / y**2
+        first = constant_single(context, y)
+        second = (constant_both_up if x < 0 else constant_both_down)(context, y, first)
     return end, first, second

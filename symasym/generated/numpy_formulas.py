@@ -23,6 +23,113 @@ def scaled_radius(r: Any, eps: Any) -> Any:
     return r/eps
 
 
+def potential_left(u: Any, a_minus: Any) -> Any:
+    """V(u) for u <= -1 (eq:V2)."""
+    return -a_minus*(1 + u)
+
+
+def potential_right(u: Any, a_plus: Any, V1: Any) -> Any:
+    """V(u) for u >= 1 (eq:V2)."""
+    return V1 - a_plus*(-1 + u)
+
+
+def escape_time_of_halves(w: Any, sigma_left: Any, sigma_right: Any) -> Any:
+    """T from sigma on both sides and w, the sum of both (positive-form)."""
+    return w/(1/sigma_left + 1/sigma_right)
+
+
+def escape_time_of_products(y_left: Any, y_right: Any, sigma_left: Any, sigma_right: Any) -> Any:
+    """T from sigma and y = w sigma on both sides (positive-form)."""
+    return (sigma_left*y_right + sigma_right*y_left)/(sigma_left + sigma_right)
+
+
+def log_escape_parts(
+    log_w_left: Any, log_w_right: Any, log_sigma_left: Any, log_sigma_right: Any
+) -> Any:
+    """log T is the first of these less the second: log w and log of the rate (positive-form)."""
+    return np.logaddexp(log_w_left, log_w_right), np.logaddexp(-log_sigma_left, -log_sigma_right)
+
+
+def exit_share(sigma_left: Any, sigma_right: Any) -> Any:
+    """C from sigma on both sides (positive-form)."""
+    return 1/(1 + sigma_left/sigma_right)
+
+
+def log_exit_share(sigma_left: Any, sigma_right: Any) -> Any:
+    """log C from sigma (positive-form)."""
+    return -np.log1p(sigma_left/sigma_right)
+
+
+def log_exit_share_of_logs(log_sigma_left: Any, log_sigma_right: Any) -> Any:
+    """log C from log sigma (positive-form)."""
+    return -np.logaddexp(0, log_sigma_left - log_sigma_right)
+
+
+def density_of_halves(lam: Any, w: Any) -> Any:
+    """p_ss from w, the sum of both sides (positive-density)."""
+    return lam/w
+
+
+def occupation_share(inside: Any, outside: Any) -> Any:
+    """P from the integrals inside and outside, in one unit (positive-density)."""
+    return 1/(1 + outside/inside)
+
+
+def log_occupation_share(inside: Any, outside: Any) -> Any:
+    """log P from the integrals inside and outside (positive-density)."""
+    return -np.log1p(outside/inside)
+
+
+def log_occupation_share_of_logs(log_inside: Any, log_outside: Any) -> Any:
+    """log P from the logarithms of both integrals (positive-density)."""
+    return -np.logaddexp(0, log_outside - log_inside)
+
+
+def tail_left(a_minus: Any) -> Any:
+    """w at -1 (positive-density)."""
+    return 1/a_minus
+
+
+def tail_right(a_plus: Any) -> Any:
+    """w at 1, from the right (positive-density)."""
+    return -1/a_plus
+
+
+def log_tail_left(a_minus: Any) -> Any:
+    """log w at -1 (positive-density)."""
+    return -np.log(a_minus)
+
+
+def log_tail_right(a_plus: Any) -> Any:
+    """log w at 1, from the right (positive-density)."""
+    return -np.log(-a_plus)
+
+
+def constant_single(x: Any) -> Any:
+    """near = far, per width (constant-panel)."""
+    return (-np.expm1(-x))/x
+
+
+def constant_both_down(x: Any, near: Any) -> Any:
+    """both where V falls, per width^2 (constant-panel)."""
+    return (near - np.exp(-x))/x
+
+
+def constant_both_up(x: Any, near: Any) -> Any:
+    """both where V rises, per width^2 (constant-panel)."""
+    return (1 - near)/x
+
+
+def carried_down(lam: Any, w: Any, near: Any, far: Any, both: Any, end: Any, sigma: Any) -> Any:
+    """sigma and w after a panel where V falls (panel-step)."""
+    return (near + sigma)/end, (both*lam + sigma*(end*w + far*lam))/(near + sigma)
+
+
+def carried_up(lam: Any, w: Any, near: Any, far: Any, both: Any, end: Any, sigma: Any) -> Any:
+    """sigma and w after a panel where V rises (panel-step)."""
+    return near + end*sigma, (both*lam + sigma*(w + far*lam))/(near + end*sigma)
+
+
 def constant_drift_time(kappa: Any, r: Any, a: Any) -> Any:
     """T for a constant drift a (constant-drift)."""
     return r*np.tanh(a*r/kappa**2)/a
@@ -40,7 +147,7 @@ def exit_bound(kappa: Any, r: Any, a_minus: Any, a_plus: Any) -> Any:
 
 def outer_piece(kappa: Any, r: Any, a_plus: Any) -> Any:
     """The fourth piece of T, exactly (eq:fourthTerm)."""
-    return (-1 + r)/a_plus - kappa**2*(1 - np.exp(-2*a_plus*(-1 + r)/kappa**2))/(2*a_plus**2)
+    return (-1 + r)/a_plus - kappa**2*(-np.expm1(-2*a_plus*(-1 + r)/kappa**2))/(2*a_plus**2)
 
 
 def strong_noise_time(r: Any, a_plus: Any) -> Any:
@@ -58,7 +165,7 @@ def strong_noise_time_next(kappa: Any, r: Any, a_minus: Any, a_plus: Any, V1: An
 
 def well_term(kappa: Any, slope_well: Any, slope_barrier: Any, barrier: Any) -> Any:
     """The well's share of T, leading order (eq:secondTerm)."""
-    return 2*np.pi*np.exp(2*barrier/kappa**2)/(np.sqrt(slope_barrier)*np.sqrt(-slope_well))
+    return 2*np.pi*np.sqrt(-1/(slope_barrier*slope_well))*np.exp(2*barrier/kappa**2)
 
 
 def log_well_term(kappa: Any, slope_well: Any, slope_barrier: Any, barrier: Any) -> Any:
@@ -75,23 +182,20 @@ def weak_noise_time(
     kappa: Any, r: Any, a_plus: Any, slope_well: Any, slope_barrier: Any, barrier: Any
 ) -> Any:
     """T for weak noise, with a well (eq:Ttildesmall)."""
-    return (
-        r/a_plus + 2*np.pi*np.exp(2*barrier/kappa**2)/(np.sqrt(slope_barrier) *
-        np.sqrt(-slope_well))
-    )
+    return r/a_plus + 2*np.pi*np.sqrt(-1/(slope_barrier*slope_well))*np.exp(2*barrier/kappa**2)
 
 
 def well_edge(r: Any, a_plus: Any, slope_well: Any, slope_barrier: Any, barrier: Any) -> Any:
     """kappa at which both terms of `weak_noise_time` are equal (eq:Tsmall)."""
     return (
-        np.sqrt(2) * np.sqrt(barrier) * np.sqrt(1/np.log(r*np.sqrt(slope_barrier) *
-        np.sqrt(-slope_well)/(2*np.pi*a_plus)))
+        np.sqrt(2*barrier) * np.sqrt(1/np.log(np.sqrt(-slope_barrier*slope_well) *
+        r/(2*np.pi*a_plus)))
     )
 
 
 def behind_barrier_term(kappa: Any, drift0: Any, slope_well: Any, V0: Any, V_well: Any) -> Any:
     """The large term of T for a start behind the barrier (eq:S)."""
-    return kappa*np.sqrt(np.pi)*np.sqrt(-1/slope_well)*np.exp((-2*V_well + 2*V0)/kappa**2)/drift0
+    return np.sqrt(-np.pi/slope_well)*kappa*np.exp((-2*V_well + 2*V0)/kappa**2)/drift0
 
 
 def occupation_from_layer(kappa: Any, a_minus: Any, a_plus: Any, layer: Any, V1: Any) -> Any:
@@ -114,14 +218,19 @@ def weak_noise_outside(
 ) -> Any:
     """1 - P for weak noise, leading order (eq:Psmall2)."""
     return (
-        kappa*np.sqrt(curvature)*(np.exp(2*V_well/kappa**2)/a_minus - np.exp(2*(V_well -
-        V1)/kappa**2)/a_plus)/(2*np.sqrt(np.pi))
+        np.sqrt(curvature/np.pi)*kappa*(np.exp(2*V_well/kappa**2)/a_minus - np.exp(2*(V_well -
+        V1)/kappa**2)/a_plus)/2
     )
 
 
 def friction_left(alpha: Any, z0: Any) -> Any:
     """The friction drift for u <= -1 (a-) (eq:phifric0)."""
     return 1 + alpha - z0
+
+
+def friction_coefficients(mu: Any, alpha: Any, z0: Any) -> Any:
+    """Coefficients of A(u) in ascending powers of u (eq:phifric0)."""
+    return 1 - z0, -alpha*(1 + mu), 0, alpha*mu
 
 
 def friction_inside(u: Any, mu: Any, alpha: Any, z0: Any) -> Any:
@@ -156,22 +265,22 @@ def friction_potential_right(u: Any, alpha: Any, z0: Any) -> Any:
 
 def friction_turning_point(mu: Any) -> Any:
     """u at which the force turns (mu > 1/2) (turning-points)."""
-    return np.sqrt(3)*np.sqrt(1 + mu)/(3*np.sqrt(mu))
+    return np.sqrt(3*(1 + mu)/mu)/3
 
 
 def friction_breakaway(mu: Any, alpha: Any) -> Any:
     """The largest force, for mu >= 1/2 (beta)."""
-    return 2*alpha*np.sqrt(3)*(1 + mu)**(3/2)/(9*np.sqrt(mu))
+    return 2*np.sqrt(3*(1 + mu)/mu)*alpha*(1 + mu)/9
 
 
 def friction_folds(mu: Any, alpha: Any) -> Any:
     """z0 at both folds, (+) then (-) (folds)."""
     return (
-        1 - 2*alpha*np.sqrt(3)*(1 + mu)**(3/2)/(9*np.sqrt(mu)), 1 + 2*alpha*np.sqrt(3)*(1 +
-        mu)**(3/2)/(9*np.sqrt(mu))
+        1 - 2*np.sqrt(3*(1 + mu)/mu)*alpha*(1 + mu)/9, 1 + 2*np.sqrt(3*(1 + mu)/mu)*alpha*(1 +
+        mu)/9
     )
 
 
 def noise_threshold(eps: Any, ell: Any, barrier: Any) -> Any:
     """Unscaled kappa below which T is exponentially large; ell = -log eps (threshold)."""
-    return np.sqrt(2)*np.sqrt(barrier)*np.sqrt(eps)/np.sqrt(ell)
+    return np.sqrt(2*barrier*eps/ell)

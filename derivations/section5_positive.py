@@ -1,0 +1,335 @@
+"""The exact integrals in positive terms: what the numeric engines evaluate (docs/exact.md)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+from sympy import Function, Integral, Symbol
+
+from derivations.paper import V, a_minus, a_plus_sliding, lam, r, u, v, x
+from derivations.registry import derives
+from derivations.section5_escape import I0, I1, J0, J1
+from derivations.section6_sliding import V_1, N
+from symasym.derivation import Identity, Satisfies
+
+
+def _positive(names: str) -> Any:
+    return sympy.symbols(names, positive=True)
+
+
+# A symbol of its own for 2/kappa^2: the engines carry it, not kappa.
+rate = Symbol("lam", positive=True)
+sigma_left, sigma_right, w_left, w_right = _positive("sigma_left sigma_right w_left w_right")
+total = Symbol("w", positive=True)
+y_left, y_right = _positive("y_left y_right")
+LOGS = sympy.symbols("log_w_left log_w_right log_sigma_left log_sigma_right", real=True)
+
+
+@derives(
+    "positive-form",
+    "The escape time and the exit probability from both sides of the start, in positive terms",
+    ("backward", "eq:C"),
+)
+def positive_form(d: Any) -> None:
+    f, g = Function("f"), Function("g")
+    p, q = _positive("p q")
+    m, K_left, K_right, scale = _positive("m K_left K_right s")
+
+    def transform(e: Any) -> Any:
+        # See eq:Ttilde: exponentials of free rates decide equality of domains.
+        return (
+            e.replace(f, lambda a: sympy.exp(p * a)).replace(g, lambda a: sympy.exp(q * a)).doit()
+        )
+
+    def same(original: Any) -> Satisfies:
+        return Satisfies(
+            lambda stated: {"same domain": sympy.expand(transform(stated) - transform(original))}
+        )
+
+    def over(inner: tuple[Any, Any, Any], outer: tuple[Any, Any, Any]) -> Any:
+        return Integral(Integral(f(u) * g(v), inner), outer)
+
+    before = Integral(f(u), (u, -r, x))
+    d.step(
+        "left of the start",
+        "interchange",
+        before * Integral(g(v), (v, -r, x)) - over((v, -r, u), (u, -r, x)),
+        same(over((u, -r, v), (v, -r, x))),
+        "f = e^{-lam V}, g = e^{lam V}: J1 = m I1 - K_left, a square less a triangle",
+    )
+    d.step(
+        "right of the start",
+        "interchange",
+        before * Integral(g(v), (v, x, r)) + over((v, u, r), (u, x, r)),
+        same(over((u, -r, v), (v, x, r))),
+        "J0 = m I0 + K_right, a rectangle and a triangle; eq:Ttilde has x = 0",
+    )
+    positive = d.step(
+        "nothing cancels",
+        "substitute",
+        lam * (I0 * K_left + I1 * K_right) / (I0 + I1),
+        Identity(lambda: d.use("backward").subs({J0: m * I0 + K_right, J1: m * I1 - K_left})),
+        "m, the mass left of the start, drops out",
+    )
+    # What the two sweeps carry: sigma = I/s and w = lam s K/I, s = e^{lam V} at the start.
+    carried = {
+        sigma_left: I1 / scale,
+        sigma_right: I0 / scale,
+        total: lam * scale * (K_left / I1 + K_right / I0),
+        w_left: lam * scale * K_left / I1,
+        w_right: lam * scale * K_right / I0,
+        y_left: lam * K_left,
+        y_right: lam * K_right,
+    }
+    found = d.step(
+        "from both sweeps",
+        "substitute",
+        total / (1 / sigma_left + 1 / sigma_right),
+        Satisfies(lambda T: {"the same T": T.subs(carried) - positive}),
+        "w = w_left + w_right",
+    )
+    d.step(
+        "without a quotient on either side",
+        "substitute",
+        (y_left * sigma_right + y_right * sigma_left) / (sigma_left + sigma_right),
+        Satisfies(lambda T: {"the same T": T.subs(carried) - positive}),
+        "y = w sigma, of the left and of the right",
+    )
+    share = d.step(
+        "chance of leaving on the left",
+        "substitute",
+        1 / (1 + sigma_left / sigma_right),
+        Satisfies(
+            lambda c: (
+                {"(1 - C) I0 - C I1": ((1 - c) * I0 - c * I1).subs(carried)}
+                | {"in sigma": (c - I0 / (I0 + I1)).subs(carried)}
+            )
+        ),
+        "eq:C",
+    )
+    logs = dict(zip((w_left, w_right, sigma_left, sigma_right), map(sympy.exp, LOGS), strict=True))
+    d.step(
+        "logarithms of w and of the rate",
+        "substitute",
+        (
+            sympy.log(sympy.exp(LOGS[0]) + sympy.exp(LOGS[1])),
+            sympy.log(sympy.exp(-LOGS[2]) + sympy.exp(-LOGS[3])),
+        ),
+        Identity(
+            lambda: [
+                sympy.log((w_left + w_right).subs(logs)),
+                sympy.log((1 / sigma_left + 1 / sigma_right).subs(logs)),
+            ]
+        ),
+        "their difference is log T",
+    )
+    d.step(
+        "logarithm of C",
+        "substitute",
+        -sympy.log(1 + sigma_left / sigma_right),
+        Satisfies(lambda c: {"C": sympy.exp(c) - share}),
+    )
+    d.step(
+        "logarithm of C from logarithms",
+        "substitute",
+        -sympy.log(1 + sympy.exp(LOGS[2] - LOGS[3])),
+        Satisfies(lambda c: {"C": sympy.exp(c) - share.subs(logs)}),
+    )
+    d.conclude(
+        Symbol("T"),
+        found,
+        note="sigma = S/s and w on either side of the start: s = e^{lam V}, S its integral from "
+        "the end, w the time spent there per unit of rate; w = w_left + w_right",
+    )
+
+
+@derives(
+    "positive-density",
+    "The stationary density and the occupation, in positive terms",
+    ("eq:pss", "eq:P", "tails"),
+)
+def positive_density(d: Any) -> None:
+    M_left, M_right, scale, outer = _positive("M_left M_right s M")
+    inside, outside = _positive("inside outside")
+    carried = {total: rate * scale * (M_left + M_right)}
+    density = d.step(
+        "density",
+        "solve",
+        rate / total,
+        Satisfies(
+            lambda p: {
+                "eq:pss of mass 1": p.subs(carried)
+                - d.use("eq:pss").subs(
+                    {
+                        sympy.exp(lam * V(u)): scale,
+                        Symbol("K", positive=True): 1 / (M_left + M_right),
+                    }
+                ),
+            }
+        ),
+        "w = lam e^{lam V} times the mass of e^{-lam V} on both sides; s = e^{lam V}",
+    )
+    share = d.step(
+        "occupation",
+        "substitute",
+        1 / (1 + outside / inside),
+        Identity(lambda: d.use("eq:P").subs({N: inside, outer: outside})),
+    )
+    d.step(
+        "logarithm of the occupation",
+        "substitute",
+        -sympy.log(1 + outside / inside),
+        Satisfies(lambda p: {"P": sympy.exp(p) - share}),
+    )
+    here, there = sympy.symbols("log_inside log_outside", real=True)
+    d.step(
+        "logarithm of the occupation from logarithms",
+        "substitute",
+        -sympy.log(1 + sympy.exp(there - here)),
+        Satisfies(
+            lambda p: {
+                "P": sympy.exp(p) - share.subs({inside: sympy.exp(here), outside: sympy.exp(there)})
+            }
+        ),
+    )
+    tails = d.step(
+        "w beyond the layer",
+        "substitute",
+        (1 / a_minus, -1 / a_plus_sliding),
+        Identity(
+            lambda: [
+                lam * d.use("tails")[0],
+                lam * sympy.exp(lam * V_1) * d.use("tails")[1],
+            ]
+        ),
+        "lam e^{lam V} times the mass of each tail: V is 0 at -1 and V(1) at 1",
+    )
+    d.step(
+        "logarithm of w beyond the layer",
+        "substitute",
+        (-sympy.log(a_minus), -sympy.log(-a_plus_sliding)),
+        Satisfies(lambda logs: {f"tail {k}": sympy.exp(logs[k]) - tails[k] for k in (0, 1)}),
+    )
+    d.conclude(
+        Function("p_ss")(u), density, note="w = lam e^{lam V} times the integral of e^{-lam V}"
+    )
+
+
+@derives("constant-panel", "Integrals over a stretch of constant drift", ("eq:V",))
+def constant_panel(d: Any) -> None:
+    size = Symbol("x", positive=True)
+    t = Symbol("t", positive=True)
+
+    def e(direction: int, at: Any) -> Any:
+        """exp(lam (V - V at the left end)), V falling (1) or rising (-1), widths of 1."""
+        V = d.use("eq:V").replace(Function("phi"), lambda _: direction * size).doit()
+        return sympy.exp((V - V.subs(u, -1)).subs(u, at - 1))
+
+    def single(direction: int) -> Any:
+        whole = sympy.integrate(e(direction, t), (t, 0, 1))
+        return sympy.expand(whole * (1 if direction > 0 else 1 / e(direction, 1)))
+
+    def double(direction: int) -> Any:
+        inner = sympy.integrate(e(direction, v), (v, 0, t))
+        whole = sympy.integrate(sympy.expand(inner / e(direction, t)), (t, 0, 1))
+        return sympy.expand(whole * (e(direction, 1) if direction > 0 else 1))
+
+    first = (1 - sympy.exp(-size)) / size
+    d.step("V falls: single", "integrate", first, Identity(lambda: single(1)))
+    d.step("V rises: single", "integrate", first, Identity(lambda: single(-1)))
+    # From the single integral: no square of x, which may be as large as float64 allows.
+    near = Symbol("near", positive=True)
+    down = (near - sympy.exp(-size)) / size
+    d.step(
+        "V falls: double",
+        "integrate",
+        down,
+        Satisfies(lambda e: {"integral": e.subs(near, first) - double(1)}),
+    )
+    up = (1 - near) / size
+    d.step(
+        "V rises: double",
+        "integrate",
+        up,
+        Satisfies(lambda e: {"integral": e.subs(near, first) - double(-1)}),
+    )
+    found = d.step(
+        "together",
+        "evaluate",
+        (first, down, up),
+        Satisfies(
+            lambda e: {
+                "near": e[0] - single(1),
+                "falling": e[1].subs(near, e[0]) - double(1),
+                "rising": e[2].subs(near, e[0]) - double(-1),
+            }
+        ),
+    )
+    d.conclude(
+        sympy.symbols("near both_down both_up"),
+        found,
+        note="x = lam |a| h; single in units of the width h, double in units of h^2, "
+        "scaled as docs/exact.md has it",
+    )
+
+
+@derives("panel-step", "Carrying sigma and w across a panel", ("positive-form",))
+def panel_step(d: Any) -> None:
+    sigma, work, E, F, D, end = _positive("sigma w E F D e")
+    near, far, both, small = _positive("near far both end")
+    S, scale = _positive("S s")
+    after = d.step(
+        "sigma",
+        "split",
+        (sigma + E) / end,
+        # S grows by s(a) E, and s by the factor e.
+        Identity(lambda: ((S + scale * E) / (scale * end)).subs(S, sigma * scale)),
+        "sigma = S/s; E is the panel's integral of e",
+    )
+
+    def spent() -> Any:
+        # w S/s at b: the earlier part times e(b), and lam e(b) int S(u)/(s(a) e(u)) du.
+        carried = end * work * S + rate * end * (S * F + scale * D)
+        return (carried / (S + scale * E)).subs(S, sigma * scale)
+
+    later = d.step(
+        "w",
+        "split",
+        end * (sigma * (work + rate * F) + rate * D) / (sigma + E),
+        Identity(spent),
+        "F, D: integrals of 1/e and of e(v)/e(u) over v < u",
+    )
+    # e = `end` where V falls, 1/`end` where it rises.
+    falling = {E: near, F: far / small, D: both / small, end: small}
+    rising = {E: near / small, F: far, D: both, end: 1 / small}
+    for name, scaled, stated in (
+        (
+            "V falls",
+            falling,
+            (
+                (near + sigma) / small,
+                (sigma * (small * work + rate * far) + rate * both) / (near + sigma),
+            ),
+        ),
+        (
+            "V rises",
+            rising,
+            (
+                near + sigma * small,
+                (sigma * (work + rate * far) + rate * both) / (near + sigma * small),
+            ),
+        ),
+    ):
+        found = d.step(
+            name,
+            "scale",
+            stated,
+            Identity(lambda scaled=scaled: [after.subs(scaled), later.subs(scaled)]),
+        )
+    d.conclude(
+        sympy.symbols("sigma_b w_b"),
+        found,
+        note="the case where V rises; end = e^{-lam |V(b) - V(a)|}, near, far and both as "
+        "docs/exact.md has them",
+    )

@@ -1,0 +1,66 @@
+"""Formulas of + - * / and whole powers, for numbers of any one kind.
+
+Written by ``python -m derivations.emit`` from the checked derivations: do not edit.
+"""
+
+# A formatter must not touch what a test compares.
+# fmt: off
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def scaled_radius(r: Any, eps: Any) -> Any:
+    """r/eps, the radius in scaled variables (eq:tilder)."""
+    return r/eps
+
+
+def escape_time_of_halves(w: Any, sigma_left: Any, sigma_right: Any) -> Any:
+    """T from sigma on both sides and w, the sum of both (positive-form)."""
+    return w/(1/sigma_left + 1/sigma_right)
+
+
+def escape_time_of_products(y_left: Any, y_right: Any, sigma_left: Any, sigma_right: Any) -> Any:
+    """T from sigma and y = w sigma on both sides (positive-form)."""
+    return (sigma_left*y_right + sigma_right*y_left)/(sigma_left + sigma_right)
+
+
+def exit_share(sigma_left: Any, sigma_right: Any) -> Any:
+    """C from sigma on both sides (positive-form)."""
+    return 1/(1 + sigma_left/sigma_right)
+
+
+def density_of_halves(lam: Any, w: Any) -> Any:
+    """p_ss from w, the sum of both sides (positive-density)."""
+    return lam/w
+
+
+def occupation_share(inside: Any, outside: Any) -> Any:
+    """P from the integrals inside and outside, in one unit (positive-density)."""
+    return 1/(1 + outside/inside)
+
+
+def tail_left(a_minus: Any) -> Any:
+    """w at -1 (positive-density)."""
+    return 1/a_minus
+
+
+def tail_right(a_plus: Any) -> Any:
+    """w at 1, from the right (positive-density)."""
+    return -1/a_plus
+
+
+def carried_down(lam: Any, w: Any, near: Any, far: Any, both: Any, end: Any, sigma: Any) -> Any:
+    """sigma and w after a panel where V falls (panel-step)."""
+    return (near + sigma)/end, (both*lam + sigma*(end*w + far*lam))/(near + sigma)
+
+
+def carried_up(lam: Any, w: Any, near: Any, far: Any, both: Any, end: Any, sigma: Any) -> Any:
+    """sigma and w after a panel where V rises (panel-step)."""
+    return near + end*sigma, (both*lam + sigma*(w + far*lam))/(near + end*sigma)
+
+
+def friction_coefficients(mu: Any, alpha: Any, z0: Any) -> Any:
+    """Coefficients of A(u) in ascending powers of u (eq:phifric0)."""
+    return 1 - z0, -alpha*(1 + mu), 0, alpha*mu
