@@ -1,0 +1,1 @@
+"""Expansions and bounds: strong noise, weak noise, and two-sided inequalities."""
