@@ -128,6 +128,15 @@ def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
     return Scenes(shape, 2.0 / flat["kappa"] ** 2, flat, parameters, moved)
 
 
+def rows_of(scenes: Scenes, rows: Any) -> Scenes:
+    """Some of the scenes; the shape and the parameters stay those of all."""
+    return scenes._replace(
+        lam=scenes.lam[rows],
+        numbers={name: x[rows] for name, x in scenes.numbers.items()},
+        moved={name: x[rows] for name, x in scenes.moved.items()},
+    )
+
+
 def input_rounding(scenes: Scenes, size: FloatArray) -> FloatArray:
     """What reading an exact place as a float changes in a logarithm, at most."""
     change = np.zeros_like(scenes.lam)
