@@ -30,36 +30,39 @@ FRICTION = sa.friction(3, 1, "-0.3")
 @pytest.mark.parametrize("problem", [p for p in PROBLEMS if "slow" not in p.tags], ids=str)
 def test_claimed_error_covers_the_true_one(problem: Problem) -> None:
     """At the scene's own noise, which is often refused, and at kappa = 3 and 1000."""
-    answers = 0
-    for kappa in (problem.kappa, "3", "1000"):
-        drift = problem.make()
-        arguments = {"r": problem.r, "start": problem.start}
-        asked: list[tuple[Any, dict[str, Any]]] = [
-            (sa.escape_time, arguments),
-            (sa.exit_probability, arguments),
-            (sa.exit_probability, {**arguments, "complement": True}),
-        ]
-        if problem.slides:
-            asked += [(sa.occupation, {}), (sa.occupation, {"complement": True})]
+    answers, drift = 0, problem.make()
+    own = [] if problem.tags & {"stiff", "extreme"} else [float(Fraction(problem.kappa))]
+    arguments = {"r": problem.r, "start": problem.start}
+    asked: list[tuple[Any, dict[str, Any]]] = [
+        (sa.escape_time, arguments),
+        (sa.exit_probability, arguments),
+        (sa.exit_probability, {**arguments, "complement": True}),
+    ]
+    if problem.slides:
+        asked += [(sa.occupation, {}), (sa.occupation, {"complement": True})]
+    for kappa in (*own, 3.0, 1000.0):
         for verb, given_ in asked:
+            try:
+                exact = verb(drift, kappa, **given_, log=True, dps=60)
+            except sa.SymasymError:
+                continue
             for order in (0, 3, 12):
-                options = {**given_, **STRONG, "order": order, "log": True}
+                options = {**given_, **STRONG, "order": order, "log": True, "full": True}
                 try:
-                    found = verb(drift, kappa, **options, dps=25, full=True)
-                    exact = verb(drift, kappa, **given_, log=True, dps=60)
+                    found = verb(drift, kappa, **options, dps=25)
                 except sa.SymasymError:
                     continue
                 answers += 1
                 assert found.error_kind == "bound"
                 assert distance(found.value, exact) <= found.error
                 try:
-                    some = verb(drift, [float(Fraction(kappa))], **options, full=True)
+                    some = verb(drift, [kappa], **options)
                 except sa.AccuracyError:
-                    # Not where the proved value has an error that is worth anything.
-                    assert found.error > 1e-6
+                    # Rounding grows with the exponent of the layer.
+                    heights = drift.potential_at(np.linspace(-1, 1, 201))
+                    assert 2 / kappa**2 * np.ptp(heights) > 8
                     continue
                 assert some.error_kind == "estimate"
-                exact = verb(drift, float(Fraction(kappa)), **given_, log=True, dps=40)
                 assert distance(float(some.value[0]), exact) <= float(some.error[0])
     assert answers or problem.tags & {"stiff", "refused", "extreme", "may refuse"}
 
@@ -266,6 +269,7 @@ def test_no_flint(monkeypatch: pytest.MonkeyPatch) -> None:
     ]
     with_flint = [ask(**options) for ask in asked]
     monkeypatch.setattr(ball, "available", lambda: False)
+    moments.cache_clear()
     for before, ask in zip(with_flint, asked, strict=True):
         found = ask(**options)
         assert found.error_kind == "bound"
@@ -273,6 +277,7 @@ def test_no_flint(monkeypatch: pytest.MonkeyPatch) -> None:
         assert relative(found.error, before.error) < 1e-6
     with pytest.raises(sa.AccuracyError, match="python-flint"):
         sa.escape_time(sa.tanh(1, 1, 2), 4, 3, **options)
+    moments.cache_clear()
 
 
 def test_more_terms_are_better_and_weak_noise_is_refused() -> None:

@@ -72,15 +72,14 @@ def exit_probability(
         right = peaks(drift, False, values["r"], values["start"], order, context)
         number = context.mpf(lam.numerator) / lam.denominator
         sides = [_weight(side, number, context) for side in (left, right)]
-        if not all(value > 0 for value, _ in sides):
+        # Relative to each side, because the error of C is taken as linear in theirs.
+        if not all(error < value / 2 for value, error in sides):
             raise _too_strong(float_text(values["kappa"]), order)
         wanted, other = sides if complement else sides[::-1]
         ratio = other[0] / wanted[0]
         share = 1 / (1 + ratio)
         rest = ratio / (1 + ratio)
         error = rest * (wanted[1] / wanted[0] + other[1] / other[0])
-        if not error < context.log(2):
-            raise _too_strong(float_text(values["kappa"]), order)
         value = -context.log1p(ratio) if request.log else share
         size = 2 * error if request.log else 2 * error * share
         size += abs(value) * context.mpf(10) ** -(digits + 5)
@@ -132,10 +131,8 @@ def peaks(
         )
     height = context.zero
     if x < -1:
-        if a_minus > 0:
-            found.append(constant(height, a_minus))
-        stop = min(r, -one) if r < -1 else -one
-        height -= a_minus * number(stop - x)
+        found.append((constant if a_minus > 0 else edge_error)(height, a_minus))
+        height -= a_minus * number(-one - x)
     lo, hi = max(x, -one), min(r, one)
     if lo < hi:
         low, high = number(lo), number(hi)
@@ -252,7 +249,7 @@ def _of_arrays(
     unique, group = np.unique(
         np.array([*given.values(), r, start]).T, axis=0, return_inverse=True
     )
-    logs, errors = np.empty(len(r)), np.empty(len(r))
+    logs, errors, worst = (np.empty(len(r)) for _ in range(3))
     for k in range(len(unique)):
         rows = np.flatnonzero(group.ravel() == k)
         first = {name: float(x[rows[0]]) for name, x in given.items()}
@@ -274,7 +271,8 @@ def _of_arrays(
             steepest = np.abs(one.evaluate_float(np.linspace(-1, 1, 65))).max()
             slack = slack + input_rounding(rows_of(scenes, rows), np.full(len(rows), steepest))
             errors[rows] = 2 * rest * (wanted[1] + other[1]) + slack
-    bad = np.flatnonzero(~(errors < 2 * np.log(2)))
+            worst[rows] = np.maximum(wanted[1], other[1])
+    bad = np.flatnonzero(~(worst < 0.5) | ~(errors < np.log(2)))
     if bad.size:
         raise _too_strong(f"{scenes.numbers['kappa'][bad[0]]:.6g}", order)
     return as_floats(request, scenes.shape, logs, errors, "estimate", terms, _DROPPED)

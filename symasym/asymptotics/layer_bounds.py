@@ -12,6 +12,7 @@ not be: a peak that is missed costs tightness only.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -20,7 +21,6 @@ import numpy as np
 from symasym.drift import Drift
 from symasym.exact.ball_drift import BallOps, exact_ball, flint_module, profile_of
 
-_TERMS = 20  # of A's Taylor series on a panel; the rest widens V
 _WIDEST = Fraction(1, 32)
 _NARROWEST = Fraction(1, 2**16)
 _MOST_PANELS = 300
@@ -78,6 +78,9 @@ class _Drift:
         self._drift, self._sign = drift, -1 if mirrored else 1
         profile = profile_of(drift)
         self.profile = profile.mirrored() if mirrored else profile
+        # Of A's Taylor series on a panel; the rest widens V.
+        finite, wanted = profile.terms(), 12 + flint_module().ctx.prec // 6
+        self.terms = wanted if finite is None else max(4, min(finite + 1, wanted))
 
     def floats(self, u: Any) -> Any:
         with np.errstate(all="ignore"):
@@ -92,7 +95,8 @@ class _Drift:
         try:
             line = flint.arb_series([self._sign * place, self._sign], terms)
             found = self._sign * flint.arb_series(self._drift.evaluate(line, BallOps()), terms)
-        except ZeroDivisionError:
+        except (ZeroDivisionError, ValueError):
+            # A divisor that may be 0 in the ball.
             return [flint.arb.nan()] * terms
         finally:
             flint.ctx.cap = before
@@ -140,7 +144,7 @@ def _panels(
         center, half = (lo + hi) / 2, (hi - lo) / 2
         h = exact_ball(half)
         place = flint.arb(exact_ball(center), h.abs_upper())
-        wide = field.taylor(place, _TERMS + 1)
+        wide = field.taylor(place, field.terms + 1)
         bend = wide[1].abs_upper() * h * h / 2
         if half > _NARROWEST:
             gap = 0.0 if top is None else top - float(height.mid()) - float(abs(wide[0]).mid() * h)
@@ -148,8 +152,8 @@ def _panels(
             if not bend.is_finite() or (coarse and len(panels) + len(waiting) < _MOST_PANELS):
                 waiting += [(center, hi), (lo, center)]
                 continue
-        local = field.taylor(exact_ball(center), _TERMS)
-        rest = flint.arb(0, (wide[_TERMS] * h ** (_TERMS + 1)).abs_upper())
+        local = field.taylor(exact_ball(center), field.terms)
+        rest = flint.arb(0, (wide[field.terms] * h ** (field.terms + 1)).abs_upper())
         down = rest + sum((c * (-h) ** (k + 1) / (k + 1) for k, c in enumerate(local)), rest)
         up = sum((c * h ** (k + 1) / (k + 1) for k, c in enumerate(local)), rest)
         middle = height + down  # V(center) - V(lo) = -int A, which is `down` from the centre
@@ -160,7 +164,7 @@ def _panels(
 
 def _windows(field: _Drift, a: Fraction, b: Fraction) -> list[Any]:
     """(left, right, maker of the peak) of each place where V may be largest."""
-    barriers = _barriers(field, a, b)
+    barriers = _rises(field.floats, a, b)
     found: list[Any] = []
     places = [a, *barriers, b]
     for k, b_hat in enumerate(barriers, start=1):
@@ -241,9 +245,9 @@ def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
         # V(root) from the window's left end, by A's Taylor series at the centre with its rest.
         half = exact_ball(reach)
         place = flint.arb(exact_ball(center - reach / 2), (half / 2).abs_upper())
-        wide = field.taylor(place, 4 * _TERMS + 1)[-1]
-        series = field.taylor(exact_ball(center), 4 * _TERMS)
-        rest = flint.arb(0, (wide * half ** (4 * _TERMS + 1)).abs_upper())
+        wide = field.taylor(place, 2 * field.terms + 1)[-1]
+        series = field.taylor(exact_ball(center), 2 * field.terms)
+        rest = flint.arb(0, (wide * half ** (2 * field.terms + 1)).abs_upper())
         fall = sum((c * (-half) ** (k + 1) / (k + 1) for k, c in enumerate(series)), rest)
         # V changes by less than gap^2 |A'| between the centre and the root, and less than gap.
         blur = flint.arb(0, (exact_ball(gap) * (1 + abs(local[1]))).abs_upper())
@@ -252,17 +256,16 @@ def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
     return center - reach, center + reach, made
 
 
-def _barriers(field: _Drift, a: Fraction, b: Fraction) -> list[Fraction]:
-    """Rough places where A rises through 0."""
+def _rises(floats: Callable[[Any], Any], a: Fraction, b: Fraction) -> list[Fraction]:
     u = np.linspace(float(a), float(b), _SAMPLES)
-    values = field.floats(u)
+    values = floats(u)
     crossings = np.flatnonzero((values[:-1] < 0) & (values[1:] >= 0))
     found = []
     for k in crossings:
         lo, hi = u[k], u[k + 1]
         for _ in range(60):
             middle = (lo + hi) / 2
-            if field.floats(np.asarray([middle]))[0] < 0:
+            if floats(np.asarray([middle]))[0] < 0:
                 lo = middle
             else:
                 hi = middle
@@ -274,7 +277,13 @@ def _barriers(field: _Drift, a: Fraction, b: Fraction) -> list[Fraction]:
 
 def rough_barriers(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> list[Fraction]:
     """Places where A rises through 0 in (a, b), in float64."""
-    return _barriers(_Drift(drift, mirrored), a, b)
+    sign = -1 if mirrored else 1
+
+    def floats(u: Any) -> Any:
+        with np.errstate(all="ignore"):
+            return np.broadcast_to(sign * drift.evaluate_float(sign * u), u.shape)
+
+    return _rises(floats, a, b)
 
 
 def _root(field: _Drift, near: Fraction) -> tuple[Fraction, Fraction] | None:

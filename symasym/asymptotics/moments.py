@@ -14,6 +14,7 @@ f_0 = x - a. Nothing is raised to a power and no binomials cancel.
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 from symasym.drift import Drift
@@ -45,7 +46,9 @@ class _List:
     def __init__(self, coefficients: list[Any]) -> None:
         self.c = coefficients
 
-    def __mul__(self, other: _List) -> _List:
+    def __mul__(self, other: Any) -> _List:
+        if not isinstance(other, _List):
+            return _List([x * other for x in self.c])
         total = [self.c[0] * 0] * (len(self.c) + len(other.c) - 1)
         for i, x in enumerate(self.c):
             for j, y in enumerate(other.c):
@@ -66,11 +69,36 @@ class _List:
 
 
 class _Panel(NamedTuple):
-    """A stretch on which width * A is the polynomial `slope` of t in [0, 1]."""
+    """A stretch on which du/dt * A is the polynomial `slope` of t in [begin, 1], du/dt = `rate`.
 
-    width: Any
+    Polynomials longer than `cap`, if there is one, are cut, and what is cut encloses.
+    """
+
+    rate: Any
     slope: Any
     unit: Any  # the polynomial 1
+    begin: int = 0
+    cap: int = 0
+
+    def primitive(self, f: Any, offset: Any) -> Any:
+        """The primitive of a polynomial that is `offset` at the beginning."""
+        found = f.integral()
+        found = found + (offset - found(self.begin)) if self.begin else found + offset
+        return self._cut(found) if self.cap else found
+
+    def area(self, f: Any, one: Any) -> Any:
+        """Integral over the panel in u."""
+        found = f.integral()
+        return self.rate * (found(one) - found(self.begin) if self.begin else found(one))
+
+    def _cut(self, f: Any) -> Any:
+        flint = flint_module()
+        c = f.coeffs()
+        if len(c) <= self.cap:
+            return f
+        # Below sum |c_k| on [-1, 1], and so is its integral against anything: a ball at t^0.
+        rest = sum((abs(x) for x in c[self.cap :]), flint.arb(0))
+        return flint.arb_poly([c[0] + flint.arb(0, rest.abs_upper()), *c[1 : self.cap]])
 
 
 def _iterated(panels: list[_Panel], grown: bool, order: int, zero: Any, one: Any) -> Any:
@@ -78,24 +106,24 @@ def _iterated(panels: list[_Panel], grown: bool, order: int, zero: Any, one: Any
     ends, areas = [], []
     offset, area, functions = zero, zero, []
     for panel in panels:
-        f = panel.unit.integral() * (panel.unit * panel.width) + offset if grown else panel.unit
+        f = panel.primitive(panel.unit * panel.rate, offset) if grown else panel.unit
         functions.append(f)
-        area += panel.width * f.integral()(one)
-        offset += panel.width
-    ends.append(offset if grown else one)
+        area += panel.area(f, one)
+        offset = f(one)
+    ends.append(offset)
     areas.append(area)
     for _ in range(order):
         offset, area = zero, zero
         for k, panel in enumerate(panels):
-            primitive = (panel.slope * functions[k]).integral() + offset
-            area += panel.width * primitive.integral()(one)
-            offset = primitive(one)
-            functions[k] = primitive
+            functions[k] = panel.primitive(panel.slope * functions[k], offset)
+            area += panel.area(functions[k], one)
+            offset = functions[k](one)
         ends.append(offset)
         areas.append(area)
     return ends, areas
 
 
+@lru_cache(maxsize=32)
 def moments(drift: Drift, mirrored: bool, a: Fraction, b: Fraction, order: int, bits: int) -> Any:
     """`Moments` of [a, b] inside [-1, 1] up to `order`, as rationals or enclosures.
 
@@ -191,7 +219,7 @@ def _of_analytic(
         left, right = waiting.pop()
         center, half = (left + right) / 2, (right - left) / 2
         bound = profile.bound(center, _RATIO * half)
-        if bound.is_finite() and half <= (b - a) / 32:
+        if bound.is_finite() and half <= (b - a) / 48:
             pieces.append((center, half, bound))
         elif len(pieces) + len(waiting) > _MOST_PANELS:
             raise AccuracyError(
@@ -215,16 +243,17 @@ def _of_analytic(
                 "use flint from one thread at a time."
             )
         missed = missed.max((bound * ratio ** (-terms) / (1 - 1 / ratio)).abs_upper())
-        # From t in [-1, 1] to t in [0, 1].
-        line = flint.arb_poly([-1, 2])
-        slope = flint.arb_poly(series.coeffs())(line) * flint.arb_poly([exact_ball(2 * half)])
-        panels.append(_Panel(exact_ball(2 * half), slope, flint.arb_poly([1])))
+        h = exact_ball(half)
+        slope = flint.arb_poly(series.coeffs()) * flint.arb_poly([h])
+        panels.append(_Panel(h, slope, flint.arb_poly([1]), -1, terms + 8))
         spread_ball = flint.arb(exact_ball(center), exact_ball(half).abs_upper())
         sign = -1 if mirrored else 1
-        reach = exact_ball(2 * half) * abs(_on(drift, sign * spread_ball))
-        reach = reach.abs_upper() if reach.is_finite() else (exact_ball(2 * half) * bound).abs_upper()
-        low, high = (place - reach).min(low), (place + reach).max(high)
-        place = place - slope.integral()(flint.arb(1))
+        size = abs(_on(drift, sign * spread_ball))
+        reach = (exact_ball(half) * (size if size.is_finite() else bound)).abs_upper()
+        fall = panels[-1].primitive(slope, flint.arb(0))
+        middle = place - fall(flint.arb(0))
+        low, high = (middle - reach).min(low), (middle + reach).max(high)
+        place = place - fall(flint.arb(1))
     shift = (missed * exact_ball(b - a)).abs_upper()
     spread = (high - low + 2 * shift).abs_upper()
     found = _collected(panels, order, flint.arb(0), flint.arb(1), spread)

@@ -162,7 +162,8 @@ def as_floats(
     """Logarithms and their errors as what was asked for."""
     logs = logs.reshape(shape)
     value: Any = logs
-    error: Any = None if errors is None else errors.reshape(shape)
+    # A logarithm close to 0 may have underflowed.
+    error: Any = None if errors is None else errors.reshape(shape) + 1e-300
     if not request.log:
         extreme = float(logs.max() if logs.max() > _LARGEST else logs.min())
         if not _SMALLEST <= extreme <= _LARGEST and extreme != -np.inf:

@@ -130,6 +130,10 @@ def _too_weak(kappa: str, order: int) -> AccuracyError:
 # -- digits ----------------------------------------------------------------------------------------
 
 
+class _Negative(Exception):
+    """A truncated integral of something positive is negative: the noise is far too weak."""
+
+
 class _Side(NamedTuple):
     """S and its time at the point reached, both in units of e^{lam V} there (see exact/ball.py)."""
 
@@ -172,7 +176,10 @@ def _enclosed(
                 return found
 
             unit = context.mpf(10) ** -digits
-            first = enclosure(False)
+            try:
+                first = enclosure(False)
+            except _Negative:
+                break
             if first is None or first[1] > unit * max(abs(first[0]), unit if log else 0):
                 bits *= 2
                 continue
@@ -272,6 +279,8 @@ class _Pieces:
             count = order + 2 if whole else order + 1
             parts = [_in(number, v) * p for v, p in zip(values[:count], powers, strict=False)]
             result = sum(parts[1:], parts[0])
+            if not whole and result < 0:
+                raise _Negative
             return number.about(result, rest * size) if whole else result
 
         return _Piece(

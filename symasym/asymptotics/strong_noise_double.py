@@ -202,9 +202,10 @@ def _layer(
         terms = values * powers
         value = terms[:-1].sum(axis=0)
         whole, reach = value + terms[-1], rest * size
-        low = np.fmax(whole - reach, size * np.exp(-x))
-        high = np.fmin(whole + reach, size * np.exp(x))
-        return np.array([np.log(part) for part in (value, low, high)])
+        # The integrand is between e^{-x} and e^x in any case.
+        low = np.fmax(np.log(whole - reach), np.log(size) - x)
+        high = np.fmin(np.log(whole + reach), np.log(size) + x)
+        return np.array([np.log(value), low, high])
 
     near = stack(found.near, length)
     far = stack(found.far, length)
