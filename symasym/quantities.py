@@ -81,9 +81,15 @@ def escape_time(
     >>> nstr(sa.escape_time(drift, "0.1", 10, dps=40), 40)
     '239803837121.0377700112780486795091847626'
     """
-    _known_method(method, ("exact", "paper"))
-    _no_order(order, method)
+    _known_method(method, ("exact", "paper", "strong_noise"))
     _require_drift(drift)
+    if method == "strong_noise":
+        from symasym.asymptotics import strong_noise
+        from symasym.asymptotics.scenes import Request
+
+        request = Request("T", method, order, dps, log, full)
+        return strong_noise.escape_time(drift, kappa, r, start, request)
+    _no_order(order, method)
     if method == "paper":
         from symasym import paper
 
@@ -138,7 +144,14 @@ def exit_probability(
     >>> sa.exit_probability(sa.linear(1, 1), "1e-4", 5, log=True)
     -1000000000.0
     """
-    _known_method(method, ("exact",))
+    _known_method(method, ("exact", "paper", "laplace", "strong_noise", "bound"))
+    if method != "exact":
+        from symasym.asymptotics.exit_probability import probability
+        from symasym.asymptotics.scenes import Request
+
+        _require_drift(drift)
+        request = Request("1 - C" if complement else "C", method, order, dps, log, full)
+        return probability(drift, kappa, r, start, complement, request)
     _no_order(order, method)
     task = _Task(
         "C",
@@ -194,9 +207,15 @@ def occupation(
     >>> print(f"{sa.occupation(sa.linear(1, -1), '0.01', complement=True, log=True):.12g}")
     -10005.1775351
     """
-    _known_method(method, ("exact", "paper"))
-    _no_order(order, method)
+    _known_method(method, ("exact", "paper", "strong_noise"))
     _require_sliding(drift)
+    if method == "strong_noise":
+        from symasym.asymptotics import strong_noise
+        from symasym.asymptotics.scenes import Request
+
+        request = Request("P", method, order, dps, log, full)
+        return strong_noise.occupation(drift, kappa, complement, request)
+    _no_order(order, method)
     if method == "paper":
         from symasym import paper
 

@@ -15,7 +15,7 @@ from mpmath import libmp
 
 from symasym.arithmetic import evaluate_tree
 from symasym.asymptotics.disk import NotProved, without_power
-from symasym.asymptotics.intervals import IntervalOps
+from symasym.asymptotics.real_intervals import IntervalOps
 from symasym.asymptotics.pieces import Piece, number
 
 _MOST_BOXES = 3000
