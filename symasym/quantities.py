@@ -493,7 +493,7 @@ def _input_rounding(
         # The logarithms change with the place no faster than lam |phi|, or as one comes
         # close to the absorbing ends.
         room = flat["r"] - np.abs(flat["start"]) if "r" in flat else np.inf
-        change += gap * ((0.0 if name == "r" else lam * size) + 2.0 / room)
+        change += gap * (lam * size + 2.0 / room)
     return change
 
 

@@ -52,7 +52,9 @@ def check_both(drift: sa.Drift, kappa: Any, r: Any, start: Any) -> list[float]:
 
 
 @needs_flint
-@pytest.mark.parametrize("problem", [p for p in PROBLEMS if not p.tags & {"slow", "refused", "narrow"}], ids=str)
+@pytest.mark.parametrize(
+    "problem", [p for p in PROBLEMS if not p.tags & {"slow", "refused", "narrow"}], ids=str
+)
 def test_holds_on_the_table(problem: Problem) -> None:
     check_both(problem.make(), problem.kappa, problem.r, problem.start)
     check_both(problem.make(), "1/4", problem.r, problem.start)
@@ -177,8 +179,9 @@ def test_laplace_from_a_barrier_and_from_a_well() -> None:
     assert uneven.region == "repelling sliding"
     root = "0"
     for k in ("1e-2", "1e-3"):
-        found = sa.exit_probability(uneven, k, 3, start=root, **LAPLACE, log=True, dps=20,
-                                    full=True)
+        found = sa.exit_probability(
+            uneven, k, 3, start=root, **LAPLACE, log=True, dps=20, full=True
+        )
         exact = sa.exit_probability(uneven, k, 3, start=root, log=True, dps=40)
         assert distance(found.value, exact) <= found.error
 

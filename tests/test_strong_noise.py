@@ -172,16 +172,19 @@ def test_constant_drift_is_elementary() -> None:
         for r in ("1e-3", "1/2", "5", "1e30"):
             scene = (kappa, r)
             with mpmath.workdps(160):
-                numbers = [mpmath.mpf(Fraction(x).numerator) / Fraction(x).denominator
-                           for x in (*scene, "0")]
+                numbers = [
+                    mpmath.mpf(Fraction(x).numerator) / Fraction(x).denominator
+                    for x in (*scene, "0")
+                ]
                 time, below = (closed[q](mpmath.mp, *numbers) for q in ("T", "C"))
                 log_below = mpmath.log(below)
             drift = sa.polynomial("3/2")
             found = sa.escape_time(drift, *scene, **STRONG, order=20, dps=30, full=True)
             assert distance(found.value, time) <= found.error
             assert relative(found.value, time) < 1e-12
-            chance = sa.exit_probability(drift, *scene, **STRONG, order=20, log=True, full=True,
-                                         dps=30)
+            chance = sa.exit_probability(
+                drift, *scene, **STRONG, order=20, log=True, full=True, dps=30
+            )
             assert distance(chance.value, log_below) <= chance.error
             assert relative(chance.value, log_below) < 1e-12
             floats = sa.escape_time(drift, [float(kappa)], float(Fraction(r)), **STRONG, order=20)
@@ -195,8 +198,15 @@ def test_parabola_between_lines() -> None:
             k = mpmath.mpf(kappa)
             known = {q: closed[q](mpmath.mp, k, None, None) for q in ("P", "1-P")}
         for name, complement in (("P", False), ("1-P", True)):
-            found = sa.occupation(sa.linear(1, -1), kappa, complement=complement, **STRONG,
-                                  order=25, dps=20, full=True)
+            found = sa.occupation(
+                sa.linear(1, -1),
+                kappa,
+                complement=complement,
+                **STRONG,
+                order=25,
+                dps=20,
+                full=True,
+            )
             assert distance(found.value, known[name]) <= found.error
             assert relative(found.value, known[name]) < 1e-18
 
@@ -253,8 +263,9 @@ def test_arrays_are_the_scalars() -> None:
         found = verb(drift, kappa, 3, start=start, **STRONG, order=6, full=True)
         assert found.value.shape == (2, 7)
         for i, j in np.ndindex(2, 7):
-            one = verb(sa.friction(3, 1, z0[j]), kappa[i, 0], 3, start=start[j], **STRONG,
-                       order=6, dps=25)
+            one = verb(
+                sa.friction(3, 1, z0[j]), kappa[i, 0], 3, start=start[j], **STRONG, order=6, dps=25
+            )
             assert relative(float(found.value[i, j]), one) < 3e-14
 
 

@@ -15,8 +15,8 @@ from mpmath import libmp
 
 from symasym.arithmetic import evaluate_tree
 from symasym.asymptotics.disk import NotProved, without_power
-from symasym.asymptotics.real_intervals import IntervalOps
 from symasym.asymptotics.pieces import Piece, number
+from symasym.asymptotics.real_intervals import IntervalOps
 
 _MOST_BOXES = 3000
 _DEEPEST = 40

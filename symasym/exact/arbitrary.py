@@ -230,22 +230,11 @@ class _Sweep:
     def from_infinity(self, end: Fraction) -> Any:
         """w at `end` with nothing absorbed on the left (needs a- > 0)."""
         # Left of -1, w = 1/a- everywhere.
-<<<<<<< HEAD
-        before = 1 / self._cut.numbers.mpf(self._field.value(Rational(-1)))
+        before = plain_formulas.tail_left(self._cut.numbers.mpf(self._field.value(Rational(-1))))
         return self.free(Rational(-1), end, before) if end > -1 else before
 
     def to_the_end(self) -> _Tail:
         """The whole of space seen from u = 1, split into the layer and the tails."""
-        beyond = 1 / -self._cut.numbers.mpf(self._field.value(Rational(1)))
+        beyond = plain_formulas.tail_right(self._cut.numbers.mpf(self._field.value(Rational(1))))
         inside = self.free(Rational(-1), Rational(1), self._context.zero)
         return _Tail(inside, beyond, self.from_infinity(Rational(1)) + beyond)
-=======
-        before = plain_formulas.tail_left(self._cut.numbers.mpf(self._field.value(Fraction(-1))))
-        return self.free(Fraction(-1), end, before) if end > -1 else before
-
-    def to_the_end(self) -> _Tail:
-        """The whole of space seen from u = 1, split into the layer and the tails."""
-        beyond = plain_formulas.tail_right(self._cut.numbers.mpf(self._field.value(Fraction(1))))
-        inside = self.free(Fraction(-1), Fraction(1), self._context.zero)
-        return _Tail(inside, beyond, self.from_infinity(Fraction(1)) + beyond)
->>>>>>> helper-a
