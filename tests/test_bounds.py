@@ -8,7 +8,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 
 import symasym as sa
 from symasym.asymptotics.layer_bounds import layer_of
@@ -52,14 +52,16 @@ def check_both(drift: sa.Drift, kappa: Any, r: Any, start: Any) -> list[float]:
 
 
 @needs_flint
-@pytest.mark.parametrize("problem", [p for p in PROBLEMS if not p.tags & {"slow", "refused", "narrow"}], ids=str)
+@pytest.mark.parametrize(
+    "problem", [p for p in PROBLEMS if not p.tags & {"slow", "refused", "narrow"}], ids=str
+)
 def test_holds_on_the_table(problem: Problem) -> None:
     check_both(problem.make(), problem.kappa, problem.r, problem.start)
     check_both(problem.make(), "1/4", problem.r, problem.start)
 
 
 @needs_flint
-@SAMPLE
+@settings(SAMPLE, max_examples=20)
 @given(scenes(weakest=-2))
 def test_random_scenes_sample(scene: Any) -> None:
     check_both(*scene)
@@ -177,8 +179,9 @@ def test_laplace_from_a_barrier_and_from_a_well() -> None:
     assert uneven.region == "repelling sliding"
     root = "0"
     for k in ("1e-2", "1e-3"):
-        found = sa.exit_probability(uneven, k, 3, start=root, **LAPLACE, log=True, dps=20,
-                                    full=True)
+        found = sa.exit_probability(
+            uneven, k, 3, start=root, **LAPLACE, log=True, dps=20, full=True
+        )
         exact = sa.exit_probability(uneven, k, 3, start=root, log=True, dps=40)
         assert distance(found.value, exact) <= found.error
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from symasym.asymptotics.intervals import quotients
-from symasym.asymptotics.layer_bounds import Barrier, Edge, Layer, Panel, layer_of
+from symasym.asymptotics.layer_bounds import Barrier, Edge, Layer, layer_of
 from symasym.asymptotics.scenes import (
     FLOAT_DIGITS,
     Request,
@@ -24,8 +24,8 @@ from symasym.asymptotics.scenes import (
 from symasym.context import own_context
 from symasym.drift import Drift
 from symasym.errors import AccuracyError
-from symasym.exact.local import ExactField
 from symasym.exact.ball_drift import exact_ball, flint_module, precision, profile_of
+from symasym.exact.local import ExactField
 from symasym.inputs import FloatArray, float_text, is_array
 
 # Bounds further apart say nothing that is worth a number.
@@ -223,8 +223,10 @@ def _float_side(
         parts.append(_float_layer(layer, lam) + lam * height)
         height = height + float(layer.end)
     outer(slopes[1], (r - np.maximum(x, 1.0)) * (r > 1))
-    return np.logaddexp(np.logaddexp(parts[0], parts[1]), parts[-1]) if len(parts) == 3 else (
-        np.logaddexp(parts[0], parts[-1])
+    return (
+        np.logaddexp(np.logaddexp(parts[0], parts[1]), parts[-1])
+        if len(parts) == 3
+        else (np.logaddexp(parts[0], parts[-1]))
     )
 
 
@@ -245,8 +247,12 @@ def _float_layer(layer: Layer, lam: FloatArray) -> FloatArray:
     """Logarithms of the lower and the upper bound over the layer, V from its beginning."""
     totals = []
     for region in layer.regions:
-        p = np.array([[_up(x) if k == 3 else float(x) for k, x in enumerate(panel)]
-                      for panel in region.panels])[:, :, None]
+        p = np.array(
+            [
+                [_up(x) if k == 3 else float(x) for k, x in enumerate(panel)]
+                for panel in region.panels
+            ]
+        )[:, :, None]
         x = lam * np.abs(p[:, 1]) * p[:, 2]
         pair = np.logaddexp(_log_quotient(x), _log_quotient(-x))
         middle = lam * p[:, 0] + np.log(p[:, 2]) + pair
@@ -340,8 +346,8 @@ def _paper_log(drift: Drift, values: dict[str, Fraction], complement: bool, cont
     if not top <= a_minus * r / 4:
         raise InputError(
             f"V reaches {float(top):.6g} between the start and the layer's edge, more than "
-            f"a- r/4 = {float_text(a_minus * r / 4)}, where the paper's bound may fail; use a larger "
-            "r, or method='bound' or 'exact'."
+            f"a- r/4 = {float_text(a_minus * r / 4)}, where the paper's bound may fail; use a "
+            "larger r, or method='bound' or 'exact'."
         )
 
     def number(x: Fraction) -> Any:

@@ -145,8 +145,10 @@ def peaks(
         near = context.ldexp(1, -context.prec // 3)
         inside = [b for b in inside if low + near < b < high - near]
         for b in inside:
-            both = [_series(_fall(field, b, side, order, context), order, context, 2)
-                    for side in (1, -1)]
+            both = [
+                _series(_fall(field, b, side, order, context), order, context, 2)
+                for side in (1, -1)
+            ]
             groups = [p + q for p, q in zip(*both, strict=True)]
             found.append(Peak(at(b), groups))
         for place, u, side in ((lo, low, 1), (hi, high, -1)):
@@ -246,9 +248,7 @@ def _of_arrays(
     scenes = float_scenes(drift, numbers)
     given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
     r, start = scenes.numbers["r"], scenes.numbers["start"]
-    unique, group = np.unique(
-        np.array([*given.values(), r, start]).T, axis=0, return_inverse=True
-    )
+    unique, group = np.unique(np.array([*given.values(), r, start]).T, axis=0, return_inverse=True)
     logs, errors, worst = (np.empty(len(r)) for _ in range(3))
     for k in range(len(unique)):
         rows = np.flatnonzero(group.ravel() == k)
@@ -257,8 +257,9 @@ def _of_arrays(
         places = Fraction(float(r[rows[0]])), Fraction(float(start[rows[0]]))
         with own_context(40) as context:
             sides = [
-                peaks(one, mirrored, places[0], -places[1] if mirrored else places[1], order,
-                      context)
+                peaks(
+                    one, mirrored, places[0], -places[1] if mirrored else places[1], order, context
+                )
                 for mirrored in (True, False)
             ]
         with np.errstate(all="ignore"):

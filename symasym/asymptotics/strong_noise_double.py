@@ -55,9 +55,7 @@ def logs(
         field = field_of(drift, chosen, part.stop - part.start)
         with np.errstate(all="ignore"):
             numbers = {name: x[part] for name, x in scenes.numbers.items()}
-            stack, rounding = _chunk(
-                field, scenes.lam[part], numbers, quantity, complement, order
-            )
+            stack, rounding = _chunk(field, scenes.lam[part], numbers, quantity, complement, order)
             value[part] = stack[0]
             error[part] = np.maximum(stack[2] - stack[0], stack[0] - stack[1]) + rounding
             size[part] = field.size()[: part.stop - part.start]
@@ -117,9 +115,7 @@ def _swept(
     return _after(state, _outer(a_plus, lam, beyond), nothing, lam, beyond > 0)
 
 
-def _after(
-    state: _Swept, piece: _Piece, error: FloatArray, lam: FloatArray, use: Any
-) -> _Swept:
+def _after(state: _Swept, piece: _Piece, error: FloatArray, lam: FloatArray, use: Any) -> _Swept:
     """The sweep behind one more stretch; `error` is that of the stretch's logarithms."""
     entering = piece.g + state.sigma
     sigma = np.logaddexp(piece.near, entering)
