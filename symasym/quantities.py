@@ -46,12 +46,12 @@ def escape_time(
         Scaled noise amplitude and radius, greater than 0.
     start : number or array_like, optional
         Scaled starting point, inside (-r, r).
-    method : {"exact", "paper"}
+    method : {"exact", "paper", "strong_noise"}
         ``"exact"``: the integral with nothing dropped. ``"paper"``: the leading
         order, eq:Ttildesmall with its step Stokes multiplier (eq:Ttildelarge
-        where there is no well); only for start 0.
+        where there is no well); only for start 0. ``"strong_noise"``: in 2/kappa^2.
     order : int, optional
-        For expansions; neither method here has one.
+        Of an expansion: the highest power that is kept, 2 if left out.
     dps : int, optional
         Digits, 1 to 10,000. None: float64, vectorised, right to 1e-12.
     log : bool
@@ -125,7 +125,9 @@ def exit_probability(
         As in `escape_time`.
     complement : bool
         The probability 1 - C of leaving through +r, with its own relative precision.
-    method : {"exact"}
+    method : {"exact", "paper", "laplace", "strong_noise", "bound"}
+        ``"bound"``: the middle of two proved bounds, half their distance the error.
+        ``"laplace"``: weak noise. ``"paper"``: an upper bound (see docs/bounds.md).
 
     Returns
     -------
@@ -186,7 +188,7 @@ def occupation(
         As in `escape_time`.
     complement : bool
         1 - P instead, with its own relative precision.
-    method : {"exact", "paper"}
+    method : {"exact", "paper", "strong_noise"}
         ``"paper"``: the leading term of eq:Plarge2, and where that is above 1 the
         lower bound that gives eq:Psmall2.
 

@@ -8,7 +8,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 
 import symasym as sa
 from symasym.asymptotics.layer_bounds import layer_of
@@ -61,7 +61,7 @@ def test_holds_on_the_table(problem: Problem) -> None:
 
 
 @needs_flint
-@SAMPLE
+@settings(SAMPLE, max_examples=20)
 @given(scenes(weakest=-2))
 def test_random_scenes_sample(scene: Any) -> None:
     check_both(*scene)

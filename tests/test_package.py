@@ -38,6 +38,15 @@ def test_float64_needs_neither_sympy_nor_matplotlib() -> None:
     assert not loaded_by(f"import symasym as sa; {scene}") & {"sympy", "matplotlib"}
 
 
+def test_expansions_need_neither_sympy_nor_matplotlib() -> None:
+    drift = "import symasym as sa; d = sa.friction(mu=3, alpha=1, z0='-0.4')"
+    for call in (
+        "sa.escape_time(d, 9, 10, method='strong_noise')",
+        "sa.exit_probability(d, '0.05', 10, method='laplace', log=True)",
+    ):
+        assert not loaded_by(f"{drift}; {call}") & {"sympy", "matplotlib"}
+
+
 def test_digits_need_neither_sympy_nor_matplotlib() -> None:
     scene = "sa.escape_time(sa.friction(mu=3, alpha=1, z0='-0.4'), '0.1', 10, dps=30)"
     assert not loaded_by(f"import symasym as sa; {scene}") & {"sympy", "matplotlib"}

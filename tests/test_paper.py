@@ -200,8 +200,8 @@ def test_what_the_paper_has_no_formula_for(scalar: bool) -> None:
         sa.escape_time(drift, -1 if scalar else [1.0, -1.0], 10, method="paper")
     with pytest.raises(sa.InputError, match="order"):
         sa.escape_time(drift, kappa, 10, method="paper", order=1)
-    with pytest.raises(sa.InputError, match="'paper'"):
-        sa.exit_probability(drift, kappa, 10, method="paper")
+    with pytest.raises(sa.InputError, match="order"):
+        sa.exit_probability(drift, kappa, 10, method="paper", order=1)
 
 
 def test_overflow() -> None:

@@ -100,7 +100,7 @@ class _Drift:
             return [flint.arb.nan()] * terms
         finally:
             flint.ctx.cap = before
-        coefficients = found.coeffs()
+        coefficients: list[Any] = found.coeffs()
         return coefficients + [flint.arb(0)] * (terms - len(coefficients))
 
 
@@ -138,7 +138,7 @@ def _panels(
     count = max(4, int((right - left) / _WIDEST) + 1)
     step = (right - left) / count
     waiting = [(left + k * step, left + (k + 1) * step) for k in reversed(range(count))]
-    panels = []
+    panels: list[Panel] = []
     while waiting:
         lo, hi = waiting.pop()
         center, half = (lo + hi) / 2, (hi - lo) / 2

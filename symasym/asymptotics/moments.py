@@ -275,7 +275,7 @@ def _widened(found: Moments, shift: Any, length: Any) -> Moments:
     The k-th power of a difference of V changes by 2 shift k (spread)^(k-1) at most.
     """
     flint = flint_module()
-    lists = []
+    lists: list[list[Any]] = []
     for values, size in ((found.near, length), (found.far, length), (found.nested, length**2 / 2)):
         factor, widened = 2 * shift * size, []
         for k, x in enumerate(values):
@@ -284,4 +284,5 @@ def _widened(found: Moments, shift: Any, length: Any) -> Moments:
                 factor = factor * found.spread / k
         lists.append(widened)
     drop = found.drop + flint.arb(0, (2 * shift).abs_upper())
-    return Moments(found.length, drop, *lists, found.spread)
+    near, far, nested = lists
+    return Moments(found.length, drop, near, far, nested, found.spread)

@@ -26,7 +26,7 @@ class Request(NamedTuple):
 
     name: str
     method: str
-    order: int | None
+    order: Any
     dps: int | None
     log: bool
     full: bool
