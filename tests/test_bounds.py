@@ -9,13 +9,13 @@ import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from strategies import ALL, SAMPLE, scenes
 
 import symasym as sa
 from symasym.asymptotics.layer_bounds import layer_of
 from symasym.exact import ball, witness
 from symasym.exact.ball_drift import precision
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, relative
-from tests.test_random import ALL, SAMPLE, scenes
 
 needs_flint = pytest.mark.skipif(not ball.available(), reason="python-flint is not installed")
 FRICTION = sa.friction(3, 1, "-0.3")

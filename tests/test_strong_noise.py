@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from strategies import ALL, SAMPLE, scenes
 
 import symasym as sa
 from symasym.asymptotics.moments import moments
 from symasym.exact import ball, witness
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, linear_sliding, relative
-from tests.test_random import ALL, SAMPLE, scenes
 
 needs_flint = pytest.mark.skipif(not ball.available(), reason="python-flint is not installed")
 STRONG: dict[str, Any] = {"method": "strong_noise"}
