@@ -14,8 +14,10 @@ from hypothesis import strategies as st
 from strategies import ALL, SAMPLE, scenes
 
 import symasym as sa
+from symasym.asymptotics import strong_noise_double
 from symasym.asymptotics.moments import moments
 from symasym.exact import ball, witness
+from symasym.exact.fields import field_of
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, linear_sliding, relative
 
 needs_flint = pytest.mark.skipif(not ball.available(), reason="python-flint is not installed")
@@ -326,3 +328,33 @@ def test_regions_and_ranges() -> None:
         sa.exit_probability(FRICTION, [9], 5, dps=20, **STRONG)
     with pytest.raises(sa.RangeError, match=r"e\^-.*log=True"):
         sa.exit_probability(sa.polynomial(1), 9, 1e6, **STRONG)
+
+
+def test_ends_of_the_float_stack() -> None:
+    """Both ends, not only the larger of the two distances, hold for T, C and 1 - C."""
+    rng = np.random.default_rng(3)
+    count = 300
+    z0, kappa = rng.uniform(-2, 4, count), 10 ** rng.uniform(0.2, 1.5, count)
+    r = 10 ** rng.uniform(-0.5, 1.5, count)
+    start = r * rng.uniform(-0.95, 0.95, count)
+    drift = sa.friction(3, 1, z0)
+    field = field_of(drift, {"mu": Fraction(3), "alpha": Fraction(1), "z0": z0}, count)
+    numbers = {"kappa": kappa, "r": r, "start": start}
+    for quantity, complement, verb in (
+        ("T", False, sa.escape_time),
+        ("C", False, sa.exit_probability),
+        ("C", True, sa.exit_probability),
+    ):
+        extra = {"complement": True} if complement else {}
+        exact = verb(drift, kappa, r, start=start, log=True, **extra)
+        for order in (0, 1, 4):
+            with np.errstate(all="ignore"):
+                stack, rounding = strong_noise_double._chunk(
+                    field, 2 / kappa**2, numbers, quantity, complement, order
+                )
+            slack = rounding + 2e-12 * (1 + np.abs(exact))
+            # Not a number: refused, because the expansion itself is negative.
+            given_ = np.isfinite(slack)
+            assert given_.sum() > count / 3
+            assert (stack[1] <= exact + slack)[given_].all()
+            assert (exact <= stack[2] + slack)[given_].all()

@@ -169,8 +169,9 @@ def _enclosed(
             def enclosure(
                 whole: bool, pieces: _Pieces = pieces, number: Intervals = number
             ) -> tuple[Any, Any] | None:
+                sides = pieces.sides(whole)
                 try:
-                    found = number.middle(combined(*pieces.sides(whole), number))
+                    found = number.middle(combined(*sides, number))
                 except (AccuracyError, ArithmeticError, ValueError):
                     return None  # an interval that contains 0, or all numbers
                 return found
