@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -91,9 +93,13 @@ class UnknownLabel(ValueError):
 
 
 def derive(
-    labels: list[str] | None = None, out: Path = DEFAULT, *, fresh: bool = False
+    labels: list[str] | None = None,
+    out: Path = DEFAULT,
+    *,
+    fresh: bool = False,
+    step: Callable[[], object] | None = None,
 ) -> dict[str, dict[str, Any]]:
-    """Check derivations with progress on stderr, write their pages and trace.
+    """Check derivations, write their pages and trace.
 
     Parameters
     ----------
@@ -103,6 +109,8 @@ def derive(
         Folder of the Markdown and LaTeX pages, ``trace.json`` and the cache.
     fresh : bool
         Take nothing from the cache.
+    step : callable, optional
+        Called after every derivation; left out, the progress goes to stderr.
 
     Returns
     -------
@@ -124,8 +132,8 @@ def derive(
             raise UnknownLabel(
                 f"{label} is no label that is derived; see symasym.formula.labels()."
             )
-    with stage("derivations", len(closure(chosen))) as step:
-        records = run_labels(chosen, out / "cache", step, fresh=fresh)
+    with nullcontext(step) if step else stage("derivations", len(closure(chosen))) as report:
+        records = run_labels(chosen, out / "cache", report, fresh=fresh)
     # A run of a few labels must not shrink the index and the trace of an earlier full one.
     write({**known(out / "cache"), **records}, out)
     return records
