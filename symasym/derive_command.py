@@ -54,8 +54,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def run_derive(args: argparse.Namespace) -> int:
-    """``symasym derive``: status 1 if a check fails, 2 for an unknown label."""
-    from symasym.errors import SymasymError
+    """``symasym derive``: status 1 if a check fails, 2 for an unknown label or a full disk."""
+    from symasym.errors import OutputError, SymasymError
 
     if args.errata:
         from derivations.errata_page import text
@@ -64,7 +64,7 @@ def run_derive(args: argparse.Namespace) -> int:
         return 0
     try:
         records = derive(args.labels, args.out, fresh=args.fresh)
-    except UnknownLabel as error:
+    except (UnknownLabel, OutputError) as error:
         print(f"symasym: {error}", file=sys.stderr)
         return 2
     except SymasymError as error:
@@ -129,9 +129,9 @@ def derive(
         if label in REASONS:
             raise UnknownLabel(f"{label} is not derived. {REASONS[label]}")
         if label not in entries():
-            raise UnknownLabel(
-                f"{label} is no label that is derived; see symasym.formula.labels()."
-            )
+            near = [known for known in entries() if label.split(":")[-1] in known]
+            hint = f"perhaps {min(near, key=len)}" if near else "see symasym.formula.labels()"
+            raise UnknownLabel(f"{label} is no label that is derived; {hint}.")
     with nullcontext(step) if step else stage("derivations", len(closure(chosen))) as report:
         records = run_labels(chosen, out / "cache", report, fresh=fresh)
     # A run of a few labels must not shrink the index and the trace of an earlier full one.
