@@ -366,6 +366,25 @@ ERRATA: tuple[Erratum, ...] = (
         evidence_text.breakaway_position,
     ),
     Erratum(
+        "eq:Ttildelarge",
+        "condition",
+        "r >> kappa^2 is enough for T = (r/a+)(1 + O(kappa^2/r))",
+        "a+ r >> kappa^2 is needed: for a constant drift T = (r/a) tanh(a r/kappa^2)",
+        "figure 7 as z0 -> 1 - alpha, with and without a well",
+        "constant-drift",
+        evidence.weak_outward_drift,
+    ),
+    Erratum(
+        "section 7.3, on figures 7 and 8",
+        "wrong",
+        "exact and asymptotic values agree closely; the accuracy depends on eps and r",
+        "it depends on kappa/sqrt(eps) as well: at kappa = 0.1 and mu = 1/2, and near the fold and "
+        "near z0 = 1 - alpha at every kappa, they are far apart",
+        "none",
+        "eq:Ttilde",
+        evidence_text.figures_agree,
+    ),
+    Erratum(
         "eq:BCs2",
         "text",
         "the first condition fixes the position at every time",

@@ -385,3 +385,16 @@ def smooth_crossing() -> Evidence:
             2 * ctx.log(ctx.mpf(4) / 3) - ctx.mpf(1) / 2,
             1e-2,
         )
+
+
+def weak_outward_drift() -> Evidence:
+    """Constant drift 1/20: r is ten times kappa^2, and T is not r/a+ to 10 %."""
+    with own_context(40) as ctx:
+        a, r = ctx.mpf(1) / 20, ctx.mpf(10)
+        return Evidence(
+            "T (printed: r/a+ up to a share of kappa^2/r = 1/10)",
+            {"A": "1/20", "kappa": "1", "r": "10"},
+            r / a,
+            pieces(ctx, Scene((Fraction(1, 20),)), ctx.one, r).T,
+            r / a * ctx.tanh(a * r),
+        )

@@ -163,3 +163,18 @@ def second_piece_order() -> Evidence:
         order = ctx.log(large / small) / ctx.log(10)
         inputs = {"mu": "3", "alpha": "1", "z0": "-2/5", "kappa": "10^3, 10^4", "r": "kappa^4"}
         return Evidence("power of kappa in the second piece", inputs, 2, order, -2, 1e-4)
+
+
+def figures_agree() -> Evidence:
+    """A point of figure 7 (ii): r/a+, which is eq:Ttildesmall without a well, and T."""
+    scene = friction("-1/20", "1/2")
+    with own_context(40) as ctx:
+        printed = 10 / scene.end(ctx, 1)
+    true = escape(scene, "1", "10")
+    return Evidence(
+        "T on figure 7 (ii) (printed: close to the dotted curve)",
+        {"mu": "1/2", "alpha": "1", "z0": "-1/20", "eps": "1/100", "kappa": "1/10", "r": "1/10"},
+        printed,
+        true,
+        true,
+    )

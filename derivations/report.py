@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -90,6 +91,12 @@ def latex(record: dict[str, Any]) -> str:
             f"{tex_text(step['kind'])}: {tex_text(step['detail'])}.",
         ]
     return "\n".join([*lines, "\\end{enumerate}", ""])
+
+
+def names(labels: Iterable[str]) -> list[str]:
+    """The files that `write` makes for these labels."""
+    pages = [f"{slug(label)}.{kind}" for label in labels for kind in ("md", "tex")]
+    return [*pages, "index.md", "trace.json"]
 
 
 def write(records: dict[str, dict[str, Any]], folder: Path) -> list[Path]:

@@ -8,6 +8,7 @@ import re
 import signal
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from symasym import derive_command
@@ -33,7 +34,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0, or 2 after an error that is told in one sentence, or 130 after an interrupt.
+        0, or 1 for a derivation that fails, 2 after an error that is told in one sentence, 130
+        after an interrupt.
     """
     if argv is None:
         argv = sys.argv[1:]
@@ -41,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     arguments = _parser().parse_args(_join_negative(argv))
     try:
-        arguments.run(arguments)
+        status = int(arguments.run(arguments) or 0)
         sys.stdout.flush()
     except SymasymError as error:
         print(f"symasym: {error}", file=sys.stderr)
@@ -62,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return _BAD_INPUT
-    return 0
+    return status
 
 
 def _drop_output() -> None:
@@ -112,8 +114,9 @@ def _parser() -> argparse.ArgumentParser:
 def _add_reproduce(commands: Any) -> None:
     parser = commands.add_parser(
         "reproduce",
-        help="make the paper's figures and the reference table",
-        description="Make the paper's figures and the reference table; what is up to date stays.",
+        help="make the paper's figures, the reference table and the derivations",
+        description="Make the paper's figures, the reference table and the pages of the "
+        "derivations; what is up to date stays.",
         allow_abbrev=False,
     )
     parser.add_argument("--out", default="build", metavar="DIR", help="output folder (build)")
@@ -131,7 +134,7 @@ def _reproduce(arguments: argparse.Namespace) -> None:
     from symasym.reproduce import reproduce, worst_disagreement
 
     for outcome in reproduce(arguments.out, arguments.only, arguments.dps, arguments.force):
-        files = ", ".join(os.path.join(arguments.out, name) for name in outcome.stage.files)
+        files = outcome.stage.told(Path(arguments.out))
         spent = "up to date" if outcome.seconds is None else f"{outcome.seconds:.1f} s"
         print(f"{outcome.stage.name}: {files} ({spent})", flush=True)
     worst = worst_disagreement(arguments.out)

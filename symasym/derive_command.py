@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -52,8 +54,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def run_derive(args: argparse.Namespace) -> int:
-    """``symasym derive``: status 1 if a check fails, 2 for an unknown label."""
-    from symasym.errors import SymasymError
+    """``symasym derive``: status 1 if a check fails, 2 for an unknown label or a full disk."""
+    from symasym.errors import OutputError, SymasymError
 
     if args.errata:
         from derivations.errata_page import text
@@ -62,7 +64,7 @@ def run_derive(args: argparse.Namespace) -> int:
         return 0
     try:
         records = derive(args.labels, args.out, fresh=args.fresh)
-    except UnknownLabel as error:
+    except (UnknownLabel, OutputError) as error:
         print(f"symasym: {error}", file=sys.stderr)
         return 2
     except SymasymError as error:
@@ -91,9 +93,13 @@ class UnknownLabel(ValueError):
 
 
 def derive(
-    labels: list[str] | None = None, out: Path = DEFAULT, *, fresh: bool = False
+    labels: list[str] | None = None,
+    out: Path = DEFAULT,
+    *,
+    fresh: bool = False,
+    step: Callable[[], object] | None = None,
 ) -> dict[str, dict[str, Any]]:
-    """Check derivations with progress on stderr, write their pages and trace.
+    """Check derivations, write their pages and trace.
 
     Parameters
     ----------
@@ -103,6 +109,8 @@ def derive(
         Folder of the Markdown and LaTeX pages, ``trace.json`` and the cache.
     fresh : bool
         Take nothing from the cache.
+    step : callable, optional
+        Called after every derivation; left out, the progress goes to stderr.
 
     Returns
     -------
@@ -121,11 +129,11 @@ def derive(
         if label in REASONS:
             raise UnknownLabel(f"{label} is not derived. {REASONS[label]}")
         if label not in entries():
-            raise UnknownLabel(
-                f"{label} is no label that is derived; see symasym.formula.labels()."
-            )
-    with stage("derivations", len(closure(chosen))) as step:
-        records = run_labels(chosen, out / "cache", step, fresh=fresh)
+            near = [known for known in entries() if label.split(":")[-1] in known]
+            hint = f"perhaps {min(near, key=len)}" if near else "see symasym.formula.labels()"
+            raise UnknownLabel(f"{label} is no label that is derived; {hint}.")
+    with nullcontext(step) if step else stage("derivations", len(closure(chosen))) as report:
+        records = run_labels(chosen, out / "cache", report, fresh=fresh)
     # A run of a few labels must not shrink the index and the trace of an earlier full one.
     write({**known(out / "cache"), **records}, out)
     return records

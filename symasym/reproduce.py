@@ -1,17 +1,25 @@
-"""The main job: the paper's figures and a reference table, rebuilt where missing or stale."""
+"""The main job: figures, reference table, derivations; rebuilt where missing or stale."""
 
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
+import shutil
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import derivations
 import symasym as sa
+from derivations.registry import closure, entries
+from derivations.report import names
 from symasym import figures, progress
+from symasym.derive_ahead import ahead
+from symasym.derive_command import derive
 from symasym.errors import InputError
 from symasym.files import (
     decimal_text,
@@ -30,6 +38,7 @@ Z0 = tuple(f"{-k / 20:.2f}" for k in range(40, 0, -1))
 _GUARD = 5
 _TABLE = "reference.json"
 _STAMPS = ".stamps.json"
+_DERIVATIONS = "derivations"
 
 
 @dataclass(frozen=True)
@@ -42,19 +51,30 @@ class Stage:
     files : tuple of str
         Names in the output folder.
     steps : int
-        How often `build` reports a step.
-    build : callable
-        ``build(dps, step)`` yields the content of each file in turn and calls `step`
-        after every step.
+        How often `make` reports a step.
+    make : callable
+        ``make(folder, dps, step)`` writes the files and calls `step` after every step.
     by_digits : bool
         Whether the files depend on `dps`.
+    sources : callable
+        A hash of the sources that the files come from.
+    report : callable, optional
+        ``report(folder)``: what to say of the files instead of their names.
     """
 
     name: str
     files: tuple[str, ...]
     steps: int
-    build: Callable[[int, Callable[[], object]], Iterable[bytes]]
+    make: Callable[[Path, int, Callable[[], object]], None]
     by_digits: bool = False
+    sources: Callable[[], str] = lambda: _source_hash()
+    report: Callable[[Path], str] | None = None
+
+    def told(self, folder: Path) -> str:
+        """What was made, for the terminal."""
+        if self.report is not None:
+            return self.report(folder)
+        return ", ".join(str(folder / name) for name in self.files)
 
 
 @dataclass(frozen=True)
@@ -115,19 +135,36 @@ def reproduce(
     chosen = _chosen(only)
     digits(dps)
     folder = Path(out)
-    common = {"source": _source_hash(), "versions": versions(*_LIBRARIES)}
-    for stage in chosen:
-        inputs = {**common, "dps": dps} if stage.by_digits else common
-        if not force and _stamps(folder).get(stage.name) == _stamp(stage, folder, inputs):
-            yield Outcome(stage, None)
-            continue
-        start = time.perf_counter()
-        with progress.stage(stage.name, stage.steps) as step:
-            for name, content in zip(stage.files, stage.build(dps, step), strict=True):
-                write_bytes(folder / name, content)
-        stamps = {**_stamps(folder), stage.name: _stamp(stage, folder, inputs)}
-        write_json(folder / _STAMPS, stamps)
-        yield Outcome(stage, time.perf_counter() - start)
+    stale = [
+        stage
+        for stage in chosen
+        if force or _stamps(folder).get(stage.name) != _stamp(stage, folder, dps)
+    ]
+    with ExitStack() as beside:
+        wait: Callable[[Callable[[], object]], int] | None = None
+        if stale[-1:] == [chosen[-1]] and stale[-1].name == _DERIVATIONS:
+            if force:
+                shutil.rmtree(folder / _DERIVATIONS / "cache", ignore_errors=True)
+            if len(stale) > 1:
+                # The other stages take about as long, and one processor.
+                wait = beside.enter_context(ahead(folder / _DERIVATIONS / "cache", _labels()))
+        for stage in chosen:
+            if stage not in stale:
+                yield Outcome(stage, None)
+                continue
+            start = time.perf_counter()
+            with progress.stage(stage.name, stage.steps) as step:
+                known = wait(step) if wait and stage.name == _DERIVATIONS else 0
+                stage.make(folder, dps, _after(known, step))
+            stamps = {**_stamps(folder), stage.name: _stamp(stage, folder, dps)}
+            write_json(folder / _STAMPS, stamps)
+            yield Outcome(stage, time.perf_counter() - start)
+
+
+def _after(count: int, step: Callable[[], object]) -> Callable[[], object]:
+    """`step` without its first `count` calls, which were made already."""
+    calls = itertools.count()
+    return lambda: step() if next(calls) >= count else None
 
 
 def worst_disagreement(out: str | Path = "build") -> Disagreement | None:
@@ -155,23 +192,32 @@ def worst_disagreement(out: str | Path = "build") -> Disagreement | None:
 
 
 def _chosen(only: Iterable[str] | None) -> list[Stage]:
+    stages = _stages()
     if only is None:
-        return list(STAGES)
-    names = set(only)
-    for name in sorted(names - {stage.name for stage in STAGES}):
-        known = ", ".join(stage.name for stage in STAGES)
+        return stages
+    wanted = set(only)
+    for name in sorted(wanted - {stage.name for stage in stages}):
+        known = ", ".join(stage.name for stage in stages)
         raise InputError(f"{name} is no stage of reproduce; its stages are {known}.")
-    return [stage for stage in STAGES if stage.name in names]
+    return [stage for stage in stages if stage.name in wanted]
 
 
 # -- what is up to date ----------------------------------------------------------------------
 
-_LIBRARIES = ("numpy", "mpmath", "matplotlib", "gmpy2", "python-flint")
+_LIBRARIES = ("numpy", "mpmath", "matplotlib", "gmpy2", "python-flint", "sympy")
 
 
 def _source_hash() -> str:
     """A hash over everything the package is made of."""
-    folder = Path(sa.__file__).parent
+    return _folder_hash(Path(sa.__file__).parent)
+
+
+def _derivation_hash() -> str:
+    """The same with the derivations, which use the package."""
+    return _source_hash() + _folder_hash(Path(derivations.__file__).parent)
+
+
+def _folder_hash(folder: Path) -> str:
     parts = sorted(p for p in folder.rglob("*") if p.suffix in {".py", ".mplstyle"})
     return _hash(*(text for p in parts for text in (p.name.encode(), p.read_bytes())))
 
@@ -181,8 +227,11 @@ def _stamps(folder: Path) -> dict[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
-def _stamp(stage: Stage, folder: Path, inputs: dict[str, Any]) -> dict[str, Any]:
+def _stamp(stage: Stage, folder: Path, dps: int) -> dict[str, Any]:
     """The inputs of a stage and the content of its files, as they are now."""
+    inputs: dict[str, Any] = {"source": stage.sources(), "versions": versions(*_LIBRARIES)}
+    if stage.by_digits:
+        inputs["dps"] = dps
     contents = {}
     for name in stage.files:
         try:
@@ -203,17 +252,18 @@ def _hash(*parts: bytes) -> str:
 
 
 def _figure(name: str) -> Stage:
-    def build(dps: int, step: Callable[[], object]) -> Iterator[bytes]:
+    kinds = ("png", "svg")
+
+    def make(folder: Path, dps: int, step: Callable[[], object]) -> None:
         figure = getattr(figures, name)()
-        for kind in ("png", "svg"):
-            content = figures.encode(figure, kind)
+        for kind in kinds:
+            write_bytes(folder / f"{name}.{kind}", figures.encode(figure, kind))
             step()
-            yield content
 
-    return Stage(name, (f"{name}.png", f"{name}.svg"), 2, build)
+    return Stage(name, tuple(f"{name}.{kind}" for kind in kinds), len(kinds), make)
 
 
-def _table(dps: int, step: Callable[[], object]) -> Iterator[bytes]:
+def _table(folder: Path, dps: int, step: Callable[[], object]) -> None:
     values = [
         record for mu, kappa in figures.DRAWN for record in _curve_records(mu, kappa, dps, step)
     ]
@@ -222,7 +272,7 @@ def _table(dps: int, step: Callable[[], object]) -> Iterator[bytes]:
         "scaling": "x holds what symasym takes: kappa/sqrt(eps) and r/eps; T is in units of eps",
         "values": values,
     }
-    yield (json.dumps(table, indent=1) + "\n").encode()
+    write_bytes(folder / _TABLE, (json.dumps(table, indent=1) + "\n").encode())
 
 
 def _curve_records(
@@ -248,8 +298,29 @@ def _curve_records(
         step()
 
 
-STAGES = (
-    _figure("fric1"),
-    _figure("fric2"),
-    Stage("reference", (_TABLE,), len(figures.DRAWN) * len(Z0), _table, by_digits=True),
-)
+def _labels() -> list[str]:
+    """Every label that is derived."""
+    return list(entries())
+
+
+def _derive(folder: Path, dps: int, step: Callable[[], object]) -> None:
+    derive(_labels(), folder / _DERIVATIONS, step=step)
+
+
+def _derived(folder: Path) -> str:
+    trace = read_json(folder / _DERIVATIONS / "trace.json")
+    found = trace["derivations"] if isinstance(trace, dict) else []
+    steps = sum(len(record["steps"]) for record in found)
+    return f"{folder / _DERIVATIONS}, {len(found)} derivations whose {steps} checks pass"
+
+
+def _stages() -> list[Stage]:
+    labels = closure(_labels())
+    pages = tuple(f"{_DERIVATIONS}/{name}" for name in names(labels))
+    return [
+        _figure("fric1"),
+        _figure("fric2"),
+        Stage("reference", (_TABLE,), len(figures.DRAWN) * len(Z0), _table, by_digits=True),
+        # Last: what the other stages leave of its time is all that it takes.
+        Stage(_DERIVATIONS, pages, len(labels), _derive, sources=_derivation_hash, report=_derived),
+    ]

@@ -242,3 +242,54 @@ def test_survivors_are_found():
     assert "sign of the whole survived" in str(survivors[0])
     sound = one_step(x, Identity(x))
     assert mutation_test([sound])[0] == 1
+
+
+def test_a_bound_on_the_probability_from_the_number_of_zeros():
+    # e^x + e^-x against 2 cosh: sums of exponentials, whose difference has few zeros.
+    check = Sampled(
+        lambda values, ctx: 2 * ctx.cosh(values[x]), {x: (0, 1)}, points=6, digits=20, zeros=2
+    )
+    assert passes(check, exp(x) + exp(-x))
+    assert not passes(check, exp(x) + exp(-x) + sympy.Rational(1, 10**15))
+    assert "(2/10000)^6" in check.how()
+
+
+def test_both_sides_are_printed_so_that_they_differ():
+    check = Sampled(lambda values, ctx: values[x], {x: (1, 2)}, digits=25)
+    outcome = check.run(x + sympy.Rational(1, 10**18), RNG)
+    assert not outcome.passed
+    assert outcome.left != outcome.right
+    order = Order(lambda at, ctx: 1 + at**2, ("1e-9", "1e-10", "1e-11"), digits=60)
+    outcome = order.run(Expansion(sympy.S.One, x, x), RNG)
+    assert not outcome.passed
+    assert outcome.left != outcome.right
+
+
+def test_straight_lines_have_closed_forms():
+    """The reference that double integrals are compared with, against quadrature."""
+    from derivations.numerics import integral, nested, uniform
+    from derivations.section5_escape import BENDS
+    from symasym.context import own_context
+
+    with own_context(25) as ctx:
+        kappa, r = ctx.mpf("1.1"), ctx.mpf("1.7")
+        found = BENDS.pieces(ctx, kappa, r)
+
+        def up(u):
+            return ctx.exp(found.lam * BENDS.V(ctx, u))
+
+        def down(u):
+            return 1 / up(u)
+
+        left = [*uniform(ctx, -r, -1, 1), *uniform(ctx, -1, 0, 1)]
+        right = [*uniform(ctx, 0, 1, 1), *uniform(ctx, 1, r, 1)]
+        J1, mass = nested(ctx, up, down, left, ctx.zero)
+        J0, _ = nested(ctx, up, down, right, mass)
+        pairs = (
+            (found.I1, integral(ctx, up, left)),
+            (found.I0, integral(ctx, up, right)),
+            (found.J1, J1),
+            (found.J0, J0),
+        )
+        for closed, by_rule in pairs:
+            assert abs(closed - by_rule) <= abs(closed) * ctx.mpf(10) ** -15

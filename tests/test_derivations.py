@@ -15,6 +15,7 @@ import pytest
 
 from derivations import registry, report, runner
 from derivations.labels import PAPER, REASONS, UNLABELLED
+from symasym import cli
 from symasym.derivation import DerivationError, Identity, mutation_test
 
 ROOT = Path(__file__).parent.parent
@@ -378,7 +379,18 @@ def test_derive_command(capsys, tmp_path):
     assert "a+ (evaluate; symbolic identity)" in out
     status, _, err = _command("derive", "eq:nothing", "--out", str(tmp_path), capsys=capsys)
     assert status == 2
-    assert "eq:nothing" in err
+    assert "eq:nothing is no label that is derived; see" in err
+    status, _, err = _command("derive", "Ttilde", "--out", str(tmp_path), capsys=capsys)
+    assert status == 2
+    assert "perhaps eq:Ttilde." in err
+    (tmp_path / "file").write_text("mine")
+    status, _, err = _command("derive", "fr1", "--out", str(tmp_path / "file"), capsys=capsys)
+    assert status == 2
+    assert "cannot be written" in err
+    # The command line passes the status on.
+    assert cli.main(["derive", "eq:nothing", "--out", str(tmp_path)]) == 2
+    assert cli.main(["show", "nothing"]) == 2
+    assert cli.main(["show", "fr1"]) == 0
 
 
 def test_derive_command_reports_a_failure(capsys, tmp_path, monkeypatch):
@@ -390,6 +402,7 @@ def test_derive_command_reports_a_failure(capsys, tmp_path, monkeypatch):
     status, _, err = _command("derive", "filippov", "--out", str(tmp_path), capsys=capsys)
     assert status == 1
     assert "share of f+" in err
+    assert cli.main(["derive", "filippov", "--out", str(tmp_path)]) == 1
 
 
 def test_nothing_is_kept_of_sources_edited_meanwhile(tmp_path, monkeypatch):

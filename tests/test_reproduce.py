@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -17,11 +18,18 @@ import pytest
 from mpmath import mp, mpf
 
 import symasym as sa
+from derivations import registry
 from symasym import figures, reproduce
 from symasym.cli import main
+from symasym.derive_ahead import ahead
 from symasym.exact import witness
 
 FILES = {"fric1.png", "fric1.svg", "fric2.png", "fric2.svg", "reference.json"}
+STAGES = ["fric1", "fric2", "reference", "derivations"]
+# Two derivations without checks that take time.
+LABELS = ["eq:osc2", "filippov"]
+PAGES = {f"{slug}.{kind}" for slug in ("eq-osc2", "filippov") for kind in ("md", "tex")}
+PAGES |= {"index.md", "trace.json"}
 
 
 @pytest.fixture(autouse=True)
@@ -31,6 +39,8 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figures, "fric2", partial(figures.fric2, 12))
     monkeypatch.setattr(reproduce, "Z0", ("-1.50", "-0.80", "-0.05"))
     monkeypatch.setattr(reproduce, "_source_hash", lambda: "source")
+    monkeypatch.setattr(reproduce, "_derivation_hash", lambda: "derivations")
+    monkeypatch.setattr(reproduce, "_labels", lambda: list(LABELS))
 
 
 def made(out: Path, **options: object) -> list[str]:
@@ -40,14 +50,20 @@ def made(out: Path, **options: object) -> list[str]:
 
 
 def files(out: Path) -> set[str]:
-    return {name for name in os.listdir(out) if name != ".stamps.json"}
+    """Of all stages but the derivations, whose folder has a cache besides."""
+    return {name for name in os.listdir(out) if name not in (".stamps.json", "derivations")}
+
+
+def pages(out: Path) -> set[str]:
+    return {p.name for p in (out / "derivations").iterdir() if p.is_file()}
 
 
 def test_a_second_run_makes_nothing(tmp_path: Path) -> None:
-    assert made(tmp_path) == ["fric1", "fric2", "reference"]
+    assert made(tmp_path) == STAGES
     assert files(tmp_path) == FILES
+    assert pages(tmp_path) == PAGES
     assert made(tmp_path) == []
-    assert made(tmp_path, force=True) == ["fric1", "fric2", "reference"]
+    assert made(tmp_path, force=True) == STAGES
 
 
 def test_only_what_is_missing_or_stale_is_made(
@@ -62,15 +78,70 @@ def test_only_what_is_missing_or_stale_is_made(
     assert made(tmp_path, dps=20) == []
     (tmp_path / ".stamps.json").write_text("{half")
     assert made(tmp_path, only=["fric1"]) == ["fric1"]
-    assert made(tmp_path, dps=20) == ["fric2", "reference"]
+    assert made(tmp_path, dps=20) == STAGES[1:]
     monkeypatch.setattr(reproduce, "_source_hash", lambda: "another source")
-    assert made(tmp_path, dps=20) == ["fric1", "fric2", "reference"]
+    assert made(tmp_path, dps=20) == STAGES[:3]
+    (tmp_path / "derivations" / "filippov.md").unlink()
+    assert made(tmp_path, dps=20) == ["derivations"]
+    monkeypatch.setattr(reproduce, "_derivation_hash", lambda: "another derivation")
+    assert made(tmp_path, dps=20) == ["derivations"]
+    assert pages(tmp_path) == PAGES
+
+
+def test_derivations_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["reproduce", "--out", str(tmp_path), "--only", "derivations"]) == 0
+    printed = capsys.readouterr()
+    assert f"{tmp_path / 'derivations'}, 2 derivations whose" in printed.out
+    assert printed.err.splitlines() == ["derivations: 2 steps"]
+    assert files(tmp_path) == set()
+    trace = json.loads((tmp_path / "derivations" / "trace.json").read_text())
+    assert [record["reused"] for record in trace["derivations"]] == [False, False]
+    # A stage that is stale takes from the cache what has not changed; --force takes nothing.
+    (tmp_path / "derivations" / "index.md").unlink()
+    for options, reused in (([], True), (["--force"], False)):
+        assert main(["reproduce", "--out", str(tmp_path), "--only", "derivations", *options]) == 0
+        trace = json.loads((tmp_path / "derivations" / "trace.json").read_text())
+        assert {record["reused"] for record in trace["derivations"]} == {reused}
+
+
+def test_derivations_are_checked_beside_the_other_stages(tmp_path: Path) -> None:
+    made(tmp_path)
+    trace = json.loads((tmp_path / "derivations" / "trace.json").read_text())
+    assert all(record["reused"] for record in trace["derivations"])
+    assert all(step["passed"] for record in trace["derivations"] for step in record["steps"])
+
+
+def test_nothing_rests_on_the_process_beside(tmp_path: Path) -> None:
+    steps = []
+    with ahead(tmp_path, ["no such label"]) as wait:
+        assert wait(lambda: steps.append(1)) == 0
+    with ahead(tmp_path, LABELS) as wait:
+        assert wait(lambda: steps.append(1)) == len(steps) == 2
+    begun = time.perf_counter()
+    with ahead(tmp_path / "other", ["eq:Ttilde"]):
+        pass
+    assert time.perf_counter() - begun < 1
+
+
+def test_a_derivation_that_fails_ends_the_job(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    derivation = registry.build("filippov")
+    step = replace(derivation.steps[0], result=2 * derivation.steps[0].result)
+    monkeypatch.setattr(derivation, "steps", [step, *derivation.steps[1:]])
+    out = str(tmp_path)
+    assert main(["reproduce", "--out", out, "--only", "derivations"]) == 2
+    message = capsys.readouterr().err
+    assert "filippov, step 'share of f+'" in message
+    assert "Left: " in message
+    assert "At: " in message
+    assert ".stamps.json" not in os.listdir(tmp_path)
 
 
 def test_files_are_the_same_in_every_run(tmp_path: Path) -> None:
     for folder in ("a", "b"):
         made(tmp_path / folder)
-    for name in FILES:
+    for name in FILES | {f"derivations/{page}" for page in PAGES - {"trace.json"}}:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
 
 
@@ -144,14 +215,11 @@ def test_the_command_tells_where_things_are(
     printed = capsys.readouterr()
     assert all(str(tmp_path / name) in printed.out for name in FILES)
     assert "farthest from the exact escape time at mu = 1/2, kappa = 0.1" in printed.out
-    assert [line.partition(":")[0] for line in printed.err.splitlines()] == [
-        "fric1",
-        "fric2",
-        "reference",
-    ]
+    assert "2 derivations whose" in printed.out
+    assert [line.partition(":")[0] for line in printed.err.splitlines()] == STAGES
     assert main(["reproduce", "--out", str(tmp_path), "--dps", "15"]) == 0
     printed = capsys.readouterr()
-    assert printed.out.count("up to date") == 3
+    assert printed.out.count("up to date") == 4
     assert printed.err == ""
 
 
@@ -207,8 +275,8 @@ def test_an_interrupt_between_files_leaves_whole_ones(
         patch.setattr(figures, "encode", interrupted)
         assert main(["reproduce", "--out", str(tmp_path)]) == 130
     assert capsys.readouterr().err.splitlines()[-1].startswith("symasym: interrupted")
-    assert os.listdir(tmp_path) == ["fric1.png"]
-    assert made(tmp_path) == ["fric1", "fric2", "reference"]
+    assert files(tmp_path) == {"fric1.png"}
+    assert made(tmp_path) == STAGES
     assert files(tmp_path) == FILES
 
 

@@ -179,8 +179,7 @@ class Sampled:
                         return Outcome(
                             False,
                             "the two sides differ",
-                            ctx.nstr(got, 12),
-                            ctx.nstr(want, 12),
+                            *_told_apart(got, want, ctx),
                             shown,
                         )
         return Outcome(True, self.how())
@@ -206,6 +205,14 @@ class Sampled:
             return f"{agree}; no probability is claimed"
         power = f"({self.degree}/{_POOL})^{self.points}"
         return f"{agree}; different polynomials would pass with probability at most {power}"
+
+
+def _told_apart(left: Any, right: Any, ctx: Any) -> tuple[str, str]:
+    """Both numbers, with as many digits as it takes to see that they differ."""
+    gap, size = abs(left - right), abs(right)
+    shared = int(ctx.log10(size / gap)) if gap and size and ctx.isfinite(gap) else 0
+    digits = 12 + max(0, shared)
+    return str(ctx.nstr(left, digits)), str(ctx.nstr(right, digits))
 
 
 @dataclass
@@ -274,8 +281,7 @@ class Order:
                 return Outcome(
                     False,
                     f"remainder / gauge does not settle (slope {slopes[-1]:.3g})",
-                    ctx.nstr(leading, 12),
-                    ctx.nstr(want, 12),
+                    *_told_apart(leading, want, ctx),
                     f"{result.variable} = {last}, remainder / gauge = {shown}",
                 )
         return Outcome(
