@@ -11,12 +11,11 @@ import numpy as np
 
 from symasym.context import own_context, to_mpf
 from symasym.drift import Drift
-from symasym.errors import InputError, RangeError, RegionError
+from symasym.errors import InputError, RegionError
 from symasym.estimate import Estimate
 from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.inputs import FloatArray, digits, exact, floats, is_array, positive
-
-_LARGEST, _SMALLEST = 709.78, -708.39
+from symasym.scenes import float_scenes, require_fits
 
 
 def escape_time(
@@ -49,11 +48,7 @@ def escape_time(
 
 
 def _float_result(logs: FloatArray, log: bool, full: bool) -> Any:
-    if not log and (logs.max() > _LARGEST or logs.min() < _SMALLEST):
-        extreme = logs.max() if logs.max() > _LARGEST else logs.min()
-        raise RangeError(
-            f"the value is e^{extreme:.6g}, outside the range of float64; pass log=True, or dps=…."
-        )
+    require_fits("the value", logs, log)
     value: Any = logs if log else np.exp(logs)
     value = float(value) if value.ndim == 0 else value
     return Estimate(value, None, "none", "paper") if full else value
@@ -123,17 +118,8 @@ def _number(x: Fraction, context: Any) -> Any:
 
 
 def _escape_by_floats(drift: Drift, kappa: Any, r: Any) -> FloatArray:
+    float_scenes(drift, {"kappa": kappa, "r": r, "start": 0})
     k, radius = floats("kappa", kappa), floats("r", r)
-    for name, x in (("kappa", k), ("r", radius)):
-        if not (x > 0).all():
-            raise InputError(f"{name} is {x.min():.6g}; it must be greater than 0.")
-    try:
-        np.broadcast_shapes(drift.shape, k.shape, radius.shape)
-    except ValueError:
-        raise InputError(
-            f"the shapes do not broadcast (drift {drift.shape}, kappa {k.shape}, "
-            f"r {radius.shape}); give arrays of shapes that NumPy broadcasts."
-        ) from None
     from symasym.exact.fields import field_of
 
     # The landscape depends on the drift alone: find it once per drift, not per point.

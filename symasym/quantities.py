@@ -11,17 +11,22 @@ import numpy as np
 from symasym.drift import Drift
 from symasym.errors import AccuracyError, InputError, RangeError, RegionError
 from symasym.estimate import Estimate
-from symasym.inputs import FloatArray, digits, exact, float_text, floats, is_array, positive
+from symasym.inputs import FloatArray, digits, exact, is_array
+from symasym.scenes import (
+    Scenes,
+    exact_scene,
+    float_scenes,
+    input_rounding,
+    require_fits,
+    rows_of,
+)
 
 __all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"]
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
 TOLERANCE = 1e-12
 _SCENES_AT_ONCE = 4096
-_LARGEST, _SMALLEST = 709.78, -708.39
 _FLOAT_DIGITS = 20
-_KAPPA_RANGE = (1e-145, 1e145)
-_R_RANGE = (1e-150, 1e152)
 
 
 def escape_time(
@@ -85,7 +90,7 @@ def escape_time(
     _require_drift(drift)
     if method == "strong_noise":
         from symasym.asymptotics import strong_noise
-        from symasym.asymptotics.scenes import Request
+        from symasym.scenes import Request
 
         request = Request("T", method, order, dps, log, full)
         return strong_noise.escape_time(drift, kappa, r, start, request)
@@ -149,7 +154,7 @@ def exit_probability(
     _known_method(method, ("exact", "paper", "laplace", "strong_noise", "bound"))
     if method != "exact":
         from symasym.asymptotics.exit_probability import probability
-        from symasym.asymptotics.scenes import Request
+        from symasym.scenes import Request
 
         _require_drift(drift)
         request = Request("1 - C" if complement else "C", method, order, dps, log, full)
@@ -213,7 +218,7 @@ def occupation(
     _require_sliding(drift)
     if method == "strong_noise":
         from symasym.asymptotics import strong_noise
-        from symasym.asymptotics.scenes import Request
+        from symasym.scenes import Request
 
         request = Request("P", method, order, dps, log, full)
         return strong_noise.occupation(drift, kappa, complement, request)
@@ -335,18 +340,6 @@ def _evaluate(task: _Task, dps: int | None, log: bool, full: bool) -> Any:
     return _by_float(task, log, full)
 
 
-def _checked(values: dict[str, Fraction]) -> dict[str, Fraction]:
-    for name in ("kappa", "r"):
-        if name in values:
-            positive(name, values[name])
-    if "r" in values and abs(values["start"]) >= values["r"]:
-        raise InputError(
-            f"start is {float_text(values['start'])} and r is {float_text(values['r'])}; "
-            "start must lie inside (-r, r)."
-        )
-    return values
-
-
 def _by_digits(task: _Task, dps: int, log: bool, full: bool) -> Any:
     try:
         return _by_engines(task, dps, log, full)
@@ -366,7 +359,7 @@ def _by_engines(task: _Task, dps: int, log: bool, full: bool) -> Any:
 
     from symasym.exact import arbitrary, ball
 
-    values = _checked({name: exact(name, value) for name, value in task.numbers.items()})
+    values = exact_scene(task.numbers, dps)
     task.drift.scalars()
     # Where A is no polynomial, ball arithmetic is the faster way as well as the proved one.
     if ball.available() and (full or task.drift.exact_coefficients() is None):
@@ -396,107 +389,50 @@ def _rounded_to_float(name: str, found: Estimate, log: bool) -> Estimate:
     from mpmath import mpf
 
     if not log:
-        _require_range(name, float(log_of(found.value)))
+        require_fits(name, np.asarray(float(log_of(found.value))), log)
     value = float(found.value)
     error = float((abs(mpf(value) - found.value) + found.error) * (1 + mpf(2) ** -40))
     return Estimate(value, error, found.error_kind, found.method, terms=found.terms)
 
 
 def _by_float(task: _Task, log: bool, full: bool) -> Any:
-    numbers = {name: floats(name, value) for name, value in task.numbers.items()}
+    scenes = float_scenes(task.drift, task.numbers)
     exactly = {n: exact(n, x) for n, x in task.numbers.items() if not is_array(x)}
-    for name in ("kappa", "r"):
-        if name in numbers and not (numbers[name] > 0).all():
-            raise InputError(f"{name} is {numbers[name].min():.6g}; it must be greater than 0.")
-    shape = _common_shape(task.drift, numbers)
-    flat = {name: np.broadcast_to(x, shape).ravel() for name, x in numbers.items()}
-    if "r" in flat and not ((flat["r"] > _R_RANGE[0]) & (flat["r"] < _R_RANGE[1])).all():
-        raise InputError(
-            f"r is between {flat['r'].min():.6g} and {flat['r'].max():.6g}, so that its square is "
-            "outside the range of float64; pass dps=… for it."
-        )
-    extreme = (flat["kappa"] < _KAPPA_RANGE[0]) | (flat["kappa"] > _KAPPA_RANGE[1])
-    if extreme.any():
-        raise InputError(
-            f"kappa is {flat['kappa'][extreme][0]:.6g}, so that 2/kappa^2 is outside the range of "
-            "float64; pass dps=… for it."
-        )
-    if "r" in flat and not (np.abs(flat["start"]) < flat["r"]).all():
-        worst = np.argmax(np.abs(flat["start"]) - flat["r"])
-        raise InputError(
-            f"start is {flat['start'][worst]:.6g} and r is {flat['r'][worst]:.6g}; "
-            "start must lie inside (-r, r)."
-        )
-    parameters = {
-        name: np.broadcast_to(value, shape).ravel() if is_array(value) else value
-        for name, value in task.drift.values.items()
-    }
-    logs = np.empty(flat["kappa"].size)
+    logs = np.empty(scenes.lam.size)
     errors = np.empty_like(logs)
     for low in range(0, logs.size, _SCENES_AT_ONCE):
         part = slice(low, low + _SCENES_AT_ONCE)
         logs[part], errors[part] = _float_chunk(
             task,
-            {name: x[part] for name, x in flat.items()},
-            {name: x[part] if is_array(x) else x for name, x in parameters.items()},
+            rows_of(scenes, part),
+            {name: x[part] if is_array(x) else x for name, x in scenes.parameters.items()},
             exactly,
         )
-    return _shaped(task.name, logs.reshape(shape), errors.reshape(shape), log, full)
-
-
-def _common_shape(drift: Drift, numbers: dict[str, FloatArray]) -> tuple[int, ...]:
-    try:
-        return np.broadcast_shapes(drift.shape, *(x.shape for x in numbers.values()))
-    except ValueError:
-        shapes = [f"{name} {x.shape}" for name, x in numbers.items() if x.ndim]
-        raise InputError(
-            f"the shapes do not broadcast (drift {drift.shape}, {', '.join(shapes)}); "
-            "give arrays of shapes that NumPy broadcasts."
-        ) from None
+    return _shaped(task.name, logs.reshape(scenes.shape), errors.reshape(scenes.shape), log, full)
 
 
 def _float_chunk(
     task: _Task,
-    flat: dict[str, FloatArray],
+    scenes: Scenes,
     parameters: dict[str, Any],
     exactly: dict[str, Fraction],
 ) -> tuple[FloatArray, FloatArray]:
     from symasym.exact import double
     from symasym.exact.fields import field_of
 
-    count = len(flat["kappa"])
-    with np.errstate(over="ignore"):
-        lam = 2.0 / flat["kappa"] ** 2
+    count = len(scenes.lam)
     field = field_of(task.drift, parameters, count)
     with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
-        logs, errors = task.logs_of(double, field, {**flat, "lam": lam})
-        errors = errors + _input_rounding(flat, exactly, lam, field.size()[:count])
+        logs, errors = task.logs_of(double, field, {**scenes.numbers, "lam": scenes.lam})
+        errors = errors + input_rounding(scenes, field.size()[:count])
     # What float64 cannot promise is found with more digits, one scene at a time.
     doubtful = ~(errors <= TOLERANCE * np.maximum(1.0, np.abs(logs)))
     for index in np.flatnonzero(doubtful):
-        values = {name: Fraction(float(x[index])) for name, x in flat.items()} | exactly
+        values = {n: Fraction(float(x[index])) for n, x in scenes.numbers.items()} | exactly
         bound = {n: float(x[index]) if is_array(x) else x for n, x in parameters.items()}
         logs[index] = _accurate_log(task, task.drift.bind(**bound), values)
         errors[index] = 4e-16 * abs(logs[index])
     return logs, errors
-
-
-def _input_rounding(
-    flat: dict[str, FloatArray], exactly: dict[str, Fraction], lam: FloatArray, size: FloatArray
-) -> FloatArray:
-    """What reading an exact place as a float changes in the logarithm, at most."""
-    change = np.zeros_like(lam)
-    for name in ("start", "y", "r"):
-        if name not in exactly:
-            continue
-        gap = abs(float(exactly[name] - Fraction(float(flat[name][0]))))
-        if not gap:
-            continue
-        # The logarithms change with the place no faster than lam |phi|, or as one comes
-        # close to the absorbing ends.
-        room = flat["r"] - np.abs(flat["start"]) if "r" in flat else np.inf
-        change += gap * (lam * size + 2.0 / room)
-    return change
 
 
 def _accurate_log(task: _Task, drift: Drift, values: dict[str, Fraction]) -> float:
@@ -508,8 +444,8 @@ def _accurate_log(task: _Task, drift: Drift, values: dict[str, Fraction]) -> flo
 def _shaped(name: str, logs: FloatArray, errors: FloatArray, log: bool, full: bool) -> Any:
     value: Any = logs
     error: Any = errors
+    require_fits(name, logs, log)
     if not log:
-        _require_range(name, float(logs.max()), float(logs.min()))
         value = np.exp(logs)
         error = value * np.expm1(errors + 2e-16)
     if value.ndim == 0:
@@ -517,12 +453,3 @@ def _shaped(name: str, logs: FloatArray, errors: FloatArray, log: bool, full: bo
     if not full:
         return value
     return Estimate(value, error, "estimate", "exact", terms=(name,))
-
-
-def _require_range(name: str, largest: float, smallest: float | None = None) -> None:
-    smallest = largest if smallest is None else smallest
-    extreme = largest if largest > _LARGEST else smallest
-    if largest > _LARGEST or smallest < _SMALLEST:
-        raise RangeError(
-            f"{name} is e^{extreme:.6g}, outside the range of float64; pass log=True, or dps=…."
-        )

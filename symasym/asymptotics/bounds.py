@@ -10,7 +10,13 @@ import numpy as np
 
 from symasym.asymptotics.intervals import quotients
 from symasym.asymptotics.layer_bounds import Barrier, Edge, Layer, layer_of
-from symasym.asymptotics.scenes import (
+from symasym.context import own_context
+from symasym.drift import Drift
+from symasym.errors import AccuracyError
+from symasym.exact.ball_drift import exact_ball, flint_module, precision, profile_of
+from symasym.exact.local import ExactField
+from symasym.inputs import FloatArray, float_text, is_array
+from symasym.scenes import (
     FLOAT_DIGITS,
     Request,
     as_digits,
@@ -21,12 +27,6 @@ from symasym.asymptotics.scenes import (
     one_scene,
     rows_of,
 )
-from symasym.context import own_context
-from symasym.drift import Drift
-from symasym.errors import AccuracyError
-from symasym.exact.ball_drift import exact_ball, flint_module, precision, profile_of
-from symasym.exact.local import ExactField
-from symasym.inputs import FloatArray, float_text, is_array
 
 # Bounds further apart say nothing that is worth a number.
 _MOST_RATIO = 3

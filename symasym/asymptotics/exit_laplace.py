@@ -15,7 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.layer_bounds import rough_barriers
-from symasym.asymptotics.scenes import (
+from symasym.context import own_context
+from symasym.drift import Drift
+from symasym.errors import AccuracyError, InputError
+from symasym.exact.local import ExactField
+from symasym.inputs import FloatArray, float_text, is_array
+from symasym.scenes import (
     FLOAT_DIGITS,
     Request,
     as_digits,
@@ -27,11 +32,6 @@ from symasym.asymptotics.scenes import (
     read_order,
     rows_of,
 )
-from symasym.context import own_context
-from symasym.drift import Drift
-from symasym.errors import AccuracyError, InputError
-from symasym.exact.local import ExactField
-from symasym.inputs import FloatArray, float_text, is_array
 
 DEFAULT_ORDER = 2
 MOST_ORDER = 20

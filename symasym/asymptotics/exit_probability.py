@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from symasym.asymptotics.scenes import Request
 from symasym.drift import Drift
 from symasym.errors import InputError
+from symasym.scenes import Request
 
 
 def probability(

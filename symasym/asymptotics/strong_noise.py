@@ -20,7 +20,12 @@ import numpy as np
 
 from symasym.asymptotics.intervals import Intervals, intervals, quotients
 from symasym.asymptotics.moments import Moments, moments
-from symasym.asymptotics.scenes import (
+from symasym.context import own_context
+from symasym.drift import Drift
+from symasym.errors import AccuracyError
+from symasym.exact import ball
+from symasym.inputs import FloatArray, float_text
+from symasym.scenes import (
     FLOAT_DIGITS,
     Request,
     as_digits,
@@ -31,11 +36,6 @@ from symasym.asymptotics.scenes import (
     one_scene,
     read_order,
 )
-from symasym.context import own_context
-from symasym.drift import Drift
-from symasym.errors import AccuracyError
-from symasym.exact import ball
-from symasym.inputs import FloatArray, float_text
 
 DEFAULT_ORDER = 2
 MOST_ORDER = 100

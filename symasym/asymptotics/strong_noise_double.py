@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.scenes import Scenes
 from symasym.drift import Drift
 from symasym.errors import AccuracyError
 from symasym.exact.fields import Field, IntArray, field_of
 from symasym.inputs import FloatArray
+from symasym.scenes import Scenes
 
 # Rounding of one step of the log domain: lam, a product and an exponential or logarithm.
 _UNIT = 1e-15

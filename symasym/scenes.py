@@ -1,4 +1,4 @@
-"""What the expansions and bounds share: reading a scene, and handing back its value."""
+"""What all methods share: reading scenes, and handing back their values."""
 
 from __future__ import annotations
 
@@ -140,13 +140,14 @@ def rows_of(scenes: Scenes, rows: Any) -> Scenes:
 def input_rounding(scenes: Scenes, size: FloatArray) -> FloatArray:
     """What reading an exact place as a float changes in a logarithm, at most."""
     change = np.zeros_like(scenes.lam)
-    if "r" not in scenes.numbers:
-        return change
     # A logarithm changes with the place no faster than lam |phi|, or as one comes close to an
     # absorbing end. The rounding of kappa is counted with that of lam.
-    room = scenes.numbers["r"] - np.abs(scenes.numbers["start"])
-    for name in ("r", "start"):
-        change += scenes.moved[name] * (scenes.lam * size + 2 / room)
+    room: Any = np.inf
+    if "r" in scenes.numbers:
+        room = scenes.numbers["r"] - np.abs(scenes.numbers["start"])
+    for name, gap in scenes.moved.items():
+        if name != "kappa" and gap.any():
+            change += gap * (scenes.lam * size + 2 / room)
     return change
 
 
@@ -223,6 +224,19 @@ def _fits(name: str, value: Any) -> None:
     size = libmp.to_float(libmp.mpf_log(libmp.mpf_abs(value._mpf_), 53))
     if not _SMALLEST <= size <= _LARGEST:
         raise too_large(name, size)
+
+
+def require_fits(name: str, logs: FloatArray, log: bool) -> None:
+    """Raise unless the values e^logs, or their logarithms with `log`, are floats."""
+    if log:
+        if not np.isfinite(logs).all():
+            raise RangeError(
+                f"log {name} is outside the range of float64 itself; pass log=True with dps=…."
+            )
+        return
+    extreme = float(logs.max() if logs.max() > _LARGEST else logs.min())
+    if not _SMALLEST <= extreme <= _LARGEST:
+        raise too_large(name, extreme)
 
 
 def too_large(name: str, size: float) -> RangeError:
