@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from symasym.arithmetic import MpmathOps
 from symasym.context import own_context
-from symasym.discs import DiscOps
+from symasym.discs import DiscOps, tame
 from symasym.drift import Drift
 from symasym.errors import AccuracyError
 from symasym.exact.jets import Jet, JetOps
@@ -163,14 +164,29 @@ class ExactField:
     def potential_rise(self, lo: Any, hi: Any) -> Any:
         """V(hi) - V(lo) for mpf arguments inside [-1, 1]."""
         if self._polynomial is None:
-            pieces = [lo + (hi - lo) * k / 4 for k in range(5)]
-            return -self._context.quad(self.number, pieces)
+            edges = self._tame_edges(lo, hi)
+            pieces = (self._context.quad(self.number, pair) for pair in pairwise(edges))
+            return -self._context.fsum(pieces)
         total_lo = total_hi = self._context.zero
         for k in range(len(self._polynomial) - 1, -1, -1):
             c = self._polynomial[k] / (k + 1)
             mean = self._context.mpf(c.numerator) / c.denominator
             total_lo, total_hi = total_lo * lo + mean, total_hi * hi + mean
         return total_lo * lo - total_hi * hi
+
+    def _tame_edges(self, lo: Any, hi: Any) -> list[Any]:
+        """[lo, hi] cut so that nothing narrower than a piece hides in it."""
+        waiting, edges = [(lo, hi)], [lo]
+        while waiting:
+            a, b = waiting.pop()
+            middle, width = to_fraction((a + b) / 2), to_fraction(abs(b - a))
+            size = max(abs(self.number(x)) for x in (a, (a + b) / 2, b))
+            # A piece that small is beyond what the integral's digits can tell.
+            if tame(self.spread(middle, width), size) or places(width) > self._context.prec:
+                edges.append(b)
+            else:
+                waiting += [((a + b) / 2, b), (a, (a + b) / 2)]
+        return edges
 
     def zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
         """Zeros of A in (lo, hi), and the places where it comes near zero, refined by Newton."""
@@ -210,6 +226,11 @@ def to_fraction(x: Any) -> Fraction:
     if exponent >= 0:
         return Rational(numerator << exponent)
     return Rational(numerator, 1 << -exponent)
+
+
+def places(x: Fraction) -> int:
+    """Binary places before the first significant bit of `x`, which is not 0."""
+    return x.denominator.bit_length() - x.numerator.bit_length() + 1 if x else 1 << 30
 
 
 def dyadic(x: Any, bits: int) -> Fraction:

@@ -11,7 +11,7 @@ import numpy as np
 
 from symasym.discs import tame
 from symasym.errors import AccuracyError
-from symasym.exact.local import ExactField, dyadic
+from symasym.exact.local import ExactField, dyadic, places
 from symasym.exact.rational import Rational
 from symasym.exact.records import Constant, Numbers, Panel, Slow, Taylor
 from symasym.exact.taylor import guard_bits, terms_needed
@@ -73,14 +73,14 @@ class Partition:
         marks = [lo, *self._zeros(lo, hi), hi]
         for left, right in zip(marks, marks[1:], strict=False):
             # A short split point keeps the rationals of the blocks short.
-            half = dyadic((right - left) / 2, 8 + _places(right - left))
+            half = dyadic((right - left) / 2, 8 + places(right - left))
             yield left, Rational(0), half
             yield right, half - (right - left), Rational(0)
 
     def _zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
         """Short dyadic approximations, finer than any layer, of the zeros of A inside."""
-        places = 40 + max(0, _places(1 / (1 + self.lam)))
-        found = sorted({dyadic(x, places) for x in self.field.zeros(lo, hi)})
+        bits = 40 + max(0, places(1 / (1 + self.lam)))
+        found = sorted({dyadic(x, bits) for x in self.field.zeros(lo, hi)})
         return [x for x in found if lo < x < hi]
 
     def _block(self, centre: Fraction, t0: Fraction, t1: Fraction, depth: int) -> Iterator[Panel]:
@@ -145,7 +145,7 @@ class Partition:
             rate = max((abs(near[k]) / abs(near[0])) ** (1 / k) for k in range(8, len(near)))
             radius = min(radius, 0.8 / max(rate, 1e-3))
             while radius > 1.3 and not tame(
-                self.field.spread(middle, dyadic(half * Rational(radius), 8 + _places(half))),
+                self.field.spread(middle, dyadic(half * Rational(radius), 8 + places(half))),
                 abs(near[0]),
             ):
                 radius *= 0.7
@@ -215,7 +215,7 @@ class Partition:
 
     @staticmethod
     def _require_width(h: Fraction) -> None:
-        if _places(h) > _DEEPEST:
+        if places(h) > _DEEPEST:
             raise AccuracyError(
                 "the Taylor series of A does not converge inside [-1, 1]; give an A that is "
                 "analytic there, or ask for fewer digits."
@@ -230,7 +230,7 @@ class Partition:
             lead = max(sizes[:4]) or 1.0
             rate = max((s / lead) ** (1 / k) for k, s in enumerate(sizes) if k >= 12)
             if 4 * rate * h > 1:
-                h = min(h, dyadic(Rational(1 / (4 * rate)), 8 + _places(Rational(1 / rate))))
+                h = min(h, dyadic(Rational(1 / (4 * rate)), 8 + places(Rational(1 / rate))))
 
         def growth(width: Fraction) -> list[float]:
             w = float(width)
@@ -246,20 +246,15 @@ class Partition:
                 if sum(growth(base * eighths / 8)) <= self.reach:
                     h = base * eighths / 8
                     break
-            h = min(dyadic(h, 4 + _places(h)) or h, most)
+            h = min(dyadic(h, 4 + places(h)) or h, most)
         cost = self._cost(growth(h), h)
         while h > most / 64 and (less := self._cost(growth(h / 2), h / 2)) < 0.8 * cost:
             h, cost = h / 2, less
         if h < most < h * Rational(3, 2):
-            h = dyadic(most / 2, 4 + _places(most)) or h
+            h = dyadic(most / 2, 4 + places(most)) or h
         return h
 
     def _cost(self, growth: list[float], width: Fraction) -> float:
         guard = guard_bits(sum(growth))
         bits = self.bits + guard
         return float(terms_needed(growth, bits) * (bits + 400) / width)
-
-
-def _places(x: Fraction) -> int:
-    """Binary places before the first significant bit of `x` > 0."""
-    return x.denominator.bit_length() - x.numerator.bit_length() + 1
