@@ -286,7 +286,11 @@ def test_stopped_from_outside(tmp_path: Path, stop: signal.Signals) -> None:
     code = "import sys; from symasym.cli import main; sys.exit(main())"
     arguments = ["reproduce", "--out", str(tmp_path), "--only", "reference", "--dps", "200"]
     with subprocess.Popen(
-        [sys.executable, "-c", code, *arguments], stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", code, *arguments],
+        stderr=subprocess.PIPE,
+        text=True,
+        # A shell's background jobs are born deaf to SIGINT, and so would be what they start.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     ) as process:
         assert process.stderr is not None
         assert process.stderr.readline().startswith("reference")
