@@ -1,21 +1,27 @@
 """symasym: escape times and Laplace-type integrals, derived, evaluated, with their errors."""
 
-from symasym.asymptotics.integrals import laplace_integral
-from symasym.drift import Drift, hill, linear, polynomial, sine, tanh
-from symasym.errors import (
-    AccuracyError,
-    InputError,
-    OutputError,
-    RangeError,
-    RegionError,
-    SymasymError,
-)
-from symasym.estimate import Estimate
-from symasym.formula import Formula, formula
-from symasym.friction import friction
-from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
-from symasym.reduce import reduce
-from symasym.scales import Scales, rescale
+import importlib
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from symasym.asymptotics.integrals import laplace_integral
+    from symasym.drift import Drift, hill, linear, polynomial, sine, tanh
+    from symasym.errors import (
+        AccuracyError,
+        InputError,
+        OutputError,
+        RangeError,
+        RegionError,
+        SymasymError,
+    )
+    from symasym.estimate import Estimate
+    from symasym.formula import Formula, formula
+    from symasym.friction import friction
+    from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
+    from symasym.reduce import reduce
+    from symasym.scales import Scales, rescale
 
 __all__ = [
     "AccuracyError",
@@ -43,3 +49,57 @@ __all__ = [
     "stationary_density",
     "tanh",
 ]
+
+#: Where each public name lives; it is loaded when first asked for.
+_HOMES = {
+    "AccuracyError": "symasym.errors",
+    "Drift": "symasym.drift",
+    "Estimate": "symasym.estimate",
+    "Formula": "symasym.formula",
+    "InputError": "symasym.errors",
+    "OutputError": "symasym.errors",
+    "RangeError": "symasym.errors",
+    "RegionError": "symasym.errors",
+    "Scales": "symasym.scales",
+    "SymasymError": "symasym.errors",
+    "escape_time": "symasym.quantities",
+    "exit_probability": "symasym.quantities",
+    "formula": "symasym.formula",
+    "friction": "symasym.friction",
+    "hill": "symasym.drift",
+    "laplace_integral": "symasym.asymptotics.integrals",
+    "linear": "symasym.drift",
+    "occupation": "symasym.quantities",
+    "polynomial": "symasym.drift",
+    "reduce": "symasym.reduce",
+    "rescale": "symasym.scales",
+    "sine": "symasym.drift",
+    "stationary_density": "symasym.quantities",
+    "tanh": "symasym.drift",
+}
+
+
+class _Package(ModuleType):
+    """This package, whose public names are loaded when first asked for.
+
+    Three verbs have the name of their module (``symasym.friction``): importing the module
+    would put it in the verb's place.
+    """
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in _HOMES and isinstance(value, ModuleType):
+            value = getattr(value, name)
+        super().__setattr__(name, value)
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in _HOMES:
+            raise AttributeError(f"module 'symasym' has no attribute {name!r}")
+        value = getattr(importlib.import_module(_HOMES[name]), name)
+        setattr(self, name, value)
+        return value
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *__all__})
+
+
+sys.modules[__name__].__class__ = _Package

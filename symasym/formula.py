@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from importlib import resources
 from typing import Any
 
 from symasym.errors import InputError
@@ -156,7 +154,9 @@ def labels() -> tuple[str, ...]:
 
 @cache
 def _all() -> dict[str, Any]:
-    text = resources.files("symasym.generated").joinpath("formulas.json").read_text("utf-8")
+    import json
+
+    text = _generated("formulas.json")
     found: dict[str, Any] = json.loads(text)
     return found
 
@@ -171,10 +171,16 @@ def _emitted(target: str, names: tuple[str, ...]) -> str:
     """The sources of some functions of a generated module."""
     import ast
 
-    text = resources.files("symasym.generated").joinpath(f"{target}_formulas.py").read_text("utf-8")
+    text = _generated(f"{target}_formulas.py")
     found = [
         ast.get_source_segment(text, node)
         for node in ast.parse(text).body
         if isinstance(node, ast.FunctionDef) and node.name in names
     ]
     return "\n\n\n".join(part for part in found if part) + "\n"
+
+
+def _generated(name: str) -> str:
+    from importlib import resources
+
+    return resources.files("symasym.generated").joinpath(name).read_text("utf-8")

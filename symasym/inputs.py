@@ -9,11 +9,10 @@ from numbers import Rational
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symasym.errors import InputError
 
-FloatArray = NDArray[np.float64]
+FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 
 # Python refuses to read longer decimal strings by default, and nobody means them.
 _LONGEST_EXPONENT = 100_000

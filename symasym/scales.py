@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from symasym.context import own_context, to_mpf
-from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
+from symasym.generated import numpy_formulas, plain_formulas
 from symasym.inputs import exact, floats, is_array, positive
 
 __all__ = ["Scales", "rescale"]
@@ -105,4 +105,6 @@ def _root(x: Fraction) -> Fraction | None:
 def _noise(k: Fraction, e: Fraction) -> Any:
     with own_context(_DIGITS + 5) as context:
         kappa, eps = (context.mpf(x.numerator) / x.denominator for x in (k, e))
+        from symasym.generated import mpmath_formulas
+
         return to_mpf(mpmath_formulas.scaled_noise(context, kappa, eps), _DIGITS)

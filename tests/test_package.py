@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import subprocess
 import sys
@@ -100,3 +101,21 @@ def test_declared_requirements_are_the_designed_ones() -> None:
     names = {re.match(r"[\w-]+", entry)[0] for entry in project["dependencies"]}  # type: ignore[index]
     assert names == {"sympy", "mpmath", "numpy", "matplotlib"}
     assert set(project["optional-dependencies"]) == {"full", "cluster", "test", "docs"}
+
+
+def test_every_public_name_is_loaded_when_asked_for() -> None:
+    import symasym
+
+    assert set(symasym._HOMES) == set(symasym.__all__)
+    for name in symasym.__all__:
+        assert getattr(symasym, name).__name__ == name
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = symasym.nothing
+
+
+def test_a_module_does_not_hide_the_verb_of_its_name() -> None:
+    import symasym
+
+    for name in ("formula", "friction", "reduce"):
+        importlib.import_module(f"symasym.{name}")
+        assert callable(getattr(symasym, name))
