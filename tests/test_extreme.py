@@ -280,6 +280,17 @@ def test_cost_does_not_grow_with_stiffness(make: Callable[[], sa.Drift], dps: in
         assert seconds(kappa) <= 10 * usual, kappa
 
 
+def test_poles_of_the_drift_near_a_slow_panel() -> None:
+    # 1/A is smooth at the poles of A, so that a panel fine enough for one is not for the other
+    for n in range(1, 9):
+        drift = sa.hill("1.824", "-2.087", "0.213", n=n)
+        scene = ("0.00616681", "160.895")
+        found = sa.escape_time(drift, [float(scene[0])], [float(scene[1])], log=True, full=True)
+        wanted = sa.escape_time(drift, float(scene[0]), float(scene[1]), log=True, dps=22)
+        with mpmath.workdps(30):
+            assert abs(float(found.value[0]) - wanted) <= found.error[0], n
+
+
 def test_extreme_scenes_are_there() -> None:
     numbers = [(F(p.kappa), F(p.r)) for p in tagged("extreme")]
     assert min(k for k, _ in numbers) == F("1e-8")

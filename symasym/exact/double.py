@@ -363,7 +363,9 @@ def _is_slow(
         # A term of the slow series is a derivative of the one before, and differentiating at
         # an end multiplies what the nodes miss of 1/phi by up to 2 NODES^2 a width.
         growth = 2 * panels.NODES**2 / (smallest * lam_h)[candidate]
-        resolved = (tail < 1e-10) & (tail * growth * (1 + growth) < 6e-14)
+        # `rise` integrates phi itself, which may have poles where 1/phi is smooth.
+        resolved = _tail(chosen) <= 1e-14 * np.abs(chosen) @ np.ones(chosen.shape[1])
+        resolved &= (tail < 1e-10) & (tail * growth * (1 + growth) < 6e-14)
         candidate[candidate] = (steepness * SLOWNESS < 1) & resolved
     return candidate
 

@@ -298,15 +298,17 @@ def _trust(row: FloatArray) -> float:
     The first coefficients may vanish by design (a critical point), so the error
     is held against the larger of the first terms at that distance.
     """
-    tail = max(abs(row[-1]) ** (1 / (len(row) - 1)), abs(row[-2]) ** (1 / (len(row) - 2)))
-    if tail == 0:
+    k = np.arange(8, len(row))
+    # Any one of the last coefficients may vanish by chance: what counts is their envelope.
+    rate = float(np.max(np.abs(row[k]) ** (1 / k)))
+    if rate == 0:
         return np.inf
-    # Geometric decay (t tail)^n against a remainder of 1e-17 of the first terms.
-    t = 0.05 / tail
+    t = 0.1 / rate
     for _ in range(60):
-        powers = t ** np.arange(len(row))
-        lead = np.max(np.abs(row[:4] * powers[:4]))
-        if max(abs(row[-1] * powers[-1]), abs(row[-2] * powers[-2])) < 1e-18 * lead:
-            return float(t)
+        lead = np.max(np.abs(row[:4] * t ** np.arange(4)))
+        if lead > 0:
+            envelope = np.max((np.abs(row[k]) * t**k / lead) ** (1 / k))
+            if envelope ** len(row) < 1e-18:
+                return float(t)
         t /= 2
     return 0.0
