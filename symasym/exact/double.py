@@ -87,7 +87,8 @@ def sweep(
     """
     outside = _outer_left(field, lam, start, end, free)
     blocks, anchors = _partition(field, lam, np.maximum(start, -1.0), np.minimum(end, 1.0))
-    records, failed = _records(field, lam, blocks, anchors)
+    noise = np.zeros(len(lam))
+    records, failed = _records(field, lam, blocks, anchors, noise)
     right = np.flatnonzero(end > 1.0)
     beyond = panels.constant(
         lam[right] * field.a_plus[right], end[right] - np.maximum(1.0, start[right])
@@ -115,8 +116,8 @@ def sweep(
     found = _compose(scene, moments, lam, field, log_sigma, log_w)
     bad = failed | np.isnan(found.log_w) | np.isnan(found.log_sigma)
     return found._replace(
-        sigma_error=np.where(bad, np.inf, found.sigma_error),
-        w_error=np.where(bad, np.inf, found.w_error),
+        sigma_error=np.where(bad, np.inf, found.sigma_error + noise),
+        w_error=np.where(bad, np.inf, found.w_error + noise),
     )
 
 
@@ -263,7 +264,7 @@ _Records = tuple[IntArray, IntArray, FloatArray, Moments, np.ndarray]
 
 
 def _records(
-    field: Field, lam: FloatArray, blocks: _Blocks, anchors: _Anchors
+    field: Field, lam: FloatArray, blocks: _Blocks, anchors: _Anchors, noise: FloatArray
 ) -> tuple[_Records, np.ndarray]:
     """Moments of all blocks, bisecting those that are neither slow nor few panels."""
     failed = np.zeros(len(lam), dtype=bool)
@@ -272,7 +273,7 @@ def _records(
         kept = [blocks.take(np.arange(0))]
         for low in range(0, len(blocks.scene), _PANELS_AT_ONCE):
             chunk = blocks.take(slice(low, low + _PANELS_AT_ONCE))
-            kept.append(_digest(field, lam, chunk, anchors, done))
+            kept.append(_digest(field, lam, chunk, anchors, done, noise))
         blocks = _Blocks(*(np.concatenate(f) for f in zip(*kept, strict=True)))
         if not blocks.scene.size:
             break
@@ -303,9 +304,17 @@ def _records(
 
 
 def _digest(
-    field: Field, lam: FloatArray, blocks: _Blocks, anchors: _Anchors, done: list[_Records]
+    field: Field,
+    lam: FloatArray,
+    blocks: _Blocks,
+    anchors: _Anchors,
+    done: list[_Records],
+    noise: FloatArray,
 ) -> _Blocks:
-    """Append the moments of the blocks that are ready to `done`; return the others."""
+    """Append the moments of the blocks that are ready to `done`; return the others.
+
+    What rounding of the drift may change in their exponents is added to `noise`, by scene.
+    """
     rule = panels.lobatto()
     h = blocks.t1 - blocks.t0
     phi = _phi(field, blocks, anchors, rule.nodes)
@@ -339,9 +348,23 @@ def _digest(
         moments, good = _sampled_blocks(field, lam, chosen, anchors, count[few].astype(np.intp))
         few[few] = good
         chosen, moments = chosen.take(good), Moments(*(m[good] for m in moments))
+        if field.series(chosen.scene[:1]) is None:
+            # Away from its anchors a drift that is no polynomial is right to an ulp of its
+            # largest values only, which counts where it is small on a wide panel.
+            rounding = 2e-16 * field.size()[chosen.scene] * lam_h[few]
+            np.add.at(noise, chosen.scene, np.where(_is_direct(chosen, anchors), rounding, 0.0))
         sampled = np.zeros(len(chosen.scene), dtype=bool)
         done.append((chosen.scene, chosen.part, chosen.t0, moments, sampled))
     return blocks.take(~(slowly | few))
+
+
+def _is_direct(blocks: _Blocks, anchors: _Anchors) -> np.ndarray:
+    """Blocks on which the drift is evaluated as it stands, not by its series about an anchor."""
+    direct: np.ndarray = blocks.anchor < 0
+    if not direct.all():
+        reach = np.maximum(np.abs(blocks.t0), np.abs(blocks.t1))
+        direct = direct | (reach > anchors.radius[blocks.anchor])
+    return direct
 
 
 def _is_slow(
