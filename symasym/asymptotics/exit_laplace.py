@@ -3,7 +3,7 @@
 C = 1/(1 + sigma_L/sigma_R), where sigma_R = int_x^r e^{lam (V(u) - V(x))} du and
 sigma_L is its mirror image. Each is a sum over the places where V is largest: the
 start, if V falls from it; barriers; the end at r, if V rises to it. Every place
-brings a series in 1/lam (Perron's form of Laplace's method). In a crossing region
+brings a series in 1/lam (`symasym.asymptotics.coefficients`). In a crossing region
 with r >> 1 the end on the upstream side wins, and C is exponentially small in r.
 """
 
@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.asymptotics.coefficients import laplace_coefficients
 from symasym.asymptotics.layer_bounds import rough_barriers
 from symasym.context import own_context
 from symasym.drift import Drift
@@ -39,10 +40,7 @@ _DROPPED = ("what a barrier's series says beyond the layer's edges and the start
 
 
 class Peak(NamedTuple):
-    """Weight e^{lam height} sum_n c_n lam^{-p_n}; `groups` holds (c, p) by order in 1/lam.
-
-    `outside` counts whole distances beyond the layer: the height is height + outside * rise.
-    """
+    """Weight e^{lam height} sum_n c_n lam^{-p_n}; `groups` holds (c, p) by order in 1/lam."""
 
     height: Any
     groups: list[list[tuple[Any, Any]]]
@@ -199,9 +197,9 @@ def _fall(
 def _series(
     fall: list[Any], order: int, context: Any, expected: int | None = None
 ) -> list[list[tuple[Any, Any]]]:
-    """Perron: int_0 e^{-lam h} ~ sum Gamma((n+1)/m)/m [t^n] (h/t^m)^{-(n+1)/m} lam^{-(n+1)/m}.
+    """int_0 e^{-lam fall} dt as coefficients and powers of 1/lam, `order` + 3 groups of them.
 
-    Terms are grouped by whole powers of 1/lam, `order` + 3 groups.
+    A group holds what lies between two whole powers of 1/lam.
     """
     m = next((k for k, c in enumerate(fall, start=1) if c), 0)
     if not m or m > 3 or (expected and m != expected):
@@ -209,28 +207,12 @@ def _series(
             "A vanishes to high order at a barrier or at the start, where the weak-noise series "
             "is not of this kind; use method='exact'."
         )
-    g = fall[m - 1 :]
-    groups: list[list[tuple[Any, Any]]] = []
-    for group in range(order + 3):
-        terms = []
-        for n in range(group * m, (group + 1) * m):
-            exponent = -context.mpf(n + 1) / m
-            c = _power(g, exponent, n, context)
-            power = context.mpf(n + 1) / m
-            terms.append((context.gamma(power) / m * c, power))
-        groups.append(terms)
-    return groups
-
-
-def _power(g: list[Any], exponent: Any, n: int, context: Any) -> Any:
-    """The coefficient of t^n in g(t)^exponent (J. C. P. Miller's recurrence)."""
-    found = [g[0] ** exponent]
-    for k in range(1, n + 1):
-        total = context.zero
-        for j in range(1, min(k, len(g) - 1) + 1):
-            total += (exponent * j - (k - j)) * g[j] * found[k - j]
-        found.append(total / (k * g[0]))
-    return found[n]
+    count = (order + 3) * m
+    zero = context.zero
+    f = [zero, *(-c for c in fall)]
+    found = laplace_coefficients(f, [zero + 1, *[zero] * (count - 1)], m)
+    terms = [(c, context.mpf(n + 1) / m) for n, c in enumerate(found)]
+    return [terms[k : k + m] for k in range(0, count, m)]
 
 
 # -- many scenes, in float64 -----------------------------------------------------------------------
