@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -131,7 +131,7 @@ def _of_analytic(drift: Drift) -> list[CriticalPoint]:
         for k in range(1, len(edges)):
             low, high = values[k - 1], values[k]
             if abs(low) > small and abs(high) > small and low * high < 0:
-                root = _bisect(lambda x: taylor(x)[:2], edges[k - 1], edges[k], context)
+                root = bracketed_zero(lambda x: taylor(x)[:2], edges[k - 1], edges[k], context)
                 found.append(CriticalPoint(mpmath.mp.make_mpf(root._mpf_), 1, _kind(1, high > 0)))
             if k < len(edges) - 1 and abs(high) <= small:
                 jet = taylor(edges[k], order)
@@ -179,10 +179,17 @@ def _newton(pair: Callable[[Any], list[Any]], x: Any, context: Any) -> Any | Non
     return x
 
 
-def _bisect(pair: Callable[[Any], list[Any]], lo: Any, hi: Any, context: Any) -> Any:
-    """The zero between lo and hi by Newton kept inside a shrinking bracket."""
+def bracketed_zero(
+    pair: Callable[[Any], Sequence[Any]], lo: Any, hi: Any, context: Any
+) -> Any:
+    """The zero between mpf lo and hi by Newton kept inside a shrinking bracket.
+
+    `pair` gives the value and the slope, of opposite signs at lo and hi.
+    """
     low_sign = pair(lo)[0] > 0
     x = (lo + hi) / 2
+    # Newton's next step is the square of one this small: beyond the digits.
+    enough = context.ldexp(1, -4 * context.prec // 5)
     for _ in range(400):
         value, slope = pair(x)
         if value == 0:
@@ -195,7 +202,7 @@ def _bisect(pair: Callable[[Any], list[Any]], lo: Any, hi: Any, context: Any) ->
         new = x - step
         if not lo < new < hi:
             new = (lo + hi) / 2
-        if abs(new - x) < context.mpf(10) ** (-_DIGITS - 5):
+        if abs(new - x) < enough:
             return new
         x = new
     return x

@@ -86,14 +86,15 @@ def escape_time(
     >>> nstr(sa.escape_time(drift, "0.1", 10, dps=40), 40)
     '239803837121.0377700112780486795091847626'
     """
-    _known_method(method, ("exact", "paper", "strong_noise"))
+    _known_method(method, ("exact", "paper", "laplace", "strong_noise"))
     _require_drift(drift)
-    if method == "strong_noise":
-        from symasym.asymptotics import strong_noise
+    if method in ("laplace", "strong_noise"):
+        from symasym.asymptotics import strong_noise, weak_noise
         from symasym.scenes import Request
 
         request = Request("T", method, order, dps, log, full)
-        return strong_noise.escape_time(drift, kappa, r, start, request)
+        expansion = strong_noise if method == "strong_noise" else weak_noise
+        return expansion.escape_time(drift, kappa, r, start, request)
     _no_order(order, method)
     if method == "paper":
         from symasym import paper
@@ -214,14 +215,15 @@ def occupation(
     >>> print(f"{sa.occupation(sa.linear(1, -1), '0.01', complement=True, log=True):.12g}")
     -10005.1775351
     """
-    _known_method(method, ("exact", "paper", "strong_noise"))
+    _known_method(method, ("exact", "paper", "laplace", "strong_noise"))
     _require_sliding(drift)
-    if method == "strong_noise":
-        from symasym.asymptotics import strong_noise
+    if method in ("laplace", "strong_noise"):
+        from symasym.asymptotics import strong_noise, weak_noise
         from symasym.scenes import Request
 
-        request = Request("P", method, order, dps, log, full)
-        return strong_noise.occupation(drift, kappa, complement, request)
+        request = Request("1 - P" if complement else "P", method, order, dps, log, full)
+        expansion = strong_noise if method == "strong_noise" else weak_noise
+        return expansion.occupation(drift, kappa, complement, request)
     _no_order(order, method)
     if method == "paper":
         from symasym import paper

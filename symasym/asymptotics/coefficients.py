@@ -92,7 +92,7 @@ def perron_coefficients(
     for k in range(start, len(weights), step):
         # The exponent of the power is -s = -p/q, kept as integers (p an element if beta is).
         p, q = k * denominator + numerator, contact * denominator
-        power = _power(alpha, p, q, k, weights[0] * 0 + 1)
+        power = negative_power(alpha, p, q, k, weights[0] * 0 + 1)
         found.append(_dot(weights[: k + 1], power[::-1]))
     return found
 
@@ -309,7 +309,7 @@ def _read(
     return alpha, weights[:count], (beta, 1)
 
 
-def _power(alpha: list[Any], p: Any, q: int, k: int, one: Any) -> list[Any]:
+def negative_power(alpha: list[Any], p: Any, q: int, k: int, one: Any) -> list[Any]:
     """Coefficients 0..k of (1 + alpha_1 t + ...)^(-p/q), by J. C. P. Miller's recurrence."""
     power = [one]
     for n in range(1, k + 1):

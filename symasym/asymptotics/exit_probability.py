@@ -22,9 +22,9 @@ def probability(
 
         return strong_noise.exit_probability(drift, kappa, r, start, complement, request)
     if request.method == "laplace":
-        from symasym.asymptotics import exit_laplace
+        from symasym.asymptotics import weak_noise
 
-        return exit_laplace.exit_probability(drift, kappa, r, start, complement, request)
+        return weak_noise.exit_probability(drift, kappa, r, start, complement, request)
     from symasym.asymptotics import bounds
 
     find = bounds.paper_bound if request.method == "paper" else bounds.exit_probability

@@ -202,6 +202,19 @@ class ExactField:
             rough = [self._sign * u for u in float_marks(drift.evaluate_float, drift.spread)]
         return [self._refined(Rational(x)) for x in rough if lo < x < hi]
 
+    def monotone_marks(self) -> list[float]:
+        """Places in float64 between which A is monotone."""
+        if self._polynomial is None:
+            from symasym.landscape import float_marks
+
+            marks = float_marks(self._drift.evaluate_float, self._drift.spread)
+        else:
+            scale = max(abs(c) for c in self._polynomial) or Rational(1)
+            slope = [float(k * c / scale) for k, c in enumerate(self._polynomial)][1:]
+            roots = np.polynomial.polynomial.polyroots(np.trim_zeros(slope, "b") or [1.0])
+            marks = [self._sign * x for x in roots.real.tolist()]
+        return [self._sign * x for x in marks]
+
     def _refined(self, x: Fraction) -> Fraction:
         bits = self._context.prec
         for _ in range(12):

@@ -1,0 +1,257 @@
+"""The outer part of weak noise: what e^{lam V} and e^{-lam V} make of each other where u = v.
+
+M(v) = e^{lam V(v)} int e^{-lam V} solves M' = 1 - lam phi M, and away from zeros of
+phi it is h_1/lam + h_2/lam^2 + ... besides exponentials, with h_1 = 1/phi and
+h_{k+1} = -h_k'/phi. Here their integrals are found, as Hadamard's finite part at
+zeros of phi: the wells and barriers there bring exponentials of their own
+(`symasym.asymptotics.places`), and nothing else, since a path above the zero and one
+below it differ by a pure exponential. For a polynomial A all is a sum over the zeros
+of A in the complex plane; otherwise over Taylor panels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from symasym.errors import AccuracyError
+from symasym.exact.local import ExactField, to_fraction
+
+# Zeros closer than this are not told apart well enough for partial fractions.
+_CLUSTER = 1e-3
+_MOST_PANELS = 400
+_NARROWEST = Fraction(1, 10**9)
+
+
+def layer_integrals(
+    field: ExactField, lo: Fraction, hi: Fraction, zeros: Sequence[Any], count: int, context: Any
+) -> list[Any]:
+    """Finite parts of int h_k over [lo, hi] inside [-1, 1], k = 1 to `count`.
+
+    `zeros` are those of phi in (lo, hi), all simple; one exactly at `lo` is taken as a zero too,
+    and then what diverges as a power or logarithm of the distance is dropped.
+    """
+    if field.is_polynomial:
+        taylor = field.taylor(Fraction(0), Fraction(1), 0)
+        roots = _roots([float(c) for c in taylor])
+        if roots is not None:
+            numbers = [_number(c, context) for c in taylor]
+            found = _by_fractions(numbers, roots, _number(lo, context), _number(hi, context), count)
+            if found is not None:
+                return found
+    return _by_panels(field, lo, hi, zeros, count, context)
+
+
+def _number(x: Any, context: Any) -> Any:
+    return context.mpf(x.numerator) / x.denominator
+
+
+def laurent(taylor: list[Any], zero: bool, count: int) -> list[list[Any]]:
+    """Coefficients of h_1, ..., h_count times t^(2k - 1) if `zero`, from phi's (`taylor[0]` = 0).
+
+    Each list is a coefficient shorter than the one before where `zero` is false.
+    """
+    psi = taylor[1:] if zero else taylor
+    inverse = _inverse(psi)
+    found = [inverse]
+    for k in range(1, count):
+        last = found[-1]
+        if zero:
+            slope = [(2 * k - 1 - j) * c for j, c in enumerate(last)]
+        else:
+            slope = [-j * c for j, c in enumerate(last)][1:]
+        found.append(_product(slope, inverse))
+    return found
+
+
+def _inverse(c: list[Any]) -> list[Any]:
+    found = [1 / c[0]]
+    for n in range(1, len(c)):
+        found.append(-_dot(c[1 : n + 1], found[::-1]) * found[0])
+    return found
+
+
+def _product(a: list[Any], b: list[Any]) -> list[Any]:
+    return [_dot(a[: n + 1], b[n::-1]) for n in range(len(a))]
+
+
+def _dot(a: list[Any], b: list[Any]) -> Any:
+    # Adding up before rounding is several times faster than rounding each product.
+    return a[0].context.fdot(zip(a, b, strict=True))
+
+
+# -- polynomials: partial fractions ----------------------------------------------------------------
+
+
+def _roots(c: list[float]) -> Any:
+    """All zeros, or None where some are too close to each other."""
+    scale = max(map(abs, c))
+    trimmed = np.trim_zeros(np.array(c) / scale, "b")
+    if len(trimmed) < 2:
+        return np.zeros(0, dtype=complex)
+    with np.errstate(all="ignore"):
+        roots = np.polynomial.polynomial.polyroots(trimmed).astype(complex)
+    if not np.isfinite(roots).all():
+        return None
+    gaps = np.abs(roots[:, None] - roots) + np.eye(len(roots))
+    return roots if (gaps > _CLUSTER * np.maximum(1, np.abs(roots))).all() else None
+
+
+def _by_fractions(c: list[Any], roots: Any, lo: Any, hi: Any, count: int) -> list[Any] | None:
+    context = lo.context
+    if not len(roots):
+        return [(hi - lo) / c[0], *[context.zero] * (count - 1)]
+    found = [context.zero] * count
+    for rough in roots:
+        if rough.imag < 0:
+            continue
+        root = _polished(c, rough, context)
+        if root is None:
+            return None
+        taylor = _shifted(c, root)[: 2 * count]
+        taylor[0] = context.zero
+        taylor += [context.zero] * (2 * count - len(taylor))
+        twice = 1 if isinstance(root, context.mpf) else 2
+        near, far = lo - root, hi - root
+        for k, series in enumerate(laurent(taylor, True, count)):
+            total = context.zero
+            for j in range(1, 2 * k + 2):
+                residue = series[2 * k + 1 - j]
+                total += residue * (_primitive(far, j, context) - _primitive(near, j, context))
+            found[k] += twice * context.re(total)
+    return found
+
+
+def _primitive(t: Any, j: int, context: Any) -> Any:
+    """A primitive of t^-j; nothing at t = 0, the finite part."""
+    if t == 0:
+        return context.zero
+    if j == 1:
+        return context.log(abs(t)) if isinstance(t, context.mpf) else context.log(t)
+    return t ** (1 - j) / (1 - j)
+
+
+def _polished(c: list[Any], rough: complex, context: Any) -> Any:
+    """The simple zero near `rough` by Newton; real if it is."""
+    real = abs(rough.imag) < 1e-9 * (1 + abs(rough))
+    x = context.mpf(rough.real) if real else context.mpc(rough)
+    for _ in range(context.prec.bit_length() + 6):
+        value, slope = c[-1], context.zero
+        for coefficient in reversed(c[:-1]):
+            slope = slope * x + value
+            value = value * x + coefficient
+        if value == 0:
+            return x
+        if slope == 0:
+            return None
+        step = value / slope
+        x -= step
+        if abs(step) <= context.ldexp(1 + abs(x), -context.prec // 2 - 8):
+            return x
+    return None
+
+
+def _shifted(c: list[Any], centre: Any) -> list[Any]:
+    work = list(c)
+    degree = len(work) - 1
+    for lowest in range(degree):
+        for k in range(degree - 1, lowest - 1, -1):
+            work[k] = work[k] + work[k + 1] * centre
+    return work
+
+
+# -- any A: Taylor panels --------------------------------------------------------------------------
+
+
+def _by_panels(
+    field: ExactField, lo: Fraction, hi: Fraction, zeros: Sequence[Any], count: int, context: Any
+) -> list[Any]:
+    found = [context.zero] * count
+    inside = [to_fraction(z) for z in zeros]
+    marks = [lo, *inside, hi]
+    cuts = [lo]
+    if field.value(lo) == 0:
+        reach = _about_zero(field, lo, (marks[1] - lo) / 2, (0, 1), found, context)
+        cuts = [lo + reach]
+    for k, zero in enumerate(inside, start=1):
+        # About a zero the panel is symmetric, so that its logarithms cancel.
+        reach = min(zero - marks[k - 1], marks[k + 1] - zero) / 2
+        reach = _about_zero(field, zero, reach, (-1, 1), found, context)
+        cuts += [zero - reach, zero + reach]
+    cuts.append(hi)
+    waiting = [(cuts[k], cuts[k + 1]) for k in range(0, len(cuts), 2)]
+    for _ in range(_MOST_PANELS):
+        if not waiting:
+            return found
+        a, b = waiting.pop()
+        middle = (a + b) / 2
+        if not _add(field, middle, (b - a) / 2, False, (-1, 1), found, context):
+            waiting += [(a, middle), (middle, b)]
+    raise _too_narrow(waiting[-1][0])
+
+
+def _about_zero(
+    field: ExactField,
+    zero: Fraction,
+    reach: Fraction,
+    sides: tuple[int, int],
+    found: list[Any],
+    context: Any,
+) -> Fraction:
+    """Add a panel about a zero of A, and return how far it reaches."""
+    while not _add(field, zero, reach, True, sides, found, context):
+        reach /= 2
+        if reach < _NARROWEST:
+            raise _too_narrow(zero)
+    return reach
+
+
+def _too_narrow(u: Fraction) -> AccuracyError:
+    return AccuracyError(
+        f"A varies too fast, or nearly vanishes, beside u = {float(u):.6g} for the weak-noise "
+        "series; use method='exact'."
+    )
+
+
+def _add(
+    field: ExactField,
+    centre: Fraction,
+    half: Fraction,
+    zero: bool,
+    sides: tuple[int, int],
+    found: list[Any],
+    context: Any,
+) -> bool:
+    """Add the integrals over centre + half [sides]; False, and nothing added, if too wide."""
+    if not half:
+        return True
+    terms = int(context.prec / 1.4) + 2 * len(found) + 8
+    taylor = [_number(c, context) for c in field.taylor(centre, half, terms)]
+    taylor += [context.zero] * (terms - len(taylor))
+    if zero:
+        taylor[0] = context.zero
+    elif not taylor[0]:
+        return False
+    width = _number(half, context)
+    small = context.ldexp(1, -context.prec + 16)
+    shares = []
+    for k, series in enumerate(laurent(taylor, zero, len(found))):
+        if max(abs(c) for c in series[-8:]) > small * max(abs(c) for c in series):
+            return False
+        power = 2 * k + 1 if zero else 0
+        # In units of `half` the logarithm of the distance counts from there.
+        total = context.fsum(
+            c * (_primitive(context.mpf(sides[1]), power - j, context) -
+                 _primitive(context.mpf(sides[0]), power - j, context))
+            for j, c in enumerate(series)
+        )
+        if zero and sides[0] == 0:
+            total += series[power - 1] * context.log(width)
+        # h_k is in units of 1/half^(k-1), du in those of half; phi itself was not scaled.
+        shares.append(total * width ** (1 - k))
+    for k, share in enumerate(shares):
+        found[k] += share
+    return True
