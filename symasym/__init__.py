@@ -6,7 +6,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from symasym.asymptotics.integrals import laplace_integral
+    from symasym.asymptotics.laplace import laplace_integral
     from symasym.drift import Drift, hill, linear, polynomial, sine, tanh
     from symasym.errors import (
         AccuracyError,
@@ -67,7 +67,7 @@ _HOMES = {
     "formula": "symasym.formula",
     "friction": "symasym.friction",
     "hill": "symasym.drift",
-    "laplace_integral": "symasym.asymptotics.integrals",
+    "laplace_integral": "symasym.asymptotics.laplace",
     "linear": "symasym.drift",
     "occupation": "symasym.quantities",
     "polynomial": "symasym.drift",
