@@ -22,7 +22,6 @@ from symasym.errors import AccuracyError, InputError
 from symasym.exact.local import ExactField
 from symasym.inputs import FloatArray, float_text, is_array
 from symasym.scenes import (
-    FLOAT_DIGITS,
     Request,
     as_digits,
     as_floats,
@@ -60,9 +59,8 @@ def exit_probability(
     terms = ("start, barriers and ends on both sides",)
     if not one_scene(drift, numbers) and request.dps is None:
         return _of_arrays(drift, numbers, complement, order, request, terms)
-    values = exact_scene(numbers, request.dps)
-    drift.scalars()
-    digits = FLOAT_DIGITS if request.dps is None else request.dps
+    values = exact_scene(drift, numbers, request.dps)
+    digits = request.digits
     lam = 2 / values["kappa"] ** 2
     extra = 2 * len(str(int(lam * (1 + values["r"]) + 1))) + 20
     with own_context(digits + extra) as context:
