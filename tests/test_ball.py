@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from test_witness import Formula, constant_drift
 
-from symasym import drift as drifts
+from symasym import smoothings
 from symasym.errors import AccuracyError, InputError, RegionError
 from symasym.exact import ball, ball_drift, ball_panels, witness
 
@@ -24,7 +24,7 @@ flint = pytest.importorskip("flint")
 
 def friction(mu: Any, alpha: Any, z0: Any) -> Any:
     mu, alpha, z0 = F(mu), F(alpha), F(z0)
-    return drifts.polynomial(1 - z0, -alpha * (1 + mu), 0, alpha * mu)
+    return smoothings.polynomial(1 - z0, -alpha * (1 + mu), 0, alpha * mu)
 
 
 def rational(x: Any) -> F:
@@ -48,16 +48,16 @@ def assert_meets(enclosure: Any, value: Any, dps: int) -> None:
 SCENES = {
     "crossing, a well": (friction(3, 1, "-0.3"), F(1), F(10), F(0)),
     "crossing, start outside": (friction(3, 1, "-0.3"), F(1, 2), F(5, 2), F(-3, 2)),
-    "crossing backwards": (drifts.linear(-1, -2), F(1), F(3), F(1, 3)),
-    "sliding": (drifts.linear(1, -2), F(1, 2), F(2), F(1, 7)),
-    "repelling sliding": (drifts.linear(-1, 2), F(2, 3), F(3), F(5, 3)),
+    "crossing backwards": (smoothings.linear(-1, -2), F(1), F(3), F(1, 3)),
+    "sliding": (smoothings.linear(1, -2), F(1, 2), F(2), F(1, 7)),
+    "repelling sliding": (smoothings.linear(-1, 2), F(2, 3), F(3), F(5, 3)),
     "r inside the layer": (friction(3, 1, "-0.3"), F(1, 3), F(4, 5), F(-1, 3)),
-    "r = 1": (drifts.polynomial("1/3", -1, "1/7", 0, 2), F(1), F(1), F(1, 2)),
-    "sine": (drifts.sine(1, 1, 4, waves=2), F(1), F(2), F(-3, 2)),
-    "tanh": (drifts.tanh(1, -1, 5), F(1, 2), F(2), F(1, 5)),
-    "hill, start at the corner": (drifts.hill(-1, "1/2", "1/2", n=4), F(1), F(2), F(1)),
-    "a- = 0": (drifts.polynomial(1, 1), F(1), F(3), F(-2)),
-    "no drift": (drifts.polynomial(0), F(1), F(3), F(3, 2)),
+    "r = 1": (smoothings.polynomial("1/3", -1, "1/7", 0, 2), F(1), F(1), F(1, 2)),
+    "sine": (smoothings.sine(1, 1, 4, waves=2), F(1), F(2), F(-3, 2)),
+    "tanh": (smoothings.tanh(1, -1, 5), F(1, 2), F(2), F(1, 5)),
+    "hill, start at the corner": (smoothings.hill(-1, "1/2", "1/2", n=4), F(1), F(2), F(1)),
+    "a- = 0": (smoothings.polynomial(1, 1), F(1), F(3), F(-2)),
+    "no drift": (smoothings.polynomial(0), F(1), F(3), F(3, 2)),
 }
 
 
@@ -72,10 +72,10 @@ def test_escape_against_quadrature(name: str) -> None:
 @pytest.mark.parametrize(
     ("drift", "kappa"),
     [
-        (drifts.linear(1, -2), F(1, 3)),
+        (smoothings.linear(1, -2), F(1, 3)),
         (friction(3, 1, "1.2"), F(1)),
-        (drifts.tanh(1, "-1/2", 5), F(1, 2)),
-        (drifts.sine("1/2", -1, 4), F(2)),
+        (smoothings.tanh(1, "-1/2", 5), F(1, 2)),
+        (smoothings.sine("1/2", -1, 4), F(2)),
     ],
 )
 def test_stationary_against_quadrature(drift: Any, kappa: F) -> None:
@@ -163,14 +163,14 @@ def test_constant_drift_closed_form() -> None:
         (F(2), F(50), F(1, 100), F(0)),
     ]:
         time_, probability = constant_drift(a, kappa, r, start)
-        drift = drifts.polynomial(a)
+        drift = smoothings.polynomial(a)
         assert_meets(ball.escape_time(drift, kappa, r, start, 40), time_, 40)
         assert_meets(ball.exit_probability(drift, kappa, r, start, 40), probability, 40)
 
 
 def test_no_drift_is_brownian_motion() -> None:
     kappa, r, start = F(3, 7), F(5), F(-4, 3)
-    drift = drifts.polynomial(0)
+    drift = smoothings.polynomial(0)
     time_, probability = (r**2 - start**2) / kappa**2, (r - start) / (2 * r)
     # flint rounds a rational to the current precision before it compares.
     with flint.ctx.workprec(400):
@@ -206,7 +206,7 @@ def test_precisions_nest_and_polynomials_equal_formulas(name: str) -> None:
 
 
 def test_density_at_the_corners_gives_the_tails() -> None:
-    for drift in (drifts.linear(1, "-1/3"), drifts.tanh(1, "-1/3", 4)):
+    for drift in (smoothings.linear(1, "-1/3"), smoothings.tanh(1, "-1/3", 4)):
         kappa = F(1, 2)
         rate_minus, rate_plus = flint.arb(8), flint.arb(8) / 3
         tails = ball.stationary_density(drift, kappa, F(-1), 30) / rate_minus
@@ -240,7 +240,7 @@ def test_truncation_is_enclosed_when_terms_are_few(moment: str) -> None:
     rng = random.Random(moment)
     for _ in range(60):
         drift = rng.choice(
-            [friction(3, 1, "-0.3"), drifts.tanh(1, 2, 5), drifts.sine(1, -1, 4, waves=2)]
+            [friction(3, 1, "-0.3"), smoothings.tanh(1, 2, 5), smoothings.sine(1, -1, 4, waves=2)]
         )
         center, half = F(rng.randint(-9, 9), 10), F(1, rng.randint(30, 200))
         lam = F(rng.randint(1, 60))
@@ -323,7 +323,7 @@ def test_logarithms() -> None:
 
 
 def test_logarithm_of_almost_one_keeps_its_digits() -> None:
-    drift = drifts.linear(1, 1)  # C = 1/(1 + e^{200000})
+    drift = smoothings.linear(1, 1)  # C = 1/(1 + e^{200000})
     scene = (drift, F(1, 10), F(1000), F(0), 30)
     logarithm = ball.exit_probability(*scene, complement=True, log=True)
     with flint.ctx.workprec(200):
@@ -332,7 +332,7 @@ def test_logarithm_of_almost_one_keeps_its_digits() -> None:
 
 
 def test_logarithm_zero() -> None:
-    logarithm = ball.escape_time(drifts.polynomial(0), F(1), F(1), F(0), 20, log=True)
+    logarithm = ball.escape_time(smoothings.polynomial(0), F(1), F(1), F(0), 20, log=True)
     assert logarithm.contains(0)
     assert logarithm.rad() < 1e-39
 
@@ -403,14 +403,14 @@ def test_threads_do_not_spoil_each_other() -> None:
 
 def test_missing_coefficients_are_noticed() -> None:
     with ball_drift.precision(100):
-        panel = panels_of(drifts.tanh(1, 2, 5), F(0), F(1, 100), F(1), 30)
+        panel = panels_of(smoothings.tanh(1, 2, 5), F(0), F(1, 100), F(1), 30)
         _ = panel._exponent
         flint.ctx.cap = 5  # as another thread would
         with pytest.raises(AccuracyError, match=r"flint\.ctx\.cap"):
             _ = panel.plus
 
 
-@pytest.mark.parametrize("drift", [friction(3, 1, "-0.3"), drifts.tanh(1, 2, 5)])
+@pytest.mark.parametrize("drift", [friction(3, 1, "-0.3"), smoothings.tanh(1, 2, 5)])
 @pytest.mark.parametrize("kappa", [F(1, 400), F(1, 1000), F(1, 10**7), F(1, 10**200)])
 def test_too_much_work_is_refused_soon(drift: Any, kappa: F) -> None:
     begin = time.perf_counter()
@@ -421,14 +421,14 @@ def test_too_much_work_is_refused_soon(drift: Any, kappa: F) -> None:
 
 
 def test_refusals() -> None:
-    drift = drifts.linear(1, -2)
+    drift = smoothings.linear(1, -2)
     with pytest.raises(InputError, match="kappa is 0"):
         ball.occupation(drift, F(0), 10)
     with pytest.raises(InputError, match="r is 0"):
         ball.escape_time(drift, F(1), F(0), F(0), 10)
     with pytest.raises(InputError, match="start is -2"):
         ball.exit_probability(drift, F(1), F(2), F(-2), 10)
-    for other in (drifts.linear(1, 2), drifts.linear(-1, -1), drifts.linear(0, -1)):
+    for other in (smoothings.linear(1, 2), smoothings.linear(-1, -1), smoothings.linear(0, -1)):
         with pytest.raises(RegionError, match="no stationary"):
             ball.occupation(other, F(1), 10)
         with pytest.raises(RegionError, match="no stationary"):
@@ -439,7 +439,7 @@ def test_a_sign_that_needs_more_precision() -> None:
     tiny = F(1, 10**80)
     drift = Formula(lambda u, ops: ops.sin(ops.pi()) + ops.rational(tiny) - (1 + u))
     value = ball.occupation(drift, F(1), 10)
-    assert value.overlaps(ball.occupation(drifts.linear(tiny, tiny - 2), F(1), 10))
+    assert value.overlaps(ball.occupation(smoothings.linear(tiny, tiny - 2), F(1), 10))
     assert value.rad() < value * 1e-10
     undecided = Formula(lambda u, ops: ops.sin(ops.pi()) - (1 + u))
     with pytest.raises(AccuracyError, match="no ball"):
@@ -451,4 +451,4 @@ def test_without_flint(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "flint", None)
     assert not ball.available()
     with pytest.raises(AccuracyError, match="pip install python-flint"):
-        ball.escape_time(drifts.linear(1, -2), F(1), F(2), F(0), 10)
+        ball.escape_time(smoothings.linear(1, -2), F(1), F(2), F(0), 10)
