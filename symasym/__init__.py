@@ -6,8 +6,8 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from symasym.asymptotics.integrals import laplace_integral
-    from symasym.drift import Drift, hill, linear, polynomial, sine, tanh
+    from symasym.asymptotics.laplace import laplace_integral
+    from symasym.drift import Drift
     from symasym.errors import (
         AccuracyError,
         InputError,
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
     from symasym.reduce import reduce
     from symasym.scales import Scales, rescale
+    from symasym.smoothings import hill, linear, polynomial, sine, tanh
 
 __all__ = [
     "AccuracyError",
@@ -66,16 +67,16 @@ _HOMES = {
     "exit_probability": "symasym.quantities",
     "formula": "symasym.formula",
     "friction": "symasym.friction",
-    "hill": "symasym.drift",
-    "laplace_integral": "symasym.asymptotics.integrals",
-    "linear": "symasym.drift",
+    "hill": "symasym.smoothings",
+    "laplace_integral": "symasym.asymptotics.laplace",
+    "linear": "symasym.smoothings",
     "occupation": "symasym.quantities",
-    "polynomial": "symasym.drift",
+    "polynomial": "symasym.smoothings",
     "reduce": "symasym.reduce",
     "rescale": "symasym.scales",
-    "sine": "symasym.drift",
+    "sine": "symasym.smoothings",
     "stationary_density": "symasym.quantities",
-    "tanh": "symasym.drift",
+    "tanh": "symasym.smoothings",
 }
 
 

@@ -1,15 +1,16 @@
 """One formula, many number types.
 
-A model writes its drift once, as `evaluate(u, p, ops)`; `ops` brings the
-elementary functions of the number type that `u` belongs to. This module holds
-the types that the layers above share: NumPy, SymPy, and mpmath contexts.
+A model writes its drift once, as `evaluate(u, p, ops)`; `ops` brings what the
+number type of `u` needs for it: `rational(value)`, `pi()`, `power(base, exponent)`
+and the elementary functions by the names in `FUNCTIONS`. This module holds the
+types that the layers above share: rationals, NumPy, SymPy, and mpmath contexts.
 The Taylor jets and the balls bring their own, beside their engines.
 """
 
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -23,16 +24,30 @@ FUNCTIONS = [
 ]
 
 
-class Ops(Protocol):
-    """The elementary functions of one number type."""
+class NotRational(Exception):
+    """A formula left the rationals."""
 
-    def rational(self, value: Fraction) -> Any: ...
 
-    def pi(self) -> Any: ...
+class FractionOps:
+    """Exact rationals; anything transcendental leaves them."""
 
-    def power(self, base: Any, exponent: Fraction) -> Any: ...
+    def rational(self, value: Fraction) -> Fraction:
+        return value
 
-    def __getattr__(self, name: str) -> Any: ...
+    def pi(self) -> Any:
+        raise NotRational
+
+    def power(self, base: Any, exponent: Fraction) -> Any:
+        if exponent.denominator == 1:
+            power = integer_power(base, abs(exponent.numerator))
+            return power if exponent > 0 else 1 / power
+        raise NotRational
+
+    def __getattr__(self, name: str) -> Any:
+        def leave(*_: Any) -> Any:
+            raise NotRational
+
+        return leave
 
 
 class NumpyOps:

@@ -8,8 +8,9 @@ gives its coefficients, which is what makes the fast engines fast.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, ClassVar
 
 from symasym.arithmetic import evaluate_tree, integer_power
@@ -160,7 +161,6 @@ class Expression(Model):
 
     formula: Any
     u: Any
-    _powers: Any = field(default=None, compare=False)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -186,18 +186,17 @@ class Expression(Model):
             value = sympy.simplify(value)
         return Fraction(int(value.p), int(value.q)) if value.is_Rational else None
 
-    def coefficients(self, p: Values, ops: Any) -> list[Any] | None:
-        powers = self._powers
-        if powers is None:
-            import sympy
+    @cached_property
+    def _powers(self) -> list[Any] | None:
+        import sympy
 
-            poly = self.formula.as_poly(self.u)
-            powers = [] if poly is None else [sympy.sympify(c) for c in poly.all_coeffs()[::-1]]
-            # The dataclass is frozen for its users; the expansion is a cache of `formula`.
-            object.__setattr__(self, "_powers", powers)
-        if not powers:
+        poly = self.formula.as_poly(self.u)
+        return None if poly is None else [sympy.sympify(c) for c in poly.all_coeffs()[::-1]]
+
+    def coefficients(self, p: Values, ops: Any) -> list[Any] | None:
+        if self._powers is None:
             return None
-        return [evaluate_tree(c, self._values(p), ops) for c in powers]
+        return [evaluate_tree(c, self._values(p), ops) for c in self._powers]
 
 
 def check_count(name: str, value: Any) -> int:

@@ -14,8 +14,8 @@ from symasym.drift import Drift
 from symasym.errors import InputError, RegionError
 from symasym.estimate import Estimate
 from symasym.generated import mpmath_formulas, numpy_formulas
-from symasym.inputs import FloatArray, digits, exact, floats, is_array, positive
-from symasym.scenes import float_scenes, require_fits
+from symasym.inputs import FloatArray, digits, exact, floats, is_array
+from symasym.scenes import exact_scene, float_scenes, one_scene, require_fits
 
 
 def escape_time(
@@ -31,16 +31,11 @@ def escape_time(
         raise InputError(
             f"start is {start}; the paper's formula is for start 0, use method='exact'."
         )
-    drift.require_bound()
-    if dps is not None or not (drift.shape or is_array(kappa) or is_array(r)):
+    numbers = {"kappa": kappa, "r": r, "start": start}
+    if dps is not None or one_scene(drift, numbers):
+        values = exact_scene(drift, numbers, dps)
         n = 17 if dps is None else digits(dps)
-        result = _escape_by_digits(
-            drift,
-            positive("kappa", exact("kappa", kappa)),
-            positive("r", exact("r", r)),
-            n,
-            log or dps is None,
-        )
+        result = _escape_by_digits(drift, values["kappa"], values["r"], n, log or dps is None)
         if dps is None:
             return _float_result(np.asarray(float(result)), log, full)
         return Estimate(result, None, "none", "paper") if full else result
@@ -118,10 +113,10 @@ def _number(x: Fraction, context: Any) -> Any:
 
 
 def _escape_by_floats(drift: Drift, kappa: Any, r: Any) -> FloatArray:
-    float_scenes(drift, {"kappa": kappa, "r": r, "start": 0})
-    k, radius = floats("kappa", kappa), floats("r", r)
     from symasym.exact.fields import field_of
 
+    scenes = float_scenes(drift, {"kappa": kappa, "r": r, "start": 0})
+    k, radius = (scenes.numbers[name].reshape(scenes.shape) for name in ("kappa", "r"))
     # The landscape depends on the drift alone: find it once per drift, not per point.
     own = drift.shape
     count = int(np.prod(own, dtype=int))
@@ -209,13 +204,13 @@ def occupation(
     The bound is a lower bound on P; as an `Estimate` its error, 1 - P's bound,
     is of kind ``"bound"``, and that of eq:Plarge2 is of kind ``"none"``.
     """
-    if is_array(kappa) or drift.shape:
-        return _occupation_of_arrays(drift, kappa, complement, dps, log, full)
-    k = positive("kappa", exact("kappa", kappa))
+    if dps is None and not one_scene(drift, {"kappa": kappa}):
+        return _occupation_of_arrays(drift, kappa, complement, log, full)
+    values = exact_scene(drift, {"kappa": kappa}, dps)
     n = 17 if dps is None else digits(dps)
     with own_context(n + 15) as context:
         a_minus, a_plus = (_number(Fraction(x), context) for x in drift.ends)
-        noise = _number(k, context)
+        noise = _number(values["kappa"], context)
         large = mpmath_formulas.strong_noise_occupation(context, noise, a_minus, a_plus)
         small = large >= 1
         p = _lower_bound(drift, noise, context) if small else large
@@ -239,13 +234,7 @@ def occupation(
     return Estimate(result, error, "none" if error is None else "bound", "paper")
 
 
-def _occupation_of_arrays(
-    drift: Drift, kappa: Any, complement: bool, dps: int | None, log: bool, full: bool
-) -> Any:
-    if dps is not None:
-        raise InputError(
-            f"dps is {dps} and an argument is an array; arrays are for float64 (dps=None)."
-        )
+def _occupation_of_arrays(drift: Drift, kappa: Any, complement: bool, log: bool, full: bool) -> Any:
     k = floats("kappa", kappa)
     shape = drift.shape_with("kappa", k)
     flat = np.broadcast_to(k, shape).ravel()

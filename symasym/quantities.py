@@ -13,10 +13,12 @@ from symasym.errors import AccuracyError, InputError, RangeError, RegionError
 from symasym.estimate import Estimate
 from symasym.inputs import FloatArray, digits, exact, is_array
 from symasym.scenes import (
+    FLOAT_DIGITS,
     Scenes,
     exact_scene,
     float_scenes,
     input_rounding,
+    one_scene,
     require_fits,
     rows_of,
 )
@@ -26,7 +28,6 @@ __all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
 TOLERANCE = 1e-12
 _SCENES_AT_ONCE = 4096
-_FLOAT_DIGITS = 20
 
 
 def escape_time(
@@ -328,16 +329,10 @@ def _require_sliding(drift: Drift) -> None:
 
 def _evaluate(task: _Task, dps: int | None, log: bool, full: bool) -> Any:
     _require_drift(task.drift)
-    arrays = [name for name, value in task.numbers.items() if is_array(value)]
     if dps is not None:
-        if arrays:
-            raise InputError(
-                f"{arrays[0]} is an array and dps is {dps}; arrays are for float64 (dps=None), "
-                "so pass one value at a time."
-            )
         return _by_digits(task, digits(dps), log, full)
-    if full and not arrays and not task.drift.shape:
-        found = _by_digits(task, _FLOAT_DIGITS, log, True)
+    if full and one_scene(task.drift, task.numbers):
+        found = _by_digits(task, FLOAT_DIGITS, log, True)
         return _rounded_to_float(task.name, found, log)
     return _by_float(task, log, full)
 
@@ -361,8 +356,7 @@ def _by_engines(task: _Task, dps: int, log: bool, full: bool) -> Any:
 
     from symasym.exact import arbitrary, ball
 
-    values = exact_scene(task.numbers, dps)
-    task.drift.scalars()
+    values = exact_scene(task.drift, task.numbers, dps)
     # Where A is no polynomial, ball arithmetic is the faster way as well as the proved one.
     if ball.available() and (full or task.drift.exact_coefficients() is None):
         found = _by_ball(task, values, dps, log)

@@ -31,6 +31,11 @@ class Request(NamedTuple):
     log: bool
     full: bool
 
+    @property
+    def digits(self) -> int:
+        """Digits to compute with: behind a float64 value a few more, for the error beside it."""
+        return FLOAT_DIGITS if self.dps is None else self.dps
+
 
 class Scenes(NamedTuple):
     """Scenes in float64, flattened; `shape` is that of the answer."""
@@ -63,8 +68,8 @@ def one_scene(drift: Drift, numbers: dict[str, Any]) -> bool:
     return not drift.shape and not any(is_array(x) for x in numbers.values())
 
 
-def exact_scene(numbers: dict[str, Any], dps: int | None) -> dict[str, Fraction]:
-    """The numbers as exact rationals, in their ranges."""
+def exact_scene(drift: Drift, numbers: dict[str, Any], dps: int | None) -> dict[str, Fraction]:
+    """The numbers as exact rationals, in their ranges; the drift's parameters must be scalars."""
     if dps is not None:
         digits(dps)
         for name, value in numbers.items():
@@ -82,6 +87,7 @@ def exact_scene(numbers: dict[str, Any], dps: int | None) -> dict[str, Fraction]
             f"start is {float_text(values['start'])} and r is {float_text(values['r'])}; "
             "start must lie inside (-r, r)."
         )
+    drift.scalars()
     return values
 
 
@@ -165,10 +171,8 @@ def as_floats(
     value: Any = logs
     # A logarithm close to 0 may have underflowed.
     error: Any = None if errors is None else errors.reshape(shape) + 1e-300
+    require_fits(request.name, logs, request.log)
     if not request.log:
-        extreme = float(logs.max() if logs.max() > _LARGEST else logs.min())
-        if not _SMALLEST <= extreme <= _LARGEST and extreme != -np.inf:
-            raise too_large(request.name, extreme)
         value = np.exp(logs)
         if error is not None:
             # exp rounds once more, and so does the product.
@@ -222,8 +226,7 @@ def _fits(name: str, value: Any) -> None:
     if not value:
         return
     size = libmp.to_float(libmp.mpf_log(libmp.mpf_abs(value._mpf_), 53))
-    if not _SMALLEST <= size <= _LARGEST:
-        raise too_large(name, size)
+    require_fits(name, np.asarray(size), False)
 
 
 def require_fits(name: str, logs: FloatArray, log: bool) -> None:
@@ -236,10 +239,6 @@ def require_fits(name: str, logs: FloatArray, log: bool) -> None:
         return
     extreme = float(logs.max() if logs.max() > _LARGEST else logs.min())
     if not _SMALLEST <= extreme <= _LARGEST:
-        raise too_large(name, extreme)
-
-
-def too_large(name: str, size: float) -> RangeError:
-    return RangeError(
-        f"{name} is e^{size:.6g}, outside the range of float64; pass log=True, or dps=…."
-    )
+        raise RangeError(
+            f"{name} is e^{extreme:.6g}, outside the range of float64; pass log=True, or dps=…."
+        )

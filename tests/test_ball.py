@@ -15,16 +15,16 @@ import numpy as np
 import pytest
 from test_witness import Formula, constant_drift
 
-from symasym import drift as drifts
+from symasym import smoothings
 from symasym.errors import AccuracyError, InputError, RegionError
-from symasym.exact import ball, ball_drift, witness
+from symasym.exact import ball, ball_drift, ball_panels, witness
 
 flint = pytest.importorskip("flint")
 
 
 def friction(mu: Any, alpha: Any, z0: Any) -> Any:
     mu, alpha, z0 = F(mu), F(alpha), F(z0)
-    return drifts.polynomial(1 - z0, -alpha * (1 + mu), 0, alpha * mu)
+    return smoothings.polynomial(1 - z0, -alpha * (1 + mu), 0, alpha * mu)
 
 
 def rational(x: Any) -> F:
@@ -48,16 +48,16 @@ def assert_meets(enclosure: Any, value: Any, dps: int) -> None:
 SCENES = {
     "crossing, a well": (friction(3, 1, "-0.3"), F(1), F(10), F(0)),
     "crossing, start outside": (friction(3, 1, "-0.3"), F(1, 2), F(5, 2), F(-3, 2)),
-    "crossing backwards": (drifts.linear(-1, -2), F(1), F(3), F(1, 3)),
-    "sliding": (drifts.linear(1, -2), F(1, 2), F(2), F(1, 7)),
-    "repelling sliding": (drifts.linear(-1, 2), F(2, 3), F(3), F(5, 3)),
+    "crossing backwards": (smoothings.linear(-1, -2), F(1), F(3), F(1, 3)),
+    "sliding": (smoothings.linear(1, -2), F(1, 2), F(2), F(1, 7)),
+    "repelling sliding": (smoothings.linear(-1, 2), F(2, 3), F(3), F(5, 3)),
     "r inside the layer": (friction(3, 1, "-0.3"), F(1, 3), F(4, 5), F(-1, 3)),
-    "r = 1": (drifts.polynomial("1/3", -1, "1/7", 0, 2), F(1), F(1), F(1, 2)),
-    "sine": (drifts.sine(1, 1, 4, waves=2), F(1), F(2), F(-3, 2)),
-    "tanh": (drifts.tanh(1, -1, 5), F(1, 2), F(2), F(1, 5)),
-    "hill, start at the corner": (drifts.hill(-1, "1/2", "1/2", n=4), F(1), F(2), F(1)),
-    "a- = 0": (drifts.polynomial(1, 1), F(1), F(3), F(-2)),
-    "no drift": (drifts.polynomial(0), F(1), F(3), F(3, 2)),
+    "r = 1": (smoothings.polynomial("1/3", -1, "1/7", 0, 2), F(1), F(1), F(1, 2)),
+    "sine": (smoothings.sine(1, 1, 4, waves=2), F(1), F(2), F(-3, 2)),
+    "tanh": (smoothings.tanh(1, -1, 5), F(1, 2), F(2), F(1, 5)),
+    "hill, start at the corner": (smoothings.hill(-1, "1/2", "1/2", n=4), F(1), F(2), F(1)),
+    "a- = 0": (smoothings.polynomial(1, 1), F(1), F(3), F(-2)),
+    "no drift": (smoothings.polynomial(0), F(1), F(3), F(3, 2)),
 }
 
 
@@ -72,10 +72,10 @@ def test_escape_against_quadrature(name: str) -> None:
 @pytest.mark.parametrize(
     ("drift", "kappa"),
     [
-        (drifts.linear(1, -2), F(1, 3)),
+        (smoothings.linear(1, -2), F(1, 3)),
         (friction(3, 1, "1.2"), F(1)),
-        (drifts.tanh(1, "-1/2", 5), F(1, 2)),
-        (drifts.sine("1/2", -1, 4), F(2)),
+        (smoothings.tanh(1, "-1/2", 5), F(1, 2)),
+        (smoothings.sine("1/2", -1, 4), F(2)),
     ],
 )
 def test_stationary_against_quadrature(drift: Any, kappa: F) -> None:
@@ -163,14 +163,14 @@ def test_constant_drift_closed_form() -> None:
         (F(2), F(50), F(1, 100), F(0)),
     ]:
         time_, probability = constant_drift(a, kappa, r, start)
-        drift = drifts.polynomial(a)
+        drift = smoothings.polynomial(a)
         assert_meets(ball.escape_time(drift, kappa, r, start, 40), time_, 40)
         assert_meets(ball.exit_probability(drift, kappa, r, start, 40), probability, 40)
 
 
 def test_no_drift_is_brownian_motion() -> None:
     kappa, r, start = F(3, 7), F(5), F(-4, 3)
-    drift = drifts.polynomial(0)
+    drift = smoothings.polynomial(0)
     time_, probability = (r**2 - start**2) / kappa**2, (r - start) / (2 * r)
     # flint rounds a rational to the current precision before it compares.
     with flint.ctx.workprec(400):
@@ -206,7 +206,7 @@ def test_precisions_nest_and_polynomials_equal_formulas(name: str) -> None:
 
 
 def test_density_at_the_corners_gives_the_tails() -> None:
-    for drift in (drifts.linear(1, "-1/3"), drifts.tanh(1, "-1/3", 4)):
+    for drift in (smoothings.linear(1, "-1/3"), smoothings.tanh(1, "-1/3", 4)):
         kappa = F(1, 2)
         rate_minus, rate_plus = flint.arb(8), flint.arb(8) / 3
         tails = ball.stationary_density(drift, kappa, F(-1), 30) / rate_minus
@@ -230,8 +230,8 @@ def test_escape_time_solves_its_differential_equation() -> None:
 
 def panels_of(drift: Any, center: F, half: F, lam: F, terms: int) -> Any:
     profile = ball_drift.profile_of(drift)
-    bound = ball_drift.exact_ball(lam * half) * profile.bound(center, ball._RATIO * half)
-    return ball._Panel(profile, lam, center, half, bound, terms)
+    bound = ball_drift.exact_ball(lam * half) * profile.bound(center, ball_panels.RATIO * half)
+    return ball_panels.Panel(profile, lam, center, half, bound, terms)
 
 
 @pytest.mark.parametrize("moment", ["growth", "plus", "minus", "nested"])
@@ -240,7 +240,7 @@ def test_truncation_is_enclosed_when_terms_are_few(moment: str) -> None:
     rng = random.Random(moment)
     for _ in range(60):
         drift = rng.choice(
-            [friction(3, 1, "-0.3"), drifts.tanh(1, 2, 5), drifts.sine(1, -1, 4, waves=2)]
+            [friction(3, 1, "-0.3"), smoothings.tanh(1, 2, 5), smoothings.sine(1, -1, 4, waves=2)]
         )
         center, half = F(rng.randint(-9, 9), 10), F(1, rng.randint(30, 200))
         lam = F(rng.randint(1, 60))
@@ -260,13 +260,13 @@ def test_cauchy_bounds_hold_on_their_circle(drift: Any, monkeypatch: pytest.Monk
         used.append(float(bound.upper()))
         return flint.arb(0, 10 ** len(used))
 
-    monkeypatch.setattr(ball._Panel, "_tail", record)
+    monkeypatch.setattr(ball_panels.Panel, "_tail", record)
     center, half, lam = F(1, 3), F(1, 20), F(9)
     with ball_drift.precision(100):
         # Two functions are cut off, and both of what is left out goes into the radius.
         assert panels_of(drift, center, half, lam, 40).nested.rad() > 100 * float(half) ** 2
         assert len(used) == 2
-        monkeypatch.setattr(ball._Panel, "_exp_tail", flint.arb(0, 10**6))
+        monkeypatch.setattr(ball_panels.Panel, "_exp_tail", flint.arb(0, 10**6))
         assert panels_of(drift, center, half, lam, 40).nested.rad() > 10**5 * float(half) ** 2
 
     # The same two on the circle, in floating point.
@@ -277,7 +277,7 @@ def test_cauchy_bounds_hold_on_their_circle(drift: Any, monkeypatch: pytest.Monk
         return primitive(float(center) + float(half) * t)
 
     x, w = np.polynomial.legendre.leggauss(60)
-    for z in ball._RATIO * np.exp(2j * np.pi * np.arange(48) / 48):
+    for z in ball_panels.RATIO * np.exp(2j * np.pi * np.arange(48) / 48):
         path = -1 + (z + 1) * (x + 1) / 2
         nested = np.sum(w * np.exp(exponent(path) - exponent(z))) * (z + 1) / 2
         assert abs(nested) <= used[1]
@@ -291,7 +291,7 @@ def test_exponential_quotients(order: int) -> None:
     for _ in range(300):
         x = F(rng.choice([-1, 1]) * rng.randint(0, 10**6), 10 ** rng.randint(3, 60))
         with ball_drift.precision(rng.randint(30, 200)):
-            found = ball._exp_quotient(ball_drift.exact_ball(x), order)
+            found = ball_panels.exp_quotient(ball_drift.exact_ball(x), order)
         with ball_drift.precision(2000):
             X = ball_drift.exact_ball(x)
             exact = flint.arb(1) / order
@@ -300,9 +300,9 @@ def test_exponential_quotients(order: int) -> None:
             assert found.contains(exact.mid())
             assert found.rad() < abs(found) * flint.arb(2) ** -25
     with ball_drift.precision(64):
-        around = ball._exp_quotient(flint.arb(0, 0.5), order)
+        around = ball_panels.exp_quotient(flint.arb(0, 0.5), order)
         for x in (-0.5, -0.1, 0.3, 0.5):
-            assert around.contains(ball._exp_quotient(flint.arb(x), order).mid())
+            assert around.contains(ball_panels.exp_quotient(flint.arb(x), order).mid())
 
 
 # -- logarithms ----------------------------------------------------------------------------------
@@ -323,7 +323,7 @@ def test_logarithms() -> None:
 
 
 def test_logarithm_of_almost_one_keeps_its_digits() -> None:
-    drift = drifts.linear(1, 1)  # C = 1/(1 + e^{200000})
+    drift = smoothings.linear(1, 1)  # C = 1/(1 + e^{200000})
     scene = (drift, F(1, 10), F(1000), F(0), 30)
     logarithm = ball.exit_probability(*scene, complement=True, log=True)
     with flint.ctx.workprec(200):
@@ -332,7 +332,7 @@ def test_logarithm_of_almost_one_keeps_its_digits() -> None:
 
 
 def test_logarithm_zero() -> None:
-    logarithm = ball.escape_time(drifts.polynomial(0), F(1), F(1), F(0), 20, log=True)
+    logarithm = ball.escape_time(smoothings.polynomial(0), F(1), F(1), F(0), 20, log=True)
     assert logarithm.contains(0)
     assert logarithm.rad() < 1e-39
 
@@ -403,14 +403,14 @@ def test_threads_do_not_spoil_each_other() -> None:
 
 def test_missing_coefficients_are_noticed() -> None:
     with ball_drift.precision(100):
-        panel = panels_of(drifts.tanh(1, 2, 5), F(0), F(1, 100), F(1), 30)
+        panel = panels_of(smoothings.tanh(1, 2, 5), F(0), F(1, 100), F(1), 30)
         _ = panel._exponent
         flint.ctx.cap = 5  # as another thread would
         with pytest.raises(AccuracyError, match=r"flint\.ctx\.cap"):
             _ = panel.plus
 
 
-@pytest.mark.parametrize("drift", [friction(3, 1, "-0.3"), drifts.tanh(1, 2, 5)])
+@pytest.mark.parametrize("drift", [friction(3, 1, "-0.3"), smoothings.tanh(1, 2, 5)])
 @pytest.mark.parametrize("kappa", [F(1, 400), F(1, 1000), F(1, 10**7), F(1, 10**200)])
 def test_too_much_work_is_refused_soon(drift: Any, kappa: F) -> None:
     begin = time.perf_counter()
@@ -421,14 +421,14 @@ def test_too_much_work_is_refused_soon(drift: Any, kappa: F) -> None:
 
 
 def test_refusals() -> None:
-    drift = drifts.linear(1, -2)
+    drift = smoothings.linear(1, -2)
     with pytest.raises(InputError, match="kappa is 0"):
         ball.occupation(drift, F(0), 10)
     with pytest.raises(InputError, match="r is 0"):
         ball.escape_time(drift, F(1), F(0), F(0), 10)
     with pytest.raises(InputError, match="start is -2"):
         ball.exit_probability(drift, F(1), F(2), F(-2), 10)
-    for other in (drifts.linear(1, 2), drifts.linear(-1, -1), drifts.linear(0, -1)):
+    for other in (smoothings.linear(1, 2), smoothings.linear(-1, -1), smoothings.linear(0, -1)):
         with pytest.raises(RegionError, match="no stationary"):
             ball.occupation(other, F(1), 10)
         with pytest.raises(RegionError, match="no stationary"):
@@ -439,7 +439,7 @@ def test_a_sign_that_needs_more_precision() -> None:
     tiny = F(1, 10**80)
     drift = Formula(lambda u, ops: ops.sin(ops.pi()) + ops.rational(tiny) - (1 + u))
     value = ball.occupation(drift, F(1), 10)
-    assert value.overlaps(ball.occupation(drifts.linear(tiny, tiny - 2), F(1), 10))
+    assert value.overlaps(ball.occupation(smoothings.linear(tiny, tiny - 2), F(1), 10))
     assert value.rad() < value * 1e-10
     undecided = Formula(lambda u, ops: ops.sin(ops.pi()) - (1 + u))
     with pytest.raises(AccuracyError, match="no ball"):
@@ -451,4 +451,4 @@ def test_without_flint(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "flint", None)
     assert not ball.available()
     with pytest.raises(AccuracyError, match="pip install python-flint"):
-        ball.escape_time(drifts.linear(1, -2), F(1), F(2), F(0), 10)
+        ball.escape_time(smoothings.linear(1, -2), F(1), F(2), F(0), 10)

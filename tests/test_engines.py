@@ -14,6 +14,7 @@ import pytest
 
 import symasym as sa
 from symasym.exact import panels
+from symasym.exact.block_records import is_slow
 from symasym.exact.double_double import DoubleDouble, DoubleDoubleOps, shift
 from symasym.exact.fields import field_of
 from symasym.exact.jets import Jet, JetOps
@@ -149,6 +150,22 @@ def test_slow_panels_are_what_sampling_gives(sign: float, slope: float) -> None:
     found, wanted = panels.slow(lam_phi, np.array([h])), many(coefficients, h, 256)
     for value, exact in zip(found, wanted, strict=True):
         assert value[0] == pytest.approx(exact[0], rel=2e-13)
+
+
+def test_slow_panels_see_the_poles_of_the_drift() -> None:
+    # 1/phi is a parabola and seen at any width, but the rise needs phi itself, which has poles
+    # at distance 1. At this lam an error of 1e-12 in the rise is as large as the layers.
+    rule, lam, accepted = panels.lobatto(), np.array([1e12]), []
+    for reach in np.geomspace(0.02, 3.0, 40):
+        u, h = reach * (2 * rule.nodes - 1), np.array([2 * reach])
+        phi = 1 / (1 + u**2)[None, :]
+        low, high = phi.min(axis=1), phi.max(axis=1)
+        accepted.append(bool(is_slow(low, high, lam * phi, lam * h, h)[0]))
+        if accepted[-1]:
+            rise = panels.slow(lam * phi, h).rise[0]
+            assert rise == pytest.approx(-2 * lam[0] * np.arctan(reach), rel=1e-15)
+    assert accepted[0]
+    assert not accepted[-1]
 
 
 def test_terms_of_the_slow_series_are_repeated_derivatives() -> None:

@@ -17,7 +17,7 @@ import pytest
 import symasym
 from symasym import friction, linear, rescale
 from symasym.context import own_context
-from symasym.exact import ball, double, fields, panels
+from symasym.exact import ball, ball_panels, double, fields, panels
 from symasym.exact.arbitrary import _Sweep
 from symasym.exact.taylor import constant_moments
 from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
@@ -74,7 +74,7 @@ def test_constant_panels_in_balls():
             slope, lam, length = (
                 _exact(rng, low, high) for low, high in (("-3", "3"), ("1/9", "9"), ("1/9", "4"))
             )
-            outer = ball._Outer(exact_ball(slope), lam, length)
+            outer = ball_panels.Outer(exact_ball(slope), lam, length)
             x = abs(slope * lam * length)
             near, both = _moments(ctx, ctx.mpf(x.numerator) / x.denominator, slope < 0)
             h = ctx.mpf(length.numerator) / length.denominator

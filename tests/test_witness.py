@@ -9,7 +9,7 @@ from typing import Any
 import mpmath
 import pytest
 
-from symasym import drift as drifts
+from symasym import smoothings
 from symasym.errors import AccuracyError, InputError, RegionError
 from symasym.exact import witness
 
@@ -59,19 +59,19 @@ def relative(value: Any, reference: Any) -> Any:
 )
 def test_constant_drift(a: F, kappa: F, r: F, start: F) -> None:
     time, probability = constant_drift(a, kappa, r, start)
-    drift = drifts.polynomial(a)
+    drift = smoothings.polynomial(a)
     assert relative(witness.escape_time(drift, kappa, r, start, 25), time) < 1e-25
     assert relative(witness.exit_probability(drift, kappa, r, start, 25), probability) < 1e-25
 
 
 def test_symmetric_start_is_the_hyperbolic_tangent() -> None:
-    value = witness.escape_time(drifts.polynomial(2), F(1), F(3), F(0), 20)
+    value = witness.escape_time(smoothings.polynomial(2), F(1), F(3), F(0), 20)
     assert relative(value, mpmath.mpf(3) / 2 * mpmath.tanh(6)) < 1e-15
 
 
 def test_linear_potential_well_on_the_line() -> None:
     # V = |u|-like tails and a parabola between: every integral is an error function.
-    drift, kappa = drifts.linear(1, -1), F(1, 2)
+    drift, kappa = smoothings.linear(1, -1), F(1, 2)
     with mpmath.workdps(40):
         lam = mpmath.mpf(8)
         inside = mpmath.exp(lam / 2) * mpmath.sqrt(2 * mpmath.pi / lam)
@@ -104,7 +104,7 @@ def test_gauss_rule_and_running_integral_are_exact_for_polynomials() -> None:
 
 
 def test_global_precision_is_neither_used_nor_changed() -> None:
-    drift = drifts.linear(1, -2)
+    drift = smoothings.linear(1, -2)
     with mpmath.workdps(7):
         low = witness.escape_time(drift, F(1), F(2), F(0), 30)
         assert mpmath.mp.dps == 7
@@ -121,7 +121,7 @@ def test_a_corner_is_not_passed_off_as_accurate() -> None:
 
 def test_cancellation_within_the_drift_is_noticed() -> None:
     # A(-1) = 1e-20 is a difference of numbers near 1: 20 digits less than the work has.
-    drift = drifts.linear(F(1, 10**20), -2)
+    drift = smoothings.linear(F(1, 10**20), -2)
     with mpmath.workdps(60):
         a = mpmath.mpf(10) ** -20
         lam, slope = mpmath.mpf(2), (2 + a) / 2
@@ -135,7 +135,7 @@ def test_cancellation_within_the_drift_is_noticed() -> None:
 
 
 def test_refusals() -> None:
-    drift = drifts.linear(1, -2)
+    drift = smoothings.linear(1, -2)
     with pytest.raises(InputError, match="kappa is 0"):
         witness.occupation(drift, F(0), 10)
     with pytest.raises(InputError, match="r is -1"):
@@ -143,6 +143,6 @@ def test_refusals() -> None:
     with pytest.raises(InputError, match="start is 2"):
         witness.exit_probability(drift, F(1), F(2), F(2), 10)
     with pytest.raises(RegionError, match="no stationary"):
-        witness.occupation(drifts.linear(1, 2), F(1), 10)
+        witness.occupation(smoothings.linear(1, 2), F(1), 10)
     with pytest.raises(AccuracyError, match="plain quadrature needs"):
         witness.escape_time(drift, F(1, 1000), F(10), F(0), 10)

@@ -17,7 +17,6 @@ from symasym.exact.ball_drift import exact_ball, flint_module, precision, profil
 from symasym.exact.local import ExactField
 from symasym.inputs import FloatArray, float_text, is_array
 from symasym.scenes import (
-    FLOAT_DIGITS,
     Request,
     as_digits,
     as_floats,
@@ -41,10 +40,9 @@ def exit_probability(
     numbers = {"kappa": kappa, "r": r, "start": start}
     if not one_scene(drift, numbers) and request.dps is None:
         return _of_arrays(drift, numbers, complement, request)
-    values = exact_scene(numbers, request.dps)
-    drift.scalars()
+    values = exact_scene(drift, numbers, request.dps)
     lam = 2 / values["kappa"] ** 2
-    digits = FLOAT_DIGITS if request.dps is None else request.dps
+    digits = request.digits
     exponent = int(lam * (1 + values["r"]) * 1024)
     bits = int(digits * 3.33) + 80 + 2 * exponent.bit_length()
     flint_module()
@@ -306,9 +304,8 @@ def paper_bound(
     numbers = {"kappa": kappa, "r": r, "start": start}
     if request.dps is None and not one_scene(drift, numbers):
         return _paper_of_arrays(drift, numbers, complement, request)
-    values = exact_scene(numbers, request.dps)
-    drift.scalars()
-    digits = FLOAT_DIGITS if request.dps is None else request.dps
+    values = exact_scene(drift, numbers, request.dps)
+    digits = request.digits
     with own_context(digits + 15) as context:
         value = _paper_log(drift, values, complement, context)
         if not request.log:

@@ -26,7 +26,6 @@ from symasym.errors import AccuracyError
 from symasym.exact import ball
 from symasym.inputs import FloatArray, float_text
 from symasym.scenes import (
-    FLOAT_DIGITS,
     Request,
     as_digits,
     as_floats,
@@ -102,9 +101,8 @@ def _answer(
         errors = errors + input_rounding(scenes, size)
         _require_small(scenes.numbers["kappa"], errors, order)
         return as_floats(request, scenes.shape, logs, errors, "estimate", terms, dropped)
-    values = exact_scene(numbers, request.dps)
-    drift.scalars()
-    digits = FLOAT_DIGITS if request.dps is None else request.dps
+    values = exact_scene(drift, numbers, request.dps)
+    digits = request.digits
     value, error = _enclosed(drift, values, digits, order, request.log, combined)
     return as_digits(request, value, error, "bound", terms, dropped)
 

@@ -70,7 +70,7 @@ def field_of(drift: Drift, values: dict[str, Any], count: int) -> Field:
     pairs = {name: _double_double(value, count) for name, value in values.items()}
     coefficients = drift.coefficients(pairs, DoubleDoubleOps())
     if coefficients is None or len(coefficients) > 13:
-        return AnalyticField(drift, values, pairs, count)
+        return AnalyticField(drift, pairs, count)
     shaped = [DoubleDouble.of(c).broadcast_to((count,)) for c in coefficients]
     return PolynomialField(shaped)
 
@@ -84,8 +84,8 @@ def extremes(field: Field, scene: IntArray) -> FloatArray:
 
     Between neighbours, and the ends, A is monotone. Rows are padded with 1.
     """
-    marks = np.sort(np.clip(np.nan_to_num(field.turning(scene), nan=1.0), -1.0, 1.0), axis=1)
-    return marks
+    found: FloatArray = np.clip(np.nan_to_num(field.turning(scene), nan=1.0), -1.0, 1.0)
+    return np.sort(found, axis=1)
 
 
 class PolynomialField:
@@ -180,11 +180,8 @@ class AnalyticField:
 
     ORDER = 16
 
-    def __init__(
-        self, drift: Drift, values: dict[str, Any], pairs: dict[str, DoubleDouble], count: int
-    ) -> None:
+    def __init__(self, drift: Drift, pairs: dict[str, DoubleDouble], count: int) -> None:
         self._drift = drift
-        self._exact = values
         self._pairs = pairs
         self._values = {name: np.tile(p.hi, 2) for name, p in pairs.items()}
         self._count = count
