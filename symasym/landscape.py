@@ -179,9 +179,7 @@ def _newton(pair: Callable[[Any], list[Any]], x: Any, context: Any) -> Any | Non
     return x
 
 
-def bracketed_zero(
-    pair: Callable[[Any], Sequence[Any]], lo: Any, hi: Any, context: Any
-) -> Any:
+def bracketed_zero(pair: Callable[[Any], Sequence[Any]], lo: Any, hi: Any, context: Any) -> Any:
     """The zero between mpf lo and hi by Newton kept inside a shrinking bracket.
 
     `pair` gives the value and the slope, of opposite signs at lo and hi.

@@ -233,7 +233,8 @@ def _add(
     taylor += [context.zero] * (terms - len(taylor))
     if zero:
         taylor[0] = context.zero
-    elif not taylor[0]:
+    # Where the panel is far too wide, the first coefficients are lost beside the later ones.
+    if not taylor[1 if zero else 0]:
         return False
     width = _number(half, context)
     small = context.ldexp(1, -context.prec + 16)
@@ -244,8 +245,11 @@ def _add(
         power = 2 * k + 1 if zero else 0
         # In units of `half` the logarithm of the distance counts from there.
         total = context.fsum(
-            c * (_primitive(context.mpf(sides[1]), power - j, context) -
-                 _primitive(context.mpf(sides[0]), power - j, context))
+            c
+            * (
+                _primitive(context.mpf(sides[1]), power - j, context)
+                - _primitive(context.mpf(sides[0]), power - j, context)
+            )
             for j, c in enumerate(series)
         )
         if zero and sides[0] == 0:

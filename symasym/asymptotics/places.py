@@ -13,7 +13,11 @@ from fractions import Fraction
 from functools import partial
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.coefficients import laplace_coefficients, negative_power, perron_coefficients
+from symasym.asymptotics.coefficients import (
+    laplace_coefficients,
+    negative_power,
+    perron_coefficients,
+)
 from symasym.asymptotics.outer import laurent, layer_integrals
 from symasym.errors import InputError
 from symasym.exact.local import ExactField, to_fraction
@@ -27,7 +31,7 @@ Groups = list[list[tuple[Any, Any, int]]]
 
 
 class Place(NamedTuple):
-    """e^{lam height} times a series; at a kink, `onward` is that of e^{lam V} to its right alone."""
+    """e^{lam height} times a series; `onward` is that of e^{lam V} to the right of a kink alone."""
 
     kind: str
     u: Any
@@ -210,7 +214,8 @@ class _Builder:
         reduced = perron_coefficients(fall, [c.one, *[c.zero] * (len(fall) - 1)], 2)
         half = c.mpf(1) / 2
         a = [d * abs(slope) ** (-half * (i + 1)) for i, d in enumerate(reduced[: 2 * self.count])]
-        peak, formal = ([[] for _ in range(self.count)] for _ in range(2))
+        peak: Groups = [[] for _ in range(self.count)]
+        formal: Groups = [[] for _ in range(self.count)]
         for i, coefficient in enumerate(a):
             power = half * (i + 1)
             size = coefficient * c.gamma(power) * 2**power / 2

@@ -27,7 +27,6 @@ from symasym.errors import AccuracyError
 from symasym.exact.local import ExactField
 from symasym.inputs import FloatArray, float_text, is_array
 from symasym.scenes import (
-    FLOAT_DIGITS,
     Request,
     as_digits,
     as_floats,
@@ -134,9 +133,8 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
     numbers = {"kappa": kappa}
     if request.dps is None and not one_scene(drift, numbers):
         return _occupation_of_arrays(drift, numbers, complement, request, orders)
-    values = exact_scene(numbers, request.dps)
-    drift.scalars()
-    digits = FLOAT_DIGITS if request.dps is None else request.dps
+    values = exact_scene(drift, numbers, request.dps)
+    digits = request.digits
     lam = 2 / values["kappa"] ** 2
     with own_context(digits + 2 * len(str(int(lam + 1))) + 20) as context:
         stationary = _stationary(drift, order, context)
@@ -175,8 +173,7 @@ def _stationary(drift: Drift, order: int, context: Any) -> _Stationary:
     slopes = [abs(field.value(Fraction(side))) for side in (-1, 1)]
     heights = places[0].height, places[-1].height
     ends = tuple(
-        (context.mpf(s.numerator) / s.denominator, h)
-        for s, h in zip(slopes, heights, strict=True)
+        (context.mpf(s.numerator) / s.denominator, h) for s, h in zip(slopes, heights, strict=True)
     )
     wells = [f"well at u = {context.nstr(p.u, 6)}" for p in places if p.kind == "well"]
     return _Stationary(places, (ends[0], ends[1]), (*wells, "kinks"))
@@ -212,9 +209,7 @@ def _time(sides: Sides, lam: Any) -> Pair:
     else:
         one = right.falling * right.scale
         two = left.falling * left.scale
-        extra = Pair(
-            behind * one.value + ahead * two.value, behind * one.error + ahead * two.error
-        )
+        extra = Pair(behind * one.value + ahead * two.value, behind * one.error + ahead * two.error)
         slope = two.value, one.value
     value = behind * right.nested.value + ahead * left.nested.value + extra.value
     error = behind * right.nested.error + ahead * left.nested.error + extra.error
@@ -240,9 +235,8 @@ def _answer(
     numbers = {"kappa": kappa, "r": r, "start": start}
     if request.dps is None and not one_scene(drift, numbers):
         return _of_arrays(drift, numbers, request, orders, quantity)
-    values = exact_scene(numbers, request.dps)
-    drift.scalars()
-    digits = FLOAT_DIGITS if request.dps is None else request.dps
+    values = exact_scene(drift, numbers, request.dps)
+    digits = request.digits
     lam = 2 / values["kappa"] ** 2
     extra = 2 * len(str(int(lam * (1 + values["r"]) + 1))) + 20
     with own_context(digits + extra) as context:
@@ -282,9 +276,7 @@ def _too_strong(kappa: str, order: int) -> AccuracyError:
     )
 
 
-def _halves(
-    drift: Drift, r: Fraction, x: Fraction, order: int, context: Any
-) -> tuple[Half, Half]:
+def _halves(drift: Drift, r: Fraction, x: Fraction, order: int, context: Any) -> tuple[Half, Half]:
     """Left, mirrored, and right."""
     left = half(ExactField(drift, True, context), -x, r, order, context)
     return left, half(ExactField(drift, False, context), x, r, order, context)
@@ -491,9 +483,7 @@ def _float_rows(
         better = sides.sure() & (relative < errors)
         logs = np.where(better, log, logs)
         errors = np.where(better, relative, errors)
-    top = max(
-        abs(float(p.height)) for h in halves for p in (*h.rising, *h.falling)
-    )
+    top = max(abs(float(p.height)) for h in halves for p in (*h.rising, *h.falling))
     reach = sum(abs(float(h.beyond[2])) for h in halves if h.beyond is not None)
     growth = lam * (top + reach * r)
     return logs, errors / (1 - np.minimum(errors, 0.9)) + 1e-14 * (8 + growth + np.abs(logs))
