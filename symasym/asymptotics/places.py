@@ -73,9 +73,11 @@ class Half(NamedTuple):
     beyond: tuple[Any, Any, Any] | None
 
 
-def half(field: ExactField, x: Fraction, r: Fraction, order: int, context: Any) -> Half:
-    """What lies right of `x`; `r` counts only where it is below 1."""
-    return _Builder(field, order, context).half(x, r)
+def half(
+    field: ExactField, x: Fraction, r: Fraction, order: int, context: Any, outer: bool = True
+) -> Half:
+    """What lies right of `x`, with or without its outer part; `r` counts only where below 1."""
+    return _Builder(field, order, context).half(x, r, outer)
 
 
 def whole(field: ExactField, order: int, context: Any) -> list[Place]:
@@ -83,7 +85,7 @@ def whole(field: ExactField, order: int, context: Any) -> list[Place]:
     builder, one = _Builder(field, order, context), Fraction(1)
     ends = [builder.flat(field.value(side * one)) for side in (-1, 1)]
     builder.edge("kink", -one, context.zero, ends[0], builder.smooth(-one))
-    builder.layer(-one, one, context.zero, outer=False)
+    builder.layer(-one, one, context.zero, False)
     height = -builder.drop(-context.one, context.one)
     builder.edge("kink", one, height, builder.smooth(one), ends[1])
     return builder.falling
@@ -101,7 +103,7 @@ class _Builder:
     def number(self, x: Any) -> Any:
         return self.context.mpf(x.numerator) / x.denominator
 
-    def half(self, x: Fraction, r: Fraction) -> Half:
+    def half(self, x: Fraction, r: Fraction, outer: bool) -> Half:
         one, height = Fraction(1), self.context.zero
         a_minus, a_plus = (self.field.value(side * one) for side in (-1, 1))
         if not (a_minus and a_plus):
@@ -123,7 +125,7 @@ class _Builder:
             self.start = self.start_at_zero(x)
         else:
             self.start = self.smooth_start(self.smooth(lo))
-        self.layer(lo, hi, height)
+        self.layer(lo, hi, height, outer)
         height -= self.drop(self.number(lo), self.number(hi))
         if r <= 1:
             self.edge("end", hi, height, self.smooth(hi), None)
@@ -171,7 +173,7 @@ class _Builder:
 
     # -- inside the layer ------------------------------------------------------------------
 
-    def layer(self, lo: Fraction, hi: Fraction, height: Any, outer: bool = True) -> None:
+    def layer(self, lo: Fraction, hi: Fraction, height: Any, outer: bool) -> None:
         """The wells and barriers of [lo, hi] and, where it is wanted, the outer part."""
         zeros = simple_zeros(self.field, lo, hi, self.context)
         if outer:

@@ -91,15 +91,19 @@ class Sides(NamedTuple):
 
 
 class Quantity(NamedTuple):
-    """What is asked for: from the sides and lam; its logarithm, where 1 - value is tiny."""
+    """What is asked for: from the sides and lam; its logarithm, where 1 - value is tiny.
+
+    `outer` says whether it needs the double integrals.
+    """
 
     value: Callable[[Sides, Any], Pair]
     log: Callable[[Sides, Any], Any] | None
+    outer: bool
 
 
 def escape_time(drift: Drift, kappa: Any, r: Any, start: Any, request: Request) -> Any:
     """T to the order that `request` asks for; any region with simple zeros, any start."""
-    return _answer(drift, kappa, r, start, request, Quantity(_time, None))
+    return _answer(drift, kappa, r, start, request, Quantity(_time, None, True))
 
 
 def exit_probability(
@@ -123,7 +127,7 @@ def exit_probability(
         part, rest = split(sides)
         return -ops.log1p(rest / part)
 
-    return _answer(drift, kappa, r, start, request, Quantity(probability, logarithm))
+    return _answer(drift, kappa, r, start, request, Quantity(probability, logarithm, False))
 
 
 def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> Any:
@@ -240,7 +244,7 @@ def _answer(
     lam = 2 / values["kappa"] ** 2
     extra = 2 * len(str(int(lam * (1 + values["r"]) + 1))) + 20
     with own_context(digits + extra) as context:
-        halves = _halves(drift, values["r"], values["start"], order, context)
+        halves = _halves(drift, values["r"], values["start"], order, context, quantity.outer)
         number = context.mpf(lam.numerator) / lam.denominator
         found, ops = [], _Exponentials(context)
         for n in orders:
@@ -276,10 +280,12 @@ def _too_strong(kappa: str, order: int) -> AccuracyError:
     )
 
 
-def _halves(drift: Drift, r: Fraction, x: Fraction, order: int, context: Any) -> tuple[Half, Half]:
+def _halves(
+    drift: Drift, r: Fraction, x: Fraction, order: int, context: Any, outer: bool
+) -> tuple[Half, Half]:
     """Left, mirrored, and right."""
-    left = half(ExactField(drift, True, context), -x, r, order, context)
-    return left, half(ExactField(drift, False, context), x, r, order, context)
+    left = half(ExactField(drift, True, context), -x, r, order, context, outer)
+    return left, half(ExactField(drift, False, context), x, r, order, context, outer)
 
 
 def _terms(halves: tuple[Half, Half], context: Any) -> tuple[str, ...]:
@@ -447,7 +453,7 @@ def _of_arrays(
         one = drift.bind(**first) if first else drift
         places = Fraction(float(radius[rows[0]])), Fraction(float(start[rows[0]]))
         with own_context(40) as context:
-            halves = _halves(one, *places, orders[-1], context)
+            halves = _halves(one, *places, orders[-1], context, quantity.outer)
         with np.errstate(all="ignore"):
             logs[rows], errors[rows] = _float_rows(
                 halves, scenes.lam[rows], r[rows], orders, quantity
