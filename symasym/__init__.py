@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from symasym.estimate import Estimate
     from symasym.formula import Formula, formula
     from symasym.friction import friction
+    from symasym.plan import plan
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
     from symasym.reduce import reduce
     from symasym.scales import Scales, rescale
@@ -43,6 +44,7 @@ __all__ = [
     "laplace_integral",
     "linear",
     "occupation",
+    "plan",
     "polynomial",
     "reduce",
     "rescale",
@@ -71,6 +73,7 @@ _HOMES = {
     "laplace_integral": "symasym.asymptotics.laplace",
     "linear": "symasym.smoothings",
     "occupation": "symasym.quantities",
+    "plan": "symasym.plan",
     "polynomial": "symasym.smoothings",
     "reduce": "symasym.reduce",
     "rescale": "symasym.scales",
@@ -83,7 +86,7 @@ _HOMES = {
 class _Package(ModuleType):
     """This package, whose public names are loaded when first asked for.
 
-    Three verbs have the name of their module (``symasym.friction``): importing the module
+    Four verbs have the name of their module (``symasym.friction``): importing the module
     would put it in the verb's place.
     """
 

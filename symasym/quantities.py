@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from symasym.estimate import Estimate
 from symasym.inputs import FloatArray, digits, exact, is_array
 from symasym.scenes import (
     FLOAT_DIGITS,
+    Request,
     Scenes,
     exact_scene,
     float_scenes,
@@ -41,6 +43,7 @@ def escape_time(
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
+    rtol: Any = None,
 ) -> Any:
     """Mean escape time T from |u| < r (eq:Ttilde with eq:C; any region).
 
@@ -52,18 +55,23 @@ def escape_time(
         Scaled noise amplitude and radius, greater than 0.
     start : number or array_like, optional
         Scaled starting point, inside (-r, r).
-    method : {"exact", "paper", "strong_noise"}
+    method : {"exact", "paper", "laplace", "strong_noise", "auto"}
         ``"exact"``: the integral with nothing dropped. ``"paper"``: the leading
         order, eq:Ttildesmall with its step Stokes multiplier (eq:Ttildelarge
-        where there is no well); only for start 0. ``"strong_noise"``: in 2/kappa^2.
-    order : int, optional
-        Of an expansion: the highest power that is kept, 2 if left out.
+        where there is no well); only for start 0. ``"laplace"``: weak noise, in
+        kappa^2/2. ``"strong_noise"``: in 2/kappa^2. ``"auto"``: the cheapest whose
+        stated relative error is at most `rtol` (see `plan`).
+    order : int or "optimal", optional
+        Of an expansion: the highest power that is kept, 2 if left out. ``"optimal"``
+        (of ``"laplace"``): where the stated error is smallest.
     dps : int, optional
         Digits, 1 to 10,000. None: float64, vectorised, right to 1e-12.
     log : bool
         Natural logarithm instead, finite where T overflows.
     full : bool
         Return an `Estimate` with the error.
+    rtol : number, optional
+        Relative error allowed, for ``"auto"`` alone.
 
     Returns
     -------
@@ -87,11 +95,15 @@ def escape_time(
     >>> nstr(sa.escape_time(drift, "0.1", 10, dps=40), 40)
     '239803837121.0377700112780486795091847626'
     """
-    _known_method(method, ("exact", "paper", "laplace", "strong_noise"))
+    _known_method(method, ("exact", "paper", "laplace", "strong_noise", "auto"), rtol)
     _require_drift(drift)
+    if method == "auto":
+        numbers = {"kappa": kappa, "r": r, "start": start}
+        return _automatic(
+            escape_time, drift, numbers, rtol, Request("T", method, order, dps, log, full)
+        )
     if method in ("laplace", "strong_noise"):
         from symasym.asymptotics import strong_noise, weak_noise
-        from symasym.scenes import Request
 
         request = Request("T", method, order, dps, log, full)
         expansion = strong_noise if method == "strong_noise" else weak_noise
@@ -123,16 +135,17 @@ def exit_probability(
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
+    rtol: Any = None,
 ) -> Any:
     """Probability C of leaving |u| < r through -r (eq:C).
 
     Parameters
     ----------
-    drift, kappa, r, start, order, dps, log, full
+    drift, kappa, r, start, order, dps, log, full, rtol
         As in `escape_time`.
     complement : bool
         The probability 1 - C of leaving through +r, with its own relative precision.
-    method : {"exact", "paper", "laplace", "strong_noise", "bound"}
+    method : {"exact", "paper", "laplace", "strong_noise", "bound", "auto"}
         ``"bound"``: the middle of two proved bounds, half their distance the error.
         ``"laplace"``: weak noise. ``"paper"``: an upper bound (see docs/bounds.md).
 
@@ -153,10 +166,16 @@ def exit_probability(
     >>> sa.exit_probability(sa.linear(1, 1), "1e-4", 5, log=True)
     -1000000000.0
     """
-    _known_method(method, ("exact", "paper", "laplace", "strong_noise", "bound"))
+    _known_method(method, ("exact", "paper", "laplace", "strong_noise", "bound", "auto"), rtol)
+    if method == "auto":
+        _require_drift(drift)
+        numbers = {"kappa": kappa, "r": r, "start": start}
+        request = Request("1 - C" if complement else "C", method, order, dps, log, full)
+        return _automatic(
+            partial(exit_probability, complement=complement), drift, numbers, rtol, request
+        )
     if method != "exact":
         from symasym.asymptotics.exit_probability import probability
-        from symasym.scenes import Request
 
         _require_drift(drift)
         request = Request("1 - C" if complement else "C", method, order, dps, log, full)
@@ -186,16 +205,17 @@ def occupation(
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
+    rtol: Any = None,
 ) -> Any:
     """Stationary probability P of |u| <= 1 (eq:P); the region must be sliding.
 
     Parameters
     ----------
-    drift, kappa, order, dps, log, full
+    drift, kappa, order, dps, log, full, rtol
         As in `escape_time`.
     complement : bool
         1 - P instead, with its own relative precision.
-    method : {"exact", "paper", "strong_noise"}
+    method : {"exact", "paper", "laplace", "strong_noise", "auto"}
         ``"paper"``: the leading term of eq:Plarge2, and where that is above 1 the
         lower bound that gives eq:Psmall2.
 
@@ -216,11 +236,15 @@ def occupation(
     >>> print(f"{sa.occupation(sa.linear(1, -1), '0.01', complement=True, log=True):.12g}")
     -10005.1775351
     """
-    _known_method(method, ("exact", "paper", "laplace", "strong_noise"))
+    _known_method(method, ("exact", "paper", "laplace", "strong_noise", "auto"), rtol)
     _require_sliding(drift)
+    if method == "auto":
+        request = Request("1 - P" if complement else "P", method, order, dps, log, full)
+        return _automatic(
+            partial(occupation, complement=complement), drift, {"kappa": kappa}, rtol, request
+        )
     if method in ("laplace", "strong_noise"):
         from symasym.asymptotics import strong_noise, weak_noise
-        from symasym.scenes import Request
 
         request = Request("1 - P" if complement else "P", method, order, dps, log, full)
         expansion = strong_noise if method == "strong_noise" else weak_noise
@@ -298,7 +322,23 @@ class _Task(NamedTuple):
     logs_of: Callable[[Any, Any, dict[str, FloatArray]], Any]
 
 
-def _known_method(method: str, known: tuple[str, ...]) -> None:
+def _automatic(
+    verb: Callable[..., Any], drift: Drift, numbers: dict[str, Any], rtol: Any, request: Request
+) -> Any:
+    from symasym.plan import automatic
+
+    def ask(drift: Drift, numbers: dict[str, Any], **options: Any) -> Any:
+        return verb(drift, **numbers, **options)
+
+    return automatic(drift, numbers, rtol, request, ask)
+
+
+def _known_method(method: str, known: tuple[str, ...], rtol: Any) -> None:
+    if rtol is not None and method != "auto":
+        raise InputError(
+            f"rtol is {rtol!r}, but method {method!r} has its own error; leave it out, or use "
+            "method='auto'."
+        )
     if not isinstance(method, str) or method not in known:
         raise InputError(f"method is {method!r}; this quantity has {', '.join(map(repr, known))}.")
 

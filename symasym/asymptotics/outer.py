@@ -22,8 +22,9 @@ from symasym.exact.local import ExactField, to_fraction
 
 # Zeros closer than this are not told apart well enough for partial fractions.
 _CLUSTER = 1e-3
-_MOST_PANELS = 400
-_NARROWEST = Fraction(1, 10**9)
+# Where more, or narrower ones, are needed, A nearly vanishes and the series is of no use.
+_MOST_PANELS = 60
+_NARROWEST = Fraction(1, 2**12)
 
 
 def layer_integrals(
@@ -182,12 +183,15 @@ def _by_panels(
         reach = _about_zero(field, zero, reach, (-1, 1), found, context)
         cuts += [zero - reach, zero + reach]
     cuts.append(hi)
-    waiting = [(cuts[k], cuts[k + 1]) for k in range(0, len(cuts), 2)]
+    whole = [(cuts[k], cuts[k + 1]) for k in range(0, len(cuts), 2)]
+    waiting = list(whole)
     for _ in range(_MOST_PANELS):
         if not waiting:
             return found
         a, b = waiting.pop()
         middle = (a + b) / 2
+        if b - a < _NARROWEST and (a, b) not in whole:
+            raise _too_narrow(a)
         if not _add(field, middle, (b - a) / 2, False, (-1, 1), found, context):
             waiting += [(a, middle), (middle, b)]
     raise _too_narrow(waiting[-1][0])

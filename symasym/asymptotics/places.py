@@ -62,6 +62,8 @@ class Half(NamedTuple):
         Beyond the start, of e^{lam V} and of e^{-lam V}; heights are those of the exponent.
     outer : Groups
         Of int h du (see `symasym.asymptotics.outer`), without that beyond the layer.
+    unit : mpf
+        Relative rounding of its coefficients.
     beyond : tuple or None
         (u, V(u), phi) where the straight part beyond the layer begins, which ends at r.
     """
@@ -70,13 +72,12 @@ class Half(NamedTuple):
     rising: list[Place]
     falling: list[Place]
     outer: Groups
+    unit: Any
     beyond: tuple[Any, Any, Any] | None
 
 
-def half(
-    field: ExactField, x: Fraction, r: Fraction, order: int, context: Any, outer: bool = True
-) -> Half:
-    """What lies right of `x`, with or without its outer part; `r` counts only where below 1."""
+def half(field: ExactField, x: Fraction, r: Fraction, order: int, context: Any, outer: int) -> Half:
+    """What lies right of `x`, the outer part to `outer` digits; `r` counts only where below 1."""
     return _Builder(field, order, context).half(x, r, outer)
 
 
@@ -85,7 +86,7 @@ def whole(field: ExactField, order: int, context: Any) -> list[Place]:
     builder, one = _Builder(field, order, context), Fraction(1)
     ends = [builder.flat(field.value(side * one)) for side in (-1, 1)]
     builder.edge("kink", -one, context.zero, ends[0], builder.smooth(-one))
-    builder.layer(-one, one, context.zero, False)
+    builder.layer(-one, one, context.zero, 0)
     height = -builder.drop(-context.one, context.one)
     builder.edge("kink", one, height, builder.smooth(one), ends[1])
     return builder.falling
@@ -98,12 +99,13 @@ class _Builder:
         self.rising: list[Place] = []
         self.falling: list[Place] = []
         self.outer: Groups = [[] for _ in range(self.count)]
+        self.unit = 64 * context.eps
         self.start: Start
 
     def number(self, x: Any) -> Any:
         return self.context.mpf(x.numerator) / x.denominator
 
-    def half(self, x: Fraction, r: Fraction, outer: bool) -> Half:
+    def half(self, x: Fraction, r: Fraction, outer: int) -> Half:
         one, height = Fraction(1), self.context.zero
         a_minus, a_plus = (self.field.value(side * one) for side in (-1, 1))
         if not (a_minus and a_plus):
@@ -134,7 +136,7 @@ class _Builder:
         return self.done((self.number(hi), height, self.number(a_plus)))
 
     def done(self, beyond: tuple[Any, Any, Any] | None) -> Half:
-        return Half(self.start, self.rising, self.falling, self.outer, beyond)
+        return Half(self.start, self.rising, self.falling, self.outer, self.unit, beyond)
 
     def drop(self, lo: Any, hi: Any) -> Any:
         return -self.field.potential_rise(lo, hi)
@@ -173,12 +175,15 @@ class _Builder:
 
     # -- inside the layer ------------------------------------------------------------------
 
-    def layer(self, lo: Fraction, hi: Fraction, height: Any, outer: bool) -> None:
+    def layer(self, lo: Fraction, hi: Fraction, height: Any, outer: int) -> None:
         """The wells and barriers of [lo, hi] and, where it is wanted, the outer part."""
         zeros = simple_zeros(self.field, lo, hi, self.context)
         if outer:
             places = [u for u, _ in zeros]
-            found = layer_integrals(self.field, lo, hi, places, self.count, self.context)
+            # Taylor panels take a number of terms that grows with the digits.
+            with self.context.workdps(min(outer, self.context.dps)):
+                self.unit = self.context.eps * 2**24
+                found = layer_integrals(self.field, lo, hi, places, self.count, self.context)
             for k, value in enumerate(found):
                 self.outer[k].append((value, k + 1, 0))
         for u, barrier in zeros:

@@ -28,6 +28,7 @@ from symasym.exact.local import ExactField
 from symasym.inputs import FloatArray, float_text, is_array
 from symasym.scenes import (
     Request,
+    Scenes,
     as_digits,
     as_floats,
     exact_scene,
@@ -103,31 +104,15 @@ class Quantity(NamedTuple):
 
 def escape_time(drift: Drift, kappa: Any, r: Any, start: Any, request: Request) -> Any:
     """T to the order that `request` asks for; any region with simple zeros, any start."""
-    return _answer(drift, kappa, r, start, request, Quantity(_time, None, True))
+    return _answer(drift, kappa, r, start, request, _QUANTITIES["T"])
 
 
 def exit_probability(
     drift: Drift, kappa: Any, r: Any, start: Any, complement: bool, request: Request
 ) -> Any:
     """C, or 1 - C, to the order that `request` asks for."""
-
-    def split(sides: Sides) -> tuple[Any, Any]:
-        shares = [side.scale.value + side.rising.value for side in (sides.left, sides.right)]
-        return (shares[0], shares[1]) if complement else (shares[1], shares[0])
-
-    def probability(sides: Sides, lam: Any) -> Pair:
-        part, rest = (sides.left, sides.right) if complement else (sides.right, sides.left)
-        total = sides.total()
-        share, other = (x / total for x in split(sides))
-        error = other * part.scale.error + share * rest.scale.error
-        error = error + part.rising.error + sides.rising.error
-        return Pair(share, error / total)
-
-    def logarithm(sides: Sides, ops: Any) -> Any:
-        part, rest = split(sides)
-        return -ops.log1p(rest / part)
-
-    return _answer(drift, kappa, r, start, request, Quantity(probability, logarithm, False))
+    quantity = _QUANTITIES["1 - C" if complement else "C"]
+    return _answer(drift, kappa, r, start, request, quantity)
 
 
 def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> Any:
@@ -226,6 +211,33 @@ def _time(sides: Sides, lam: Any) -> Pair:
     return Pair(lam * value / total, lam * error / total)
 
 
+def _probability(complement: bool) -> Quantity:
+    def split(sides: Sides) -> tuple[Any, Any]:
+        shares = [side.scale.value + side.rising.value for side in (sides.left, sides.right)]
+        return (shares[0], shares[1]) if complement else (shares[1], shares[0])
+
+    def value(sides: Sides, lam: Any) -> Pair:
+        part, rest = (sides.left, sides.right) if complement else (sides.right, sides.left)
+        total = sides.total()
+        share, other = (x / total for x in split(sides))
+        error = other * part.scale.error + share * rest.scale.error
+        error = error + part.rising.error + sides.rising.error
+        return Pair(share, error / total)
+
+    def logarithm(sides: Sides, ops: Any) -> Any:
+        part, rest = split(sides)
+        return -ops.log1p(rest / part)
+
+    return Quantity(value, logarithm, False)
+
+
+_QUANTITIES = {
+    "T": Quantity(_time, None, True),
+    "C": _probability(False),
+    "1 - C": _probability(True),
+}
+
+
 def _answer(
     drift: Drift,
     kappa: Any,
@@ -242,9 +254,10 @@ def _answer(
     values = exact_scene(drift, numbers, request.dps)
     digits = request.digits
     lam = 2 / values["kappa"] ** 2
-    extra = 2 * len(str(int(lam * (1 + values["r"]) + 1))) + 20
-    with own_context(digits + extra) as context:
-        halves = _halves(drift, values["r"], values["start"], order, context, quantity.outer)
+    with own_context(_working(digits, lam, values["r"])) as context:
+        halves = _halves(
+            drift, values["r"], values["start"], order, context, (digits + 15) * quantity.outer
+        )
         number = context.mpf(lam.numerator) / lam.denominator
         found, ops = [], _Exponentials(context)
         for n in orders:
@@ -266,6 +279,82 @@ def _answer(
         return as_digits(request, value, size, "estimate", _terms(halves, context), _DROPPED)
 
 
+class Parts(NamedTuple):
+    """T as a sum: names, shares and their errors; `error` is relative to the total."""
+
+    items: list[tuple[str, Any, Any]]
+    total: Any
+    error: Any
+    order: int
+
+
+def parts(
+    drift: Drift, numbers: dict[str, Any], digits: int, orders: range, allowed: Fraction
+) -> Parts:
+    """T in parts, to the first of `orders` whose stated error is small enough, or the best."""
+    values = exact_scene(drift, numbers, digits)
+    lam = 2 / values["kappa"] ** 2
+    with own_context(_working(digits, lam, values["r"])) as context:
+        ops, number = _Exponentials(context), context.mpf(lam.numerator) / lam.denominator
+        # No more digits of the outer part than its share of what is allowed.
+        outer = len(str(int(1 / allowed))) + 12
+        halves = _halves(drift, values["r"], values["start"], orders[-1], context, outer)
+        best: Parts | None = None
+        for n in orders:
+            sides = _sides(halves, number, values["r"], n, ops)
+            total = _time(sides, number)
+            if not (sides.sure() and total.error < total.value / 2):
+                continue
+            error = 2 * total.error / total.value
+            if best is None or error < best.error:
+                items = _items(halves, sides, number, values["r"], n, ops)
+                best = Parts(items, total.value, error, n)
+            if error <= _number(allowed, context):
+                break
+    if best is None:
+        raise _too_strong(float_text(values["kappa"]), orders[-1])
+    return best
+
+
+def _items(
+    halves: tuple[Half, Half], sides: Sides, lam: Any, r: Any, order: int, ops: Any
+) -> list[tuple[str, Any, Any]]:
+    """Every pair of places and the outer part of both sides, times the chance to be there."""
+    total, found = sides.total(), []
+    shares = [side.scale.value + side.rising.value for side in (sides.left, sides.right)]
+    rest = _time(sides, lam).value
+    for k, one in enumerate(halves):
+        front = lam * shares[1 - k] / total
+        sign = 2 * k - 1
+        chance = "" if k else "C times "
+        rising, falling = _weights(one, lam, r, order, ops)
+        for low, weight, _ in falling:
+            for high, share, onward in rising:
+                if high.u is None or high.u >= low.u:
+                    pair = weight * (onward if high.u == low.u else share)
+                    name = f"{chance}{_named(low, sign, r)} with {_named(high, sign, r)}"
+                    found.append((name, front * pair.value, front * pair.error))
+        outer = _outer(one, lam, r, order, ops)
+        where = f"{chance}the part between, {'right' if k else 'left'}"
+        found.append((where, front * outer.value, front * outer.error))
+    rest -= sum(value for _, value, _ in found)
+    found.append(("the start's own share", rest, 0 * rest))
+    return found
+
+
+def _named(place: Place, sign: int, r: Any) -> str:
+    return f"{place.kind} at {sign * float(r if place.u is None else place.u):.4g}"
+
+
+def _working(digits: int, lam: Fraction, r: Fraction) -> int:
+    """Digits that leave `digits` right in e^{lam V}."""
+    return digits + 2 * len(str(int(lam * (1 + r) + 1))) + 20
+
+
+def _number(x: Fraction, context: Any) -> Any:
+    return context.mpf(x.numerator) / x.denominator
+
+
 def _most_order(request: Request) -> int:
     if request.order == "optimal":
         return MOST_ORDER
@@ -281,7 +370,7 @@ def _too_strong(kappa: str, order: int) -> AccuracyError:
 
 
 def _halves(
-    drift: Drift, r: Fraction, x: Fraction, order: int, context: Any, outer: bool
+    drift: Drift, r: Fraction, x: Fraction, order: int, context: Any, outer: int
 ) -> tuple[Half, Half]:
     """Left, mirrored, and right."""
     left = half(ExactField(drift, True, context), -x, r, order, context, outer)
@@ -305,6 +394,8 @@ class _Exponentials:
 
     def __init__(self, context: Any) -> None:
         self._context = context
+        # Places are known to a few units, and sums of theirs may cancel.
+        self.unit = 64 * context.eps
         self._fall = self.number(_MOST_FALL)
 
     def exp(self, x: Any) -> Any:
@@ -327,6 +418,8 @@ class _Exponentials:
 
 class _FloatExponentials:
     """The same for arrays of floats."""
+
+    unit = 1e-15
 
     def exp(self, x: FloatArray) -> LogScaled:
         return LogScaled(np.ones_like(x), x)
@@ -376,18 +469,10 @@ def _times(series: Pair, factor: Any) -> Pair:
 
 def _side(one: Half, lam: Any, r: Any, order: int, ops: Any) -> Side:
     """One side at `lam`, with the end at `r` where that is beyond the layer."""
-    rising = [(p, *_weight(p, lam, order, ops)) for p in one.rising]
-    falling = [(p, *_weight(p, lam, order, ops)) for p in one.falling]
-    outer = _series(one.outer, lam, order, ops)
+    rising, falling = _weights(one, lam, r, order, ops)
     unit = ops.exp(0 * lam)
-    scale = Pair(0 * unit, 0 * unit)
-    if one.beyond is not None:
-        u, height, slope = (ops.number(x) for x in one.beyond)
-        length = ops.number(r) - u
-        end = Place("end", None, height - slope * length, [[(-1 / slope, 1, 0)]], [])
-        scale = _weight(end, lam, order, ops)[0]
-        outer = Pair(outer.value + length / (slope * lam), outer.error)
-    nested = _times(outer, unit)
+    scale = rising.pop()[1] if one.beyond is not None else Pair(0 * unit, 0 * unit)
+    nested = _times(_outer(one, lam, r, order, ops), unit)
     # From right to left: what e^{lam V} has to the right of each place of e^{-lam V}.
     for place, share, onward in reversed(rising):
         while falling and falling[-1][0].u > place.u:
@@ -401,6 +486,30 @@ def _side(one: Half, lam: Any, r: Any, order: int, ops: Any) -> Side:
     return Side(scale, nested, *starts)
 
 
+def _outer(one: Half, lam: Any, r: Any, order: int, ops: Any) -> Pair:
+    """What lies between the places, in the layer and beyond it."""
+    found = _series(one.outer, lam, order, ops, ops.number(one.unit))
+    if one.beyond is None:
+        return found
+    u, _, slope = (ops.number(x) for x in one.beyond)
+    return Pair(found.value + (ops.number(r) - u) / (slope * lam), found.error)
+
+
+def _weights(
+    one: Half, lam: Any, r: Any, order: int, ops: Any
+) -> tuple[list[tuple[Place, Pair, Pair]], list[tuple[Place, Pair, Pair]]]:
+    """The places of e^{lam V} and of e^{-lam V} with their shares and onward ones."""
+    rising = list(one.rising)
+    if one.beyond is not None:
+        u, height, slope = (ops.number(x) for x in one.beyond)
+        height = height - slope * (ops.number(r) - u)
+        rising.append(Place("end", None, height, [[(-1 / slope, 1, 0)]], []))
+    first, second = (
+        [(p, *_weight(p, lam, order, ops)) for p in places] for places in (rising, one.falling)
+    )
+    return first, second
+
+
 def _weight(place: Place, lam: Any, order: int, ops: Any) -> tuple[Pair, Pair]:
     """The place's share of its own integral, and its `onward`."""
     factor = ops.exp(lam * ops.number(place.height))
@@ -410,21 +519,22 @@ def _weight(place: Place, lam: Any, order: int, ops: Any) -> tuple[Pair, Pair]:
     return share, onward
 
 
-def _series(groups: Groups, lam: Any, order: int, ops: Any) -> Pair:
+def _series(groups: Groups, lam: Any, order: int, ops: Any, unit: Any = 0) -> Pair:
     """The first order + 1 groups, and the size of what follows, judged by the next two."""
-    sums = []
+    sums, size = [], 0 * lam
     for group in groups[: order + 1 + BEYOND]:
         total = 0 * lam
         for c, p, q in group:
             term = ops.number(c) * lam ** -ops.number(p)
-            total = total + (term * ops.log(lam) if q else term)
+            term = term * ops.log(lam) if q else term
+            total, size = total + term, size + abs(term)
         sums.append(total)
     # A straight stretch has one term, and a place with nothing to its right has none.
     sums += [0 * lam] * (order + 1 + BEYOND - len(sums))
     value = sum(sums[: order + 1], 0 * lam)
     near, far = (abs(s) for s in sums[order + 1 :])
     # Where the terms hardly fall any more, as many more are as large before they rise.
-    return Pair(value, (near + far) * ops.tail(near, far))
+    return Pair(value, (near + far) * ops.tail(near, far) + max(unit, ops.unit) * size)
 
 
 # -- many scenes, in float64 -----------------------------------------------------------------------
@@ -437,8 +547,18 @@ def _of_arrays(
     orders: Any,
     quantity: Quantity,
 ) -> Any:
-    """One analysis for each drift and start; vectorised over kappa and r."""
     scenes = float_scenes(drift, numbers)
+    logs, errors = _array_logs(drift, scenes, orders, quantity)
+    _require_small(scenes.numbers["kappa"], errors, orders[-1])
+    request = request._replace(order=orders[-1] if len(orders) == 1 else None)
+    terms = ("wells, barriers, start, ends, kinks and the part between",)
+    return as_floats(request, scenes.shape, logs, errors, "estimate", terms, _DROPPED)
+
+
+def _array_logs(
+    drift: Drift, scenes: Scenes, orders: Any, quantity: Quantity
+) -> tuple[FloatArray, FloatArray]:
+    """One analysis for each drift and start; vectorised over kappa and r."""
     given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
     r, start = scenes.numbers["r"], scenes.numbers["start"]
     # Beyond the layer the radius enters only where the sums are evaluated.
@@ -453,17 +573,23 @@ def _of_arrays(
         one = drift.bind(**first) if first else drift
         places = Fraction(float(radius[rows[0]])), Fraction(float(start[rows[0]]))
         with own_context(40) as context:
-            halves = _halves(one, *places, orders[-1], context, quantity.outer)
+            halves = _halves(one, *places, orders[-1], context, 30 * quantity.outer)
         with np.errstate(all="ignore"):
             logs[rows], errors[rows] = _float_rows(
                 halves, scenes.lam[rows], r[rows], orders, quantity
             )
             steepest = np.abs(one.evaluate_float(np.linspace(-1, 1, 65))).max()
             errors[rows] += input_rounding(rows_of(scenes, rows), np.full(len(rows), steepest))
-    _require_small(scenes.numbers["kappa"], errors, orders[-1])
-    request = request._replace(order=orders[-1] if len(orders) == 1 else None)
-    terms = ("wells, barriers, start, ends, kinks and the part between",)
-    return as_floats(request, scenes.shape, logs, errors, "estimate", terms, _DROPPED)
+    return logs, errors
+
+
+def array_logs(
+    drift: Drift, scenes: Scenes, name: str, order: int
+) -> tuple[FloatArray, FloatArray]:
+    """Logarithms of T, C, 1 - C, P or 1 - P with their errors, infinite where nothing is known."""
+    if name in _QUANTITIES:
+        return _array_logs(drift, scenes, (order,), _QUANTITIES[name])
+    return _occupation_logs(drift, scenes, name == "1 - P", (order,))
 
 
 def _require_small(kappa: FloatArray, errors: FloatArray, order: int) -> None:
@@ -499,6 +625,16 @@ def _occupation_of_arrays(
     drift: Drift, numbers: dict[str, Any], complement: bool, request: Request, orders: Any
 ) -> Any:
     scenes = float_scenes(drift, numbers)
+    logs, errors = _occupation_logs(drift, scenes, complement, orders)
+    _require_small(scenes.numbers["kappa"], errors, orders[-1])
+    request = request._replace(order=orders[-1] if len(orders) == 1 else None)
+    terms = ("wells and kinks",)
+    return as_floats(request, scenes.shape, logs, errors, "estimate", terms, _DROPPED)
+
+
+def _occupation_logs(
+    drift: Drift, scenes: Scenes, complement: bool, orders: Any
+) -> tuple[FloatArray, FloatArray]:
     given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
     keys = np.array([*given.values(), np.zeros(len(scenes.lam))]).T
     unique, group = np.unique(keys, axis=0, return_inverse=True)
@@ -525,7 +661,4 @@ def _occupation_of_arrays(
                 better = relative < errors[rows]
                 logs[rows] = np.where(better, share, logs[rows])
                 errors[rows] = np.where(better, relative, errors[rows])
-    _require_small(scenes.numbers["kappa"], errors, orders[-1])
-    request = request._replace(order=orders[-1] if len(orders) == 1 else None)
-    terms = ("wells and kinks",)
-    return as_floats(request, scenes.shape, logs, errors, "estimate", terms, _DROPPED)
+    return logs, errors

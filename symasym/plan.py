@@ -1,0 +1,366 @@
+"""Which terms a scene needs for a stated error, and the cheapest method that gives it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from symasym.drift import Drift
+from symasym.errors import AccuracyError, InputError, SymasymError
+from symasym.estimate import ErrorKind, Estimate
+from symasym.inputs import FloatArray, exact, is_array
+from symasym.scenes import (
+    Request,
+    as_digits,
+    as_floats,
+    float_scenes,
+    input_rounding,
+    one_scene,
+)
+
+__all__ = ["Plan", "Term", "plan"]
+
+_WEAK_ORDERS = range(9)
+_STRONG_ORDERS = (0, 1, 2, 4, 8, 16)
+# Of rtol, for what is left out; the rest is for the series that are kept.
+_FOR_DROPPED = Fraction(1, 10)
+# Below this, rtol=1e-12 as a float included.
+_FLOAT_RTOL = Fraction(999, 10**15)
+# Exponentials a point, or as long: measured on the friction scenes of docs/speed.md.
+_EXACT_COST = 500
+_STRONG_COST = 300
+
+
+@dataclass(frozen=True)
+class Term:
+    """A part of T, as `plan` lists it.
+
+    Attributes
+    ----------
+    name : str
+    kept : bool
+    size : float
+        Relative to T, with its sign.
+    reason : str
+        Why it is kept or left out.
+    """
+
+    name: str
+    kept: bool
+    size: float
+    reason: str
+
+
+@dataclass(frozen=True, repr=False)
+class Plan:
+    """How ``method="auto"`` finds the escape time of a scene.
+
+    Attributes
+    ----------
+    method : {"laplace", "strong_noise", "exact"}
+        The cheapest whose stated error is at most `rtol`.
+    order : int or None
+    terms : tuple of Term
+        Largest first.
+    error : float
+        Stated relative error, what is left out included.
+    error_kind : {"bound", "estimate"}
+    cost : float
+        Predicted work a point once the scene is analysed, in exponentials.
+    rtol : float
+    refused : dict
+        Cheaper methods, and why each of them does not do.
+    """
+
+    method: str
+    order: int | None
+    terms: tuple[Term, ...]
+    error: float
+    error_kind: ErrorKind
+    cost: float
+    rtol: float
+    refused: dict[str, str]
+
+    def __str__(self) -> str:
+        order = "" if self.order is None else f", order {self.order}"
+        head = (
+            f"{self.method}{order}: relative error at most {self.error:.2g} ({self.error_kind}), "
+            f"about {self.cost:.3g} exponentials a point"
+        )
+        lines = [
+            f"  {'kept' if t.kept else 'left out':9}{t.size:>10.2g}  {t.name}: {t.reason}"
+            for t in self.terms
+        ]
+        lines += [f"  not {name}: {why}" for name, why in self.refused.items()]
+        return "\n".join([head, *lines])
+
+    __repr__ = __str__
+
+
+def plan(drift: Drift, kappa: Any, r: Any, rtol: Any = 1e-6, *, start: Any = 0) -> Plan:
+    """The terms of T that this scene needs, those left out, and the bound on each.
+
+    Parameters
+    ----------
+    drift : Drift
+        Bound, one scene.
+    kappa, r, start : number
+        Scaled, as in `escape_time`.
+    rtol : number
+        Relative error allowed, between 0 and 1.
+
+    Returns
+    -------
+    Plan
+        What ``escape_time(…, method="auto", rtol=rtol)`` does.
+
+    Raises
+    ------
+    InputError
+        For arrays, and for values outside their ranges.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> found = sa.plan(sa.friction(mu=3, alpha=1, z0="-0.4"), "0.05", 10, rtol=1e-3)
+    >>> print(found.method, found.order, [t.name for t in found.terms if t.kept])
+    laplace 1 ['well at 0.3969 with barrier at 0.9039']
+    """
+    numbers = {"kappa": kappa, "r": r, "start": start}
+    if not one_scene(drift, numbers):
+        raise InputError("plan is for one scene; give numbers, not arrays.")
+    allowed = read_rtol(rtol)
+    request = Request("T", "auto", None, _digits_for(allowed), False, True)
+    return _planned(drift, numbers, allowed, request)[0]
+
+
+def read_rtol(rtol: Any) -> Fraction:
+    """rtol as an exact number between 0 and 1."""
+    if rtol is None:
+        raise InputError('method is "auto", which needs the relative error allowed; give rtol=….')
+    allowed = exact("rtol", rtol)
+    if not 0 < allowed < 1:
+        raise InputError(f"rtol is {rtol}; give a relative error between 0 and 1.")
+    return allowed
+
+
+def _digits_for(allowed: Fraction) -> int:
+    return max(20, len(str(int(1 / allowed))) + 8)
+
+
+def automatic(
+    drift: Drift,
+    numbers: dict[str, Any],
+    rtol: Any,
+    request: Request,
+    ask: Callable[..., Any],
+) -> Any:
+    """The quantity of `request` by the cheapest method whose stated error is at most `rtol`.
+
+    `ask(drift, numbers, method, order, **options)` is the public verb.
+    """
+    allowed = read_rtol(rtol)
+    if request.order is not None:
+        raise InputError(f"order is {request.order!r}, but method 'auto' chooses it; leave it out.")
+    if request.dps is None and allowed < _FLOAT_RTOL:
+        raise AccuracyError(
+            f"rtol is {rtol}, below what float64 gives (1e-12); pass dps=… for more digits."
+        )
+    if request.dps is None and not one_scene(drift, numbers):
+        return _of_arrays(drift, numbers, allowed, request, ask)
+    digits = max(_digits_for(allowed), request.dps or 0)
+    if request.name == "T":
+        _, found = _planned(drift, numbers, allowed, request._replace(dps=digits), ask)
+    else:
+        found = _cheapest(drift, numbers, allowed, digits, request.log, ask)[0]
+    request = request._replace(method=found.method, order=found.order)
+    from symasym.context import own_context
+
+    with own_context(digits + 10) as context:
+        value, error = (context.make_mpf(x._mpf_) for x in (found.value, found.error))
+        return as_digits(request, value, error, found.error_kind, found.terms, found.dropped)
+
+
+def _cheapest(
+    drift: Drift,
+    numbers: dict[str, Any],
+    allowed: Fraction,
+    digits: int,
+    log: bool,
+    ask: Callable[..., Any],
+) -> tuple[Estimate, dict[str, str]]:
+    """The first method and order that will do, cheapest first; and why others will not."""
+    refused = {}
+    for method, orders in (("laplace", _WEAK_ORDERS), ("strong_noise", _STRONG_ORDERS)):
+        best = None
+        for order in orders:
+            try:
+                found = ask(
+                    drift, numbers, method=method, order=order, dps=digits, log=log, full=True
+                )
+            except SymasymError as error:
+                refused[method] = str(error)
+                continue
+            relative = _relative(found, log)
+            if relative <= float(allowed):
+                return found, refused
+            best = relative if best is None else min(best, relative)
+        if best is not None:
+            refused[method] = f"its stated error is {float(best):.2g} at best"
+    return ask(drift, numbers, method="exact", dps=digits, log=log, full=True), refused
+
+
+def _relative(found: Estimate, log: bool) -> Any:
+    """The error relative to the value itself, not to its logarithm."""
+    return found.error if log else found.error / abs(found.value)
+
+
+# -- the escape time, term by term -----------------------------------------------------------------
+
+
+def _planned(
+    drift: Drift,
+    numbers: dict[str, Any],
+    allowed: Fraction,
+    request: Request,
+    ask: Callable[..., Any] | None = None,
+) -> tuple[Plan, Estimate]:
+    """The plan, and the value that it gives."""
+    from symasym.asymptotics import weak_noise
+
+    rtol = float(allowed)
+    refused: dict[str, str] = {}
+    try:
+        parts = weak_noise.parts(
+            drift, numbers, request.digits, _WEAK_ORDERS, (1 - _FOR_DROPPED) * allowed
+        )
+    except SymasymError as error:
+        refused["laplace"] = str(error)
+    else:
+        if parts.error <= float((1 - _FOR_DROPPED) * allowed):
+            return _of_parts(parts, rtol, request)
+        refused["laplace"] = f"its stated error is {float(parts.error):.2g} at best"
+    if ask is None:
+        from symasym.quantities import escape_time
+
+        def ask(drift: Drift, numbers: dict[str, Any], **options: Any) -> Any:
+            return escape_time(drift, **numbers, **options)
+
+    found, more = _cheapest(drift, numbers, allowed, request.dps or 20, request.log, _not_weak(ask))
+    refused |= {name: why for name, why in more.items() if name != "laplace"}
+    terms = tuple(Term(name, True, float("nan"), "part of the method") for name in found.terms)
+    terms += tuple(Term(name, False, 0.0, "in the stated error") for name in found.dropped)
+    cost = _EXACT_COST if found.method == "exact" else _STRONG_COST
+    relative = float(_relative(found, request.log))
+    plan = Plan(found.method, found.order, terms, relative, found.error_kind, cost, rtol, refused)
+    return plan, found
+
+
+def _not_weak(ask: Callable[..., Any]) -> Callable[..., Any]:
+    """The verb without the method that was found wanting already."""
+
+    def asked(drift: Drift, numbers: dict[str, Any], **options: Any) -> Any:
+        if options["method"] == "laplace":
+            raise AccuracyError("")
+        return ask(drift, numbers, **options)
+
+    return asked
+
+
+def _of_parts(parts: Any, rtol: float, request: Request) -> tuple[Plan, Estimate]:
+    """Leave out the smallest parts as long as their sum is small enough."""
+    context = parts.total.context
+    room = context.mpf(rtol) / 10
+    ordered = sorted(parts.items, key=lambda item: abs(item[1]))
+    gone = context.zero
+    dropped = set()
+    for name, value, error in ordered:
+        size = (abs(value) + error) / parts.total
+        if gone + size > room:
+            break
+        gone += size
+        dropped.add(name)
+    terms, value = [], context.zero
+    for name, share, error in reversed(ordered):
+        size = float(share / parts.total)
+        if name in dropped:
+            bound = context.nstr((abs(share) + error) / parts.total, 2)
+            why = f"below {bound} of T"
+        else:
+            value += share
+            why = f"its series is known to {context.nstr(error / parts.total, 2)} of T"
+        terms.append(Term(name, name not in dropped, size, why))
+    relative = parts.error + gone
+    error = relative * value / (1 - relative)
+    kept = tuple(t.name for t in terms if t.kept)
+    left = tuple(f"{t.name}: {t.reason}" for t in terms if not t.kept)
+    cost = 1 + len(kept) * (1 + (parts.order + 1) / 4)
+    if request.log:
+        value, error = context.log(value), relative / (1 - relative)
+    found = Estimate(value, error, "estimate", "laplace", parts.order, kept, left)
+    made = Plan("laplace", parts.order, tuple(terms), float(relative), "estimate", cost, rtol, {})
+    return made, found
+
+
+# -- arrays ----------------------------------------------------------------------------------------
+
+
+def _of_arrays(
+    drift: Drift,
+    numbers: dict[str, Any],
+    allowed: Fraction,
+    request: Request,
+    ask: Callable[..., Any],
+) -> Any:
+    """Each element by the first method and order whose stated error is small enough."""
+    scenes = float_scenes(drift, numbers)
+    logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
+    given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
+    plans: list[tuple[str, int | None]] = [("laplace", n) for n in (0, 1, 2, 4, 8)]
+    plans += [("strong_noise", n) for n in _STRONG_ORDERS] + [("exact", None)]
+    used = []
+    for method, order in plans:
+        rows = np.flatnonzero(~(errors <= float(allowed)))
+        if not rows.size:
+            break
+        some = drift.bind(**{name: x[rows] for name, x in given.items()}) if given else drift
+        values = {name: x[rows] for name, x in scenes.numbers.items()}
+        found = _attempt(some, values, request.name, method, order, ask)
+        if found is None:
+            continue
+        better = found[1] <= float(allowed) if method != "exact" else np.ones(len(rows), bool)
+        logs[rows[better]], errors[rows[better]] = found[0][better], found[1][better]
+        if better.any():
+            used.append(method if order is None else f"{method}, order {order}")
+    request = request._replace(method="auto")
+    return as_floats(request, scenes.shape, logs, errors, "estimate", tuple(used), ())
+
+
+def _attempt(
+    drift: Drift,
+    numbers: dict[str, Any],
+    name: str,
+    method: str,
+    order: int | None,
+    ask: Callable[..., Any],
+) -> tuple[FloatArray, FloatArray] | None:
+    """Logarithms and their errors by one method, or None where it refuses as a whole."""
+    from symasym.asymptotics import strong_noise_double, weak_noise
+
+    if method == "exact" or order is None:
+        found = ask(drift, numbers, method=method, dps=None, log=True, full=True)
+        return np.atleast_1d(found.value), np.atleast_1d(found.error)
+    scenes = float_scenes(drift, numbers)
+    try:
+        if method == "laplace":
+            return weak_noise.array_logs(drift, scenes, name, order)
+        logs, errors, size = strong_noise_double.logs(
+            drift, scenes, name[-1], name.startswith("1"), order
+        )
+    except SymasymError:
+        return None
+    return logs, errors + input_rounding(scenes, size)

@@ -1,0 +1,116 @@
+"""The plan of a scene, and method="auto": the stated error allowed is never exceeded."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from strategies import SAMPLE, drifts, scenes
+
+import symasym as sa
+from tests.problems import PROBLEMS, Problem
+
+FRICTION = sa.friction(3, 1, "-0.4")
+EASY = [p for p in PROBLEMS if not p.tags & {"slow", "refused", "narrow", "may refuse", "extreme"}]
+
+
+def check(drift: sa.Drift, kappa: Any, r: Any, start: Any, rtol: str) -> None:
+    asked: list[tuple[Any, dict[str, Any]]] = [
+        (sa.escape_time, {"r": r, "start": start}),
+        (sa.exit_probability, {"r": r, "start": start}),
+        (sa.exit_probability, {"r": r, "start": start, "complement": True}),
+    ]
+    a_minus, a_plus = drift.ends
+    if a_minus > 0 > a_plus:
+        asked += [(sa.occupation, {}), (sa.occupation, {"complement": True})]
+    for verb, options in asked:
+        exact = verb(drift, kappa, **options, dps=40)
+        found = verb(drift, kappa, **options, method="auto", rtol=rtol, dps=30, full=True)
+        with mpmath.workdps(40):
+            wrong = abs(found.value - exact)
+            slack = abs(exact) * mpmath.mpf(10) ** -39
+            assert wrong <= found.error + slack, (verb.__name__, found)
+            assert found.error <= mpmath.mpf(rtol) * abs(found.value) * (1 + mpmath.mpf(10) ** -9)
+            assert wrong <= mpmath.mpf(rtol) * abs(exact)
+
+
+@pytest.mark.parametrize("problem", EASY, ids=str)
+@pytest.mark.parametrize("rtol", ["1e-4"])
+def test_the_error_allowed_holds_on_the_table(problem: Problem, rtol: str) -> None:
+    check(problem.make(), problem.kappa, problem.r, problem.start, rtol)
+
+
+@SAMPLE
+@given(scenes(-1.5, drifts()), st.sampled_from(["1e-1", "1e-3", "1e-6"]))
+def test_the_error_allowed_holds_on_random_scenes(scene: Any, rtol: str) -> None:
+    check(*scene, rtol)
+
+
+def test_arrays_use_what_each_element_needs() -> None:
+    z0 = np.array([-2, -0.4, -0.1])
+    kappa = np.array([[0.05], [0.3], [40.0]])
+    drift = sa.friction(mu=3, alpha=1, z0=z0)
+    found = sa.escape_time(drift, kappa, 10, method="auto", rtol=1e-6, full=True, log=True)
+    exact = sa.escape_time(drift, kappa, 10, log=True)
+    assert found.value.shape == (3, 3)
+    assert (np.abs(found.value - exact) <= found.error + 1e-12 * np.abs(exact)).all()
+    assert (found.error <= 1e-6).all()
+    methods = {name.split(",")[0] for name in found.terms}
+    assert methods == {"laplace", "strong_noise", "exact"}
+    share = sa.occupation(
+        sa.linear(1, -2), [0.1, 0.3, 40.0], complement=True, method="auto", rtol=1e-4
+    )
+    wanted = sa.occupation(sa.linear(1, -2), [0.1, 0.3, 40.0], complement=True)
+    assert np.allclose(share, wanted, rtol=1e-4, atol=0)
+
+
+def test_what_is_kept() -> None:
+    weak = sa.plan(FRICTION, "0.05", 10, rtol=1e-3)
+    assert weak.method == "laplace"
+    assert [t.name for t in weak.terms if t.kept] == ["well at 0.3969 with barrier at 0.9039"]
+    assert weak.error <= 1e-3
+    sharper = sa.plan(FRICTION, "0.05", 10, rtol=1e-10)
+    assert sharper.order is not None
+    assert weak.order is not None
+    assert sharper.order > weak.order
+    assert sum(t.kept for t in sharper.terms) > sum(t.kept for t in weak.terms)
+    no_well = sa.plan(sa.friction(3, 1, -2), "0.1", 10, rtol=1e-8)
+    assert not any("well" in t.name for t in no_well.terms)
+    assert "the part between, right" in [t.name for t in no_well.terms if t.kept]
+    strong = sa.plan(FRICTION, 30, 10, rtol=1e-8)
+    assert (strong.method, strong.error_kind) == ("strong_noise", "bound")
+    assert "laplace" in strong.refused
+    neither = sa.plan(FRICTION, "0.3", 10, rtol=1e-8)
+    assert neither.method == "exact"
+    assert weak.cost < strong.cost < neither.cost
+    assert "left out" in str(weak)
+    assert "kept" in str(weak)
+
+
+def test_the_sizes_add_up_to_the_whole() -> None:
+    for drift, start in ((FRICTION, 0), (sa.linear(1, -2), "1/2"), (sa.linear(-1, 2), -2)):
+        made = sa.plan(drift, "0.1", 4, rtol=1e-2, start=start)
+        assert made.method == "laplace"
+        assert abs(sum(t.size for t in made.terms) - 1) < 1e-9
+
+
+def test_bad_input() -> None:
+    for rtol in (0, 1, -1, "x", float("nan"), [1e-3]):
+        with pytest.raises(sa.InputError, match="rtol"):
+            sa.plan(FRICTION, "0.1", 10, rtol=rtol)
+    with pytest.raises(sa.InputError, match="needs the relative error"):
+        sa.escape_time(FRICTION, "0.1", 10, method="auto")
+    with pytest.raises(sa.InputError, match=r"rtol is 0\.001.*'exact'.*auto"):
+        sa.escape_time(FRICTION, "0.1", 10, rtol=1e-3)
+    with pytest.raises(sa.InputError, match="order is 2"):
+        sa.escape_time(FRICTION, "0.1", 10, method="auto", rtol=1e-3, order=2)
+    with pytest.raises(sa.InputError, match="arrays"):
+        sa.plan(FRICTION, [0.1], 10)
+    with pytest.raises(sa.AccuracyError, match="rtol is 1e-20.*dps"):
+        sa.escape_time(FRICTION, "0.1", 10, method="auto", rtol="1e-20")
+    with pytest.raises(sa.InputError, match="drift"):
+        sa.plan("friction", "0.1", 10)
