@@ -179,8 +179,10 @@ def _cut(
     lo, hi = max(-r, -one), min(r, one)
     with own_context(_DIGITS) as context:
         field = ExactField(drift, False, context)
-        # The slope beyond the layer may be given apart from A(-1), A(1).
-        slopes = [_end(drift, side, field.value(side * one)) for side in (-1, 1)]
+        # gmpy2's rationals, where it is installed, are not flint's.
+        slopes = [_plain(field.value(side * one)) for side in (-1, 1)]
+        if not (field.value(lo) and field.value(hi)):
+            raise NotProved
         zeros = simple_zeros(field, lo, hi, context)
         ends = [field.value(lo) > 0, field.value(hi) < 0]
     drafts: list[_Draft] = []
@@ -223,9 +225,8 @@ def _cut(
     return Landscape(tuple(cells), place, cells[place].start < x)
 
 
-def _end(drift: Drift, side: int, value: Fraction) -> Fraction:
-    known = drift.end(side)
-    return Fraction(value if known is None else known)
+def _plain(x: Any) -> Fraction:
+    return Fraction(int(x.numerator), int(x.denominator))
 
 
 def _near(zero: Any) -> Fraction:
