@@ -43,6 +43,7 @@ DEFAULT_ORDER = 2
 MOST_ORDER = 20
 # Ratio of two neighbouring terms beyond which a series is taken to have stopped falling.
 _MOST_FALL = Fraction(3, 4)
+_BOUNDED = ("higher orders of every series, and what is exponentially small, in the bound",)
 _DROPPED = ("higher orders of every series, in the error",)
 
 
@@ -94,12 +95,14 @@ class Sides(NamedTuple):
 class Quantity(NamedTuple):
     """What is asked for: from the sides and lam; its logarithm, where 1 - value is tiny.
 
-    `outer` says whether it needs the double integrals.
+    `outer` says whether it needs the double integrals; `enclosed` gives proved bounds of it
+    (see `symasym.asymptotics.weak_noise_bounds`).
     """
 
     value: Callable[[Sides, Any], Pair]
     log: Callable[[Sides, Any], Any] | None
     outer: bool
+    enclosed: Callable[..., Any] | None = None
 
 
 def escape_time(drift: Drift, kappa: Any, r: Any, start: Any, request: Request) -> Any:
@@ -231,8 +234,19 @@ def _probability(complement: bool) -> Quantity:
     return Quantity(value, logarithm, False)
 
 
+def _enclosed_time(drift: Drift, values: dict[str, Fraction], order: int, digits: int) -> Any:
+    from symasym.exact import ball
+
+    if not ball.available():
+        return None
+    from symasym.asymptotics.weak_noise_bounds import enclosure
+
+    scene = values["kappa"], values["r"], values["start"]
+    return enclosure(drift, *scene, order, digits)
+
+
 _QUANTITIES = {
-    "T": Quantity(_time, None, True),
+    "T": Quantity(_time, None, True, _enclosed_time),
     "C": _probability(False),
     "1 - C": _probability(True),
 }
@@ -276,7 +290,32 @@ def _answer(
             value = context.log(value) if log is None else log
         size += abs(value) * context.mpf(10) ** -(digits + 5)
         request = request._replace(order=order)
-        return as_digits(request, value, size, "estimate", _terms(halves, context), _DROPPED)
+        terms = _terms(halves, context)
+        if request.full and quantity.enclosed is not None:
+            bounds = quantity.enclosed(drift, values, order, digits)
+            proved = None if bounds is None else _distance(bounds, value, request.log, context)
+            if proved is not None:
+                return as_digits(request, value, proved, "bound", terms, _BOUNDED)
+        return as_digits(request, value, size, "estimate", terms, _DROPPED)
+
+
+def _distance(bounds: Any, value: Any, log: bool, context: Any) -> Any:
+    """The farther of two bounds from the value; None where that exceeds the value."""
+    low, high = (
+        context.mpf(int(mantissa)) * context.mpf(2) ** int(exponent)
+        for mantissa, exponent in (x.man_exp() for x in (bounds.low, bounds.high))
+    )
+    if not low > 0:
+        return None
+    near = context.exp(value) if log else value
+    size = max(abs(high - near), abs(low - near))
+    if not size < near:
+        return None
+    if log:
+        size = max(abs(context.log(high / near)), abs(context.log(low / near)))
+    # The roundings here and of `near`, which is what the last term is for.
+    slack = context.mpf(10) ** (8 - context.dps)
+    return size * (1 + slack) + slack * (1 + abs(value))
 
 
 class Parts(NamedTuple):

@@ -1,0 +1,164 @@
+"""Proved bounds of the weak-noise escape time: never violated, tight, and refused elsewhere."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from strategies import ALL, SAMPLE, powers_of_ten, rationals
+
+import symasym as sa
+from symasym.asymptotics import weak_noise_bounds
+from symasym.exact import ball
+from symasym.exact.ball_drift import exact_ball, precision
+from tests.problems import distance
+
+pytestmark = pytest.mark.skipif(not ball.available(), reason="python-flint is not installed")
+FRICTION = sa.friction(3, 1, "-0.3")
+Scene = tuple[sa.Drift, Fraction, Fraction, Fraction]
+
+
+@st.composite
+def polynomial_scenes(draw: st.DrawFn, weakest: float) -> Scene:
+    """Half of them with the default start and a radius beyond the layer."""
+    if draw(st.booleans()):
+        drift = sa.polynomial(*draw(st.lists(rationals(-3, 3), min_size=1, max_size=7)))
+    else:
+        drift = sa.friction(
+            mu=draw(rationals(0, 8)), alpha=draw(rationals(0.1, 4)), z0=draw(rationals(-4, 6))
+        )
+    r = draw(powers_of_ten(-0.5, 2))
+    start = draw(st.sampled_from([Fraction(0), r * draw(rationals(-0.99, 0.99))]))
+    return drift, draw(powers_of_ten(weakest, 0.3)), r, start
+
+
+def exact_time(scene: Scene, log: bool = False) -> Any:
+    drift, kappa, r, start = scene
+    return sa.escape_time(drift, kappa, r, start=start, dps=60, log=log)
+
+
+def check(scene: Scene, order: int) -> tuple[str, float] | None:
+    """Enclosure, value and logarithm against the exact ones; kind, and claimed over true error."""
+    drift, kappa, r, start = scene
+    try:
+        exact = exact_time(scene)
+    except sa.SymasymError:
+        return None
+    bounds = weak_noise_bounds.enclosure(drift, kappa, r, start, order, 20)
+    if bounds is not None:
+        with precision(300):
+            number = exact_ball(_rational(exact))
+            # `exact` has 60 digits.
+            assert bounds.low * (1 - _tiny()) <= number <= bounds.high * (1 + _tiny())
+    try:
+        found = sa.escape_time(
+            drift, kappa, r, start=start, method="laplace", order=order, dps=40, full=True
+        )
+        logarithm = sa.escape_time(
+            drift, kappa, r, start=start, method="laplace", order=order, log=True, dps=40, full=True
+        )
+    except sa.SymasymError:
+        return None
+    wrong = distance(found.value, exact)
+    assert found.error_kind in ("bound", "estimate")
+    if found.error_kind == "bound":
+        assert wrong <= found.error
+        assert distance(logarithm.value, exact_time(scene, log=True)) <= logarithm.error
+    return found.error_kind, float(found.error / wrong) if wrong else 1.0
+
+
+def _rational(x: Any) -> Fraction:
+    sign, mantissa, exponent, _ = x._mpf_
+    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent) * (-1 if sign else 1)
+
+
+def _tiny() -> Any:
+    return exact_ball(Fraction(1, 10**58))
+
+
+@settings(SAMPLE, max_examples=30)
+@given(polynomial_scenes(weakest=-2), st.integers(0, 4))
+def test_random_scenes_sample(scene: Scene, order: int) -> None:
+    check(scene, order)
+
+
+@pytest.mark.slow
+@ALL
+@given(polynomial_scenes(weakest=-2.5), st.integers(0, 8))
+def test_random_scenes(scene: Scene, order: int) -> None:
+    check(scene, order)
+
+
+WELLS: list[tuple[sa.Drift, str, str, str]] = [
+    (FRICTION, "0.1", "10", "0"),
+    (FRICTION, "0.02", "10", "0.5"),
+    (FRICTION, "0.05", "10", "-5"),  # outside the layer
+    (sa.linear(1, -1), "0.2", "4", "0"),  # two ends, one well
+    (sa.polynomial(0, -1, "1/2", "-1/3"), "0.1", "9/10", "1/10"),  # ends inside the layer
+    (sa.polynomial(0, 1, 0, -3), "0.05", "3", "0"),  # started at a barrier between two wells
+    (sa.polynomial("1/5", 2, 0, -3), "0.1", "3", "1/7"),
+    (sa.polynomial("1/10", 2, 0, -3), "0.1", "3", "-1/20"),  # just beside the barrier
+]
+
+
+@pytest.mark.parametrize("order", [0, 2, 4])
+@pytest.mark.parametrize("scene", WELLS, ids=repr)
+def test_wells_have_a_tight_bound(scene: Any, order: int) -> None:
+    drift, *numbers = scene
+    found = check((drift, *(Fraction(x) for x in numbers)), order)
+    assert found is not None
+    kind, ratio = found
+    assert kind == "bound"
+    assert 1 <= ratio < 1.1
+
+
+def test_order_by_order() -> None:
+    # The bound is of the order of the first term left out, and so is the error.
+    for order in (0, 1, 2, 3):
+        errors = [
+            sa.escape_time(
+                FRICTION, k, 10, method="laplace", order=order, log=True, dps=60, full=True
+            )
+            for k in ("1/100", "1/200")
+        ]
+        assert [e.error_kind for e in errors] == ["bound", "bound"]
+        power = mpmath.log(errors[0].error / errors[1].error, 2)
+        assert abs(power - (2 * order + 2)) < 0.2
+
+
+def test_very_weak_noise_costs_nothing() -> None:
+    found = sa.escape_time(FRICTION, "1e-8", 10, method="laplace", log=True, dps=60, full=True)
+    assert found.error_kind == "bound"
+    assert found.error < 1e-38
+
+
+def test_floats_have_the_bound() -> None:
+    found = sa.escape_time(FRICTION, 0.05, 10, method="laplace", full=True)
+    exact = sa.escape_time(FRICTION, 0.05, 10, dps=40)
+    assert found.error_kind == "bound"
+    assert distance(found.value, exact) <= found.error <= 2 * distance(found.value, exact)
+
+
+@pytest.mark.parametrize(
+    ("drift", "start"),
+    [
+        (sa.linear(2, 1), 0),  # nothing dominates: T = O(1)
+        (sa.tanh(2, -1, 3), 0),  # no polynomial
+    ],
+    ids=str,
+)
+def test_an_estimate_elsewhere(drift: sa.Drift, start: Any) -> None:
+    found = sa.escape_time(drift, "0.1", 4, start=start, method="laplace", full=True, dps=20)
+    assert found.error_kind == "estimate"
+
+
+def test_only_where_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(weak_noise_bounds, "enclosure", refuse)
+    assert sa.escape_time(FRICTION, 0.1, 10, method="laplace") > 0
