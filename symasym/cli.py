@@ -179,13 +179,22 @@ def _add_value(commands: Any) -> None:
             quantity.add_argument("--y", required=True, metavar="X", help="position")
         else:
             quantity.add_argument("--method", default="exact", metavar="NAME", help="(exact)")
-            quantity.add_argument("--order", type=int, metavar="N", help="order of an expansion")
+            quantity.add_argument(
+                "--order", type=_order, metavar="N", help="order of an expansion, or optimal"
+            )
+            quantity.add_argument(
+                "--rtol", metavar="X", help="relative error allowed, for --method auto"
+            )
         if verb in ("exit_probability", "occupation"):
             quantity.add_argument("--complement", action="store_true", help="1 minus it")
         quantity.add_argument("--dps", type=int, metavar="N", help="digits (float64 if left out)")
         quantity.add_argument("--log", action="store_true", help="its natural logarithm")
         quantity.add_argument("--json", action="store_true", help="with error, method, time")
         quantity.set_defaults(run=_value, quantity=name, verb=verb)
+
+
+def _order(text: str) -> int | str:
+    return text if text == "optimal" else int(text)
 
 
 def _value(arguments: argparse.Namespace) -> None:
@@ -196,7 +205,7 @@ def _value(arguments: argparse.Namespace) -> None:
     from symasym.inputs import digits
 
     given: dict[str, Any] = vars(arguments)
-    takes = ("kappa", "r", "y", "start", "method", "order", "complement", "log")
+    takes = ("kappa", "r", "y", "start", "method", "order", "rtol", "complement", "log")
     inputs = {name: given[name] for name in takes if name in given}
     # A few digits more than are printed, so that the last printed one is rounded right.
     dps = None if arguments.dps is None else min(digits(arguments.dps) + 5, 10_000)
