@@ -162,3 +162,15 @@ def test_only_where_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(weak_noise_bounds, "enclosure", refuse)
     assert sa.escape_time(FRICTION, 0.1, 10, method="laplace") > 0
+
+
+def test_a_share_lies_between_its_bounds() -> None:
+    from flint import arb
+
+    from symasym.asymptotics.weak_noise_bounds import Bounds, _three
+
+    found = _three(*(Bounds(arb(low), arb(high)) for low, high in ((1, 3), (2, 9), (5, 6))))
+    for a in (1, 2, 3):
+        for m in (2, 4, 9):
+            for b in (5, 6):
+                assert found.low <= arb(a) * b / (a + m + b) <= found.high
