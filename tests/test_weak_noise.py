@@ -64,7 +64,7 @@ def slope(verb: Any, drift: sa.Drift, kappas: Any, order: int, dps: int = 90, **
         (REPELLING, {"r": 2, "start": "1/3"}),
         (ON_A_WELL, {"r": 2}),
         (FRICTION, {"r": 4, "start": "-2"}),
-        (FRICTION, {"r": 4, "start": "3"}),
+        (SLIDING, {"r": 4, "start": "3"}),
         (FRICTION, {"r": 4, "start": "-1"}),
         (FRICTION, {"r": 4, "start": "1"}),
         (FRICTION, {"r": "0.8", "start": "-1/3"}),
