@@ -43,6 +43,8 @@ DEFAULT_ORDER = 2
 MOST_ORDER = 20
 # Ratio of two neighbouring terms beyond which a series is taken to have stopped falling.
 _MOST_FALL = Fraction(3, 4)
+# Relative error of arrays beyond which they are refused: log 2 of the logarithm.
+_MOST_FLOAT = 0.4
 _BOUNDED = ("higher orders of every series, and what is exponentially small, in the bound",)
 _DROPPED = ("higher orders of every series, in the error",)
 
@@ -588,7 +590,7 @@ def _of_arrays(
 ) -> Any:
     scenes = float_scenes(drift, numbers)
     logs, errors = _array_logs(drift, scenes, orders, quantity)
-    _require_small(scenes.numbers["kappa"], errors, orders[-1])
+    _require_small(scenes.numbers["kappa"], logs, errors, orders[-1], request.log)
     request = request._replace(order=orders[-1] if len(orders) == 1 else None)
     terms = ("wells, barriers, start, ends, kinks and the part between",)
     return as_floats(request, scenes.shape, logs, errors, "estimate", terms, _DROPPED)
@@ -631,10 +633,19 @@ def array_logs(
     return _occupation_logs(drift, scenes, name == "1 - P", (order,))
 
 
-def _require_small(kappa: FloatArray, errors: FloatArray, order: int) -> None:
-    bad = np.flatnonzero(~(errors < np.log(2)))
+def _require_small(
+    kappa: FloatArray, logs: FloatArray, errors: FloatArray, order: int, log: bool
+) -> None:
+    bad = np.flatnonzero(~(errors < np.inf))
     if bad.size:
         raise _too_strong(f"{kappa[bad[0]]:.6g}", order)
+    # A logarithm of 1e15 is right to all its digits where it is wrong by 1.
+    lost = np.flatnonzero(errors > np.maximum(np.log(2), 1e-11 * np.abs(logs) if log else 0.0))
+    if lost.size:
+        raise AccuracyError(
+            f"kappa is {kappa[lost[0]]:.6g}, so small that the exponents of float64 leave no digit "
+            "of the value; give dps=n and one scene at a time, or use method='exact'."
+        )
 
 
 def _float_rows(
@@ -657,7 +668,8 @@ def _float_rows(
     top = max(abs(float(p.height)) for h in halves for p in (*h.rising, *h.falling))
     reach = sum(abs(float(h.beyond[2])) for h in halves if h.beyond is not None)
     growth = lam * (top + reach * r)
-    return logs, errors / (1 - np.minimum(errors, 0.9)) + 1e-14 * (8 + growth + np.abs(logs))
+    errors = np.where(errors < _MOST_FLOAT, errors / (1 - np.minimum(errors, 0.9)), np.inf)
+    return logs, errors + 1e-14 * (8 + growth + np.abs(logs))
 
 
 def _occupation_of_arrays(
@@ -665,7 +677,7 @@ def _occupation_of_arrays(
 ) -> Any:
     scenes = float_scenes(drift, numbers)
     logs, errors = _occupation_logs(drift, scenes, complement, orders)
-    _require_small(scenes.numbers["kappa"], errors, orders[-1])
+    _require_small(scenes.numbers["kappa"], logs, errors, orders[-1], request.log)
     request = request._replace(order=orders[-1] if len(orders) == 1 else None)
     terms = ("wells and kinks",)
     return as_floats(request, scenes.shape, logs, errors, "estimate", terms, _DROPPED)
@@ -690,7 +702,7 @@ def _occupation_logs(
             for n in orders:
                 outside, total = _outside(found, lam, n, ops)
                 relative = 2 * np.exp(total.error.log() - total.value.log())
-                relative = np.where(relative < 1, relative, np.inf)
+                relative = np.where(relative < _MOST_FLOAT, relative, np.inf)
                 share = outside.log() - total.value.log()
                 relative = relative + 1e-14 * (8 + lam * top)
                 if not complement:
