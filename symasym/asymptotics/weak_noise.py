@@ -15,12 +15,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.asymptotics import weak_noise_double
 from symasym.asymptotics.log_scaled import LogScaled
 from symasym.asymptotics.places import BEYOND, Groups, Half, Place, half, whole
+from symasym.asymptotics.sights import sight_of
+from symasym.asymptotics.weak_noise_arrays import Evaluate, logs_of
 from symasym.context import own_context
 from symasym.drift import Drift
 from symasym.errors import AccuracyError
@@ -32,10 +36,8 @@ from symasym.scenes import (
     as_floats,
     exact_scene,
     float_scenes,
-    input_rounding,
     one_scene,
     read_order,
-    rows_of,
 )
 
 DEFAULT_ORDER = 2
@@ -95,11 +97,12 @@ class Quantity(NamedTuple):
 
     value: Callable[[Sides, Any], Pair]
     log: Callable[[Sides, Any], Any] | None
+    in_float: Evaluate
 
 
 def escape_time(drift: Drift, kappa: Any, r: Any, start: Any, request: Request) -> Any:
     """T to the order that `request` asks for; any region with simple zeros, any start."""
-    return _answer(drift, kappa, r, start, request, Quantity(_time, None))
+    return _answer(drift, kappa, r, start, request, Quantity(_time, None, weak_noise_double.escape_time))
 
 
 def exit_probability(
@@ -123,7 +126,8 @@ def exit_probability(
         part, rest = split(sides)
         return -ops.log1p(rest / part)
 
-    return _answer(drift, kappa, r, start, request, Quantity(probability, logarithm))
+    in_float = partial(weak_noise_double.exit_probability, complement)
+    return _answer(drift, kappa, r, start, request, Quantity(probability, logarithm, in_float))
 
 
 def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> Any:
@@ -431,29 +435,21 @@ def _of_arrays(
     orders: Any,
     quantity: Quantity,
 ) -> Any:
-    """One analysis for each drift and start; vectorised over kappa and r."""
+    """One analysis for each drift and start; vectorised over these, kappa and r."""
     scenes = float_scenes(drift, numbers)
-    given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
-    r, start = scenes.numbers["r"], scenes.numbers["start"]
-    # Beyond the layer the radius enters only where the sums are evaluated.
-    radius = np.where(r > 1, 2.0, r)
-    unique, group = np.unique(
-        np.array([*given.values(), radius, start]).T, axis=0, return_inverse=True
-    )
-    logs, errors = np.empty(len(r)), np.empty(len(r))
-    for k in range(len(unique)):
-        rows = np.flatnonzero(group.ravel() == k)
-        first = {name: float(x[rows[0]]) for name, x in given.items()}
-        one = drift.bind(**first) if first else drift
-        places = Fraction(float(radius[rows[0]])), Fraction(float(start[rows[0]]))
+    shapes = [np.shape(x) for x in (*drift.values.values(), numbers["start"]) if is_array(x)]
+    if is_array(numbers["r"]) and (scenes.numbers["r"] <= 1).any():
+        shapes.append(np.shape(numbers["r"]))
+
+    def analyse(given: dict[str, float], radius: float, start: float) -> Any:
+        one = drift.bind(**given) if given else drift
         with own_context(40) as context:
-            halves = _halves(one, *places, orders[-1], context)
-        with np.errstate(all="ignore"):
-            logs[rows], errors[rows] = _float_rows(
-                halves, scenes.lam[rows], r[rows], orders, quantity
-            )
-            steepest = np.abs(one.evaluate_float(np.linspace(-1, 1, 65))).max()
-            errors[rows] += input_rounding(rows_of(scenes, rows), np.full(len(rows), steepest))
+            halves = _halves(one, Fraction(radius), Fraction(start), orders[-1], context)
+            return sight_of(halves[0]), sight_of(halves[1])
+
+    logs, errors = logs_of(
+        drift, scenes, shapes, orders, quantity.in_float, analyse, request.full
+    )
     _require_small(scenes.numbers["kappa"], errors, orders[-1])
     request = request._replace(order=orders[-1] if len(orders) == 1 else None)
     terms = ("wells, barriers, start, ends, kinks and the part between",)
@@ -464,29 +460,6 @@ def _require_small(kappa: FloatArray, errors: FloatArray, order: int) -> None:
     bad = np.flatnonzero(~(errors < np.log(2)))
     if bad.size:
         raise _too_strong(f"{kappa[bad[0]]:.6g}", order)
-
-
-def _float_rows(
-    halves: tuple[Half, Half],
-    lam: FloatArray,
-    r: FloatArray,
-    orders: Any,
-    quantity: Quantity,
-) -> tuple[FloatArray, FloatArray]:
-    ops = _FloatExponentials()
-    logs, errors = np.full(len(lam), np.nan), np.full(len(lam), np.inf)
-    for n in orders:
-        sides = _sides(halves, lam, r, n, ops)
-        found = quantity.value(sides, lam)
-        log = quantity.log(sides, ops) if quantity.log else found.value.log()
-        relative = 2 * np.exp(found.error.log() - found.value.log())
-        better = sides.sure() & (relative < errors)
-        logs = np.where(better, log, logs)
-        errors = np.where(better, relative, errors)
-    top = max(abs(float(p.height)) for h in halves for p in (*h.rising, *h.falling))
-    reach = sum(abs(float(h.beyond[2])) for h in halves if h.beyond is not None)
-    growth = lam * (top + reach * r)
-    return logs, errors / (1 - np.minimum(errors, 0.9)) + 1e-14 * (8 + growth + np.abs(logs))
 
 
 def _occupation_of_arrays(
