@@ -284,7 +284,9 @@ class _Builder:
         right = self.side(1, totals, sizes, peaks)
         return left, right
 
-    def side(self, sign: int, totals: list[Any], sizes: list[Any], peaks: dict[int, Series]) -> Sight:
+    def side(
+        self, sign: int, totals: list[Any], sizes: list[Any], peaks: dict[int, Series]
+    ) -> Sight:
         """What lies right of the start, or, in the mirror, left of it."""
         scenes = self.scenes
         a_near, a_far = scenes.a_minus, scenes.a_plus

@@ -102,7 +102,9 @@ class Quantity(NamedTuple):
 
 def escape_time(drift: Drift, kappa: Any, r: Any, start: Any, request: Request) -> Any:
     """T to the order that `request` asks for; any region with simple zeros, any start."""
-    return _answer(drift, kappa, r, start, request, Quantity(_time, None, weak_noise_double.escape_time))
+    return _answer(
+        drift, kappa, r, start, request, Quantity(_time, None, weak_noise_double.escape_time)
+    )
 
 
 def exit_probability(
@@ -447,9 +449,7 @@ def _of_arrays(
             halves = _halves(one, Fraction(radius), Fraction(start), orders[-1], context)
             return sight_of(halves[0]), sight_of(halves[1])
 
-    logs, errors = logs_of(
-        drift, scenes, shapes, orders, quantity.in_float, analyse, request.full
-    )
+    logs, errors = logs_of(drift, scenes, shapes, orders, quantity.in_float, analyse, request.full)
     _require_small(scenes.numbers["kappa"], errors, orders[-1])
     request = request._replace(order=orders[-1] if len(orders) == 1 else None)
     terms = ("wells, barriers, start, ends, kinks and the part between",)

@@ -17,6 +17,8 @@ from symasym.scenes import Scenes, input_rounding, rows_of
 
 # Scenes at once: work arrays stay in the second-level cache.
 _AT_ONCE = 4096
+# Of one drift, whose coefficients are plain numbers, and without errors.
+_OF_ONE = 16384
 # More values of kappa than that for one drift are taken apart from other drifts'.
 _MANY = 256
 # Where errors are not asked for, they are looked at in so many places; the refusal
@@ -63,16 +65,19 @@ def logs_of(
 
 def _drifts(scenes: Scenes, shapes: list[tuple[int, ...]]) -> Drifts:
     r, start = scenes.numbers["r"], scenes.numbers["start"]
-    # Beyond the layer the radius enters only where the sums are evaluated.
-    radius = np.where(r > 1, 2.0, r)
     common = np.broadcast_shapes(*shapes)
     own = (1,) * (len(scenes.shape) - len(common)) + common
     count = int(np.prod(own))
-    index = np.broadcast_to(np.arange(count).reshape(own), scenes.shape).ravel()
-    rows = np.argsort(index, kind="stable").reshape(count, -1)
+    if count == 1:
+        rows = np.arange(len(r))[None]
+    else:
+        index = np.broadcast_to(np.arange(count).reshape(own), scenes.shape).ravel()
+        rows = np.argsort(index, kind="stable").reshape(count, -1)
     first = rows[:, 0]
     given = {n: x[first] for n, x in scenes.parameters.items() if is_array(x)}
-    return Drifts(given, start[first], radius[first], rows)
+    # Beyond the layer the radius enters only where the sums are evaluated.
+    radius = np.where(r[first] > 1, 2.0, r[first])
+    return Drifts(given, start[first], radius, rows)
 
 
 def _all_sights(
@@ -140,7 +145,8 @@ def _fill(
     )
     r = scenes.numbers["r"]
     # A radius that all scenes share keeps its exponents shared as well.
-    shared = float(r[rows.flat[0]]) if (r[rows] == r[rows.flat[0]]).all() else None
+    first = float(r[rows.flat[0]])
+    shared = first if r.strides == (0,) or (r[rows] == first).all() else None
 
     def at(part: IntArray, order: int, wanted: bool) -> tuple[FloatArray, Any]:
         point = Point(scenes.lam[part], order, wanted)
@@ -150,8 +156,8 @@ def _fill(
         probes = _probes(scenes.lam[rows])
         error = at(rows[probes], orders[0], True)[1]
         if (error < _SMALL).all():
-            for low in range(0, len(rows), _AT_ONCE):
-                part = rows[low : low + _AT_ONCE]
+            for low in range(0, len(rows), _OF_ONE):
+                part = rows[low : low + _OF_ONE]
                 logs[part] = at(part, orders[0], False)[0]
             errors[rows] = error.max()
             return

@@ -202,9 +202,7 @@ def _side(one: Sight, r: Numbers, at: Point) -> _Side:
                 (
                     # At one and the same place the heights are each other's negatives.
                     0.0 if beside else low.height + high.height,
-                    lambda s=series, p=low, q=high: _both(
-                        spot(p.series, p), spot(s, q), at.errors
-                    ),
+                    lambda s=series, p=low, q=high: _both(spot(p.series, p), spot(s, q), at.errors),
                 )
             )
 
@@ -246,9 +244,7 @@ def _sides(
     shares = [
         side.scale.value + side.rising[0] * at.decay(-side.scale.height) for side in (left, right)
     ]
-    total = (
-        left.scale.value * weights[0] + right.scale.value * weights[1] + rising[0] * weights[2]
-    )
+    total = left.scale.value * weights[0] + right.scale.value * weights[1] + rising[0] * weights[2]
     error = None
     if at.errors:
         error = left.scale.error * weights[0] + right.scale.error * weights[1]
@@ -283,10 +279,7 @@ def escape_time(
     first, second, third = (at.decay(way - top) for way in ways)
     one = right.falling[0] * right.scale.value
     two = left.falling[0] * left.scale.value
-    if sides.corner:
-        extra = behind * ahead * sides.falling[0]
-    else:
-        extra = behind * one + ahead * two
+    extra = behind * ahead * sides.falling[0] if sides.corner else behind * one + ahead * two
     value = behind * right.nested.value * first + ahead * left.nested.value * second + extra * third
     log = np.log(value / total.value) + at.lam * top + np.log(at.lam)
     if not at.errors:
