@@ -272,8 +272,8 @@ class _Builder:
             outside = (start - 1) * self.scenes.a_plus
         # V from the start on.
         self.base = self.potential(middle) - outside
-        # lam V from the largest term of V on; products with lam are rounded elsewhere.
-        self.height_rough = 2 * _EPS * (self.degree + 4) * (self.height_size + np.abs(outside))
+        # Horner's rounding at both places; products with lam are rounded elsewhere.
+        self.height_rough = _EPS * ((self.degree + 3) * self.height_size + 2 * np.abs(outside))
         self.at_edge = [self.smooth(u) for u in self.edges]
         peaks = {}
         low, _, high = self.edges

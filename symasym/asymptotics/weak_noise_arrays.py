@@ -17,8 +17,8 @@ from symasym.scenes import Scenes, input_rounding, rows_of
 
 # Scenes at once: work arrays stay in the second-level cache.
 _AT_ONCE = 4096
-# Of one drift, whose coefficients are plain numbers, and without errors.
-_OF_ONE = 16384
+# Of one drift, whose coefficients are plain numbers; above 128 kB an array may cost page faults.
+_OF_ONE = 12288
 # More values of kappa than that for one drift are taken apart from other drifts'.
 _MANY = 256
 # Where errors are not asked for, they are looked at in so many places; the refusal
