@@ -334,10 +334,6 @@ class _FloatExponentials:
     def log(self, x: FloatArray) -> FloatArray:
         return np.log(x)
 
-    def log1p(self, x: LogScaled) -> FloatArray:
-        found: FloatArray = np.logaddexp(0.0, x.log())
-        return found
-
     def tail(self, near: FloatArray, far: FloatArray) -> FloatArray:
         ratio = np.where(near > 0, far / np.where(near > 0, near, 1.0), 1.0)
         found: FloatArray = 1 / (1 - np.minimum(ratio, float(_MOST_FALL)))
