@@ -102,19 +102,21 @@ def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
             f"the shapes do not broadcast (drift {drift.shape}, {', '.join(shapes)}); "
             "give arrays of shapes that NumPy broadcasts."
         ) from None
-    flat = {name: np.broadcast_to(x, shape).ravel() for name, x in arrays.items()}
+    # A number that all scenes share is not copied for each of them.
+    flat = {name: np.broadcast_to(x, shape).reshape(-1) for name, x in arrays.items()}
     for name, (low, high) in (("kappa", _KAPPA_RANGE), ("r", _R_RANGE)):
         if name not in flat:
             continue
-        if not (flat[name] > 0).all():
-            raise InputError(f"{name} is {flat[name].min():.6g}; it must be greater than 0.")
-        beyond = (flat[name] < low) | (flat[name] > high)
+        given = arrays[name]
+        if not (given > 0).all():
+            raise InputError(f"{name} is {given.min():.6g}; it must be greater than 0.")
+        beyond = (given < low) | (given > high)
         if beyond.any():
             raise InputError(
-                f"{name} is {flat[name][beyond][0]:.6g}, so that its square is near the end of "
+                f"{name} is {given[beyond][0]:.6g}, so that its square is near the end of "
                 "the range of float64; pass dps=… for it."
             )
-    if "r" in flat and not (np.abs(flat["start"]) < flat["r"]).all():
+    if "r" in flat and not (np.abs(arrays["start"]) < arrays["r"]).all():
         worst = np.argmax(np.abs(flat["start"]) - flat["r"])
         raise InputError(
             f"start is {flat['start'][worst]:.6g} and r is {flat['r'][worst]:.6g}; "
@@ -126,7 +128,7 @@ def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
         if not is_array(value):
             known = exact(name, value)
             gap = abs(float(known - Fraction(float(arrays[name]))))
-        moved[name] = np.full(flat[name].shape, gap)
+        moved[name] = np.broadcast_to(gap, flat[name].shape)
     parameters = {
         name: np.broadcast_to(value, shape).ravel() if is_array(value) else value
         for name, value in drift.values.items()

@@ -15,12 +15,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.asymptotics import weak_noise_double
 from symasym.asymptotics.log_scaled import LogScaled
 from symasym.asymptotics.places import BEYOND, Groups, Half, Place, half, whole
+from symasym.asymptotics.sights import sight_of
+from symasym.asymptotics.weak_noise_arrays import Evaluate, logs_of
 from symasym.context import own_context
 from symasym.drift import Drift
 from symasym.errors import AccuracyError
@@ -33,10 +37,8 @@ from symasym.scenes import (
     as_floats,
     exact_scene,
     float_scenes,
-    input_rounding,
     one_scene,
     read_order,
-    rows_of,
 )
 
 DEFAULT_ORDER = 2
@@ -104,6 +106,7 @@ class Quantity(NamedTuple):
     value: Callable[[Sides, Any], Pair]
     log: Callable[[Sides, Any], Any] | None
     outer: bool
+    in_float: Evaluate
     enclosed: Callable[..., Any] | None = None
 
 
@@ -233,7 +236,8 @@ def _probability(complement: bool) -> Quantity:
         part, rest = split(sides)
         return -ops.log1p(rest / part)
 
-    return Quantity(value, logarithm, False)
+    in_float = partial(weak_noise_double.exit_probability, complement)
+    return Quantity(value, logarithm, False, in_float)
 
 
 def _enclosed_time(drift: Drift, values: dict[str, Fraction], order: int, digits: int) -> Any:
@@ -248,7 +252,7 @@ def _enclosed_time(drift: Drift, values: dict[str, Fraction], order: int, digits
 
 
 _QUANTITIES = {
-    "T": Quantity(_time, None, True, _enclosed_time),
+    "T": Quantity(_time, None, True, weak_noise_double.escape_time, _enclosed_time),
     "C": _probability(False),
     "1 - C": _probability(True),
 }
@@ -468,10 +472,6 @@ class _FloatExponentials:
     def log(self, x: FloatArray) -> FloatArray:
         return np.log(x)
 
-    def log1p(self, x: LogScaled) -> FloatArray:
-        found: FloatArray = np.logaddexp(0.0, x.log())
-        return found
-
     def tail(self, near: FloatArray, far: FloatArray) -> FloatArray:
         ratio = np.where(near > 0, far / np.where(near > 0, near, 1.0), 1.0)
         found: FloatArray = 1 / (1 - np.minimum(ratio, float(_MOST_FALL)))
@@ -589,7 +589,10 @@ def _of_arrays(
     quantity: Quantity,
 ) -> Any:
     scenes = float_scenes(drift, numbers)
-    logs, errors = _array_logs(drift, scenes, orders, quantity)
+    shapes = [np.shape(x) for x in (*drift.values.values(), numbers["start"]) if is_array(x)]
+    if is_array(numbers["r"]) and (scenes.numbers["r"] <= 1).any():
+        shapes.append(np.shape(numbers["r"]))
+    logs, errors = _array_logs(drift, scenes, shapes, orders, quantity, request.full)
     _require_small(scenes.numbers["kappa"], logs, errors, orders[-1], request.log)
     request = request._replace(order=orders[-1] if len(orders) == 1 else None)
     terms = ("wells, barriers, start, ends, kinks and the part between",)
@@ -597,31 +600,23 @@ def _of_arrays(
 
 
 def _array_logs(
-    drift: Drift, scenes: Scenes, orders: Any, quantity: Quantity
+    drift: Drift,
+    scenes: Scenes,
+    shapes: list[tuple[int, ...]],
+    orders: Any,
+    quantity: Quantity,
+    everywhere: bool,
 ) -> tuple[FloatArray, FloatArray]:
-    """One analysis for each drift and start; vectorised over kappa and r."""
-    given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
-    r, start = scenes.numbers["r"], scenes.numbers["start"]
-    # Beyond the layer the radius enters only where the sums are evaluated.
-    radius = np.where(r > 1, 2.0, r)
-    unique, group = np.unique(
-        np.array([*given.values(), radius, start]).T, axis=0, return_inverse=True
-    )
-    logs, errors = np.empty(len(r)), np.empty(len(r))
-    for k in range(len(unique)):
-        rows = np.flatnonzero(group.ravel() == k)
-        first = {name: float(x[rows[0]]) for name, x in given.items()}
-        one = drift.bind(**first) if first else drift
-        places = Fraction(float(radius[rows[0]])), Fraction(float(start[rows[0]]))
+    """One analysis for each drift and start; vectorised over these, kappa and r."""
+
+    def analyse(given: dict[str, float], radius: float, start: float) -> Any:
+        one = drift.bind(**given) if given else drift
+        outer = 30 * quantity.outer
         with own_context(40) as context:
-            halves = _halves(one, *places, orders[-1], context, 30 * quantity.outer)
-        with np.errstate(all="ignore"):
-            logs[rows], errors[rows] = _float_rows(
-                halves, scenes.lam[rows], r[rows], orders, quantity
-            )
-            steepest = np.abs(one.evaluate_float(np.linspace(-1, 1, 65))).max()
-            errors[rows] += input_rounding(rows_of(scenes, rows), np.full(len(rows), steepest))
-    return logs, errors
+            found = _halves(one, Fraction(radius), Fraction(start), orders[-1], context, outer)
+            return sight_of(found[0]), sight_of(found[1])
+
+    return logs_of(drift, scenes, shapes, orders, quantity.in_float, analyse, everywhere)
 
 
 def array_logs(
@@ -629,7 +624,8 @@ def array_logs(
 ) -> tuple[FloatArray, FloatArray]:
     """Logarithms of T, C, 1 - C, P or 1 - P with their errors, infinite where nothing is known."""
     if name in _QUANTITIES:
-        return _array_logs(drift, scenes, (order,), _QUANTITIES[name])
+        quantity = _QUANTITIES[name]
+        return _array_logs(drift, scenes, [scenes.shape], (order,), quantity, True)
     return _occupation_logs(drift, scenes, name == "1 - P", (order,))
 
 
@@ -646,30 +642,6 @@ def _require_small(
             f"kappa is {kappa[lost[0]]:.6g}, so small that the exponents of float64 leave no digit "
             "of the value; give dps=n and one scene at a time, or use method='exact'."
         )
-
-
-def _float_rows(
-    halves: tuple[Half, Half],
-    lam: FloatArray,
-    r: FloatArray,
-    orders: Any,
-    quantity: Quantity,
-) -> tuple[FloatArray, FloatArray]:
-    ops = _FloatExponentials()
-    logs, errors = np.full(len(lam), np.nan), np.full(len(lam), np.inf)
-    for n in orders:
-        sides = _sides(halves, lam, r, n, ops)
-        found = quantity.value(sides, lam)
-        log = quantity.log(sides, ops) if quantity.log else found.value.log()
-        relative = 2 * np.exp(found.error.log() - found.value.log())
-        better = sides.sure() & (relative < errors)
-        logs = np.where(better, log, logs)
-        errors = np.where(better, relative, errors)
-    top = max(abs(float(p.height)) for h in halves for p in (*h.rising, *h.falling))
-    reach = sum(abs(float(h.beyond[2])) for h in halves if h.beyond is not None)
-    growth = lam * (top + reach * r)
-    errors = np.where(errors < _MOST_FLOAT, errors / (1 - np.minimum(errors, 0.9)), np.inf)
-    return logs, errors + 1e-14 * (8 + growth + np.abs(logs))
 
 
 def _occupation_of_arrays(

@@ -366,6 +366,41 @@ def stiffness(options: argparse.Namespace) -> Part:
     )
 
 
+# -- weak noise -------------------------------------------------------------------------------
+
+
+def weak_noise(options: argparse.Namespace) -> Part:
+    laplace: dict[str, Any] = {"method": "laplace", "order": 5, "log": True}
+    peer, drift = peers.weak_noise_log_time("-0.3", R, 5), _friction()
+    kappas, fewer = np.geomspace(0.005, 0.06, 1_000_000), np.geomspace(0.005, 0.06, 10_000)
+    by_hand, ours = interleaved(
+        lambda: peer(kappas), lambda: sa.escape_time(drift, kappas, R, **laplace), runs=5
+    )
+    exact, same = interleaved(
+        lambda: sa.escape_time(drift, fewer, R, log=True),
+        lambda: sa.escape_time(drift, fewer, R, **laplace),
+        runs=3,
+    )
+    mu, z0 = np.array([2.5, 3.0]), np.linspace(-0.45, -0.2, 400)[:, None, None]
+    some, noise = _friction(z0, mu), np.array([0.005, 0.01, 0.015, 0.02])[:, None]
+    exact_some, ours_some = interleaved(
+        lambda: sa.escape_time(some, noise, R, log=True),
+        lambda: sa.escape_time(some, noise, R, method="laplace", log=True),
+        runs=5,
+    )
+    rows = [
+        Row("weak noise, 1e6 kappas, order 5, over NumPy by hand", ours / by_hand, 2, False),
+        Row("exact float64 over weak noise, 1e4 kappas, order 5", exact / same, 20, True),
+        Row("the same, 800 drifts with 4 kappas each, order 2", exact_some / ours_some, 3, True),
+    ]
+    text = (
+        "z0 = -3/10, mu = 3, kappa from 0.005 to 0.06; 800 drifts: z0 from -0.45 to -0.2, mu = "
+        f"2.5 and 3, kappa up to 0.02. A kappa: by hand {_time(by_hand / 1e6)}, "
+        f"weak noise {_time(ours / 1e6)}, exact {_time(exact / 1e4)}."
+    )
+    return Part(rows, [text])
+
+
 # -- import -----------------------------------------------------------------------------------
 
 
@@ -397,6 +432,7 @@ PARTS: dict[str, tuple[str, Callable[[argparse.Namespace], Part]]] = {
     "grid": ("float64", grid),
     "memory": ("Memory", memory),
     "stiffness": ("Stiffness", stiffness),
+    "weak": ("Weak noise", weak_noise),
     "import": ("Import", importing),
 }
 

@@ -1,0 +1,134 @@
+"""What lies left and right of a start, as float64 arrays: series, heights and their rounding.
+
+The same contents as `symasym.asymptotics.places.Half`, one entry of each array a drift, for
+drifts whose wells, barriers and kinks come in the same order. A sight that was found with
+more digits, one drift at a time, takes the same form (`sight_of`).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.asymptotics.places import Groups, Half
+from symasym.inputs import FloatArray
+
+#: A number of each drift, or one of all.
+Numbers = Any
+
+
+class Part(NamedTuple):
+    """lam^-offset log(lam)^logs (c[0] + c[1]/lam + ...); coefficients that are missing are 0."""
+
+    offset: float
+    logs: int
+    coefficients: list[Numbers]
+
+
+class Series(NamedTuple):
+    """A sum of parts, each known to `rounding`: of its value, or where given of its `terms`."""
+
+    parts: list[Part]
+    rounding: Numbers = 0.0
+    # Coefficients as large as what cancels in those of the first part.
+    size: list[Numbers] | None = None
+
+
+class Spot(NamedTuple):
+    """e^{lam height} times a series; `rank` tells the order from the start on."""
+
+    rank: int
+    height: Numbers
+    series: Series
+    onward: Series | None
+
+
+class Sight(NamedTuple):
+    """One side of the start (see `symasym.asymptotics.places.Half`).
+
+    `beyond` is (length up to r, V where the straight part begins, phi) without r itself:
+    the length is r - `beyond[0]`. `rough` is the rounding of every height.
+    """
+
+    rising_start: Series
+    falling_start: Series
+    corner: bool
+    rising: list[Spot]
+    falling: list[Spot]
+    outer: Series
+    beyond: tuple[Numbers, Numbers, Numbers] | None
+    rough: Numbers
+
+
+def trimmed(coefficients: list[Numbers]) -> list[Numbers]:
+    """Without zeros at the end."""
+    found = list(coefficients)
+    while found and not np.any(found[-1]):
+        found.pop()
+    return found
+
+
+def series_of(groups: Groups) -> Series:
+    """A series that was found with more digits than float64 has."""
+    parts: dict[tuple[float, int], list[float]] = {}
+    for n, group in enumerate(groups):
+        for c, p, q in group:
+            row = parts.setdefault((float(p) - n, q), [0.0] * len(groups))
+            row[n] += float(c)
+    return Series([Part(*key, found) for key, row in parts.items() if (found := trimmed(row))])
+
+
+def sight_of(half: Half) -> Sight:
+    """`half`, found with more digits than float64 has, as a sight of one drift."""
+    at = sorted({place.u for place in half.rising + half.falling})
+    rising, falling = (
+        [
+            Spot(at.index(p.u), float(p.height), series_of(p.groups), series_of(p.onward))
+            for p in places
+        ]
+        for places in (half.rising, half.falling)
+    )
+    # Heights cancel each other in pairs of places.
+    rough = 3e-16 * max([abs(p.height) for p in rising + falling] + [0.0])
+    beyond = None if half.beyond is None else tuple(float(x) for x in half.beyond)
+    start = half.start
+    return Sight(
+        series_of(start.rising),
+        series_of(start.falling),
+        start.corner,
+        rising,
+        falling,
+        series_of(half.outer),
+        beyond,  # type: ignore[arg-type]
+        rough,
+    )
+
+
+def first_of(found: Any) -> Any:
+    """The same with the arrays' first entries: NumPy is quicker with plain numbers."""
+    if isinstance(found, np.ndarray):
+        return float(found.ravel()[0])
+    if isinstance(found, list):
+        return [first_of(x) for x in found]
+    if isinstance(found, tuple):
+        parts = [first_of(x) for x in found]
+        return type(found)(*parts) if hasattr(found, "_fields") else tuple(parts)
+    return found
+
+
+def added(a: Series, b: Series) -> Series:
+    """The sum, of terms that may cancel."""
+    keys = {(p.offset, p.logs): p.coefficients for p in a.parts}
+    for part in b.parts:
+        mine = keys.get((part.offset, part.logs), [])
+        width = max(len(mine), len(part.coefficients))
+        rows = [row + [0.0] * (width - len(row)) for row in (mine, part.coefficients)]
+        keys[part.offset, part.logs] = [x + y for x, y in zip(*rows, strict=True)]
+    rounding = np.maximum(a.rounding, b.rounding)
+    parts = [Part(*key, row) for key, values in keys.items() if (row := trimmed(values))]
+    size = a.size if a.size is not None else b.size
+    return Series(parts, rounding, size)
+
+
+__all__ = ["FloatArray", "Part", "Series", "Sight", "Spot"]
