@@ -65,6 +65,7 @@ def slope(verb: Any, drift: sa.Drift, kappas: Any, order: int, dps: int = 90, **
         (ON_A_WELL, {"r": 2}),
         (FRICTION, {"r": 4, "start": "-2"}),
         (SLIDING, {"r": 4, "start": "3"}),
+        (sa.friction(3, 1, -2), {"r": 4, "start": "-5/2"}),
         (FRICTION, {"r": 4, "start": "-1"}),
         (FRICTION, {"r": 4, "start": "1"}),
         (FRICTION, {"r": "0.8", "start": "-1/3"}),
@@ -90,14 +91,14 @@ def test_orders_where_a_is_no_polynomial(drift: sa.Drift) -> None:
         assert measured == pytest.approx(2 * (order + 1), rel=0.03)
 
 
-@pytest.mark.parametrize("order", range(4))
+@pytest.mark.parametrize("order", [0, 1, 3])
 def test_orders_from_a_barrier(order: int) -> None:
     """The error is (a + b log lam) lam^-(N + 1), beside log(lam): that log is taken out."""
-    kappas = ("1e-7", "1e-9")
-    measured = slope(sa.escape_time, ON_A_BARRIER, kappas, order, dps=120, r=2)
+    kappas = ("1e-6", "1e-8")
+    measured = slope(sa.escape_time, ON_A_BARRIER, kappas, order, dps=90, r=2)
     assert measured == pytest.approx(2 * (order + 1), rel=0.03)
     # The odd half of the two half Gaussians' series cancels from S_L + S_R.
-    chance = slope(sa.exit_probability, ON_A_BARRIER, kappas, order, dps=120, r=2)
+    chance = slope(sa.exit_probability, ON_A_BARRIER, kappas, order, dps=90, r=2)
     assert chance == pytest.approx(2 * (order + 1) + 1, rel=0.03)
 
 
@@ -164,11 +165,11 @@ MILD = {"slow", "refused", "narrow", "stiff", "extreme"}
 @pytest.mark.parametrize("problem", [p for p in PROBLEMS if not p.tags & MILD], ids=str)
 def test_claimed_error_covers_the_true_one(problem: Problem) -> None:
     drift = problem.make()
-    orders = range(9) if drift.exact_coefficients() is not None else (0, 2, 5)
+    orders = (0, 1, 2, 4, 8) if drift.exact_coefficients() is not None else (0, 3)
     kappas = (problem.kappa, "1/4", "3/100") if "analytic" not in problem.tags else ("1/10",)
     for kappa in kappas:
-        for log in (True, False) if kappa == "1/4" else (True,):
-            check_scene((drift, kappa, problem.r, problem.start), orders, log, arrays=True)
+        scene = drift, kappa, problem.r, problem.start
+        check_scene(scene, orders, kappa != "1/4", arrays=kappa != "3/100")
 
 
 @pytest.mark.parametrize(
@@ -228,6 +229,14 @@ def test_random_scenes(scene: Any, order: Any, log: bool) -> None:
 @given(drifts(), powers_of_ten(-1.5, 0.2), rationals(0.4, 3), rationals(-0.99, 0.99))
 def test_random_drifts_of_every_kind(drift: Any, kappa: Any, r: Any, share: Any) -> None:
     check_scene((drift, kappa, r, r * share), (0, 3), True)
+
+
+@pytest.mark.xfail(reason="where A is straight at its ends no series has terms, and none is seen")
+@pytest.mark.parametrize("a_plus", ["1/2", "-1/2"])
+@pytest.mark.parametrize("kappa", ["1", "1/2"])
+def test_steep_drift_that_is_straight_at_the_edges(a_plus: str, kappa: str) -> None:
+    """What is exponentially small beside S, e^{lam V} inside the layer, is no part of the error."""
+    assert check_scene((sa.tanh(1, a_plus, 20), kappa, 4, "-1"), (2,), False)
 
 
 # -- two ways to the same coefficients ---------------------------------------------------------
