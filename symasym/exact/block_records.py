@@ -15,6 +15,8 @@ from symasym.inputs import FloatArray
 _SAMPLES_PER_BLOCK = 32  # panels merged before the log domain is entered: e^(32 REACH) < 1e112
 _PANELS_AT_ONCE = 1024  # stays in cache, and below the size at which BLAS starts threads
 _DEEPEST = 90  # bisections
+#: Blocks of one scene waiting for bisection: more of them means that bisecting does not help.
+_MOST_BLOCKS = 1 << 13
 
 
 _Records = tuple[IntArray, IntArray, FloatArray, Moments, np.ndarray]
@@ -34,9 +36,11 @@ def records_of(
         blocks = Blocks(*(np.concatenate(f) for f in zip(*kept, strict=True)))
         if not blocks.scene.size:
             break
-        if depth == _DEEPEST:
-            failed[blocks.scene] = True
-            break
+        waiting = np.bincount(blocks.scene, minlength=len(lam))
+        hopeless = waiting > (_MOST_BLOCKS if depth < _DEEPEST else 0)
+        if hopeless.any():
+            failed |= hopeless
+            blocks = blocks.take(~hopeless[blocks.scene])
         middle = (blocks.t0 + blocks.t1) / 2
         blocks = Blocks(
             np.tile(blocks.scene, 2),

@@ -6,9 +6,10 @@ mirrored drift -A(-u). Both fields below therefore hold each scene with a sign.
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from functools import partial
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -18,8 +19,14 @@ from symasym.drift import Drift
 from symasym.exact.double_double import DoubleDouble, DoubleDoubleOps, shift
 from symasym.inputs import FloatArray
 
+if TYPE_CHECKING:
+    from symasym.exact.jets import JetOps
+
 #: Where the size of A is first looked at.
 _GRID = np.cos(np.pi * np.arange(33) / 32)
+
+#: Jets are taken in units of no less than about 2^-60: their coefficients must fit float64.
+_FINEST = 50
 
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
 
@@ -253,23 +260,47 @@ class AnalyticField:
         return self.zeros(scene)
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
-        from symasym.exact.jets import Jet, JetOps
+        from symasym.exact.jets import JetOps
 
         rows, radii = [], []
         with own_context(45) as context:
             ops = JetOps(self.ORDER, context)
             for s, c in zip(scene, centre, strict=True):
-                sign = int(self.sign[s])
-                values = {
-                    n: self._exact_value(p, int(s) % self._count) for n, p in self._pairs.items()
-                }
-                numbers = {n: ops.rational(v) for n, v in values.items()}
-                point = ops.variable(Fraction(float(sign * c)), Fraction(sign))
-                jet = self._drift.evaluate_values(point, numbers, ops)
-                row = sign * np.array([float(x) for x in Jet.coefficients_of(jet, ops)])
+                row = self._taylor_of_one(int(s), float(c), ops)
                 rows.append(row)
                 radii.append(_trust(row))
         return np.array(rows), self._tamed(scene, centre, np.array(rows), np.array(radii))
+
+    def _taylor_of_one(self, scene: int, centre: float, ops: JetOps) -> FloatArray:
+        """Taylor coefficients, from a jet in units of 2^-shift.
+
+        A jet's digits are relative to its largest coefficient, so beside a narrow feature
+        the unit shrinks until that is not one of the last.
+        """
+        from symasym.exact.jets import Jet
+
+        sign = int(self.sign[scene])
+        values = {
+            n: ops.rational(self._exact_value(p, scene % self._count))
+            for n, p in self._pairs.items()
+        }
+        last = range(self.ORDER - 4, self.ORDER)
+        shift = 0
+        while True:
+            point = ops.variable(Fraction(sign * centre), Fraction(sign, 1 << shift))
+            jet = self._drift.evaluate_values(point, values, ops)
+            scaled = Jet.coefficients_of(jet, ops)
+            lead = ops.context.mag(max(self._size[scene], abs(scaled[0])))
+            # What is lost can swamp the first coefficients, never the last ones.
+            rate = max(
+                [(ops.context.mag(scaled[k]) - lead) / k for k in last if scaled[k]], default=0.0
+            )
+            if not 3 < rate < np.inf or shift > _FINEST:
+                break
+            shift += math.ceil(rate)
+        return sign * np.array(
+            [float(ops.context.ldexp(x, k * shift)) for k, x in enumerate(scaled)]
+        )
 
     def _tamed(
         self, scene: IntArray, centre: FloatArray, rows: FloatArray, radii: FloatArray
