@@ -198,20 +198,23 @@ class AnalyticField:
         self.a_minus, self.a_plus = ends.T.copy()
         sampled = self.phi(everyone, np.tile(_GRID, (2 * count, 1)))
         self._size: FloatArray = np.abs(sampled).max(axis=1)
-        known = [drift.exact_end(pairs, side) for side in (-1, 1)]
+        # Outside [-1, 1] an error in the drift is multiplied by lam r: an ulp of the largest
+        # number on the way to it, the argument of a sine for instance, would be too much.
         for side, mine, mirrored in (
-            (0, self.a_minus, self.a_plus),
+            (-1, self.a_minus, self.a_plus),
             (1, self.a_plus, self.a_minus),
         ):
-            if known[side] is not None:
-                exact = DoubleDouble.of(known[side]).broadcast_to((count,)).hi
-                mine[:count], mirrored[count:] = exact, -exact
-        # An outside drift that nearly vanishes was a difference of larger numbers.
-        weak = np.abs(ends).min(axis=1) < 1e-3 * np.maximum(1e-300, self.size())
-        weak &= known[0] is None or known[1] is None
-        for scene in np.flatnonzero(weak):
-            coefficients, _ = self.taylor(np.array([scene, scene]), np.array([-1.0, 1.0]))
-            self.a_minus[scene], self.a_plus[scene] = coefficients[:, 0]
+            end = DoubleDouble.of(self._end(side)).broadcast_to((count,)).hi
+            mine[:count], mirrored[count:] = end, -end
+
+    def _end(self, side: int) -> Any:
+        if not self._drift.shape and not self._drift.free:
+            return self._drift.ends[side > 0]
+        known = self._drift.exact_end(self._pairs, side)
+        if known is not None:
+            return known
+        one = DoubleDouble.of(np.full(self._count, float(side)))
+        return self._drift.evaluate_values(one, self._pairs, DoubleDoubleOps())
 
     def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
         sign = self.sign[scene][:, None]
