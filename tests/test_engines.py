@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.exact import panels
+from symasym.arithmetic import MpmathOps
+from symasym.exact import block_records, double, panels
 from symasym.exact.block_records import is_slow
 from symasym.exact.double_double import DoubleDouble, DoubleDoubleOps, shift
 from symasym.exact.fields import field_of
@@ -563,6 +564,60 @@ def test_float_fields(name: str) -> None:
     zeros = field.zeros(np.array([0]))[0]
     for point in drift.critical_points():
         assert np.nanmin(np.abs(zeros - float(point.u))) < 1e-9
+
+
+def to_mpf(drift: sa.Drift, u: F) -> Any:
+    mp = mpmath.MPContext()
+    mp.dps = 60
+    return drift.evaluate(mp.mpf(u.numerator) / u.denominator, MpmathOps(mp))
+
+
+@pytest.mark.parametrize("bound", [1, [1, 2]])
+def test_outer_drift_of_float_fields_is_right_to_half_an_ulp(bound: Any) -> None:
+    drift = sa.Drift("sin(200*u + 639/5)*a - 9/8").bind(a=bound)
+    count = 1 if bound == 1 else 2
+    field = field_of(drift, drift.values, count)
+    for k, a in enumerate(np.atleast_1d(bound)):
+        one = sa.Drift("sin(200*u + 639/5)*a - 9/8").bind(a=int(a))
+        for side, found, mirrored in (
+            (-1, field.a_minus[k], field.a_plus[count + k]),
+            (1, field.a_plus[k], field.a_minus[count + k]),
+        ):
+            exact = to_mpf(one, F(side))
+            assert found == -mirrored
+            assert abs(found - exact) <= 1.2e-16 * abs(exact)
+
+
+@pytest.mark.parametrize("shape", ["X*exp(-X**2)", "tanh(X)", "1/(1 + X**2)"])
+@pytest.mark.parametrize("width", ["3e-3", "3e-6", "1e-9"])
+def test_float_expansions_beside_a_narrow_feature(shape: str, width: str) -> None:
+    drift = sa.Drift("2*u - 1/8 + " + shape.replace("X", f"((u - 1/4)/({F(width)}))"))
+    field = field_of(drift, drift.values, 1)
+    w = float(F(width))
+    for centre in (0.25, 0.25 + w, 0.25 - 4 * w):
+        c, radius = field.taylor(np.array([0]), np.array([centre]))
+        assert radius[0] > 0.01 * w
+        for t in (0.0, 0.3 * radius[0], -radius[0]):
+            exact = to_mpf(drift, F(centre) + F(t))
+            summed = sum(mpmath.mpf(x) * mpmath.mpf(t) ** k for k, x in enumerate(c[0]))
+            assert abs(summed - exact) <= 1e-14 * abs(exact) + 1e-15
+
+
+def test_bisection_gives_up_where_it_does_not_help(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+
+    def hidden(*args: Any) -> np.ndarray:
+        seen.append(len(args[1].scene))
+        assert sum(seen) < 200_000, "bisection runs away"
+        return np.ones(seen[-1], dtype=bool)
+
+    monkeypatch.setattr(block_records, "hidden", hidden)
+    drift = sa.Drift("tanh(2*u)")
+    field = field_of(drift, drift.values, 1)
+    one = np.ones(2)
+    found = double.sweep(field, 2 * one, -one, one, free=False)
+    assert np.isinf(found.sigma_error).all()
+    assert np.isinf(found.w_error).all()
 
 
 def test_dyadic_numbers_are_short_and_near() -> None:

@@ -128,6 +128,37 @@ def test_arrays_are_their_scenes(data: st.DataObject) -> None:
                 assert abs(together[k] - alone) <= 2e-12 * max(1, abs(alone))
 
 
+FOUND = {
+    # the sine of a large argument: half an ulp of that is 50 ulp of a-
+    "outer drift": (
+        sa.Drift(
+            "327*u/1000 - 172*sin(200*u + 639/5)/125 + atan(500000*u/60333 - 12500/4641)/2"
+            " + 1821/1000"
+        ),
+        Fraction("156847/5000000"),
+        Fraction("226941/50000"),
+        Fraction("-4765761/2500000"),
+    ),
+    # a power so steep at 1 that rounding 11/10 - u counts for 75 ulp, all of it on slow panels
+    "steep end": (sa.Drift("(11/10-u)**(-15/2)"), Fraction("1e-4"), Fraction(2), Fraction(3, 4)),
+    # a needle whose Taylor expansions lost their first coefficients: gigabytes of blocks
+    "needle": (
+        sa.Drift(
+            "1999*u/1000 + (75457800000/323383 - 113300000000*u/323383)*exp(-(100000000000*u/323383"
+            " - 66600000000/323383)**2) + 101*sin(3125*u/6996 + 2575/18656)/50 - 21/125"
+        ),
+        Fraction("7573/2500000"),
+        Fraction("334011/100000"),
+        Fraction("1002033/2500000"),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_scenes_that_once_failed(name: str) -> None:
+    check_floats(FOUND[name])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_floats_on_ten_thousand_scenes(kind: str) -> None:

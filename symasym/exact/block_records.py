@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,28 +17,86 @@ from symasym.inputs import FloatArray
 _SAMPLES_PER_BLOCK = 32  # panels merged before the log domain is entered: e^(32 REACH) < 1e112
 _PANELS_AT_ONCE = 1024  # stays in cache, and below the size at which BLAS starts threads
 _DEEPEST = 90  # bisections
+#: Blocks of one scene waiting for bisection: more of them means that bisecting does not help.
+_MOST_BLOCKS = 1 << 13
 
 
-_Records = tuple[IntArray, IntArray, FloatArray, Moments, np.ndarray]
+class Records(NamedTuple):
+    """Records of panels in any order, and what rounding of the drift does to them.
+
+    `shift` is the absolute error of `rise`, `local` a relative one of the other moments.
+    """
+
+    scene: IntArray
+    part: IntArray
+    position: FloatArray
+    moments: Moments
+    slow: np.ndarray
+    shift: FloatArray
+    local: FloatArray
+
+    @classmethod
+    def exactly(cls, scene: IntArray, part: int, moments: Moments) -> Records:
+        """One record a scene, of a drift that is known to rounding."""
+        n = len(scene)
+        zero = np.zeros(n)
+        return cls(
+            scene, np.full(n, part, np.intp), zero, moments, np.zeros(n, dtype=bool), zero, zero
+        )
+
+    @classmethod
+    def joined(cls, parts: Sequence[Records]) -> Records:
+        rest = zip(*(p[:3] + p[4:] for p in parts), strict=True)
+        scene, part, position, *others = (np.concatenate(x) for x in rest)
+        moments = (np.concatenate(m) for m in zip(*(p.moments for p in parts), strict=True))
+        return cls(scene, part, position, Moments(*moments), *others)
+
+    def sorted(self) -> Records:
+        order = np.lexsort((self.position, self.part, self.scene))
+        scene, part, position, _, *others = self
+        moments = Moments(*(m[order] for m in self.moments))
+        return Records(
+            scene[order], part[order], position[order], moments, *(x[order] for x in others)
+        )
+
+
+def merged(records: Records) -> Records:
+    """Sorted records, slow neighbours joined."""
+    first, moments = panels.merge_slow(records.scene, records.moments, records.slow)
+    if not first.size:
+        return records
+    scene, part, position, _, slow, shift, local = records
+    return Records(
+        scene[first],
+        part[first],
+        position[first],
+        moments,
+        slow[first],
+        np.add.reduceat(shift, first),
+        np.maximum.reduceat(local, first),
+    )
 
 
 def records_of(
-    field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors, noise: FloatArray
-) -> tuple[_Records, np.ndarray]:
+    field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors
+) -> tuple[Records, np.ndarray]:
     """Moments of all blocks, bisecting those that are neither slow nor few panels."""
     failed = np.zeros(len(lam), dtype=bool)
-    done: list[_Records] = []
+    nothing = np.empty(0)
+    done = [Records.exactly(np.empty(0, dtype=np.intp), 0, Moments(*(nothing,) * 4))]
     for depth in range(_DEEPEST + 1):
         kept = [blocks.take(np.arange(0))]
         for low in range(0, len(blocks.scene), _PANELS_AT_ONCE):
             chunk = blocks.take(slice(low, low + _PANELS_AT_ONCE))
-            kept.append(_digest(field, lam, chunk, anchors, done, noise))
+            kept.append(_digest(field, lam, chunk, anchors, done))
         blocks = Blocks(*(np.concatenate(f) for f in zip(*kept, strict=True)))
         if not blocks.scene.size:
             break
-        if depth == _DEEPEST:
-            failed[blocks.scene] = True
-            break
+        waiting = np.bincount(blocks.scene, minlength=len(lam))
+        hopeless = waiting > (_MOST_BLOCKS if depth < _DEEPEST else 0)
+        if hopeless.any():
+            failed |= hopeless
+            blocks = blocks.take(~hopeless[blocks.scene])
         middle = (blocks.t0 + blocks.t1) / 2
         blocks = Blocks(
             np.tile(blocks.scene, 2),
@@ -45,19 +105,7 @@ def records_of(
             np.concatenate((blocks.t0, middle)),
             np.concatenate((middle, blocks.t1)),
         )
-    if not done:
-        empty = np.empty(0, dtype=np.intp)
-        nothing = Moments(*(np.empty(0),) * 4)
-        return (empty, empty, np.empty(0), nothing, np.empty(0, dtype=bool)), failed
-    scene, part, position, moments, slow = zip(*done, strict=True)
-    joined: _Records = (
-        np.concatenate(scene),
-        np.concatenate(part),
-        np.concatenate(position),
-        Moments(*(np.concatenate(m) for m in zip(*moments, strict=True))),
-        np.concatenate(slow),
-    )
-    return joined, failed
+    return Records.joined(done), failed
 
 
 def _digest(
@@ -65,13 +113,9 @@ def _digest(
     lam: FloatArray,
     blocks: Blocks,
     anchors: Anchors,
-    done: list[_Records],
-    noise: FloatArray,
+    done: list[Records],
 ) -> Blocks:
-    """Append the moments of the blocks that are ready to `done`; return the others.
-
-    What rounding of the drift may change in their exponents is added to `noise`, by scene.
-    """
+    """Append the records of the blocks that are ready to `done`; return the others."""
     rule = panels.lobatto()
     h = blocks.t1 - blocks.t0
     phi = phi_at(field, blocks, anchors, rule.nodes)
@@ -89,29 +133,30 @@ def _digest(
     unseen = hidden(field, blocks, anchors, phi, size, lam_h)
     slowly &= ~unseen
     few = ~slowly & ~unseen & (count <= _SAMPLES_PER_BLOCK) & (lam_h * rough <= 4e-14 * count)
+    rounding = np.zeros(len(h))
+    if (slowly | few).any() and field.series(blocks.scene[:1]) is None:
+        # Away from its anchors a drift that is no polynomial is known to an ulp of its values
+        # (where it is sampled, of its largest: that counts where it is small on a wide panel)
+        # and, since u is rounded before it enters, to an ulp of u times its slope.
+        largest = np.where(slowly, size, field.size()[blocks.scene])
+        rounding = 2e-16 * lam_h * largest + 2.3e-16 * lam[blocks.scene] * (high - low)
+        rounding = np.where(is_direct(blocks, anchors), rounding, 0.0)
     if slowly.any():
         chosen = blocks.take(slowly)
-        done.append(
-            (
-                chosen.scene,
-                chosen.part,
-                chosen.t0,
-                panels.slow(lam_phi[slowly], h[slowly]),
-                np.ones(len(chosen.scene), dtype=bool),
-            )
-        )
+        shift = rounding[slowly]
+        # Layers see the drift at the ends only, where its slope may be a few times the mean.
+        local = 4 * shift / (lam_h * np.maximum(low, -high))[slowly]
+        found = panels.slow(lam_phi[slowly], h[slowly])
+        done.append(Records(*chosen[:2], chosen.t0, found, slowly[slowly], shift, local))
     if few.any():
         chosen = blocks.take(few)
         moments, good = _sampled_blocks(field, lam, chosen, anchors, count[few].astype(np.intp))
         few[few] = good
         chosen, moments = chosen.take(good), Moments(*(m[good] for m in moments))
-        if field.series(chosen.scene[:1]) is None:
-            # Away from its anchors a drift that is no polynomial is right to an ulp of its
-            # largest values only, which counts where it is small on a wide panel.
-            rounding = 2e-16 * field.size()[chosen.scene] * lam_h[few]
-            np.add.at(noise, chosen.scene, np.where(is_direct(chosen, anchors), rounding, 0.0))
-        sampled = np.zeros(len(chosen.scene), dtype=bool)
-        done.append((chosen.scene, chosen.part, chosen.t0, moments, sampled))
+        shift = rounding[few]
+        done.append(
+            Records(*chosen[:2], chosen.t0, moments, np.zeros_like(slowly[few]), shift, shift)
+        )
     return blocks.take(~(slowly | few))
 
 

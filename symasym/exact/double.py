@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symasym.exact import panels
-from symasym.exact.block_records import records_of
+from symasym.exact.block_records import Records, merged, records_of
 from symasym.exact.blocks import MILD, partition
 from symasym.exact.fields import Field, IntArray
 from symasym.exact.panels import Moments
@@ -62,37 +62,29 @@ def sweep(
     """
     outside = _outer_left(field, lam, start, end, free)
     blocks, anchors = partition(field, lam, np.maximum(start, -1.0), np.minimum(end, 1.0))
-    noise = np.zeros(len(lam))
-    records, failed = records_of(field, lam, blocks, anchors, noise)
+    inside, failed = records_of(field, lam, blocks, anchors)
     right = np.flatnonzero(end > 1.0)
     beyond = panels.constant(
         lam[right] * field.a_plus[right], end[right] - np.maximum(1.0, start[right])
     )
-    scene = np.concatenate((outside[0], records[0], right))
-    part = np.concatenate(
-        (np.full(len(outside[0]), -1), records[1], np.full(len(right), np.iinfo(np.intp).max))
+    every = Records.joined(
+        [
+            Records.exactly(outside[0], -1, outside[1]),
+            inside,
+            Records.exactly(right, np.iinfo(np.intp).max, beyond),
+        ]
     )
-    position = np.concatenate((np.zeros(len(outside[0])), records[2], np.zeros(len(right))))
-    moments = Moments(
-        *(np.concatenate(m) for m in zip(outside[1], records[3], beyond, strict=True))
-    )
-    slow = np.concatenate(
-        (np.zeros(len(outside[0]), dtype=bool), records[4], np.zeros(len(right), dtype=bool))
-    )
-    order = np.lexsort((position, part, scene))
-    scene, moments = panels.merge_slow(
-        scene[order], Moments(*(m[order] for m in moments)), slow[order]
-    )
+    records = merged(every.sorted())
     log_sigma = np.full(len(lam), np.inf if free else -np.inf)
     log_w = np.full(len(lam), -np.inf)
     if free and not from_nothing:
         # Left of u = -1, w is 1/a- everywhere.
         log_w = formulas.log_tail_left(field.a_minus)
-    found = _compose(scene, moments, lam, field, log_sigma, log_w)
+    found = _compose(records, lam, field, log_sigma, log_w)
     bad = failed | np.isnan(found.log_w) | np.isnan(found.log_sigma)
     return found._replace(
-        sigma_error=np.where(bad, np.inf, found.sigma_error + noise),
-        w_error=np.where(bad, np.inf, found.w_error + noise),
+        sigma_error=np.where(bad, np.inf, found.sigma_error),
+        w_error=np.where(bad, np.inf, found.w_error),
     )
 
 
@@ -107,8 +99,7 @@ def _outer_left(
 
 
 def _compose(
-    scene: IntArray,
-    moments: Moments,
+    records: Records,
     lam: FloatArray,
     field: Field,
     log_sigma: FloatArray,
@@ -121,6 +112,7 @@ def _compose(
     error of the smaller term.
     """
     total = len(lam)
+    scene, moments = records.scene, records.moments
     count = np.bincount(scene, minlength=total)
     by_count = np.argsort(-count, kind="stable")
     first = np.cumsum(count) - count
@@ -155,16 +147,17 @@ def _compose(
         log_w[:n] = np.logaddexp(share + carried, both - grown)
         log_sigma[:n] = np.where(up, grown, grown - rise)
 
-        step = _ULP * np.abs(rise)
+        step = _ULP * np.abs(rise) + records.shift[at]
+        own = local[:n] + records.local[at]
         old = sigma_error[:n]
         e_in = old + step + _ULP * _finite(sigma)
         p = _weight(entering, grown)
-        e_grown = p * e_in + (1 - p) * local[:n]
+        e_grown = p * e_in + (1 - p) * own
         e_before = w_error[:n] + np.where(up, 0.0, step) + _ULP * _finite(w)
-        e_carried = _weight(before, carried) * e_before + local[:n]
+        e_carried = _weight(before, carried) * e_before + own
         e_share = np.where(kept, (1 - p) * e_in + np.where(up, step, 0.0), old + e_grown)
         q = _weight(share + carried, log_w[:n])
-        w_error[:n] = q * (e_share + e_carried) + (1 - q) * (local[:n] + e_grown)
+        w_error[:n] = q * (e_share + e_carried) + (1 - q) * (own + e_grown)
         sigma_error[:n] = e_grown + np.where(up, 0.0, step)
     result = np.empty((4, total))
     result[:, by_count] = log_sigma, log_w, sigma_error, w_error

@@ -6,9 +6,10 @@ mirrored drift -A(-u). Both fields below therefore hold each scene with a sign.
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from functools import partial
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -18,8 +19,14 @@ from symasym.drift import Drift
 from symasym.exact.double_double import DoubleDouble, DoubleDoubleOps, shift
 from symasym.inputs import FloatArray
 
+if TYPE_CHECKING:
+    from symasym.exact.jets import JetOps
+
 #: Where the size of A is first looked at.
 _GRID = np.cos(np.pi * np.arange(33) / 32)
+
+#: Jets are taken in units of no less than about 2^-60: their coefficients must fit float64.
+_FINEST = 50
 
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
 
@@ -191,20 +198,23 @@ class AnalyticField:
         self.a_minus, self.a_plus = ends.T.copy()
         sampled = self.phi(everyone, np.tile(_GRID, (2 * count, 1)))
         self._size: FloatArray = np.abs(sampled).max(axis=1)
-        known = [drift.exact_end(pairs, side) for side in (-1, 1)]
+        # Outside [-1, 1] an error in the drift is multiplied by lam r: an ulp of the largest
+        # number on the way to it, the argument of a sine for instance, would be too much.
         for side, mine, mirrored in (
-            (0, self.a_minus, self.a_plus),
+            (-1, self.a_minus, self.a_plus),
             (1, self.a_plus, self.a_minus),
         ):
-            if known[side] is not None:
-                exact = DoubleDouble.of(known[side]).broadcast_to((count,)).hi
-                mine[:count], mirrored[count:] = exact, -exact
-        # An outside drift that nearly vanishes was a difference of larger numbers.
-        weak = np.abs(ends).min(axis=1) < 1e-3 * np.maximum(1e-300, self.size())
-        weak &= known[0] is None or known[1] is None
-        for scene in np.flatnonzero(weak):
-            coefficients, _ = self.taylor(np.array([scene, scene]), np.array([-1.0, 1.0]))
-            self.a_minus[scene], self.a_plus[scene] = coefficients[:, 0]
+            end = DoubleDouble.of(self._end(side)).broadcast_to((count,)).hi
+            mine[:count], mirrored[count:] = end, -end
+
+    def _end(self, side: int) -> Any:
+        if not self._drift.shape and not self._drift.free:
+            return self._drift.ends[side > 0]
+        known = self._drift.exact_end(self._pairs, side)
+        if known is not None:
+            return known
+        one = DoubleDouble.of(np.full(self._count, float(side)))
+        return self._drift.evaluate_values(one, self._pairs, DoubleDoubleOps())
 
     def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
         sign = self.sign[scene][:, None]
@@ -253,23 +263,47 @@ class AnalyticField:
         return self.zeros(scene)
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
-        from symasym.exact.jets import Jet, JetOps
+        from symasym.exact.jets import JetOps
 
         rows, radii = [], []
         with own_context(45) as context:
             ops = JetOps(self.ORDER, context)
             for s, c in zip(scene, centre, strict=True):
-                sign = int(self.sign[s])
-                values = {
-                    n: self._exact_value(p, int(s) % self._count) for n, p in self._pairs.items()
-                }
-                numbers = {n: ops.rational(v) for n, v in values.items()}
-                point = ops.variable(Fraction(float(sign * c)), Fraction(sign))
-                jet = self._drift.evaluate_values(point, numbers, ops)
-                row = sign * np.array([float(x) for x in Jet.coefficients_of(jet, ops)])
+                row = self._taylor_of_one(int(s), float(c), ops)
                 rows.append(row)
                 radii.append(_trust(row))
         return np.array(rows), self._tamed(scene, centre, np.array(rows), np.array(radii))
+
+    def _taylor_of_one(self, scene: int, centre: float, ops: JetOps) -> FloatArray:
+        """Taylor coefficients, from a jet in units of 2^-shift.
+
+        A jet's digits are relative to its largest coefficient, so beside a narrow feature
+        the unit shrinks until that is not one of the last.
+        """
+        from symasym.exact.jets import Jet
+
+        sign = int(self.sign[scene])
+        values = {
+            n: ops.rational(self._exact_value(p, scene % self._count))
+            for n, p in self._pairs.items()
+        }
+        last = range(self.ORDER - 4, self.ORDER)
+        shift = 0
+        while True:
+            point = ops.variable(Fraction(sign * centre), Fraction(sign, 1 << shift))
+            jet = self._drift.evaluate_values(point, values, ops)
+            scaled = Jet.coefficients_of(jet, ops)
+            lead = ops.context.mag(max(self._size[scene], abs(scaled[0])))
+            # What is lost can swamp the first coefficients, never the last ones.
+            rate = max(
+                [(ops.context.mag(scaled[k]) - lead) / k for k in last if scaled[k]], default=0.0
+            )
+            if not 3 < rate < np.inf or shift > _FINEST:
+                break
+            shift += math.ceil(rate)
+        return sign * np.array(
+            [float(ops.context.ldexp(x, k * shift)) for k, x in enumerate(scaled)]
+        )
 
     def _tamed(
         self, scene: IntArray, centre: FloatArray, rows: FloatArray, radii: FloatArray

@@ -295,11 +295,13 @@ def merge_slow(
 ) -> tuple[np.ndarray, Moments]:
     """Join neighbouring slow panels of one scene and one direction into one record.
 
+    Returns the place of the first panel of each record, and the records.
+
     Their exponents exceed 40, so of the joint integrals only the layer at each
     end is left and, upwards, the products of neighbours.
     """
     if not slow_panel.any():
-        return scene, moments
+        return np.arange(len(scene)), moments
     rise, near, far, both = moments
     up = rise > 0
     joins = np.zeros(len(scene), dtype=bool)
@@ -311,7 +313,7 @@ def merge_slow(
     summed = np.add.reduceat(both + product, first)
     single = first == last
     up = up[first]
-    return scene[first], Moments(
+    return first, Moments(
         np.add.reduceat(rise, first),
         np.where(up, near[last], near[first]),
         np.where(up, far[first], far[last]),
