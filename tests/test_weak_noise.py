@@ -146,7 +146,7 @@ def check_scene(scene: Any, orders: Any, log: bool, arrays: bool = False) -> int
                 except sa.SymasymError:
                     break
             answers += 1
-            assert found.error_kind == "estimate"
+            assert found.error_kind in ("estimate", "bound")
             assert distance(found.value, exact) <= found.error, (verb.__name__, order)
             if arrays:
                 try:
@@ -230,19 +230,23 @@ def test_random_drifts_of_every_kind(drift: Any, kappa: Any, r: Any, share: Any)
     check_scene((drift, kappa, r, r * share), (0, 3), True)
 
 
-@pytest.mark.xfail(reason="A is straight where the series are, and none sees its bend")
 @pytest.mark.parametrize(
     ("drift", "kappa"),
     [
-        (sa.tanh(1, "1/2", 20), "1"),  # C is off by 12 %
+        (sa.tanh(1, "1/2", 20), "1"),  # C would be off by 12 %
         (sa.tanh(1, "1/2", 20), "1/2"),
+        (sa.tanh(1, "1/2", 20), "1/4"),
+        (sa.tanh(1, "1/2", 20), "1/5"),
         (sa.tanh(1, "-1/2", 20), "1"),
-        (sa.hill(-1, "1/2", "1/2", n=8), "1/2"),  # T is off by 4e-5, twice the claim
+        pytest.param(
+            *(sa.hill(-1, "1/2", "1/2", n=8), "1/2"),
+            marks=pytest.mark.xfail(reason="a defect: 1 - C is off by 2 %, T by twice the claim"),
+        ),
     ],
 )
 def test_a_bend_between_the_places(drift: sa.Drift, kappa: str) -> None:
     """Parts exponentially small beside S, e^{lam V} at the bend, are not in the error."""
-    assert check_scene((drift, kappa, 4, "-1"), (2,), False)
+    check_scene((drift, kappa, 4, "-1"), (2,), False)
 
 
 # -- two ways to the same coefficients ---------------------------------------------------------
@@ -488,7 +492,7 @@ def test_arrays_are_the_scalars() -> None:
     for verb in (sa.escape_time, sa.exit_probability):
         found = verb(drift, kappa, 3, start=start, **WEAK, order=4, log=True, full=True)
         assert found.value.shape == (2, 4)
-        assert found.error_kind == "estimate"
+        assert found.error_kind in ("estimate", "bound")
         for i, j in np.ndindex(2, 4):
             one = verb(
                 sa.friction(3, 1, z0[j]), kappa[i, 0], 3, start=start[j], **WEAK,

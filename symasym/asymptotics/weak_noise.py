@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics import weak_noise_double
+from symasym.asymptotics.bends import unseen, unseen_in
 from symasym.asymptotics.log_scaled import LogScaled
 from symasym.asymptotics.places import BEYOND, Groups, Half, Place, half, whole
 from symasym.asymptotics.sights import sight_of
@@ -133,6 +134,7 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
     values = exact_scene(drift, numbers, request.dps)
     digits = request.digits
     lam = 2 / values["kappa"] ** 2
+    _require_seen(drift, values["kappa"], lam)
     with own_context(digits + 2 * len(str(int(lam + 1))) + 20) as context:
         stationary = _stationary(drift, order, context)
         number = context.mpf(lam.numerator) / lam.denominator
@@ -274,6 +276,7 @@ def _answer(
     values = exact_scene(drift, numbers, request.dps)
     digits = request.digits
     lam = 2 / values["kappa"] ** 2
+    _require_seen(drift, values["kappa"], lam)
     with own_context(_working(digits, lam, values["r"])) as context:
         halves = _halves(
             drift, values["r"], values["start"], order, context, (digits + 15) * quantity.outer
@@ -339,6 +342,7 @@ def parts(
     """T in parts, to the first of `orders` whose stated error is small enough, or the best."""
     values = exact_scene(drift, numbers, digits)
     lam = 2 / values["kappa"] ** 2
+    _require_seen(drift, values["kappa"], lam)
     with own_context(_working(digits, lam, values["r"])) as context:
         ops, number = _Exponentials(context), context.mpf(lam.numerator) / lam.denominator
         # No more digits of the outer part than its share of what is allowed.
@@ -404,6 +408,19 @@ def _most_order(request: Request) -> int:
     if request.order == "optimal":
         return MOST_ORDER
     return read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
+
+
+def _require_seen(drift: Drift, kappa: Fraction, lam: Fraction) -> None:
+    # Noise beyond the range of float64 is weak.
+    if lam < 10**300 and unseen(drift, float(lam)):
+        raise _bent(float_text(kappa))
+
+
+def _bent(kappa: str) -> AccuracyError:
+    return AccuracyError(
+        f"kappa is {kappa}, where the noise is too strong for a drift that bends this fast: no "
+        "term of Laplace's method would tell its error; use method='exact' or 'strong_noise'."
+    )
 
 
 def _too_strong(kappa: str, order: int) -> AccuracyError:
@@ -616,7 +633,8 @@ def _array_logs(
             found = _halves(one, Fraction(radius), Fraction(start), orders[-1], context, outer)
             return sight_of(found[0]), sight_of(found[1])
 
-    return logs_of(drift, scenes, shapes, orders, quantity.in_float, analyse, everywhere)
+    logs, errors = logs_of(drift, scenes, shapes, orders, quantity.in_float, analyse, everywhere)
+    return logs, np.where(unseen_in(drift, scenes), np.inf, errors)
 
 
 def array_logs(
@@ -684,4 +702,4 @@ def _occupation_logs(
                 better = relative < errors[rows]
                 logs[rows] = np.where(better, share, logs[rows])
                 errors[rows] = np.where(better, relative, errors[rows])
-    return logs, errors
+    return logs, np.where(unseen_in(drift, scenes), np.inf, errors)

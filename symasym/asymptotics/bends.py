@@ -1,0 +1,65 @@
+"""Whether weak noise can be seen from its places: where A bends elsewhere, no series tells.
+
+Between the places of `symasym.asymptotics.places` the expansions are in |phi'|/(lam phi^2).
+A drift that is no polynomial may bend there although it is straight where its series are
+taken; then what is left out, e^{lam V} at the bend, is in no next term.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from symasym.drift import Drift
+from symasym.inputs import FloatArray, is_array
+from symasym.scenes import Scenes
+
+_POINTS = 513
+# Of |phi'|/(lam phi^2), outside of e^{±3} around wells and barriers.
+_MOST_BEND = 0.25
+_NEAR = 3.0
+_AT_ONCE = 512
+
+
+def unseen(drift: Drift, lam: float) -> bool:
+    """Whether A bends too fast for this noise; never for a polynomial."""
+    if drift.exact_coefficients() is not None:
+        return False
+    u = np.linspace(-1, 1, _POINTS)
+    with np.errstate(all="ignore"):
+        phi = np.broadcast_to(drift.evaluate_float(u), u.shape)
+    return bool(_bends(phi[None], np.array([lam]))[0])
+
+
+def unseen_in(drift: Drift, scenes: Scenes) -> Any:
+    """The same, for each scene."""
+    found = np.zeros(len(scenes.lam), dtype=bool)
+    first = {n: float(x.flat[0]) if is_array(x) else x for n, x in scenes.parameters.items()}
+    if not len(found) or drift.bind(**first).exact_coefficients() is not None:
+        return found
+    u = np.linspace(-1, 1, _POINTS)
+    for low in range(0, len(found), _AT_ONCE):
+        part = slice(low, low + _AT_ONCE)
+        lam = scenes.lam[part]
+        values = {
+            name: np.asarray(x[part])[:, None] if is_array(x) else np.asarray(float(x))
+            for name, x in scenes.parameters.items()
+        }
+        with np.errstate(all="ignore"):
+            phi = np.broadcast_to(drift.evaluate_float(u, values), (len(lam), _POINTS))
+        found[part] = _bends(phi, lam)
+    return found
+
+
+def _bends(phi: FloatArray, lam: FloatArray) -> Any:
+    step = 2 / (_POINTS - 1)
+    slope = np.gradient(phi, step, axis=1)
+    rise = np.cumsum(phi, axis=1) * step
+    near = np.zeros(phi.shape, dtype=bool)
+    rows, columns = np.nonzero((phi[:, 1:] > 0) != (phi[:, :-1] > 0))
+    for row, column in zip(rows, columns, strict=True):
+        near[row] |= lam[row] * np.abs(rise[row] - rise[row, column]) < _NEAR
+    with np.errstate(all="ignore"):
+        bend = np.abs(slope) / (lam[:, None] * phi**2)
+    return (np.where(near, 0.0, bend) > _MOST_BEND).any(axis=1)
