@@ -58,8 +58,15 @@ def _bends(phi: FloatArray, lam: FloatArray) -> Any:
     rise = np.cumsum(phi, axis=1) * step
     near = np.zeros(phi.shape, dtype=bool)
     rows, columns = np.nonzero((phi[:, 1:] > 0) != (phi[:, :-1] > 0))
+    crooked = np.zeros(len(phi), dtype=bool)
     for row, column in zip(rows, columns, strict=True):
         near[row] |= lam[row] * np.abs(rise[row] - rise[row, column]) < _NEAR
+        # At the width of the Gaussian A must still be nearly its tangent.
+        steep = np.abs(slope[row, column])
+        reach = max(1, int(1 / np.sqrt(lam[row] * steep + 1e-300) / step))
+        for end in (max(column - reach, 0), min(column + reach, _POINTS - 1)):
+            straight = steep * abs(end - column) * step
+            crooked[row] |= np.abs(phi[row, end] - phi[row, column]) < straight / 2
     with np.errstate(all="ignore"):
         bend = np.abs(slope) / (lam[:, None] * phi**2)
-    return (np.where(near, 0.0, bend) > _MOST_BEND).any(axis=1)
+    return crooked | (np.where(near, 0.0, bend) > _MOST_BEND).any(axis=1)
