@@ -64,8 +64,8 @@ def _bends(phi: FloatArray, lam: FloatArray) -> Any:
         # At the width of the Gaussian A must still be nearly its tangent.
         steep = np.abs(slope[row, column])
         reach = max(1, int(1 / np.sqrt(lam[row] * steep + 1e-300) / step))
-        for end in (max(column - reach, 0), min(column + reach, _POINTS - 1)):
-            straight = steep * abs(end - column) * step
+        for end in (max(int(column) - reach, 0), min(int(column) + reach, _POINTS - 1)):
+            straight = steep * abs(end - int(column)) * step
             crooked[row] |= np.abs(phi[row, end] - phi[row, column]) < straight / 2
     with np.errstate(all="ignore"):
         bend = np.abs(slope) / (lam[:, None] * phi**2)

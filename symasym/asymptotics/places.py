@@ -19,12 +19,15 @@ from symasym.asymptotics.coefficients import (
     perron_coefficients,
 )
 from symasym.asymptotics.outer import laurent, layer_integrals
-from symasym.errors import InputError
+from symasym.errors import AccuracyError, InputError
 from symasym.exact.local import ExactField, to_fraction
 from symasym.landscape import bracketed_zero
 
 #: Orders that are found beyond those that are added up; they tell the error.
 BEYOND = 2
+
+# Taylor coefficients that are looked at before A is taken to be constant.
+_FLATTEST = 64
 
 #: Terms (c, p, q) standing for c lam^-p log(lam)^q, by the whole part of their order.
 Groups = list[list[tuple[Any, Any, int]]]
@@ -151,7 +154,13 @@ class _Builder:
         """h_k(u) from inside the layer."""
         taylor = [self.number(c) for c in self.field.taylor(u, Fraction(1), self.count + 1)]
         taylor += [self.context.zero] * (self.count - len(taylor))
-        return [series[0] for series in laurent(taylor[: self.count], False, self.count)]
+        found = [series[0] for series in laurent(taylor[: self.count], False, self.count)]
+        if not any(found[-BEYOND:]) and any(self.field.taylor(u, Fraction(1), _FLATTEST)[1:]):
+            raise AccuracyError(
+                f"A is flat to order {self.count} at u = {float(u):.6g}, where the series' next terms "
+                "vanish and would not tell its error; give a larger order, or use method='exact'."
+            )
+        return found
 
     def ends(self, h: list[Any]) -> tuple[Groups, Groups]:
         """The formal series of int e^{lam V} and int e^{-lam V} to the right, from h_k there."""
