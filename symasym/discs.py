@@ -4,7 +4,8 @@ Samples cannot tell a smooth function from one with a needle between them; a
 bound on a complex disc can, since whatever is narrow on the real line is huge,
 or singular, a little off it. A disc here has a real centre, so that one
 evaluation of the drift at the centre carries its radius along; every rule
-below is a bound, except that rounding (1e-16 of it) is not added.
+below is a bound, except that rounding (1e-16 of it) is only added where the
+operations have an `ulp`.
 """
 
 from __future__ import annotations
@@ -39,13 +40,15 @@ class Disc:
         self.centre, self.radius, self._base = centre, radius, base
 
     def _other(self, value: Any) -> Disc:
-        return value if isinstance(value, Disc) else Disc(value, 0 * abs(value), self._base)
+        return value if isinstance(value, Disc) else self._with(value, 0 * abs(value))
 
     def _with(self, centre: Any, radius: Any) -> Disc:
+        if self._base.ulp:
+            radius = radius + self._base.ulp * abs(centre)
         return Disc(centre, radius, self._base)
 
     def __neg__(self) -> Disc:
-        return self._with(-self.centre, self.radius)
+        return Disc(-self.centre, self.radius, self._base)
 
     def __add__(self, other: Any) -> Disc:
         y = self._other(other)
@@ -87,13 +90,17 @@ class DiscOps:
     Parameters
     ----------
     real : NumpyOps or MpmathOps
+    ulp : float
+        Relative rounding of one operation; a function is allowed two of them.
     """
 
-    def __init__(self, real: NumpyOps | MpmathOps) -> None:
-        self.real = real
+    def __init__(self, real: NumpyOps | MpmathOps, ulp: float = 0.0) -> None:
+        self.real, self.ulp = real, ulp
         self._arrays = isinstance(real, NumpyOps)
 
     def disc(self, centre: Any, radius: Any) -> Disc:
+        if self.ulp:
+            radius = radius + 2 * self.ulp * abs(centre)
         return Disc(centre, radius, self)
 
     def _where_real(self, centre: Any, radius: Any) -> Disc:

@@ -18,6 +18,9 @@ __all__ = ["Drift"]
 
 _NUMPY = NumpyOps()
 _DISCS = DiscOps(_NUMPY)
+# Rounding a million times too large leaves the range in which discs themselves are rounded,
+# and is still small enough to be linear.
+_ROUNDED = DiscOps(_NUMPY, 2.0**-33)
 
 
 class Drift:
@@ -206,6 +209,14 @@ class Drift:
         # A constant becomes a disc, of the shape asked for.
         shaped: Disc = _DISCS.disc(0.0 * centre, 0.0 * radius) + found
         return shaped
+
+    def rounding(self, u: FloatArray, values: dict[str, FloatArray]) -> FloatArray:
+        """Bound on the error of `evaluate_float`, rounding `u` and the parameters included."""
+        with np.errstate(all="ignore"):
+            found = self._model.evaluate(_ROUNDED.disc(u, 0.0 * u), values, _ROUNDED)
+            radius = (_ROUNDED.disc(0.0 * u, 0.0 * u) + found).radius * 2.0**-20
+        result: FloatArray = np.where(np.isnan(radius), np.inf, radius)
+        return result
 
     def float_values(self) -> dict[str, FloatArray]:
         """The parameter values in float64."""

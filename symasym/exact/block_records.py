@@ -133,19 +133,12 @@ def _digest(
     unseen = hidden(field, blocks, anchors, phi, size, lam_h)
     slowly &= ~unseen
     few = ~slowly & ~unseen & (count <= _SAMPLES_PER_BLOCK) & (lam_h * rough <= 4e-14 * count)
-    rounding = np.zeros(len(h))
-    if (slowly | few).any() and field.series(blocks.scene[:1]) is None:
-        # Away from its anchors a drift that is no polynomial is known to an ulp of its values
-        # (where it is sampled, of its largest: that counts where it is small on a wide panel)
-        # and, since u is rounded before it enters, to an ulp of u times its slope.
-        largest = np.where(slowly, size, field.size()[blocks.scene])
-        rounding = 2e-16 * lam_h * largest + 2.3e-16 * lam[blocks.scene] * (high - low)
-        rounding = np.where(is_direct(blocks, anchors), rounding, 0.0)
+    rounding = _rounding(field, blocks, anchors, slowly | few) * lam_h
     if slowly.any():
         chosen = blocks.take(slowly)
         shift = rounding[slowly]
-        # Layers see the drift at the ends only, where its slope may be a few times the mean.
-        local = 4 * shift / (lam_h * np.maximum(low, -high))[slowly]
+        # Layers see the drift at the ends only.
+        local = shift / (lam_h * np.maximum(low, -high))[slowly]
         found = panels.slow(lam_phi[slowly], h[slowly])
         done.append(Records(*chosen[:2], chosen.t0, found, slowly[slowly], shift, local))
     if few.any():
@@ -158,6 +151,21 @@ def _digest(
             Records(*chosen[:2], chosen.t0, moments, np.zeros_like(slowly[few]), shift, shift)
         )
     return blocks.take(~(slowly | few))
+
+
+def _rounding(field: Field, blocks: Blocks, anchors: Anchors, ready: np.ndarray) -> FloatArray:
+    """Error of the drift on the blocks that are `ready`, where it is not taken by its series."""
+    result = np.zeros(len(ready))
+    if not ready.any() or field.series(blocks.scene[:1]) is not None:
+        return result
+    chosen = np.flatnonzero(ready & is_direct(blocks, anchors))
+    block = blocks.take(chosen)
+    t = block.t0[:, None] + (block.t1 - block.t0)[:, None] * panels.lobatto().nodes[::4]
+    about = block.anchor >= 0
+    if about.any():
+        t = t + np.where(about, anchors.centre[block.anchor], 0.0)[:, None]
+    result[chosen] = field.rounding(block.scene, t).max(axis=1, initial=0.0)
+    return result
 
 
 def is_slow(

@@ -66,6 +66,10 @@ class Field(Protocol):
         """What A makes of complex discs, one per entry; None where A is a polynomial."""
         ...
 
+    def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        """Bound on the rounding errors of `phi`, where A is no polynomial."""
+        ...
+
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Taylor coefficients at `centre`, each right to about 1e-32 of `size`, and
         the distance up to which their polynomial is right to rounding."""
@@ -133,6 +137,9 @@ class PolynomialField:
 
     def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> None:
         return None
+
+    def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        return np.zeros_like(u)  # what `size` says counts for all panels
 
     def zeros(self, scene: IntArray) -> FloatArray:
         return _zeros_of(self._c[:, scene].T)
@@ -245,6 +252,10 @@ class AnalyticField:
         values = {name: value[scene] for name, value in self._values.items()}
         found: Disc = sign * self._drift.spread(sign * centre, radius, values)
         return found
+
+    def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        values = {name: value[scene][:, None] for name, value in self._values.items()}
+        return self._drift.rounding(self.sign[scene][:, None] * u, values)
 
     def zeros(self, scene: IntArray) -> FloatArray:
         from symasym.landscape import float_marks
