@@ -157,8 +157,8 @@ class _Builder:
         found = [series[0] for series in laurent(taylor[: self.count], False, self.count)]
         if not any(found[-BEYOND:]) and any(self.field.taylor(u, Fraction(1), _FLATTEST)[1:]):
             raise AccuracyError(
-                f"A is flat to order {self.count} at u = {float(u):.6g}, where the series' next terms "
-                "vanish and would not tell its error; give a larger order, or use method='exact'."
+                f"A is flat to order {self.count} at u = {float(u):.6g}, where the series' next "
+                "terms vanish and do not tell its error; use method='exact'."
             )
         return found
 
