@@ -19,6 +19,7 @@ _POINTS = 513
 # Of |phi'|/(lam phi^2), outside of e^{±3} around wells and barriers.
 _MOST_BEND = 0.25
 _NEAR = 3.0
+_EDGE = 13
 _AT_ONCE = 512
 
 
@@ -55,8 +56,11 @@ def unseen_in(drift: Drift, scenes: Scenes) -> Any:
 def _bends(phi: FloatArray, lam: FloatArray) -> Any:
     step = 2 / (_POINTS - 1)
     slope = np.gradient(phi, step, axis=1)
-    rise = np.cumsum(phi, axis=1) * step
+    # By trapezoids, exact where phi is its tangent: at a zero that decides what is near.
+    rise = (np.cumsum(phi, axis=1) - phi / 2) * step
+    # Beside u = -1 and 1 the series of these places tell.
     near = np.zeros(phi.shape, dtype=bool)
+    near[:, :_EDGE] = near[:, -_EDGE:] = True
     rows, columns = np.nonzero((phi[:, 1:] > 0) != (phi[:, :-1] > 0))
     crooked = np.zeros(len(phi), dtype=bool)
     for row, column in zip(rows, columns, strict=True):
