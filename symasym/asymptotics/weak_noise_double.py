@@ -25,6 +25,8 @@ _END = 1 << 30
 ULP = 1.2e-15
 # A relative error of a value beyond which nothing is said.
 _MOST = 0.4
+# Rounding of exponents beyond which it is a logarithm's, whatever the weight of its terms.
+_MOST_ROUGH = 0.1
 
 
 class _Sum(NamedTuple):
@@ -40,6 +42,8 @@ class _Side(NamedTuple):
     nested: _Sum
     rising: tuple[Any, Any]
     falling: tuple[Any, Any]
+    # Rounding of the exponents that the errors leave out because it is too large for them.
+    rough: Any
 
 
 class Point:
@@ -177,8 +181,8 @@ def _side(one: Sight, r: Numbers, at: Point) -> _Side:
     def spot(series: Series, place: Spot) -> tuple[Any, Any]:
         value, error = found(series)
         if at.errors:
-            rough = one.rough + steep if place.rank == _END else one.rough
-            error = error + at.lam * rough * np.abs(value)
+            rounding = at.lam * (one.rough + steep if place.rank == _END else one.rough)
+            error = error + np.where(rounding < _MOST_ROUGH, rounding, 0.0) * np.abs(value)
         return value, error
 
     rising = list(one.rising)
@@ -215,8 +219,13 @@ def _side(one: Sight, r: Numbers, at: Point) -> _Side:
         return value, error
 
     nested.append((0.0, outer))
+    rough = at.lam * (one.rough + steep)
     return _Side(
-        _summed(scale, at), _summed(nested, at), found(one.rising_start), found(one.falling_start)
+        _summed(scale, at),
+        _summed(nested, at),
+        found(one.rising_start),
+        found(one.falling_start),
+        np.where(rough < _MOST_ROUGH, 0.0, rough),
     )
 
 
@@ -341,4 +350,6 @@ def _sure(sides: _Sides, relative: Any, rounding: Any) -> Any:
     """Of a logarithm; infinite unless the total is known to half of itself."""
     sure = (sides.total.error < sides.total.value * 0.5) & (relative >= 0) & (relative < _MOST)
     found = relative / (1 - np.minimum(relative, 0.9)) + 8 * ULP + rounding
+    # A barrier and a well of one side, the other side, and the two sides' sum.
+    found = found + 4 * np.maximum(sides.left.rough, sides.right.rough)
     return np.where(sure, found, np.inf)
