@@ -21,7 +21,7 @@ from symasym.errors import AccuracyError
 from symasym.exact.local import ExactField, to_fraction
 
 # Zeros closer than this are not told apart well enough for partial fractions.
-_CLUSTER = 1e-3
+_CLUSTER = 1e-5
 # Where more, or narrower ones, are needed, A nearly vanishes and the series is of no use.
 _MOST_PANELS = 60
 _NARROWEST = Fraction(1, 2**12)
