@@ -97,7 +97,7 @@ def test_no_step_where_the_way_changes():
 
     with own_context(40) as context:
         pair = split_pair(drift("1/50"), context)
-        radius = module._radius(pair, context)
+        radius = module._radius(pair, None, context)
         both = [way(pair, radius, None, COUNT, context) for way in (module._circle, module._jets)]
         for first, second in zip(*both, strict=True):
             for x, y in zip(first, second, strict=True):

@@ -28,17 +28,28 @@ What is done here so that nothing cancels:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from symasym.asymptotics.coefficients import negative_power, perron_coefficients
-from symasym.errors import AccuracyError, InputError
+from symasym.asymptotics.cubic_pair import (
+    Pair,
+    everywhere,
+    mean_of_values,
+    not_alone,
+    numbers,
+    poly,
+    poly_slope,
+    rows,
+    shifted,
+    split_pair,
+    tiny,
+)
+from symasym.errors import InputError
 
-__all__ = ["Pair", "cubic_map", "split_pair"]
+__all__ = ["cubic_map", "map_coefficients"]
 
-_STEPS = 40
 # Points on the circle: from so many on, up to so many.
 _FEWEST, _MOST = 64, 4096
 # Half the zeros' distance over the circle's radius up to which the circle is taken: in float64
@@ -46,33 +57,6 @@ _FEWEST, _MOST = 64, 4096
 _NEAR_FLOAT, _NEAR_DIGITS = 0.7, 0.4
 # phi beside the pair is (y² - D) psi; up to this share of psi(0) psi may change on the circle.
 _SHARE = 0.5
-
-
-@dataclass(frozen=True)
-class Pair:
-    """phi(point + middle + y) = (y² - square) (psi[0] + psi[1] y + ...), and its zeta.
-
-    Attributes
-    ----------
-    middle : mpf or ndarray
-        Half-way between the zeros, from the point of expansion.
-    square : mpf or ndarray
-        Half their distance, squared: negative for a complex pair.
-    psi : list
-        Taylor coefficients of what is left of phi, made positive at the pair.
-    sign : int or ndarray
-        What psi was multiplied by: the sign of phi's curvature.
-    zeta : mpf or ndarray
-    slope : mpf or ndarray
-        y/s at both zeros: sqrt(square/zeta), and its limit.
-    """
-
-    middle: Any
-    square: Any
-    psi: list[Any]
-    sign: Any
-    zeta: Any
-    slope: Any
 
 
 def cubic_map(
@@ -135,160 +119,48 @@ def cubic_map(
         raise InputError(f"count is {count!r}; give a whole number of coefficients, 0 or more.")
     if context is None:
         with np.errstate(all="ignore"):
-            return _mapped(_rows("taylor", taylor), int(count), _weight_rows(weight), None)
+            g = None if weight is None else rows("weight", weight)
+            pair = split_pair(taylor)
+            return pair.zeta, map_coefficients(pair, int(count), None, g)
     # What both ways lose: each k divides by two more powers of the radius, or of the distance.
     with context.workdps(context.dps + 12 + 2 * int(count)):
-        c = _numbers("taylor", taylor, context)
-        g = None if weight is None else _numbers("weight", weight, context)
-        zeta, found = _mapped(c, int(count), g, context)
-    return +zeta, [(+p, +q) for p, q in found]
+        g = None if weight is None else numbers("weight", weight, context)
+        pair = split_pair(taylor, context)
+        found = map_coefficients(pair, int(count), context, g)
+    return +pair.zeta, [(+p, +q) for p, q in found]
 
 
-def split_pair(taylor: Sequence[Any], context: Any = None) -> Pair:
-    """The pair as a factor of phi, at the context's precision; parameters as in `cubic_map`."""
-    if context is None:
-        with np.errstate(all="ignore"):
-            return _split(_rows("taylor", taylor), None)
-    return _split(_numbers("taylor", taylor, context), context)
-
-
-def _numbers(name: str, values: Sequence[Any], context: Any) -> list[Any]:
-    from symasym.inputs import exact
-
-    found = []
-    for value in values:
-        if hasattr(value, "_mpf_"):
-            found.append(context.make_mpf(value._mpf_))
-        else:
-            rational = exact(f"a coefficient of {name}", value)
-            found.append(context.mpf(rational.numerator) / rational.denominator)
-    return found
-
-
-def _rows(name: str, values: Any) -> list[Any]:
-    from symasym.inputs import floats
-
-    if isinstance(values, np.ndarray):
-        return list(floats(name, values))
-    return list(np.broadcast_arrays(*(floats(name, value) for value in values)))
-
-
-def _weight_rows(values: Any) -> list[Any] | None:
-    return None if values is None else _rows("weight", values)
-
-
-def _mapped(
-    c: list[Any], count: int, g: list[Any] | None, context: Any
-) -> tuple[Any, list[tuple[Any, Any]]]:
-    pair = _split(c, context)
+def map_coefficients(
+    pair: Pair, count: int, context: Any, g: list[Any] | None
+) -> list[tuple[Any, Any]]:
+    """What `cubic_map` gives, of a pair that is known, without guard digits of its own."""
     found = []
     if g is not None:
-        g = _shifted(g, pair.middle)
+        g = shifted(g, pair.middle)
     if count:
         found.append(_leading(pair, g, context))
     if count > 1:
         found += _higher(pair, g, count, context)
     # sign = -1: s was counted along u; it has to run against it.
-    return pair.zeta, [(pair.sign * p, q) for p, q in found]
-
-
-def _split(c: list[Any], context: Any) -> Pair:
-    if len(c) < 3:
-        raise InputError(f"taylor has {len(c)} coefficients; give at least three of phi.")
-    if not _all(c[2] != 0):
-        raise InputError(
-            "taylor[2] is 0, so phi has no pair of zeros that meet there; expand it elsewhere."
-        )
-    sign: Any = np.where(c[2] > 0, 1.0, -1.0) if context is None else (1 if c[2] > 0 else -1)
-    c = [sign * x for x in c]
-    middle, square, tiny = 0 * c[2], -c[0] / c[2], _tiny(context)
-    here = c
-    for _ in range(_STEPS):
-        even, odd = here[0::2], here[1::2]
-        value, value_odd = _poly(even, square), _poly(odd, square)
-        by_square, by_square_odd = _poly_slope(even, square), _poly_slope(odd, square)
-        by_middle = _poly([(2 * k + 1) * x for k, x in enumerate(odd)], square)
-        by_middle_odd = _poly([2 * k * x for k, x in enumerate(even)][1:], square)
-        det = by_middle * by_square_odd - by_square * by_middle_odd
-        if not _all(det != 0):
-            break
-        step = (by_square_odd * value - by_square * value_odd) / det
-        # The new middle's own share of the distance is in the other equation.
-        step_square = (by_middle * value_odd - by_middle_odd * value) / det
-        middle, square = middle - step, square - step_square
-        here = _shifted(c, middle)
-        # Off the zero of the slope, the distance is known as well as (c_1/c_2)² is.
-        known = abs(square) + (c[1] / c[2]) ** 2
-        if _all(abs(step_square) <= tiny * known) and _all(step**2 <= tiny * tiny * known):
-            break
-    else:
-        raise _not_alone()
-    # Divided by y² - D from the highest power down: D is small beside the circle's radius.
-    psi = list(here[2:])
-    for j in range(len(psi) - 3, -1, -1):
-        psi[j] = psi[j] + square * psi[j + 2]
-    weights = [3 * x / ((2 * k + 1) * (2 * k + 3)) for k, x in enumerate(psi[0::2])]
-    mean = _poly(weights, square)
-    values = _poly(psi[0::2], square), _poly(psi[1::2], square)
-    alone = (mean > 0) & (values[0] > 0) & (values[0] ** 2 > values[1] ** 2 * square)
-    inside = (square <= 0) | (middle**2 <= square * 1.0001) | (abs(c[1]) > 0)
-    if not _all(alone & inside):
-        raise _not_alone()
-    root = np.cbrt(mean) if context is None else context.cbrt(mean)
-    return Pair(middle, square, psi, sign, square * root**2, 1 / root)
-
-
-def _not_alone() -> AccuracyError:
-    return AccuracyError(
-        "phi has no pair of zeros apart from all others at the point of expansion; expand it "
-        "between two neighbouring zeros that are nearer to each other than to a third."
-    )
-
-
-def _tiny(context: Any) -> Any:
-    return 1e-14 if context is None else context.mpf(2) ** (8 - context.prec)
-
-
-def _all(condition: Any) -> bool:
-    return bool(np.all(condition))
-
-
-def _poly(c: list[Any], x: Any) -> Any:
-    total = 0 * x
-    for a in reversed(c):
-        total = total * x + a
-    return total
-
-
-def _poly_slope(c: list[Any], x: Any) -> Any:
-    return _poly([k * a for k, a in enumerate(c)][1:], x)
-
-
-def _shifted(c: list[Any], by: Any) -> list[Any]:
-    """Taylor coefficients at `by` of the polynomial with coefficients c."""
-    c = list(c)
-    for start in range(len(c) - 1):
-        for j in range(len(c) - 2, start - 1, -1):
-            c[j] = c[j] + by * c[j + 1]
-    return c
+    return [(pair.sign * p, q) for p, q in found]
 
 
 def _leading(pair: Pair, g: list[Any] | None, context: Any) -> tuple[Any, Any]:
     """p_0 + q_0 s = g u' modulo s² - zeta: u'² = 1/(slope psi(slope s)) there."""
-    even, odd = _poly(pair.psi[0::2], pair.square), _poly(pair.psi[1::2], pair.square)
+    even, odd = poly(pair.psi[0::2], pair.square), poly(pair.psi[1::2], pair.square)
     norm = even**2 - odd**2 * pair.square
     root = np.sqrt if context is None else context.sqrt
     p = root((even + root(norm)) / (2 * pair.slope * norm))
     q = -odd / (2 * p * norm)
     if g is None:
         return p, q
-    a, b = _poly(g[0::2], pair.square), pair.slope * _poly(g[1::2], pair.square)
+    a, b = poly(g[0::2], pair.square), pair.slope * poly(g[1::2], pair.square)
     return a * p + b * q * pair.zeta, a * q + b * p
 
 
 def _higher(pair: Pair, g: list[Any] | None, count: int, context: Any) -> list[tuple[Any, Any]]:
     """p_1, q_1, ..., p_(count - 1), q_(count - 1)."""
-    radius = _radius(pair, context)
+    radius = _radius(pair, g, context)
     if context is not None:
         near = context.sqrt(abs(pair.square)) <= _NEAR_DIGITS * radius
         return (_circle if near else _jets)(pair, radius, g, count, context)
@@ -311,6 +183,7 @@ def _chosen(pair: Pair, scenes: Any) -> Pair:
         np.ravel(pair.sign)[scenes],
         np.ravel(pair.zeta)[scenes],
         np.ravel(pair.slope)[scenes],
+        np.ravel(pair.level)[scenes],
     )
 
 
@@ -324,11 +197,11 @@ def _jets(
     sides = []
     for side in (1, -1):
         # phi = y (2 side half + y) psi from this zero, integrated: what perron_coefficients reads.
-        psi = _shifted([x + zero for x in pair.psi], side * half)[: count + 1]
+        psi = shifted([x + zero for x in pair.psi], side * half)[: count + 1]
         slope = [2 * side * half * x + y for x, y in zip(psi, [zero, *psi], strict=False)]
         steep = [zero, zero, *(-x / (k + 2) for k, x in enumerate(slope))]
         steep += [zero] * (count + 2 - len(steep))
-        weight = [one] if g is None else _shifted([x + zero for x in g], side * half)
+        weight = [one] if g is None else shifted([x + zero for x in g], side * half)
         weight = (weight + [zero] * count)[:count]
         d = perron_coefficients(steep, weight, 2)
         # v² a = t² side root (1 + side t/(3 root)) joins its variable v to t = s - side root, and
@@ -390,21 +263,18 @@ def _circle(
     for j, x in enumerate(psi):
         t[j + 3] = t[j + 3] + x / (j + 3)
         t[j + 1] = t[j + 1] - square * x / (j + 1)
-    t[0] = 2 * sum(
-        (x * square ** ((j + 3) // 2) / ((j + 1) * (j + 3)) for j, x in enumerate(psi) if j % 2),
-        0 * radius,
-    )
+    t[0] = -mean_of_values(psi, square)
     if g is not None:
         g = [x * radius**j for j, x in enumerate(g)]
     size = _FEWEST
     while size <= _MOST:
         found, lost = _sums(t, zeta, g, count, size, context)
         # The error falls as rho^n for n points: twice as many square it.
-        if _all(lost**2 <= (1e-14 if context is None else _tiny(context))):
+        if everywhere(lost**2 <= (1e-14 if context is None else tiny(context))):
             break
         size *= 2
     else:
-        raise _not_alone()
+        raise not_alone()
     unscaled = []
     for k, (p, q) in enumerate(found, start=1):
         factor = radius / scale ** (2 * k + 2)
@@ -412,37 +282,43 @@ def _circle(
     return unscaled
 
 
-def _radius(pair: Pair, context: Any) -> Any:
+def _radius(pair: Pair, g: list[Any] | None, context: Any) -> Any:
     """Between the pair and where psi has changed by its half, by Newton from above (convex)."""
-    rest = [abs(x / pair.psi[0]) for x in pair.psi[1:]]
-    top = 0 * pair.square
-    for j, x in enumerate(rest, start=1):
-        bound = x ** (1.0 / j) if context is None else context.root(x, j) if x else x
-        top = np.maximum(top, bound) if context is None else max(top, bound)
-    distance = np.sqrt(abs(pair.square)) if context is None else context.sqrt(abs(pair.square))
-    # No power beyond the first: psi is constant and any circle will do.
-    flat = top == 0
-    fallback = (
-        np.where(distance > 0, 4 * distance, 1.0)
-        if context is None
-        else (4 * distance if distance else context.mpf(1))
-    )
+    largest: Any
+    root: Any
+    where: Any
     if context is None:
-        top = np.where(flat, 1.0, top)
-    elif flat:
-        return fallback
-    r = 1 / top
+        largest, root, where = np.maximum, lambda x, j: x ** (1.0 / j), np.where
+    else:
+        largest, root, where = max, context.root, lambda test, x, y: x if test else y
+    distance = root(abs(pair.square), 2)
+    rest = [0 * distance, *(abs(x / pair.psi[0]) for x in pair.psi[1:])]
+
+    def bound() -> Any:
+        top = 0 * distance
+        for j, x in enumerate(rest[1:], start=1):
+            top = largest(top, root(x, j))
+        # No power beyond the first: any circle will do.
+        return where(top > 0, 1 / where(top > 0, top, 1), where(distance > 0, 4 * distance, 1))
+
+    if g is not None:
+        # The weight's series has a radius, too; what its first terms are is no matter.
+        size, unit = 0 * distance, bound()
+        for j, x in enumerate(g[:3]):
+            size = largest(size, abs(x) * unit**j)
+        rest += [0 * distance] * (len(g) - len(rest))
+        for j, x in enumerate(g[3:], start=3):
+            rest[j] = largest(rest[j], where(size > 0, abs(x) / where(size > 0, size, 1), 0 * size))
+    r = bound()
     for _ in range(60):
-        value = _poly([0 * r, *rest], r) - _SHARE
-        step = value / _poly_slope([0 * r, *rest], r)
-        r = r - np.where(np.isfinite(step), step, 0) if context is None else r - step
-        if _all(abs(step) <= 1e-3 * r):
+        slope = poly_slope(rest, r)
+        step = where(slope > 0, (poly(rest, r) - _SHARE) / where(slope > 0, slope, 1), 0 * r)
+        r = r - step
+        if everywhere(abs(step) <= 1e-3 * r):
             break
-    if context is None:
-        # A larger circle costs points, of which float64 needs few, and keeps digits.
-        between = np.maximum(1.2 * r, np.sqrt(2 * r * distance))
-        return np.where(flat, fallback, np.maximum(between, 1.1 * distance))
-    return max(r * 7 / 10, context.sqrt(2 * r * distance), distance * 11 / 10)
+    # A larger circle costs points, of which float64 needs few, and keeps digits.
+    share = 1.2 if context is None else 0.7
+    return largest(largest(share * r, root(2 * r * distance, 2)), 1.1 * distance)
 
 
 def _sums(
@@ -450,7 +326,7 @@ def _sums(
 ) -> tuple[list[tuple[Any, Any]], Any]:
     """Cauchy integrals for k = 1, ..., and how far half as many points are from them."""
     y, s = _nodes(t, zeta, size, context)
-    weight = [1] * len(y) if g is None else [_poly(g, x) for x in y]
+    weight = [1] * len(y) if g is None else [poly(g, x) for x in y]
     start = []
     for x, v, h in zip(y, s, weight, strict=True):
         start.append((h * x * v, h * x, 1 / (v * v - zeta)))
@@ -484,7 +360,7 @@ def _nodes(t: list[Any], zeta: Any, size: int, context: Any) -> tuple[list[Any],
     y, s = [], []
     for j, seed in enumerate(seeds):
         x = context.expjpi(context.mpf(2 * j) / size)
-        target, v = _poly(t, x), context.mpc(complex(seed))
+        target, v = poly(t, x), context.mpc(complex(seed))
         # Digits double from float64's on; one step more than needed costs little.
         digits = 12
         while digits < 2 * context.dps:
@@ -497,17 +373,19 @@ def _nodes(t: list[Any], zeta: Any, size: int, context: Any) -> tuple[list[Any],
 
 def _continued(t: list[Any], zeta: Any, y: list[Any]) -> list[Any]:
     """In float64: on the real axis the largest root, then from point to point."""
-    target = _poly(t, y[0] + 0 * t[0])
+    target = poly(t, y[0] + 0 * t[0])
     v = np.maximum(3.0, 3 * np.sqrt(abs(zeta))) + 0j
     for _ in range(60):
         v = v - (v * (v * v / 3 - zeta) - target) / (v * v - zeta)
     found = [v]
     for j, x in enumerate(y[1:], start=1):
         v = found[-1] * (found[-1] / found[-2] if j > 1 else x)
-        target = _poly(t, x + 0 * t[0])
+        target = poly(t, x + 0 * t[0])
         for _ in range(8):
             v = v - (v * (v * v / 3 - zeta) - target) / (v * v - zeta)
         found.append(v)
-    if not _all(abs(found[-1].imag) <= 1e-6 * abs(found[-1])) or not _all(found[-1].real < 0):
-        raise _not_alone()
+    if not everywhere(abs(found[-1].imag) <= 1e-6 * abs(found[-1])) or not everywhere(
+        found[-1].real < 0
+    ):
+        raise not_alone()
     return found
