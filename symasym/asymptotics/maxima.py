@@ -53,7 +53,7 @@ def peaks(pieces: list[Piece], x: Any) -> list[Peak]:
         slope = sympy.diff(piece.f, x)
         if vanishes_identically(slope, x):
             continue
-        for point in _inside(piece, slope, x):
+        for point in interior_maxima(piece, slope, x):
             found.append(Peak(point, at(piece.f, x, point), piece, piece))
         neighbour = pieces[index + 1] if index + 1 < len(pieces) else None
         if index == 0 and not piece.lo.is_infinite:
@@ -149,7 +149,7 @@ def _solved(piece: Piece, x: Any) -> list[Any]:
         return []
 
 
-def _inside(piece: Piece, slope: Any, x: Any) -> list[Any]:
+def interior_maxima(piece: Piece, slope: Any, x: Any) -> list[Any]:
     """Interior points where f' goes from + to -."""
     exact = _polynomial_roots(piece, slope, x)
     if exact is not None:
