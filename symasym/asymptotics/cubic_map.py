@@ -267,12 +267,16 @@ def _circle(
     if g is not None:
         g = [x * radius**j for j, x in enumerate(g)]
     size = _FEWEST
+    if context is not None:
+        # The integrand is analytic between the pair and some twice the radius where psi halves.
+        rate = max(0.35, float(context.sqrt(abs(square))))
+        size = min(_MOST, 4 * (int(-context.prec / 3.4 / np.log2(rate)) + 4)) if rate < 1 else _MOST
     while size <= _MOST:
         found, lost = _sums(t, zeta, g, count, size, context)
         # The error falls as rho^n for n points: twice as many square it.
         if everywhere(lost**2 <= (1e-14 if context is None else tiny(context))):
             break
-        size *= 2
+        size += 4 * (size // 8)
     else:
         raise not_alone()
     unscaled = []
@@ -325,8 +329,7 @@ def _sums(
     t: list[Any], zeta: Any, g: list[Any] | None, count: int, size: int, context: Any
 ) -> tuple[list[tuple[Any, Any]], Any]:
     """Cauchy integrals for k = 1, ..., and how far half as many points are from them."""
-    y, s = _nodes(t, zeta, size, context)
-    weight = [1] * len(y) if g is None else [poly(g, x) for x in y]
+    y, s, weight = _nodes(t, zeta, g, size, context)
     start = []
     for x, v, h in zip(y, s, weight, strict=True):
         start.append((h * x * v, h * x, 1 / (v * v - zeta)))
@@ -337,8 +340,7 @@ def _sums(
         for which in (0, 1):
             values = [(part[which] * part[2] ** (k + 1)) for part in start]
             both.append(_mean(values))
-            coarse = abs(both[-1] - _mean(values[::2]))
-            lost = largest(lost, coarse)
+            lost = largest(lost, abs(both[-1] - _mean(values[::2])))
         found.append((both[0], both[1]))
     return found, lost
 
@@ -349,26 +351,45 @@ def _mean(values: list[Any]) -> Any:
     return (values[0].real + values[-1].real + 2 * inner) / (2 * (len(values) - 1))
 
 
-def _nodes(t: list[Any], zeta: Any, size: int, context: Any) -> tuple[list[Any], list[Any]]:
-    """y on the upper half circle and s there: s³/3 - zeta s = t(y), continued from y = 1."""
+def _nodes(
+    t: list[Any], zeta: Any, g: list[Any] | None, size: int, context: Any
+) -> tuple[list[Any], list[Any], list[Any]]:
+    """y on the upper half circle, s and g there: s³/3 - zeta s = t(y), continued from y = 1."""
+    angles = np.exp(1j * np.pi * np.arange(size // 2 + 1) / (size // 2))
     if context is None:
-        angles = np.pi * np.arange(size // 2 + 1) / (size // 2)
-        y: list[Any] = list(np.exp(1j * angles))
-        return y, _continued([np.asarray(x) for x in t], zeta, y)
-    angles = np.pi * np.arange(size // 2 + 1) / (size // 2)
-    seeds = _continued([np.float64(x) for x in t], np.float64(zeta), list(np.exp(1j * angles)))
-    y, s = [], []
-    for j, seed in enumerate(seeds):
-        x = context.expjpi(context.mpf(2 * j) / size)
-        target, v = poly(t, x), context.mpc(complex(seed))
+        rows_ = [np.asarray(x) for x in t]
+        s = _continued(rows_, zeta, list(angles))
+        return list(angles), s, [1] * len(s) if g is None else [poly(g, y) for y in angles]
+    seeds = _continued([np.float64(x) for x in t], np.float64(zeta), list(angles))
+    roots = [context.expjpi(context.mpf(2 * j) / size) for j in range(size)]
+    targets = _at_roots(t, roots, context)
+    weights = [1] * len(seeds) if g is None else _at_roots(g, roots, context)
+    s = []
+    for target, seed in zip(targets, seeds, strict=True):
+        v = context.mpc(complex(seed))
         # Digits double from float64's on; one step more than needed costs little.
         digits = 12
         while digits < 2 * context.dps:
-            v -= (v * (v * v / 3 - zeta) - target) / (v * v - zeta)
+            w = v * v - zeta
+            v -= (v * (w - zeta * 2) - target * 3) / (3 * w)
             digits *= 2
-        y.append(x)
         s.append(v)
-    return y, s
+    return roots[: len(s)], s, weights
+
+
+def _at_roots(c: list[Any], roots: list[Any], context: Any) -> list[Any]:
+    """The polynomial at the first half of the roots of unity: two scalar products for each."""
+    size = len(roots)
+    folded = [context.mpf(0)] * min(size, len(c))
+    for k, x in enumerate(c):
+        folded[k % size] += x
+    re, im = [y.real for y in roots], [y.imag for y in roots]
+    found = []
+    for j in range(size // 2 + 1):
+        places = [j * k % size for k in range(len(folded))]
+        parts = (context.fdot(folded, [row[k] for k in places]) for row in (re, im))
+        found.append(context.mpc(*parts))
+    return found
 
 
 def _continued(t: list[Any], zeta: Any, y: list[Any]) -> list[Any]:

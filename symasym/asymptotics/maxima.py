@@ -154,8 +154,8 @@ def interior_maxima(piece: Piece, slope: Any, x: Any) -> list[Any]:
     exact = _polynomial_roots(piece, slope, x)
     if exact is not None:
         return exact
-    grid = _grid(piece)
-    values = _on_grid(slope, x, grid)
+    grid = grid_of(piece)
+    values = on_grid(slope, x, grid)
     brackets, last = [], None
     for k in np.flatnonzero(np.isfinite(values) & (values != 0)):
         if last is not None and values[last] > 0 > values[k]:
@@ -216,7 +216,7 @@ def _step(value: Any, end: Any, sign: int) -> Any:
         return (value + end) / 2
 
 
-def _grid(piece: Piece) -> Any:
+def grid_of(piece: Piece) -> Any:
     lo, hi = float(number(piece.lo)), float(number(piece.hi))
     if np.isfinite(lo) and np.isfinite(hi):
         return lo + (hi - lo) * (1 - np.cos(np.pi * np.linspace(0, 1, _GRID)[1:-1])) / 2
@@ -229,7 +229,7 @@ def _grid(piece: Piece) -> Any:
     return np.concatenate([-reach[::-1], [0.0], reach])
 
 
-def _on_grid(expression: Any, x: Any, grid: Any) -> Any:
+def on_grid(expression: Any, x: Any, grid: Any) -> Any:
     with np.errstate(all="ignore"):
         return np.asarray(evaluate_tree(expression, {x: grid}, NumpyOps()) + 0 * grid)
 

@@ -8,7 +8,13 @@ import numpy as np
 import sympy
 
 from symasym.asymptotics.laplace import require_known
-from symasym.asymptotics.maxima import interior_maxima, peaks, vanishes_identically
+from symasym.asymptotics.maxima import (
+    grid_of,
+    interior_maxima,
+    on_grid,
+    peaks,
+    vanishes_identically,
+)
 from symasym.asymptotics.pieces import WORK, Piece, at, cut, difference, number
 from symasym.asymptotics.uniform_ends import EndPart, SaddlePart
 from symasym.asymptotics.uniform_expansion import UniformExpansion
@@ -238,19 +244,18 @@ def _closest_pair(piece: Piece, x: Any, near: Any) -> tuple[Any, Any]:
 
 def _require_alone(piece: Piece, x: Any, point: Any, spread: Any) -> None:
     """Both points of the pair inside, and no other stationary point."""
-    slope = sympy.diff(piece.f, x)
-    stationary = interior_maxima(piece, slope, x)
-    opposite = Piece(piece.lo, piece.hi, -piece.f, piece.g)
-    stationary += interior_maxima(opposite, -slope, x)
+    values = on_grid(sympy.diff(piece.f, x), x, grid_of(piece))
+    signs = np.sign(values[np.isfinite(values) & (values != 0)])
+    count = int(np.count_nonzero(signs[1:] != signs[:-1]))
     inside = True
     if spread > 0:
         with own_context(WORK) as context:
             reach = context.sqrt(context.make_mpf(spread._mpf_)) * 9 / 10
             middle, lo, hi = (number(y) for y in (point, piece.lo, piece.hi))
             inside = bool(difference(middle, lo) > reach and difference(hi, middle) > reach)
-    if len(stationary) not in (0, 2) or not inside:
+    if count not in (0, 2) or not inside:
         raise InputError(
-            f"f = I*({piece.f}) has {len(stationary)} stationary points between {piece.lo} and "
+            f"f = I*({piece.f}) has {count} stationary points between {piece.lo} and "
             f"{piece.hi} beside the pair at {x} = {float(number(point)):.6g}; give an interval "
             "that holds the pair and no other."
         )

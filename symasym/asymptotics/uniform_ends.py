@@ -32,9 +32,10 @@ from symasym.errors import AccuracyError, InputError
 Term = tuple[Any, Any]
 
 # Share of its radius of convergence within which the saddle's series is summed at the end.
-_NEAR = 0.4
-_LONGEST = 160
-_GUARD = 20
+# Beyond it the difference of two expansions loses 2 n + 1 times the digits of 1/_NEAR.
+_NEAR = 0.15
+_LONGEST = 200
+_GUARD = 10
 
 
 def series_of(name: str, expression: Any, x: Any, point: Any, side: int, n: int, ring: Any) -> Any:
@@ -79,21 +80,37 @@ class EndPart:
     oscillating: bool = False
 
     def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
-        with own_context(context.dps + _GUARD + 2 * count) as inner:
-            ring = NumberRing(inner)
-            unit = inner.j if self.oscillating else inner.mpf(1)
-            c = end_coefficients(self.piece, self.x, self.end, self.side, count, unit, ring)
-            height = series_of("f", self.piece.f, self.x, self.end, 1, 2, ring)[0]
-            front = inner.exp(unit * inner.convert(lam) * height)
-            values = [front * y * inner.convert(lam) ** (-n - 1) for n, y in enumerate(c)]
-            values = [_into(context, y) for y in values]
+        height, c = kept(self, count, context, self._coefficients)
+        unit = context.j if self.oscillating else context.mpf(1)
+        front = context.exp(unit * lam * height)
+        values = [front * y * lam ** (-n - 1) for n, y in enumerate(c)]
         return [(y, abs(y)) for y in values]
+
+    def _coefficients(self, count: int, context: Any) -> tuple[Any, list[Any]]:
+        ring = NumberRing(context)
+        unit = context.j if self.oscillating else context.mpf(1)
+        height = series_of("f", self.piece.f, self.x, self.end, 1, 2, ring)[0]
+        c = end_coefficients(self.piece, self.x, self.end, self.side, count, unit, ring)
+        return height, c
+
+
+def kept(part: Any, count: int, context: Any, compute: Any) -> Any:
+    """What `compute` gives, remembered by digits in steps of ten: neighbouring lam share it."""
+    dps = -(-context.dps // 10) * 10
+    known = part.__dict__.setdefault("_known", {})
+    if (count, dps) not in known:
+        with own_context(dps + _GUARD + 3 * count) as inner:
+            known[count, dps] = compute(count, inner)
+    return _into(context, known[count, dps])
 
 
 def _into(context: Any, value: Any) -> Any:
+    """Numbers of another context, in lists and tuples, as this one's."""
+    if isinstance(value, (list, tuple)):
+        return type(value)(_into(context, y) for y in value)
     if hasattr(value, "_mpc_"):
         return context.make_mpc(value._mpc_)
-    return context.make_mpf(value._mpf_)
+    return context.make_mpf(value._mpf_) if hasattr(value, "_mpf_") else value
 
 
 @dataclass(frozen=True)
@@ -110,28 +127,29 @@ class SaddlePart:
     upper: Any
 
     def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
-        with own_context(context.dps + _GUARD + 4 * count) as inner:
-            local = _Local(self, count, inner)
-            y = inner.convert(lam)
-            root = inner.sqrt(y * local.alpha)
-            part = inner.mpf(1)
-            if self.lower is not None and self.upper is not None:
-                low, high = (inner.erfc(v * root) for v in (local.v_lower, local.v_upper))
-                part = (low - high) / 2
-            elif self.lower is not None:
-                part = inner.erfc(local.v_lower * root) / 2
-            elif self.upper is not None:
-                part = inner.erfc(-local.v_upper * root) / 2
-            front = inner.exp(y * local.height) * inner.sqrt(inner.pi) / root * part
-            found = []
-            for n in range(count):
-                inside = front * local.a[n] * y**-n
-                value, size = inside, abs(inside)
-                for sign, b, height in local.ends:
-                    edge = sign * inner.exp(y * height) * b[n] * y ** (-n - 1)
-                    value, size = value + edge, size + abs(edge)
-                found.append((_into(context, value), _into(context, size)))
+        alpha, height, a, ends = kept(self, count, context, self._coefficients)
+        root = context.sqrt(lam * alpha)
+        distances = {sign: v for sign, v, _, _ in ends}
+        part = context.mpf(1)
+        if len(ends) == 2:
+            part = (context.erfc(distances[1] * root) - context.erfc(distances[-1] * root)) / 2
+        elif ends:
+            ((sign, v),) = distances.items()
+            part = context.erfc(sign * v * root) / 2
+        front = context.exp(lam * height) * context.sqrt(context.pi) / root * part
+        found = []
+        for n in range(count):
+            inside = front * a[n] * lam**-n
+            value, size = inside, abs(inside)
+            for sign, _, b, level in ends:
+                edge = sign * context.exp(lam * level) * b[n] * lam ** (-n - 1)
+                value, size = value + edge, size + abs(edge)
+            found.append((value, size))
         return found
+
+    def _coefficients(self, count: int, context: Any) -> tuple[Any, ...]:
+        local = _Local(self, count, context)
+        return local.alpha, local.height, local.a, local.ends
 
 
 class _Local:
@@ -142,14 +160,10 @@ class _Local:
         self._ring = NumberRing(context)
         self.point = self._ring.expression(refined(part.piece, part.x, part.point, self._ring))
         self._expand(2 * count + 12)
-        self.ends: list[tuple[int, list[Any], Any]] = []
-        self.v_lower = self.v_upper = None
-        if part.lower is not None:
-            self.v_lower, b, height = self._end(part.lower)
-            self.ends.append((1, b, height))
-        if part.upper is not None:
-            self.v_upper, b, height = self._end(part.upper)
-            self.ends.append((-1, b, height))
+        self.ends: list[tuple[int, Any, list[Any], Any]] = []
+        for sign, end in ((1, part.lower), (-1, part.upper)):
+            if end is not None:
+                self.ends.append((sign, *self._end(end)))
 
     def _expand(self, n: int) -> None:
         """G(v) = sum of d_k v^k, to order n."""

@@ -95,9 +95,10 @@ class UniformExpansion:
         self._require_bound()
         from symasym.context import to_mpf
 
-        found = self._parts[0].coefficients(self.order, digits(dps))
-        pairs = zip(found.a, found.b, strict=True)
-        return to_mpf(found.zeta, dps), [tuple(to_mpf(y, dps) for y in pair) for pair in pairs]
+        with own_context(digits(dps) + 10) as context:
+            zeta, _, _, a, b = self._parts[0].coefficients(self.order, context)
+            pairs = [tuple(to_mpf(y, dps) for y in pair) for pair in zip(a, b, strict=True)]
+            return to_mpf(zeta, dps), pairs
 
     def evaluate(
         self, lam: Any, *, dps: int | None = None, log: bool = False, full: bool = False
@@ -178,12 +179,12 @@ class UniformExpansion:
         rational = exact("lam", lam)
         if rational <= 0:
             raise InputError(f"lam is {float_text(rational)}; it must be greater than 0.")
-        with own_context(dps + 30) as context:
+        with own_context(dps + 10) as context:
             size = context.log10(context.mpf(rational.numerator) / rational.denominator)
             context.dps += max(0, int(size))
             large = context.mpf(rational.numerator) / rational.denominator
             total, error = self._sum(large, context)
-            # The last digit's rounding is an error of the printed value, too.
+            # What the sum and its coefficients are rounded to.
             error += abs(total) * context.mpf(10) ** -(dps + 5)
             if log:
                 if not hasattr(total, "_mpf_") or total <= error:
@@ -193,9 +194,9 @@ class UniformExpansion:
                     )
                 total, error = context.log(total), -context.log1p(-error / total)
                 error += abs(total) * context.mpf(10) ** -(dps + 5)
-            value, error = (
-                _rounded(mpmath.mp, y, digits_) for y, digits_ in ((total, dps), (error, 15))
-            )
+            value = _rounded(mpmath.mp, total, dps)
+            error += abs(total - context.convert(value))
+            error = _rounded(mpmath.mp, error * (1 + context.mpf(10) ** -10), 15)
         if not full:
             return value
         names = ("Ai, Ai'",) if self.kind == "airy" else ("erfc, ends",)
@@ -216,8 +217,9 @@ class UniformExpansion:
 
     def __str__(self) -> str:
         return (
-            f"uniform expansion ({self.kind}) of the integral of ({self.g}) e^(lam ({self.f})) over "
-            f"{self.x} from {self.a} to {self.b}, {self.order} terms; error: {self.error_kind}"
+            f"uniform expansion ({self.kind}, {self.order} terms) of the integral of "
+            f"({self.g}) e^(lam ({self.f})) over {self.x} from {self.a} to {self.b}; "
+            f"error: {self.error_kind}"
         )
 
     def __repr__(self) -> str:

@@ -18,23 +18,10 @@ from symasym.asymptotics.cubic_pair import Pair, split_pair
 from symasym.asymptotics.local_expansion import refined
 from symasym.asymptotics.pieces import Piece
 from symasym.asymptotics.rings import NumberRing
-from symasym.asymptotics.uniform_ends import Term, series_of
-from symasym.context import own_context
+from symasym.asymptotics.uniform_ends import Term, kept, series_of
 from symasym.errors import AccuracyError
 
-_GUARD = 20
 _MOST_TERMS = 800
-
-
-@dataclass(frozen=True)
-class PairCoefficients:
-    """zeta, level and sign of the map, and a_n, b_n without their powers of i or -1."""
-
-    zeta: Any
-    level: Any
-    sign: int
-    a: list[Any]
-    b: list[Any]
 
 
 @dataclass(frozen=True)
@@ -51,8 +38,7 @@ class PairPart:
     oscillating: bool
 
     def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
-        found = self.coefficients(count, context.dps)
-        zeta, level = (context.make_mpf(y._mpf_) for y in (found.zeta, found.level))
+        zeta, level, sign, a_, b_ = kept(self, count, context, self.coefficients)
         cube = context.cbrt(lam)
         argument = (-1 if self.oscillating else 1) * cube**2 * zeta
         ai, slope = context.airyai(argument), context.airyai(argument, derivative=1)
@@ -63,30 +49,21 @@ class PairPart:
             size_slope = context.hypot(slope, context.airybi(argument, derivative=1))
         unit = context.j if self.oscillating else context.mpf(1)
         step = context.j / lam if self.oscillating else -1 / lam
-        front = 2 * context.pi * found.sign * context.exp(unit * lam * level)
+        front = 2 * context.pi * sign * context.exp(unit * lam * level)
         turn = -context.j if self.oscillating else -1
         terms = []
         for n in range(count):
-            a, b = (context.make_mpf(y[n]._mpf_) for y in (found.a, found.b))
+            a, b = a_[n], b_[n]
             value = front * step**n * (a * ai / cube + turn * b * slope / cube**2)
             spread = abs(a) * size / cube + abs(b) * size_slope / cube**2
             terms.append((value, abs(front) * spread / lam**n))
         return terms
 
-    def coefficients(self, count: int, dps: int) -> PairCoefficients:
-        """At `dps` digits."""
-        known = self.__dict__.setdefault("_known", {})
-        if (count, dps) not in known:
-            with own_context(dps + _GUARD + 4 * count) as context:
-                known[count, dps] = self._coefficients(count, context)
-        found: PairCoefficients = known[count, dps]
-        return found
-
-    def _coefficients(self, count: int, context: Any) -> PairCoefficients:
+    def coefficients(self, count: int, context: Any) -> tuple[Any, ...]:
+        """zeta, level and sign of the map, and a_n, b_n without their powers of i or -1."""
         pair, weight, start = self._pair(2 * count - 1, context)
         pq = map_coefficients(pair, 2 * count - 1, context, weight)
-        a, b = by_parts(pair.zeta, pq, count)
-        return PairCoefficients(pair.zeta, start + pair.level, pair.sign, a, b)
+        return (pair.zeta, start + pair.level, pair.sign, *by_parts(pair.zeta, pq, count))
 
     def _pair(self, count: int, context: Any) -> tuple[Pair, list[Any], Any]:
         """The pair from as many Taylor coefficients as the digits ask for."""
@@ -101,7 +78,7 @@ class PairPart:
             g = series_of("g", self.piece.g, self.x, point, 1, n, ring)
             c = [(k + 1) * y for k, y in enumerate(f[1:])]
             try:
-                pair = split_pair(c, context)
+                pair = split_pair(without_zeros(c, 3), context)
             except AccuracyError:
                 raise self._too_far(context, point) from None
             reach = self._reach(pair, c, g, context)
@@ -111,7 +88,7 @@ class PairPart:
             if reach >= 1 or needed > _MOST_TERMS:
                 raise self._too_far(context, point)
             if needed <= n:
-                return pair, g, f[0]
+                return pair, without_zeros(g), f[0]
             n = needed + needed // 10
 
     @staticmethod
@@ -121,6 +98,9 @@ class PairPart:
         found = context.mpf(0)
         for row in (c[2:], g):
             top = max(abs(y) for y in row[:3])
+            if without_zeros(row) != row:
+                # A polynomial, known as a whole.
+                continue
             for k in range(len(row) // 2, len(row)):
                 if top and row[k]:
                     found = max(found, distance * context.root(abs(row[k]) / top, k))
@@ -132,6 +112,14 @@ class PairPart:
             "radius of convergence, so they're too far apart, or a third is near; give near=… for "
             "another pair, or expand each saddle by itself with laplace_integral."
         )
+
+
+def without_zeros(c: list[Any], least: int = 1) -> list[Any]:
+    """Polynomials without the zeros behind them, which only cost time."""
+    n = len(c)
+    while n > least and c[n - 1] == 0:
+        n -= 1
+    return c[:n]
 
 
 def by_parts(zeta: Any, pq: list[tuple[Any, Any]], count: int) -> tuple[Any, Any]:
