@@ -162,12 +162,15 @@ def _higher(pair: Pair, g: list[Any] | None, count: int, context: Any) -> list[t
     """p_1, q_1, ..., p_(count - 1), q_(count - 1)."""
     radius = _radius(pair, g, context)
     if context is not None:
+        if radius == context.inf:
+            return [(0 * pair.zeta, 0 * pair.zeta)] * (count - 1)
         near = context.sqrt(abs(pair.square)) <= _NEAR_DIGITS * radius
         return (_circle if near else _jets)(pair, radius, g, count, context)
     shape = np.shape(pair.zeta)
     near = np.ravel(np.sqrt(abs(pair.square)) <= _NEAR_FLOAT * radius)
-    found = np.empty((count - 1, 2, near.size))
-    for way, chosen in ((_circle, near), (_jets, ~near)):
+    finite = np.isfinite(np.ravel(radius))
+    found = np.zeros((count - 1, 2, near.size))
+    for way, chosen in ((_circle, near & finite), (_jets, ~near & finite)):
         if chosen.any():
             part = _chosen(pair, chosen)
             weight = None if g is None else [np.ravel(x + 0 * pair.zeta)[chosen] for x in g]
@@ -302,18 +305,20 @@ def _radius(pair: Pair, g: list[Any] | None, context: Any) -> Any:
         top = 0 * distance
         for j, x in enumerate(rest[1:], start=1):
             top = largest(top, root(x, j))
-        # No power beyond the first: any circle will do.
-        return where(top > 0, 1 / where(top > 0, top, 1), where(distance > 0, 4 * distance, 1))
+        return where(top > 0, 1 / where(top > 0, top, 1), np.inf)
 
     if g is not None:
         # The weight's series has a radius, too; what its first terms are is no matter.
         size, unit = 0 * distance, bound()
+        unit = where(unit < np.inf, unit, where(distance > 0, distance, 1))
         for j, x in enumerate(g[:3]):
             size = largest(size, abs(x) * unit**j)
         rest += [0 * distance] * (len(g) - len(rest))
-        for j, x in enumerate(g[3:], start=3):
+        for j, x in enumerate(g[1:], start=1):
             rest[j] = largest(rest[j], where(size > 0, abs(x) / where(size > 0, size, 1), 0 * size))
-    r = bound()
+    first = bound()
+    r = where(first < np.inf, first, 1)
+    # From above, on a convex function.
     for _ in range(60):
         slope = poly_slope(rest, r)
         step = where(slope > 0, (poly(rest, r) - _SHARE) / where(slope > 0, slope, 1), 0 * r)
@@ -322,7 +327,8 @@ def _radius(pair: Pair, g: list[Any] | None, context: Any) -> Any:
             break
     # A larger circle costs points, of which float64 needs few, and keeps digits.
     share = 1.2 if context is None else 0.7
-    return largest(largest(share * r, root(2 * r * distance, 2)), 1.1 * distance)
+    found = largest(largest(share * r, root(2 * r * distance, 2)), 1.1 * distance)
+    return where(first < np.inf, found, np.inf)
 
 
 def _sums(

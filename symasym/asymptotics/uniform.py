@@ -16,7 +16,7 @@ from symasym.asymptotics.maxima import (
     vanishes_identically,
 )
 from symasym.asymptotics.pieces import WORK, Piece, at, cut, difference, number
-from symasym.asymptotics.uniform_ends import EndPart, SaddlePart
+from symasym.asymptotics.uniform_ends import EndBefore, EndPart, SaddlePart
 from symasym.asymptotics.uniform_expansion import UniformExpansion
 from symasym.asymptotics.uniform_pair import PairPart
 from symasym.context import own_context
@@ -25,6 +25,8 @@ from symasym.errors import InputError
 __all__ = ["uniform_integral"]
 
 _MOST = 40
+# A slope below it, at 60 digits, is that of a saddle on the end itself.
+_FLAT = 1e-45
 _LARGE = sympy.Integer(10) ** 6
 
 
@@ -291,16 +293,19 @@ def _piece_parts(piece: Piece, slope: Any, x: Any, inside: list[Any]) -> list[An
         if end.is_infinite:
             continue
         rise = at(slope, x, end) * side
-        if abs(rise) < 1e-45:
+        alone = EndPart(piece, x, end, side)
+        if abs(rise) < _FLAT:
             met[side] = end
-        elif rise > 0 and inside:
+            continue
+        if rise > 0 and inside:
             met[side] = inside[0] if side == 1 else inside[-1]
-        elif rise < 0:
-            found = _beyond(slope, x, end, -side)
-            if found is not None:
-                met[side] = found
-        if side not in met:
-            parts.append(EndPart(piece, x, end, side))
+            continue
+        beyond = _beyond(slope, x, end, -side) if rise < 0 else None
+        if beyond is None:
+            parts.append(alone)
+        else:
+            ends = (end, None) if side == 1 else (None, end)
+            parts.append(EndBefore(alone, SaddlePart(piece, x, beyond, *ends)))
     lower, upper = met.get(1), met.get(-1)
     for point in {str(p): p for p in (*inside, lower, upper) if p is not None}.values():
         ends = (piece.lo if point is lower else None, piece.hi if point is upper else None)

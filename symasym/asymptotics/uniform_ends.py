@@ -31,6 +31,9 @@ from symasym.errors import AccuracyError, InputError
 #: One term of a part: its value at lam, and a size that has no zeros by chance.
 Term = tuple[Any, Any]
 
+#: Terms behind the last one used that the error is estimated from.
+BEYOND = 3
+
 # Share of its radius of convergence within which the saddle's series is summed at the end.
 # Beyond it the difference of two expansions loses 2 n + 1 times the digits of 1/_NEAR.
 _NEAR = 0.15
@@ -150,6 +153,30 @@ class SaddlePart:
     def _coefficients(self, count: int, context: Any) -> tuple[Any, ...]:
         local = _Local(self, count, context)
         return local.alpha, local.height, local.a, local.ends
+
+
+@dataclass(frozen=True)
+class EndBefore:
+    """An end with a saddle beyond it: with or without that saddle, whichever errs less at lam.
+
+    A saddle far beyond is of no use, and what is analytic on the interval may be singular there.
+    """
+
+    alone: EndPart
+    beside: SaddlePart
+
+    def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
+        found: list[list[Term]] = []
+        refusal: InputError | AccuracyError | None = None
+        for part in (self.alone, self.beside):
+            try:
+                found.append(part.terms(lam, count, context))
+            except (InputError, AccuracyError) as error:
+                refusal = error
+        if not found:
+            assert refusal is not None
+            raise refusal
+        return min(found, key=lambda terms: max(size for _, size in terms[-BEYOND:]))
 
 
 class _Local:

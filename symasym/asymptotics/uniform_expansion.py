@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 import sympy
 
+from symasym.asymptotics.uniform_ends import BEYOND
 from symasym.context import own_context
 from symasym.errors import AccuracyError, InputError, RangeError
 from symasym.estimate import Estimate
 from symasym.inputs import digits, exact, float_text, floats, is_array
 
 _FLOAT_DIGITS = 20
-# Terms behind the last one used that are looked at.
-_BEYOND = 3
 
 
 @dataclass(frozen=True, repr=False)
@@ -204,8 +203,8 @@ class UniformExpansion:
 
     def _sum(self, lam: Any, context: Any) -> tuple[Any, Any]:
         """The sum, and twice the largest of the next terms."""
-        count = self.order + _BEYOND
-        total, beyond = context.mpf(0), [context.mpf(0)] * _BEYOND
+        count = self.order + BEYOND
+        total, beyond = context.mpf(0), [context.mpf(0)] * BEYOND
         for part in self._parts:
             terms = part.terms(lam, count, context)
             total += context.fsum(value for value, _ in terms[: self.order])
@@ -237,5 +236,5 @@ def _rounded(target: Any, value: Any, dps: int) -> Any:
     from symasym.context import to_mpf
 
     if hasattr(value, "_mpc_"):
-        return target.mpc(to_mpf(value.real, dps), to_mpf(value.imag, dps))
+        return target.make_mpc(tuple(to_mpf(y, dps)._mpf_ for y in (value.real, value.imag)))
     return to_mpf(value, dps)
