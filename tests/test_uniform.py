@@ -262,3 +262,42 @@ def test_bad_calls():
         gamma(2).bind(mu=1).coefficients()
     with pytest.raises(AccuracyError, match="too far apart"):
         bessel(2).bind(z="1e-30").evaluate(10)
+
+
+ALPHA = sympy.Symbol("alpha", positive=True)
+T = sympy.Symbol("t")
+
+
+@pytest.mark.parametrize("order", [1, 3])
+@pytest.mark.parametrize("case", ["bessel", "turned", "waves", "gamma", "both ends"])
+def test_formula_and_numbers(case, order):
+    """The formula comes from series at each saddle, the number from both at once."""
+    oo, i, pi, saddles = sympy.oo, sympy.I, sympy.pi, None
+    if case in ("bessel", "turned"):
+        side = 1 if case == "bessel" else -1
+        f = side * (sympy.sinh(T) / sympy.cosh(ALPHA) - T)
+        ends = (side * oo - i * pi, side * oo + i * pi)
+        integral = (f, sympy.exp(T / 5) / (2 * pi * i), T, *ends)
+        saddles = (-ALPHA, ALPHA)
+    elif case == "waves":
+        integral = (i * (T**3 / 3 - ALPHA**2 * T + T**5 / 20), 1 / (3 + T), T, -oo, oo)
+    elif case == "gamma":
+        integral = (sympy.log(T) - T, 1 / T, T, ALPHA, oo)
+    else:
+        integral = (-((T - ALPHA) ** 2) - (T - ALPHA) ** 4 / 3, sympy.cos(T), T, 0, 1)
+        saddles = (ALPHA,)
+    expansion = sa.uniform_integral(*integral, order)
+    found = expansion.expression("lam", saddles=saddles)
+    swap = {ALPHA: sympy.Rational(3, 5), sympy.Symbol("lam", positive=True): 30}
+    formula = sympy.N(found.xreplace(swap), 25)
+    value = expansion.bind(alpha="3/5").evaluate(30, dps=20)
+    assert abs(complex(formula - sympy.sympify(value))) <= 1e-19 * abs(value)
+
+
+def test_formulas_refused():
+    with pytest.raises(InputError, match="order is 4"):
+        gamma(4).expression()
+    with pytest.raises(InputError, match="real zeros|not a maximum"):
+        bessel(1).expression()
+    with pytest.raises(InputError, match="0 maxima"):
+        sa.uniform_integral("-x", 1, "x", 0, 1, 1).expression()

@@ -200,10 +200,10 @@ def _jets(
     sides = []
     for side in (1, -1):
         # phi = y (2 side half + y) psi from this zero, integrated: what perron_coefficients reads.
-        psi = shifted([x + zero for x in pair.psi], side * half)[: count + 1]
-        slope = [2 * side * half * x + y for x, y in zip(psi, [zero, *psi], strict=False)]
+        psi = shifted([x + zero for x in pair.psi], side * half)
+        psi = (psi + [zero] * count)[:count]
+        slope = [2 * side * half * x + y for x, y in zip(psi, [zero, *psi[:-1]], strict=True)]
         steep = [zero, zero, *(-x / (k + 2) for k, x in enumerate(slope))]
-        steep += [zero] * (count + 2 - len(steep))
         weight = [one] if g is None else shifted([x + zero for x in g], side * half)
         weight = (weight + [zero] * count)[:count]
         d = perron_coefficients(steep, weight, 2)

@@ -85,7 +85,7 @@ def uniform_integral(
     ...     "z*sinh(t) - t", "1/(2*pi*I)", "t", "oo - I*pi", "oo + I*pi", order=4
     ... )
     >>> print(bessel.bind(z=1).evaluate(100, dps=20, full=True))
-    0.09636667329 ≈± 3.1e-13 (estimate, uniform)
+    0.09636667330 ≈± 6.18e-12 (estimate, uniform)
 
     Temme's incomplete gamma function: the maximum of log(x) - x at 1, near the end mu.
 
