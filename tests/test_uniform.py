@@ -280,7 +280,7 @@ def test_formula_and_numbers(case, order):
         integral = (f, sympy.exp(T / 5) / (2 * pi * i), T, *ends)
         saddles = (-ALPHA, ALPHA)
     elif case == "waves":
-        integral = (i * (T**3 / 3 - ALPHA**2 * T + T**5 / 20), 1 / (3 + T), T, -oo, oo)
+        integral = (i * (T**3 / 3 - ALPHA**2 * T), 1 / (3 + T), T, -oo, oo)
     elif case == "gamma":
         integral = (sympy.log(T) - T, 1 / T, T, ALPHA, oo)
     else:
@@ -288,10 +288,11 @@ def test_formula_and_numbers(case, order):
         saddles = (ALPHA,)
     expansion = sa.uniform_integral(*integral, order)
     found = expansion.expression("lam", saddles=saddles)
-    swap = {ALPHA: sympy.Rational(3, 5), sympy.Symbol("lam", positive=True): 30}
-    formula = sympy.N(found.xreplace(swap), 25)
+    modules = [{"airyaiprime": lambda y: mp.airyai(y, derivative=1)}, "mpmath"]
+    formula = sympy.lambdify([ALPHA, sympy.Symbol("lam", positive=True)], found, modules)
     value = expansion.bind(alpha="3/5").evaluate(30, dps=20)
-    assert abs(complex(formula - sympy.sympify(value))) <= 1e-19 * abs(value)
+    with mp.workdps(40):
+        assert abs(formula(mp.mpf(3) / 5, 30) - value) <= 1e-19 * abs(value)
 
 
 def test_formulas_refused():
