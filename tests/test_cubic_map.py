@@ -30,7 +30,7 @@ def known(zeta, weight=False, count=COUNT):
     mp = mpmath.mp
     z, a = (mp.mpf(x.numerator) / x.denominator for x in (Fraction(zeta), 4 * BEND))
     series = [mp.mpf(1)]
-    for j in range(1, 300):
+    for j in range(1, 170):
         series.append(-series[-1] * a * (2 * j - 1) / (2 * j))
     if weight:
         # u = (sqrt(1 + 4 BEND s) - 1)/(2 BEND), so u u' = (1 - (1 + 4 BEND s)^(-1/2))/(2 BEND)
