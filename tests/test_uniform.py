@@ -158,6 +158,18 @@ def test_saddle_at_a_kink(c):
         assert abs(found.value - exact) <= found.error < 1e-5 * exact
 
 
+@pytest.mark.parametrize("c", ["-1/50", "-1e-20", "0", "1/50", "1/2"])
+def test_end_at_a_minimum(c):
+    """The end adds little, and its coefficients by themselves would diverge."""
+    found = sa.uniform_integral("-(x**2 - 1)**2", "exp(x)", "x", "c", "oo", order=3).bind(c=c)
+    found = found.evaluate(30, dps=15, full=True)
+    with mp.workdps(20):
+        exact = mp.quad(
+            lambda x: mp.exp(x - 30 * (x**2 - 1) ** 2), [value_of(c), 0.5, 0.8, 1, 1.2, 1.5, 2]
+        )
+        assert abs(found.value - exact) <= found.error < 2e-4 * exact
+
+
 def test_estimates_are_honest():
     rng = random.Random(5)
     for _ in range(6):

@@ -16,7 +16,7 @@ from symasym.asymptotics.maxima import (
     vanishes_identically,
 )
 from symasym.asymptotics.pieces import WORK, Piece, at, cut, difference, number
-from symasym.asymptotics.uniform_ends import EndBefore, EndPart, SaddlePart
+from symasym.asymptotics.uniform_ends import BestOf, EndPart, SaddlePart
 from symasym.asymptotics.uniform_expansion import UniformExpansion
 from symasym.asymptotics.uniform_pair import PairPart
 from symasym.context import own_context
@@ -74,7 +74,8 @@ def uniform_integral(
     -----
     C. Chester, B. Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599; N. Bleistein, Comm.
     Pure Appl. Math. 19 (1966) 353; R. Wong, Asymptotic Approximations of Integrals, chapter VII;
-    DLMF 2.4(v), 2.4(vi). The error is twice the largest of the next three terms, an estimate.
+    DLMF 2.4(v), 2.4(vi). The error is an estimate from the next three terms: twice the largest and
+    eight times the third.
 
     Examples
     --------
@@ -289,32 +290,57 @@ def _piece_parts(piece: Piece, slope: Any, x: Any, inside: list[Any]) -> list[An
     """The saddles of one piece with the ends they can meet, and the other ends."""
     parts: list[Any] = []
     met: dict[int, Any] = {}
+    # Ways to take an end without the maximum it belongs to.
+    apart: dict[int, list[Any]] = {}
     for end, side in ((piece.lo, 1), (piece.hi, -1)):
         if end.is_infinite:
             continue
+        name = "lower" if side == 1 else "upper"
         rise = at(slope, x, end) * side
-        alone = EndPart(piece, x, end, side)
         if abs(rise) < _FLAT:
-            met[side] = end
+            if at(sympy.diff(slope, x), x, end) < 0:
+                met[side] = end
+            else:
+                parts.append(SaddlePart(piece, x, end, **{name: end}, minimum=True))
             continue
+        ways: list[Any] = [EndPart(piece, x, end, side)]
+        # Outwards of a fall there may be a maximum, inwards a minimum; of a rise the other way.
+        least = _beyond(slope, x, end, side if rise < 0 else -side)
+        if least is not None:
+            ways.append(SaddlePart(piece, x, least, **{name: end}, minimum=True))
         if rise > 0 and inside:
             met[side] = inside[0] if side == 1 else inside[-1]
+            if least is not None:
+                apart[side] = ways
             continue
-        beyond = _beyond(slope, x, end, -side) if rise < 0 else None
-        if beyond is None:
-            parts.append(alone)
-        else:
-            ends = (end, None) if side == 1 else (None, end)
-            parts.append(EndBefore(alone, SaddlePart(piece, x, beyond, *ends)))
+        most = _beyond(slope, x, end, -side) if rise < 0 else None
+        if most is not None:
+            ways.append(SaddlePart(piece, x, most, **{name: end}))
+        parts.append(BestOf(tuple((way,) for way in ways)))
     lower, upper = met.get(1), met.get(-1)
     for point in {str(p): p for p in (*inside, lower, upper) if p is not None}.values():
-        ends = (piece.lo if point is lower else None, piece.hi if point is upper else None)
-        parts.append(SaddlePart(piece, x, point, *ends))
+        ends = {1: piece.lo if point is lower else None, -1: piece.hi if point is upper else None}
+        parts.append(_with_ends(piece, x, point, ends, apart))
     return parts
 
 
+def _with_ends(
+    piece: Piece, x: Any, point: Any, ends: dict[int, Any], apart: dict[int, list[Any]]
+) -> BestOf:
+    """A maximum with its ends; with those that a minimum parts from it also by themselves."""
+    ways: list[tuple[Any, ...]] = []
+    choices = [
+        [None, *apart.get(side, [])] if ends[side] is not None else [None] for side in (1, -1)
+    ]
+    for low in choices[0]:
+        for high in choices[1]:
+            own = SaddlePart(piece, x, point, None if low else ends[1], None if high else ends[-1])
+            ways.append((own, *(part for part in (low, high) if part is not None)))
+    return BestOf(tuple(ways))
+
+
 def _beyond(slope: Any, x: Any, end: Any, side: int) -> Any:
-    """The next zero of f' outside the interval, on `side` of the end; None if none is seen."""
+    """The next zero of f' on `side` of the end, inside or outside; None if none is seen."""
     with own_context(WORK) as context:
         here = number(end)
         first, second = at(slope, x, here), at(sympy.diff(slope, x), x, here)

@@ -239,7 +239,11 @@ class UniformExpansion:
         return Estimate(value, error, "estimate", "uniform", self.order, names)
 
     def _sum(self, lam: Any, context: Any) -> tuple[Any, Any]:
-        """The sum, and twice the largest of the next terms."""
+        """The sum, and an error from the next terms.
+
+        Twice the largest; and eight times the last, which counts where terms fall slowly and their
+        sum is many times the first.
+        """
         count = self.order + BEYOND
         total, beyond = context.mpf(0), [context.mpf(0)] * BEYOND
         for part in self._parts:
@@ -249,7 +253,7 @@ class UniformExpansion:
                 beyond[k] += size
         re, im = (context.make_mpf(y._mpf_) for y in _parts_of(self._factor, context))
         factor = context.mpc(re, im) if im else re
-        return factor * total, 2 * abs(factor) * max(beyond)
+        return factor * total, abs(factor) * (2 * max(beyond) + 8 * beyond[-1])
 
     def __str__(self) -> str:
         return (
