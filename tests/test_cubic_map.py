@@ -141,3 +141,18 @@ def test_precision_is_the_callers():
     with own_context(20) as context:
         cubic_map(drift("1/100"), 3, context)
         assert context.dps == 20
+
+
+def test_friction_through_its_fold():
+    """3 u^3 - 4 u + 1 - z0 about u = 2/3, the fold at z0 = -7/9: rows of float64 and digits."""
+    gaps = [Fraction(x) for x in ("0", "1e-300", "1e-12", "-1e-12", "1e-4", "-1e-4")]
+    gaps += [Fraction(k, 50) - Fraction(1, 1000) for k in range(-60, 39, 7)]
+    rows = np.array([[float(x) for x in gaps], *([y] * len(gaps) for y in (0.0, 6.0, 3.0))])
+    zeta, found = cubic_map(rows, 3)
+    for i in range(len(gaps)):
+        with own_context(30) as context:
+            value, pairs = cubic_map(list(rows[:, i]), 3, context)
+            assert abs(zeta[i] - value) <= 1e-14 * abs(value)
+            for (p, q), (x, y) in zip(found, pairs, strict=True):
+                assert abs(p[i] - x) <= 1e-12 * abs(x)
+                assert abs(q[i] - y) <= 1e-12 * abs(y)

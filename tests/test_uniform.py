@@ -170,6 +170,14 @@ def test_end_at_a_minimum(c):
         assert abs(found.value - exact) <= found.error < 2e-4 * exact
 
 
+def test_end_where_f_is_minus_infinity():
+    found = sa.uniform_integral("log(x) - x", "1/x", "x", 0, "oo", order=4)
+    found = found.evaluate(50, dps=20, full=True)
+    with mp.workdps(30):
+        exact = mp.gamma(50) * mp.mpf(50) ** -50
+        assert abs(found.value - exact) <= found.error < 1e-8 * exact
+
+
 def test_estimates_are_honest():
     rng = random.Random(5)
     for _ in range(6):
@@ -250,6 +258,9 @@ def test_precision_outside_is_no_matter():
         (("x**3/3 - x", 1, "x", "1 - I*pi", "1 + I*pi"), "complex infinity"),
         (("x**3/3 - x", 1, "x", "-oo - I*pi", "-oo + I*pi"), "other side"),
         (("-x**2", 1, "x", "I", 2), "complex infinity"),
+        (("-x**2", "oo", "x", 0, 1), "constant times a real"),
+        (("I*Abs(x)", 1, "x", -1, 1), "kinks"),
+        (("I*zeta(x)", 1, "x", -1, 1), "not among the functions"),
         (("Abs(x - 1) - Abs(x - 2)", 1, "x", 0, 1), "f is|no maximum|constant"),
     ],
 )

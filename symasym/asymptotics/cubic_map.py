@@ -92,8 +92,8 @@ def cubic_map(
     InputError
         If there are fewer than three coefficients, or c_2 is zero.
     AccuracyError
-        If the pair is not alone: a third zero is as near to it as its own two are to each other,
-        or the Taylor series doesn't reach that far.
+        If the pair is not alone: a third zero lies between its two or is as near to it as they are
+        to each other, or the Taylor series doesn't reach that far. One such scene refuses an array.
 
     Notes
     -----

@@ -156,7 +156,7 @@ def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, ...]:
     if weight == 0:
         raise InputError("g is 0, so the integral is; give a g that is not.")
     factor, weight = weight.as_independent(symbol, as_Add=False)
-    if weight.has(sympy.I, sympy.zoo, sympy.nan) or factor.has(sympy.zoo, sympy.nan):
+    if weight.has(sympy.I, sympy.zoo, sympy.nan) or factor.has(sympy.oo, sympy.zoo, sympy.nan):
         raise InputError(f"g = {g} is not a constant times a real function; split it into parts.")
     for name, end in (("a", lo), ("b", hi)):
         if end.has(symbol):
@@ -167,7 +167,11 @@ def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, ...]:
                 raise InputError(f"{name} = {end} is not real; give a real end or ±oo.")
         if not number(lo) < number(hi):
             raise InputError(f"a is {lo} and b is {hi}; a must be less than b.")
-    require_known("f", formula, symbol) if not formula.has(*_KINKS) else None
+    if kind != "real":
+        for name, expression in (("f", formula), ("g", weight)):
+            if expression.has(*_KINKS):
+                raise InputError(f"{name} = {expression} has kinks; split the integral at them.")
+            require_known(name, expression, symbol)
     return kind, formula, weight, factor, symbol, lo, hi
 
 
@@ -196,7 +200,7 @@ def _pair_parts(
     piece = (
         Piece(lo, hi, phase, weight) if oscillating else Piece(-sympy.oo, sympy.oo, phase, weight)
     )
-    point, spread = _closest_pair(piece, x, near)
+    point, spread = _closest_pair(piece, x, near, sympy.I * phase if oscillating else phase)
     if oscillating:
         _require_alone(piece, x, point, spread)
     parts: list[Any] = [PairPart(piece, x, point, oscillating)]
@@ -214,7 +218,7 @@ def _pair_parts(
     return parts
 
 
-def _closest_pair(piece: Piece, x: Any, near: Any) -> tuple[Any, Any]:
+def _closest_pair(piece: Piece, x: Any, near: Any, shown: Any) -> tuple[Any, Any]:
     """Where f' has the extremum with the closest pair of zeros, and a quarter of their distance².
 
     The latter is negative for a complex pair.
@@ -238,7 +242,7 @@ def _closest_pair(piece: Piece, x: Any, near: Any) -> tuple[Any, Any]:
                 found.append((-2 * first / third, point))
     if not found:
         raise InputError(
-            f"f = {piece.f} has no two saddles that could meet between {piece.lo} and {piece.hi}; "
+            f"f = {shown} has no two saddles that could meet between {piece.lo} and {piece.hi}; "
             "give near=… beside them."
         )
     spread, point = min(found, key=lambda pair: abs(pair[0]))
@@ -293,7 +297,8 @@ def _piece_parts(piece: Piece, slope: Any, x: Any, inside: list[Any]) -> list[An
     # Ways to take an end without the maximum it belongs to.
     apart: dict[int, list[Any]] = {}
     for end, side in ((piece.lo, 1), (piece.hi, -1)):
-        if end.is_infinite:
+        # Where f tends to -oo (`peaks` has seen to that), an end adds nothing.
+        if end.is_infinite or not _finite(at(piece.f, x, end)):
             continue
         name = "lower" if side == 1 else "upper"
         rise = at(slope, x, end) * side
@@ -322,6 +327,11 @@ def _piece_parts(piece: Piece, slope: Any, x: Any, inside: list[Any]) -> list[An
         ends = {1: piece.lo if point is lower else None, -1: piece.hi if point is upper else None}
         parts.append(_with_ends(piece, x, point, ends, apart))
     return parts
+
+
+def _finite(value: Any) -> bool:
+    with own_context(WORK) as context:
+        return bool(context.isfinite(context.make_mpf(value._mpf_)))
 
 
 def _with_ends(
