@@ -170,6 +170,16 @@ def test_end_at_a_minimum(c):
         assert abs(found.value - exact) <= found.error < 2e-4 * exact
 
 
+def test_removable_singularity():
+    found = sa.uniform_integral("-x**2 - x**3", "sin(x)/x", "x", "-1/20", "oo", order=4)
+    found = found.evaluate(60, dps=15, full=True)
+    with mp.workdps(20):
+        exact = mp.quad(
+            lambda x: mp.sinc(x) * mp.exp(-60 * (x**2 + x**3)), [-0.05, 0, 0.1, 0.2, 0.4, 0.8, 2]
+        )
+        assert abs(found.value - exact) <= found.error < 1e-4 * exact
+
+
 def test_end_where_f_is_minus_infinity():
     found = sa.uniform_integral("log(x) - x", "1/x", "x", 0, "oo", order=4)
     found = found.evaluate(50, dps=20, full=True)
@@ -259,6 +269,8 @@ def test_precision_outside_is_no_matter():
         (("x**3/3 - x", 1, "x", "-oo - I*pi", "-oo + I*pi"), "other side"),
         (("-x**2", 1, "x", "I", 2), "complex infinity"),
         (("-x**2", "oo", "x", 0, 1), "constant times a real"),
+        (("-x**2", "1/(x - 3/10)", "x", -1, 1), "pole"),
+        (("I*(x**3/3 - x)", "1/(x - 19/10)", "x", -2, 2), "pole"),
         (("I*Abs(x)", 1, "x", -1, 1), "kinks"),
         (("I*zeta(x)", 1, "x", -1, 1), "not among the functions"),
         (("Abs(x - 1) - Abs(x - 2)", 1, "x", 0, 1), "f is|no maximum|constant"),
@@ -303,7 +315,7 @@ def test_formula_and_numbers(case, order):
         integral = (f, sympy.exp(T / 5) / (2 * pi * i), T, *ends)
         saddles = (-ALPHA, ALPHA)
     elif case == "waves":
-        integral = (i * (T**3 / 3 - ALPHA**2 * T), 1 / (3 + T), T, -oo, oo)
+        integral = (i * (T**3 / 3 - ALPHA**2 * T), 1 / (9 + T + T**2), T, -oo, oo)
     elif case == "gamma":
         integral = (sympy.log(T) - T, 1 / T, T, ALPHA, oo)
     else:

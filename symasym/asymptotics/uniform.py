@@ -202,6 +202,7 @@ def _pair_parts(
     )
     point, spread = _closest_pair(piece, x, near, sympy.I * phase if oscillating else phase)
     if oscillating:
+        _require_no_pole(piece, x)
         _require_alone(piece, x, point, spread)
     parts: list[Any] = [PairPart(piece, x, point, oscillating)]
     if not oscillating:
@@ -216,6 +217,23 @@ def _pair_parts(
         if oscillating and not end.is_infinite:
             parts.append(EndPart(piece, x, end, direction, oscillating=True))
     return parts
+
+
+def _require_no_pole(piece: Piece, x: Any) -> None:
+    """Refuse a g whose denominator alone changes sign inside: the integral diverges."""
+    top, bottom = sympy.fraction(sympy.together(piece.g))
+    if not bottom.has(x):
+        return
+    grid = grid_of(piece)
+    signs = [np.sign(on_grid(e, x, grid)) for e in (bottom, top)]
+    flips = [row[1:] * row[:-1] < 0 for row in signs]
+    # A numerator that vanishes, too, makes it a removable singularity.
+    poles = np.flatnonzero(flips[0] & ~flips[1] & (signs[1][1:] != 0) & (signs[1][:-1] != 0))
+    if poles.size:
+        raise InputError(
+            f"g = {piece.g} has a pole at {x} = {grid[poles[0]]:.4g} or thereabouts, so the "
+            "integral diverges; give an interval without it."
+        )
 
 
 def _closest_pair(piece: Piece, x: Any, near: Any, shown: Any) -> tuple[Any, Any]:
@@ -277,6 +295,7 @@ def _real_parts(f: Any, g: Any, x: Any, lo: Any, hi: Any) -> list[Any]:
     tops = peaks(pieces, x)
     parts: list[Any] = []
     for piece in pieces:
+        _require_no_pole(piece, x)
         slope = sympy.diff(piece.f, x)
         if vanishes_identically(slope, x):
             raise InputError(

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import sympy
@@ -24,7 +25,7 @@ from symasym.asymptotics.coefficients import perron_coefficients
 from symasym.asymptotics.local_expansion import refined
 from symasym.asymptotics.pieces import Piece
 from symasym.asymptotics.rings import NumberRing
-from symasym.asymptotics.series import NotAnalytic, taylor
+from symasym.asymptotics.series import NotAnalytic, algebraic, taylor
 from symasym.context import own_context
 from symasym.errors import AccuracyError, InputError
 
@@ -38,6 +39,8 @@ BEYOND = 3
 # Beyond it the difference of two expansions loses 2 n + 1 times the digits of 1/_NEAR.
 _NEAR = 0.15
 _LONGEST = 200
+# Orders lost to factors such as sin(x)/x.
+_SPARE = 4
 _GUARD = 10
 
 
@@ -46,11 +49,24 @@ def series_of(name: str, expression: Any, x: Any, point: Any, side: int, n: int,
     try:
         return taylor(expression, x, point, side, n, ring).c
     except NotAnalytic:
+        pass
+    try:
+        # Zero over zero, as sin(x)/x.
+        terms = algebraic(expression, x, point, side, n + _SPARE, ring)
+        whole = all(isinstance(e, Fraction) and e.denominator == 1 and e >= 0 for e, _ in terms)
+    except InputError:
+        whole = False
+    if not whole:
         shown = point if isinstance(point, sympy.Basic) else ring.context.nstr(point, 12)
         raise InputError(
             f"{name} = {expression} has no Taylor series at {x} = {shown}; uniform_integral takes "
             "f and g that are analytic at their saddles, ends and kinks."
-        ) from None
+        )
+    found = [ring.rational(Fraction(0))] * n
+    for front, series in terms:
+        for k, y in enumerate(series.c[: max(0, n - int(front))], start=int(front)):
+            found[k] = found[k] + y
+    return found
 
 
 def end_coefficients(
