@@ -177,7 +177,7 @@ def test_removable_singularity():
         exact = mp.quad(
             lambda x: mp.sinc(x) * mp.exp(-60 * (x**2 + x**3)), [-0.05, 0, 0.1, 0.2, 0.4, 0.8, 2]
         )
-        assert abs(found.value - exact) <= found.error < 1e-4 * exact
+        assert abs(found.value - exact) <= found.error < 2e-3 * exact
 
 
 def test_end_where_f_is_minus_infinity():
