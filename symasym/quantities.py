@@ -21,6 +21,7 @@ from symasym.scenes import (
     float_scenes,
     input_rounding,
     one_scene,
+    require_drift,
     require_fits,
     rows_of,
 )
@@ -96,7 +97,7 @@ def escape_time(
     '239803837121.0377700112780486795091847626'
     """
     _known_method(method, ("exact", "paper", "laplace", "strong_noise", "auto"), rtol)
-    _require_drift(drift)
+    require_drift(drift)
     if method == "auto":
         numbers = {"kappa": kappa, "r": r, "start": start}
         return _automatic(
@@ -168,7 +169,7 @@ def exit_probability(
     """
     _known_method(method, ("exact", "paper", "laplace", "strong_noise", "bound", "auto"), rtol)
     if method == "auto":
-        _require_drift(drift)
+        require_drift(drift)
         numbers = {"kappa": kappa, "r": r, "start": start}
         request = Request("1 - C" if complement else "C", method, order, dps, log, full)
         return _automatic(
@@ -177,7 +178,7 @@ def exit_probability(
     if method != "exact":
         from symasym.asymptotics.exit_probability import probability
 
-        _require_drift(drift)
+        require_drift(drift)
         request = Request("1 - C" if complement else "C", method, order, dps, log, full)
         return probability(drift, kappa, r, start, complement, request)
     _no_order(order, method)
@@ -348,14 +349,8 @@ def _no_order(order: int | None, method: str) -> None:
         raise InputError(f"order is {order!r}, but method {method!r} has no order; leave it out.")
 
 
-def _require_drift(drift: Any) -> None:
-    if not isinstance(drift, Drift):
-        raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction(…).")
-    drift.require_bound()
-
-
 def _require_sliding(drift: Drift) -> None:
-    _require_drift(drift)
+    require_drift(drift)
     a_minus, a_plus = drift.ends
     wrong = ~((np.asarray(a_minus, dtype=float) > 0) & (np.asarray(a_plus, dtype=float) < 0))
     if wrong.any():
@@ -368,7 +363,7 @@ def _require_sliding(drift: Drift) -> None:
 
 
 def _evaluate(task: _Task, dps: int | None, log: bool, full: bool) -> Any:
-    _require_drift(task.drift)
+    require_drift(task.drift)
     if dps is not None:
         return _by_digits(task, digits(dps), log, full)
     if full and one_scene(task.drift, task.numbers):
