@@ -96,7 +96,7 @@ def escape_time(
     >>> nstr(sa.escape_time(drift, "0.1", 10, dps=40), 40)
     '239803837121.0377700112780486795091847626'
     """
-    _known_method(method, ("exact", "paper", "laplace", "strong_noise", "auto"), rtol)
+    _known_method(method, ("exact", "paper", "laplace", "uniform", "strong_noise", "auto"), rtol)
     require_drift(drift)
     if method == "auto":
         numbers = {"kappa": kappa, "r": r, "start": start}
@@ -109,6 +109,12 @@ def escape_time(
         request = Request("T", method, order, dps, log, full)
         expansion = strong_noise if method == "strong_noise" else weak_noise
         return expansion.escape_time(drift, kappa, r, start, request)
+    if method == "uniform":
+        from symasym.asymptotics import uniform_noise
+
+        return uniform_noise.escape_time(
+            drift, kappa, r, start, Request("T", method, order, dps, log, full)
+        )
     _no_order(order, method)
     if method == "paper":
         from symasym import paper

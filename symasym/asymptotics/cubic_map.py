@@ -197,7 +197,8 @@ def _jets(
     sides = []
     for side in (1, -1):
         # phi = y (2 side half + y) psi from this zero, integrated: what perron_coefficients reads.
-        psi = shifted([x + zero for x in pair.psi], side * half)[: count + 1]
+        psi = shifted([x + zero for x in pair.psi], side * half)
+        psi = (psi + [zero] * (count + 1))[: count + 1]
         slope = [2 * side * half * x + y for x, y in zip(psi, [zero, *psi], strict=False)]
         steep = [zero, zero, *(-x / (k + 2) for k, x in enumerate(slope))]
         steep += [zero] * (count + 2 - len(steep))
