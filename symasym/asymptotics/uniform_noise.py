@@ -208,11 +208,21 @@ def _edge(one: Half) -> Edge | None:
         return None
     context = end.u.context
     root = context.sqrt(2 * context.pi)
+    wells = [p for p in one.falling if p.kind == "well"]
+    peak = [g[0][0] / root for g in zero.groups]
+    if wells:
+        # As the well comes near the barrier, which is then far from the end, the barrier's own
+        # series breaks down, and nothing is to be corrected. This fades the correction without
+        # a trace in any order of 1/lam, since it is then of a higher order anyway, and faster
+        # than any power where the end comes near.
+        well = max(wells, key=lambda p: p.u)
+        ratio = 8 * (zero.height + well.height) / (zero.height - end.height)
+        peak = [a * context.gammainc(n + 2, 0, ratio, True) for n, a in enumerate(peak)]
     before = [
         sum((c for c, _, _ in after), context.zero) - sum((c for c, _, _ in change), context.zero)
         for after, change in zip(end.onward, end.groups, strict=True)
     ]
-    return Edge(zero.height, end.height, [g[0][0] / root for g in zero.groups], before)
+    return Edge(zero.height, end.height, peak, before)
 
 
 # -- at one lam --------------------------------------------------------------------------------------
