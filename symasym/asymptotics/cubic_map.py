@@ -162,12 +162,15 @@ def _higher(pair: Pair, g: list[Any] | None, count: int, context: Any) -> list[t
     """p_1, q_1, ..., p_(count - 1), q_(count - 1)."""
     radius = _radius(pair, g, context)
     if context is not None:
+        if radius == context.inf:
+            return [(0 * pair.zeta, 0 * pair.zeta)] * (count - 1)
         near = context.sqrt(abs(pair.square)) <= _NEAR_DIGITS * radius
         return (_circle if near else _jets)(pair, radius, g, count, context)
     shape = np.shape(pair.zeta)
     near = np.ravel(np.sqrt(abs(pair.square)) <= _NEAR_FLOAT * radius)
-    found = np.empty((count - 1, 2, near.size))
-    for way, chosen in ((_circle, near), (_jets, ~near)):
+    finite = np.isfinite(np.ravel(radius))
+    found = np.zeros((count - 1, 2, near.size))
+    for way, chosen in ((_circle, near & finite), (_jets, ~near & finite)):
         if chosen.any():
             part = _chosen(pair, chosen)
             weight = None if g is None else [np.ravel(x + 0 * pair.zeta)[chosen] for x in g]
@@ -268,12 +271,16 @@ def _circle(
     if g is not None:
         g = [x * radius**j for j, x in enumerate(g)]
     size = _FEWEST
+    if context is not None:
+        # The integrand is analytic between the pair and some twice the radius where psi halves.
+        rate = max(0.35, float(context.sqrt(abs(square))))
+        size = min(_MOST, 4 * (int(-context.prec / 3.4 / np.log2(rate)) + 4)) if rate < 1 else _MOST
     while size <= _MOST:
         found, lost = _sums(t, zeta, g, count, size, context)
         # The error falls as rho^n for n points: twice as many square it.
         if everywhere(lost**2 <= (1e-14 if context is None else tiny(context))):
             break
-        size *= 2
+        size += 4 * (size // 8)
     else:
         raise not_alone()
     unscaled = []
@@ -299,18 +306,20 @@ def _radius(pair: Pair, g: list[Any] | None, context: Any) -> Any:
         top = 0 * distance
         for j, x in enumerate(rest[1:], start=1):
             top = largest(top, root(x, j))
-        # No power beyond the first: any circle will do.
-        return where(top > 0, 1 / where(top > 0, top, 1), where(distance > 0, 4 * distance, 1))
+        return where(top > 0, 1 / where(top > 0, top, 1), np.inf)
 
     if g is not None:
         # The weight's series has a radius, too; what its first terms are is no matter.
         size, unit = 0 * distance, bound()
+        unit = where(unit < np.inf, unit, where(distance > 0, distance, 1))
         for j, x in enumerate(g[:3]):
             size = largest(size, abs(x) * unit**j)
         rest += [0 * distance] * (len(g) - len(rest))
-        for j, x in enumerate(g[3:], start=3):
+        for j, x in enumerate(g[1:], start=1):
             rest[j] = largest(rest[j], where(size > 0, abs(x) / where(size > 0, size, 1), 0 * size))
-    r = bound()
+    first = bound()
+    r = where(first < np.inf, first, 1)
+    # From above, on a convex function.
     for _ in range(60):
         slope = poly_slope(rest, r)
         step = where(slope > 0, (poly(rest, r) - _SHARE) / where(slope > 0, slope, 1), 0 * r)
@@ -319,15 +328,15 @@ def _radius(pair: Pair, g: list[Any] | None, context: Any) -> Any:
             break
     # A larger circle costs points, of which float64 needs few, and keeps digits.
     share = 1.2 if context is None else 0.7
-    return largest(largest(share * r, root(2 * r * distance, 2)), 1.1 * distance)
+    found = largest(largest(share * r, root(2 * r * distance, 2)), 1.1 * distance)
+    return where(first < np.inf, found, np.inf)
 
 
 def _sums(
     t: list[Any], zeta: Any, g: list[Any] | None, count: int, size: int, context: Any
 ) -> tuple[list[tuple[Any, Any]], Any]:
     """Cauchy integrals for k = 1, ..., and how far half as many points are from them."""
-    y, s = _nodes(t, zeta, size, context)
-    weight = [1] * len(y) if g is None else [poly(g, x) for x in y]
+    y, s, weight = _nodes(t, zeta, g, size, context)
     start = []
     for x, v, h in zip(y, s, weight, strict=True):
         start.append((h * x * v, h * x, 1 / (v * v - zeta)))
@@ -338,8 +347,7 @@ def _sums(
         for which in (0, 1):
             values = [(part[which] * part[2] ** (k + 1)) for part in start]
             both.append(_mean(values))
-            coarse = abs(both[-1] - _mean(values[::2]))
-            lost = largest(lost, coarse)
+            lost = largest(lost, abs(both[-1] - _mean(values[::2])))
         found.append((both[0], both[1]))
     return found, lost
 
@@ -350,26 +358,45 @@ def _mean(values: list[Any]) -> Any:
     return (values[0].real + values[-1].real + 2 * inner) / (2 * (len(values) - 1))
 
 
-def _nodes(t: list[Any], zeta: Any, size: int, context: Any) -> tuple[list[Any], list[Any]]:
-    """y on the upper half circle and s there: s³/3 - zeta s = t(y), continued from y = 1."""
+def _nodes(
+    t: list[Any], zeta: Any, g: list[Any] | None, size: int, context: Any
+) -> tuple[list[Any], list[Any], list[Any]]:
+    """y on the upper half circle, s and g there: s³/3 - zeta s = t(y), continued from y = 1."""
+    angles = np.exp(1j * np.pi * np.arange(size // 2 + 1) / (size // 2))
     if context is None:
-        angles = np.pi * np.arange(size // 2 + 1) / (size // 2)
-        y: list[Any] = list(np.exp(1j * angles))
-        return y, _continued([np.asarray(x) for x in t], zeta, y)
-    angles = np.pi * np.arange(size // 2 + 1) / (size // 2)
-    seeds = _continued([np.float64(x) for x in t], np.float64(zeta), list(np.exp(1j * angles)))
-    y, s = [], []
-    for j, seed in enumerate(seeds):
-        x = context.expjpi(context.mpf(2 * j) / size)
-        target, v = poly(t, x), context.mpc(complex(seed))
+        rows_ = [np.asarray(x) for x in t]
+        s = _continued(rows_, zeta, list(angles))
+        return list(angles), s, [1] * len(s) if g is None else [poly(g, y) for y in angles]
+    seeds = _continued([np.float64(x) for x in t], np.float64(zeta), list(angles))
+    roots = [context.expjpi(context.mpf(2 * j) / size) for j in range(size)]
+    targets = _at_roots(t, roots, context)
+    weights = [1] * len(seeds) if g is None else _at_roots(g, roots, context)
+    s = []
+    for target, seed in zip(targets, seeds, strict=True):
+        v = context.mpc(complex(seed))
         # Digits double from float64's on; one step more than needed costs little.
         digits = 12
         while digits < 2 * context.dps:
-            v -= (v * (v * v / 3 - zeta) - target) / (v * v - zeta)
+            w = v * v - zeta
+            v -= (v * (w - zeta * 2) - target * 3) / (3 * w)
             digits *= 2
-        y.append(x)
         s.append(v)
-    return y, s
+    return roots[: len(s)], s, weights
+
+
+def _at_roots(c: list[Any], roots: list[Any], context: Any) -> list[Any]:
+    """The polynomial at the first half of the roots of unity: two scalar products for each."""
+    size = len(roots)
+    folded = [context.mpf(0)] * min(size, len(c))
+    for k, x in enumerate(c):
+        folded[k % size] += x
+    re, im = [y.real for y in roots], [y.imag for y in roots]
+    found = []
+    for j in range(size // 2 + 1):
+        places = [j * k % size for k in range(len(folded))]
+        parts = (context.fdot(folded, [row[k] for k in places]) for row in (re, im))
+        found.append(context.mpc(*parts))
+    return found
 
 
 def _continued(t: list[Any], zeta: Any, y: list[Any]) -> list[Any]:
