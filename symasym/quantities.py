@@ -56,12 +56,15 @@ def escape_time(
         Scaled noise amplitude and radius, greater than 0.
     start : number or array_like, optional
         Scaled starting point, inside (-r, r).
-    method : {"exact", "paper", "laplace", "strong_noise", "auto"}
+    method : {"exact", "paper", "laplace", "local", "uniform", "strong_noise", "auto"}
         ``"exact"``: the integral with nothing dropped. ``"paper"``: the leading
         order, eq:Ttildesmall with its step Stokes multiplier (eq:Ttildelarge
         where there is no well); only for start 0. ``"laplace"``: weak noise, in
-        kappa^2/2. ``"strong_noise"``: in 2/kappa^2. ``"auto"``: the cheapest whose
-        stated relative error is at most `rtol` (see `plan`).
+        kappa^2/2; ``"uniform"``: the same, and where a well and a barrier, or a
+        barrier and u = 1 or -1, are near each other or meet; ``"local"``: its leading order
+        with Airy's argument linear in the distance to a fold. ``"strong_noise"``: in
+        2/kappa^2. ``"auto"``: the cheapest whose stated relative error is at most `rtol`
+        (see `plan`).
     order : int or "optimal", optional
         Of an expansion: the highest power that is kept, 2 if left out. ``"optimal"``
         (of ``"laplace"``): where the stated error is smallest.
@@ -96,7 +99,9 @@ def escape_time(
     >>> nstr(sa.escape_time(drift, "0.1", 10, dps=40), 40)
     '239803837121.0377700112780486795091847626'
     """
-    _known_method(method, ("exact", "paper", "laplace", "uniform", "strong_noise", "auto"), rtol)
+    _known_method(
+        method, ("exact", "paper", "laplace", "local", "uniform", "strong_noise", "auto"), rtol
+    )
     require_drift(drift)
     if method == "auto":
         numbers = {"kappa": kappa, "r": r, "start": start}
@@ -109,12 +114,11 @@ def escape_time(
         request = Request("T", method, order, dps, log, full)
         expansion = strong_noise if method == "strong_noise" else weak_noise
         return expansion.escape_time(drift, kappa, r, start, request)
-    if method == "uniform":
+    if method in ("local", "uniform"):
         from symasym.asymptotics import uniform_noise
 
-        return uniform_noise.escape_time(
-            drift, kappa, r, start, Request("T", method, order, dps, log, full)
-        )
+        request = Request("T", method, order, dps, log, full)
+        return uniform_noise.escape_time(drift, kappa, r, start, request, local=method == "local")
     _no_order(order, method)
     if method == "paper":
         from symasym import paper

@@ -20,6 +20,7 @@ What is left over by the integrations by parts has no exponential, and is the ou
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -27,7 +28,7 @@ from symasym.asymptotics.cubic_map import map_coefficients
 from symasym.asymptotics.cubic_pair import Pair, shifted
 from symasym.asymptotics.outer import laurent
 
-__all__ = ["Airy", "Edge", "Fold", "airy", "edge_corrections", "fold_of"]
+__all__ = ["Airy", "Edge", "Fold", "airy", "edge_corrections", "fold_of", "parabola"]
 
 
 class Fold(NamedTuple):
@@ -45,6 +46,10 @@ class Fold(NamedTuple):
     terms : list of (a_k, b_k)
     share : list
         Of a complex pair in the outer part's integrals of h_k along the real line.
+    level : mpf
+        V at the point.
+    bottom : (mpf, mpf)
+        phi and half its curvature at the point, with the sign that makes the curvature positive.
     """
 
     point: Fraction
@@ -53,13 +58,25 @@ class Fold(NamedTuple):
     height: Any
     terms: list[tuple[Any, Any]]
     share: list[Any]
+    level: Any
+    bottom: tuple[Any, Any]
 
 
 def fold_of(
-    pair: Pair, taylor: list[Any], point: Fraction, height: Any, count: int, context: Any
+    pair: Pair,
+    taylor: list[Any],
+    point: Fraction,
+    height: Any,
+    count: int,
+    digits: int,
+    context: Any,
 ) -> Fold:
-    """`taylor` are those of phi about `point`, where V is `height`; to `count` orders."""
-    found = map_coefficients(pair, 2 * count + 1, context, None)
+    """`taylor` are those of phi about `point`, where V is `height`; to `count` orders.
+
+    The map needs `digits`; the share in the outer part is to cancel, and has all of them.
+    """
+    with context.workdps(digits + 12 + 4 * count):
+        found = map_coefficients(pair, 2 * count + 1, context, None)
     terms, rest = [], list(found)
     for _ in range(count):
         terms.append(rest[0])
@@ -71,7 +88,16 @@ def fold_of(
     share = [context.zero] * count
     if pair.zeta < 0:
         share = _share(pair, taylor, count, context)
-    return Fold(point, pair, onward, height - pair.level, terms, share)
+    bottom = pair.sign * taylor[0], pair.sign * taylor[2]
+    return Fold(point, pair, onward, height - pair.level, terms, share, height, bottom)
+
+
+def parabola(fold: Fold, context: Any) -> Fold:
+    """With phi = c_0 + c_2 (u - point)²: u' = p = c_2^(-1/3) and zeta = -c_0 p, linear in c_0."""
+    low, bend = fold.bottom
+    p = 1 / context.cbrt(bend)
+    pair = replace(fold.pair, zeta=-low * p)
+    return fold._replace(pair=pair, terms=[(p, context.zero)], height=fold.level)
 
 
 def _lowered(c: list[tuple[Any, Any]], zeta: Any) -> list[tuple[Any, Any]]:

@@ -37,9 +37,9 @@ def layer_integrals(
     """
     if field.is_polynomial:
         taylor = field.taylor(Fraction(0), Fraction(1), 0)
-        roots = _roots([float(c) for c in taylor])
+        numbers = [_number(c, context) for c in taylor]
+        roots = _roots(numbers, context)
         if roots is not None:
-            numbers = [_number(c, context) for c in taylor]
             found = _by_fractions(numbers, roots, _number(lo, context), _number(hi, context), count)
             if found is not None:
                 return found
@@ -87,27 +87,56 @@ def _dot(a: list[Any], b: list[Any]) -> Any:
 # -- polynomials: partial fractions ----------------------------------------------------------------
 
 
-def _roots(c: list[float]) -> Any:
-    """All zeros, or None where some are too close to each other."""
-    scale = max(map(abs, c))
-    trimmed = np.trim_zeros(np.array(c) / scale, "b")
+def _roots(exact: list[Any], context: Any) -> list[Any] | None:
+    """All zeros, roughly, or None where more than two are too close to each other."""
+    c = np.array([float(x) for x in exact])
+    trimmed = np.trim_zeros(c / np.abs(c).max(), "b")
     if len(trimmed) < 2:
-        return np.zeros(0, dtype=complex)
+        return []
     with np.errstate(all="ignore"):
         roots = np.polynomial.polynomial.polyroots(trimmed).astype(complex)
     if not np.isfinite(roots).all():
         return None
-    gaps = np.abs(roots[:, None] - roots) + np.eye(len(roots))
-    return roots if (gaps > _CLUSTER * np.maximum(1, np.abs(roots))).all() else None
+    close = np.abs(roots[:, None] - roots) <= _CLUSTER * np.maximum(1, np.abs(roots))
+    found: list[Any] = []
+    for k, root in enumerate(roots):
+        others = np.flatnonzero(close[k])
+        if len(others) == 1:
+            real = abs(root.imag) < 1e-9 * (1 + abs(root))
+            found.append(context.mpf(root.real) if real else context.mpc(complex(root)))
+        elif len(others) > 2:
+            return None
+        elif others[0] == k:
+            middle = roots[others].mean()
+            # Off the real line float64 has to tell them apart.
+            pair = _close_pair(exact, middle.real, context) if abs(middle.imag) < 1e-9 else None
+            if pair is None:
+                return None
+            found += pair
+    return found
 
 
-def _by_fractions(c: list[Any], roots: Any, lo: Any, hi: Any, count: int) -> list[Any] | None:
+def _close_pair(c: list[Any], middle: float, context: Any) -> list[Any] | None:
+    """The two zeros beside that of the slope; float64 has only half of the digits of each."""
+    x = context.mpf(middle)
+    for _ in range(context.prec.bit_length() + 4):
+        about = _shifted(c, x)
+        step = about[1] / (2 * about[2])
+        x -= step
+        if abs(step) <= context.ldexp(1 + abs(x), -context.prec // 2 - 8):
+            about = _shifted(c, x)
+            apart = context.sqrt(-about[0] / about[2])
+            return [x - apart, x + apart] if apart else None
+    return None
+
+
+def _by_fractions(c: list[Any], roots: list[Any], lo: Any, hi: Any, count: int) -> list[Any] | None:
     context = lo.context
-    if not len(roots):
+    if not roots:
         return [(hi - lo) / c[0], *[context.zero] * (count - 1)]
     found = [context.zero] * count
     for rough in roots:
-        if rough.imag < 0:
+        if context.im(rough) < 0:
             continue
         root = _polished(c, rough, context)
         if root is None:
@@ -135,23 +164,19 @@ def _primitive(t: Any, j: int, context: Any) -> Any:
     return t ** (1 - j) / (1 - j)
 
 
-def _polished(c: list[Any], rough: complex, context: Any) -> Any:
-    """The simple zero near `rough` by Newton; real if it is."""
-    real = abs(rough.imag) < 1e-9 * (1 + abs(rough))
-    x = context.mpf(rough.real) if real else context.mpc(rough)
-    for _ in range(context.prec.bit_length() + 6):
-        value, slope = c[-1], context.zero
-        for coefficient in reversed(c[:-1]):
-            slope = slope * x + value
-            value = value * x + coefficient
-        if value == 0:
-            return x
-        if slope == 0:
+def _polished(c: list[Any], x: Any, context: Any) -> Any:
+    """The simple zero near `x` by Newton, real where that is."""
+    last = False
+    for _ in range(context.prec.bit_length() + 8):
+        value, slope = context.polyval(c[::-1], x, derivative=True)
+        if not slope:
             return None
         step = value / slope
         x -= step
-        if abs(step) <= context.ldexp(1 + abs(x), -context.prec // 2 - 8):
+        if last:
             return x
+        # The step after the one that has half of the digits has all of them.
+        last = abs(step) <= context.ldexp(1 + abs(x), -context.prec // 2 - 8)
     return None
 
 

@@ -9,34 +9,56 @@ for which digits are added beforehand, so that nothing is lost beside a coalesce
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.coalescence import Edge, Fold, airy, edge_corrections, fold_of
-from symasym.asymptotics.cubic_pair import Pair, split_pair
+import numpy as np
+
+from symasym.asymptotics.coalescence import (
+    Edge,
+    Fold,
+    airy,
+    edge_corrections,
+    fold_of,
+    parabola,
+)
+from symasym.asymptotics.cubic_pair import split_pair
 from symasym.asymptotics.places import BEYOND, Half, Place, half, refined_mark
 from symasym.asymptotics.weak_noise import (
     Exponentials,
-    Pair as Value,
     Side,
     Sides,
     outer_part,
+    require_seen,
     series_of,
     time_of,
     weights_of,
     working_digits,
 )
+from symasym.asymptotics.weak_noise import Pair as Value
+from symasym.asymptotics.weak_noise_arrays import rounding_of_places
 from symasym.context import own_context
 from symasym.drift import Drift
-from symasym.errors import AccuracyError, SymasymError
-from symasym.exact.local import ExactField, to_fraction
-from symasym.inputs import float_text
-from symasym.scenes import Request, as_digits, exact_scene, read_order
+from symasym.errors import AccuracyError, InputError, SymasymError
+from symasym.exact.local import ExactField
+from symasym.inputs import float_text, is_array
+from symasym.scenes import (
+    Request,
+    as_digits,
+    as_floats,
+    exact_scene,
+    float_scenes,
+    one_scene,
+    read_order,
+)
 
 __all__ = ["escape_time"]
 
 DEFAULT_ORDER = 2
 MOST_ORDER = 6
+_TERMS = ("wells, barriers, start, ends, kinks and the part between",)
 _DROPPED = ("higher orders of every series, in the error",)
 
 
@@ -48,38 +70,112 @@ class _Seen(NamedTuple):
     edge: Edge | None
 
 
-def escape_time(drift: Drift, kappa: Any, r: Any, start: Any, request: Request) -> Any:
-    """T of one scene, to the order that `request` asks for."""
-    order = read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
-    values = exact_scene(drift, {"kappa": kappa, "r": r, "start": start}, request.dps)
+def escape_time(
+    drift: Drift, kappa: Any, r: Any, start: Any, request: Request, *, local: bool = False
+) -> Any:
+    """T to the order that `request` asks for; `local`: with the fold's own Airy functions."""
+    order = 0 if local else read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
+    if local and request.order not in (None, 0):
+        raise InputError(
+            f"order is {request.order!r}, but method 'local' is of order 0; leave it out, or use "
+            "method='uniform'."
+        )
+    numbers = {"kappa": kappa, "r": r, "start": start}
+    request = request._replace(order=order)
+    if request.dps is None and not one_scene(drift, numbers):
+        return _of_arrays(drift, numbers, request, local)
+    values = exact_scene(drift, numbers, request.dps)
     lam = 2 / values["kappa"] ** 2
     digits = request.digits
-    base = working_digits(digits, lam, values["r"])
+    with _analysed(drift, values["r"], values["start"], lam, order, digits, local) as scene:
+        value, size = _estimate(scene, lam, order, float_text(values["kappa"]))
+        if request.log:
+            size = _log_error(value, size, scene.context)
+            value = scene.context.log(value)
+        size += abs(value) * scene.context.mpf(10) ** -(digits + 5)
+        names = _names(scene.sides, scene.context)
+        return as_digits(request, value, size, "estimate", names, _DROPPED)
+
+
+def _of_arrays(drift: Drift, numbers: dict[str, Any], request: Request, local: bool) -> Any:
+    """One analysis for each drift, radius and start; each kappa is then a few sums."""
+    scenes = float_scenes(drift, numbers)
+    given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
+    keys = np.array([*given.values(), scenes.numbers["r"], scenes.numbers["start"]]).T
+    unique, group = np.unique(keys, axis=0, return_inverse=True)
+    logs, errors = np.empty(len(scenes.lam)), np.empty(len(scenes.lam))
+    for k, key in enumerate(unique.tolist()):
+        one = drift.bind(**dict(zip(given, key, strict=False))) if given else drift
+        rows = np.flatnonzero(group.ravel() == k)
+        lam = 2 / Fraction(float(scenes.numbers["kappa"][rows].min())) ** 2
+        place = Fraction(key[-2]), Fraction(key[-1])
+        with _analysed(one, *place, lam, request.order, request.digits, local) as scene:
+            for row in rows.tolist():
+                kappa = Fraction(float(scenes.numbers["kappa"][row]))
+                value, size = _estimate(scene, 2 / kappa**2, request.order, float_text(kappa))
+                logs[row] = float(scene.context.log(value))
+                errors[row] = float(_log_error(value, size, scene.context))
+    errors += 4e-16 * (1 + np.abs(logs)) + rounding_of_places(drift, scenes)
+    return as_floats(request, scenes.shape, logs, errors, "estimate", _TERMS, _DROPPED)
+
+
+class _Scene(NamedTuple):
+    """A drift, radius and start, seen to both sides."""
+
+    context: Any
+    sides: list[_Seen]
+    radius: Any
+    local: bool
+
+
+@contextmanager
+def _analysed(
+    drift: Drift, r: Fraction, x: Fraction, lam: Fraction, order: int, digits: int, local: bool
+) -> Iterator[_Scene]:
+    """For any lam up to this one, to `order` and what tells its error."""
+    require_seen(drift, lam)
+    base = working_digits(digits, lam, r)
     extra, offset = _lost(drift, order, base)
     with own_context(base + extra) as context:
-        number = context.mpf(lam.numerator) / lam.denominator
         sides = [
-            _seen(ExactField(drift, mirrored, context, offset), x, values["r"], order, context)
-            for mirrored, x in ((True, -values["start"]), (False, values["start"]))
+            _seen(ExactField(drift, mirrored, context, offset), place, r, order, base, context)
+            for mirrored, place in ((True, -x), (False, x))
         ]
-        radius = context.mpf(values["r"].numerator) / values["r"].denominator
-        found = [_time(sides, number, radius, n, context) for n in range(order, order + 1 + BEYOND)]
-        value = found[0]
-        near, far = (abs(b - a) for a, b in zip(found, found[1:], strict=False))
+        yield _Scene(context, sides, context.mpf(r.numerator) / r.denominator, local)
+
+
+def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
+    """T and its error, from what the next orders add, or the least of lower ones."""
+    context, number = scene.context, scene.context.mpf(lam.numerator) / lam.denominator
+    found = [_time(scene, number, n) for n in range(order + 1 + BEYOND)]
+    value, size = found[order], context.inf
+    for n in range(order + 1):
+        near, far = (abs(found[n + k + 1] - found[n + k]) for k in range(BEYOND))
         # Twice what the next two orders add, and as many more as long as they hardly fall.
-        size = 2 * (near + far) / (1 - min(far / near, context.mpf(3) / 4)) if near else 8 * far
-        if not (value > 0 and size < value):
-            raise AccuracyError(
-                f"kappa is {float_text(values['kappa'])}, where the noise is too strong for the "
-                f"uniform series with order={order}: the next terms are as large as the value; "
-                "use method='exact'."
-            )
-        if request.log:
-            size = -context.log1p(-size / value)
-            value = context.log(value)
-        size += abs(value) * context.mpf(10) ** -(digits + 5)
-        request = request._replace(order=order)
-        return as_digits(request, value, size, "estimate", _names(sides, context), _DROPPED)
+        fall = min(far / near, context.mpf(3) / 4) if near else context.mpf(3) / 4
+        # A lower order may be known better, where noise is strong.
+        size = min(size, 2 * (near + far) / (1 - fall) + abs(value - found[n]))
+    if not (value > 0 and size < value):
+        raise AccuracyError(
+            f"kappa is {kappa}, where the noise is too strong for the uniform series with "
+            f"order={order}: the next terms are as large as the value; give another order, or use "
+            "method='exact'."
+        )
+    if scene.local:
+        straight = scene._replace(sides=[_straightened(side, context) for side in scene.sides])
+        local = _time(straight, number, 0)
+        # Away from the fold that may be off by more than itself.
+        return local, size + abs(local - value)
+    return value, size
+
+
+def _log_error(value: Any, size: Any, context: Any) -> Any:
+    return -context.log1p(-size / value) if size < value else context.inf
+
+
+def _straightened(side: _Seen, context: Any) -> _Seen:
+    """phi taken as a parabola about each fold: Airy's argument is linear in its height there."""
+    return side._replace(folds=[parabola(fold, context) for fold in side.folds])
 
 
 def _names(sides: list[_Seen], context: Any) -> tuple[str, ...]:
@@ -90,7 +186,7 @@ def _names(sides: list[_Seen], context: Any) -> tuple[str, ...]:
             found.append(f"well and barrier about u = {context.nstr(at, 6)}")
         if side.edge is not None:
             found.append(f"barrier before u = {sign}")
-    return (*found, "wells, barriers, start, ends, kinks and the part between")
+    return (*found, *_TERMS)
 
 
 # -- what meets ------------------------------------------------------------------------------------
@@ -116,7 +212,7 @@ def _lost(drift: Drift, order: int, digits: int) -> tuple[int, Fraction]:
             slope = abs(field.value(Fraction(end)))
             if slope:
                 lost = max(lost, 0.0) + max(0.0, -2 * _log10(slope) * (count + 1))
-    return int(lost) + 10 * count, offset
+    return int(lost) + 4 * count, offset
 
 
 def _log10(x: Fraction) -> float:
@@ -124,7 +220,9 @@ def _log10(x: Fraction) -> float:
     return 0.30103 * (x.numerator.bit_length() - x.denominator.bit_length())
 
 
-def _seen(field: ExactField, x: Fraction, r: Fraction, order: int, context: Any) -> _Seen:
+def _seen(
+    field: ExactField, x: Fraction, r: Fraction, order: int, digits: int, context: Any
+) -> _Seen:
     one = half(field, x, r, order, context, context.dps)
     count = order + 1 + BEYOND
     lo, hi = max(x, Fraction(-1)), min(r, Fraction(1))
@@ -132,7 +230,8 @@ def _seen(field: ExactField, x: Fraction, r: Fraction, order: int, context: Any)
     if lo < hi:
         for mark in sorted(map(Fraction, field.monotone_marks())):
             if lo < mark < hi:
-                fold = _fold(field, refined_mark(field, mark, context), x, lo, count, one, context)
+                point = refined_mark(field, mark, context)
+                fold = _fold(field, point, x, lo, count, one, digits, context)
                 if fold is not None:
                     folds.append(fold)
     return _Seen(one, folds, _edge(one))
@@ -145,6 +244,7 @@ def _fold(
     lo: Fraction,
     count: int,
     one: Half,
+    digits: int,
     context: Any,
 ) -> Fold | None:
     """The pair about this zero of phi's slope, if it is one by itself."""
@@ -154,7 +254,7 @@ def _fold(
     try:
         pair = split_pair(taylor, context)
         height = _height(field, point, x, lo, context)
-        fold = fold_of(pair, taylor, point, height, count, context)
+        fold = fold_of(pair, taylor, point, height, count, digits, context)
     except SymasymError:
         return None
     if pair.zeta > 0 and not _both(fold, one):
@@ -225,16 +325,16 @@ def _edge(one: Half) -> Edge | None:
     return Edge(zero.height, end.height, peak, before)
 
 
-# -- at one lam --------------------------------------------------------------------------------------
+# -- at one lam ------------------------------------------------------------------------------------
 
 
-def _time(sides: list[_Seen], lam: Any, r: Any, order: int, context: Any) -> Any:
-    ops = Exponentials(context)
-    left, right = (_side(one, lam, r, order, ops, context) for one in sides)
-    starts = [one.half.start for one in sides]
-    rising = sum((s.rising.value for s in (left, right)), context.zero)
-    falling = sum((s.falling.value for s in (left, right)), context.zero)
-    whole = Sides(left, right, Value(rising, 0), Value(falling, 0), starts[0].corner)
+def _time(scene: _Scene, lam: Any, order: int) -> Any:
+    context, ops = scene.context, Exponentials(scene.context)
+    left, right = (_side(one, lam, scene.radius, order, ops, context) for one in scene.sides)
+    rising = left.rising.value + right.rising.value
+    falling = left.falling.value + right.falling.value
+    corner = scene.sides[0].half.start.corner
+    whole = Sides(left, right, Value(rising, 0), Value(falling, 0), corner)
     return time_of(whole, lam).value
 
 
@@ -290,13 +390,14 @@ def _cut(
 ) -> Any:
     """Correct the shares at the end of the layer; returns what the double integral gains."""
     found = edge_corrections(edge, lam, order, context)
-    end = next(x for x in rising if getattr(x[3], "kind", "") in ("end", "kink") and x[3].height == edge.end)
+    end = next(
+        x
+        for x in rising
+        if getattr(x[3], "kind", "") in ("end", "kink") and x[3].height == edge.end
+    )
     height = context.exp(lam * edge.end)
     rising.append([end[0], found.rising * height, 0, None])
     for down in falling:
         if getattr(down[2], "kind", "") == "kink" and down[0] == end[0]:
             down[1] += found.falling / height
     return found.nested
-
-
-_ = Pair, to_fraction

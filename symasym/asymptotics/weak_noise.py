@@ -134,7 +134,7 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
     values = exact_scene(drift, numbers, request.dps)
     digits = request.digits
     lam = 2 / values["kappa"] ** 2
-    _require_seen(drift, values["kappa"], lam)
+    require_seen(drift, lam)
     with own_context(digits + 2 * len(str(int(lam + 1))) + 20) as context:
         stationary = _stationary(drift, order, context)
         number = context.mpf(lam.numerator) / lam.denominator
@@ -276,7 +276,7 @@ def _answer(
     values = exact_scene(drift, numbers, request.dps)
     digits = request.digits
     lam = 2 / values["kappa"] ** 2
-    _require_seen(drift, values["kappa"], lam)
+    require_seen(drift, lam)
     with own_context(working_digits(digits, lam, values["r"])) as context:
         halves = _halves(
             drift, values["r"], values["start"], order, context, (digits + 15) * quantity.outer
@@ -342,7 +342,7 @@ def parts(
     """T in parts, to the first of `orders` whose stated error is small enough, or the best."""
     values = exact_scene(drift, numbers, digits)
     lam = 2 / values["kappa"] ** 2
-    _require_seen(drift, values["kappa"], lam)
+    require_seen(drift, lam)
     with own_context(working_digits(digits, lam, values["r"])) as context:
         ops, number = Exponentials(context), context.mpf(lam.numerator) / lam.denominator
         # No more digits of the outer part than its share of what is allowed.
@@ -410,17 +410,15 @@ def _most_order(request: Request) -> int:
     return read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
 
 
-def _require_seen(drift: Drift, kappa: Fraction, lam: Fraction) -> None:
+def require_seen(drift: Drift, lam: Fraction) -> None:
+    """Raise AccuracyError where A bends faster than the noise can tell."""
     # Noise beyond the range of float64 is weak.
     if lam < 10**300 and unseen(drift, float(lam)):
-        raise _bent(float_text(kappa))
-
-
-def _bent(kappa: str) -> AccuracyError:
-    return AccuracyError(
-        f"kappa is {kappa}, where the noise is too strong for a drift that bends this fast: no "
-        "term of Laplace's method would tell its error; use method='exact' or 'strong_noise'."
-    )
+        raise AccuracyError(
+            f"kappa is {float(2 / lam) ** 0.5:.6g}, where the noise is too strong for a drift that "
+            "bends this fast: no term of Laplace's method would tell its error; use "
+            "method='exact' or 'strong_noise'."
+        )
 
 
 def _too_strong(kappa: str, order: int) -> AccuracyError:
