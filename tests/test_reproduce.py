@@ -35,8 +35,8 @@ PAGES |= {"index.md", "trace.json"}
 @pytest.fixture(autouse=True)
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few points, so that the whole job takes a second; and a source that stays as it is."""
-    monkeypatch.setattr(figures, "fric1", partial(figures.fric1, 12))
-    monkeypatch.setattr(figures, "fric2", partial(figures.fric2, 12))
+    drawn = {"fric1": partial(figures.fric1, 12), "fric2": partial(figures.fric2, 12)}
+    monkeypatch.setattr(figures, "FIGURES", drawn)
     monkeypatch.setattr(reproduce, "Z0", ("-1.50", "-0.80", "-0.05"))
     monkeypatch.setattr(reproduce, "_source_hash", lambda: "source")
     monkeypatch.setattr(reproduce, "_derivation_hash", lambda: "derivations")

@@ -92,7 +92,7 @@ def curve(
     if not np.isnan(fold):
         near = fold + strength * np.geomspace(1e-4, 2e-2, 40)
         right = np.union1d(z0[z0 > fold], near[near < edge])
-        sides = [np.append(z0[z0 < fold - 1e-9], fold - 1e-9), right]
+        sides = [np.append(z0[z0 < fold - 1e-9], fold - 1e-9), right][: 1 + bool(right.size)]
 
     def log_time(at: FloatArray, method: str) -> FloatArray:
         drift = family.bind(z0=at)
@@ -158,8 +158,7 @@ def fric1(
     )
     if any(curves[0].fold is not None for curves in panels):
         caption += (
-            " The formula jumps at the fold, where the well is born (inset); the escape time does "
-            "not."
+            " The formula jumps at the fold, where the well is born; the escape time does not."
         )
     if any(curves[0].fold is None for curves in panels):
         caption += " Without a well, for mu up to 1/2, the formula does not depend on kappa."
@@ -172,7 +171,9 @@ def fric1(
             _limits(axes, curves, 0.03)
             _panel(axes, curves, labels, rf"{number}$\mu = {number_text(exact('mu', m))}$")
             _fold_inset(axes, curves)
-        _key(figure.axes[-1])
+        if any(axes.child_axes for axes in figure.axes):
+            figure.set_label(f"{caption} The inset magnifies the fold.")
+        figure.legend(handles=_key(), loc="outside lower center", ncols=2)
         return figure
 
 
@@ -231,7 +232,7 @@ def fric2(
         labels = [rf"$\mu = {number_text(exact('mu', m))}$" for m in shapes]
         _panel(axes, curves, labels, rf"$\kappa = {noise}$")
         _mark_folds(axes, curves)
-        _key(axes)
+        axes.legend(handles=_key(), loc="upper left")
         return figure
 
 
@@ -299,15 +300,14 @@ def _label_ends(axes: Axes, ends: list[float], labels: list[str]) -> None:
         )
 
 
-def _key(axes: Axes) -> None:
+def _key() -> list[Any]:
     """What solid and dotted mean."""
     from matplotlib.lines import Line2D
 
-    handles = [
+    return [
         Line2D([], [], color=INK, label="exact"),
         Line2D([], [], color=INK, **_DOTTED, label="asymptotic"),
     ]
-    axes.legend(handles=handles, loc="upper left")
 
 
 def _fold_inset(axes: Axes, curves: list[Curve]) -> None:

@@ -24,6 +24,8 @@ from symasym.figures.style import (
 from symasym.inputs import exact, float_text
 
 if TYPE_CHECKING:
+    from fractions import Fraction
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -61,30 +63,23 @@ def potential_sketch(mu: Any = 3, alpha: Any = 1, sliding: Any = 1, crossing: An
     Examples
     --------
     >>> from symasym.figures import potential_sketch
-    >>> [axes.get_title(loc="left")[:3].strip() for axes in potential_sketch().axes]
-    ['(i)', '(ii)', '(ii']
+    >>> potential_sketch(mu=2).axes[2].get_title(loc="left")
+    '(iii)  crossing, $\\\\mu = 2$'
     """
     shape = exact("mu", mu)
     family = sa.friction(mu=shape, alpha=alpha)
     require_overshoot(shape)
     z0 = exact("sliding", sliding)
     if crossing is None:
-        edge = 1 - exact("alpha", alpha)
-        # Rounded, so that the caption can name it.
-        past = exact("crossing", f"{(float(family.folds().z0[0]) + float(edge)) / 2:.2g}")
+        past = _between(float(family.folds().z0[0]), 1 - float(exact("alpha", alpha)))
     else:
         past = exact("crossing", crossing)
     linear = sa.friction(mu=0, alpha=alpha)
     drifts = [linear.bind(z0=z0), linear.bind(z0=past), family.bind(z0=past)]
-    for drift, name, wanted in zip(
-        drifts,
-        ("sliding", "crossing", "crossing"),
-        ("sliding", "crossing", "crossing"),
-        strict=True,
-    ):
+    for drift, wanted in zip(drifts, ("sliding", "crossing", "crossing"), strict=True):
         if drift.region != wanted:
             raise InputError(
-                f"{name} is {float_text(drift.scalars()['z0'])}, where the drift is "
+                f"{wanted} is {float_text(drift.scalars()['z0'])}, where the drift is "
                 f"{drift.region}; give a spring extension in the {wanted} region."
             )
     caption = (
@@ -107,6 +102,14 @@ def potential_sketch(mu: Any = 3, alpha: Any = 1, sliding: Any = 1, crossing: An
             axes.set_title(title)
         panels[0].set_ylabel("$V(u)$")
         return figure
+
+
+def _between(low: float, high: float) -> Fraction:
+    """About halfway, with as few digits as will do, so that the caption can name it."""
+    middle, room = (low + high) / 2, (high - low) / 8
+    texts = [f"{middle:.{digits}g}" for digits in range(2, 18)]
+    near = (text for text in texts if abs(float(text) - middle) < room)
+    return exact("crossing", next(near, repr(middle)))
 
 
 def _count(drift: Friction) -> str:
