@@ -228,7 +228,7 @@ def fric2(
     with style():
         figure = new_figure(5.4, 3.8, caption)
         axes = figure.subplots()
-        _limits(axes, curves, 0.17)
+        _limits(axes, curves, 0.25)
         labels = [rf"$\mu = {number_text(exact('mu', m))}$" for m in shapes]
         _panel(axes, curves, labels, rf"$\kappa = {noise}$")
         _mark_folds(axes, curves)
@@ -254,9 +254,10 @@ def _setting_text(setting: dict[str, Any]) -> str:
 
 
 def _limits(axes: Axes, curves: list[Curve], below: float) -> None:
-    """Room for the exact curves; the formula may run out of it beside its fold."""
+    """Room for the exact curves and the folds; the formula may run out of it on their right."""
     least = min(float(c.exact.min()) for c in curves)
-    most = max(float(c.exact.max()) for c in curves)
+    folds = [float(c.asymptotic[0][1][-1]) for c in curves if c.fold is not None]
+    most = max([float(c.exact.max()) for c in curves] + folds)
     edge = float(2 * curves[0].z0[-1] - curves[0].z0[-2])
     height = most - least
     axes.set(xlim=(curves[0].z0[0], edge), ylim=(least - below * height, most + 0.03 * height))
@@ -339,25 +340,24 @@ def _fold_inset(axes: Axes, curves: list[Curve]) -> None:
 
 def _mark_folds(axes: Axes, curves: list[Curve]) -> None:
     """A pointer, from below, to every discontinuity of the asymptotic value."""
+    folded = [(c.fold, k) for k, c in enumerate(curves) if c.fold is not None]
     low, high = axes.get_ylim()
     left, right = axes.get_xlim()
-    height = low + 0.04 * (high - low)
-    if all(drawn.fold is None for drawn in curves):
-        return
-    for color, drawn in zip(colors(), curves, strict=False):
-        if drawn.fold is None:
-            continue
-        z0, log_time = drawn.asymptotic[0]
+    place = right
+    # From right to left, pushed apart where two would overlap.
+    for fold, k in sorted(folded, reverse=True):
+        z0, log_time = curves[k].asymptotic[0]
+        place = min(fold, place - 0.04 * (right - left))
         axes.annotate(
-            f"{drawn.fold:.2f}".replace("-", "−"),
+            f"{fold:.2f}".replace("-", "\N{MINUS SIGN}"),
             xy=(float(z0[-1]), float(log_time[-1]) - 0.005 * (high - low)),
-            xytext=(float(z0[-1]), height),
+            xytext=(place, low + 0.1 * (high - low)),
             ha="center",
-            color=dark(color, 0.8),
-            arrowprops={"arrowstyle": "->", "color": color, "linewidth": 0.9},
+            color=dark(colors()[k], 0.8),
+            arrowprops={"arrowstyle": "->", "color": colors()[k], "linewidth": 0.9},
         )
-    axes.annotate(
-        "Stokes discontinuity at $z_0^{(+)} =$",
-        xy=(left + 0.04 * (right - left), height),
-        color=INK,
-    )
+        place -= 0.1 * (right - left)
+    if folded:
+        words = "Stokes discontinuities of the asymptotic value, at $z_0^{(+)}$"
+        at = (0.97, 0.025)
+        axes.annotate(words, xy=at, xycoords="axes fraction", ha="right", color=INK)

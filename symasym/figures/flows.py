@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 #: Half-widths of the layer that flows can show: thinner ones are too stiff to see an orbit bend.
 _THINNEST, _THICKEST = 0.005, 0.5
+_MOST_STEPS = 40_000
 _SURFACE: dict[str, Any] = {"linewidth": 2.0, "solid_capstyle": "butt", "zorder": 3}
 
 
@@ -110,7 +111,7 @@ def flows(mu: Any = 3, alpha: Any = 1, eps: Any = "1/10") -> Figure:
     Raises
     ------
     InputError
-        If a parameter is out of its range.
+        If a parameter is out of its range, or the layer too thin for the force.
 
     Examples
     --------
@@ -310,7 +311,15 @@ def _smoothed_orbits(axes: Axes, drift: Friction, eps: float) -> None:
         starts += [(z, 3.0) for z in np.linspace(low + 0.25 * span, high + 0.3 * span, 6)]
     elif mu > 0:
         starts += _beside_the_barrier(drift, low, high)
-    paths = motion.smoothed(drift, np.array(starts), eps, alpha * (1 + 2 * mu), 1.5 * span)
+    stiffness, duration = alpha * max(1 + mu, 2 * mu - 1), 1.5 * span
+    steps = motion.steps_of(eps, stiffness, duration)
+    if steps > _MOST_STEPS:
+        least = eps * steps / _MOST_STEPS
+        raise InputError(
+            f"eps is {eps:.6g}, too thin a layer for so stiff a force; give at least {least:.2g}, "
+            "or a smaller mu or alpha."
+        )
+    paths = motion.smoothed(drift, np.array(starts), eps, steps, duration / steps)
     for k, (_, u) in enumerate(starts):
         path = paths[:, k]
         outside = np.flatnonzero((path[1:, 0] < low) | (np.abs(path[1:, 1]) > 3.0 + 1e-9))

@@ -93,9 +93,12 @@ def _until_surface(
     return np.concatenate([path[: over[0]], end]), high, True
 
 
-def smoothed(
-    drift: Drift, starts: FloatArray, eps: float, stiffness: float, duration: float
-) -> FloatArray:
+def steps_of(eps: float, stiffness: float, duration: float) -> int:
+    """How many steps `smoothed` takes: stable on the slow curve, and smooth to the eye off it."""
+    return int(np.ceil(duration / eps * max(6 * stiffness, 40)))
+
+
+def smoothed(drift: Drift, starts: FloatArray, eps: float, steps: int, h: float) -> FloatArray:
     """Orbits of the smoothed oscillator by Runge and Kutta's method of order 4.
 
     Parameters
@@ -105,29 +108,28 @@ def smoothed(
     starts : ndarray, shape (m, 2)
         Points (z, u), u = y/eps.
     eps : float
-    stiffness : float
-        Largest slope of the drift; a step is a tenth of eps/stiffness.
-    duration : float
+    steps : int
+    h : float
+        Time of a step, see `steps_of`.
 
     Returns
     -------
     ndarray, shape (n, m, 2)
         Points (z, u).
     """
-    steps = int(np.ceil(10 * duration * stiffness / eps))
-    h = duration / steps
+    values = drift.float_values()
+
+    def field(points: FloatArray) -> FloatArray:
+        z, u = points[:, 0], points[:, 1]
+        across = drift.evaluate_float(np.minimum(np.maximum(u, -1.0), 1.0), values) - z
+        return np.column_stack([eps * u - 1.0, across / eps - u])
+
     points = np.empty((steps + 1, *starts.shape))
     points[0] = now = starts
     for k in range(steps):
-        first = field(drift, now, eps)
-        second = field(drift, now + h / 2 * first, eps)
-        third = field(drift, now + h / 2 * second, eps)
-        fourth = field(drift, now + h * third, eps)
+        first = field(now)
+        second = field(now + h / 2 * first)
+        third = field(now + h / 2 * second)
+        fourth = field(now + h * third)
         points[k + 1] = now = now + h / 6 * (first + 2 * (second + third) + fourth)
     return points
-
-
-def field(drift: Drift, points: FloatArray, eps: float) -> FloatArray:
-    """(z', u') of the smoothed oscillator at points (z, u) along the last axis."""
-    z, u = points[..., 0], points[..., 1]
-    return np.stack([eps * u - 1.0, (drift(u) - z) / eps - u], axis=-1)
