@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
+from PIL import Image
 
 from symasym import figures
 from symasym.cli import main
@@ -21,7 +22,7 @@ from symasym.figures.style import colors, style
 CASES = [
     *((name, {}) for name in figures.FIGURES),
     ("flows", {"mu": 1}),
-    ("flows", {"mu": 8, "alpha": 2}),
+    ("flows", {"mu": 5, "eps": "0.2"}),
     ("potentialSketch", {"mu": 6, "alpha": 2, "sliding": "1/2"}),
     ("frictionOsc", {"z": "-0.4"}),
     ("fricforce", {"mu": "0.7"}),
@@ -92,6 +93,15 @@ def test_a_caption_goes_with_every_figure(figure: Figure) -> None:
     assert 80 < len(caption) < 700
     assert caption.endswith(".")
     assert "  " not in caption
+
+
+def test_the_picture_in_the_docs_is_todays(
+    figure: Figure, request: pytest.FixtureRequest
+) -> None:
+    name, values = request.node.callspec.params["figure"]
+    if not values:
+        with Image.open(Path(__file__).parents[1] / "docs" / "images" / f"{name}.png") as picture:
+            assert picture.text["Description"] == figure.get_label()
 
 
 # -- colours --------------------------------------------------------------------------------------
