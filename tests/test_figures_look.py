@@ -95,9 +95,7 @@ def test_a_caption_goes_with_every_figure(figure: Figure) -> None:
     assert "  " not in caption
 
 
-def test_the_picture_in_the_docs_is_todays(
-    figure: Figure, request: pytest.FixtureRequest
-) -> None:
+def test_the_picture_in_the_docs_is_todays(figure: Figure, request: pytest.FixtureRequest) -> None:
     name, values = request.node.callspec.params["figure"]
     if not values:
         with Image.open(Path(__file__).parents[1] / "docs" / "images" / f"{name}.png") as picture:

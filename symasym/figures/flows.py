@@ -140,6 +140,7 @@ def flows(mu: Any = 3, alpha: Any = 1, eps: Any = "1/10") -> Figure:
     )
     edge = 1 - a
     left = min(edge - 1.2 * a, fold - 0.4 * a)
+    _steps(cubic, small, edge - left)  # Refused before anything is drawn.
     with style():
         figure = new_figure(9.6, 3.4, caption)
         panels = figure.subplots(1, 3, sharey=True)
@@ -304,22 +305,14 @@ def _construction(axes: Axes, z: float, alpha: float) -> None:
 def _smoothed_orbits(axes: Axes, drift: Friction, eps: float) -> None:
     low, high = axes.get_xlim()
     span = high - low
-    alpha, mu = (float(drift.scalars()[name]) for name in ("alpha", "mu"))
     # From below everywhere; from above only what comes back to the layer.
     starts = [(z, -3.0) for z in np.linspace(low + 0.1 * span, high + 0.25 * span, 7)]
     if high > 1:
         starts += [(z, 3.0) for z in np.linspace(low + 0.25 * span, high + 0.3 * span, 6)]
-    elif mu > 0:
+    elif drift.scalars()["mu"] > 0:
         starts += _beside_the_barrier(drift, low, high)
-    stiffness, duration = alpha * max(1 + mu, 2 * mu - 1), 1.5 * span
-    steps = motion.steps_of(eps, stiffness, duration)
-    if steps > _MOST_STEPS:
-        least = eps * steps / _MOST_STEPS
-        raise InputError(
-            f"eps is {eps:.6g}, too thin a layer for so stiff a force; give at least {least:.2g}, "
-            "or a smaller mu or alpha."
-        )
-    paths = motion.smoothed(drift, np.array(starts), eps, steps, duration / steps)
+    steps = _steps(drift, eps, span)
+    paths = motion.smoothed(drift, np.array(starts), eps, steps, 1.5 * span / steps)
     for k, (_, u) in enumerate(starts):
         path = paths[:, k]
         outside = np.flatnonzero((path[1:, 0] < low) | (np.abs(path[1:, 1]) > 3.0 + 1e-9))
@@ -328,6 +321,19 @@ def _smoothed_orbits(axes: Axes, drift: Friction, eps: float) -> None:
         color = colors()[0 if side > 0 else 1]
         axes.plot(*_thinned(path).T, color=color, linewidth=1.0, gid=f"orbit-{k}")
         arrow(axes, path, color, 0.5 if abs(u) < 1.5 else 0.18, gid=f"along-{k}")
+
+
+def _steps(drift: Friction, eps: float, span: float) -> int:
+    """How many steps orbits take through a window of this width; refused where too many."""
+    alpha, mu = (float(drift.scalars()[name]) for name in ("alpha", "mu"))
+    steps = motion.steps_of(eps, alpha * max(1 + mu, 2 * mu - 1), 1.5 * span)
+    if steps > _MOST_STEPS:
+        least = eps * steps / _MOST_STEPS
+        raise InputError(
+            f"eps is {eps:.6g}, too thin a layer for so stiff a force; give at least {least:.2g}, "
+            "or a smaller mu or alpha."
+        )
+    return steps
 
 
 def _beside_the_barrier(drift: Friction, low: float, high: float) -> list[tuple[float, float]]:
