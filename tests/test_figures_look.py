@@ -32,6 +32,11 @@ CASES = [
 ]
 
 
+def test_the_papers_figures_are_there() -> None:
+    paper = "fil flows potentialSketch frictionOsc phase fricforce fric1 fric2"
+    assert set(paper.split()) <= set(figures.FIGURES)
+
+
 @pytest.fixture(scope="module", params=CASES, ids=lambda case: "-".join([case[0], *case[1]]))
 def figure(request: pytest.FixtureRequest) -> Figure:
     name, values = request.param

@@ -88,6 +88,11 @@ def test_only_what_is_missing_or_stale_is_made(
     assert pages(tmp_path) == PAGES
 
 
+def test_every_figure_is_a_stage(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(figures.FIGURES, "another", figures.fricforce)
+    assert [stage.name for stage in reproduce._stages()] == [*figures.FIGURES, *STAGES[2:]]
+
+
 def test_derivations_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["reproduce", "--out", str(tmp_path), "--only", "derivations"]) == 0
     printed = capsys.readouterr()
