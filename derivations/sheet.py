@@ -92,6 +92,8 @@ _LONG = 150
 
 def _rows(latex: str) -> list[str]:
     """The lines of a formula: one a statement, and a long remainder on its own."""
+    # Names that are words, and not products of letters.
+    latex = re.sub(r"(?<![\\{A-Za-z])([a-z]{3,})", r"\\mathrm{\1}", latex)
     parts = latex.split(" ,\\quad ")
     rows = parts if len(latex) > _LONG else [latex]
     broken: list[str] = []

@@ -23,7 +23,7 @@ def bare(latex: str) -> str:
     """Without what only breaks lines."""
     for layout in (r"\begin{gathered}", r"\end{gathered}", r" ,\quad ", "{}", "\\\\\n"):
         latex = latex.replace(layout, "")
-    return re.sub(r"\s", "", latex)
+    return re.sub(r"\s", "", re.sub(r"\\mathrm\{(\w+)\}", r"\1", latex))
 
 
 def test_every_formula_stands_under_its_label(document: str) -> None:
