@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import logging
 import os
+import re
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from typing import Any
 
-from symasym.errors import InputError
+from symasym.errors import InputError, OutputError
 
 __all__ = ["Here", "cluster", "local", "processors"]
 
@@ -93,6 +95,13 @@ def cluster(address: str) -> Iterator[Executor]:
             "a scheduler needs dask.distributed, which is not installed; "
             "install symasym with its extra 'cluster', or use local workers."
         ) from None
+    if not re.fullmatch(r"(\w+://)?[^\s/]+:\d+", address):
+        raise InputError(
+            f"the scheduler's address is {address!r}; give its host and port, such as "
+            "tcp://127.0.0.1:8786."
+        )
+    # What it logs of a lost connection is told in one sentence below.
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     connect: Any = distributed.Client
     try:
         client = connect(address, timeout=_PATIENCE, set_as_default=False)
@@ -103,4 +112,12 @@ def cluster(address: str) -> Iterator[Executor]:
             "dask scheduler, and give the address that it prints."
         ) from None
     with client:
-        yield client.get_executor()
+        try:
+            yield client.get_executor()
+        except (RuntimeError, ImportError, CancelledError, distributed.KilledWorker) as error:
+            reason = str(error).partition(".")[0] or type(error).__name__
+            raise OutputError(
+                f"the cluster at {address} did not do the work ({reason}); see that its scheduler "
+                "and workers are up and have the same symasym, then run the same command again, "
+                "which keeps what is written."
+            ) from None
