@@ -89,6 +89,7 @@ def escape_time(
 
     def compute() -> Any:
         left, right = _both_sides(drift, kappa, r, start, moments="SY")
+        _add_nested(left, right)
         time = plain_formulas.escape_time_of_products(
             left.work, right.work, left.scale, right.scale
         )
@@ -326,10 +327,15 @@ def _missing_bits(value: Any, dps: int, may_vanish: bool) -> int:
 
 @dataclass
 class _Side:
-    """S and Y (see the module's text) at the point reached."""
+    """S and Y (see the module's text) at the point reached.
+
+    Y lacks what each of the pieces in `apart` adds to it, `nested` times lam.
+    """
 
     scale: Any
     work: Any
+    lam: Any
+    apart: list[Outer | Panel]
 
 
 def _both_sides(
@@ -344,13 +350,32 @@ def _both_sides(
 
 def _carried(pieces: list[Outer | Panel], lam: Fraction, moments: str) -> _Side:
     """S and, if asked for, Y from the absorbing end to the end of the last piece."""
-    side = _Side(exact_ball(Fraction(0)), exact_ball(Fraction(0)))
-    factor = exact_ball(lam)
+    nothing = exact_ball(Fraction(0))
+    side = _Side(nothing, nothing, exact_ball(lam), pieces if "Y" in moments else [])
     for panel in pieces:
         if "Y" in moments:
-            side.work += factor * (side.scale * panel.minus + panel.nested)
+            side.work += side.lam * (side.scale * panel.minus)
         side.scale = (side.scale + panel.plus) / panel.growth
     return side
+
+
+def _add_nested(left: _Side, right: _Side) -> None:
+    """Complete Y on both sides.
+
+    The nested integrals are most of the work, and few of them are seen in the last digit: each is
+    positive and below the product of its panel's single ones.
+    """
+    flint = flint_module()
+    # Y_left S_right + Y_right S_left is the numerator of T (positive-form), here without them.
+    known = left.work * right.scale + right.work * left.scale
+    unseen = known.abs_lower() * flint.arb(2) ** (-flint.ctx.prec - 10)
+    for side, other in ((left, right), (right, left)):
+        for panel in side.apart:
+            ceiling = side.lam * panel.plus * panel.minus
+            if ceiling * other.scale < unseen:
+                side.work += ceiling.union(0)
+            else:
+                side.work += side.lam * panel.nested
 
 
 def _pieces(profile: Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[Outer | Panel]:
