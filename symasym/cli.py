@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from symasym import derive_command, table_command
 from symasym.errors import InputError, SymasymError
-from symasym.named_drifts import DRIFTS, named_drift
+from symasym.named import DRIFTS, named_drift
 
 if TYPE_CHECKING:
     from symasym.drift import Drift

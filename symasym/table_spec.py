@@ -16,18 +16,10 @@ from typing import Any, NoReturn
 from symasym.context import own_context
 from symasym.errors import InputError, SymasymError
 from symasym.inputs import digits, exact, positive
-from symasym.named_drifts import named_drift
+from symasym.named import QUANTITIES, named_drift
 
-__all__ = ["QUANTITIES", "Spec", "read_spec"]
+__all__ = ["Spec", "read_spec"]
 
-#: Verb and whether its complement is meant, by the name of the quantity.
-QUANTITIES = {
-    "T": ("escape_time", False),
-    "C": ("exit_probability", False),
-    "1 - C": ("exit_probability", True),
-    "P": ("occupation", False),
-    "1 - P": ("occupation", True),
-}
 _STATIONARY = {"P", "1 - P"}
 _NUMBERS = ("kappa", "r", "start")
 _KEYS = ("drift", "expr", "quantities", "dps", *_NUMBERS, "parameters")
@@ -47,7 +39,7 @@ class Spec:
     drift, expr : str or None
         Name of a ready-made drift, or a formula.
     quantities : tuple of str
-        Keys of `QUANTITIES`.
+        Keys of `symasym.named.QUANTITIES`.
     dps : int
     axes : tuple of (str, tuple of str)
         Each parameter and number with its values as exact texts, the last one varying fastest.

@@ -25,8 +25,8 @@ from symasym.errors import InputError, OutputError, SymasymError
 from symasym.executors import Here
 from symasym.files import reference_value, versions, write_bytes
 from symasym.inputs import exact
-from symasym.named_drifts import named_drift
-from symasym.table_spec import QUANTITIES, Spec
+from symasym.named import call_named, named_drift
+from symasym.table_spec import Spec
 
 __all__ = ["Outcome", "value_record", "write_table"]
 
@@ -67,7 +67,7 @@ def value_record(quantity: str, drift: Any, x: Mapping[str, str], dps: int) -> d
     Parameters
     ----------
     quantity : str
-        A key of `QUANTITIES`.
+        Of `symasym.named.QUANTITIES`.
     drift : Drift
         Bound.
     x : mapping of str to str
@@ -75,14 +75,7 @@ def value_record(quantity: str, drift: Any, x: Mapping[str, str], dps: int) -> d
     dps : int
         Digits to print.
     """
-    import symasym as sa
-
-    verb, complement = QUANTITIES[quantity]
-    takes = ("kappa",) if verb == "occupation" else ("kappa", "r", "start")
-    options: dict[str, Any] = {name: x[name] for name in takes if name in x}
-    if complement:
-        options["complement"] = True
-    found = getattr(sa, verb)(drift, **options, dps=min(dps + _GUARD, 10_000), full=True)
+    found = call_named(quantity, drift, x, dps=min(dps + _GUARD, 10_000), full=True)
     return {"quantity": quantity, **reference_value(x, found, dps)}
 
 

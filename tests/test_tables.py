@@ -207,7 +207,9 @@ def long_table(tmp_path_factory: pytest.TempPathFactory) -> tuple[Spec, bytes]:
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="reads /proc")
-@pytest.mark.parametrize("stop", [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize(
+    "stop", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.slow)]
+)
 def test_a_run_that_is_killed_goes_on_where_it_was(
     tmp_path: Path, long_table: tuple[Spec, bytes], stop: signal.Signals
 ) -> None:

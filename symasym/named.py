@@ -1,4 +1,4 @@
-"""A drift by its name and its parameters, as commands and files give it."""
+"""Drifts and quantities by their names, as commands and files give them."""
 
 from __future__ import annotations
 
@@ -14,6 +14,32 @@ if TYPE_CHECKING:
 
 #: The ready-made ones.
 DRIFTS = ("friction", "linear", "sine", "tanh", "hill", "polynomial")
+
+#: Verb and whether its complement is meant, by the name of the quantity.
+QUANTITIES = {
+    "T": ("escape_time", False),
+    "C": ("exit_probability", False),
+    "1 - C": ("exit_probability", True),
+    "P": ("occupation", False),
+    "1 - P": ("occupation", True),
+}
+
+
+def call_named(quantity: str, drift: Drift, numbers: Mapping[str, Any], **options: Any) -> Any:
+    """The quantity of that name, asked with those of `numbers` that it takes."""
+    import symasym as sa
+
+    verb, complement = QUANTITIES[quantity]
+    taken = {name: numbers[name] for name in numbers_of(quantity) if name in numbers}
+    if complement:
+        options["complement"] = True
+    return getattr(sa, verb)(drift, **taken, **options)
+
+
+def numbers_of(quantity: str) -> tuple[str, ...]:
+    """The numbers of a scene, apart from its drift, on which the quantity depends."""
+    verb, _ = QUANTITIES[quantity]
+    return ("kappa",) if verb == "occupation" else ("kappa", "r", "start")
 
 
 def named_drift(name: str | None, expression: str | None, values: Mapping[str, Any]) -> Drift:
