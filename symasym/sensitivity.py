@@ -14,6 +14,7 @@ from symasym.arithmetic import MpmathOps
 from symasym.context import own_context, to_mpf
 from symasym.drift import Drift
 from symasym.errors import AccuracyError, InputError
+from symasym.estimate import ErrorKind
 from symasym.inputs import digits, exact, is_array
 from symasym.named import QUANTITIES, call_named, numbers_of
 from symasym.scenes import FLOAT_DIGITS, exact_scene, float_scenes
@@ -41,8 +42,8 @@ class Sensitivity:
         of the parameter.
     log_condition : dict of str to float, mpf or ndarray
         Of its logarithm: the same over \\|log(quantity)\\|.
-    error_kind : str
-        ``"estimate"``.
+    error_kind : {"bound", "estimate"}
+        ``"bound"``: proved.
     """
 
     quantity: str
@@ -50,7 +51,7 @@ class Sensitivity:
     error: dict[str, Any]
     condition: dict[str, Any]
     log_condition: dict[str, Any]
-    error_kind: str = "estimate"
+    error_kind: ErrorKind
 
 
 def sensitivity(
@@ -90,12 +91,14 @@ def sensitivity(
 
     Notes
     -----
-    The derivatives are central differences (one-sided at the end of a parameter's range) of the
-    exact integrals, evaluated with so many digits that the step is as small as the digits asked
-    for need. Two steps h and 2h are extrapolated to h^4. The error claimed is that of the *single*
-    step, the difference of the two, which is of order h^2, plus the rounding; it is an estimate,
-    not a proof. A scene takes about four evaluations for each parameter, scalars and arrays
-    alike.
+    Scalars, with python-flint and moderate noise: the exact integrals differentiated panel by panel
+    in ball arithmetic, and the errors are proved (`error_kind` ``"bound"``).
+
+    Otherwise (``"estimate"``): differences of the exact integrals, central or at the end of a
+    parameter's range one-sided, with so many digits that the step is as small as the digits asked
+    for need. Two steps h and 2h are extrapolated to h^4; the error claimed is that of the *single*
+    step, the difference of the two, which is of order h^2, plus the rounding. This takes about four
+    evaluations for each parameter of a scene.
 
     Examples
     --------
@@ -118,10 +121,14 @@ def sensitivity(
         if digits(dps) > most:
             raise InputError(f"dps is {dps}; give a whole number of digits from 1 to {most}.")
         values = exact_scene(drift, numbers, dps)
-        return _gathered(quantity, [_of_scene(quantity, drift, values, dps)], None, dps)
+        proved = _by_balls(quantity, drift, values, dps)
+        found = [proved or _of_scene(quantity, drift, values, dps)]
+        return _gathered(quantity, found, None, dps, "bound" if proved else "estimate")
     shape, scenes = _float_scenes(drift, numbers)
+    if not shape and (proved := _by_balls(quantity, *scenes[0], FLOAT_DIGITS)):
+        return _gathered(quantity, [proved], shape, FLOAT_DIGITS, "bound")
     found = [_of_scene(quantity, d, values, FLOAT_DIGITS) for d, values in scenes]
-    return _gathered(quantity, found, shape, FLOAT_DIGITS)
+    return _gathered(quantity, found, shape, FLOAT_DIGITS, "estimate")
 
 
 def _numbers(quantity: str, kappa: Any, r: Any, start: Any) -> dict[str, Any]:
@@ -179,6 +186,27 @@ def _of_scene(quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps:
         )
         for name, value in at.items()
     }
+    return _Found(call_named(quantity, drift, numbers, dps=dps, log=True), slopes, at)
+
+
+def _by_balls(
+    quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps: int
+) -> _Found | None:
+    """The same, proved; None where balls are missing or take too long."""
+    from symasym.exact import ball, ball_slopes
+
+    if not ball.available():
+        return None
+    try:
+        if "r" in numbers:
+            found = ball_slopes.log_slopes(quantity, drift, **numbers, dps=dps)
+        else:
+            found = ball_slopes.log_slopes_of_occupation(quantity, drift, numbers["kappa"], dps)
+    # A derivative of A may be singular where A is not; what is wrong for itself is told later.
+    except (AccuracyError, InputError):
+        return None
+    at = {**drift.scalars(), **numbers}
+    slopes = {name: _Slope(*ball.to_mpf(found[name], dps + 10)) for name in at}
     return _Found(call_named(quantity, drift, numbers, dps=dps, log=True), slopes, at)
 
 
@@ -281,7 +309,11 @@ def _lacking(context: Any, error: Any, allowed: Any) -> int:
 
 
 def _gathered(
-    quantity: str, found: list[_Found], shape: tuple[int, ...] | None, dps: int
+    quantity: str,
+    found: list[_Found],
+    shape: tuple[int, ...] | None,
+    dps: int,
+    kind: ErrorKind,
 ) -> Sensitivity:
     """The numbers of all scenes: mpf without a shape, float64 with one."""
     parts: dict[str, dict[str, list[Any]]] = {
@@ -295,17 +327,20 @@ def _gathered(
                 x = scene.values[name]
                 condition = abs(value * x.numerator / x.denominator)
                 log = abs(context.convert(scene.log))
-                relative = condition / log if log else context.inf if condition else context.nan
+                relative = condition and (condition / log if log else context.inf)
                 rounded = _plain(value, shape, dps)
                 # Rounding the value is part of its error, and the error itself is rounded, too.
                 error = context.convert(slope.error) + abs(context.convert(rounded) - value)
+                error = _plain(error * (1 + context.mpf(2) ** -20), shape, dps)
                 parts["derivative"][name].append(rounded)
-                parts["error"][name].append(_plain(error * (1 + context.mpf(2) ** -20), shape, dps))
+                # What float64 takes for 0 is none.
+                parts["error"][name].append(error if shape is None else max(error, 5e-324))
                 parts["condition"][name].append(_plain(condition, shape, dps))
                 parts["log_condition"][name].append(_plain(relative, shape, dps))
     return Sensitivity(
         quantity,
-        **{  # type: ignore[arg-type]
+        error_kind=kind,
+        **{
             key: {name: _shaped(values, shape) for name, values in by_name.items()}
             for key, by_name in parts.items()
         },

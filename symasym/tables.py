@@ -144,7 +144,7 @@ def write_table(
             name = path.name
             with progress.stage(name, total, done=done, every=_SECONDS_BETWEEN_LINES) as step:
                 for lines in _in_order(executor or Here(), spec, missing, path):
-                    _check_versions(json.loads(lines[0]), "a worker", path)
+                    _check_versions(json.loads(lines[0]), "what a worker sent", path)
                     _append(file, "".join(lines).encode(), path)
                     step(len(lines))
         file.seek(0)

@@ -12,7 +12,7 @@ from mpmath import mp, mpf
 
 import symasym as sa
 from symasym.errors import AccuracyError, InputError
-from symasym.exact import witness
+from symasym.exact import ball, witness
 
 slopes = importlib.import_module("symasym.sensitivity")
 
@@ -70,6 +70,39 @@ def test_scaling_of_space_and_time(
             assert abs(total - known) <= error
         for name, value in found.derivative.items():
             assert found.error[name] <= mpf(10) ** -dps * 1.01 * max(1, abs(value))
+
+
+@pytest.mark.parametrize(
+    ("drift", "kappa", "r", "start", "quantities"),
+    [
+        (sa.friction(mu=3, alpha=1, z0="-0.6"), "0.2", 10, 0, ["T", "C", "1 - C"]),
+        (sa.friction(mu=3, alpha=1, z0="1/4"), "1/2", "1/2", "1/4", ["T", "1 - P"]),
+        (sa.hill(1, -2, "1/2", n=2), "0.8", 3, 2, ["P"]),
+        (sa.polynomial(1, 0, 0), "30", 2, -1, ["T", "1 - C"]),
+        (sa.linear("1e-30", "1e-30"), 1, 2, "-3/2", ["T", "C"]),
+    ],
+)
+def test_both_ways_agree(
+    drift: sa.Drift,
+    kappa: str,
+    r: Any,
+    start: Any,
+    quantities: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for quantity in quantities:
+        numbers = {"quantity": quantity, "dps": 15}
+        if "P" not in quantity:
+            numbers |= {"r": r, "start": start}
+        proved = sa.sensitivity(drift, kappa, **numbers)
+        with monkeypatch.context() as patch:
+            patch.setattr(slopes, "_by_balls", lambda *_: None)
+            differences = sa.sensitivity(drift, kappa, **numbers)
+        assert (proved.error_kind, differences.error_kind) == ("bound", "estimate")
+        with mp.workdps(60):
+            for name, value in proved.derivative.items():
+                error = proved.error[name] + differences.error[name]
+                assert abs(value - differences.derivative[name]) <= error, (quantity, name)
 
 
 def test_a_symmetric_scene_stands_still() -> None:
@@ -154,6 +187,7 @@ def test_bad_input(arguments: Any, told: str) -> None:
 
 
 def test_differences_that_do_not_settle_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ball, "available", lambda: False)
     monkeypatch.setattr(slopes, "_MOST_DIGITS", 20)
     with pytest.raises(AccuracyError, match="do not settle"):
         sa.sensitivity(sa.linear(1, 1), 1, 2, dps=8)

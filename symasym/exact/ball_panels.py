@@ -68,10 +68,12 @@ class Outer:
 
 
 def exp_quotient(x: Any, order: int) -> Any:
-    """(e^x - 1)/x, or (e^x - 1 - x)/x^2 for order 2, also where x is or contains 0."""
+    """(e^x - 1)/x, (e^x - 1 - x)/x^2 for order 2, and so on, also where x is or contains 0."""
     flint = flint_module()
     if not abs(x) < 2:
-        return x.expm1() / x if order == 1 else (x.expm1() - x) / (x * x)
+        if order == 1:
+            return x.expm1() / x
+        return (exp_quotient(x, order - 1) - 1 / flint.arb(order - 1).fac()) / x
     # Sum of x^k/(k + order)!; what is left out is below |x|^n/(n + order)! e^|x|.
     terms = flint.ctx.prec // 2 + 8
     term = 1 / flint.arb(order).fac()
@@ -197,6 +199,83 @@ class Panel:
             m.append(-sum(map(mul, slopes, recent)) / (k + 1))
         even = (c / (2 * k + 1) for k, c in enumerate(m[::2]))
         return 2 * sum(even, flint_module().arb(0))
+
+
+class OuterSlope:
+    """How an `Outer` changes when its drift does at the rate `slope`, per unit of a parameter.
+
+    `growth` is the relative change, the others are those of the integrals.
+    """
+
+    def __init__(self, outer: Outer, slope: Any) -> None:
+        exponent = outer.slope * exact_ball(outer.lam * outer.length)
+        change = slope * exact_ball(outer.lam * outer.length)
+        self.growth = -change
+        self.plus = -exact_ball(outer.length) * self._rate(-exponent, 1) * change
+        self.minus = exact_ball(outer.length) * self._rate(exponent, 1) * change
+        self.nested = exact_ball(outer.length**2) * self._rate(exponent, 2) * change
+
+    @staticmethod
+    def _rate(x: Any, order: int) -> Any:
+        """The derivative of `exp_quotient`."""
+        return exp_quotient(x, order) - order * exp_quotient(x, order + 1)
+
+
+class PanelSlope:
+    """The same of a `Panel` whose drift changes by `rate` times the one of `profile`.
+
+    In t, the exponent E changes by q. On the panel's circle of radius RATIO, q' is bounded by
+    `steep`, and on paths from -1 into it q by RATIO + 1 times that.
+    """
+
+    def __init__(self, panel: Panel, profile: Profile, rate: Fraction) -> None:
+        self._panel = panel
+        flint, scale = flint_module(), panel.lam * panel.half * rate
+        flint.ctx.cap = panel.terms
+        self.steep = abs(exact_ball(scale)) * profile.bound(panel.center, RATIO * panel.half)
+        series = panel._complete(profile.series(panel.center, panel.half, panel.terms))
+        q = (-exact_ball(scale)) * series.integral()
+        cut = panel._tail(self.steep * RATIO)
+        left, right = (x + cut for x in _at_ends(q))
+        self.growth = right - left
+        self._q = q - left
+        self._reach = self.steep * (RATIO + 1)
+
+    def _weighted(self, series: Any) -> tuple[Any, Any]:
+        """q times e^E or e^-E, and the tail of that."""
+        panel = self._panel
+        flint_module().ctx.cap = panel.terms
+        tail = panel._tail((panel.slope_bound * RATIO).exp() * self._reach)
+        return panel._complete(series * self._q), tail
+
+    @cached_property
+    def _rising(self) -> tuple[Any, Any]:
+        return self._weighted(self._panel._rising)
+
+    @cached_property
+    def plus(self) -> Any:
+        panel, (series, tail) = self._panel, self._rising
+        scale = exact_ball(panel.half) * (-panel._ends[0]).exp()
+        return scale * (_over_panel(series) + 2 * tail)
+
+    @cached_property
+    def minus(self) -> Any:
+        panel, (series, tail) = self._panel, self._weighted(self._panel._falling)
+        return -exact_ball(panel.half) * panel._ends[0].exp() * (_over_panel(series) + 2 * tail)
+
+    @cached_property
+    def nested(self) -> Any:
+        """Integral of e^{E(w) - E(x)} (q(w) - q(x)) over a < w < x < b."""
+        panel, (weighted, tail) = self._panel, self._rising
+        flint_module().ctx.cap = panel.terms
+        running, moved = panel._complete(panel._rising).integral(), weighted.integral()
+        running = running - (_at_ends(running)[0] + panel._exp_tail)
+        moved = moved - (_at_ends(moved)[0] + tail)
+        product = panel._complete(panel._falling * (moved - self._q * running))
+        # |q(w) - q(x)| is at most `steep` times the length of the path, as for E in `Panel`.
+        reach = RATIO + 1
+        bound = reach * (panel.slope_bound * reach).exp() * self._reach
+        return exact_ball(panel.half**2) * (_over_panel(product) + 2 * panel._tail(bound))
 
 
 def _at_ends(series: Any) -> tuple[Any, Any]:
