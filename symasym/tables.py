@@ -39,6 +39,7 @@ _MOST_IN_BATCH = 16
 AHEAD = 64
 _LIBRARIES = ("mpmath", "gmpy2", "python-flint")
 _SECONDS_BETWEEN_LINES = 10.0
+_BEGINNING = b'{"table": '
 
 
 @dataclass(frozen=True)
@@ -137,7 +138,7 @@ def write_table(
     total = spec.scenes * len(spec.quantities)
     with _opened(path) as file:
         if force:
-            file.truncate(0)
+            _emptied(file, path)
         done = _kept(file, path, spec)
         missing = itertools.islice(_values(spec), done, None)
         if done < total:
@@ -212,6 +213,14 @@ def _opened(path: Path) -> Iterator[FileIO]:
             except OSError:  # a file system without locks
                 pass
         yield file
+
+
+def _emptied(file: FileIO, path: Path) -> None:
+    """Nothing is left of an older table; a file that is none is not ours to empty."""
+    beginning = file.read(len(_BEGINNING)) or b""
+    if not _BEGINNING.startswith(beginning):
+        raise InputError(f"{path} is no table; remove it, or choose another file.")
+    file.truncate(0)
 
 
 def _append(file: FileIO, data: bytes, path: Path) -> None:

@@ -318,6 +318,12 @@ def test_a_file_of_something_else_is_not_touched(
         with pytest.raises(InputError, match=told):
             write_table(spec, path)
         assert path.read_bytes() == content
+    path.write_bytes(b"my notes")
+    with pytest.raises(InputError, match="is no table"):
+        write_table(spec, path, force=True)
+    assert path.read_bytes() == b"my notes"
+    path.write_bytes(first[:7])
+    assert write_table(spec, path, force=True).path.read_bytes() == lines
     with pytest.raises(InputError, match="name of the CSV file"):
         write_table(spec, tmp_path / "t.csv")
     with pytest.raises(OutputError, match="cannot be written"):
