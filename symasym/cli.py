@@ -11,9 +11,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from symasym import derive_command, table_command
-from symasym.errors import InputError, SymasymError
+from symasym import derive_command, figure_command, table_command
+from symasym.errors import SymasymError
 from symasym.named import DRIFTS, named_drift
+from symasym.settings import settings
 
 if TYPE_CHECKING:
     from symasym.drift import Drift
@@ -105,6 +106,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_reproduce(commands)
     _add_value(commands)
     derive_command.add_parsers(commands)
+    figure_command.add_parser(commands)
     table_command.add_parser(commands)
     return parser
 
@@ -224,19 +226,7 @@ def _value(arguments: argparse.Namespace) -> None:
 
 
 def _drift(arguments: argparse.Namespace) -> Drift:
-    return named_drift(arguments.drift, arguments.expr, _settings(arguments.set))
-
-
-def _settings(pairs: Sequence[str]) -> dict[str, Any]:
-    values: dict[str, Any] = {}
-    for pair in pairs:
-        name, equals, text = pair.partition("=")
-        if not equals or not name.isidentifier():
-            raise InputError(f"--set is {pair!r}; write it as NAME=NUMBER, for example mu=3.")
-        if name in values:
-            raise InputError(f"{name} is set twice; set it once.")
-        values[name] = text
-    return values
+    return named_drift(arguments.drift, arguments.expr, settings(arguments.set))
 
 
 def _print_json(
@@ -263,6 +253,6 @@ def _print_json(
         "method": found.method,
         "dps": arguments.dps,
         "seconds": round(seconds, 6),
-        "inputs": {**drift, "set": _settings(arguments.set), **inputs},
+        "inputs": {**drift, "set": settings(arguments.set), **inputs},
     }
     print(json.dumps(record, indent=1))

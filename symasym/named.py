@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from symasym.errors import InputError
+from symasym.settings import whole
 
 if TYPE_CHECKING:
     from symasym.drift import Drift
@@ -78,7 +79,7 @@ def named_drift(name: str | None, expression: str | None, values: Mapping[str, A
                 f"{given} is no parameter of {name}; its parameters are {', '.join(known)}."
             )
     # The shape of a drift (waves, exponent) is a whole number and no parameter of its formula.
-    shape = {key: _whole(key, values[key]) for key in {"waves", "n"} & values.keys()}
+    shape = {key: whole(key, values[key]) for key in {"waves", "n"} & values.keys()}
     drift: Drift = make(**{**values, **shape})
     return drift
 
@@ -89,10 +90,3 @@ def _of_formula(expression: str) -> Drift:
     from symasym.drift import Drift
 
     return Drift(expression)
-
-
-def _whole(name: str, text: Any) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise InputError(f"{name} is {text!r}; give a whole number.") from None
