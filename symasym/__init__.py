@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from symasym.scales import Scales, rescale
     from symasym.sensitivity import Sensitivity, sensitivity
     from symasym.smoothings import hill, linear, polynomial, sine, tanh
+    from symasym.stokes import stokes_multiplier
 
 __all__ = [
     "AccuracyError",
@@ -54,6 +55,7 @@ __all__ = [
     "sensitivity",
     "sine",
     "stationary_density",
+    "stokes_multiplier",
     "tanh",
     "uniform_integral",
 ]
@@ -86,6 +88,7 @@ _HOMES = {
     "sensitivity": "symasym.sensitivity",
     "sine": "symasym.smoothings",
     "stationary_density": "symasym.quantities",
+    "stokes_multiplier": "symasym.stokes",
     "tanh": "symasym.smoothings",
     "uniform_integral": "symasym.asymptotics.uniform",
 }

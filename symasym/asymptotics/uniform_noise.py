@@ -58,6 +58,8 @@ __all__ = ["escape_time"]
 
 DEFAULT_ORDER = 2
 MOST_ORDER = 6
+# Of lam, where the next terms are looked at.
+_BESIDE = (1, 0.8, 0.64)
 _TERMS = ("wells, barriers, start, ends, kinks and the part between",)
 _DROPPED = ("higher orders of every series, in the error",)
 
@@ -151,14 +153,17 @@ def _analysed(
 def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
     """T and its error, from what the next orders add, or the least of lower ones."""
     context, number = scene.context, scene.context.mpf(lam.numerator) / lam.denominator
-    found = [_time(scene, number, n) for n in range(order + 1 + BEYOND)]
-    value, size = found[order], context.inf
+    beyond = order + 1 + BEYOND
+    value, size = _time(scene, number, order), context.inf
+    # The next terms may vanish by chance, but not at several lam.
+    others = [[_time(scene, x, n) for n in range(beyond)] for x in (number * s for s in _BESIDE)]
     for n in range(order + 1):
-        near, far = (abs(found[n + k + 1] - found[n + k]) for k in range(BEYOND))
-        # Twice what the next two orders add, and as many more as long as they hardly fall.
-        fall = min(far / near, context.mpf(3) / 4) if near else context.mpf(3) / 4
+        relative = max(
+            _next_terms(found, n, context) * step ** (n + 1)
+            for found, step in zip(others, _BESIDE, strict=True)
+        )
         # A lower order may be known better, where noise is strong.
-        size = min(size, 2 * (near + far) / (1 - fall) + abs(value - found[n]))
+        size = min(size, relative * value + abs(value - others[0][n]))
     if not (value > 0 and size < value):
         raise AccuracyError(
             f"kappa is {kappa}, where the noise is too strong for the uniform series with "
@@ -171,6 +176,13 @@ def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any
         # Away from the fold that may be off by more than itself.
         return local, size + abs(local - value)
     return value, size
+
+
+def _next_terms(found: list[Any], n: int, context: Any) -> Any:
+    """What order n leaves out, of the value: twice the next two, and more if they hardly fall."""
+    near, far = (abs(found[n + k + 1] - found[n + k]) for k in range(BEYOND))
+    fall = min(far / near, context.mpf(3) / 4) if near else context.mpf(3) / 4
+    return 2 * (near + far) / (1 - fall) / abs(found[n])
 
 
 def _log_error(value: Any, size: Any, context: Any) -> Any:

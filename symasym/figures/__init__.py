@@ -22,6 +22,7 @@ from symasym.figures.escape_times import (
 )
 from symasym.figures.flows import fil, flows, phase
 from symasym.figures.shapes import fricforce, friction_osc, potential_sketch
+from symasym.figures.stokes import stokes
 from symasym.figures.style import KINDS, encode
 
 if TYPE_CHECKING:
@@ -47,6 +48,7 @@ __all__ = [
     "friction_osc",
     "phase",
     "potential_sketch",
+    "stokes",
 ]
 
 #: Every figure by its name in the paper; all arguments of the functions have defaults.
@@ -59,4 +61,5 @@ FIGURES: dict[str, Callable[..., Figure]] = {
     "fricforce": fricforce,
     "fric1": fric1,
     "fric2": fric2,
+    "stokes": stokes,
 }

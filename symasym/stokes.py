@@ -1,0 +1,124 @@
+"""The Stokes multiplier of a well as it is born: a step, or the smooth function behind it."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from symasym.context import own_context, to_mpf
+from symasym.drift import Drift
+from symasym.errors import InputError, SymasymError
+from symasym.inputs import is_array
+from symasym.scenes import exact_scene, float_scenes, one_scene, require_drift
+
+__all__ = ["stokes_multiplier"]
+
+_METHODS = ("step", "local", "uniform")
+_GUARD = 15
+
+
+def stokes_multiplier(
+    drift: Drift, kappa: Any, *, method: str = "uniform", dps: int | None = None
+) -> Any:
+    """Share of a well's exponential in T, from 0 before the fold to 1 beyond it (eq:Ttildesmall).
+
+    With phi du = (s² - zeta) ds for the well and the barrier next to each other,
+    Z = lam^(2/3) zeta and G = Ai² + Bi², it is G(Z)/(G(Z) + G(-Z)): 1/2 at the fold, and over
+    a width of lam^(-2/3) in phi's least value from 0 to 1. The leading term goes with it as
+    pi² p_0² lam^(1/3) (G(Z) + G(-Z)), which is even in Z and for Z >> 1 is the paper's; what
+    multiplier times leading term leaves of T is the outer part on a path past both zeros, which
+    does not notice the fold.
+
+    Parameters
+    ----------
+    drift : Drift
+        Bound; its parameters may be arrays. With several wells, the one that is nearest to
+        its fold counts.
+    kappa : number or array_like
+        Scaled noise amplitude, greater than 0.
+    method : {"uniform", "local", "step"}
+        ``"uniform"``: zeta from the potential's values at the zeros. ``"local"``: zeta linear in
+        phi at its turning point. ``"step"``: 0, 1/2 or 1, as the paper has it.
+    dps : int, optional
+        Digits, 1 to 10,000, for scalars. None: float64.
+
+    Returns
+    -------
+    float, ndarray or mpf
+        Between 0 and 1.
+
+    Raises
+    ------
+    InputError
+        If A has no turning point inside (-1, 1), or a value is outside its range.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> fold = sa.friction(mu=3, alpha=1, z0="-7/9")
+    >>> sa.stokes_multiplier(fold, "0.1")
+    0.5
+    >>> beside = sa.friction(mu=3, alpha=1, z0="-0.7")
+    >>> for method in ("step", "local", "uniform"):
+    ...     print(f"{sa.stokes_multiplier(beside, '0.1', method=method):.4f}")
+    1.0000
+    0.9281
+    0.9283
+    """
+    require_drift(drift)
+    if method not in _METHODS:
+        raise InputError(f"method is {method!r}; give one of {', '.join(map(repr, _METHODS))}.")
+    if dps is None and not one_scene(drift, {"kappa": kappa}):
+        return _of_arrays(drift, kappa, method)
+    values = exact_scene(drift, {"kappa": kappa}, dps)
+    found = _multiplier(drift, values["kappa"], method, 17 if dps is None else dps)
+    return float(found) if dps is None else to_mpf(found, dps)
+
+
+def _of_arrays(drift: Drift, kappa: Any, method: str) -> Any:
+    scenes = float_scenes(drift, {"kappa": kappa})
+    found = np.empty(len(scenes.lam))
+    for k in range(len(found)):
+        given = {name: float(x[k]) for name, x in scenes.parameters.items() if is_array(x)}
+        one = drift.bind(**given) if given else drift
+        found[k] = float(_multiplier(one, Fraction(float(scenes.numbers["kappa"][k])), method, 17))
+    return found.reshape(scenes.shape)
+
+
+def _multiplier(drift: Drift, kappa: Fraction, method: str, digits: int) -> Any:
+    from symasym.asymptotics.cubic_pair import split_pair
+    from symasym.asymptotics.places import turning_points
+    from symasym.exact.local import ExactField
+
+    lam = 2 / kappa**2
+    with own_context(2 * digits + len(str(int(lam + 1))) + _GUARD) as context:
+        field, one = ExactField(drift, False, context), Fraction(1)
+        nearest = None
+        for point in turning_points(field, -one, one, context):
+            exact = field.taylor(point, one, 4 * digits + 40)
+            taylor = [context.mpf(c.numerator) / c.denominator for c in exact]
+            if abs(taylor[0]) < abs(taylor[2]) * context.ldexp(1, -context.prec + 16):
+                # The turning point is known to rounding: exactly on the fold.
+                return context.mpf(1) / 2
+            sign = 1 if taylor[2] > 0 else -1
+            zeta = -sign * taylor[0] / context.cbrt(abs(taylor[2]))
+            if method == "uniform":
+                try:
+                    zeta = split_pair(taylor, context).zeta
+                except SymasymError:
+                    # No pair by itself: far from its fold, where only the side counts.
+                    zeta = context.sign(zeta) * context.inf
+            if nearest is None or abs(zeta) < abs(nearest):
+                nearest = zeta
+        if nearest is None:
+            raise InputError(
+                f"A of {drift!r} has no turning point inside (-1, 1), so that no well is born or "
+                "lost there; the Stokes multiplier is that of a fold."
+            )
+        if method == "step" or not context.isfinite(nearest):
+            return (1 + context.sign(nearest)) / 2
+        z = context.cbrt(context.mpf(lam.numerator) / lam.denominator) ** 2 * nearest
+        there, back = (context.airyai(x) ** 2 + context.airybi(x) ** 2 for x in (z, -z))
+        return there / (there + back)
