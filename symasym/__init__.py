@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from symasym.asymptotics.laplace import laplace_integral
     from symasym.drift import Drift
+    from symasym.emit import emit
     from symasym.errors import (
         AccuracyError,
         InputError,
@@ -36,6 +37,7 @@ __all__ = [
     "RegionError",
     "Scales",
     "SymasymError",
+    "emit",
     "escape_time",
     "exit_probability",
     "formula",
@@ -65,6 +67,7 @@ _HOMES = {
     "RegionError": "symasym.errors",
     "Scales": "symasym.scales",
     "SymasymError": "symasym.errors",
+    "emit": "symasym.emit",
     "escape_time": "symasym.quantities",
     "exit_probability": "symasym.quantities",
     "formula": "symasym.formula",

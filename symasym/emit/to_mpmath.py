@@ -1,0 +1,88 @@
+"""mpmath: any number of digits, in a context of the file's own."""
+
+from __future__ import annotations
+
+from symasym.emit.program import Program, Ready, header
+from symasym.emit.to_python import block
+from symasym.emit.writing import comment, heading, helpers, signature_doc, wrapped
+
+_DIGITS = '''def _number(ctx, x):
+    """An exact rational (int, float, Fraction, "-0.4", "1/3") or an mpf."""
+    if hasattr(x, "_mpf_"):
+        return ctx.make_mpf(x._mpf_)
+    exact = Fraction(x)
+    return ctx.mpf(exact.numerator) / exact.denominator
+
+
+def _digits(function, dps, *arguments):
+    """All `dps` digits right: with more of them in between until two results agree."""
+    if not 1 <= dps <= MOST:
+        raise ValueError(f"dps is {dps}; give 1 to {MOST} digits")
+    ctx, before = MPContext(), None
+    for extra in (15, 30, 60, 120, 240, 480, 960, 1920):
+        ctx.dps = dps + extra
+        found = function(ctx, *(_number(ctx, x) for x in arguments))
+        found = found if isinstance(found, tuple) else (found,)
+        if before is not None and all(
+            abs(a - b) <= abs(b) * ctx.mpf(10) ** (-dps - 3)
+            for a, b in zip(before, found, strict=True)
+        ):
+            prec = mpmath.libmp.dps_to_prec(dps)
+            found = tuple(
+                mpmath.mp.make_mpf(mpmath.libmp.mpf_pos((ctx.one * x)._mpf_, prec, "n"))
+                for x in found
+            )
+            return found if len(found) > 1 else found[0]
+        before = found
+    raise ArithmeticError("the digits cancel; the value may be exactly 0")
+'''
+HELPERS = {
+    "_exprel": '''def _exprel(ctx, x):
+    return ctx.one if x == 0 else ctx.expm1(x) / x
+''',
+    "_exprel2": '''def _exprel2(ctx, x):
+    return ctx.one / 2 if x == 0 else (ctx.expm1(x) - x) / x**2
+''',
+    "_tanhc": '''def _tanhc(ctx, x):
+    return ctx.one if x == 0 else ctx.tanh(x) / x
+''',
+    "_sinc": '''def _sinc(ctx, x):
+    return ctx.one if x == 0 else ctx.sin(x) / x
+''',
+    "_logaddexp": '''def _logaddexp(ctx, x, y):
+    return max(x, y) + ctx.log1p(ctx.exp(-abs(x - y)))
+''',
+}  # fmt: skip
+
+
+def render(program: Program, functions: list[Ready]) -> str:
+    """The file."""
+    code = "\n\n\n".join(_function(f) for f in functions)
+    used = helpers(code, HELPERS)
+    more = "dps: digits that are right. Numbers are exact: 0.1 is a binary fraction, \"0.1\" is 1/10"
+    top = comment(header(program, more), "#")
+    return "\n".join([
+        *top, "", "from fractions import Fraction", "", "import mpmath",
+        "from mpmath.ctx_mp import MPContext", "", f"MOST = {program.digits}", "", "",
+        "\n\n".join([_DIGITS, *used, ""]) + code, "",
+    ])  # fmt: skip
+
+
+def _function(function: Ready) -> str:
+    names = list(function.arguments)
+    inner = heading(f"def _{function.name}", ["ctx", *names], ":")
+    for body in function.bodies:
+        inner += block(body, "mpmath")
+    if function.bodies[-1].conditions:
+        inner.append(f'    raise ValueError("{function.outside}")')
+    outer = [
+        *heading(f"def {function.name}", [*names, "dps=15"], ":"),
+        f'    """{signature_doc(function)}"""',
+        *wrapped(
+            "return _digits",
+            ", ".join([f"_{function.name}", "dps", *names]),
+            "    ",
+            brackets="()",
+        ),
+    ]
+    return "\n".join([*inner, "", "", *outer])
