@@ -62,6 +62,17 @@ class logaddexp(sympy.Function):  # type: ignore[misc]
     is_real = True
 
 
+class CalledBase(sympy.Function):  # type: ignore[misc]
+    """A call of another function of the same file, by the name of the class."""
+
+    is_real = True
+
+
+def called(name: str, *arguments: Any) -> Any:
+    """A call of the function `name` of the same file."""
+    return type(name, (CalledBase,), {})(*arguments)
+
+
 def removable(e: Any) -> Any:
     """`e` without the poles that only its way of writing has, such as tanh(a x)/a at a = 0."""
     for b in sorted(e.free_symbols, key=str):
@@ -170,9 +181,24 @@ def rounded(e: Any) -> Any:
     return e.func(*new)
 
 
+def as_printed(e: Any) -> Any:
+    """`e` with the functions of this module written out."""
+    for kind, written in (
+        (exprel, lambda x: (sympy.exp(x) - 1) / x),
+        (exprel2, lambda x: (sympy.exp(x) - 1 - x) / x**2),
+        (tanhc, lambda x: sympy.tanh(x) / x),
+        (sinc, lambda x: sympy.sin(x) / x),
+        (expm1, lambda x: sympy.exp(x) - 1),
+        (log1p, lambda x: sympy.log(1 + x)),
+        (logaddexp, lambda x, y: sympy.log(sympy.exp(x) + sympy.exp(y))),
+    ):
+        e = e.replace(kind, written)
+    return e
+
+
 def _literal(e: Any) -> Any:
     """The nearest double, as a symbol that is written as its shortest decimal."""
-    value = float(sympy.N(e, 30))
+    value = float(sympy.N(as_printed(e), 30))
     if value == 0 and e != 0 and e.is_zero is not True:
         return sympy.S.Zero
     if value in (float("inf"), float("-inf")):

@@ -10,7 +10,7 @@ from typing import Any
 
 import sympy
 
-from symasym.emit.forms import log_form, removable, rounded, stable
+from symasym.emit.forms import as_printed, log_form, removable, rounded, stable
 from symasym.errors import InputError
 
 # Words that one of the languages has taken, or that the emitted files use themselves.
@@ -39,6 +39,18 @@ class Case:
 
     values: tuple[Any, ...]
     conditions: tuple[Any, ...] = ()
+    name: str = ""  # how it is called when it is left out
+
+
+@dataclass(frozen=True)
+class Layer:
+    """The logarithm of the integral of e^{-2 V/kappa^2} over the layer, as a function's value.
+
+    V is monotone between `points`, or between the zeros of the polynomial of `coefficients`.
+    """
+
+    points: tuple[Any, ...] = ()
+    coefficients: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -63,6 +75,7 @@ class Function:
     cases: tuple[Case, ...]
     logs: tuple[Case, ...] = ()
     outside: str = "no case of the formula holds there"
+    layer: Layer | None = None
 
     @property
     def symbols(self) -> set[Any]:
@@ -93,6 +106,7 @@ class Ready:
     bodies: tuple[Body, ...]
     outside: str = ""
     exp_of: str = ""
+    layer: Layer | None = None
 
     @property
     def count(self) -> int:
@@ -150,6 +164,9 @@ def ready(program: Program, double: bool) -> list[Ready]:
     found: list[Ready] = []
     own = {function.name for function in program.functions}
     for function in program.functions:
+        if function.layer is not None:
+            found.append(_ready_layer(function, double))
+            continue
         function = replace(
             function,
             cases=tuple(_stably(case) for case in function.cases),
@@ -207,6 +224,15 @@ def _called(function: Function) -> dict[Any, Any]:
             "names in code; rename some of them."
         )
     return {s: sympy.Symbol(name, **s._assumptions_orig) for s, name in names.items()}
+
+
+def _ready_layer(function: Function, double: bool) -> Ready:
+    layer = function.layer
+    assert layer is not None
+    if double:
+        layer = Layer(*(tuple(rounded(e) for e in part) for part in (layer.points,
+                                                                     layer.coefficients)))  # fmt: skip
+    return Ready(function.name, function.doc, function.arguments, (), layer=layer)
 
 
 def _ready(function: Function, names: dict[Any, Any], double: bool) -> Ready:
@@ -275,14 +301,17 @@ def fold(program: Program, parameters: Mapping[str, Any]) -> Program:
 def _folded(
     function: Function, numbers: Mapping[Any, Any], given: str
 ) -> tuple[Function | None, list[str]]:
+    if function.layer is not None:
+        return function, []
     gone: list[str] = []
     parts = []
     for cases in (function.cases, function.logs):
         found = []
         for case in cases:
-            conditions = [c.subs(numbers) for c in case.conditions]
-            if any(c == sympy.false for c in conditions):
-                gone.append(f"a case of {function.name} that does not occur for {given}")
+            open_ = _settled(case.conditions, numbers)
+            if open_ is None:
+                what = case.name or "a case"
+                gone.append(f"{what} of {function.name}, which does not occur for {given}")
                 continue
             values = tuple(removable(v).subs(numbers) for v in case.values)
             if any(_without_value(v) for v in values):
@@ -292,8 +321,7 @@ def _folded(
                 for v in case.values
                 for term in _vanishing(v, numbers)
             ]
-            open_ = tuple(c for c in conditions if c != sympy.true)
-            found.append(Case(values, open_))
+            found.append(replace(case, values=values, conditions=open_))
             if not open_:
                 break
         parts.append(tuple(found))
@@ -303,10 +331,22 @@ def _folded(
     return replace(function, cases=parts[0], logs=parts[1]), list(dict.fromkeys(gone))
 
 
+def _settled(conditions: tuple[Any, ...], numbers: Mapping[Any, Any]) -> tuple[Any, ...] | None:
+    """The conditions that are still open; None where one fails (later ones may have no value)."""
+    found = []
+    for condition in conditions:
+        condition = condition.subs(numbers)
+        if condition == sympy.false:
+            return None
+        if condition != sympy.true:
+            found.append(condition)
+    return tuple(found)
+
+
 def _without_value(e: Any) -> bool:
     if e.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
         return True
-    return bool(e.is_real is False or (not e.free_symbols and abs(sympy.im(sympy.N(e))) > 1e-10))
+    return bool(e.is_real is False or (not e.free_symbols and abs(sympy.im(sympy.N(as_printed(e)))) > 1e-10))
 
 
 def _vanishing(e: Any, numbers: Mapping[Any, Any]) -> Iterable[str]:

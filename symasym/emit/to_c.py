@@ -6,9 +6,103 @@ import os
 import shutil
 
 from symasym.emit.program import DOUBLE, Body, Program, Ready, header
+from symasym.errors import InputError
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
 
 HELPERS = {
+    "log_integral_": '''/* Gauss-Legendre, 16 points: those on the right, and their weights. */
+static const double x_[8] = {
+    0.09501250983763744, 0.2816035507792589, 0.45801677765722737, 0.6178762444026438,
+    0.755404408355003, 0.8656312023878318, 0.9445750230732326, 0.9894009349916499
+};
+static const double w_[8] = {
+    0.1894506104550685, 0.18260341504492358, 0.16915651939500254, 0.14959598881657674,
+    0.12462897125553388, 0.09515851168249279, 0.062253523938647894, 0.027152459411754096
+};
+
+typedef double integrand_(double u, const double *p);
+
+static double panel_(integrand_ *g, const double *p, double a, double b, double top)
+{
+    const double m = (a + b) / 2.0, h = (b - a) / 2.0;
+    double sum = 0.0;
+    int k;
+    for (k = 0; k < 8; k++)
+        sum += w_[k] * (exp(g(m - h * x_[k], p) - top) + exp(g(m + h * x_[k], p) - top));
+    return h * sum;
+}
+
+static double total_(
+    integrand_ *g, const double *p, double a, double b, double top, int depth, double before)
+{
+    const double ga = g(a, p), gb = g(b, p), m = (a + b) / 2.0;
+    /* The exponent's own rounding: no halving gets below it. */
+    const double noise = 4e-16 * fabs(top);
+    double halves, error;
+    if (fmax(ga, gb) < top - 100.0)
+        return 0.0;
+    if (fabs(ga - gb) > 4.0 && depth < 60)
+        return total_(g, p, a, m, top, depth + 1, before)
+            + total_(g, p, m, b, top, depth + 1, before);
+    halves = panel_(g, p, a, m, top) + panel_(g, p, m, b, top);
+    error = fabs(halves - panel_(g, p, a, b, top));
+    /* Where halving hardly helps, rounding is all there is. */
+    if (!(error > (4e-15 + noise) * halves) || depth > 60
+        || (error <= fmax(1e-9, 1e3 * noise) * halves && error > before / 16.0))
+        return halves;
+    return total_(g, p, a, m, top, depth + 1, error)
+        + total_(g, p, m, b, top, depth + 1, error);
+}
+
+/* Logarithm of the integral of e^g; g is monotone between the points. */
+static double log_integral_(integrand_ *g, const double *p, const double *points, int count)
+{
+    double top = -HUGE_VAL, sum = 0.0;
+    int k;
+    for (k = 0; k < count; k++)
+        top = fmax(top, g(points[k], p));
+    for (k = 0; k + 1 < count; k++)
+        sum += total_(g, p, points[k], points[k + 1], top, 0, HUGE_VAL);
+    return top + log(sum);
+}
+''',
+    "zeros_": '''static double polynomial_(const double *c, int n, double u)
+{
+    double sum = 0.0;
+    while (n > 0)
+        sum = sum * u + c[--n];
+    return sum;
+}
+
+/* Zeros in (-1, 1) of c[0] + c[1] u + ... with a change of sign, from those of its slope. */
+static int zeros_(const double *c, int n, double *found)
+{
+    double slope[32], marks[34];
+    int k, i, count, number = 0;
+    if (n < 2)
+        return 0;
+    for (k = 1; k < n; k++)
+        slope[k - 1] = k * c[k];
+    count = zeros_(slope, n - 1, marks + 1);
+    marks[0] = -1.0;
+    marks[count + 1] = 1.0;
+    for (k = 0; k <= count; k++) {
+        double a = marks[k], b = marks[k + 1];
+        const int low = polynomial_(c, n, a) > 0.0;
+        if (low == (polynomial_(c, n, b) > 0.0))
+            continue;
+        for (i = 0; i < 64; i++) {
+            const double m = (a + b) / 2.0;
+            if ((polynomial_(c, n, m) > 0.0) == low)
+                a = m;
+            else
+                b = m;
+        }
+        found[number++] = (a + b) / 2.0;
+    }
+    return number;
+}
+''',
     "logaddexp_": '''static double logaddexp_(double x, double y)
 {
     const double high = x > y ? x : y;
@@ -79,7 +173,45 @@ def _declared(function: Ready) -> str:
     return "\n".join([*("/* " + line + " */" for line in doc), *_signature(function, ";")])
 
 
+def _layer(function: Ready) -> str:
+    """`log_layer`: its exponent, the points between which V is monotone, and the integral."""
+    assert function.layer is not None
+    names = function.arguments
+    free = [f"p[{k}]" for k in range(1, len(names))]
+    known = function.layer.coefficients or function.layer.points
+    if len(known) > 32:
+        raise InputError("C code is emitted for polynomials up to degree 31; give a lower one.")
+    values = ", ".join(text(e, "c") for e in known)
+    lines = [
+        f"static double {function.name}_at_(double u, const double *p)",
+        "{",
+        f"    return -2.0*V({', '.join(['u', *free])})/(p[0]*p[0]);",
+        "}",
+        "",
+        *_signature(function),
+        "{",
+        f"    const double p[{len(names)}] = {{{', '.join(names)}}};",
+    ]
+    if function.layer.coefficients:
+        lines += wrapped(f"const double c[{len(known)}] = ", values, "    ", end=";", brackets="{}")
+        lines += [
+            f"    double points[{len(known) + 2}] = {{-1.0}};",
+            f"    const int count = zeros_(c, {len(known)}, points + 1);",
+            "    points[count + 1] = 1.0;",
+        ]
+    else:
+        listed = ", ".join(["-1.0", *([values] if values else []), "1.0"])
+        lines += wrapped(
+            f"const double points[{len(known) + 2}] = ", listed, "    ", end=";", brackets="{}"
+        )
+        lines.append(f"    const int count = {len(known)};")
+    lines.append(f"    return log_integral_({function.name}_at_, p, points, count + 2);")
+    return "\n".join([*lines, "}"])
+
+
 def _function(function: Ready) -> str:
+    if function.layer:
+        return _layer(function)
     lines = [*_signature(function), "{"]
     if function.exp_of:
         names = ", ".join(function.arguments)
@@ -94,7 +226,8 @@ def _function(function: Ready) -> str:
 def _block(body: Body) -> list[str]:
     lines, indent = [], "    "
     if body.conditions:
-        lines.append(f"    if ({' && '.join(text(c, 'c') for c in body.conditions)}) {{")
+        asked = " && ".join(text(c, "c") for c in body.conditions)
+        lines += wrapped("if ", asked, indent, end=" {", brackets="()")
         indent += "    "
     for symbol, value in body.shared:
         lines += wrapped(f"const double {symbol} = ", text(value, "c"), indent, end=";")

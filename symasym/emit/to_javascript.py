@@ -6,6 +6,70 @@ from symasym.emit.program import DOUBLE, Body, Program, Ready, header
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
 
 HELPERS = {
+    "logIntegral": '''// Gauss-Legendre, 16 points: those on the right, and their weights.
+const X = [
+  0.09501250983763744, 0.2816035507792589, 0.45801677765722737, 0.6178762444026438,
+  0.755404408355003, 0.8656312023878318, 0.9445750230732326, 0.9894009349916499,
+];
+const W = [
+  0.1894506104550685, 0.18260341504492358, 0.16915651939500254, 0.14959598881657674,
+  0.12462897125553388, 0.09515851168249279, 0.062253523938647894, 0.027152459411754096,
+];
+
+/** Logarithm of the integral of e^g; g is monotone between the points. */
+function logIntegral(g, points) {
+  const top = Math.max(...points.map(g));
+  // The exponent's own rounding: no halving gets below it.
+  const noise = 4e-16 * Math.abs(top);
+  const panel = (a, b) => {
+    const m = (a + b) / 2;
+    const h = (b - a) / 2;
+    let sum = 0;
+    for (let k = 0; k < 8; k++) {
+      sum += W[k] * (Math.exp(g(m - h * X[k]) - top) + Math.exp(g(m + h * X[k]) - top));
+    }
+    return h * sum;
+  };
+  const total = (a, b, depth, before) => {
+    const ga = g(a);
+    const gb = g(b);
+    const m = (a + b) / 2;
+    if (Math.max(ga, gb) < top - 100) return 0;
+    if (Math.abs(ga - gb) > 4 && depth < 60) {
+      return total(a, m, depth + 1, before) + total(m, b, depth + 1, before);
+    }
+    const halves = panel(a, m) + panel(m, b);
+    const error = Math.abs(halves - panel(a, b));
+    // Where halving hardly helps, rounding is all there is.
+    const rounding = error <= Math.max(1e-9, 1e3 * noise) * halves && error > before / 16;
+    if (!(error > (4e-15 + noise) * halves) || rounding || depth > 60) return halves;
+    return total(a, m, depth + 1, error) + total(m, b, depth + 1, error);
+  };
+  let sum = 0;
+  for (let k = 0; k + 1 < points.length; k++) sum += total(points[k], points[k + 1], 0, Infinity);
+  return top + Math.log(sum);
+}
+''',
+    "zeros": '''/** Zeros in (-1, 1) of c[0] + c[1] u + ... with a change of sign, from those of its slope. */
+function zeros(c) {
+  if (c.length < 2) return [];
+  const value = (u) => c.reduceRight((sum, x) => sum * u + x, 0);
+  const marks = [-1, ...zeros(c.map((x, k) => k * x).slice(1)), 1];
+  const found = [];
+  for (let k = 0; k + 1 < marks.length; k++) {
+    let [a, b] = [marks[k], marks[k + 1]];
+    const low = value(a) > 0;
+    if (low === value(b) > 0) continue;
+    for (let i = 0; i < 64; i++) {
+      const m = (a + b) / 2;
+      if (value(m) > 0 === low) a = m;
+      else b = m;
+    }
+    found.push((a + b) / 2);
+  }
+  return found;
+}
+''',
     "logaddexp": '''function logaddexp(x, y) {
   const high = Math.max(x, y);
   return Math.abs(high) === Infinity ? high : high + Math.log1p(Math.exp(-Math.abs(x - y)));
@@ -49,6 +113,8 @@ def _function(function: Ready) -> str:
     if function.exp_of:
         call = f"return Math.exp({function.exp_of}"
         lines += wrapped(call, names, "  ", end=");", brackets="()", deeper="  ")
+    if function.layer:
+        lines += _layer(function)
     for body in function.bodies:
         lines += _block(body)
     if function.bodies and function.bodies[-1].conditions:
@@ -56,11 +122,28 @@ def _function(function: Ready) -> str:
     return "\n".join([*lines, "}"])
 
 
+def _layer(function: Ready) -> list[str]:
+    """The body of `log_layer`: the points between which V is monotone, and the integral."""
+    assert function.layer is not None
+    kappa, free = function.arguments[0], function.arguments[1:]
+    points = ", ".join(text(p, "javascript") for p in function.layer.points)
+    if function.layer.coefficients:
+        known = ", ".join(text(c, "javascript") for c in function.layer.coefficients)
+        points = f"...zeros([{known}])"
+    listed = ", ".join(["-1", *([points] if points else []), "1"])
+    exponent = f"(u) => -2*V({', '.join(['u', *free])})/({kappa}*{kappa}), points"
+    return [
+        *wrapped("const points = ", listed, "  ", end=";", brackets="[]", deeper="  "),
+        *wrapped("return logIntegral", exponent, "  ", end=";", brackets="()", deeper="  "),
+    ]
+
+
 def _block(body: Body) -> list[str]:
     lines, indent = [], "  "
     if body.conditions:
         asked = " && ".join(text(c, "javascript") for c in body.conditions)
-        lines.append(f"  if ({asked.replace('==', '===').replace('!=', '!==')}) {{")
+        asked = asked.replace("==", "===").replace("!=", "!==")
+        lines += wrapped("if ", asked, indent, end=" {", brackets="()", deeper="  ")
         indent += "  "
     for symbol, value in body.shared:
         lines += wrapped(f"const {symbol} = ", text(value, "javascript"), indent, end=";", deeper="  ")

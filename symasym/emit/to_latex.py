@@ -7,6 +7,7 @@ from typing import Any
 
 import sympy
 
+from symasym.emit.forms import as_printed
 from symasym.emit.program import Function, Program, Ready, header
 from symasym.emit.writing import comment
 
@@ -51,5 +52,6 @@ def _values(values: tuple[Any, ...]) -> str:
 
 
 def _tex(e: Any) -> str:
+    e = as_printed(e)
     names = {s: NAMES[s.name] for s in e.free_symbols if s.name in NAMES}
     return str(sympy.latex(e, symbol_names=names, order="none"))

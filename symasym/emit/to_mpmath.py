@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from symasym.emit.program import Program, Ready, header
-from symasym.emit.to_python import block
+from symasym.emit.to_python import block, layer
 from symasym.emit.writing import comment, heading, helpers, signature_doc, wrapped
 
 _DIGITS = '''def _number(ctx, x):
@@ -37,6 +37,48 @@ def _digits(function, dps, *arguments):
     raise ArithmeticError("the digits cancel; the value may be exactly 0")
 '''
 HELPERS = {
+    "_log_integral": '''def _log_integral(ctx, g, points):
+    """Logarithm of the integral of e^g; g is monotone between the points."""
+    points = [ctx.mpf(p) for p in points]
+    top = max(map(g, points))
+
+    def total(a, b, depth):
+        ga, gb, m = g(a), g(b), (a + b) / 2
+        if max(ga, gb) < top - 100 - 3 * ctx.dps:
+            return ctx.zero
+        if abs(ga - gb) > 4 and depth < 60 + 4 * ctx.dps:
+            return total(a, m, depth + 1) + total(m, b, depth + 1)
+        value, error = ctx.quad(
+            lambda u: ctx.exp(g(u) - top), [a, b], method="gauss-legendre", error=True
+        )
+        if error > abs(value) * ctx.mpf(10) ** (5 - ctx.dps) and depth < 60 + 4 * ctx.dps:
+            return total(a, m, depth + 1) + total(m, b, depth + 1)
+        return value
+
+    return top + ctx.log(sum(total(a, b, 0) for a, b in zip(points, points[1:])))
+''',
+    "_zeros": '''def _zeros(c):
+    """Zeros in (-1, 1) of c[0] + c[1] u + ... with a change of sign, from those of its slope."""
+    if len(c) < 2:
+        return []
+
+    def value(u):
+        total = 0
+        for x in reversed(c):
+            total = total * u + x
+        return total
+
+    marks, found = [-1, *_zeros([k * x for k, x in enumerate(c)][1:]), 1], []
+    for a, b in zip(marks, marks[1:]):
+        low = value(a) > 0
+        if low == (value(b) > 0):
+            continue
+        for _ in range(64):
+            m = (a + b) / 2
+            a, b = (m, b) if (value(m) > 0) == low else (a, m)
+        found.append((a + b) / 2)
+    return found
+''',
     "_exprel": '''def _exprel(ctx, x):
     return ctx.one if x == 0 else ctx.expm1(x) / x
 ''',
@@ -71,9 +113,11 @@ def render(program: Program, functions: list[Ready]) -> str:
 def _function(function: Ready) -> str:
     names = list(function.arguments)
     inner = heading(f"def _{function.name}", ["ctx", *names], ":")
+    if function.layer:
+        inner += layer(function, "mpmath", names)
     for body in function.bodies:
         inner += block(body, "mpmath")
-    if function.bodies[-1].conditions:
+    if function.bodies and function.bodies[-1].conditions:
         inner.append(f'    raise ValueError("{function.outside}")')
     outer = [
         *heading(f"def {function.name}", [*names, "dps=15"], ":"),

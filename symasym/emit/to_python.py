@@ -6,6 +6,68 @@ from symasym.emit.program import DOUBLE, Body, Program, Ready, header
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
 
 HELPERS = {
+    "_log_integral": '''# Gauss-Legendre, 16 points: those on the right, and their weights.
+_X = (
+    0.09501250983763744, 0.2816035507792589, 0.45801677765722737, 0.6178762444026438,
+    0.755404408355003, 0.8656312023878318, 0.9445750230732326, 0.9894009349916499,
+)
+_W = (
+    0.1894506104550685, 0.18260341504492358, 0.16915651939500254, 0.14959598881657674,
+    0.12462897125553388, 0.09515851168249279, 0.062253523938647894, 0.027152459411754096,
+)
+
+
+def _log_integral(g, points):
+    """Logarithm of the integral of e^g; g is monotone between the points."""
+    top = max(map(g, points))
+    # The exponent's own rounding: no halving gets below it.
+    noise = 4e-16 * abs(top)
+
+    def panel(a, b):
+        m, h = (a + b) / 2, (b - a) / 2
+        return h * sum(
+            w * (math.exp(g(m - h * x) - top) + math.exp(g(m + h * x) - top))
+            for x, w in zip(_X, _W)
+        )
+
+    def total(a, b, depth, before):
+        ga, gb, m = g(a), g(b), (a + b) / 2
+        if max(ga, gb) < top - 100:
+            return 0.0
+        if abs(ga - gb) > 4 and depth < 60:
+            return total(a, m, depth + 1, before) + total(m, b, depth + 1, before)
+        halves = panel(a, m) + panel(m, b)
+        error = abs(halves - panel(a, b))
+        # Where halving hardly helps, rounding is all there is.
+        rounding = error <= max(1e-9, 1e3 * noise) * halves and error > before / 16
+        if error <= (4e-15 + noise) * halves or rounding or depth > 60:
+            return halves
+        return total(a, m, depth + 1, error) + total(m, b, depth + 1, error)
+
+    return top + math.log(sum(total(a, b, 0, math.inf) for a, b in zip(points, points[1:])))
+''',
+    "_zeros": '''def _zeros(c):
+    """Zeros in (-1, 1) of c[0] + c[1] u + ... with a change of sign, from those of its slope."""
+    if len(c) < 2:
+        return []
+
+    def value(u):
+        total = 0.0
+        for x in reversed(c):
+            total = total * u + x
+        return total
+
+    marks, found = [-1.0, *_zeros([k * x for k, x in enumerate(c)][1:]), 1.0], []
+    for a, b in zip(marks, marks[1:]):
+        low = value(a) > 0
+        if low == (value(b) > 0):
+            continue
+        for _ in range(64):
+            m = (a + b) / 2
+            a, b = (m, b) if (value(m) > 0) == low else (a, m)
+        found.append((a + b) / 2)
+    return found
+''',
     "_exp": '''def _exp(x):
     return math.exp(x) if x < 709.78 else math.exp(x / 2) * math.exp(x / 2) if x < 1400 else math.inf
 ''',
@@ -59,6 +121,8 @@ def _function(function: Ready) -> str:
     if function.exp_of:
         lines += wrapped(f"return _exp({function.exp_of}", names, "    ", end=")", brackets="()")
         return "\n".join(lines)
+    if function.layer:
+        return "\n".join([*lines, *layer(function, "python", list(function.arguments))])
     if len(function.arguments) > 1:
         lines += wrapped(f"{names} = map(float, ", names, "    ", end=")", brackets="()")
     elif names:
@@ -70,12 +134,30 @@ def _function(function: Ready) -> str:
     return "\n".join(lines)
 
 
+def layer(function: Ready, target: str, names: list[str]) -> list[str]:
+    """The body of `log_layer`: the points between which V is monotone, and the integral."""
+    assert function.layer is not None
+    kappa, free = names[0], names[1:]
+    points = ", ".join(text(p, target) for p in function.layer.points)
+    if function.layer.coefficients:
+        known = ", ".join(text(c, target) for c in function.layer.coefficients)
+        points = f"*_zeros([{known}])"
+    V, first = ("_V", ["ctx"]) if target == "mpmath" else ("V", [])
+    ctx = "ctx, " if target == "mpmath" else ""
+    value = f"lambda u: -2*{V}({', '.join([*first, 'u', *free])})/{kappa}**2"
+    listed = f"[-1, {points}, 1]" if points else "[-1, 1]"
+    return [
+        *wrapped("points = ", listed, "    "),
+        *wrapped("return _log_integral", f"{ctx}{value}, points", "    ", brackets="()"),
+    ]
+
+
 def block(body: Body, target: str, indent: str = "    ") -> list[str]:
     """A case as an ``if``, its shared parts and its value."""
     lines = []
     if body.conditions:
         asked = " and ".join(text(c, target) for c in body.conditions)
-        lines.append(f"{indent}if {asked}:")
+        lines += wrapped("if ", asked, indent, end=":")
         indent += "    "
     for symbol, value in body.shared:
         lines += wrapped(f"{symbol} = ", text(value, target), indent)

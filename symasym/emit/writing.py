@@ -27,6 +27,11 @@ class _CodePrinter(_Printer):
         sign = {"Eq": "==", "Ne": "!="}.get(type(expr).__name__, expr.rel_op)
         return f"{self._print(expr.lhs)} {sign} {self._print(expr.rhs)}"
 
+    def _print_CalledBase(self, expr: Any) -> str:
+        first, mark = (["ctx"], "_") if self.target == "mpmath" else ([], "")
+        arguments = [*first, *(self._print(a) for a in expr.args)]
+        return f"{mark}{type(expr).__name__}({', '.join(arguments)})"
+
     _print_Equality = _print_Unequality = _print_Relational
     _print_StrictLessThan = _print_LessThan = _print_Relational
     _print_StrictGreaterThan = _print_GreaterThan = _print_Relational
