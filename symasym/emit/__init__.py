@@ -81,7 +81,7 @@ def emit(
         if drift is not None:
             from symasym.emit.drifts import program as with_drift
 
-            return rendered(with_drift(what, drift, numbers, target), target)
+            return rendered(with_drift(what, drift, numbers), target)
         program = of_formula(what)
     else:
         if drift is not None:

@@ -19,7 +19,7 @@ from symasym.inputs import is_array
 _DIGITS = 60
 
 
-def program(what: Formula, drift: Drift, numbers: Mapping[str, Any], target: str) -> Program:
+def program(what: Formula, drift: Drift, numbers: Mapping[str, Any]) -> Program:
     """A formula of `LABELS` for a drift; `numbers` are the drift's parameters, or the others."""
     if not isinstance(drift, Drift):
         raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction().")
@@ -81,8 +81,9 @@ def drift_function(drift: Drift) -> Function:
 
 def potential_function(drift: Drift) -> Function:
     """V(u)."""
-    if drift.name == "tanh":
-        pieces = _tanh_potential(drift)
+    own = {"tanh": _tanh_potential, "hill": _hill_potential}.get(drift.name)
+    if own is not None:
+        pieces = own(drift)
     else:
         pieces = [(_by_powers(v, -1), where) for v, where in _cases(drift.potential())]
     cases = tuple(Case((value,), where) for value, where in pieces)
@@ -105,11 +106,40 @@ def _by_powers(e: Any, zero: int | None = None) -> Any:
     return sympy.horner(e, _U)
 
 
-def _tanh_potential(drift: Drift) -> list[tuple[Any, tuple[Any, ...]]]:
-    """V of the sigmoid; SymPy's antiderivative loses digits where tanh is near -1."""
+def _values(drift: Drift) -> list[Any]:
     value: dict[str, Any] = {name: sympy.Symbol(name, real=True) for name in drift.free}
     value |= _bound(drift)
-    a, b, s = (value[name] for name in ("a_minus", "a_plus", "steepness"))
+    return [value[name] for name in drift.parameters]
+
+
+def _hill_potential(drift: Drift) -> list[tuple[Any, tuple[Any, ...]]]:
+    """V of the Hill switch, by partial fractions in s = x/K: K^n + x^n has the roots K e^{i t}."""
+    a, b, K = _values(drift)
+    n = drift._model.n  # type: ignore[attr-defined]
+
+    def share(x: Any) -> Any:
+        """The integral of x^n/(K^n + x^n) from 0."""
+        s, total = x / K, sympy.S.Zero
+        for k in range(n // 2):
+            t = (2 * k + 1) * sympy.pi / n
+            c, d = sympy.cos(t), sympy.sin(t)
+            total -= c / n * sympy.log(s**2 - 2 * c * s + 1)
+            total += 2 * d / n * (sympy.atan((s - c) / d) + sympy.atan(c / d))
+        if n % 2:
+            total += sympy.log(1 + s) / n
+        return x - K * total
+
+    rise = 2 * (b - a) * (1 + K**n)
+    return [
+        (-a * (_U + 1), (_U <= -1,)),
+        (-a * (_U + 1) - rise * share((1 + _U) / 2), (_U < 1,)),
+        (-2 * a - rise * share(sympy.S.One) - b * (_U - 1), (_U >= 1,)),
+    ]
+
+
+def _tanh_potential(drift: Drift) -> list[tuple[Any, tuple[Any, ...]]]:
+    """V of the sigmoid; SymPy's antiderivative loses digits where tanh is near -1."""
+    a, b, s = _values(drift)
 
     def log_cosh(x: Any) -> Any:
         return logaddexp(x, -x)  # and log 2, which cancels
@@ -222,9 +252,10 @@ def _layer_parts(drift: Drift) -> tuple[list[Function], Any, Any, Any]:
         (Case((kappa + sum(free.values(), sympy.S.Zero),)),),  # for its symbols
         layer=layer,
     )
-    a_minus, a_plus = (A.subs(_U, end) for end in (-1, 1))
+    a_minus, a_plus = (sympy.expand(A.subs(_U, end)) for end in (-1, 1))
     signs = {"a_minus": a_minus, "a_plus": a_plus}
-    V1 = next(case.values[0] for case in V.cases if (_U >= 1) in case.conditions).subs(_U, 1)
+    V1 = next(case.values[0] for case in V.cases if (_U >= 1) in case.conditions)
+    V1 = sympy.expand(V1.subs(_U, 1))
     tails = [
         e.subs({s: {**signs, "V_1": V1}[s.name] for s in e.free_symbols if s.name != "kappa"})
         for e in map(log_form, formula("tails").expression)

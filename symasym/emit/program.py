@@ -6,6 +6,7 @@ import keyword
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import sympy
@@ -134,6 +135,16 @@ class Program:
         """A name for a file or a header."""
         return identifier(self.label.removeprefix("eq:").replace("-", "_") or "formula")
 
+    @cached_property
+    def in_doubles(self) -> list[Ready]:
+        """The functions with shared parts taken out and constants rounded."""
+        return ready(self, True)
+
+    @cached_property
+    def in_digits(self) -> list[Ready]:
+        """The functions with shared parts taken out, constants exact."""
+        return ready(self, False)
+
 
 _OPEN = (
     sympy.Integral,
@@ -141,6 +152,7 @@ _OPEN = (
     sympy.Sum,
     sympy.Piecewise,
     sympy.Heaviside,
+    sympy.RootSum,
     sympy.core.function.AppliedUndef,
 )
 

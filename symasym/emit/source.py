@@ -11,7 +11,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from symasym.emit import to_c, to_javascript, to_latex, to_mpmath, to_numpy, to_python
-from symasym.emit.program import Program, Ready, ready
+from symasym.emit.program import Program, Ready
 from symasym.errors import InputError, OutputError
 from symasym.files import write_bytes
 
@@ -73,6 +73,10 @@ class Source(str):
         write_bytes(place, text.encode())
         return [place, beside]
 
+    def to(self, target: str) -> Source:
+        """The same functions in another language."""
+        return rendered(self._program, target)
+
     def load(self) -> Any:
         """The functions as callables of this process.
 
@@ -103,7 +107,9 @@ class Source(str):
 def rendered(program: Program, target: str) -> Source:
     """The source code of a program."""
     check_target(target)
-    functions = [] if target == "latex" else ready(program, double=target != "mpmath")
+    functions: list[Ready] = []
+    if target != "latex":
+        functions = program.in_digits if target == "mpmath" else program.in_doubles
     if target == "c":
         text, header = to_c.render(program, functions, program.name)
     else:

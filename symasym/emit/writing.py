@@ -100,7 +100,7 @@ def helpers(code: str, known: Mapping[str, str]) -> list[str]:
 
     def look(where: str) -> None:
         for name, source in known.items():
-            if name not in seen and re.search(rf"(?<![\w.]){re.escape(name)}\b", where):
+            if name not in seen and re.search(rf"(?<!\w)(?<!\w\.){re.escape(name)}\b", where):
                 seen.add(name)
                 look(source)
                 found.append(source)
