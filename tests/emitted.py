@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -91,46 +92,27 @@ print(json.dumps(values))
 
 
 def _run_c(files: dict[str, Source], calls: list[Call], folder: Path) -> list[list[str]]:
-    lines = ["#include <stdio.h>", "#include <stdlib.h>", "#include <string.h>"]
-    by_file: dict[str, list[Call]] = {}
+    """All files in one compilation, every name of a file with the file's before it."""
+    lines = ["#include <math.h>", "#include <stdio.h>"]
+    for name, source in files.items():
+        own = {*source.functions, *re.findall(r"\b[A-Za-z]\w*_\b", str(source))}
+        lines += [f"#define {word} {name}__{word}" for word in sorted(own)]
+        lines.append(f'#include "{name}.c"')
+        lines += [f"#undef {word}" for word in sorted(own)]
+    lines += ["int main(void)", "{", "    double out[8];"]
     for call in calls:
-        by_file.setdefault(call.file, []).append(call)
-    found: dict[Call, list[str]] = {}
-    for groups in _without_clashes(files, by_file):
-        main = [*lines, *(f'#include "{name}.h"' for name in groups), "int main(void)", "{"]
-        main.append("    double out[8];")
-        asked = [c for name in groups for c in by_file[name]]
-        for call in asked:
-            arguments = [repr(float(x)) for x in call.arguments]
-            if call.count > 1:
-                main.append(f"    {call.function}({', '.join([*arguments, 'out'])});")
-            else:
-                main.append(f"    out[0] = {call.function}({', '.join(arguments)});")
-            for k in range(call.count):
-                main.append(f'    printf("%.17g ", out[{k}]);')
-            main.append('    printf("\\n");')
-        (folder / "main.c").write_text("\n".join([*main, "    return 0;", "}", ""]))
-        strict = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
-        sources = [f"{name}.c" for name in groups]
-        _output([compiler(), *strict, "-o", "main", "main.c", *sources, "-lm"], folder)
-        printed = _output([str(folder / "main")], folder).splitlines()
-        found.update(zip(asked, (line.split() for line in printed), strict=True))
-    return [found[call] for call in calls]
-
-
-def _without_clashes(files: dict[str, Source], by_file: dict[str, list[Call]]) -> list[list[str]]:
-    """Groups of files that define no function twice."""
-    groups: list[tuple[set[str], list[str]]] = []
-    for name in by_file:
-        defined = set(files[name].functions)
-        for taken, group in groups:
-            if not taken & defined:
-                taken |= defined
-                group.append(name)
-                break
+        arguments = [repr(float(x)) for x in call.arguments]
+        function = f"{call.file}__{call.function}"
+        if call.count > 1:
+            lines.append(f"    {function}({', '.join([*arguments, 'out'])});")
         else:
-            groups.append((set(defined), [name]))
-    return [group for _, group in groups]
+            lines.append(f"    out[0] = {function}({', '.join(arguments)});")
+        lines += [f'    printf("%.17g ", out[{k}]);' for k in range(call.count)]
+        lines.append('    printf("\\n");')
+    (folder / "main.c").write_text("\n".join([*lines, "    return 0;", "}", ""]))
+    strict = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
+    _output([compiler(), *strict, "-o", "main", "main.c", "-lm"], folder)
+    return [line.split() for line in _output([str(folder / "main")], folder).splitlines()]
 
 
 def _output(command: list[Any], folder: Path) -> str:
