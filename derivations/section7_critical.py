@@ -151,6 +151,7 @@ def _positive_left(q: Any, s: Any) -> Any:
     c = 1 / (1 + q)
     return alpha + s + alpha * c + alpha * mu * q * (q + 2) / (1 + q) ** 3
 
+
 def _reduced(expression: Any) -> Any:
     """A polynomial in cos(omega) and sin(omega), with sin^2 = 1 - cos^2 put in."""
     c, s = Symbol("c"), Symbol("s")
@@ -222,8 +223,10 @@ def closed_form(d: Any) -> None:
         Satisfies(
             lambda D: {
                 "V(u2) - V(u1)": _reduced(
-                    (d.use("eq:Vfric")[1].subs(u, both[1]) - d.use("eq:Vfric")[1].subs(u, both[0]))
-                    .subs(z0, on_angle)
+                    (
+                        d.use("eq:Vfric")[1].subs(u, both[1])
+                        - d.use("eq:Vfric")[1].subs(u, both[0])
+                    ).subs(z0, on_angle)
                     - D
                 )
             }

@@ -105,6 +105,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_reproduce(commands)
     _add_value(commands)
     derive_command.add_parsers(commands)
+    _add_emit(commands)
     return parser
 
 
@@ -230,18 +231,23 @@ def _drift(arguments: argparse.Namespace) -> Drift:
     values = _settings(arguments.set)
     if arguments.expr is not None:
         return sa.Drift(arguments.expr).bind(**values)
-    make = getattr(sa, arguments.drift)
-    known = inspect.signature(make).parameters
+    known = inspect.signature(getattr(sa, arguments.drift)).parameters
     for name in values:
         if name not in known and arguments.drift != "polynomial":
             raise InputError(
                 f"{name} is no parameter of {arguments.drift}; its parameters are "
                 f"{', '.join(known)}."
             )
+    return _ready_made(arguments.drift, values)
+
+
+def _ready_made(name: str, values: dict[str, Any]) -> Drift:
+    import symasym as sa
+
     # The shape of a drift (waves, exponent) is a whole number and no parameter of its formula.
-    for name in {"waves", "n"} & values.keys():
-        values[name] = _whole(name, values[name])
-    drift: Drift = make(**values)
+    for shape in {"waves", "n"} & values.keys():
+        values[shape] = _whole(shape, values[shape])
+    drift: Drift = getattr(sa, name)(**values)
     return drift
 
 
@@ -291,3 +297,53 @@ def _print_json(
         "inputs": {**drift, "set": _settings(arguments.set), **inputs},
     }
     print(json.dumps(record, indent=1))
+
+
+# -- emit ------------------------------------------------------------------------------------
+
+
+def _add_emit(commands: Any) -> None:
+    parser = commands.add_parser(
+        "emit",
+        help="write a formula as source code",
+        description="Write a formula as source code. Parameters that are set are folded in.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("label", metavar="LABEL", help="such as eq:Ttildesmall, folds, eq:V")
+    # What targets there are is told by the error: listing them here would load SymPy.
+    parser.add_argument("--target", required=True, metavar="T", help="numpy, mpmath, python, c, "
+                        "javascript or latex")  # fmt: skip
+    parser.add_argument("-o", "--out", metavar="FILE", help="where to (standard output)")
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--drift", choices=_DRIFTS, help="put this drift into the formula")
+    what.add_argument("--expr", metavar="A", help='or this A(u), e.g. "1/2 - u + u**3"')
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=X", help="fold a parameter in"
+    )
+    parser.set_defaults(run=_emit)
+
+
+def _emit(arguments: argparse.Namespace) -> None:
+    import inspect
+
+    import symasym as sa
+
+    values = _settings(arguments.set)
+    drift = None
+    if arguments.drift:
+        known = inspect.signature(getattr(sa, arguments.drift)).parameters
+        own = {
+            name: values.pop(name)
+            for name in list(values)
+            if name in known or (arguments.drift == "polynomial" and re.match(r"c\d+$", name))
+        }
+        drift = _ready_made(arguments.drift, own)
+    elif arguments.expr:
+        drift = sa.Drift(arguments.expr)
+    source = sa.emit(arguments.label, arguments.target, values, drift=drift)
+    if arguments.out:
+        print(*source.write(arguments.out), sep="\n")
+        return
+    if source.header:
+        raise InputError("C comes as two files; say where to with -o FILE.c.")
+    print(source, end="")

@@ -127,8 +127,9 @@ def _escape_by_digits(drift: Drift, kappa: Fraction, r: Fraction, dps: int, log:
             if found.barrier is None:
                 total = mpmath_formulas.strong_noise_time(context, radius, found.ahead)
             else:
+                low, high = found.slopes
                 total = mpmath_formulas.weak_noise_time(
-                    context, noise, radius, found.ahead, *found.slopes, found.barrier
+                    context, noise, radius, found.ahead, low, high, found.barrier
                 )
         if log:
             total = context.log(total)

@@ -44,9 +44,7 @@ class Dialect:
 _REMOVABLE = ("exprel", "exprel2", "tanhc", "sinc")
 _OWN = {name: f"_{name}" for name in _REMOVABLE}
 DIALECTS = {
-    "numpy": Dialect(
-        "np.", {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}, dict(_OWN)
-    ),
+    "numpy": Dialect("np.", {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}, dict(_OWN)),
     "mpmath": Dialect("ctx.", {"abs": "fabs"}, {**_OWN, "logaddexp": "_logaddexp"}, first="ctx"),
     "plain": Dialect(""),
     # math.exp raises where C gives infinity.

@@ -117,9 +117,7 @@ def of_formula(formula: Formula) -> Program:
     )  # fmt: skip
     if functions:
         return program
-    return replace(
-        program, functions=(_function(program.name, formula.title, formula.expression),)
-    )
+    return replace(program, functions=(_function(program.name, formula.title, formula.expression),))
 
 
 def _of_expression(what: Any, name: str) -> Program:

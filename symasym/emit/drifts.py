@@ -198,9 +198,7 @@ def _friction_weak_noise(what: Formula, value: Any, drift: Drift) -> Program:
 
     def derived(label: str, name: str) -> Any:
         (e,) = next(item["values"] for item in formula(label).code if item["name"] == name)
-        return e.subs({s: real.get(s.name, s) for s in e.free_symbols}).subs(
-            real["z0"], 1 - force
-        )
+        return e.subs({s: real.get(s.name, s) for s in e.free_symbols}).subs(real["z0"], 1 - force)
 
     angle = derived("friction-well", "friction_angle")
     parts = {"a_plus": derived("eq:phifric0", "friction_right")}

@@ -67,6 +67,12 @@ class CalledBase(sympy.Function):  # type: ignore[misc]
 
     is_real = True
 
+    def _latex(self, printer: Any, exp: Any = None) -> str:
+        name = type(self).__name__.replace("_", r"\_")
+        inside = ", ".join(printer._print(a) for a in self.args)
+        call = rf"\mathrm{{{name}}}({inside})"
+        return call if exp is None else rf"{call}^{{{exp}}}"
+
 
 def called(name: str, *arguments: Any) -> Any:
     """A call of the function `name` of the same file."""
@@ -120,7 +126,9 @@ def log_form(e: Any) -> Any:
             sums = [a for a in apart if a.is_Add]
             if not sums:
                 return None
-            apart = [a for a in apart if a is not sums[0]] + [sympy.Add(*(-t for t in sums[0].args))]
+            apart = [a for a in apart if a is not sums[0]] + [
+                sympy.Add(*(-t for t in sums[0].args))
+            ]
             rest = -rest
         logs = [log_form(a) for a in apart]
         if any(log is None for log in logs) or not rest.is_positive:
@@ -153,6 +161,13 @@ def stable(e: Any) -> Any:
             if isinstance(power, sympy.exp) and constant and factor == -constant:
                 rest = [b for b in args if b is not a and not b.is_Rational]
                 return sympy.Add(*rest, factor * expm1(power.args[0]))
+    if isinstance(e, sympy.log) and args[0].has(sympy.exp) and (found := log_form(e.args[0])):
+        return stable(found)
+    if e.is_Pow and e.exp.is_negative and e.base.is_Add and e.base.has(sympy.exp):
+        # Where the exponential overflows, the quotient is 0.
+        found = log_form(e.base)
+        if found is not None:
+            return sympy.exp(e.exp * stable(found))
     if isinstance(e, sympy.log) and args[0].is_Add and len(args[0].args) == 2:
         rest = [a for a in args[0].args if a != 1]
         if len(rest) == 1:

@@ -1,4 +1,4 @@
-"""What is emitted, before it is written in a language: functions, their cases, what was left out."""
+"""What is emitted, before a language: functions, their cases, what was left out."""
 
 from __future__ import annotations
 
@@ -16,13 +16,16 @@ from symasym.errors import InputError
 
 # Words that one of the languages has taken, or that the emitted files use themselves.
 _TAKEN = frozenset(
-    """auto break case char const continue default do double else enum extern float for goto if
-    inline int long register restrict return short signed sizeof static struct switch typedef
-    union unsigned void volatile while abs arguments await catch class debugger delete eval
-    export extends false finally function implements import in instanceof interface let new null
-    package private protected public super this throw true try typeof undefined var with yield
-    Math NaN Infinity NAN math np mpmath ctx dps out main exp log sqrt pow sin cos tan sinh cosh
-    tanh asin acos atan fabs expm1 log1p gamma j0 j1 jn y0 y1 yn""".split()
+    re.findall(
+        r"\w+",
+        """auto break case char const continue default do double else enum extern float for goto
+        if inline int long register restrict return short signed sizeof static struct switch
+        typedef union unsigned void volatile while abs arguments await catch class debugger delete
+        eval export extends false finally function implements import in instanceof interface let
+        new null package private protected public super this throw true try typeof undefined var
+        with yield Math NaN Infinity NAN math np mpmath ctx dps out main exp log sqrt pow sin cos
+        tan sinh cosh tanh asin acos atan fabs expm1 log1p gamma j0 j1 jn y0 y1 yn""",
+    )
 ) | frozenset(keyword.kwlist)
 
 
@@ -62,7 +65,7 @@ class Function:
     ----------
     name, doc : str
     arguments : tuple of str
-        Names in the order they come in; those that are not needed are dropped when it is made ready.
+        Names in the order they come in; those that are not needed are dropped later.
     cases : tuple of Case
     logs : tuple of Case, optional
         The logarithm of the value, where it is known better than by taking it.
@@ -161,6 +164,8 @@ def require_closed(program: Program) -> Program:
     """Raise InputError where an integral or a general function is left."""
     for function in program.functions:
         for value in (v for case in function.cases for v in case.values):
+            if value.is_real is False or value.has(sympy.nan, sympy.oo, sympy.zoo):
+                raise InputError(f"{program.label}: {value} is no real number; emit one that is.")
             held = sorted(value.atoms(*_OPEN), key=str)
             if held:
                 raise InputError(
@@ -242,8 +247,10 @@ def _ready_layer(function: Function, double: bool) -> Ready:
     layer = function.layer
     assert layer is not None
     if double:
-        layer = Layer(*(tuple(rounded(e) for e in part) for part in (layer.points,
-                                                                     layer.coefficients)))  # fmt: skip
+        points, coefficients = (
+            tuple(rounded(e) for e in part) for part in (layer.points, layer.coefficients)
+        )
+        layer = Layer(points, coefficients)
     return Ready(function.name, function.doc, function.arguments, (), layer=layer)
 
 
@@ -291,9 +298,7 @@ def fold(program: Program, parameters: Mapping[str, Any]) -> Program:
         for s in symbols:
             if s.name == name and ((s.is_positive and value < 0) or (s.is_negative and value > 0)):
                 side = "positive" if s.is_positive else "negative"
-                raise InputError(
-                    f"{name} is {value}; {program.label} supposes that it is {side}."
-                )
+                raise InputError(f"{name} is {value}; {program.label} supposes that it is {side}.")
     numbers = {s: parameters[s.name] for s in symbols if s.name in parameters}
     kept, gone = [], list(program.left_out)
     given = ", ".join(f"{name} = {value}" for name, value in sorted(parameters.items()))
@@ -358,7 +363,9 @@ def _settled(conditions: tuple[Any, ...], numbers: Mapping[Any, Any]) -> tuple[A
 def _without_value(e: Any) -> bool:
     if e.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
         return True
-    return bool(e.is_real is False or (not e.free_symbols and abs(sympy.im(sympy.N(as_printed(e)))) > 1e-10))
+    return bool(
+        e.is_real is False or (not e.free_symbols and abs(sympy.im(sympy.N(as_printed(e)))) > 1e-10)
+    )
 
 
 def _vanishing(e: Any, numbers: Mapping[Any, Any]) -> Iterable[str]:
@@ -388,8 +395,11 @@ def header(program: Program, *more: str) -> list[str]:
     return [*lines, *more, "Written by symasym."]
 
 
-#: What is said of double precision, and of logarithms.
-DOUBLE = (
-    "In double precision. A log_ function is finite where its value is not; a value beyond the "
-    "range of doubles is infinite or 0."
-)
+def in_doubles(functions: Iterable[Ready]) -> str:
+    """What is said of double precision, and of logarithms where there are some."""
+    if not any(function.exp_of for function in functions):
+        return "In double precision."
+    return (
+        "In double precision. A log_ function is finite where its value is not; a value beyond "
+        "the range of doubles is infinite or 0."
+    )

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import shutil
 
-from symasym.emit.program import DOUBLE, Body, Program, Ready, header
-from symasym.errors import InputError
+from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
+from symasym.errors import InputError
 
 HELPERS = {
     "log_integral_": '''/* Gauss-Legendre, 16 points: those on the right, and their weights. */
@@ -74,7 +74,7 @@ static double log_integral_(integrand_ *g, const double *p, const double *points
     return sum;
 }
 
-/* Zeros in (-1, 1) of c[0] + c[1] u + ... with a change of sign, from those of its slope. */
+/* Zeros in (-1, 1) of c[0] + c[1] u + ... where its sign changes, from its slope's. */
 static int zeros_(const double *c, int n, double *found)
 {
     double slope[32], marks[34];
@@ -140,7 +140,7 @@ static int zeros_(const double *c, int n, double *found)
 
 def render(program: Program, functions: list[Ready], name: str) -> tuple[str, str]:
     """The source, which includes ``name.h``, and that header."""
-    top = "\n".join(["/*", *comment(header(program, DOUBLE), " *"), " */", ""])
+    top = "\n".join(["/*", *comment(header(program, in_doubles(functions)), " *"), " */", ""])
     guard = f"SYMASYM_{''.join(c if c.isalnum() else '_' for c in name).upper()}_H"
     declared = "\n\n".join(_declared(f) for f in functions)
     head = f"{top}#ifndef {guard}\n#define {guard}\n\n{declared}\n\n#endif\n"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symasym.emit.program import DOUBLE, Body, Program, Ready, header
+from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
 
 HELPERS = {
@@ -50,7 +50,7 @@ function logIntegral(g, points) {
   return top + Math.log(sum);
 }
 ''',
-    "zeros": '''/** Zeros in (-1, 1) of c[0] + c[1] u + ... with a change of sign, from those of its slope. */
+    "zeros": '''/** Zeros in (-1, 1) of c[0] + c[1] u + ... where its sign changes. */
 function zeros(c) {
   if (c.length < 2) return [];
   const value = (u) => c.reduceRight((sum, x) => sum * u + x, 0);
@@ -101,7 +101,9 @@ def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n".join(_function(f) for f in functions)
     used = "\n".join([*helpers(code, HELPERS), ""])
-    return "\n".join([*comment(header(program, DOUBLE), "//"), "", f"{used}{code}", ""])
+    return "\n".join(
+        [*comment(header(program, in_doubles(functions)), "//"), "", f"{used}{code}", ""]
+    )
 
 
 def _function(function: Ready) -> str:
@@ -146,7 +148,9 @@ def _block(body: Body) -> list[str]:
         lines += wrapped("if ", asked, indent, end=" {", brackets="()", deeper="  ")
         indent += "  "
     for symbol, value in body.shared:
-        lines += wrapped(f"const {symbol} = ", text(value, "javascript"), indent, end=";", deeper="  ")
+        lines += wrapped(
+            f"const {symbol} = ", text(value, "javascript"), indent, end=";", deeper="  "
+        )
     values = ", ".join(text(v, "javascript") for v in body.values)
     brackets = "[]" if len(body.values) > 1 else ""
     lines += wrapped("return ", values, indent, end=";", brackets=brackets, deeper="  ")

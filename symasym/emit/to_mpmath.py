@@ -58,7 +58,7 @@ HELPERS = {
     return top + ctx.log(sum(total(a, b, 0) for a, b in zip(points, points[1:])))
 ''',
     "_zeros": '''def _zeros(c):
-    """Zeros in (-1, 1) of c[0] + c[1] u + ... with a change of sign, from those of its slope."""
+    """Zeros in (-1, 1) of c[0] + c[1] u + ... where its sign changes, from its slope's."""
     if len(c) < 2:
         return []
 
@@ -101,7 +101,7 @@ def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n\n".join(_function(f) for f in functions)
     used = helpers(code, HELPERS)
-    more = "dps: digits that are right. Numbers are exact: 0.1 is a binary fraction, \"0.1\" is 1/10"
+    more = 'dps: digits that are right. Numbers are exact: 0.1 is a binary fraction, "0.1" is 1/10'
     top = comment(header(program, more), "#")
     return "\n".join([
         *top, "", "from fractions import Fraction", "", "import mpmath",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symasym.emit.program import DOUBLE, Body, Program, Ready, header
+from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.to_python import block, layer
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
 
@@ -46,7 +46,7 @@ def _log_integral(g, points):
     return top + np.log(sum(total(a, b, 0, np.inf) for a, b in zip(points, points[1:])))
 ''',
     "_zeros": '''def _zeros(c):
-    """Zeros in (-1, 1) of c[0] + c[1] u + ... with a change of sign, from those of its slope."""
+    """Zeros in (-1, 1) of c[0] + c[1] u + ... where its sign changes, from its slope's."""
     if len(c) < 2:
         return []
 
@@ -87,7 +87,8 @@ def _log_integral(g, points):
         for condition in conditions:
             # A later condition may have no value where an earlier one fails.
             chosen[chosen] = condition(*(array[chosen] for array in arrays))
-        result[chosen] = value(*(array[chosen] for array in arrays))
+        if chosen.any():
+            result[chosen] = value(*(array[chosen] for array in arrays))
         left &= ~chosen
     if left.any():
         raise ValueError(outside)
@@ -120,7 +121,10 @@ def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n\n".join(_function(f) for f in functions)
     used = helpers(code, HELPERS)
-    top = comment(header(program, DOUBLE, "Arguments are numbers or arrays that broadcast."), "#")
+    top = comment(
+        header(program, in_doubles(functions), "Arguments are numbers or arrays that broadcast."),
+        "#",
+    )
     return "\n".join([*top, "", "import numpy as np", "", "", "\n\n".join([*used, ""]) + code, ""])
 
 
@@ -132,26 +136,29 @@ def _function(function: Ready) -> str:
     ]
     if function.exp_of:
         head.append('    with np.errstate(over="ignore", under="ignore"):')
-        call = f"return np.exp({function.exp_of}"
-        return "\n".join([*head, *wrapped(call, names, " " * 8, end=")", brackets="()")])
+        first = f"return np.exp({function.exp_of}"
+        return "\n".join([*head, *wrapped(first, names, " " * 8, end=")", brackets="()")])
     if function.layer:
         inner = heading(f"def _{function.name}", list(function.arguments), ":")
-        call = wrapped("return _each", f"_{function.name}, {names}", "    ", brackets="()")
         body = layer(function, "numpy", list(function.arguments))
-        return "\n".join([*inner, *body, "", "", *head, *call])
+        each = wrapped("return _each", f"_{function.name}, {names}", "    ", brackets="()")
+        return "\n".join([*inner, *body, "", "", *head, *each])
     if len(function.bodies) == 1 and not function.bodies[0].conditions:
         listed = f"[{names}]" if len(function.arguments) == 1 else names
         start = wrapped(f"{listed} = _floats", names, "    ", brackets="()") if names else []
         return "\n".join([*head, *start, *block(function.bodies[0], "numpy")])
+    return _in_cases(function, head, names)
+
+
+def _in_cases(function: Ready, head: list[str], names: str) -> str:
+    """Each case as a function of its own, and one that calls them at their points."""
     parts = []
-    for number, body in enumerate(function.bodies):
-        lines = heading(f"def _{function.name}_{number}", list(function.arguments), ":")
-        bare = Body((), body.shared, body.values)
-        parts.append("\n".join([*lines, *block(bare, "numpy")]))
     call = [f'    return _cases(\n        ({names},),\n        "{function.outside}",']
     for number, body in enumerate(function.bodies):
-        asked = [f"lambda {names}: {text(c, 'numpy')}" for c in body.conditions]
-        listed = "".join(f"{a}, " for a in asked).rstrip()
-        value = f"({listed}), _{function.name}_{number}"
-        call += wrapped("", value, "        ", end=",", brackets="()")
+        name = f"_{function.name}_{number}"
+        lines = heading(f"def {name}", list(function.arguments), ":")
+        bare = Body((), body.shared, body.values)
+        parts.append("\n".join([*lines, *block(bare, "numpy")]))
+        asked = "".join(f"lambda {names}: {text(c, 'numpy')}, " for c in body.conditions).rstrip()
+        call += wrapped("", f"({asked}), {name}", "        ", end=",", brackets="()")
     return "\n\n\n".join([*parts, "\n".join([*head, *call, "    )"])])

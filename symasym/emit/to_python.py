@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symasym.emit.program import DOUBLE, Body, Program, Ready, header
+from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
 
 HELPERS = {
@@ -47,7 +47,7 @@ def _log_integral(g, points):
     return top + math.log(sum(total(a, b, 0, math.inf) for a, b in zip(points, points[1:])))
 ''',
     "_zeros": '''def _zeros(c):
-    """Zeros in (-1, 1) of c[0] + c[1] u + ... with a change of sign, from those of its slope."""
+    """Zeros in (-1, 1) of c[0] + c[1] u + ... where its sign changes, from its slope's."""
     if len(c) < 2:
         return []
 
@@ -69,7 +69,8 @@ def _log_integral(g, points):
     return found
 ''',
     "_exp": '''def _exp(x):
-    return math.exp(x) if x < 709.78 else math.exp(x / 2) * math.exp(x / 2) if x < 1400 else math.inf
+    # math.exp raises where this is infinite.
+    return math.exp(x) if x < 709.78 else math.exp(x - 9) * math.exp(9) if x < 718 else math.inf
 ''',
     "_expm1": '''def _expm1(x):
     return math.expm1(x) if x < 709 else _exp(x)
@@ -108,7 +109,7 @@ def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n\n".join(_function(f) for f in functions)
     used = helpers(code, HELPERS)
-    top = comment(header(program, DOUBLE), "#")
+    top = comment(header(program, in_doubles(functions)), "#")
     return "\n".join([*top, "", "import math", "", "", "\n\n".join([*used, ""]) + code, ""])
 
 

@@ -55,7 +55,7 @@ def wrapped(
     line = f"{indent}{first}{brackets[:1]}{code}{brackets[1:]}{end}"
     if len(line) <= _WIDTH:
         return [line]
-    opening, closing = brackets or "()"
+    opening, closing = tuple(brackets or "()")
     lines = _broken(code, _WIDTH - len(indent) - len(deeper))
     return [
         f"{indent}{first}{opening}",
