@@ -74,7 +74,7 @@ class NotEmittable(ValueError):
     """The expression holds something that has no elementary value."""
 
 
-class _Printer(StrPrinter):  # type: ignore[misc]
+class Printer(StrPrinter):  # type: ignore[misc]
     """SymPy's string printer with the functions of one library.
 
     Where a formula would lose digits as it stands, its stable form is printed:
@@ -211,7 +211,7 @@ def code(expression: Any, target: str, names: dict[Any, str] | None = None) -> s
     for piece in pieces:
         if piece.atoms(sympy.Integral, sympy.Derivative, sympy.core.function.AppliedUndef):
             raise NotEmittable(f"{piece} has no closed form to emit.")
-    printer = _Printer(target, names or {})
+    printer = Printer(target, names or {})
     return ", ".join(str(printer.doprint(piece)) for piece in pieces)
 
 

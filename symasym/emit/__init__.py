@@ -63,10 +63,10 @@ def emit(
     --------
     >>> import symasym as sa
     >>> code = sa.emit("eq:Plarge2", "c", parameters={"a_minus": 1, "a_plus": -1})
-    >>> print(code[code.index("double"):])
+    >>> print(code[code.index("double strong") :].rstrip())
     double strong_noise_occupation(double kappa)
     {
-        return (2.0/pow(kappa, 2.0));
+        return 2.0/pow(kappa, 2.0);
     }
     >>> sa.emit("constant-drift").load().constant_drift_time(0.5, 10, [0, 1e-300, 2.0])
     array([400., 400.,   5.])

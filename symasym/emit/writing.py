@@ -7,14 +7,14 @@ import textwrap
 from collections.abc import Mapping
 from typing import Any
 
-from symasym.derivation.code import NotEmittable, _Printer
+from symasym.derivation.code import NotEmittable, Printer
 from symasym.emit.program import Ready
 from symasym.errors import InputError
 
 _WIDTH = 96
 
 
-class _CodePrinter(_Printer):
+class CodePrinter(Printer):
     """The derivations' printer, with the names of a file and with conditions."""
 
     def __init__(self, target: str) -> None:
@@ -40,7 +40,7 @@ class _CodePrinter(_Printer):
 def text(e: Any, target: str) -> str:
     """An expression or a condition in the target's language."""
     try:
-        return str(_CodePrinter(target).doprint(e))
+        return str(CodePrinter(target).doprint(e))
     except NotEmittable as error:
         raise InputError(f"{str(error).rstrip('.')}; use the verb that evaluates it.") from None
 
