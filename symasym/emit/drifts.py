@@ -10,7 +10,7 @@ import sympy
 
 from symasym.drift import Drift
 from symasym.emit.forms import called, log_form, logaddexp
-from symasym.emit.program import Case, Function, Layer, Program, fold, require_closed
+from symasym.emit.program import Case, Function, Program, Quadrature, fold, require_closed
 from symasym.errors import InputError
 from symasym.formula import Formula, formula
 from symasym.inputs import is_array
@@ -92,6 +92,8 @@ def potential_function(drift: Drift) -> Function:
 
 
 def _cases(e: Any) -> list[tuple[Any, tuple[Any, ...]]]:
+    if not isinstance(e, sympy.Piecewise):  # a constant drift
+        return [(e, ())]
     # The last case is no default: what is no number has no value.
     return [(value, (where if where != sympy.true else _U >= 1,)) for value, where in e.args]
 
@@ -230,30 +232,36 @@ def _friction_weak_noise(what: Formula, value: Any, drift: Drift) -> Program:
     return fold(_program(what, function), _bound(drift))
 
 
-# -- steady state -----------------------------------------------------------------------------
+# -- integrals --------------------------------------------------------------------------------
+
+_KAPPA = sympy.Symbol("kappa", positive=True)
+
+
+def _quadrature(drift: Drift, sign: int, lower: Any, upper: Any) -> Quadrature:
+    """The integral of e^{2 V/kappa^2}, or with the other sign."""
+    free = [sympy.Symbol(name, real=True) for name in drift.free]
+    exponent = 2 * sign * called("V", _U, *free) / _KAPPA**2
+    A = drift.expression()
+    if A.is_polynomial(_U):
+        powers = tuple(sympy.Poly(A, _U).all_coeffs()[::-1])
+        return Quadrature(exponent, lower, upper, coefficients=powers)
+    return Quadrature(exponent, lower, upper, points=_critical(drift))
 
 
 def _layer_parts(drift: Drift) -> tuple[list[Function], Any, Any, Any]:
     """V and log_layer; then log of the integral inside, log of that outside, and where they are."""
-    kappa = sympy.Symbol("kappa", positive=True)
-    free = {name: sympy.Symbol(name, real=True) for name in drift.free}
-    A = drift.expression()
-    if A.is_polynomial(_U):
-        layer = Layer(coefficients=tuple(sympy.Poly(A, _U).all_coeffs()[::-1]))
-    else:
-        layer = Layer(points=_critical(drift))
-    V = potential_function(drift)
+    free = [sympy.Symbol(name, real=True) for name in drift.free]
+    A, V = drift.expression(), potential_function(drift)
     inside = Function(
         "log_layer",
         "Logarithm of the integral of e^{-2 V/kappa^2} over the layer.",
         ("kappa", *drift.free),
-        (Case((kappa + sum(free.values(), sympy.S.Zero),)),),  # for its symbols
-        layer=layer,
+        (),
+        quadrature=_quadrature(drift, -1, sympy.S.NegativeOne, sympy.S.One),
     )
     a_minus, a_plus = (sympy.expand(A.subs(_U, end)) for end in (-1, 1))
     signs = {"a_minus": a_minus, "a_plus": a_plus}
-    V1 = next(case.values[0] for case in V.cases if (_U >= 1) in case.conditions)
-    V1 = sympy.expand(V1.subs(_U, 1))
+    V1 = sympy.expand(V.cases[-1].values[0].subs(_U, 1))
     tails = [
         e.subs({s: {**signs, "V_1": V1}[s.name] for s in e.free_symbols if s.name != "kappa"})
         for e in map(log_form, formula("tails").expression)
@@ -263,7 +271,7 @@ def _layer_parts(drift: Drift) -> tuple[list[Function], Any, Any, Any]:
         raise InputError(f"{drift!r} does not slide, so that there is no steady state.")
     return (
         [V, inside],
-        called("log_layer", kappa, *free.values()),
+        called("log_layer", _KAPPA, *free),
         logaddexp(*tails),
         tuple(c for c in where if c != sympy.true),
     )
@@ -280,9 +288,8 @@ def _critical(drift: Drift) -> tuple[Any, ...]:
 
 def _density(what: Formula, drift: Drift) -> Program:
     functions, inside, outside, where = _layer_parts(drift)
-    kappa = sympy.Symbol("kappa", positive=True)
     free = [sympy.Symbol(name, real=True) for name in drift.free]
-    log = -2 * called("V", _U, *free) / kappa**2 - logaddexp(inside, outside)
+    log = -2 * called("V", _U, *free) / _KAPPA**2 - logaddexp(inside, outside)
     about = "Stationary density p_ss(u) (eq:pss)."
     return _program(what, *functions, _sliding("stationary_density", about, log, where, drift, "u"))
 
@@ -312,6 +319,42 @@ def _occupation(what: Formula, drift: Drift) -> Program:
     )
 
 
+def _exit(what: Formula, drift: Drift) -> Program:
+    """C, from two integrals of one sign: 0 to r, and -r to 0."""
+    lower, upper = sympy.symbols("lower upper", real=True)
+    r = sympy.Symbol("r", positive=True)
+    free = [sympy.Symbol(name, real=True) for name in drift.free]
+    scale = Function(
+        "log_scale",
+        "Logarithm of the integral of e^{2 V/kappa^2} from lower to upper.",
+        ("lower", "upper", "kappa", *drift.free),
+        (),
+        quadrature=_quadrature(drift, 1, lower, upper),
+    )
+    left, right = (
+        called("log_scale", *ends, _KAPPA, *free) for ends in ((-r, sympy.S.Zero), (0, r))
+    )
+    functions = [
+        Function(
+            name,
+            about,
+            ("kappa", "r", *drift.free),
+            (Case((sympy.exp(log),)),),
+            (Case((log,)),),
+        )
+        for name, about, log in (
+            ("exit_probability", "C, leaving through -r from 0 (eq:C).", -softplus(left - right)),
+            ("complement", "1 - C (eq:C).", -softplus(right - left)),
+        )
+    ]
+    return _program(what, potential_function(drift), scale, *functions)
+
+
+def softplus(x: Any) -> Any:
+    """log(1 + e^x)."""
+    return logaddexp(sympy.S.Zero, x)
+
+
 LABELS = {
     "eq:phi": _phi,
     "eq:phifric0": _phi,
@@ -319,6 +362,7 @@ LABELS = {
     "eq:V2": _potential,
     "eq:Vfric": _potential,
     "eq:Ttildesmall": _weak_noise,
+    "eq:C": _exit,
     "eq:pss": _density,
     "eq:P": _occupation,
     "eq:P2": _occupation,

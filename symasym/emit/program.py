@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -47,14 +47,31 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Layer:
-    """The logarithm of the integral of e^{-2 V/kappa^2} over the layer, as a function's value.
+class Quadrature:
+    """The logarithm of the integral of e^exponent over u from lower to upper.
 
-    V is monotone between `points`, or between the zeros of the polynomial of `coefficients`.
+    The exponent is monotone between -1, 1, and `points` or the zeros of the polynomial of
+    `coefficients`.
     """
 
+    exponent: Any
+    lower: Any
+    upper: Any
     points: tuple[Any, ...] = ()
     coefficients: tuple[Any, ...] = ()
+
+    @property
+    def over_the_layer(self) -> bool:
+        """Whether it is from -1 to 1."""
+        return bool(self.lower == -1 and self.upper == 1)
+
+    def changed(self, change: Callable[[Any], Any]) -> Quadrature:
+        """With `change` made to each expression."""
+        points, coefficients = (
+            tuple(change(e) for e in part) for part in (self.points, self.coefficients)
+        )
+        ends = change(self.lower), change(self.upper)
+        return Quadrature(change(self.exponent), *ends, points, coefficients)
 
 
 @dataclass(frozen=True)
@@ -79,7 +96,7 @@ class Function:
     cases: tuple[Case, ...]
     logs: tuple[Case, ...] = ()
     outside: str = "no case of the formula holds there"
-    layer: Layer | None = None
+    quadrature: Quadrature | None = None
 
     @property
     def symbols(self) -> set[Any]:
@@ -110,7 +127,7 @@ class Ready:
     bodies: tuple[Body, ...]
     outside: str = ""
     exp_of: str = ""
-    layer: Layer | None = None
+    quadrature: Quadrature | None = None
 
     @property
     def count(self) -> int:
@@ -181,8 +198,8 @@ def ready(program: Program, double: bool) -> list[Ready]:
     found: list[Ready] = []
     own = {function.name for function in program.functions}
     for function in program.functions:
-        if function.layer is not None:
-            found.append(_ready_layer(function, double))
+        if function.quadrature is not None:
+            found.append(_ready_quadrature(function, function.quadrature, double))
             continue
         function = replace(
             function,
@@ -243,15 +260,15 @@ def _called(function: Function) -> dict[Any, Any]:
     return {s: sympy.Symbol(name, **s._assumptions_orig) for s, name in names.items()}
 
 
-def _ready_layer(function: Function, double: bool) -> Ready:
-    layer = function.layer
-    assert layer is not None
+def _ready_quadrature(function: Function, quadrature: Quadrature, double: bool) -> Ready:
+    parts = (quadrature.exponent, quadrature.lower, quadrature.upper, *quadrature.coefficients)
+    symbols = {s for e in parts for s in e.free_symbols}
+    names = {s: sympy.Symbol(identifier(s.name), **s._assumptions_orig) for s in symbols}
+    quadrature = quadrature.changed(lambda e: e.subs(names, simultaneous=True))
     if double:
-        points, coefficients = (
-            tuple(rounded(e) for e in part) for part in (layer.points, layer.coefficients)
-        )
-        layer = Layer(points, coefficients)
-    return Ready(function.name, function.doc, function.arguments, (), layer=layer)
+        quadrature = quadrature.changed(rounded)
+    arguments = tuple(map(identifier, function.arguments))
+    return Ready(function.name, function.doc, arguments, (), quadrature=quadrature)
 
 
 def _ready(function: Function, names: dict[Any, Any], double: bool) -> Ready:
@@ -318,7 +335,7 @@ def fold(program: Program, parameters: Mapping[str, Any]) -> Program:
 def _folded(
     function: Function, numbers: Mapping[Any, Any], given: str
 ) -> tuple[Function | None, list[str]]:
-    if function.layer is not None:
+    if function.quadrature is not None:
         return function, []
     gone: list[str] = []
     parts = []

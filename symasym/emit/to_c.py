@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import shutil
 
+import sympy
+
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
 from symasym.errors import InputError
@@ -41,13 +43,13 @@ static double total_(
     double halves, error;
     if (fmax(ga, gb) < top - 100.0)
         return 0.0;
-    if (fabs(ga - gb) > 4.0 && depth < 60)
+    if (fabs(ga - gb) > 4.0 && depth < 100)
         return total_(g, p, a, m, top, depth + 1, before)
             + total_(g, p, m, b, top, depth + 1, before);
     halves = panel_(g, p, a, m, top) + panel_(g, p, m, b, top);
     error = fabs(halves - panel_(g, p, a, b, top));
     /* Where halving hardly helps, rounding is all there is. */
-    if (!(error > (4e-15 + noise) * halves) || depth > 60
+    if (!(error > (4e-15 + noise) * halves) || depth > 100
         || (error <= fmax(1e-9, 1e3 * noise) * halves && error > before / 16.0))
         return halves;
     return total_(g, p, a, m, top, depth + 1, error)
@@ -64,6 +66,24 @@ static double log_integral_(integrand_ *g, const double *p, const double *points
     for (k = 0; k + 1 < count; k++)
         sum += total_(g, p, points[k], points[k + 1], top, 0, HUGE_VAL);
     return top + log(sum);
+}
+''',
+    "between_": '''/* The same from one end to the other, cut at -1, 1 and the marks in (-1, 1). */
+static double between_(
+    integrand_ *g, const double *p, const double *marks, int count, double lower, double upper)
+{
+    double points[36];
+    int k, number = 0;
+    points[number++] = lower;
+    if (lower < -1.0 && upper > -1.0)
+        points[number++] = -1.0;
+    for (k = 0; k < count; k++)
+        if (lower < marks[k] && marks[k] < upper)
+            points[number++] = marks[k];
+    if (lower < 1.0 && upper > 1.0)
+        points[number++] = 1.0;
+    points[number++] = upper;
+    return log_integral_(g, p, points, number);
 }
 ''',
     "zeros_": '''static double polynomial_(const double *c, int n, double u)
@@ -173,45 +193,47 @@ def _declared(function: Ready) -> str:
     return "\n".join([*("/* " + line + " */" for line in doc), *_signature(function, ";")])
 
 
-def _layer(function: Ready) -> str:
-    """`log_layer`: its exponent, the points between which V is monotone, and the integral."""
-    assert function.layer is not None
+def _integral(function: Ready) -> str:
+    """An integral: its exponent, the points between which that is monotone, its value."""
+    q = function.quadrature
+    assert q is not None
     names = function.arguments
-    free = [f"p[{k}]" for k in range(1, len(names))]
-    known = function.layer.coefficients or function.layer.points
+    known = q.coefficients or q.points
     if len(known) > 32:
         raise InputError("C code is emitted for polynomials up to degree 31; give a lower one.")
-    values = ", ".join(text(e, "c") for e in known)
+    # The integrand takes the arguments as an array.
+    places = {name: sympy.Symbol(f"p[{k}]", positive=True) for k, name in enumerate(names)}
+    exponent = q.exponent.subs(
+        {s: places[s.name] for s in q.exponent.free_symbols if s.name in places}
+    )
     lines = [
         f"static double {function.name}_at_(double u, const double *p)",
         "{",
-        f"    return -2.0*V({', '.join(['u', *free])})/(p[0]*p[0]);",
+        *wrapped("return ", text(exponent, "c"), "    ", end=";"),
         "}",
         "",
         *_signature(function),
         "{",
         f"    const double p[{len(names)}] = {{{', '.join(names)}}};",
     ]
-    if function.layer.coefficients:
+    values = ", ".join(text(e, "c") for e in known)
+    if q.coefficients:
         lines += wrapped(f"const double c[{len(known)}] = ", values, "    ", end=";", brackets="{}")
-        lines += [
-            f"    double points[{len(known) + 2}] = {{-1.0}};",
-            f"    const int count = zeros_(c, {len(known)}, points + 1);",
-            "    points[count + 1] = 1.0;",
-        ]
+        lines.append(f"    double marks[{len(known)}];")
+        lines.append(f"    const int count = zeros_(c, {len(known)}, marks);")
     else:
-        listed = ", ".join(["-1.0", *([values] if values else []), "1.0"])
-        lines += wrapped(
-            f"const double points[{len(known) + 2}] = ", listed, "    ", end=";", brackets="{}"
-        )
+        listed = values or "0.0"
+        size = max(1, len(known))
+        lines += wrapped(f"const double marks[{size}] = ", listed, "    ", end=";", brackets="{}")
         lines.append(f"    const int count = {len(known)};")
-    lines.append(f"    return log_integral_({function.name}_at_, p, points, count + 2);")
+    ends = f"{text(q.lower, 'c')}, {text(q.upper, 'c')}"
+    lines.append(f"    return between_({function.name}_at_, p, marks, count, {ends});")
     return "\n".join([*lines, "}"])
 
 
 def _function(function: Ready) -> str:
-    if function.layer:
-        return _layer(function)
+    if function.quadrature:
+        return _integral(function)
     lines = [*_signature(function), "{"]
     if function.exp_of:
         names = ", ".join(function.arguments)

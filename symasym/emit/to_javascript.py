@@ -35,14 +35,14 @@ function logIntegral(g, points) {
     const gb = g(b);
     const m = (a + b) / 2;
     if (Math.max(ga, gb) < top - 100) return 0;
-    if (Math.abs(ga - gb) > 4 && depth < 60) {
+    if (Math.abs(ga - gb) > 4 && depth < 100) {
       return total(a, m, depth + 1, before) + total(m, b, depth + 1, before);
     }
     const halves = panel(a, m) + panel(m, b);
     const error = Math.abs(halves - panel(a, b));
     // Where halving hardly helps, rounding is all there is.
     const rounding = error <= Math.max(1e-9, 1e3 * noise) * halves && error > before / 16;
-    if (!(error > (4e-15 + noise) * halves) || rounding || depth > 60) return halves;
+    if (!(error > (4e-15 + noise) * halves) || rounding || depth > 100) return halves;
     return total(a, m, depth + 1, error) + total(m, b, depth + 1, error);
   };
   let sum = 0;
@@ -115,8 +115,8 @@ def _function(function: Ready) -> str:
     if function.exp_of:
         call = f"return Math.exp({function.exp_of}"
         lines += wrapped(call, names, "  ", end=");", brackets="()", deeper="  ")
-    if function.layer:
-        lines += _layer(function)
+    if function.quadrature:
+        lines += _integral(function)
     for body in function.bodies:
         lines += _block(body)
     if function.bodies and function.bodies[-1].conditions:
@@ -124,20 +124,24 @@ def _function(function: Ready) -> str:
     return "\n".join([*lines, "}"])
 
 
-def _layer(function: Ready) -> list[str]:
-    """The body of `log_layer`: the points between which V is monotone, and the integral."""
-    assert function.layer is not None
-    kappa, free = function.arguments[0], function.arguments[1:]
-    points = ", ".join(text(p, "javascript") for p in function.layer.points)
-    if function.layer.coefficients:
-        known = ", ".join(text(c, "javascript") for c in function.layer.coefficients)
-        points = f"...zeros([{known}])"
-    listed = ", ".join(["-1", *([points] if points else []), "1"])
-    exponent = f"(u) => -2*V({', '.join(['u', *free])})/({kappa}*{kappa}), points"
-    return [
-        *wrapped("const points = ", listed, "  ", end=";", brackets="[]", deeper="  "),
-        *wrapped("return logIntegral", exponent, "  ", end=";", brackets="()", deeper="  "),
-    ]
+def _integral(function: Ready) -> list[str]:
+    """The body of an integral: the points between which its exponent is monotone, its value."""
+    q = function.quadrature
+    assert q is not None
+    inner = ", ".join(text(p, "javascript") for p in q.points)
+    if q.coefficients:
+        inner = f"...zeros([{', '.join(text(c, 'javascript') for c in q.coefficients)}])"
+    marks = ", ".join(["-1", *([inner] if inner else []), "1"])
+    if q.over_the_layer:
+        lines = wrapped("const points = ", marks, "  ", end=";", brackets="[]", deeper="  ")
+    else:
+        low, high = text(q.lower, "javascript"), text(q.upper, "javascript")
+        within = f"{low}, ...marks.filter((p) => {low} < p && p < {high}), {high}"
+        lines = wrapped("const marks = ", marks, "  ", end=";", brackets="[]", deeper="  ")
+        lines += wrapped("const points = ", within, "  ", end=";", brackets="[]", deeper="  ")
+    value = f"(u) => {text(q.exponent, 'javascript')}, points"
+    call = wrapped("return logIntegral", value, "  ", end=";", brackets="()", deeper="  ")
+    return [*lines, *call]
 
 
 def _block(body: Body) -> list[str]:

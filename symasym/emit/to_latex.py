@@ -37,8 +37,10 @@ def render(program: Program, _: list[Ready]) -> str:
 
 def _function(function: Function) -> str:
     name = rf"\mathrm{{{function.name}}}".replace("_", r"\_")
-    if function.layer is not None:
-        return rf"{name} = \log \int_{{-1}}^1 e^{{-2 \mathrm{{V}}(u)/\kappa^2}} \, du"
+    if function.quadrature is not None:
+        q = function.quadrature
+        ends = f"{{{_tex(q.lower)}}}^{{{_tex(q.upper)}}}"
+        return rf"{name} = \log \int_{ends} {_tex(sympy.exp(q.exponent))} \, du"
     if len(function.cases) == 1 and not function.cases[0].conditions:
         return f"{name} = {_values(function.cases[0].values)}"
     rows = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from symasym.emit.program import Program, Ready, header
-from symasym.emit.to_python import block, layer
+from symasym.emit.to_python import block, integral
 from symasym.emit.writing import comment, heading, helpers, signature_doc, wrapped
 
 _DIGITS = '''def _number(ctx, x):
@@ -113,8 +113,8 @@ def render(program: Program, functions: list[Ready]) -> str:
 def _function(function: Ready) -> str:
     names = list(function.arguments)
     inner = heading(f"def _{function.name}", ["ctx", *names], ":")
-    if function.layer:
-        inner += layer(function, "mpmath", names)
+    if function.quadrature:
+        inner += integral(function, "mpmath")
     for body in function.bodies:
         inner += block(body, "mpmath")
     if function.bodies and function.bodies[-1].conditions:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
-from symasym.emit.to_python import block, layer
+from symasym.emit.to_python import block, integral
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
 
 HELPERS = {
@@ -33,13 +33,13 @@ def _log_integral(g, points):
         ga, gb, m = g(a), g(b), (a + b) / 2
         if max(ga, gb) < top - 100:
             return 0.0
-        if abs(ga - gb) > 4 and depth < 60:
+        if abs(ga - gb) > 4 and depth < 100:
             return total(a, m, depth + 1, before) + total(m, b, depth + 1, before)
         halves = panel(a, m) + panel(m, b)
         error = abs(halves - panel(a, b))
         # Where halving hardly helps, rounding is all there is.
         rounding = error <= max(1e-9, 1e3 * noise) * halves and error > before / 16
-        if error <= (4e-15 + noise) * halves or rounding or depth > 60:
+        if error <= (4e-15 + noise) * halves or rounding or depth > 100:
             return halves
         return total(a, m, depth + 1, error) + total(m, b, depth + 1, error)
 
@@ -138,9 +138,9 @@ def _function(function: Ready) -> str:
         head.append('    with np.errstate(over="ignore", under="ignore"):')
         first = f"return np.exp({function.exp_of}"
         return "\n".join([*head, *wrapped(first, names, " " * 8, end=")", brackets="()")])
-    if function.layer:
+    if function.quadrature:
         inner = heading(f"def _{function.name}", list(function.arguments), ":")
-        body = layer(function, "numpy", list(function.arguments))
+        body = integral(function, "numpy")
         each = wrapped("return _each", f"_{function.name}, {names}", "    ", brackets="()")
         return "\n".join([*inner, *body, "", "", *head, *each])
     if len(function.bodies) == 1 and not function.bodies[0].conditions:

@@ -34,13 +34,13 @@ def _log_integral(g, points):
         ga, gb, m = g(a), g(b), (a + b) / 2
         if max(ga, gb) < top - 100:
             return 0.0
-        if abs(ga - gb) > 4 and depth < 60:
+        if abs(ga - gb) > 4 and depth < 100:
             return total(a, m, depth + 1, before) + total(m, b, depth + 1, before)
         halves = panel(a, m) + panel(m, b)
         error = abs(halves - panel(a, b))
         # Where halving hardly helps, rounding is all there is.
         rounding = error <= max(1e-9, 1e3 * noise) * halves and error > before / 16
-        if error <= (4e-15 + noise) * halves or rounding or depth > 60:
+        if error <= (4e-15 + noise) * halves or rounding or depth > 100:
             return halves
         return total(a, m, depth + 1, error) + total(m, b, depth + 1, error)
 
@@ -122,8 +122,8 @@ def _function(function: Ready) -> str:
     if function.exp_of:
         lines += wrapped(f"return _exp({function.exp_of}", names, "    ", end=")", brackets="()")
         return "\n".join(lines)
-    if function.layer:
-        return "\n".join([*lines, *layer(function, "python", list(function.arguments))])
+    if function.quadrature:
+        return "\n".join([*lines, *integral(function, "python")])
     if len(function.arguments) > 1:
         lines += wrapped(f"{names} = map(float, ", names, "    ", end=")", brackets="()")
     elif names:
@@ -135,22 +135,24 @@ def _function(function: Ready) -> str:
     return "\n".join(lines)
 
 
-def layer(function: Ready, target: str, names: list[str]) -> list[str]:
-    """The body of `log_layer`: the points between which V is monotone, and the integral."""
-    assert function.layer is not None
-    kappa, free = names[0], names[1:]
-    points = ", ".join(text(p, target) for p in function.layer.points)
-    if function.layer.coefficients:
-        known = ", ".join(text(c, target) for c in function.layer.coefficients)
-        points = f"*_zeros([{known}])"
-    V, first = ("_V", ["ctx"]) if target == "mpmath" else ("V", [])
-    ctx = "ctx, " if target == "mpmath" else ""
-    value = f"lambda u: -2*{V}({', '.join([*first, 'u', *free])})/{kappa}**2"
-    listed = f"[-1, {points}, 1]" if points else "[-1, 1]"
-    return [
-        *wrapped("points = ", listed, "    "),
-        *wrapped("return _log_integral", f"{ctx}{value}, points", "    ", brackets="()"),
-    ]
+def integral(function: Ready, target: str) -> list[str]:
+    """The body of an integral: the points between which its exponent is monotone, its value."""
+    q = function.quadrature
+    assert q is not None
+    inner = ", ".join(text(p, target) for p in q.points)
+    if q.coefficients:
+        inner = f"*_zeros([{', '.join(text(c, target) for c in q.coefficients)}])"
+    marks = ", ".join(["-1", *([inner] if inner else []), "1"])
+    if q.over_the_layer:
+        lines = wrapped("points = ", marks, "    ", brackets="[]")
+    else:
+        low, high = text(q.lower, target), text(q.upper, target)
+        within = f"{low}, *(p for p in marks if {low} < p < {high}), {high}"
+        lines = wrapped("marks = ", marks, "    ", brackets="[]")
+        lines += wrapped("points = ", within, "    ", brackets="[]")
+    first = "ctx, " if target == "mpmath" else ""
+    value = f"{first}lambda u: {text(q.exponent, target)}, points"
+    return [*lines, *wrapped("return _log_integral", value, "    ", brackets="()")]
 
 
 def block(body: Body, target: str, indent: str = "    ") -> list[str]:
