@@ -103,7 +103,21 @@ SLIDING = [
     )
 ]
 SHAPES = [BY_NAME[name] for name in ("sine", "tanh", "hill", "hill n=1", "degree 12", "expression")]
-
+EXITS = [
+    BY_NAME[name]
+    for name in (
+        "friction",
+        "friction down",
+        "r=1e12",
+        "linear repelling",
+        "linear r=1/2",
+        "constant",
+        "sine",
+        "hill",
+        "quintic",
+        "expression",
+    )
+]
 # Given exactly, where doubles could not say them.
 FOLDED = [
     BY_NAME[name] for name in ("fold + 1e-15", "fold + 1e-30", "kink - 1e-15", "k=1e-8", "mu=1e8")
@@ -144,6 +158,13 @@ def scenes():
         for complement, function in ((False, "log_occupation"), (True, "log_complement")):
             want = sa.occupation(drift, kappa, complement=complement, log=True, dps=25)
             ask(name, function, (kappa,), want)
+    for p in EXITS:
+        drift, name = p.make(), _name("C", p)
+        files[name] = ("eq:C", drift)
+        kappa, r = float(Fraction(p.kappa)), float(Fraction(p.r))
+        for complement, function in ((False, "log_exit_probability"), (True, "log_complement")):
+            want = sa.exit_probability(drift, kappa, r, complement=complement, log=True, dps=25)
+            ask(name, function, (kappa, r), want)
     for p in SHAPES:
         drift, name = p.make(), _name("V", p)
         files[name] = ("eq:V", drift)
@@ -209,6 +230,10 @@ def test_mpmath_has_as_many_digits_as_are_asked_for():
     got = density.stationary_density("1/3", "0.3", "0.5", dps=25)
     with mpmath.workdps(30):
         assert abs(got / want - 1) < 1e-24
+    leave = sa.emit("eq:C", "mpmath", drift=sa.friction(3, 1)).load()
+    want = sa.exit_probability(sa.friction(3, 1, "-0.3"), "0.5", 4, dps=30)
+    with mpmath.workdps(30):
+        assert abs(leave.exit_probability("0.5", 4, "-0.3", dps=25) / want - 1) < 1e-24
     # Numbers that were found by iteration have 50 digits and no more.
     cubic = sa.emit("eq:Ttildesmall", "mpmath", drift=BY_NAME["expression, cubic"].make()).load()
     with pytest.raises(ValueError, match="give 1 to 50 digits"):
