@@ -310,12 +310,12 @@ def _sliding(
 
 def _occupation(what: Formula, drift: Drift) -> Program:
     functions, inside, outside, where = _layer_parts(drift)
-    whole = logaddexp(inside, outside)
+    odds = outside - inside
     return _program(
         what,
         *functions,
-        _sliding("occupation", "P, the share of |u| <= 1 (eq:P2).", inside - whole, where, drift),
-        _sliding("complement", "1 - P (eq:P2).", outside - whole, where, drift),
+        _sliding("occupation", "P, the share of |u| <= 1 (eq:P2).", -_softplus(odds), where, drift),
+        _sliding("complement", "1 - P (eq:P2).", -_softplus(-odds), where, drift),
     )
 
 
@@ -343,14 +343,14 @@ def _exit(what: Formula, drift: Drift) -> Program:
             (Case((log,)),),
         )
         for name, about, log in (
-            ("exit_probability", "C, leaving through -r from 0 (eq:C).", -softplus(left - right)),
-            ("complement", "1 - C (eq:C).", -softplus(right - left)),
+            ("exit_probability", "C, leaving through -r from 0 (eq:C).", -_softplus(left - right)),
+            ("complement", "1 - C (eq:C).", -_softplus(right - left)),
         )
     ]
     return _program(what, potential_function(drift), scale, *functions)
 
 
-def softplus(x: Any) -> Any:
+def _softplus(x: Any) -> Any:
     """log(1 + e^x)."""
     return logaddexp(sympy.S.Zero, x)
 
