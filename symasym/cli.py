@@ -11,8 +11,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from symasym import derive_command
-from symasym.errors import InputError, SymasymError
+from symasym import derive_command, emit_command, figure_command, table_command
+from symasym.errors import SymasymError
+from symasym.named import DRIFTS, named_drift
+from symasym.settings import settings
 
 if TYPE_CHECKING:
     from symasym.drift import Drift
@@ -20,7 +22,6 @@ if TYPE_CHECKING:
 
 _BAD_INPUT = 2
 _INTERRUPTED = 130
-_DRIFTS = ("friction", "linear", "sine", "tanh", "hill", "polynomial")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -105,7 +106,9 @@ def _parser() -> argparse.ArgumentParser:
     _add_reproduce(commands)
     _add_value(commands)
     derive_command.add_parsers(commands)
-    _add_emit(commands)
+    emit_command.add_parser(commands)
+    figure_command.add_parser(commands)
+    table_command.add_parser(commands)
     return parser
 
 
@@ -167,7 +170,7 @@ def _add_value(commands: Any) -> None:
     ):
         quantity = quantities.add_parser(name, help=about, description=about, allow_abbrev=False)
         what = quantity.add_mutually_exclusive_group(required=True)
-        what.add_argument("--drift", choices=_DRIFTS, help="a ready-made drift")
+        what.add_argument("--drift", choices=DRIFTS, help="a ready-made drift")
         what.add_argument("--expr", metavar="A", help='A(u), e.g. "1/2 - u + u**3"')
         quantity.add_argument(
             "--set", action="append", default=[], metavar="NAME=X", help="set a parameter"
@@ -224,50 +227,7 @@ def _value(arguments: argparse.Namespace) -> None:
 
 
 def _drift(arguments: argparse.Namespace) -> Drift:
-    import inspect
-
-    import symasym as sa
-
-    values = _settings(arguments.set)
-    if arguments.expr is not None:
-        return sa.Drift(arguments.expr).bind(**values)
-    known = inspect.signature(getattr(sa, arguments.drift)).parameters
-    for name in values:
-        if name not in known and arguments.drift != "polynomial":
-            raise InputError(
-                f"{name} is no parameter of {arguments.drift}; its parameters are "
-                f"{', '.join(known)}."
-            )
-    return _ready_made(arguments.drift, values)
-
-
-def _ready_made(name: str, values: dict[str, Any]) -> Drift:
-    import symasym as sa
-
-    # The shape of a drift (waves, exponent) is a whole number and no parameter of its formula.
-    for shape in {"waves", "n"} & values.keys():
-        values[shape] = _whole(shape, values[shape])
-    drift: Drift = getattr(sa, name)(**values)
-    return drift
-
-
-def _settings(pairs: Sequence[str]) -> dict[str, Any]:
-    values: dict[str, Any] = {}
-    for pair in pairs:
-        name, equals, text = pair.partition("=")
-        if not equals or not name.isidentifier():
-            raise InputError(f"--set is {pair!r}; write it as NAME=NUMBER, for example mu=3.")
-        if name in values:
-            raise InputError(f"{name} is set twice; set it once.")
-        values[name] = text
-    return values
-
-
-def _whole(name: str, text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise InputError(f"{name} is {text!r}; give a whole number.") from None
+    return named_drift(arguments.drift, arguments.expr, settings(arguments.set))
 
 
 def _print_json(
@@ -294,56 +254,6 @@ def _print_json(
         "method": found.method,
         "dps": arguments.dps,
         "seconds": round(seconds, 6),
-        "inputs": {**drift, "set": _settings(arguments.set), **inputs},
+        "inputs": {**drift, "set": settings(arguments.set), **inputs},
     }
     print(json.dumps(record, indent=1))
-
-
-# -- emit ------------------------------------------------------------------------------------
-
-
-def _add_emit(commands: Any) -> None:
-    parser = commands.add_parser(
-        "emit",
-        help="write a formula as source code",
-        description="Write a formula as source code. Parameters that are set are folded in.",
-        allow_abbrev=False,
-    )
-    parser.add_argument("label", metavar="LABEL", help="such as eq:Ttildesmall, folds, eq:V")
-    # What targets there are is told by the error: listing them here would load SymPy.
-    parser.add_argument("--target", required=True, metavar="T", help="numpy, mpmath, python, c, "
-                        "javascript or latex")  # fmt: skip
-    parser.add_argument("-o", "--out", metavar="FILE", help="where to (standard output)")
-    what = parser.add_mutually_exclusive_group()
-    what.add_argument("--drift", choices=_DRIFTS, help="put this drift into the formula")
-    what.add_argument("--expr", metavar="A", help='or this A(u), e.g. "1/2 - u + u**3"')
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="NAME=X", help="fold a parameter in"
-    )
-    parser.set_defaults(run=_emit)
-
-
-def _emit(arguments: argparse.Namespace) -> None:
-    import inspect
-
-    import symasym as sa
-
-    values = _settings(arguments.set)
-    drift = None
-    if arguments.drift:
-        known = inspect.signature(getattr(sa, arguments.drift)).parameters
-        own = {
-            name: values.pop(name)
-            for name in list(values)
-            if name in known or (arguments.drift == "polynomial" and re.match(r"c\d+$", name))
-        }
-        drift = _ready_made(arguments.drift, own)
-    elif arguments.expr:
-        drift = sa.Drift(arguments.expr)
-    source = sa.emit(arguments.label, arguments.target, values, drift=drift)
-    if arguments.out:
-        print(*source.write(arguments.out), sep="\n")
-        return
-    if source.header:
-        raise InputError("C comes as two files; say where to with -o FILE.c.")
-    print(source, end="")
