@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from symasym.emit.program import Case, Function, Program, fold, require_closed
+from symasym.emit.folding import fold
+from symasym.emit.program import Case, Function, Program, require_closed
 from symasym.emit.source import TARGETS, Source, check_target, rendered
 from symasym.errors import InputError
 

@@ -9,8 +9,9 @@ from typing import Any
 import sympy
 
 from symasym.drift import Drift
+from symasym.emit.folding import fold
 from symasym.emit.forms import called, log_form, logaddexp
-from symasym.emit.program import Case, Function, Program, Quadrature, fold, require_closed
+from symasym.emit.program import Case, Function, Program, Quadrature, require_closed
 from symasym.errors import InputError
 from symasym.formula import Formula, formula
 from symasym.inputs import is_array
