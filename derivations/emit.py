@@ -207,6 +207,15 @@ EMITTED = (
     Emitted("friction_breakaway", "beta", "The largest force, for mu >= 1/2."),
     Emitted("friction_folds", "folds", "z0 at both folds, (+) then (-).", "spring extension"),
     Emitted(
+        "friction_angle",
+        "friction-well",
+        "omega, a third of arccos((1 - z0)/beta); z0 < 1, mu > 1/2.",
+        "angle",
+    ),
+    Emitted("friction_slope_well", "friction-well", "A'(u1) at the well.", piece=0),
+    Emitted("friction_slope_barrier", "friction-well", "A'(u2) at the barrier.", piece=1),
+    Emitted("friction_barrier", "friction-well", "V(u2) - V(u1).", piece=2),
+    Emitted(
         "noise_threshold",
         "threshold",
         "Unscaled kappa below which T is exponentially large; ell = -log eps.",
@@ -238,6 +247,7 @@ ORDER = (
     "r",
     "eps",
     "ell",
+    "omega",
     "a",
     "mu",
     "alpha",
@@ -321,12 +331,35 @@ def module(target: str) -> str:
         if target == "plain" and not item.plain:
             continue
         found = expression(item)
-        symbols = {s for e in parts(found) for s in e.free_symbols}
-        names = {s: NAMES.get(s.name, s.name) for s in symbols}
-        arguments = sorted(symbols, key=lambda s: ORDER.index(names[s]))
-        doc = f"{item.doc[:-1]} ({item.label})."
-        lines.append("\n" + function(item.name, arguments, found, target, doc, names))
+        names, arguments = named(found)
+        lines.append("\n" + function(item.name, arguments, found, target, doc(item), names))
     return "\n".join(lines)
+
+
+def named(found: Any) -> tuple[dict[Any, str], list[Any]]:
+    """What the symbols of an expression are called in code, and the order they come in."""
+    symbols = {s for e in parts(found) for s in e.free_symbols}
+    names = {s: NAMES.get(s.name, s.name) for s in symbols}
+    return names, sorted(symbols, key=lambda s: ORDER.index(names[s]))
+
+
+def doc(item: Emitted) -> str:
+    """The first line of a function's docstring."""
+    return f"{item.doc[:-1]} ({item.label})."
+
+
+def statement(item: Emitted) -> dict[str, Any]:
+    """A function as data, its symbols named as in the code: what `sa.emit` prints."""
+    found = expression(item)
+    names, arguments = named(found)
+    called = {s: sympy.Symbol(names[s], **s._assumptions_orig) for s in arguments}
+    pieces = [e.subs(called, simultaneous=True) for e in parts(found)]
+    return {
+        "name": item.name,
+        "doc": doc(item),
+        "arguments": [names[s] for s in arguments],
+        "expression": sympy.srepr(pieces[0] if len(pieces) == 1 else sympy.Tuple(*pieces)),
+    }
 
 
 def formulas() -> str:
@@ -357,6 +390,7 @@ def formulas() -> str:
             for s in derivation.steps
         ]
         record["functions"] = [item.name for item in EMITTED if item.label == label]
+        record["code"] = [statement(item) for item in EMITTED if item.label == label]
         found[label] = record
     data = {"format": FORMAT, "formulas": found, "definitions": REASONS}
     return json.dumps(data, indent=1, ensure_ascii=False, sort_keys=True) + "\n"

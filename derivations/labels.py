@@ -78,6 +78,7 @@ UNLABELLED = (
     "turning-points",
     "beta",
     "folds",
+    "friction-well",
     "threshold",
 )
 

@@ -12,6 +12,8 @@ from derivations.registry import derives
 from derivations.section7_friction import BETA, PEAK, shifted
 from symasym.derivation import Identity, Inequality, Satisfies
 
+ANGLE = Symbol("omega", positive=True)
+
 
 @derives("cubic", "The equation of the critical points", ("eq:phifric0",))
 def cubic(d: Any) -> None:
@@ -148,6 +150,101 @@ def _positive_left(q: Any, s: Any) -> Any:
     """The drift at u = -1/(1+q) for z0 = 1 - alpha - s, as a sum of positive terms."""
     c = 1 / (1 + q)
     return alpha + s + alpha * c + alpha * mu * q * (q + 2) / (1 + q) ** 3
+
+
+def _reduced(expression: Any) -> Any:
+    """A polynomial in cos(omega) and sin(omega), with sin^2 = 1 - cos^2 put in."""
+    c, s = Symbol("c"), Symbol("s")
+    poly = sympy.Poly(sympy.expand(expression.subs({sympy.cos(ANGLE): c, sympy.sin(ANGLE): s})), s)
+    return sympy.expand(
+        sum(
+            coefficient * s ** (power % 2) * (1 - c**2) ** (power // 2)
+            for (power,), coefficient in poly.terms()
+        )
+    )
+
+
+@derives(
+    "friction-well",
+    "Well and barrier of the friction drift in closed form",
+    ("beta", "turning-points", "cubic", "fr2", "eq:Vfric"),
+)
+def closed_form(d: Any) -> None:
+    cos, sin, root = sympy.cos(ANGLE), sympy.sin(ANGLE), sympy.sqrt(3)
+    d.step(
+        "angle",
+        "solve",
+        sympy.Rational(2, 3) * sympy.asin(sympy.sqrt((1 - (1 - z0) / BETA) / 2)),
+        Satisfies(
+            lambda w: {
+                "cos(3 omega)": 1
+                - 2 * sympy.sin(sympy.Rational(3, 2) * w) ** 2
+                - (1 - z0) / d.use("beta"),
+                "in (0, pi/2)": sympy.sin(sympy.Rational(3, 2) * w)
+                - sympy.sqrt((1 - (1 - z0) / d.use("beta")) / 2),
+            }
+        ),
+        "beta cos(3 omega) = 1 - z0; from the sine, which keeps its digits beside the fold",
+    )
+    on_angle = 1 - d.use("beta") * (4 * cos**3 - 3 * cos)
+    both = d.step(
+        "roots",
+        "solve",
+        (PEAK * (cos - root * sin), PEAK * (cos + root * sin)),
+        Satisfies(
+            lambda pair: {
+                "cubic at u1": _reduced(d.use("cubic").subs(u, pair[0]).subs(z0, on_angle)),
+                "cubic at u2": _reduced(d.use("cubic").subs(u, pair[1]).subs(z0, on_angle)),
+                "u2 - u1": pair[1] - pair[0] - 2 * root * d.use("turning-points") * sin,
+            }
+        ),
+        "cos(3 omega) = 4 cos(omega)^3 - 3 cos(omega); 0 < omega < pi/6 for 0 < 1 - z0 < beta",
+    )
+    slopes = d.step(
+        "slopes",
+        "substitute",
+        (
+            -2 * alpha * (1 + mu) * sin * (root * cos - sin),
+            2 * alpha * (1 + mu) * sin * (root * cos + sin),
+        ),
+        Identity(
+            lambda: [
+                slope.subs(Symbol("u3", real=True), -u1 - u2).subs(
+                    {u1: both[0], u2: both[1]}, simultaneous=True
+                )
+                for slope in d.use("fr2")
+            ]
+        ),
+    )
+    barrier = d.step(
+        "barrier",
+        "evaluate",
+        4 * root / 3 * alpha * (1 + mu) ** 2 / mu * sin**3 * cos,
+        Satisfies(
+            lambda D: {
+                "V(u2) - V(u1)": _reduced(
+                    (
+                        d.use("eq:Vfric")[1].subs(u, both[1])
+                        - d.use("eq:Vfric")[1].subs(u, both[0])
+                    ).subs(z0, on_angle)
+                    - D
+                )
+            }
+        ),
+        "one product: a difference of potentials would lose its digits beside the fold",
+    )
+    found = d.step(
+        "together",
+        "evaluate",
+        (*slopes, barrier),
+        Identity(lambda: [*slopes, barrier]),
+    )
+    d.conclude(
+        sympy.symbols("A'_1 A'_2 D"),
+        found,
+        note="for z0 < 1 and a well and a barrier: mu > 1/2, 0 < 1 - z0 < beta; "
+        "omega is a third of arccos((1 - z0)/beta)",
+    )
 
 
 @derives(

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from symasym.asymptotics.laplace import laplace_integral
     from symasym.asymptotics.uniform import uniform_integral
     from symasym.drift import Drift
+    from symasym.emit import emit
     from symasym.errors import (
         AccuracyError,
         InputError,
@@ -40,6 +41,7 @@ __all__ = [
     "Scales",
     "Sensitivity",
     "SymasymError",
+    "emit",
     "escape_time",
     "exit_probability",
     "formula",
@@ -73,6 +75,7 @@ _HOMES = {
     "Scales": "symasym.scales",
     "Sensitivity": "symasym.sensitivity",
     "SymasymError": "symasym.errors",
+    "emit": "symasym.emit",
     "escape_time": "symasym.quantities",
     "exit_probability": "symasym.quantities",
     "formula": "symasym.formula",

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from symasym import derive_command, figure_command, table_command
+from symasym import derive_command, emit_command, figure_command, table_command
 from symasym.errors import SymasymError
 from symasym.named import DRIFTS, named_drift
 from symasym.settings import settings
@@ -106,6 +106,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_reproduce(commands)
     _add_value(commands)
     derive_command.add_parsers(commands)
+    emit_command.add_parser(commands)
     figure_command.add_parser(commands)
     table_command.add_parser(commands)
     return parser

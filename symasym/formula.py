@@ -64,37 +64,27 @@ class Formula:
         """``left = right`` in LaTeX, with the order of the remainder."""
         return str(self._data["latex"])
 
-    def emit(self, target: str = "numpy") -> str:
-        """Source code of the formula.
-
-        Parameters
-        ----------
-        target : {"numpy", "mpmath"}
-            The emitted functions where there are some, else one function of
-            all symbols of the expression.
-
-        Raises
-        ------
-        InputError
-            For another target, or a formula that holds integrals or general functions.
-        """
-        if target not in ("numpy", "mpmath"):
-            raise InputError(f'target is {target!r}; give "numpy" or "mpmath".')
-        if self.functions:
-            return _emitted(target, self.functions)
-        from symasym.derivation.code import NotEmittable, function
+    @cached_property
+    def code(self) -> list[dict[str, Any]]:
+        """The functions by name: doc, arguments, and the values as SymPy expressions."""
         from symasym.derivation.results import parts
 
-        symbols = {s for e in parts(self.expression) for s in e.free_symbols}
-        name = self.label.removeprefix("eq:").replace("-", "_")
-        try:
-            return function(
-                name, sorted(symbols, key=str), self.expression, target, self.title + "."
-            )
-        except NotEmittable as error:
-            raise InputError(
-                f"{self.label} cannot be emitted: {error} Use the verb that evaluates it."
-            ) from None
+        return [
+            {**item, "values": tuple(parts(_read(item["expression"])))}
+            for item in self._data["code"]
+        ]
+
+    def emit(
+        self,
+        target: str = "numpy",
+        parameters: Mapping[str, Any] | None = None,
+        *,
+        drift: Any = None,
+    ) -> Any:
+        """Source code of the formula: `symasym.emit` of it."""
+        from symasym.emit import emit
+
+        return emit(self, target, parameters, drift=drift)
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -165,19 +155,6 @@ def _read(text: str) -> Any:
     import sympy
 
     return sympy.sympify(text)
-
-
-def _emitted(target: str, names: tuple[str, ...]) -> str:
-    """The sources of some functions of a generated module."""
-    import ast
-
-    text = _generated(f"{target}_formulas.py")
-    found = [
-        ast.get_source_segment(text, node)
-        for node in ast.parse(text).body
-        if isinstance(node, ast.FunctionDef) and node.name in names
-    ]
-    return "\n\n\n".join(part for part in found if part) + "\n"
 
 
 def _generated(name: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -68,7 +69,37 @@ def _well_counts(u1: Any, u2: Any) -> bool:
     return bool(u1 < u2 and u2 > 0)
 
 
-def _escape_by_digits(drift: Drift, kappa: Fraction, r: Fraction, dps: int, log: bool) -> Any:
+@dataclass(frozen=True)
+class Well:
+    """What eq:Ttildesmall needs of a drift that crosses: in the direction it goes.
+
+    Attributes
+    ----------
+    ahead : mpf
+        The drift beyond the layer, positive.
+    slopes : tuple of mpf
+        A' at the well and at the barrier, where the multiplier eq:S is 1.
+    barrier : mpf or None
+        V(u2) - V(u1); None where it is 0.
+    """
+
+    ahead: Any
+    slopes: tuple[Any, ...] = ()
+    barrier: Any = None
+
+
+def well(drift: Drift, context: Any) -> Well:
+    """The well before a barrier beyond the start, if there is one, at the context's precision.
+
+    Raises
+    ------
+    RegionError
+        If the drift does not cross.
+    InputError
+        If A has other zeros than those of one well and one barrier.
+    """
+    from symasym.exact.local import ExactField
+
     a_minus, a_plus = drift.ends
     if a_minus * a_plus <= 0:
         _refuse_region(a_minus, a_plus)
@@ -78,26 +109,28 @@ def _escape_by_digits(drift: Drift, kappa: Fraction, r: Fraction, dps: int, log:
         points = points[::-1]
     if len(points) not in (0, 2) or [p.kind for p in points] not in ([], ["well", "barrier"]):
         _refuse_zeros(len(points))
-    with own_context(dps + 15) as context:
-        from symasym.exact.local import ExactField
+    field = ExactField(drift, down, context)
+    ahead = _number(field.value(Fraction(1)), context)
+    if points:
+        u1, u2 = (field.polish(-p.u if down else p.u) for p in points)
+        if _well_counts(u1, u2):
+            return Well(ahead, (field.slope(u1), field.slope(u2)), field.potential_rise(u1, u2))
+    return Well(ahead)
 
-        field = ExactField(drift, down, context)
-        radius, ahead = _number(r, context), _number(field.value(Fraction(1)), context)
-        total = mpmath_formulas.strong_noise_time(context, radius, ahead)
-        if points:
-            u1, u2 = (field.polish(-p.u if down else p.u) for p in points)
-            if _well_counts(u1, u2):
-                # The exponent 2 V/kappa^2 has as many digits before the point as lam.
-                with context.workprec(context.prec + max(0, _bits(2 / kappa**2))):
-                    total = mpmath_formulas.weak_noise_time(
-                        context,
-                        _number(kappa, context),
-                        radius,
-                        ahead,
-                        field.slope(u1),
-                        field.slope(u2),
-                        field.potential_rise(u1, u2),
-                    )
+
+def _escape_by_digits(drift: Drift, kappa: Fraction, r: Fraction, dps: int, log: bool) -> Any:
+    with own_context(dps + 15) as context:
+        # The exponent 2 V/kappa^2 has as many digits before the point as lam.
+        with context.workprec(context.prec + max(0, _bits(2 / kappa**2))):
+            found = well(drift, context)
+            radius, noise = _number(r, context), _number(kappa, context)
+            if found.barrier is None:
+                total = mpmath_formulas.strong_noise_time(context, radius, found.ahead)
+            else:
+                low, high = found.slopes
+                total = mpmath_formulas.weak_noise_time(
+                    context, noise, radius, found.ahead, low, high, found.barrier
+                )
         if log:
             total = context.log(total)
         return to_mpf(total, dps)

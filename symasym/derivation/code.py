@@ -1,8 +1,10 @@
-"""Readable Python from SymPy expressions: NumPy, an mpmath context, or any arithmetic."""
+"""Readable code from SymPy expressions: Python in several arithmetics, C and JavaScript."""
 
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import sympy
@@ -12,14 +14,67 @@ from symasym.derivation.results import parts
 
 #: "plain" has no functions at all: + - * / and whole powers, for any arithmetic.
 TARGETS = ("numpy", "mpmath", "plain")
-_KNOWN = {"exp": "exp", "log": "log", "tanh": "tanh", "sin": "sin", "cos": "cos"}
+# SymPy's name of a function -> the name it goes by here (and in C).
+_KNOWN = {
+    **{name: name for name in ("exp", "log", "tanh", "sin", "cos", "asin", "acos", "atan")},
+    **{name: name for name in ("sinh", "cosh", "expm1", "log1p", "logaddexp")},
+    # Quotients with a removable singularity at 0; each file that needs one holds it.
+    **{name: name for name in ("exprel", "exprel2", "tanhc", "sinc")},
+    "Abs": "abs",
+}
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a language writes a call: the names of its own functions, and of a file's helpers."""
+
+    prefix: str
+    names: Mapping[str, str] = field(default_factory=dict)
+    helpers: Mapping[str, str] = field(default_factory=dict)
+    first: str = ""  # an argument that helpers take before the others
+    power: str = ""  # the function for powers, where there is no operator
+    whole: str = ""  # what makes a whole number a double
+
+    def call(self, name: str, arguments: list[str]) -> str:
+        if name in self.helpers:
+            return f"{self.helpers[name]}({', '.join([self.first, *arguments][not self.first :])})"
+        return f"{self.prefix}{self.names.get(name, name)}({', '.join(arguments)})"
+
+
+_REMOVABLE = ("exprel", "exprel2", "tanhc", "sinc")
+_OWN = {name: f"_{name}" for name in _REMOVABLE}
+DIALECTS = {
+    "numpy": Dialect("np.", {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}, dict(_OWN)),
+    "mpmath": Dialect("ctx.", {"abs": "fabs"}, {**_OWN, "logaddexp": "_logaddexp"}, first="ctx"),
+    "plain": Dialect(""),
+    # math.exp raises where C gives infinity.
+    "python": Dialect(
+        "math.",
+        {"abs": "fabs"},
+        {**_OWN, **{n: f"_{n}" for n in ("exp", "expm1", "sinh", "cosh", "logaddexp")}},
+    ),
+    "c": Dialect(
+        "",
+        {"abs": "fabs"},
+        {name: f"{name}_" for name in (*_REMOVABLE, "logaddexp")},
+        power="pow",
+        whole=".0",
+    ),
+    # -x**2 is an error in JavaScript.
+    "javascript": Dialect(
+        "Math.",
+        {},
+        {name: name for name in (*_REMOVABLE, "logaddexp")},
+        power="Math.pow",
+    ),
+}
 
 
 class NotEmittable(ValueError):
     """The expression holds something that has no elementary value."""
 
 
-class _Printer(StrPrinter):  # type: ignore[misc]
+class Printer(StrPrinter):  # type: ignore[misc]
     """SymPy's string printer with the functions of one library.
 
     Where a formula would lose digits as it stands, its stable form is printed:
@@ -29,13 +84,13 @@ class _Printer(StrPrinter):  # type: ignore[misc]
 
     def __init__(self, target: str, names: dict[Any, str]) -> None:
         super().__init__({"order": "none"})
-        self.prefix = {"numpy": "np", "mpmath": "ctx", "plain": ""}[target]
+        self.dialect = DIALECTS[target]
         self.target, self.names = target, dict(names)
 
     def _call(self, name: str, *arguments: Any) -> str:
         if self.target == "plain":
             raise NotEmittable(f"{name} is no operation of every arithmetic.")
-        return f"{self.prefix}.{name}({', '.join(self._print(a) for a in arguments)})"
+        return self.dialect.call(name, [self._print(a) for a in arguments])
 
     def _placeholder(self, text: str) -> Any:
         """A symbol that is printed as `text`, to stand in a product or a sum."""
@@ -52,21 +107,28 @@ class _Printer(StrPrinter):  # type: ignore[misc]
     def _print_Pi(self, expr: Any) -> str:
         if self.target == "plain":
             raise NotEmittable("pi is no number of every arithmetic.")
-        return f"{self.prefix}.pi"
+        return f"{self.dialect.prefix}pi"
+
+    def _print_Integer(self, expr: Any) -> str:
+        return f"{expr.p}{self.dialect.whole}"
 
     def _print_Rational(self, expr: Any) -> str:
         if expr.q == 1:
-            return str(expr.p)
+            return self._print_Integer(expr)
         # A quotient of Python ints would be a float64: let the context divide.
         if self.target == "plain":
             raise NotEmittable(f"{expr} alone is no number of every arithmetic.")
-        return f"{expr.p}/{expr.q}" if self.target == "numpy" else f"ctx.mpf({expr.p})/{expr.q}"
+        if self.target == "mpmath":
+            return f"ctx.mpf({expr.p})/{expr.q}"
+        return f"{expr.p}{self.dialect.whole}/{expr.q}{self.dialect.whole}"
 
     def _print_Function(self, expr: Any) -> str:
         name = _KNOWN.get(type(expr).__name__)
         if name is None:
             raise NotEmittable(f"{expr} has no closed form to emit.")
-        return self._call(name, expr.args[0])
+        return self._call(name, *expr.args)
+
+    _print_Abs = _print_Function
 
     def _print_log(self, expr: Any) -> str:
         (argument,) = expr.args
@@ -114,10 +176,14 @@ class _Printer(StrPrinter):  # type: ignore[misc]
             return self._call("sqrt", base)
         if exponent == sympy.Rational(-1, 2):
             return f"1/{self._call('sqrt', base)}"
-        if exponent.is_Integer:
+        if exponent.is_Integer and not self.dialect.power:
             return str(super()._print_Pow(expr, rational=False))
         if _root_of_positive(expr):
             return self._with_one_root([expr])
+        if self.dialect.power and exponent == -1:
+            return f"1{self.dialect.whole}/{self.parenthesize(base, 60)}"
+        if self.dialect.power:
+            return f"{self.dialect.power}({self._print(base)}, {self._print(exponent)})"
         if self.target == "plain":
             raise NotEmittable(f"{expr} is no operation of every arithmetic.")
         return f"{self.parenthesize(base, 60)}**({self._print(exponent)})"
@@ -145,7 +211,7 @@ def code(expression: Any, target: str, names: dict[Any, str] | None = None) -> s
     for piece in pieces:
         if piece.atoms(sympy.Integral, sympy.Derivative, sympy.core.function.AppliedUndef):
             raise NotEmittable(f"{piece} has no closed form to emit.")
-    printer = _Printer(target, names or {})
+    printer = Printer(target, names or {})
     return ", ".join(str(printer.doprint(piece)) for piece in pieces)
 
 

@@ -294,6 +294,29 @@ def friction_folds(ctx: Any, mu: Any, alpha: Any) -> Any:
     )
 
 
+def friction_angle(ctx: Any, mu: Any, alpha: Any, z0: Any) -> Any:
+    """omega, a third of arccos((1 - z0)/beta); z0 < 1, mu > 1/2 (friction-well)."""
+    return (
+        2*ctx.asin(ctx.sqrt(ctx.mpf(1)/2 - 3*ctx.sqrt(3*mu/(1 + mu))*(1 - z0)/(4*alpha*(1 +
+        mu))))/3
+    )
+
+
+def friction_slope_well(ctx: Any, omega: Any, mu: Any, alpha: Any) -> Any:
+    """A'(u1) at the well (friction-well)."""
+    return -2*alpha*(1 + mu)*(-ctx.sin(omega) + ctx.sqrt(3)*ctx.cos(omega))*ctx.sin(omega)
+
+
+def friction_slope_barrier(ctx: Any, omega: Any, mu: Any, alpha: Any) -> Any:
+    """A'(u2) at the barrier (friction-well)."""
+    return 2*alpha*(1 + mu)*(ctx.sqrt(3)*ctx.cos(omega) + ctx.sin(omega))*ctx.sin(omega)
+
+
+def friction_barrier(ctx: Any, omega: Any, mu: Any, alpha: Any) -> Any:
+    """V(u2) - V(u1) (friction-well)."""
+    return 4*alpha*ctx.sqrt(3)*(1 + mu)**2*ctx.sin(omega)**3*ctx.cos(omega)/(3*mu)
+
+
 def noise_threshold(ctx: Any, eps: Any, ell: Any, barrier: Any) -> Any:
     """Unscaled kappa below which T is exponentially large; ell = -log eps (threshold)."""
     return ctx.sqrt(2*barrier*eps/ell)

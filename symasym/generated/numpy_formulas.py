@@ -281,6 +281,26 @@ def friction_folds(mu: Any, alpha: Any) -> Any:
     )
 
 
+def friction_angle(mu: Any, alpha: Any, z0: Any) -> Any:
+    """omega, a third of arccos((1 - z0)/beta); z0 < 1, mu > 1/2 (friction-well)."""
+    return 2*np.arcsin(np.sqrt(1/2 - 3*np.sqrt(3*mu/(1 + mu))*(1 - z0)/(4*alpha*(1 + mu))))/3
+
+
+def friction_slope_well(omega: Any, mu: Any, alpha: Any) -> Any:
+    """A'(u1) at the well (friction-well)."""
+    return -2*alpha*(1 + mu)*(-np.sin(omega) + np.sqrt(3)*np.cos(omega))*np.sin(omega)
+
+
+def friction_slope_barrier(omega: Any, mu: Any, alpha: Any) -> Any:
+    """A'(u2) at the barrier (friction-well)."""
+    return 2*alpha*(1 + mu)*(np.sqrt(3)*np.cos(omega) + np.sin(omega))*np.sin(omega)
+
+
+def friction_barrier(omega: Any, mu: Any, alpha: Any) -> Any:
+    """V(u2) - V(u1) (friction-well)."""
+    return 4*alpha*np.sqrt(3)*(1 + mu)**2*np.sin(omega)**3*np.cos(omega)/(3*mu)
+
+
 def noise_threshold(eps: Any, ell: Any, barrier: Any) -> Any:
     """Unscaled kappa below which T is exponentially large; ell = -log eps (threshold)."""
     return np.sqrt(2*barrier*eps/ell)

@@ -1,0 +1,370 @@
+"""Formulas of a general drift with the drift put in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import sympy
+
+from symasym.drift import Drift
+from symasym.emit.folding import fold
+from symasym.emit.forms import called, log_form, logaddexp
+from symasym.emit.program import Case, Function, Program, Quadrature, require_closed
+from symasym.errors import InputError
+from symasym.formula import Formula, formula
+from symasym.inputs import is_array
+
+# Digits of the numbers that are found by iteration: well and barrier of a general drift.
+_DIGITS = 60
+
+
+def program(what: Formula, drift: Drift, numbers: Mapping[str, Any]) -> Program:
+    """A formula of `LABELS` for a drift; `numbers` are the drift's parameters, or the others."""
+    if not isinstance(drift, Drift):
+        raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction().")
+    if what.label not in LABELS:
+        raise InputError(
+            f"{what.label} takes no drift; those that do are {', '.join(LABELS)}. "
+            "Leave drift out, or ask for one of these."
+        )
+    own = {name: value for name, value in numbers.items() if name in drift.parameters}
+    for name in own:
+        if name in drift.values:
+            raise InputError(f"{name} is in the drift already; set it once.")
+    drift = drift.bind(**own)
+    arrays = [name for name, value in drift.values.items() if is_array(value)]
+    if arrays:
+        raise InputError(f"{arrays[0]} is an array; leave it free, it becomes an argument.")
+    found = LABELS[what.label](what, drift)
+    rest = {name: value for name, value in numbers.items() if name not in own}
+    found = replace(found, title=f"{what.title}, for {drift!r}", error=what.error)
+    found = fold(require_closed(found), rest)
+    return replace(found, folded={**found.folded, **_bound(drift)})
+
+
+def _bound(drift: Drift) -> dict[str, Any]:
+    return {
+        name: sympy.Rational(value.numerator, value.denominator)
+        for name, value in drift.values.items()
+    }
+
+
+def _program(what: Formula, *functions: Function, **more: Any) -> Program:
+    return Program(what.label, what.title, functions, assumptions=what.assumptions, **more)
+
+
+# -- phi and V -------------------------------------------------------------------------------
+
+_U = sympy.Symbol("u", real=True)
+_NO_NUMBER = "u is not a number"
+
+
+def _phi(what: Formula, drift: Drift) -> Program:
+    return _program(what, drift_function(drift))
+
+
+def _potential(what: Formula, drift: Drift) -> Program:
+    return _program(what, potential_function(drift))
+
+
+def _arguments(drift: Drift, *others: str) -> tuple[str, ...]:
+    return (*others, *drift.free)
+
+
+def drift_function(drift: Drift) -> Function:
+    """phi(u)."""
+    cases = [Case((_by_powers(value),), where) for value, where in _cases(drift.phi())]
+    about = "The drift (eq:phi)."
+    return Function("phi", about, _arguments(drift, "u"), tuple(cases), outside=_NO_NUMBER)
+
+
+def potential_function(drift: Drift) -> Function:
+    """V(u)."""
+    own = {"tanh": _tanh_potential, "hill": _hill_potential}.get(drift.name)
+    if own is not None:
+        pieces = own(drift)
+    else:
+        pieces = [(_by_powers(v, -1), where) for v, where in _cases(drift.potential())]
+    cases = tuple(Case((value,), where) for value, where in pieces)
+    about = "The potential, V(-1) = 0 (eq:V)."
+    return Function("V", about, _arguments(drift, "u"), cases, outside=_NO_NUMBER)
+
+
+def _cases(e: Any) -> list[tuple[Any, tuple[Any, ...]]]:
+    if not isinstance(e, sympy.Piecewise):  # a constant drift
+        return [(e, ())]
+    # The last case is no default: what is no number has no value.
+    return [(value, (where if where != sympy.true else _U >= 1,)) for value, where in e.args]
+
+
+def _by_powers(e: Any, zero: int | None = None) -> Any:
+    """A polynomial in u by Horner's rule, around a known zero where it has one."""
+    if not e.is_polynomial(_U):
+        return e
+    if zero is not None and sympy.expand(e.subs(_U, zero)) == 0:
+        quotient = sympy.Poly(e, _U).quo(sympy.Poly(_U - zero, _U))
+        return (_U - zero) * sympy.horner(quotient.as_expr(), _U)
+    return sympy.horner(e, _U)
+
+
+def _values(drift: Drift) -> list[Any]:
+    value: dict[str, Any] = {name: sympy.Symbol(name, real=True) for name in drift.free}
+    value |= _bound(drift)
+    return [value[name] for name in drift.parameters]
+
+
+def _hill_potential(drift: Drift) -> list[tuple[Any, tuple[Any, ...]]]:
+    """V of the Hill switch, by partial fractions in s = x/K: K^n + x^n has the roots K e^{i t}."""
+    a, b, K = _values(drift)
+    n = drift._model.n  # type: ignore[attr-defined]
+
+    def share(x: Any) -> Any:
+        """The integral of x^n/(K^n + x^n) from 0."""
+        s, total = x / K, sympy.S.Zero
+        for k in range(n // 2):
+            t = (2 * k + 1) * sympy.pi / n
+            c, d = sympy.cos(t), sympy.sin(t)
+            total -= c / n * sympy.log(s**2 - 2 * c * s + 1)
+            total += 2 * d / n * (sympy.atan((s - c) / d) + sympy.atan(c / d))
+        if n % 2:
+            total += sympy.log(1 + s) / n
+        return x - K * total
+
+    rise = 2 * (b - a) * (1 + K**n)
+    return [
+        (-a * (_U + 1), (_U <= -1,)),
+        (-a * (_U + 1) - rise * share((1 + _U) / 2), (_U < 1,)),
+        (-2 * a - rise * share(sympy.S.One) - b * (_U - 1), (_U >= 1,)),
+    ]
+
+
+def _tanh_potential(drift: Drift) -> list[tuple[Any, tuple[Any, ...]]]:
+    """V of the sigmoid; SymPy's antiderivative loses digits where tanh is near -1."""
+    a, b, s = _values(drift)
+
+    def log_cosh(x: Any) -> Any:
+        return logaddexp(x, -x)  # and log 2, which cancels
+
+    bend = (log_cosh(s * _U) - log_cosh(s)) / (s * sympy.tanh(s))
+    return [
+        (-a * (_U + 1), (_U <= -1,)),
+        (-(a + b) / 2 * (_U + 1) - (b - a) / 2 * bend, (_U < 1,)),
+        (-(a + b) - b * (_U - 1), (_U >= 1,)),
+    ]
+
+
+# -- escape time in weak noise -----------------------------------------------------------------
+
+
+def _weak_noise(what: Formula, drift: Drift) -> Program:
+    """eq:Ttildesmall with the step eq:S."""
+    (item,) = what.code
+    if drift.name == "friction":
+        return _friction_weak_noise(what, item["values"][0], drift)
+    if drift.free:
+        raise InputError(
+            f"the well of {drift!r} has no closed form in {', '.join(drift.free)}; bind them, or "
+            "use sa.friction."
+        )
+    from symasym.context import own_context
+    from symasym.paper import well
+
+    with own_context(_DIGITS) as context:
+        found = well(drift, context)
+        names = ["a_plus", "slope_well", "slope_barrier", "barrier"]
+        known = [found.ahead, *found.slopes] + ([] if found.barrier is None else [found.barrier])
+        numbers = {n: sympy.Float(str(x), _DIGITS) for n, x in zip(names, known, strict=False)}
+    left = () if "barrier" in numbers else ("the well's term, there is no barrier beyond u = 0",)
+    value = item["values"][0] if "barrier" in numbers else _without_well(item["values"][0])
+    # The logarithm's form first: the numbers hide which factor is an exponential's.
+    case, log = (
+        Case((e.subs({s: numbers[s.name] for s in e.free_symbols if s.name in numbers}),))
+        for e in (value, log_form(value))
+    )
+    logs = (log,) if "barrier" in numbers else ()
+    about = "T in weak noise, from 0 (eq:Ttildesmall)."
+    function = Function(item["name"], about, ("kappa", "r"), (case,), logs)
+    return _program(what, function, left_out=left, digits=_DIGITS - 10)
+
+
+def _without_well(value: Any) -> Any:
+    return sympy.Add(*(term for term in value.args if not term.has(sympy.exp)))
+
+
+def _friction_weak_noise(what: Formula, value: Any, drift: Drift) -> Program:
+    """The paper's time for the friction drift: well and barrier in closed form (friction-well)."""
+    real = {name: sympy.Symbol(name, real=True) for name in drift.parameters}
+    # A crossing downwards is one upwards in the mirror: 1 - z0 changes its sign.
+    force = abs(1 - real["z0"])
+
+    def derived(label: str, name: str) -> Any:
+        (e,) = next(item["values"] for item in formula(label).code if item["name"] == name)
+        return e.subs({s: real.get(s.name, s) for s in e.free_symbols}).subs(real["z0"], 1 - force)
+
+    angle = derived("friction-well", "friction_angle")
+    parts = {"a_plus": derived("eq:phifric0", "friction_right")}
+    for name in ("slope_well", "slope_barrier", "barrier"):
+        e = derived("friction-well", f"friction_{name}")
+        parts[name] = e.subs({s: angle for s in e.free_symbols if s.name == "omega"})
+
+    def put(e: Any) -> Any:
+        return e.subs({s: parts[s.name] for s in e.free_symbols if s.name in parts})
+
+    plain = _without_well(value)
+    crossing = parts["a_plus"] > 0
+    well = (real["mu"] > sympy.Rational(1, 2), derived("beta", "friction_breakaway") > force)
+    function = Function(
+        "weak_noise_time",
+        "T in weak noise, from 0 (eq:Ttildesmall with the step eq:S).",
+        ("kappa", "r", *drift.parameters),
+        (
+            Case((put(value),), (crossing, *well), "the case with a well"),
+            Case((put(plain),), (crossing,), "the case without a well"),
+        ),
+        # The logarithm's form first: put in, the slopes hide their signs.
+        (
+            Case((put(log_form(value)),), (crossing, *well), "the case with a well"),
+            Case((put(log_form(plain)),), (crossing,), "the case without a well"),
+        ),
+        outside="the drift does not cross (|1 - z0| <= alpha)",
+    )
+    return fold(_program(what, function), _bound(drift))
+
+
+# -- integrals --------------------------------------------------------------------------------
+
+_KAPPA = sympy.Symbol("kappa", positive=True)
+
+
+def _quadrature(drift: Drift, sign: int, lower: Any, upper: Any) -> Quadrature:
+    """The integral of e^{2 V/kappa^2}, or with the other sign."""
+    free = [sympy.Symbol(name, real=True) for name in drift.free]
+    exponent = 2 * sign * called("V", _U, *free) / _KAPPA**2
+    A = drift.expression()
+    if A.is_polynomial(_U):
+        powers = tuple(sympy.Poly(A, _U).all_coeffs()[::-1])
+        return Quadrature(exponent, lower, upper, coefficients=powers)
+    return Quadrature(exponent, lower, upper, points=_critical(drift))
+
+
+def _layer_parts(drift: Drift) -> tuple[list[Function], Any, Any, Any]:
+    """V and log_layer; then log of the integral inside, log of that outside, and where they are."""
+    free = [sympy.Symbol(name, real=True) for name in drift.free]
+    A, V = drift.expression(), potential_function(drift)
+    inside = Function(
+        "log_layer",
+        "Logarithm of the integral of e^{-2 V/kappa^2} over the layer.",
+        ("kappa", *drift.free),
+        (),
+        quadrature=_quadrature(drift, -1, sympy.S.NegativeOne, sympy.S.One),
+    )
+    a_minus, a_plus = (sympy.expand(A.subs(_U, end)) for end in (-1, 1))
+    signs = {"a_minus": a_minus, "a_plus": a_plus}
+    V1 = sympy.expand(V.cases[-1].values[0].subs(_U, 1))
+    tails = [
+        e.subs({s: {**signs, "V_1": V1}[s.name] for s in e.free_symbols if s.name != "kappa"})
+        for e in map(log_form, formula("tails").expression)
+    ]
+    where = (a_minus > 0, a_plus < 0)
+    if sympy.false in where:
+        raise InputError(f"{drift!r} does not slide, so that there is no steady state.")
+    return (
+        [V, inside],
+        called("log_layer", _KAPPA, *free),
+        logaddexp(*tails),
+        tuple(c for c in where if c != sympy.true),
+    )
+
+
+def _critical(drift: Drift) -> tuple[Any, ...]:
+    if drift.free:
+        raise InputError(
+            f"the wells of {drift!r} have no closed form in {', '.join(drift.free)}; bind them, or "
+            "use a polynomial drift."
+        )
+    return tuple(sympy.Float(float(point.u), 20) for point in drift.critical_points())
+
+
+def _density(what: Formula, drift: Drift) -> Program:
+    functions, inside, outside, where = _layer_parts(drift)
+    free = [sympy.Symbol(name, real=True) for name in drift.free]
+    log = -2 * called("V", _U, *free) / _KAPPA**2 - logaddexp(inside, outside)
+    about = "Stationary density p_ss(u) (eq:pss)."
+    return _program(what, *functions, _sliding("stationary_density", about, log, where, drift, "u"))
+
+
+def _sliding(
+    name: str, about: str, log: Any, where: tuple[Any, ...], drift: Drift, *first: str
+) -> Function:
+    """A function that exists where the drift slides, from its logarithm."""
+    return Function(
+        name,
+        about,
+        (*first, "kappa", *drift.free),
+        (Case((sympy.exp(log),), where),),
+        (Case((log,), where),),
+        outside="the drift does not slide (a- > 0 > a+)",
+    )
+
+
+def _occupation(what: Formula, drift: Drift) -> Program:
+    functions, inside, outside, where = _layer_parts(drift)
+    odds = outside - inside
+    return _program(
+        what,
+        *functions,
+        _sliding("occupation", "P, the share of |u| <= 1 (eq:P2).", -_softplus(odds), where, drift),
+        _sliding("complement", "1 - P (eq:P2).", -_softplus(-odds), where, drift),
+    )
+
+
+def _exit(what: Formula, drift: Drift) -> Program:
+    """C, from two integrals of one sign: 0 to r, and -r to 0."""
+    lower, upper = sympy.symbols("lower upper", real=True)
+    r = sympy.Symbol("r", positive=True)
+    free = [sympy.Symbol(name, real=True) for name in drift.free]
+    scale = Function(
+        "log_scale",
+        "Logarithm of the integral of e^{2 V/kappa^2} from lower to upper.",
+        ("lower", "upper", "kappa", *drift.free),
+        (),
+        quadrature=_quadrature(drift, 1, lower, upper),
+    )
+    left, right = (
+        called("log_scale", *ends, _KAPPA, *free) for ends in ((-r, sympy.S.Zero), (0, r))
+    )
+    functions = [
+        Function(
+            name,
+            about,
+            ("kappa", "r", *drift.free),
+            (Case((sympy.exp(log),)),),
+            (Case((log,)),),
+        )
+        for name, about, log in (
+            ("exit_probability", "C, leaving through -r from 0 (eq:C).", -_softplus(left - right)),
+            ("complement", "1 - C (eq:C).", -_softplus(right - left)),
+        )
+    ]
+    return _program(what, potential_function(drift), scale, *functions)
+
+
+def _softplus(x: Any) -> Any:
+    """log(1 + e^x)."""
+    return logaddexp(sympy.S.Zero, x)
+
+
+LABELS = {
+    "eq:phi": _phi,
+    "eq:phifric0": _phi,
+    "eq:V": _potential,
+    "eq:V2": _potential,
+    "eq:Vfric": _potential,
+    "eq:Ttildesmall": _weak_noise,
+    "eq:C": _exit,
+    "eq:pss": _density,
+    "eq:P": _occupation,
+    "eq:P2": _occupation,
+}

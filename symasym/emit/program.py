@@ -1,0 +1,322 @@
+"""What is emitted, before a language: functions, their cases, what was left out."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import sympy
+
+from symasym.emit.forms import log_form, removable, rounded, stable
+from symasym.errors import InputError
+
+# Words that one of the languages has taken, or that the emitted files use themselves.
+_TAKEN = frozenset(
+    re.findall(
+        r"\w+",
+        """auto break case char const continue default do double else enum extern float for goto
+        if inline int long register restrict return short signed sizeof static struct switch
+        typedef union unsigned void volatile while abs arguments await catch class debugger delete
+        eval export extends false finally function implements import in instanceof interface let
+        new null package private protected public super this throw true try typeof undefined var
+        with yield Math NaN Infinity NAN math np mpmath ctx dps out main exp log sqrt pow sin cos
+        tan sinh cosh tanh asin acos atan fabs expm1 log1p gamma j0 j1 jn y0 y1 yn""",
+    )
+) | frozenset(keyword.kwlist)
+
+
+def identifier(name: str) -> str:
+    """`name` as a name in every language, with ``_`` after those that are taken."""
+    plain = re.sub(r"\W", "_", name, flags=re.ASCII).lstrip("_") or "x"
+    if plain[0].isdigit():
+        plain = f"f{plain}"
+    return f"{plain}_" if plain in _TAKEN else plain
+
+
+@dataclass(frozen=True)
+class Case:
+    """Values that hold where all `conditions` do, which are asked in this order."""
+
+    values: tuple[Any, ...]
+    conditions: tuple[Any, ...] = ()
+    name: str = ""  # how it is called when it is left out
+
+
+@dataclass(frozen=True)
+class Quadrature:
+    """The logarithm of the integral of e^exponent over u from lower to upper.
+
+    The exponent is monotone between -1, 1, and `points` or the zeros of the polynomial of
+    `coefficients`.
+    """
+
+    exponent: Any
+    lower: Any
+    upper: Any
+    points: tuple[Any, ...] = ()
+    coefficients: tuple[Any, ...] = ()
+
+    @property
+    def over_the_layer(self) -> bool:
+        """Whether it is from -1 to 1."""
+        return bool(self.lower == -1 and self.upper == 1)
+
+    def changed(self, change: Callable[[Any], Any]) -> Quadrature:
+        """With `change` made to each expression."""
+        points, coefficients = (
+            tuple(change(e) for e in part) for part in (self.points, self.coefficients)
+        )
+        ends = change(self.lower), change(self.upper)
+        return Quadrature(change(self.exponent), *ends, points, coefficients)
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function: the first case whose conditions hold gives its values.
+
+    Attributes
+    ----------
+    name, doc : str
+    arguments : tuple of str
+        Names in the order they come in; those that are not needed are dropped later.
+    cases : tuple of Case
+    logs : tuple of Case, optional
+        The logarithm of the value, where it is known better than by taking it.
+    outside : str
+        What is wrong where no case holds.
+    """
+
+    name: str
+    doc: str
+    arguments: tuple[str, ...]
+    cases: tuple[Case, ...]
+    logs: tuple[Case, ...] = ()
+    outside: str = "no case of the formula holds there"
+    quadrature: Quadrature | None = None
+
+    @property
+    def symbols(self) -> set[Any]:
+        """Every symbol in the cases and their conditions."""
+        return {s for case in self.cases for e in (*case.values, *case.conditions)
+                for s in e.free_symbols}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Body:
+    """A case made ready: shared parts first, then the values."""
+
+    conditions: tuple[Any, ...]
+    shared: tuple[tuple[Any, Any], ...]
+    values: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Ready:
+    """A function as a language writes it.
+
+    `exp_of` names the function whose exponential it is; it has no bodies of its own then.
+    """
+
+    name: str
+    doc: str
+    arguments: tuple[str, ...]
+    bodies: tuple[Body, ...]
+    outside: str = ""
+    exp_of: str = ""
+    quadrature: Quadrature | None = None
+
+    @property
+    def count(self) -> int:
+        """How many values it returns."""
+        return len(self.bodies[0].values) if self.bodies else 1
+
+
+@dataclass(frozen=True)
+class Program:
+    """Everything one file says."""
+
+    label: str
+    title: str
+    functions: tuple[Function, ...]
+    error: str = ""
+    note: str = ""
+    assumptions: tuple[str, ...] = ()
+    latex: str = ""
+    folded: Mapping[str, Any] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()
+    digits: int = 10_000  # as many as its numbers have
+
+    @property
+    def name(self) -> str:
+        """A name for a file or a header."""
+        return identifier(self.label.removeprefix("eq:").replace("-", "_") or "formula")
+
+    @cached_property
+    def in_doubles(self) -> list[Ready]:
+        """The functions with shared parts taken out and constants rounded."""
+        return ready(self, True)
+
+    @cached_property
+    def in_digits(self) -> list[Ready]:
+        """The functions with shared parts taken out, constants exact."""
+        return ready(self, False)
+
+
+_OPEN = (
+    sympy.Integral,
+    sympy.Derivative,
+    sympy.Sum,
+    sympy.Piecewise,
+    sympy.Heaviside,
+    sympy.RootSum,
+    sympy.core.function.AppliedUndef,
+)
+
+
+def require_closed(program: Program) -> Program:
+    """Raise InputError where an integral or a general function is left."""
+    for function in program.functions:
+        for value in (v for case in function.cases for v in case.values):
+            if value.is_real is False or value.has(sympy.nan, sympy.oo, sympy.zoo):
+                raise InputError(f"{program.label}: {value} is no real number; emit one that is.")
+            held = sorted(value.atoms(*_OPEN), key=str)
+            if held:
+                raise InputError(
+                    f"{program.label} cannot be emitted: {held[0]} has no closed form; give "
+                    "drift=… where it is the drift or its potential, or use the verb that "
+                    "evaluates it."
+                )
+    return program
+
+
+def ready(program: Program, double: bool) -> list[Ready]:
+    """The functions of a program with shared parts taken out, logarithms before their values."""
+    found: list[Ready] = []
+    own = {function.name for function in program.functions}
+    for function in program.functions:
+        if function.quadrature is not None:
+            found.append(_ready_quadrature(function, function.quadrature, double))
+            continue
+        function = replace(
+            function,
+            cases=tuple(_stably(case) for case in function.cases),
+            logs=tuple(_stably(case) for case in function.logs) or _logs(function),
+        )
+        names = _called(function)
+        log = f"log_{function.name}"
+        if function.logs and log not in own:
+            about = f"Natural logarithm of `{function.name}`."
+            found.append(_ready(replace(function, name=log, doc=about, cases=function.logs), names,
+                                double))  # fmt: skip
+        if function.logs and double:
+            arguments = _ready(replace(function, cases=function.logs), names, double).arguments
+            found.append(Ready(function.name, function.doc, arguments, (), exp_of=log))
+        else:
+            found.append(_ready(function, names, double))
+    taken = [function.name for function in found]
+    for name in taken:
+        if taken.count(name) > 1:
+            raise InputError(f"two functions would be called {name}; emit them one by one.")
+    return found
+
+
+def _stably(case: Case) -> Case:
+    return replace(case, values=tuple(removable(value) for value in case.values))
+
+
+def _logs(function: Function) -> tuple[Case, ...]:
+    """Cases of the logarithm, where exponentials are in the value and its sign is seen."""
+    if any(len(case.values) != 1 for case in function.cases):
+        return ()
+    values = [case.values[0] for case in function.cases]
+    if not any(e.free_symbols for value in values for e in value.atoms(sympy.exp)):
+        return ()
+    logs = [log_form(value) for value in values]
+    if any(log is None for log in logs):
+        return ()
+    return tuple(
+        replace(case, values=(log,)) for case, log in zip(function.cases, logs, strict=True)
+    )
+
+
+def _called(function: Function) -> dict[Any, Any]:
+    """Each symbol under the name it has in code."""
+    symbols = {
+        s
+        for case in (*function.cases, *function.logs)
+        for e in (*case.values, *case.conditions)
+        for s in e.free_symbols
+    }
+    names = {s: identifier(s.name) for s in symbols}
+    if len({*names.values()}) < len({s.name for s in symbols}):
+        raise InputError(
+            f"the symbols {', '.join(sorted(s.name for s in symbols))} do not have different "
+            "names in code; rename some of them."
+        )
+    return {s: sympy.Symbol(name, **s._assumptions_orig) for s, name in names.items()}
+
+
+def _ready_quadrature(function: Function, quadrature: Quadrature, double: bool) -> Ready:
+    parts = (quadrature.exponent, quadrature.lower, quadrature.upper, *quadrature.coefficients)
+    symbols = {s for e in parts for s in e.free_symbols}
+    names = {s: sympy.Symbol(identifier(s.name), **s._assumptions_orig) for s in symbols}
+    quadrature = quadrature.changed(lambda e: e.subs(names, simultaneous=True))
+    if double:
+        quadrature = quadrature.changed(rounded)
+    arguments = tuple(map(identifier, function.arguments))
+    return Ready(function.name, function.doc, arguments, (), quadrature=quadrature)
+
+
+def _ready(function: Function, names: dict[Any, Any], double: bool) -> Ready:
+    used = {s.name for case in function.cases for e in (*case.values, *case.conditions)
+            for s in e.free_symbols}  # fmt: skip
+    arguments = tuple(identifier(name) for name in function.arguments if name in used)
+    bodies = []
+    for case in function.cases:
+        values = [stable(v.subs(names, simultaneous=True)) for v in case.values]
+        conditions = [c.subs(names, simultaneous=True) for c in case.conditions]
+        if double:
+            values = [rounded(v) for v in values]
+            conditions = [rounded(c) for c in conditions]
+        taken = {s for e in (*values, *conditions) for s in e.free_symbols}
+        fresh = (
+            s for s in sympy.numbered_symbols("t", real=True)
+            if s.name not in {t.name for t in taken}
+        )  # fmt: skip
+        shared, values = sympy.cse(values, symbols=fresh, order="none")
+        bodies.append(Body(tuple(conditions), tuple(shared), tuple(values)))
+        if not conditions:
+            break
+    return Ready(function.name, function.doc, arguments, tuple(bodies), function.outside)
+
+
+def header(program: Program, *more: str) -> list[str]:
+    """The lines every file begins with."""
+    lines = [f"{program.label}: {program.title}."]
+    lines += [
+        f"{'Does not hold' if '(fails' in line else 'Supposes'}: {line}."
+        for line in program.assumptions
+    ]
+    if program.error:
+        lines.append(f"Error of the formula: {program.error}.")
+    if program.note:
+        lines.append(f"Here {program.note}.")
+    if program.folded:
+        folded = (f"{name} = {value}" for name, value in sorted(program.folded.items()))
+        lines.append(f"Folded in: {', '.join(folded)}.")
+    lines += [f"Left out: {line}." for line in program.left_out]
+    return [*lines, *more, "Written by symasym."]
+
+
+def in_doubles(functions: Iterable[Ready]) -> str:
+    """What is said of double precision, and of logarithms where there are some."""
+    if not any(function.exp_of for function in functions):
+        return "In double precision."
+    return (
+        "In double precision. A log_ function is finite where its value is not; a value beyond "
+        "the range of doubles is infinite or 0."
+    )

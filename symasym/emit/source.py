@@ -1,0 +1,160 @@
+"""What `emit` returns: text that can be written, and loaded where Python or C can."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+import tempfile
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from symasym.emit import to_c, to_javascript, to_latex, to_mpmath, to_numpy, to_python
+from symasym.emit.program import Program, Ready
+from symasym.errors import InputError, OutputError
+from symasym.files import write_bytes
+
+_RENDER = {
+    "numpy": to_numpy.render,
+    "mpmath": to_mpmath.render,
+    "python": to_python.render,
+    "javascript": to_javascript.render,
+    "latex": to_latex.render,
+}
+#: What can be emitted.
+TARGETS = ("numpy", "mpmath", "python", "c", "javascript", "latex")
+
+
+def check_target(target: str) -> None:
+    """Raise InputError for what is none of `TARGETS`."""
+    if target not in TARGETS:
+        raise InputError(f"target is {target!r}; give one of {', '.join(TARGETS)}.")
+
+
+class Source(str):
+    """Emitted source code: a str that knows its language.
+
+    Attributes
+    ----------
+    target : str
+    header : str
+        The C header, for ``"c"``; empty else.
+    functions : tuple of str
+        Names of what it defines; none for ``"latex"``.
+    """
+
+    target: str
+    header: str
+    functions: tuple[str, ...]
+    _program: Program
+    _ready: list[Ready]
+
+    def write(self, path: Any) -> list[Path]:
+        """Write the file, for C its header beside it; whole files or none.
+
+        Raises
+        ------
+        InputError
+            If a C file does not end in .c.
+        OutputError
+            If a file cannot be written.
+        """
+        place = Path(path)
+        if self.target != "c":
+            write_bytes(place, str(self).encode())
+            return [place]
+        if place.suffix != ".c":
+            raise InputError(f"{place} is to hold C; let its name end in .c.")
+        text, header = to_c.render(self._program, self._ready, place.stem)
+        beside = place.with_suffix(".h")
+        # The header first: a source whose header is missing would not compile.
+        write_bytes(beside, header.encode())
+        write_bytes(place, text.encode())
+        return [place, beside]
+
+    def to(self, target: str) -> Source:
+        """The same functions in another language."""
+        return rendered(self._program, target)
+
+    def load(self) -> Any:
+        """The functions as callables of this process.
+
+        Python targets are run as they are; C is compiled by the system's compiler, its functions
+        then take floats and give one, or a tuple.
+
+        Returns
+        -------
+        types.SimpleNamespace
+
+        Raises
+        ------
+        InputError
+            For JavaScript and LaTeX, or C without a compiler.
+        """
+        if self.target == "c":
+            return _compiled(self._program, self._ready)
+        if self.target not in ("numpy", "mpmath", "python"):
+            raise InputError(
+                f"{self.target} cannot be loaded into Python; write it to a file, or emit "
+                '"numpy", "mpmath", "python" or "c".'
+            )
+        space: dict[str, Any] = {"__name__": self._program.name}
+        exec(compile(str(self), f"<emitted {self._program.label}>", "exec"), space)
+        return SimpleNamespace(**{name: space[name] for name in self.functions})
+
+
+def rendered(program: Program, target: str) -> Source:
+    """The source code of a program."""
+    check_target(target)
+    functions: list[Ready] = []
+    if target != "latex":
+        functions = program.in_digits if target == "mpmath" else program.in_doubles
+    if target == "c":
+        text, header = to_c.render(program, functions, program.name)
+    else:
+        text, header = _RENDER[target](program, functions), ""
+    found = Source(text)
+    found.target, found.header = target, header
+    found._program, found._ready = program, functions
+    found.functions = tuple(f.name for f in functions)
+    return found
+
+
+def _compiled(program: Program, functions: list[Ready]) -> SimpleNamespace:
+    compiler = to_c.compiler()
+    if compiler is None:
+        raise InputError(
+            "there is no C compiler here (CC, cc, gcc or clang); install one, or emit another "
+            "target."
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / "emitted.c"
+        text, header = to_c.render(program, functions, "emitted")
+        place.write_text(text)
+        place.with_suffix(".h").write_text(header)
+        library = Path(folder) / "emitted.so"
+        command = [compiler, "-std=c99", "-O2", "-fPIC", "-shared", "-o", str(library)]
+        done = subprocess.run([*command, str(place), "-lm"], capture_output=True, text=True)
+        if done.returncode:
+            raise OutputError(f"{compiler} failed: {done.stderr.strip()[:300]}")
+        loaded = ctypes.CDLL(str(library))
+    called = {f.name: _callable(loaded, f) for f in functions}
+    return SimpleNamespace(**called)
+
+
+def _callable(library: Any, function: Ready) -> Any:
+    found = library[function.name]
+    many = function.count > 1
+    found.argtypes = [ctypes.c_double] * len(function.arguments) + (
+        [ctypes.POINTER(ctypes.c_double)] if many else []
+    )
+    found.restype = None if many else ctypes.c_double
+
+    def call(*arguments: float) -> float | tuple[float, ...]:
+        if not many:
+            return float(found(*arguments))
+        out = (ctypes.c_double * function.count)()
+        found(*arguments, out)
+        return tuple(out)
+
+    return call

@@ -1,0 +1,61 @@
+"""LaTeX for \\input; needs amsmath."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import sympy
+
+from symasym.emit.forms import as_printed
+from symasym.emit.program import Function, Program, Ready, header
+from symasym.emit.writing import comment
+
+NAMES = {
+    "slope_well": "A'(u_1)",
+    "slope_barrier": "A'(u_2)",
+    "barrier": "D",
+    "V1": "V(1)",
+    "V0": "V(0)",
+    "V_well": "V(u_1)",
+    "a_minus": "a^-",
+    "a_plus": "a^+",
+    "drift0": r"\phi(0)",
+    "ell": r"\ell",
+    "z0": "z_0",
+}
+
+
+def render(program: Program, _: list[Ready]) -> str:
+    """The file: the formula as it is derived, then the functions the other targets emit."""
+    parts = [] if program.folded or not program.latex else [program.latex]
+    parts += [_function(f) for f in program.functions]
+    equations = "\n\n".join(f"\\begin{{equation*}}\n{part}\n\\end{{equation*}}" for part in parts)
+    top = comment([re.sub(r"%", r"\\%", line) for line in header(program)], "%")
+    return "\n".join([*top, "", equations, ""])
+
+
+def _function(function: Function) -> str:
+    name = rf"\mathrm{{{function.name}}}".replace("_", r"\_")
+    if function.quadrature is not None:
+        q = function.quadrature
+        ends = f"{{{_tex(q.lower)}}}^{{{_tex(q.upper)}}}"
+        return rf"{name} = \log \int_{ends} {_tex(sympy.exp(q.exponent))} \, du"
+    if len(function.cases) == 1 and not function.cases[0].conditions:
+        return f"{name} = {_values(function.cases[0].values)}"
+    rows = []
+    for case in function.cases:
+        asked = r",\ ".join(_tex(c) for c in case.conditions) or r"\text{otherwise}"
+        rows.append(rf"{_values(case.values)} , & {asked}")
+    inside = " \\\\\n".join(rows)
+    return f"{name} = \\begin{{cases}}\n{inside}\n\\end{{cases}}"
+
+
+def _values(values: tuple[Any, ...]) -> str:
+    return r" ,\quad ".join(_tex(v) for v in values)
+
+
+def _tex(e: Any) -> str:
+    e = as_printed(e)
+    names = {s: NAMES[s.name] for s in e.free_symbols if s.name in NAMES}
+    return str(sympy.latex(e, symbol_names=names, order="none"))
