@@ -45,7 +45,7 @@ def escape_time(
     full: bool = False,
     rtol: Any = None,
 ) -> Any:
-    """Mean escape time T from |u| < r (eq:Ttilde with eq:C; any region).
+    """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region).
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def exit_probability(
     full: bool = False,
     rtol: Any = None,
 ) -> Any:
-    """Probability C of leaving |u| < r through -r (eq:C).
+    """Probability C of leaving ``|u| < r`` through -r (eq:C).
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def occupation(
     full: bool = False,
     rtol: Any = None,
 ) -> Any:
-    """Stationary probability P of |u| <= 1 (eq:P); the region must be sliding.
+    """Stationary probability P of ``|u| <= 1`` (eq:P); the region must be sliding.
 
     Parameters
     ----------

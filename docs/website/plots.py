@@ -1,0 +1,93 @@
+"""Formulas of the paper against the exact values, drawn when the site is built."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+import symasym as sa
+from derivations.runner import slug
+
+
+@dataclass(frozen=True)
+class Plot:
+    """One formula: the quantity, the scene, and the range of kappa (powers of ten)."""
+
+    label: str
+    quantity: str
+    verb: str
+    scene: tuple[Any, ...]
+    powers: tuple[float, float]
+    complement: bool = False
+    title: str = ""
+
+    def values(self, kappa: Any, method: str) -> Any:
+        """The natural logarithm of the quantity at these kappa."""
+        options: dict[str, Any] = {"method": method, "log": True}
+        if self.complement:
+            options["complement"] = True
+        drift, *rest = self.scene
+        return getattr(sa, self.verb)(drift, kappa, *rest, **options)
+
+
+def _plots() -> tuple[Plot, ...]:
+    friction = sa.friction(mu=3, alpha=1, z0="-0.4")
+    sliding = sa.linear(a_minus=1, a_plus=-1)
+    oscillator = "friction, μ = 3, α = 1, z₀ = -0.4"
+    line = "linear, a⁻ = 1, a⁺ = -1"
+    return (
+        Plot(
+            "eq:Ttildesmall", "T", "escape_time", (friction, 10), (-1, 0.3), title=oscillator
+        ),
+        Plot(
+            "eq:Ttildelarge",
+            "T",
+            "escape_time",
+            (sa.friction(mu=3, alpha=1, z0=-1), 10**4),
+            (-1, 1.5),
+            title="friction, μ = 3, α = 1, z₀ = -1 (no well)",
+        ),
+        Plot("C-bound", "C", "exit_probability", (friction, 10), (-0.5, 0.2), title=oscillator),
+        Plot("eq:Plarge2", "P", "occupation", (sliding,), (0, 2), title=line),
+        Plot("eq:Psmall2", "1 - P", "occupation", (sliding,), (-1, 0.3), True, title=line),
+    )
+
+
+def all_plots() -> tuple[str, ...]:
+    """The labels that have one."""
+    return tuple(plot.label for plot in _plots())
+
+
+def files(labels: tuple[str, ...]) -> dict[str, str]:
+    """File name -> SVG."""
+    return {
+        f"formulas/{slug(plot.label)}.svg": draw(plot)
+        for plot in _plots()
+        if plot.label in labels
+    }
+
+
+def draw(plot: Plot) -> str:
+    """Formula and exact value above, the formula's relative error below."""
+    from matplotlib import style
+    from matplotlib.figure import Figure
+
+    kappa = np.logspace(*plot.powers, 60)
+    exact, paper = (plot.values(kappa, method) for method in ("exact", "paper"))
+    with style.context(str(resources.files("symasym").joinpath("symasym.mplstyle"))):
+        figure = Figure(figsize=(6.4, 5.2))
+        above, below = figure.subplots(2, 1, sharex=True)
+        log10 = np.log(10)
+        above.semilogx(kappa, exact / log10, label="exact")
+        above.semilogx(kappa, paper / log10, "--", label=plot.label)
+        above.set(ylabel=f"log₁₀ {plot.quantity}", title=plot.title)
+        above.legend()
+        below.loglog(kappa, np.abs(np.expm1(paper - exact)), color="black")
+        below.set(xlabel="κ, scaled", ylabel="relative error of the formula")
+        drawn = io.StringIO()
+        figure.savefig(drawn, format="svg", metadata={"Date": None})
+    return drawn.getvalue()
