@@ -101,9 +101,7 @@ MEANINGS: dict[str, Meaning] = {
     # Escape.
     "T": Meaning("mean escape time from |u| < r, start 0", _SCALED_TIME, _T),
     "T_0": Meaning("mean escape time without the terms of C", _SCALED_TIME, _T),
-    **{
-        f"T_{n}": Meaning(f"its piece {n} of four", _SCALED_TIME, _T) for n in (1, 2, 3, 4)
-    },
+    **{f"T_{n}": Meaning(f"its piece {n} of four", _SCALED_TIME, _T) for n in (1, 2, 3, 4)},
     "S": Meaning("Stokes multiplier of the well's term", _PURE, _T),
     "p": Meaning("density of the position at a time", "per scaled length", _R),
     "R": Meaning("density integrated over all time", "scaled time per scaled length", _T),

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import ast
 import importlib
+import inspect
 from collections.abc import Callable, Iterable
+from functools import cache
 from typing import Any
 
 from website import calls, graph
@@ -25,9 +26,7 @@ TARGETS = ("numpy", "mpmath")
 def pages(records: Records, plots: Iterable[str]) -> dict[str, str]:
     """File name -> Markdown: a page for each record and the indexes."""
     drawn = set(plots)
-    made = {
-        f"formulas/{slug(label)}.md": page(label, records, label in drawn) for label in records
-    }
+    made = {f"formulas/{slug(label)}.md": page(label, records, label in drawn) for label in records}
     return {
         **made,
         "formulas/index.md": index(records),
@@ -62,15 +61,13 @@ def _section(label: str) -> str:
     return sections()[entries()[label].module].partition(":")[0]
 
 
+@cache
 def sections() -> dict[str, str]:
-    """Module of derivations -> the sentence that says what it holds, in the paper's order."""
+    """Module of derivations -> the sentence that says what it holds."""
     found = {}
-    for entry in entries().values():
-        module = importlib.util.find_spec(entry.module)
-        assert module is not None and module.origin is not None
-        with open(module.origin, encoding="utf-8") as source:
-            text = ast.get_docstring(ast.parse(source.read())) or ""
-        found.setdefault(entry.module, " ".join(text.partition("\n\n")[0].split()).rstrip("."))
+    for name in {entry.module for entry in entries().values()}:
+        text = inspect.getdoc(importlib.import_module(name)) or ""
+        found[name] = " ".join(text.partition("\n\n")[0].split()).rstrip(".")
     return found
 
 
@@ -161,7 +158,9 @@ def _grouped(groups: Iterable[tuple[str, Callable[[str], bool]]], records: Recor
     for title, belongs in groups:
         chosen = [label for label in records if belongs(label)]
         if chosen:
-            lines += [f"## {report.plain(title)}", "", *_rows(chosen, records)]
+            name, _, what = title.partition(": ")
+            says = [f"{what[:1].upper()}{what[1:]}.", ""] if what else []
+            lines += [f"## {report.plain(name)}", "", *says, *_rows(chosen, records)]
     return lines
 
 

@@ -40,9 +40,7 @@ def _plots() -> tuple[Plot, ...]:
     oscillator = "friction, μ = 3, α = 1, z₀ = -0.4"
     line = "linear, a⁻ = 1, a⁺ = -1"
     return (
-        Plot(
-            "eq:Ttildesmall", "T", "escape_time", (friction, 10), (-1, 0.3), title=oscillator
-        ),
+        Plot("eq:Ttildesmall", "T", "escape_time", (friction, 10), (-1, 0.3), title=oscillator),
         Plot(
             "eq:Ttildelarge",
             "T",
@@ -65,9 +63,7 @@ def all_plots() -> tuple[str, ...]:
 def files(labels: tuple[str, ...]) -> dict[str, str]:
     """File name -> SVG."""
     return {
-        f"formulas/{slug(plot.label)}.svg": draw(plot)
-        for plot in _plots()
-        if plot.label in labels
+        f"formulas/{slug(plot.label)}.svg": draw(plot) for plot in _plots() if plot.label in labels
     }
 
 

@@ -33,7 +33,9 @@ def stage(folder: Path, made: dict[str, str]) -> None:
     if folder.exists():
         shutil.rmtree(folder)
     shutil.copytree(
-        DOCS, folder, ignore=shutil.ignore_patterns("*.py", "website", "__pycache__", "*.json", "mathjax.js")
+        DOCS,
+        folder,
+        ignore=shutil.ignore_patterns("*.py", "website", "__pycache__", "*.json", "mathjax.js"),
     )
     shutil.copy(ROOT / "CHANGELOG.md", folder)
     for name, text in made.items():
