@@ -278,7 +278,7 @@ def _symbols(stated: Any, arguments: bool = True) -> dict[str, Any]:
         for applied in functions:
             found[applied.func.__name__] = sympy.Symbol(applied.func.__name__)
         if not arguments:
-            expression = expression.subs({f: 0 for f in functions})
+            expression = expression.subs(dict.fromkeys(functions, 0))
         for symbol in expression.free_symbols:
             found[symbol.name] = symbol
     return found

@@ -1,4 +1,4 @@
-"""The calls that evaluate formulas. They are run when the site is built, and so are their numbers."""
+"""The calls that evaluate formulas. They are run when the site is built, for their numbers."""
 
 from __future__ import annotations
 

@@ -8,8 +8,6 @@ from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
-from website import calls, graph
-
 from derivations import report
 from derivations.errata import ERRATA
 from derivations.labels import REASONS
@@ -18,6 +16,7 @@ from derivations.runner import slug
 from derivations.symbols import QUANTITIES, quantities, symbols
 from symasym.errors import InputError
 from symasym.formula import formula
+from website import calls, graph
 
 Records = dict[str, dict[str, Any]]
 TARGETS = ("numpy", "mpmath")

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from website import api, formulas, plots
-
 from symasym.derive_command import derive
+from website import api, formulas, plots
 
 
 def all_pages(derivations: Path) -> dict[str, str]:

@@ -15,6 +15,7 @@ DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
 # Where a link that leaves docs/ leads in the site.
 OUTSIDE = {"../CHANGELOG.md": "CHANGELOG.md"}
+NO_PAGES = ("*.py", "website", "__pycache__", "package.json", "mathjax.js")
 # Indexes of made pages, with what they are called beside the pages of docs/.
 MADE = {"Formulas": "formulas/index", "Reference": "api/index"}
 _LINK = re.compile(r"\]\(([\w./-]+\.md)(?:#[\w-]*)?\)")
@@ -32,11 +33,7 @@ def stage(folder: Path, made: dict[str, str]) -> None:
     """
     if folder.exists():
         shutil.rmtree(folder)
-    shutil.copytree(
-        DOCS,
-        folder,
-        ignore=shutil.ignore_patterns("*.py", "website", "__pycache__", "*.json", "mathjax.js"),
-    )
+    shutil.copytree(DOCS, folder, ignore=shutil.ignore_patterns(*NO_PAGES))
     shutil.copy(ROOT / "CHANGELOG.md", folder)
     for name, text in made.items():
         path = folder / name
