@@ -36,6 +36,7 @@ FLAGS = [
     "--disable-sync",
     "--no-first-run",
 ]
+_LOCAL = ("file:", "data:", "blob:")
 WIDE, PHONE = (1280, 900), (390, 844)
 
 
@@ -184,26 +185,30 @@ _LOOK = """async () => {
 }"""
 
 
-def _look(page, path: Path) -> tuple[dict, list[str]]:
+def _look(tab, path: Path) -> tuple[dict, list[str]]:
+    """What is on a page, and whatever its console says or its requests do wrong."""
     said: list[str] = []
-
-    def heard(event: str, line) -> None:
-        page.on(event, lambda got: said.append(line(got)) if line(got) else None)
-
-    heard("console", lambda m: m.text if m.type in ("error", "warning") else "")
-    heard("pageerror", str)
-    heard("requestfailed", lambda request: f"failed: {request.url}")
-    heard("request", lambda q: "" if q.url.startswith(("file:", "data:", "blob:")) else q.url)
-    page.goto(path.as_uri())
-    found = page.evaluate(_LOOK)
+    ears = {
+        "console": lambda m: said.append(m.text) if m.type in ("error", "warning") else None,
+        "pageerror": lambda error: said.append(str(error)),
+        "requestfailed": lambda request: said.append(f"failed: {request.url}"),
+        "request": lambda q: None if q.url.startswith(_LOCAL) else said.append(f"asks {q.url}"),
+    }
+    for event, heard in ears.items():
+        tab.on(event, heard)
+    tab.goto(path.as_uri())
+    found = tab.evaluate(_LOOK)
+    for event, heard in ears.items():
+        tab.remove_listener(event, heard)
     return found, said
 
 
 @pytest.mark.slow
 def test_every_page_loads_and_every_formula_is_drawn(site: Path, browser) -> None:
     problems, drawn = [], 0
+    tab = browser.new_page()
     for path, page in _pages(site).items():
-        tab = browser.new_page(viewport={"width": PHONE[0], "height": PHONE[1]})
+        tab.set_viewport_size({"width": PHONE[0], "height": PHONE[1]})
         found, said = _look(tab, path)
         drawn += found["drawn"]
         name = path.relative_to(site)
@@ -215,7 +220,7 @@ def test_every_page_loads_and_every_formula_is_drawn(site: Path, browser) -> Non
         tab.set_viewport_size({"width": WIDE[0], "height": WIDE[1]})
         widths[WIDE[0]] = tab.evaluate("document.documentElement.scrollWidth")
         problems += [f"{name}: {w} pixels wide in {size}" for size, w in widths.items() if w > size]
-        tab.close()
+    tab.close()
     assert not problems
     assert drawn > 500
 

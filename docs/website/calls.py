@@ -8,6 +8,7 @@ from typing import Any
 FRICTION = 'drift = sa.friction(mu=3, alpha=1, z0="-0.4")'
 SLIDING = "drift = sa.linear(a_minus=1, a_plus=-1)"
 NONE = ""
+_EMITTED = f"from symasym.generated import numpy_formulas\n{SLIDING}"
 
 _ESCAPE = (FRICTION, 'sa.escape_time(drift, "0.3", 10, dps=30, full=True)')
 _ESCAPES = (
@@ -68,13 +69,14 @@ CALLS: dict[str, tuple[str, ...]] = {
         "sa.occupation(drift, 1)",
     ),
     "eq:Plarge2": (
-        SLIDING,
-        'sa.occupation(drift, 10, method="paper")',
+        _EMITTED,
+        "numpy_formulas.strong_noise_occupation(10, a_minus=1, a_plus=-1)",
         "sa.occupation(drift, 10)",
     ),
     "eq:Psmall2": (
-        SLIDING,
-        'sa.occupation(drift, "0.2", complement=True, method="paper")',
+        _EMITTED,
+        "numpy_formulas.weak_noise_outside("
+        "0.2, a_minus=1, a_plus=-1, V1=0, V_well=-0.5, curvature=1)",
         'sa.occupation(drift, "0.2", complement=True)',
     ),
     "eq:pss": _DENSITY,
@@ -109,10 +111,11 @@ def session(label: str) -> str:
     lines = [">>> import symasym as sa"]
     if start:
         exec(start, names)
-        lines.append(f">>> {start}")
+        lines += [f">>> {line}" for line in start.splitlines()]
     for call in calls:
         value = eval(call, names)
         lines.append(f">>> {call if _says_itself(value) else f'print({call})'}")
+        value = float(value) if isinstance(value, float) else value
         lines.append(repr(value) if _says_itself(value) else str(value))
     return "\n".join(lines)
 

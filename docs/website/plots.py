@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from importlib import resources
 from typing import Any
 
@@ -11,11 +13,15 @@ import numpy as np
 
 import symasym as sa
 from derivations.runner import slug
+from symasym.generated import numpy_formulas
 
 
 @dataclass(frozen=True)
 class Plot:
-    """One formula: the quantity, the scene, and the range of kappa (powers of ten)."""
+    """One formula: the quantity, its scene, the range of kappa in powers of ten, and the formula.
+
+    Without `emitted`, the formula is what ``method="paper"`` evaluates.
+    """
 
     label: str
     quantity: str
@@ -24,8 +30,9 @@ class Plot:
     powers: tuple[float, float]
     complement: bool = False
     title: str = ""
+    emitted: Callable[[Any], Any] | None = None
 
-    def values(self, kappa: Any, method: str) -> Any:
+    def exact(self, kappa: Any, method: str = "exact") -> Any:
         """The natural logarithm of the quantity at these kappa."""
         options: dict[str, Any] = {"method": method, "log": True}
         if self.complement:
@@ -33,11 +40,19 @@ class Plot:
         drift, *rest = self.scene
         return getattr(sa, self.verb)(drift, kappa, *rest, **options)
 
+    def formula(self, kappa: Any) -> Any:
+        """The same by the formula."""
+        return np.log(self.emitted(kappa)) if self.emitted else self.exact(kappa, "paper")
+
 
 def _plots() -> tuple[Plot, ...]:
     friction = sa.friction(mu=3, alpha=1, z0="-0.4")
     sliding = sa.linear(a_minus=1, a_plus=-1)
     oscillator = "friction, μ = 3, α = 1, z₀ = -0.4"
+    strong = partial(numpy_formulas.strong_noise_occupation, a_minus=1, a_plus=-1)
+    # A = -u, so that V = (u^2 - 1)/2.
+    well = {"V1": 0, "V_well": -0.5, "curvature": 1}
+    weak = partial(numpy_formulas.weak_noise_outside, a_minus=1, a_plus=-1, **well)
     line = "linear, a⁻ = 1, a⁺ = -1"
     return (
         Plot("eq:Ttildesmall", "T", "escape_time", (friction, 10), (-1, 0.3), title=oscillator),
@@ -50,8 +65,8 @@ def _plots() -> tuple[Plot, ...]:
             title="friction, μ = 3, α = 1, z₀ = -1 (no well)",
         ),
         Plot("C-bound", "C", "exit_probability", (friction, 10), (-0.5, 0.2), title=oscillator),
-        Plot("eq:Plarge2", "P", "occupation", (sliding,), (0, 2), title=line),
-        Plot("eq:Psmall2", "1 - P", "occupation", (sliding,), (-1, 0.3), True, title=line),
+        Plot("eq:Plarge2", "P", "occupation", (sliding,), (0, 2), title=line, emitted=strong),
+        Plot("eq:Psmall2", "1 - P", "occupation", (sliding,), (-1, 0.3), True, line, weak),
     )
 
 
@@ -73,16 +88,16 @@ def draw(plot: Plot) -> str:
     from matplotlib.figure import Figure
 
     kappa = np.logspace(*plot.powers, 60)
-    exact, paper = (plot.values(kappa, method) for method in ("exact", "paper"))
+    exact, formula = plot.exact(kappa), plot.formula(kappa)
     with style.context(str(resources.files("symasym").joinpath("symasym.mplstyle"))):
         figure = Figure(figsize=(6.4, 5.2))
         above, below = figure.subplots(2, 1, sharex=True)
         log10 = np.log(10)
         above.semilogx(kappa, exact / log10, label="exact")
-        above.semilogx(kappa, paper / log10, "--", label=plot.label)
+        above.semilogx(kappa, formula / log10, "--", label=plot.label)
         above.set(ylabel=f"log₁₀ {plot.quantity}", title=plot.title)
         above.legend()
-        below.loglog(kappa, np.abs(np.expm1(paper - exact)), color="black")
+        below.loglog(kappa, np.abs(np.expm1(formula - exact)), color="black")
         below.set(xlabel="κ, scaled", ylabel="relative error of the formula")
         drawn = io.StringIO()
         figure.savefig(drawn, format="svg", metadata={"Date": None})

@@ -18,6 +18,12 @@ OUTSIDE = {"../CHANGELOG.md": "CHANGELOG.md"}
 NO_PAGES = ("*.py", "website", "__pycache__", "package.json", "mathjax.js")
 # Indexes of made pages, with what they are called beside the pages of docs/.
 MADE = {"Formulas": "formulas/index", "Reference": "api/index"}
+# What the front page says of them, before its first heading.
+IN_THE_SITE = """- [Formulas](formulas/index.md) by section of the paper, [by
+  quantity](formulas/quantities.md), and [as a graph](formulas/graph.md) of which rests on which
+- [API reference](api/index.rst)
+
+"""
 _LINK = re.compile(r"\]\(([\w./-]+\.md)(?:#[\w-]*)?\)")
 
 
@@ -68,6 +74,7 @@ def with_toctrees(index: str, pages: set[str]) -> str:
     listed.setdefault("More", []).extend(left)
     for heading, name in MADE.items():
         listed.setdefault(heading, []).insert(0, f"{name}.md")
+    index = index.replace("\n## ", f"\n{IN_THE_SITE}## ", 1)
     return index + "".join(_toctree(caption, names) for caption, names in listed.items() if names)
 
 
