@@ -20,6 +20,8 @@ myst_update_mathjax = False
 exclude_patterns: list[str] = []
 # A single backtick in a docstring is a name or a value.
 default_role = "code"
+# V'' is a second derivative.
+smartquotes = False
 
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"

@@ -6,9 +6,11 @@ from typing import Any
 
 # What the calls below start from.
 FRICTION = 'drift = sa.friction(mu=3, alpha=1, z0="-0.4")'
+NO_WELL = 'drift = sa.friction(mu=3, alpha=1, z0="-1")'
 SLIDING = "drift = sa.linear(a_minus=1, a_plus=-1)"
 NONE = ""
-_EMITTED = f"from symasym.generated import numpy_formulas\n{SLIDING}"
+_EMITTED = "from symasym.generated import numpy_formulas\n"
+CUBIC = 'drift = sa.polynomial(0, -1, 0, "-1/2")'
 
 _ESCAPE = (FRICTION, 'sa.escape_time(drift, "0.3", 10, dps=30, full=True)')
 _ESCAPES = (
@@ -18,7 +20,10 @@ _ESCAPES = (
 )
 _EXIT = (FRICTION, 'sa.exit_probability(drift, "0.3", 10, dps=30, full=True)')
 _OCCUPATION = (SLIDING, 'sa.occupation(drift, "0.3", dps=30, full=True)')
-_DENSITY = (SLIDING, 'sa.stationary_density(drift, "0.5", "0.2", dps=30)')
+_DENSITY = (
+    f"from mpmath import nstr\n{SLIDING}",
+    'nstr(sa.stationary_density(drift, "0.5", "0.2", dps=30), 30)',
+)
 _SCALES = (NONE, 'sa.rescale(eps="0.01", kappa="0.03", r="0.1")')
 _POTENTIAL = (FRICTION, "drift.potential()")
 _ENDS = (FRICTION, "drift.ends")
@@ -43,10 +48,9 @@ CALLS: dict[str, tuple[str, ...]] = {
     "positive-form": _ESCAPE,
     "constant-drift": (
         "drift = sa.linear(a_minus=1, a_plus=1)",
-        'sa.escape_time(drift, "0.5", 2, dps=30)',
-        'sa.exit_probability(drift, "0.5", 2, dps=30)',
+        'sa.escape_time(drift, "0.5", 2, dps=30, full=True)',
+        'sa.exit_probability(drift, "0.5", 2, dps=30, full=True)',
     ),
-    "eq:TtildeCzero": _ESCAPE,
     "eq:C": _EXIT,
     "C-bound": (
         FRICTION,
@@ -54,12 +58,11 @@ CALLS: dict[str, tuple[str, ...]] = {
         'sa.exit_probability(drift, "0.3", 10)',
     ),
     "eq:Ttildelarge": (
-        FRICTION,
-        'sa.escape_time(drift, 10, 10**6, method="paper")',
-        "sa.escape_time(drift, 10, 10**6)",
+        NO_WELL,
+        'sa.escape_time(drift, 1, 1000, method="paper")',
+        "sa.escape_time(drift, 1, 1000)",
     ),
     "eq:Ttildesmall": _ESCAPES,
-    "eq:secondTerm": _ESCAPES,
     "eq:S": _ESCAPES,
     "eq:P": _OCCUPATION,
     "eq:P2": _OCCUPATION,
@@ -69,14 +72,14 @@ CALLS: dict[str, tuple[str, ...]] = {
         "sa.occupation(drift, 1)",
     ),
     "eq:Plarge2": (
-        _EMITTED,
+        _EMITTED + SLIDING,
         "numpy_formulas.strong_noise_occupation(10, a_minus=1, a_plus=-1)",
         "sa.occupation(drift, 10)",
     ),
     "eq:Psmall2": (
-        _EMITTED,
+        _EMITTED + CUBIC,
         "numpy_formulas.weak_noise_outside("
-        "0.2, a_minus=1, a_plus=-1, V1=0, V_well=-0.5, curvature=1)",
+        "0.2, a_minus=1.5, a_plus=-1.5, V1=0, V_well=-0.625, curvature=1)",
         'sa.occupation(drift, "0.2", complement=True)',
     ),
     "eq:pss": _DENSITY,

@@ -50,9 +50,10 @@ def _plots() -> tuple[Plot, ...]:
     sliding = sa.linear(a_minus=1, a_plus=-1)
     oscillator = "friction, μ = 3, α = 1, z₀ = -0.4"
     strong = partial(numpy_formulas.strong_noise_occupation, a_minus=1, a_plus=-1)
-    # A = -u, so that V = (u^2 - 1)/2.
-    well = {"V1": 0, "V_well": -0.5, "curvature": 1}
-    weak = partial(numpy_formulas.weak_noise_outside, a_minus=1, a_plus=-1, **well)
+    # A = -u - u^3/2, so that V = u^2/2 + u^4/8 - 5/8.
+    cubic = sa.polynomial(0, -1, 0, "-1/2")
+    well = {"V1": 0, "V_well": -0.625, "curvature": 1}
+    weak = partial(numpy_formulas.weak_noise_outside, a_minus=1.5, a_plus=-1.5, **well)
     line = "linear, a⁻ = 1, a⁺ = -1"
     return (
         Plot("eq:Ttildesmall", "T", "escape_time", (friction, 10), (-1, 0.3), title=oscillator),
@@ -66,7 +67,7 @@ def _plots() -> tuple[Plot, ...]:
         ),
         Plot("C-bound", "C", "exit_probability", (friction, 10), (-0.5, 0.2), title=oscillator),
         Plot("eq:Plarge2", "P", "occupation", (sliding,), (0, 2), title=line, emitted=strong),
-        Plot("eq:Psmall2", "1 - P", "occupation", (sliding,), (-1, 0.3), True, line, weak),
+        Plot("eq:Psmall2", "1 - P", "occupation", (cubic,), (-1, 0.3), True, "A = -u - u³/2", weak),
     )
 
 
