@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from symasym.asymptotics.laplace import laplace_integral
+    from symasym.asymptotics.uniform import uniform_integral
     from symasym.drift import Drift
     from symasym.errors import (
         AccuracyError,
@@ -51,6 +52,7 @@ __all__ = [
     "sine",
     "stationary_density",
     "tanh",
+    "uniform_integral",
 ]
 
 #: Where each public name lives; it is loaded when first asked for.
@@ -80,6 +82,7 @@ _HOMES = {
     "sine": "symasym.smoothings",
     "stationary_density": "symasym.quantities",
     "tanh": "symasym.smoothings",
+    "uniform_integral": "symasym.asymptotics.uniform",
 }
 
 

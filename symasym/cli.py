@@ -11,8 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from symasym import derive_command
+from symasym import derive_command, figure_command
 from symasym.errors import InputError, SymasymError
+from symasym.settings import settings, whole
 
 if TYPE_CHECKING:
     from symasym.drift import Drift
@@ -105,6 +106,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_reproduce(commands)
     _add_value(commands)
     derive_command.add_parsers(commands)
+    figure_command.add_parser(commands)
     return parser
 
 
@@ -227,7 +229,7 @@ def _drift(arguments: argparse.Namespace) -> Drift:
 
     import symasym as sa
 
-    values = _settings(arguments.set)
+    values = settings(arguments.set)
     if arguments.expr is not None:
         return sa.Drift(arguments.expr).bind(**values)
     make = getattr(sa, arguments.drift)
@@ -240,28 +242,9 @@ def _drift(arguments: argparse.Namespace) -> Drift:
             )
     # The shape of a drift (waves, exponent) is a whole number and no parameter of its formula.
     for name in {"waves", "n"} & values.keys():
-        values[name] = _whole(name, values[name])
+        values[name] = whole(name, values[name])
     drift: Drift = make(**values)
     return drift
-
-
-def _settings(pairs: Sequence[str]) -> dict[str, Any]:
-    values: dict[str, Any] = {}
-    for pair in pairs:
-        name, equals, text = pair.partition("=")
-        if not equals or not name.isidentifier():
-            raise InputError(f"--set is {pair!r}; write it as NAME=NUMBER, for example mu=3.")
-        if name in values:
-            raise InputError(f"{name} is set twice; set it once.")
-        values[name] = text
-    return values
-
-
-def _whole(name: str, text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise InputError(f"{name} is {text!r}; give a whole number.") from None
 
 
 def _print_json(
@@ -288,6 +271,6 @@ def _print_json(
         "method": found.method,
         "dps": arguments.dps,
         "seconds": round(seconds, 6),
-        "inputs": {**drift, "set": _settings(arguments.set), **inputs},
+        "inputs": {**drift, "set": settings(arguments.set), **inputs},
     }
     print(json.dumps(record, indent=1))

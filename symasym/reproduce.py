@@ -255,7 +255,7 @@ def _figure(name: str) -> Stage:
     kinds = ("png", "svg")
 
     def make(folder: Path, dps: int, step: Callable[[], object]) -> None:
-        figure = getattr(figures, name)()
+        figure = figures.FIGURES[name]()
         for kind in kinds:
             write_bytes(folder / f"{name}.{kind}", figures.encode(figure, kind))
             step()
@@ -318,8 +318,7 @@ def _stages() -> list[Stage]:
     labels = closure(_labels())
     pages = tuple(f"{_DERIVATIONS}/{name}" for name in names(labels))
     return [
-        _figure("fric1"),
-        _figure("fric2"),
+        *(_figure(name) for name in figures.FIGURES),
         Stage("reference", (_TABLE,), len(figures.DRAWN) * len(Z0), _table, by_digits=True),
         # Last: what the other stages leave of its time is all that it takes.
         Stage(_DERIVATIONS, pages, len(labels), _derive, sources=_derivation_hash, report=_derived),

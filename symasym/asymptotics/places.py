@@ -26,6 +26,8 @@ from symasym.landscape import bracketed_zero
 #: Orders that are found beyond those that are added up; they tell the error.
 BEYOND = 2
 
+# A at a zero of its slope, below which that place in float64 is not good enough.
+_BESIDE = Fraction(1, 10**20)
 # Taylor coefficients that are looked at before A is taken to be constant.
 _FLATTEST = 64
 
@@ -307,7 +309,10 @@ def simple_zeros(
     InputError
         Where A touches zero.
     """
-    marks = (Fraction(x) for x in field.monotone_marks())
+    marks = [Fraction(x) for x in field.monotone_marks()]
+    # Beside a fold a mark in float64 may miss both zeros.
+    near = [x for x in marks if lo < x < hi and abs(field.value(x)) < _BESIDE]
+    marks = [refined_mark(field, x, context) if x in near else x for x in marks]
     edges = [lo, *sorted(x for x in marks if lo < x < hi), hi]
     values = [field.value(x) for x in edges]
     # At the start itself, what counts is the sign beside it.
@@ -325,6 +330,27 @@ def simple_zeros(
             pair = partial(_value_and_slope, field)
             found.append((bracketed_zero(pair, a, b, context), bool(high > 0)))
     return found
+
+
+def refined_mark(field: ExactField, mark: Fraction, context: Any) -> Fraction:
+    """The zero of phi's slope beside `mark`, to all digits of the context, by Newton."""
+    x = mark
+    for _ in range(context.prec.bit_length() + 4):
+        taylor = field.taylor(x, Fraction(1), 3)
+        if len(taylor) < 3 or not taylor[2]:
+            return mark
+        step = to_fraction(_quotient(taylor[1], 2 * taylor[2], context))
+        # A mark is good to some 1e-16, or to half of that beside another.
+        if abs(step) > Fraction(1, 1000):
+            return mark
+        x -= step
+        if abs(step) < Fraction(1, 2 ** (context.prec // 2 + 8)):
+            break
+    return x
+
+
+def _quotient(a: Any, b: Any, context: Any) -> Any:
+    return context.mpf(a.numerator) / a.denominator / (context.mpf(b.numerator) / b.denominator)
 
 
 def _value_and_slope(field: ExactField, u: Any) -> tuple[Any, Any]:
