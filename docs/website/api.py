@@ -28,7 +28,10 @@ _PLACES = {
     "symasym.errors": "errors",
 }
 # Not in `symasym` itself, but written for others to build on.
-MODULES = {"symasym.derivation": "Derivations of your own"}
+MODULES = {
+    "symasym.derivation": "Derivations of your own",
+    "symasym.figures": "The paper's figures",
+}
 
 
 def pages() -> dict[str, str]:
@@ -52,8 +55,8 @@ def pages() -> dict[str, str]:
 
 
 _INTRODUCTION = """
-Everything here is reached as ``symasym.NAME``, but for the tools for derivations. Inputs are scaled
-unless they are said to be physical, and a number in quotes is exact.
+Everything here is reached as ``symasym.NAME``, but for derivations and figures, whose modules their
+pages name. Inputs are scaled unless they are said to be physical, and a number in quotes is exact.
 """
 
 
@@ -71,6 +74,4 @@ def _page(title: str, module: str, names: list[str]) -> str:
             lines += [f".. autoclass:: {name}", "   :members:", "   :show-inheritance:", ""]
         elif callable(value):
             lines += [f".. autofunction:: {name}", ""]
-        else:
-            lines += [f".. autodata:: {name}", ""]
     return "\n".join(lines)

@@ -15,11 +15,19 @@ from derivations.registry import entries
 from derivations.runner import slug
 from derivations.symbols import QUANTITIES, quantities, symbols
 from symasym.errors import InputError
-from symasym.formula import formula
+from symasym.formula import Formula, formula
 from website import calls, graph
 
 Records = dict[str, dict[str, Any]]
-TARGETS = ("numpy", "mpmath")
+#: What code is emitted for, and how it is coloured.
+TARGETS = {
+    "numpy": "python",
+    "mpmath": "python",
+    "python": "python",
+    "c": "c",
+    "javascript": "javascript",
+    "latex": "latex",
+}
 
 
 def pages(records: Records, plots: Iterable[str]) -> dict[str, str]:
@@ -99,22 +107,30 @@ def _evaluation(label: str) -> list[str]:
     if found.functions:
         names = ", ".join(f"`{name}`" for name in found.functions)
         lines += [f"In `symasym.generated.numpy_formulas` and `mpmath_formulas`: {names}.", ""]
-    for target in TARGETS:
+    return lines + _emitted(found)
+
+
+def _emitted(found: Formula) -> list[str]:
+    """The code for each target, or why there is none for any."""
+    lines: list[str] = []
+    refused = ""
+    for target, language in TARGETS.items():
         try:
             code = found.emit(target)
         except InputError as error:
-            return [*lines, f"No code is emitted: {report.plain(str(error))}", ""]
+            refused = refused or str(error)
+            continue
         lines += [
             f"<details><summary>As code for {target}</summary>",
             "",
-            "```python",
+            f"```{language}",
             code.rstrip(),
             "```",
             "",
             "</details>",
             "",
         ]
-    return lines
+    return lines or [f"No code is emitted: {report.plain(refused)}", ""]
 
 
 def _plot(label: str) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -13,6 +12,7 @@ import numpy as np
 
 import symasym as sa
 from derivations.runner import slug
+from symasym.figures import encode
 from symasym.generated import numpy_formulas
 
 
@@ -100,6 +100,4 @@ def draw(plot: Plot) -> str:
         above.legend()
         below.loglog(kappa, np.abs(np.expm1(formula - exact)), color="black")
         below.set(xlabel="κ, scaled", ylabel="relative error of the formula")
-        drawn = io.StringIO()
-        figure.savefig(drawn, format="svg", metadata={"Date": None})
-    return drawn.getvalue()
+        return encode(figure, "svg").decode()
