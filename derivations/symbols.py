@@ -68,8 +68,8 @@ MEANINGS: dict[str, Meaning] = {
     "A'": Meaning("slope of the drift inside the layer", "scaled position", _A),
     "A'_1": Meaning("slope of the drift at the well u₁", "scaled position", _A),
     "A'_2": Meaning("slope of the drift at the barrier u₂", "scaled position", _A),
-    "A_1": Meaning("slope of the drift at the well u₁, negative", "scaled position"),
-    "A_2": Meaning("slope of the drift at the barrier u₂, positive", "scaled position"),
+    "A_1": Meaning("slope of the drift at the well u₁, negative", "scaled position", _A),
+    "A_2": Meaning("slope of the drift at the barrier u₂, positive", "scaled position", _A),
     "F": Meaning("friction force", "unscaled", _A),
     "mu": Meaning("shape of the friction force", _PURE),
     "alpha": Meaning("friction force at the layer's edges", "unscaled", _A),
@@ -92,7 +92,7 @@ MEANINGS: dict[str, Meaning] = {
     "V_u1": Meaning("potential at the well", "as V"),
     "V_m": Meaning("lowest value of the potential", "as V"),
     "K_m": Meaning("curvature of the potential at its lowest point", "scaled position"),
-    "D": Meaning("height of the barrier, V(u₂) - V(u₁)", "as V"),
+    "D": Meaning("height of the barrier, V(u₂) - V(u₁)", "as V", _V),
     "u1": Meaning("the well, a zero of the drift", "scaled: y/ε"),
     "u2": Meaning("the barrier, a zero of the drift", "scaled: y/ε"),
     "u3": Meaning("the third zero of the cubic", "scaled: y/ε"),
@@ -202,6 +202,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "noise_z": Meaning("noise amplitude of z", "unscaled", _S),
         "noise_y": Meaning("noise amplitude of y", "unscaled", _S),
     },
+    "friction-well": {"omega": Meaning("a third of arccos((1 - z₀)/β)", "an angle", _A)},
     "eq:forcePWC": {"alpha": Meaning("Coulomb friction force", "unscaled")},
 }
 
