@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
     from symasym.reduce import reduce
     from symasym.scales import Scales, rescale
+    from symasym.sensitivity import Sensitivity, sensitivity
     from symasym.smoothings import hill, linear, polynomial, sine, tanh
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "RangeError",
     "RegionError",
     "Scales",
+    "Sensitivity",
     "SymasymError",
     "escape_time",
     "exit_probability",
@@ -49,6 +51,7 @@ __all__ = [
     "polynomial",
     "reduce",
     "rescale",
+    "sensitivity",
     "sine",
     "stationary_density",
     "tanh",
@@ -66,6 +69,7 @@ _HOMES = {
     "RangeError": "symasym.errors",
     "RegionError": "symasym.errors",
     "Scales": "symasym.scales",
+    "Sensitivity": "symasym.sensitivity",
     "SymasymError": "symasym.errors",
     "escape_time": "symasym.quantities",
     "exit_probability": "symasym.quantities",
@@ -79,6 +83,7 @@ _HOMES = {
     "polynomial": "symasym.smoothings",
     "reduce": "symasym.reduce",
     "rescale": "symasym.scales",
+    "sensitivity": "symasym.sensitivity",
     "sine": "symasym.smoothings",
     "stationary_density": "symasym.quantities",
     "tanh": "symasym.smoothings",
@@ -89,7 +94,7 @@ _HOMES = {
 class _Package(ModuleType):
     """This package, whose public names are loaded when first asked for.
 
-    Four verbs have the name of their module (``symasym.friction``): importing the module
+    Five verbs have the name of their module (``symasym.friction``): importing the module
     would put it in the verb's place.
     """
 

@@ -24,18 +24,16 @@ from symasym.errors import InputError
 from symasym.files import (
     decimal_text,
     read_json,
-    reference_value,
     versions,
     write_bytes,
     write_json,
 )
 from symasym.inputs import digits
+from symasym.tables import value_record
 
 DPS = 50
 #: Spring extensions of the reference table.
 Z0 = tuple(f"{-k / 20:.2f}" for k in range(40, 0, -1))
-# Digits beyond those printed, so that the last printed one is rounded right.
-_GUARD = 5
 _TABLE = "reference.json"
 _STAMPS = ".stamps.json"
 _DERIVATIONS = "derivations"
@@ -284,15 +282,11 @@ def _curve_records(
         drift = family.bind(z0=z0)
         x = {"mu": mu, "alpha": figures.ALPHA, "z0": z0}
         x |= {"kappa": str(scales.kappa), "r": str(scales.r)}
-        for name, verb in (("T", sa.escape_time), ("C", sa.exit_probability)):
-            found = verb(drift, scales.kappa, scales.r, dps=min(dps + _GUARD, 10_000), full=True)
-            record = {
-                "quantity": name,
-                **reference_value(x, found, dps),
-                "physical": {"eps": figures.EPS, "kappa": kappa, "r": figures.R},
-            }
+        for name in ("T", "C"):
+            record = value_record(name, drift, x, dps)
+            record["physical"] = {"eps": figures.EPS, "kappa": kappa, "r": figures.R}
             if name == "T":
-                paper = verb(drift, scales.kappa, scales.r, method="paper", dps=dps)
+                paper = sa.escape_time(drift, scales.kappa, scales.r, method="paper", dps=dps)
                 record["paper"] = decimal_text(paper, dps)
             yield record
         step()

@@ -28,6 +28,8 @@ BEYOND = 2
 
 # A at a zero of its slope, below which that place in float64 is not good enough.
 _BESIDE = Fraction(1, 10**20)
+# Two turning points of A closer than this are one, found twice.
+_SAME = Fraction(1, 10**9)
 # Taylor coefficients that are looked at before A is taken to be constant.
 _FLATTEST = 64
 
@@ -347,6 +349,21 @@ def refined_mark(field: ExactField, mark: Fraction, context: Any) -> Fraction:
         if abs(step) < Fraction(1, 2 ** (context.prec // 2 + 8)):
             break
     return x
+
+
+def turning_points(field: ExactField, lo: Fraction, hi: Fraction, context: Any) -> list[Fraction]:
+    """The simple zeros of phi's slope in (lo, hi), left to right, to all digits."""
+    found: list[Fraction] = []
+    for mark in sorted(map(Fraction, field.monotone_marks())):
+        if not lo < mark < hi:
+            continue
+        x = refined_mark(field, mark, context)
+        taylor = field.taylor(x, Fraction(1), 3)
+        # Zeros of A are marks, too.
+        turns = len(taylor) > 2 and abs(taylor[1]) <= abs(taylor[2]) / 2 ** (context.prec // 3)
+        if turns and taylor[2] and lo < x < hi and all(abs(x - y) > _SAME for y in found):
+            found.append(x)
+    return sorted(found)
 
 
 def _quotient(a: Any, b: Any, context: Any) -> Any:

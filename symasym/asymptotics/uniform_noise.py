@@ -25,7 +25,7 @@ from symasym.asymptotics.coalescence import (
     parabola,
 )
 from symasym.asymptotics.cubic_pair import split_pair
-from symasym.asymptotics.places import BEYOND, Half, Place, half, refined_mark
+from symasym.asymptotics.places import BEYOND, Half, Place, half, turning_points
 from symasym.asymptotics.weak_noise import (
     Exponentials,
     Side,
@@ -133,7 +133,6 @@ def _analysed(
     drift: Drift, r: Fraction, x: Fraction, lam: Fraction, order: int, digits: int, local: bool
 ) -> Iterator[_Scene]:
     """For any lam up to this one, to `order` and what tells its error."""
-    require_seen(drift, lam)
     base = working_digits(digits, lam, r)
     extra, offset = _lost(drift, order, base)
     with own_context(base + extra) as context:
@@ -141,6 +140,11 @@ def _analysed(
             _seen(ExactField(drift, mirrored, context, offset), place, r, order, base, context)
             for mirrored, place in ((True, -x), (False, x))
         ]
+        signs = (-1, 1)
+        folds = [
+            sign * float(f.point) for sign, s in zip(signs, sides, strict=True) for f in s.folds
+        ]
+        require_seen(drift, lam, folds)
         yield _Scene(context, sides, context.mpf(r.numerator) / r.denominator, local)
 
 
@@ -199,12 +203,14 @@ def _lost(drift: Drift, order: int, digits: int) -> tuple[int, Fraction]:
     least = Fraction(1, 10 ** (digits + 10))
     with own_context(2 * digits + 40) as context:
         field = ExactField(drift, False, context)
-        for mark in sorted(map(Fraction, field.monotone_marks())):
-            if not -1 < mark < 1:
-                continue
-            point = refined_mark(field, mark, context)
+        for point in turning_points(field, Fraction(-1), Fraction(1), context):
             taylor = field.taylor(point, Fraction(1), 3)
             if abs(taylor[0]) < least:
+                if not field.is_polynomial:
+                    raise AccuracyError(
+                        f"A has a double zero at u = {float(point):.6g}, or all but one, where the "
+                        "uniform series is for polynomials only; use method='exact'."
+                    )
                 offset = least if taylor[2] > 0 else -least
             depth = max(abs(taylor[0]), least)
             lost = max(lost, -1.5 * _log10(depth) * count)
@@ -228,12 +234,10 @@ def _seen(
     lo, hi = max(x, Fraction(-1)), min(r, Fraction(1))
     folds = []
     if lo < hi:
-        for mark in sorted(map(Fraction, field.monotone_marks())):
-            if lo < mark < hi:
-                point = refined_mark(field, mark, context)
-                fold = _fold(field, point, x, lo, count, one, digits, context)
-                if fold is not None:
-                    folds.append(fold)
+        for point in turning_points(field, lo, hi, context):
+            fold = _fold(field, point, x, lo, count, one, digits, context)
+            if fold is not None:
+                folds.append(fold)
     return _Seen(one, folds, _edge(one))
 
 
@@ -249,8 +253,6 @@ def _fold(
 ) -> Fold | None:
     """The pair about this zero of phi's slope, if it is one by itself."""
     taylor = [context.mpf(c.numerator) / c.denominator for c in _taylor(field, point, count)]
-    if not taylor[2]:
-        return None
     try:
         pair = split_pair(taylor, context)
         height = _height(field, point, x, lo, context)

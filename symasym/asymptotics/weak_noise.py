@@ -13,7 +13,7 @@ in 1/lam, and the next two orders tell how much.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial
 from typing import Any, NamedTuple
@@ -410,10 +410,10 @@ def _most_order(request: Request) -> int:
     return read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
 
 
-def require_seen(drift: Drift, lam: Fraction) -> None:
-    """Raise AccuracyError where A bends faster than the noise can tell."""
+def require_seen(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
+    """Raise AccuracyError where A bends faster than the noise can tell, but at the folds."""
     # Noise beyond the range of float64 is weak.
-    if lam < 10**300 and unseen(drift, float(lam)):
+    if lam < 10**300 and unseen(drift, float(lam), folds):
         raise AccuracyError(
             f"kappa is {float(2 / lam) ** 0.5:.6g}, where the noise is too strong for a drift that "
             "bends this fast: no term of Laplace's method would tell its error; use "
