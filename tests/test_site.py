@@ -161,7 +161,7 @@ def test_no_link_is_broken_and_nothing_comes_from_elsewhere(site: Path) -> None:
 @pytest.fixture(scope="module")
 def browser():
     playwright = pytest.importorskip(
-        "playwright.sync_api", reason="playwright is not installed (extra browser)"
+        "playwright.sync_api", reason="playwright is not installed (extra docs)"
     )
     if CHROMIUM is None:
         pytest.skip("chromium is not installed")
