@@ -8,6 +8,7 @@ by npm, once.
 from __future__ import annotations
 
 import argparse
+import shutil
 import sys
 import time
 from pathlib import Path
@@ -31,21 +32,30 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     from website import mathjax, pages, stage
 
+    from symasym.errors import SymasymError
+
     begun = time.perf_counter()
     work, site = args.out / "docs", args.out / "site"
     try:
         modules = args.node_modules or mathjax.install(work / "node")
-    except mathjax.NoMathJax as error:
+        made = pages.all_pages(args.derivations or args.out / "derivations")
+    except (mathjax.NoMathJax, SymasymError) as error:
         print(f"docs/build.py: {error}", file=sys.stderr)
         return 1
-    made = pages.all_pages(args.derivations or args.out / "derivations")
     stage.stage(work / "source", made)
-    options = ["-c", str(ROOT / "docs"), "-d", str(work / "doctrees"), "-b", "html", "-q"]
+    # Made beside the site and moved there when whole, so that no page of an older one is left.
+    fresh = work / "html"
+    shutil.rmtree(fresh, ignore_errors=True)
+    options = ["-c", str(ROOT / "docs"), "-d", str(work / "doctrees"), "-b", "html", "-q", "-E"]
     strict = ["-W", "--keep-going"] if args.strict else []
-    status = build_main([*options, *strict, str(work / "source"), str(site)])
-    mathjax.place(modules, site / "_static")
+    status = build_main([*options, *strict, str(work / "source"), str(fresh)])
+    if status:
+        return int(status)
+    mathjax.place(modules, fresh / "_static")
+    shutil.rmtree(site, ignore_errors=True)
+    fresh.rename(site)
     print(f"{site / 'index.html'}: {len(made)} pages made, {time.perf_counter() - begun:.0f} s")
-    return int(status)
+    return 0
 
 
 if __name__ == "__main__":
