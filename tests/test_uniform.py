@@ -12,7 +12,7 @@ from mpmath import mp
 import symasym as sa
 from symasym.errors import AccuracyError, InputError
 
-SIDES = ["1/2", "0.99", "0.999999999999", "1", "1.000000000001", "1.01", "2"]
+SIDES = ["1/2", "0.999999999999", "1", "1.01", "2"]
 
 
 def value_of(text):
@@ -73,9 +73,8 @@ def test_bessel_coefficient_beside_the_turning_point(z):
         assert mp.almosteq(pairs[1][1], front * b_0, 1e-22)
 
 
-@pytest.mark.parametrize("z", ["0.9", "1", "1.2"])
-@pytest.mark.parametrize("nu", ["40", "40.3"])
-def test_oscillating_with_ends(z, nu):
+@pytest.mark.parametrize(("nu", "z"), [("40", "1"), ("40.3", "0.9"), ("40.3", "1.2")])
+def test_oscillating_with_ends(nu, z):
     """Over [-pi, pi] it's Bessel's function for whole orders, else Anger's; the ends count."""
     found = sa.uniform_integral("I*(z*sin(t) - t)", "1/(2*pi)", "t", "-pi", "pi", order=3)
     found = found.bind(z=z).evaluate(nu, dps=20, full=True)
@@ -87,7 +86,7 @@ def test_oscillating_with_ends(z, nu):
         assert abs(found.value - exact / mp.pi) <= found.error < 1e-8
 
 
-@pytest.mark.parametrize("z", ["-2", "-1e-30", "0", "1e-30", "1"])
+@pytest.mark.parametrize("z", ["-2", "-1e-30", "0", "1"])
 def test_airy_is_exact(z):
     found = sa.uniform_integral("I*(t**3/3 + z*t)", "1/(2*pi)", "t", "-oo", "oo", order=1)
     found = found.bind(z=z).evaluate(8, dps=25, full=True)
@@ -138,7 +137,7 @@ def test_order_of_a_pair(order):
     assert abs(slope(errors) - order) < 0.05 * order
 
 
-@pytest.mark.parametrize("c", ["-1/5", "-1e-20", "0", "1e-20", "1/5", "3"])
+@pytest.mark.parametrize("c", ["-1/5", "0", "1e-20", "1/5", "3"])
 def test_saddle_at_a_kink(c):
     f = "-(x - c)**2/2 - (x + Abs(x))"
     found = sa.uniform_integral(f, "1/(2 + x)", "x", "-1", "4", order=5).bind(c=c)
@@ -158,9 +157,39 @@ def test_saddle_at_a_kink(c):
         assert abs(found.value - exact) <= found.error < 1e-5 * exact
 
 
+@pytest.mark.parametrize("c", ["-1/50", "-1e-20", "0", "1/2"])
+def test_end_at_a_minimum(c):
+    """The end adds little, and its coefficients by themselves would diverge."""
+    found = sa.uniform_integral("-(x**2 - 1)**2", "exp(x)", "x", "c", "oo", order=3).bind(c=c)
+    found = found.evaluate(30, dps=15, full=True)
+    with mp.workdps(20):
+        exact = mp.quad(
+            lambda x: mp.exp(x - 30 * (x**2 - 1) ** 2), [value_of(c), 0.5, 0.8, 1, 1.2, 1.5, 2]
+        )
+        assert abs(found.value - exact) <= found.error < 2e-4 * exact
+
+
+def test_removable_singularity():
+    found = sa.uniform_integral("-x**2 - x**3", "sin(x)/x", "x", "-1/20", "oo", order=4)
+    found = found.evaluate(60, dps=15, full=True)
+    with mp.workdps(20):
+        exact = mp.quad(
+            lambda x: mp.sinc(x) * mp.exp(-60 * (x**2 + x**3)), [-0.05, 0, 0.1, 0.2, 0.4, 0.8, 2]
+        )
+        assert abs(found.value - exact) <= found.error < 2e-3 * exact
+
+
+def test_end_where_f_is_minus_infinity():
+    found = sa.uniform_integral("log(x) - x", "1/x", "x", 0, "oo", order=4)
+    found = found.evaluate(50, dps=20, full=True)
+    with mp.workdps(30):
+        exact = mp.gamma(50) * mp.mpf(50) ** -50
+        assert abs(found.value - exact) <= found.error < 1e-8 * exact
+
+
 def test_estimates_are_honest():
     rng = random.Random(5)
-    for _ in range(6):
+    for _ in range(4):
         c = [Fraction(rng.randint(-9, 9), 40) for _ in range(3)]
         end = Fraction(rng.randint(-30, 30), 100)
         f = f"-x**2/2 + ({c[0]})*x**3 - x**4/5"
@@ -175,7 +204,7 @@ def test_estimates_are_honest():
                 mp.linspace(lo, 1, 9),
             )
             assert abs(found.value - exact) <= found.error
-    for _ in range(6):
+    for _ in range(4):
         c = [Fraction(rng.randint(-9, 9), d) for d in (60, 120, 200)]
         f = f"I*(x**3/3 - ({c[0]})*x + ({c[1]})*x**4 + ({c[2]})*x**5)"
         found = sa.uniform_integral(f, "1/(2 + x)", "x", -1, 1, order=2, near=0)
@@ -204,6 +233,10 @@ def test_floats_arrays_logs():
         pair.evaluate(10**6)
     wave = sa.uniform_integral("I*(t**3/3 - t)", 1, "t", "-oo", "oo")
     assert isinstance(wave.evaluate(5), complex)
+    shown = str(wave.evaluate(5, dps=20, full=True))
+    text, _, error = shown.partition(" ≈± ")
+    true = wave.evaluate(5, dps=30)
+    assert abs(complex(text.replace(" ", "")) - complex(true)) <= float(error.split()[0])
     with pytest.raises(AccuracyError, match="complex"):
         wave.evaluate(5, log=True)
 
@@ -238,6 +271,11 @@ def test_precision_outside_is_no_matter():
         (("x**3/3 - x", 1, "x", "1 - I*pi", "1 + I*pi"), "complex infinity"),
         (("x**3/3 - x", 1, "x", "-oo - I*pi", "-oo + I*pi"), "other side"),
         (("-x**2", 1, "x", "I", 2), "complex infinity"),
+        (("-x**2", "oo", "x", 0, 1), "constant times a real"),
+        (("-x**2", "1/(x - 3/10)", "x", -1, 1), "pole"),
+        (("I*(x**3/3 - x)", "1/(x - 19/10)", "x", -2, 2), "pole"),
+        (("I*Abs(x)", 1, "x", -1, 1), "kinks"),
+        (("I*zeta(x)", 1, "x", -1, 1), "not among the functions"),
         (("Abs(x - 1) - Abs(x - 2)", 1, "x", 0, 1), "f is|no maximum|constant"),
     ],
 )
@@ -262,3 +300,43 @@ def test_bad_calls():
         gamma(2).bind(mu=1).coefficients()
     with pytest.raises(AccuracyError, match="too far apart"):
         bessel(2).bind(z="1e-30").evaluate(10)
+
+
+ALPHA = sympy.Symbol("alpha", positive=True)
+T = sympy.Symbol("t")
+
+
+@pytest.mark.parametrize("order", [1, 3])
+@pytest.mark.parametrize("case", ["bessel", "turned", "waves", "gamma", "both ends"])
+def test_formula_and_numbers(case, order):
+    """The formula comes from series at each saddle, the number from both at once."""
+    oo, i, pi, saddles = sympy.oo, sympy.I, sympy.pi, None
+    if case in ("bessel", "turned"):
+        side = 1 if case == "bessel" else -1
+        f = side * (sympy.sinh(T) / sympy.cosh(ALPHA) - T)
+        ends = (side * oo - i * pi, side * oo + i * pi)
+        integral = (f, sympy.exp(T / 5) / (2 * pi * i), T, *ends)
+        saddles = (-ALPHA, ALPHA)
+    elif case == "waves":
+        integral = (i * (T**3 / 3 - ALPHA**2 * T), 1 / (9 + T + T**2), T, -oo, oo)
+    elif case == "gamma":
+        integral = (sympy.log(T) - T, 1 / T, T, ALPHA, oo)
+    else:
+        integral = (-((T - ALPHA) ** 2) - (T - ALPHA) ** 4 / 3, sympy.cos(T), T, 0, 1)
+        saddles = (ALPHA,)
+    expansion = sa.uniform_integral(*integral, order)
+    found = expansion.expression("lam", saddles=saddles)
+    modules = [{"airyaiprime": lambda y: mp.airyai(y, derivative=1)}, "mpmath"]
+    formula = sympy.lambdify([ALPHA, sympy.Symbol("lam", positive=True)], found, modules)
+    value = expansion.bind(alpha="3/5").evaluate(30, dps=20)
+    with mp.workdps(40):
+        assert abs(formula(mp.mpf(3) / 5, 30) - value) <= 1e-19 * abs(value)
+
+
+def test_formulas_refused():
+    with pytest.raises(InputError, match="order is 4"):
+        gamma(4).expression()
+    with pytest.raises(InputError, match="real zeros|not a maximum"):
+        bessel(1).expression()
+    with pytest.raises(InputError, match="0 maxima"):
+        sa.uniform_integral("-x", 1, "x", 0, 1, 1).expression()

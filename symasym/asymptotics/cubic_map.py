@@ -92,8 +92,8 @@ def cubic_map(
     InputError
         If there are fewer than three coefficients, or c_2 is zero.
     AccuracyError
-        If the pair is not alone: a third zero is as near to it as its own two are to each other,
-        or the Taylor series doesn't reach that far.
+        If the pair is not alone: a third zero lies between its two or is as near to it as they are
+        to each other, or the Taylor series doesn't reach that far. One such scene refuses an array.
 
     Notes
     -----
@@ -201,10 +201,9 @@ def _jets(
     for side in (1, -1):
         # phi = y (2 side half + y) psi from this zero, integrated: what perron_coefficients reads.
         psi = shifted([x + zero for x in pair.psi], side * half)
-        psi = (psi + [zero] * (count + 1))[: count + 1]
-        slope = [2 * side * half * x + y for x, y in zip(psi, [zero, *psi], strict=False)]
+        psi = (psi + [zero] * count)[:count]
+        slope = [2 * side * half * x + y for x, y in zip(psi, [zero, *psi[:-1]], strict=True)]
         steep = [zero, zero, *(-x / (k + 2) for k, x in enumerate(slope))]
-        steep += [zero] * (count + 2 - len(steep))
         weight = [one] if g is None else shifted([x + zero for x in g], side * half)
         weight = (weight + [zero] * count)[:count]
         d = perron_coefficients(steep, weight, 2)

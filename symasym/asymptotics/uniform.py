@@ -16,7 +16,7 @@ from symasym.asymptotics.maxima import (
     vanishes_identically,
 )
 from symasym.asymptotics.pieces import WORK, Piece, at, cut, difference, number
-from symasym.asymptotics.uniform_ends import EndBefore, EndPart, SaddlePart
+from symasym.asymptotics.uniform_ends import BestOf, EndPart, SaddlePart
 from symasym.asymptotics.uniform_expansion import UniformExpansion
 from symasym.asymptotics.uniform_pair import PairPart
 from symasym.context import own_context
@@ -74,7 +74,8 @@ def uniform_integral(
     -----
     C. Chester, B. Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599; N. Bleistein, Comm.
     Pure Appl. Math. 19 (1966) 353; R. Wong, Asymptotic Approximations of Integrals, chapter VII;
-    DLMF 2.4(v), 2.4(vi). The error is twice the largest of the next three terms, an estimate.
+    DLMF 2.4(v), 2.4(vi). The error is an estimate from the next three terms: twice the largest and
+    eight times the third.
 
     Examples
     --------
@@ -85,13 +86,13 @@ def uniform_integral(
     ...     "z*sinh(t) - t", "1/(2*pi*I)", "t", "oo - I*pi", "oo + I*pi", order=4
     ... )
     >>> print(bessel.bind(z=1).evaluate(100, dps=20, full=True))
-    0.09636667329 ≈± 3.1e-13 (estimate, uniform)
+    0.09636667330 ≈± 6.18e-12 (estimate, uniform)
 
     Temme's incomplete gamma function: the maximum of log(x) - x at 1, near the end mu.
 
     >>> gamma = sa.uniform_integral("log(x) - x", "1/x", "x", "mu", "oo", order=4)
-    >>> gamma.bind(mu="1.01").evaluate(100, log=True)
-    0.0
+    >>> print(gamma.bind(mu="1.01").evaluate(100, dps=20, log=True, full=True))
+    -102.1877779348 ≈± 3.7e-11 (estimate, uniform)
     """
     kind, formula, weight, factor, symbol, lo, hi = _read(f, g, x, a, b)
     if isinstance(order, bool) or not isinstance(order, (int, np.integer)):
@@ -155,7 +156,7 @@ def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, ...]:
     if weight == 0:
         raise InputError("g is 0, so the integral is; give a g that is not.")
     factor, weight = weight.as_independent(symbol, as_Add=False)
-    if weight.has(sympy.I, sympy.zoo, sympy.nan) or factor.has(sympy.zoo, sympy.nan):
+    if weight.has(sympy.I, sympy.zoo, sympy.nan) or factor.has(sympy.oo, sympy.zoo, sympy.nan):
         raise InputError(f"g = {g} is not a constant times a real function; split it into parts.")
     for name, end in (("a", lo), ("b", hi)):
         if end.has(symbol):
@@ -166,7 +167,11 @@ def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, ...]:
                 raise InputError(f"{name} = {end} is not real; give a real end or ±oo.")
         if not number(lo) < number(hi):
             raise InputError(f"a is {lo} and b is {hi}; a must be less than b.")
-    require_known("f", formula, symbol) if not formula.has(*_KINKS) else None
+    if kind != "real":
+        for name, expression in (("f", formula), ("g", weight)):
+            if expression.has(*_KINKS):
+                raise InputError(f"{name} = {expression} has kinks; split the integral at them.")
+            require_known(name, expression, symbol)
     return kind, formula, weight, factor, symbol, lo, hi
 
 
@@ -195,8 +200,9 @@ def _pair_parts(
     piece = (
         Piece(lo, hi, phase, weight) if oscillating else Piece(-sympy.oo, sympy.oo, phase, weight)
     )
-    point, spread = _closest_pair(piece, x, near)
+    point, spread = _closest_pair(piece, x, near, sympy.I * phase if oscillating else phase)
     if oscillating:
+        _require_no_pole(piece, x)
         _require_alone(piece, x, point, spread)
     parts: list[Any] = [PairPart(piece, x, point, oscillating)]
     if not oscillating:
@@ -213,7 +219,24 @@ def _pair_parts(
     return parts
 
 
-def _closest_pair(piece: Piece, x: Any, near: Any) -> tuple[Any, Any]:
+def _require_no_pole(piece: Piece, x: Any) -> None:
+    """Refuse a g whose denominator alone changes sign inside: the integral diverges."""
+    top, bottom = sympy.fraction(sympy.together(piece.g))
+    if not bottom.has(x):
+        return
+    grid = grid_of(piece)
+    signs = [np.sign(on_grid(e, x, grid)) for e in (bottom, top)]
+    flips = [row[1:] * row[:-1] < 0 for row in signs]
+    # A numerator that vanishes, too, makes it a removable singularity.
+    poles = np.flatnonzero(flips[0] & ~flips[1] & (signs[1][1:] != 0) & (signs[1][:-1] != 0))
+    if poles.size:
+        raise InputError(
+            f"g = {piece.g} has a pole at {x} = {grid[poles[0]]:.4g} or thereabouts, so the "
+            "integral diverges; give an interval without it."
+        )
+
+
+def _closest_pair(piece: Piece, x: Any, near: Any, shown: Any) -> tuple[Any, Any]:
     """Where f' has the extremum with the closest pair of zeros, and a quarter of their distance².
 
     The latter is negative for a complex pair.
@@ -237,7 +260,7 @@ def _closest_pair(piece: Piece, x: Any, near: Any) -> tuple[Any, Any]:
                 found.append((-2 * first / third, point))
     if not found:
         raise InputError(
-            f"f = {piece.f} has no two saddles that could meet between {piece.lo} and {piece.hi}; "
+            f"f = {shown} has no two saddles that could meet between {piece.lo} and {piece.hi}; "
             "give near=… beside them."
         )
     spread, point = min(found, key=lambda pair: abs(pair[0]))
@@ -272,6 +295,7 @@ def _real_parts(f: Any, g: Any, x: Any, lo: Any, hi: Any) -> list[Any]:
     tops = peaks(pieces, x)
     parts: list[Any] = []
     for piece in pieces:
+        _require_no_pole(piece, x)
         slope = sympy.diff(piece.f, x)
         if vanishes_identically(slope, x):
             raise InputError(
@@ -289,32 +313,63 @@ def _piece_parts(piece: Piece, slope: Any, x: Any, inside: list[Any]) -> list[An
     """The saddles of one piece with the ends they can meet, and the other ends."""
     parts: list[Any] = []
     met: dict[int, Any] = {}
+    # Ways to take an end without the maximum it belongs to.
+    apart: dict[int, list[Any]] = {}
     for end, side in ((piece.lo, 1), (piece.hi, -1)):
-        if end.is_infinite:
+        # Where f tends to -oo (`peaks` has seen to that), an end adds nothing.
+        if end.is_infinite or not _finite(at(piece.f, x, end)):
             continue
+        name = "lower" if side == 1 else "upper"
         rise = at(slope, x, end) * side
-        alone = EndPart(piece, x, end, side)
         if abs(rise) < _FLAT:
-            met[side] = end
+            if at(sympy.diff(slope, x), x, end) < 0:
+                met[side] = end
+            else:
+                parts.append(SaddlePart(piece, x, end, **{name: end}, minimum=True))
             continue
+        ways: list[Any] = [EndPart(piece, x, end, side)]
+        # Outwards of a fall there may be a maximum, inwards a minimum; of a rise the other way.
+        least = _beyond(slope, x, end, side if rise < 0 else -side)
+        if least is not None:
+            ways.append(SaddlePart(piece, x, least, **{name: end}, minimum=True))
         if rise > 0 and inside:
             met[side] = inside[0] if side == 1 else inside[-1]
+            if least is not None:
+                apart[side] = ways
             continue
-        beyond = _beyond(slope, x, end, -side) if rise < 0 else None
-        if beyond is None:
-            parts.append(alone)
-        else:
-            ends = (end, None) if side == 1 else (None, end)
-            parts.append(EndBefore(alone, SaddlePart(piece, x, beyond, *ends)))
+        most = _beyond(slope, x, end, -side) if rise < 0 else None
+        if most is not None:
+            ways.append(SaddlePart(piece, x, most, **{name: end}))
+        parts.append(BestOf(tuple((way,) for way in ways)))
     lower, upper = met.get(1), met.get(-1)
     for point in {str(p): p for p in (*inside, lower, upper) if p is not None}.values():
-        ends = (piece.lo if point is lower else None, piece.hi if point is upper else None)
-        parts.append(SaddlePart(piece, x, point, *ends))
+        ends = {1: piece.lo if point is lower else None, -1: piece.hi if point is upper else None}
+        parts.append(_with_ends(piece, x, point, ends, apart))
     return parts
 
 
+def _finite(value: Any) -> bool:
+    with own_context(WORK) as context:
+        return bool(context.isfinite(context.make_mpf(value._mpf_)))
+
+
+def _with_ends(
+    piece: Piece, x: Any, point: Any, ends: dict[int, Any], apart: dict[int, list[Any]]
+) -> BestOf:
+    """A maximum with its ends; with those that a minimum parts from it also by themselves."""
+    ways: list[tuple[Any, ...]] = []
+    choices = [
+        [None, *apart.get(side, [])] if ends[side] is not None else [None] for side in (1, -1)
+    ]
+    for low in choices[0]:
+        for high in choices[1]:
+            own = SaddlePart(piece, x, point, None if low else ends[1], None if high else ends[-1])
+            ways.append((own, *(part for part in (low, high) if part is not None)))
+    return BestOf(tuple(ways))
+
+
 def _beyond(slope: Any, x: Any, end: Any, side: int) -> Any:
-    """The next zero of f' outside the interval, on `side` of the end; None if none is seen."""
+    """The next zero of f' on `side` of the end, inside or outside; None if none is seen."""
     with own_context(WORK) as context:
         here = number(end)
         first, second = at(slope, x, here), at(sympy.diff(slope, x), x, here)

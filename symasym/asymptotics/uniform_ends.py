@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import sympy
@@ -24,7 +25,7 @@ from symasym.asymptotics.coefficients import perron_coefficients
 from symasym.asymptotics.local_expansion import refined
 from symasym.asymptotics.pieces import Piece
 from symasym.asymptotics.rings import NumberRing
-from symasym.asymptotics.series import NotAnalytic, taylor
+from symasym.asymptotics.series import NotAnalytic, algebraic, taylor
 from symasym.context import own_context
 from symasym.errors import AccuracyError, InputError
 
@@ -38,6 +39,8 @@ BEYOND = 3
 # Beyond it the difference of two expansions loses 2 n + 1 times the digits of 1/_NEAR.
 _NEAR = 0.15
 _LONGEST = 200
+# Orders lost to factors such as sin(x)/x.
+_SPARE = 4
 _GUARD = 10
 
 
@@ -46,11 +49,24 @@ def series_of(name: str, expression: Any, x: Any, point: Any, side: int, n: int,
     try:
         return taylor(expression, x, point, side, n, ring).c
     except NotAnalytic:
+        pass
+    try:
+        # Zero over zero, as sin(x)/x.
+        terms = algebraic(expression, x, point, side, n + _SPARE, ring)
+        whole = all(isinstance(e, Fraction) and e.denominator == 1 and e >= 0 for e, _ in terms)
+    except InputError:
+        whole = False
+    if not whole:
         shown = point if isinstance(point, sympy.Basic) else ring.context.nstr(point, 12)
         raise InputError(
             f"{name} = {expression} has no Taylor series at {x} = {shown}; uniform_integral takes "
             "f and g that are analytic at their saddles, ends and kinks."
-        ) from None
+        )
+    found = [ring.rational(Fraction(0))] * n
+    for front, series in terms:
+        for k, y in enumerate(series.c[: max(0, n - int(front))], start=int(front)):
+            found[k] = found[k] + y
+    return found
 
 
 def end_coefficients(
@@ -120,21 +136,26 @@ def _into(context: Any, value: Any) -> Any:
 class SaddlePart:
     """A maximum of f, inside or beyond the ends, with the ends it can meet.
 
-    lower and upper are None where nothing is near: then the integral sees all of that side.
+    lower and upper are None where nothing is near: then the integral sees all of that side. Or a
+    minimum, which adds nothing by itself, with one end: then erfc's odd part stands for it.
     """
 
     piece: Piece
     x: Any
     point: Any
-    lower: Any
-    upper: Any
+    lower: Any = None
+    upper: Any = None
+    minimum: bool = False
 
     def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
         alpha, height, a, ends = kept(self, count, context, self._coefficients)
-        root = context.sqrt(lam * alpha)
+        root = context.sqrt(abs(lam * alpha))
         distances = {sign: v for sign, v, _, _ in ends}
         part = context.mpf(1)
-        if len(ends) == 2:
+        if self.minimum:
+            ((sign, v),) = distances.items()
+            part = -sign * context.erfi(v * root) / 2
+        elif len(ends) == 2:
             part = (context.erfc(distances[1] * root) - context.erfc(distances[-1] * root)) / 2
         elif ends:
             ((sign, v),) = distances.items()
@@ -156,23 +177,27 @@ class SaddlePart:
 
 
 @dataclass(frozen=True)
-class EndBefore:
-    """An end with a saddle beyond it: with or without that saddle, whichever errs less at lam.
+class BestOf:
+    """Ways to add up the same ends and saddles, of which the one that errs least at lam is taken.
 
-    A saddle far beyond is of no use, and what is analytic on the interval may be singular there.
+    An end may stand alone or with the saddle that it has on either side. A saddle far away is of no
+    use, and what is analytic on the interval may be singular there; with one near, an end alone
+    has coefficients that diverge.
     """
 
-    alone: EndPart
-    beside: SaddlePart
+    ways: tuple[tuple[Any, ...], ...]
 
     def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
         found: list[list[Term]] = []
         refusal: InputError | AccuracyError | None = None
-        for part in (self.alone, self.beside):
+        for parts in self.ways:
             try:
-                found.append(part.terms(lam, count, context))
+                rows = [part.terms(lam, count, context) for part in parts]
             except (InputError, AccuracyError) as error:
                 refusal = error
+                continue
+            columns = zip(*rows, strict=True)
+            found.append([(sum(v for v, _ in c), sum(s for _, s in c)) for c in columns])
         if not found:
             assert refusal is not None
             raise refusal
@@ -197,7 +222,7 @@ class _Local:
         part, ring = self._part, self._ring
         f = series_of("f", part.piece.f, part.x, self.point, 1, n + 3, ring)
         g = series_of("g", part.piece.g, part.x, self.point, 1, n + 1, ring)
-        if not f[2] < 0 or ring.negligible(f[2], f[2:]):
+        if (f[2] < 0) == part.minimum or ring.negligible(f[2], f[2:]):
             raise InputError(
                 f"f = {part.piece.f} is flatter than a parabola at its maximum; uniform_integral "
                 "takes maxima with f'' < 0 (laplace_integral takes others)."

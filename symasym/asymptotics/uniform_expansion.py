@@ -99,6 +99,43 @@ class UniformExpansion:
             pairs = [tuple(to_mpf(y, dps) for y in pair) for pair in zip(a, b, strict=True)]
             return to_mpf(zeta, dps), pairs
 
+    def expression(self, lam: Any = "lam", *, saddles: Any = None) -> Any:
+        """The first terms, at most three, as a SymPy expression in airyai or erfc.
+
+        Parameters
+        ----------
+        lam : Symbol or str
+        saddles : sequence of Expr, optional
+            The zeros of f' that meet each other or an end, where SymPy doesn't find them.
+
+        Returns
+        -------
+        Expr
+            0/0 where the points meet: numbers near that come from `bind` and `evaluate`.
+
+        Raises
+        ------
+        InputError
+            For more than three terms, kinks, or saddles that are not known or not real for all
+            parameters.
+        """
+        from symasym.asymptotics.uniform_symbols import MOST_TERMS, end_formula, pair_formula
+
+        if self.order > MOST_TERMS:
+            raise InputError(
+                f"order is {self.order}; formulas are given to {MOST_TERMS} terms, beyond which "
+                "they fill pages."
+            )
+        symbol = sympy.Symbol(lam, positive=True) if isinstance(lam, str) else lam
+        weight = self.g.as_independent(self.x, as_Add=False)[1]
+        if self.kind == "erfc":
+            parts = (self.f, weight, self.x, self.a, self.b)
+            return self._factor * end_formula(*parts, self.order, symbol, saddles)
+        oscillating = self.f.has(sympy.I)
+        f = sympy.expand(self.f / sympy.I) if oscillating else self.f
+        found = pair_formula(f, weight, self.x, self.order, symbol, saddles, oscillating)
+        return self._factor * found
+
     def evaluate(
         self, lam: Any, *, dps: int | None = None, log: bool = False, full: bool = False
     ) -> Any:
@@ -202,7 +239,11 @@ class UniformExpansion:
         return Estimate(value, error, "estimate", "uniform", self.order, names)
 
     def _sum(self, lam: Any, context: Any) -> tuple[Any, Any]:
-        """The sum, and twice the largest of the next terms."""
+        """The sum, and an error from the next terms.
+
+        Twice the largest; and eight times the last, which counts where terms fall slowly and their
+        sum is many times the first.
+        """
         count = self.order + BEYOND
         total, beyond = context.mpf(0), [context.mpf(0)] * BEYOND
         for part in self._parts:
@@ -212,7 +253,7 @@ class UniformExpansion:
                 beyond[k] += size
         re, im = (context.make_mpf(y._mpf_) for y in _parts_of(self._factor, context))
         factor = context.mpc(re, im) if im else re
-        return factor * total, 2 * abs(factor) * max(beyond)
+        return factor * total, abs(factor) * (2 * max(beyond) + 8 * beyond[-1])
 
     def __str__(self) -> str:
         return (
