@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -18,38 +19,52 @@ def markdown(record: dict[str, Any]) -> str:
     lines = [
         f"# {record['label']}: {record['title']}",
         "",
-        f"$$ {record['latex']} $$",
-        "",
-        f"Error: {record['error']}.",
-        "",
+        *statement(record),
     ]
-    if record["note"]:
-        lines += [f"Here {record['note']}.", ""]
     if record["rests_on"]:
         links = ", ".join(f"[{on}]({slug(on)}.md)" for on in record["rests_on"])
         lines += [f"Rests on {links}.", ""]
-    if record["hypotheses"]:
-        lines += ["| hypothesis | status | where |", "|---|---|---|"]
-        lines += [
-            f"| {_cell(h['statement'])} | {_MARKS[h['status']]} | {_cell(h['where'])} |"
-            for h in record["hypotheses"]
-        ]
-        lines.append("")
+    return "\n".join([*lines, *ledger(record), *steps(record, 2)])
+
+
+def statement(record: dict[str, Any]) -> list[str]:
+    """Lines of Markdown: the formula, its error, what its own symbols are."""
+    lines = [f"$$ {record['latex']} $$", "", f"Error: {plain(record['error'])}.", ""]
+    if record["note"]:
+        lines += [f"Here {plain(record['note'])}.", ""]
+    return lines
+
+
+def ledger(record: dict[str, Any]) -> list[str]:
+    """Lines of Markdown: the table of hypotheses, if there are any."""
+    if not record["hypotheses"]:
+        return []
+    rows = [
+        f"| {plain(h['statement'])} | {_MARKS[h['status']]} | {plain(h['where'])} |"
+        for h in record["hypotheses"]
+    ]
+    return ["| hypothesis | status | where |", "|---|---|---|", *rows, ""]
+
+
+def steps(record: dict[str, Any], level: int) -> list[str]:
+    """Lines of Markdown: each step under a heading of this level."""
+    lines = []
     for number, step in enumerate(record["steps"], 1):
-        lines += [f"## {number}. {step['name']} ({step['rule']})", ""]
+        lines += [f"{'#' * level} {number}. {plain(step['name'])} ({step['rule']})", ""]
         if step["reason"]:
-            lines += [f"Why: {step['reason']}.", ""]
+            lines += [f"Why: {plain(step['reason'])}.", ""]
         lines += [
             f"$$ {step['latex']} $$",
             "",
-            f"Check ({step['kind']}): {step['how']}. Found: {step['detail']}.",
+            f"Check ({step['kind']}): {plain(step['how'])}. Found: {plain(step['detail'])}.",
             "",
         ]
-    return "\n".join(lines)
+    return lines
 
 
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|")
+def plain(text: str) -> str:
+    """Plain text for Markdown, where its stars, bars and brackets would mean something."""
+    return re.sub(r"([\\`*_|<>\[\]$])", r"\\\1", text)
 
 
 _SPECIAL = {
@@ -129,8 +144,8 @@ def trace(records: dict[str, dict[str, Any]]) -> dict[str, Any]:
 def _index(records: dict[str, dict[str, Any]]) -> str:
     lines = ["# Derivations", "", "| label | what | steps | error |", "|---|---|---|---|"]
     lines += [
-        f"| [{label}]({slug(label)}.md) | {_cell(r['title'])} | {len(r['steps'])} "
-        f"| {_cell(r['error'])} |"
+        f"| [{label}]({slug(label)}.md) | {plain(r['title'])} | {len(r['steps'])} "
+        f"| {plain(r['error'])} |"
         for label, r in records.items()
     ]
     lines += ["", "Definitions, with nothing to derive:", ""]

@@ -46,7 +46,7 @@ def escape_time(
     full: bool = False,
     rtol: Any = None,
 ) -> Any:
-    """Mean escape time T from |u| < r (eq:Ttilde with eq:C; any region).
+    """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region).
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def exit_probability(
     full: bool = False,
     rtol: Any = None,
 ) -> Any:
-    """Probability C of leaving |u| < r through -r (eq:C).
+    """Probability C of leaving ``|u| < r`` through -r (eq:C).
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ def occupation(
     full: bool = False,
     rtol: Any = None,
 ) -> Any:
-    """Stationary probability P of |u| <= 1 (eq:P); the region must be sliding.
+    """Stationary probability P of ``|u| <= 1`` (eq:P); the region must be sliding.
 
     Parameters
     ----------

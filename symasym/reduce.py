@@ -89,14 +89,14 @@ def reduce(
     f_minus, f_plus : sequence of n expressions
         The fields where h < 0 and h > 0.
     F : sequence of n expressions
-        The field inside the layer |h| < eps, in `layer` = h/eps and x.
+        The field inside the layer ``|h| < eps``, in `layer` = h/eps and x.
     D : n×m matrix, or nested sequences, or a column
         Noise strengths: the noise is kappa D dW.
     coordinates : sequence of Symbol or str
         The n coordinates x, in the order of the components.
     switch : expression, optional
         h(x), whose zero set is the switching surface; by default the first
-        coordinate. Where |grad h| is not 1, drift and amplitude are those of h.
+        coordinate. Where ``|grad h|`` is not 1, drift and amplitude are those of h.
     layer : Symbol or str
         The name of h/eps inside F.
     at : mapping, optional

@@ -221,7 +221,7 @@ def friction_osc(z: Any = "2/5", mu: Any = 3, alpha: Any = 1) -> Figure:
     Parameters
     ----------
     z : number
-        Spring extension, at which the block must be able to stick: |1 - z| is
+        Spring extension, at which the block must be able to stick: ``|1 - z|`` is
         at most the breakaway force.
     mu : number
         Shape of the friction force, at least 0.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 POINTS = 33
 # Noise amplitudes of the error map.
-_MAP = np.geomspace(0.05, 0.4, 9)
+_MAP = np.geomspace(0.04, 0.28, 9)
 
 
 def stokes(
@@ -152,7 +152,7 @@ def _plane(axes: Axes, z0: FloatArray, error: FloatArray, fold: float) -> None:
         z0, _MAP, np.log10(np.maximum(error.T, 1e-16)), shading="nearest", cmap="cividis"
     )
     axes.set_yscale("log")
-    axes.set_yticks([0.05, 0.1, 0.2, 0.4], ["0.05", "0.1", "0.2", "0.4"])
+    axes.set_yticks([0.05, 0.1, 0.2], ["0.05", "0.1", "0.2"])
     axes.minorticks_off()
     axes.set_ylabel(r"$\kappa$")
     _marked(axes, fold)

@@ -1,0 +1,285 @@
+"""What the symbols of the formulas mean, how they are scaled, and to which quantity they belong.
+
+A symbol means the same in every formula, but for those in `LOCAL`: a letter that
+one derivation, or a few, use for something of their own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+QUANTITIES = (
+    "Escape time",
+    "Exit probability",
+    "Occupation of the layer",
+    "Stationary density",
+    "Potential, wells and barriers",
+    "Drift and its ends",
+    "Scaling and noise",
+    "Integrals over a panel",
+)
+_T, _C, _P, _R, _V, _A, _S, _X = QUANTITIES
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """Of one symbol.
+
+    Attributes
+    ----------
+    text : str
+    scale : str
+        What it is measured in: in the paper's own variables, ``"unscaled"``.
+    quantity : str
+        The entry of `QUANTITIES` that a formula for it belongs to; empty for a
+        symbol that stands on no left side.
+    """
+
+    text: str
+    scale: str
+    quantity: str = ""
+
+
+_SCALED_TIME = "scaled: time / ε"
+_PURE = "a number"
+_DRIFT = "unscaled: a velocity"
+
+MEANINGS: dict[str, Meaning] = {
+    # Position, time, scales.
+    "u": Meaning("position across the surface", "scaled: y/ε", _S),
+    "y": Meaning("position across the surface", "unscaled"),
+    "z": Meaning("position along the surface; the spring's extension", "unscaled"),
+    "t": Meaning("time", "unscaled"),
+    "t_s": Meaning("time", _SCALED_TIME, _S),
+    "epsilon": Meaning("half the width of the smoothed layer", "unscaled"),
+    "kappa": Meaning("noise amplitude", "scaled: κ/√ε", _S),
+    "kappa_phys": Meaning("noise amplitude", "unscaled"),
+    "lam": Meaning("the large parameter 2/κ²", "scaled", _S),
+    "r": Meaning("radius of escape", "scaled: r/ε", _S),
+    "r_phys": Meaning("radius of escape", "unscaled"),
+    # The drift.
+    "phi": Meaning("drift", _DRIFT, _A),
+    "A": Meaning("drift inside the layer", _DRIFT, _A),
+    "a_minus": Meaning("drift for u ≤ -1", _DRIFT),
+    "a_plus": Meaning("drift for u ≥ 1", _DRIFT, _A),
+    "a": Meaning("a drift that is constant", _DRIFT),
+    "A'": Meaning("slope of the drift inside the layer", "scaled position", _A),
+    "A'_1": Meaning("slope of the drift at the well u₁", "scaled position", _A),
+    "A'_2": Meaning("slope of the drift at the barrier u₂", "scaled position", _A),
+    "A_1": Meaning("slope of the drift at the well u₁, negative", "scaled position", _A),
+    "A_2": Meaning("slope of the drift at the barrier u₂, positive", "scaled position", _A),
+    "F": Meaning("friction force", "unscaled", _A),
+    "mu": Meaning("shape of the friction force", _PURE),
+    "alpha": Meaning("friction force at the layer's edges", "unscaled", _A),
+    "z0": Meaning("where on the surface: the spring's extension", "unscaled"),
+    "beta": Meaning("breakaway force", "unscaled", _A),
+    "u_s": Meaning("turning point of the friction force", "scaled: y/ε", _A),
+    "z_1": Meaning("lower edge of the sliding region", "unscaled", _A),
+    "z_2": Meaning("upper edge of the sliding region", "unscaled", _A),
+    "g_s": Meaning("sliding velocity along the surface", "unscaled", _A),
+    "g_minus": Meaning("velocity along the surface on its left", "unscaled"),
+    "g_plus": Meaning("velocity along the surface on its right", "unscaled"),
+    "ydot": Meaning("rate of y", "unscaled", _A),
+    "zdot": Meaning("rate of z", "unscaled", _A),
+    "f": Meaning("vector field", "unscaled", _A),
+    "f_0": Meaning("vector field at the origin", "unscaled"),
+    # Potential, wells, barriers.
+    "V": Meaning("potential, V' = -φ and V(-1) = 0", "scaled: drift times y/ε", _V),
+    "V_1": Meaning("potential at the layer's right edge", "as V"),
+    "V_top": Meaning("potential at the layer's right edge", "as V"),
+    "V_u1": Meaning("potential at the well", "as V"),
+    "V_m": Meaning("lowest value of the potential", "as V"),
+    "K_m": Meaning("curvature of the potential at its lowest point", "scaled position"),
+    "D": Meaning("height of the barrier, V(u₂) - V(u₁)", "as V", _V),
+    "u1": Meaning("the well, a zero of the drift", "scaled: y/ε"),
+    "u2": Meaning("the barrier, a zero of the drift", "scaled: y/ε"),
+    "u3": Meaning("the third zero of the cubic", "scaled: y/ε"),
+    "z_plus": Meaning("fold: where well and barrier meet, right", "unscaled", _V),
+    "z_minus": Meaning("fold: where well and barrier meet, left", "unscaled", _V),
+    # Escape.
+    "T": Meaning("mean escape time from |u| < r, start 0", _SCALED_TIME, _T),
+    "T_0": Meaning("mean escape time without the terms of C", _SCALED_TIME, _T),
+    **{f"T_{n}": Meaning(f"its piece {n} of four", _SCALED_TIME, _T) for n in (1, 2, 3, 4)},
+    "S": Meaning("Stokes multiplier of the well's term", _PURE, _T),
+    "p": Meaning("density of the position at a time", "per scaled length", _R),
+    "R": Meaning("density integrated over all time", "scaled time per scaled length", _T),
+    "C": Meaning("probability of leaving through -r", _PURE, _C),
+    "C_high": Meaning("upper bound on C", _PURE, _C),
+    "J": Meaning("flux of R", _PURE, _C),
+    "kappa_c": Meaning("noise below which escape is exponentially slow", "unscaled", _T),
+    "kappa_e": Meaning("noise at which the well outlasts the way to r", "scaled: κ/√ε", _T),
+    "ell": Meaning("-log ε", _PURE),
+    # Steady state.
+    "p_ss": Meaning("stationary density", "per scaled length", _R),
+    "K": Meaning("its normalizing constant", "per scaled length"),
+    "P": Meaning("stationary probability of |u| ≤ 1", _PURE, _P),
+    "P_low": Meaning("lower bound on P", _PURE, _P),
+    "L": Meaning("width of the stretch beside u = 1", "scaled: y/ε"),
+    "I_left": Meaning("integral of exp(-2V/κ²) over u < -1", "scaled length", _P),
+    "I_right": Meaning("integral of exp(-2V/κ²) over u > 1", "scaled length", _P),
+    "Lq": Meaning("Fokker-Planck operator applied to q", "per scaled length and time", _R),
+    "LR": Meaning("Fokker-Planck operator applied to R", "per scaled length", _T),
+    "q": Meaning("a density; a mode of the operator", "per scaled length"),
+    # Terms of the exact integrals.
+    "w": Meaning("time spent at a point per unit of rate", "scaled time per scaled length"),
+    "sigma_left": Meaning("S/s on the left of the start, s = exp(λV)", "scaled length"),
+    "sigma_right": Meaning("S/s on the right of the start, s = exp(λV)", "scaled length"),
+    "I0": Meaning("integral of exp(λV) over (0, r)", "scaled length"),
+    "I1": Meaning("integral of exp(λV) over (-r, 0)", "scaled length"),
+    "J0": Meaning("double integral over v in (0, r), see the note", "scaled length squared"),
+    "J1": Meaning("double integral over v in (-r, 0), see the note", "scaled length squared"),
+}
+
+LOCAL: dict[str, dict[str, Meaning]] = {
+    "eq:cont": {"F": Meaning("acceleration inside the layer", "unscaled", _A)},
+    "eq:eekappar": {
+        "rho": Meaning("r/κ² in the paper's own variables", "unscaled", _S),
+    },
+    "eq:scaledSDE": {
+        "rho": Meaning("distance from the origin, at most of order r", "unscaled"),
+    },
+    "eq:scaledSDEx": {
+        "drift": Meaning("drift of the component across the surface", "unscaled", _S),
+        "F2": Meaning("component of the field across the surface", "unscaled"),
+        **{f"B{n}": Meaning("strength of noise " + str(n), "unscaled", _S) for n in (1, 2, 3)},
+        **{f"d2{n}": Meaning("entry of the noise matrix", "unscaled") for n in (1, 2, 3)},
+    },
+    "noise-amplitude": {
+        "sigma": Meaning("amplitude of the noises together", "unscaled", _S),
+        **{f"b{n}": Meaning("strength of noise " + str(n), "unscaled") for n in (1, 2, 3)},
+    },
+    "eq:reducedSDE": {
+        "drift": Meaning("drift of y", "unscaled", _S),
+        "noise": Meaning("noise amplitude of y", "unscaled", _S),
+        **{f"b{n}": Meaning("strength of noise " + str(n), "unscaled") for n in (1, 2, 3)},
+    },
+    "eq:reducedSDEtilde": {
+        "c_1": Meaning("coefficient of the first derivative in the generator", "scaled", _S),
+        "c_2": Meaning("coefficient of the second derivative in the generator", "scaled", _S),
+    },
+    "regions": {"N": Meaning("how many of the two fields point to the surface", _PURE, _A)},
+    "eq:Plarge": {"P": Meaning("stationary probability of |y| ≤ ε", _PURE, _P)},
+    "eq:Psmall": {"P": Meaning("stationary probability of |y| ≤ ε", _PURE, _P)},
+    "eq:Tlarge": {"T": Meaning("mean escape time from |y| < r", "unscaled", _T)},
+    "eq:TtildetoT": {"T": Meaning("mean escape time from |y| < r", "unscaled", _T)},
+    "eq:odeR": {"m": Meaning("decay rate of the mode", "per scaled time")},
+    "laplace-substitution": {
+        "c2": Meaning("curvature of V at the saddle", "scaled position"),
+        "uhat": Meaning("distance from the saddle in units of κ", "scaled"),
+    },
+    "gaussian-step": {"P": Meaning("product of two Gaussian integrals", "scaled", _T)},
+    "eq:fourPieces": {
+        "f": Meaning("exp(-λV)", _PURE),
+        "g": Meaning("exp(λV)", _PURE),
+    },
+    **{
+        label: {
+            "N": Meaning("integral of exp(-2V/κ²) inside the layer", "scaled length"),
+            "M": Meaning("integral of exp(-2V/κ²) outside the layer", "scaled length"),
+        }
+        for label in ("eq:P", "eq:P2")
+    },
+    "constant-panel": {
+        "x": Meaning("λ|a|h, h the width of the panel", _PURE),
+        "near": Meaning("integral with the weight 1 at the high end", "widths", _X),
+        "both_down": Meaning("double integral, falling", "squared widths", _X),
+        "both_up": Meaning("double integral, rising", "squared widths", _X),
+    },
+    "panel-step": {
+        "sigma": Meaning("S/s at the panel's near end", "scaled length"),
+        "sigma_b": Meaning("S/s at the panel's far end", "scaled length", _X),
+        "w_b": Meaning("w at the panel's far end", "scaled time per scaled length", _X),
+        "near": Meaning("integral with the weight 1 at the high end", "scaled length"),
+        "far": Meaning("integral with the weight 1 at the low end", "scaled length"),
+        "both": Meaning("double integral over the panel", "scaled length squared"),
+        "end": Meaning("exp(-λ|V(b) - V(a)|)", _PURE),
+    },
+    "eq:osc3": {
+        "drift_z": Meaning("drift of z", "unscaled", _A),
+        "drift_y": Meaning("drift of y", "unscaled", _A),
+        "noise_z": Meaning("noise amplitude of z", "unscaled", _S),
+        "noise_y": Meaning("noise amplitude of y", "unscaled", _S),
+    },
+    "friction-well": {"omega": Meaning("a third of arccos((1 - z₀)/β)", "an angle", _A)},
+    "eq:forcePWC": {"alpha": Meaning("Coulomb friction force", "unscaled")},
+}
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A symbol of one formula: its name, its LaTeX, its meaning, and whether it stands left."""
+
+    name: str
+    latex: str
+    meaning: Meaning
+    left: bool
+
+
+@cache
+def symbols(label: str) -> tuple[Listed, ...]:
+    """The symbols of a formula, those of the left side first.
+
+    Raises
+    ------
+    KeyError
+        For a symbol that this module does not explain.
+    """
+    import sympy
+
+    from derivations.registry import build
+
+    derivation = build(label)
+    left = _symbols(derivation.left, arguments=False)
+    found = {**left, **_symbols((derivation.left, derivation.result))}
+    listed = []
+    for name in sorted(found, key=lambda name: (name not in left, name.lower(), name)):
+        meaning = LOCAL.get(label, {}).get(name) or MEANINGS.get(name)
+        if meaning is None:
+            raise KeyError(f"{label}: derivations/symbols.py does not explain {name!r}")
+        symbol = found[name]
+        tex = sympy.latex(symbol, symbol_names=derivation.names)
+        listed.append(Listed(name, tex, meaning, name in left))
+    return tuple(listed)
+
+
+def quantities(label: str) -> tuple[str, ...]:
+    """What a formula is about: the quantities of the symbols on its left side."""
+    from derivations.registry import build
+
+    about = {s.meaning.quantity for s in symbols(label) if s.left} - {""}
+    if build(label).left == 0:  # An equation for the zeros of the drift.
+        about = {_V}
+    if not about:
+        raise KeyError(f"{label}: no symbol on its left side belongs to a quantity")
+    return tuple(q for q in QUANTITIES if q in about)
+
+
+def _symbols(stated: Any, arguments: bool = True) -> dict[str, Any]:
+    """Symbols and undefined functions of anything a derivation may state.
+
+    Without `arguments`, V(u) gives V alone.
+    """
+    import sympy
+    from sympy.core.function import AppliedUndef
+
+    from symasym.derivation import Expansion
+    from symasym.derivation.results import parts
+
+    if stated is None:
+        return {}
+    if isinstance(stated, Expansion):
+        stated = (stated.leading, stated.gauge)
+    if isinstance(stated, (tuple, list)):
+        return {name: s for item in stated for name, s in _symbols(item, arguments).items()}
+    found: dict[str, Any] = {}
+    for expression in parts(stated):
+        functions = expression.atoms(AppliedUndef)
+        for applied in functions:
+            found[applied.func.__name__] = sympy.Symbol(applied.func.__name__)
+        if not arguments:
+            expression = expression.subs(dict.fromkeys(functions, 0))
+        for symbol in expression.free_symbols:
+            found[symbol.name] = symbol
+    return found

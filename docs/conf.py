@@ -1,0 +1,44 @@
+"""Sphinx's settings. `docs/build.py` stages the pages and runs Sphinx with them."""
+
+from importlib import metadata
+
+project = "symasym"
+author = "The symasym developers"
+release = version = metadata.version("symasym")
+project_copyright = author
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.mathjax",
+    "sphinx.ext.viewcode",
+]
+myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
+myst_heading_anchors = 4
+myst_update_mathjax = False
+exclude_patterns: list[str] = []
+# A single backtick in a docstring is a name or a value.
+default_role = "code"
+# V'' is a second derivative.
+smartquotes = False
+
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+viewcode_line_numbers = True
+
+html_theme = "furo"
+html_title = "symasym"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sourcelink = False
+# Pages opened from the file system must not ask for anything from elsewhere.
+html_theme_options = {"footer_icons": []}
+
+# From the npm package that docs/package.json names. SVG rather than fonts, which some browsers
+# refuse to load for pages opened from the file system.
+mathjax_path = "mathjax/startup.js"
+mathjax_config_path = "mathjax.js"

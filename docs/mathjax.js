@@ -1,0 +1,21 @@
+// Settings of MathJax; docs/website/mathjax.py places the parts that are loaded here.
+window.MathJax = {
+  loader: {
+    // Not the ready-made bundles: they start workers for speech, which a file may not. Hidden
+    // MathML serves screen readers instead.
+    load: ["core", "input/tex", "output/svg", "a11y/assistive-mml"],
+    paths: { fonts: "[mathjax]/fonts" },
+  },
+  // A formula that TeX does not take shows as an error; it must not pass as text.
+  tex: { packages: { "[-]": ["noerrors", "noundefined"] } },
+  output: { displayOverflow: "linebreak", linebreaks: { inline: true } },
+  // What Sphinx marks as mathematics, and nothing else.
+  options: { ignoreHtmlClass: ".*", processHtmlClass: "math" },
+  startup: {
+    ready() {
+      // Left by assistive-mml for a menu that is not loaded, and warned of.
+      delete MathJax.config.options.menuOptions;
+      MathJax.startup.defaultReady();
+    },
+  },
+};

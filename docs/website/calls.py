@@ -1,0 +1,128 @@
+"""The calls that evaluate formulas. They are run when the site is built, for their numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+# What the calls below start from.
+FRICTION = 'drift = sa.friction(mu=3, alpha=1, z0="-0.4")'
+NO_WELL = 'drift = sa.friction(mu=3, alpha=1, z0="-1")'
+SLIDING = "drift = sa.linear(a_minus=1, a_plus=-1)"
+NONE = ""
+_EMITTED = "from symasym.generated import numpy_formulas\n"
+CUBIC = 'drift = sa.polynomial(0, -1, 0, "-1/2")'
+
+_ESCAPE = (FRICTION, 'sa.escape_time(drift, "0.3", 10, dps=30, full=True)')
+_ESCAPES = (
+    FRICTION,
+    'sa.escape_time(drift, "0.1", 10, method="paper")',
+    'sa.escape_time(drift, "0.1", 10)',
+)
+_EXIT = (FRICTION, 'sa.exit_probability(drift, "0.3", 10, dps=30, full=True)')
+_OCCUPATION = (SLIDING, 'sa.occupation(drift, "0.3", dps=30, full=True)')
+_DENSITY = (
+    f"from mpmath import nstr\n{SLIDING}",
+    'nstr(sa.stationary_density(drift, "0.5", "0.2", dps=30), 30)',
+)
+_SCALES = (NONE, 'sa.rescale(eps="0.01", kappa="0.03", r="0.1")')
+_POTENTIAL = (FRICTION, "drift.potential()")
+_ENDS = (FRICTION, "drift.ends")
+_CRITICAL = (FRICTION, "drift.critical_points()")
+_REDUCE = (
+    NONE,
+    'sa.reduce(("1 - z - y + alpha", "y - 1"), ("1 - z - y - alpha", "y - 1"), '
+    '("1 - z - y - alpha*(s + mu*(s - s**3))", "y - 1"), ((1,), (0,)), ("y", "z"), '
+    'at={"z": "z0"})',
+)
+
+#: Label -> what to start from, then the calls.
+CALLS: dict[str, tuple[str, ...]] = {
+    "filippov": _REDUCE,
+    "eq:scaledSDEx": _REDUCE,
+    "noise-amplitude": _REDUCE,
+    "eq:reducedSDE": _REDUCE,
+    "eq:osc3": _REDUCE,
+    "eq:Ttilde": _ESCAPE,
+    "eq:Ttilde0": _ESCAPE,
+    "backward": _ESCAPE,
+    "positive-form": _ESCAPE,
+    "constant-drift": (
+        "drift = sa.linear(a_minus=1, a_plus=1)",
+        'sa.escape_time(drift, "0.5", 2, dps=30, full=True)',
+        'sa.exit_probability(drift, "0.5", 2, dps=30, full=True)',
+    ),
+    "eq:C": _EXIT,
+    "C-bound": (
+        FRICTION,
+        'sa.exit_probability(drift, "0.3", 10, method="paper", full=True)',
+        'sa.exit_probability(drift, "0.3", 10)',
+    ),
+    "eq:Ttildelarge": (
+        NO_WELL,
+        'sa.escape_time(drift, 1, 1000, method="paper")',
+        "sa.escape_time(drift, 1, 1000)",
+    ),
+    "eq:Ttildesmall": _ESCAPES,
+    "eq:S": _ESCAPES,
+    "eq:P": _OCCUPATION,
+    "eq:P2": _OCCUPATION,
+    "L-bound": (
+        SLIDING,
+        'sa.occupation(drift, 1, method="paper", full=True)',
+        "sa.occupation(drift, 1)",
+    ),
+    "eq:Plarge2": (
+        _EMITTED + SLIDING,
+        "numpy_formulas.strong_noise_occupation(10, a_minus=1, a_plus=-1)",
+        "sa.occupation(drift, 10)",
+    ),
+    "eq:Psmall2": (
+        _EMITTED + CUBIC,
+        "numpy_formulas.weak_noise_outside("
+        "0.2, a_minus=1.5, a_plus=-1.5, V1=0, V_well=-0.625, curvature=1)",
+        'sa.occupation(drift, "0.2", complement=True)',
+    ),
+    "eq:pss": _DENSITY,
+    "positive-density": _DENSITY,
+    "eq:phi": (FRICTION, "drift.phi()"),
+    "eq:phifric0": (NONE, "sa.friction().phi()"),
+    "eq:V": _POTENTIAL,
+    "eq:V2": _POTENTIAL,
+    "eq:Vfric": _POTENTIAL,
+    "regions": (FRICTION, "drift.region"),
+    "eq:forcePWC": (FRICTION, "drift.region"),
+    "eq:tildexykappa": _SCALES,
+    "eq:tilder": _SCALES,
+    "eq:TtildetoT": (*_SCALES, 'sa.rescale(eps="0.01", kappa="0.03", r="0.1").time'),
+    "cubic": _CRITICAL,
+    "fr1": _ENDS,
+    "fr2": _CRITICAL,
+    "folds": (FRICTION, "drift.folds()"),
+    "turning-points": (FRICTION, "drift.turning_points()"),
+    "beta": (FRICTION, "drift.beta()"),
+}
+
+
+def session(label: str) -> str:
+    """An interactive session of the calls of a label, with what they give; empty if it has none."""
+    if label not in CALLS:
+        return ""
+    import symasym as sa
+
+    names: dict[str, Any] = {"sa": sa}
+    start, *calls = CALLS[label]
+    lines = [">>> import symasym as sa"]
+    if start:
+        exec(start, names)
+        lines += [f">>> {line}" for line in start.splitlines()]
+    for call in calls:
+        value = eval(call, names)
+        lines.append(f">>> {call if _says_itself(value) else f'print({call})'}")
+        value = float(value) if isinstance(value, float) else value
+        lines.append(repr(value) if _says_itself(value) else str(value))
+    return "\n".join(lines)
+
+
+def _says_itself(value: Any) -> bool:
+    """Whether a value is shown as Python echoes it; long arithmetic is printed in full instead."""
+    return isinstance(value, (float, str, tuple, list))

@@ -1,0 +1,84 @@
+"""The pages of docs/ and those made for the site, side by side in one folder.
+
+What is written by hand stays plain Markdown that reads well in a repository: the
+order of the pages in the site is that of the links in docs/index.md, heading by
+heading, and a page that is not linked there yet comes after them.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+DOCS = Path(__file__).parent.parent
+ROOT = DOCS.parent
+# Where a link that leaves docs/ leads in the site.
+OUTSIDE = {"../CHANGELOG.md": "CHANGELOG.md"}
+NO_PAGES = ("*.py", "website", "__pycache__", "package.json", "mathjax.js")
+# Indexes of made pages, with what they are called beside the pages of docs/.
+MADE = {"Formulas": "formulas/index", "Reference": "api/index"}
+# What the front page says of them, before its first heading.
+IN_THE_SITE = """- [Formulas](formulas/index.md) by section of the paper, [by
+  quantity](formulas/quantities.md), and [as a graph](formulas/graph.md) of which rests on which
+- [API reference](api/index.rst)
+
+"""
+_LINK = re.compile(r"\]\(([\w./-]+\.md)(?:#[\w-]*)?\)")
+
+
+def stage(folder: Path, made: dict[str, str]) -> None:
+    """Fill `folder` with the sources of the site.
+
+    Parameters
+    ----------
+    folder : path
+        What it held before is replaced.
+    made : dict
+        File name -> text of the pages that are made, not written.
+    """
+    if folder.exists():
+        shutil.rmtree(folder)
+    shutil.copytree(DOCS, folder, ignore=shutil.ignore_patterns(*NO_PAGES))
+    shutil.copy(ROOT / "CHANGELOG.md", folder)
+    for name, text in made.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    for page in folder.glob("*.md"):
+        page.write_text(_inward(page.read_text("utf-8")), encoding="utf-8")
+    index = folder / "index.md"
+    pages = {str(path.relative_to(folder)) for path in folder.glob("*.md")} - {"index.md"}
+    index.write_text(with_toctrees(index.read_text("utf-8"), pages), encoding="utf-8")
+
+
+def _inward(text: str) -> str:
+    for outside, inside in OUTSIDE.items():
+        text = text.replace(f"]({outside}", f"]({inside}")
+    return text
+
+
+def with_toctrees(index: str, pages: set[str]) -> str:
+    """`index` with a hidden toctree for the pages that each of its headings links, in order."""
+    caption, listed = "", {"": list[str]()}
+    prose = re.sub(r"```.*?```", "", index, flags=re.DOTALL)
+    for line in prose.splitlines():
+        if line.startswith("#"):
+            caption = line.lstrip("# ") if line.startswith("##") else ""
+            listed.setdefault(caption, [])
+            continue
+        for name in _LINK.findall(line):
+            if name in pages and not any(name in names for names in listed.values()):
+                listed[caption].append(name)
+    left = sorted(pages - {name for names in listed.values() for name in names})
+    listed.setdefault("More", []).extend(left)
+    for heading, name in MADE.items():
+        listed.setdefault(heading, []).insert(0, f"{name}.md")
+    index = index.replace("\n## ", f"\n{IN_THE_SITE}## ", 1)
+    return index + "".join(_toctree(caption, names) for caption, names in listed.items() if names)
+
+
+def _toctree(caption: str, names: list[str]) -> str:
+    head = [":hidden:"] + ([f":caption: {caption}"] if caption else [])
+    body = [name.removesuffix(".md") for name in names]
+    return "\n".join(["\n```{toctree}", *head, "", *body, "```\n"])

@@ -1,0 +1,241 @@
+"""The site: what is made for it, and, where Chromium is installed, every page as a reader sees it.
+
+The slow tests build the site, or take the one whose folder is in SYMASYM_SITE.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+from derivations.registry import entries
+from derivations.report import plain
+from derivations.symbols import MEANINGS, QUANTITIES, quantities, symbols
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "docs"))
+from website import api, calls, graph, stage  # noqa: E402
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+# No connection is tried: neither the browser's own nor a page's.
+FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+]
+_LOCAL = ("file:", "data:", "blob:")
+WIDE, PHONE = (1280, 900), (390, 844)
+
+
+# What is made.
+
+
+def test_every_symbol_of_every_formula_is_explained() -> None:
+    used = {s.name for label in entries() for s in symbols(label)}
+    assert not set(MEANINGS) - used
+    assert {q for label in entries() for q in quantities(label)} == set(QUANTITIES)
+
+
+def test_every_call_is_of_a_formula() -> None:
+    assert set(calls.CALLS) <= set(entries())
+    assert calls.session("folds").endswith("z0=(-0.7777777777777777, 2.7777777777777777))")
+
+
+def test_arrows_of_the_graph_lead_to_the_right() -> None:
+    rests = {label: list(entry.rests_on) for label, entry in _ordered().items()}
+    at = graph.positions(rests)
+    arrows = [(b, node) for node, below in rests.items() for b in below]
+    assert all(at[b][0] + graph.WIDTH < at[node][0] for b, node in arrows)
+    assert len(set(at.values())) == len(at)
+    assert graph.svg(rests).count("<path") == len(arrows) > 60
+
+
+def _ordered() -> dict:
+    from derivations.registry import closure
+
+    return {label: entries()[label] for label in closure(entries())}
+
+
+def test_pages_take_the_place_of_their_link_and_new_ones_are_not_lost() -> None:
+    index = "# S\n\n- [B](b.md)\n- [A](a.md#x)\n\n## Guides\n\n- [C](c.md), [B](b.md)\n"
+    found = stage.with_toctrees(index, {"a.md", "b.md", "c.md", "new.md"})
+    trees = re.findall(r"```\{toctree\}\n(.*?)```", found, re.DOTALL)
+    listed = [re.sub(r":hidden:|:caption:", "", tree).split() for tree in trees]
+    assert listed[:3] == [["b", "a"], ["Guides", "c"], ["More", "new"]]
+
+
+def test_plain_text_stays_plain() -> None:
+    assert plain("a|b <= [c]* $x_1$") == r"a\|b \<= \[c\]\* \$x\_1\$"
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    import symasym as sa
+
+    text = "\n".join(api.pages().values())
+    assert all(re.search(rf":: {name}$", text, re.MULTILINE) for name in sa.__all__)
+
+
+# The site as it is built.
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory) -> Path:
+    if given := os.environ.get("SYMASYM_SITE"):
+        return Path(given)
+    for module in ("sphinx", "furo", "myst_parser"):
+        if importlib.util.find_spec(module) is None:
+            pytest.skip(f"{module} is not installed (extra docs)")
+    if shutil.which("npm") is None:
+        pytest.skip("npm, by which MathJax comes, is not installed")
+    out = tmp_path_factory.mktemp("build")
+    command = [sys.executable, str(ROOT / "docs" / "build.py"), "-W", "--out", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=900)
+    assert done.returncode == 0, done.stderr
+    return out / "site"
+
+
+class _Page(HTMLParser):
+    """Targets, anchors and formulas of a page."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.targets: list[str] = []
+        self.anchors: set[str] = set()
+        self.formulas = 0
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        found = dict(attrs)
+        self.anchors.add(found.get("id") or "")
+        self.formulas += "math" in (found.get("class") or "").split()
+        for name in ("href", "src"):
+            if found.get(name):
+                self.targets.append(str(found[name]))
+
+
+def _pages(site: Path) -> dict[Path, _Page]:
+    found = {}
+    for path in sorted(site.rglob("*.html")):
+        if "_static" not in path.relative_to(site).parts:
+            found[path] = _Page(path.read_text("utf-8"))
+    return found
+
+
+@pytest.mark.slow
+def test_no_link_is_broken_and_nothing_comes_from_elsewhere(site: Path) -> None:
+    pages, broken, followed = _pages(site), [], 0
+    for path, page in pages.items():
+        for target in page.targets:
+            parts = urlsplit(target)
+            if parts.scheme == "data" or parts.scheme == "mailto":
+                continue
+            if parts.scheme:
+                # A link may lead out; what a page loads may not (checked in the browser).
+                continue
+            goal = (path.parent / unquote(parts.path)).resolve() if parts.path else path
+            followed += 1
+            if not goal.is_file() or (
+                parts.fragment and goal in pages and parts.fragment not in pages[goal].anchors
+            ):
+                broken.append(f"{path.relative_to(site)}: {target}")
+    assert not broken
+    assert followed > 1000
+    assert {f"formulas/{label.replace(':', '-')}.html" for label in entries()} <= {
+        str(path.relative_to(site)) for path in pages
+    }
+
+
+@pytest.fixture(scope="module")
+def browser():
+    playwright = pytest.importorskip(
+        "playwright.sync_api", reason="playwright is not installed (extra docs)"
+    )
+    if CHROMIUM is None:
+        pytest.skip("chromium is not installed")
+    with playwright.sync_playwright() as running:
+        started = running.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield started
+        started.close()
+
+
+# The formulas that were drawn, those that were not, and how wide the page is.
+_LOOK = """async () => {
+  if (window.MathJax) await MathJax.startup.promise;
+  const wrong = [...document.querySelectorAll('[data-mjx-error], [data-mml-node="merror"]')];
+  const drawn = [...document.querySelectorAll('mjx-container')];
+  return {
+    drawn: drawn.filter((c) => c.getBoundingClientRect().width > 0).length,
+    hidden: drawn.filter((c) => c.closest('details:not([open])')).length,
+    wrong: wrong.map((e) => e.closest('mjx-container').textContent.slice(0, 80)),
+    width: document.documentElement.scrollWidth,
+  };
+}"""
+
+
+def _look(tab, path: Path) -> tuple[dict, list[str]]:
+    """What is on a page, and whatever its console says or its requests do wrong."""
+    said: list[str] = []
+    ears = {
+        "console": lambda m: said.append(m.text) if m.type in ("error", "warning") else None,
+        "pageerror": lambda error: said.append(str(error)),
+        "requestfailed": lambda request: said.append(f"failed: {request.url}"),
+        "request": lambda q: None if q.url.startswith(_LOCAL) else said.append(f"asks {q.url}"),
+    }
+    for event, heard in ears.items():
+        tab.on(event, heard)
+    tab.goto(path.as_uri())
+    found = tab.evaluate(_LOOK)
+    for event, heard in ears.items():
+        tab.remove_listener(event, heard)
+    return found, said
+
+
+@pytest.mark.slow
+def test_every_page_loads_and_every_formula_is_drawn(site: Path, browser) -> None:
+    problems, drawn = [], 0
+    tab = browser.new_page()
+    for path, page in _pages(site).items():
+        tab.set_viewport_size({"width": PHONE[0], "height": PHONE[1]})
+        found, said = _look(tab, path)
+        drawn += found["drawn"]
+        name = path.relative_to(site)
+        problems += [f"{name}: {line}" for line in said]
+        problems += [f"{name}: not TeX: {line}" for line in found["wrong"]]
+        if found["drawn"] + found["hidden"] != page.formulas:
+            problems.append(f"{name}: {found} of {page.formulas} formulas")
+        widths = {PHONE[0]: found["width"]}
+        tab.set_viewport_size({"width": WIDE[0], "height": WIDE[1]})
+        widths[WIDE[0]] = tab.evaluate("document.documentElement.scrollWidth")
+        problems += [f"{name}: {w} pixels wide in {size}" for size, w in widths.items() if w > size]
+    tab.close()
+    assert not problems
+    assert drawn > 500
+
+
+@pytest.mark.slow
+def test_bad_tex_and_a_missing_script_are_noticed(site: Path, browser) -> None:
+    good = site / "formulas" / "eq-Ttilde.html"
+    bad = good.with_name("bad-on-purpose.html")
+    text = good.read_text("utf-8").replace(r"\[", r"\[ \nosuchmacro ", 1)
+    bad.write_text(text.replace("</head>", '<script src="absent.js"></script></head>'), "utf-8")
+    tab = browser.new_page()
+    try:
+        found, said = _look(tab, bad)
+    finally:
+        bad.unlink()
+        tab.close()
+    assert found["wrong"]
+    assert any("absent.js" in line for line in said)
