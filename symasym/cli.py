@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from symasym import derive_command
+from symasym import derive_command, verify_command
 from symasym.errors import InputError, SymasymError
 
 if TYPE_CHECKING:
@@ -34,8 +34,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0, or 1 for a derivation that fails, 2 after an error that is told in one sentence, 130
-        after an interrupt.
+        0, or 1 for a derivation or check that fails, 2 after an error that is told in one
+        sentence, 130 after an interrupt.
     """
     if argv is None:
         argv = sys.argv[1:]
@@ -105,6 +105,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_reproduce(commands)
     _add_value(commands)
     derive_command.add_parsers(commands)
+    verify_command.add_parser(commands)
     return parser
 
 
