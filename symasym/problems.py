@@ -182,6 +182,8 @@ PROBLEMS: list[Problem] = [
     _scene("friction", "friction, up, well, weak", _friction(), "0.1", "10"),
     _scene("friction k=0.3", "friction, up, well, moderate, witness", _friction(), "0.3", "10"),
     _scene("friction k=1", "friction, up, well, moderate, witness", _friction(), "1", "10"),
+    _scene("friction k=10", "friction, up, well, strong", _friction(), "10", "10"),
+    _scene("friction k=1e-4", "friction, up, well, stiff", _friction(), "1e-4", "10"),
     _scene("friction r=3", "friction, up, well, moderate, witness, start", _friction(),
            "0.5", "3", "-7/10"),
     _scene("friction past the fold", "friction, up, moderate, witness", _friction(z0="-1"),

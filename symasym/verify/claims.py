@@ -16,16 +16,16 @@ from symasym.verify.references import Reference, reference
 
 _PAPER = {"T": "eq:Ttildesmall", "C": "C-bound", "1-C": "C-bound"}
 _QUICK: dict[str, list[dict[str, Any]]] = {
-    "laplace": [{"order": n} for n in (0, 2, 5)],
-    "strong_noise": [{"order": n} for n in (0, 2, 8)],
+    "laplace": [{"order": n} for n in (0, 3)],
+    "strong_noise": [{"order": n} for n in (0, 4)],
     "bound": [{}],
     "paper": [{}],
-    "auto": [{"rtol": "1e-3"}, {"rtol": "1e-8"}],
+    "auto": [{"rtol": "1e-3"}],
 }
 _FULL: dict[str, list[dict[str, Any]]] = _QUICK | {
-    "laplace": [{"order": n} for n in (0, 1, 2, 3, 5, 8, "optimal")],
-    "strong_noise": [{"order": n} for n in (0, 1, 2, 4, 8, 20)],
-    "auto": [{"rtol": f"1e-{n}"} for n in (1, 3, 6, 11, 20)],
+    "laplace": [{"order": n} for n in (0, 1, 2, 5, "optimal")],
+    "strong_noise": [{"order": n} for n in (0, 1, 2, 8, 20)],
+    "auto": [{"rtol": f"1e-{n}"} for n in (1, 6, 20)],
 }
 _HAVE = {"T": {"laplace", "strong_noise", "paper", "auto"}}
 _HAVE["P"] = _HAVE["1-P"] = _HAVE["T"]
@@ -42,11 +42,13 @@ def honesty(problem: Problem, full: bool) -> Iterator[Finding]:
             known = reference(problem, quantity)
         except sa.SymasymError:
             continue  # `accuracy` says what that means
-        for method, settings in (_FULL if full else _QUICK).items():
+        # Drifts that are no polynomials cost ten times as much.
+        every = full and problem.make().exact_coefficients() is not None
+        for method, settings in (_FULL if every else _QUICK).items():
             if method not in _HAVE[quantity]:
                 continue
             for setting in settings:
-                yield from _claimed(problem, quantity, method, setting, known, full)
+                yield from _claimed(problem, quantity, method, setting, known, every)
 
 
 def _claimed(
@@ -60,9 +62,9 @@ def _claimed(
     formula = _paper_label(problem, quantity) if method == "paper" else LABELS[quantity]
     shown = "".join(f", {name} {value}" for name, value in setting.items())
     ask = problem.questions()[quantity]
-    ways: list[dict[str, Any]] = [{"dps": 25}, {"log": True}]
+    ways: list[dict[str, Any]] = [{"dps": 25}]
     if full:
-        ways += [{"dps": 25, "log": True}, {}]
+        ways += [{"log": True}, {"dps": 25, "log": True}, {}]
     for way in ways:
         told = "".join(f", {name}" for name in way if name == "log")
         where = f"{problem.name}, {quantity}{shown}{told}"

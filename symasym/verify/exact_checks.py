@@ -23,8 +23,11 @@ _DPS = 30
 
 def quadrature(problem: Problem, full: bool) -> Iterator[Finding]:
     """Every engine against plain quadrature of the printed integrals."""
-    dps = 20 if full else 12
-    for quantity, ask in problem.engine_questions(witness).items():
+    dps = 20 if full else 10
+    asked = problem.engine_questions(witness)
+    if not full:
+        asked = {name: asked[name] for name in ("T", "1-P" if problem.slides else "C")}
+    for quantity, ask in asked.items():
         where = f"{problem.name}, {quantity}"
         try:
             wanted = ask(dps)
@@ -50,7 +53,15 @@ def quadrature(problem: Problem, full: bool) -> Iterator[Finding]:
 
 def accuracy(problem: Problem, full: bool) -> Iterator[Finding]:
     """Digits, float64 and the errors they claim, against the reference."""
-    for quantity, ask in problem.questions().items():
+    try:
+        asked = problem.questions()
+    except sa.SymasymError as error:
+        # A drift that is refused when it is made.
+        yield _refusal(problem, "T", "digits", "accuracy", problem.name, error)
+        return
+    for quantity, ask in asked.items():
+        if not full and quantity in ("1-C", "P", "p(-5/2)"):
+            continue
         where = f"{problem.name}, {quantity}"
         try:
             known = reference(problem, quantity)

@@ -12,7 +12,7 @@ from symasym.verify.findings import LABELS, Finding, failed
 
 #: How much an observed order may fall short of the stated one.
 SLACK = 0.25
-_DPS = 40
+_DPS = 50
 
 
 class Family(NamedTuple):
@@ -32,7 +32,7 @@ def _friction(z0: str) -> Callable[[], sa.Drift]:
 
 
 # Far enough into the limit that the next term rules the error, and a factor 2 apart.
-_WEAK, _MILD, _STRONG = ("1/80", "1/160"), ("1/20", "1/40"), ("40", "80")
+_WEAK, _MILD, _STRONG = ("1/320", "1/640"), ("1/20", "1/40"), ("40", "80")
 _ALL, _ESCAPE = ("T", "C", "1-C", "P", "1-P"), ("T", "C", "1-C")
 
 FAMILIES = (

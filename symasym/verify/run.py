@@ -43,7 +43,8 @@ class Verification:
     @property
     def findings(self) -> list[Finding]:
         """Every finding, in an order that does not depend on the processes."""
-        return sorted(f for done in self.done for f in done.findings)
+        found = (f for done in self.done for f in done.findings)
+        return sorted(found, key=lambda f: (f.formula, f.evaluator, f.check, f.where, f.detail))
 
     @property
     def failures(self) -> list[Finding]:
