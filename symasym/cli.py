@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from symasym import derive_command, verify_command
+from symasym import derive_command, report_command, verify_command
 from symasym.errors import InputError, SymasymError
 
 if TYPE_CHECKING:
@@ -106,6 +106,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_value(commands)
     derive_command.add_parsers(commands)
     verify_command.add_parser(commands)
+    report_command.add_parser(commands)
     return parser
 
 

@@ -150,6 +150,18 @@ def arb_escape_time(c: Polynomial, kappa: Fraction, r: int, dps: int, tuned: boo
         flint.ctx.dps = before
 
 
+def arb_log_escape_time(c: Polynomial, kappa: Fraction, r: int, dps: int) -> Any:
+    """The logarithm of the tuned form, at the same precision."""
+    import flint
+
+    before = flint.ctx.dps
+    flint.ctx.dps = dps + 10
+    try:
+        return _arb_escape_time(flint, c, kappa, r, dps, True).log()
+    finally:
+        flint.ctx.dps = before
+
+
 def _arb_escape_time(
     flint: Any, c: Polynomial, kappa: Fraction, r: int, dps: int, tuned: bool
 ) -> Any:

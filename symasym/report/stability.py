@@ -1,0 +1,155 @@
+"""Digits claimed and digits true over the extreme scenes, method by method."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from symasym import progress
+from symasym.files import versions, write_bytes, write_json
+from symasym.problems import PROBLEMS, Problem
+from symasym.report.measure import Point, known, point
+from symasym.report.methods import Run, missing, others, ours
+from symasym.report.pages import lies, table
+from symasym.report.timing import load, machine
+
+#: What is asked of ours: (method, setting).
+_OURS = (
+    ("exact", "float64"),
+    ("exact, arrays", "float64"),
+    ("exact", "35 digits"),
+    ("exact, proved", "15 digits"),
+    ("laplace", "order 2"),
+    ("strong_noise", "order 2"),
+    ("paper", "leading order"),
+    ("auto", "rtol 1e-6"),
+)
+_LIMITS = {True: 5.0, False: 60.0}
+#: No more digits than these are told apart.
+MOST = 40.0
+
+
+@dataclass
+class Cell:
+    """A method on a scene: digits of log T (of T where log T is below 1)."""
+
+    scene: str
+    method: str
+    setting: str
+    ours: bool
+    claimed: float | None
+    true: float | None
+    kind: str
+    reason: str
+
+    @property
+    def wrong(self) -> bool:
+        """Whether more digits are claimed than are right."""
+        if self.claimed is None or self.true is None:
+            return False
+        return self.true < min(self.claimed, MOST) - 1e-6
+
+
+def scenes(quick: bool) -> list[Problem]:
+    """The extreme scenes; those beside folds and kinks as well unless it must be quick."""
+    tags = {"extreme"} if quick else {"extreme", "stiff", "fold", "kink", "start at the edge"}
+    return [p for p in PROBLEMS if p.tags & tags and not p.tags & {"refused", "slow"}]
+
+
+def cells(quick: bool) -> tuple[list[Cell], list[Point]]:
+    """Every method on every scene, and the points behind the cells."""
+    found, points = [], []
+    asked = scenes(quick)
+    with progress.stage("stability", len(asked)) as step:
+        for problem in asked:
+            truth = known(problem)
+            size = max(1.0, abs(float(truth.log)))
+            for run in _runs(problem, quick):
+                p = point(problem.name, run, truth, _LIMITS[quick], once=True)
+                points.append(p)
+                found.append(
+                    Cell(
+                        p.scene, p.method, p.setting, p.ours, _digits(p.claimed, size),
+                        MOST if p.below_reference else _digits(p.error, size), p.kind, p.reason,
+                    )
+                )  # fmt: skip
+            step()
+    return found, points
+
+
+def _runs(problem: Problem, quick: bool) -> list[Run]:
+    own = {(run.method, run.setting): run for run in ours(problem, False)}
+    return [*(own[key] for key in _OURS if key in own), *others(problem, True)]
+
+
+def _digits(error: float | None, size: float) -> float | None:
+    if error is None:
+        return None
+    return min(MOST, -math.log10(max(error / size, 1e-300)))
+
+
+def report(folder: str | Path, quick: bool = False) -> tuple[list[Point], list[Path]]:
+    """Write the cells (JSON), the heat maps (PNG, SVG) and the page.
+
+    Returns
+    -------
+    wrong : list of Point
+        Points of ours that claim more than is true.
+    paths : list of Path
+        The files.
+    """
+    from symasym.figures import encode
+    from symasym.report.diagrams import heat_maps
+
+    before = load()
+    found, points = cells(quick)
+    where = f"{machine()} Load average {before} before, {load()} after."
+    command = "symasym report --stability" + (" --quick" if quick else "")
+    out = Path(folder)
+    figure = heat_maps(found)
+    files = {f"stability.{kind}": encode(figure, kind) for kind in ("png", "svg")}
+    files["stability.md"] = _page(found, where, command).encode()
+    for name, content in files.items():
+        write_bytes(out / name, content)
+    record: dict[str, Any] = {
+        "command": command,
+        "machine": where,
+        "versions": versions("numpy", "mpmath", "gmpy2", "python-flint", "scipy"),
+        "cells": [asdict(cell) for cell in found],
+    }
+    write_json(out / "stability.json", record)
+    own = [p for p in lies(points) if p.ours]
+    return own, [*(out / name for name in files), out / "stability.json"]
+
+
+def _page(found: list[Cell], where: str, command: str) -> str:
+    rows = []
+    for method, setting in dict.fromkeys((c.method, c.setting) for c in found):
+        own = [c for c in found if (c.method, c.setting) == (method, setting)]
+        values = [c for c in own if c.true is not None]
+        wrong = [c.scene for c in own if c.wrong]
+        least = min((c.true for c in values if c.true is not None), default=None)
+        cell = "–" if least is None else f"{max(least, 0.0):.1f}"
+        row = [method, setting, str(len(values)), str(len(own) - len(values)), cell]
+        rows.append([*row, str(len(wrong)), ", ".join(wrong)])
+    gone = ", ".join(missing())
+    ours_wrong = sum(c.wrong for c in found if c.ours)
+    head = ["method", "setting", "values", "none", "fewest right digits", "claimed > true", "where"]
+    return (
+        "\n\n".join(
+            [
+                "# Numerical stability",
+                f"Made by `{command}`, and nothing in it is typed by hand. {where}",
+                f"Not installed, and left out: {gone}." if gone else "Every peer was installed.",
+                "Digits claimed and digits true of log T (of T where log T is below 1), over the "
+                "extreme scenes of the table of problems. A quadrature claims the digits that it was "
+                "asked for. References are proved, or two precisions of 120 and 160 digits agree.",
+                f"Cells of ours that claim more than is true: {ours_wrong}.",
+                "![digits claimed and true](stability.svg)",
+                table(head, rows),
+            ]
+        )
+        + "\n"
+    )
