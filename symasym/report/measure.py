@@ -59,8 +59,8 @@ def known(problem: Problem) -> Known:
     dps = _DPS
     if provable(problem) or ("weak" in problem.tags and "extreme" not in problem.tags):
         try:
-            numbers = (Fraction(x) for x in (problem.kappa, problem.r, problem.start))
-            enclosure = ball.escape_time(problem.make(), *numbers, dps, log=True)
+            kappa, r, start = (Fraction(x) for x in (problem.kappa, problem.r, problem.start))
+            enclosure = ball.escape_time(problem.make(), kappa, r, start, dps, log=True)
             value, radius = ball.to_mpf(enclosure, dps + 10)
             return Known(value, radius, True)
         except (sa.AccuracyError, ImportError):

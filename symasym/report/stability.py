@@ -143,8 +143,8 @@ def _page(found: list[Cell], where: str, command: str) -> str:
                 "# Numerical stability",
                 f"Made by `{command}`, and nothing in it is typed by hand. {where}",
                 f"Not installed, and left out: {gone}." if gone else "Every peer was installed.",
-                "Digits claimed and digits true of log T (of T where log T is below 1), over the "
-                "extreme scenes of the table of problems. A quadrature claims the digits that it was "
+                "Digits claimed and digits true of log T (of T where log T is below 1), over "
+                "the extreme scenes of the table of problems. A quadrature claims the digits it was "
                 "asked for. References are proved, or two precisions of 120 and 160 digits agree.",
                 f"Cells of ours that claim more than is true: {ours_wrong}.",
                 "![digits claimed and true](stability.svg)",
