@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from symasym.figures import _style as style
 from symasym.report.growth import Grown
 from symasym.report.measure import Point
-from symasym.report.stability import MOST, Cell
+from symasym.report.stability import MOST, Cell, columns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -118,7 +118,7 @@ def heat_maps(cells: list[Cell]) -> Figure:
     from matplotlib.figure import Figure
 
     scenes = list(dict.fromkeys(c.scene for c in cells))
-    methods = list(dict.fromkeys((c.method, c.setting) for c in cells))
+    methods = columns(cells)
     by_key = {(c.scene, c.method, c.setting): c for c in cells}
     with style():
         figure = Figure(figsize=(2.2 + 0.82 * len(methods), 1.5 + 0.24 * len(scenes)))

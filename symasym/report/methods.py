@@ -161,7 +161,8 @@ def others(problem: Problem, quick: bool) -> Iterator[Run]:
 def _log(value: Any, dps: int) -> Any:
     from mpmath import log, workdps
 
-    with workdps(dps + 5):
+    # log T may have twenty digits before the point.
+    with workdps(dps + 30):
         return log(value)
 
 

@@ -350,7 +350,7 @@ def pari_program(c: Polynomial, kappa: Fraction, r: Fraction, dps: int) -> str:
         "C = after/(before + after);",
         f"T = (1 - C)*(intnum(v = 0, 1, f1(v)) + intnum(v = 1, {high_end}, f2(v)));",
         f"if (C > 10.^-{dps}, T -= C*(intnum(v = {low}, -1, f0(v)) + intnum(v = -1, 0, f1(v))));",
-        "print(log(lam) + lam*climb + log(T));",
+        "print(log(T));",
     ]
     return "\n".join(lines) + "\n"
 
@@ -374,8 +374,12 @@ def pari_log_escape_time(
         check=True,
     )
     spent = time.perf_counter() - start
-    with mp.workdps(dps + 5):
-        return spent, mpf(done.stdout.split()[-1].replace(" E", "e"))
+    # The largest exponent was taken out of T, and has no part in gp's digits.
+    with mp.workdps(dps + 30):
+        lam, climb = 2 / kappa**2, Fraction(_climb(c, float(r)))
+        rise = mpf((lam * climb).numerator) / (lam * climb).denominator
+        rest = mpf("".join(done.stdout.split()).replace("E", "e"))
+        return spent, rest + rise + mp.log(mpf(lam.numerator) / lam.denominator)
 
 
 def _polynomial_potentials(c: Polynomial) -> list[Polynomial]:

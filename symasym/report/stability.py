@@ -84,6 +84,17 @@ def _runs(problem: Problem, quick: bool) -> list[Run]:
     return [*(own[key] for key in _OURS if key in own), *others(problem, True)]
 
 
+def columns(found: list[Cell]) -> list[tuple[str, str]]:
+    """The methods with their settings, ours first."""
+    first = sorted(found, key=lambda c: (not c.ours, _place(c)))
+    return list(dict.fromkeys((c.method, c.setting) for c in first))
+
+
+def _place(cell: Cell) -> int:
+    key = (cell.method, cell.setting)
+    return _OURS.index(key) if key in _OURS else len(_OURS)
+
+
 def _digits(error: float | None, size: float) -> float | None:
     if error is None:
         return None
@@ -126,7 +137,7 @@ def report(folder: str | Path, quick: bool = False) -> tuple[list[Point], list[P
 
 def _page(found: list[Cell], where: str, command: str) -> str:
     rows = []
-    for method, setting in dict.fromkeys((c.method, c.setting) for c in found):
+    for method, setting in columns(found):
         own = [c for c in found if (c.method, c.setting) == (method, setting)]
         values = [c for c in own if c.true is not None]
         wrong = [c.scene for c in own if c.wrong]
@@ -144,8 +155,9 @@ def _page(found: list[Cell], where: str, command: str) -> str:
                 f"Made by `{command}`, and nothing in it is typed by hand. {where}",
                 f"Not installed, and left out: {gone}." if gone else "Every peer was installed.",
                 "Digits claimed and digits true of log T (of T where log T is below 1), over "
-                "the extreme scenes of the table of problems. A quadrature claims the digits it was "
-                "asked for. References are proved, or two precisions of 120 and 160 digits agree.",
+                "the extreme scenes of the table of problems. A quadrature claims the digits it "
+                "was asked for. References are proved, or two precisions of 120 and 160 digits "
+                "agree.",
                 f"Cells of ours that claim more than is true: {ours_wrong}.",
                 "![digits claimed and true](stability.svg)",
                 table(head, rows),
