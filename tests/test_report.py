@@ -105,7 +105,7 @@ def test_a_peer_that_is_not_installed_is_left_out(monkeypatch: pytest.MonkeyPatc
 
 def test_pari_is_asked_through_gp(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     program = tmp_path / "gp"
-    program.write_text("#!/bin/sh\ncat > /dev/null\necho "3.4224224764058850934 E-1"\n")
+    program.write_text("#!/bin/sh\ncat > /dev/null\necho 3.4224224764058850934 E-1\n")
     program.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
     assert "PARI" not in methods.missing()
