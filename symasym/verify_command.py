@@ -15,7 +15,7 @@ def add_parser(subparsers: Any) -> None:
         allow_abbrev=False,
     )
     parser.add_argument(
-        "--level", default="quick", metavar="NAME", help="quick (a minute) or full (20)"
+        "--level", default="quick", metavar="NAME", help="quick or full (quick)"
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of random scenes (1)")
     parser.add_argument("--workers", type=int, metavar="N", help="processes (one a processor)")
