@@ -14,9 +14,7 @@ def add_parser(subparsers: Any) -> None:
         description="Check every formula and evaluator against quadrature, balls and identities.",
         allow_abbrev=False,
     )
-    parser.add_argument(
-        "--level", default="quick", metavar="NAME", help="quick or full (quick)"
-    )
+    parser.add_argument("--level", default="quick", metavar="NAME", help="quick or full (quick)")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of random scenes (1)")
     parser.add_argument("--workers", type=int, metavar="N", help="processes (one a processor)")
     parser.add_argument("-o", "--out", metavar="FILE", help="write the record there, as JSON")

@@ -101,11 +101,13 @@ def growth(found: list[Grown]) -> Figure:
                 part = [g for g in own if g.method == name]
                 axes.plot([g.at for g in part], [g.seconds for g in part], marker=mark,
                           markersize=4, label=name)  # fmt: skip
-            low, high = axes.get_ylim()
-            # Room for the names, above the curves.
             axes.set(xscale="log", yscale="log", xlabel=labels[axis], ylabel="seconds")
-            low, high = axes.get_ylim()
-            axes.set_ylim(low, high * (high / low) ** 0.45)
+            low, high = (math.log10(y) for y in axes.get_ylim())
+            # Whole decades, and room for the names above the curves.
+            axes.set_ylim(10 ** math.floor(low), 10 ** math.ceil(high + 0.45 * (high - low)))
+            if axis == "digits":
+                counts = sorted({g.at for g in own})
+                axes.set_xticks(counts, [f"{x:g}" for x in counts])
             axes.legend(loc="upper left", fontsize=8)
             axes.minorticks_off()
             axes.grid(True, color="0.92", linewidth=0.6)

@@ -8,7 +8,7 @@ from itertools import groupby
 from symasym.report.growth import Grown, exponent
 from symasym.report.measure import Point
 
-THRESHOLDS = {"1e-2": 1e-2, "1e-6": 1e-6, "1e-12": 1e-12, "50 digits": 1e-50}
+THRESHOLDS = {"1e-2": 1e-2, "1e-6": 1e-6, "1e-12": 1e-12, "1e-50": 1e-50}
 
 
 def cheapest(points: Iterable[Point], allowed: float, ours: bool) -> Point | None:
@@ -57,7 +57,10 @@ def _cell(best: Point) -> str:
 def refusals(points: list[Point]) -> str:
     """What gave no value, and why."""
     rows = [
-        [p.scene, p.method, p.setting, p.reason.replace("|", "\\|")] for p in points if p.reason
+        # What to do about it is of no use here.
+        [p.scene, p.method, p.setting, p.reason.split(";")[0].replace("|", "\\|")]
+        for p in points
+        if p.reason
     ]
     return table(["scene", "method", "setting", "why there is no value"], rows) if rows else ""
 
@@ -125,8 +128,8 @@ def page(
         "the line below it the fastest peer.",
         when(points),
         "![error against time](work-precision.svg)",
-        "A full mark claims an error, a hollow one claims none; a mark with a bar before it is "
-        "below what the reference can tell.",
+        "A full mark claims an error, a hollow one claims none; a mark with a caret on its left "
+        "has an error below what the reference, or the axis, can tell.",
         "## Honesty",
         f"Claimed error below the true one: {len(ours)} of our points"
         + (f"; of the peers' {len(others)}: {told}." if others else "; of the peers' none."),
