@@ -72,8 +72,8 @@ def tasks(level: str, seed: int) -> list[Task]:
 
 _LONG = {"slow", "may refuse", "narrow"}
 # Differences and exponents take digits without end there.
-# Plain quadrature of what the orders of `laplace` test as well.
-_DEAR = {"well"}
+# Families that take seconds each, of what quick tests on others too.
+_DEAR = {"well", "behind the barrier", "tanh sliding"}
 _POLYNOMIAL = {"friction", "linear", "polynomial"}
 _STIFF = {"stiff", "extreme", "narrow", "refused", "slow", "may refuse"}
 
@@ -86,7 +86,8 @@ def _applies(check: str, problem: Problem, full: bool) -> bool:
         return not tags & _STIFF and (full or "moderate" in tags)
     if not full and tags & {"extreme"}:
         return False
-    if check == "honesty" and not full and (not tags & _POLYNOMIAL or tags & {"fold", "kink"}):
+    dear = check in ("honesty", "arrays", "equations") and not tags & _POLYNOMIAL
+    if not full and (dear or (check == "honesty" and tags & {"fold", "kink"})):
         return False
     if check in ("arrays", "honesty"):
         return not tags & (_STIFF if not full else {"refused", "may refuse", "slow"})
