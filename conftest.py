@@ -5,6 +5,7 @@ import doctest
 import io
 import shlex
 import tempfile
+from pathlib import Path
 
 from hypothesis import settings
 from sybil import Example, Sybil
@@ -17,6 +18,13 @@ settings.register_profile("symasym", deadline=None)
 settings.load_profile("symasym")
 
 _OPTIONS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+
+
+def keep_file(example: Example) -> None:
+    """Keep a block of TOML, named in its first line, for the commands of the page."""
+    name = example.parsed.partition("\n")[0].removeprefix("# ").strip()
+    assert name.endswith(".toml"), f"the first line of a TOML block is its name, not {name!r}"
+    example.namespace.setdefault("files", {})[name] = example.parsed
 
 
 def run_console(example: Example) -> str | None:
@@ -32,6 +40,8 @@ def run_console(example: Example) -> str | None:
             contextlib.redirect_stdout(printed),
             contextlib.redirect_stderr(printed),
         ):
+            for name, content in example.namespace.get("files", {}).items():
+                Path(name).write_text(content)
             cli.main(arguments)
         wanted, got = wanted.strip() + "\n", printed.getvalue().strip() + "\n"
         if not doctest.OutputChecker().check_output(wanted, got, _OPTIONS):
@@ -43,6 +53,7 @@ pytest_collect_file = Sybil(
     parsers=[
         PythonCodeBlockParser(doctest_optionflags=_OPTIONS),
         CodeBlockParser("console", run_console),
+        CodeBlockParser("toml", keep_file),
     ],
     patterns=["README.md", "docs/*.md"],
 ).pytest()

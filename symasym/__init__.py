@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from symasym.asymptotics.laplace import laplace_integral
+    from symasym.asymptotics.uniform import uniform_integral
     from symasym.drift import Drift
     from symasym.errors import (
         AccuracyError,
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
     from symasym.reduce import reduce
     from symasym.scales import Scales, rescale
+    from symasym.sensitivity import Sensitivity, sensitivity
     from symasym.smoothings import hill, linear, polynomial, sine, tanh
 
 __all__ = [
@@ -35,6 +37,7 @@ __all__ = [
     "RangeError",
     "RegionError",
     "Scales",
+    "Sensitivity",
     "SymasymError",
     "escape_time",
     "exit_probability",
@@ -48,9 +51,11 @@ __all__ = [
     "polynomial",
     "reduce",
     "rescale",
+    "sensitivity",
     "sine",
     "stationary_density",
     "tanh",
+    "uniform_integral",
 ]
 
 #: Where each public name lives; it is loaded when first asked for.
@@ -64,6 +69,7 @@ _HOMES = {
     "RangeError": "symasym.errors",
     "RegionError": "symasym.errors",
     "Scales": "symasym.scales",
+    "Sensitivity": "symasym.sensitivity",
     "SymasymError": "symasym.errors",
     "escape_time": "symasym.quantities",
     "exit_probability": "symasym.quantities",
@@ -77,16 +83,18 @@ _HOMES = {
     "polynomial": "symasym.smoothings",
     "reduce": "symasym.reduce",
     "rescale": "symasym.scales",
+    "sensitivity": "symasym.sensitivity",
     "sine": "symasym.smoothings",
     "stationary_density": "symasym.quantities",
     "tanh": "symasym.smoothings",
+    "uniform_integral": "symasym.asymptotics.uniform",
 }
 
 
 class _Package(ModuleType):
     """This package, whose public names are loaded when first asked for.
 
-    Four verbs have the name of their module (``symasym.friction``): importing the module
+    Five verbs have the name of their module (``symasym.friction``): importing the module
     would put it in the verb's place.
     """
 

@@ -11,8 +11,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from symasym import derive_command, report_command, verify_command
-from symasym.errors import InputError, SymasymError
+from symasym import (
+    derive_command,
+    figure_command,
+    report_command,
+    table_command,
+    verify_command,
+)
+from symasym.errors import SymasymError
+from symasym.named import DRIFTS, named_drift
+from symasym.settings import settings
 
 if TYPE_CHECKING:
     from symasym.drift import Drift
@@ -20,7 +28,6 @@ if TYPE_CHECKING:
 
 _BAD_INPUT = 2
 _INTERRUPTED = 130
-_DRIFTS = ("friction", "linear", "sine", "tanh", "hill", "polynomial")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -105,6 +112,8 @@ def _parser() -> argparse.ArgumentParser:
     _add_reproduce(commands)
     _add_value(commands)
     derive_command.add_parsers(commands)
+    figure_command.add_parser(commands)
+    table_command.add_parser(commands)
     verify_command.add_parser(commands)
     report_command.add_parser(commands)
     return parser
@@ -168,7 +177,7 @@ def _add_value(commands: Any) -> None:
     ):
         quantity = quantities.add_parser(name, help=about, description=about, allow_abbrev=False)
         what = quantity.add_mutually_exclusive_group(required=True)
-        what.add_argument("--drift", choices=_DRIFTS, help="a ready-made drift")
+        what.add_argument("--drift", choices=DRIFTS, help="a ready-made drift")
         what.add_argument("--expr", metavar="A", help='A(u), e.g. "1/2 - u + u**3"')
         quantity.add_argument(
             "--set", action="append", default=[], metavar="NAME=X", help="set a parameter"
@@ -225,45 +234,7 @@ def _value(arguments: argparse.Namespace) -> None:
 
 
 def _drift(arguments: argparse.Namespace) -> Drift:
-    import inspect
-
-    import symasym as sa
-
-    values = _settings(arguments.set)
-    if arguments.expr is not None:
-        return sa.Drift(arguments.expr).bind(**values)
-    make = getattr(sa, arguments.drift)
-    known = inspect.signature(make).parameters
-    for name in values:
-        if name not in known and arguments.drift != "polynomial":
-            raise InputError(
-                f"{name} is no parameter of {arguments.drift}; its parameters are "
-                f"{', '.join(known)}."
-            )
-    # The shape of a drift (waves, exponent) is a whole number and no parameter of its formula.
-    for name in {"waves", "n"} & values.keys():
-        values[name] = _whole(name, values[name])
-    drift: Drift = make(**values)
-    return drift
-
-
-def _settings(pairs: Sequence[str]) -> dict[str, Any]:
-    values: dict[str, Any] = {}
-    for pair in pairs:
-        name, equals, text = pair.partition("=")
-        if not equals or not name.isidentifier():
-            raise InputError(f"--set is {pair!r}; write it as NAME=NUMBER, for example mu=3.")
-        if name in values:
-            raise InputError(f"{name} is set twice; set it once.")
-        values[name] = text
-    return values
-
-
-def _whole(name: str, text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise InputError(f"{name} is {text!r}; give a whole number.") from None
+    return named_drift(arguments.drift, arguments.expr, settings(arguments.set))
 
 
 def _print_json(
@@ -290,6 +261,6 @@ def _print_json(
         "method": found.method,
         "dps": arguments.dps,
         "seconds": round(seconds, 6),
-        "inputs": {**drift, "set": _settings(arguments.set), **inputs},
+        "inputs": {**drift, "set": settings(arguments.set), **inputs},
     }
     print(json.dumps(record, indent=1))

@@ -42,7 +42,8 @@ def add_parsers(subparsers: Any) -> None:
     )
     derive.set_defaults(run=run_derive)
     show = subparsers.add_parser("show", help="print a formula")
-    show.add_argument("label", metavar="LABEL", help="such as eq:Ttilde, fr1, folds")
+    show.add_argument("label", nargs="?", metavar="LABEL", help="such as eq:Ttilde, fr1, folds")
+    show.add_argument("--all", action="store_true", help="every formula; a document with --latex")
     show.add_argument("--latex", action="store_true", help="as LaTeX")
     show.add_argument("--steps", action="store_true", help="with the steps of its derivation")
     show.set_defaults(run=run_show)
@@ -145,6 +146,9 @@ def run_show(args: argparse.Namespace) -> int:
     from symasym.formula import formula
 
     try:
+        if args.all or args.label is None:
+            _show_all(args)
+            return 0
         found = formula(args.label)
     except InputError as error:
         print(f"symasym: {error}", file=sys.stderr)
@@ -165,6 +169,25 @@ def run_show(args: argparse.Namespace) -> int:
                 print(f"   {step['reason']}")
             print(f"   {step['latex']}")
     return 0
+
+
+def _show_all(args: argparse.Namespace) -> None:
+    from symasym.errors import InputError
+    from symasym.formula import formula, labels
+
+    if not args.all:
+        raise InputError("no formula is named; give a label, or --all.")
+    if args.label is not None or args.steps:
+        extra = "--steps" if args.label is None else args.label
+        raise InputError(f"{extra} does not go with --all; leave one of them out.")
+    if args.latex:
+        from derivations.sheet import sheet
+
+        print(sheet(), end="")
+        return
+    for label in labels():
+        found = formula(label)
+        print(f"{label}: {found.title}\n\n{pretty(found)}\n")
 
 
 def pretty(found: Any) -> str:

@@ -348,6 +348,17 @@ class Drift:
             return formula.subs(self._model.u, sympy.Symbol("u", real=True))
         return self._model.evaluate(sympy.Symbol("u", real=True), values, SympyOps())
 
+    def derivative(self, name: str) -> Drift:
+        """The derivative of A in the parameter `name` at the bound values, as a drift."""
+        import sympy
+
+        values = {**self.scalars()}
+        at = SympyOps().rational(values.pop(name))
+        slope = sympy.diff(
+            Drift.of(self._model, **values).expression(), sympy.Symbol(name, real=True)
+        )
+        return Drift(slope.subs(sympy.Symbol(name, real=True), at), sympy.Symbol("u", real=True))
+
     def phi(self) -> Any:
         """phi(u) as a SymPy Piecewise in the real symbol ``u`` (eq:phi)."""
         from symasym import expressions

@@ -62,6 +62,10 @@ def _text_with_error(value: Any, error: Any) -> tuple[str, str]:
 
     from symasym.context import own_context
 
+    if hasattr(value, "_mpc_") or isinstance(value, complex):
+        (re, wide), (im, high) = (_text_with_error(y, error) for y in (value.real, value.imag))
+        # Each part was rounded by itself; both errors already hold the whole.
+        return f"({re} {'' if im.startswith('-') else '+'}{im}j)", _wider(wide, high)
     with own_context(15) as context:
         exact, radius = (context.mpf(getattr(x, "_mpf_", x)) for x in (value, error))
         digits = 17
@@ -73,3 +77,10 @@ def _text_with_error(value: Any, error: Any) -> tuple[str, str]:
         total = radius + abs(exact - context.mpf(text))
         # Three digits, rounded upwards: printing can lower the number by half a percent.
         return text, nstr(total * context.mpf("1.006"), 3)
+
+
+def _wider(first: str, second: str) -> str:
+    """An error of both parts from two, each of which holds that of the whole."""
+    from mpmath import mpf, nstr
+
+    return str(nstr((mpf(first) + mpf(second)) * mpf("1.006"), 3))

@@ -20,6 +20,7 @@ from symasym.scenes import (
     float_scenes,
     input_rounding,
     one_scene,
+    require_drift,
 )
 
 __all__ = ["Plan", "Term", "plan"]
@@ -130,6 +131,7 @@ def plan(drift: Drift, kappa: Any, r: Any, rtol: Any = 1e-6, *, start: Any = 0) 
     >>> print(found.method, found.order, [t.name for t in found.terms if t.kept])
     laplace 1 ['well at 0.3969 with barrier at 0.9039']
     """
+    require_drift(drift)
     numbers = {"kappa": kappa, "r": r, "start": start}
     if not one_scene(drift, numbers):
         raise InputError("plan is for one scene; give numbers, not arrays.")

@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 
 @contextmanager
-def stage(name: str, total: int) -> Iterator[Callable[[], object]]:
+def stage(
+    name: str, total: int, *, done: int = 0, every: float | None = None
+) -> Iterator[Callable[..., object]]:
     """Announce a stage of `total` steps; call what it gives after every step.
 
-    A bar on a terminal where tqdm is installed, one line a stage otherwise.
+    A bar with rate and time left on a terminal where tqdm is installed, one line a stage
+    otherwise.
+
+    Parameters
+    ----------
+    name : str
+    total : int
+    done : int
+        Steps that were made before, and do not count for the rate.
+    every : float, optional
+        Without a bar, a line with rate and time left after so many seconds.
 
     Examples
     --------
@@ -25,8 +38,34 @@ def stage(name: str, total: int) -> Iterator[Callable[[], object]]:
         except ImportError:
             pass
         else:
-            with tqdm(total=total, desc=name, file=sys.stderr, dynamic_ncols=True) as bar:
+            with tqdm(
+                total=total, initial=done, desc=name, file=sys.stderr, dynamic_ncols=True
+            ) as bar:
                 yield bar.update
             return
-    print(f"{name}: {total} steps", file=sys.stderr, flush=True)
-    yield lambda: None
+    told = f", {done} of them made before" if done else ""
+    print(f"{name}: {total} steps{told}", file=sys.stderr, flush=True)
+    yield (lambda count=1: None) if every is None else _lines(name, total, done, every)
+
+
+def _lines(name: str, total: int, done: int, every: float) -> Callable[..., object]:
+    """What prints a line after `every` seconds."""
+    begun = told = time.monotonic()
+    made = 0
+
+    def step(count: int = 1) -> None:
+        nonlocal made, told
+        made += count
+        now = time.monotonic()
+        if now - told < every or not made:
+            return
+        told, rate = now, made / (now - begun)
+        left = round((total - done - made) / rate)
+        print(
+            f"{name}: {done + made} of {total}, {rate:.3g}/s, "
+            f"{left // 3600}:{left // 60 % 60:02d}:{left % 60:02d} left",
+            file=sys.stderr,
+            flush=True,
+        )
+
+    return step

@@ -21,6 +21,7 @@ from symasym.scenes import (
     float_scenes,
     input_rounding,
     one_scene,
+    require_drift,
     require_fits,
     rows_of,
 )
@@ -55,12 +56,15 @@ def escape_time(
         Scaled noise amplitude and radius, greater than 0.
     start : number or array_like, optional
         Scaled starting point, inside (-r, r).
-    method : {"exact", "paper", "laplace", "strong_noise", "auto"}
+    method : {"exact", "paper", "laplace", "local", "uniform", "strong_noise", "auto"}
         ``"exact"``: the integral with nothing dropped. ``"paper"``: the leading
         order, eq:Ttildesmall with its step Stokes multiplier (eq:Ttildelarge
         where there is no well); only for start 0. ``"laplace"``: weak noise, in
-        kappa^2/2. ``"strong_noise"``: in 2/kappa^2. ``"auto"``: the cheapest whose
-        stated relative error is at most `rtol` (see `plan`).
+        kappa^2/2; ``"uniform"``: the same, and where a well and a barrier, or a
+        barrier and u = 1 or -1, are near each other or meet; ``"local"``: its leading order
+        with Airy's argument linear in the distance to a fold. ``"strong_noise"``: in
+        2/kappa^2. ``"auto"``: the cheapest whose stated relative error is at most `rtol`
+        (see `plan`).
     order : int or "optimal", optional
         Of an expansion: the highest power that is kept, 2 if left out. ``"optimal"``
         (of ``"laplace"``): where the stated error is smallest.
@@ -95,8 +99,10 @@ def escape_time(
     >>> nstr(sa.escape_time(drift, "0.1", 10, dps=40), 40)
     '239803837121.0377700112780486795091847626'
     """
-    _known_method(method, ("exact", "paper", "laplace", "strong_noise", "auto"), rtol)
-    _require_drift(drift)
+    _known_method(
+        method, ("exact", "paper", "laplace", "local", "uniform", "strong_noise", "auto"), rtol
+    )
+    require_drift(drift)
     if method == "auto":
         numbers = {"kappa": kappa, "r": r, "start": start}
         return _automatic(
@@ -108,6 +114,11 @@ def escape_time(
         request = Request("T", method, order, dps, log, full)
         expansion = strong_noise if method == "strong_noise" else weak_noise
         return expansion.escape_time(drift, kappa, r, start, request)
+    if method in ("local", "uniform"):
+        from symasym.asymptotics import uniform_noise
+
+        request = Request("T", method, order, dps, log, full)
+        return uniform_noise.escape_time(drift, kappa, r, start, request, local=method == "local")
     _no_order(order, method)
     if method == "paper":
         from symasym import paper
@@ -168,7 +179,7 @@ def exit_probability(
     """
     _known_method(method, ("exact", "paper", "laplace", "strong_noise", "bound", "auto"), rtol)
     if method == "auto":
-        _require_drift(drift)
+        require_drift(drift)
         numbers = {"kappa": kappa, "r": r, "start": start}
         request = Request("1 - C" if complement else "C", method, order, dps, log, full)
         return _automatic(
@@ -177,7 +188,7 @@ def exit_probability(
     if method != "exact":
         from symasym.asymptotics.exit_probability import probability
 
-        _require_drift(drift)
+        require_drift(drift)
         request = Request("1 - C" if complement else "C", method, order, dps, log, full)
         return probability(drift, kappa, r, start, complement, request)
     _no_order(order, method)
@@ -348,14 +359,8 @@ def _no_order(order: int | None, method: str) -> None:
         raise InputError(f"order is {order!r}, but method {method!r} has no order; leave it out.")
 
 
-def _require_drift(drift: Any) -> None:
-    if not isinstance(drift, Drift):
-        raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction(…).")
-    drift.require_bound()
-
-
 def _require_sliding(drift: Drift) -> None:
-    _require_drift(drift)
+    require_drift(drift)
     a_minus, a_plus = drift.ends
     wrong = ~((np.asarray(a_minus, dtype=float) > 0) & (np.asarray(a_plus, dtype=float) < 0))
     if wrong.any():
@@ -368,7 +373,7 @@ def _require_sliding(drift: Drift) -> None:
 
 
 def _evaluate(task: _Task, dps: int | None, log: bool, full: bool) -> Any:
-    _require_drift(task.drift)
+    require_drift(task.drift)
     if dps is not None:
         return _by_digits(task, digits(dps), log, full)
     if full and one_scene(task.drift, task.numbers):

@@ -24,18 +24,16 @@ from symasym.errors import InputError
 from symasym.files import (
     decimal_text,
     read_json,
-    reference_value,
     versions,
     write_bytes,
     write_json,
 )
 from symasym.inputs import digits
+from symasym.tables import value_record
 
 DPS = 50
 #: Spring extensions of the reference table.
 Z0 = tuple(f"{-k / 20:.2f}" for k in range(40, 0, -1))
-# Digits beyond those printed, so that the last printed one is rounded right.
-_GUARD = 5
 _TABLE = "reference.json"
 _STAMPS = ".stamps.json"
 _DERIVATIONS = "derivations"
@@ -255,7 +253,7 @@ def _figure(name: str) -> Stage:
     kinds = ("png", "svg")
 
     def make(folder: Path, dps: int, step: Callable[[], object]) -> None:
-        figure = getattr(figures, name)()
+        figure = figures.FIGURES[name]()
         for kind in kinds:
             write_bytes(folder / f"{name}.{kind}", figures.encode(figure, kind))
             step()
@@ -284,15 +282,11 @@ def _curve_records(
         drift = family.bind(z0=z0)
         x = {"mu": mu, "alpha": figures.ALPHA, "z0": z0}
         x |= {"kappa": str(scales.kappa), "r": str(scales.r)}
-        for name, verb in (("T", sa.escape_time), ("C", sa.exit_probability)):
-            found = verb(drift, scales.kappa, scales.r, dps=min(dps + _GUARD, 10_000), full=True)
-            record = {
-                "quantity": name,
-                **reference_value(x, found, dps),
-                "physical": {"eps": figures.EPS, "kappa": kappa, "r": figures.R},
-            }
+        for name in ("T", "C"):
+            record = value_record(name, drift, x, dps)
+            record["physical"] = {"eps": figures.EPS, "kappa": kappa, "r": figures.R}
             if name == "T":
-                paper = verb(drift, scales.kappa, scales.r, method="paper", dps=dps)
+                paper = sa.escape_time(drift, scales.kappa, scales.r, method="paper", dps=dps)
                 record["paper"] = decimal_text(paper, dps)
             yield record
         step()
@@ -318,8 +312,7 @@ def _stages() -> list[Stage]:
     labels = closure(_labels())
     pages = tuple(f"{_DERIVATIONS}/{name}" for name in names(labels))
     return [
-        _figure("fric1"),
-        _figure("fric2"),
+        *(_figure(name) for name in figures.FIGURES),
         Stage("reference", (_TABLE,), len(figures.DRAWN) * len(Z0), _table, by_digits=True),
         # Last: what the other stages leave of its time is all that it takes.
         Stage(_DERIVATIONS, pages, len(labels), _derive, sources=_derivation_hash, report=_derived),

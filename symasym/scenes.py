@@ -63,6 +63,13 @@ def read_order(order: Any, default: int, most: int) -> int:
     return int(order)
 
 
+def require_drift(drift: Any) -> None:
+    """Raise InputError unless `drift` is a Drift with all its parameters given."""
+    if not isinstance(drift, Drift):
+        raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction(…).")
+    drift.require_bound()
+
+
 def one_scene(drift: Drift, numbers: dict[str, Any]) -> bool:
     """Whether nothing is an array."""
     return not drift.shape and not any(is_array(x) for x in numbers.values())

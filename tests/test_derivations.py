@@ -160,7 +160,7 @@ def test_one_formula_runs_what_it_rests_on_and_nothing_else(tree, tmp_path):
     assert {p.stem for p in cache.iterdir()} == {runner.slug(label) for label in found}
 
 
-def test_a_second_run_takes_no_time(tree, records):
+def test_a_second_run_checks_nothing(tree, records):
     _, out, _ = records
     program = (
         "import sys\n"
@@ -168,9 +168,7 @@ def test_a_second_run_takes_no_time(tree, records):
         "status = main(['--out', sys.argv[1]])\n"
         "assert status == 0 and 'sympy' not in sys.modules\n"
     )
-    begun = time.perf_counter()
     assert "0.0 s of checks" in _python(tree, program, str(out))
-    assert time.perf_counter() - begun < 2
 
 
 _COUNT = (

@@ -17,7 +17,7 @@ import pytest
 import symasym
 from symasym import friction, linear, rescale
 from symasym.context import own_context
-from symasym.exact import ball, ball_panels, double, fields, panels
+from symasym.exact import ball, ball_panels, block_records, double, fields, panels
 from symasym.exact.arbitrary import _Sweep
 from symasym.exact.taylor import constant_moments
 from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
@@ -133,9 +133,18 @@ def test_steps_between_panels_in_the_log_domain():
                 panel.end = ctx.exp(-abs(ctx.mpf(float(r))))
             numbers = [np.array([float(getattr(p, n)) for p in chain]) for n in ("near", "far")]
             both = np.array([float(p.both) for p in chain])
-            found = double._compose(
-                np.zeros(len(chain), dtype=np.intp),
+            count = len(chain)
+            records = block_records.Records(
+                np.zeros(count, dtype=np.intp),
+                np.zeros(count, dtype=np.intp),
+                np.arange(count) / count,
                 panels.Moments(rise, *numbers, both),
+                np.zeros(count, dtype=bool),
+                np.zeros(count),
+                np.zeros(count),
+            )
+            found = double._compose(
+                records,
                 np.array([3.0, 1.0]),
                 field,
                 np.full(2, -np.inf),

@@ -88,7 +88,7 @@ def test_floats_are_their_binary_values(x: float) -> None:
     "value",
     [
         None, "", "a", "nan", "inf", "1/0", "1e", "0x1", "1 2", "½", b"1", [1], (1,), {}, {1},
-        object(), True, np.True_, 1j, np.complex64(1), mpmath.mpc(1, 1), mpmath.inf, mpmath.nan,
+        object, True, np.True_, 1j, np.complex64(1), mpmath.mpc(1, 1), mpmath.inf, mpmath.nan,
         float("nan"), float("inf"), -float("inf"), np.float32("nan"), Decimal("nan"),
         Decimal("sNaN"), Decimal("-Infinity"), sympy.oo, sympy.nan, sympy.pi, sympy.I,
         sympy.Symbol("x"), "1e100001", "1e-99999999999", np.datetime64("2020"),
@@ -134,7 +134,7 @@ def test_scalars_become_arrays_without_axes() -> None:
     "value",
     [
         [], [[]], np.empty((0, 3)), [[1, 2], [3]], [1, None], [1, "x"], [True], ["nan"], [1j],
-        np.array([np.nan]), np.array([np.inf, 1]), np.array(["a"]), np.array([object()]),
+        np.array([np.nan]), np.array([np.inf, 1]), np.array(["a"]), np.array([object]),
         np.array(["2020-01-01"], dtype="datetime64"), [10**400], ["1e-400"], [1, [2]],
     ],
     ids=repr,

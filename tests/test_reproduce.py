@@ -35,8 +35,8 @@ PAGES |= {"index.md", "trace.json"}
 @pytest.fixture(autouse=True)
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few points, so that the whole job takes a second; and a source that stays as it is."""
-    monkeypatch.setattr(figures, "fric1", partial(figures.fric1, 12))
-    monkeypatch.setattr(figures, "fric2", partial(figures.fric2, 12))
+    drawn = {"fric1": partial(figures.fric1, 12), "fric2": partial(figures.fric2, 12)}
+    monkeypatch.setattr(figures, "FIGURES", drawn)
     monkeypatch.setattr(reproduce, "Z0", ("-1.50", "-0.80", "-0.05"))
     monkeypatch.setattr(reproduce, "_source_hash", lambda: "source")
     monkeypatch.setattr(reproduce, "_derivation_hash", lambda: "derivations")
@@ -86,6 +86,11 @@ def test_only_what_is_missing_or_stale_is_made(
     monkeypatch.setattr(reproduce, "_derivation_hash", lambda: "another derivation")
     assert made(tmp_path, dps=20) == ["derivations"]
     assert pages(tmp_path) == PAGES
+
+
+def test_every_figure_is_a_stage(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(figures.FIGURES, "another", figures.fricforce)
+    assert [stage.name for stage in reproduce._stages()] == [*figures.FIGURES, *STAGES[2:]]
 
 
 def test_derivations_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

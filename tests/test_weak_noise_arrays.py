@@ -87,11 +87,11 @@ def test_any_polynomials(
 def test_all_regions_starts_and_radii_at_once(quantity: str, order: Any) -> None:
     """Every structure in one array of three axes, and each entry as alone."""
     z0 = np.array([-1.5, -1.0, -0.3, 0.5, 1.3, 3.0])[:, None, None]
-    start = np.array([-4.0, -1.0, -0.6, 0.0, 0.2, 1.0, 2.0])[:, None]
-    r = np.array([5.0, 7.0])
+    start = np.array([-4.0, -1.0, 0.0, 0.2, 1.0, 2.0])[:, None]
+    r = np.array([5.0])
     found = ask(quantity, sa.friction(3, 1, z0), 0.015, r, start=start, order=order)
-    assert found.value.shape == (6, 7, 2)
-    for index in itertools.product(range(6), range(7), range(2)):
+    assert found.value.shape == (6, 6, 1)
+    for index in itertools.product(range(6), range(6), range(1)):
         i, j, k = index
         drift = sa.friction(3, 1, float(z0[i, 0, 0]))
         one = ask(
@@ -179,11 +179,11 @@ def test_more_digits_only_where_float64_is_not_enough(monkeypatch: pytest.Monkey
 
 def test_rounding_beside_a_fold_is_claimed() -> None:
     """Weak noise, so that nothing but rounding is left; zeros 0.04 to 0.2 apart."""
-    z0 = -7 / 9 + np.geomspace(2e-3, 3e-2, 60)
-    kappa = 10 ** np.linspace(-4, -3.5, 60)
+    z0 = -7 / 9 + np.geomspace(2e-3, 3e-2, 12)
+    kappa = 10 ** np.linspace(-4, -3.5, 12)
     found = ask("T", sa.friction(3, 1, z0), kappa, 10, order=4)
     off = []
-    for k in range(60):
+    for k in range(12):
         one = ask("T", sa.friction(3, 1, float(z0[k])), float(kappa[k]), 10, order=4, dps=20)
         off.append(abs(found.value[k] - float(one.value)) / found.error[k])
     assert max(off) <= 1

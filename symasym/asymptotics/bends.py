@@ -7,6 +7,7 @@ taken; then what is left out, e^{lam V} at the bend, is in no next term.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,14 +24,14 @@ _EDGE = 13
 _AT_ONCE = 512
 
 
-def unseen(drift: Drift, lam: float) -> bool:
-    """Whether A bends too fast for this noise; never for a polynomial."""
+def unseen(drift: Drift, lam: float, folds: Sequence[float] = ()) -> bool:
+    """Whether A bends too fast for this noise, but at the folds; never for a polynomial."""
     if drift.exact_coefficients() is not None:
         return False
     u = np.linspace(-1, 1, _POINTS)
     with np.errstate(all="ignore"):
         phi = np.broadcast_to(drift.evaluate_float(u), u.shape)
-    return bool(_bends(phi[None], np.array([lam]))[0])
+    return bool(_bends(phi[None], np.array([lam]), folds)[0])
 
 
 def unseen_in(drift: Drift, scenes: Scenes) -> Any:
@@ -53,7 +54,7 @@ def unseen_in(drift: Drift, scenes: Scenes) -> Any:
     return found
 
 
-def _bends(phi: FloatArray, lam: FloatArray) -> Any:
+def _bends(phi: FloatArray, lam: FloatArray, folds: Sequence[float] = ()) -> Any:
     step = 2 / (_POINTS - 1)
     slope = np.gradient(phi, step, axis=1)
     # By trapezoids, exact where phi is its tangent: at a zero that decides what is near.
@@ -61,10 +62,17 @@ def _bends(phi: FloatArray, lam: FloatArray) -> Any:
     # Beside u = -1 and 1 the series of these places tell.
     near = np.zeros(phi.shape, dtype=bool)
     near[:, :_EDGE] = near[:, -_EDGE:] = True
+    # Where a well and a barrier meet, phi is a parabola, and Airy functions tell.
+    for fold in folds:
+        middle = round((fold + 1) / step)
+        near |= lam[:, None] * np.abs(rise - rise[:, middle : middle + 1]) < _NEAR
+    known = near.copy()
     rows, columns = np.nonzero((phi[:, 1:] > 0) != (phi[:, :-1] > 0))
     crooked = np.zeros(len(phi), dtype=bool)
     for row, column in zip(rows, columns, strict=True):
         near[row] |= lam[row] * np.abs(rise[row] - rise[row, column]) < _NEAR
+        if folds and known[row, column]:
+            continue
         # At the width of the Gaussian A must still be nearly its tangent.
         steep = np.abs(slope[row, column])
         reach = max(1, int(1 / np.sqrt(lam[row] * steep + 1e-300) / step))

@@ -103,8 +103,8 @@ def laplace_integral(
         dps = digits(dps)
     pieces = cut(formula, weight, symbol, lo, hi)
     for piece in pieces:
-        _require_known("f", piece.f, symbol)
-        _require_known("g", piece.g, symbol)
+        require_known("f", piece.f, symbol)
+        require_known("g", piece.g, symbol)
     free = set().union(*(e.free_symbols for e in (formula, weight, lo, hi))) - {symbol}
     if free:
         tops, conditions = _symbolic_tops(pieces, symbol, maxima)
@@ -205,7 +205,7 @@ def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, Any, Any, Any, A
     return formula, weight, symbol, lo, hi
 
 
-def _require_known(name: str, expression: Any, x: Any) -> None:
+def require_known(name: str, expression: Any, x: Any) -> None:
     for node in expression.atoms(sympy.Function, sympy.Integral, sympy.Derivative):
         if node.has(x) and type(node).__name__ not in FUNCTIONS:
             raise InputError(

@@ -53,7 +53,7 @@ def peaks(pieces: list[Piece], x: Any) -> list[Peak]:
         slope = sympy.diff(piece.f, x)
         if vanishes_identically(slope, x):
             continue
-        for point in _inside(piece, slope, x):
+        for point in interior_maxima(piece, slope, x):
             found.append(Peak(point, at(piece.f, x, point), piece, piece))
         neighbour = pieces[index + 1] if index + 1 < len(pieces) else None
         if index == 0 and not piece.lo.is_infinite:
@@ -149,13 +149,13 @@ def _solved(piece: Piece, x: Any) -> list[Any]:
         return []
 
 
-def _inside(piece: Piece, slope: Any, x: Any) -> list[Any]:
+def interior_maxima(piece: Piece, slope: Any, x: Any) -> list[Any]:
     """Interior points where f' goes from + to -."""
     exact = _polynomial_roots(piece, slope, x)
     if exact is not None:
         return exact
-    grid = _grid(piece)
-    values = _on_grid(slope, x, grid)
+    grid = grid_of(piece)
+    values = on_grid(slope, x, grid)
     brackets, last = [], None
     for k in np.flatnonzero(np.isfinite(values) & (values != 0)):
         if last is not None and values[last] > 0 > values[k]:
@@ -216,7 +216,7 @@ def _step(value: Any, end: Any, sign: int) -> Any:
         return (value + end) / 2
 
 
-def _grid(piece: Piece) -> Any:
+def grid_of(piece: Piece) -> Any:
     lo, hi = float(number(piece.lo)), float(number(piece.hi))
     if np.isfinite(lo) and np.isfinite(hi):
         return lo + (hi - lo) * (1 - np.cos(np.pi * np.linspace(0, 1, _GRID)[1:-1])) / 2
@@ -229,7 +229,7 @@ def _grid(piece: Piece) -> Any:
     return np.concatenate([-reach[::-1], [0.0], reach])
 
 
-def _on_grid(expression: Any, x: Any, grid: Any) -> Any:
+def on_grid(expression: Any, x: Any, grid: Any) -> Any:
     with np.errstate(all="ignore"):
         return np.asarray(evaluate_tree(expression, {x: grid}, NumpyOps()) + 0 * grid)
 

@@ -17,11 +17,14 @@ from typing import Any
 
 import numpy as np
 
-from symasym.errors import AccuracyError
+from symasym.asymptotics.cubic_pair import split_pair
+from symasym.errors import AccuracyError, SymasymError
 from symasym.exact.local import ExactField, to_fraction
 
 # Zeros closer than this are not told apart well enough for partial fractions.
 _CLUSTER = 1e-5
+# Half the distance of two zeros up to which one panel is about both.
+_APART = Fraction(1, 20)
 # Where more, or narrower ones, are needed, A nearly vanishes and the series is of no use.
 _MOST_PANELS = 60
 _NARROWEST = Fraction(1, 2**12)
@@ -37,9 +40,9 @@ def layer_integrals(
     """
     if field.is_polynomial:
         taylor = field.taylor(Fraction(0), Fraction(1), 0)
-        roots = _roots([float(c) for c in taylor])
+        numbers = [_number(c, context) for c in taylor]
+        roots = _roots(numbers, context)
         if roots is not None:
-            numbers = [_number(c, context) for c in taylor]
             found = _by_fractions(numbers, roots, _number(lo, context), _number(hi, context), count)
             if found is not None:
                 return found
@@ -87,27 +90,56 @@ def _dot(a: list[Any], b: list[Any]) -> Any:
 # -- polynomials: partial fractions ----------------------------------------------------------------
 
 
-def _roots(c: list[float]) -> Any:
-    """All zeros, or None where some are too close to each other."""
-    scale = max(map(abs, c))
-    trimmed = np.trim_zeros(np.array(c) / scale, "b")
+def _roots(exact: list[Any], context: Any) -> list[Any] | None:
+    """All zeros, roughly, or None where more than two are too close to each other."""
+    c = np.array([float(x) for x in exact])
+    trimmed = np.trim_zeros(c / np.abs(c).max(), "b")
     if len(trimmed) < 2:
-        return np.zeros(0, dtype=complex)
+        return []
     with np.errstate(all="ignore"):
         roots = np.polynomial.polynomial.polyroots(trimmed).astype(complex)
     if not np.isfinite(roots).all():
         return None
-    gaps = np.abs(roots[:, None] - roots) + np.eye(len(roots))
-    return roots if (gaps > _CLUSTER * np.maximum(1, np.abs(roots))).all() else None
+    close = np.abs(roots[:, None] - roots) <= _CLUSTER * np.maximum(1, np.abs(roots))
+    found: list[Any] = []
+    for k, root in enumerate(roots):
+        others = np.flatnonzero(close[k])
+        if len(others) == 1:
+            real = abs(root.imag) < 1e-9 * (1 + abs(root))
+            found.append(context.mpf(root.real) if real else context.mpc(complex(root)))
+        elif len(others) > 2:
+            return None
+        elif others[0] == k:
+            middle = roots[others].mean()
+            # Off the real line float64 has to tell them apart.
+            pair = _close_pair(exact, middle.real, context) if abs(middle.imag) < 1e-9 else None
+            if pair is None:
+                return None
+            found += pair
+    return found
 
 
-def _by_fractions(c: list[Any], roots: Any, lo: Any, hi: Any, count: int) -> list[Any] | None:
+def _close_pair(c: list[Any], middle: float, context: Any) -> list[Any] | None:
+    """The two zeros beside that of the slope; float64 has only half of the digits of each."""
+    x = context.mpf(middle)
+    for _ in range(context.prec.bit_length() + 4):
+        about = _shifted(c, x)
+        step = about[1] / (2 * about[2])
+        x -= step
+        if abs(step) <= context.ldexp(1 + abs(x), -context.prec // 2 - 8):
+            about = _shifted(c, x)
+            apart = context.sqrt(-about[0] / about[2])
+            return [x - apart, x + apart] if apart else None
+    return None
+
+
+def _by_fractions(c: list[Any], roots: list[Any], lo: Any, hi: Any, count: int) -> list[Any] | None:
     context = lo.context
-    if not len(roots):
+    if not roots:
         return [(hi - lo) / c[0], *[context.zero] * (count - 1)]
     found = [context.zero] * count
     for rough in roots:
-        if rough.imag < 0:
+        if context.im(rough) < 0:
             continue
         root = _polished(c, rough, context)
         if root is None:
@@ -135,23 +167,19 @@ def _primitive(t: Any, j: int, context: Any) -> Any:
     return t ** (1 - j) / (1 - j)
 
 
-def _polished(c: list[Any], rough: complex, context: Any) -> Any:
-    """The simple zero near `rough` by Newton; real if it is."""
-    real = abs(rough.imag) < 1e-9 * (1 + abs(rough))
-    x = context.mpf(rough.real) if real else context.mpc(rough)
-    for _ in range(context.prec.bit_length() + 6):
-        value, slope = c[-1], context.zero
-        for coefficient in reversed(c[:-1]):
-            slope = slope * x + value
-            value = value * x + coefficient
-        if value == 0:
-            return x
-        if slope == 0:
+def _polished(c: list[Any], x: Any, context: Any) -> Any:
+    """The simple zero near `x` by Newton, real where that is."""
+    last = False
+    for _ in range(context.prec.bit_length() + 8):
+        value, slope = context.polyval(c[::-1], x, derivative=True)
+        if not slope:
             return None
         step = value / slope
         x -= step
-        if abs(step) <= context.ldexp(1 + abs(x), -context.prec // 2 - 8):
+        if last:
             return x
+        # The step after the one that has half of the digits has all of them.
+        last = abs(step) <= context.ldexp(1 + abs(x), -context.prec // 2 - 8)
     return None
 
 
@@ -171,18 +199,23 @@ def _by_panels(
     field: ExactField, lo: Fraction, hi: Fraction, zeros: Sequence[Any], count: int, context: Any
 ) -> list[Any]:
     found = [context.zero] * count
-    inside = [to_fraction(z) for z in zeros]
-    marks = [lo, *inside, hi]
+    marks = [lo, *(to_fraction(z) for z in zeros), hi]
     cuts = [lo]
     if field.value(lo) == 0:
         reach = _about_zero(field, lo, (marks[1] - lo) / 2, (0, 1), found, context)
         cuts = [lo + reach]
-    for k, zero in enumerate(inside, start=1):
+    alone = []
+    for start, end in _about_pairs(field, marks, found, context):
+        cuts += [start, end]
+        alone += [z for z in marks[1:-1] if start < z < end]
+    inside = [z for z in marks[1:-1] if z not in alone]
+    for zero in inside:
         # About a zero the panel is symmetric, so that its logarithms cancel.
-        reach = min(zero - marks[k - 1], marks[k + 1] - zero) / 2
+        others = [u for u in (*marks, *cuts) if u != zero]
+        reach = min(abs(zero - u) for u in others) / 2
         reach = _about_zero(field, zero, reach, (-1, 1), found, context)
         cuts += [zero - reach, zero + reach]
-    cuts.append(hi)
+    cuts = sorted([*cuts, hi])
     whole = [(cuts[k], cuts[k + 1]) for k in range(0, len(cuts), 2)]
     waiting = list(whole)
     for _ in range(_MOST_PANELS):
@@ -195,6 +228,112 @@ def _by_panels(
         if not _add(field, middle, (b - a) / 2, False, (-1, 1), found, context):
             waiting += [(a, middle), (middle, b)]
     raise _too_narrow(waiting[-1][0])
+
+
+def _about_pairs(
+    field: ExactField, marks: list[Fraction], found: list[Any], context: Any
+) -> list[tuple[Fraction, Fraction]]:
+    """Add a panel about each two zeros, real or complex, that are close; where the panels are."""
+    panels: list[tuple[Fraction, Fraction]] = []
+    lo, hi = marks[0], marks[-1]
+    for mark in sorted(map(Fraction, field.monotone_marks())):
+        if not lo < mark < hi:
+            continue
+        about = field.taylor(mark, Fraction(1), 3)
+        if len(about) < 3 or not about[2] or abs(about[0] / about[2]) > _APART**2:
+            continue
+        near = 4 * Fraction(_APART)
+        edges = [u for u in marks if abs(u - mark) > near] + [
+            lo,
+            hi,
+            *(u for p in panels for u in p),
+        ]
+        reach = min([abs(u - mark) / 2 for u in edges] + [Fraction(1, 4)])
+        while reach > near / 3:
+            if _add_pair(field, mark, reach, found, context):
+                panels.append((mark - reach, mark + reach))
+                break
+            reach = reach * 3 / 4
+    return panels
+
+
+def _add_pair(
+    field: ExactField, centre: Fraction, half: Fraction, found: list[Any], context: Any
+) -> bool:
+    """Add the integrals over centre ± half, where phi = (y² - D) psi; False if too wide.
+
+    h_k = g_k/(y² - D)^(2k - 1), g_1 = 1/psi, with every g_k a power series: nothing is singular
+    as D vanishes but, for a complex pair, the share of its zeros.
+    """
+    terms = int(context.prec / 1.2) + 2 * len(found) + 8
+    width = _number(half, context)
+    taylor = [_number(c, context) for c in field.taylor(centre, half, terms)]
+    taylor += [context.zero] * (terms - len(taylor))
+    try:
+        pair = split_pair(taylor, context)
+    except SymasymError:
+        return False
+    psi = [pair.sign * c for c in pair.psi]
+    square, ends = pair.square, (-1 - pair.middle, 1 - pair.middle)
+    if abs(square) > 0.25 or abs(pair.middle) > 0.5:
+        return False
+    inverse = _inverse(psi)
+    g, shares = inverse, []
+    small = context.ldexp(1, -context.prec + 16)
+    for k in range(len(found)):
+        # The series about the middle is to reach both ends, 1 + |middle| away.
+        top = [abs(c) * (1 + abs(pair.middle)) ** j for j, c in enumerate(g)]
+        if max(top[-8:]) > small * max(top):
+            return False
+        powers = _pair_integrals(square, ends, len(g), 2 * k + 1, context)
+        shares.append(context.fdot(g, powers) * width ** (1 - k))
+        slope = [(j + 1) * c for j, c in enumerate(g[1:])]
+        lowered = [-square * c for c in slope[:-2]]
+        for j, c in enumerate(slope[:-2]):
+            if j + 2 < len(lowered):
+                lowered[j + 2] += c
+        for j, c in enumerate(g[: len(lowered) - 1]):
+            lowered[j + 1] -= 2 * (2 * k + 1) * c
+        g = _product([-c for c in lowered], inverse[: len(lowered)])
+    for k, share in enumerate(shares):
+        found[k] += share
+    return True
+
+
+def _pair_integrals(
+    square: Any, ends: tuple[Any, Any], count: int, power: int, context: Any
+) -> list[Any]:
+    """int y^j (y² - D)^-power over the ends, j < count: finite parts, D = square.
+
+    From j to j + 2 by y² = (y² - D) + D; the first two as series in D/y² at the ends, that is on
+    a path above both zeros, and what the real line has more if they are complex.
+    """
+    rows: list[list[Any]] = []
+    for n in range(1, power + 1):
+        first = share = context.zero
+        coefficient, i = context.one, 0
+        while True:
+            order = 1 - 2 * n - 2 * i
+            term = coefficient * square**i / order
+            first += term * (ends[1] ** order - ends[0] ** order)
+            if abs(term) * min(abs(e) for e in ends) ** order < context.eps * (1 + abs(first)):
+                break
+            coefficient = coefficient * (n + i) / (i + 1)
+            i += 1
+        if square < 0:
+            share = context.pi * context.fac2(2 * n - 3) / context.fac2(2 * n - 2)
+            share *= (-square) ** (context.mpf(1) / 2 - n)
+        weights = [e * e - square for e in ends]
+        if n == 1:
+            second = context.log(abs(weights[1] / weights[0])) / 2
+        else:
+            second = (weights[1] ** (1 - n) - weights[0] ** (1 - n)) / (2 * (1 - n))
+        row = [first + share, second]
+        for j in range(2, count):
+            below = rows[-1][j - 2] if rows else (ends[1] ** (j - 1) - ends[0] ** (j - 1)) / (j - 1)
+            row.append(below + square * row[j - 2])
+        rows.append(row)
+    return rows[-1][:count]
 
 
 def _about_zero(

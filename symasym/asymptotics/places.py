@@ -26,6 +26,10 @@ from symasym.landscape import bracketed_zero
 #: Orders that are found beyond those that are added up; they tell the error.
 BEYOND = 2
 
+# A at a zero of its slope, below which that place in float64 is not good enough.
+_BESIDE = Fraction(1, 10**20)
+# Two turning points of A closer than this are one, found twice.
+_SAME = Fraction(1, 10**9)
 # Taylor coefficients that are looked at before A is taken to be constant.
 _FLATTEST = 64
 
@@ -307,7 +311,10 @@ def simple_zeros(
     InputError
         Where A touches zero.
     """
-    marks = (Fraction(x) for x in field.monotone_marks())
+    marks = [Fraction(x) for x in field.monotone_marks()]
+    # Beside a fold a mark in float64 may miss both zeros.
+    near = [x for x in marks if lo < x < hi and abs(field.value(x)) < _BESIDE]
+    marks = [refined_mark(field, x, context) if x in near else x for x in marks]
     edges = [lo, *sorted(x for x in marks if lo < x < hi), hi]
     values = [field.value(x) for x in edges]
     # At the start itself, what counts is the sign beside it.
@@ -325,6 +332,42 @@ def simple_zeros(
             pair = partial(_value_and_slope, field)
             found.append((bracketed_zero(pair, a, b, context), bool(high > 0)))
     return found
+
+
+def refined_mark(field: ExactField, mark: Fraction, context: Any) -> Fraction:
+    """The zero of phi's slope beside `mark`, to all digits of the context, by Newton."""
+    x = mark
+    for _ in range(context.prec.bit_length() + 4):
+        taylor = field.taylor(x, Fraction(1), 3)
+        if len(taylor) < 3 or not taylor[2]:
+            return mark
+        step = to_fraction(_quotient(taylor[1], 2 * taylor[2], context))
+        # A mark is good to some 1e-16, or to half of that beside another.
+        if abs(step) > Fraction(1, 1000):
+            return mark
+        x -= step
+        if abs(step) < Fraction(1, 2 ** (context.prec // 2 + 8)):
+            break
+    return x
+
+
+def turning_points(field: ExactField, lo: Fraction, hi: Fraction, context: Any) -> list[Fraction]:
+    """The simple zeros of phi's slope in (lo, hi), left to right, to all digits."""
+    found: list[Fraction] = []
+    for mark in sorted(map(Fraction, field.monotone_marks())):
+        if not lo < mark < hi:
+            continue
+        x = refined_mark(field, mark, context)
+        taylor = field.taylor(x, Fraction(1), 3)
+        # Zeros of A are marks, too.
+        turns = len(taylor) > 2 and abs(taylor[1]) <= abs(taylor[2]) / 2 ** (context.prec // 3)
+        if turns and taylor[2] and lo < x < hi and all(abs(x - y) > _SAME for y in found):
+            found.append(x)
+    return sorted(found)
+
+
+def _quotient(a: Any, b: Any, context: Any) -> Any:
+    return context.mpf(a.numerator) / a.denominator / (context.mpf(b.numerator) / b.denominator)
 
 
 def _value_and_slope(field: ExactField, u: Any) -> tuple[Any, Any]:

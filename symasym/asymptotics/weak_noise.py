@@ -13,7 +13,7 @@ in 1/lam, and the next two orders tell how much.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial
 from typing import Any, NamedTuple
@@ -134,13 +134,13 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
     values = exact_scene(drift, numbers, request.dps)
     digits = request.digits
     lam = 2 / values["kappa"] ** 2
-    _require_seen(drift, values["kappa"], lam)
+    require_seen(drift, lam)
     with own_context(digits + 2 * len(str(int(lam + 1))) + 20) as context:
         stationary = _stationary(drift, order, context)
         number = context.mpf(lam.numerator) / lam.denominator
         found = []
         for n in orders:
-            outside, total = _outside(stationary, number, n, _Exponentials(context))
+            outside, total = _outside(stationary, number, n, Exponentials(context))
             if total.error < total.value / 2:
                 found.append((outside / total.value, total.error / total.value, n))
         if not found:
@@ -190,7 +190,7 @@ def _outside(found: _Stationary, lam: Any, order: int, ops: Any) -> tuple[Any, P
     return outside, total
 
 
-def _time(sides: Sides, lam: Any) -> Pair:
+def time_of(sides: Sides, lam: Any) -> Pair:
     """lam (L D_R + R D_L)/(L + R), the start's own share of each taken out.
 
     With l, m the start's shares of int e^{lam V} and int e^{-lam V} to the right, those to the
@@ -254,7 +254,7 @@ def _enclosed_time(drift: Drift, values: dict[str, Fraction], order: int, digits
 
 
 _QUANTITIES = {
-    "T": Quantity(_time, None, True, weak_noise_double.escape_time, _enclosed_time),
+    "T": Quantity(time_of, None, True, weak_noise_double.escape_time, _enclosed_time),
     "C": _probability(False),
     "1 - C": _probability(True),
 }
@@ -276,13 +276,13 @@ def _answer(
     values = exact_scene(drift, numbers, request.dps)
     digits = request.digits
     lam = 2 / values["kappa"] ** 2
-    _require_seen(drift, values["kappa"], lam)
-    with own_context(_working(digits, lam, values["r"])) as context:
+    require_seen(drift, lam)
+    with own_context(working_digits(digits, lam, values["r"])) as context:
         halves = _halves(
             drift, values["r"], values["start"], order, context, (digits + 15) * quantity.outer
         )
         number = context.mpf(lam.numerator) / lam.denominator
-        found, ops = [], _Exponentials(context)
+        found, ops = [], Exponentials(context)
         for n in orders:
             sides = _sides(halves, number, values["r"], n, ops)
             if sides.sure():
@@ -342,16 +342,16 @@ def parts(
     """T in parts, to the first of `orders` whose stated error is small enough, or the best."""
     values = exact_scene(drift, numbers, digits)
     lam = 2 / values["kappa"] ** 2
-    _require_seen(drift, values["kappa"], lam)
-    with own_context(_working(digits, lam, values["r"])) as context:
-        ops, number = _Exponentials(context), context.mpf(lam.numerator) / lam.denominator
+    require_seen(drift, lam)
+    with own_context(working_digits(digits, lam, values["r"])) as context:
+        ops, number = Exponentials(context), context.mpf(lam.numerator) / lam.denominator
         # No more digits of the outer part than its share of what is allowed.
         outer = len(str(int(1 / allowed))) + 12
         halves = _halves(drift, values["r"], values["start"], orders[-1], context, outer)
         best: Parts | None = None
         for n in orders:
             sides = _sides(halves, number, values["r"], n, ops)
-            total = _time(sides, number)
+            total = time_of(sides, number)
             if not (sides.sure() and total.error < total.value / 2):
                 continue
             error = 2 * total.error / total.value
@@ -371,19 +371,19 @@ def _items(
     """Every pair of places and the outer part of both sides, times the chance to be there."""
     total, found = sides.total(), []
     shares = [side.scale.value + side.rising.value for side in (sides.left, sides.right)]
-    rest = _time(sides, lam).value
+    rest = time_of(sides, lam).value
     for k, one in enumerate(halves):
         front = lam * shares[1 - k] / total
         sign = 2 * k - 1
         chance = "" if k else "C times "
-        rising, falling = _weights(one, lam, r, order, ops)
+        rising, falling = weights_of(one, lam, r, order, ops)
         for low, weight, _ in falling:
             for high, share, onward in rising:
                 if high.u is None or high.u >= low.u:
                     pair = weight * (onward if high.u == low.u else share)
                     name = f"{chance}{_named(low, sign, r)} with {_named(high, sign, r)}"
                     found.append((name, front * pair.value, front * pair.error))
-        outer = _outer(one, lam, r, order, ops)
+        outer = outer_part(one, lam, r, order, ops)
         where = f"{chance}the part between, {'right' if k else 'left'}"
         found.append((where, front * outer.value, front * outer.error))
     rest -= sum(value for _, value, _ in found)
@@ -395,7 +395,7 @@ def _named(place: Place, sign: int, r: Any) -> str:
     return f"{place.kind} at {sign * float(r if place.u is None else place.u):.4g}"
 
 
-def _working(digits: int, lam: Fraction, r: Fraction) -> int:
+def working_digits(digits: int, lam: Fraction, r: Fraction) -> int:
     """Digits that leave `digits` right in e^{lam V}."""
     return digits + 2 * len(str(int(lam * (1 + r) + 1))) + 20
 
@@ -410,17 +410,15 @@ def _most_order(request: Request) -> int:
     return read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
 
 
-def _require_seen(drift: Drift, kappa: Fraction, lam: Fraction) -> None:
+def require_seen(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
+    """Raise AccuracyError where A bends faster than the noise can tell, but at the folds."""
     # Noise beyond the range of float64 is weak.
-    if lam < 10**300 and unseen(drift, float(lam)):
-        raise _bent(float_text(kappa))
-
-
-def _bent(kappa: str) -> AccuracyError:
-    return AccuracyError(
-        f"kappa is {kappa}, where the noise is too strong for a drift that bends this fast: no "
-        "term of Laplace's method would tell its error; use method='exact' or 'strong_noise'."
-    )
+    if lam < 10**300 and unseen(drift, float(lam), folds):
+        raise AccuracyError(
+            f"kappa is {float(2 / lam) ** 0.5:.6g}, where the noise is too strong for a drift that "
+            "bends this fast: no term of Laplace's method would tell its error; use "
+            "method='exact' or 'strong_noise'."
+        )
 
 
 def _too_strong(kappa: str, order: int) -> AccuracyError:
@@ -451,7 +449,7 @@ def _terms(halves: tuple[Half, Half], context: Any) -> tuple[str, ...]:
 # -- at a given lam --------------------------------------------------------------------------------
 
 
-class _Exponentials:
+class Exponentials:
     """e^{lam height} in an mpmath context."""
 
     def __init__(self, context: Any) -> None:
@@ -506,7 +504,7 @@ def _sides(halves: tuple[Half, Half], lam: Any, r: Any, order: int, ops: Any) ->
         for pair in ([s.rising for s in starts], [s.falling for s in starts])
     )
     unit = ops.exp(0 * lam)
-    rising, falling = (_times(_series(_gathered(g), lam, order, ops), unit) for g in both)
+    rising, falling = (_times(series_of(_gathered(g), lam, order, ops), unit) for g in both)
     return Sides(left, right, rising, falling, starts[0].corner)
 
 
@@ -527,10 +525,10 @@ def _times(series: Pair, factor: Any) -> Pair:
 
 def _side(one: Half, lam: Any, r: Any, order: int, ops: Any) -> Side:
     """One side at `lam`, with the end at `r` where that is beyond the layer."""
-    rising, falling = _weights(one, lam, r, order, ops)
+    rising, falling = weights_of(one, lam, r, order, ops)
     unit = ops.exp(0 * lam)
     scale = rising.pop()[1] if one.beyond is not None else Pair(0 * unit, 0 * unit)
-    nested = _times(_outer(one, lam, r, order, ops), unit)
+    nested = _times(outer_part(one, lam, r, order, ops), unit)
     # From right to left: what e^{lam V} has to the right of each place of e^{-lam V}.
     for place, share, onward in reversed(rising):
         while falling and falling[-1][0].u > place.u:
@@ -540,20 +538,20 @@ def _side(one: Half, lam: Any, r: Any, order: int, ops: Any) -> Side:
         scale = scale + share
     for _, share, _ in falling:
         nested = nested + share * scale
-    starts = (_times(_series(g, lam, order, ops), unit) for g in one.start[:2])
+    starts = (_times(series_of(g, lam, order, ops), unit) for g in one.start[:2])
     return Side(scale, nested, *starts)
 
 
-def _outer(one: Half, lam: Any, r: Any, order: int, ops: Any) -> Pair:
+def outer_part(one: Half, lam: Any, r: Any, order: int, ops: Any) -> Pair:
     """What lies between the places, in the layer and beyond it."""
-    found = _series(one.outer, lam, order, ops, ops.number(one.unit))
+    found = series_of(one.outer, lam, order, ops, ops.number(one.unit))
     if one.beyond is None:
         return found
     u, _, slope = (ops.number(x) for x in one.beyond)
     return Pair(found.value + (ops.number(r) - u) / (slope * lam), found.error)
 
 
-def _weights(
+def weights_of(
     one: Half, lam: Any, r: Any, order: int, ops: Any
 ) -> tuple[list[tuple[Place, Pair, Pair]], list[tuple[Place, Pair, Pair]]]:
     """The places of e^{lam V} and of e^{-lam V} with their shares and onward ones."""
@@ -572,12 +570,12 @@ def _weight(place: Place, lam: Any, order: int, ops: Any) -> tuple[Pair, Pair]:
     """The place's share of its own integral, and its `onward`."""
     factor = ops.exp(lam * ops.number(place.height))
     share, onward = (
-        _times(_series(g, lam, order, ops), factor) for g in (place.groups, place.onward)
+        _times(series_of(g, lam, order, ops), factor) for g in (place.groups, place.onward)
     )
     return share, onward
 
 
-def _series(groups: Groups, lam: Any, order: int, ops: Any, unit: Any = 0) -> Pair:
+def series_of(groups: Groups, lam: Any, order: int, ops: Any, unit: Any = 0) -> Pair:
     """The first order + 1 groups, and the size of what follows, judged by the next two."""
     sums, size = [], 0 * lam
     for group in groups[: order + 1 + BEYOND]:

@@ -59,7 +59,7 @@ def logs_of(
         for chosen, sights in _all_sights(drift, scenes, drifts, orders[-1], analyse):
             rows = drifts.rows[chosen].T
             _fill(sights, scenes, rows, orders, evaluate, full, logs, errors)
-        errors += _input_rounding(drift, scenes)
+        errors += rounding_of_places(drift, scenes)
     return logs, errors
 
 
@@ -188,7 +188,8 @@ def _probes(lam: FloatArray) -> IntArray:
     return found
 
 
-def _input_rounding(drift: Drift, scenes: Scenes) -> Any:
+def rounding_of_places(drift: Drift, scenes: Scenes) -> Any:
+    """What reading r and start as floats changes in log T, at most."""
     if not any(gap.any() for name, gap in scenes.moved.items() if name != "kappa"):
         return 0.0
     grid = np.linspace(-1, 1, 65)

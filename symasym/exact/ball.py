@@ -85,16 +85,17 @@ def escape_time(
     A logarithm that is 0, or that is smaller than 10^-dps, is enclosed with an absolute
     radius of 10^-2dps.
     """
-    _check_escape(kappa, r, start)
+    check_escape(kappa, r, start)
 
     def compute() -> Any:
         left, right = _both_sides(drift, kappa, r, start, moments="SY")
+        _add_nested(left, right)
         time = plain_formulas.escape_time_of_products(
             left.work, right.work, left.scale, right.scale
         )
         return time.log() if log else time
 
-    return _refine(compute, dps, scale=_lam(kappa) * (1 + r), may_vanish=log)
+    return _refine(compute, dps, scale=large_parameter(kappa) * (1 + r), may_vanish=log)
 
 
 def exit_probability(
@@ -116,7 +117,7 @@ def exit_probability(
     flint.arb
         A ball that contains the value.
     """
-    _check_escape(kappa, r, start)
+    check_escape(kappa, r, start)
 
     def compute() -> Any:
         left, right = _both_sides(drift, kappa, r, start, moments="S")
@@ -127,7 +128,7 @@ def exit_probability(
             return -(left.scale / right.scale).log1p()
         return plain_formulas.exit_share(left.scale, right.scale)
 
-    return _refine(compute, dps, scale=_lam(kappa) * (1 + r))
+    return _refine(compute, dps, scale=large_parameter(kappa) * (1 + r))
 
 
 def occupation(
@@ -154,11 +155,11 @@ def occupation(
         A ball that contains the value.
     """
     _check_noise(kappa)
-    lam = _lam(kappa)
+    lam = large_parameter(kappa)
 
     def compute() -> Any:
         profile = profile_of(drift)
-        a_minus, a_plus = _sliding_slopes(profile)
+        a_minus, a_plus = sliding_slopes(profile)
         inside = exact_ball(Fraction(0))
         weight = exact_ball(_ONE)  # e^{-lam V} at the panel's start
         for panel in cut(profile, lam, -_ONE, _ONE):
@@ -194,11 +195,11 @@ def stationary_density(
         A ball that contains the value.
     """
     _check_noise(kappa)
-    lam = _lam(kappa)
+    lam = large_parameter(kappa)
 
     def compute() -> Any:
         profile = profile_of(drift)
-        _sliding_slopes(profile)
+        sliding_slopes(profile)
         mass = _mass_before(profile, lam, y) + _mass_before(profile.mirrored(), lam, -y)
         # `mass` is w/lam.
         return -mass.log() if log else plain_formulas.density_of_halves(1, mass)
@@ -243,7 +244,7 @@ def to_mpf(ball: Any, dps: int) -> tuple[Any, Any]:
 # -- arguments ---------------------------------------------------------------------------------
 
 
-def _lam(kappa: Fraction) -> Fraction:
+def large_parameter(kappa: Fraction) -> Fraction:
     return 2 / kappa**2
 
 
@@ -252,7 +253,7 @@ def _check_noise(kappa: Fraction) -> None:
         raise InputError(f"kappa is {kappa}; it must be greater than 0.")
 
 
-def _check_escape(kappa: Fraction, r: Fraction, start: Fraction) -> None:
+def check_escape(kappa: Fraction, r: Fraction, start: Fraction) -> None:
     _check_noise(kappa)
     if r <= 0:
         raise InputError(f"r is {r}; it must be greater than 0.")
@@ -260,7 +261,7 @@ def _check_escape(kappa: Fraction, r: Fraction, start: Fraction) -> None:
         raise InputError(f"start is {start}; it must lie between -r and r, which is {r}.")
 
 
-def _sliding_slopes(profile: Profile) -> tuple[Any, Any]:
+def sliding_slopes(profile: Profile) -> tuple[Any, Any]:
     """a- and a+; `_Undecided` where their signs need more precision."""
     a_minus, a_plus = profile.value(-_ONE), profile.value(_ONE)
     if a_minus <= 0 or a_plus >= 0:
@@ -280,10 +281,10 @@ class _Undecided(Exception):
     """A sign could not be told at this precision."""
 
 
-def _refine(
-    compute: Callable[[], Any], dps: int, *, scale: Fraction, may_vanish: bool = False
+def refined(
+    compute: Callable[[], Any], dps: int, *, scale: Fraction, missing_bits: Callable[[Any], int]
 ) -> Any:
-    """`compute()` at rising precision, until the ball is narrow enough."""
+    """`compute()` at rising precision, until no bits are missing."""
     # The sum of a panel's alternating series cancels a sixth of the bits, 2/(RATIO log 2) times the
     # growth per bit (see `ball_panels`), and e^{lam V} loses as many as its exponent has before the
     # point.
@@ -292,7 +293,7 @@ def _refine(
         with precision(bits):
             try:
                 value = compute()
-                missing = _missing_bits(value, dps, may_vanish)
+                missing = missing_bits(value)
             except _Undecided:
                 missing = bits
         if missing <= 0:
@@ -304,15 +305,25 @@ def _refine(
     )
 
 
-def _missing_bits(value: Any, dps: int, may_vanish: bool) -> int:
-    """Bits by which the ball is too wide; 0 if it is good."""
+def _refine(
+    compute: Callable[[], Any], dps: int, *, scale: Fraction, may_vanish: bool = False
+) -> Any:
+    """A ball to `dps` digits."""
+    # A value that may be 0, as log 1 is, has no relative accuracy.
+    places = 2 * dps if may_vanish else None
+    return refined(
+        compute, dps, scale=scale, missing_bits=lambda ball: excess_bits(ball, dps, places)
+    )
+
+
+def excess_bits(value: Any, dps: int, places: int | None) -> int:
+    """Bits by which a ball is too wide for `dps` digits or, if given, `places`; 0 if it is good."""
     if not value.is_finite():
         return 1 << 62
     flint = flint_module()
     allowed = value.abs_lower() * flint.arb(10) ** -dps
-    if may_vanish:
-        # A value that may be 0, as log 1 is, has no relative accuracy.
-        allowed = allowed.max(flint.arb(10) ** (-2 * dps))
+    if places is not None:
+        allowed = allowed.max(flint.arb(10) ** -places)
     radius = value.rad()
     if radius <= allowed:
         return 0
@@ -326,34 +337,58 @@ def _missing_bits(value: Any, dps: int, may_vanish: bool) -> int:
 
 @dataclass
 class _Side:
-    """S and Y (see the module's text) at the point reached."""
+    """S and Y (see the module's text) at the point reached.
+
+    Y lacks what each of the pieces in `apart` adds to it, `nested` times lam.
+    """
 
     scale: Any
     work: Any
+    lam: Any
+    apart: list[Outer | Panel]
 
 
 def _both_sides(
     drift: Any, kappa: Fraction, r: Fraction, start: Fraction, moments: str
 ) -> tuple[_Side, _Side]:
-    profile, lam = profile_of(drift), _lam(kappa)
+    profile, lam = profile_of(drift), large_parameter(kappa)
     # Both are cut before either is integrated, so that too much work is refused at once.
-    left = _pieces(profile, lam, -r, start)
-    right = _pieces(profile.mirrored(), lam, -r, -start)
+    left = pieces_of(profile, lam, -r, start)
+    right = pieces_of(profile.mirrored(), lam, -r, -start)
     return _carried(left, lam, moments), _carried(right, lam, moments)
 
 
 def _carried(pieces: list[Outer | Panel], lam: Fraction, moments: str) -> _Side:
     """S and, if asked for, Y from the absorbing end to the end of the last piece."""
-    side = _Side(exact_ball(Fraction(0)), exact_ball(Fraction(0)))
-    factor = exact_ball(lam)
+    nothing = exact_ball(Fraction(0))
+    side = _Side(nothing, nothing, exact_ball(lam), pieces if "Y" in moments else [])
     for panel in pieces:
         if "Y" in moments:
-            side.work += factor * (side.scale * panel.minus + panel.nested)
+            side.work += side.lam * (side.scale * panel.minus)
         side.scale = (side.scale + panel.plus) / panel.growth
     return side
 
 
-def _pieces(profile: Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[Outer | Panel]:
+def _add_nested(left: _Side, right: _Side) -> None:
+    """Complete Y on both sides.
+
+    The nested integrals are most of the work, and few of them are seen in the last digit: each is
+    positive and below the product of its panel's single ones.
+    """
+    flint = flint_module()
+    # Y_left S_right + Y_right S_left is the numerator of T (positive-form), here without them.
+    known = left.work * right.scale + right.work * left.scale
+    unseen = known.abs_lower() * flint.arb(2) ** (-flint.ctx.prec - 10)
+    for side, other in ((left, right), (right, left)):
+        for panel in side.apart:
+            ceiling = side.lam * panel.plus * panel.minus
+            if ceiling * other.scale < unseen:
+                side.work += ceiling.union(0)
+            else:
+                side.work += side.lam * panel.nested
+
+
+def pieces_of(profile: Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[Outer | Panel]:
     """The panels of [a, b], a < 1, from left to right, the outer ones in one piece."""
     pieces: list[Outer | Panel] = []
     if a < -1:
@@ -370,6 +405,6 @@ def _mass_before(profile: Profile, lam: Fraction, y: Fraction) -> Any:
     """Integral over u < y of e^{lam(V(y) - V(u))}, for a drift that points inwards on the left."""
     # From -infinity to the first corner, or to y if that comes first, it is 1/(lam a-).
     mass = plain_formulas.tail_left(profile.value(-_ONE)) / exact_ball(lam)
-    for panel in _pieces(profile, lam, -_ONE, y):
+    for panel in pieces_of(profile, lam, -_ONE, y):
         mass = panel.growth * (mass + panel.minus)
     return mass

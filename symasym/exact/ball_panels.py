@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from operator import mul
 from typing import Any
 
 from symasym.errors import AccuracyError
@@ -24,6 +25,9 @@ _LOG_RATIO = 1.791759469228055
 # panels of more terms, and more cancellation within a series; 0.35 is the measured optimum,
 # flat within a factor 1.5 either way, for 15 to 100 digits.
 _GROWTH_PER_BIT = 0.35
+
+# Coefficients of A up to which the recurrence of `nested` beats a product of series.
+_SHORT = 12
 
 # A panel narrower than this fraction of its piece means that A has no finite bound there.
 _NARROWEST = Fraction(1, 2**80)
@@ -64,10 +68,12 @@ class Outer:
 
 
 def exp_quotient(x: Any, order: int) -> Any:
-    """(e^x - 1)/x, or (e^x - 1 - x)/x^2 for order 2, also where x is or contains 0."""
+    """(e^x - 1)/x, (e^x - 1 - x)/x^2 for order 2, and so on, also where x is or contains 0."""
     flint = flint_module()
     if not abs(x) < 2:
-        return x.expm1() / x if order == 1 else (x.expm1() - x) / (x * x)
+        if order == 1:
+            return x.expm1() / x
+        return (exp_quotient(x, order - 1) - 1 / flint.arb(order - 1).fac()) / x
     # Sum of x^k/(k + order)!; what is left out is below |x|^n/(n + order)! e^|x|.
     terms = flint.ctx.prec // 2 + 8
     term = 1 / flint.arb(order).fac()
@@ -167,13 +173,109 @@ class Panel:
         """Integral of e^{lam(V(w) - V(x))} over a < w < x < b."""
         flint = flint_module()
         flint.ctx.cap = self.terms
-        running = self._rising.integral()
-        running = running - (_at_ends(running)[0] + self._exp_tail)
-        product = self._complete(self._falling * running)
+        running = self._complete(self._rising).integral()
+        below = -(_at_ends(running)[0] + self._exp_tail)
+        degree = self.profile.terms()
+        if degree is not None and degree <= _SHORT:
+            integral = self._integral_by_recurrence(below)
+        else:
+            integral = _over_panel(self._complete(self._falling * (running + below)))
         # On the disk the path from -1 to t is straight and at most RATIO + 1 long.
         reach = RATIO + 1
         bound = reach * (self.slope_bound * reach).exp()
-        return exact_ball(self.half**2) * (_over_panel(product) + 2 * self._tail(bound))
+        return exact_ball(self.half**2) * (integral + 2 * self._tail(bound))
+
+    def _integral_by_recurrence(self, start: Any) -> Any:
+        """Integral of m over the panel, where m' = 1 - E' m, E the exponent, m(0) = `start`.
+
+        m is e^{-E} times the running integral of e^E; where E' has few coefficients this takes
+        a few multiplications a term, and the product of the two series several times that.
+        """
+        slopes = self._complete(self._exponent).derivative().coeffs()
+        m = [start, 1 - slopes[0] * start if slopes else 1 + 0 * start]
+        width = len(slopes)
+        for k in range(1, self.terms - 1):
+            recent = m[-1 : -width - 1 : -1]
+            m.append(-sum(map(mul, slopes, recent)) / (k + 1))
+        even = (c / (2 * k + 1) for k, c in enumerate(m[::2]))
+        return 2 * sum(even, flint_module().arb(0))
+
+
+class OuterSlope:
+    """How an `Outer` changes when its drift does at the rate `slope`, per unit of a parameter.
+
+    `growth` is the relative change, the others are those of the integrals.
+    """
+
+    def __init__(self, outer: Outer, slope: Any) -> None:
+        exponent = outer.slope * exact_ball(outer.lam * outer.length)
+        change = slope * exact_ball(outer.lam * outer.length)
+        self.growth = -change
+        self.plus = -exact_ball(outer.length) * self._rate(-exponent, 1) * change
+        self.minus = exact_ball(outer.length) * self._rate(exponent, 1) * change
+        self.nested = exact_ball(outer.length**2) * self._rate(exponent, 2) * change
+
+    @staticmethod
+    def _rate(x: Any, order: int) -> Any:
+        """The derivative of `exp_quotient`."""
+        return exp_quotient(x, order) - order * exp_quotient(x, order + 1)
+
+
+class PanelSlope:
+    """The same of a `Panel` whose drift changes by `rate` times the one of `profile`.
+
+    In t, the exponent E changes by q. On the panel's circle of radius RATIO, q' is bounded by
+    `steep`, and on paths from -1 into it q by RATIO + 1 times that.
+    """
+
+    def __init__(self, panel: Panel, profile: Profile, rate: Fraction) -> None:
+        self._panel = panel
+        flint, scale = flint_module(), panel.lam * panel.half * rate
+        flint.ctx.cap = panel.terms
+        self.steep = abs(exact_ball(scale)) * profile.bound(panel.center, RATIO * panel.half)
+        series = panel._complete(profile.series(panel.center, panel.half, panel.terms))
+        q = (-exact_ball(scale)) * series.integral()
+        cut = panel._tail(self.steep * RATIO)
+        left, right = (x + cut for x in _at_ends(q))
+        self.growth = right - left
+        self._q = q - left
+        self._reach = self.steep * (RATIO + 1)
+
+    def _weighted(self, series: Any) -> tuple[Any, Any]:
+        """q times e^E or e^-E, and the tail of that."""
+        panel = self._panel
+        flint_module().ctx.cap = panel.terms
+        tail = panel._tail((panel.slope_bound * RATIO).exp() * self._reach)
+        return panel._complete(series * self._q), tail
+
+    @cached_property
+    def _rising(self) -> tuple[Any, Any]:
+        return self._weighted(self._panel._rising)
+
+    @cached_property
+    def plus(self) -> Any:
+        panel, (series, tail) = self._panel, self._rising
+        scale = exact_ball(panel.half) * (-panel._ends[0]).exp()
+        return scale * (_over_panel(series) + 2 * tail)
+
+    @cached_property
+    def minus(self) -> Any:
+        panel, (series, tail) = self._panel, self._weighted(self._panel._falling)
+        return -exact_ball(panel.half) * panel._ends[0].exp() * (_over_panel(series) + 2 * tail)
+
+    @cached_property
+    def nested(self) -> Any:
+        """Integral of e^{E(w) - E(x)} (q(w) - q(x)) over a < w < x < b."""
+        panel, (weighted, tail) = self._panel, self._rising
+        flint_module().ctx.cap = panel.terms
+        running, moved = panel._complete(panel._rising).integral(), weighted.integral()
+        running = running - (_at_ends(running)[0] + panel._exp_tail)
+        moved = moved - (_at_ends(moved)[0] + tail)
+        product = panel._complete(panel._falling * (moved - self._q * running))
+        # |q(w) - q(x)| is at most `steep` times the length of the path, as for E in `Panel`.
+        reach = RATIO + 1
+        bound = reach * (panel.slope_bound * reach).exp() * self._reach
+        return exact_ball(panel.half**2) * (_over_panel(product) + 2 * panel._tail(bound))
 
 
 def _at_ends(series: Any) -> tuple[Any, Any]:

@@ -31,10 +31,15 @@ class ExactField:
     mirrored : bool
     context : mpmath context
         Precision of what is not rational.
+    offset : Fraction
+        Added to A (before mirroring), where exactly A has no simple zeros.
     """
 
-    def __init__(self, drift: Drift, mirrored: bool, context: Any) -> None:
+    def __init__(
+        self, drift: Drift, mirrored: bool, context: Any, offset: Fraction = Fraction(0)
+    ) -> None:
         self._drift, self._context = drift, context
+        self._offset = -offset if mirrored else offset
         self.mirrored = mirrored
         self._sign = -1 if mirrored else 1
         self._about: dict[Fraction, list[Fraction]] = {}
@@ -44,6 +49,9 @@ class ExactField:
         self._polynomial = None if known is None else [Rational(c) for c in known]
         if self._polynomial is not None and mirrored:
             self._polynomial = [c if k % 2 else -c for k, c in enumerate(self._polynomial)]
+        if self._polynomial is not None and offset:
+            self._polynomial = self._polynomial or [Rational(0)]
+            self._polynomial[0] += Rational(self._offset)
 
     @property
     def is_polynomial(self) -> bool:
@@ -57,9 +65,10 @@ class ExactField:
                 total = total * u + c
             return total
         if abs(u) == 1 and (known := self._drift.end(self._sign * int(u))) is not None:
-            return self._sign * known
+            return self._sign * known + self._offset
         ops = MpmathOps(self._context)
-        return self._sign * to_fraction(self._drift.evaluate(ops.rational(self._sign * u), ops))
+        found = to_fraction(self._drift.evaluate(ops.rational(self._sign * u), ops))
+        return self._sign * found + self._offset
 
     def float_values(self, u: FloatArray) -> FloatArray:
         """phi in float64, for planning."""
@@ -92,7 +101,9 @@ class ExactField:
         with self._context.workprec(self._context.prec + self._extra_bits):
             ops = JetOps(order, self._context)
             jet = self._drift.evaluate(ops.variable(self._sign * centre, self._sign * scale), ops)
-        return [self._sign * c for c in Jet.fractions(jet, ops)]
+        found = [self._sign * c for c in Jet.fractions(jet, ops)]
+        found[0] += self._offset
+        return found
 
     def sharpen(self) -> None:
         """Find Taylor coefficients with more bits from now on."""
@@ -142,7 +153,8 @@ class ExactField:
     def number(self, u: Any) -> Any:
         """phi(u) for an mpf u."""
         ops = MpmathOps(self._context)
-        return self._sign * self._drift.evaluate(self._sign * self._context.mpf(u), ops)
+        found = self._sign * self._drift.evaluate(self._sign * self._context.mpf(u), ops)
+        return found + ops.rational(self._offset) if self._offset else found
 
     def slope(self, u: Any) -> Any:
         """phi'(u) for an mpf u inside (-1, 1)."""

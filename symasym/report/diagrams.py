@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from symasym.figures import _style as style
+from symasym.figures.style import style
 from symasym.report.growth import Grown
 from symasym.report.measure import Point
 from symasym.report.stability import MOST, Cell, columns

@@ -111,7 +111,7 @@ def report(folder: str | Path, quick: bool = False) -> tuple[list[Point], list[P
     paths : list of Path
         The files.
     """
-    from symasym.figures import encode
+    from symasym.figures.style import encode
     from symasym.report.diagrams import heat_maps
 
     before = load()

@@ -76,7 +76,7 @@ def report(
     paths : list of Path
         The files.
     """
-    from symasym.figures import encode
+    from symasym.figures.style import encode
     from symasym.report import diagrams
 
     before = load()

@@ -1,0 +1,160 @@
+"""The notation sheet: every formula with its label, as one LaTeX document."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from derivations.registry import entries
+from derivations.report import tex_text
+from symasym.formula import Formula, formula
+
+_SECTIONS = {
+    "2": "The systems",
+    "3": "The results in physical units",
+    "4": "Reduction to one dimension",
+    "5": "Stationary density and escape time",
+    "6": "Strong and weak noise",
+    "7": "The friction oscillator",
+}
+
+# Symbol, meaning, how the paper writes it.
+_SYMBOLS = (
+    (r"\varepsilon", "half-width of the layer |y| <= eps, in physical units", r"\varepsilon"),
+    ("u,\\ v", "scaled position y/eps", r"\tilde y,\ u,\ v"),
+    (r"\kappa", "scaled noise amplitude, the physical one over sqrt(eps)", r"\tilde\kappa"),
+    ("r", "scaled escape radius, the physical one over eps", r"\tilde r"),
+    (r"\kappa_{\mathrm{phys}},\ r_{\mathrm{phys}}", "the same in physical units", r"\kappa,\ r"),
+    (r"\lambda", "large parameter of every Laplace-type integral", r"2/\tilde\kappa^2"),
+    (r"\phi,\ A", "scaled drift, and its part inside the layer", r"\phi,\ A"),
+    ("a^-,\\ a^+", "scaled drift for u <= -1 and u >= 1", "a^-,\\ a^+"),
+    ("V", "potential: V' = -phi, V(-1) = 0", "V"),
+    ("u_1,\\ u_2", "well and barrier, the zeros of A", r"\tilde y_1,\ \tilde y_2"),
+    ("T", "mean time to leave |u| < r from 0, in units of eps", r"\tilde T"),
+    ("C", "probability of leaving through -r", "C"),
+    ("P", "stationary probability of |u| <= 1", r"\mathbb{P}"),
+    ("S", "Stokes multiplier", "S"),
+    (r"\mu,\ \alpha,\ z_0", "shape, strength and extension of the friction model", "the same"),
+)
+
+_HEAD = r"""% Written by symasym: show --all --latex.
+\documentclass[a4paper]{article}
+\usepackage[margin=22mm]{geometry}
+\usepackage{amsmath,amssymb}
+\allowdisplaybreaks
+\setlength{\parindent}{0pt}
+\postdisplaypenalty=10000
+\newcommand{\formula}[3]{\par\pagebreak[0]\medskip
+  \textbf{#1}\quad{\small\texttt{#2}\quad#3}\nopagebreak}
+\begin{document}
+\section*{Formulas of the smoothed switch with noise}
+All quantities are scaled by the half-width of the layer unless marked. Labels are those of the
+paper, or this project's names for results that have none there. After its label stands how exact
+a formula is: what it leaves out, and when.
+
+\medskip
+\begin{tabular}{@{}lll@{}}
+symbol & meaning & in the paper \\ \hline"""
+
+
+def sheet() -> str:
+    """The LaTeX document; it needs amsmath, amssymb and geometry."""
+    lines = [_HEAD]
+    for symbol, meaning, printed in _SYMBOLS:
+        shown = printed if printed == "the same" else f"${printed}$"
+        lines.append(f"${symbol}$ & {prose(meaning)} & {shown} \\\\")
+    lines.append("\\end{tabular}")
+    section = ""
+    for label, entry in entries().items():
+        number = entry.module.removeprefix("derivations.section")[0]
+        if number != section:
+            section = number
+            lines += ["", f"\\section*{{Section {number}: {_SECTIONS[number]}}}"]
+        lines += ["", *_entry(formula(label))]
+    return "\n".join([*lines, "\\end{document}", ""])
+
+
+def _entry(found: Formula) -> Iterator[str]:
+    label = tex_text(found.label)
+    yield f"\\formula{{{prose(found.title)}}}{{{label}}}{{{prose(found.error)}}}"
+    yield "\\begin{equation}"
+    yield f"\\label{{{found.label}}}"
+    rows = " \\\\\n".join(_rows(found.latex()))
+    yield f"\\begin{{gathered}}\n{rows}\n\\end{{gathered}}" if "\n" in rows else rows
+    yield "\\end{equation}"
+    if found.note:
+        yield f"{{\\small Here {prose(found.note)}.}}"
+
+
+#: Longer ones are broken before their remainder, which is as wide as what stands before it.
+_LONG = 150
+
+
+def _rows(latex: str) -> list[str]:
+    """The lines of a formula: one a statement, and a long remainder on its own."""
+    # Names that are words, and not products of letters.
+    latex = re.sub(r"(?<![\\{A-Za-z])([a-z]{3,})", r"\\mathrm{\1}", latex)
+    parts = latex.split(" ,\\quad ")
+    rows = parts if len(latex) > _LONG else [latex]
+    broken: list[str] = []
+    for row in rows:
+        before, remainder, after = row.partition(" + O\\left(")
+        if remainder and len(row) > _LONG and len(after) > 40:
+            broken += [before, "{}" + remainder + after]
+        else:
+            broken.append(row)
+    return broken
+
+
+# -- words with formulas in them ---------------------------------------------------------------
+
+_GREEK = {
+    "kappa": r"\kappa",
+    "lam": r"\lambda",
+    "eps": r"\varepsilon",
+    "ell": r"\ell",
+    "sigma": r"\sigma",
+    "phi": r"\phi",
+    "delta": r"\delta",
+    "Delta": r"\Delta",
+    "mu": r"\mu",
+    "alpha": r"\alpha",
+    "uhat": r"\hat u",
+}
+_NAME = rf"(?:{'|'.join(_GREEK)})"
+_TAIL = r"(?:_\w+)?(?:\^(?:\{[^{}]*\}|-?\d+))?"
+_ATOM = re.compile(
+    r"<=|>="
+    r"|\b(?:exp|sqrt|[A-Z]'{0,2}|[a-z]'{0,2})\([^()]*(?:\([^()]*\)[^()]*)*\)"  # O(kappa^2), V(u1)
+    rf"|(?<![\w\\]){_NAME}(?!\w){_TAIL}"
+    r"|\ba[+-](?![\w])" + _TAIL + r"|\b[A-Za-z]\d\b"
+    r"|\b[A-Za-z]\^(?:\{[^{}]*\}|-?\d+)"  # e^{lam V}, r^2
+    r"|\b[A-Za-z]_\w+"
+    r"|(?<!['\w])[b-zB-HJ-Z](?!\w)'{0,2}(?!\w)"  # a single letter that is no word
+    r"|(?<!\w)-(?=[\w( ])(?!-)"  # a minus, which is no hyphen
+)
+
+
+def prose(text: str) -> str:
+    """Plain text for LaTeX, the formulas in it set as such.
+
+    ``relative O(kappa^2), where a+ > 0`` becomes
+    ``relative $O(\\kappa^{2})$, where $a^+$ $>$ 0``.
+    """
+    parts, at = [], 0
+    for found in _ATOM.finditer(text):
+        parts += [tex_text(text[at : found.start()]), f"${_math(found[0])}$"]
+        at = found.end()
+    return "".join([*parts, tex_text(text[at:])])
+
+
+def _math(text: str) -> str:
+    text = re.sub(r"\ba([+-])\^(-?\d+)", r"(a^\1)^{\2}", text)
+    text = re.sub(r"\ba([+-])(?!\w)", r"a^\1", text)
+    text = re.sub(rf"(?<![\w\\]){_NAME}(?![A-Za-z])", lambda m: _GREEK[m[0]], text)
+    text = re.sub(r"\b([A-Za-z])(\d)\b", r"\1_\2", text)
+    text = re.sub(r"\^(-?\d+)", r"^{\1}", text)
+    text = re.sub(r"_(\w\w+)", r"_{\\mathrm{\1}}", text)
+    text = re.sub(r"sqrt\(([^()]*)\)", r"\\sqrt{\1}", text)
+    text = re.sub(r"\bexp\(", r"\\exp(", text)
+    return text.replace("<=", r"\le").replace(">=", r"\ge")

@@ -1,0 +1,403 @@
+"""Uniform expansions of one integral: what is read, which points meet, what is added up."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import sympy
+
+from symasym.asymptotics.laplace import require_known
+from symasym.asymptotics.maxima import (
+    grid_of,
+    interior_maxima,
+    on_grid,
+    peaks,
+    vanishes_identically,
+)
+from symasym.asymptotics.pieces import WORK, Piece, at, cut, difference, number
+from symasym.asymptotics.uniform_ends import BestOf, EndPart, SaddlePart
+from symasym.asymptotics.uniform_expansion import UniformExpansion
+from symasym.asymptotics.uniform_pair import PairPart
+from symasym.context import own_context
+from symasym.errors import InputError
+
+__all__ = ["uniform_integral"]
+
+_MOST = 40
+# A slope below it, at 60 digits, is that of a saddle on the end itself.
+_FLAT = 1e-45
+_LARGE = sympy.Integer(10) ** 6
+
+
+def uniform_integral(
+    f: Any, g: Any, x: Any, a: Any, b: Any, order: int = 3, *, near: Any = None
+) -> UniformExpansion:
+    """Expansion of the integral of g(x) e^(lam f(x)), uniform as its critical points meet.
+
+    Parameters
+    ----------
+    f, g : Expr, str or number
+        What f is tells which points may meet:
+
+        - f real, a < b real: its maxima, inside or beyond, meet ends and kinks (`Abs`, `Max`,
+          `Piecewise`, ...). Complementary error functions.
+        - f imaginary, a < b real: two stationary points of f meet, or leave the real axis.
+          Airy functions; both points of the pair are inside, and no other is.
+        - f real, a and b conjugate complex infinities such as ``oo - I*pi`` and ``oo + I*pi``: two
+          real saddles meet, or leave the real axis; the path runs between the valleys beside
+          them. Airy functions.
+
+        g is real, up to a constant factor. Both have Taylor series at the points that count.
+    x : Symbol or str
+        Variable of integration.
+    a, b : Expr or number
+        Ends, see above.
+    order : int, optional
+        Terms kept, 1 to 40: powers lam^0 to lam^(1 - order) with each special function.
+    near : number, optional
+        A point beside the pair of saddles, if f has several pairs.
+
+    Returns
+    -------
+    UniformExpansion
+        With ``evaluate(lam, dps=None, log=False, full=False)``, ``bind(**values)``,
+        ``coefficients()`` and ``conditions``.
+
+    Raises
+    ------
+    InputError
+        If the integral diverges, f or g is neither real nor imaginary or not analytic where it
+        counts, or no pair of saddles is found.
+
+    Notes
+    -----
+    C. Chester, B. Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599; N. Bleistein, Comm.
+    Pure Appl. Math. 19 (1966) 353; R. Wong, Asymptotic Approximations of Integrals, chapter VII;
+    DLMF 2.4(v), 2.4(vi). The error is an estimate from the next three terms: twice the largest and
+    eight times the third.
+
+    Examples
+    --------
+    The Bessel function J_100(100) at its turning point, where saddle points coalesce:
+
+    >>> import symasym as sa
+    >>> bessel = sa.uniform_integral(
+    ...     "z*sinh(t) - t", "1/(2*pi*I)", "t", "oo - I*pi", "oo + I*pi", order=4
+    ... )
+    >>> print(bessel.bind(z=1).evaluate(100, dps=20, full=True))
+    0.09636667330 ≈± 6.18e-12 (estimate, uniform)
+
+    Temme's incomplete gamma function: the maximum of log(x) - x at 1, near the end mu.
+
+    >>> gamma = sa.uniform_integral("log(x) - x", "1/x", "x", "mu", "oo", order=4)
+    >>> print(gamma.bind(mu="1.01").evaluate(100, dps=20, log=True, full=True))
+    -102.1877779348 ≈± 3.7e-11 (estimate, uniform)
+    """
+    kind, formula, weight, factor, symbol, lo, hi = _read(f, g, x, a, b)
+    if isinstance(order, bool) or not isinstance(order, (int, np.integer)):
+        raise InputError(f"order is {order!r}; give a number of terms from 1 to {_MOST}.")
+    if not 1 <= order <= _MOST:
+        raise InputError(f"order is {order}; give a number of terms from 1 to {_MOST}.")
+    given_f, given_g = (formula * sympy.I if kind == "oscillating" else formula), weight * factor
+    free = set().union(*(e.free_symbols for e in (formula, given_g, lo, hi))) - {symbol}
+    parts: list[Any] = []
+    conditions = []
+    if kind == "contour":
+        factor = factor * sympy.I
+        conditions.append("the path can be moved to one between the valleys beside the pair")
+    if not free:
+        if kind == "real":
+            parts = _real_parts(formula, weight, symbol, lo, hi)
+        else:
+            parts = _pair_parts(kind, formula, weight, symbol, lo, hi, near)
+
+    def again(*arguments: Any) -> UniformExpansion:
+        return uniform_integral(*arguments, near=near)
+
+    return UniformExpansion(
+        given_f,
+        given_g,
+        symbol,
+        lo,
+        hi,
+        int(order),
+        "erfc" if kind == "real" else "airy",
+        tuple(conditions),
+        sympy.simplify(factor),
+        tuple(parts),
+        again,
+    )
+
+
+def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, ...]:
+    from symasym.expressions import parse
+
+    symbol = sympy.Symbol(x) if isinstance(x, str) and x.isidentifier() else x
+    if not isinstance(symbol, sympy.Symbol):
+        raise InputError(f"x is {x!r}; give the variable of integration, a SymPy symbol.")
+    names = {symbol.name: symbol}
+    formula, weight, lo, hi = (
+        parse(name, value, names) for name, value in (("f", f), ("g", g), ("a", a), ("b", b))
+    )
+    kind = "real"
+    if formula.has(sympy.I):
+        kind, formula = "oscillating", sympy.expand(formula / sympy.I)
+    elif any(end.has(sympy.I) for end in (lo, hi)):
+        kind = "contour"
+        _require_valleys(lo, hi)
+    if formula.has(sympy.I, sympy.zoo, sympy.nan):
+        raise InputError(f"f = {f} is neither real nor imaginary; give one or the other.")
+    if not formula.has(symbol):
+        raise InputError(
+            f"f = {f} does not contain {symbol}, so the exponential is constant; give an f that "
+            f"depends on {symbol}."
+        )
+    if weight == 0:
+        raise InputError("g is 0, so the integral is; give a g that is not.")
+    factor, weight = weight.as_independent(symbol, as_Add=False)
+    if weight.has(sympy.I, sympy.zoo, sympy.nan) or factor.has(sympy.oo, sympy.zoo, sympy.nan):
+        raise InputError(f"g = {g} is not a constant times a real function; split it into parts.")
+    for name, end in (("a", lo), ("b", hi)):
+        if end.has(symbol):
+            raise InputError(f"{name} = {end} contains {symbol}; give an end free of it.")
+    if kind != "contour" and not (lo.free_symbols or hi.free_symbols):
+        for name, end in (("a", lo), ("b", hi)):
+            if end.is_extended_real is False or end.has(sympy.I):
+                raise InputError(f"{name} = {end} is not real; give a real end or ±oo.")
+        if not number(lo) < number(hi):
+            raise InputError(f"a is {lo} and b is {hi}; a must be less than b.")
+    if kind != "real":
+        for name, expression in (("f", formula), ("g", weight)):
+            if expression.has(*_KINKS):
+                raise InputError(f"{name} = {expression} has kinks; split the integral at them.")
+            require_known(name, expression, symbol)
+    return kind, formula, weight, factor, symbol, lo, hi
+
+
+_KINKS = (sympy.Abs, sympy.sign, sympy.Max, sympy.Min, sympy.Heaviside, sympy.Piecewise)
+
+
+def _require_valleys(lo: Any, hi: Any) -> None:
+    large = {sympy.oo: _LARGE, -sympy.oo: -_LARGE}
+    ends = [complex(sympy.N(end.xreplace(large))) for end in (lo, hi) if not end.free_symbols]
+    if (
+        len(ends) < 2
+        or not all(abs(end) > 1e5 for end in ends)
+        or abs(ends[0] - ends[1].conjugate()) > 1e-6 * abs(ends[0])
+        or not ends[0].imag < 0 < ends[1].imag
+    ):
+        raise InputError(
+            f"a is {lo} and b is {hi}; a path off the real axis goes from a complex infinity in "
+            "the lower half plane to the conjugate one, as from oo - I*pi to oo + I*pi."
+        )
+
+
+def _pair_parts(
+    kind: str, phase: Any, weight: Any, x: Any, lo: Any, hi: Any, near: Any
+) -> list[Any]:
+    oscillating = kind == "oscillating"
+    piece = (
+        Piece(lo, hi, phase, weight) if oscillating else Piece(-sympy.oo, sympy.oo, phase, weight)
+    )
+    point, spread = _closest_pair(piece, x, near, sympy.I * phase if oscillating else phase)
+    if oscillating:
+        _require_no_pole(piece, x)
+        _require_alone(piece, x, point, spread)
+    parts: list[Any] = [PairPart(piece, x, point, oscillating)]
+    if not oscillating:
+        side = complex(sympy.N(hi.xreplace({sympy.oo: _LARGE, -sympy.oo: -_LARGE}))).real
+        third = at(sympy.diff(phase, x, 3), x, point)
+        if abs(side) > 1e5 and (side > 0) != (third > 0):
+            raise InputError(
+                f"f = {phase} rises from its saddles towards {lo} and {hi}; the path must end in "
+                f"the valleys, on the other side."
+            )
+    for end, direction in ((lo, 1), (hi, -1)):
+        if oscillating and not end.is_infinite:
+            parts.append(EndPart(piece, x, end, direction, oscillating=True))
+    return parts
+
+
+def _require_no_pole(piece: Piece, x: Any) -> None:
+    """Refuse a g whose denominator alone changes sign inside: the integral diverges."""
+    top, bottom = sympy.fraction(sympy.together(piece.g))
+    if not bottom.has(x):
+        return
+    grid = grid_of(piece)
+    signs = [np.sign(on_grid(e, x, grid)) for e in (bottom, top)]
+    flips = [row[1:] * row[:-1] < 0 for row in signs]
+    # A numerator that vanishes, too, makes it a removable singularity.
+    poles = np.flatnonzero(flips[0] & ~flips[1] & (signs[1][1:] != 0) & (signs[1][:-1] != 0))
+    if poles.size:
+        raise InputError(
+            f"g = {piece.g} has a pole at {x} = {grid[poles[0]]:.4g} or thereabouts, so the "
+            "integral diverges; give an interval without it."
+        )
+
+
+def _closest_pair(piece: Piece, x: Any, near: Any, shown: Any) -> tuple[Any, Any]:
+    """Where f' has the extremum with the closest pair of zeros, and a quarter of their distance².
+
+    The latter is negative for a complex pair.
+    """
+    slope, curved, bend = (sympy.diff(piece.f, x, k) for k in (1, 2, 3))
+    if near is not None:
+        from symasym.inputs import exact
+
+        value = exact("near", near)
+        points = [number(sympy.Rational(value.numerator, value.denominator))]
+    else:
+        points = []
+        for sign in (1, -1):
+            signed = Piece(piece.lo, piece.hi, sign * slope, piece.g)
+            points += interior_maxima(signed, sign * curved, x)
+    found = []
+    with own_context(WORK) as context:
+        for point in points:
+            first, third = (context.make_mpf(at(e, x, point)._mpf_) for e in (slope, bend))
+            if third:
+                found.append((-2 * first / third, point))
+    if not found:
+        raise InputError(
+            f"f = {shown} has no two saddles that could meet between {piece.lo} and {piece.hi}; "
+            "give near=… beside them."
+        )
+    spread, point = min(found, key=lambda pair: abs(pair[0]))
+    return point, spread
+
+
+def _require_alone(piece: Piece, x: Any, point: Any, spread: Any) -> None:
+    """Both points of the pair inside, and no other stationary point."""
+    values = on_grid(sympy.diff(piece.f, x), x, grid_of(piece))
+    signs = np.sign(values[np.isfinite(values) & (values != 0)])
+    count = int(np.count_nonzero(signs[1:] != signs[:-1]))
+    inside = True
+    if spread > 0:
+        with own_context(WORK) as context:
+            reach = context.sqrt(context.make_mpf(spread._mpf_)) * 9 / 10
+            middle, lo, hi = (number(y) for y in (point, piece.lo, piece.hi))
+            inside = bool(difference(middle, lo) > reach and difference(hi, middle) > reach)
+    if count not in (0, 2) or not inside:
+        raise InputError(
+            f"f = I*({piece.f}) has {count} stationary points between {piece.lo} and "
+            f"{piece.hi} beside the pair at {x} = {float(number(point)):.6g}; give an interval "
+            "that holds the pair and no other."
+        )
+
+
+def _real_parts(f: Any, g: Any, x: Any, lo: Any, hi: Any) -> list[Any]:
+    pieces = cut(f, g, x, lo, hi)
+    for piece in pieces:
+        require_known("f", piece.f, x)
+        require_known("g", piece.g, x)
+    # Divergent integrals are refused there.
+    tops = peaks(pieces, x)
+    parts: list[Any] = []
+    for piece in pieces:
+        _require_no_pole(piece, x)
+        slope = sympy.diff(piece.f, x)
+        if vanishes_identically(slope, x):
+            raise InputError(
+                f"f is constant between {x} = {piece.lo} and {piece.hi}; integrate g there."
+            )
+        inside = [top.point for top in tops if top.smooth and top.left is piece]
+        inside.sort(key=number)
+        parts += _piece_parts(piece, slope, x, inside)
+    if not parts:
+        raise InputError(f"f = {f} has no maximum and no finite end; give another interval.")
+    return parts
+
+
+def _piece_parts(piece: Piece, slope: Any, x: Any, inside: list[Any]) -> list[Any]:
+    """The saddles of one piece with the ends they can meet, and the other ends."""
+    parts: list[Any] = []
+    met: dict[int, Any] = {}
+    # Ways to take an end without the maximum it belongs to.
+    apart: dict[int, list[Any]] = {}
+    for end, side in ((piece.lo, 1), (piece.hi, -1)):
+        # Where f tends to -oo (`peaks` has seen to that), an end adds nothing.
+        if end.is_infinite or not _finite(at(piece.f, x, end)):
+            continue
+        name = "lower" if side == 1 else "upper"
+        rise = at(slope, x, end) * side
+        if abs(rise) < _FLAT:
+            if at(sympy.diff(slope, x), x, end) < 0:
+                met[side] = end
+            else:
+                parts.append(SaddlePart(piece, x, end, **{name: end}, minimum=True))
+            continue
+        ways: list[Any] = [EndPart(piece, x, end, side)]
+        # Outwards of a fall there may be a maximum, inwards a minimum; of a rise the other way.
+        least = _beyond(slope, x, end, side if rise < 0 else -side)
+        if least is not None:
+            ways.append(SaddlePart(piece, x, least, **{name: end}, minimum=True))
+        if rise > 0 and inside:
+            met[side] = inside[0] if side == 1 else inside[-1]
+            if least is not None:
+                apart[side] = ways
+            continue
+        most = _beyond(slope, x, end, -side) if rise < 0 else None
+        if most is not None:
+            ways.append(SaddlePart(piece, x, most, **{name: end}))
+        parts.append(BestOf(tuple((way,) for way in ways)))
+    lower, upper = met.get(1), met.get(-1)
+    for point in {str(p): p for p in (*inside, lower, upper) if p is not None}.values():
+        ends = {1: piece.lo if point is lower else None, -1: piece.hi if point is upper else None}
+        parts.append(_with_ends(piece, x, point, ends, apart))
+    return parts
+
+
+def _finite(value: Any) -> bool:
+    with own_context(WORK) as context:
+        return bool(context.isfinite(context.make_mpf(value._mpf_)))
+
+
+def _with_ends(
+    piece: Piece, x: Any, point: Any, ends: dict[int, Any], apart: dict[int, list[Any]]
+) -> BestOf:
+    """A maximum with its ends; with those that a minimum parts from it also by themselves."""
+    ways: list[tuple[Any, ...]] = []
+    choices = [
+        [None, *apart.get(side, [])] if ends[side] is not None else [None] for side in (1, -1)
+    ]
+    for low in choices[0]:
+        for high in choices[1]:
+            own = SaddlePart(piece, x, point, None if low else ends[1], None if high else ends[-1])
+            ways.append((own, *(part for part in (low, high) if part is not None)))
+    return BestOf(tuple(ways))
+
+
+def _beyond(slope: Any, x: Any, end: Any, side: int) -> Any:
+    """The next zero of f' on `side` of the end, inside or outside; None if none is seen."""
+    with own_context(WORK) as context:
+        here = number(end)
+        first, second = at(slope, x, here), at(sympy.diff(slope, x), x, here)
+        step = context.mpf(1)
+        if second:
+            step = min(
+                step, abs(context.make_mpf(first._mpf_) / context.make_mpf(second._mpf_)) / 4
+            )
+        place, low = context.make_mpf(here._mpf_), None
+        for _ in range(120):
+            value = at(slope, x, place + side * step)
+            if context.isnan(value) or context.isinf(value):
+                # A singularity: what lies before it is looked at in smaller steps.
+                step /= 4
+                continue
+            if value == 0 or (value > 0) != (first > 0):
+                low = place
+                break
+            place += side * step
+            step *= context.mpf("1.3")
+        if low is None:
+            return None
+        high = place + side * step
+        for _ in range(context.prec):
+            middle = (low + high) / 2
+            value = at(slope, x, middle)
+            if (value > 0) == (first > 0) and value != 0:
+                low = middle
+            else:
+                high = middle
+        return (low + high) / 2

@@ -1,0 +1,355 @@
+"""How much a quantity changes with each of its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.arithmetic import MpmathOps
+from symasym.context import own_context, to_mpf
+from symasym.drift import Drift
+from symasym.errors import AccuracyError, InputError
+from symasym.estimate import ErrorKind
+from symasym.inputs import digits, exact, is_array
+from symasym.named import QUANTITIES, call_named, numbers_of
+from symasym.scenes import FLOAT_DIGITS, exact_scene, float_scenes
+
+__all__ = ["Sensitivity", "sensitivity"]
+
+_ATTEMPTS = 12
+_MOST_DIGITS = 10_000
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """What `sensitivity` gives: numbers by the name of the parameter.
+
+    Attributes
+    ----------
+    quantity : str
+    derivative : dict of str to float, mpf or ndarray
+        d log(quantity) / d(parameter), which is also the derivative of the logarithm that
+        ``log=True`` gives elsewhere.
+    error : dict of str to float, mpf or ndarray
+        Absolute error of `derivative`.
+    condition : dict of str to float, mpf or ndarray
+        Of the quantity: \\|parameter * derivative\\|, the relative change of the quantity over that
+        of the parameter.
+    log_condition : dict of str to float, mpf or ndarray
+        Of its logarithm: the same over \\|log(quantity)\\|.
+    error_kind : {"bound", "estimate"}
+        ``"bound"``: proved.
+    """
+
+    quantity: str
+    derivative: dict[str, Any]
+    error: dict[str, Any]
+    condition: dict[str, Any]
+    log_condition: dict[str, Any]
+    error_kind: ErrorKind
+
+
+def sensitivity(
+    drift: Drift,
+    kappa: Any,
+    r: Any = None,
+    *,
+    start: Any = 0,
+    quantity: str = "T",
+    dps: int | None = None,
+) -> Sensitivity:
+    """Logarithmic derivatives and condition numbers with respect to every parameter.
+
+    Parameters
+    ----------
+    drift : Drift
+        Bound; its parameters may be arrays.
+    kappa, r, start : number or array_like
+        As in `escape_time`, scaled.
+    quantity : {"T", "C", "1 - C", "P", "1 - P"}
+        Escape time, exit probability, occupation; the last two take no `r`.
+    dps : int, optional
+        Digits, 1 to 4,000. None: float64, right to 1e-15, arrays allowed.
+
+    Returns
+    -------
+    Sensitivity
+        For each drift parameter and for kappa, r and start. Each derivative is right to `dps`
+        digits, or to `dps` places where it is below 1.
+
+    Raises
+    ------
+    InputError
+        As the quantity itself does.
+    AccuracyError
+        If the differences do not settle, as where the quantity is not differentiable.
+
+    Notes
+    -----
+    Scalars, with python-flint and moderate noise: the exact integrals differentiated panel by panel
+    in ball arithmetic, and the errors are proved (`error_kind` ``"bound"``).
+
+    Otherwise (``"estimate"``): differences of the exact integrals, central or at the end of a
+    parameter's range one-sided, with so many digits that the step is as small as the digits asked
+    for need. Two steps h and 2h are extrapolated to h^4; the error claimed is that of the *single*
+    step, the difference of the two, which is of order h^2, plus the rounding. This takes about four
+    evaluations for each parameter of a scene.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> found = sa.sensitivity(sa.friction(mu=3, alpha=1, z0="-0.4"), "0.1", 10)
+    >>> print(f"{found.condition['kappa']:.12g} {found.condition['z0']:.12g}")
+    50.8370974759 40.043650045
+    >>> print(f"{found.log_condition['kappa']:.4f}, {found.derivative['r']:.1e}")
+    1.9401, 1.0e-11
+    """
+    if quantity not in QUANTITIES:
+        known = ", ".join(repr(name) for name in QUANTITIES)
+        raise InputError(f"quantity is {quantity!r}; give one of {known}.")
+    if not isinstance(drift, Drift):
+        raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction(…).")
+    drift.require_bound()
+    numbers = _numbers(quantity, kappa, r, start)
+    if dps is not None:
+        most = _MOST_DIGITS * 2 // 5
+        if digits(dps) > most:
+            raise InputError(f"dps is {dps}; give a whole number of digits from 1 to {most}.")
+        values = exact_scene(drift, numbers, dps)
+        proved = _by_balls(quantity, drift, values, dps)
+        found = [proved or _of_scene(quantity, drift, values, dps)]
+        return _gathered(quantity, found, None, dps, "bound" if proved else "estimate")
+    shape, scenes = _float_scenes(drift, numbers)
+    if not shape and (proved := _by_balls(quantity, *scenes[0], FLOAT_DIGITS)):
+        return _gathered(quantity, [proved], shape, FLOAT_DIGITS, "bound")
+    found = [_of_scene(quantity, d, values, FLOAT_DIGITS) for d, values in scenes]
+    return _gathered(quantity, found, shape, FLOAT_DIGITS, "estimate")
+
+
+def _numbers(quantity: str, kappa: Any, r: Any, start: Any) -> dict[str, Any]:
+    given = {"kappa": kappa, "r": r, "start": start}
+    takes = numbers_of(quantity)
+    if ("r" in takes) != (r is not None):
+        rule = "is missing; give the escape radius" if r is None else "is given, but unused"
+        raise InputError(f"r {rule}: {quantity} depends on {', '.join(takes)}.")
+    return {name: given[name] for name in takes}
+
+
+def _float_scenes(
+    drift: Drift, numbers: dict[str, Any]
+) -> tuple[tuple[int, ...], list[tuple[Drift, dict[str, Fraction]]]]:
+    """Shape and scenes, with the exact value of each float and of what is no array."""
+    scenes = float_scenes(drift, numbers)
+    known = {name: exact(name, x) for name, x in numbers.items() if not is_array(x)}
+    found = []
+    for k in range(scenes.lam.size):
+        values = {n: known.get(n, Fraction(float(x[k]))) for n, x in scenes.numbers.items()}
+        arrays = {n: float(x[k]) for n, x in scenes.parameters.items() if is_array(x)}
+        found.append((drift.bind(**arrays), values))
+    return scenes.shape, found
+
+
+# -- one scene -------------------------------------------------------------------------------
+
+
+class _Slope(NamedTuple):
+    """A derivative of log(quantity) and its error."""
+
+    value: Any
+    error: Any
+
+
+class _Found(NamedTuple):
+    log: Any
+    slopes: dict[str, _Slope]
+    values: dict[str, Fraction]
+
+
+def _of_scene(quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps: int) -> _Found:
+    at = {**drift.scalars(), **numbers}
+
+    def log_at(name: str, value: Fraction, n: int) -> Any:
+        if name in numbers:
+            return call_named(quantity, drift, {**numbers, name: value}, dps=n, log=True)
+        return call_named(quantity, drift.bind(**{name: value}), numbers, dps=n, log=True)
+
+    size = _size(drift, numbers)
+    slopes = {
+        # At the end of its range a parameter can move one way only.
+        name: _slope(
+            partial(log_at, name), value, _unit(name, at), _at_an_end(drift, name, value), size, dps
+        )
+        for name, value in at.items()
+    }
+    return _Found(call_named(quantity, drift, numbers, dps=dps, log=True), slopes, at)
+
+
+def _by_balls(
+    quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps: int
+) -> _Found | None:
+    """The same, proved; None where balls are missing or take too long."""
+    from symasym.exact import ball, ball_slopes
+
+    if not ball.available():
+        return None
+    try:
+        if "r" in numbers:
+            found = ball_slopes.log_slopes(quantity, drift, **numbers, dps=dps)
+        else:
+            found = ball_slopes.log_slopes_of_occupation(quantity, drift, numbers["kappa"], dps)
+    # A derivative of A may be singular where A is not; what is wrong for itself is told later.
+    except (AccuracyError, InputError):
+        return None
+    at = {**drift.scalars(), **numbers}
+    slopes = {name: _Slope(*ball.to_mpf(found[name], dps + 10)) for name in at}
+    return _Found(call_named(quantity, drift, numbers, dps=dps, log=True), slopes, at)
+
+
+def _unit(name: str, at: Mapping[str, Fraction]) -> Fraction:
+    """A distance within which log(quantity) is taken for smooth, the noise left aside."""
+    unit = min(Fraction(1), abs(at[name]) or Fraction(1))
+    if name in ("r", "start") and "r" in at:
+        unit = min(unit, at["r"] - abs(at["start"]))
+    return unit
+
+
+def _at_an_end(drift: Drift, name: str, value: Fraction) -> bool:
+    if value or name not in drift.parameters:
+        return False
+    try:
+        drift.bind(**{name: Fraction(-1, 2**30)})
+    except InputError:
+        return True
+    return False
+
+
+def _size(drift: Drift, numbers: Mapping[str, Fraction]) -> int:
+    """log10 of how fast the exponents change with a parameter, roughly; never below 0."""
+    with own_context(15) as context:
+        ops = MpmathOps(context)
+        places = (ops.rational(Fraction(k, 4)) for k in range(-4, 5))
+        most = exact("A", max(abs(drift.evaluate(u, ops)) for u in places))
+    total = (2 / numbers["kappa"] ** 2) * (1 + most) * (1 + numbers.get("r", 0))
+    return max(0, (total.numerator.bit_length() - total.denominator.bit_length()) * 3 // 10 + 1)
+
+
+def _slope(
+    log_at: Callable[[Fraction, int], Any],
+    value: Fraction,
+    unit: Fraction,
+    one_sided: bool,
+    size: int,
+    dps: int,
+) -> _Slope:
+    """The derivative at `value`, with steps and digits until both of its errors are small.
+
+    The step is 10^-places units, the working precision n digits.
+    """
+    places = size + dps // 2 + 4
+    unit_places = max(0, -_exponent(unit))
+    n = dps + places + unit_places + 4
+    for _ in range(_ATTEMPTS):
+        if n > _MOST_DIGITS:
+            break
+        h = unit / 10**places
+        with own_context(n + 10) as context:
+            logs = [context.convert(log_at(x, n)) for x in _nodes(value, h, one_sided)]
+            step = context.mpf(h.numerator) / h.denominator
+            single, double = _differences(logs, step, one_sided)
+            slope = single + (single - double) / 3
+            truncation = abs(single - double)
+            # `n` digits of each logarithm, the weights of a difference adding up to 8 at most.
+            rounding = 8 * max(1, max(map(abs, logs))) * context.mpf(10) ** -n / step
+            allowed = max(1, abs(slope)) * context.mpf(10) ** -dps / 2
+            if truncation + rounding <= allowed:
+                return _Slope(slope, truncation + rounding)
+            # A step smaller by 10 makes the truncation smaller by 100, the rounding larger by 10.
+            finer = 0
+            if truncation > allowed / 2:
+                finer = _lacking(context, truncation, allowed) // 2 + 1
+            places += finer
+            n += 2 * finer
+            if rounding > allowed / 2:
+                n += _lacking(context, rounding, allowed) + 1
+    raise AccuracyError(
+        "the differences of the logarithm do not settle; ask for fewer digits, or move away from "
+        "where the quantity is not smooth."
+    )
+
+
+def _nodes(value: Fraction, h: Fraction, one_sided: bool) -> list[Fraction]:
+    return [value + k * h for k in ((0, 1, 2, 4) if one_sided else (-2, -1, 1, 2))]
+
+
+def _differences(logs: list[Any], h: Any, one_sided: bool) -> tuple[Any, Any]:
+    """Two values of the derivative, with errors of order h^2 and (2h)^2."""
+    if one_sided:
+        here, one, two, four = logs
+        return (4 * one - two - 3 * here) / (2 * h), (4 * two - four - 3 * here) / (4 * h)
+    below2, below, above, above2 = logs
+    return (above - below) / (2 * h), (above2 - below2) / (4 * h)
+
+
+def _exponent(x: Fraction) -> int:
+    """log10, rounded down or one less."""
+    return (x.numerator.bit_length() - x.denominator.bit_length() - 1) * 30103 // 100_000
+
+
+def _lacking(context: Any, error: Any, allowed: Any) -> int:
+    """Digits by which `error` is too large."""
+    return int(context.ceil(context.log10(error / allowed))) + 1
+
+
+# -- as what was asked for -------------------------------------------------------------------
+
+
+def _gathered(
+    quantity: str,
+    found: list[_Found],
+    shape: tuple[int, ...] | None,
+    dps: int,
+    kind: ErrorKind,
+) -> Sensitivity:
+    """The numbers of all scenes: mpf without a shape, float64 with one."""
+    parts: dict[str, dict[str, list[Any]]] = {
+        key: {name: [] for name in found[0].slopes}
+        for key in ("derivative", "error", "condition", "log_condition")
+    }
+    with own_context(dps + 10) as context:
+        for scene in found:
+            for name, slope in scene.slopes.items():
+                value = context.convert(slope.value)
+                x = scene.values[name]
+                condition = abs(value * x.numerator / x.denominator)
+                log = abs(context.convert(scene.log))
+                relative = condition and (condition / log if log else context.inf)
+                rounded = _plain(value, shape, dps)
+                # Rounding the value is part of its error, and the error itself is rounded, too.
+                error = context.convert(slope.error) + abs(context.convert(rounded) - value)
+                error = _plain(error * (1 + context.mpf(2) ** -20), shape, dps)
+                parts["derivative"][name].append(rounded)
+                # What float64 takes for 0 is none.
+                parts["error"][name].append(error if shape is None else max(error, 5e-324))
+                parts["condition"][name].append(_plain(condition, shape, dps))
+                parts["log_condition"][name].append(_plain(relative, shape, dps))
+    return Sensitivity(
+        quantity,
+        error_kind=kind,
+        **{
+            key: {name: _shaped(values, shape) for name, values in by_name.items()}
+            for key, by_name in parts.items()
+        },
+    )
+
+
+def _plain(value: Any, shape: tuple[int, ...] | None, dps: int) -> Any:
+    return to_mpf(value, dps) if shape is None else float(value)
+
+
+def _shaped(values: list[Any], shape: tuple[int, ...] | None) -> Any:
+    return values[0] if not shape else np.array(values).reshape(shape)

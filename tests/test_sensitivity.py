@@ -1,0 +1,196 @@
+"""Logarithmic derivatives, against closed forms, exact identities and plain quadrature."""
+
+from __future__ import annotations
+
+import importlib
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+import symasym as sa
+from symasym.errors import AccuracyError, InputError
+from symasym.exact import ball, witness
+
+slopes = importlib.import_module("symasym.sensitivity")
+
+
+def number(x: Any) -> Any:
+    exact = Fraction(x)
+    return mpf(exact.numerator) / exact.denominator
+
+
+def sum_of(found: sa.Sensitivity, weights: dict[str, Any]) -> tuple[Any, Any]:
+    """Weighted sum of the derivatives, and of their errors."""
+    total = sum(number(w) * found.derivative[name] for name, w in weights.items())
+    return total, sum(abs(number(w)) * found.error[name] for name, w in weights.items())
+
+
+@pytest.mark.parametrize(("a", "kappa", "r"), [("2/3", "1.1", "4"), ("-1", "0.3", "2.5")])
+def test_a_constant_drift(a: str, kappa: str, r: str) -> None:
+    # T = (r^2 - x^2)-like closed form: [r tanh(b r) - x + ...]; at x = 0, (r/a) tanh(a r/kappa^2).
+    found = sa.sensitivity(sa.polynomial(a), kappa, r, dps=40)
+    with mp.workdps(60):
+        c, k, R = (number(x) for x in (a, kappa, r))
+        b = c * R / k**2
+        slope = 2 * b / mp.sinh(2 * b)
+        known = {"c0": (slope - 1) / c, "kappa": -2 * slope / k, "r": (1 + slope) / R}
+        # From x: T = (r - x)/a - (2r/a) C, C = (e^{-2ax/k^2} - e^{-2ar/k^2})/(2 sinh(2ar/k^2)).
+        known["start"] = (-1 / c + 2 * R / k**2 / mp.sinh(2 * b)) / (R / c * mp.tanh(b))
+        for name, value in known.items():
+            assert abs(found.derivative[name] - value) <= found.error[name]
+            assert found.error[name] <= mpf("1e-40") * max(1, abs(value))
+        assert abs(found.condition["kappa"] - 2 * slope) < mpf("1e-38")
+        log = abs(mp.log(R / c * mp.tanh(b)))
+        assert abs(found.log_condition["r"] * log - (1 + slope)) < mpf("1e-37")
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "kappa", "r", "start", "dps"),
+    [
+        (["0.7", "-1/3", "0.2", "0.5"], "0.4", "4", "0.3", 30),
+        (["1.4", "-4", "0", "3"], "0.1", "10", "0", 12),  # friction with a well
+        pytest.param(["1.4", "-4", "0", "3"], "1e-8", "10", "0", 8, marks=pytest.mark.slow),
+        (["0", "-1"], "0.7", "3", "0", 25),
+        (["0", "1"], "30", "2", "1/2", 25),
+    ],
+)
+def test_scaling_of_space_and_time(
+    coefficients: list[str], kappa: str, r: str, start: str, dps: int
+) -> None:
+    drift = sa.polynomial(*coefficients)
+    weights = {f"c{k}": c for k, c in enumerate(coefficients)} | {"kappa": Fraction(kappa) / 2}
+    for quantity, known in (("T", -1), ("C", 0)):
+        # A drift twice as large with a squared noise twice as large does all in half the time.
+        found = sa.sensitivity(drift, kappa, r, start=start, quantity=quantity, dps=dps)
+        with mp.workdps(2 * dps + 30):
+            total, error = sum_of(found, weights)
+            assert abs(total - known) <= error
+        for name, value in found.derivative.items():
+            assert found.error[name] <= mpf(10) ** -dps * 1.01 * max(1, abs(value))
+
+
+@pytest.mark.parametrize(
+    ("drift", "kappa", "r", "start", "quantities"),
+    [
+        (sa.friction(mu=3, alpha=1, z0="-0.6"), "0.2", 10, 0, ["T", "C", "1 - C"]),
+        (sa.friction(mu=3, alpha=1, z0="1/4"), "1/2", "1/2", "1/4", ["T", "1 - P"]),
+        (sa.hill(1, -2, "1/2", n=2), "0.8", 3, 2, ["P"]),
+        (sa.polynomial(1, 0, 0), "30", 2, -1, ["T", "1 - C"]),
+        (sa.linear("1e-30", "1e-30"), 1, 2, "-3/2", ["T", "C"]),
+        # A step that is small for the exponents is none for this parameter.
+        (sa.Drift("2 + (10**12*(b - 1/3) + 1)**3", "u").bind(b="1/3"), 1, 2, 0, ["T"]),
+    ],
+)
+def test_both_ways_agree(
+    drift: sa.Drift,
+    kappa: str,
+    r: Any,
+    start: Any,
+    quantities: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("flint", reason="proved derivatives need python-flint")
+    for quantity in quantities:
+        numbers = {"quantity": quantity, "dps": 15}
+        if "P" not in quantity:
+            numbers |= {"r": r, "start": start}
+        proved = sa.sensitivity(drift, kappa, **numbers)
+        with monkeypatch.context() as patch:
+            patch.setattr(slopes, "_by_balls", lambda *_: None)
+            differences = sa.sensitivity(drift, kappa, **numbers)
+        assert (proved.error_kind, differences.error_kind) == ("bound", "estimate")
+        with mp.workdps(60):
+            for name, value in proved.derivative.items():
+                error = proved.error[name] + differences.error[name]
+                assert abs(value - differences.derivative[name]) <= error, (quantity, name)
+
+
+def test_a_symmetric_scene_stands_still() -> None:
+    found = sa.sensitivity(sa.polynomial(0, -2, 0, 1), "0.5", 3, dps=20)
+    assert abs(found.derivative["start"]) <= found.error["start"] <= mpf("1e-20")
+    assert abs(found.derivative["c0"]) <= found.error["c0"]
+
+
+def test_scaling_where_A_is_no_polynomial() -> None:
+    found = sa.sensitivity(sa.tanh("1.5", -1, 2), "0.8", 2, start="1/3", dps=20)
+    weights = {"a_minus": "1.5", "a_plus": -1, "kappa": "0.4"}
+    with mp.workdps(40):
+        total, error = sum_of(found, weights)
+        assert abs(total + 1) <= error
+    assert abs(found.derivative["steepness"]) > 0.01
+
+
+@pytest.mark.parametrize(("quantity", "name"), [("T", "mu"), ("C", "start"), ("1 - P", "kappa")])
+def test_against_differences_of_plain_quadrature(quantity: str, name: str) -> None:
+    at = {"mu": Fraction(3), "alpha": Fraction(1), "z0": Fraction(1, 4)}
+    numbers = {"kappa": Fraction(1), "r": Fraction(2), "start": Fraction(1, 3)}
+
+    def log_of(values: dict[str, Fraction]) -> Any:
+        *parameters, kappa, r, start = values.values()
+        drift = sa.friction(*parameters)
+        if quantity == "1 - P":
+            return mp.log(1 - witness.occupation(drift, kappa, 14))
+        verb = witness.escape_time if quantity == "T" else witness.exit_probability
+        return mp.log(verb(drift, kappa, r, start, 14))
+
+    scene = {} if quantity == "1 - P" else {"r": numbers["r"], "start": numbers["start"]}
+    found = sa.sensitivity(sa.friction(**at), numbers["kappa"], **scene, quantity=quantity, dps=15)
+    h = Fraction(1, 10**4)
+    with mp.workdps(30):
+        x = at | numbers
+        below, above = (log_of(x | {name: x[name] + k * h}) for k in (-1, 1))
+        slope = float((above - below) / (2 * number(h)))
+    assert found.derivative[name] == pytest.approx(slope, rel=1e-6)
+
+
+def test_at_the_end_of_a_range() -> None:
+    here = sa.sensitivity(sa.friction(mu=0, alpha=1, z0="-0.4"), "0.5", 3, dps=20)
+    beside = sa.sensitivity(sa.friction(mu="1e-12", alpha=1, z0="-0.4"), "0.5", 3, dps=20)
+    assert here.derivative["mu"] == pytest.approx(float(beside.derivative["mu"]), rel=1e-10)
+    assert here.condition["mu"] == 0
+    at_kink = sa.sensitivity(sa.polynomial(1, 1), "0.5", 3, start=1, dps=15)
+    inside = sa.sensitivity(sa.polynomial(1, 1), "0.5", 3, start="0.9999999999", dps=15)
+    assert at_kink.derivative["start"] == pytest.approx(float(inside.derivative["start"]), rel=1e-8)
+
+
+def test_float64_and_arrays() -> None:
+    z0, kappa = np.array([-1.2, -0.5]), np.array([[0.3], [2.0]])
+    found = sa.sensitivity(sa.friction(mu=3, alpha=1, z0=z0), kappa, "5")
+    assert all(value.shape == (2, 2) for value in found.derivative.values())
+    one = sa.sensitivity(sa.friction(mu=3, alpha=1, z0=-0.5), 2.0, "5")
+    more = sa.sensitivity(sa.friction(mu=3, alpha=1, z0=-0.5), 2.0, "5", dps=30)
+    assert list(one.derivative) == ["mu", "alpha", "z0", "kappa", "r", "start"]
+    for name, value in one.derivative.items():
+        assert isinstance(value, float)
+        assert value == found.derivative[name][1, 1]
+        assert 0 < one.error[name] <= 3e-16 * max(1, abs(value))
+        assert abs(mpf(value) - more.derivative[name]) <= one.error[name] + more.error[name]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (lambda: sa.sensitivity(sa.linear(1, -1), 1), "r is missing"),
+        (lambda: sa.sensitivity(sa.linear(1, -1), 1, 2, quantity="P"), "r is given, but unused"),
+        (lambda: sa.sensitivity(sa.linear(1, -1), 1, 2, quantity="T̃"), "give one of 'T', 'C'"),
+        (lambda: sa.sensitivity(sa.linear(1), 1, 2), "a_plus have no value"),
+        (lambda: sa.sensitivity("friction", 1, 2), "give a Drift"),
+        (lambda: sa.sensitivity(sa.linear(1, 1), 0, 2), "kappa is 0"),
+        (lambda: sa.sensitivity(sa.linear(1, 1), 1, 2, dps=5000), "from 1 to 4000"),
+        (lambda: sa.sensitivity(sa.linear([1, 2], 1), 1, 2, dps=20), "is an array"),
+        (lambda: sa.sensitivity(sa.linear(1, 1), 1, quantity="P"), "no sliding region"),
+    ],
+)
+def test_bad_input(arguments: Any, told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        arguments()
+
+
+def test_differences_that_do_not_settle_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ball, "available", lambda: False)
+    monkeypatch.setattr(slopes, "_MOST_DIGITS", 20)
+    with pytest.raises(AccuracyError, match="do not settle"):
+        sa.sensitivity(sa.linear(1, 1), 1, 2, dps=8)

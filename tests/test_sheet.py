@@ -1,0 +1,107 @@
+"""The notation sheet holds every formula, once, and compiles."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from derivations.sheet import prose, sheet
+from symasym.cli import main
+from symasym.formula import formula, labels
+
+
+@pytest.fixture(scope="module")
+def document() -> str:
+    return sheet()
+
+
+def bare(latex: str) -> str:
+    """Without what only breaks lines."""
+    for layout in (r"\begin{gathered}", r"\end{gathered}", r" ,\quad ", "{}", "\\\\\n"):
+        latex = latex.replace(layout, "")
+    return re.sub(r"\s", "", re.sub(r"\\mathrm\{(\w+)\}", r"\1", latex))
+
+
+def test_every_formula_stands_under_its_label(document: str) -> None:
+    found = re.findall(
+        r"\\begin\{equation\}\n\\label\{(.*?)\}\n(.*?)\n\\end\{equation\}", document, re.DOTALL
+    )
+    assert sorted(label for label, _ in found) == sorted(labels())
+    for label, latex in found:
+        assert bare(latex) == bare(formula(label).latex()), label
+
+
+def test_every_formula_says_how_exact_it_is(document: str) -> None:
+    for label in labels():
+        title, error = (prose(text) for text in (formula(label).title, formula(label).error))
+        name = label.replace("_", r"\_")
+        assert document.count(f"\\formula{{{title}}}{{{name}}}{{{error}}}\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("relative O(kappa^2), where a+ > 0", r"relative $O(\kappa^{2})$, where $a^+$ $>$ 0"),
+        ("D = V(u2) - V(u1)", "$D$ = $V(u_2)$ $-$ $V(u_1)$"),
+        ("e^{-lam V} is a well's weight", r"$e^{-\lambda V}$ is a well's weight"),
+        ("the Fokker-Planck share, 50 %", r"the Fokker-Planck share, 50 \%"),
+        ("u_m <= r^2", r"$u_m$ $\le$ $r^{2}$"),
+        ("exp(3 a- r) and sqrt(eps)", r"$\exp(3 a^- r)$ and $\sqrt{\varepsilon}$"),
+    ],
+)
+def test_formulas_in_words(text: str, wanted: str) -> None:
+    assert prose(text) == wanted
+
+
+def test_the_command_prints_it(document: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["show", "--all", "--latex"]) == 0
+    assert capsys.readouterr().out == document
+
+
+def test_all_without_latex(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["show", "--all"]) == 0
+    printed = capsys.readouterr().out
+    assert all(f"{label}: {formula(label).title}\n" in printed for label in labels())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([], "no formula is named"),
+        (["--all", "fr1"], "fr1 does not go with --all"),
+        (["--all", "--steps"], "--steps does not go with --all"),
+    ],
+)
+def test_what_does_not_go_together(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], told: str
+) -> None:
+    assert main(["show", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert told in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.skipif(
+    shutil.which("pdflatex") is None,
+    reason="no LaTeX engine: install texlive-latex-base (apt) to compile the notation sheet",
+)
+def test_it_compiles_within_its_margins(document: str, tmp_path: Path) -> None:
+    (tmp_path / "formulas.tex").write_text(document, encoding="utf-8")
+    for _ in range(2):
+        done = subprocess.run(
+            ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "formulas.tex"],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=100,
+            check=False,
+        )
+        assert done.returncode == 0, done.stdout[-2000:]
+    assert "multiply defined" not in done.stdout
+    assert "Overfull" not in done.stdout
+    assert (tmp_path / "formulas.pdf").stat().st_size > 10_000
