@@ -184,6 +184,11 @@ def test_stability_over_two_scenes(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     assert (
         "Cells of ours that claim more than is true: 0." in (tmp_path / "stability.md").read_text()
     )
+    # T is (r^2 - x^2)/kappa^2 where noise is that strong, so that both condition numbers are 2.
+    (strong, _) = record["conditions"]
+    assert strong["of_T"]["kappa"] == pytest.approx(2, rel=1e-6)
+    assert strong["of_T"]["r"] == pytest.approx(2, rel=1e-6)
+    assert "| k=1e8 |" in (tmp_path / "stability.md").read_text()
     assert (tmp_path / "stability.png").read_bytes().startswith(PNG)
     assert main(["report", "--stability", "--scene", "weak", "-o", str(tmp_path)]) == 2
 

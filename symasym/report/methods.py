@@ -82,8 +82,10 @@ def ours(problem: Problem, quick: bool) -> Iterator[Run]:
         yield run("exact, proved", f"{dps} digits", "exact", dps=dps)
     for order in (0, 1, 2, 3, 5, 8, 12) if not quick else (0, 2, 5):
         yield run("laplace", f"order {order}", "laplace", order=order, dps=60)
+        yield run("uniform", f"order {order}", "uniform", order=order, dps=60)
         yield run("strong_noise", f"order {order}", "strong_noise", order=order, dps=60)
     yield run("laplace", "order optimal", "laplace", order="optimal", dps=60)
+    yield run("local", "leading order", "local", dps=30)
     yield run("paper", "leading order", "paper", dps=30)
     for rtol in ("1e-2", "1e-6", "1e-12"):
         yield run("auto", f"rtol {rtol}", "auto", rtol=rtol, dps=30)

@@ -7,13 +7,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import symasym as sa
 from symasym import progress
 from symasym.files import versions, write_bytes, write_json
 from symasym.problems import PROBLEMS, Problem
 from symasym.report.measure import Point, known, point
 from symasym.report.methods import Run, missing, others, ours
 from symasym.report.pages import lies, table
-from symasym.report.timing import load, machine
+from symasym.report.timing import capped, load, machine
 
 #: What is asked of ours: (method, setting).
 _OURS = (
@@ -22,6 +23,8 @@ _OURS = (
     ("exact", "35 digits"),
     ("exact, proved", "15 digits"),
     ("laplace", "order 2"),
+    ("uniform", "order 2"),
+    ("local", "leading order"),
     ("strong_noise", "order 2"),
     ("paper", "leading order"),
     ("auto", "rtol 1e-6"),
@@ -84,6 +87,50 @@ def _runs(problem: Problem, quick: bool) -> list[Run]:
     return [*(own[key] for key in _OURS if key in own), *others(problem, True)]
 
 
+@dataclass
+class Condition:
+    """Condition numbers of T and of log T with respect to what defines a scene.
+
+    A relative error e of a parameter changes T by e times that number: what is lost so is the
+    problem's, and what is lost beyond it the method's.
+    """
+
+    scene: str
+    of_T: dict[str, float]
+    of_log_T: dict[str, float]
+    reason: str
+
+
+def conditions(quick: bool) -> list[Condition]:
+    """Condition numbers of the same scenes, from exact derivatives."""
+    asked, found = scenes(quick), []
+    with progress.stage("condition numbers", len(asked)) as step:
+        for problem in asked:
+            found.append(_condition(problem, _LIMITS[quick]))
+            step()
+    return found
+
+
+def _condition(problem: Problem, limit: float) -> Condition:
+    def ask() -> Any:
+        return sa.sensitivity(problem.make(), problem.kappa, problem.r, start=problem.start, dps=15)
+
+    try:
+        found = capped(ask, limit)[1]
+    except sa.SymasymError as error:
+        return Condition(problem.name, {}, {}, str(error))
+    if found is None:
+        return Condition(problem.name, {}, {}, f"stopped after {limit:g} s")
+    of_T, of_log_T = (
+        {name: _finite(x) for name, x in d.items()} for d in (found.condition, found.log_condition)
+    )
+    return Condition(problem.name, of_T, of_log_T, "")
+
+
+def _finite(x: Any) -> float:
+    return min(float(x), 1e300)
+
+
 def columns(found: list[Cell]) -> list[tuple[str, str]]:
     """The methods with their settings, ours first."""
     first = sorted(found, key=lambda c: (not c.ours, _place(c)))
@@ -116,12 +163,13 @@ def report(folder: str | Path, quick: bool = False) -> tuple[list[Point], list[P
 
     before = load()
     found, points = cells(quick)
+    numbers = conditions(quick)
     where = f"{machine()} Load average {before} before, {load()} after."
     command = "symasym report --stability" + (" --quick" if quick else "")
     out = Path(folder)
     figure = heat_maps(found)
     files = {f"stability.{kind}": encode(figure, kind) for kind in ("png", "svg")}
-    files["stability.md"] = _page(found, where, command).encode()
+    files["stability.md"] = _page(found, numbers, where, command).encode()
     for name, content in files.items():
         write_bytes(out / name, content)
     record: dict[str, Any] = {
@@ -129,13 +177,14 @@ def report(folder: str | Path, quick: bool = False) -> tuple[list[Point], list[P
         "machine": where,
         "versions": versions("numpy", "mpmath", "gmpy2", "python-flint", "scipy"),
         "cells": [asdict(cell) for cell in found],
+        "conditions": [asdict(number) for number in numbers],
     }
     write_json(out / "stability.json", record)
     own = [p for p in lies(points) if p.ours]
     return own, [*(out / name for name in files), out / "stability.json"]
 
 
-def _page(found: list[Cell], where: str, command: str) -> str:
+def _page(found: list[Cell], numbers: list[Condition], where: str, command: str) -> str:
     rows = []
     for method, setting in columns(found):
         own = [c for c in found if (c.method, c.setting) == (method, setting)]
@@ -161,7 +210,22 @@ def _page(found: list[Cell], where: str, command: str) -> str:
                 f"Cells of ours that claim more than is true: {ours_wrong}.",
                 "![digits claimed and true](stability.svg)",
                 table(head, rows),
+                "## Condition numbers",
+                "Of T and, behind the stroke, of log T: the relative change of the value over that "
+                "of the parameter, from exact derivatives (`sa.sensitivity`). Digits lost with a "
+                "rounded parameter are the problem's; digits lost beyond them are a method's.",
+                _condition_table(numbers),
             ]
         )
         + "\n"
     )
+
+
+def _condition_table(numbers: list[Condition]) -> str:
+    names = list(dict.fromkeys(name for c in numbers for name in c.of_T))
+    rows = []
+    for c in numbers:
+        cells = [f"{c.of_T[n]:.2g} / {c.of_log_T[n]:.2g}" if n in c.of_T else "–" for n in names]
+        reason = c.reason.split(";")[0].replace("|", "\\|")
+        rows.append([c.scene, *cells, reason])
+    return table(["scene", *names, "why there are none"], rows)

@@ -18,6 +18,8 @@ _PAPER = {"T": "eq:Ttildesmall", "C": "C-bound", "1-C": "C-bound"}
 _QUICK: dict[str, list[dict[str, Any]]] = {
     "laplace": [{"order": n} for n in (0, 3)],
     "strong_noise": [{"order": n} for n in (0, 4)],
+    "uniform": [{"order": n} for n in (0, 3)],
+    "local": [{}],
     "bound": [{}],
     "paper": [{}],
     "auto": [{"rtol": "1e-3"}],
@@ -25,11 +27,12 @@ _QUICK: dict[str, list[dict[str, Any]]] = {
 _FULL: dict[str, list[dict[str, Any]]] = _QUICK | {
     "laplace": [{"order": n} for n in (0, 1, 2, 5, "optimal")],
     "strong_noise": [{"order": n} for n in (0, 1, 2, 8, 20)],
+    "uniform": [{"order": n} for n in (0, 1, 2, 5)],
     "auto": [{"rtol": f"1e-{n}"} for n in (1, 6, 20)],
 }
-_HAVE = {"T": {"laplace", "strong_noise", "paper", "auto"}}
-_HAVE["P"] = _HAVE["1-P"] = _HAVE["T"]
-_HAVE["C"] = _HAVE["1-C"] = _HAVE["T"] | {"bound"}
+_COMMON = {"laplace", "strong_noise", "paper", "auto"}
+_HAVE = {"T": _COMMON | {"uniform", "local"}, "P": _COMMON, "1-P": _COMMON}
+_HAVE["C"] = _HAVE["1-C"] = _COMMON | {"bound"}
 
 
 def honesty(problem: Problem, full: bool) -> Iterator[Finding]:
@@ -123,7 +126,7 @@ def arrays(problem: Problem, full: bool) -> Iterator[Finding]:
     kappas = np.array([base, base / 2])
     asked = Problem(**{**vars(problem), "kappa": kappas}).questions()
     for quantity in LABELS:
-        for method in ("laplace", "strong_noise", "bound"):
+        for method in ("laplace", "uniform", "strong_noise", "bound"):
             if quantity not in asked or method not in _HAVE[quantity]:
                 continue
             order = {} if method == "bound" else {"order": 3}

@@ -37,6 +37,7 @@ _ALL, _ESCAPE = ("T", "C", "1-C", "P", "1-P"), ("T", "C", "1-C")
 
 FAMILIES = (
     Family("friction, well", _friction("-0.4"), "4", "0", _WEAK, ("T", "C"), ("laplace", "paper")),
+    Family("friction, well, uniform", _friction("-0.4"), "4", "0", _WEAK, ("T",), ("uniform",)),
     Family("friction, well, from outside", _friction("-0.4"), "4", "-2", _WEAK, ("T", "C"),
            ("laplace",)),
     Family("friction, from the well", _friction("-0.4"), "4", "0.35", _WEAK, ("T",), ("laplace",)),
