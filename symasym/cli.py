@@ -11,7 +11,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from symasym import derive_command, emit_command, figure_command, table_command
+from symasym import (
+    derive_command,
+    emit_command,
+    figure_command,
+    report_command,
+    table_command,
+    verify_command,
+)
 from symasym.errors import SymasymError
 from symasym.named import DRIFTS, named_drift
 from symasym.settings import settings
@@ -35,8 +42,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0, or 1 for a derivation that fails, 2 after an error that is told in one sentence, 130
-        after an interrupt.
+        0, or 1 for a derivation or check that fails, 2 after an error that is told in one
+        sentence, 130 after an interrupt.
     """
     if argv is None:
         argv = sys.argv[1:]
@@ -109,6 +116,8 @@ def _parser() -> argparse.ArgumentParser:
     emit_command.add_parser(commands)
     figure_command.add_parser(commands)
     table_command.add_parser(commands)
+    verify_command.add_parser(commands)
+    report_command.add_parser(commands)
     return parser
 
 

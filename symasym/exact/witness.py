@@ -31,7 +31,14 @@ from typing import Any
 from symasym.arithmetic import MpmathOps
 from symasym.errors import AccuracyError, InputError, RegionError
 
-__all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"]
+__all__ = [
+    "double_integral",
+    "escape_time",
+    "exit_probability",
+    "integral",
+    "occupation",
+    "stationary_density",
+]
 
 _REFINEMENTS = 4
 _MOST_MULTIPLICATIONS = 300_000_000
@@ -174,6 +181,53 @@ def stationary_density(drift: Any, kappa: Fraction, y: Fraction, dps: int) -> An
                 at_y = grid.mp.exp(-panel.start_exponent)
             total += grid.integral(panel, [grid.mp.exp(-x) for x in panel.exponents])
         return at_y / total, 0
+
+    return _agreed(quadrature, dps)
+
+
+def integral(drift: Any, kappa: Fraction, a: Fraction, b: Fraction, sign: int, dps: int) -> Any:
+    """Integral of e^{sign lam V} from a to b, with V(-1) = 0 (eq:V).
+
+    What the paper's formulas of single pieces are compared with; `dps` and the result are
+    those of `escape_time`, and -1 must not lie right of `b`.
+    """
+    _check(kappa)
+
+    def quadrature(work: int, level: int) -> tuple[Any, int]:
+        grid = _Grid(drift, kappa, [min(a, -Fraction(1)), a, b], work, level)
+        total, zero = grid.mp.zero, grid.mp.zero
+        for panel in grid.panels():
+            if panel.left == -1:
+                zero = panel.start_exponent
+            if panel.left >= a:
+                total += grid.integral(panel, [grid.mp.exp(sign * x) for x in panel.exponents])
+        # V was counted from the left end.
+        return total * grid.mp.exp(-sign * zero), 0
+
+    return _agreed(quadrature, dps)
+
+
+def double_integral(
+    drift: Any, kappa: Fraction, left: Fraction, low: Fraction, high: Fraction, dps: int
+) -> Any:
+    """Integral of e^{lam (V(v) - V(u))} over left < u < v and low < v < high, left <= low.
+
+    `dps` and the result are those of `escape_time`.
+    """
+    _check(kappa)
+
+    def quadrature(work: int, level: int) -> tuple[Any, int]:
+        grid = _Grid(drift, kappa, [left, low, high], work, level)
+        inner, total = grid.mp.zero, grid.mp.zero
+        for panel in grid.panels():
+            rising = [grid.mp.exp(x) for x in panel.exponents]
+            falling = [1 / x for x in rising]
+            if panel.left >= low:
+                up_to_v = [inner + x for x in grid.running(panel, falling)]
+                both = [s * x for s, x in zip(rising, up_to_v, strict=True)]
+                total += grid.integral(panel, both)
+            inner += grid.integral(panel, falling)
+        return total, 0
 
     return _agreed(quadrature, dps)
 

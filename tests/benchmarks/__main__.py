@@ -23,8 +23,9 @@ import numpy as np
 from mpmath import mp, mpf
 
 import symasym as sa
-from tests.benchmarks import peers, stages
-from tests.benchmarks.timing import capped, interleaved, load, machine, python, seconds, wall
+from symasym.report import peers
+from symasym.report.timing import capped, interleaved, load, machine, peaks, python, seconds, wall
+from tests.benchmarks import stages
 
 START, END = "<!-- measured: start -->", "<!-- measured: end -->"
 
@@ -303,31 +304,29 @@ def grid(options: argparse.Namespace) -> Part:
 
 # -- memory -----------------------------------------------------------------------------------
 
-_MILLION = """
-import pathlib, re, time
+_WARM = """
 import numpy as np
 import symasym as sa
-def peak():  # GiB, of this program; ru_maxrss would include the process that started it
-    status = pathlib.Path("/proc/self/status").read_text()
-    return int(re.search(r"VmHWM:\\s+(\\d+)", status)[1]) / 2**20
 sa.escape_time(sa.friction(mu=3, alpha=1, z0=[-1.0, -0.4]), 0.1, 10, log=True)
 z0 = np.linspace(-2, -1e-6, 250_000)[:, None]
-before, start = peak(), time.perf_counter()
+"""
+_MILLION = """
 T = sa.escape_time(sa.friction(mu=3, alpha=1, z0=z0), [0.1, 0.2, 0.5, 1.0], 10, log=True)
-print(T.size, time.perf_counter() - start, peak() - before, before)
+assert T.size == 1_000_000
 """
 
 
 def memory(options: argparse.Namespace) -> Part:
-    if not Path("/proc/self/status").exists():
+    found = peaks(_WARM, _MILLION)
+    if found is None:
         return Part([], ["Measured on Linux only."])
-    size, time, used, before = map(float, python(_MILLION).split())
+    time, used, before = found
     return Part(
-        [Row(f"memory of {size:,.0f} points in float64, GiB", used, 1, False)],
+        [Row("memory of 1,000,000 points in float64, GiB", used / 1024, 1, False)],
         [
-            f"{size:,.0f} points (the grid above with 250,000 values of z0, mu = 3) in a process "
-            f"of its own took {_time(time)} and {used * 1024:.0f} MiB at the peak, on top of the "
-            f"{before * 1024:.0f} MiB of the interpreter, NumPy and symasym, result included.",
+            "1,000,000 points (the grid above with 250,000 values of z0, mu = 3) in a process "
+            f"of its own took {_time(time)} and {used:.0f} MiB at the peak, on top of the "
+            f"{before:.0f} MiB of the interpreter, NumPy and symasym, result included.",
         ],
     )
 

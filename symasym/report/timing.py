@@ -49,12 +49,17 @@ def capped(call: Callable[[], Any], limit: float) -> tuple[float, Any]:
 
     before = signal.signal(signal.SIGALRM, stop)
     signal.setitimer(signal.ITIMER_REAL, limit)
-    start = time.process_time()
+    start, clock = time.process_time(), time.perf_counter()
     try:
         result = call()
         return time.process_time() - start, result
     except TooLong:
         return limit, None
+    except SystemError:
+        # What an extension makes of the alarm in a callback of its own.
+        if time.perf_counter() - clock >= limit:
+            return limit, None
+        raise
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
@@ -64,6 +69,48 @@ def python(code: str) -> str:
     """What a fresh interpreter prints after `code`."""
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     return done.stdout
+
+
+_PEAK = """
+import pathlib as _p, re as _r
+def peak():  # MiB, of this program; ru_maxrss would include the process that started it
+    return int(_r.search(r"VmHWM:\\s+(\\d+)", _p.Path("/proc/self/status").read_text())[1]) / 2**10
+"""
+
+
+def peaks(warm: str, code: str) -> tuple[float, float, float] | None:
+    """(seconds, MiB added, MiB before) of `code` after `warm` in a process of its own.
+
+    None where the system does not tell (Linux does).
+    """
+    if not Path("/proc/self/status").exists():
+        return None
+    timed = (
+        f"{_PEAK}\nimport time\n{warm}\n_before, _start = peak(), time.perf_counter()\n{code}\n"
+        "print(time.perf_counter() - _start, peak() - _before, _before)"
+    )
+    spent, used, before = map(float, python(timed).split())
+    return spent, used, before
+
+
+def calls(call: Callable[[], Any]) -> int:
+    """How many functions, Python's own and those of extensions, a call of `call` calls.
+
+    The same in every run of the same versions, once what is cached is cached.
+    """
+    count = 0
+
+    def tick(frame: Any, event: str, argument: Any) -> None:
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    before = sys.getprofile()
+    sys.setprofile(tick)
+    try:
+        call()
+    finally:
+        sys.setprofile(before)
+    return count
 
 
 def _version(name: str) -> str:

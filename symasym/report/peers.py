@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from itertools import accumulate, pairwise
 from typing import Any
 
@@ -149,6 +150,18 @@ def arb_escape_time(c: Polynomial, kappa: Fraction, r: int, dps: int, tuned: boo
         flint.ctx.dps = before
 
 
+def arb_log_escape_time(c: Polynomial, kappa: Fraction, r: int, dps: int) -> Any:
+    """The logarithm of the tuned form, at the same precision."""
+    import flint
+
+    before = flint.ctx.dps
+    flint.ctx.dps = dps + 10
+    try:
+        return _arb_escape_time(flint, c, kappa, r, dps, True).log()
+    finally:
+        flint.ctx.dps = before
+
+
 def _arb_escape_time(
     flint: Any, c: Polynomial, kappa: Fraction, r: int, dps: int, tuned: bool
 ) -> Any:
@@ -171,8 +184,12 @@ def _arb_escape_time(
         low = arb(min(value for u, value in samples if u <= edges[k]))
         # Left of v's piece the inner integral is a constant: only the rest is nested.
         whole = acb(0)
+
+        def fallen(W: Callable[[Any], Any], u: Any) -> Any:
+            return (lam * (low - W(u))).exp()
+
         for W, (start, end) in list(zip(potentials, pairwise(edges), strict=True))[:k]:
-            whole += integral(lambda u, W=W: (lam * (low - W(u))).exp(), start, end)
+            whole += integral(partial(fallen, W), start, end)
 
         def separate(v: Any) -> Any:
             own = integral(lambda u: (lam * (low - V(u))).exp(), edges[k], v)
@@ -236,7 +253,7 @@ def scipy_log_escape_time(
         def integrand(u: float, v: float) -> float:
             return exp(lam * (f(v) - g(u) - climb))
 
-        top = (lambda v: v) if high is None else high
+        top: Any = (lambda v: v) if high is None else high
         return float(dblquad(integrand, a, b, low, top, epsabs=0.0, epsrel=epsrel)[0])
 
     high = left(-r)
@@ -277,7 +294,7 @@ def weak_noise_log_time(z0: str, r: float, order: int) -> Callable[[Any], Any]:
 
     with own_context(40) as context:
         drift = sa.friction(mu=3, alpha=1, z0=z0)
-        side = weak_noise._halves(drift, Fraction(r), Fraction(0), order, context)[1]
+        side = weak_noise._halves(drift, Fraction(r), Fraction(0), order, context, 40)[1]
         (well,) = (p for p in side.falling if p.kind == "well")
         (barrier,) = (p for p in side.rising if p.kind == "barrier")
         (kink,) = (p for p in side.rising if p.kind == "kink")
@@ -303,3 +320,71 @@ def weak_noise_log_time(z0: str, r: float, order: int) -> Callable[[Any], Any]:
         return climb / x + np.log(product + np.exp(-climb / x) * horner(outer, x))
 
     return log_time
+
+
+# -- PARI -------------------------------------------------------------------------------------
+
+
+def pari_program(c: Polynomial, kappa: Fraction, r: Fraction, dps: int) -> str:
+    """The GP program of the same double integral by nested `intnum`, split and scaled alike."""
+    V = [" + ".join(f"({x})*u^{k}" for k, x in enumerate(p)) for p in _polynomial_potentials(c)]
+    climb, high = _climb(c, float(r)), _samples(c, float(r))[0][1]
+    edges = [f"-({r})", "-1", "1", f"{r}"]
+    lines = [
+        f"default(realprecision, {dps});",
+        f"lam = {2 / kappa**2}; climb = {Fraction(climb)}; high = {Fraction(high)};",
+        *(f"V{k}(u) = {V[k]};" for k in range(3)),
+    ]
+    for k in range(3):
+        inner = " + ".join(
+            f"intnum(u = {edges[j]}, {edges[j + 1]}, exp(lam*(t - V{j}(u))))" for j in range(k)
+        )
+        own = f"intnum(u = {edges[k]}, v, exp(lam*(t - V{k}(u))))"
+        whole = f"{inner} + {own}" if inner else own
+        lines.append(f"f{k}(v) = {{ my(t = V{k}(v) - climb); {whole} }};")
+        lines.append(f"g{k}(v) = exp(lam*(V{k}(v) - high));")
+    low, high_end = edges[0], edges[3]
+    lines += [
+        f"before = intnum(v = {low}, -1, g0(v)) + intnum(v = -1, 0, g1(v));",
+        f"after = intnum(v = 0, 1, g1(v)) + intnum(v = 1, {high_end}, g2(v));",
+        "C = after/(before + after);",
+        f"T = (1 - C)*(intnum(v = 0, 1, f1(v)) + intnum(v = 1, {high_end}, f2(v)));",
+        f"if (C > 10.^-{dps}, T -= C*(intnum(v = {low}, -1, f0(v)) + intnum(v = -1, 0, f1(v))));",
+        "print(log(T));",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def pari_log_escape_time(
+    c: Polynomial, kappa: Fraction, r: Fraction, dps: int, limit: float
+) -> tuple[float, Any]:
+    """(seconds, log T) by PARI's command `gp`; the time is that of the whole process."""
+    import subprocess
+    import time
+
+    from mpmath import mp, mpf
+
+    start = time.perf_counter()
+    done = subprocess.run(
+        ["gp", "-q", "-f", "-s", "512M"],
+        input=pari_program(c, kappa, r, dps),
+        capture_output=True,
+        text=True,
+        timeout=limit,
+        check=True,
+    )
+    spent = time.perf_counter() - start
+    # The largest exponent was taken out of T, and has no part in gp's digits.
+    with mp.workdps(dps + 30):
+        lam, climb = 2 / kappa**2, Fraction(_climb(c, float(r)))
+        rise = mpf((lam * climb).numerator) / (lam * climb).denominator
+        rest = mpf("".join(done.stdout.split()).replace("E", "e"))
+        return spent, rest + rise + mp.log(mpf(lam.numerator) / lam.denominator)
+
+
+def _polynomial_potentials(c: Polynomial) -> list[Polynomial]:
+    """Coefficients of the three pieces of `_potentials`, exactly."""
+    v = [Fraction(0)] + [-x / (k + 1) for k, x in enumerate(c)]
+    v[0] = -_value(v, -1)
+    low, high, top = _value(c, -1), _value(c, 1), _value(v, 1)
+    return [[-low, -low], v, [top + high, -high]]

@@ -1,0 +1,33 @@
+"""How far two numbers are apart, free of any global precision."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mpmath
+
+
+def relative(value: Any, reference: Any) -> Any:
+    """abs(value - reference)/abs(reference), free of the global precision."""
+    context = mpmath.MPContext()
+    context.prec = 400 + 2 * max(_bits(value), _bits(reference))
+    a, b = context.convert(value), context.convert(reference)
+    return abs(a - b) / abs(b) if b else abs(a)
+
+
+def _bits(x: Any) -> int:
+    return int(x._mpf_[1].bit_length()) if hasattr(x, "_mpf_") else 64
+
+
+def logarithm(value: Any, dps: int = 60) -> Any:
+    """log(value) as an mpf with `dps` digits."""
+    context = mpmath.MPContext()
+    context.dps = dps
+    return mpmath.mp.make_mpf(context.log(context.convert(value))._mpf_)
+
+
+def distance(value: Any, reference: Any) -> Any:
+    """abs(value - reference), free of the global precision."""
+    context = mpmath.MPContext()
+    context.prec = 400 + 2 * max(_bits(value), _bits(reference))
+    return abs(context.convert(value) - context.convert(reference))

@@ -1,0 +1,297 @@
+"""`symasym verify` finds what is broken, and says so of nothing else."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import symasym as sa
+from symasym import paper
+from symasym.asymptotics import bounds, strong_noise, weak_noise
+from symasym.cli import main
+from symasym.exact import arbitrary, ball, double
+from symasym.generated import mpmath_formulas, numpy_formulas
+from symasym.verify import Verification, verify
+from symasym.verify.findings import Finding, ratio
+from symasym.verify.pages import record, rows, table
+from symasym.verify.random_scenes import random_scene
+from symasym.verify.tasks import Done, Task, tasks
+
+SCENE = "friction k=0.3"
+MILD = ("quadrature", "friction k=1")
+
+
+def checked(*wanted: tuple[str, str]) -> Verification:
+    """These checks, of these scenes, in this process."""
+    return verify("quick", 1, 0, lambda task: (task.check, task.key[-1]) in wanted)
+
+
+def failures(*wanted: tuple[str, str]) -> set[tuple[str, str]]:
+    found = checked(*wanted)
+    assert found.tasks == len(wanted)
+    return {(f.evaluator, f.check) for f in found.failures}
+
+
+ALL = [
+    MILD,
+    *((check, SCENE) for check in ("accuracy", "honesty", "sums", "equations")),
+    ("symmetries", SCENE),
+    ("arrays", SCENE),
+    ("accuracy", "friction sliding"),
+    ("orders", "friction, well"),
+    ("orders", "friction, strong"),
+    ("orders", "linear sliding, strong"),
+    ("weak limit", "friction, well"),
+    ("far limit", "friction, well"),
+    ("strong limit", "hill down"),
+    ("pieces", "potentials"),
+    ("pieces", "folds"),
+]
+
+
+def test_nothing_is_wrong_as_it_is() -> None:
+    found = checked(*ALL)
+    assert found.tasks == len(found.done) == len(ALL)
+    assert found.failures == []
+    assert found.passed
+    text = table(found)
+    assert "eq:Ttilde" in text
+    assert "0 failed" in text
+
+
+def times(factor: Any, function: Callable[..., Any]) -> Callable[..., Any]:
+    return lambda *args, **named: function(*args, **named) * factor
+
+
+def off_by_digits(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The last digits of an mpf wrong."""
+    return lambda *args, **named: function(*args, **named) * (1 + Fraction(1, 10**9).__float__())
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "broken", "task", "seen"),
+    [
+        (
+            arbitrary,
+            "escape_time",
+            off_by_digits,
+            MILD,
+            ("digits", "quadrature"),
+        ),
+        (arbitrary, "exit_probability", off_by_digits, ("accuracy", SCENE), ("digits", "accuracy")),
+        (
+            mpmath_formulas,
+            "weak_noise_time",
+            lambda f: times(2, f),
+            ("orders", "friction, well"),
+            ("paper", "order"),
+        ),
+        (
+            mpmath_formulas,
+            "strong_noise_occupation",
+            lambda f: times(0.9, f),
+            ("orders", "linear sliding, strong"),
+            ("paper", "order"),
+        ),
+        (
+            numpy_formulas,
+            "friction_breakaway",
+            lambda f: times(1 + 1e-10, f),
+            ("pieces", "folds"),
+            ("friction_breakaway, float64", "quadrature"),
+        ),
+        (
+            mpmath_formulas,
+            "friction_potential_right",
+            lambda f: times(-1, f),
+            ("pieces", "potentials"),
+            ("friction_potential_right, digits", "quadrature"),
+        ),
+    ],
+    ids=lambda x: x if isinstance(x, str) else "",
+)
+def test_a_broken_evaluator_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+    module: Any,
+    name: str,
+    broken: Callable[..., Any],
+    task: tuple[str, str],
+    seen: tuple[str, str],
+) -> None:
+    monkeypatch.setattr(module, name, broken(getattr(module, name)))
+    assert seen in failures(task)
+
+
+def test_a_broken_float64_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = double.escape_time
+
+    def wrong(*args: Any) -> Any:
+        found = right(*args)
+        return found._replace(value=found.value + 1e-10)
+
+    monkeypatch.setattr(double, "escape_time", wrong)
+    found = failures(("accuracy", SCENE))
+    assert ("float64", "accuracy") in found
+    assert ("float64 arrays", "honesty") in found
+
+
+def test_a_broken_ball_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    if not ball.available():
+        pytest.skip("python-flint is not installed")
+    import flint
+
+    right = ball.escape_time
+    monkeypatch.setattr(ball, "escape_time", lambda *a, **k: right(*a, **k) * flint.arb("1.000001"))
+    assert ("ball", "quadrature") in failures(MILD)
+
+
+@pytest.mark.parametrize(
+    ("module", "method", "task"),
+    [
+        (strong_noise, "strong_noise", ("honesty", "friction k=10")),
+        (weak_noise, "laplace", ("honesty", "friction")),
+    ],
+)
+def test_an_error_that_is_claimed_too_small_is_found(
+    monkeypatch: pytest.MonkeyPatch, module: Any, method: str, task: tuple[str, str]
+) -> None:
+    right = module.escape_time
+
+    def proud(*args: Any) -> Any:
+        found = right(*args)
+        return sa.Estimate(found.value, found.error / 10**6, found.error_kind, found.method)
+
+    monkeypatch.setattr(module, "escape_time", proud)
+    found = failures(task)
+    assert {evaluator for evaluator, _ in found} >= {method}
+
+
+def test_a_wrong_bound_of_C_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = bounds.exit_probability
+
+    def wrong(*args: Any) -> Any:
+        found = right(*args)
+        return sa.Estimate(found.value * 3, found.error, "bound", "bound")
+
+    monkeypatch.setattr(bounds, "exit_probability", wrong)
+    assert ("bound", "honesty (bound)") in failures(("honesty", SCENE))
+
+
+def test_a_paper_that_claims_an_error_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = paper.escape_time
+
+    def proud(*args: Any, **named: Any) -> Any:
+        found = right(*args, **named)
+        return sa.Estimate(found.value, found.value / 1000, "estimate", "paper")
+
+    monkeypatch.setattr(paper, "escape_time", proud)
+    assert ("paper", "honesty (estimate)") in failures(("honesty", "friction k=0.3"))
+
+
+def test_a_crash_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    def crash(*_: Any, **__: Any) -> Any:
+        raise ZeroDivisionError("a test")
+
+    monkeypatch.setattr(arbitrary, "exit_probability", crash)
+    found = checked(("sums", SCENE))
+    assert not found.passed
+    assert "ZeroDivisionError: a test" in table(found)
+
+
+def test_random_scenes_are_those_of_their_seed() -> None:
+    scenes = [random_scene(3, k) for k in range(14)]
+    again = [random_scene(3, k) for k in range(14)]
+    assert [(p.kappa, p.r, p.start, repr(p.make())) for p in scenes] == [
+        (p.kappa, p.r, p.start, repr(p.make())) for p in again
+    ]
+    assert scenes[0].kappa != random_scene(4, 0).kappa
+    for problem in scenes:
+        assert abs(Fraction(problem.start)) < Fraction(problem.r)
+        if "tangency" not in problem.tags:
+            assert problem.make().region == problem.region
+
+
+def test_a_level_that_does_not_exist() -> None:
+    with pytest.raises(sa.InputError, match="level is 'deep'; give one of 'quick', 'full'"):
+        verify("deep")
+    with pytest.raises(sa.InputError, match="workers is -1"):
+        verify(workers=-1)
+    assert main(["verify", "--level", "deep"]) == 2
+
+
+def test_ratios() -> None:
+    assert ratio(0, 0) == 0
+    assert ratio(1, 0) == float("inf")
+    assert not Finding("", "", "", float("nan"), "").passed
+    assert Finding("", "", "", None, "").refused
+
+
+def test_rows_add_up() -> None:
+    findings = [
+        Finding("eq:C", "float64", "accuracy", 0.5, "a"),
+        Finding("eq:C", "float64", "accuracy", 1.5, "b", "off"),
+        Finding("eq:C", "float64", "accuracy", None, "c"),
+    ]
+    found = Verification("quick", 1, 2, [Done(Task("accuracy", ("table", "a")), findings, 0.1)])
+    (row,) = rows(found)
+    assert (row.cases, row.passed, row.refused, row.failed) == (3, 1, 1, 1)
+    assert (row.worst, row.where) == (1.5, "b")
+    assert json.loads(json.dumps(record(found)))["failures"][0]["where"] == "b"
+    assert "FAILED" in table(found)
+
+
+def test_full_level_holds_more() -> None:
+    assert len(tasks("full", 1)) > 3 * len(tasks("quick", 1)) > 0
+
+
+PROGRAM = "import sys\nfrom symasym.cli import main\nif __name__ == '__main__': sys.exit(main())\n"
+
+
+def start(folder: Path, *arguments: str) -> subprocess.Popen[str]:
+    script = folder / "program.py"
+    script.write_text(PROGRAM)
+    root = Path(sa.__file__).parent.parent
+    return subprocess.Popen(
+        [sys.executable, str(script), "verify", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(root)},
+    )
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no signals there")
+def test_an_interrupt_keeps_what_was_done(tmp_path: Path) -> None:
+    out = tmp_path / "record.json"
+    process = start(tmp_path, "--workers", "1", "--out", str(out))
+    time.sleep(3)
+    process.send_signal(signal.SIGTERM)
+    stopped = time.monotonic()
+    printed, errors = process.communicate(timeout=60)
+    assert time.monotonic() - stopped < 5
+    assert process.returncode == 130, errors
+    assert "Traceback" not in errors
+    assert "tasks interrupted after" in printed
+    found = json.loads(out.read_text())
+    assert found["interrupted"]
+    assert not found["passed"]
+    assert found["tasks"]["done"] < found["tasks"]["all"]
+
+
+@pytest.mark.slow
+def test_quick_level_over_processes(tmp_path: Path) -> None:
+    out = tmp_path / "record.json"
+    process = start(tmp_path, "--out", str(out))
+    printed, errors = process.communicate(timeout=600)
+    assert process.returncode == 0, printed + errors
+    assert json.loads(out.read_text())["passed"]
