@@ -226,9 +226,9 @@ def occupation(
         As in `escape_time`.
     complement : bool
         1 - P instead, with its own relative precision.
-    method : {"exact", "paper", "laplace", "strong_noise", "auto"}
-        ``"paper"``: the leading term of eq:Plarge2, and where that is above 1 the
-        lower bound that gives eq:Psmall2.
+    method : {"exact", "paper", "laplace", "uniform", "strong_noise", "auto"}
+        ``"uniform"`` is for scalars. ``"paper"``: the leading term of eq:Plarge2, and
+        where that is above 1 the lower bound that gives eq:Psmall2.
 
     Returns
     -------
@@ -247,18 +247,19 @@ def occupation(
     >>> print(f"{sa.occupation(sa.linear(1, -1), '0.01', complement=True, log=True):.12g}")
     -10005.1775351
     """
-    _known_method(method, ("exact", "paper", "laplace", "strong_noise", "auto"), rtol)
+    _known_method(method, ("exact", "paper", "laplace", "uniform", "strong_noise", "auto"), rtol)
     _require_sliding(drift)
     if method == "auto":
         request = Request("1 - P" if complement else "P", method, order, dps, log, full)
         return _automatic(
             partial(occupation, complement=complement), drift, {"kappa": kappa}, rtol, request
         )
-    if method in ("laplace", "strong_noise"):
-        from symasym.asymptotics import strong_noise, weak_noise
+    if method in ("laplace", "uniform", "strong_noise"):
+        from symasym.asymptotics import strong_noise, uniform_noise, weak_noise
 
         request = Request("1 - P" if complement else "P", method, order, dps, log, full)
-        expansion = strong_noise if method == "strong_noise" else weak_noise
+        known = {"laplace": weak_noise, "uniform": uniform_noise, "strong_noise": strong_noise}
+        expansion: Any = known[method]
         return expansion.occupation(drift, kappa, complement, request)
     _no_order(order, method)
     if method == "paper":

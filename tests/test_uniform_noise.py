@@ -126,6 +126,45 @@ def test_sliding_and_its_fold() -> None:
     assert error <= claim < 1e-3
 
 
+@pytest.mark.parametrize("gap", ["1/100", "0", "-1/50"])
+def test_fold_beside_the_well_of_a_sliding_region(gap: str) -> None:
+    """1 - P of a deep well and a pair about u = 1/5 that is born, or not yet."""
+    kappa, fold = "1/10", Fraction(1, 25) - Fraction(gap)
+    # -3 (u + 1/2) ((u - 1/5)² - gap), expanded.
+    drift = sa.polynomial(
+        -fold * Fraction(3, 2),
+        3 * (Fraction(1, 5) - fold),
+        3 * (Fraction(2, 5) - Fraction(1, 2)),
+        -3,
+    )
+    for complement in (True, False):
+        exact = sa.occupation(drift, kappa, complement=complement, dps=60, log=True)
+        found = sa.occupation(
+            drift,
+            kappa,
+            complement=complement,
+            method="uniform",
+            order=3,
+            dps=55,
+            log=True,
+            full=True,
+        )
+        assert abs(found.value - exact) <= found.error < abs(exact) / 50
+    with pytest.raises(sa.InputError, match="one scene at a time"):
+        sa.occupation(drift, [0.1], method="uniform")
+
+
+@pytest.mark.parametrize("gap", ["1/10", "1/100", "1/1000"])
+def test_a_barrier_between_two_wells_is_in_one_pair(gap: str) -> None:
+    e = Fraction(gap)
+    # -3 (u + 1/2)(u - 1/5)(u - 1/5 - e), expanded.
+    c, d = Fraction(1, 5), Fraction(1, 5) + e
+    half, sum_, product = Fraction(1, 2), c + d, c * d
+    drift = sa.polynomial(-3 * half * product, -3 * (product - half * sum_), -3 * (half - sum_), -3)
+    error, claim = off(drift, "0.1", 3, dps=20, method="uniform", start="-3/10")
+    assert error <= claim < 0.1
+
+
 def check_random(scene: Any, order: int) -> None:
     coefficients, level, kappa, r, share = scene
     drift = sa.polynomial(level, *coefficients)

@@ -119,6 +119,11 @@ def _roots(exact: list[Any], context: Any) -> list[Any] | None:
     return found
 
 
+def _least_square(context: Any) -> Any:
+    """Below this rounding decides whether two zeros are real."""
+    return context.ldexp(1, 24 - context.prec)
+
+
 def _close_pair(c: list[Any], middle: float, context: Any) -> list[Any] | None:
     """The two zeros beside that of the slope; float64 has only half of the digits of each."""
     x = context.mpf(middle)
@@ -128,8 +133,11 @@ def _close_pair(c: list[Any], middle: float, context: Any) -> list[Any] | None:
         x -= step
         if abs(step) <= context.ldexp(1 + abs(x), -context.prec // 2 - 8):
             about = _shifted(c, x)
-            apart = context.sqrt(-about[0] / about[2])
-            return [x - apart, x + apart] if apart else None
+            square = -about[0] / about[2]
+            if abs(square) <= _least_square(context):
+                raise _too_narrow(to_fraction(x))
+            apart = context.sqrt(square)
+            return [x - apart, x + apart]
     return None
 
 
@@ -275,7 +283,7 @@ def _add_pair(
         return False
     psi = [pair.sign * c for c in pair.psi]
     square, ends = pair.square, (-1 - pair.middle, 1 - pair.middle)
-    if abs(square) > 0.25 or abs(pair.middle) > 0.5:
+    if not _least_square(context) < abs(square) < 0.25 or abs(pair.middle) > 0.5:
         return False
     inverse = _inverse(psi)
     g, shares = inverse, []

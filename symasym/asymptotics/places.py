@@ -99,6 +99,13 @@ def whole(field: ExactField, order: int, context: Any) -> list[Place]:
     return builder.falling
 
 
+def barriers(field: ExactField, order: int, context: Any) -> list[Place]:
+    """Those of [-1, 1], V measured from -1."""
+    builder = _Builder(field, order, context)
+    builder.layer(Fraction(-1), Fraction(1), context.zero, 0)
+    return builder.rising
+
+
 class _Builder:
     def __init__(self, field: ExactField, order: int, context: Any) -> None:
         self.field, self.context = field, context

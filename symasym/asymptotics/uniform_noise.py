@@ -9,9 +9,10 @@ for which digits are added beforehand, so that nothing is lost beside a coalesce
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from fractions import Fraction
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,11 +22,10 @@ from symasym.asymptotics.coalescence import (
     Fold,
     airy,
     edge_corrections,
-    fold_of,
     parabola,
 )
-from symasym.asymptotics.cubic_pair import split_pair
-from symasym.asymptotics.places import BEYOND, Half, Place, half, turning_points
+from symasym.asymptotics.meetings import Seen, folds_of, lost_digits, place_at, seen, zeros_of
+from symasym.asymptotics.places import BEYOND, Place, barriers, whole
 from symasym.asymptotics.weak_noise import (
     Exponentials,
     Side,
@@ -41,7 +41,7 @@ from symasym.asymptotics.weak_noise import Pair as Value
 from symasym.asymptotics.weak_noise_arrays import rounding_of_places
 from symasym.context import own_context
 from symasym.drift import Drift
-from symasym.errors import AccuracyError, InputError, SymasymError
+from symasym.errors import AccuracyError, InputError
 from symasym.exact.local import ExactField
 from symasym.inputs import float_text, is_array
 from symasym.scenes import (
@@ -54,7 +54,7 @@ from symasym.scenes import (
     read_order,
 )
 
-__all__ = ["escape_time"]
+__all__ = ["escape_time", "occupation"]
 
 DEFAULT_ORDER = 2
 MOST_ORDER = 6
@@ -62,14 +62,6 @@ MOST_ORDER = 6
 _BESIDE = (1, 0.8, 0.64)
 _TERMS = ("wells, barriers, start, ends, kinks and the part between",)
 _DROPPED = ("higher orders of every series, in the error",)
-
-
-class _Seen(NamedTuple):
-    """One side of the start, with what meets in it."""
-
-    half: Half
-    folds: list[Fold]
-    edge: Edge | None
 
 
 def escape_time(
@@ -99,6 +91,66 @@ def escape_time(
         return as_digits(request, value, size, "estimate", names, _DROPPED)
 
 
+def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> Any:
+    """1 - P, or P, of one sliding scene, through folds of wells inside the layer."""
+    order = read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
+    request = request._replace(order=order)
+    numbers = {"kappa": kappa}
+    if request.dps is None and not one_scene(drift, numbers):
+        raise InputError(
+            "arrays have no uniform 1 - P; give one scene at a time, or use method='laplace'."
+        )
+    values = exact_scene(drift, numbers, request.dps)
+    lam = 2 / values["kappa"] ** 2
+    digits = request.digits
+    base = working_digits(digits, lam, Fraction(1))
+    extra, offset = lost_digits(drift, order, base)
+    one, count = Fraction(1), order + 1 + BEYOND
+    with own_context(base + extra) as context:
+        field = ExactField(drift, False, context, offset)
+        places = whole(field, order, context)
+        every = places + barriers(field, order, context)
+        folds = folds_of(field, -one, -one, one, count, every, base, context)
+        require_seen(drift, lam, [float(f.point) for f in folds])
+        slopes = [abs(field.number(context.mpf(side))) for side in (-1, 1)]
+        heights = places[0].height, places[-1].height
+
+        def share(number: Any, n: int) -> Any:
+            total = _whole(places, folds, number, n, context)
+            outside = sum(
+                context.exp(number * h) / (number * a) for a, h in zip(slopes, heights, strict=True)
+            )
+            return outside / total
+
+        number = context.mpf(lam.numerator) / lam.denominator
+        value, size = _with_error(share, number, order, float_text(values["kappa"]), context)
+        if not complement:
+            if not size < 1 - value:
+                raise _too_strong(float_text(values["kappa"]), order)
+            value = 1 - value
+        if request.log:
+            size = _log_error(value, size, context)
+            value = context.log(value)
+        size += abs(value) * context.mpf(10) ** -(digits + 5)
+        wells = [f"well at u = {context.nstr(p.u, 6)}" for p in places if p.kind == "well"]
+        return as_digits(request, value, size, "estimate", (*wells, "folds and kinks"), _DROPPED)
+
+
+def _whole(places: list[Place], folds: list[Fold], lam: Any, order: int, context: Any) -> Any:
+    """int e^{-lam V} over all u."""
+    ops, left_out = Exponentials(context), []
+    total = context.zero
+    for fold in folds:
+        total += airy(fold, lam, order, context).falling * context.exp(-lam * fold.height)
+        if fold.pair.zeta > 0:
+            left_out += [p for u in zeros_of(fold, context) if (p := place_at(u, places))]
+    for place in places:
+        if not any(place is p for p in left_out):
+            factor = context.exp(lam * place.height)
+            total += series_of(place.groups, lam, order, ops).value * factor
+    return total
+
+
 def _of_arrays(drift: Drift, numbers: dict[str, Any], request: Request, local: bool) -> Any:
     """One analysis for each drift, radius and start; each kappa is then a few sums."""
     scenes = float_scenes(drift, numbers)
@@ -125,7 +177,7 @@ class _Scene(NamedTuple):
     """A drift, radius and start, seen to both sides."""
 
     context: Any
-    sides: list[_Seen]
+    sides: list[Seen]
     radius: Any
     local: bool
 
@@ -136,10 +188,10 @@ def _analysed(
 ) -> Iterator[_Scene]:
     """For any lam up to this one, to `order` and what tells its error."""
     base = working_digits(digits, lam, r)
-    extra, offset = _lost(drift, order, base)
+    extra, offset = lost_digits(drift, order, base)
     with own_context(base + extra) as context:
         sides = [
-            _seen(ExactField(drift, mirrored, context, offset), place, r, order, base, context)
+            seen(ExactField(drift, mirrored, context, offset), place, r, order, base, context)
             for mirrored, place in ((True, -x), (False, x))
         ]
         signs = (-1, 1)
@@ -151,12 +203,24 @@ def _analysed(
 
 
 def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
-    """T and its error, from what the next orders add, or the least of lower ones."""
+    """T and its error; that of `local` is its distance from the uniform formula as well."""
     context, number = scene.context, scene.context.mpf(lam.numerator) / lam.denominator
-    beyond = order + 1 + BEYOND
-    value, size = _time(scene, number, order), context.inf
+    value, size = _with_error(partial(_time, scene), number, order, kappa, context)
+    if scene.local:
+        straight = scene._replace(sides=[_straightened(side, context) for side in scene.sides])
+        local = _time(straight, number, 0)
+        # Away from the fold that may be off by more than itself.
+        return local, size + abs(local - value)
+    return value, size
+
+
+def _with_error(
+    at: Callable[[Any, int], Any], lam: Any, order: int, kappa: str, context: Any
+) -> tuple[Any, Any]:
+    """A value of (lam, order) and its error, from what the next orders add."""
+    value, size = at(lam, order), context.inf
     # The next terms may vanish by chance, but not at several lam.
-    others = [[_time(scene, x, n) for n in range(beyond)] for x in (number * s for s in _BESIDE)]
+    others = [[at(lam * s, n) for n in range(order + 1 + BEYOND)] for s in _BESIDE]
     for n in range(order + 1):
         relative = max(
             _next_terms(found, n, context) * step ** (n + 1)
@@ -165,17 +229,16 @@ def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any
         # A lower order may be known better, where noise is strong.
         size = min(size, relative * value + abs(value - others[0][n]))
     if not (value > 0 and size < value):
-        raise AccuracyError(
-            f"kappa is {kappa}, where the noise is too strong for the uniform series with "
-            f"order={order}: the next terms are as large as the value; give another order, or use "
-            "method='exact'."
-        )
-    if scene.local:
-        straight = scene._replace(sides=[_straightened(side, context) for side in scene.sides])
-        local = _time(straight, number, 0)
-        # Away from the fold that may be off by more than itself.
-        return local, size + abs(local - value)
+        raise _too_strong(kappa, order)
     return value, size
+
+
+def _too_strong(kappa: str, order: int) -> AccuracyError:
+    return AccuracyError(
+        f"kappa is {kappa}, where the noise is too strong for the uniform series with "
+        f"order={order}: the next terms are as large as the value; give another order, or use "
+        "method='exact'."
+    )
 
 
 def _next_terms(found: list[Any], n: int, context: Any) -> Any:
@@ -190,12 +253,12 @@ def _log_error(value: Any, size: Any, context: Any) -> Any:
     return -context.log1p(-size / value) if size < value else context.inf
 
 
-def _straightened(side: _Seen, context: Any) -> _Seen:
+def _straightened(side: Seen, context: Any) -> Seen:
     """phi taken as a parabola about each fold: Airy's argument is linear in its height there."""
     return side._replace(folds=[parabola(fold, context) for fold in side.folds])
 
 
-def _names(sides: list[_Seen], context: Any) -> tuple[str, ...]:
+def _names(sides: list[Seen], context: Any) -> tuple[str, ...]:
     found = []
     for sign, side in zip((-1, 1), sides, strict=True):
         for fold in side.folds:
@@ -204,140 +267,6 @@ def _names(sides: list[_Seen], context: Any) -> tuple[str, ...]:
         if side.edge is not None:
             found.append(f"barrier before u = {sign}")
     return (*found, *_TERMS)
-
-
-# -- what meets ------------------------------------------------------------------------------------
-
-
-def _lost(drift: Drift, order: int, digits: int) -> tuple[int, Fraction]:
-    """Digits that cancel, and what is added to A where a pair is too close for any."""
-    count, lost, offset = order + 1 + BEYOND, 0.0, Fraction(0)
-    # A so far below the digits asked for changes no digit of T.
-    least = Fraction(1, 10 ** (digits + 10))
-    with own_context(2 * digits + 40) as context:
-        field = ExactField(drift, False, context)
-        for point in turning_points(field, Fraction(-1), Fraction(1), context):
-            taylor = field.taylor(point, Fraction(1), 3)
-            if abs(taylor[0]) < least:
-                if not field.is_polynomial:
-                    raise AccuracyError(
-                        f"A has a double zero at u = {float(point):.6g}, or all but one, where the "
-                        "uniform series is for polynomials only; use method='exact'."
-                    )
-                offset = least if taylor[2] > 0 else -least
-            depth = max(abs(taylor[0]), least)
-            lost = max(lost, -1.5 * _log10(depth) * count)
-        for end in (-1, 1):
-            slope = abs(field.value(Fraction(end)))
-            if slope:
-                lost = max(lost, 0.0) + max(0.0, -2 * _log10(slope) * (count + 1))
-    return int(lost) + 4 * count, offset
-
-
-def _log10(x: Fraction) -> float:
-    # Digits of the parts, since x may be beyond float64.
-    return 0.30103 * (x.numerator.bit_length() - x.denominator.bit_length())
-
-
-def _seen(
-    field: ExactField, x: Fraction, r: Fraction, order: int, digits: int, context: Any
-) -> _Seen:
-    one = half(field, x, r, order, context, context.dps)
-    count = order + 1 + BEYOND
-    lo, hi = max(x, Fraction(-1)), min(r, Fraction(1))
-    folds = []
-    if lo < hi:
-        for point in turning_points(field, lo, hi, context):
-            fold = _fold(field, point, x, lo, count, one, digits, context)
-            if fold is not None:
-                folds.append(fold)
-    return _Seen(one, folds, _edge(one))
-
-
-def _fold(
-    field: ExactField,
-    point: Fraction,
-    x: Fraction,
-    lo: Fraction,
-    count: int,
-    one: Half,
-    digits: int,
-    context: Any,
-) -> Fold | None:
-    """The pair about this zero of phi's slope, if it is one by itself."""
-    taylor = [context.mpf(c.numerator) / c.denominator for c in _taylor(field, point, count)]
-    try:
-        pair = split_pair(taylor, context)
-        height = _height(field, point, x, lo, context)
-        fold = fold_of(pair, taylor, point, height, count, digits, context)
-    except SymasymError:
-        return None
-    if pair.zeta > 0 and not _both(fold, one):
-        return None
-    return fold
-
-
-def _taylor(field: ExactField, point: Fraction, count: int) -> list[Fraction]:
-    terms = 4 * count + 40
-    found = field.taylor(point, Fraction(1), terms)
-    return list(found) + [Fraction(0)] * (3 - len(found))
-
-
-def _height(field: ExactField, point: Fraction, x: Fraction, lo: Fraction, context: Any) -> Any:
-    a, b = (context.mpf(u.numerator) / u.denominator for u in (lo, point))
-    rise = field.potential_rise(a, b)
-    if x < -1:
-        slope, length = field.value(Fraction(-1)), -1 - x
-        rise -= context.mpf((slope * length).numerator) / (slope * length).denominator
-    return rise
-
-
-def _zeros(fold: Fold, context: Any) -> tuple[Any, Any]:
-    middle = context.mpf(fold.point.numerator) / fold.point.denominator + fold.pair.middle
-    half_way = context.sqrt(fold.pair.square)
-    return middle - half_way, middle + half_way
-
-
-def _both(fold: Fold, one: Half) -> bool:
-    """Whether both of the real pair are places of this side."""
-    context = fold.height.context
-    return all(_place_at(u, one.rising + one.falling) is not None for u in _zeros(fold, context))
-
-
-def _place_at(u: Any, places: list[Place]) -> Place | None:
-    for place in places:
-        # Neighbours in a pair are much farther apart than what rounding leaves.
-        if place.kind in ("well", "barrier") and abs(place.u - u) <= u.context.eps**0.75:
-            return place
-    return None
-
-
-def _edge(one: Half) -> Edge | None:
-    """The barrier next to the end of the layer."""
-    last = [p for p in one.rising if p.kind in ("end", "kink")]
-    zeros = [p for p in one.rising + one.falling if p.kind in ("well", "barrier")]
-    if not (last and zeros):
-        return None
-    end, zero = max(last, key=lambda p: p.u), max(zeros, key=lambda p: p.u)
-    if zero.kind != "barrier":
-        return None
-    context = end.u.context
-    root = context.sqrt(2 * context.pi)
-    wells = [p for p in one.falling if p.kind == "well"]
-    peak = [g[0][0] / root for g in zero.groups]
-    if wells:
-        # As the well comes near the barrier, which is then far from the end, the barrier's own
-        # series breaks down, and nothing is to be corrected. This fades the correction without
-        # a trace in any order of 1/lam, since it is then of a higher order anyway, and faster
-        # than any power where the end comes near.
-        well = max(wells, key=lambda p: p.u)
-        ratio = 8 * (zero.height + well.height) / (zero.height - end.height)
-        peak = [a * context.gammainc(n + 2, 0, ratio, True) for n, a in enumerate(peak)]
-    before = [
-        sum((c for c, _, _ in after), context.zero) - sum((c for c, _, _ in change), context.zero)
-        for after, change in zip(end.onward, end.groups, strict=True)
-    ]
-    return Edge(zero.height, end.height, peak, before)
 
 
 # -- at one lam ------------------------------------------------------------------------------------
@@ -353,21 +282,21 @@ def _time(scene: _Scene, lam: Any, order: int) -> Any:
     return time_of(whole, lam).value
 
 
-def _side(seen: _Seen, lam: Any, r: Any, order: int, ops: Any, context: Any) -> Side:
-    one = seen.half
+def _side(one_side: Seen, lam: Any, r: Any, order: int, ops: Any, context: Any) -> Side:
+    one = one_side.half
     places = [(p, a.value, b.value) for p, a, b in weights_of(one, lam, r, order, ops)[0]]
     low = [(p, a.value, b.value) for p, a, b in weights_of(one, lam, r, order, ops)[1]]
     rising = [[p.u, share, onward, p] for p, share, onward in places]
     falling = [[p.u, share, p] for p, share, _ in low]
     nested = outer_part(one, lam, r, order, ops).value
     left_out = set()
-    for k, fold in enumerate(seen.folds):
+    for k, fold in enumerate(one_side.folds):
         local, height = airy(fold, lam, order, context), context.exp(lam * fold.height)
         up, down = local.rising * height, local.falling / height
         if fold.pair.zeta > 0:
-            zeros = _zeros(fold, context)
-            barrier = next(x for x in rising if x[3] is _of(zeros, one.rising))
-            well = next(x for x in falling if x[2] is _of(zeros, one.falling))
+            pair = zeros_of(fold, context)
+            barrier = next(x for x in rising if x[3] is _of(pair, one.rising))
+            well = next(x for x in falling if x[2] is _of(pair, one.falling))
             barrier[1], well[1] = up, down
         else:
             middle = context.mpf(fold.point.numerator) / fold.point.denominator
@@ -380,8 +309,8 @@ def _side(seen: _Seen, lam: Any, r: Any, order: int, ops: Any, context: Any) -> 
         if fold.onward:
             nested += local.both
         left_out.add((id(well), id(barrier)))
-    if seen.edge is not None:
-        nested += _cut(seen.edge, rising, falling, lam, order, context)
+    if one_side.edge is not None:
+        nested += _cut(one_side.edge, rising, falling, lam, order, context)
     for down in falling:
         for up in rising:
             if (id(down), id(up)) in left_out:
@@ -396,7 +325,7 @@ def _side(seen: _Seen, lam: Any, r: Any, order: int, ops: Any, context: Any) -> 
 
 
 def _of(zeros: tuple[Any, Any], places: list[Place]) -> Place:
-    found = (_place_at(u, places) for u in zeros)
+    found = (place_at(u, places) for u in zeros)
     return next(p for p in found if p is not None)
 
 

@@ -1,0 +1,176 @@
+"""What meets in weak noise: wells with barriers, and barriers with the end of the layer.
+
+Found for one side of the start (`symasym.asymptotics.places`), with the digits that cancel there.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from symasym.asymptotics.coalescence import Edge, Fold, fold_of
+from symasym.asymptotics.cubic_pair import split_pair
+from symasym.asymptotics.places import BEYOND, Half, Place, half, turning_points
+from symasym.context import own_context
+from symasym.drift import Drift
+from symasym.errors import AccuracyError, SymasymError
+from symasym.exact.local import ExactField
+
+__all__ = ["Seen", "folds_of", "lost_digits", "place_at", "seen", "zeros_of"]
+
+
+class Seen(NamedTuple):
+    """One side of the start, with what meets in it."""
+
+    half: Half
+    folds: list[Fold]
+    edge: Edge | None
+
+
+def lost_digits(drift: Drift, order: int, digits: int) -> tuple[int, Fraction]:
+    """Digits that cancel, and what is added to A where a pair is too close for any."""
+    count, lost, offset = order + 1 + BEYOND, 0.0, Fraction(0)
+    # A so far below the digits asked for changes no digit of T.
+    least = Fraction(1, 10 ** (digits + 10))
+    with own_context(2 * digits + 40) as context:
+        field = ExactField(drift, False, context)
+        for point in turning_points(field, Fraction(-1), Fraction(1), context):
+            taylor = field.taylor(point, Fraction(1), 3)
+            if abs(taylor[0]) < least:
+                if not field.is_polynomial:
+                    raise AccuracyError(
+                        f"A has a double zero at u = {float(point):.6g}, or all but one, where the "
+                        "uniform series is for polynomials only; use method='exact'."
+                    )
+                offset = least if taylor[2] > 0 else -least
+            depth = max(abs(taylor[0]), least)
+            lost = max(lost, -1.5 * _log10(depth) * count)
+        for end in (-1, 1):
+            slope = abs(field.value(Fraction(end)))
+            if slope:
+                lost = max(lost, 0.0) + max(0.0, -2 * _log10(slope) * (count + 1))
+    return int(lost) + 4 * count, offset
+
+
+def _log10(x: Fraction) -> float:
+    # Digits of the parts, since x may be beyond float64.
+    return 0.30103 * (x.numerator.bit_length() - x.denominator.bit_length())
+
+
+def seen(
+    field: ExactField, x: Fraction, r: Fraction, order: int, digits: int, context: Any
+) -> Seen:
+    one = half(field, x, r, order, context, context.dps)
+    count = order + 1 + BEYOND
+    lo, hi = max(x, Fraction(-1)), min(r, Fraction(1))
+    places = one.rising + one.falling
+    folds = folds_of(field, x, lo, hi, count, places, digits, context)
+    return Seen(one, folds, _edge(one))
+
+
+def folds_of(
+    field: ExactField,
+    x: Fraction,
+    lo: Fraction,
+    hi: Fraction,
+    count: int,
+    places: list[Place],
+    digits: int,
+    context: Any,
+) -> list[Fold]:
+    """The pairs in (lo, hi), no place in two of them: in that with which it meets first."""
+    found = []
+    for point in turning_points(field, lo, hi, context) if lo < hi else []:
+        fold = _fold(field, point, x, lo, count, places, digits, context)
+        if fold is not None:
+            found.append(fold)
+    taken: list[Place] = []
+    chosen = []
+    for fold in sorted(found, key=lambda f: abs(f.pair.zeta)):
+        if fold.pair.zeta > 0:
+            own = [place_at(u, places) for u in zeros_of(fold, context)]
+            if any(p is q for p in own for q in taken):
+                continue
+            taken += [p for p in own if p is not None]
+        chosen.append(fold)
+    return sorted(chosen, key=lambda f: f.point)
+
+
+def _fold(
+    field: ExactField,
+    point: Fraction,
+    x: Fraction,
+    lo: Fraction,
+    count: int,
+    places: list[Place],
+    digits: int,
+    context: Any,
+) -> Fold | None:
+    """The pair about this zero of phi's slope, if it is one by itself."""
+    taylor = [context.mpf(c.numerator) / c.denominator for c in _taylor(field, point, count)]
+    try:
+        pair = split_pair(taylor, context)
+        height = _height(field, point, x, lo, context)
+        fold = fold_of(pair, taylor, point, height, count, digits, context)
+    except SymasymError:
+        return None
+    if pair.zeta > 0 and None in [place_at(u, places) for u in zeros_of(fold, context)]:
+        return None
+    return fold
+
+
+def _taylor(field: ExactField, point: Fraction, count: int) -> list[Fraction]:
+    terms = 4 * count + 40
+    found = field.taylor(point, Fraction(1), terms)
+    return list(found) + [Fraction(0)] * (3 - len(found))
+
+
+def _height(field: ExactField, point: Fraction, x: Fraction, lo: Fraction, context: Any) -> Any:
+    a, b = (context.mpf(u.numerator) / u.denominator for u in (lo, point))
+    rise = field.potential_rise(a, b)
+    if x < -1:
+        slope, length = field.value(Fraction(-1)), -1 - x
+        rise -= context.mpf((slope * length).numerator) / (slope * length).denominator
+    return rise
+
+
+def zeros_of(fold: Fold, context: Any) -> tuple[Any, Any]:
+    middle = context.mpf(fold.point.numerator) / fold.point.denominator + fold.pair.middle
+    half_way = context.sqrt(fold.pair.square)
+    return middle - half_way, middle + half_way
+
+
+def place_at(u: Any, places: list[Place]) -> Place | None:
+    for place in places:
+        # Neighbours in a pair are much farther apart than what rounding leaves.
+        if place.kind in ("well", "barrier") and abs(place.u - u) <= u.context.eps**0.75:
+            return place
+    return None
+
+
+def _edge(one: Half) -> Edge | None:
+    """The barrier next to the end of the layer."""
+    last = [p for p in one.rising if p.kind in ("end", "kink")]
+    zeros = [p for p in one.rising + one.falling if p.kind in ("well", "barrier")]
+    if not (last and zeros):
+        return None
+    end, zero = max(last, key=lambda p: p.u), max(zeros, key=lambda p: p.u)
+    if zero.kind != "barrier":
+        return None
+    context = end.u.context
+    root = context.sqrt(2 * context.pi)
+    wells = [p for p in one.falling if p.kind == "well"]
+    peak = [g[0][0] / root for g in zero.groups]
+    if wells:
+        # As the well comes near the barrier, which is then far from the end, the barrier's own
+        # series breaks down, and nothing is to be corrected. This fades the correction without
+        # a trace in any order of 1/lam, since it is then of a higher order anyway, and faster
+        # than any power where the end comes near.
+        well = max(wells, key=lambda p: p.u)
+        ratio = 8 * (zero.height + well.height) / (zero.height - end.height)
+        peak = [a * context.gammainc(n + 2, 0, ratio, True) for n, a in enumerate(peak)]
+    before = [
+        sum((c for c, _, _ in after), context.zero) - sum((c for c, _, _ in change), context.zero)
+        for after, change in zip(end.onward, end.groups, strict=True)
+    ]
+    return Edge(zero.height, end.height, peak, before)
