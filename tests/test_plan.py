@@ -7,7 +7,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import SAMPLE, drifts, scenes
 
@@ -44,7 +44,7 @@ def test_the_error_allowed_holds_on_the_table(problem: Problem, rtol: str) -> No
     check(problem.make(), problem.kappa, problem.r, problem.start, rtol)
 
 
-@SAMPLE
+@settings(SAMPLE, max_examples=15)
 @given(scenes(-1.5, drifts()), st.sampled_from(["1e-1", "1e-3", "1e-6"]))
 def test_the_error_allowed_holds_on_random_scenes(scene: Any, rtol: str) -> None:
     check(*scene, rtol)

@@ -210,7 +210,7 @@ def weak_scenes(draw: st.DrawFn) -> tuple[sa.Drift, Fraction, Fraction, Fraction
     return drift, draw(powers_of_ten(-3, 0.2)), r, start
 
 
-@settings(SAMPLE, max_examples=60)
+@settings(SAMPLE, max_examples=30)
 @given(weak_scenes(), st.sampled_from([*range(9), "optimal"]), st.booleans())
 def test_random_scenes_sample(scene: Any, order: Any, log: bool) -> None:
     check_scene(scene, (order,), log)

@@ -135,7 +135,7 @@ def _close_pair(c: list[Any], middle: float, context: Any) -> list[Any] | None:
             about = _shifted(c, x)
             square = -about[0] / about[2]
             if abs(square) <= _least_square(context):
-                raise _too_narrow(to_fraction(x))
+                return None
             apart = context.sqrt(square)
             return [x - apart, x + apart]
     return None
@@ -232,10 +232,10 @@ def _by_panels(
         a, b = waiting.pop()
         middle = (a + b) / 2
         if b - a < _NARROWEST and (a, b) not in whole:
-            raise _too_narrow(a)
+            raise _too_narrow(field, a)
         if not _add(field, middle, (b - a) / 2, False, (-1, 1), found, context):
             waiting += [(a, middle), (middle, b)]
-    raise _too_narrow(waiting[-1][0])
+    raise _too_narrow(field, waiting[-1][0])
 
 
 def _about_pairs(
@@ -356,13 +356,14 @@ def _about_zero(
     while not _add(field, zero, reach, True, sides, found, context):
         reach /= 2
         if reach < _NARROWEST:
-            raise _too_narrow(zero)
+            raise _too_narrow(field, zero)
     return reach
 
 
-def _too_narrow(u: Fraction) -> AccuracyError:
+def _too_narrow(field: ExactField, u: Fraction) -> AccuracyError:
+    place = -float(u) if field.mirrored else float(u)
     return AccuracyError(
-        f"A varies too fast, or nearly vanishes, beside u = {float(u):.6g} for the weak-noise "
+        f"A varies too fast, or nearly vanishes, beside u = {place:.6g} for the weak-noise "
         "series; use method='exact'."
     )
 

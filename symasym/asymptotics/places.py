@@ -233,7 +233,8 @@ class _Builder:
         With V - V(x) = ±s^2/2 and du = (a_0 + a_1 s + …) ds all integrals are known.
         """
         c = self.context
-        slope = self.field.slope(self.number(x))
+        # Exact for a polynomial, where rounding would hide a multiple zero.
+        slope = self.number(self.field.taylor(x, Fraction(1), 2)[1])
         if not slope:
             raise degenerate(x)
         barrier = bool(slope > 0)

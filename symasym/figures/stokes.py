@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-POINTS = 33
+POINTS = 27
 # Noise amplitudes of the error map.
-_MAP = np.geomspace(0.04, 0.28, 9)
+_MAP = np.geomspace(0.04, 0.28, 7)
 
 
 def stokes(
@@ -144,7 +144,7 @@ def _errors(axes: Axes, z0: FloatArray, logs: dict[str, FloatArray], wanted: Flo
         axes.semilogy(z0, error, dashes, color=color, label=name)
     axes.set_ylabel("relative error")
     axes.set_ylim(top=1e3)
-    axes.legend(fontsize="x-small", ncols=2, loc="upper left")
+    axes.legend(fontsize=7.2, ncols=2, loc="upper left")
 
 
 def _plane(axes: Axes, z0: FloatArray, error: FloatArray, fold: float) -> None:
