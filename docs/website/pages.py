@@ -12,4 +12,9 @@ def all_pages(derivations: Path) -> dict[str, str]:
     """File name -> text; checks the derivations whose records are not in `derivations`."""
     records = derive(None, derivations)
     drawn = plots.all_plots()
-    return {**formulas.pages(records, drawn), **plots.files(drawn), **api.pages(), **explorer.pages()}
+    return {
+        **formulas.pages(records, drawn),
+        **plots.files(drawn),
+        **api.pages(),
+        **explorer.pages(),
+    }

@@ -8,7 +8,7 @@ const REACH = 1.75;
 /** Ends of the slider of z0. */
 const SPRING = [-3, 5];
 
-/** The sign of a sum of slider values; these are multiples of 1/100, so less is rounding. */
+/** The sign of what slider values make; these are multiples of 1/100, so less is rounding. */
 function sign(x) {
   return Math.abs(x) < 1e-9 ? 0 : Math.sign(x);
 }
@@ -36,7 +36,7 @@ function criticalPoints(mu, alpha, z0) {
 
 /** z0 at both folds; none where the drift has no turning point in the layer. */
 function folds(mu, alpha) {
-  if (!(emitted["turning-points"].friction_turning_point(mu) < 1)) return null;
+  if (!(sign(1 - emitted["turning-points"].friction_turning_point(mu)) > 0)) return null;
   return emitted["folds"].friction_folds(mu, alpha);
 }
 
@@ -133,7 +133,9 @@ function againstSpring(sliders) {
     // Not the ends: there the formula jumps, or has no value.
     const gap = (marks[k + 1] - marks[k]) * 1e-4;
     if (!(gap > 1e-7)) continue;
-    const z0 = even(marks[k] + gap, marks[k + 1] - gap, 61);
+    const [from, to] = [marks[k] + gap, marks[k + 1] - gap];
+    // Closer towards the ends, where the formula has its logarithms.
+    const z0 = even(0, Math.PI, 61).map((t) => from + ((to - from) * (1 - Math.cos(t))) / 2);
     if (logTime(s, z0[30]) === null) continue;
     time.push(z0.map((z) => [z, logTime(s, z) / Math.LN10]));
     if (folds(s.mu, s.alpha)) step.push(z0.map((z) => [z, multiplier(s, z)]));

@@ -31,7 +31,7 @@ function short(x, count = 4) {
   return Number(x.toPrecision(count)).toString().replace("-", "−");
 }
 
-/** e^log to four digits, whatever its size. */
+/** e^log to four digits, whatever its size, as HTML. */
 function fromLog(log) {
   if (log === null) return NONE;
   const log10 = log / Math.LN10;
@@ -39,7 +39,7 @@ function fromLog(log) {
   let power = Math.floor(log10);
   let digits = (10 ** (log10 - power)).toFixed(3);
   if (digits === "10.000") [digits, power] = ["1.000", power + 1];
-  return `${digits} × 10^${String(power).replace("-", "−")}`;
+  return `${digits} × 10<sup>${String(power).replace("-", "−")}</sup>`;
 }
 
 const REGION = {
@@ -113,7 +113,7 @@ function show(figure, plot, caption) {
 function update() {
   const sliders = sliderValues();
   const n = numbers(sliders);
-  explorer.querySelector(".explorer-region").textContent = inWords(n);
+  explorer.querySelector("#explorer-region").textContent = inWords(n);
   const items = Object.entries(rows(n));
   explorer.querySelector("dl").innerHTML = items
     .map(([name, value]) => `<div><dt>${name}</dt><dd>${value}</dd></div>`)
