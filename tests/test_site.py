@@ -251,14 +251,19 @@ SLIDERS = {
     "eps": "ε half-width",
     "r": "r radius",
 }
-_DRAWN = """() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done({
-  plots: [...document.querySelectorAll('#explorer svg')].map((svg) => svg.innerHTML),
-  values: Object.fromEntries([...document.querySelectorAll('#explorer-values div')].map(
-    (row) => [row.querySelector('dt').textContent, row.querySelector('dd').textContent])),
-  region: document.querySelector('#explorer-region').textContent,
-  sliders: Object.fromEntries([...document.querySelectorAll('#explorer input')].map(
-    (i) => [i.name, i.parentElement.querySelector('output').textContent.replace('−', '-')])),
-}))))"""
+_DRAWN = """async () => {
+  // What an event asks for is drawn before the next frame.
+  for (let k = 0; k < 2; k++) await new Promise(requestAnimationFrame);
+  const all = (selector) => [...document.querySelectorAll('#explorer ' + selector)];
+  const text = (node, selector) => node.querySelector(selector).textContent;
+  return {
+    plots: all('svg').map((svg) => svg.innerHTML),
+    values: Object.fromEntries(all('dl > div').map((row) => [text(row, 'dt'), text(row, 'dd')])),
+    region: document.querySelector('#explorer-region').textContent,
+    sliders: Object.fromEntries(all('input').map(
+      (i) => [i.name, text(i.parentElement, 'output').replace('−', '-')])),
+  };
+}"""
 
 
 def _paper_time(sliders: dict[str, str]) -> str:

@@ -6,11 +6,17 @@ const form = explorer.querySelector("form");
 const LAYER = [-1, 1];
 const NONE = "–";
 
-/** What a slider stands for: its value, or a power of ten rounded to two digits. */
+/** Preferred numbers: a decade in twenty steps (R''20). */
+const DECADE = [
+  1, 1.1, 1.2, 1.4, 1.6, 1.8, 2, 2.2, 2.5, 2.8, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8, 9,
+];
+
+/** What a slider stands for: its value, or the preferred number that it counts to from 1. */
 function sliderText(input) {
-  if (!input.hasAttribute("data-power")) return Number(input.value).toFixed(2);
-  const power = Number(input.value);
-  return (10 ** power).toFixed(1 - Math.floor(power + 1e-9));
+  if (!input.hasAttribute("data-decades")) return Number(input.value).toFixed(2);
+  const count = Number(input.value);
+  const power = Math.floor(count / DECADE.length);
+  return String(Number(`${DECADE[count - DECADE.length * power]}e${power}`));
 }
 
 /** The values that the sliders show: what is computed with is what is read. */
