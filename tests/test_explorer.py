@@ -6,6 +6,7 @@ import json
 import shutil
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,11 @@ POSITIONS = [
     ("0.50", "1.25", "2.20", "0.10", "0.0010", "0.10"),
 ]
 TANGENCY = ("3.00", "0.70", "0.30", "0.030", "0.010", "0.10")
+CORNERS = list(
+    product(
+        ("0", "5"), ("0.25", "1.5"), ("-3", "5"), ("0.003", "0.1"), ("0.001", "0.02"), ("0.05", "1")
+    )
+)
 FOLD = ("3.00", "0.90", "-0.60", "0.030", "0.010", "0.10")
 _MAIN = """
 const { positions } = JSON.parse(require("fs").readFileSync(0));
@@ -51,7 +57,7 @@ def shown() -> dict:
     if node is None:
         pytest.skip("no Node on this machine")
     model = (ROOT / "docs" / "_static" / "explorer" / "model.js").read_text("utf-8")
-    asked = [*POSITIONS, TANGENCY, FOLD]
+    asked = [*POSITIONS, *CORNERS, TANGENCY, FOLD]
     sliders = [dict(zip(NAMES, map(float, p), strict=True)) for p in asked]
     done = subprocess.run(
         # Not as an argument: what one may hold is limited.
@@ -151,6 +157,19 @@ def test_no_number_where_there_is_none(shown) -> None:
     found = shown[FOLD]
     assert found["step"] == 0.5 == sa.stokes_multiplier(_scene(FOLD)[0], "0.3", method="step")
     assert found["logTime"] is None
+
+
+def test_every_corner_of_the_sliders_can_be_drawn(shown) -> None:
+    for position in CORNERS:
+        found = shown[position]
+        curves = [found["phi"], found["V"], *found["against"]["time"]]
+        # What is no number is null in JSON.
+        assert np.isfinite(np.array([p for curve in curves for p in curve], dtype=float)).all()
+        assert found["logTime"] is not None
+    page = (ROOT / "docs" / "website" / "explorer.html").read_text("utf-8")
+    ends = {name: page[page.index(f'name="{name}"') :].split(">")[0] for name in NAMES}
+    for name, low, high in (("mu", "0", "5"), ("alpha", "0.25", "1.5"), ("z0", "-3", "5")):
+        assert f'min="{low}" max="{high}"' in ends[name]
 
 
 def test_the_page_holds_the_emitted_code_as_it_is() -> None:

@@ -254,7 +254,7 @@ SLIDERS = {
 _DRAWN = """async () => {
   // What an event asks for is drawn before the next frame.
   for (let k = 0; k < 2; k++) await new Promise(requestAnimationFrame);
-  const all = (selector) => [...document.querySelectorAll('#explorer ' + selector)];
+  const all = (selector) => [...document.querySelectorAll('#oscillator ' + selector)];
   const text = (node, selector) => node.querySelector(selector).textContent;
   return {
     plots: all('svg').map((svg) => svg.innerHTML),
@@ -293,11 +293,17 @@ def test_the_explorer_answers_to_every_slider_by_key(site: Path, browser) -> Non
         assert 3 in changed
         assert now["values"]["T, scaled, by the paper’s formula"] == _paper_time(now["sliders"])
         seen = now
-    tab.get_by_role("slider", name="z0 spring").fill("0.5")
+    slider = tab.get_by_role("slider", name="z0 spring")
+    slider.fill("0.5")
     slid = tab.evaluate(_DRAWN)
     assert slid["region"].startswith("Sliding")
     assert "<path" in slid["plots"][2]
     assert "<path" not in start["plots"][2]
+    # The sliders stay in sight while the last plot is looked at.
+    tab.locator("#oscillator figure").last.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    assert box is not None
+    assert 0 < box["y"] < PHONE[1] / 3
     tab.get_by_role("button", name="Back to the start").press("Enter")
     tab.wait_for_timeout(100)
     assert tab.evaluate(_DRAWN) == start
@@ -311,7 +317,7 @@ _CONTRAST = """() => {
     return 0.2126 * r + 0.7152 * g + 0.0722 * b;
   };
   const ratio = (a, b) => (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
-  const style = (selector) => getComputedStyle(document.querySelector('#explorer ' + selector));
+  const style = (selector) => getComputedStyle(document.querySelector('#oscillator ' + selector));
   const ground = light(style('svg').backgroundColor);
   const found = [ratio(light(style('.curve').stroke), ground)];
   return [...found, ratio(light(style('svg text').fill), ground), ground];

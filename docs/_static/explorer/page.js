@@ -1,7 +1,7 @@
 // The sliders, the numbers in words, and when to draw.
 "use strict";
 
-const explorer = document.getElementById("explorer");
+const explorer = document.getElementById("oscillator");
 const form = explorer.querySelector("form");
 const LAYER = [-1, 1];
 const NONE = "–";
