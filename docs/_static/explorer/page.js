@@ -68,13 +68,14 @@ function rows(n) {
   return {
     "κ, scaled: κ/√ε": short(n.kappa),
     "r, scaled: r/ε": short(n.r),
-    "a⁻, a⁺": `${short(n.aMinus)}, ${short(n.aPlus)}`,
+    // Sums of multiples of 1/100, without their rounding.
+    "a⁻, a⁺": [n.aMinus, n.aPlus].map((a) => short(Number(a.toFixed(9)))).join(", "),
     "folds z0⁽⁺⁾, z0⁽⁻⁾": n.folds ? n.folds.map((z) => short(z)).join(", ") : NONE,
     "height of the barrier": short(height),
     "step multiplier": short(n.step),
     "T, scaled, by the paper’s formula": fromLog(n.logTime),
     "T, physical: ε times that": fromLog(physical),
-    "P, share of time in the layer": short(n.occupation),
+    "P, share of time in the layer": n.occupation?.toPrecision(4) ?? NONE,
     "1 − P": fromLog(n.logOutside),
   };
 }
