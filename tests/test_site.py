@@ -239,3 +239,99 @@ def test_bad_tex_and_a_missing_script_are_noticed(site: Path, browser) -> None:
         tab.close()
     assert found["wrong"]
     assert any("absent.js" in line for line in said)
+
+
+# The explorer.
+
+SLIDERS = {
+    "mu": "μ shape",
+    "alpha": "α friction",
+    "z0": "z0 spring",
+    "kappa": "κ noise",
+    "eps": "ε half-width",
+    "r": "r radius",
+}
+_DRAWN = """async () => {
+  // What an event asks for is drawn before the next frame.
+  for (let k = 0; k < 2; k++) await new Promise(requestAnimationFrame);
+  const all = (selector) => [...document.querySelectorAll('#oscillator ' + selector)];
+  const text = (node, selector) => node.querySelector(selector).textContent;
+  return {
+    plots: all('svg').map((svg) => svg.innerHTML),
+    values: Object.fromEntries(all('dl > div').map((row) => [text(row, 'dt'), text(row, 'dd')])),
+    region: document.querySelector('#explorer-region').textContent,
+    sliders: Object.fromEntries(all('input').map(
+      (i) => [i.name, text(i.parentElement, 'output').replace('−', '-')])),
+  };
+}"""
+
+
+def _paper_time(sliders: dict[str, str]) -> str:
+    import symasym as sa
+
+    drift = sa.friction(sliders["mu"], sliders["alpha"], sliders["z0"])
+    scales = sa.rescale(eps=sliders["eps"], kappa=sliders["kappa"], r=sliders["r"])
+    time = sa.escape_time(drift, float(scales.kappa), float(scales.r), method="paper")
+    return f"{time:.4g}"
+
+
+@pytest.mark.slow
+def test_the_explorer_answers_to_every_slider_by_key(site: Path, browser) -> None:
+    tab = browser.new_page(viewport={"width": PHONE[0], "height": PHONE[1]})
+    tab.goto((site / "explorer.html").as_uri())
+    start = seen = tab.evaluate(_DRAWN)
+    assert len(start["plots"]) == 5
+    for name, label in SLIDERS.items():
+        tab.get_by_role("slider", name=label).focus()
+        tab.keyboard.press("ArrowRight")
+        now = tab.evaluate(_DRAWN)
+        moved = [k for k in SLIDERS if now["sliders"][k] != seen["sliders"][k]]
+        assert moved == [name]
+        changed = [k for k in range(5) if now["plots"][k] != seen["plots"][k]]
+        # V and phi hold neither noise nor radius.
+        assert (0 in changed and 1 in changed) == (name in ("mu", "alpha", "z0"))
+        assert 3 in changed
+        assert now["values"]["T, scaled, by the paper’s formula"] == _paper_time(now["sliders"])
+        seen = now
+    slider = tab.get_by_role("slider", name="z0 spring")
+    slider.fill("0.5")
+    slid = tab.evaluate(_DRAWN)
+    assert slid["region"].startswith("Sliding")
+    assert "<path" in slid["plots"][2]
+    assert "<path" not in start["plots"][2]
+    # The sliders stay in sight while the last plot is looked at.
+    tab.locator("#oscillator figure").last.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    assert box is not None
+    assert 0 < box["y"] < PHONE[1] / 3
+    tab.get_by_role("button", name="Back to the start").press("Enter")
+    tab.wait_for_timeout(100)
+    assert tab.evaluate(_DRAWN) == start
+    tab.close()
+
+
+_CONTRAST = """() => {
+  const light = (colour) => {
+    const part = colour.match(/[\\d.]+/g).slice(0, 3).map((x) => x / 255);
+    const [r, g, b] = part.map((x) => x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4);
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const ratio = (a, b) => (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  const style = (selector) => getComputedStyle(document.querySelector('#oscillator ' + selector));
+  const ground = light(style('svg').backgroundColor);
+  const found = [ratio(light(style('.curve').stroke), ground)];
+  return [...found, ratio(light(style('svg text').fill), ground), ground];
+}"""
+
+
+@pytest.mark.slow
+def test_the_explorer_is_legible_in_light_and_dark(site: Path, browser) -> None:
+    grounds = {}
+    for scheme in ("light", "dark"):
+        tab = browser.new_page(color_scheme=scheme)
+        tab.goto((site / "explorer.html").as_uri())
+        curve, text, grounds[scheme] = tab.evaluate(_CONTRAST)
+        assert curve > 3  # WCAG 1.4.11
+        assert text > 4.5  # WCAG 1.4.3
+        tab.close()
+    assert grounds["dark"] < 0.2 < 0.8 < grounds["light"]

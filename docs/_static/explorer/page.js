@@ -1,0 +1,151 @@
+// The sliders, the numbers in words, and when to draw.
+"use strict";
+
+const explorer = document.getElementById("oscillator");
+const form = explorer.querySelector("form");
+const LAYER = [-1, 1];
+const NONE = "–";
+
+/** Preferred numbers: a decade in twenty steps (R''20). */
+const DECADE = [
+  1, 1.1, 1.2, 1.4, 1.6, 1.8, 2, 2.2, 2.5, 2.8, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8, 9,
+];
+
+/** What a slider stands for: its value, or the preferred number that it counts to from 1. */
+function sliderText(input) {
+  if (!input.hasAttribute("data-decades")) return Number(input.value).toFixed(2);
+  const count = Number(input.value);
+  const power = Math.floor(count / DECADE.length);
+  return String(Number(`${DECADE[count - DECADE.length * power]}e${power}`));
+}
+
+/** The values that the sliders show: what is computed with is what is read. */
+function sliderValues() {
+  const found = {};
+  for (const input of form.querySelectorAll("input")) {
+    const text = sliderText(input);
+    found[input.name] = Number(text);
+    const shown = text.replace("-", "−");
+    input.parentElement.querySelector("output").textContent = shown;
+    input.setAttribute("aria-valuetext", text);
+  }
+  return found;
+}
+
+function short(x, count = 4) {
+  if (x === null) return NONE;
+  return Number(x.toPrecision(count)).toString().replace("-", "−");
+}
+
+/** e^log to four digits, whatever its size, as HTML. */
+function fromLog(log) {
+  if (log === null) return NONE;
+  const log10 = log / Math.LN10;
+  if (log10 > -3 && log10 < 5) return short(Math.exp(log));
+  let power = Math.floor(log10);
+  let digits = (10 ** (log10 - power)).toFixed(3);
+  if (digits === "10.000") [digits, power] = ["1.000", power + 1];
+  return `${digits} × 10<sup>${String(power).replace("-", "−")}</sup>`;
+}
+
+const REGION = {
+  crossing: (n) => `Crossing, to the ${n.aPlus > 0 ? "right" : "left"}.`,
+  sliding: () => "Sliding: both sides drive into the layer, and there is a steady state.",
+  "repelling sliding": () => "Repelling sliding: both sides drive out of the layer.",
+  tangency: () => "A tangency: one side’s drift is 0, which belongs to no region.",
+};
+
+/** The region and what the layer holds, in words. */
+function inWords(n) {
+  const wells = n.points.map((p) => `a ${p.kind} at u = ${short(p.u)}`);
+  const layer = wells.length ? `In the layer: ${wells.join(", ")}.` : "No well in the layer.";
+  return `${REGION[n.region](n)} ${layer}`;
+}
+
+function rows(n) {
+  const height = n.points.length === 2 ? Math.abs(n.points[1].V - n.points[0].V) : null;
+  const physical = n.logTime === null ? null : n.logTime + Math.log(n.time);
+  return {
+    "κ, scaled: κ/√ε": short(n.kappa),
+    "r, scaled: r/ε": short(n.r),
+    // Sums of multiples of 1/100, without their rounding.
+    "a⁻, a⁺": [n.aMinus, n.aPlus].map((a) => short(Number(a.toFixed(9)))).join(", "),
+    "folds z0⁽⁺⁾, z0⁽⁻⁾": n.folds ? n.folds.map((z) => short(z)).join(", ") : NONE,
+    "height of the barrier": short(height),
+    "step multiplier": short(n.step),
+    "T, scaled, by the paper’s formula": fromLog(n.logTime),
+    "T, physical: ε times that": fromLog(physical),
+    "P, share of time in the layer": n.occupation?.toPrecision(4) ?? NONE,
+    "1 − P": fromLog(n.logOutside),
+  };
+}
+
+/** The plots of one position of the sliders: name -> what `drawn` takes, or why there is none. */
+function plots(sliders, n) {
+  const { phi, V } = landscape(sliders);
+  const u = { x: [-REACH, REACH], xlabel: "u", layer: LAYER };
+  const spring = { x: SPRING, xlabel: "z0", lines: n.folds ?? [], here: sliders.z0 };
+  const { time, step } = againstSpring(sliders);
+  const p = density(sliders);
+  const within = n.points.map((point) => [point.u, point.V, point.kind]);
+  const zeros = n.points.map((point) => [point.u, 0, point.kind]);
+  const now = n.logTime === null ? [] : [[sliders.z0, n.logTime / Math.LN10, "dot"]];
+  const share = n.step === null ? [] : [[sliders.z0, n.step, "dot"]];
+  return {
+    V: { ...u, curves: [V], y: heights([V]), points: within },
+    phi: { ...u, curves: [phi], y: heights([phi], [0]), zero: true, points: zeros },
+    density: p ? { ...u, curves: [p], y: heights([p], [0]) } : "none: it does not slide here",
+    time: { ...spring, curves: time, y: heights(time), points: now },
+    step: step.length
+      ? { ...spring, curves: step, y: [-0.1, 1.1], points: share }
+      : "none: for μ ≤ 1/2 no well is born",
+  };
+}
+
+function show(figure, plot, caption) {
+  let svg = figure.querySelector("svg");
+  if (!svg) {
+    svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+    svg.setAttribute("role", "img");
+    figure.prepend(svg);
+  }
+  const { width, height } = svg.getBoundingClientRect();
+  const none = typeof plot === "string";
+  svg.setAttribute("aria-label", none ? `${caption}: ${plot}` : caption);
+  svg.innerHTML = none
+    ? `<text text-anchor="middle" x="${width / 2}" y="${height / 2}">${plot}</text>`
+    : drawn(plot, width, height);
+}
+
+function update() {
+  const sliders = sliderValues();
+  const n = numbers(sliders);
+  explorer.querySelector("#explorer-region").textContent = inWords(n);
+  const items = Object.entries(rows(n));
+  explorer.querySelector("dl").innerHTML = items
+    .map(([name, value]) => `<div><dt>${name}</dt><dd>${value}</dd></div>`)
+    .join("");
+  const made = plots(sliders, n);
+  for (const figure of explorer.querySelectorAll("figure")) {
+    const caption = figure.querySelector("figcaption").textContent;
+    show(figure, made[figure.dataset.plot], caption);
+  }
+}
+
+let waiting = false;
+/** Draw before the next frame, once, however many events there were. */
+function soon() {
+  if (waiting) return;
+  waiting = true;
+  requestAnimationFrame(() => {
+    waiting = false;
+    update();
+  });
+}
+
+form.addEventListener("input", soon);
+form.addEventListener("submit", (event) => event.preventDefault());
+// The sliders go back after the event.
+form.addEventListener("reset", () => setTimeout(soon));
+new ResizeObserver(soon).observe(explorer);
+update();

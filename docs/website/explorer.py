@@ -1,0 +1,59 @@
+"""The explorer's page: the emitted formulas put into it as a script that files may load."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import symasym as sa
+from symasym.emit import Source
+
+DOCS = Path(__file__).parent.parent
+MARK = "<!-- the explorer -->"
+#: Formulas that hold a drift, with the friction oscillator's in them, and those of its own.
+WITH_DRIFT = ("eq:phi", "eq:V", "eq:Ttildesmall", "eq:pss", "eq:P")
+PLAIN = (
+    "eq:phifric0", "regions", "fr1", "turning-points", "folds", "eq:tildexykappa", "eq:tilder",
+    "eq:TtildetoT",
+)  # fmt: skip
+
+
+def pages() -> dict[str, str]:
+    """File name -> text: what is written in docs/explorer.md, and the explorer in it."""
+    text = (DOCS / "explorer.md").read_text("utf-8")
+    if MARK not in text:
+        raise ValueError(f"docs/explorer.md has no line {MARK}, where the explorer is to be")
+    controls = (Path(__file__).parent / "explorer.html").read_text("utf-8")
+    # The formulas before the scripts that call them.
+    script = f"<script>\n{formulas()}</script>\n"
+    raw = f"````{{raw}} html\n{script}{controls}````"
+    return {"explorer.md": text.replace(MARK, raw)}
+
+
+def formulas() -> str:
+    """JavaScript that defines `emitted`: label -> the functions emitted for it."""
+    scopes = "\n".join(_scope(label, source) for label, source in sources().items())
+    return f'"use strict";\nconst emitted = {{}};\n\n{scopes}'
+
+
+def sources() -> Mapping[str, Source]:
+    """Label -> the module that `symasym.emit` writes."""
+    drift = sa.friction()
+    return {
+        **{label: sa.emit(label, "javascript", drift=drift) for label in WITH_DRIFT},
+        **{label: sa.emit(label, "javascript") for label in PLAIN},
+    }
+
+
+def _scope(label: str, source: Source) -> str:
+    """A module as a function's scope, with its helper `zeros` where it has that.
+
+    Browsers load no module from the file system; modules of different formulas
+    share names (V), which a scope of its own keeps apart.
+    """
+    code = re.sub(r"^export (?=function )", "", str(source), flags=re.MULTILINE)
+    if re.search(r"^(export|import)\b|</script", code, re.MULTILINE):
+        raise ValueError(f"the module of {label} holds what a script in a page cannot")
+    names = [*source.functions, *(["zeros"] if "\nfunction zeros(" in code else [])]
+    return f'emitted["{label}"] = (() => {{\n{code}\nreturn {{ {", ".join(names)} }};\n}})();\n'
