@@ -308,7 +308,7 @@ def test_finite_part_of_a_zero_by_hand() -> None:
         assert abs(found[1] - (8 - context.mpf(1) / 8)) < 1e-33
 
 
-@pytest.mark.parametrize("lam", [1, 3])
+@pytest.mark.parametrize("lam", [1, pytest.param(3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("barrier", [True, False])
 def test_corner_against_quadrature(barrier: bool, lam: int) -> None:
     """The double integral up to a large s, less the powers and the logarithm it grows with."""

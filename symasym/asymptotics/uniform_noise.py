@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import Any, NamedTuple
@@ -282,66 +283,82 @@ def _time(scene: _Scene, lam: Any, order: int) -> Any:
     return time_of(whole, lam).value
 
 
-def _side(one_side: Seen, lam: Any, r: Any, order: int, ops: Any, context: Any) -> Side:
-    one = one_side.half
-    places = [(p, a.value, b.value) for p, a, b in weights_of(one, lam, r, order, ops)[0]]
-    low = [(p, a.value, b.value) for p, a, b in weights_of(one, lam, r, order, ops)[1]]
-    rising = [[p.u, share, onward, p] for p, share, onward in places]
-    falling = [[p.u, share, p] for p, share, _ in low]
+@dataclass
+class _Share:
+    """A place's value at one lam; `u` is None for the end at r, `place` for what has no series."""
+
+    u: Any
+    value: Any
+    onward: Any
+    place: Place | None
+
+
+def _side(seen_side: Seen, lam: Any, r: Any, order: int, ops: Any, context: Any) -> Side:
+    one = seen_side.half
+    rising, falling = (
+        [_Share(place.u, share.value, onward.value, place) for place, share, onward in found]
+        for found in weights_of(one, lam, r, order, ops)
+    )
     nested = outer_part(one, lam, r, order, ops).value
-    left_out = set()
-    for k, fold in enumerate(one_side.folds):
+    pairs = []
+    for fold in seen_side.folds:
         local, height = airy(fold, lam, order, context), context.exp(lam * fold.height)
-        up, down = local.rising * height, local.falling / height
-        if fold.pair.zeta > 0:
-            pair = zeros_of(fold, context)
-            barrier = next(x for x in rising if x[3] is _of(pair, one.rising))
-            well = next(x for x in falling if x[2] is _of(pair, one.falling))
-            barrier[1], well[1] = up, down
-        else:
-            middle = context.mpf(fold.point.numerator) / fold.point.denominator
-            barrier, well = [middle, up, 0, k], [middle, down, k]
-            rising.append(barrier)
-            falling.append(well)
-            nested -= sum(
-                (x * lam ** -(n + 1) for n, x in enumerate(fold.share[: order + 1])), context.zero
-            )
-        if fold.onward:
-            nested += local.both
-        left_out.add((id(well), id(barrier)))
-    if one_side.edge is not None:
-        nested += _cut(one_side.edge, rising, falling, lam, order, context)
+        up, down = _pair(fold, rising, falling, context)
+        up.value, down.value = local.rising * height, local.falling / height
+        nested += local.both if fold.onward else context.zero
+        for n, share in enumerate(fold.share[: order + 1]):
+            nested -= share * lam ** -(n + 1)
+        pairs.append((down, up))
+    if seen_side.edge is not None:
+        nested += _cut(seen_side.edge, rising, falling, lam, order, context)
     for down in falling:
         for up in rising:
-            if (id(down), id(up)) in left_out:
+            if any(down is a and up is b for a, b in pairs):
                 continue
-            if up[0] is None or up[0] > down[0]:
-                nested += down[1] * up[1]
-            elif up[0] == down[0] and up[3] is not None:
-                nested += down[1] * up[2]
-    scale = sum((up[1] for up in rising), context.zero)
+            if up.u is None or up.u > down.u:
+                nested += down.value * up.value
+            elif up.u == down.u:
+                nested += down.value * up.onward
+    scale = sum((up.value for up in rising), context.zero)
     starts = [series_of(g, lam, order, ops).value for g in one.start[:2]]
     return Side(Value(scale, 0), Value(nested, 0), Value(starts[0], 0), Value(starts[1], 0))
 
 
-def _of(zeros: tuple[Any, Any], places: list[Place]) -> Place:
-    found = (place_at(u, places) for u in zeros)
-    return next(p for p in found if p is not None)
+def _pair(
+    fold: Fold, rising: list[_Share], falling: list[_Share], context: Any
+) -> tuple[_Share, _Share]:
+    """The barrier's and the well's shares; new ones for a complex pair."""
+    if fold.pair.zeta > 0:
+        places = [place_at(u, _places(rising + falling)) for u in zeros_of(fold, context)]
+        barrier, well = (
+            next(x for x in shares if x.place is not None and any(x.place is p for p in places))
+            for shares in (rising, falling)
+        )
+        return barrier, well
+    middle = context.mpf(fold.point.numerator) / fold.point.denominator
+    rising.append(_Share(middle, context.zero, context.zero, None))
+    falling.append(_Share(middle, context.zero, context.zero, None))
+    return rising[-1], falling[-1]
+
+
+def _places(shares: list[_Share]) -> list[Place]:
+    return [x.place for x in shares if x.place is not None]
 
 
 def _cut(
-    edge: Edge, rising: list[Any], falling: list[Any], lam: Any, order: int, context: Any
+    edge: Edge,
+    rising: list[_Share],
+    falling: list[_Share],
+    lam: Any,
+    order: int,
+    context: Any,
 ) -> Any:
     """Correct the shares at the end of the layer; returns what the double integral gains."""
-    found = edge_corrections(edge, lam, order, context)
-    end = next(
-        x
-        for x in rising
-        if getattr(x[3], "kind", "") in ("end", "kink") and x[3].height == edge.end
-    )
-    height = context.exp(lam * edge.end)
-    rising.append([end[0], found.rising * height, 0, None])
+    found, height = edge_corrections(edge, lam, order, context), context.exp(lam * edge.end)
+    end = max(u for x in rising if x.place and (u := x.u) is not None)
     for down in falling:
-        if getattr(down[2], "kind", "") == "kink" and down[0] == end[0]:
-            down[1] += found.falling / height
+        if down.u == end:
+            down.value += found.falling / height
+    # What lies beside the end goes with its `onward`, which is not corrected.
+    rising.append(_Share(end, found.rising * height, context.zero, None))
     return found.nested
