@@ -165,6 +165,20 @@ def test_a_barrier_between_two_wells_is_in_one_pair(gap: str) -> None:
     assert error <= claim < 0.1
 
 
+@pytest.mark.parametrize(
+    ("coefficients", "kappa", "r"),
+    [
+        (("-0.119", "0.002", "-0.119"), "0.02", 2),
+        (("0.12", "-0.098", "0", "0.249", "-0.085"), "0.11", "1/2"),
+    ],
+)
+def test_a_complex_pair_beside_the_start_or_the_end(coefficients: Any, kappa: Any, r: Any) -> None:
+    """Once claimed 1e-4 of the true error: Airy functions take the whole line."""
+    for order in (0, 1, 2):
+        error, claim = off(sa.polynomial(*coefficients), kappa, r, method="uniform", order=order)
+        assert error <= claim
+
+
 def check_random(scene: Any, order: int) -> None:
     coefficients, level, kappa, r, share = scene
     drift = sa.polynomial(level, *coefficients)

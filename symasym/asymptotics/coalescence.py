@@ -48,6 +48,8 @@ class Fold(NamedTuple):
         Of a complex pair in the outer part's integrals of h_k along the real line.
     level : mpf
         V at the point.
+    room : mpf
+        How far V at the start, and at an end inside the layer, is from `height`.
     bottom : (mpf, mpf)
         phi and half its curvature at the point, with the sign that makes the curvature positive.
     """
@@ -60,6 +62,7 @@ class Fold(NamedTuple):
     share: list[Any]
     level: Any
     bottom: tuple[Any, Any]
+    room: Any
 
 
 def fold_of(
@@ -89,7 +92,8 @@ def fold_of(
     if pair.zeta < 0:
         share = _share(pair, taylor, count, context)
     bottom = pair.sign * taylor[0], pair.sign * taylor[2]
-    return Fold(point, pair, onward, height - pair.level, terms, share, height, bottom)
+    middle = height - pair.level
+    return Fold(point, pair, onward, middle, terms, share, height, bottom, abs(middle))
 
 
 def parabola(fold: Fold, context: Any) -> Fold:

@@ -81,7 +81,7 @@ def folds_of(
     """The pairs in (lo, hi), no place in two of them: in that with which it meets first."""
     found = []
     for point in turning_points(field, lo, hi, context) if lo < hi else []:
-        fold = _fold(field, point, x, lo, count, places, digits, context)
+        fold = _fold(field, point, x, lo, hi, count, places, digits, context)
         if fold is not None:
             found.append(fold)
     taken: list[Place] = []
@@ -101,6 +101,7 @@ def _fold(
     point: Fraction,
     x: Fraction,
     lo: Fraction,
+    hi: Fraction,
     count: int,
     places: list[Place],
     digits: int,
@@ -112,6 +113,9 @@ def _fold(
         pair = split_pair(taylor, context)
         height = _height(field, point, x, lo, context)
         fold = fold_of(pair, taylor, point, height, count, digits, context)
+        if hi < 1:
+            end = _height(field, hi, x, lo, context)
+            fold = fold._replace(room=min(fold.room, abs(end - fold.height)))
     except SymasymError:
         return None
     if pair.zeta > 0 and None in [place_at(u, places) for u in zeros_of(fold, context)]:

@@ -206,13 +206,36 @@ def _analysed(
 def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
     """T and its error; that of `local` is its distance from the uniform formula as well."""
     context, number = scene.context, scene.context.mpf(lam.numerator) / lam.denominator
+    sides, cut = zip(*(_apart(side, number, context) for side in scene.sides), strict=True)
+    scene = scene._replace(sides=list(sides))
     value, size = _with_error(partial(_time, scene), number, order, kappa, context)
+    size += 10 * max(cut) * value
+    if not size < value:
+        raise _too_strong(kappa, order)
     if scene.local:
         straight = scene._replace(sides=[_straightened(side, context) for side in scene.sides])
         local = _time(straight, number, 0)
         # Away from the fold that may be off by more than itself.
         return local, size + abs(local - value)
     return value, size
+
+
+def _apart(side: Seen, lam: Any, context: Any) -> tuple[Seen, Any]:
+    """Without complex pairs that the start or an end cuts through, and what either way costs.
+
+    Airy functions take a pair's integrals over all of the line. Where the pair is far from the
+    real line its own exponentials are small, and the outer part has all that counts.
+    """
+    kept, cost = [], context.zero
+    for fold in side.folds:
+        if fold.pair.zeta < 0:
+            inside = context.exp(-lam * fold.room)
+            outside = context.exp(-lam * 4 * (-fold.pair.zeta) ** context.mpf(1.5) / 3)
+            cost = max(cost, min(inside, outside))
+            if outside < inside:
+                continue
+        kept.append(fold)
+    return side._replace(folds=kept), cost
 
 
 def _with_error(
