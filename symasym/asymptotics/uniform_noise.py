@@ -242,16 +242,16 @@ def _with_error(
     at: Callable[[Any, int], Any], lam: Any, order: int, kappa: str, context: Any
 ) -> tuple[Any, Any]:
     """A value of (lam, order) and its error, from what the next orders add."""
-    value, size = at(lam, order), context.inf
     # The next terms may vanish by chance, but not at several lam.
-    others = [[at(lam * s, n) for n in range(order + 1 + BEYOND)] for s in _BESIDE]
+    rows = [[at(lam * s, n) for n in range(order + 1 + BEYOND)] for s in _BESIDE]
+    value, size = rows[0][order], context.inf
     for n in range(order + 1):
         relative = max(
-            _next_terms(found, n, context) * step ** (n + 1)
-            for found, step in zip(others, _BESIDE, strict=True)
+            _next_terms(row, n, context) * step ** (n + 1)
+            for row, step in zip(rows, _BESIDE, strict=True)
         )
         # A lower order may be known better, where noise is strong.
-        size = min(size, relative * value + abs(value - others[0][n]))
+        size = min(size, relative * value + abs(value - rows[0][n]))
     if not (value > 0 and size < value):
         raise _too_strong(kappa, order)
     return value, size

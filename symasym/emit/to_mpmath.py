@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from symasym.emit.program import Program, Ready, header
-from symasym.emit.to_python import block, integral
+from symasym.emit.to_python import ZEROS, block, integral
 from symasym.emit.writing import comment, heading, helpers, signature_doc, wrapped
 
 _DIGITS = '''def _number(ctx, x):
@@ -70,28 +70,7 @@ HELPERS = {
 
     return top + ctx.log(sum(total(a, b, 0) for a, b in zip(points, points[1:])))
 ''',
-    "_zeros": '''def _zeros(c):
-    """Zeros in (-1, 1) of c[0] + c[1] u + ... where its sign changes, from its slope's."""
-    if len(c) < 2:
-        return []
-
-    def value(u):
-        total = 0
-        for x in reversed(c):
-            total = total * u + x
-        return total
-
-    marks, found = [-1, *_zeros([k * x for k, x in enumerate(c)][1:]), 1], []
-    for a, b in zip(marks, marks[1:]):
-        low = value(a) > 0
-        if low == (value(b) > 0):
-            continue
-        for _ in range(64):
-            m = (a + b) / 2
-            a, b = (m, b) if (value(m) > 0) == low else (a, m)
-        found.append((a + b) / 2)
-    return found
-''',
+    "_zeros": ZEROS,
     "_exprel": '''def _exprel(ctx, x):
     return ctx.one if x == 0 else ctx.expm1(x) / x
 ''',

@@ -3,70 +3,18 @@
 from __future__ import annotations
 
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
-from symasym.emit.to_python import block, integral
+from symasym.emit.to_python import ZEROS, block, integral, log_integral
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
 
 HELPERS = {
-    "_log_integral": '''# Gauss-Legendre, 16 points: those on the right, and their weights.
-_X = np.array([
-    0.09501250983763744, 0.2816035507792589, 0.45801677765722737, 0.6178762444026438,
-    0.755404408355003, 0.8656312023878318, 0.9445750230732326, 0.9894009349916499,
-])
-_W = np.array([
-    0.1894506104550685, 0.18260341504492358, 0.16915651939500254, 0.14959598881657674,
-    0.12462897125553388, 0.09515851168249279, 0.062253523938647894, 0.027152459411754096,
-])
-
-
-def _log_integral(g, points):
-    """Logarithm of the integral of e^g; g is monotone between the points."""
-    top = max(map(g, points))
-    # The exponent's own rounding: no halving gets below it.
-    noise = 4e-16 * abs(top)
-
-    def panel(a, b):
-        m, h = (a + b) / 2, (b - a) / 2
-        left, right = np.exp(g(m - h * _X) - top), np.exp(g(m + h * _X) - top)
-        return h * np.dot(_W, left + right)
-
-    def total(a, b, depth, before):
-        ga, gb, m = g(a), g(b), (a + b) / 2
-        if max(ga, gb) < top - 100:
-            return 0.0
-        if abs(ga - gb) > 4 and depth < 100:
-            return total(a, m, depth + 1, before) + total(m, b, depth + 1, before)
-        halves = panel(a, m) + panel(m, b)
-        error = abs(halves - panel(a, b))
-        # Where halving hardly helps, rounding is all there is.
-        rounding = error <= max(1e-9, 1e3 * noise) * halves and error > before / 16
-        if error <= (4e-15 + noise) * halves or rounding or depth > 100:
-            return halves
-        return total(a, m, depth + 1, error) + total(m, b, depth + 1, error)
-
-    return top + np.log(sum(total(a, b, 0, np.inf) for a, b in zip(points, points[1:])))
-''',
-    "_zeros": '''def _zeros(c):
-    """Zeros in (-1, 1) of c[0] + c[1] u + ... where its sign changes, from its slope's."""
-    if len(c) < 2:
-        return []
-
-    def value(u):
-        total = 0.0
-        for x in reversed(c):
-            total = total * u + x
-        return total
-
-    marks, found = [-1.0, *_zeros([k * x for k, x in enumerate(c)][1:]), 1.0], []
-    for a, b in zip(marks, marks[1:]):
-        low = value(a) > 0
-        if low == (value(b) > 0):
-            continue
-        for _ in range(64):
-            m = (a + b) / 2
-            a, b = (m, b) if (value(m) > 0) == low else (a, m)
-        found.append((a + b) / 2)
-    return found
-''',
+    "_log_integral": log_integral(
+        "np",
+        "np.array([",
+        "])",
+        """        left, right = np.exp(g(m - h * _X) - top), np.exp(g(m + h * _X) - top)
+        return h * np.dot(_W, left + right)""",
+    ),
+    "_zeros": ZEROS,
     "_each": '''def _each(function, *arguments):
     """A function of numbers, called once for each set of them that is there."""
     arrays = np.broadcast_arrays(*_floats(*arguments))

@@ -5,16 +5,38 @@ from __future__ import annotations
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
 
-HELPERS = {
-    "_log_integral": '''# Gauss-Legendre, 16 points: those on the right, and their weights.
-_X = (
+ZEROS = '''def _zeros(c):
+    """Zeros in (-1, 1) of c[0] + c[1] u + ... where its sign changes, from its slope's."""
+    if len(c) < 2:
+        return []
+
+    def value(u):
+        total = 0
+        for x in reversed(c):
+            total = total * u + x
+        return total
+
+    marks, found = [-1, *_zeros([k * x for k, x in enumerate(c)][1:]), 1], []
+    for a, b in zip(marks, marks[1:]):
+        low = value(a) > 0
+        if low == (value(b) > 0):
+            continue
+        for _ in range(64):
+            m = (a + b) / 2
+            a, b = (m, b) if (value(m) > 0) == low else (a, m)
+        found.append((a + b) / 2)
+    return found
+'''
+
+_LOG_INTEGRAL = '''# Gauss-Legendre, 16 points: those on the right, and their weights.
+_X = OPEN
     0.09501250983763744, 0.2816035507792589, 0.45801677765722737, 0.6178762444026438,
     0.755404408355003, 0.8656312023878318, 0.9445750230732326, 0.9894009349916499,
-)
-_W = (
+CLOSE
+_W = OPEN
     0.1894506104550685, 0.18260341504492358, 0.16915651939500254, 0.14959598881657674,
     0.12462897125553388, 0.09515851168249279, 0.062253523938647894, 0.027152459411754096,
-)
+CLOSE
 
 
 def _log_integral(g, points):
@@ -25,10 +47,7 @@ def _log_integral(g, points):
 
     def panel(a, b):
         m, h = (a + b) / 2, (b - a) / 2
-        return h * sum(
-            w * (math.exp(g(m - h * x) - top) + math.exp(g(m + h * x) - top))
-            for x, w in zip(_X, _W)
-        )
+PANEL
 
     def total(a, b, depth, before):
         ga, gb, m = g(a), g(b), (a + b) / 2
@@ -44,30 +63,27 @@ def _log_integral(g, points):
             return halves
         return total(a, m, depth + 1, error) + total(m, b, depth + 1, error)
 
-    return top + math.log(sum(total(a, b, 0, math.inf) for a, b in zip(points, points[1:])))
-''',
-    "_zeros": '''def _zeros(c):
-    """Zeros in (-1, 1) of c[0] + c[1] u + ... where its sign changes, from its slope's."""
-    if len(c) < 2:
-        return []
+    return top + MODULE.log(sum(total(a, b, 0, MODULE.inf) for a, b in zip(points, points[1:])))
+'''
 
-    def value(u):
-        total = 0.0
-        for x in reversed(c):
-            total = total * u + x
-        return total
 
-    marks, found = [-1.0, *_zeros([k * x for k, x in enumerate(c)][1:]), 1.0], []
-    for a, b in zip(marks, marks[1:]):
-        low = value(a) > 0
-        if low == (value(b) > 0):
-            continue
-        for _ in range(64):
-            m = (a + b) / 2
-            a, b = (m, b) if (value(m) > 0) == low else (a, m)
-        found.append((a + b) / 2)
-    return found
-''',
+def log_integral(module: str, opening: str, closing: str, panel: str) -> str:
+    """The helper with the target's own arrays and its own way to add up a panel."""
+    found = _LOG_INTEGRAL.replace("OPEN", opening).replace("CLOSE", closing)
+    return found.replace("PANEL", panel).replace("MODULE", module)
+
+
+HELPERS = {
+    "_log_integral": log_integral(
+        "math",
+        "(",
+        ")",
+        """        return h * sum(
+            w * (math.exp(g(m - h * x) - top) + math.exp(g(m + h * x) - top))
+            for x, w in zip(_X, _W)
+        )""",
+    ),
+    "_zeros": ZEROS,
     "_exp": '''def _exp(x):
     # math.exp raises where this is infinite.
     return math.exp(x) if x < 709.78 else math.exp(x - 9) * math.exp(9) if x < 718 else math.inf
