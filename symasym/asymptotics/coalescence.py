@@ -49,7 +49,7 @@ class Fold(NamedTuple):
     level : mpf
         V at the point.
     room : mpf
-        How far V at the start, and at an end inside the layer, is from `height`.
+        How far V is from `height` where the line is cut off; infinite if nowhere.
     bottom : (mpf, mpf)
         phi and half its curvature at the point, with the sign that makes the curvature positive.
     """
@@ -93,7 +93,7 @@ def fold_of(
         share = _share(pair, taylor, count, context)
     bottom = pair.sign * taylor[0], pair.sign * taylor[2]
     middle = height - pair.level
-    return Fold(point, pair, onward, middle, terms, share, height, bottom, abs(middle))
+    return Fold(point, pair, onward, middle, terms, share, height, bottom, context.inf)
 
 
 def parabola(fold: Fold, context: Any) -> Fold:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import sympy
 
+from symasym.asymptotics.integral_parts import IntegralParts
 from symasym.asymptotics.laplace_errors import ErrorModel
 from symasym.asymptotics.local_expansion import Contribution
 from symasym.asymptotics.pieces import difference, number
@@ -24,7 +25,7 @@ _SHOWN_DIGITS = 40
 
 
 @dataclass(frozen=True, repr=False)
-class LaplaceExpansion:
+class LaplaceExpansion(IntegralParts):
     """The expansion of the integral of g(x) e^(lam f(x)) over [a, b] for large lam.
 
     Attributes
@@ -51,13 +52,6 @@ class LaplaceExpansion:
     conditions: tuple[str, ...]
     _errors: ErrorModel | None = field(compare=False)
     _again: Callable[..., LaplaceExpansion] = field(compare=False)
-
-    @property
-    def parameters(self) -> tuple[Any, ...]:
-        """Free symbols besides x."""
-        parts = (self.f, self.g, self.a, self.b)
-        free = set().union(*(part.free_symbols for part in parts)) - {self.x}
-        return tuple(sorted(free, key=str))
 
     @property
     def height(self) -> Any:
@@ -97,17 +91,7 @@ class LaplaceExpansion:
         InputError
             For a name that is not a parameter.
         """
-        names = {str(symbol): symbol for symbol in self.parameters}
-        for name in values:
-            if name not in names:
-                known = ", ".join(names) or "none"
-                raise InputError(f"{name} is not a parameter of the integral ({known}).")
-        swap = {}
-        for name, value in values.items():
-            rational = exact(name, value)
-            swap[names[name]] = sympy.Rational(rational.numerator, rational.denominator)
-        f, g, a, b = (part.xreplace(swap) for part in (self.f, self.g, self.a, self.b))
-        return self._again(f, g, self.x, a, b, self.order)
+        return self._again(*self._with_numbers(values), self.order)
 
     def evaluate(
         self, lam: Any, *, dps: int | None = None, log: bool = False, full: bool = False
@@ -139,10 +123,7 @@ class LaplaceExpansion:
             For the logarithm of a sum that is not positive, or not surely; for more digits than
             rounded coefficients have.
         """
-        if self.parameters:
-            raise InputError(
-                f"{', '.join(map(str, self.parameters))} have no value; call bind(…) first."
-            )
+        self._require_bound()
         if dps is not None:
             if is_array(lam):
                 raise InputError(

@@ -16,7 +16,11 @@ from symasym.drift import Drift
 from symasym.errors import AccuracyError, SymasymError
 from symasym.exact.local import ExactField
 
-__all__ = ["Seen", "folds_of", "lost_digits", "place_at", "seen", "zeros_of"]
+__all__ = ["Seen", "Stretch", "folds_of", "lost_digits", "place_at", "seen", "zeros_of"]
+
+
+# Any number would do for every order; this is about the best for friction with mu = 3.
+_FADE = 8
 
 
 class Seen(NamedTuple):
@@ -57,31 +61,39 @@ def _log10(x: Fraction) -> float:
     return 0.30103 * (x.numerator.bit_length() - x.denominator.bit_length())
 
 
+class Stretch(NamedTuple):
+    """The part of the layer that is looked at, seen from the start x to the right.
+
+    `cuts` are the places in it where the line ends that Airy functions take to be infinite.
+    """
+
+    field: ExactField
+    x: Fraction
+    lo: Fraction
+    hi: Fraction
+    cuts: tuple[Fraction, ...]
+    digits: int
+    context: Any
+
+
 def seen(
     field: ExactField, x: Fraction, r: Fraction, order: int, digits: int, context: Any
 ) -> Seen:
+    """What lies right of `x`, with the pairs and the barrier before the end."""
     one = half(field, x, r, order, context, context.dps)
-    count = order + 1 + BEYOND
     lo, hi = max(x, Fraction(-1)), min(r, Fraction(1))
-    places = one.rising + one.falling
-    folds = folds_of(field, x, lo, hi, count, places, digits, context)
-    return Seen(one, folds, _edge(one))
+    # Beyond u = 1 the line goes on, so that a kink is no cut.
+    cuts = tuple(u for u in (lo, hi) if abs(u) < 1)
+    stretch = Stretch(field, x, lo, hi, cuts, digits, context)
+    return Seen(one, folds_of(stretch, order, one.rising + one.falling), _edge(one))
 
 
-def folds_of(
-    field: ExactField,
-    x: Fraction,
-    lo: Fraction,
-    hi: Fraction,
-    count: int,
-    places: list[Place],
-    digits: int,
-    context: Any,
-) -> list[Fold]:
-    """The pairs in (lo, hi), no place in two of them: in that with which it meets first."""
+def folds_of(stretch: Stretch, order: int, places: list[Place]) -> list[Fold]:
+    """The pairs in it, no place in two of them: in that with which it meets first."""
+    field, lo, hi, context = stretch.field, stretch.lo, stretch.hi, stretch.context
     found = []
     for point in turning_points(field, lo, hi, context) if lo < hi else []:
-        fold = _fold(field, point, x, lo, hi, count, places, digits, context)
+        fold = _fold(stretch, point, order + 1 + BEYOND, places)
         if fold is not None:
             found.append(fold)
     taken: list[Place] = []
@@ -96,31 +108,21 @@ def folds_of(
     return sorted(chosen, key=lambda f: f.point)
 
 
-def _fold(
-    field: ExactField,
-    point: Fraction,
-    x: Fraction,
-    lo: Fraction,
-    hi: Fraction,
-    count: int,
-    places: list[Place],
-    digits: int,
-    context: Any,
-) -> Fold | None:
+def _fold(stretch: Stretch, point: Fraction, count: int, places: list[Place]) -> Fold | None:
     """The pair about this zero of phi's slope, if it is one by itself."""
-    taylor = [context.mpf(c.numerator) / c.denominator for c in _taylor(field, point, count)]
+    context = stretch.context
+    taylor = [
+        context.mpf(c.numerator) / c.denominator for c in _taylor(stretch.field, point, count)
+    ]
     try:
         pair = split_pair(taylor, context)
-        height = _height(field, point, x, lo, context)
-        fold = fold_of(pair, taylor, point, height, count, digits, context)
-        if hi < 1:
-            end = _height(field, hi, x, lo, context)
-            fold = fold._replace(room=min(fold.room, abs(end - fold.height)))
+        fold = fold_of(pair, taylor, point, _height(stretch, point), count, stretch.digits, context)
     except SymasymError:
         return None
     if pair.zeta > 0 and None in [place_at(u, places) for u in zeros_of(fold, context)]:
         return None
-    return fold
+    rooms = [abs(_height(stretch, u) - fold.height) for u in stretch.cuts]
+    return fold._replace(room=min(rooms, default=context.inf))
 
 
 def _taylor(field: ExactField, point: Fraction, count: int) -> list[Fraction]:
@@ -129,22 +131,26 @@ def _taylor(field: ExactField, point: Fraction, count: int) -> list[Fraction]:
     return list(found) + [Fraction(0)] * (3 - len(found))
 
 
-def _height(field: ExactField, point: Fraction, x: Fraction, lo: Fraction, context: Any) -> Any:
-    a, b = (context.mpf(u.numerator) / u.denominator for u in (lo, point))
+def _height(stretch: Stretch, point: Fraction) -> Any:
+    """V, from the start."""
+    field, x, context = stretch.field, stretch.x, stretch.context
+    a, b = (context.mpf(u.numerator) / u.denominator for u in (stretch.lo, point))
     rise = field.potential_rise(a, b)
     if x < -1:
-        slope, length = field.value(Fraction(-1)), -1 - x
-        rise -= context.mpf((slope * length).numerator) / (slope * length).denominator
+        fall = field.value(Fraction(-1)) * (-1 - x)
+        rise -= context.mpf(fall.numerator) / fall.denominator
     return rise
 
 
 def zeros_of(fold: Fold, context: Any) -> tuple[Any, Any]:
+    """The two of a real pair."""
     middle = context.mpf(fold.point.numerator) / fold.point.denominator + fold.pair.middle
     half_way = context.sqrt(fold.pair.square)
     return middle - half_way, middle + half_way
 
 
 def place_at(u: Any, places: list[Place]) -> Place | None:
+    """The well or barrier at `u`."""
     for place in places:
         # Neighbours in a pair are much farther apart than what rounding leaves.
         if place.kind in ("well", "barrier") and abs(place.u - u) <= u.context.eps**0.75:
@@ -171,7 +177,7 @@ def _edge(one: Half) -> Edge | None:
         # a trace in any order of 1/lam, since it is then of a higher order anyway, and faster
         # than any power where the end comes near.
         well = max(wells, key=lambda p: p.u)
-        ratio = 8 * (zero.height + well.height) / (zero.height - end.height)
+        ratio = _FADE * (zero.height + well.height) / (zero.height - end.height)
         peak = [a * context.gammainc(n + 2, 0, ratio, True) for n, a in enumerate(peak)]
     before = [
         sum((c for c, _, _ in after), context.zero) - sum((c for c, _, _ in change), context.zero)

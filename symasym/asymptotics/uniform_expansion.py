@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import sympy
 
+from symasym.asymptotics.integral_parts import IntegralParts
 from symasym.asymptotics.uniform_ends import BEYOND
 from symasym.context import own_context
 from symasym.errors import AccuracyError, InputError, RangeError
@@ -19,7 +20,7 @@ _FLOAT_DIGITS = 20
 
 
 @dataclass(frozen=True, repr=False)
-class UniformExpansion:
+class UniformExpansion(IntegralParts):
     """An expansion of the integral of g(x) e^(lam f(x)) that holds as critical points meet.
 
     Attributes
@@ -47,13 +48,6 @@ class UniformExpansion:
     _again: Callable[..., UniformExpansion] = field(compare=False)
 
     @property
-    def parameters(self) -> tuple[Any, ...]:
-        """Free symbols besides x."""
-        parts = (self.f, self.g, self.a, self.b)
-        free = set().union(*(part.free_symbols for part in parts)) - {self.x}
-        return tuple(sorted(free, key=str))
-
-    @property
     def error_kind(self) -> str:
         """``"estimate"``, or ``"none"`` while parameters are free."""
         return "none" if self.parameters else "estimate"
@@ -66,16 +60,7 @@ class UniformExpansion:
         InputError
             For a name that is not a parameter.
         """
-        names = {str(symbol): symbol for symbol in self.parameters}
-        swap = {}
-        for name, value in values.items():
-            if name not in names:
-                known = ", ".join(names) or "none"
-                raise InputError(f"{name} is not a parameter of the integral ({known}).")
-            rational = exact(name, value)
-            swap[names[name]] = sympy.Rational(rational.numerator, rational.denominator)
-        f, g, a, b = (part.xreplace(swap) for part in (self.f, self.g, self.a, self.b))
-        return self._again(f, g, self.x, a, b, self.order)
+        return self._again(*self._with_numbers(values), self.order)
 
     def coefficients(self, dps: int = 15) -> tuple[Any, list[tuple[Any, Any]]]:
         """zeta and the pairs (a_n, b_n) that stand with Ai and Ai' in the terms lam^(-n).
@@ -185,12 +170,6 @@ class UniformExpansion:
             for name in ("value", "error")
         )
         return Estimate(value, error, "estimate", "uniform", self.order, found[0].terms)
-
-    def _require_bound(self) -> None:
-        if self.parameters:
-            raise InputError(
-                f"{', '.join(map(str, self.parameters))} have no value; call bind(…) first."
-            )
 
     def _by_float(self, lam: Any, log: bool, full: bool) -> Any:
         found = self._by_digits(lam, _FLOAT_DIGITS, log, True)

@@ -25,7 +25,15 @@ from symasym.asymptotics.coalescence import (
     edge_corrections,
     parabola,
 )
-from symasym.asymptotics.meetings import Seen, folds_of, lost_digits, place_at, seen, zeros_of
+from symasym.asymptotics.meetings import (
+    Seen,
+    Stretch,
+    folds_of,
+    lost_digits,
+    place_at,
+    seen,
+    zeros_of,
+)
 from symasym.asymptotics.places import BEYOND, Place, barriers, whole
 from symasym.asymptotics.weak_noise import (
     Exponentials,
@@ -106,12 +114,13 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
     digits = request.digits
     base = working_digits(digits, lam, Fraction(1))
     extra, offset = lost_digits(drift, order, base)
-    one, count = Fraction(1), order + 1 + BEYOND
+    one = Fraction(1)
     with own_context(base + extra) as context:
         field = ExactField(drift, False, context, offset)
         places = whole(field, order, context)
         every = places + barriers(field, order, context)
-        folds = folds_of(field, -one, -one, one, count, every, base, context)
+        stretch = Stretch(field, -one, -one, one, (-one, one), base, context)
+        folds = folds_of(stretch, order, every)
         require_seen(drift, lam, [float(f.point) for f in folds])
         slopes = [abs(field.number(context.mpf(side))) for side in (-1, 1)]
         heights = places[0].height, places[-1].height
@@ -124,10 +133,12 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
             return outside / total
 
         number = context.mpf(lam.numerator) / lam.denominator
+        folds, cut = _apart(folds, number, context)
         value, size = _with_error(share, number, order, float_text(values["kappa"]), context)
+        size += 10 * cut * value
+        if not size < (value if complement else 1 - value):
+            raise _too_strong(float_text(values["kappa"]), order)
         if not complement:
-            if not size < 1 - value:
-                raise _too_strong(float_text(values["kappa"]), order)
             value = 1 - value
         if request.log:
             size = _log_error(value, size, context)
@@ -206,8 +217,12 @@ def _analysed(
 def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
     """T and its error; that of `local` is its distance from the uniform formula as well."""
     context, number = scene.context, scene.context.mpf(lam.numerator) / lam.denominator
-    sides, cut = zip(*(_apart(side, number, context) for side in scene.sides), strict=True)
-    scene = scene._replace(sides=list(sides))
+    sides, cut = [], []
+    for side in scene.sides:
+        folds, cost = _apart(side.folds, number, context)
+        sides.append(side._replace(folds=folds))
+        cut.append(cost)
+    scene = scene._replace(sides=sides)
     value, size = _with_error(partial(_time, scene), number, order, kappa, context)
     size += 10 * max(cut) * value
     if not size < value:
@@ -220,14 +235,14 @@ def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any
     return value, size
 
 
-def _apart(side: Seen, lam: Any, context: Any) -> tuple[Seen, Any]:
+def _apart(folds: list[Fold], lam: Any, context: Any) -> tuple[list[Fold], Any]:
     """Without complex pairs that the start or an end cuts through, and what either way costs.
 
     Airy functions take a pair's integrals over all of the line. Where the pair is far from the
     real line its own exponentials are small, and the outer part has all that counts.
     """
     kept, cost = [], context.zero
-    for fold in side.folds:
+    for fold in folds:
         if fold.pair.zeta < 0:
             inside = context.exp(-lam * fold.room)
             outside = context.exp(-lam * 4 * (-fold.pair.zeta) ** context.mpf(1.5) / 3)
@@ -235,7 +250,7 @@ def _apart(side: Seen, lam: Any, context: Any) -> tuple[Seen, Any]:
             if outside < inside:
                 continue
         kept.append(fold)
-    return side._replace(folds=kept), cost
+    return kept, cost
 
 
 def _with_error(
