@@ -34,19 +34,18 @@ from symasym.asymptotics.meetings import (
     seen,
     zeros_of,
 )
-from symasym.asymptotics.places import BEYOND, Place, barriers, whole
-from symasym.asymptotics.weak_noise import (
+from symasym.asymptotics.place_sums import (
     Exponentials,
+    Pair,
     Side,
     Sides,
     outer_part,
-    require_seen,
     series_of,
     time_of,
     weights_of,
-    working_digits,
 )
-from symasym.asymptotics.weak_noise import Pair as Value
+from symasym.asymptotics.places import BEYOND, Place, barriers, whole
+from symasym.asymptotics.weak_noise import require_seen, working_digits
 from symasym.asymptotics.weak_noise_arrays import rounding_of_places
 from symasym.context import own_context
 from symasym.drift import Drift
@@ -317,7 +316,7 @@ def _time(scene: _Scene, lam: Any, order: int) -> Any:
     rising = left.rising.value + right.rising.value
     falling = left.falling.value + right.falling.value
     corner = scene.sides[0].half.start.corner
-    whole = Sides(left, right, Value(rising, 0), Value(falling, 0), corner)
+    whole = Sides(left, right, Pair(rising, 0), Pair(falling, 0), corner)
     return time_of(whole, lam).value
 
 
@@ -359,7 +358,7 @@ def _side(seen_side: Seen, lam: Any, r: Any, order: int, ops: Any, context: Any)
                 nested += down.value * up.onward
     scale = sum((up.value for up in rising), context.zero)
     starts = [series_of(g, lam, order, ops).value for g in one.start[:2]]
-    return Side(Value(scale, 0), Value(nested, 0), Value(starts[0], 0), Value(starts[1], 0))
+    return Side(Pair(scale, 0), Pair(nested, 0), Pair(starts[0], 0), Pair(starts[1], 0))
 
 
 def _pair(

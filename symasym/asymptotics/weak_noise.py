@@ -22,8 +22,18 @@ import numpy as np
 
 from symasym.asymptotics import weak_noise_double
 from symasym.asymptotics.bends import unseen, unseen_in
-from symasym.asymptotics.log_scaled import LogScaled
-from symasym.asymptotics.places import BEYOND, Groups, Half, Place, half, whole
+from symasym.asymptotics.place_sums import (
+    Exponentials,
+    FloatExponentials,
+    Pair,
+    Sides,
+    outer_part,
+    sides_of,
+    time_of,
+    weight_of,
+    weights_of,
+)
+from symasym.asymptotics.places import Half, Place, half, whole
 from symasym.asymptotics.sights import sight_of
 from symasym.asymptotics.weak_noise_arrays import Evaluate, logs_of
 from symasym.context import own_context
@@ -44,57 +54,10 @@ from symasym.scenes import (
 
 DEFAULT_ORDER = 2
 MOST_ORDER = 20
-# Ratio of two neighbouring terms beyond which a series is taken to have stopped falling.
-_MOST_FALL = Fraction(3, 4)
 # Relative error of arrays beyond which they are refused: log 2 of the logarithm.
 _MOST_FLOAT = 0.4
 _BOUNDED = ("higher orders of every series, and what is exponentially small, in the bound",)
 _DROPPED = ("higher orders of every series, in the error",)
-
-
-class Pair(NamedTuple):
-    """A value and the size of what its series leaves out."""
-
-    value: Any
-    error: Any
-
-    def __add__(self, other: Pair) -> Pair:  # type: ignore[override]
-        return Pair(self.value + other.value, self.error + other.error)
-
-    def __mul__(self, other: Pair) -> Pair:  # type: ignore[override]
-        cross = self.error * (abs(other.value) + other.error) + abs(self.value) * other.error
-        return Pair(self.value * other.value, cross)
-
-
-class Side(NamedTuple):
-    """One side of the start at a given lam: S and D without the start's own share, and that.
-
-    `rising` and `falling` are the start's shares of int e^{lam V} and int e^{-lam V}.
-    """
-
-    scale: Pair
-    nested: Pair
-    rising: Pair
-    falling: Pair
-
-
-class Sides(NamedTuple):
-    """Both sides, and the start's shares of both together, which all but cancel."""
-
-    left: Side
-    right: Side
-    rising: Pair
-    falling: Pair
-    corner: bool
-
-    def total(self) -> Any:
-        """int e^{lam V} over both sides."""
-        return self.left.scale.value + self.right.scale.value + self.rising.value
-
-    def sure(self) -> Any:
-        """Whether that is known to half of itself."""
-        error = self.left.scale.error + self.right.scale.error + self.rising.error
-        return error < self.total() * 0.5
 
 
 class Quantity(NamedTuple):
@@ -183,42 +146,11 @@ def _outside(found: _Stationary, lam: Any, order: int, ops: Any) -> tuple[Any, P
     unit = ops.exp(0 * lam)
     total = Pair(0 * unit, 0 * unit)
     for place in found.places:
-        total = total + _weight(place, lam, order, ops)[0]
+        total = total + weight_of(place, lam, order, ops)[0]
     outside = 0 * unit
     for slope, height in found.outside:
         outside = outside + ops.exp(lam * ops.number(height)) * (1 / (lam * ops.number(slope)))
     return outside, total
-
-
-def time_of(sides: Sides, lam: Any) -> Pair:
-    """lam (L D_R + R D_L)/(L + R), the start's own share of each taken out.
-
-    With l, m the start's shares of int e^{lam V} and int e^{-lam V} to the right, those to the
-    left are -l and -m, so that m drops out, and l from L + R: written so, errors of the two
-    series, which are large beside a zero of A, do not count where they cancel.
-    """
-    left, right = sides.left, sides.right
-    behind = left.scale.value + left.rising.value
-    ahead = right.scale.value + right.rising.value
-    total = sides.total()
-    if sides.corner:
-        product = behind * ahead
-        extra = Pair(product * sides.falling.value, product * sides.falling.error)
-        slope = behind * sides.falling.value, ahead * sides.falling.value
-    else:
-        one = right.falling * right.scale
-        two = left.falling * left.scale
-        extra = Pair(behind * one.value + ahead * two.value, behind * one.error + ahead * two.error)
-        slope = two.value, one.value
-    value = behind * right.nested.value + ahead * left.nested.value + extra.value
-    error = behind * right.nested.error + ahead * left.nested.error + extra.error
-    gap = right.nested.value - left.nested.value
-    # How the value changes with what is left, right, and at the start of e^{lam V}.
-    error = error + left.scale.error * ahead * abs(gap + slope[1]) / total
-    error = error + right.scale.error * behind * abs(gap - slope[0]) / total
-    error = error + right.rising.error * abs(gap + slope[1] - slope[0])
-    error = error + sides.rising.error * (abs(gap) + abs(slope[0]) + abs(slope[1]))
-    return Pair(lam * value / total, lam * error / total)
 
 
 def _probability(complement: bool) -> Quantity:
@@ -284,7 +216,7 @@ def _answer(
         number = context.mpf(lam.numerator) / lam.denominator
         found, ops = [], Exponentials(context)
         for n in orders:
-            sides = _sides(halves, number, values["r"], n, ops)
+            sides = sides_of(halves, number, values["r"], n, ops)
             if sides.sure():
                 log = quantity.log(sides, ops) if quantity.log else None
                 found.append((*quantity.value(sides, number), n, log))
@@ -350,7 +282,7 @@ def parts(
         halves = _halves(drift, values["r"], values["start"], orders[-1], context, outer)
         best: Parts | None = None
         for n in orders:
-            sides = _sides(halves, number, values["r"], n, ops)
+            sides = sides_of(halves, number, values["r"], n, ops)
             total = time_of(sides, number)
             if not (sides.sure() and total.error < total.value / 2):
                 continue
@@ -446,153 +378,6 @@ def _terms(halves: tuple[Half, Half], context: Any) -> tuple[str, ...]:
     return (*sorted(found), "start, ends, kinks and the part between")
 
 
-# -- at a given lam --------------------------------------------------------------------------------
-
-
-class Exponentials:
-    """e^{lam height} in an mpmath context."""
-
-    def __init__(self, context: Any) -> None:
-        self._context = context
-        # Places are known to a few units, and sums of theirs may cancel.
-        self.unit = 64 * context.eps
-        self._fall = self.number(_MOST_FALL)
-
-    def exp(self, x: Any) -> Any:
-        return self._context.exp(x)
-
-    def log(self, x: Any) -> Any:
-        return self._context.log(x)
-
-    def log1p(self, x: Any) -> Any:
-        return self._context.log1p(x)
-
-    def tail(self, near: Any, far: Any) -> Any:
-        return 1 / (1 - min(far / near, self._fall)) if near else 1 / (1 - self._fall)
-
-    def number(self, x: Any) -> Any:
-        if isinstance(x, Fraction):
-            return self._context.mpf(x.numerator) / x.denominator
-        return x
-
-
-class _FloatExponentials:
-    """The same for arrays of floats."""
-
-    unit = 1e-15
-
-    def exp(self, x: FloatArray) -> LogScaled:
-        return LogScaled(np.ones_like(x), x)
-
-    def log(self, x: FloatArray) -> FloatArray:
-        return np.log(x)
-
-    def tail(self, near: FloatArray, far: FloatArray) -> FloatArray:
-        ratio = np.where(near > 0, far / np.where(near > 0, near, 1.0), 1.0)
-        found: FloatArray = 1 / (1 - np.minimum(ratio, float(_MOST_FALL)))
-        return found
-
-    def number(self, x: Any) -> Any:
-        return x if isinstance(x, np.ndarray) else float(x)
-
-
-def _sides(halves: tuple[Half, Half], lam: Any, r: Any, order: int, ops: Any) -> Sides:
-    left, right = (_side(one, lam, r, order, ops) for one in halves)
-    starts = [one.start for one in halves]
-    both = (
-        [a + b for a, b in zip(*pair, strict=True)]
-        for pair in ([s.rising for s in starts], [s.falling for s in starts])
-    )
-    unit = ops.exp(0 * lam)
-    rising, falling = (_times(series_of(_gathered(g), lam, order, ops), unit) for g in both)
-    return Sides(left, right, rising, falling, starts[0].corner)
-
-
-def _gathered(groups: Groups) -> Groups:
-    """Terms of one power added up, before any is evaluated."""
-    found: Groups = []
-    for group in groups:
-        sums: dict[Any, Any] = {}
-        for c, p, q in group:
-            sums[p, q] = sums.get((p, q), 0) + c
-        found.append([(c, *key) for key, c in sums.items()])
-    return found
-
-
-def _times(series: Pair, factor: Any) -> Pair:
-    return Pair(series.value * factor, series.error * factor)
-
-
-def _side(one: Half, lam: Any, r: Any, order: int, ops: Any) -> Side:
-    """One side at `lam`, with the end at `r` where that is beyond the layer."""
-    rising, falling = weights_of(one, lam, r, order, ops)
-    unit = ops.exp(0 * lam)
-    scale = rising.pop()[1] if one.beyond is not None else Pair(0 * unit, 0 * unit)
-    nested = _times(outer_part(one, lam, r, order, ops), unit)
-    # From right to left: what e^{lam V} has to the right of each place of e^{-lam V}.
-    for place, share, onward in reversed(rising):
-        while falling and falling[-1][0].u > place.u:
-            nested = nested + falling.pop()[1] * scale
-        if falling and falling[-1][0].u == place.u:
-            nested = nested + falling.pop()[1] * (scale + onward)
-        scale = scale + share
-    for _, share, _ in falling:
-        nested = nested + share * scale
-    starts = (_times(series_of(g, lam, order, ops), unit) for g in one.start[:2])
-    return Side(scale, nested, *starts)
-
-
-def outer_part(one: Half, lam: Any, r: Any, order: int, ops: Any) -> Pair:
-    """What lies between the places, in the layer and beyond it."""
-    found = series_of(one.outer, lam, order, ops, ops.number(one.unit))
-    if one.beyond is None:
-        return found
-    u, _, slope = (ops.number(x) for x in one.beyond)
-    return Pair(found.value + (ops.number(r) - u) / (slope * lam), found.error)
-
-
-def weights_of(
-    one: Half, lam: Any, r: Any, order: int, ops: Any
-) -> tuple[list[tuple[Place, Pair, Pair]], list[tuple[Place, Pair, Pair]]]:
-    """The places of e^{lam V} and of e^{-lam V} with their shares and onward ones."""
-    rising = list(one.rising)
-    if one.beyond is not None:
-        u, height, slope = (ops.number(x) for x in one.beyond)
-        height = height - slope * (ops.number(r) - u)
-        rising.append(Place("end", None, height, [[(-1 / slope, 1, 0)]], []))
-    first, second = (
-        [(p, *_weight(p, lam, order, ops)) for p in places] for places in (rising, one.falling)
-    )
-    return first, second
-
-
-def _weight(place: Place, lam: Any, order: int, ops: Any) -> tuple[Pair, Pair]:
-    """The place's share of its own integral, and its `onward`."""
-    factor = ops.exp(lam * ops.number(place.height))
-    share, onward = (
-        _times(series_of(g, lam, order, ops), factor) for g in (place.groups, place.onward)
-    )
-    return share, onward
-
-
-def series_of(groups: Groups, lam: Any, order: int, ops: Any, unit: Any = 0) -> Pair:
-    """The first order + 1 groups, and the size of what follows, judged by the next two."""
-    sums, size = [], 0 * lam
-    for group in groups[: order + 1 + BEYOND]:
-        total = 0 * lam
-        for c, p, q in group:
-            term = ops.number(c) * lam ** -ops.number(p)
-            term = term * ops.log(lam) if q else term
-            total, size = total + term, size + abs(term)
-        sums.append(total)
-    # A straight stretch has one term, and a place with nothing to its right has none.
-    sums += [0 * lam] * (order + 1 + BEYOND - len(sums))
-    value = sum(sums[: order + 1], 0 * lam)
-    near, far = (abs(s) for s in sums[order + 1 :])
-    # Where the terms hardly fall any more, as many more are as large before they rise.
-    return Pair(value, (near + far) * ops.tail(near, far) + max(unit, ops.unit) * size)
-
-
 # -- many scenes, in float64 -----------------------------------------------------------------------
 
 
@@ -678,7 +463,7 @@ def _occupation_logs(
     keys = np.array([*given.values(), np.zeros(len(scenes.lam))]).T
     unique, group = np.unique(keys, axis=0, return_inverse=True)
     logs, errors = np.empty(len(scenes.lam)), np.full(len(scenes.lam), np.inf)
-    ops = _FloatExponentials()
+    ops = FloatExponentials()
     for k in range(len(unique)):
         rows = np.flatnonzero(group.ravel() == k)
         first = {name: float(x[rows[0]]) for name, x in given.items()}
