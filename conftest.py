@@ -10,7 +10,7 @@ from pathlib import Path
 
 from hypothesis import settings
 from sybil import Example, Sybil
-from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser
+from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser, SkipParser
 
 from symasym import cli
 
@@ -62,6 +62,7 @@ pytest_collect_file = Sybil(
         PythonCodeBlockParser(doctest_optionflags=_OPTIONS),
         CodeBlockParser("console", run_console),
         CodeBlockParser("toml", keep_file),
+        SkipParser(),
     ],
     patterns=["README.md", "docs/*.md"],
     teardown=forget_targets,
