@@ -13,7 +13,7 @@ def all_pages(derivations: Path) -> dict[str, str]:
     records = derive(None, derivations)
     drawn = plots.all_plots()
     return {
-        **formulas.pages(records, drawn),
+        **formulas.pages(records, [plot.label for plot in drawn]),
         **plots.files(drawn),
         **api.pages(),
         **explorer.pages(),
