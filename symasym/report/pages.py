@@ -139,7 +139,7 @@ def page(
     told = ", ".join(f"{p.method} {p.setting} ({p.scene})" for p in others)
     gone = ", ".join(missing)
     blocks = [
-        "# Error against run time",
+        "# Error against run time, measured",
         f"Made by `{command}`, and nothing in it is typed by hand. {machine}",
         f"Not installed, and left out: {gone}." if gone else "Every peer was installed.",
         "Errors are relative ones of T (absolute ones of log T), against a reference of 120 "
