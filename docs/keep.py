@@ -2,17 +2,19 @@
 
 Copies its points, diagrams and page, and the stability report's where the folder has one, and
 puts their tables into docs/choose.md. Without a folder, makes the pages anew from the points
-that are kept.
+that are kept. With ``--picture`` draws docs/images/expansions.png, which takes a minute.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import re
 import sys
 from pathlib import Path
 from typing import Any
 
+from symasym.figures import encode
 from symasym.files import write_bytes
 from symasym.report import pages, stability
 from symasym.report.growth import Grown
@@ -29,14 +31,24 @@ KEPT = {
 }
 
 
-def main(folders: list[str]) -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Copy from the folders, then write the pages."""
-    for folder in map(Path, folders):
+    parser = argparse.ArgumentParser(prog="docs/keep.py")
+    parser.add_argument("folders", nargs="*", type=Path, help="of `symasym report`")
+    parser.add_argument("--picture", action="store_true", help="draw the expansions' errors, too")
+    args = parser.parse_args(arguments)
+    for folder in args.folders:
         for name, kept in KEPT.items():
             if (folder / name).exists():
                 write_bytes(DOCS / kept, (folder / name).read_bytes())
     for name, text in made().items():
         write_bytes(DOCS / name, text.encode())
+    if args.picture:
+        sys.path.insert(0, str(DOCS))
+        from website import expansions
+
+        picture = encode(expansions.draw(50), "png")
+        write_bytes(DOCS / "images" / "expansions.png", picture)
     return 0
 
 
@@ -88,4 +100,4 @@ def _record(name: str) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

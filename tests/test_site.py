@@ -25,7 +25,7 @@ from derivations.symbols import MEANINGS, QUANTITIES, quantities, symbols
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "docs"))
-from website import api, calls, graph, plots, stage  # noqa: E402
+from website import api, calls, expansions, graph, plots, stage  # noqa: E402
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 # No connection is tried: neither the browser's own nor a page's.
@@ -89,6 +89,17 @@ def test_a_plot_shows_its_curves(coarse: dict[str, plots.Plot]) -> None:
         picture = plots.draw(coarse[label])
         assert picture.count("<svg") == 1
         assert ("rounding" in picture) == (label in EXACT)
+
+
+def test_expansions_err_less_than_they_state() -> None:
+    noise = expansions.along_noise(3)  # 0.02, 0.77 and 30
+    assert np.isfinite(noise.true["laplace"]).tolist() == [True, False, False]
+    assert np.isfinite(noise.true["strong_noise"]).tolist() == [False, False, True]
+    for name in expansions.METHODS:
+        seen = np.isfinite(noise.true[name])
+        assert np.all(noise.true[name][seen & np.isfinite(noise.stated[name])] > 0)
+        assert not np.any(noise.stated[name] < noise.true[name]), name
+    assert noise.true["uniform"][0] < noise.true["laplace"][0] < noise.true["paper"][0] < 1e-3
 
 
 def test_arrows_of_the_graph_lead_to_the_right() -> None:

@@ -31,6 +31,7 @@ _PLACES = {
 MODULES = {
     "symasym.derivation": "Derivations of your own",
     "symasym.figures": "The paper's figures",
+    "symasym.emit.source": "Emitted source code",
 }
 
 

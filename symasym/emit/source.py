@@ -16,6 +16,8 @@ from symasym.emit.program import Program, Ready
 from symasym.errors import InputError, OutputError
 from symasym.files import write_bytes
 
+__all__ = ["Source", "add_target"]
+
 _RENDER: dict[str, Callable[[Program, list[Ready]], str]] = {
     "numpy": to_numpy.render,
     "mpmath": to_mpmath.render,
