@@ -238,6 +238,10 @@ def test_how_to_choose_says_what_was_measured() -> None:
             )
             assert best is not None
             assert best.method.startswith("exact")
+    at = {(p.scene, p.method, p.setting): p.error for p in points if p.error is not None}
+    both = [key for key in at if key[1] == "laplace" and (key[0], "uniform", key[2]) in at]
+    assert len({scene for scene, _, _ in both}) >= 3
+    assert all(at[key[0], "uniform", key[2]] <= at[key] * (1 + 1e-9) for key in both)
     rows = {line.split("|")[1].strip(" *"): line for line in pages.reached(points).splitlines()}
     assert all("(order" in rows[scene] for scene in ("weak", "fold", "kink"))
     assert "–" in rows["fold"].split("|")[2]  # laplace
