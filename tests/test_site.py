@@ -25,7 +25,7 @@ from derivations.symbols import MEANINGS, QUANTITIES, quantities, symbols
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "docs"))
-from website import api, calls, expansions, graph, plots, stage  # noqa: E402
+from website import api, calls, curves, expansions, graph, plots, stage  # noqa: E402
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 # No connection is tried: neither the browser's own nor a page's.
@@ -58,7 +58,8 @@ def test_every_call_is_of_a_formula() -> None:
 
 #: Formulas that are exact, bounds (1 above, -1 below); the others are good at one end.
 EXACT = {
-    "eq:Vfric", "friction-well", "eq:C", "eq:P", "eq:P2", "eq:pss", "constant-drift", "eq:Ttilde",
+    "eq:Vfric", "friction-well", "turning-points", "beta", "folds", "eq:V", "constant-panel",
+    "eq:C", "eq:P", "eq:P2", "eq:pss", "constant-drift", "eq:Ttilde",
 }  # fmt: skip
 BOUNDS = {"C-bound": 1, "L-bound": -1}
 
@@ -66,7 +67,7 @@ BOUNDS = {"C-bound": 1, "L-bound": -1}
 @pytest.fixture(scope="module")
 def coarse() -> dict[str, plots.Plot]:
     """The plots, with fewer points."""
-    return {plot.label: replace(plot, x=plot.x[::12]) for plot in plots.all_plots()}
+    return {plot.label: replace(plot, x=plot.x[::12]) for plot in curves.all_plots()}
 
 
 def test_plotted_formulas_are_as_good_as_is_said(coarse: dict[str, plots.Plot]) -> None:
