@@ -40,7 +40,8 @@ def main(arguments: list[str] | None = None) -> int:
     for folder in args.folders:
         for name, kept in KEPT.items():
             if (folder / name).exists():
-                write_bytes(DOCS / kept, (folder / name).read_bytes())
+                content = (folder / name).read_bytes()
+                write_bytes(DOCS / kept, short(content) if kept.endswith("json") else content)
     for name, text in made().items():
         write_bytes(DOCS / name, text.encode())
     if args.picture:
@@ -50,6 +51,18 @@ def main(arguments: list[str] | None = None) -> int:
         picture = encode(expansions.draw(50), "png")
         write_bytes(DOCS / "images" / "expansions.png", picture)
     return 0
+
+
+def short(record: bytes) -> bytes:
+    """JSON with a line for each point, and not for each number of it."""
+    lines = []
+    for key, value in json.loads(record).items():
+        text = json.dumps(value, ensure_ascii=False)
+        if isinstance(value, list):
+            rows = ",\n".join(json.dumps(row, ensure_ascii=False) for row in value)
+            text = f"[\n{rows}\n]"
+        lines.append(f"{json.dumps(key)}: {text}")
+    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 
 
 def made() -> dict[str, str]:

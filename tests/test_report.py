@@ -221,6 +221,10 @@ def test_the_kept_pages_are_what_their_points_say() -> None:
     keep = _keep()
     for name, text in keep.made().items():
         assert (keep.DOCS / name).read_text("utf-8") == text, f"{name}: run docs/keep.py"
+    assert json.loads(keep.short(b'{"a": [1, {"b": []}], "c": []}')) == {
+        "a": [1, {"b": []}],
+        "c": [],
+    }
     with pytest.raises(ValueError, match="0 places for the table when"):
         keep.filled("", {"when": "| a |"})
 
