@@ -64,7 +64,7 @@ class Sight(NamedTuple):
 def trimmed(coefficients: list[Numbers]) -> list[Numbers]:
     """Without zeros at the end."""
     found = list(coefficients)
-    while found and not np.any(found[-1]):
+    while found and not (found[-1].any() if isinstance(found[-1], np.ndarray) else found[-1]):
         found.pop()
     return found
 
