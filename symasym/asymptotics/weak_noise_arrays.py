@@ -75,7 +75,7 @@ def logs_of(
                 logs, errors = found, wrong
             else:
                 logs[some], errors[some] = found, wrong
-        errors += rounding_of_places(drift, scenes)
+        errors = errors + rounding_of_places(drift, scenes)
     return logs, errors
 
 
