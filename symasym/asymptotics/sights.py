@@ -90,7 +90,7 @@ def sight_of(half: Half) -> Sight:
         for places in (half.rising, half.falling)
     )
     # Heights cancel each other in pairs of places.
-    rough = 3e-16 * max([abs(p.height) for p in rising + falling] + [0.0])
+    rough = 3e-16 * max([abs(p.height) for p in rising + falling], default=0.0)
     beyond = None if half.beyond is None else tuple(float(x) for x in half.beyond)
     start = half.start
     return Sight(

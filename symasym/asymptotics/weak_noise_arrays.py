@@ -150,7 +150,7 @@ def _filled(
 ) -> tuple[FloatArray, FloatArray]:
     """Scenes in columns, one a drift of `sights`, or all of one drift."""
     one, lam, r = scenes.lam.ndim == 1, scenes.lam, scenes.numbers["r"]
-    if one:
+    if one and not isinstance(sights[0].rough, float):
         sights = first_of(sights)
     # A radius that all scenes share keeps its exponents shared as well.
     first = float(r.flat[0])
