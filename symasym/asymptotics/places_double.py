@@ -16,11 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.places import BEYOND
+from symasym.asymptotics.polynomial_scenes import Scenes
 from symasym.asymptotics.polynomial_zeros import Zeros, zeros_of
 from symasym.asymptotics.series_double import higher, lower
 from symasym.asymptotics.sights import Part, Series, Sight, Spot, trimmed
-from symasym.drift import Drift
-from symasym.exact.double_double import DoubleDouble, DoubleDoubleOps, shift
 from symasym.exact.fields import IntArray
 from symasym.inputs import FloatArray
 
@@ -32,20 +31,6 @@ _EPS = 2.3e-16
 _ROUGHEST = 1e-10
 # |A| at the start, at an end or at a kink beside its largest term, for the same reason.
 _NEAREST = 1e-7
-_MOST_DEGREE = 12
-
-
-class Scenes(NamedTuple):
-    """Polynomial drifts with starts and radii; coefficients of A in ascending rows."""
-
-    c: FloatArray
-    a_minus: FloatArray
-    a_plus: FloatArray
-    start: FloatArray
-    r: FloatArray
-
-    def take(self, rows: Any) -> Scenes:
-        return Scenes(self.c[:, rows], *(x[rows] for x in self[1:]))
 
 
 class Found(NamedTuple):
@@ -53,37 +38,6 @@ class Found(NamedTuple):
 
     rows: IntArray
     sights: tuple[Sight, Sight]
-
-
-def scenes_of(
-    drift: Drift, values: dict[str, Any], start: FloatArray, r: FloatArray
-) -> Scenes | None:
-    """None where A is not a polynomial of modest degree."""
-    count = len(start)
-    if count == 1 and not drift.shape:
-        exact = _exact_scene(drift, start, r)
-        if exact is not None:
-            return exact
-    pairs = {name: DoubleDouble.of(x).broadcast_to((count,)) for name, x in values.items()}
-    known = drift.coefficients(pairs, DoubleDoubleOps())
-    if known is None or not 0 < len(known) <= _MOST_DEGREE + 1:
-        return None
-    shaped = [DoubleDouble.of(c).broadcast_to((count,)) for c in known]
-    ends = [shift(shaped, np.full(count, side))[0] for side in (-1.0, 1.0)]
-    return Scenes(np.array([c.hi + c.lo for c in shaped]), ends[0], ends[1], start, r)
-
-
-def _exact_scene(drift: Drift, start: FloatArray, r: FloatArray) -> Scenes | None:
-    known = drift.exact_coefficients()
-    if known is None or len(known) > _MOST_DEGREE + 1:
-        return None
-    alternating = (c if k % 2 == 0 else -c for k, c in enumerate(known))
-    try:
-        numbers = [float(c) for c in (*known, sum(alternating), sum(known))]
-    except OverflowError:
-        return None
-    *c, a_minus, a_plus = np.array(numbers)[:, None]
-    return Scenes(np.array(c), a_minus, a_plus, start, r)
 
 
 def _single(x: Any) -> Any:
@@ -457,4 +411,4 @@ def _edge(
     falling.append(Spot(rank, -height, changes[1], None))
 
 
-__all__ = ["Found", "Scenes", "found_of", "scenes_of"]
+__all__ = ["Found", "found_of"]

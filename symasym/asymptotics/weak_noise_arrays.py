@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.places_double import found_of, scenes_of
+from symasym.asymptotics.places_double import found_of
+from symasym.asymptotics.polynomial_scenes import scenes_of
 from symasym.asymptotics.series_double import Point
 from symasym.asymptotics.sights import Sight, first_of
 from symasym.asymptotics.weak_noise_double import Views
