@@ -177,6 +177,20 @@ EMITTED = (
         "Relative correction of one saddle from V'', V''', V'''' there.",
         "correction of one saddle",
     ),
+    Emitted(
+        "saddle_first",
+        "saddle-series",
+        "Coefficient of 1/lam in a well's series; of -V, a barrier's.",
+        "first correction",
+        plain=True,
+    ),
+    Emitted(
+        "saddle_second",
+        "saddle-series",
+        "Coefficient of 1/lam^2 in the series of `saddle_first`.",
+        "second correction",
+        plain=True,
+    ),
     Emitted("weak_noise_time", "eq:Ttildesmall", "T for weak noise, with a well.", "sum"),
     Emitted("well_edge", "eq:Tsmall", "kappa at which both terms of `weak_noise_time` are equal."),
     Emitted(
@@ -239,6 +253,8 @@ NAMES = {
     "c_2": "V2",
     "c_3": "V3",
     "c_4": "V4",
+    "c_5": "V5",
+    "c_6": "V6",
     "N": "layer",
 }
 ORDER = (
@@ -265,6 +281,8 @@ ORDER = (
     "V2",
     "V3",
     "V4",
+    "V5",
+    "V6",
     "V_well",
     "curvature",
     "lam",

@@ -74,6 +74,7 @@ UNLABELLED = (
     "first-three",
     "laplace-substitution",
     "gaussian-step",
+    "saddle-series",
     "other-pieces",
     "turning-points",
     "beta",

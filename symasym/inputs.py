@@ -109,8 +109,11 @@ def _from_library(name: str, value: Any) -> Fraction:
     )
 
 
-def floats(name: str, value: Any) -> FloatArray:
-    """`value` as a float64 array (0-dimensional for a scalar), finite and not empty."""
+def floats(name: str, value: Any, copy: bool = True) -> FloatArray:
+    """`value` as a float64 array (0-dimensional for a scalar), finite and not empty.
+
+    Without `copy` it is read only, as it may be the caller's own.
+    """
     if isinstance(value, np.ma.MaskedArray):
         raise InputError(f"{name} is a masked array; give its unmasked values alone.")
     if not is_array(value):
@@ -131,10 +134,13 @@ def floats(name: str, value: Any) -> FloatArray:
     if array.size == 0:
         raise InputError(f"{name} is an empty array; give at least one value.")
     with np.errstate(over="ignore"):
-        array = array.astype(np.float64)
+        array = array.astype(np.float64, copy=copy)
     if not np.isfinite(array).all():
         bad = array[~np.isfinite(array)][0]
         raise InputError(f"{name} has an entry {bad}; give finite numbers.")
+    if not copy:
+        array = array.view()
+        array.flags.writeable = False
     return array
 
 

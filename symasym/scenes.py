@@ -44,7 +44,8 @@ class Scenes(NamedTuple):
     lam: FloatArray
     numbers: dict[str, FloatArray]
     parameters: dict[str, Any]
-    moved: dict[str, FloatArray]
+    # What reading a number as a float changed in it, at most.
+    moved: dict[str, float]
 
 
 def read_order(order: Any, default: int, most: int) -> int:
@@ -100,7 +101,7 @@ def exact_scene(drift: Drift, numbers: dict[str, Any], dps: int | None) -> dict[
 
 def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
     """The numbers and the drift's parameters broadcast together, in their ranges."""
-    arrays = {name: floats(name, value) for name, value in numbers.items()}
+    arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
     try:
         shape = np.broadcast_shapes(drift.shape, *(x.shape for x in arrays.values()))
     except ValueError:
@@ -115,10 +116,11 @@ def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
         if name not in flat:
             continue
         given = arrays[name]
-        if not (given > 0).all():
-            raise InputError(f"{name} is {given.min():.6g}; it must be greater than 0.")
-        beyond = (given < low) | (given > high)
-        if beyond.any():
+        least = given.min()
+        if not least > 0:
+            raise InputError(f"{name} is {least:.6g}; it must be greater than 0.")
+        if least < low or given.max() > high:
+            beyond = (given < low) | (given > high)
             raise InputError(
                 f"{name} is {given[beyond][0]:.6g}, so that its square is near the end of "
                 "the range of float64; pass dps=… for it."
@@ -129,18 +131,18 @@ def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
             f"start is {flat['start'][worst]:.6g} and r is {flat['r'][worst]:.6g}; "
             "start must lie inside (-r, r)."
         )
-    moved = {}
+    moved = dict.fromkeys(numbers, 0.0)
     for name, value in numbers.items():
-        gap = 0.0
         if not is_array(value):
             known = exact(name, value)
-            gap = abs(float(known - Fraction(float(arrays[name]))))
-        moved[name] = np.broadcast_to(gap, flat[name].shape)
+            moved[name] = abs(float(known - Fraction(float(arrays[name]))))
     parameters = {
         name: np.broadcast_to(value, shape).ravel() if is_array(value) else value
         for name, value in drift.values.items()
     }
-    return Scenes(shape, 2.0 / flat["kappa"] ** 2, flat, parameters, moved)
+    lam = flat["kappa"] ** 2
+    np.divide(2.0, lam, out=lam)
+    return Scenes(shape, lam, flat, parameters, moved)
 
 
 def rows_of(scenes: Scenes, rows: Any) -> Scenes:
@@ -148,7 +150,6 @@ def rows_of(scenes: Scenes, rows: Any) -> Scenes:
     return scenes._replace(
         lam=scenes.lam[rows],
         numbers={name: x[rows] for name, x in scenes.numbers.items()},
-        moved={name: x[rows] for name, x in scenes.moved.items()},
     )
 
 
@@ -161,7 +162,7 @@ def input_rounding(scenes: Scenes, size: FloatArray) -> FloatArray:
     if "r" in scenes.numbers:
         room = scenes.numbers["r"] - np.abs(scenes.numbers["start"])
     for name, gap in scenes.moved.items():
-        if name != "kappa" and gap.any():
+        if name != "kappa" and gap:
             change += gap * (scenes.lam * size + 2 / room)
     return change
 
@@ -178,8 +179,10 @@ def as_floats(
     """Logarithms and their errors as what was asked for."""
     logs = logs.reshape(shape)
     value: Any = logs
-    # A logarithm close to 0 may have underflowed.
-    error: Any = None if errors is None else errors.reshape(shape) + 1e-300
+    error: Any = None
+    if request.full and errors is not None:
+        # A logarithm close to 0 may have underflowed.
+        error = errors.reshape(shape) + 1e-300
     require_fits(request.name, logs, request.log)
     if not request.log:
         value = np.exp(logs)

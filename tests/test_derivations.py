@@ -17,6 +17,7 @@ from derivations import registry, report, runner
 from derivations.labels import PAPER, REASONS, UNLABELLED
 from symasym import cli
 from symasym.derivation import DerivationError, Identity, mutation_test
+from tests.latex import compiled, needs_latex
 
 ROOT = Path(__file__).parent.parent
 # Beside the repository, or beside the folder that holds a worktree of it.
@@ -314,10 +315,7 @@ def test_a_few_labels_do_not_shrink_the_trace(tree, records):
     assert len(trace["derivations"]) == len(found)
 
 
-@pytest.mark.skipif(
-    shutil.which("pdflatex") is None,
-    reason="no LaTeX engine: install texlive-latex-base (apt) to compile the snippets",
-)
+@needs_latex
 def test_snippets_compile(records, tmp_path):
     found, out, _ = records
     names = [f"{runner.slug(label)}.tex" for label in found]
@@ -329,16 +327,7 @@ def test_snippets_compile(records, tmp_path):
         f"{inputs}\n\\end{{document}}\n",
         encoding="utf-8",
     )
-    done = subprocess.run(
-        ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "all.tex"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        errors="replace",
-        timeout=100,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout[-2000:]
+    compiled(tmp_path / "all.tex")
 
 
 def test_text_for_latex():

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -12,6 +10,7 @@ import pytest
 from derivations.sheet import prose, sheet
 from symasym.cli import main
 from symasym.formula import formula, labels
+from tests.latex import compiled, needs_latex
 
 
 @pytest.fixture(scope="module")
@@ -85,23 +84,12 @@ def test_what_does_not_go_together(
     assert error.count("\n") == 1
 
 
-@pytest.mark.skipif(
-    shutil.which("pdflatex") is None,
-    reason="no LaTeX engine: install texlive-latex-base (apt) to compile the notation sheet",
-)
+@needs_latex
 def test_it_compiles_within_its_margins(document: str, tmp_path: Path) -> None:
     (tmp_path / "formulas.tex").write_text(document, encoding="utf-8")
-    for _ in range(2):
-        done = subprocess.run(
-            ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "formulas.tex"],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=100,
-            check=False,
-        )
-        assert done.returncode == 0, done.stdout[-2000:]
-    assert "multiply defined" not in done.stdout
-    assert "Overfull" not in done.stdout
+    compiled(tmp_path / "formulas.tex")
+    # References are known in a second run.
+    said = compiled(tmp_path / "formulas.tex")
+    assert "multiply defined" not in said
+    assert "Overfull" not in said
     assert (tmp_path / "formulas.pdf").stat().st_size > 10_000

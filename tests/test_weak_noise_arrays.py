@@ -131,6 +131,11 @@ def test_without_errors_the_values_are_the_same() -> None:
         full = ask(quantity, drift, kappa, 10, order=4)
         plain = ask(quantity, drift, kappa, 10, order=4, full=False)
         assert (np.abs(plain - full.value) <= 4e-15 * (1 + np.abs(full.value))).all()
+        # A start that is no float has an error of its own at each kappa.
+        inexact: dict[str, Any] = {"start": "0.1", "order": 4}
+        full = ask(quantity, drift, kappa, 10, **inexact)
+        plain = ask(quantity, drift, kappa, 10, full=False, **inexact)
+        assert (np.abs(plain - full.value) <= 4e-15 * (1 + np.abs(full.value))).all()
 
 
 def test_many_kappas_of_a_few_drifts() -> None:

@@ -13,7 +13,8 @@ import numpy as np
 
 from symasym.asymptotics import weak_noise_double
 from symasym.asymptotics.airy_tables import airy_products, dawson
-from symasym.asymptotics.sights import Numbers, Series, Sight
+from symasym.asymptotics.series_double import Point
+from symasym.asymptotics.sights import Numbers
 from symasym.inputs import FloatArray
 
 __all__ = ["Edge", "EdgePart", "Fold", "FoldPart", "escape_time"]
@@ -57,11 +58,11 @@ class Edge(NamedTuple):
     slope: Numbers | None
 
 
-class _Point(weak_noise_double.Point):
+class _Point(Point):
     """With r, and the local functions that have been found at this lam."""
 
-    def __init__(self, at: weak_noise_double.Point, r: Numbers) -> None:
-        super().__init__(at.lam, at.order, at.errors)
+    def __init__(self, at: Point, r: Numbers) -> None:
+        vars(self).update(vars(at))
         self.r = r
         self.known: dict[int, dict[str, tuple[Any, Any]]] = {}
 
@@ -169,19 +170,12 @@ def _shelf(slope: Numbers | None, point: _Point) -> tuple[Any, Any]:
     return length * first, length * length * second
 
 
-def escape_time(
-    sights: tuple[Sight, Sight],
-    starts: tuple[Series, Series],
-    r: Numbers,
-    at: weak_noise_double.Point,
-) -> tuple[FloatArray, Any]:
+def escape_time(views: weak_noise_double.Views, at: Point) -> tuple[FloatArray, Any]:
     """log T, and its relative error (None without `at.errors`)."""
-    point = _Point(at, r)
-    log, error = weak_noise_double.escape_time(sights, starts, r, point)
+    point = _Point(at, views.r)
+    log, error = weak_noise_double.escape_time(views, point)
     if error is not None:
-        error = _FACTOR * error
-        for one in sights:
-            # What the start or an end cuts off a complex pair.
-            error = error + 10 * np.exp(-point.lam * one.slack)
+        # What the start or an end cuts off a complex pair.
+        error = _FACTOR * error + 20 * np.exp(-point.lam * views.slack)
         error = np.where(error < 1, -np.log1p(-np.minimum(error, 0.999)), np.inf)
     return log, error

@@ -135,9 +135,9 @@ def _is_own(fold: Fold, turns: list[Fraction], context: Any) -> bool:
     """Whether no other turning point is nearer to a complex pair, which may be found from both."""
     if fold.pair.zeta > 0:
         return True
-    middle = context.mpf(fold.point.numerator) / fold.point.denominator + fold.pair.middle
-    away = [abs(context.mpf(u.numerator) / u.denominator - middle) for u in turns]
-    return bool(abs(fold.pair.middle) <= min(away) * (1 + context.eps**0.5))
+    others = [u - fold.point for u in turns if u != fold.point]
+    away = [abs(context.mpf(u.numerator) / u.denominator - fold.pair.middle) for u in others]
+    return all(abs(fold.pair.middle) <= distance for distance in away)
 
 
 def _taylor(field: ExactField, point: Fraction, count: int) -> list[Fraction]:

@@ -8,41 +8,29 @@ zeros of A close to each other or to the start or an end, are left out: `Found.r
 
 from __future__ import annotations
 
+import cmath
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from symasym.asymptotics.places import BEYOND
+from symasym.asymptotics.polynomial_scenes import Scenes
 from symasym.asymptotics.polynomial_zeros import Zeros, zeros_of
+from symasym.asymptotics.series_double import higher, lower
 from symasym.asymptotics.sights import Part, Series, Sight, Spot, trimmed
-from symasym.drift import Drift
-from symasym.exact.double_double import DoubleDouble, DoubleDoubleOps, shift
 from symasym.exact.fields import IntArray
 from symasym.inputs import FloatArray
 
-# Work arrays of one chunk stay in the second-level cache.
-_AT_ONCE = 1024
+# Drifts at once: with a quarter of them NumPy's cost per call doubles the time; twice as many
+# are no quicker and take twice the memory.
+_AT_ONCE = 4096
 _EPS = 2.3e-16
 # Zeros of A whose rounding, relative to their distances, is more than this are not used.
 _ROUGHEST = 1e-10
 # |A| at the start, at an end or at a kink beside its largest term, for the same reason.
 _NEAREST = 1e-7
-_MOST_DEGREE = 12
-
-
-class Scenes(NamedTuple):
-    """Polynomial drifts with starts and radii; coefficients of A in ascending rows."""
-
-    c: FloatArray
-    a_minus: FloatArray
-    a_plus: FloatArray
-    start: FloatArray
-    r: FloatArray
-
-    def take(self, rows: Any) -> Scenes:
-        return Scenes(self.c[:, rows], *(x[rows] for x in self[1:]))
 
 
 class Found(NamedTuple):
@@ -52,18 +40,13 @@ class Found(NamedTuple):
     sights: tuple[Sight, Sight]
 
 
-def scenes_of(
-    drift: Drift, values: dict[str, Any], start: FloatArray, r: FloatArray
-) -> Scenes | None:
-    """None where A is not a polynomial of modest degree."""
-    count = len(start)
-    pairs = {name: DoubleDouble.of(x).broadcast_to((count,)) for name, x in values.items()}
-    known = drift.coefficients(pairs, DoubleDoubleOps())
-    if known is None or not 0 < len(known) <= _MOST_DEGREE + 1:
-        return None
-    shaped = [DoubleDouble.of(c).broadcast_to((count,)) for c in known]
-    ends = [shift(shaped, np.full(count, side))[0] for side in (-1.0, 1.0)]
-    return Scenes(np.array([c.hi + c.lo for c in shaped]), ends[0], ends[1], start, r)
+def _single(x: Any) -> Any:
+    """The number in an array of one, which Python is quicker with."""
+    return x[..., 0].tolist() if isinstance(x, np.ndarray) else x
+
+
+def unchanged(x: Any) -> Any:
+    return x
 
 
 def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
@@ -72,7 +55,7 @@ def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
     for d in np.unique(degree):
         rows = np.flatnonzero(degree == d)
         zeros = zeros_of(scenes.c[: d + 1, rows])
-        good = zeros.apart & clear_of_zero(scenes.take(rows))
+        good = zeros.apart & _clear_of_zero(scenes.take(rows))
         keys = structure(scenes.take(rows), zeros)
         for key in np.unique(keys[good]):
             members = np.flatnonzero(good & (keys == key))
@@ -80,15 +63,29 @@ def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
                 chosen = members[low : low + _AT_ONCE]
                 some = scenes.take(rows[chosen])
                 some = some._replace(c=some.c[: d + 1])
-                builder = Builder(some, zeros.take(chosen), order)
-                rough = builder.roughest()
-                sure = rough < _ROUGHEST
-                if sure.all():
-                    yield Found(rows[chosen], builder.sights())
-                elif sure.any():
-                    chosen = chosen[sure]
-                    builder = Builder(some.take(sure), zeros.take(chosen), order)
-                    yield Found(rows[chosen], builder.sights())
+                found = _built(rows[chosen], some, zeros.take(chosen), order)
+                if found is not None:
+                    yield found
+
+
+def _built(rows: IntArray, scenes: Scenes, zeros: Zeros, order: int) -> Found | None:
+    """Those of one structure that float64 is enough for."""
+    if len(rows) == 1:
+        try:
+            builder = Builder(scenes, zeros, order, _single)
+            sure = builder.roughest() < _ROUGHEST
+            return Found(rows, builder.sights()) if sure else None
+        except (ArithmeticError, ValueError):
+            # Python refuses what NumPy makes infinite.
+            pass
+    builder = Builder(scenes, zeros, order, unchanged)
+    sure = np.broadcast_to(builder.roughest() < _ROUGHEST, rows.shape)
+    if not sure.any():
+        return None
+    if not sure.all():
+        chosen = np.flatnonzero(sure)
+        builder = Builder(scenes.take(chosen), zeros.take(chosen), order, unchanged)
+    return Found(rows[sure], builder.sights())
 
 
 def _edges(scenes: Scenes) -> FloatArray:
@@ -97,14 +94,14 @@ def _edges(scenes: Scenes) -> FloatArray:
     return np.array([-reach, np.clip(scenes.start, -reach, reach), reach])
 
 
-def _value(c: FloatArray, u: Any) -> Any:
+def _value(c: Any, u: Any) -> Any:
     total = c[-1]
     for row in c[-2::-1]:
         total = total * u + row
     return total
 
 
-def clear_of_zero(scenes: Scenes) -> Any:
+def _clear_of_zero(scenes: Scenes) -> Any:
     good = (scenes.a_minus != 0) & (scenes.a_plus != 0)
     for u in _edges(scenes):
         size = _value(np.abs(scenes.c), np.abs(u))
@@ -125,20 +122,34 @@ def structure(scenes: Scenes, zeros: Zeros) -> IntArray:
     return found
 
 
-class Builder:
-    """Scenes of one structure."""
+def _first(x: Any) -> float:
+    return x if isinstance(x, float) else float(x[0])
 
-    def __init__(self, scenes: Scenes, zeros: Zeros, order: int) -> None:
-        self.scenes, self.count = scenes, order + 1 + BEYOND
-        self.c, self.degree = scenes.c, len(scenes.c) - 1
-        self.edges = _edges(scenes)
-        self.real = int(zeros.real[0]) if len(zeros.real) else 0
-        roots = zeros.values
-        self.lines = [roots[k].real for k in range(self.real)]
-        self.pairs = zeros.pairs
-        k = np.arange(1, self.degree + 2)[:, None]
-        self.v = -self.c / k
-        self.height_size = _value(np.abs(self.v), 1.0)
+
+def _log(x: Any) -> Any:
+    if isinstance(x, np.ndarray):
+        return np.log(x)
+    return cmath.log(x) if isinstance(x, complex) else math.log(x)
+
+
+class Builder:
+    """Scenes of one structure: every number is an array, or that of one scene alone."""
+
+    def __init__(
+        self, scenes: Scenes, zeros: Zeros, order: int, only: Callable[[Any], Any]
+    ) -> None:
+        self.count = order + 1 + BEYOND
+        self.c = [only(c) for c in scenes.c]
+        self.degree = len(self.c) - 1
+        self.edges: Any = [only(u) for u in _edges(scenes)]
+        self.a_minus, self.a_plus = only(scenes.a_minus), only(scenes.a_plus)
+        self.start, self.beyond = only(scenes.start), bool(scenes.r[0] > 1)
+        real = int(zeros.real[0]) if len(zeros.real) else 0
+        self.lines = [only(zeros.values[k]) for k in range(real)]
+        self.pairs = [only(z) for z in zeros.pairs]
+        self.v = [-c / k for k, c in enumerate(self.c, start=1)]
+        self.c_size = [abs(c) for c in self.c]
+        self.height_size = _value([abs(v) for v in self.v], 1.0)
         self.rough = [self.roughness(z) for z in self.lines]
         self.rough_pairs = [self.roughness(z) for z in self.pairs]
 
@@ -151,22 +162,20 @@ class Builder:
         for w in self.pairs:
             if w is not z:
                 yield w
-            yield np.conj(w)
+            yield w.conjugate()
 
-    def roughness(self, z: Any) -> FloatArray:
+    def roughness(self, z: Any) -> Any:
         """What rounding A does to this zero, in units of its distance to the next."""
-        moved = _value(np.abs(self.c), np.abs(z)) / np.abs(self.slope(z))
-        near = np.full(moved.shape, np.inf)
+        moved = _value(self.c_size, abs(z)) / abs(self.slope(z))
+        near = 1 + abs(z)
         for w in self.others(z):
-            near = np.minimum(near, np.abs(z - w))
-        near = np.minimum(near, 1 + np.abs(z))
-        found: FloatArray = _EPS * (1 + moved / near)
-        return found
+            near = lower(near, abs(z - w))
+        return _EPS * (1 + moved / near)
 
-    def roughest(self) -> FloatArray:
-        worst = np.zeros(self.c.shape[1])
+    def roughest(self) -> Any:
+        worst: Any = 0.0
         for rough in self.rough + self.rough_pairs:
-            worst = np.maximum(worst, rough)
+            worst = higher(worst, rough)
         return np.where(np.isfinite(worst), worst, np.inf)
 
     # -- series -----------------------------------------------------------------------------
@@ -184,34 +193,34 @@ class Builder:
                 work[k] = work[k] + work[k + 1] * u
         return work
 
-    def smooth(self, u: FloatArray) -> Series:
+    def smooth(self, u: Any) -> Series:
         """h_k(u), k = 1, 2, ..."""
         psi = self.taylor(u)
         inverse = 1 / psi[0]
-        series = _quotient([np.ones_like(psi[0])], psi, inverse, self.count)
+        series = _quotient([1.0], psi, inverse, self.count)
         found = [series[0]]
         for _ in range(1, self.count):
             slope = [-j * series[j] for j in range(1, len(series))]
             series = _quotient(slope, psi, inverse, len(slope))
             found.append(series[0])
-        size = _value(np.abs(self.c), np.abs(u)) * np.abs(inverse)
+        size = _value(self.c_size, abs(u)) * abs(inverse)
         return Series([Part(1.0, 0, trimmed(found))], _EPS * 4 * self.count * (1 + size))
 
-    def flat(self, a: FloatArray) -> Series:
+    def flat(self, a: Any) -> Series:
         return Series([Part(1.0, 0, [1 / a])], _EPS)
 
     def peak(self, k: int) -> Series:
         """Laplace's series at the k-th real zero."""
         t = self.taylor(self.lines[k])
-        a = np.abs(t[1]) / 2
+        a = abs(t[1]) / 2
         alpha = [t[j + 1] / ((j + 2) * t[1]) * 2 for j in range(1, self.degree)]
         found = []
         for n in range(self.count):
-            p, power = 2 * n + 1, [np.ones_like(a)]
+            p, power = 2 * n + 1, [1.0 + 0 * a]
             for m in range(1, 2 * n + 1):
                 total: Any = 0.0
                 for j, x in enumerate(alpha[:m], start=1):
-                    total = total + (p * j + 2 * (m - j)) * x * power[m - j]
+                    total = total + (p * j + 2 * (m - j)) * (x * power[m - j])
                 power.append(total * (-0.5 / m))
             found.append(power[-1] * (math.gamma(n + 0.5) * a ** -(n + 0.5)))
         # Higher coefficients depend on the zeros' distances by higher powers.
@@ -221,26 +230,27 @@ class Builder:
     # -- the outer part ---------------------------------------------------------------------
 
     def primitives(self) -> tuple[list[Any], list[Any]]:
-        """Primitives of h_1, h_2, ... at the three edges, and what is rounded in them."""
-        zero = np.zeros_like(self.edges)
-        totals = [zero for _ in range(self.count)]
-        sizes = [zero for _ in range(self.count)]
+        """Primitives of h_1, h_2, ... at each of the edges, and what is rounded in them."""
+        totals, sizes = ([[0.0] * 3 for _ in range(self.count)] for _ in range(2))
         if self.degree == 0:
-            totals[0] = self.edges / self.c[0]
-            sizes[0] = np.abs(totals[0]) * _EPS
+            totals[0] = [u / self.c[0] for u in self.edges]
+            sizes[0] = [abs(total) * _EPS for total in totals[0]]
             return totals, sizes
         for z, rough in zip(self.lines + self.pairs, self.rough + self.rough_pairs, strict=True):
             single = not np.iscomplexobj(z)
-            t = self.edges - z
-            inverse = 1 / t
-            first = np.log(np.abs(t)) if single else np.log(t)
-            for k, residues in enumerate(self.residues(z)):
-                total: Any = 0.0
-                for j in range(2 * k + 1, 1, -1):
-                    total = (total + residues[j] * (1 / (1 - j))) * inverse
-                total = total + residues[1] * first
-                totals[k] = totals[k] + (total if single else 2 * total.real)
-                sizes[k] = sizes[k] + np.abs(total) * (rough * (6 + 4 * k))
+            known = list(self.residues(z))
+            rounding = [rough * (6 + 4 * k) for k in range(self.count)]
+            for side, u in enumerate(self.edges):
+                t = u - z
+                inverse, first = 1 / t, _log(abs(t) if single else t)
+                for k, residues in enumerate(known):
+                    total: Any = 0.0
+                    for j in range(2 * k + 1, 1, -1):
+                        total = (total + residues[j] * (1 / (1 - j))) * inverse
+                    total = total + residues[1] * first
+                    here = total if single else 2 * total.real
+                    totals[k][side] = totals[k][side] + here
+                    sizes[k][side] = sizes[k][side] + abs(total) * rounding[k]
         return totals, sizes
 
     def residues(self, z: Any) -> Iterator[list[Any]]:
@@ -248,7 +258,7 @@ class Builder:
         psi = self.taylor(z)[1:]
         inverse = 1 / psi[0]
         length = 2 * self.count - 1
-        series = _quotient([np.ones_like(psi[0])], psi, inverse, length)
+        series = _quotient([1.0], psi, inverse, length)
         for k in range(self.count):
             yield [None, *series[2 * k :: -1]]
             slope = [(2 * k + 1 - j) * x for j, x in enumerate(series)]
@@ -263,22 +273,21 @@ class Builder:
     def sights(self) -> tuple[Sight, Sight]:
         totals, sizes = self.primitives()
         middle = self.edges[1]
-        outside = np.zeros_like(middle)
-        start = self.scenes.start
-        before, after = bool(start[0] < -1), bool(start[0] > 1)
-        if before:
-            outside = (start + 1) * self.scenes.a_minus
-        if after:
-            outside = (start - 1) * self.scenes.a_plus
+        outside = 0.0 * middle
+        start = self.start
+        if _first(start) < -1:
+            outside = (start + 1) * self.a_minus
+        if _first(start) > 1:
+            outside = (start - 1) * self.a_plus
         # V from the start on.
         self.base = self.potential(middle) - outside
         # Horner's rounding at both places; products with lam are rounded elsewhere.
-        self.height_rough = _EPS * ((self.degree + 3) * self.height_size + 2 * np.abs(outside))
+        self.height_rough = _EPS * ((self.degree + 3) * self.height_size + 2 * abs(outside))
         self.at_edge = [self.smooth(u) for u in self.edges]
         peaks = {}
         low, _, high = self.edges
         for k, z in enumerate(self.lines):
-            if low[0] < z[0] < high[0]:
+            if _first(low) < _first(z) < _first(high):
                 peaks[k] = self.peak(k)
         left = self.side(-1, totals, sizes, peaks)
         right = self.side(1, totals, sizes, peaks)
@@ -288,14 +297,13 @@ class Builder:
         self, sign: int, totals: list[Any], sizes: list[Any], peaks: dict[int, Series]
     ) -> Sight:
         """What lies right of the start, or, in the mirror, left of it."""
-        scenes = self.scenes
-        a_near, a_far = scenes.a_minus, scenes.a_plus
+        a_near, a_far = self.a_minus, self.a_plus
         if sign < 0:
             a_near, a_far = -a_far, -a_near
-        start = sign * scenes.start
+        start = sign * self.start
         inside_of = 2 if sign > 0 else 0
         nothing = Series([])
-        if start[0] >= 1:
+        if _first(start) >= 1:
             h = self.flat(a_far)
             return Sight(
                 *_ends(h), True, [], [], nothing, (start, 0 * start, a_far), self.height_rough
@@ -303,7 +311,7 @@ class Builder:
         rising: list[Spot] = []
         falling: list[Spot] = []
         extra: Any = 0.0
-        if start[0] < -1:
+        if _first(start) < -1:
             h = self.flat(a_near)
             extra = (-1 - start) / a_near
             height = (1 + start) * a_near
@@ -315,31 +323,17 @@ class Builder:
         shares = [totals[k][inside_of] - totals[k][1] for k in range(self.count)]
         wrong = [sizes[k][inside_of] + sizes[k][1] for k in range(self.count)]
         shares[0] = shares[0] + extra
-        wrong[0] = wrong[0] + np.abs(extra) * _EPS * 4
+        wrong[0] = wrong[0] + abs(extra) * _EPS * 4
         outer = Series([Part(1.0, 0, trimmed(shares))], 1.0, wrong)
         rank = self.between(sign, rising, falling, peaks)
         beyond = self.end(sign, rank, rising, falling)
         return Sight(*_ends(h), True, rising, falling, outer, beyond, self.height_rough)
 
-    def end(
-        self, sign: int, rank: int, rising: list[Spot], falling: list[Spot]
-    ) -> tuple[Any, Any, Any] | None:
-        """Add the end of the layer, or r before it; returns what lies beyond."""
-        at = 2 if sign > 0 else 0
-        height = self.potential(self.edges[at]) - self.base
-        inner = _signed(self.at_edge[at], sign)
-        if self.scenes.r[0] <= 1:
-            _edge(rising, falling, rank, height, inner, None)
-            return None
-        slope = self.scenes.a_plus if sign > 0 else -self.scenes.a_minus
-        _edge(rising, falling, rank, height, inner, self.flat(slope))
-        return np.ones_like(height), height, slope
-
     def inside(self, sign: int) -> list[int]:
         """Which real zeros lie between the start and the layer's end, from the start on."""
-        low, high = sorted((self.edges[1][0], self.edges[2 if sign > 0 else 0][0]))
+        low, high = sorted((_first(self.edges[1]), _first(self.edges[1 + sign])))
         order = range(len(self.lines)) if sign > 0 else reversed(range(len(self.lines)))
-        return [k for k in order if low < self.lines[k][0] < high]
+        return [k for k in order if low < _first(self.lines[k]) < high]
 
     def between(
         self, sign: int, rising: list[Spot], falling: list[Spot], peaks: dict[int, Series]
@@ -349,10 +343,23 @@ class Builder:
         for rank, k in enumerate(inside, start=1):
             z = self.lines[k]
             height = self.potential(z) - self.base
-            barrier = bool(self.slope(z)[0] > 0)
+            barrier = _first(self.slope(z)) > 0
             spots = rising if barrier else falling
             spots.append(Spot(rank, height if barrier else -height, peaks[k], None))
         return len(inside) + 1
+
+    def end(
+        self, sign: int, rank: int, rising: list[Spot], falling: list[Spot]
+    ) -> tuple[Any, Any, Any] | None:
+        """Add the end of the layer, or r before it; returns what lies beyond."""
+        height = self.potential(self.edges[1 + sign]) - self.base
+        inner = _signed(self.at_edge[1 + sign], sign)
+        if not self.beyond:
+            _edge(rising, falling, rank, height, inner, None)
+            return None
+        slope = self.a_plus if sign > 0 else -self.a_minus
+        _edge(rising, falling, rank, height, inner, self.flat(slope))
+        return 1.0 + 0 * height, height, slope
 
 
 def _quotient(numerator: list[Any], psi: list[Any], inverse: Any, length: int) -> list[Any]:
@@ -361,7 +368,11 @@ def _quotient(numerator: list[Any], psi: list[Any], inverse: Any, length: int) -
     for n in range(length):
         total: Any = numerator[n] if n < len(numerator) else 0.0
         for j in range(1, min(n, len(psi) - 1) + 1):
-            total = total - psi[j] * found[n - j]
+            if j == 1:
+                total = total - psi[1] * found[n - 1]
+            else:
+                # In place, now that it is not an entry of the numerator any more.
+                total -= psi[j] * found[n - j]
         found.append(total * inverse)
     return found
 
@@ -403,11 +414,11 @@ def _edge(
     # phi goes on without a jump, so that the first terms of both sides cancel, exactly.
     if right is not None and change:
         change[0] = 0.0
-    rough = left.rounding if right is None else np.maximum(left.rounding, right.rounding)
+    rough = left.rounding if right is None else higher(left.rounding, right.rounding)
     changes = _ends(Series([Part(1.0, 0, change)] if change else [], rough))
     onward = Series([]) if right is None else _ends(right)[0]
     rising.append(Spot(rank, height, changes[0], onward))
     falling.append(Spot(rank, -height, changes[1], None))
 
 
-__all__ = ["Builder", "Found", "Scenes", "clear_of_zero", "found_of", "scenes_of", "structure"]
+__all__ = ["Builder", "Found", "found_of", "structure", "unchanged"]

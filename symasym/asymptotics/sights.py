@@ -83,7 +83,7 @@ class Sight(NamedTuple):
 def trimmed(coefficients: list[Numbers]) -> list[Numbers]:
     """Without zeros at the end."""
     found = list(coefficients)
-    while found and not np.any(found[-1]):
+    while found and not (found[-1].any() if isinstance(found[-1], np.ndarray) else found[-1]):
         found.pop()
     return found
 
@@ -109,7 +109,7 @@ def sight_of(half: Half) -> Sight:
         for places in (half.rising, half.falling)
     )
     # Heights cancel each other in pairs of places.
-    rough = 3e-16 * max([abs(p.height) for p in rising + falling] + [0.0])
+    rough = 3e-16 * max([abs(p.height) for p in rising + falling], default=0.0)
     beyond = None if half.beyond is None else tuple(float(x) for x in half.beyond)
     start = half.start
     return Sight(

@@ -15,7 +15,8 @@ import numpy as np
 from symasym.asymptotics.cubic_map import map_coefficients
 from symasym.asymptotics.cubic_pair import Pair, pairs_of, poly
 from symasym.asymptotics.local_double import Edge, EdgePart, Fold, FoldPart
-from symasym.asymptotics.places_double import Builder, Found, Scenes, structure
+from symasym.asymptotics.places_double import Builder, Found, structure, unchanged
+from symasym.asymptotics.polynomial_scenes import Scenes
 from symasym.asymptotics.polynomial_zeros import Zeros, zeros_of
 from symasym.asymptotics.sights import Joint, Numbers, Series, Sight, Spot
 from symasym.exact.fields import IntArray
@@ -281,20 +282,21 @@ class _Builder(Builder):
     def __init__(
         self, scenes: Scenes, zeros: Zeros, pairs: list[_Pairs], slack: FloatArray
     ) -> None:
-        super().__init__(scenes, zeros, 0)
+        super().__init__(scenes, zeros, 0, unchanged)
+        self.edges = np.array(self.edges)
         self.slack = slack
         self.known: dict[int, Series] = {}
         good = [found for found in pairs if found.good[0]]
         self.meetings = [self.meeting(key, found) for key, found in enumerate(good, start=2)]
         self.complex = [int(found.above[0]) for found in good if found.above[0] >= 0]
         self.single = [
-            k for k in range(self.real) if not any(k in m.members for m in self.meetings)
+            k for k in range(len(self.lines)) if not any(k in m.members for m in self.meetings)
         ]
         self.cuts = {sign: self.cut(sign) for sign in (-1, 1)}
 
     def sure(self) -> Any:
         """Where rounding is small."""
-        worst = np.zeros(self.c.shape[1])
+        worst = np.zeros_like(self.start)
         for k in self.single:
             worst = np.maximum(worst, self.rough[k])
         for j, rough in enumerate(self.rough_pairs):
@@ -362,7 +364,7 @@ class _Builder(Builder):
         self, sign: int, totals: list[Any], sizes: list[Any], peaks: dict[int, Series]
     ) -> Sight:
         sight = super().side(sign, totals, sizes, peaks)
-        if sign * self.scenes.start[0] >= 1:
+        if sign * self.start[0] >= 1:
             return sight
         joint = list(self.joints(sign))
         return sight._replace(joint=joint, slack=self.slack)
@@ -396,11 +398,7 @@ class _Builder(Builder):
 
     def cut(self, sign: int) -> _Cut | None:
         """The barrier next to the end, if there is one."""
-        inside = (
-            self.inside(sign)
-            if abs(self.scenes.start[0]) < 1 or (sign * self.scenes.start[0] < 0)
-            else []
-        )
+        inside = self.inside(sign) if abs(self.start[0]) < 1 or (sign * self.start[0] < 0) else []
         if not inside:
             return None
         last = inside[-1]
@@ -414,10 +412,10 @@ class _Builder(Builder):
             drop = 4 / 3 * np.maximum(m.fold.zeta, 0.0) ** 1.5
         elif len(inside) > 1:
             drop = self.potential(self.lines[last]) - self.potential(self.lines[inside[-2]])
-        reach = np.abs(self.edges[2 if sign > 0 else 0])
+        reach = np.abs(self.edges[1 + sign])
         slope = None
-        if self.scenes.r[0] > 1:
-            slope = self.scenes.a_plus if sign > 0 else -self.scenes.a_minus
+        if self.beyond:
+            slope = self.a_plus if sign > 0 else -self.a_minus
         coefficients = [row * (sign if j % 2 == 0 else 1.0) for j, row in enumerate(self.c)]
         end_slope = poly(coefficients, reach) if slope is None else slope
         c = _shifted(np.array(coefficients), place)
@@ -442,7 +440,7 @@ class _Builder(Builder):
         gaps: dict[tuple[int, int], FloatArray] = {}
         for sign, cut in self.cuts.items():
             if cut is not None:
-                gaps[2 if sign > 0 else 0, cut.barrier] = cut.gap
+                gaps[1 + sign, cut.barrier] = cut.gap
         for k in self.single:
             for at, u in enumerate(self.edges):
                 distance = gaps.get((at, k), u - self.lines[k])
@@ -468,7 +466,7 @@ class _Builder(Builder):
         for sign, cut in self.cuts.items():
             if cut is not None:
                 # At a barrier's end it goes with the edge.
-                order_one[2 if sign > 0 else 0] = 0.0
+                order_one[1 + sign] = 0.0
         none = np.zeros_like(total)
         return [total, order_one, none], [size, np.abs(order_one) * 1e-10, none]
 

@@ -417,7 +417,8 @@ def _array_logs(
             return sight_of(found[0]), sight_of(found[1])
 
     logs, errors = logs_of(drift, scenes, shapes, orders, quantity.in_float, analyse, everywhere)
-    return logs, np.where(unseen_in(drift, scenes), np.inf, errors)
+    unknown = unseen_in(drift, scenes)
+    return logs, np.where(unknown, np.inf, errors) if unknown.any() else errors
 
 
 def array_logs(
@@ -433,6 +434,8 @@ def array_logs(
 def _require_small(
     kappa: FloatArray, logs: FloatArray, errors: FloatArray, order: int, log: bool
 ) -> None:
+    if errors.max() <= np.log(2):
+        return
     bad = np.flatnonzero(~(errors < np.inf))
     if bad.size:
         raise _too_strong(f"{kappa[bad[0]]:.6g}", order)

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.places_double import Found, found_of, scenes_of
-from symasym.asymptotics.places_double import Scenes as PolynomialScenes
-from symasym.asymptotics.sights import Series, Sight, added, first_of
-from symasym.asymptotics.weak_noise_double import Point
+from symasym.asymptotics.places_double import Found, found_of
+from symasym.asymptotics.polynomial_scenes import Scenes as PolynomialScenes
+from symasym.asymptotics.polynomial_scenes import scenes_of
+from symasym.asymptotics.series_double import Point
+from symasym.asymptotics.sights import Sight, first_of
+from symasym.asymptotics.weak_noise_double import Views
 from symasym.drift import Drift
 from symasym.exact.fields import IntArray
 from symasym.inputs import FloatArray, is_array
 from symasym.scenes import Scenes, input_rounding, rows_of
 
-# Scenes at once: work arrays stay in the second-level cache.
+# Scenes at once: the work arrays of one step, about twenty with errors and ten without, stay in
+# the second-level cache, and below what the C library gives back to the system at every step.
 _AT_ONCE = 4096
-# Of one drift, whose coefficients are plain numbers; above 128 kB an array may cost page faults.
-_OF_ONE = 12288
+_WITHOUT_ERRORS = 12288
 # More values of kappa than that for one drift are taken apart from other drifts'.
 _MANY = 256
 # Where errors are not asked for, they are looked at in so many places; the refusal
@@ -28,7 +31,7 @@ _PROBES = 192
 _SMALL = 1e-3
 
 Sights = tuple[Sight, Sight]
-Evaluate = Callable[[Sights, tuple[Series, Series], Any, Point], tuple[FloatArray, Any]]
+Evaluate = Callable[[Views, Point], tuple[FloatArray, Any]]
 Analyse = Callable[[dict[str, float], float, float], Sights]
 Find = Callable[[PolynomialScenes, int], Iterator[Found]]
 
@@ -36,13 +39,13 @@ Find = Callable[[PolynomialScenes, int], Iterator[Found]]
 class Drifts(NamedTuple):
     """What distinguishes the places: parameters, start and r where it is inside the layer.
 
-    `rows[i]` are the scenes of the i-th.
+    `rows[i]` are the scenes of the i-th; None where one drift has all.
     """
 
     parameters: dict[str, FloatArray]
     start: FloatArray
     radius: FloatArray
-    rows: IntArray
+    rows: IntArray | None
 
 
 def logs_of(
@@ -57,15 +60,25 @@ def logs_of(
 ) -> tuple[FloatArray, FloatArray]:
     """Logarithms and their errors; errors are only told from "too large" unless `full`.
 
-    What `find` does not find in float64 goes to `analyse`, or is left with infinite errors.
+    What `find` does not find in float64 goes to `analyse`, or is left with infinite errors. An
+    error that all scenes share may come as an array of one.
     """
     drifts = _drifts(scenes, shapes)
     logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
     with np.errstate(all="ignore"):
         for chosen, sights in _all_sights(drift, scenes, drifts, orders[-1], analyse, find):
-            rows = drifts.rows[chosen].T
-            _fill(sights, scenes, rows, orders, evaluate, full, logs, errors)
-        errors += rounding_of_places(drift, scenes)
+            if drifts.rows is None:
+                some: Any = slice(None)
+            else:
+                some = drifts.rows[chosen].T
+                if _single(sights):
+                    some = some.ravel()
+            found, wrong = _filled(sights, rows_of(scenes, some), orders, evaluate, full)
+            if drifts.rows is None:
+                logs, errors = found, wrong
+            else:
+                logs[some], errors[some] = found, wrong
+        errors = errors + rounding_of_places(drift, scenes)
     return logs, errors
 
 
@@ -74,12 +87,11 @@ def _drifts(scenes: Scenes, shapes: list[tuple[int, ...]]) -> Drifts:
     common = np.broadcast_shapes(*shapes)
     own = (1,) * (len(scenes.shape) - len(common)) + common
     count = int(np.prod(own))
-    if count == 1:
-        rows = np.arange(len(r))[None]
-    else:
+    rows, first = None, np.zeros(1, dtype=np.intp)
+    if count > 1:
         index = np.broadcast_to(np.arange(count).reshape(own), scenes.shape).ravel()
         rows = np.argsort(index, kind="stable").reshape(count, -1)
-    first = rows[:, 0]
+        first = rows[:, 0]
     given = {n: x[first] for n, x in scenes.parameters.items() if is_array(x)}
     # Beyond the layer the radius enters only where the sums are evaluated.
     radius = np.where(r[first] > 1, 2.0, r[first])
@@ -101,7 +113,7 @@ def _all_sights(
     if known is not None:
         for found in find(known, order):
             left[found.rows] = False
-            if len(found.rows) > 1 and drifts.rows.shape[1] > _MANY:
+            if drifts.rows is not None and len(found.rows) > 1 and drifts.rows.shape[1] > _MANY:
                 yield from _apart(found.rows, found.sights)
             else:
                 yield found.rows, found.sights
@@ -136,51 +148,54 @@ def _picked(found: Any, k: int) -> Any:
     return found
 
 
-def _fill(
-    sights: Sights,
-    scenes: Scenes,
-    rows: IntArray,
-    orders: Any,
-    evaluate: Evaluate,
-    full: bool,
-    logs: FloatArray,
-    errors: FloatArray,
-) -> None:
-    """Scenes `rows`, one column a drift of `sights`, or all of one drift."""
-    one = rows.shape[1] == 1 or not any(np.size(h) > 1 for s in sights for h in _heights(s))
-    if one:
-        rows, sights = rows.ravel(), first_of(sights)
-    starts = (
-        added(sights[0].rising_start, sights[1].rising_start),
-        added(sights[0].falling_start, sights[1].falling_start),
-    )
-    r = scenes.numbers["r"]
+def _single(sights: Sights) -> bool:
+    """Whether they are those of one drift."""
+    return not any(np.size(height) > 1 for sight in sights for height in _heights(sight))
+
+
+def _filled(
+    sights: Sights, scenes: Scenes, orders: Any, evaluate: Evaluate, full: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Scenes in columns, one a drift of `sights`, or all of one drift."""
+    one, lam, r = scenes.lam.ndim == 1, scenes.lam, scenes.numbers["r"]
+    if one and not isinstance(sights[0].rough, float):
+        sights = first_of(sights)
     # A radius that all scenes share keeps its exponents shared as well.
-    first = float(r[rows.flat[0]])
-    shared = first if r.strides == (0,) or (r[rows] == first).all() else None
+    first = float(r.flat[0])
+    shared = Views(sights, first) if r.strides == (0,) or (r == first).all() else None
 
-    def at(part: IntArray, order: int, wanted: bool) -> tuple[FloatArray, Any]:
-        point = Point(scenes.lam[part], order, wanted)
-        return evaluate(sights, starts, r[part] if shared is None else shared, point)
+    def at(part: Any, order: int, wanted: bool) -> tuple[FloatArray, Any]:
+        views = Views(sights, r[part]) if shared is None else shared
+        return evaluate(views, Point(lam[part], order, wanted))
 
-    if one and len(orders) == 1 and not full and len(rows) > 4 * _PROBES:
-        probes = _probes(scenes.lam[rows])
-        error = at(rows[probes], orders[0], True)[1]
+    logs: FloatArray = np.empty(lam.shape)
+    if one and len(orders) == 1 and not full and len(lam) > 4 * _PROBES:
+        error = at(_probes(lam), orders[0], True)[1]
         if (error < _SMALL).all():
-            for low in range(0, len(rows), _OF_ONE):
-                part = rows[low : low + _OF_ONE]
+            for low in range(0, len(lam), _WITHOUT_ERRORS):
+                part = slice(low, low + _WITHOUT_ERRORS)
                 logs[part] = at(part, orders[0], False)[0]
-            errors[rows] = error.max()
-            return
-    step = max(1, _AT_ONCE // (1 if one else rows.shape[1]))
-    for low in range(0, len(rows), step):
-        part = rows[low : low + step]
-        log, error = np.full(part.shape, np.nan), np.full(part.shape, np.inf)
-        for n in orders:
-            found, wrong = at(part, n, True)
-            better = wrong < error
-            log, error = np.where(better, found, log), np.where(better, wrong, error)
-        logs[part], errors[part] = log, error
+            return logs, np.array([error.max()])
+    errors: FloatArray = np.empty(lam.shape)
+    step = max(1, _AT_ONCE // (1 if one else lam.shape[1]))
+    for low in range(0, len(lam), step):
+        part = slice(low, low + step)
+        logs[part], errors[part] = _best(partial(at, part), orders)
+    return logs, errors
+
+
+def _best(at: Callable[[int, bool], tuple[FloatArray, Any]], orders: Any) -> tuple[Any, Any]:
+    """At each scene that order whose error is smallest."""
+    log, wrong = at(orders[0], True)
+    if len(orders) == 1 and wrong.max() < np.inf:
+        return log, wrong
+    known = wrong < np.inf
+    log, wrong = np.where(known, log, np.nan), np.where(known, wrong, np.inf)
+    for n in orders[1:]:
+        found, error = at(n, True)
+        better = error < wrong
+        log, wrong = np.where(better, found, log), np.where(better, error, wrong)
+    return log, wrong
 
 
 def _heights(sight: Sight) -> list[Any]:
@@ -201,7 +216,7 @@ def _probes(lam: FloatArray) -> IntArray:
 
 def rounding_of_places(drift: Drift, scenes: Scenes) -> Any:
     """What reading r and start as floats changes in log T, at most."""
-    if not any(gap.any() for name, gap in scenes.moved.items() if name != "kappa"):
+    if not any(gap for name, gap in scenes.moved.items() if name != "kappa"):
         return 0.0
     grid = np.linspace(-1, 1, 65)
     values = {

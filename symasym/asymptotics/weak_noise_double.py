@@ -3,360 +3,315 @@
 The composition is that of `symasym.asymptotics.weak_noise`, with the exponents known
 beforehand: every sum is a mantissa times e^{lam height} with the largest height of its terms,
 so that one exponential a term is enough, and none where it would be 1 or too small to count.
+Heights come first; a series is evaluated only where its weight counts.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
-from symasym.asymptotics.places import BEYOND
-from symasym.asymptotics.sights import Local, Numbers, Part, Series, Sight, Spot
+from symasym.asymptotics.series_double import (
+    MOST_ROUGH,
+    Point,
+    Term,
+    Value,
+    absolute,
+    counts,
+    higher,
+    largest,
+    lower,
+    plus,
+    times,
+)
+from symasym.asymptotics.sights import Local, Numbers, Part, Series, Sight, Spot, added
 from symasym.inputs import FloatArray
 
-_MOST_FALL = 0.75
-# Beyond this, with lam^2 for what the powers of lam make up, a term is below 1e-17 of the rest
-# even if its coefficients are 1e9 times larger.
-_FAINT = 60.0
 # The rank of the end at r.
 _END = 1 << 30
 #: Rounding of lam, of a product with it, and of an exponential.
 ULP = 1.2e-15
 # A relative error of a value beyond which nothing is said.
 _MOST = 0.4
-# Rounding of exponents beyond which it is a logarithm's, whatever the weight of its terms.
-_MOST_ROUGH = 0.1
 
 
-class _Sum(NamedTuple):
-    """(value, error) times e^{lam height}; the error is None where it is not asked for."""
+class _View:
+    """One side of the start and r: heights and pairs of places, before lam."""
 
-    height: Numbers
-    value: Any
-    error: Any
-
-
-class _Side(NamedTuple):
-    scale: _Sum
-    nested: _Sum
-    rising: tuple[Any, Any]
-    falling: tuple[Any, Any]
-    # Rounding of the exponents that the errors leave out because it is too large for them.
-    rough: Any
-
-
-class Point:
-    """Powers and exponentials of one array of lam, and what has been found at it."""
-
-    def __init__(self, lam: FloatArray, order: int, errors: bool) -> None:
-        self.lam, self.order, self.errors = lam, order, errors
-        self.x = 1.0 / lam
-        self.least = float(lam.min())
-        self.faint = -_FAINT - 2 * abs(float(np.log(lam.max()))) - 2 * abs(np.log(self.least))
-        self._powers: dict[float, FloatArray] = {1.0: self.x}
-        self._logs: FloatArray | None = None
-
-    def power(self, offset: float) -> FloatArray:
-        """lam^-offset."""
-        found = self._powers.get(offset)
-        if found is None:
-            root = np.sqrt(self.x)
-            whole = int(offset)
-            found = root if offset != whole else np.ones_like(root)
-            for _ in range(whole):
-                found = found * self.x
-            self._powers[offset] = found
-        return found
-
-    @property
-    def logs(self) -> FloatArray:
-        if self._logs is None:
-            self._logs = np.log(self.lam)
-        return self._logs
-
-    def decay(self, gap: Numbers) -> Any:
-        """e^{lam gap} for gap <= 0; plainly 1 where gap is 0, and 0 where nothing is left."""
-        if np.ndim(gap) == 0 or gap.size == 1:
-            one = float(np.ravel(gap)[0])
-            if one == 0:
-                return 1.0
-            return np.exp(self.lam * one) if one * self.least > self.faint else 0.0
-        if not gap.any():
-            return 1.0
-        exponent = self.lam * gap
-        return np.exp(exponent) if exponent.max() > self.faint else 0.0
-
-    # -- series ------------------------------------------------------------------------------
-
-    def series(self, series: Series | Local) -> tuple[Any, Any]:
-        """The first order + 1 terms, and the size of the following, with rounding."""
-        if not isinstance(series, Series):
-            return series.at(self)
-        value: Any = 0.0
-        near: Any = 0.0
-        far: Any = 0.0
-        for part in series.parts:
-            value = value + self._front(part, self._horner(part.coefficients[: self.order + 1]))
-            if self.errors:
-                near = near + self._term(part, self.order + 1)
-                far = far + self._term(part, self.order + BEYOND)
-        if not self.errors:
-            return value, None
-        near, far = np.abs(near), np.abs(far)
-        error: Any = 0.0
-        if np.any(near) or np.any(far):
-            safe = np.where(near > 0, near, 1.0)
-            ratio = np.where(near > 0, np.minimum(far / safe, _MOST_FALL), _MOST_FALL)
-            error = (near + far) / (1 - ratio)
-        if series.size is not None:
-            part = series.parts[0] if series.parts else Part(1.0, 0, [])
-            size = self._front(part, self._horner(series.size[: self.order + 1]))
-            error = error + series.rounding * size
-        elif np.any(series.rounding):
-            error = error + series.rounding * np.abs(value)
-        return value, error
-
-    def _front(self, part: Part, value: Any) -> Any:
-        value = value * self.power(part.offset)
-        return value * self.logs**part.logs if part.logs else value
-
-    def _horner(self, coefficients: list[Numbers]) -> Any:
-        if not coefficients:
-            return 0.0
-        total = coefficients[-1]
-        if len(coefficients) > 1:
-            total = total * self.x
-            for c in coefficients[-2:0:-1]:
-                total += c
-                total *= self.x
-            total += coefficients[0]
-        return total
-
-    def _term(self, part: Part, n: int) -> Any:
-        if n >= len(part.coefficients):
-            return 0.0
-        return self._front(part, part.coefficients[n] * self.power(float(n)))
-
-
-def _both(a: tuple[Any, Any], b: tuple[Any, Any], errors: bool) -> tuple[Any, Any]:
-    """A product of two series."""
-    if not errors:
-        return a[0] * b[0], None
-    cross = a[1] * (np.abs(b[0]) + b[1]) + np.abs(a[0]) * b[1]
-    return a[0] * b[0], cross
-
-
-def _largest(heights: list[Numbers]) -> Numbers:
-    """The largest; 0 is always among them."""
-    top: Numbers = 0.0
-    for height in heights:
-        top = np.maximum(top, height)
-    return top
-
-
-def _summed(terms: list[tuple[Numbers, Any]], at: Point) -> _Sum:
-    """Terms (height, how to find it), with 0 among the heights."""
-    top = _largest([height for height, _ in terms])
-    value: Any = 0.0
-    error: Any = 0.0
-    for height, find in terms:
-        weight = at.decay(height - top)
-        if isinstance(weight, float) and weight == 0:
-            continue
-        found, wrong = find()
-        whole = isinstance(weight, float)
-        value = value + (found if whole else found * weight)
-        if at.errors:
-            error = error + (wrong if whole else wrong * weight)
-    return _Sum(top, value, error)
-
-
-def _side(one: Sight, r: Numbers, at: Point) -> _Side:
-    known: dict[int, tuple[Any, Any]] = {}
-
-    def found(series: Series | Local) -> tuple[Any, Any]:
-        if id(series) not in known:
-            known[id(series)] = at.series(series)
-        return known[id(series)]
-
-    def spot(series: Series | Local, place: Spot) -> tuple[Any, Any]:
-        value, error = found(series)
-        if at.errors:
-            rounding = at.lam * (one.rough + steep if place.rank == _END else one.rough)
-            error = error + np.where(rounding < _MOST_ROUGH, rounding, 0.0) * np.abs(value)
-        return value, error
-
-    rising = list(one.rising)
-    length: Numbers = 0.0
-    steep: Numbers = 0.0
-    if one.beyond is not None:
-        u, height, slope = one.beyond
-        length = r - u
-        end = Series([Part(1.0, 0, [-1 / slope])])
-        rising.append(Spot(_END, height - slope * length, end, None))
-        steep = ULP * (np.abs(height) + np.abs(slope * length))
-    scale = [(p.height, lambda p=p: spot(p.series, p)) for p in rising]
-    nested: list[tuple[Numbers, Any]] = []
-    taken = {(joint.falling, joint.rising) for joint in one.joint}
-    for low in one.falling:
-        for high in rising:
-            if high.rank < low.rank or (low.rank, high.rank) in taken:
-                continue
-            beside = high.rank == low.rank
-            series = high.onward if beside else high.series
-            if series is None or (isinstance(series, Series) and not series.parts):
-                continue
-            nested.append(
-                (
-                    # At one and the same place the heights are each other's negatives.
-                    0.0 if beside else low.height + high.height,
-                    lambda s=series, p=low, q=high: _both(spot(p.series, p), spot(s, q), at.errors),
-                )
-            )
-
-    for joint in one.joint:
-        if joint.local is not None:
-            nested.append((joint.height, lambda s=joint.local: found(s)))
-
-    def outer() -> tuple[Any, Any]:
-        value, error = found(one.outer)
+    def __init__(self, one: Sight, r: Numbers) -> None:
+        self.one, self.rising = one, list(one.rising)
+        self.straight: Numbers = 0.0
+        # Rounding of the end's height, and of every other.
+        self.steep = self.rough = one.rough
         if one.beyond is not None:
-            value = value + (length / one.beyond[2]) * at.x
-        return value, error
-
-    nested.append((0.0, outer))
-    rough = at.lam * (one.rough + steep)
-    return _Side(
-        _summed(scale, at),
-        _summed(nested, at),
-        found(one.rising_start),
-        found(one.falling_start),
-        np.where(rough < _MOST_ROUGH, 0.0, rough),
-    )
-
-
-class _Sides(NamedTuple):
-    """Both sides; `behind`, `ahead` and their sum with the start's shares, and heights."""
-
-    left: _Side
-    right: _Side
-    rising: Any
-    falling: tuple[Any, Any]
-    corner: bool
-    shares: tuple[Any, Any]
-    total: _Sum
-    # How far the two scales, and the start, are below the total.
-    weights: tuple[Any, Any, Any]
+            u, height, slope = one.beyond
+            length = r - u
+            self.straight = length / slope
+            end = Series([Part(1.0, 0, [-1 / slope])])
+            self.rising.append(Spot(_END, height - slope * length, end, None))
+            self.steep = one.rough + ULP * (abs(height) + abs(slope * length))
+        self.pairs: list[tuple[Numbers, Spot, Spot, Series | Local]] = []
+        taken = {(joint.falling, joint.rising) for joint in one.joint}
+        for low in one.falling:
+            for high in self.rising:
+                if high.rank < low.rank or (low.rank, high.rank) in taken:
+                    continue
+                beside = high.rank == low.rank
+                series = high.onward if beside else high.series
+                if series is not None and not (isinstance(series, Series) and not series.parts):
+                    # At one and the same place the heights are each other's negatives.
+                    height = 0.0 if beside else low.height + high.height
+                    self.pairs.append((height, low, high, series))
+        self.scale_height = largest([p.height for p in self.rising])
+        self.joint = [(j.height, j.local) for j in one.joint if j.local is not None]
+        self.nested_height = largest([found[0] for found in (*self.pairs, *self.joint)])
 
 
-def _sides(
-    sights: tuple[Sight, Sight], starts: tuple[Series, Series], r: Numbers, at: Point
-) -> _Sides:
-    left, right = (_side(one, r, at) for one in sights)
-    rising, falling = (at.series(series) for series in starts)
-    heights = [side.scale.height for side in (left, right)]
-    top = np.maximum(*heights)
-    weights = [at.decay(h - top) for h in (*heights, 0.0)]
-    # Each side with the start's own share, in units of its own height.
-    shares = [
-        side.scale.value + side.rising[0] * at.decay(-side.scale.height) for side in (left, right)
-    ]
-    total = left.scale.value * weights[0] + right.scale.value * weights[1] + rising[0] * weights[2]
-    error = None
-    if at.errors:
-        error = left.scale.error * weights[0] + right.scale.error * weights[1]
-        error = error + rising[1] * weights[2]
-    return _Sides(
-        left,
-        right,
-        rising[1],
-        falling,
-        sights[0].corner,
-        (shares[0], shares[1]),
-        _Sum(top, total, error),
-        (weights[0], weights[1], weights[2]),
-    )
+class Views:
+    """Both sides, and the start's shares of both together, which all but cancel."""
+
+    def __init__(self, sights: tuple[Sight, Sight], r: Numbers) -> None:
+        self.r = r
+        self.left, self.right = (_View(one, r) for one in sights)
+        self.slack = lower(sights[0].slack, sights[1].slack)
+        self.corner = sights[0].corner
+        self.rising = added(sights[0].rising_start, sights[1].rising_start)
+        self.falling = added(sights[0].falling_start, sights[1].falling_start)
+        self.low, self.high = self.left.scale_height, self.right.scale_height
+        # The higher and the lower of their two heights, and the double integrals' higher one.
+        self.top, self.least = higher(self.low, self.high), lower(self.low, self.high)
+        self.nested = higher(self.left.nested_height, self.right.nested_height)
 
 
-def escape_time(
-    sights: tuple[Sight, Sight], starts: tuple[Series, Series], r: Numbers, at: Point
-) -> tuple[FloatArray, Any]:
+class _Side:
+    """One side of the start; its sums are found when they are first asked for."""
+
+    def __init__(self, view: _View, at: Point) -> None:
+        self.view, self.at = view, at
+
+    @cached_property
+    def scale(self) -> Value:
+        """int e^{lam V} without the start's own share, in units of e^{lam scale_height}."""
+        top = self.view.scale_height
+        terms = ((p.height - top, partial(self._spot, p.series, p)) for p in self.view.rising)
+        return self.at.total(terms)
+
+    @cached_property
+    def nested(self) -> Value:
+        """The double integral without the start's own share, in its own units."""
+        top = self.view.nested_height
+        terms: list[Term] = [
+            (height - top, partial(self._pair, low, high, series))
+            for height, low, high, series in self.view.pairs
+        ]
+        terms += [(h - top, partial(self.at.series, local)) for h, local in self.view.joint]
+        return self.at.total([*terms, (0.0 - top, self._outer)])
+
+    def _pair(self, low: Spot, high: Spot, series: Series | Local) -> Value:
+        return self._spot(low.series, low) * self._spot(series, high)
+
+    def _outer(self) -> Value:
+        found = self.at.series(self.view.one.outer)
+        if not counts(self.view.straight):
+            return found
+        return found._replace(value=plus(found.value, self.view.straight * self.at.x))
+
+    def _spot(self, series: Series | Local, place: Spot) -> Value:
+        view = self.view
+        return self.at.series(series, view.steep if place.rank == _END else view.rough)
+
+    @cached_property
+    def rising_start(self) -> Value:
+        return self.at.series(self.view.one.rising_start)
+
+    @cached_property
+    def falling_start(self) -> Value:
+        return self.at.series(self.view.one.falling_start)
+
+    @cached_property
+    def share(self) -> Any:
+        """With the start's own share, in units of the side's own height."""
+        weight = self.at.decay(-self.view.scale_height)
+        if not counts(weight):
+            return self.scale.value
+        return plus(self.scale.value, times(self.rising_start.value, weight))
+
+    def rough(self) -> Any:
+        """Rounding of the exponents that the errors leave out because it is too large for them."""
+        steep = self.view.steep
+        if isinstance(steep, float) and steep * self.at.most < MOST_ROUGH:
+            return 0.0
+        rough = self.at.lam * steep
+        return np.where(rough < MOST_ROUGH, 0.0, rough)
+
+
+class _Sides:
+    """Both sides, in units of e^{lam top}, the higher of their two heights."""
+
+    def __init__(self, views: Views, at: Point) -> None:
+        self.views, self.at = views, at
+        self.left, self.right = _Side(views.left, at), _Side(views.right, at)
+
+    @cached_property
+    def total(self) -> Value:
+        """int e^{lam V} over both sides."""
+        views = self.views
+        return self.at.total(
+            [
+                (views.low - views.top, lambda: self.left.scale),
+                (views.high - views.top, lambda: self.right.scale),
+                (0.0 - views.top, lambda: self.rising),
+            ]
+        )
+
+    @cached_property
+    def rising(self) -> Value:
+        """The start's shares of both sides together, which all but cancel."""
+        return self.at.series(self.views.rising)
+
+    @cached_property
+    def falling(self) -> Value:
+        return self.at.series(self.views.falling)
+
+    @cached_property
+    def behind(self) -> Any:
+        """The left side's share of the total, in units of its own height."""
+        return self._over_total(self.left.share)
+
+    @cached_property
+    def ahead(self) -> Any:
+        return self._over_total(self.right.share)
+
+    def _over_total(self, share: Any) -> Any:
+        if not counts(share):
+            return share
+        return 1.0 if share is self.total.value else share / self.total.value
+
+    def inside(self, side: _Side, share: Any) -> Value:
+        """What lies in one side alone, times the chance of the other."""
+        error = times(side.nested.error, absolute(share)) if self.at.errors else None
+        return Value(times(side.nested.value, share), None, error)
+
+    @cached_property
+    def slopes(self) -> tuple[Any, Any]:
+        """Each side's int e^{lam V} times the start's own share of int e^{-lam V}."""
+        sides = self.left, self.right
+        if self.views.corner:
+            one, two = (times(side.share, self.falling.value) for side in sides)
+        else:
+            one, two = (times(side.scale.value, side.falling_start.value) for side in sides)
+        return one, two
+
+    def extra(self) -> Value:
+        """What the start's own share adds to T."""
+        one, two = self.slopes
+        value = times(two, self.behind)
+        if not self.views.corner:
+            value = plus(value, times(one, self.ahead))
+        if not self.at.errors:
+            return Value(value, None, None)
+        if self.views.corner:
+            share = times(absolute(self.right.share), absolute(self.behind))
+            return Value(value, None, times(share, self.falling.error))
+        wrong: Any = 0.0
+        for side, share in ((self.right, self.behind), (self.left, self.ahead)):
+            scale = side.scale._replace(size=absolute(side.scale.value))
+            cross = side.falling_start * scale
+            wrong = plus(wrong, times(cross.error, absolute(share)))
+        return Value(value, None, wrong)
+
+    def transfer(self, top: Numbers) -> Any:
+        """What errors of both sides' int e^{lam V}, and of the start's, make of T/e^{lam top}."""
+        at, views, left, right = self.at, self.views, self.left, self.right
+        # The gap between the two sides, in units of e^{lam reach}.
+        reach = higher(views.nested, views.top)
+        unit = at.decay(reach - views.top - top)
+        each = at.decay(reach - views.top - top + views.least)
+        if not (counts(unit) or counts(each)):
+            return 0.0
+        gap: Any = 0.0
+        for side, sign in ((right, 1), (left, -1)):
+            weight = at.decay(side.view.nested_height - reach)
+            if counts(weight):
+                gap = gap + sign * times(side.nested.value, weight)
+        slopes: list[Any] = []
+        for k, height in enumerate((views.low, views.high)):
+            weight = at.decay(height - reach)
+            slopes.append(times(self.slopes[k], weight) if counts(weight) else 0.0)
+        error: Any = 0.0
+        if counts(each):
+            error = times(abs(times(gap + slopes[1], self.ahead)), left.scale.error)
+            wrong = times(abs(times(gap - slopes[0], self.behind)), right.scale.error)
+            error = times(plus(error, wrong), each)
+        if counts(unit):
+            wrong = times(abs(gap + slopes[1] - slopes[0]), right.rising_start.error)
+            size = abs(gap) + abs(slopes[0]) + abs(slopes[1])
+            error = plus(error, times(plus(wrong, times(size, self.rising.error)), unit))
+        return self._over_total(error)
+
+    def sure(self, relative: Any, rounding: Any) -> Any:
+        """Of a logarithm; infinite unless the total is known to half of itself."""
+        value, _, error = self.total
+        known = None
+        clear = np.max(error) < 0.5 * value.min()
+        if not (clear and relative.min() >= 0 and relative.max() < _MOST):
+            known = (error < value * 0.5) & (relative >= 0) & (relative < _MOST)
+            relative = np.minimum(relative, 0.9)
+        found = 1.0 - relative
+        np.divide(relative, found, out=found)
+        found += rounding
+        found += 8 * ULP
+        # A barrier and a well of one side, the other side, and the two sides' sum.
+        found = plus(found, 4 * higher(self.left.rough(), self.right.rough()))
+        return found if known is None else np.where(known, found, np.inf)
+
+
+def escape_time(views: Views, at: Point) -> tuple[FloatArray, Any]:
     """log T, and its relative error (None without `at.errors`; infinite where nothing is sure)."""
-    sides = _sides(sights, starts, r, at)
-    left, right, total = sides.left, sides.right, sides.total
-    behind, ahead = sides.shares
-    low, high = left.scale.height, right.scale.height
-    common = np.minimum(low, high)
-    ways = (
-        low - total.height + right.nested.height,
-        high - total.height + left.nested.height,
-        common,
+    sides = _Sides(views, at)
+    first = views.low - views.top + views.right.nested_height
+    second = views.high - views.top + views.left.nested_height
+    top = higher(higher(first, second), views.least)
+    found = at.total(
+        [
+            (first - top, lambda: sides.inside(sides.right, sides.behind)),
+            (second - top, lambda: sides.inside(sides.left, sides.ahead)),
+            (views.least - top, sides.extra),
+        ]
     )
-    top = np.maximum(np.maximum(ways[0], ways[1]), ways[2])
-    first, second, third = (at.decay(way - top) for way in ways)
-    one = right.falling[0] * right.scale.value
-    two = left.falling[0] * left.scale.value
-    extra = behind * ahead * sides.falling[0] if sides.corner else behind * one + ahead * two
-    value = behind * right.nested.value * first + ahead * left.nested.value * second + extra * third
-    log = np.log(value / total.value) + at.lam * top + np.log(at.lam)
+    log = found.value * at.lam
+    np.log(log, out=log)
+    rise = at.lam * top if counts(top) else 0.0
+    log = plus(log, rise)
     if not at.errors:
         return log, None
-    if sides.corner:
-        wrong = np.abs(behind * ahead) * sides.falling[1]
-        slopes = behind * sides.falling[0], ahead * sides.falling[0]
-    else:
-        wrong = np.abs(behind) * _both(right.falling, right.scale[1:], True)[1]
-        wrong = wrong + np.abs(ahead) * _both(left.falling, left.scale[1:], True)[1]
-        slopes = two, one
-    error = np.abs(behind) * right.nested.error * first
-    error = error + np.abs(ahead) * left.nested.error * second + wrong * third
-    # The gap between the two sides, in units of e^{lam reach}.
-    reach = np.maximum(np.maximum(right.nested.height, left.nested.height), np.maximum(low, high))
-    gap = right.nested.value * at.decay(right.nested.height - reach)
-    gap = gap - left.nested.value * at.decay(left.nested.height - reach)
-    slope = [s * at.decay(h - reach) for s, h in zip(slopes, (low, high), strict=True)]
-    unit = at.decay(reach - total.height - top + common)
-    each = np.abs(ahead * (gap + slope[1])) * left.scale.error
-    each = each + np.abs(behind * (gap - slope[0])) * right.scale.error
-    error = error + each / total.value * unit
-    unit = at.decay(reach - total.height - top)
-    error = error + right.rising[1] * np.abs(gap + slope[1] - slope[0]) * unit
-    gap = np.abs(gap) + np.abs(slope[0]) + np.abs(slope[1])
-    error = error + sides.rising * gap * unit
-    return log, _sure(sides, 2 * error / value, ULP * (np.abs(at.lam * top) + np.abs(log)))
+    relative = plus(found.error, sides.transfer(top)) / found.value
+    relative *= 2
+    return log, sides.sure(relative, ULP * plus(abs(log), rise))
 
 
-def exit_probability(
-    complement: bool,
-    sights: tuple[Sight, Sight],
-    starts: tuple[Series, Series],
-    r: Numbers,
-    at: Point,
-) -> tuple[FloatArray, Any]:
+def exit_probability(complement: bool, views: Views, at: Point) -> tuple[FloatArray, Any]:
     """log C or log(1 - C), and its relative error, as `escape_time`."""
-    sides = _sides(sights, starts, r, at)
-    chosen = 0 if complement else 1
-    pair = sides.left, sides.right
-    part, rest = pair[chosen], pair[1 - chosen]
-    share, other = sides.shares[chosen], sides.shares[1 - chosen]
-    rise = at.lam * (rest.scale.height - part.scale.height)
-    log = -np.logaddexp(0.0, np.log(other / share) + rise)
+    sides = _Sides(views, at)
+    pair = (sides.left, sides.right) if complement else (sides.right, sides.left)
+    part, rest = pair
+    low, high = part.view.scale_height, rest.view.scale_height
+    rise = at.lam * (high - low)
+    log = -np.logaddexp(0.0, np.log(rest.share / part.share) + rise)
     if not at.errors:
         return log, None
-    below, total = sides.weights[1 - chosen], sides.total.value
     # In units of the part's own height: what is left out of the part counts by the other's share.
-    error = other / total * below * part.scale.error + share / total * below * rest.scale.error
-    away = at.decay(-part.scale.height)
-    error = error + (part.rising[1] + sides.rising) * away
-    rounding = ULP * (other / total * below * np.abs(rise) + np.abs(log))
-    return log, _sure(sides, 2 * error / share, rounding)
-
-
-def _sure(sides: _Sides, relative: Any, rounding: Any) -> Any:
-    """Of a logarithm; infinite unless the total is known to half of itself."""
-    sure = (sides.total.error < sides.total.value * 0.5) & (relative >= 0) & (relative < _MOST)
-    found = relative / (1 - np.minimum(relative, 0.9)) + 8 * ULP + rounding
-    # A barrier and a well of one side, the other side, and the two sides' sum.
-    found = found + 4 * np.maximum(sides.left.rough, sides.right.rough)
-    return np.where(sure, found, np.inf)
+    below, away = at.decay(high - views.top), at.decay(-low)
+    own, other = (sides.behind, sides.ahead) if complement else (sides.ahead, sides.behind)
+    error: Any = 0.0
+    rounding = abs(log)
+    if counts(below):
+        other = times(other, below)
+        error = times(part.scale.error, other)
+        error = plus(error, times(times(rest.scale.error, own), below))
+        rounding = rounding + other * abs(rise)
+    if counts(away):
+        error = plus(error, times(plus(part.rising_start.error, sides.rising.error), away))
+    return log, sides.sure(2 * error / part.share, ULP * rounding)

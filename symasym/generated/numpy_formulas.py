@@ -178,6 +178,19 @@ def saddle_correction(kappa: Any, V2: Any, V3: Any, V4: Any) -> Any:
     return kappa**2*(-V4/(8*V2**2) + 5*V3**2/(24*V2**3))/2
 
 
+def saddle_first(V2: Any, V3: Any, V4: Any) -> Any:
+    """Coefficient of 1/lam in a well's series; of -V, a barrier's (saddle-series)."""
+    return -V4/(8*V2**2) + 5*V3**2/(24*V2**3)
+
+
+def saddle_second(V2: Any, V3: Any, V4: Any, V5: Any, V6: Any) -> Any:
+    """Coefficient of 1/lam^2 in the series of `saddle_first` (saddle-series)."""
+    return (
+        -V6/(48*V2**3) + 35*V4**2/(384*V2**4) + 385*V3**4/(1152*V2**6) - 35*V4*V3**2/(64*V2**5)
+        + 7*V3*V5/(48*V2**4)
+    )
+
+
 def weak_noise_time(
     kappa: Any, r: Any, a_plus: Any, slope_well: Any, slope_barrier: Any, barrier: Any
 ) -> Any:

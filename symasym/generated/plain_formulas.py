@@ -61,6 +61,19 @@ def carried_up(lam: Any, w: Any, near: Any, far: Any, both: Any, end: Any, sigma
     return near + end*sigma, (both*lam + sigma*(w + far*lam))/(near + end*sigma)
 
 
+def saddle_first(V2: Any, V3: Any, V4: Any) -> Any:
+    """Coefficient of 1/lam in a well's series; of -V, a barrier's (saddle-series)."""
+    return -V4/(8*V2**2) + 5*V3**2/(24*V2**3)
+
+
+def saddle_second(V2: Any, V3: Any, V4: Any, V5: Any, V6: Any) -> Any:
+    """Coefficient of 1/lam^2 in the series of `saddle_first` (saddle-series)."""
+    return (
+        -V6/(48*V2**3) + 35*V4**2/(384*V2**4) + 385*V3**4/(1152*V2**6) - 35*V4*V3**2/(64*V2**5)
+        + 7*V3*V5/(48*V2**4)
+    )
+
+
 def friction_coefficients(mu: Any, alpha: Any, z0: Any) -> Any:
     """Coefficients of A(u) in ascending powers of u (eq:phifric0)."""
     return 1 - z0, -alpha*(1 + mu), 0, alpha*mu

@@ -16,6 +16,7 @@ import sys
 import warnings
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -371,10 +372,29 @@ def stiffness(options: argparse.Namespace) -> Part:
 def weak_noise(options: argparse.Namespace) -> Part:
     laplace: dict[str, Any] = {"method": "laplace", "order": 5, "log": True}
     peer, drift = peers.weak_noise_log_time("-0.3", R, 5), _friction()
-    kappas, fewer = np.geomspace(0.005, 0.06, 1_000_000), np.geomspace(0.005, 0.06, 10_000)
-    by_hand, ours = interleaved(
-        lambda: peer(kappas), lambda: sa.escape_time(drift, kappas, R, **laplace), runs=5
-    )
+    rows, cells = [], []
+    for count, runs in ((10_000, 100), (100_000, 30), (1_000_000, 7)):
+        kappas = np.geomspace(0.005, 0.06, count)
+        times = interleaved(
+            partial(peer, kappas),
+            partial(sa.escape_time, drift, kappas, R, **laplace),
+            partial(sa.escape_time, drift, kappas, R, full=True, **laplace),
+            runs=runs,
+        )
+        by_hand, ours, full = times
+        cells.append(
+            [
+                f"{count:,}",
+                *(_time(x) for x in times),
+                _number(ours / by_hand),
+                _number(full / by_hand),
+            ]
+        )
+        if count >= 100_000:
+            what = f"weak noise, {count:,} kappas, order 5, over NumPy by hand"
+            rows.append(Row(what, ours / by_hand, 2, False))
+            rows.append(Row("the same with its errors, `full=True`", full / by_hand, 2, False))
+    fewer = np.geomspace(0.005, 0.06, 10_000)
     exact, same = interleaved(
         lambda: sa.escape_time(drift, fewer, R, log=True),
         lambda: sa.escape_time(drift, fewer, R, **laplace),
@@ -387,17 +407,36 @@ def weak_noise(options: argparse.Namespace) -> Part:
         lambda: sa.escape_time(some, noise, R, method="laplace", log=True),
         runs=5,
     )
-    rows = [
-        Row("weak noise, 1e6 kappas, order 5, over NumPy by hand", ours / by_hand, 2, False),
+    many = _friction(np.linspace(-0.45, -0.2, 10_000))
+    (each,) = interleaved(lambda: sa.escape_time(many, 0.01, R, **laplace), runs=5)
+    first = _first_call()
+    rows += [
         Row("exact float64 over weak noise, 1e4 kappas, order 5", exact / same, 20, True),
         Row("the same, 800 drifts with 4 kappas each, order 2", exact_some / ours_some, 3, True),
     ]
-    text = (
+    text = [
         "z0 = -3/10, mu = 3, kappa from 0.005 to 0.06; 800 drifts: z0 from -0.45 to -0.2, mu = "
-        f"2.5 and 3, kappa up to 0.02. A kappa: by hand {_time(by_hand / 1e6)}, "
-        f"weak noise {_time(ours / 1e6)}, exact {_time(exact / 1e4)}."
-    )
-    return Part(rows, [text])
+        f"2.5 and 3, kappa up to 0.02. Exact: {_time(exact / 1e4)} a kappa.",
+        _table(["kappas", "by hand", "weak noise", "with errors", "ratio", "with errors"], cells),
+        f"10,000 drifts with one kappa each, order 5: {_time(each / 1e4)} a drift. The first call "
+        f"of a process with an array, modules that it loads included: {_time(first)}.",
+    ]
+    return Part(rows, text)
+
+
+_FIRST = """
+import time
+import numpy as np, symasym as sa
+drift, kappa = sa.friction(mu=3, alpha=1, z0="-0.3"), np.array([0.01, 0.02])
+start = time.process_time()
+sa.escape_time(drift, kappa, 10, method="laplace", order=5, log=True)
+print(time.process_time() - start)
+"""
+
+
+def _first_call() -> float:
+    """Least of five fresh processes, without the imports that any call takes."""
+    return min(float(python(_FIRST)) for _ in range(5))
 
 
 # -- import -----------------------------------------------------------------------------------

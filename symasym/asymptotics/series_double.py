@@ -1,0 +1,276 @@
+"""Series in 1/lam at many lam at once, in float64, each with what it leaves out.
+
+Every pass over an array costs about as much as any other, so that passes are what is saved:
+powers and exponentials of one array of lam are found once, the next two terms of a series by
+one short Horner scheme, and a factor 1 or a term 0, which are plain numbers, cost nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.asymptotics.places import BEYOND
+from symasym.asymptotics.sights import Local, Numbers, Part, Series
+from symasym.inputs import FloatArray
+
+_MOST_FALL = 0.75
+# Beyond this, with lam^2 for what the powers of lam make up, a term is below 1e-17 of the rest
+# even if its coefficients are 1e9 times larger.
+_FAINT = 60.0
+# Rounding of exponents beyond which it is a logarithm's, whatever the weight of its terms.
+MOST_ROUGH = 0.1
+
+
+def plus(a: Any, b: Any) -> Any:
+    if isinstance(b, float) and b == 0:
+        return a
+    return b if isinstance(a, float) and a == 0 else a + b
+
+
+def counts(weight: Any) -> bool:
+    return not (isinstance(weight, float) and weight == 0)
+
+
+def times(a: Any, b: Any) -> Any:
+    if isinstance(b, float):
+        if b == 0 or b == 1:
+            return a if b else 0.0
+    elif isinstance(a, float) and (a == 0 or a == 1):
+        return b if a else 0.0
+    return a * b
+
+
+def absolute(a: Any) -> Any:
+    """Mostly, nothing is negative; then it is the same array."""
+    return a if isinstance(a, np.ndarray) and a.min() >= 0 else abs(a)
+
+
+def largest(heights: list[Numbers]) -> Numbers:
+    """The largest; 0 is always among them."""
+    top: Numbers = 0.0
+    for height in heights:
+        top = higher(top, height)
+    return top
+
+
+def higher(a: Numbers, b: Numbers) -> Numbers:
+    if isinstance(a, float) and isinstance(b, float):
+        return max(a, b)
+    return np.maximum(a, b)
+
+
+def lower(a: Numbers, b: Numbers) -> Numbers:
+    if isinstance(a, float) and isinstance(b, float):
+        return min(a, b)
+    return np.minimum(a, b)
+
+
+class Value(NamedTuple):
+    """A sum at every lam and its error; of a series, which products are made of, also |value|.
+
+    Where no errors are asked for both are None.
+    """
+
+    value: Any
+    size: Any
+    error: Any
+
+    def __mul__(self, other: Value) -> Value:  # type: ignore[override]
+        value = times(self.value, other.value)
+        if self.error is None:
+            return Value(value, None, None)
+        cross = times(self.error, plus(other.size, other.error))
+        return Value(value, None, plus(cross, times(self.size, other.error)))
+
+
+#: A height, at most 0, and how to find what goes with its exponential.
+Term = tuple[Numbers, Callable[[], Value]]
+
+
+class Point:
+    """Powers and exponentials of one array of lam, and what has been found at it."""
+
+    def __init__(self, lam: FloatArray, order: int, errors: bool) -> None:
+        self.lam, self.order, self.errors = lam, order, errors
+        self.x = 1.0 / lam
+        self.least, self.most = float(lam.min()), float(lam.max())
+        self.faint = -_FAINT - 2 * abs(float(np.log(self.most))) - 2 * abs(np.log(self.least))
+        self._powers: dict[float, FloatArray] = {1.0: self.x}
+        self._decays: dict[float, Any] = {}
+        self._rough: dict[int, tuple[Any, Any]] = {}
+        self._known: dict[int, tuple[Series | Local, Value]] = {}
+
+    def power(self, offset: float) -> FloatArray:
+        """lam^-offset."""
+        found = self._powers.get(offset)
+        if found is None:
+            if offset <= 0.5:
+                found = np.sqrt(self.x) if offset else np.ones_like(self.x)
+            else:
+                low = offset % 1 or float(int(offset) // 2)
+                found = self.power(low) * self.power(offset - low)
+            self._powers[offset] = found
+        return found
+
+    @cached_property
+    def logs(self) -> FloatArray:
+        found: FloatArray = np.log(self.lam)
+        return found
+
+    def decay(self, gap: Numbers) -> Any:
+        """e^{lam gap} for gap <= 0; plainly 1 where gap is 0, and 0 where nothing is left."""
+        if not isinstance(gap, float):
+            if gap.size > 1:
+                return self._decays_of(gap)
+            gap = float(gap.flat[0])
+        found = self._decays.get(gap)
+        if found is None:
+            if gap == 0:
+                found = 1.0
+            elif not gap * self.least > self.faint:
+                found = 0.0
+            else:
+                found = self.lam * gap
+                np.exp(found, out=found)
+            self._decays[gap] = found
+        return found
+
+    def total(self, terms: Iterable[Term]) -> Value:
+        """What terms make together; those too small to count are not evaluated."""
+        value: Any = 0.0
+        error: Any = 0.0 if self.errors else None
+        for height, find in terms:
+            weight = self.decay(height)
+            if counts(weight):
+                found = find()
+                value = plus(value, times(found.value, weight))
+                if self.errors:
+                    error = plus(error, times(found.error, weight))
+        return Value(value, None, error)
+
+    def _decays_of(self, gap: FloatArray) -> Any:
+        if not gap.any():
+            return 1.0
+        exponent = self.lam * gap
+        return np.exp(exponent, out=exponent) if exponent.max() > self.faint else 0.0
+
+    def _rounding(self, rough: Numbers) -> Any:
+        """lam times the rounding of a height, where that is small, else 0."""
+        if isinstance(rough, float) and (rough == 0 or rough * self.least >= MOST_ROUGH):
+            return 0.0
+        # With the number itself, so that its id is not given to another.
+        known = self._rough.get(id(rough))
+        if known is None:
+            found = self.lam * rough
+            if not found.max() < MOST_ROUGH:
+                found = np.where(found < MOST_ROUGH, found, 0.0)
+            known = self._rough[id(rough)] = rough, found
+        return known[1]
+
+    # -- series ------------------------------------------------------------------------------
+
+    def series(self, series: Series | Local, rough: Numbers = 0.0) -> Value:
+        """The first order + 1 terms; the error is the following and rounding.
+
+        `rough` is that of the height of the exponential that the series goes with.
+        """
+        known = self._known.get(id(series))
+        if known is None:
+            known = self._known[id(series)] = series, self._evaluated(series, rough)
+        return known[1]
+
+    def _evaluated(self, series: Series | Local, rough: Numbers) -> Value:
+        if isinstance(series, Series):
+            return self._series(series, rough)
+        value, error = series.at(self)
+        if not self.errors:
+            return Value(value, None, None)
+        size = absolute(value)
+        return Value(value, size, plus(error, times(size, self._rounding(rough))))
+
+    def _series(self, series: Series, rough: Numbers) -> Value:
+        value: Any = 0.0
+        for part in series.parts:
+            front = self._front(part, self._horner(part.coefficients[: self.order + 1]))
+            value = plus(value, front)
+        if not self.errors:
+            return Value(value, None, None)
+        size = absolute(value)
+        weight = self._rounding(rough)
+        if series.size is None:
+            weight = plus(weight, series.rounding)
+        error = plus(self._left_out(series.parts), times(size, weight))
+        if series.size is not None:
+            part = series.parts[0] if series.parts else Part(1.0, 0, [])
+            cancels = self._front(part, self._horner(series.size[: self.order + 1]))
+            error = plus(error, times(cancels, series.rounding))
+        return Value(value, size, error)
+
+    def _front(self, part: Part, value: Any) -> Any:
+        if isinstance(value, float) and value == 0:
+            return value
+        value = value * self.power(part.offset)
+        return value * self.logs**part.logs if part.logs else value
+
+    def _horner(self, coefficients: list[Numbers]) -> Any:
+        if not coefficients:
+            return 0.0
+        total = coefficients[-1]
+        if len(coefficients) > 1:
+            total = total * self.x
+            for c in coefficients[-2:0:-1]:
+                total += c
+                total *= self.x
+            total += coefficients[0]
+        return total
+
+    def _left_out(self, parts: list[Part]) -> Any:
+        """The next two terms over 1 - q where they fall by a factor q, at most 3/4."""
+        if len(parts) == 1 and not parts[0].logs:
+            return self._tail(parts[0])
+        near: Any = 0.0
+        far: Any = 0.0
+        for part in parts:
+            near = near + self._term(part, self.order + 1)
+            far = far + self._term(part, self.order + BEYOND)
+        near, far = abs(near), abs(far)
+        if not (np.any(near) or np.any(far)):
+            return 0.0
+        safe = np.where(near > 0, near, 1.0)
+        ratio = np.where(near > 0, np.minimum(far / safe, _MOST_FALL), _MOST_FALL)
+        return (near + far) / (1 - ratio)
+
+    def _term(self, part: Part, n: int) -> Any:
+        if n >= len(part.coefficients):
+            return 0.0
+        return self._front(part, part.coefficients[n] * self.power(float(n)))
+
+    def _tail(self, part: Part) -> Any:
+        """The same for one part: its terms are numbers times powers, q one times 1/lam."""
+        first = self.order + 1
+        some = part.coefficients[first : first + BEYOND]
+        near, far = (abs(c) for c in (*some, *[0.0] * (BEYOND - len(some))))
+        if isinstance(near, float) and isinstance(far, float):
+            if near == far == 0:
+                return 0.0
+            q: Any = far / near if near else np.inf
+            least = most = q
+        else:
+            q = np.where(near > 0, far / np.where(near > 0, near, 1.0), np.inf)
+            least, most = float(q.min()), float(q.max())
+        total = self.x * far
+        total += near
+        if least >= _MOST_FALL * self.most:
+            total *= 1 / (1 - _MOST_FALL)
+        else:
+            rest = self.x * -q
+            rest += 1
+            if most > _MOST_FALL * self.least:
+                np.maximum(rest, 1 - _MOST_FALL, out=rest)
+            total /= rest
+        total *= self.power(part.offset + first)
+        return total
