@@ -6,12 +6,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import sympy
 
 from symasym.drift import Drift
 from symasym.emit.folding import fold
 from symasym.emit.forms import called, log_form, logaddexp
-from symasym.emit.program import Case, Function, Program, Quadrature, require_closed
+from symasym.emit.passage import ERROR
+from symasym.emit.program import Case, Function, Passage, Program, Quadrature, require_closed
 from symasym.errors import InputError
 from symasym.formula import Formula, formula
 from symasym.inputs import is_array
@@ -39,7 +41,8 @@ def program(what: Formula, drift: Drift, numbers: Mapping[str, Any]) -> Program:
         raise InputError(f"{arrays[0]} is an array; leave it free, it becomes an argument.")
     found = LABELS[what.label](what, drift)
     rest = {name: value for name, value in numbers.items() if name not in own}
-    found = replace(found, title=f"{what.title}, for {drift!r}", error=what.error)
+    error = found.error or what.error
+    found = replace(found, title=f"{what.title}, for {drift!r}", error=error)
     found = fold(require_closed(found), rest)
     return replace(found, folded={**found.folded, **_bound(drift)})
 
@@ -287,6 +290,18 @@ def _critical(drift: Drift) -> tuple[Any, ...]:
     return tuple(sympy.Float(float(point.u), 20) for point in drift.critical_points())
 
 
+def _marks(drift: Drift) -> tuple[Any, ...]:
+    """Zeros of the drift, and where it turns: what is narrow is not stepped over."""
+    from symasym.context import own_context
+    from symasym.exact.local import ExactField
+
+    zeros = _critical(drift)
+    with own_context(30) as context:
+        turns = [float(u) for u in ExactField(drift, False, context).monotone_marks()]
+    apart = (u for u in turns if all(abs(u - float(z)) > 1e-9 for z in zeros) and abs(u) < 1)
+    return tuple(sorted((*zeros, *(sympy.Float(u, 20) for u in apart))))
+
+
 def _density(what: Formula, drift: Drift) -> Program:
     functions, inside, outside, where = _layer_parts(drift)
     free = [sympy.Symbol(name, real=True) for name in drift.free]
@@ -356,7 +371,38 @@ def _softplus(x: Any) -> Any:
     return logaddexp(sympy.S.Zero, x)
 
 
+# -- the exact escape time ---------------------------------------------------------------------
+
+
+def _time(what: Formula, drift: Drift) -> Program:
+    """T from 0, by positive-form and panel-step, in double precision."""
+    A = sympy.sympify(drift.expression())
+    ends = tuple(sympy.expand(A.subs(_U, end)) for end in (-1, 1))
+    known: dict[str, Any] = {}
+    if A.is_polynomial(_U):
+        powers = tuple(sympy.Poly(A, _U).all_coeffs()[::-1])
+        known["coefficients"] = powers
+        # A moves by as much where u is rounded.
+        size = sympy.Add(*((1 + k) * abs(c) for k, c in enumerate(powers)))
+    else:
+        known["points"] = _marks(drift)
+        inside = np.linspace(-1, 1, 1001)
+        values = np.abs(drift.evaluate_float(inside))
+        size = sympy.Float(values.max() + np.abs(np.gradient(values, inside)).max(), 20)
+    passage = Passage(_by_powers(A), ends, sympy.Float("4e-16", 20) * size, **known)
+    function = Function(
+        "escape_time",
+        "T from 0 to |u| = r (eq:Ttilde).",
+        ("kappa", "r", *drift.free),
+        (),
+        outside="kappa or r is out of range, or log T not known to 1e-12",
+        passage=passage,
+    )
+    return _program(what, function, error=ERROR, latex=what.latex())
+
+
 LABELS = {
+    "eq:Ttilde": _time,
     "eq:phi": _phi,
     "eq:phifric0": _phi,
     "eq:V": _potential,

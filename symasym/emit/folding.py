@@ -54,7 +54,7 @@ def fold(program: Program, parameters: Mapping[str, Any]) -> Program:
 def _folded(
     function: Function, numbers: Mapping[Any, Any], given: str
 ) -> tuple[Function | None, list[str]]:
-    if function.quadrature is not None:
+    if function.quadrature is not None or function.passage is not None:
         return function, []
     gone: list[str] = []
     parts = []

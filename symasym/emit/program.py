@@ -75,6 +75,39 @@ class Quadrature:
 
 
 @dataclass(frozen=True)
+class Passage:
+    """log T from 0 with the layer's `drift` in u (see `symasym.emit.passage`).
+
+    Attributes
+    ----------
+    drift : expression
+    ends : tuple of two expressions
+        The drift beyond the layer.
+    rough : expression
+        What rounding makes of the drift, absolute.
+    points, coefficients : tuple of expressions
+        The drift's zeros in the layer; or its coefficients, of which the file finds them.
+    """
+
+    drift: Any
+    ends: tuple[Any, ...]
+    rough: Any
+    points: tuple[Any, ...] = ()
+    coefficients: tuple[Any, ...] = ()
+
+    def changed(self, change: Callable[[Any], Any]) -> Passage:
+        """With `change` made to each expression."""
+        ends, points, coefficients = (
+            tuple(change(e) for e in part) for part in (self.ends, self.points, self.coefficients)
+        )
+        return Passage(change(self.drift), ends, change(self.rough), points, coefficients)
+
+    @property
+    def expressions(self) -> tuple[Any, ...]:
+        return (self.drift, *self.ends, self.rough, *self.points, *self.coefficients)
+
+
+@dataclass(frozen=True)
 class Function:
     """A function: the first case whose conditions hold gives its values.
 
@@ -97,6 +130,7 @@ class Function:
     logs: tuple[Case, ...] = ()
     outside: str = "no case of the formula holds there"
     quadrature: Quadrature | None = None
+    passage: Passage | None = None
 
     @property
     def symbols(self) -> set[Any]:
@@ -128,6 +162,7 @@ class Ready:
     outside: str = ""
     exp_of: str = ""
     quadrature: Quadrature | None = None
+    passage: Passage | None = None
 
     @property
     def count(self) -> int:
@@ -201,6 +236,9 @@ def ready(program: Program, double: bool) -> list[Ready]:
         if function.quadrature is not None:
             found.append(_ready_quadrature(function, function.quadrature, double))
             continue
+        if function.passage is not None:
+            found += _ready_passage(function, function.passage)
+            continue
         function = replace(
             function,
             cases=tuple(_stably(case) for case in function.cases),
@@ -269,6 +307,20 @@ def _ready_quadrature(function: Function, quadrature: Quadrature, double: bool) 
         quadrature = quadrature.changed(rounded)
     arguments = tuple(map(identifier, function.arguments))
     return Ready(function.name, function.doc, arguments, (), quadrature=quadrature)
+
+
+def _ready_passage(function: Function, passage: Passage) -> list[Ready]:
+    """The logarithm and its exponential, in doubles."""
+    symbols = {s for e in passage.expressions for s in e.free_symbols}
+    names = {s: sympy.Symbol(identifier(s.name), **s._assumptions_orig) for s in symbols}
+    passage = passage.changed(lambda e: rounded(e.subs(names, simultaneous=True)))
+    arguments = tuple(map(identifier, function.arguments))
+    log = f"log_{function.name}"
+    about = f"Natural logarithm of `{function.name}`."
+    return [
+        Ready(log, about, arguments, (), function.outside, passage=passage),
+        Ready(function.name, function.doc, arguments, (), function.outside, exp_of=log),
+    ]
 
 
 def _ready(function: Function, names: dict[Any, Any], double: bool) -> Ready:

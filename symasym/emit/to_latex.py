@@ -28,7 +28,9 @@ NAMES = {
 
 def render(program: Program, _: list[Ready]) -> str:
     """The file: the formula as it is derived, then the functions the other targets emit."""
-    parts = [] if program.folded or not program.latex else [program.latex]
+    # The drift stands beside a formula that holds it.
+    general = not program.folded or any(f.passage for f in program.functions)
+    parts = [program.latex] if general and program.latex else []
     parts += [_function(f) for f in program.functions]
     equations = "\n\n".join(f"\\begin{{equation*}}\n{part}\n\\end{{equation*}}" for part in parts)
     top = comment([re.sub(r"%", r"\\%", line) for line in header(program)], "%")
@@ -41,6 +43,8 @@ def _function(function: Function) -> str:
         q = function.quadrature
         ends = f"{{{_tex(q.lower)}}}^{{{_tex(q.upper)}}}"
         return rf"{name} = \log \int_{ends} {_tex(sympy.exp(q.exponent))} \, du"
+    if function.passage is not None:
+        return rf"\phi(u) = {_tex(function.passage.drift)} \quad (|u| \le 1)"
     if len(function.cases) == 1 and not function.cases[0].conditions:
         return f"{name} = {_values(function.cases[0].values)}"
     rows = []
