@@ -74,7 +74,8 @@ def _folded(
                 for v in case.values
                 for term in _vanishing(v, numbers)
             ]
-            found.append(replace(case, values=values, conditions=open_))
+            shared = tuple((s, e.subs(numbers)) for s, e in case.shared)
+            found.append(replace(case, values=values, conditions=open_, shared=shared))
             if not open_:
                 break
         parts.append(tuple(found))

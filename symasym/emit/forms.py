@@ -62,6 +62,15 @@ class logaddexp(sympy.Function):  # type: ignore[misc]
     is_real = True
 
 
+class larger(sympy.Function):  # type: ignore[misc]
+    """The larger of two numbers."""
+
+    is_real = True
+
+    def _latex(self, printer: Any, exp: Any = None) -> str:
+        return rf"\max({', '.join(printer._print(a) for a in self.args)})"
+
+
 class CalledBase(sympy.Function):  # type: ignore[misc]
     """A call of another function of the same file, by the name of the class."""
 

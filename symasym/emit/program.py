@@ -39,11 +39,21 @@ def identifier(name: str) -> str:
 
 @dataclass(frozen=True)
 class Case:
-    """Values that hold where all `conditions` do, which are asked in this order."""
+    """Values that hold where all `conditions` do, which are asked in this order.
+
+    `shared` are symbols in the values, and what they stand for, in this order.
+    """
 
     values: tuple[Any, ...]
     conditions: tuple[Any, ...] = ()
     name: str = ""  # how it is called when it is left out
+    shared: tuple[tuple[Any, Any], ...] = ()
+
+    @property
+    def symbols(self) -> set[Any]:
+        """What the values, the conditions and the shared parts need."""
+        parts = (*self.values, *self.conditions, *(e for _, e in self.shared))
+        return {s for e in parts for s in e.free_symbols} - {s for s, _ in self.shared}
 
 
 @dataclass(frozen=True)
@@ -135,8 +145,7 @@ class Function:
     @property
     def symbols(self) -> set[Any]:
         """Every symbol in the cases and their conditions."""
-        return {s for case in self.cases for e in (*case.values, *case.conditions)
-                for s in e.free_symbols}  # fmt: skip
+        return {s for case in self.cases for s in case.symbols}
 
 
 @dataclass(frozen=True)
@@ -283,12 +292,7 @@ def _logs(function: Function) -> tuple[Case, ...]:
 
 def _called(function: Function) -> dict[Any, Any]:
     """Each symbol under the name it has in code."""
-    symbols = {
-        s
-        for case in (*function.cases, *function.logs)
-        for e in (*case.values, *case.conditions)
-        for s in e.free_symbols
-    }
+    symbols = {s for case in (*function.cases, *function.logs) for s in case.symbols}
     names = {s: identifier(s.name) for s in symbols}
     if len({*names.values()}) < len({s.name for s in symbols}):
         raise InputError(
@@ -324,14 +328,15 @@ def _ready_passage(function: Function, passage: Passage) -> list[Ready]:
 
 
 def _ready(function: Function, names: dict[Any, Any], double: bool) -> Ready:
-    used = {s.name for case in function.cases for e in (*case.values, *case.conditions)
-            for s in e.free_symbols}  # fmt: skip
+    used = {s.name for s in function.symbols}
     arguments = tuple(identifier(name) for name in function.arguments if name in used)
     bodies = []
     for case in function.cases:
+        given = [(s, stable(e.subs(names, simultaneous=True))) for s, e in case.shared]
         values = [stable(v.subs(names, simultaneous=True)) for v in case.values]
         conditions = [c.subs(names, simultaneous=True) for c in case.conditions]
         if double:
+            given = [(s, rounded(e)) for s, e in given]
             values = [rounded(v) for v in values]
             conditions = [rounded(c) for c in conditions]
         taken = {s for e in (*values, *conditions) for s in e.free_symbols}
@@ -340,7 +345,7 @@ def _ready(function: Function, names: dict[Any, Any], double: bool) -> Ready:
             if s.name not in {t.name for t in taken}
         )  # fmt: skip
         shared, values = sympy.cse(values, symbols=fresh, order="none")
-        bodies.append(Body(tuple(conditions), tuple(shared), tuple(values)))
+        bodies.append(Body(tuple(conditions), (*given, *shared), tuple(values)))
         if not conditions:
             break
     return Ready(function.name, function.doc, arguments, tuple(bodies), function.outside)

@@ -83,6 +83,9 @@ HELPERS = {
     "_sinc": '''def _sinc(ctx, x):
     return ctx.one if x == 0 else ctx.sin(x) / x
 ''',
+    "_larger": '''def _larger(ctx, x, y):
+    return max(x, y)
+''',
     "_logaddexp": '''def _logaddexp(ctx, x, y):
     return max(x, y) + ctx.log1p(ctx.exp(-abs(x - y)))
 ''',
