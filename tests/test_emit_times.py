@@ -262,3 +262,38 @@ def test_the_command_takes_method_and_order(capsys):
     assert "def log_weak_noise_time(kappa, r):" in capsys.readouterr().out
     assert cli.main(words) == 0
     assert "def log_escape_time(kappa, r, alpha, z0):" in capsys.readouterr().out
+
+
+# -- the Stokes multiplier -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", [*DOUBLE, "mpmath"])
+def test_the_smooth_multiplier_is_that_of_airys_functions(target, tmp_path):
+    if why := emitted.available(target):
+        pytest.skip(why)
+    source, asked = sa.emit("eq:S", target, drift=sa.friction()), []
+    # Both sides of the fold and the fold, mirrored, every panel of the table and beyond it.
+    for z0 in (-3.0, -1.0, -0.85, -0.7777777777777778, -0.77, -0.7, -0.4, 2.75, 4.0):
+        for kappa in (0.01, 0.03, 0.1, 0.3, 1.0, 4.0):
+            want = sa.stokes_multiplier(sa.friction(3, 1, z0), kappa, dps=20)
+            if want > 1e-300:
+                asked.append((emitted.Call("S", "log_stokes_multiplier", (kappa, 3, 1, z0)), want))
+    assert len(asked) > 40
+    values = emitted.run(target, {"S": source}, [call for call, _ in asked], tmp_path)
+    for (call, want), (got,) in zip(asked, values, strict=True):
+        with mpmath.workdps(30):
+            # 1 - 1e-30 has a logarithm that only many digits tell.
+            error = abs(mpmath.mpf(got) - mpmath.log(want))
+        # Airy's argument has the rounding of z0 and kappa, lam of it.
+        assert error < 1e-12 * max(1, -mpmath.log(want)), (call, got, want)
+
+
+def test_the_multiplier_takes_arrays_and_tells_where_it_is_not():
+    load = sa.emit("eq:S", drift=sa.friction(3, 1)).load()
+    z0 = np.linspace(-2, 4, 25)
+    want = sa.stokes_multiplier(sa.friction(3, 1, z0), 0.2)
+    np.testing.assert_allclose(load.stokes_multiplier(0.2, z0), want, rtol=1e-11)
+    with pytest.raises(ValueError, match="no well is born"):
+        sa.emit("eq:S", "python", drift=sa.friction()).load().stokes_multiplier(0.1, 0.5, 1, 0)
+    with pytest.raises(sa.InputError, match="use sa.friction, or call sa.stokes_multiplier"):
+        sa.emit("eq:S", drift=sa.sine())

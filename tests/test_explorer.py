@@ -104,11 +104,13 @@ def test_numbers_are_those_of_python(shown, position) -> None:
     time = sa.escape_time(drift, kappa, r, method="paper", log=True)
     assert found["logTime"] == pytest.approx(time, rel=1e-11)
     if found["folds"] is None:
-        assert found["step"] is None
+        assert found["step"] is found["smooth"] is None
         with pytest.raises(InputError, match="turning point"):
             sa.stokes_multiplier(drift, kappa, method="step")
     else:
         assert found["step"] == sa.stokes_multiplier(drift, kappa, method="step")
+        smooth = sa.stokes_multiplier(drift, scales.kappa)
+        assert found["smooth"] == pytest.approx(smooth, rel=1e-11, abs=1e-300)
 
 
 def test_there_is_a_position_of_each_kind(shown) -> None:
@@ -150,6 +152,11 @@ def test_time_against_z0_is_that_of_python(shown, position) -> None:
     time = sa.escape_time(drift, float(scales.kappa), float(scales.r), method="paper", log=True)
     assert log10 * np.log(10) == pytest.approx(time, rel=1e-9)
     steps = {p[1] for curve in curves["step"] for p in curve}
+    smooth = np.array([p for curve in curves["smooth"] for p in curve[::20]])
+    if len(smooth):
+        drift = sa.friction(float(position[0]), float(position[1]), smooth[:, 0])
+        share = sa.stokes_multiplier(drift, float(scales.kappa))
+        assert smooth[:, 1] == pytest.approx(share, rel=1e-9, abs=1e-12)
     assert steps == (set() if shown[position]["folds"] is None else {0, 1})
 
 
@@ -172,6 +179,7 @@ def test_no_number_where_there_is_none(shown) -> None:
     with pytest.raises(RegionError):
         _ = _scene(TANGENCY)[0].region
     found = shown[FOLD]
+    assert found["smooth"] == pytest.approx(0.5, abs=1e-9)
     assert found["step"] == 0.5 == sa.stokes_multiplier(_scene(FOLD)[0], "0.3", method="step")
     assert found["logTime"] is None
     # The exact time goes through the fold.

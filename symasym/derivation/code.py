@@ -17,7 +17,10 @@ TARGETS = ("numpy", "mpmath", "plain")
 # SymPy's name of a function -> the name it goes by here (and in C).
 _KNOWN = {
     **{name: name for name in ("exp", "log", "tanh", "sin", "cos", "asin", "acos", "atan")},
-    **{name: name for name in ("sinh", "cosh", "expm1", "log1p", "logaddexp", "larger")},
+    **{
+        name: name
+        for name in ("sinh", "cosh", "expm1", "log1p", "logaddexp", "larger", "log_modulus")
+    },
     # Quotients with a removable singularity at 0; each file that needs one holds it.
     **{name: name for name in ("exprel", "exprel2", "tanhc", "sinc")},
     "Abs": "abs",
@@ -47,12 +50,12 @@ DIALECTS = {
     "numpy": Dialect(
         "np.",
         {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "larger": "maximum"},
-        dict(_OWN),
+        {**_OWN, "log_modulus": "_log_modulus"},
     ),
     "mpmath": Dialect(
         "ctx.",
         {"abs": "fabs"},
-        {**_OWN, "logaddexp": "_logaddexp", "larger": "_larger"},
+        {**_OWN, **{n: f"_{n}" for n in ("logaddexp", "larger", "log_modulus")}},
         first="ctx",
     ),
     "plain": Dialect(""),
@@ -62,14 +65,14 @@ DIALECTS = {
         {"abs": "fabs"},
         {
             **_OWN,
-            **{n: f"_{n}" for n in ("exp", "expm1", "sinh", "cosh", "logaddexp")},
+            **{n: f"_{n}" for n in ("exp", "expm1", "sinh", "cosh", "logaddexp", "log_modulus")},
             "larger": "max",
         },
     ),
     "c": Dialect(
         "",
         {"abs": "fabs", "larger": "fmax"},
-        {name: f"{name}_" for name in (*_REMOVABLE, "logaddexp")},
+        {name: f"{name}_" for name in (*_REMOVABLE, "logaddexp", "log_modulus")},
         power="pow",
         whole=".0",
     ),
@@ -77,7 +80,7 @@ DIALECTS = {
     "javascript": Dialect(
         "Math.",
         {"larger": "max"},
-        {name: name for name in (*_REMOVABLE, "logaddexp")},
+        {**{name: name for name in (*_REMOVABLE, "logaddexp")}, "log_modulus": "logModulus"},
         power="Math.pow",
     ),
 }

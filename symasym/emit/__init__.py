@@ -41,8 +41,8 @@ def emit(
         float stands for its binary value, ``"-0.4"`` for -2/5.
     drift : Drift, optional
         For the formulas that hold a general drift: phi (``"eq:phi"``), V (``"eq:V"``), the escape
-        time in weak noise (``"eq:Ttildesmall"``), the stationary density (``"eq:pss"``). Its
-        free parameters become arguments.
+        time (``"eq:Ttilde"``), also in weak noise (``"eq:Ttildesmall"``), the stationary density
+        (``"eq:pss"``) and others. Its free parameters become arguments.
     method : {"exact", "laplace"}, optional
         Of ``"eq:Ttilde"`` with a drift: T itself in double precision, or its expansion in weak
         noise, for a bound drift; as in `symasym.escape_time`.

@@ -14,6 +14,7 @@ from symasym.emit.exact_time import by_powers, critical, exact_time
 from symasym.emit.folding import fold
 from symasym.emit.forms import called, log_form, logaddexp
 from symasym.emit.program import Case, Function, Program, Quadrature, require_closed
+from symasym.emit.stokes import stokes
 from symasym.errors import InputError
 from symasym.formula import Formula, formula
 from symasym.inputs import is_array
@@ -376,6 +377,7 @@ LABELS = {
     "eq:V2": _potential,
     "eq:Vfric": _potential,
     "eq:Ttildesmall": _weak_noise,
+    "eq:S": stokes,
     "eq:C": _exit,
     "eq:pss": _density,
     "eq:P": _occupation,

@@ -71,6 +71,12 @@ class larger(sympy.Function):  # type: ignore[misc]
         return rf"\max({', '.join(printer._print(a) for a in self.args)})"
 
 
+class log_modulus(sympy.Function):  # type: ignore[misc]
+    """log(Ai(x)^2 + Bi(x)^2)."""
+
+    is_real = True
+
+
 class CalledBase(sympy.Function):  # type: ignore[misc]
     """A call of another function of the same file, by the name of the class."""
 
@@ -214,6 +220,7 @@ def as_printed(e: Any) -> Any:
         (sinc, lambda x: sympy.sin(x) / x),
         (expm1, lambda x: sympy.exp(x) - 1),
         (log1p, lambda x: sympy.log(1 + x)),
+        (log_modulus, lambda x: sympy.log(sympy.airyai(x) ** 2 + sympy.airybi(x) ** 2)),
         (logaddexp, lambda x, y: sympy.log(sympy.exp(x) + sympy.exp(y))),
     ):
         e = e.replace(kind, written)

@@ -7,6 +7,7 @@ import shutil
 
 import sympy
 
+from symasym.emit import airy
 from symasym.emit.passage_c import in_c
 from symasym.emit.program import Body, Passage, Program, Quadrature, Ready, header, in_doubles
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
@@ -125,6 +126,7 @@ static int zeros_(const double *c, int n, double *found)
 }
 ''',
     "log_time_": in_c(),
+    "log_modulus_": airy.in_c(),
     "logaddexp_": '''static double logaddexp_(double x, double y)
 {
     const double high = x > y ? x : y;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from symasym.emit import airy
 from symasym.emit.passage_javascript import in_javascript
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
@@ -72,6 +73,7 @@ function zeros(c) {
 }
 ''',
     "logTime": in_javascript(),
+    "logModulus": airy.in_javascript(),
     "logaddexp": '''function logaddexp(x, y) {
   const high = Math.max(x, y);
   return Math.abs(high) === Infinity ? high : high + Math.log1p(Math.exp(-Math.abs(x - y)));

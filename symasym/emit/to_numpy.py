@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from symasym.emit import airy
 from symasym.emit.passage import in_numpy
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.to_python import ZEROS, block, integral, log_integral, passage
@@ -17,6 +18,7 @@ HELPERS = {
     ),
     "_zeros": ZEROS,
     "_log_time": in_numpy(),
+    "_log_modulus": airy.in_numpy(),
     "_each": '''def _each(function, *arguments):
     """A function of numbers, called once for each set of them that is there."""
     arrays = np.broadcast_arrays(*_floats(*arguments))

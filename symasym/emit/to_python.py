@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from symasym.emit import airy
 from symasym.emit.passage import in_python
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
@@ -86,6 +87,7 @@ HELPERS = {
     ),
     "_zeros": ZEROS,
     "_log_time": in_python(),
+    "_log_modulus": airy.in_python(),
     "_exp": '''def _exp(x):
     # math.exp raises where this is infinite.
     return math.exp(x) if x < 709.78 else math.exp(x - 9) * math.exp(9) if x < 718 else math.inf

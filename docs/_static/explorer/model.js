@@ -69,6 +69,12 @@ function multiplier(s, z0) {
   return (1 + where) / 2;
 }
 
+/** The smooth multiplier, from 0 to 1 through the fold; null where no well can be born. */
+function smoothMultiplier(s, z0) {
+  if (region(s.alpha, z0).name !== "crossing" || side(s, z0) === null) return null;
+  return emitted["eq:S"].stokes_multiplier(s.kappa, s.mu, s.alpha, z0);
+}
+
 /** Slider values to scaled variables. */
 function scaled({ mu, alpha, z0, kappa, eps, r }) {
   return {
@@ -96,6 +102,7 @@ function numbers(sliders) {
     points: criticalPoints(s.mu, s.alpha, s.z0),
     folds: folds(s.mu, s.alpha),
     step: multiplier(s, s.z0),
+    smooth: smoothMultiplier(s, s.z0),
     logTime: logTime(s, s.z0),
     logExact: logExact(s, s.z0),
     occupation: slides ? emitted["eq:P"].occupation(s.kappa, s.mu, s.alpha, s.z0) : null,
@@ -150,13 +157,15 @@ function springs(s) {
   return found;
 }
 
-/** log10 T by the paper's formula and the multiplier against z0. */
+/** log10 T by the paper's formula, and both multipliers, against z0. */
 function againstSpring(sliders) {
   const s = scaled(sliders);
   const found = springs(s);
+  const born = folds(s.mu, s.alpha) ? found : [];
   return {
     time: found.map((curve) => curve.map((z) => [z, logTime(s, z) / Math.LN10])),
-    step: folds(s.mu, s.alpha) ? found.map((curve) => curve.map((z) => [z, multiplier(s, z)])) : [],
+    step: born.map((curve) => curve.map((z) => [z, multiplier(s, z)])),
+    smooth: born.map((curve) => curve.map((z) => [z, smoothMultiplier(s, z)])),
   };
 }
 

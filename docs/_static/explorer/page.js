@@ -72,7 +72,7 @@ function rows(n) {
     "a⁻, a⁺": [n.aMinus, n.aPlus].map((a) => short(Number(a.toFixed(9)))).join(", "),
     "folds z0⁽⁺⁾, z0⁽⁻⁾": n.folds ? n.folds.map((z) => short(z)).join(", ") : NONE,
     "height of the barrier": short(height),
-    "step multiplier": short(n.step),
+    "Stokes multiplier, and as a step": `${short(n.smooth)}, ${short(n.step)}`,
     "T, scaled": fromLog(n.logExact),
     "T, physical: ε times that": fromLog(physical),
     "T, scaled, by the paper’s formula": fromLog(n.logTime),
@@ -100,20 +100,20 @@ function spring(sliders, n) {
 }
 
 /** The plots of one position of the sliders: name -> what `drawn` takes, or why there is none. */
-function plots(sliders, n, time, step) {
+function plots(sliders, n, { time, step, smooth }) {
   const { phi, V } = landscape(sliders);
   const u = { x: [-REACH, REACH], xlabel: "u", layer: LAYER };
   const p = density(sliders);
   const within = n.points.map((point) => [point.u, point.V, point.kind]);
   const zeros = n.points.map((point) => [point.u, 0, point.kind]);
-  const share = n.step === null ? [] : [[sliders.z0, n.step, "dot"]];
+  const share = n.smooth === null ? [] : [[sliders.z0, n.smooth, "dot"]];
   return {
     V: { ...u, curves: [V], y: heights([V]), points: within },
     phi: { ...u, curves: [phi], y: heights([phi], [0]), zero: true, points: zeros },
     density: p ? { ...u, curves: [p], y: heights([p], [0]) } : "none: it does not slide here",
     time: timePlot(sliders, n, time, []),
     step: step.length
-      ? { ...spring(sliders, n), curves: step, y: [-0.1, 1.1], points: share }
+      ? { ...spring(sliders, n), curves: smooth, dashed: step, y: [-0.1, 1.1], points: share }
       : "none: for μ ≤ 1/2 no well is born",
   };
 }
@@ -141,22 +141,31 @@ function update() {
   explorer.querySelector("dl").innerHTML = items
     .map(([name, value]) => `<div><dt>${name}</dt><dd>${value}</dd></div>`)
     .join("");
-  const { time, step } = againstSpring(sliders);
-  const made = plots(sliders, n, time, step);
+  const against = againstSpring(sliders);
+  const made = plots(sliders, n, against);
   for (const figure of explorer.querySelectorAll("figure")) {
     const caption = figure.querySelector("figcaption").textContent;
     show(figure, made[figure.dataset.plot], caption);
   }
-  exactly(sliders, n, time);
+  exactly(sliders, n, against.time);
 }
 
 /** How many exact curves were begun; one that is not the last is given up. */
 let begun = 0;
+/** The last exact curve and what it is for: z0 only says where on it one is. */
+let known = { of: "", curves: [] };
 /** The exact curve, point by point between frames: some ten times the work of all the rest. */
 function exactly(sliders, n, paper) {
   const mine = ++begun;
   const figure = explorer.querySelector('figure[data-plot="time"]');
   const caption = figure.querySelector("figcaption").textContent;
+  const { z0, ...others } = sliders;
+  const of = JSON.stringify(others);
+  if (known.of === of) {
+    show(figure, timePlot(sliders, n, paper, known.curves), caption);
+    figure.removeAttribute("aria-busy");
+    return;
+  }
   const steps = exactAgainstSpring(sliders);
   figure.setAttribute("aria-busy", "true");
   const more = () => {
@@ -168,6 +177,7 @@ function exactly(sliders, n, paper) {
       setTimeout(more);
       return;
     }
+    known = { of, curves: step.value };
     show(figure, timePlot(sliders, n, paper, step.value), caption);
     figure.removeAttribute("aria-busy");
   };
