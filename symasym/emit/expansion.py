@@ -193,19 +193,31 @@ def _told(halves: tuple[Half, Half], order: int, r: Fraction | None, most: float
 def _in_doubles(
     found: Program, kappa: float, halves: tuple[Half, Half], r: Fraction | None, order: int
 ) -> bool:
-    """Whether the emitted code has 1e-13 of log T there."""
-    log = rendered(found, "python").load().log_weak_noise_time
+    """Whether the emitted code has 1e-13 of log T there.
+
+    Raises
+    ------
+    ArithmeticError
+        If it has not the value in many digits either: then it is another formula.
+    """
+    doubles, digits = (
+        rendered(found, target).load().log_weak_noise_time for target in ("python", "mpmath")
+    )
+    kappa *= 1 - 1e-9  # its double may be above its decimal
     with own_context(40) as context:
         for radius in _RADII if r is None else (r,):
             # The double that the code is given.
             given = (float(radius),) if r is None else ()
             exact = Fraction(given[0]) if given else radius
             want = context.log(_time(halves, kappa, exact, order, context).value)
+            size = max(1, abs(want))
+            if not abs(digits(kappa, *given, dps=25) - want) <= 1e-22 * size:
+                raise ArithmeticError(f"{found.label}: what is emitted has not the sums' value")
             try:
-                got = log(kappa, *given)
+                got = doubles(kappa, *given)
             except ValueError:  # a logarithm of what is no more than rounding
                 return False
-            if not abs(got - want) <= 5e-14 * max(1, abs(want)):
+            if not abs(got - want) <= 5e-14 * size:
                 return False
     return True
 
