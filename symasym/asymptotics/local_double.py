@@ -81,7 +81,8 @@ class FoldPart(NamedTuple):
 
 def _airy(f: Fold, point: _Point) -> dict[str, tuple[Any, Any]]:
     third = np.cbrt(point.lam)
-    found = airy_products(np.asarray(third * third * f.zeta))
+    z = np.asarray(third * third * f.zeta)
+    found = airy_products(z)
     small = 1 / third
     bi, slope = found.bi * (np.pi * small), found.bi_slope * (np.pi * small * small)
     unit = (np.pi * small) ** 2
@@ -96,6 +97,10 @@ def _airy(f: Fold, point: _Point) -> dict[str, tuple[Any, Any]]:
         return {"rising": (up, None), "falling": (down, None), "both": (both, None)}
     next_a, next_b = np.abs(f.next_a) * point.x, np.abs(f.next_b) * point.x
     wrong = next_a * np.abs(bi) + next_b * np.abs(slope)
+    # Off the real line a pair leaves both integrals to the start and the ends, the further the
+    # more; but those have it in no order of their series.
+    size = np.abs(f.a) * np.sqrt(found.squares) + np.abs(f.b) * small * np.sqrt(found.slopes)
+    wrong = wrong + np.pi * small * size * -np.expm1(np.minimum(z, 0.0))
     # Order 1 has the cross term alone, which may vanish; its parts do not.
     missed = 2 * (np.abs(f.a) * next_b + next_a * np.abs(f.b)) * np.abs(cross)
     missed = missed + next_a * next_a * squares + next_b * next_b * slopes

@@ -462,11 +462,12 @@ class _Builder(Builder):
                 first, second = _past(m.pair, m.side * u - m.point - m.pair.middle, beyond, gap)
                 total[at] += first + second
                 size[at] += (np.abs(first) + np.abs(second)) * (64 * _EPS)
-        # Order 1 is the derivative of -1/(2 phi²). At a barrier's end it goes with the edge.
-        value = poly(list(self.c), self.edges)
-        order_one = -0.5 / value**2
+        # Order 1 is the derivative of -1/(2 phi²), of which start and end may cancel by chance.
+        order_one = 0.5 / poly(list(self.c), self.edges) ** 2
+        order_one[1] = -order_one[1]
         for sign, cut in self.cuts.items():
             if cut is not None:
+                # At a barrier's end it goes with the edge.
                 order_one[2 if sign > 0 else 0] = 0.0
         none = np.zeros_like(total)
         return [total, order_one, none], [size, np.abs(order_one) * 1e-10, none]
