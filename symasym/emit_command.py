@@ -27,6 +27,8 @@ def add_parser(commands: Any) -> None:
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--drift", choices=DRIFTS, help="put this drift into the formula")
     what.add_argument("--expr", metavar="A", help='or this A(u), e.g. "1/2 - u + u**3"')
+    parser.add_argument("--method", metavar="M", help="of eq:Ttilde: exact or laplace")
+    parser.add_argument("--order", type=int, metavar="N", help="of --method laplace, 0 to 20")
     parser.add_argument(
         "--set", action="append", default=[], metavar="NAME=X", help="fold a parameter in"
     )
@@ -43,7 +45,8 @@ def _run(arguments: argparse.Namespace) -> None:
         named = [name for name in values if arguments.drift and re.fullmatch(shapes, name)]
         shape = {name: values.pop(name) for name in named}
         drift = named_drift(arguments.drift, arguments.expr, shape)
-    source = sa.emit(arguments.label, arguments.target, values, drift=drift)
+    how = {"method": arguments.method, "order": arguments.order}
+    source = sa.emit(arguments.label, arguments.target, values, drift=drift, **how)
     if arguments.out:
         print(*source.write(arguments.out), sep="\n")
     elif source.header:

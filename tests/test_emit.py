@@ -242,6 +242,11 @@ def test_mpmath_has_as_many_digits_as_are_asked_for():
         assert abs(leave.exit_probability("0.5", 4, "-0.3", dps=25) / want - 1) < 1e-24
     # Numbers that were found by iteration have 50 digits and no more.
     cubic = sa.emit("eq:Ttildesmall", "mpmath", drift=BY_NAME["expression, cubic"].make()).load()
+    want = sa.escape_time(
+        BY_NAME["expression, cubic"].make(), "0.25", 8, method="paper", dps=50, log=True
+    )
+    with mpmath.workdps(50):
+        assert abs(cubic.log_weak_noise_time("0.25", 8, dps=45) / want - 1) < 1e-44
     with pytest.raises(ValueError, match="give 1 to 50 digits"):
         cubic.weak_noise_time(1, 10, dps=51)
 

@@ -42,9 +42,11 @@ CORNERS = list(
 )
 FOLD = ("3.00", "0.90", "-0.60", "0.030", "0.010", "0.10")
 _MAIN = """
-const { positions } = JSON.parse(require("fs").readFileSync(0));
-const found = positions.map((s) => ({
+const { positions, exact } = JSON.parse(require("fs").readFileSync(0));
+const wanted = new Set(exact);
+const found = positions.map((s, k) => ({
   ...numbers(s), ...landscape(s), density: density(s), against: againstSpring(s),
+  exact: wanted.has(k) ? [...exactAgainstSpring(s)].pop() ?? [] : null,
 }));
 console.log(JSON.stringify(found));
 """
@@ -62,7 +64,8 @@ def shown() -> dict:
     done = subprocess.run(
         # Not as an argument: what one may hold is limited.
         [node, "-e", explorer.formulas() + model + _MAIN],
-        input=json.dumps({"positions": sliders}), capture_output=True, text=True, timeout=60,
+        input=json.dumps({"positions": sliders, "exact": [0, 1, 2, 4]}),
+        capture_output=True, text=True, timeout=60,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-3000:]
     return dict(zip(asked, json.loads(done.stdout), strict=True))
@@ -89,6 +92,8 @@ def test_numbers_are_those_of_python(shown, position) -> None:
     )
     known = drift.folds().z0
     assert found["folds"] == (None if np.isnan(known[0]) else pytest.approx(known, rel=1e-14))
+    exact = sa.escape_time(drift, kappa, r, log=True)
+    assert found["logExact"] == pytest.approx(exact, rel=1e-12, abs=1e-12)
     if drift.region == "sliding":
         assert found["logTime"] is found["step"] is None
         assert found["occupation"] == pytest.approx(sa.occupation(drift, kappa), rel=1e-12)
@@ -99,11 +104,13 @@ def test_numbers_are_those_of_python(shown, position) -> None:
     time = sa.escape_time(drift, kappa, r, method="paper", log=True)
     assert found["logTime"] == pytest.approx(time, rel=1e-11)
     if found["folds"] is None:
-        assert found["step"] is None
+        assert found["step"] is found["smooth"] is None
         with pytest.raises(InputError, match="turning point"):
             sa.stokes_multiplier(drift, kappa, method="step")
     else:
         assert found["step"] == sa.stokes_multiplier(drift, kappa, method="step")
+        smooth = sa.stokes_multiplier(drift, scales.kappa)
+        assert found["smooth"] == pytest.approx(smooth, rel=1e-11, abs=1e-300)
 
 
 def test_there_is_a_position_of_each_kind(shown) -> None:
@@ -145,7 +152,24 @@ def test_time_against_z0_is_that_of_python(shown, position) -> None:
     time = sa.escape_time(drift, float(scales.kappa), float(scales.r), method="paper", log=True)
     assert log10 * np.log(10) == pytest.approx(time, rel=1e-9)
     steps = {p[1] for curve in curves["step"] for p in curve}
+    smooth = np.array([p for curve in curves["smooth"] for p in curve[::20]])
+    if len(smooth):
+        drift = sa.friction(float(position[0]), float(position[1]), smooth[:, 0])
+        share = sa.stokes_multiplier(drift, float(scales.kappa))
+        assert smooth[:, 1] == pytest.approx(share, rel=1e-9, abs=1e-12)
     assert steps == (set() if shown[position]["folds"] is None else {0, 1})
+
+
+@pytest.mark.parametrize("position", [POSITIONS[k] for k in (0, 1, 2, 4)], ids=" ".join)
+def test_the_exact_time_against_z0_is_that_of_python(shown, position) -> None:
+    scales = _scene(position)[1]
+    curves = shown[position]["exact"]
+    assert len(curves) == len(shown[position]["against"]["time"]) > 0
+    assert all(len(curve) == 21 for curve in curves)
+    z0, log10 = np.array([p for curve in curves for p in curve]).T
+    drift = sa.friction(float(position[0]), float(position[1]), z0)
+    exact = sa.escape_time(drift, float(scales.kappa), float(scales.r), log=True)
+    assert log10 * np.log(10) == pytest.approx(exact, rel=1e-11, abs=1e-11)
 
 
 def test_no_number_where_there_is_none(shown) -> None:
@@ -155,8 +179,12 @@ def test_no_number_where_there_is_none(shown) -> None:
     with pytest.raises(RegionError):
         _ = _scene(TANGENCY)[0].region
     found = shown[FOLD]
+    assert found["smooth"] == pytest.approx(0.5, abs=1e-9)
     assert found["step"] == 0.5 == sa.stokes_multiplier(_scene(FOLD)[0], "0.3", method="step")
     assert found["logTime"] is None
+    # The exact time goes through the fold.
+    exact = sa.escape_time(_scene(FOLD)[0], "0.3", 10, log=True)
+    assert found["logExact"] == pytest.approx(exact, rel=1e-12)
 
 
 def test_every_corner_of_the_sliders_can_be_drawn(shown) -> None:
@@ -166,6 +194,7 @@ def test_every_corner_of_the_sliders_can_be_drawn(shown) -> None:
         # What is no number is null in JSON.
         assert np.isfinite(np.array([p for curve in curves for p in curve], dtype=float)).all()
         assert found["logTime"] is not None
+        assert found["logExact"] is not None
     page = (ROOT / "docs" / "website" / "explorer.html").read_text("utf-8")
     ends = {name: page[page.index(f'name="{name}"') :].split(">")[0] for name in NAMES}
     for name, low, high in (("mu", "0", "5"), ("alpha", "0.25", "1.5"), ("z0", "-3", "5")):

@@ -303,6 +303,10 @@ SLIDERS = {
 _DRAWN = """async () => {
   // What an event asks for is drawn before the next frame.
   for (let k = 0; k < 2; k++) await new Promise(requestAnimationFrame);
+  // The exact curve comes later.
+  while (document.querySelector('#oscillator [aria-busy]')) {
+    await new Promise((done) => setTimeout(done, 20));
+  }
   const all = (selector) => [...document.querySelectorAll('#oscillator ' + selector)];
   const text = (node, selector) => node.querySelector(selector).textContent;
   return {
@@ -341,6 +345,8 @@ def test_the_explorer_answers_to_every_slider_by_key(site: Path, browser) -> Non
         assert (0 in changed and 1 in changed) == (name in ("mu", "alpha", "z0"))
         assert 3 in changed
         assert now["values"]["T, scaled, by the paper’s formula"] == _paper_time(now["sliders"])
+        assert 'class="dashed"' in now["plots"][3]
+        assert 'class="curve"' in now["plots"][3]
         seen = now
     slider = tab.get_by_role("slider", name="z0 spring")
     slider.fill("0.5")

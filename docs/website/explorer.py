@@ -12,7 +12,7 @@ from symasym.emit import Source
 DOCS = Path(__file__).parent.parent
 MARK = "<!-- the explorer -->"
 #: Formulas that hold a drift, with the friction oscillator's in them, and those of its own.
-WITH_DRIFT = ("eq:phi", "eq:V", "eq:Ttildesmall", "eq:pss", "eq:P")
+WITH_DRIFT = ("eq:phi", "eq:V", "eq:Ttilde", "eq:Ttildesmall", "eq:S", "eq:pss", "eq:P")
 PLAIN = (
     "eq:phifric0", "regions", "fr1", "turning-points", "folds", "eq:tildexykappa", "eq:tilder",
     "eq:TtildetoT",

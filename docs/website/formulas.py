@@ -14,6 +14,8 @@ from derivations.labels import REASONS
 from derivations.registry import entries
 from derivations.runner import slug
 from derivations.symbols import QUANTITIES, quantities, symbols
+from symasym import friction
+from symasym.emit import emit
 from symasym.errors import InputError
 from symasym.formula import Formula, formula
 from website import calls, graph
@@ -111,17 +113,21 @@ def _evaluation(label: str) -> list[str]:
 
 
 def _emitted(found: Formula) -> list[str]:
-    """The code for each target, or why there is none for any."""
+    """The code for each target, with friction where a drift is asked for, or why there is none."""
     lines: list[str] = []
     refused = ""
     for target, language in TARGETS.items():
+        drift = ""
         try:
             code = found.emit(target)
         except InputError as error:
             refused = refused or str(error)
-            continue
+            try:
+                code, drift = emit(found, target, drift=friction()), ", friction in it"
+            except InputError:
+                continue
         lines += [
-            f"<details><summary>As code for {target}</summary>",
+            f"<details><summary>As code for {target}{drift}</summary>",
             "",
             f"```{language}",
             code.rstrip(),

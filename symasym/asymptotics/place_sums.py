@@ -143,18 +143,18 @@ class FloatExponentials:
 
 
 def sides_of(halves: tuple[Half, Half], lam: Any, r: Any, order: int, ops: Any) -> Sides:
-    left, right = (_side(one, lam, r, order, ops) for one in halves)
+    left, right = (side_of(one, lam, r, order, ops) for one in halves)
     starts = [one.start for one in halves]
     both = (
         [a + b for a, b in zip(*pair, strict=True)]
         for pair in ([s.rising for s in starts], [s.falling for s in starts])
     )
     unit = ops.exp(0 * lam)
-    rising, falling = (_times(series_of(_gathered(g), lam, order, ops), unit) for g in both)
+    rising, falling = (_times(series_of(gathered(g), lam, order, ops), unit) for g in both)
     return Sides(left, right, rising, falling, starts[0].corner)
 
 
-def _gathered(groups: Groups) -> Groups:
+def gathered(groups: Groups) -> Groups:
     """Terms of one power added up, before any is evaluated."""
     found: Groups = []
     for group in groups:
@@ -169,7 +169,7 @@ def _times(series: Pair, factor: Any) -> Pair:
     return Pair(series.value * factor, series.error * factor)
 
 
-def _side(one: Half, lam: Any, r: Any, order: int, ops: Any) -> Side:
+def side_of(one: Half, lam: Any, r: Any, order: int, ops: Any) -> Side:
     """One side at `lam`, with the end at `r` where that is beyond the layer."""
     rising, falling = weights_of(one, lam, r, order, ops)
     unit = ops.exp(0 * lam)

@@ -17,7 +17,10 @@ TARGETS = ("numpy", "mpmath", "plain")
 # SymPy's name of a function -> the name it goes by here (and in C).
 _KNOWN = {
     **{name: name for name in ("exp", "log", "tanh", "sin", "cos", "asin", "acos", "atan")},
-    **{name: name for name in ("sinh", "cosh", "expm1", "log1p", "logaddexp")},
+    **{
+        name: name
+        for name in ("sinh", "cosh", "expm1", "log1p", "logaddexp", "larger", "log_modulus")
+    },
     # Quotients with a removable singularity at 0; each file that needs one holds it.
     **{name: name for name in ("exprel", "exprel2", "tanhc", "sinc")},
     "Abs": "abs",
@@ -44,27 +47,40 @@ class Dialect:
 _REMOVABLE = ("exprel", "exprel2", "tanhc", "sinc")
 _OWN = {name: f"_{name}" for name in _REMOVABLE}
 DIALECTS = {
-    "numpy": Dialect("np.", {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}, dict(_OWN)),
-    "mpmath": Dialect("ctx.", {"abs": "fabs"}, {**_OWN, "logaddexp": "_logaddexp"}, first="ctx"),
+    "numpy": Dialect(
+        "np.",
+        {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "larger": "maximum"},
+        {**_OWN, "log_modulus": "_log_modulus"},
+    ),
+    "mpmath": Dialect(
+        "ctx.",
+        {"abs": "fabs"},
+        {**_OWN, **{n: f"_{n}" for n in ("logaddexp", "larger", "log_modulus")}},
+        first="ctx",
+    ),
     "plain": Dialect(""),
     # math.exp raises where C gives infinity.
     "python": Dialect(
         "math.",
         {"abs": "fabs"},
-        {**_OWN, **{n: f"_{n}" for n in ("exp", "expm1", "sinh", "cosh", "logaddexp")}},
+        {
+            **_OWN,
+            **{n: f"_{n}" for n in ("exp", "expm1", "sinh", "cosh", "logaddexp", "log_modulus")},
+            "larger": "max",
+        },
     ),
     "c": Dialect(
         "",
-        {"abs": "fabs"},
-        {name: f"{name}_" for name in (*_REMOVABLE, "logaddexp")},
+        {"abs": "fabs", "larger": "fmax"},
+        {name: f"{name}_" for name in (*_REMOVABLE, "logaddexp", "log_modulus")},
         power="pow",
         whole=".0",
     ),
     # -x**2 is an error in JavaScript.
     "javascript": Dialect(
         "Math.",
-        {},
-        {name: name for name in (*_REMOVABLE, "logaddexp")},
+        {"larger": "max"},
+        {**{name: name for name in (*_REMOVABLE, "logaddexp")}, "log_modulus": "logModulus"},
         power="Math.pow",
     ),
 }

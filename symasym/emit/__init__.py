@@ -24,6 +24,8 @@ def emit(
     parameters: Mapping[str, Any] | None = None,
     *,
     drift: Drift | None = None,
+    method: str | None = None,
+    order: int | None = None,
     name: str = "f",
 ) -> Source:
     """Source code of a formula or an expression.
@@ -40,8 +42,13 @@ def emit(
         float stands for its binary value, ``"-0.4"`` for -2/5.
     drift : Drift, optional
         For the formulas that hold a general drift: phi (``"eq:phi"``), V (``"eq:V"``), the escape
-        time in weak noise (``"eq:Ttildesmall"``), the stationary density (``"eq:pss"``). Its
-        free parameters become arguments.
+        time (``"eq:Ttilde"``), also in weak noise (``"eq:Ttildesmall"``), the stationary density
+        (``"eq:pss"``) and others. Its free parameters become arguments.
+    method : {"exact", "laplace"}, optional
+        Of ``"eq:Ttilde"`` with a drift: T itself in double precision, or its expansion in weak
+        noise, for a bound drift; as in `symasym.escape_time`.
+    order : int, optional
+        Of the expansion, 0 to 20; 2 where it is left out.
     name : str
         What to call the function of an expression.
 
@@ -79,11 +86,13 @@ def emit(
     if isinstance(what, str):
         what = formula(what)
     numbers = _numbers(parameters)
+    if drift is None and (method is not None or order is not None):
+        raise InputError("method and order are for a formula with a drift in it; give drift=….")
     if isinstance(what, Formula):
         if drift is not None:
             from symasym.emit.drifts import program as with_drift
 
-            return rendered(with_drift(what, drift, numbers), target)
+            return rendered(with_drift(what, drift, numbers, method, order), target)
         program = of_formula(what)
     else:
         if drift is not None:

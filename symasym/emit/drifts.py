@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import sympy
 
 from symasym.drift import Drift
+from symasym.emit.exact_time import by_powers, critical, exact_time
 from symasym.emit.folding import fold
 from symasym.emit.forms import called, log_form, logaddexp
 from symasym.emit.program import Case, Function, Program, Quadrature, require_closed
+from symasym.emit.stokes import stokes
 from symasym.errors import InputError
 from symasym.formula import Formula, formula
 from symasym.inputs import is_array
@@ -20,7 +23,13 @@ from symasym.inputs import is_array
 _DIGITS = 60
 
 
-def program(what: Formula, drift: Drift, numbers: Mapping[str, Any]) -> Program:
+def program(
+    what: Formula,
+    drift: Drift,
+    numbers: Mapping[str, Any],
+    method: str | None = None,
+    order: Any = None,
+) -> Program:
     """A formula of `LABELS` for a drift; `numbers` are the drift's parameters, or the others."""
     if not isinstance(drift, Drift):
         raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction().")
@@ -37,11 +46,34 @@ def program(what: Formula, drift: Drift, numbers: Mapping[str, Any]) -> Program:
     arrays = [name for name, value in drift.values.items() if is_array(value)]
     if arrays:
         raise InputError(f"{arrays[0]} is an array; leave it free, it becomes an argument.")
-    found = LABELS[what.label](what, drift)
     rest = {name: value for name, value in numbers.items() if name not in own}
-    found = replace(found, title=f"{what.title}, for {drift!r}", error=what.error)
+    if _expanded(what, method, order):
+        from symasym.emit import expansion
+
+        r = rest.pop("r", None)
+        radius = None if r is None else Fraction(int(r.p), int(r.q))
+        kappa = float(rest["kappa"]) if "kappa" in rest else None
+        found = expansion.program(what, drift, expansion.read_order(order), radius, kappa)
+        own = {**own, **({} if r is None else {"r": r})}
+    else:
+        found = LABELS[what.label](what, drift)
+    error = found.error or what.error
+    found = replace(found, title=f"{what.title}, for {drift!r}", error=error)
     found = fold(require_closed(found), rest)
-    return replace(found, folded={**found.folded, **_bound(drift)})
+    return replace(found, folded={**found.folded, **_bound(drift), **own})
+
+
+def _expanded(what: Formula, method: str | None, order: Any) -> bool:
+    """Whether the expansion in weak noise is asked for."""
+    if method is None and order is None:
+        return False
+    if what.label != "eq:Ttilde":
+        raise InputError(f"{what.label} has no method or order; eq:Ttilde has.")
+    if method not in (None, "exact", "laplace"):
+        raise InputError(f"method is {method!r}; emitted are 'exact' and 'laplace'.")
+    if method != "laplace" and order is not None:
+        raise InputError("order is for method='laplace'; the exact time has none.")
+    return method == "laplace"
 
 
 def _bound(drift: Drift) -> dict[str, Any]:
@@ -75,7 +107,7 @@ def _arguments(drift: Drift, *others: str) -> tuple[str, ...]:
 
 def drift_function(drift: Drift) -> Function:
     """phi(u)."""
-    cases = [Case((_by_powers(value),), where) for value, where in _cases(drift.phi())]
+    cases = [Case((by_powers(value),), where) for value, where in _cases(drift.phi())]
     about = "The drift (eq:phi)."
     return Function("phi", about, _arguments(drift, "u"), tuple(cases), outside=_NO_NUMBER)
 
@@ -86,7 +118,7 @@ def potential_function(drift: Drift) -> Function:
     if own is not None:
         pieces = own(drift)
     else:
-        pieces = [(_by_powers(v, -1), where) for v, where in _cases(drift.potential())]
+        pieces = [(by_powers(v, -1), where) for v, where in _cases(drift.potential())]
     cases = tuple(Case((value,), where) for value, where in pieces)
     about = "The potential, V(-1) = 0 (eq:V)."
     return Function("V", about, _arguments(drift, "u"), cases, outside=_NO_NUMBER)
@@ -97,16 +129,6 @@ def _cases(e: Any) -> list[tuple[Any, tuple[Any, ...]]]:
         return [(e, ())]
     # The last case is no default: what is no number has no value.
     return [(value, (where if where != sympy.true else _U >= 1,)) for value, where in e.args]
-
-
-def _by_powers(e: Any, zero: int | None = None) -> Any:
-    """A polynomial in u by Horner's rule, around a known zero where it has one."""
-    if not e.is_polynomial(_U):
-        return e
-    if zero is not None and sympy.expand(e.subs(_U, zero)) == 0:
-        quotient = sympy.Poly(e, _U).quo(sympy.Poly(_U - zero, _U))
-        return (_U - zero) * sympy.horner(quotient.as_expr(), _U)
-    return sympy.horner(e, _U)
 
 
 def _values(drift: Drift) -> list[Any]:
@@ -246,7 +268,7 @@ def _quadrature(drift: Drift, sign: int, lower: Any, upper: Any) -> Quadrature:
     if A.is_polynomial(_U):
         powers = tuple(sympy.Poly(A, _U).all_coeffs()[::-1])
         return Quadrature(exponent, lower, upper, coefficients=powers)
-    return Quadrature(exponent, lower, upper, points=_critical(drift))
+    return Quadrature(exponent, lower, upper, points=critical(drift))
 
 
 def _layer_parts(drift: Drift) -> tuple[list[Function], Any, Any, Any]:
@@ -276,15 +298,6 @@ def _layer_parts(drift: Drift) -> tuple[list[Function], Any, Any, Any]:
         logaddexp(*tails),
         tuple(c for c in where if c != sympy.true),
     )
-
-
-def _critical(drift: Drift) -> tuple[Any, ...]:
-    if drift.free:
-        raise InputError(
-            f"the wells of {drift!r} have no closed form in {', '.join(drift.free)}; bind them, or "
-            "use a polynomial drift."
-        )
-    return tuple(sympy.Float(float(point.u), 20) for point in drift.critical_points())
 
 
 def _density(what: Formula, drift: Drift) -> Program:
@@ -357,12 +370,14 @@ def _softplus(x: Any) -> Any:
 
 
 LABELS = {
+    "eq:Ttilde": exact_time,
     "eq:phi": _phi,
     "eq:phifric0": _phi,
     "eq:V": _potential,
     "eq:V2": _potential,
     "eq:Vfric": _potential,
     "eq:Ttildesmall": _weak_noise,
+    "eq:S": stokes,
     "eq:C": _exit,
     "eq:pss": _density,
     "eq:P": _occupation,

@@ -54,7 +54,7 @@ def fold(program: Program, parameters: Mapping[str, Any]) -> Program:
 def _folded(
     function: Function, numbers: Mapping[Any, Any], given: str
 ) -> tuple[Function | None, list[str]]:
-    if function.quadrature is not None:
+    if function.quadrature is not None or function.passage is not None:
         return function, []
     gone: list[str] = []
     parts = []
@@ -74,7 +74,8 @@ def _folded(
                 for v in case.values
                 for term in _vanishing(v, numbers)
             ]
-            found.append(replace(case, values=values, conditions=open_))
+            shared = tuple((s, e.subs(numbers)) for s, e in case.shared)
+            found.append(replace(case, values=values, conditions=open_, shared=shared))
             if not open_:
                 break
         parts.append(tuple(found))

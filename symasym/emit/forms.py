@@ -62,6 +62,21 @@ class logaddexp(sympy.Function):  # type: ignore[misc]
     is_real = True
 
 
+class larger(sympy.Function):  # type: ignore[misc]
+    """The larger of two numbers."""
+
+    is_real = True
+
+    def _latex(self, printer: Any, exp: Any = None) -> str:
+        return rf"\max({', '.join(printer._print(a) for a in self.args)})"
+
+
+class log_modulus(sympy.Function):  # type: ignore[misc]
+    """log(Ai(x)^2 + Bi(x)^2)."""
+
+    is_real = True
+
+
 class CalledBase(sympy.Function):  # type: ignore[misc]
     """A call of another function of the same file, by the name of the class."""
 
@@ -205,6 +220,7 @@ def as_printed(e: Any) -> Any:
         (sinc, lambda x: sympy.sin(x) / x),
         (expm1, lambda x: sympy.exp(x) - 1),
         (log1p, lambda x: sympy.log(1 + x)),
+        (log_modulus, lambda x: sympy.log(sympy.airyai(x) ** 2 + sympy.airybi(x) ** 2)),
         (logaddexp, lambda x, y: sympy.log(sympy.exp(x) + sympy.exp(y))),
     ):
         e = e.replace(kind, written)

@@ -39,11 +39,21 @@ def identifier(name: str) -> str:
 
 @dataclass(frozen=True)
 class Case:
-    """Values that hold where all `conditions` do, which are asked in this order."""
+    """Values that hold where all `conditions` do, which are asked in this order.
+
+    `shared` are symbols in the values, and what they stand for, in this order.
+    """
 
     values: tuple[Any, ...]
     conditions: tuple[Any, ...] = ()
     name: str = ""  # how it is called when it is left out
+    shared: tuple[tuple[Any, Any], ...] = ()
+
+    @property
+    def symbols(self) -> set[Any]:
+        """What the values, the conditions and the shared parts need."""
+        parts = (*self.values, *self.conditions, *(e for _, e in self.shared))
+        return {s for e in parts for s in e.free_symbols} - {s for s, _ in self.shared}
 
 
 @dataclass(frozen=True)
@@ -75,6 +85,39 @@ class Quadrature:
 
 
 @dataclass(frozen=True)
+class Passage:
+    """log T from 0 with the layer's `drift` in u (see `symasym.emit.passage`).
+
+    Attributes
+    ----------
+    drift : expression
+    ends : tuple of two expressions
+        The drift beyond the layer.
+    rough : expression
+        What rounding makes of the drift, absolute.
+    points, coefficients : tuple of expressions
+        The drift's zeros in the layer; or its coefficients, of which the file finds them.
+    """
+
+    drift: Any
+    ends: tuple[Any, ...]
+    rough: Any
+    points: tuple[Any, ...] = ()
+    coefficients: tuple[Any, ...] = ()
+
+    def changed(self, change: Callable[[Any], Any]) -> Passage:
+        """With `change` made to each expression."""
+        ends, points, coefficients = (
+            tuple(change(e) for e in part) for part in (self.ends, self.points, self.coefficients)
+        )
+        return Passage(change(self.drift), ends, change(self.rough), points, coefficients)
+
+    @property
+    def expressions(self) -> tuple[Any, ...]:
+        return (self.drift, *self.ends, self.rough, *self.points, *self.coefficients)
+
+
+@dataclass(frozen=True)
 class Function:
     """A function: the first case whose conditions hold gives its values.
 
@@ -97,12 +140,12 @@ class Function:
     logs: tuple[Case, ...] = ()
     outside: str = "no case of the formula holds there"
     quadrature: Quadrature | None = None
+    passage: Passage | None = None
 
     @property
     def symbols(self) -> set[Any]:
         """Every symbol in the cases and their conditions."""
-        return {s for case in self.cases for e in (*case.values, *case.conditions)
-                for s in e.free_symbols}  # fmt: skip
+        return {s for case in self.cases for s in case.symbols}
 
 
 @dataclass(frozen=True)
@@ -128,6 +171,7 @@ class Ready:
     outside: str = ""
     exp_of: str = ""
     quadrature: Quadrature | None = None
+    passage: Passage | None = None
 
     @property
     def count(self) -> int:
@@ -201,6 +245,9 @@ def ready(program: Program, double: bool) -> list[Ready]:
         if function.quadrature is not None:
             found.append(_ready_quadrature(function, function.quadrature, double))
             continue
+        if function.passage is not None:
+            found += _ready_passage(function, function.passage)
+            continue
         function = replace(
             function,
             cases=tuple(_stably(case) for case in function.cases),
@@ -245,12 +292,7 @@ def _logs(function: Function) -> tuple[Case, ...]:
 
 def _called(function: Function) -> dict[Any, Any]:
     """Each symbol under the name it has in code."""
-    symbols = {
-        s
-        for case in (*function.cases, *function.logs)
-        for e in (*case.values, *case.conditions)
-        for s in e.free_symbols
-    }
+    symbols = {s for case in (*function.cases, *function.logs) for s in case.symbols}
     names = {s: identifier(s.name) for s in symbols}
     if len({*names.values()}) < len({s.name for s in symbols}):
         raise InputError(
@@ -271,15 +313,30 @@ def _ready_quadrature(function: Function, quadrature: Quadrature, double: bool) 
     return Ready(function.name, function.doc, arguments, (), quadrature=quadrature)
 
 
+def _ready_passage(function: Function, passage: Passage) -> list[Ready]:
+    """The logarithm and its exponential, in doubles."""
+    symbols = {s for e in passage.expressions for s in e.free_symbols}
+    names = {s: sympy.Symbol(identifier(s.name), **s._assumptions_orig) for s in symbols}
+    passage = passage.changed(lambda e: rounded(e.subs(names, simultaneous=True)))
+    arguments = tuple(map(identifier, function.arguments))
+    log = f"log_{function.name}"
+    about = f"Natural logarithm of `{function.name}`."
+    return [
+        Ready(log, about, arguments, (), function.outside, passage=passage),
+        Ready(function.name, function.doc, arguments, (), function.outside, exp_of=log),
+    ]
+
+
 def _ready(function: Function, names: dict[Any, Any], double: bool) -> Ready:
-    used = {s.name for case in function.cases for e in (*case.values, *case.conditions)
-            for s in e.free_symbols}  # fmt: skip
+    used = {s.name for s in function.symbols}
     arguments = tuple(identifier(name) for name in function.arguments if name in used)
     bodies = []
     for case in function.cases:
+        given = [(s, stable(e.subs(names, simultaneous=True))) for s, e in case.shared]
         values = [stable(v.subs(names, simultaneous=True)) for v in case.values]
         conditions = [c.subs(names, simultaneous=True) for c in case.conditions]
         if double:
+            given = [(s, rounded(e)) for s, e in given]
             values = [rounded(v) for v in values]
             conditions = [rounded(c) for c in conditions]
         taken = {s for e in (*values, *conditions) for s in e.free_symbols}
@@ -288,7 +345,7 @@ def _ready(function: Function, names: dict[Any, Any], double: bool) -> Ready:
             if s.name not in {t.name for t in taken}
         )  # fmt: skip
         shared, values = sympy.cse(values, symbols=fresh, order="none")
-        bodies.append(Body(tuple(conditions), tuple(shared), tuple(values)))
+        bodies.append(Body(tuple(conditions), (*given, *shared), tuple(values)))
         if not conditions:
             break
     return Ready(function.name, function.doc, arguments, tuple(bodies), function.outside)

@@ -7,7 +7,9 @@ import shutil
 
 import sympy
 
-from symasym.emit.program import Body, Program, Ready, header, in_doubles
+from symasym.emit import airy
+from symasym.emit.passage_c import in_c
+from symasym.emit.program import Body, Passage, Program, Quadrature, Ready, header, in_doubles
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
 from symasym.errors import InputError
 
@@ -123,6 +125,8 @@ static int zeros_(const double *c, int n, double *found)
     return number;
 }
 ''',
+    "log_time_": in_c(),
+    "log_modulus_": airy.in_c(),
     "logaddexp_": '''static double logaddexp_(double x, double y)
 {
     const double high = x > y ? x : y;
@@ -188,7 +192,8 @@ def _signature(function: Ready, last: str = "") -> list[str]:
 
 def _declared(function: Ready) -> str:
     doc = [signature_doc(function)]
-    if function.bodies and function.bodies[-1].conditions:
+    partial = function.bodies[-1].conditions if function.bodies else function.outside
+    if partial:
         doc.append(f"NAN where {function.outside}.")
     return "\n".join([*("/* " + line + " */" for line in doc), *_signature(function, ";")])
 
@@ -216,24 +221,70 @@ def _integral(function: Ready) -> str:
         "{",
         f"    const double p[{len(names)}] = {{{', '.join(names)}}};",
     ]
-    values = ", ".join(text(e, "c") for e in known)
-    if q.coefficients:
-        lines += wrapped(f"const double c[{len(known)}] = ", values, "    ", end=";", brackets="{}")
-        lines.append(f"    double marks[{len(known)}];")
-        lines.append(f"    const int count = zeros_(c, {len(known)}, marks);")
-    else:
-        listed = values or "0.0"
-        size = max(1, len(known))
-        lines += wrapped(f"const double marks[{size}] = ", listed, "    ", end=";", brackets="{}")
-        lines.append(f"    const int count = {len(known)};")
+    lines += _marks(q)
     ends = f"{text(q.lower, 'c')}, {text(q.upper, 'c')}"
     lines.append(f"    return between_({function.name}_at_, p, marks, count, {ends});")
     return "\n".join([*lines, "}"])
 
 
+def _passage(function: Ready) -> str:
+    """An escape time: its drift, where that is zero, its value."""
+    q = function.passage
+    assert q is not None
+    names = function.arguments
+    if len(q.coefficients) > 32 or len(q.points) > 128:
+        raise InputError(
+            "C code is emitted for polynomials up to degree 31 and drifts with up to 128 zeros and "
+            "turns; emit another target."
+        )
+    places = {name: sympy.Symbol(f"p[{k}]", real=True) for k, name in enumerate(names)}
+    drift = q.drift.subs({s: places[s.name] for s in q.drift.free_symbols if s.name in places})
+    if not any(s.name.startswith("p[") for s in drift.free_symbols):
+        unused = ["    (void)p;"]
+    else:
+        unused = []
+    lines = [
+        f"static double {function.name}_drift_(double u, const double *p)",
+        "{",
+        *unused,
+        *([] if drift.has(sympy.Symbol("u", real=True)) else ["    (void)u;"]),
+        *wrapped("return ", text(drift, "c"), "    ", end=";"),
+        "}",
+        "",
+        *_signature(function),
+        "{",
+        f"    const double p[{len(names)}] = {{{', '.join(names)}}};",
+        f"    const double ends[2] = {{{', '.join(text(e, 'c') for e in q.ends)}}};",
+    ]
+    lines += _marks(q)
+    value = f"{function.name}_drift_, p, ends, {text(q.rough, 'c')}, marks, count, kappa, r"
+    lines += wrapped("return log_time_", value, "    ", end=";", brackets="()")
+    return "\n".join([*lines, "}"])
+
+
+def _marks(q: Quadrature | Passage) -> list[str]:
+    """Where the drift is zero in the layer: `marks`, and how many."""
+    known = q.coefficients or q.points
+    values = ", ".join(text(e, "c") for e in known)
+    if q.coefficients:
+        return [
+            *wrapped(f"const double c[{len(known)}] = ", values, "    ", end=";", brackets="{}"),
+            f"    double marks[{len(known)}];",
+            f"    const int count = zeros_(c, {len(known)}, marks);",
+        ]
+    size = max(1, len(known))
+    listed = values or "0.0"
+    return [
+        *wrapped(f"const double marks[{size}] = ", listed, "    ", end=";", brackets="{}"),
+        f"    const int count = {len(known)};",
+    ]
+
+
 def _function(function: Ready) -> str:
     if function.quadrature:
         return _integral(function)
+    if function.passage:
+        return _passage(function)
     lines = [*_signature(function), "{"]
     if function.exp_of:
         names = ", ".join(function.arguments)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from symasym.emit import airy
+from symasym.emit.passage_javascript import in_javascript
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
 
@@ -70,6 +72,8 @@ function zeros(c) {
   return found;
 }
 ''',
+    "logTime": in_javascript(),
+    "logModulus": airy.in_javascript(),
     "logaddexp": '''function logaddexp(x, y) {
   const high = Math.max(x, y);
   return Math.abs(high) === Infinity ? high : high + Math.log1p(Math.exp(-Math.abs(x - y)));
@@ -117,6 +121,8 @@ def _function(function: Ready) -> str:
         lines += wrapped(call, names, "  ", end=");", brackets="()", deeper="  ")
     if function.quadrature:
         lines += _integral(function)
+    if function.passage:
+        lines += _passage(function)
     for body in function.bodies:
         lines += _block(body)
     if function.bodies and function.bodies[-1].conditions:
@@ -141,6 +147,22 @@ def _integral(function: Ready) -> list[str]:
         lines += wrapped("const points = ", within, "  ", end=";", brackets="[]", deeper="  ")
     value = f"(u) => {text(q.exponent, 'javascript')}, points"
     call = wrapped("return logIntegral", value, "  ", end=";", brackets="()", deeper="  ")
+    return [*lines, *call]
+
+
+def _passage(function: Ready) -> list[str]:
+    """The body of an escape time: its drift, where that is zero, its value."""
+    q = function.passage
+    assert q is not None
+    zeros = f"[{', '.join(text(p, 'javascript') for p in q.points)}]"
+    if q.coefficients:
+        zeros = f"zeros([{', '.join(text(c, 'javascript') for c in q.coefficients)}])"
+    ends = ", ".join(text(e, "javascript") for e in q.ends)
+    lines = wrapped(
+        "const drift = (u) => ", text(q.drift, "javascript"), "  ", end=";", deeper="  "
+    )
+    value = f"drift, [{ends}], {text(q.rough, 'javascript')}, {zeros}, kappa, r"
+    call = wrapped("return logTime", value, "  ", end=";", brackets="()", deeper="  ")
     return [*lines, *call]
 
 

@@ -22,17 +22,31 @@ NAMES = {
     "a_plus": "a^+",
     "drift0": r"\phi(0)",
     "ell": r"\ell",
+    "lam": r"\lambda",
     "z0": "z_0",
 }
+# Parts of an expansion are called by words.
+_WORDS = {"start", "well", "barrier", "kink", "end", "between", "beyond"}
 
 
 def render(program: Program, _: list[Ready]) -> str:
     """The file: the formula as it is derived, then the functions the other targets emit."""
-    parts = [] if program.folded or not program.latex else [program.latex]
-    parts += [_function(f) for f in program.functions]
-    equations = "\n\n".join(f"\\begin{{equation*}}\n{part}\n\\end{{equation*}}" for part in parts)
+    # The drift stands beside a formula that holds it.
+    general = not program.folded or any(f.passage for f in program.functions)
+    parts = [_block("equation*", program.latex)] if general and program.latex else []
+    for function in program.functions:
+        parts.append(_block("equation*", _function(function)))
+        shared = dict.fromkeys(part for case in function.cases for part in case.shared)
+        if shared:
+            rows = (f"{_tex(s)} &= {_tex(e)}" for s, e in shared)
+            parts.append(_block("align*", " \\\\\n".join(rows)))
+    equations = "\n\n".join(parts)
     top = comment([re.sub(r"%", r"\\%", line) for line in header(program)], "%")
     return "\n".join([*top, "", equations, ""])
+
+
+def _block(name: str, body: str) -> str:
+    return f"\\begin{{{name}}}\n{body}\n\\end{{{name}}}"
 
 
 def _function(function: Function) -> str:
@@ -41,6 +55,8 @@ def _function(function: Function) -> str:
         q = function.quadrature
         ends = f"{{{_tex(q.lower)}}}^{{{_tex(q.upper)}}}"
         return rf"{name} = \log \int_{ends} {_tex(sympy.exp(q.exponent))} \, du"
+    if function.passage is not None:
+        return rf"\phi(u) = {_tex(function.passage.drift)} \quad (|u| \le 1)"
     if len(function.cases) == 1 and not function.cases[0].conditions:
         return f"{name} = {_values(function.cases[0].values)}"
     rows = []
@@ -57,5 +73,10 @@ def _values(values: tuple[Any, ...]) -> str:
 
 def _tex(e: Any) -> str:
     e = as_printed(e)
+    # Numbers of the program have more digits than a reader wants.
+    e = e.xreplace({x: sympy.Float(x, 20) for x in e.atoms(sympy.Float)})
     names = {s: NAMES[s.name] for s in e.free_symbols if s.name in NAMES}
+    for s in e.free_symbols:
+        if s.name.split("_")[0] in _WORDS:
+            names[s] = rf"\mathrm{{{s.name.replace('_', chr(92) + ' ')}}}"
     return str(sympy.latex(e, symbol_names=names, order="none"))

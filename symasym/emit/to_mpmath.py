@@ -83,6 +83,12 @@ HELPERS = {
     "_sinc": '''def _sinc(ctx, x):
     return ctx.one if x == 0 else ctx.sin(x) / x
 ''',
+    "_log_modulus": '''def _log_modulus(ctx, x):
+    return ctx.log(ctx.airyai(x) ** 2 + ctx.airybi(x) ** 2)
+''',
+    "_larger": '''def _larger(ctx, x, y):
+    return max(x, y)
+''',
     "_logaddexp": '''def _logaddexp(ctx, x, y):
     return max(x, y) + ctx.log1p(ctx.exp(-abs(x - y)))
 ''',

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from symasym.emit import airy
+from symasym.emit.passage import in_numpy
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
-from symasym.emit.to_python import ZEROS, block, integral, log_integral
+from symasym.emit.to_python import ZEROS, block, integral, log_integral, passage
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
 
 HELPERS = {
@@ -15,6 +17,8 @@ HELPERS = {
         return h * np.dot(_W, left + right)""",
     ),
     "_zeros": ZEROS,
+    "_log_time": in_numpy(),
+    "_log_modulus": airy.in_numpy(),
     "_each": '''def _each(function, *arguments):
     """A function of numbers, called once for each set of them that is there."""
     arrays = np.broadcast_arrays(*_floats(*arguments))
@@ -86,9 +90,9 @@ def _function(function: Ready) -> str:
         head.append('    with np.errstate(over="ignore", under="ignore"):')
         first = f"return np.exp({function.exp_of}"
         return "\n".join([*head, *wrapped(first, names, " " * 8, end=")", brackets="()")])
-    if function.quadrature:
+    if function.quadrature or function.passage:
         inner = heading(f"def _{function.name}", list(function.arguments), ":")
-        body = integral(function, "numpy")
+        body = (integral if function.quadrature else passage)(function, "numpy")
         each = wrapped("return _each", f"_{function.name}, {names}", "    ", brackets="()")
         return "\n".join([*inner, *body, "", "", *head, *each])
     if len(function.bodies) == 1 and not function.bodies[0].conditions:

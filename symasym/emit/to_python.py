@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from symasym.emit import airy
+from symasym.emit.passage import in_python
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
 
@@ -84,6 +86,8 @@ HELPERS = {
         )""",
     ),
     "_zeros": ZEROS,
+    "_log_time": in_python(),
+    "_log_modulus": airy.in_python(),
     "_exp": '''def _exp(x):
     # math.exp raises where this is infinite.
     return math.exp(x) if x < 709.78 else math.exp(x - 9) * math.exp(9) if x < 718 else math.inf
@@ -140,6 +144,8 @@ def _function(function: Ready) -> str:
         return "\n".join(lines)
     if function.quadrature:
         return "\n".join([*lines, *integral(function, "python")])
+    if function.passage:
+        return "\n".join([*lines, *passage(function, "python")])
     if len(function.arguments) > 1:
         lines += wrapped(f"{names} = map(float, ", names, "    ", end=")", brackets="()")
     elif names:
@@ -169,6 +175,21 @@ def integral(function: Ready, target: str) -> list[str]:
     first = "ctx, " if target == "mpmath" else ""
     value = f"{first}lambda u: {text(q.exponent, target)}, points"
     return [*lines, *wrapped("return _log_integral", value, "    ", brackets="()")]
+
+
+def passage(function: Ready, target: str) -> list[str]:
+    """The body of an escape time: its drift, where that is zero, its value."""
+    q = function.passage
+    assert q is not None
+    zeros = f"[{', '.join(text(p, target) for p in q.points)}]"
+    if q.coefficients:
+        zeros = f"_zeros([{', '.join(text(c, target) for c in q.coefficients)}])"
+    names = ", ".join(function.arguments)
+    lines = wrapped(f"{names} = map(float, ", names, "    ", end=")", brackets="()")
+    lines += ["", "    def drift(u):", *wrapped("return ", text(q.drift, target), " " * 8), ""]
+    ends = ", ".join(text(e, target) for e in q.ends)
+    value = f"drift, ({ends}), {text(q.rough, target)}, {zeros}, kappa, r"
+    return [*lines, *wrapped("return _log_time", value, "    ", brackets="()")]
 
 
 def block(body: Body, target: str, indent: str = "    ") -> list[str]:

@@ -23,6 +23,11 @@ class CodePrinter(Printer):
     def _print_Symbol(self, expr: Any) -> str:
         return str(self.names.get(expr, expr.name))
 
+    def _print_Float(self, expr: Any) -> str:
+        number = str(super()._print_Float(expr))
+        # Python would read it as a double.
+        return f'ctx.mpf("{number}")' if self.target == "mpmath" else number
+
     def _print_Relational(self, expr: Any) -> str:
         sign = {"Eq": "==", "Ne": "!="}.get(type(expr).__name__, expr.rel_op)
         return f"{self._print(expr.lhs)} {sign} {self._print(expr.rhs)}"

@@ -33,7 +33,8 @@ function heights(curves, least) {
  * The inside of an SVG of this size.
  *
  * plot: x and y (ranges), xlabel, curves (lists of points); and, where it has them, layer (a band
- * in x), zero (a line at y = 0), lines (dashed, at x), here (a line at x), points ([x, y, class]).
+ * in x), zero (a line at y = 0), lines (dashed, at x), here (a line at x), points ([x, y, class]),
+ * dashed (more curves, over the others).
  */
 function drawn(plot, width, height) {
   const right = width - MARGIN.right;
@@ -71,10 +72,9 @@ function drawn(plot, width, height) {
     if (plot.x[0] < v && v < plot.x[1]) parts.push(upright(v, "line"));
   }
   if (plot.here !== undefined) parts.push(upright(plot.here, "here"));
-  for (const curve of plot.curves) {
-    const path = curve.map(([u, v]) => `${px(x(u))} ${px(y(v))}`).join("L");
-    parts.push(`<path class="curve" d="M${path}"/>`);
-  }
+  const path = (curve) => curve.map(([u, v]) => `${px(x(u))} ${px(y(v))}`).join("L");
+  for (const curve of plot.curves) parts.push(`<path class="curve" d="M${path(curve)}"/>`);
+  for (const curve of plot.dashed ?? []) parts.push(`<path class="dashed" d="M${path(curve)}"/>`);
   for (const [u, v, kind] of plot.points ?? []) {
     parts.push(`<circle class="${kind}" cx="${px(x(u))}" cy="${px(y(v))}" r="5"/>`);
   }

@@ -52,11 +52,27 @@ function logTime(s, z0) {
   return emitted["eq:Ttildesmall"].log_weak_noise_time(s.kappa, s.r, s.mu, s.alpha, z0);
 }
 
+/** The natural logarithm of T, exact; null where double precision does not tell it. */
+function logExact(s, z0) {
+  try {
+    return emitted["eq:Ttilde"].log_escape_time(s.kappa, s.r, s.mu, s.alpha, z0);
+  } catch (error) {
+    if (!(error instanceof RangeError)) throw error;
+    return null;
+  }
+}
+
 /** The step multiplier of the well's term in the paper's T; null where no well can be born. */
 function multiplier(s, z0) {
   const where = side(s, z0);
   if (region(s.alpha, z0).name !== "crossing" || where === null) return null;
   return (1 + where) / 2;
+}
+
+/** The smooth multiplier, from 0 to 1 through the fold; null where no well can be born. */
+function smoothMultiplier(s, z0) {
+  if (region(s.alpha, z0).name !== "crossing" || side(s, z0) === null) return null;
+  return emitted["eq:S"].stokes_multiplier(s.kappa, s.mu, s.alpha, z0);
 }
 
 /** Slider values to scaled variables. */
@@ -86,7 +102,9 @@ function numbers(sliders) {
     points: criticalPoints(s.mu, s.alpha, s.z0),
     folds: folds(s.mu, s.alpha),
     step: multiplier(s, s.z0),
+    smooth: smoothMultiplier(s, s.z0),
     logTime: logTime(s, s.z0),
+    logExact: logExact(s, s.z0),
     occupation: slides ? emitted["eq:P"].occupation(s.kappa, s.mu, s.alpha, s.z0) : null,
     logOutside: slides ? emitted["eq:P"].log_complement(s.kappa, s.mu, s.alpha, s.z0) : null,
   };
@@ -121,24 +139,51 @@ function density(sliders) {
   return within.map((x) => [x, value(x, s.kappa, s.mu, s.alpha, s.z0)]);
 }
 
-/** log10 T and the multiplier against z0, in stretches between the jumps. */
-function againstSpring(sliders) {
-  const s = scaled(sliders);
+/** z0 in stretches between the jumps of the paper's formula, where the drift crosses. */
+function springs(s) {
   const ends = [1 - s.alpha, 1 + s.alpha, ...(folds(s.mu, s.alpha) ?? [])];
   const inside = ends.filter((x) => SPRING[0] < x && x < SPRING[1]);
   const marks = [SPRING[0], ...inside.sort((a, b) => a - b), SPRING[1]];
-  const time = [];
-  const step = [];
+  const found = [];
   for (let k = 0; k + 1 < marks.length; k++) {
     // Not the ends: there the formula jumps, or has no value.
     const gap = (marks[k + 1] - marks[k]) * 1e-4;
     if (!(gap > 1e-7)) continue;
     const [from, to] = [marks[k] + gap, marks[k + 1] - gap];
+    if (logTime(s, (from + to) / 2) === null) continue;
     // Closer towards the ends, where the formula has its logarithms.
-    const z0 = even(0, Math.PI, 61).map((t) => from + ((to - from) * (1 - Math.cos(t))) / 2);
-    if (logTime(s, z0[30]) === null) continue;
-    time.push(z0.map((z) => [z, logTime(s, z) / Math.LN10]));
-    if (folds(s.mu, s.alpha)) step.push(z0.map((z) => [z, multiplier(s, z)]));
+    found.push(even(0, Math.PI, 61).map((t) => from + ((to - from) * (1 - Math.cos(t))) / 2));
   }
-  return { time, step };
+  return found;
+}
+
+/** log10 T by the paper's formula, and both multipliers, against z0. */
+function againstSpring(sliders) {
+  const s = scaled(sliders);
+  const found = springs(s);
+  const born = folds(s.mu, s.alpha) ? found : [];
+  return {
+    time: found.map((curve) => curve.map((z) => [z, logTime(s, z) / Math.LN10])),
+    step: born.map((curve) => curve.map((z) => [z, multiplier(s, z)])),
+    smooth: born.map((curve) => curve.map((z) => [z, smoothMultiplier(s, z)])),
+  };
+}
+
+/**
+ * log10 T, exact, against z0: curves that grow by one point a step, so that the page can draw between.
+ * Every third of the places of the formula will do: nothing jumps here.
+ */
+function* exactAgainstSpring(sliders) {
+  const s = scaled(sliders);
+  const curves = [];
+  for (const places of springs(s)) {
+    const curve = [];
+    curves.push(curve);
+    for (let k = 0; k < places.length; k += 3) {
+      const log = logExact(s, places[k]);
+      if (log !== null) curve.push([places[k], log / Math.LN10]);
+      yield curves;
+    }
+  }
+  return curves;
 }

@@ -64,7 +64,7 @@ function inWords(n) {
 
 function rows(n) {
   const height = n.points.length === 2 ? Math.abs(n.points[1].V - n.points[0].V) : null;
-  const physical = n.logTime === null ? null : n.logTime + Math.log(n.time);
+  const physical = n.logExact === null ? null : n.logExact + Math.log(n.time);
   return {
     "κ, scaled: κ/√ε": short(n.kappa),
     "r, scaled: r/ε": short(n.r),
@@ -72,32 +72,48 @@ function rows(n) {
     "a⁻, a⁺": [n.aMinus, n.aPlus].map((a) => short(Number(a.toFixed(9)))).join(", "),
     "folds z0⁽⁺⁾, z0⁽⁻⁾": n.folds ? n.folds.map((z) => short(z)).join(", ") : NONE,
     "height of the barrier": short(height),
-    "step multiplier": short(n.step),
-    "T, scaled, by the paper’s formula": fromLog(n.logTime),
+    "Stokes multiplier, and as a step": `${short(n.smooth)}, ${short(n.step)}`,
+    "T, scaled": fromLog(n.logExact),
     "T, physical: ε times that": fromLog(physical),
+    "T, scaled, by the paper’s formula": fromLog(n.logTime),
     "P, share of time in the layer": n.occupation?.toPrecision(4) ?? NONE,
     "1 − P": fromLog(n.logOutside),
   };
 }
 
+/** log10 T against z0: the paper's formula, and of the exact curve what there is by now. */
+function timePlot(sliders, n, paper, exact) {
+  const shown = exact.filter((curve) => curve.length > 1);
+  const now = n.logExact === null || !paper.length ? [] : [[sliders.z0, n.logExact / Math.LN10, "dot"]];
+  const crosses = n.region === "crossing";
+  return {
+    ...spring(sliders, n),
+    curves: shown,
+    dashed: paper,
+    y: heights([...paper, ...shown]),
+    points: crosses ? now : [],
+  };
+}
+
+function spring(sliders, n) {
+  return { x: SPRING, xlabel: "z0", lines: n.folds ?? [], here: sliders.z0 };
+}
+
 /** The plots of one position of the sliders: name -> what `drawn` takes, or why there is none. */
-function plots(sliders, n) {
+function plots(sliders, n, { time, step, smooth }) {
   const { phi, V } = landscape(sliders);
   const u = { x: [-REACH, REACH], xlabel: "u", layer: LAYER };
-  const spring = { x: SPRING, xlabel: "z0", lines: n.folds ?? [], here: sliders.z0 };
-  const { time, step } = againstSpring(sliders);
   const p = density(sliders);
   const within = n.points.map((point) => [point.u, point.V, point.kind]);
   const zeros = n.points.map((point) => [point.u, 0, point.kind]);
-  const now = n.logTime === null ? [] : [[sliders.z0, n.logTime / Math.LN10, "dot"]];
-  const share = n.step === null ? [] : [[sliders.z0, n.step, "dot"]];
+  const share = n.smooth === null ? [] : [[sliders.z0, n.smooth, "dot"]];
   return {
     V: { ...u, curves: [V], y: heights([V]), points: within },
     phi: { ...u, curves: [phi], y: heights([phi], [0]), zero: true, points: zeros },
     density: p ? { ...u, curves: [p], y: heights([p], [0]) } : "none: it does not slide here",
-    time: { ...spring, curves: time, y: heights(time), points: now },
+    time: timePlot(sliders, n, time, []),
     step: step.length
-      ? { ...spring, curves: step, y: [-0.1, 1.1], points: share }
+      ? { ...spring(sliders, n), curves: smooth, dashed: step, y: [-0.1, 1.1], points: share }
       : "none: for μ ≤ 1/2 no well is born",
   };
 }
@@ -125,11 +141,47 @@ function update() {
   explorer.querySelector("dl").innerHTML = items
     .map(([name, value]) => `<div><dt>${name}</dt><dd>${value}</dd></div>`)
     .join("");
-  const made = plots(sliders, n);
+  const against = againstSpring(sliders);
+  const made = plots(sliders, n, against);
   for (const figure of explorer.querySelectorAll("figure")) {
     const caption = figure.querySelector("figcaption").textContent;
     show(figure, made[figure.dataset.plot], caption);
   }
+  exactly(sliders, n, against.time);
+}
+
+/** How many exact curves were begun; one that is not the last is given up. */
+let begun = 0;
+/** The last exact curve and what it is for: z0 only says where on it one is. */
+let known = { of: "", curves: [] };
+/** The exact curve, point by point between frames: some ten times the work of all the rest. */
+function exactly(sliders, n, paper) {
+  const mine = ++begun;
+  const figure = explorer.querySelector('figure[data-plot="time"]');
+  const caption = figure.querySelector("figcaption").textContent;
+  const { z0, ...others } = sliders;
+  const of = JSON.stringify(others);
+  if (known.of === of) {
+    show(figure, timePlot(sliders, n, paper, known.curves), caption);
+    figure.removeAttribute("aria-busy");
+    return;
+  }
+  const steps = exactAgainstSpring(sliders);
+  figure.setAttribute("aria-busy", "true");
+  const more = () => {
+    if (mine !== begun) return;
+    const until = performance.now() + 12;
+    let step = steps.next();
+    while (!step.done && performance.now() < until) step = steps.next();
+    if (!step.done) {
+      setTimeout(more);
+      return;
+    }
+    known = { of, curves: step.value };
+    show(figure, timePlot(sliders, n, paper, step.value), caption);
+    figure.removeAttribute("aria-busy");
+  };
+  setTimeout(more);
 }
 
 let waiting = false;

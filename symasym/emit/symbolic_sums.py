@@ -1,0 +1,253 @@
+"""Sums over places with a symbol for lam and one for every series.
+
+`symasym.asymptotics.place_sums` runs with these in place of numbers, so that what is emitted is the
+composition that is evaluated. Exponentials are kept apart by their heights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Any
+
+import sympy
+
+from symasym.asymptotics.place_sums import gathered
+from symasym.asymptotics.places import Groups, Half, Place, Start
+from symasym.emit.forms import larger
+
+#: Digits of the coefficients.
+DIGITS = 50
+KAPPA, R, LAM, X = sympy.symbols("kappa r lam x", positive=True)
+BEYOND_1 = sympy.Symbol("beyond", positive=True)  # r - 1, in which exponents lose no digits
+# A sum of coefficients this much below its terms is rounding.
+NOTHING = 10.0**-38
+
+
+class Names:
+    """A symbol for every series of an expansion, and what it stands for."""
+
+    def __init__(self, order: int, context: Any) -> None:
+        self.order, self._context = order, context
+        self.series: list[tuple[Any, Any]] = []
+
+    def named(self, name: str, groups: Groups) -> Groups:
+        """A series of one term, the symbol; of none where it vanishes."""
+        groups = [_without_rounding(group) for group in gathered(groups[: self.order + 1])]
+        if not any(groups):
+            return []
+        symbol = sympy.Symbol(name, real=True)
+        self.series.append((symbol, _horner([t for group in groups for t in group])))
+        return [[(symbol, 0, 0)]]
+
+    def half(self, one: Half, side: str) -> Half:
+        """One side with symbols for its series."""
+
+        def places(found: Iterable[Place], what: str) -> list[Place]:
+            return [
+                p._replace(
+                    groups=self.named(f"{p.kind}_{what}{side}_{k}", p.groups),
+                    onward=self.named(f"{p.kind}_onward_{side}_{k}", p.onward),
+                )
+                for k, p in enumerate(found, 1)
+            ]
+
+        start = Start(
+            self.named(f"start_rising_{side}", one.start.rising),
+            self.named(f"start_falling_{side}", one.start.falling),
+            one.start.corner,
+        )
+        return one._replace(
+            start=start,
+            rising=places(one.rising, ""),
+            falling=places(one.falling, "falling_"),
+            outer=self.named(f"between_{side}", one.outer),
+            unit=sympy.S.Zero,
+        )
+
+
+def _without_rounding(group: list[tuple[Any, Any, int]]) -> list[tuple[Any, Any, int]]:
+    return [t for t in group if abs(t[0]) > NOTHING]
+
+
+def _horner(terms: list[tuple[Any, Any, int]]) -> Any:
+    """Sum of c lam^-p log(lam)^q in x = 1/lam, lowest power taken out."""
+    total = sympy.S.Zero
+    for logs in (0, 1):
+        for part in (0, 1):
+            chosen = {
+                int(2 * p): number_of(c)
+                for c, p, q in terms
+                if q == logs and int(2 * p) % 2 == part
+            }
+            if not chosen:
+                continue
+            low, high = min(chosen), max(chosen)
+            inner = sympy.S.Zero
+            for power in range(high, low - 1, -2):
+                inner = inner * X + chosen.get(power, 0)
+            total += X ** sympy.Rational(low, 2) * inner * sympy.log(LAM) ** logs
+    return total
+
+
+def number_of(x: Any) -> Any:
+    if isinstance(x, sympy.Basic | int):
+        return sympy.sympify(x)
+    if isinstance(x, Fraction):
+        return sympy.Rational(x.numerator, x.denominator)
+    return sympy.Float(x, DIGITS)
+
+
+class Symbolic:
+    """Stands for `Exponentials`: errors vanish, exponentials are kept apart."""
+
+    unit = 0
+
+    def exp(self, x: Any) -> Sum:
+        return Sum([(sympy.expand(x / LAM), sympy.S.One)])
+
+    def log(self, x: Any) -> Any:
+        return sympy.log(x)
+
+    def tail(self, near: Any, far: Any) -> Any:
+        return sympy.S.Zero
+
+    def number(self, x: Any) -> Any:
+        return number_of(x)
+
+
+class Sum:
+    """Factors times e^{lam height}; heights are linear in r."""
+
+    def __init__(self, terms: Iterable[tuple[Any, Any]]) -> None:
+        self.terms: list[tuple[Any, Any]] = []
+        for height, factor in terms:
+            factor = factor.subs(1 / LAM, X) if factor.has(LAM) else factor
+            if factor == 0:
+                continue
+            for k, (known, other) in enumerate(self.terms):
+                if _nothing(known - height):
+                    self.terms[k] = known, other + factor
+                    break
+            else:
+                self.terms.append((height, factor))
+
+    def __add__(self, other: Any) -> Sum:
+        return Sum([*self.terms, *as_sum(other).terms])
+
+    __radd__ = __add__
+
+    def __mul__(self, other: Any) -> Sum:
+        return Sum((h + k, a * b) for h, a in self.terms for k, b in as_sum(other).terms)
+
+    __rmul__ = __mul__
+
+    def __neg__(self) -> Sum:
+        return Sum((h, -a) for h, a in self.terms)
+
+    def __sub__(self, other: Any) -> Sum:
+        return self + -as_sum(other)
+
+    def __abs__(self) -> Sum:
+        # Only errors ask for it.
+        return Sum([])
+
+    def __truediv__(self, other: Sum) -> Sum | Ratio:
+        # Errors vanish here.
+        return Ratio(self, other) if self.terms else self
+
+
+def as_sum(x: Any) -> Sum:
+    return x if isinstance(x, Sum) else Sum([(sympy.S.Zero, sympy.sympify(x))])
+
+
+def _line(height: Any) -> tuple[Any, Any]:
+    """Value at r = 1 and slope of a height, without rounding."""
+    height = sympy.expand(height)
+    parts = height.coeff(BEYOND_1, 0), height.coeff(BEYOND_1, 1)
+    level, slope = (sympy.S.Zero if abs(c) < NOTHING else c for c in parts)
+    return level, slope
+
+
+def _nothing(height: Any) -> bool:
+    return _line(height) == (0, 0)
+
+
+class Ratio:
+    """N/D, both with exponentials."""
+
+    def __init__(self, above: Sum, below: Sum) -> None:
+        self.above, self.below = above, below
+
+    def log(self, far: float) -> tuple[Any, int]:
+        """log(N/D) without overflow; terms that are `far` below are left out, and counted."""
+        tops = _highest([h for h, _ in self.below.terms])
+        # Each exponent of N, less D's largest: differences that are rounded once.
+        above = [([h - top for top in tops], a) for h, a in self.above.terms]
+        # A height is the least of these lines; one that has them all below is the larger.
+        heads: list[list[Any]] = []
+        for lines, _ in above:
+            if not any(_all_below(lines, other) for other in heads):
+                heads = [other for other in heads if not _all_below(other, lines)] + [lines]
+        head = _largest([_least(lines) for lines in heads])
+        total, rest, faint = [], [], 0
+        for lines, a in above:
+            if any(_all_below(lines, other, far) for other in heads):
+                faint += 1
+                continue
+            if lines in heads and len(heads) == 1:
+                total.append(a)
+            elif len(heads) == 1 and len(lines) == 1:
+                total.append(_times_exp(a, lines[0] - heads[0][0]))
+            else:
+                total.append(a * sympy.exp(LAM * (_least(lines) - head)))
+        for h, a in self.below.terms:
+            lines = [h - top for top in tops]
+            if any(_all_below([line], [0], far) for line in lines):
+                faint += 1
+            elif len(lines) == 1:
+                rest.append(_times_exp(a, lines[0]))
+            else:
+                rest.append(a * sympy.exp(LAM * _least(lines)))
+        return (
+            LAM * head + sympy.log(sympy.Add(*total)) - sympy.log(sympy.Add(*rest)),
+            faint,
+        )
+
+
+def _times_exp(factor: Any, line: Any) -> Any:
+    level, slope = _line(line)
+    return factor * sympy.exp(LAM * (level + slope * BEYOND_1))
+
+
+def _all_below(lines: list[Any], others: list[Any], far: float = 0.0) -> bool:
+    """Whether the least of `lines` is `far` below the least of `others` for all r > 1."""
+    if not lines:
+        return False
+
+    def below(h: Any, k: Any) -> bool:
+        level, slope = _line(k - h)
+        return bool(level >= far and slope >= 0)
+
+    return all(any(below(h, k) for h in lines) for k in others)
+
+
+def _highest(heights: list[Any]) -> list[Any]:
+    """Those of the heights that are the largest for some r > 1."""
+    found: list[Any] = []
+    for h in heights:
+        if not any(_all_below([h], [k]) for k in found):
+            found = [k for k in found if not _all_below([k], [h])] + [h]
+    return found
+
+
+def _largest(values: list[Any]) -> Any:
+    found = values[0]
+    for value in values[1:]:
+        found = larger(found, value)
+    return found
+
+
+def _least(lines: list[Any]) -> Any:
+    parts = [level + slope * BEYOND_1 for level, slope in map(_line, lines)]
+    return parts[0] if len(parts) == 1 else -_largest([-part for part in parts])

@@ -1,0 +1,299 @@
+"""The emitted escape times, exact and expanded, are run and compared with the engines' values."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+
+import symasym as sa
+from symasym import cli
+from tests import emitted
+from tests.problems import BY_NAME, PROBLEMS
+
+DOUBLE = ("numpy", "python", "c", "javascript")
+# Two zeros at 1e-15 of each other and lam = 2e16: no digit is left in doubles.
+TOO_CLOSE = ("fold + 1e-30", "fold - 1e-30")
+
+
+def far(got, want):
+    """The distance in units of the larger of 1 and the logarithm."""
+    return float(abs(mpmath.mpf(got) - want) / max(1, abs(want)))
+
+
+# -- exact -----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def exact_scenes():
+    """Files by name; and calls with exact values: every kind of drift, the whole range."""
+    files, found = {"free": sa.friction()}, []
+    for number, p in enumerate(PROBLEMS):
+        if p.tags & {"refused", "slow"} or p.name in TOO_CLOSE:
+            continue
+        drift, kappa, r = p.make(), float(Fraction(p.kappa)), float(Fraction(p.r))
+        name, arguments = f"T{number}", (kappa, r)
+        if "friction" in p.tags and not p.tags & {"extreme", "fold", "kink"}:
+            values = [float(drift.values[n]) for n in ("mu", "alpha", "z0")]
+            drift, name, arguments = sa.friction(*values), "free", (kappa, r, *values)
+        else:
+            files[name] = drift
+        want = sa.escape_time(drift, kappa, r, dps=16, log=True)
+        found.append((emitted.Call(name, "log_escape_time", arguments), want))
+    sources = {name: sa.emit("eq:Ttilde", drift=drift) for name, drift in files.items()}
+    return sources, found
+
+
+@pytest.mark.parametrize("target", DOUBLE)
+def test_the_exact_time_is_that_of_the_engines(target, exact_scenes, tmp_path):
+    if why := emitted.available(target):
+        pytest.skip(why)
+    files, asked = exact_scenes
+    if target != "numpy":
+        # One algorithm: a third of the scenes tells whether another language has it right.
+        asked = [item for item in asked if item[0].file == "free"][::2] + asked[::5]
+    sources = {call.file: files[call.file].to(target) for call, _ in asked}
+    values = emitted.run(target, sources, [call for call, _ in asked], tmp_path)
+    wrong = [
+        (call, got, want)
+        for (call, want), (got,) in zip(asked, values, strict=True)
+        if not far(got, want) < 1e-13
+    ]
+    assert not wrong
+    assert len(asked) > (60 if target == "numpy" else 20)
+
+
+def test_the_exact_time_takes_arrays():
+    load = sa.emit("eq:Ttilde", drift=sa.friction(3, 1)).load()
+    kappa, z0 = np.array([[0.1], [0.5]]), np.linspace(-1.6, 3.4, 5)
+    want = sa.escape_time(sa.friction(3, 1, z0), kappa, 10, log=True)
+    np.testing.assert_allclose(load.log_escape_time(kappa, 10, z0), want, rtol=1e-12)
+    assert load.escape_time(0.001, 10, -0.3) == np.inf
+
+
+@pytest.mark.parametrize("target", DOUBLE[:3])
+def test_what_doubles_cannot_tell_is_refused(target):
+    if why := emitted.available(target):
+        pytest.skip(why)
+    load = sa.emit("eq:Ttilde", target, drift=BY_NAME["fold - 1e-30"].make()).load()
+    for kappa, r in ((1e-8, 10.0), (1e-9, 10.0), (0.1, -1.0), (0.1, 1e13), (float("nan"), 1.0)):
+        if target == "c":
+            assert np.isnan(load.log_escape_time(kappa, r))
+            continue
+        with pytest.raises((ValueError, ArithmeticError), match="give kappa in|kappa is too small"):
+            load.log_escape_time(kappa, r)
+
+
+def test_javascript_throws_what_the_others_raise(tmp_path):
+    if why := emitted.available("javascript"):
+        pytest.skip(why)
+    source = sa.emit("eq:Ttilde", "javascript", drift=sa.linear(1, 2))
+    with pytest.raises(AssertionError, match="kappa is 0, r is 10; give kappa in"):
+        emitted.run(
+            "javascript", {"T": source}, [emitted.Call("T", "escape_time", (0.0, 10.0))], tmp_path
+        )
+
+
+def test_the_exact_time_in_the_other_targets():
+    with pytest.raises(sa.InputError, match="is emitted in double precision; for more digits"):
+        sa.emit("eq:Ttilde", "mpmath", drift=sa.friction())
+    text = sa.emit("eq:Ttilde", "latex", drift=sa.linear(1, 2))
+    assert r"\phi(u) = \frac{3}{2} + \frac{u}{2}" in text
+    assert "Error of the formula: log T is right to 1e-12" in " ".join(
+        text.replace("\n%  ", "").split()
+    )
+
+
+# -- weak noise --------------------------------------------------------------------------------
+
+# Names of scenes and orders: crossing with and without a well, an end in the layer, no polynomial;
+# repelling, sliding, no layer at all, large numbers.
+EXPANDED = [
+    ("friction", 5),
+    ("friction past the fold", 2),
+    ("friction sliding weak", 3),
+    ("linear repelling, stiff", 4),
+    ("linear r=1/2", 2),
+    ("expression, cubic", 1),
+]
+MORE = [
+    ("friction", 0),
+    ("friction", 1),
+    ("friction down, a well", 4),
+    ("friction from its well", 2),
+    ("alpha=1e8", 1),
+    ("mu=1e8", 1),
+    ("linear sliding, uneven", 3),
+    ("constant down", 2),
+    ("sine", 1),
+    ("tanh stiff, crossing", 2),
+    ("quintic", 3),
+    ("degree 12", 0),
+]
+
+
+def expanded(scenes):
+    """Files by name; and calls with the same formula in many digits."""
+    files, found = {}, []
+    for number, (name, order) in enumerate(scenes):
+        p, file = BY_NAME[name], f"W{number}"
+        drift, r = p.make(), Fraction(p.r)
+        given = {} if r > 1 else {"r": p.r}
+        options = {"method": "laplace", "order": order}
+        files[file] = sa.emit("eq:Ttilde", "numpy", given, drift=drift, **options)
+        most = 0.999 * float(files[file].split("kappa is not in 1e-100..")[1].split(",")[0])
+        # The largest noise that is answered, at two radii, and a small one.
+        for kappa, radius in ((most, float(r)), (most, 1.0625), (1e-6, float(r))):
+            if r <= 1 and radius > 1:
+                continue
+            want = sa.escape_time(drift, kappa, radius, log=True, dps=16, **options)
+            arguments = (kappa, radius)[: 1 + (r > 1)]
+            found.append((emitted.Call(file, "log_weak_noise_time", arguments), want))
+    return files, found
+
+
+@pytest.fixture(scope="module")
+def expanded_scenes():
+    return expanded(EXPANDED)
+
+
+@pytest.mark.parametrize("target", [*DOUBLE, "mpmath"])
+def test_the_expansion_is_the_same_in_every_target(target, expanded_scenes, tmp_path):
+    compare(target, *expanded_scenes, tmp_path)
+
+
+@pytest.mark.slow
+def test_the_expansion_of_every_kind_of_drift(tmp_path):
+    files, asked = expanded(MORE)
+    for target in [*DOUBLE, "mpmath"]:
+        (tmp_path / target).mkdir()
+        compare(target, files, asked, tmp_path / target)
+
+
+def compare(target, files, asked, folder):
+    if why := emitted.available(target):
+        pytest.skip(why)
+    sources = {name: source.to(target) for name, source in files.items()}
+    values = emitted.run(target, sources, [call for call, _ in asked], folder)
+    allowed = 1e-15 if target == "mpmath" else 1e-13
+    wrong = [
+        (call, got, want)
+        for (call, want), (got,) in zip(asked, values, strict=True)
+        if not far(got, want) < allowed
+    ]
+    assert not wrong
+
+
+def test_orders_approach_the_exact_time_as_the_header_claims():
+    drift = sa.friction(3, 1, "-0.4")
+    for order in (0, 2, 5):
+        source = sa.emit("eq:Ttilde", "mpmath", drift=drift, method="laplace", order=order)
+        told = " ".join(source.replace("\n#", "").split())
+        told = told.split("is for r = 10:")[1].split(". Here")[0]
+        assert f"relative O(kappa^{2 * order + 2})" in " ".join(source.replace("\n#", "").split())
+        for part in told.split(",")[1:]:
+            claimed, kappa = part.split(" at kappa = ")
+            got = source.load().weak_noise_time(kappa, 10, dps=30)
+            exact = sa.escape_time(drift, kappa, 10, dps=30)
+            with mpmath.workdps(30):
+                error = float(abs(got / exact - 1))
+            # The header rounds kappa and the error to two or three digits.
+            assert 0.001 * float(claimed) < error < 1.1 * float(claimed)
+
+
+def test_what_an_expansion_leaves_out_is_told():
+    sliding = sa.emit("eq:Ttilde", "c", drift=sa.friction(0, 1, "-0.4"), method="laplace")
+    assert "Left out: wells in the layer, there are none." in sliding
+    assert "Left out: barriers in the layer, there are none." in sliding
+    assert "sqrt" not in sliding
+    drift = sa.friction(3, 1, "-0.4")
+    free = sa.emit("eq:Ttilde", "python", drift=drift, method="laplace", order=1)
+    assert "products of places below e^-150 of the rest for any kappa up to" in " ".join(
+        free.replace("\n#  ", "").split()
+    )
+    # A noise that is given leaves fewer terms, a radius no condition.
+    weak = sa.emit(
+        "eq:Ttilde", "python", {"kappa": "0.02", "r": 10}, drift=drift, method="laplace", order=1
+    )
+    assert "Folded in: alpha = 1, kappa = 1/50, mu = 3, r = 10, z0 = -2/5." in weak
+    assert weak.count("_exp(") < free.count("_exp(")
+    want = sa.escape_time(drift, "0.02", 10, method="laplace", order=1, log=True)
+    assert weak.load().log_weak_noise_time() == pytest.approx(want, rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: _weak(order=21), "order is 21"),
+        (lambda: _weak(order="optimal"), "which depends on kappa; give a number"),
+        (lambda: _weak(drift=sa.friction(3)), "have no closed form in alpha, z0; bind them"),
+        (lambda: _weak(drift=sa.friction(3, 1, 0)), "a tangency, where"),
+        (lambda: _weak(method="uniform"), "emitted are 'exact' and 'laplace'"),
+        (lambda: _weak(method=None, order=1), "order is for method='laplace'"),
+        (lambda: sa.emit("eq:Ttilde", method="exact"), "give drift="),
+        (lambda: sa.emit("eq:C", drift=sa.sine(), order=1), "eq:C has no method or order"),
+        (lambda: _weak(drift=BY_NAME["fold + 1e-30"].make()), "too close to another"),
+        (lambda: _weak(parameters={"kappa": 7}), "has no value at kappa = 7"),
+    ],
+)
+def test_bad_input_is_told_in_one_sentence(call, message):
+    with pytest.raises(sa.SymasymError, match=message):
+        call()
+
+
+def _weak(**changed):
+    asked = {"drift": sa.friction(3, 1, "-0.4"), "method": "laplace", **changed}
+    return sa.emit("eq:Ttilde", "python", **asked)
+
+
+def test_beyond_its_range_an_expansion_has_no_value():
+    load = _weak().load()
+    for arguments in ((0.5, 10), (0.0, 10), (0.1, 1.0), (float("nan"), 10)):
+        with pytest.raises(ValueError, match="where this order tells T"):
+            load.log_weak_noise_time(*arguments)
+
+
+def test_the_command_takes_method_and_order(capsys):
+    words = ["emit", "eq:Ttilde", "--target", "python", "--drift", "friction", "--set", "mu=3"]
+    more = ["--set", "alpha=1", "--set", "z0=-0.4", "--method", "laplace", "--order", "0"]
+    assert cli.main([*words, *more]) == 0
+    assert "def log_weak_noise_time(kappa, r):" in capsys.readouterr().out
+    assert cli.main(words) == 0
+    assert "def log_escape_time(kappa, r, alpha, z0):" in capsys.readouterr().out
+
+
+# -- the Stokes multiplier -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", [*DOUBLE, "mpmath"])
+def test_the_smooth_multiplier_is_that_of_airys_functions(target, tmp_path):
+    if why := emitted.available(target):
+        pytest.skip(why)
+    source, asked = sa.emit("eq:S", target, drift=sa.friction()), []
+    # Both sides of the fold and the fold, mirrored, every panel of the table and beyond it.
+    for z0 in (-3.0, -1.0, -0.85, -0.7777777777777778, -0.77, -0.7, -0.4, 2.75, 4.0):
+        for kappa in (0.01, 0.03, 0.1, 0.3, 1.0, 4.0):
+            want = sa.stokes_multiplier(sa.friction(3, 1, z0), kappa, dps=20)
+            if want > 1e-300:
+                asked.append((emitted.Call("S", "log_stokes_multiplier", (kappa, 3, 1, z0)), want))
+    assert len(asked) > 40
+    values = emitted.run(target, {"S": source}, [call for call, _ in asked], tmp_path)
+    for (call, want), (got,) in zip(asked, values, strict=True):
+        with mpmath.workdps(30):
+            # 1 - 1e-30 has a logarithm that only many digits tell.
+            error = abs(mpmath.mpf(got) - mpmath.log(want))
+        # Airy's argument has the rounding of z0 and kappa, lam of it.
+        assert error < 1e-12 * max(1, -mpmath.log(want)), (call, got, want)
+
+
+def test_the_multiplier_takes_arrays_and_tells_where_it_is_not():
+    load = sa.emit("eq:S", drift=sa.friction(3, 1)).load()
+    z0 = np.linspace(-2, 4, 25)
+    want = sa.stokes_multiplier(sa.friction(3, 1, z0), 0.2)
+    np.testing.assert_allclose(load.stokes_multiplier(0.2, z0), want, rtol=1e-11)
+    with pytest.raises(ValueError, match="no well is born"):
+        sa.emit("eq:S", "python", drift=sa.friction()).load().stokes_multiplier(0.1, 0.5, 1, 0)
+    with pytest.raises(sa.InputError, match="use sa.friction, or call sa.stokes_multiplier"):
+        sa.emit("eq:S", drift=sa.sine())
