@@ -58,7 +58,10 @@ class Peak(NamedTuple):
 
 
 class Cell(NamedTuple):
-    """A stretch of [-r, r]: with panels and perhaps a peak, or straight with a slope."""
+    """A stretch of [-r, r]: with panels and perhaps a peak, or straight with a slope.
+
+    `height` and `exact`: V at the left end of a straight one, measured from V(-1).
+    """
 
     start: Fraction
     stop: Fraction
@@ -66,14 +69,19 @@ class Cell(NamedTuple):
     peak: Peak | None
     slope: Fraction | None
     height: Any
+    exact: Fraction | None
 
 
 class Landscape(NamedTuple):
-    """The cells, left to right; the start is where cell number `place` begins, or inside it."""
+    """The cells, left to right; the start is where cell number `place` begins, or inside it.
+
+    `origin` is V at the start, measured from V(-1).
+    """
 
     cells: tuple[Cell, ...]
     place: int
     inside: bool
+    origin: Fraction
 
 
 class _Layer:
@@ -159,20 +167,22 @@ def _cut(
                 for k, panel in enumerate(layer.panels(left, right, _CELLS)):
                     start = left + k * step
                     stop = right if k == _CELLS - 1 else start + step
-                    cells.append(Cell(start, stop, (panel,), None, None, None))
+                    cells.append(Cell(start, stop, (panel,), None, None, None, None))
     if r > 1:
         heights = [Fraction(0), layer.at(one)]
         for side, slope, height in zip((-1, 1), slopes, heights, strict=True):
             a, b = (-r, -one) if side < 0 else (one, r)
             cuts = [a, x, b] if a < x < b else [a, b]
             for left, right in pairwise(cuts):
-                V = exact_ball(height - slope * (left - side))
-                cells.append(Cell(left, right, (), None, slope, V))
+                V = height - slope * (left - side)
+                cells.append(Cell(left, right, (), None, slope, exact_ball(V), V))
     cells.sort(key=lambda c: c.start)
     if any(c.stop != d.start for c, d in pairwise(cells)):
         raise NotProved
     place = next(k for k, c in enumerate(cells) if c.stop > x)
-    return Landscape(tuple(cells), place, cells[place].start < x)
+    beside = min(max(x, -one), one)
+    origin = layer.at(beside) - (x - beside) * slopes[0 if x < 0 else 1]
+    return Landscape(tuple(cells), place, cells[place].start < x, origin)
 
 
 def _plain(x: Any) -> Fraction:
@@ -254,7 +264,7 @@ def _peak_cell(layer: _Layer, draft: _Draft) -> Cell:
         drops.append(drop)
     panels = layer.panels(draft.start, draft.stop, _PANELS)
     peak = Peak(draft.sign, draft.height, draft.disk, tuple(drops), draft.middle, draft.exact)
-    return Cell(draft.start, draft.stop, panels, peak, None, None)
+    return Cell(draft.start, draft.stop, panels, peak, None, None, None)
 
 
 def _exactly(zero: Any) -> Fraction:
