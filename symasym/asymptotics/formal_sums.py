@@ -65,11 +65,11 @@ class Sum:
 
     __radd__ = __add__
 
-    def __neg__(self) -> Sum:
+    def __neg__(self) -> Any:
         return self * -1
 
-    def __sub__(self, other: Any) -> Sum:
-        return self + _sum(other) * -1
+    def __sub__(self, other: Any) -> Any:
+        return self + -_sum(other)
 
     def __mul__(self, other: Any) -> Any:
         if isinstance(other, Height):
@@ -93,7 +93,7 @@ class Sum:
         except ValueError:
             return Quotient(self, other)
 
-    def __rtruediv__(self, other: Any) -> Sum:
+    def __rtruediv__(self, other: Any) -> Any:
         return _sum(other) * self.inverse()
 
     def inverse(self) -> Sum:
@@ -205,10 +205,10 @@ def split(found: Sum, labels: Labels, over: Range) -> tuple[Key, Model, Small]:
             small += [Term(abs(c).upper(), p, gap) for p, c in powers.items()]
     powers = parts[best]
     first = min(powers)
-    kept = tuple(powers.get(first + k, flint.arb(0)) for k in range(over.count))
+    kept = tuple(powers.get(first + k, flint.arb(0)) for k in range(over.terms))
     rest = flint.arb(0)
     for power, c in powers.items():
-        beyond = power - first - over.count
+        beyond = power - first - over.terms
         if beyond >= 0:
             rest += abs(c) * over.top**beyond
     return best, Model(first, kept, rest.upper(), over), tuple(small)

@@ -1,6 +1,6 @@
 """Functions of y = lam^(-1/2) near 0, for all y of a range at once: polynomials, and their rests.
 
-A `Model` is y^v (c_0 + c_1 y + …) with a bound of what is left out, relative to y^(v + count). A
+A `Model` is y^v (c_0 + c_1 y + …) with a bound of what is left out, relative to y^(v + terms). A
 `Small` is a sum of C y^p e^(-delta/y^2), which no power of y sees. All in balls.
 """
 
@@ -20,11 +20,11 @@ class Range(NamedTuple):
     """0 < y <= `top`, a ball, and the number of coefficients kept."""
 
     top: Any
-    count: int
+    terms: int
 
 
 class Model(NamedTuple):
-    """|f - y^power sum c_k y^k| <= rest y^(power + count), on the whole of `over`."""
+    """|f - y^power sum c_k y^k| <= rest y^(power + terms), on the whole of `over`."""
 
     power: int
     coefficients: tuple[Any, ...]
@@ -37,12 +37,12 @@ class Model(NamedTuple):
         shift = other.power - self.power
         moved = (*[0] * shift, *other.coefficients)
         sums = [a + b for a, b in zip(self.coefficients, moved, strict=False)]
-        lost = _sizes(moved[self.over.count :], self.over.top)
+        lost = _sizes(moved[self.over.terms :], self.over.top)
         rest = self.rest + lost + other.rest * self.over.top**shift
         return self._replace(coefficients=tuple(sums), rest=rest.upper())
 
     def __mul__(self, other: Model) -> Model:  # type: ignore[override]
-        flint, count, top = flint_module(), self.over.count, self.over.top
+        flint, count, top = flint_module(), self.over.terms, self.over.top
         product = flint.arb_poly(list(self.coefficients)) * flint.arb_poly(list(other.coefficients))
         found = [product[k] for k in range(2 * count)]
         rest = _sizes(found[count:], top)
@@ -51,7 +51,7 @@ class Model(NamedTuple):
 
     def __truediv__(self, other: Model) -> Model:
         """The quotient; NotProved where the divisor is not shown to be positive."""
-        flint, count, top = flint_module(), self.over.count, self.over.top
+        flint, count, top = flint_module(), self.over.terms, self.over.top
         least = other.least()
         if not other.coefficients[0] > 0:
             raise NotProved
@@ -70,7 +70,7 @@ class Model(NamedTuple):
 
     def least(self) -> Any:
         """A positive lower bound of y^(-power) f; NotProved where there is none."""
-        top, count = self.over.top, self.over.count
+        top, count = self.over.top, self.over.terms
         flint = flint_module()
         low = flint.arb("inf")
         for part in _parts(flint.arb(0), top):
@@ -85,12 +85,12 @@ class Model(NamedTuple):
 
     def largest(self) -> Any:
         """An upper bound of |y^(-power) f|."""
-        return (self.polynomial_size() + self.rest * self.over.top**self.over.count).upper()
+        return (self.polynomial_size() + self.rest * self.over.top**self.over.terms).upper()
 
     def tail(self, first: int, low: Any) -> Any:
         """The largest |f y^(-power) - its first terms|/y^first for low <= y <= top."""
         beyond = _largest(self.coefficients[first:], self.over.top, low)
-        return (beyond + self.rest * self.over.top ** (self.over.count - first)).upper()
+        return (beyond + self.rest * self.over.top ** (self.over.terms - first)).upper()
 
 
 class Term(NamedTuple):

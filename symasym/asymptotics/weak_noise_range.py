@@ -53,7 +53,7 @@ class _Evaluation:
         flint = flint_module()
         size = 1 / exact_ball(abs(cell.slope))
         fall = exact_ball(abs(cell.slope) * (cell.stop - cell.start))
-        coefficients = (size, *[flint.arb(0)] * (over.count - 1))
+        coefficients = (size, *[flint.arb(0)] * (over.terms - 1))
         return Model(2, coefficients, flint.arb(0), over), (Term(size, 2, fall),)
 
     def sum_of(self, group: Group, over: Range) -> tuple[Model, Small]:
@@ -126,10 +126,10 @@ def _peak(peak: Peak, over: Range) -> tuple[Model, Small]:
     """`symasym.asymptotics.weak_noise_bounds._laplace` for a range, without its factor."""
     flint, d = flint_module(), peak.disk
     step, sides = 2 // d.contact, len(d.sides)
-    used = -(-over.count // step)
+    used = -(-over.terms // step)
     if used > len(d.coefficients):
         raise NotProved
-    coefficients = [flint.arb(0)] * over.count
+    coefficients = [flint.arb(0)] * over.terms
     small = []
     for k, c in enumerate(d.coefficients[:used]):
         coefficients[step * k] = c * (1 if sides == 1 else 2 * (k % 2 == 0))
@@ -142,7 +142,7 @@ def _peak(peak: Peak, over: Range) -> tuple[Model, Small]:
     after = exact_ball(Fraction(used + 1, d.contact))
     tail = exact_ball(Fraction(d.peak)) / d.contact * exact_ball(Fraction(d.rho)) ** -used
     tail *= sides * after.gamma() / exact_ball(1 - Fraction(THETA))
-    rest = (tail * over.top ** (step * used - over.count)).upper()
+    rest = (tail * over.top ** (step * used - over.terms)).upper()
     return Model(step, tuple(coefficients), rest, over), tuple(small)
 
 
@@ -236,12 +236,13 @@ class Proof:
         with precision(_BITS), own_context(_DIGITS) as context:
             fields = ExactField(drift, True, context), ExactField(drift, False, context)
             try:
-                self._halves = tuple(
+                left, right = (
                     half(field, side * start, r, order, context, 30)
                     for side, field in zip((-1, 1), fields, strict=True)
                 )
             except SymasymError:
                 raise NotProved from None
+            self._halves = left, right
             even = not any(coefficients[::2])
             self._cells = Dominance(cut, cut.origin, even)
             self._leading = self._cells.leading()
