@@ -39,6 +39,7 @@ from symasym.asymptotics.weak_noise_arrays import Evaluate, logs_of
 from symasym.context import own_context
 from symasym.drift import Drift
 from symasym.errors import AccuracyError
+from symasym.estimate import ErrorKind
 from symasym.exact.local import ExactField
 from symasym.inputs import FloatArray, float_text, is_array
 from symasym.scenes import (
@@ -104,21 +105,55 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
         found = []
         for n in orders:
             outside, total = _outside(stationary, number, n, Exponentials(context))
-            if total.error < total.value / 2:
-                found.append((outside / total.value, total.error / total.value, n))
-        if not found:
-            raise _too_strong(float_text(values["kappa"]), order)
-        share, relative, order = min(found, key=lambda item: item[1])
-        error = 2 * relative * share
-        if not (complement or error < 1 - share):
-            raise _too_strong(float_text(values["kappa"]), order)
+            share = outside / total.value
+            error = 2 * share * total.error / total.value
+            sure = error < share and (complement or error < 1 - share)
+            found.append(Found(share, error, n, bool(sure)))
+        prove = partial(_enclosed_share, drift, values, digits)
+        (share, error, order, _), kind = _chosen(found, prove, request.full, values, context)
         value = share if complement else 1 - share
+        if not error < value:
+            raise _too_strong(float_text(values["kappa"]), order)
         if request.log:
-            error = error / (value - error)
+            error = _of_log(error / value, kind, context)
             value = context.log(share) if complement else context.log1p(-share)
         error += abs(value) * context.mpf(10) ** -(digits + 5)
         request = request._replace(order=order)
-        return as_digits(request, value, error, "estimate", stationary.terms, _DROPPED)
+        dropped = _BOUNDED if kind == "bound" else _DROPPED
+        return as_digits(request, value, error, kind, stationary.terms, dropped)
+
+
+class Found(NamedTuple):
+    """An expansion's value at one order and its estimated error, if that is to be trusted."""
+
+    value: Any
+    error: Any
+    order: int
+    sure: bool
+
+
+def _chosen(
+    found: list[Found],
+    prove: Callable[[int], Any] | None,
+    full: bool,
+    values: dict[str, Fraction],
+    context: Any,
+) -> tuple[Found, ErrorKind]:
+    """The best order; its error proved where that is asked for, or where no estimate is sure."""
+    sure = [f for f in found if f.sure]
+    best = [min(sure, key=lambda f: f.error)] if sure else []
+    bounds = None
+    if prove is not None and (full or not sure):
+        bounds = prove((best or found)[-1].order)
+    if bounds is not None:
+        proved = [f._replace(error=_distance(bounds, f.value, context)) for f in best or found]
+        # What is refused unless it is proved has to be as good as what is not.
+        proved = [f for f in proved if f.error < (f.value if sure else f.value / 2)]
+        if proved:
+            return min(proved, key=lambda f: f.error), "bound"
+    if not sure:
+        raise _too_strong(float_text(values["kappa"]), found[-1].order)
+    return best[0], "estimate"
 
 
 class _Stationary(NamedTuple):
@@ -174,7 +209,7 @@ def _probability(complement: bool) -> Quantity:
     return Quantity(value, logarithm, False, in_float)
 
 
-def _enclosed_time(drift: Drift, values: dict[str, Fraction], order: int, digits: int) -> Any:
+def _enclosed_time(drift: Drift, values: dict[str, Fraction], digits: int, order: int) -> Any:
     from symasym.exact import ball
 
     if not ball.available():
@@ -183,6 +218,16 @@ def _enclosed_time(drift: Drift, values: dict[str, Fraction], order: int, digits
 
     scene = values["kappa"], values["r"], values["start"]
     return enclosure(drift, *scene, order, digits)
+
+
+def _enclosed_share(drift: Drift, values: dict[str, Fraction], digits: int, order: int) -> Any:
+    from symasym.exact import ball
+
+    if not ball.available():
+        return None
+    from symasym.asymptotics.weak_noise_bounds import enclosure_outside
+
+    return enclosure_outside(drift, values["kappa"], order, digits)
 
 
 _QUANTITIES = {
@@ -214,49 +259,43 @@ def _answer(
             drift, values["r"], values["start"], order, context, (digits + 15) * quantity.outer
         )
         number = context.mpf(lam.numerator) / lam.denominator
-        found, ops = [], Exponentials(context)
+        ops, tried = Exponentials(context), {}
+        found = []
         for n in orders:
-            sides = sides_of(halves, number, values["r"], n, ops)
-            if sides.sure():
-                log = quantity.log(sides, ops) if quantity.log else None
-                found.append((*quantity.value(sides, number), n, log))
-        if not found:
-            raise _too_strong(float_text(values["kappa"]), order)
-        value, error, order, log = min(found, key=lambda item: item[1])
-        if not error < value / 2:
-            raise _too_strong(float_text(values["kappa"]), order)
-        size = 2 * error
+            tried[n] = sides = sides_of(halves, number, values["r"], n, ops)
+            value, error = quantity.value(sides, number)
+            sure = sides.sure() and error < value / 2
+            found.append(Found(value, 2 * error, n, bool(sure)))
+        prove = None
+        if quantity.enclosed is not None:
+            prove = partial(quantity.enclosed, drift, values, digits)
+        (value, size, order, _), kind = _chosen(found, prove, request.full, values, context)
         if request.log:
-            size = size / (value - error)
+            log = quantity.log(tried[order], ops) if quantity.log else None
+            size = _of_log(size / value, kind, context)
             value = context.log(value) if log is None else log
         size += abs(value) * context.mpf(10) ** -(digits + 5)
         request = request._replace(order=order)
-        terms = _terms(halves, context)
-        if request.full and quantity.enclosed is not None:
-            bounds = quantity.enclosed(drift, values, order, digits)
-            proved = None if bounds is None else _distance(bounds, value, request.log, context)
-            if proved is not None:
-                return as_digits(request, value, proved, "bound", terms, _BOUNDED)
-        return as_digits(request, value, size, "estimate", terms, _DROPPED)
+        dropped = _BOUNDED if kind == "bound" else _DROPPED
+        return as_digits(request, value, size, kind, _terms(halves, context), dropped)
 
 
-def _distance(bounds: Any, value: Any, log: bool, context: Any) -> Any:
-    """The farther of two bounds from the value; None where that exceeds the value."""
+def _of_log(relative: Any, kind: ErrorKind, context: Any) -> Any:
+    """The error of a logarithm from the relative one of the value, below 1."""
+    if kind == "bound":
+        return -context.log1p(-relative) * (1 + context.mpf(10) ** (8 - context.dps))
+    return relative / (1 - relative / 2)
+
+
+def _distance(bounds: Any, value: Any, context: Any) -> Any:
+    """The farther of two proved bounds from the value."""
     low, high = (
         context.mpf(int(mantissa)) * context.mpf(2) ** int(exponent)
         for mantissa, exponent in (x.man_exp() for x in (bounds.low, bounds.high))
     )
-    if not low > 0:
-        return None
-    near = context.exp(value) if log else value
-    size = max(abs(high - near), abs(low - near))
-    if not size < near:
-        return None
-    if log:
-        size = max(abs(context.log(high / near)), abs(context.log(low / near)))
-    # The roundings here and of `near`, which is what the last term is for.
-    slack = context.mpf(10) ** (8 - context.dps)
-    return size * (1 + slack) + slack * (1 + abs(value))
+    size = max(abs(high - value), abs(low - value))
+    # The roundings here.
+    return size + (abs(value) + size) * context.mpf(10) ** (8 - context.dps)
 
 
 class Parts(NamedTuple):

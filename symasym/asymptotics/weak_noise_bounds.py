@@ -20,7 +20,15 @@ from itertools import accumulate
 from typing import Any, NamedTuple
 
 from symasym.asymptotics.disk import THETA
-from symasym.asymptotics.weak_noise_cells import Cell, Landscape, Panel, Peak, landscape
+from symasym.asymptotics.weak_noise_cells import (
+    Cell,
+    Landscape,
+    Panel,
+    Peak,
+    Stationary,
+    landscape,
+    stationary,
+)
 from symasym.drift import Drift
 from symasym.exact.ball_drift import exact_ball, flint_module, precision
 from symasym.exact.ball_panels import Outer, exp_quotient
@@ -66,6 +74,31 @@ def enclosure(
     # e^{lam V} loses as many bits as its exponent has before the point.
     with precision(100 + 4 * digits + int(lam * (1 + r)).bit_length()):
         return _time(found, lam)
+
+
+def enclosure_outside(drift: Drift, kappa: Fraction, order: int, digits: int) -> Bounds | None:
+    """Bounds of 1 - P in balls, or None where the proof does not go through; sliding only."""
+    coefficients = drift.exact_coefficients()
+    if coefficients is None:
+        return None
+    lam = 2 / kappa**2
+    found = stationary(tuple(coefficients), drift, order)
+    if found is None:
+        return None
+    with precision(100 + 4 * digits + int(lam).bit_length()):
+        return _outside(found, lam)
+
+
+def _outside(found: Stationary, lam: Fraction) -> Bounds | None:
+    """int e^{-lam V} over |u| > 1, closed form, over that over all u."""
+    zero = flint_module().arb(0)
+    inside, outside = Bounds(zero, zero), zero
+    for cell in found.cells:
+        inside = inside + _falling(cell, lam)
+    for slope, height in zip(found.slopes, found.heights, strict=True):
+        outside += exact_ball(-lam * height).exp() / exact_ball(lam * slope)
+    low, high = outside / (outside + inside.high), outside / (outside + inside.low)
+    return Bounds(low.lower(), high.upper()) if low > 0 and high.is_finite() else None
 
 
 class _Shares(NamedTuple):
@@ -158,6 +191,12 @@ def _shares(cell: Cell, lam: Fraction) -> _Shares:
             falling = _both(falling, sharp)
     nested = Bounds(flint_module().arb(0), (rising.high * falling.high).upper())
     return _Shares(rising, falling, nested, nested)
+
+
+def _falling(cell: Cell, lam: Fraction) -> Bounds:
+    """int e^{-lam V} over a cell inside the layer."""
+    crude = _crude(cell.panels, lam, -1)
+    return crude if cell.peak is None else _both(crude, _laplace(cell.peak, lam))
 
 
 def _both(a: Bounds, b: Bounds) -> Bounds:

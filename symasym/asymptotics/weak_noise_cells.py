@@ -84,6 +84,14 @@ class Landscape(NamedTuple):
     origin: Fraction
 
 
+class Stationary(NamedTuple):
+    """The cells of the layer; |A| and V at u = -1 and 1, from where V is straight."""
+
+    cells: tuple[Cell, ...]
+    slopes: tuple[Fraction, Fraction]
+    heights: tuple[Fraction, Fraction]
+
+
 class _Layer:
     """V inside [-1, 1], from V(-1) = 0, exactly and in balls."""
 
@@ -155,19 +163,7 @@ def _cut(
             drafts.append(_draft(layer, sign, zero, "both", (lo, hi), x, order))
     if ends[1] and r <= 1:
         drafts.append(_draft(layer, 1, hi, "left", (lo, hi), x, order))
-    cells = [_peak_cell(layer, d) for d in _apart(drafts)]
-    edges = [lo, *(e for c in cells for e in (c.start, c.stop)), hi]
-    if any(a > b for a, b in pairwise(edges)):
-        raise NotProved
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
-        cuts = [a, x, b] if a < x < b else [a, b]
-        for left, right in pairwise(cuts):
-            if left < right:
-                step = (right - left) / _CELLS
-                for k, panel in enumerate(layer.panels(left, right, _CELLS)):
-                    start = left + k * step
-                    stop = right if k == _CELLS - 1 else start + step
-                    cells.append(Cell(start, stop, (panel,), None, None, None, None))
+    cells = _inside(layer, drafts, lo, hi, x)
     if r > 1:
         heights = [Fraction(0), layer.at(one)]
         for side, slope, height in zip((-1, 1), slopes, heights, strict=True):
@@ -183,6 +179,46 @@ def _cut(
     beside = min(max(x, -one), one)
     origin = layer.at(beside) - (x - beside) * slopes[0 if x < 0 else 1]
     return Landscape(tuple(cells), place, cells[place].start < x, origin)
+
+
+def _inside(
+    layer: _Layer, drafts: list[_Draft], lo: Fraction, hi: Fraction, x: Fraction
+) -> list[Cell]:
+    """The cells of these peaks, and panels between them, cut at x."""
+    cells = [_peak_cell(layer, d) for d in _apart(drafts)]
+    edges = [lo, *(e for c in cells for e in (c.start, c.stop)), hi]
+    if any(a > b for a, b in pairwise(edges)):
+        raise NotProved
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        cuts = [a, x, b] if a < x < b else [a, b]
+        for left, right in pairwise(cuts):
+            if left < right:
+                step = (right - left) / _CELLS
+                for k, panel in enumerate(layer.panels(left, right, _CELLS)):
+                    start = left + k * step
+                    stop = right if k == _CELLS - 1 else start + step
+                    cells.append(Cell(start, stop, (panel,), None, None, None, None))
+    return cells
+
+
+@lru_cache(maxsize=64)
+def stationary(coefficients: tuple[Fraction, ...], drift: Drift, order: int) -> Stationary | None:
+    """The layer for int e^{-lam V}, or None where a well has no proof; the region is sliding."""
+    one = Fraction(1)
+    with precision(256):
+        try:
+            layer = _Layer(coefficients)
+            with own_context(_DIGITS) as context:
+                field = ExactField(drift, False, context)
+                slopes = [_plain(field.value(side * one)) for side in (-1, 1)]
+                zeros = simple_zeros(field, -one, one, context)
+            wells = [zero for zero, barrier in zeros if not barrier]
+            drafts = [_draft(layer, -1, u, "both", (-one, one), one, order) for u in wells]
+            cells = _inside(layer, drafts, -one, one, one)
+        except (NotProved, SymasymError, OverflowError, ZeroDivisionError):
+            return None
+    heights = Fraction(0), layer.at(one)
+    return Stationary(tuple(cells), (abs(slopes[0]), abs(slopes[1])), heights)
 
 
 def _plain(x: Any) -> Fraction:
