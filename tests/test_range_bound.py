@@ -23,7 +23,7 @@ from symasym.exact.ball_drift import exact_ball, flint_module, precision
 
 pytestmark = pytest.mark.skipif(not ball.available(), reason="python-flint is not installed")
 FRICTION = sa.friction(3, 1, "-0.3")
-SHARES = [Fraction(1), Fraction(9, 10), Fraction(1, 2), Fraction(1, 20)]
+SHARES = [Fraction(1), Fraction(1, 2), Fraction(1, 20)]
 
 SCENES: list[tuple[sa.Drift, str, str]] = [
     (FRICTION, "10", "0"),
@@ -62,7 +62,7 @@ def check(bound: sa.RangeBound, drift: sa.Drift, r: Any, start: Any) -> float:
     return float(bound.constant / worst) if worst else float("inf")
 
 
-@pytest.mark.parametrize("which", range(len(SCENES) + 2))
+@pytest.mark.parametrize("which", range(len(SCENES)))
 def test_no_kappa_violates_it_and_it_is_tight(which: int) -> None:
     drift, r, start = SCENES[which % len(SCENES)]
     order = (1, 3, 0)[which % 3]
@@ -123,7 +123,7 @@ def any_scene(scene: tuple[sa.Drift, Fraction, Fraction], order: int, rtol: Frac
     check(bound, drift, r, start)
 
 
-@changed(SAMPLE, max_examples=6)
+@changed(SAMPLE, max_examples=4)
 @given(wells(), st.integers(0, 3), powers_of_ten(-4, 0))
 def test_random_scenes_sample(
     scene: tuple[sa.Drift, Fraction, Fraction], order: int, rtol: Fraction
@@ -209,7 +209,7 @@ def test_the_largest_of_an_exponential() -> None:
             assert max(values) <= found * (1 + 1e-12) <= max(values) * 1.0001
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=repr)
+@pytest.mark.parametrize("scene", SCENES[::3], ids=repr)
 def test_the_expansion_is_the_one_that_is_evaluated(scene: Any) -> None:
     drift, r, start = scene
     order, kappa = 2, Fraction(1, 20)

@@ -13,7 +13,7 @@ from strategies import ALL, SAMPLE, powers_of_ten, rationals
 
 import symasym as sa
 from symasym.asymptotics import weak_noise_bounds
-from symasym.exact import ball
+from symasym.exact import ball, witness
 from symasym.exact.ball_drift import exact_ball, precision
 from tests.problems import distance
 
@@ -161,7 +161,134 @@ def test_only_where_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
         raise AssertionError
 
     monkeypatch.setattr(weak_noise_bounds, "enclosure", refuse)
+    monkeypatch.setattr(weak_noise_bounds, "enclosure_outside", refuse)
     assert sa.escape_time(FRICTION, 0.1, 10, method="laplace") > 0
+    assert sa.occupation(sa.linear(1, -1), 0.1, method="laplace") > 0
+
+
+# -- where no estimate is sure ---------------------------------------------------------------------
+
+
+# kappa, r, start and order at which the next terms are too large to tell the error.
+REFUSED: list[tuple[sa.Drift, str, str, str, int]] = [
+    (sa.polynomial("2.093", "-1.036", "-2.136"), "0.612", "3.2", "0", 0),
+    (sa.friction("4.6", "0.34", "-0.809"), "0.964", "6.3", "-1.6", 3),
+    (sa.polynomial("-1.19", "1.96", "2.27", "-0.83", "0.58"), "0.15", "7.2", "0", 4),
+]
+
+
+@pytest.mark.parametrize("scene", REFUSED, ids=repr)
+def test_the_bound_is_tried_before_refusing(scene: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    drift, kappa, r, start, order = scene
+    options = {"start": start, "method": "laplace", "order": order, "dps": 30}
+    found = sa.escape_time(drift, kappa, r, full=True, **options)
+    wrong = distance(found.value, exact_time((drift, kappa, r, start)))
+    assert found.error_kind == "bound"
+    assert wrong <= found.error < found.value / 2
+    assert sa.escape_time(drift, kappa, r, **options) == found.value
+    monkeypatch.setattr(weak_noise_bounds, "enclosure", lambda *_: None)
+    with pytest.raises(sa.AccuracyError, match="next terms"):
+        sa.escape_time(drift, kappa, r, **options)
+
+
+def test_a_bound_as_large_as_the_value_is_refused() -> None:
+    assert weak_noise_bounds.enclosure(FRICTION, Fraction(1), Fraction(10), Fraction(0), 2, 20)
+    with pytest.raises(sa.AccuracyError, match="next terms"):
+        sa.escape_time(FRICTION, 1, 10, method="laplace")
+
+
+# -- 1 - P and P -----------------------------------------------------------------------------------
+
+
+@st.composite
+def sliding(draw: st.DrawFn) -> sa.Drift:
+    """A line from a- > 0 to a+ < 0, and (1 - u^2) times anything."""
+    first, last = draw(rationals(0.05, 3)), -draw(rationals(0.05, 3))
+    free = draw(st.lists(rationals(-4, 4), min_size=0, max_size=4))
+    c = [(first + last) / 2, (last - first) / 2, *[Fraction(0)] * len(free)]
+    for k, value in enumerate(free):
+        c[k] += value
+        c[k + 2] -= value
+    return sa.polynomial(*c)
+
+
+def check_share(drift: sa.Drift, kappa: Fraction, order: int) -> tuple[str, float] | None:
+    """Both shares and logarithms against the exact ones; kind, and claimed over true error."""
+    result = None
+    for complement in (False, True):
+        for log in (False, True):
+            options: Any = {"complement": complement, "log": log}
+            exact = sa.occupation(drift, kappa, dps=60, **options)
+            try:
+                found = sa.occupation(
+                    drift, kappa, method="laplace", order=order, dps=40, full=True, **options
+                )
+            except sa.SymasymError:
+                continue
+            wrong = distance(found.value, exact)
+            if found.error_kind == "bound":
+                # `exact` has 60 digits.
+                assert wrong <= found.error + abs(exact) * mpmath.mpf(10) ** -59
+            result = found.error_kind, float(found.error / wrong) if wrong else 1.0
+            if log and complement:
+                return result
+    return result
+
+
+@settings(SAMPLE, max_examples=6)
+@given(sliding(), powers_of_ten(-2, 0.3), st.integers(0, 4))
+def test_random_shares_sample(drift: sa.Drift, kappa: Fraction, order: int) -> None:
+    check_share(drift, kappa, order)
+
+
+@pytest.mark.slow
+@ALL
+@given(sliding(), powers_of_ten(-2.5, 0.5), st.integers(0, 8))
+def test_random_shares(drift: sa.Drift, kappa: Fraction, order: int) -> None:
+    check_share(drift, kappa, order)
+
+
+SLIDING = [
+    (sa.linear(1, -1), "0.2"),
+    (sa.polynomial("1/5", -2, 0, "1/2"), "0.1"),
+    (sa.polynomial("1/20", 2, 0, -3), "0.1"),  # two wells
+    (sa.polynomial(0, 2, 0, -3), "0.1"),  # two equal wells
+]
+
+
+@pytest.mark.parametrize("which", range(len(SLIDING)))
+def test_shares_have_a_tight_bound(which: int) -> None:
+    drift, kappa = SLIDING[which]
+    found = check_share(drift, Fraction(kappa), (0, 3)[which % 2])
+    assert found is not None
+    kind, ratio = found
+    assert kind == "bound"
+    assert 1 <= ratio < 1.1
+
+
+def test_a_share_against_plain_quadrature() -> None:
+    drift, kappa = sa.polynomial("1/20", 2, 0, -3), Fraction(1, 5)
+    found = sa.occupation(
+        drift, kappa, complement=True, method="laplace", order=1, dps=30, full=True
+    )
+    assert found.error_kind == "bound"
+    exact = witness.occupation(drift, kappa, 20, complement=True)
+    assert found.error / 2 < distance(found.value, exact) <= found.error
+
+
+def test_a_share_of_no_polynomial_has_an_estimate() -> None:
+    found = sa.occupation(sa.tanh(1, -1, 2), 0.1, complement=True, method="laplace", full=True)
+    assert found.error_kind == "estimate"
+
+
+def test_a_tiny_share_has_its_own_precision() -> None:
+    found = sa.occupation(
+        sa.polynomial("1/20", 2, 0, -3), "1e-4", complement=True, method="laplace", dps=40,
+        log=True, full=True,
+    )  # fmt: skip
+    assert found.value < -1e6
+    assert found.error_kind == "bound"
+    assert found.error < 2e-24
 
 
 def test_a_share_lies_between_its_bounds() -> None:

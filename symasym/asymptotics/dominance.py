@@ -81,18 +81,32 @@ class Sharp(NamedTuple):
     cell: int
 
 
+class Size(NamedTuple):
+    """size y^power e^{lam top} bounds int e^{lam V} over some cells."""
+
+    size: Any
+    power: int
+    top: Any
+
+
+def below_height(sizes: Sequence[Size], height: Any) -> Small:
+    return tuple(Term(s.size, s.power, (height - s.top).lower()) for s in sizes)
+
+
 class Group(NamedTuple):
     """int e^{lam V} over some cells: those at its largest height, and the others.
 
-    `label` is None where the highest of it is not sharp. `top` and `size` bound the whole,
-    size e^{lam top}; `others` is relative to the height of the label.
+    `label` is None where the highest of it is not sharp; `others` is relative to its height. `top`
+    is V's upper bound, `length` that of the cells; `sizes`, of curved and straight cells, bound
+    the whole: see `below_height`.
     """
 
     label: int | None
     sharp: tuple[Sharp, ...]
     others: Small
     top: Any
-    size: Any
+    sizes: tuple[Size, ...]
+    length: Any
 
 
 class Well(NamedTuple):
@@ -106,11 +120,16 @@ class Well(NamedTuple):
 
 
 class Lesser(NamedTuple):
-    """size e^{lam exponent} over the integral over the cell `under`, where there is one."""
+    """size y^power e^{lam exponent} times integrals over `above`, over that over the cell `under`.
+
+    The integrals are without their own exponentials.
+    """
 
     size: Any
+    power: int
     exponent: Any
     under: Sharp | None
+    above: tuple[Group, ...]
 
 
 class Leading(NamedTuple):
@@ -132,6 +151,7 @@ class Dominance:
         self.tops = [high - base for _, high in spans]
         self.bottoms = [low - base for low, _ in spans]
         self.sizes = [exact_ball(c.stop - c.start) for c in self.cells]
+        self._groups: dict[Any, tuple[set[int], Group]] = {}
         self.high: dict[int, Sharp] = {}
         self.low: dict[int, Sharp] = {}
         for k, cell in enumerate(self.cells):
@@ -145,31 +165,37 @@ class Dominance:
 
     def group(self, indices: Sequence[int], loose: Sequence[int] = ()) -> Group:
         """Of these cells; of the loose ones any part may count."""
-        flint = flint_module()
         everything = [*indices, *loose]
-        if not everything:
-            return Group(None, (), (), flint.arb("-inf"), flint.arb(0))
-        top = flint.arb("-inf")
-        for k in everything:
-            top = top.max(self.tops[k])
-        size = sum((self.sizes[k] for k in everything), flint.arb(0))
+        sizes = self._sizes(everything)
+        length = sum((self.sizes[k] for k in everything), flint_module().arb(0))
+        top = flint_module().arb("-inf")
+        for found in sizes:
+            top = top.max(found.top)
         heights = {k: self.labels.heights[s.label] for k, s in self.high.items() if k in indices}
         if not heights:
-            return Group(None, (), (), top, size)
+            return Group(None, (), (), top, sizes, length)
         first = self.high[max(heights, key=lambda k: float(heights[k].mid()))]
         at = self.labels.heights[first.label]
         sharp = tuple(self.high[k] for k in heights if self.high[k].label == first.label)
         used = {s.cell for s in sharp}
-        rest = [k for k in everything if k not in used]
-        others: Small = ()
-        if rest:
-            gap = at - self.tops[rest[0]]
-            for k in rest[1:]:
-                gap = gap.min(at - self.tops[k])
-            if not gap > 0:
-                return Group(None, (), (), top, size)
-            others = (Term(sum((self.sizes[k] for k in rest), flint.arb(0)), 0, gap.lower()),)
-        return Group(first.label, sharp, others, at, size)
+        others = below_height(self._sizes([k for k in everything if k not in used]), at)
+        if not all(t.gap > 0 for t in others):
+            return Group(None, (), (), top, sizes, length)
+        return Group(first.label, sharp, others, at, sizes, length)
+
+    def _sizes(self, indices: Sequence[int]) -> tuple[Size, ...]:
+        """Curved cells are bounded by their lengths, straight ones by lam^-1/|slope|."""
+        flint, found = flint_module(), []
+        for straight in (False, True):
+            cells = [k for k in indices if (self.cells[k].slope is not None) == straight]
+            size, top = flint.arb(0), flint.arb("-inf")
+            for k in cells:
+                slope = self.cells[k].slope
+                size += self.sizes[k] if slope is None else 1 / exact_ball(abs(slope))
+                top = top.max(self.tops[k])
+            if cells:
+                found.append(Size(size.upper(), 2 * straight, top))
+        return tuple(found)
 
     def sides(self, k: int) -> tuple[Sequence[int], Sequence[int], Sequence[int], Sequence[int]]:
         """Outer side of cell k, between it and the start, behind the start, and the start's own."""
@@ -192,7 +218,9 @@ class Dominance:
         main = tuple(w for w in wells if w.key == key)
         cells = {w.sharp.cell for w in main}
         lesser = []
-        for k in range(len(self.cells)):
+        # Away from the start on both sides, so that what lies outside shrinks.
+        at = self.found.place
+        for k in (*range(at - 1, -1, -1), *range(at, len(self.cells))):
             if k not in cells:
                 lesser.append(self._falling(k))
             lesser.append(self._nested(k))
@@ -231,46 +259,61 @@ class Dominance:
     def _falling(self, k: int) -> Lesser:
         """int e^{-lam V} over cell k times A B/(A + M + B), from above."""
         outer, between, behind, own = self.sides(k)
-        sizes = [self._bound(g) for g in ([*outer], [*behind, *own])]
-        own_size, own_height = self.sizes[k], -self.bottoms[k]
-        choices = [Lesser(own_size * size, own_height + top, None) for size, top in sizes]
-        (first, up), (second, down) = sizes
-        for j in between:
-            if j in self.high:
-                under = self.high[j]
-                height = own_height + up + down - self.labels.heights[under.label]
-                choices.append(Lesser(own_size * first * second, height, under))
+        one, two = self._above(outer, ()), self._above(behind, own)
+        size, height = self._sizes([k])[0][:2], -self.bottoms[k]
+        choices = [_over(size, height, None, one), _over(size, height, None, two)]
+        choices += [
+            _over(size, height - self._height(self.high[j]), self.high[j], one, two)
+            for j in between
+            if j in self.high
+        ]
         return min(choices, key=_exponent)
 
     def _nested(self, k: int) -> Lesser:
         """The double integral over cell k times the chance to be on the start's other side."""
         at, inside = self.found.place, self.found.inside
-        size = self.sizes[k] ** 2
+        size = self.sizes[k] ** 2, 0
         rise = self.tops[k] - self.bottoms[k]
         slope = self.cells[k].slope
         # To the right of the start e^{lam V} is to the right of e^{-lam V}.
         if slope is not None and (slope > 0) == (k >= at):
             rise = flint_module().arb(0)
-        choices = [Lesser(size, rise, None)]
+        choices = [_over(size, rise, None)]
         if not (inside and k == at):
             first = at + 1 if inside else at
             near = range(first, len(self.cells)) if k >= first else range(at)
             far = range(at) if k >= first else range(first, len(self.cells))
-            own = [at] if inside else []
-            other, top = self._bound([*far, *own])
-            for j in near:
-                if j in self.high:
-                    under = self.high[j]
-                    height = rise + top - self.labels.heights[under.label]
-                    choices.append(Lesser(size * other, height, under))
+            above = self._above(far, [at] if inside else [])
+            choices += [
+                _over(size, rise - self._height(self.high[j]), self.high[j], above)
+                for j in near
+                if j in self.high
+            ]
         return min(choices, key=_exponent)
 
-    def _bound(self, indices: Sequence[int]) -> tuple[Any, Any]:
-        flint = flint_module()
-        top = flint.arb("-inf")
-        for k in indices:
-            top = top.max(self.tops[k])
-        return sum((self.sizes[k] for k in indices), flint.arb(0)), top
+    def _height(self, sharp: Sharp) -> Any:
+        return self.labels.heights[sharp.label]
+
+    def _above(self, indices: Sequence[int], own: Sequence[int]) -> Group:
+        """A group that holds these cells, and perhaps more; few are made."""
+        sharp = tuple(k for k in indices if k in self.high)
+        key = sharp, tuple(own), bool(indices) and indices[0] < self.found.place
+        known = self._groups.get(key)
+        if known is None or known[1].label is None or not set(indices) <= known[0]:
+            known = set(indices), self.group(indices, own)
+            self._groups[key] = known
+        return known[1]
+
+
+def _over(bound: tuple[Any, int], exponent: Any, under: Sharp | None, *above: Group) -> Lesser:
+    size, power = bound
+    for group in above:
+        exponent = exponent + group.top
+        if group.label is None:
+            # By lengths: straight cells of any slope are no longer than that.
+            size = size * group.length
+    sharp = tuple(group for group in above if group.label is not None)
+    return Lesser(size, power, exponent, under, sharp)
 
 
 def _exponent(choice: Lesser) -> float:

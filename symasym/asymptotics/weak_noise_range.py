@@ -15,11 +15,19 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from symasym.asymptotics.disk import THETA, NotProved
-from symasym.asymptotics.dominance import Dominance, Group, Leading, Sharp, Well, key_of
+from symasym.asymptotics.dominance import (
+    Dominance,
+    Group,
+    Leading,
+    Sharp,
+    Well,
+    below_height,
+    key_of,
+)
 from symasym.asymptotics.formal_sums import Formal, Sum, expansion, split
 from symasym.asymptotics.places import half
 from symasym.asymptotics.taylor_models import Model, Range, Small, Term, supremum
-from symasym.asymptotics.weak_noise_cells import Peak, landscape
+from symasym.asymptotics.weak_noise_cells import Cell, Peak, landscape
 from symasym.context import own_context
 from symasym.drift import Drift
 from symasym.errors import SymasymError
@@ -41,53 +49,79 @@ _MORE = (2, 4, 6, 8)
 class _Evaluation:
     """What dominates, on a range of noise."""
 
-    def __init__(self, found: Dominance) -> None:
-        self.found, self.cells, self.labels = found, found.cells, found.labels
+    def __init__(self, found: Dominance, over: Range) -> None:
+        self.found, self.over = found, over
+        self._integrals: dict[int, tuple[Model, Small]] = {}
+        self._sizes: dict[tuple[int, bool], Any] = {}
 
-    def integral(self, sharp: Sharp, over: Range) -> tuple[Model, Small]:
+    def integral(self, sharp: Sharp) -> tuple[Model, Small]:
         """Over one cell, without its factor e^{lam height}."""
-        cell = self.cells[sharp.cell]
+        if sharp.cell not in self._integrals:
+            self._integrals[sharp.cell] = self._integral(self.found.cells[sharp.cell])
+        return self._integrals[sharp.cell]
+
+    def _integral(self, cell: Cell) -> tuple[Model, Small]:
         if cell.peak is not None:
-            return _peak(cell.peak, over)
+            return _peak(cell.peak, self.over)
         assert cell.slope is not None
         flint = flint_module()
         size = 1 / exact_ball(abs(cell.slope))
         fall = exact_ball(abs(cell.slope) * (cell.stop - cell.start))
-        coefficients = (size, *[flint.arb(0)] * (over.terms - 1))
-        return Model(2, coefficients, flint.arb(0), over), (Term(size, 2, fall),)
+        coefficients = (size, *[flint.arb(0)] * (self.over.terms - 1))
+        return Model(2, coefficients, flint.arb(0), self.over), (Term(size, 2, fall),)
 
-    def sum_of(self, group: Group, over: Range) -> tuple[Model, Small]:
-        models = [self.integral(s, over) for s in group.sharp]
+    def sum_of(self, group: Group) -> tuple[Model, Small]:
+        models = [self.integral(s) for s in group.sharp]
         total, small = models[0]
         for model, more in models[1:]:
             total, small = total + model, small + more
         return total, small + group.others
 
-    def main(self, found: Leading, over: Range) -> tuple[Model, Small]:
+    def least(self, sharp: Sharp) -> tuple[Any, int]:
+        """Of y^(-power) times the integral over a cell, and that power."""
+        model, small = self.integral(sharp)
+        key = sharp.cell, False
+        if key not in self._sizes:
+            self._sizes[key] = _surely(model, small, self.over)
+        return self._sizes[key], model.power
+
+    def most(self, group: Group) -> tuple[Any, int]:
+        """Of y^(-power) times the integral over a group, and that power."""
+        key = id(group), True
+        if key not in self._sizes:
+            model, small = self.sum_of(group)
+            more = supremum(small, model.power, 0 * self.over.top, self.over.top)
+            self._sizes[key] = (model.largest() + more).upper(), model.power
+        found: tuple[Any, int] = self._sizes[key]
+        return found
+
+    def main(self, found: Leading) -> tuple[Model, Small]:
         """T/(lam e^{lam E}): what dominates, and all else relative to that."""
         total: Model | None = None
         parts: list[Small] = []
         for well in found.wells:
-            model, small = self._product(well, over)
+            model, small = self._product(well)
             parts.append(small)
             total = model if total is None else total + model
         assert total is not None
         least = total.least()
-        height = self.labels.height(found.key)
+        height = self.found.labels.height(found.key)
         rest = []
-        for size, exponent, under in found.lesser:
-            power = -total.power
+        for size, own, exponent, under, above in found.lesser:
+            power = own - total.power
             if under is not None:
-                model, small = self.integral(under, over)
-                least_under = _surely(model, small, over)
-                size, power = size / least_under, power - model.power
+                divisor, less = self.least(under)
+                size, power = size / divisor, power - less
+            for group in above:
+                factor, more = self.most(group)
+                size, power = size * factor, power + more
             rest.append(Term((size / least).upper(), power, (height - exponent).lower()))
         # Each well's own error is relative to its own positive share, so to the sum as well.
-        joined = max_of(parts, over)
+        joined = max_of(parts, self.over)
         return total, joined + merged(rest)
 
-    def _product(self, well: Well, over: Range) -> tuple[Model, Small]:
-        weight, small = self.integral(well.sharp, over)
+    def _product(self, well: Well) -> tuple[Model, Small]:
+        weight, small = self.integral(well.sharp)
         a, m, b = well.outer, well.between, well.behind
         found = self.found.denominator(a, m, b)
         assert found is not None
@@ -95,31 +129,31 @@ class _Evaluation:
         errors = [relative(weight, small)]
         below: Model | None = None
         lost: list[Term] = []
-        height = self.labels.heights[label]
+        height = self.found.labels.heights[label]
         for group in (a, m, b):
             if group.label == label:
-                model, small = self.sum_of(group, over)
+                model, small = self.sum_of(group)
                 below = model if below is None else below + model
                 # A alone: A B/(A + M + B) = B/(1 + (M + B)/A), where A's own error is none.
                 lost += small if alone is None else ()
                 under = (model, small)
-            elif group.size > 0:
-                lost.append(Term(group.size, 0, (height - group.top).lower()))
+            else:
+                lost += below_height(group.sizes, height)
         assert below is not None
         numerator = weight
         for group in (a, b):
             if group is not alone:
-                model, small = self.sum_of(group, over)
+                model, small = self.sum_of(group)
                 numerator = numerator * model
                 errors.append(relative(model, small))
         if alone is None:
             numerator = numerator / below
-            errors.append(_inverse(relative(below, tuple(lost)), over))
+            errors.append(_inverse(relative(below, tuple(lost)), self.over))
         else:
-            least = _surely(*under, over)
+            least = _surely(*under, self.over)
             shifted = [Term(t.size / least, t.power - under[0].power, t.gap) for t in lost]
-            errors.append(_inverse(tuple(shifted), over))
-        return numerator, together(errors, over)
+            errors.append(_inverse(tuple(shifted), self.over))
+        return numerator, together(errors, self.over)
 
 
 def _peak(peak: Peak, over: Range) -> tuple[Model, Small]:
@@ -133,12 +167,8 @@ def _peak(peak: Peak, over: Range) -> tuple[Model, Small]:
     small = []
     for k, c in enumerate(d.coefficients[:used]):
         coefficients[step * k] = c * (1 if sides == 1 else 2 * (k % 2 == 0))
-        s = exact_ball(Fraction(k + 1, d.contact))
-        for drop in peak.drops:
-            # Gamma(s, z) <= e^{-(1 - a) z} Gamma(s) a^-s for 0 < a < 1; the best a is s/z.
-            share = flint.arb((s / (drop / over.top**2).max(2 * s)).mid())
-            size = abs(c) * share**-s
-            small.append(Term(size.upper(), step * (k + 1), ((1 - share) * drop).lower()))
+        s = Fraction(k + 1, d.contact)
+        small += [_beyond(abs(c), s, drop, over) for drop in peak.drops]
     after = exact_ball(Fraction(used + 1, d.contact))
     tail = exact_ball(Fraction(d.peak)) / d.contact * exact_ball(Fraction(d.rho)) ** -used
     tail *= sides * after.gamma() / exact_ball(1 - Fraction(THETA))
@@ -161,6 +191,19 @@ def _least_of(found: list[_Quotient], low: Any, top: Any, order: int) -> Any:
         small = supremum(errors, power, low, top)
         least = least.min((algebraic + (1 + algebraic * top**power) * small).upper())
     return least
+
+
+def _beyond(size: Any, s: Fraction, drop: Any, over: Range) -> Term:
+    """size lam^-s Gamma(s, z)/Gamma(s) with z = lam drop: what one term has beyond the cell."""
+    flint, power, least = flint_module(), exact_ball(s), drop / over.top**2
+    steep = 1 - (power - 1) / least
+    if steep > 0.5:
+        # (t/z)^(s - 1) <= e^((s - 1)(t - z)/z) for t >= z; without it for s <= 1.
+        size *= drop ** (power - 1) / power.gamma() / (steep if s > 1 else 1)
+        return Term(size.upper(), 2, drop.lower())
+    # t^(s - 1) e^-t <= e^(-(1 - a) z) t^(s - 1) e^(-a t) for t >= z, for every a between 0 and 1.
+    a = flint.arb((power / least.max(2 * power)).mid())
+    return Term((size * a**-power).upper(), int(2 * s), ((1 - a) * drop).lower())
 
 
 def relative(model: Model, small: Small) -> Small:
@@ -287,7 +330,7 @@ class Proof:
         return found
 
     def _quotient(self, sums: tuple[Sum, Sum], over: Range) -> _Quotient:
-        main, errors = _Evaluation(self._cells).main(self._leading, over)
+        main, errors = _Evaluation(self._cells, over).main(self._leading)
         labels = self._cells.labels
         key, numerator, beside = split(sums[0], labels, over)
         under, denominator, behind = split(sums[1], labels, over)
