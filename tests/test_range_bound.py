@@ -197,6 +197,17 @@ def test_models_hold_what_they_are_made_of() -> None:
                 assert model.rest < 10
 
 
+def test_a_quotient_has_the_rest_of_its_own() -> None:
+    flint = flint_module()
+    with precision(128):
+        top = flint.arb("0.5")
+        found = _model([1, 1, 1], 0, top) / _model([2, 1, 0], 0, top)
+        y = top
+        value = (1 + y + y**2) / (2 + y)
+        gap = abs(value - sum(c * y**k for k, c in enumerate(found.coefficients)))
+        assert 0 < gap <= found.rest * y**3 < 2 * gap
+
+
 def test_the_largest_of_an_exponential() -> None:
     flint = flint_module()
     with precision(128):
@@ -224,6 +235,25 @@ def test_the_expansion_is_the_one_that_is_evaluated(scene: Any) -> None:
         value = _at(sums[0], labels, top) / _at(sums[1], labels, top) / top**2
         found = context.mpf(value.log().mid().str(45, radius=False))
         assert abs(found - wanted) < abs(wanted) * context.mpf(10) ** -20
+
+
+@pytest.mark.parametrize("kappa", ["0.1", "0.15"])
+def test_a_lesser_well_is_in_the_errors(kappa: str) -> None:
+    # From one well T has a share of another, which T_N has as well, but not what dominates.
+    drift, start = sa.polynomial("1/100", 2, 0, -3), Fraction(-1, 3)
+    proof = Proof(drift, Fraction(3), start, 3)
+    with precision(320):
+        top = exact_ball(Fraction(kappa)) / flint_module().arb(2).sqrt()
+        found = weak_noise_range._Evaluation(proof._cells, Range(top, 12))
+        model, errors = found.main(proof._leading)
+        algebraic = sum(c * top**k for k, c in enumerate(model.coefficients))
+        off = model.rest * top**12 / algebraic
+        exponent = proof._cells.labels.height(proof._leading.key) / top**2
+        main = algebraic * top ** (model.power - 2) * exponent.exp()
+        exact = sa.escape_time(drift, kappa, 3, start=start, dps=30)
+        share = flint_module().arb(str(exact)) / main - 1
+        assert 0.02 < share <= supremum(errors, 0, 0 * top, top) + off + 1e-20
+        assert off < share / 3
 
 
 def _at(found: Sum, labels: dominance.Labels, y: Any) -> Any:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from strategies import ALL, SAMPLE, powers_of_ten, rationals
 
 import symasym as sa
-from symasym.asymptotics import weak_noise_bounds
+from symasym.asymptotics import weak_noise, weak_noise_bounds
 from symasym.exact import ball, witness
 from symasym.exact.ball_drift import exact_ball, precision
 from tests.problems import distance
@@ -191,10 +191,22 @@ def test_the_bound_is_tried_before_refusing(scene: Any, monkeypatch: pytest.Monk
         sa.escape_time(drift, kappa, r, **options)
 
 
-def test_a_bound_as_large_as_the_value_is_refused() -> None:
-    assert weak_noise_bounds.enclosure(FRICTION, Fraction(1), Fraction(10), Fraction(0), 2, 20)
-    with pytest.raises(sa.AccuracyError, match="next terms"):
-        sa.escape_time(FRICTION, 1, 10, method="laplace")
+@pytest.mark.parametrize(("high", "answered"), [("1.4", True), ("1.6", False)])
+def test_a_bound_beyond_half_of_the_value_does_not_save_it(high: str, answered: bool) -> None:
+    from flint import arb
+
+    def prove(order: int) -> weak_noise_bounds.Bounds:
+        return weak_noise_bounds.Bounds(arb("0.9").lower(), arb(high).upper())
+
+    found = [weak_noise.Found(mpmath.mpf(1), mpmath.mpf(5), 2, False)]
+    given = found, prove, True, {"kappa": Fraction(1)}, mpmath.mp
+    if answered:
+        best, kind = weak_noise._chosen(*given)
+        assert kind == "bound"
+        assert 0.4 <= best.error < 0.4001
+    else:
+        with pytest.raises(sa.AccuracyError, match="next terms"):
+            weak_noise._chosen(*given)
 
 
 # -- 1 - P and P -----------------------------------------------------------------------------------

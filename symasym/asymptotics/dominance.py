@@ -275,9 +275,12 @@ class Dominance:
         size = self.sizes[k] ** 2, 0
         rise = self.tops[k] - self.bottoms[k]
         slope = self.cells[k].slope
-        # To the right of the start e^{lam V} is to the right of e^{-lam V}.
-        if slope is not None and (slope > 0) == (k >= at):
-            rise = flint_module().arb(0)
+        if slope is not None:
+            part = 1 / exact_ball(abs(slope))
+            size = part**2, 4
+            # To the right of the start e^{lam V} is to the right of e^{-lam V}.
+            if (slope > 0) == (k >= at):
+                size, rise = (self.sizes[k] * part, 2), flint_module().arb(0)
         choices = [_over(size, rise, None)]
         if not (inside and k == at):
             first = at + 1 if inside else at
