@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import decimal
 import math
 from dataclasses import dataclass
 from fractions import Fraction
@@ -53,19 +54,28 @@ class RangeBound:
                 f"kappa is {float_text(value)}, but the bound is proved up to "
                 f"{float_text(self.kappa0)}; ask for a larger kappa0."
             )
-        # Every factor of a float is right to 1e-16.
-        size = self.constant * float(value) ** (2 * self.order + 2)
-        return math.nextafter(size * (1 + 1e-14), math.inf)
+        size = Fraction(self.constant) * value ** (2 * self.order + 2)
+        return math.nextafter(float(size), math.inf)
 
     def __str__(self) -> str:
-        power = 2 * self.order + 2
-        # Rounded up, as it may be used as printed.
-        places = 3 - math.floor(math.log10(self.constant)) if self.constant else 0
-        shown = math.ceil(self.constant * 10.0**places * (1 - 1e-12)) / 10.0**places
         return (
-            f"|T/T_{self.order} - 1| <= {max(shown, self.constant):.4g} kappa^{power} "
-            f"for 0 < kappa <= {float_text(self.kappa0)} (bound)"
+            f"|T/T_{self.order} - 1| <= {_rounded_up(self.constant)} kappa^{2 * self.order + 2} "
+            f"for 0 < kappa <= {_short(self.kappa0)} (bound)"
         )
+
+
+def _rounded_up(x: float) -> str:
+    """Four digits, not below x."""
+    with decimal.localcontext() as context:
+        context.prec, context.rounding = 4, decimal.ROUND_CEILING
+        return f"{+decimal.Decimal(x):.4g}"
+
+
+def _short(x: Fraction) -> str:
+    """Up to six digits, not above x, also of what float64 cannot hold."""
+    with decimal.localcontext() as context:
+        context.prec, context.rounding = 6, decimal.ROUND_FLOOR
+        return f"{(decimal.Decimal(x.numerator) / decimal.Decimal(x.denominator)).normalize():g}"
 
 
 def weak_noise_bound(
@@ -139,19 +149,21 @@ def weak_noise_bound(
     try:
         proof = Proof(drift, values["r"], values["start"], most)
     except NotProved:
-        raise _not_proved("at any kappa", "or two of equal height are not shown to be") from None
+        why = "or there is none, or two are as good as equal"
+        raise _not_proved("at any kappa", why, "use method='exact'") from None
     if given is None:
         return _largest(proof, wanted, most)
     constant = proof.constant(given)
     if constant is None:
-        raise _not_proved(f"up to kappa0 = {float_text(given)}", "or the noise is too strong")
+        where, why = f"up to kappa0 = {float_text(given)}", "or the noise is too strong"
+        raise _not_proved(where, why, "give a smaller kappa0, or leave it out")
     return RangeBound(_upwards(constant), given, most)
 
 
-def _not_proved(where: str, why: str) -> AccuracyError:
+def _not_proved(where: str, why: str, instead: str) -> AccuracyError:
     return AccuracyError(
-        f"that one simple well and barrier, or well and end, dominate was not proved {where}: "
-        f"another place is too close, {why}; leave kappa0 out, or use method='exact'."
+        "that simple wells and barriers, or wells and ends, dominate was not proved "
+        f"{where}: another place is too close, {why}; {instead}."
     )
 
 
@@ -171,7 +183,8 @@ def _largest(proof: Any, rtol: Fraction, order: int) -> RangeBound:
         high, low = low, low / 2
         best = attempt(low)
     if best is None:
-        raise _not_proved("at any kappa", f"or rtol = {float_text(rtol)} is too small")
+        why = f"or rtol = {float_text(rtol)} is too small"
+        raise _not_proved("at any kappa", why, "give a larger rtol, or use method='exact'")
     while high > best.kappa0 * Fraction(_RATIO):
         middle = Fraction(f"{math.sqrt(float(best.kappa0) * float(high)):.4g}")
         if not best.kappa0 < middle < high:

@@ -162,6 +162,23 @@ def test_what_is_refused(drift: sa.Drift, options: Any, message: str) -> None:
         sa.weak_noise_bound(drift, 10, **options)
 
 
+def test_what_is_printed_holds() -> None:
+    for constant, text in ((12.960580680331322, "12.97"), (1.2345e-41, "1.235e-41"), (5.0, "5")):
+        assert f" {text} kappa^6" in str(sa.RangeBound(constant, Fraction(1, 3), 2))
+    tiny = sa.RangeBound(1e3, Fraction(1, 3 * 10**400), 2)
+    assert "kappa <= 3.33333e-401 (bound)" in str(tiny)
+    assert tiny.error(tiny.kappa0) > 0
+
+
+@pytest.mark.parametrize(
+    "options", [{"order": 20, "kappa0": "1e-3"}, {"kappa0": "1e-300"}], ids=str
+)
+def test_high_orders_and_very_weak_noise(options: Any) -> None:
+    bound = sa.weak_noise_bound(FRICTION, "1e30", **options)
+    small = sa.weak_noise_bound(FRICTION, "1e30", **{**options, "kappa0": "1e-4"})
+    assert 0.99 < bound.constant / small.constant < 1.5
+
+
 def test_beyond_the_range_nothing_is_said() -> None:
     bound = sa.weak_noise_bound(FRICTION, 10, kappa0="0.02")
     with pytest.raises(sa.InputError, match="proved up to"):

@@ -174,7 +174,7 @@ class Dominance:
         heights = {k: self.labels.heights[s.label] for k, s in self.high.items() if k in indices}
         if not heights:
             return Group(None, (), (), top, sizes, length)
-        first = self.high[max(heights, key=lambda k: float(heights[k].mid()))]
+        first = self.high[max(heights, key=lambda k: heights[k].mid())]
         at = self.labels.heights[first.label]
         sharp = tuple(self.high[k] for k in heights if self.high[k].label == first.label)
         used = {s.cell for s in sharp}
@@ -213,7 +213,7 @@ class Dominance:
         if not wells:
             raise NotProved
         exponents = [self.labels.height(w.key) for w in wells]
-        most = max(range(len(wells)), key=lambda i: float(exponents[i].mid()))
+        most = max(range(len(wells)), key=lambda i: exponents[i].mid())
         key = wells[most].key
         main = tuple(w for w in wells if w.key == key)
         cells = {w.sharp.cell for w in main}
@@ -249,7 +249,7 @@ class Dominance:
         groups = [g for g in (a, m, b) if g.label is not None]
         if not groups:
             return None
-        best = max(groups, key=lambda g: float(g.top.mid()))
+        best = max(groups, key=lambda g: g.top.mid())
         label = best.label
         assert label is not None
         same = [g for g in groups if g.label == label]
@@ -319,8 +319,8 @@ def _over(bound: tuple[Any, int], exponent: Any, under: Sharp | None, *above: Gr
     return Lesser(size, power, exponent, under, sharp)
 
 
-def _exponent(choice: Lesser) -> float:
-    return float(choice.exponent.mid()) if choice.exponent.is_finite() else -float("inf")
+def _exponent(choice: Lesser) -> Any:
+    return choice.exponent.mid() if choice.exponent.is_finite() else flint_module().arb("-inf")
 
 
 def _span(cell: Cell) -> tuple[Any, Any]:

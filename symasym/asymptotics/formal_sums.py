@@ -196,7 +196,7 @@ def split(found: Sum, labels: Labels, over: Range) -> tuple[Key, Model, Small]:
     parts = {key: p for key, p in found.parts.items() if p}
     if not parts:
         raise NotProved
-    best = max(parts, key=lambda key: float(labels.height(key).mid()))
+    best = max(parts, key=lambda key: labels.height(key).mid())
     top = labels.height(best)
     small = []
     for key, powers in parts.items():

@@ -97,9 +97,6 @@ class _Layer:
 
     def __init__(self, coefficients: Sequence[Fraction]) -> None:
         self.x = sympy.Symbol("u")
-        drift = sum(_rational(c) * self.x**k for k, c in enumerate(coefficients))
-        rise = -sympy.integrate(drift, self.x)
-        self.formula = sympy.expand(rise - rise.subs(self.x, -1))
         flint = flint_module()
         found = [Fraction(0), *(-Fraction(c) / (k + 1) for k, c in enumerate(coefficients))]
         found[0] = -sum(c * (-1) ** k for k, c in enumerate(found))
@@ -108,6 +105,16 @@ class _Layer:
     def at(self, u: Fraction) -> Fraction:
         found = self.exactly(flint_module().fmpq(u.numerator, u.denominator))
         return Fraction(int(found.p), int(found.q))
+
+    def about(self, u: Fraction) -> Any:
+        """V in powers of the distance from u: near a zero of A, V's differences are small there."""
+        flint = flint_module()
+        shifted = self.exactly(flint.fmpq_poly([flint.fmpq(u.numerator, u.denominator), 1]))
+        near = self.x - _rational(u)
+        return sum(
+            (sympy.Rational(int(c.p), int(c.q)) * near**k for k, c in enumerate(shifted.coeffs())),
+            sympy.Integer(0),
+        )
 
     def panels(self, a: Fraction, b: Fraction, count: int) -> tuple[Panel, ...]:
         """Enclosures of V on equal parts of [a, b]."""
@@ -257,12 +264,12 @@ def _draft(
         exact = None
     contact = 1 if side != "both" and exact in ends else 2
     lo, hi = (_rational(e) for e in ends)
-    piece = Piece(lo, hi, sign * layer.formula, sympy.Integer(1))
+    middle = _exactly(point) if exact is None else exact
+    piece = Piece(lo, hi, sympy.expand_mul(sign * layer.about(middle)), sympy.Integer(1))
     count = (order + 1 + _EXPLICIT) * contact + 1
     with precision(128 + 12 * count):
         given = point if exact is None else _rational(exact)
         found = disk(piece, layer.x, given, side, contact, sympy.Integer(1), count)
-    middle = _exactly(point) if exact is None else exact
     edges = dict.fromkeys((-1, 1), middle)
     for s, reach, _ in found.sides:
         edge = (ends[0] if s < 0 else ends[1]) if reach is None else middle + s * reach * _LESS

@@ -34,14 +34,17 @@ from symasym.errors import SymasymError
 from symasym.exact.ball_drift import exact_ball, flint_module, precision
 from symasym.exact.local import ExactField
 
-# Bits of all balls here: none are lost, as exponentials are taken relative to the largest.
-_BITS = 320
+# Digits of all balls here, and for each order: few are lost, as exponentials are taken relative to
+# the largest.
 _DIGITS = 90
+_MORE_DIGITS = 8
 # Ratio of two ends of the pieces that a range is cut into, the most of these, and how little the
 # rest of it may add before it counts as one piece.
 _RATIO = 0.85
 _PIECES = 60
 _ENOUGH = 1.005
+# Of a coefficient that cancels: balls that are wider would hold 0 in any case.
+_NOTHING = 1e-9
 # Coefficients kept behind the first that does not cancel.
 _MORE = (2, 4, 6, 8)
 
@@ -276,7 +279,8 @@ class Proof:
         if cut is None:
             raise NotProved
         self._r, self._order = r, order
-        with precision(_BITS), own_context(_DIGITS) as context:
+        self._digits = _DIGITS + _MORE_DIGITS * order + len(str(int(r)))
+        with precision(self._bits()), own_context(self._digits) as context:
             fields = ExactField(drift, True, context), ExactField(drift, False, context)
             try:
                 left, right = (
@@ -290,9 +294,12 @@ class Proof:
             self._cells = Dominance(cut, cut.origin, even)
             self._leading = self._cells.leading()
 
+    def _bits(self) -> int:
+        return 4 * self._digits
+
     def constant(self, kappa: Fraction) -> Any:
         """K for all noise up to kappa, a ball's upper end; None where it is not proved."""
-        with precision(_BITS):
+        with precision(self._bits()):
             try:
                 return self._constant(exact_ball(kappa) / flint_module().arb(2).sqrt())
             except (NotProved, ZeroDivisionError):
@@ -314,7 +321,7 @@ class Proof:
         return (worst.max(rest) / 2 ** (order + 1)).upper()
 
     def _expansion(self, top: Any) -> tuple[Sum, Sum]:
-        ops = Formal(self._cells.labels, _DIGITS, top)
+        ops = Formal(self._cells.labels, self._digits, top)
         return expansion(self._halves, self._r, self._order, ops)
 
     def _quotients(self, sums: tuple[Sum, Sum], top: Any) -> list[_Quotient]:
@@ -337,10 +344,11 @@ class Proof:
         if key_of([*key, *((label, -n) for label, n in under)]) != self._leading.key:
             raise NotProved
         model = main * denominator / numerator
-        expected = [1, *[0] * (2 * self._order + 1)]
         # They are equal: T_N is made of the first coefficients of what T is made of.
-        for c, value in zip(model.coefficients, expected, strict=False):
-            if not (abs(c - value) < 1e-20 and c.contains(value)):
+        for k, c in enumerate(model.coefficients[: 2 * self._order + 2]):
+            size = 1 + abs(main.coefficients[k] / main.coefficients[0])
+            off = abs(c - (k == 0))
+            if not (off.contains(0) and off < size * _NOTHING):
                 raise NotProved
         if model.power:
             raise NotProved
