@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from symasym.asymptotics.disk import NotProved
 from symasym.asymptotics.taylor_models import Small, Term
-from symasym.asymptotics.weak_noise_cells import Cell, Landscape
+from symasym.asymptotics.weak_noise_cells import Cell, Landscape, steepness
 from symasym.exact.ball_drift import exact_ball, flint_module
 
 Key = tuple[tuple[int, int], ...]
@@ -274,13 +274,13 @@ class Dominance:
         at, inside = self.found.place, self.found.inside
         size = self.sizes[k] ** 2, 0
         rise = self.tops[k] - self.bottoms[k]
-        slope = self.cells[k].slope
-        if slope is not None:
-            part = 1 / exact_ball(abs(slope))
-            size = part**2, 4
-            # To the right of the start e^{lam V} is to the right of e^{-lam V}.
-            if (slope > 0) == (k >= at):
-                size, rise = (self.sizes[k] * part, 2), flint_module().arb(0)
+        cell = self.cells[k]
+        sign, steep = steepness(cell)
+        # To the right of the start e^{lam V} is to the right of e^{-lam V}.
+        if sign and (sign < 0) == (k >= at):
+            size, rise = (self.sizes[k] / steep, 2), flint_module().arb(0)
+        elif cell.slope is not None:
+            size = 1 / steep**2, 4
         choices = [_over(size, rise, None)]
         if not (inside and k == at):
             first = at + 1 if inside else at
@@ -332,6 +332,8 @@ def _span(cell: Cell) -> tuple[Any, Any]:
     for p in cell.panels:
         far = p.height + p.slope * p.width
         down, up = p.height.min(far) - p.bend, p.height.max(far) + p.bend
+        if p.steep > 0:
+            down, up = p.ends[0].min(p.ends[1]), p.ends[0].max(p.ends[1])
         low = down.lower() if low is None else low.min(down.lower())
         high = up.upper() if high is None else high.max(up.upper())
     if cell.peak is not None:

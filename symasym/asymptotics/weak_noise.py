@@ -147,8 +147,10 @@ def _chosen(
         bounds = prove((best or found)[-1].order)
     if bounds is not None:
         proved = [f._replace(error=_distance(bounds, f.value, context)) for f in best or found]
-        # What is refused unless it is proved has to be as good as what is not.
-        proved = [f for f in proved if f.error < (f.value if sure else f.value / 2)]
+        # What is refused unless it is proved has to be as good as what is not; where the bounds
+        # are far apart, as without a well, a good estimate says more.
+        most = max(best[0].value / 100, min(best[0].value, 100 * best[0].error)) if sure else None
+        proved = [f for f in proved if f.error < (f.value / 2 if most is None else most)]
         if proved:
             return min(proved, key=lambda f: f.error), "bound"
     if not sure:

@@ -28,6 +28,7 @@ from symasym.asymptotics.weak_noise_cells import (
     Stationary,
     landscape,
     stationary,
+    steepness,
 )
 from symasym.drift import Drift
 from symasym.exact.ball_drift import exact_ball, flint_module, precision
@@ -189,8 +190,13 @@ def _shares(cell: Cell, lam: Fraction) -> _Shares:
             rising = _both(rising, sharp)
         else:
             falling = _both(falling, sharp)
-    nested = Bounds(flint_module().arb(0), (rising.high * falling.high).upper())
-    return _Shares(rising, falling, nested, nested)
+    none, whole = flint_module().arb(0), (rising.high * falling.high).upper()
+    sign, steep = steepness(cell)
+    # Where e^{lam V} is on the side to which V falls: at most the width over lam |V'|.
+    low = whole if not sign else (cell.panels[0].width / (exact_ball(lam) * steep)).upper()
+    low = low.min(whole)
+    before, after = (low, whole) if sign > 0 else (whole, low)
+    return _Shares(rising, falling, Bounds(none, before), Bounds(none, after))
 
 
 def _falling(cell: Cell, lam: Fraction) -> Bounds:
@@ -213,12 +219,18 @@ def _straight(cell: Cell, slope: Fraction, lam: Fraction) -> _Shares:
 
 
 def _crude(panels: tuple[Panel, ...], lam: Fraction, sign: int) -> Bounds:
-    number = exact_ball(sign * lam)
+    number, size = exact_ball(sign * lam), exact_ball(lam)
     low = high = flint_module().arb(0)
     for p in panels:
         line = p.width * exp_quotient(number * p.slope * p.width, 1) * (number * p.height).exp()
-        bend = (exact_ball(lam) * p.bend).exp()
-        low, high = low + line / bend, high + line * bend
+        bend = (size * p.bend).exp()
+        least, most = line / bend, line * bend
+        if p.steep > 0 and not size * p.bend < 1:
+            # Monotone: between the values at its ends.
+            first, last = (number * v for v in p.ends)
+            least = least.max(p.width * first.min(last).exp())
+            most = most.min(p.width.min(1 / (size * p.steep)) * first.max(last).exp())
+        low, high = low + least, high + most
     return Bounds(low.lower().max(flint_module().arb(0)), high.upper())
 
 

@@ -29,18 +29,24 @@ _EXPLICIT = 4
 # e^{lam x (fall of V over it)}, which has to stay below what the peak itself loses.
 _CELLS = 32
 _PANELS = 16
+_FINEST = 12
 # Digits of a peak's place; the proof takes a neighbourhood of 1e-45 of it.
 _DIGITS = 80
 _LESS = 1 - Fraction(1, 10**9)
 
 
 class Panel(NamedTuple):
-    """V within `bend` of the line from `height` with `slope`, on a stretch of this width."""
+    """V within `bend` of the line from `height` with `slope`, on a stretch of this width.
+
+    `ends` are V there; `steep` is a lower bound of |V'|, at least 0.
+    """
 
     width: Any
     height: Any
     slope: Any
     bend: Any
+    ends: tuple[Any, Any]
+    steep: Any
 
 
 class Peak(NamedTuple):
@@ -70,6 +76,15 @@ class Cell(NamedTuple):
     slope: Fraction | None
     height: Any
     exact: Fraction | None
+
+
+def steepness(cell: Cell) -> tuple[int, Any]:
+    """The sign of V' on a cell where V is monotone, and a lower bound of |V'|; 0 elsewhere."""
+    if cell.slope is not None:
+        return (-1 if cell.slope > 0 else 1), exact_ball(abs(cell.slope))
+    if cell.peak is None and len(cell.panels) == 1 and cell.panels[0].steep > 0:
+        return (1 if cell.panels[0].slope > 0 else -1), cell.panels[0].steep
+    return 0, None
 
 
 class Landscape(NamedTuple):
@@ -125,7 +140,11 @@ class _Layer:
             line = flint.arb_poly([exact_ball(a + step * (k + Fraction(1, 2))), half])
             middle, slope, *rest = flint.arb_poly(self.exactly)(line).coeffs()
             bend = sum((abs(c) for c in rest), flint.arb(0)).upper()
-            found.append(Panel(2 * half, middle - slope, slope / half, bend))
+            turn = sum((k * abs(c) for k, c in enumerate(rest, start=2)), flint.arb(0))
+            steep = ((abs(slope) - turn) / half).lower().max(flint.arb(0))
+            even, odd = middle + sum(rest[::2]), slope + sum(rest[1::2])
+            ends = even - odd, even + odd
+            found.append(Panel(2 * half, middle - slope, slope / half, bend, ends, steep))
         return tuple(found)
 
 
@@ -200,12 +219,25 @@ def _inside(
         cuts = [a, x, b] if a < x < b else [a, b]
         for left, right in pairwise(cuts):
             if left < right:
-                step = (right - left) / _CELLS
-                for k, panel in enumerate(layer.panels(left, right, _CELLS)):
-                    start = left + k * step
-                    stop = right if k == _CELLS - 1 else start + step
-                    cells.append(Cell(start, stop, (panel,), None, None, None, None))
+                cells += _between(layer, left, right, [d.height for d in drafts])
     return cells
+
+
+def _between(layer: _Layer, left: Fraction, right: Fraction, levels: list[Any]) -> list[Cell]:
+    """Panels, finer where V is near the height of a peak: which is the higher has to be seen."""
+    step, found = (right - left) / _CELLS, []
+    edges = [*(left + k * step for k in range(_CELLS)), right]
+    waiting = [(a, b, 0) for a, b in pairwise(edges)]
+    while waiting:
+        a, b, depth = waiting.pop()
+        (panel,) = layer.panels(a, b, 1)
+        ends = panel.height, panel.height + panel.slope * panel.width
+        near = any(not abs(v - level) > 4 * panel.bend for v in ends for level in levels)
+        if near and panel.bend > 0 and depth < _FINEST:
+            waiting += [(a, (a + b) / 2, depth + 1), ((a + b) / 2, b, depth + 1)]
+        else:
+            found.append(Cell(a, b, (panel,), None, None, None, None))
+    return found
 
 
 @lru_cache(maxsize=64)
