@@ -70,6 +70,18 @@ def test_no_kappa_violates_it_and_it_is_tight(which: int) -> None:
     assert 1 <= check(bound, drift, r, start) < 1.01
 
 
+def test_a_well_that_is_just_born() -> None:
+    # 8e-4 beyond the fold; V's heights there differ by 1e-5.
+    drift = sa.friction(3, 1, "-0.777")
+    bound = sa.weak_noise_bound(drift, 10, order=1, kappa0="1e-5")
+    assert 1 <= check(bound, drift, 10, 0) < 1.01
+    found = sa.escape_time(
+        drift, "1e-5", 10, method="laplace", order=1, dps=30, full=True, log=True
+    )
+    assert found.error_kind == "bound"
+    assert found.error < 1.01 * bound.error("1e-5")
+
+
 def test_the_largest_range_is_found() -> None:
     bound = sa.weak_noise_bound(FRICTION, 10, order=2, rtol="1e-6")
     assert bound.error(bound.kappa0) <= 1e-6

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from strategies import ALL, SAMPLE, powers_of_ten, rationals
 
 import symasym as sa
-from symasym.asymptotics import weak_noise, weak_noise_bounds
+from symasym.asymptotics import best_order, weak_noise_bounds
 from symasym.exact import ball, witness
 from symasym.exact.ball_drift import exact_ball, precision
 from tests.problems import distance
@@ -198,15 +198,23 @@ def test_a_bound_beyond_half_of_the_value_does_not_save_it(high: str, answered: 
     def prove(order: int) -> weak_noise_bounds.Bounds:
         return weak_noise_bounds.Bounds(arb("0.9").lower(), arb(high).upper())
 
-    found = [weak_noise.Found(mpmath.mpf(1), mpmath.mpf(5), 2, False)]
-    given = found, prove, True, {"kappa": Fraction(1)}, mpmath.mp
-    if answered:
-        best, kind = weak_noise._chosen(*given)
-        assert kind == "bound"
-        assert 0.4 <= best.error < 0.4001
-    else:
-        with pytest.raises(sa.AccuracyError, match="next terms"):
-            weak_noise._chosen(*given)
+    given = [best_order.Found(mpmath.mpf(1), mpmath.mpf(5), 2, False)]
+    found = best_order.chosen(given, prove, False, mpmath.mp)
+    assert (found is not None) == answered
+    if found is not None:
+        assert found[1] == "bound"
+        assert 0.4 <= found[0].error < 0.4001
+
+
+def test_a_good_estimate_says_more_than_a_wide_bound() -> None:
+    from flint import arb
+
+    bounds = weak_noise_bounds.Bounds(arb("0.9").lower(), arb("1.1").upper())
+    for estimate, kind in (("1e-6", "estimate"), ("0.01", "bound")):
+        given = [best_order.Found(mpmath.mpf(1), mpmath.mpf(estimate), 2, True)]
+        found = best_order.chosen(given, lambda _: bounds, True, mpmath.mp)
+        assert found is not None
+        assert found[1] == kind
 
 
 # -- 1 - P and P -----------------------------------------------------------------------------------

@@ -22,6 +22,7 @@ import numpy as np
 
 from symasym.asymptotics import weak_noise_double
 from symasym.asymptotics.bends import unseen, unseen_in
+from symasym.asymptotics.best_order import Found, chosen, of_log
 from symasym.asymptotics.place_sums import (
     Exponentials,
     FloatExponentials,
@@ -39,7 +40,6 @@ from symasym.asymptotics.weak_noise_arrays import Evaluate, logs_of
 from symasym.context import own_context
 from symasym.drift import Drift
 from symasym.errors import AccuracyError
-from symasym.estimate import ErrorKind
 from symasym.exact.local import ExactField
 from symasym.inputs import FloatArray, float_text, is_array
 from symasym.scenes import (
@@ -110,52 +110,20 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
             sure = error < share and (complement or error < 1 - share)
             found.append(Found(share, error, n, bool(sure)))
         prove = partial(_enclosed_share, drift, values, digits)
-        (share, error, order, _), kind = _chosen(found, prove, request.full, values, context)
+        taken = chosen(found, prove, request.full, context)
+        if taken is None:
+            raise _too_strong(float_text(values["kappa"]), order)
+        (share, error, order, _), kind = taken
         value = share if complement else 1 - share
         if not error < value:
             raise _too_strong(float_text(values["kappa"]), order)
         if request.log:
-            error = _of_log(error / value, kind, context)
+            error = of_log(error / value, kind, context)
             value = context.log(share) if complement else context.log1p(-share)
         error += abs(value) * context.mpf(10) ** -(digits + 5)
         request = request._replace(order=order)
         dropped = _BOUNDED if kind == "bound" else _DROPPED
         return as_digits(request, value, error, kind, stationary.terms, dropped)
-
-
-class Found(NamedTuple):
-    """An expansion's value at one order and its estimated error, if that is to be trusted."""
-
-    value: Any
-    error: Any
-    order: int
-    sure: bool
-
-
-def _chosen(
-    found: list[Found],
-    prove: Callable[[int], Any] | None,
-    full: bool,
-    values: dict[str, Fraction],
-    context: Any,
-) -> tuple[Found, ErrorKind]:
-    """The best order; its error proved where that is asked for, or where no estimate is sure."""
-    sure = [f for f in found if f.sure]
-    best = [min(sure, key=lambda f: f.error)] if sure else []
-    bounds = None
-    if prove is not None and (full or not sure):
-        bounds = prove((best or found)[-1].order)
-    if bounds is not None:
-        proved = [f._replace(error=_distance(bounds, f.value, context)) for f in best or found]
-        # What is refused unless it is proved has to be as good as what is not; where the bounds
-        # are far apart, as without a well, a good estimate says more.
-        most = max(best[0].value / 100, min(best[0].value, 100 * best[0].error)) if sure else None
-        proved = [f for f in proved if f.error < (f.value / 2 if most is None else most)]
-        if proved:
-            return min(proved, key=lambda f: f.error), "bound"
-    if not sure:
-        raise _too_strong(float_text(values["kappa"]), found[-1].order)
-    return best[0], "estimate"
 
 
 class _Stationary(NamedTuple):
@@ -271,33 +239,18 @@ def _answer(
         prove = None
         if quantity.enclosed is not None:
             prove = partial(quantity.enclosed, drift, values, digits)
-        (value, size, order, _), kind = _chosen(found, prove, request.full, values, context)
+        taken = chosen(found, prove, request.full, context)
+        if taken is None:
+            raise _too_strong(float_text(values["kappa"]), order)
+        (value, size, order, _), kind = taken
         if request.log:
             log = quantity.log(tried[order], ops) if quantity.log else None
-            size = _of_log(size / value, kind, context)
+            size = of_log(size / value, kind, context)
             value = context.log(value) if log is None else log
         size += abs(value) * context.mpf(10) ** -(digits + 5)
         request = request._replace(order=order)
         dropped = _BOUNDED if kind == "bound" else _DROPPED
         return as_digits(request, value, size, kind, _terms(halves, context), dropped)
-
-
-def _of_log(relative: Any, kind: ErrorKind, context: Any) -> Any:
-    """The error of a logarithm from the relative one of the value, below 1."""
-    if kind == "bound":
-        return -context.log1p(-relative) * (1 + context.mpf(10) ** (8 - context.dps))
-    return relative / (1 - relative / 2)
-
-
-def _distance(bounds: Any, value: Any, context: Any) -> Any:
-    """The farther of two proved bounds from the value."""
-    low, high = (
-        context.mpf(int(mantissa)) * context.mpf(2) ** int(exponent)
-        for mantissa, exponent in (x.man_exp() for x in (bounds.low, bounds.high))
-    )
-    size = max(abs(high - value), abs(low - value))
-    # The roundings here.
-    return size + (abs(value) + size) * context.mpf(10) ** (8 - context.dps)
 
 
 class Parts(NamedTuple):
