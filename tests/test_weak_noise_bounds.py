@@ -6,13 +6,14 @@ from fractions import Fraction
 from typing import Any
 
 import mpmath
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import ALL, SAMPLE, powers_of_ten, rationals
 
 import symasym as sa
-from symasym.asymptotics import best_order, weak_noise_bounds
+from symasym.asymptotics import best_order, weak_noise_bounds, weak_noise_cells
 from symasym.exact import ball, witness
 from symasym.exact.ball_drift import exact_ball, precision
 from tests.problems import distance
@@ -309,6 +310,43 @@ def test_a_tiny_share_has_its_own_precision() -> None:
     assert found.value < -1e6
     assert found.error_kind == "bound"
     assert found.error < 2e-24
+
+
+@pytest.mark.parametrize("lam", [50, 2000])
+def test_the_integrals_over_a_cell(lam: int) -> None:
+    # Gauss-Legendre, also on the triangles, against the bounds of each cell inside the layer.
+    x, w = np.polynomial.legendre.leggauss(80)
+    x, w = (x + 1) / 2, w / 2
+    coefficients = FRICTION.exact_coefficients()
+    assert coefficients is not None
+    V = -np.polynomial.Polynomial([float(c) for c in coefficients]).integ()
+    V = V - V(-1)
+    found = weak_noise_cells.landscape(tuple(coefficients), FRICTION, Fraction(10), Fraction(0), 1)
+    assert found is not None
+    cells = [c for c in found.cells if c.slope is None]
+    kinds = set()
+    for cell in cells[::7]:
+        a, width = float(cell.start), float(cell.stop - cell.start)
+        shares = weak_noise_bounds._shares(cell, Fraction(lam))
+        u = a + width * x
+        top = float(V(a))
+        up, down = np.exp(lam * (V(u) - top)), np.exp(-lam * (V(u) - top))
+        # Below the diagonal v = a + x (u - a), above it its mirror image.
+        v = a + (u[:, None] - a) * x
+        low = (u - a) * np.sum(w * np.exp(lam * (V(v) - V(u)[:, None])), axis=1)
+        high = (u - a) * np.sum(w * np.exp(-lam * (V(v) - V(u)[:, None])), axis=1)
+        scale = exact_ball(Fraction(lam)) * exact_ball(Fraction(top))
+        values = (
+            (np.sum(w * up) * width, shares.rising, scale.exp()),
+            (np.sum(w * down) * width, shares.falling, (-scale).exp()),
+            (np.sum(w * low) * width, shares.before, 1),
+            (np.sum(w * high) * width, shares.after, 1),
+        )
+        for value, bounds, factor in values:
+            assert float(bounds.low / factor) <= value * (1 + 1e-8)
+            assert value * (1 - 1e-8) <= float(bounds.high / factor)
+        kinds.add(weak_noise_cells.steepness(cell)[0])
+    assert kinds >= {-1, 1}
 
 
 def test_a_share_lies_between_its_bounds() -> None:
