@@ -4,12 +4,13 @@ import contextlib
 import doctest
 import io
 import shlex
+import sys
 import tempfile
 from pathlib import Path
 
 from hypothesis import settings
 from sybil import Example, Sybil
-from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser
+from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser, SkipParser
 
 from symasym import cli
 
@@ -49,11 +50,20 @@ def run_console(example: Example) -> str | None:
     return None
 
 
+def forget_targets(_: dict[str, object]) -> None:
+    """Languages that a page has added are no matter of the next page."""
+    if source := sys.modules.get("symasym.emit.source"):
+        for name in set(source._RENDER) - set(source.TARGETS):
+            del source._RENDER[name], source.DIALECTS[name]
+
+
 pytest_collect_file = Sybil(
     parsers=[
         PythonCodeBlockParser(doctest_optionflags=_OPTIONS),
         CodeBlockParser("console", run_console),
         CodeBlockParser("toml", keep_file),
+        SkipParser(),
     ],
     patterns=["README.md", "docs/*.md"],
+    teardown=forget_targets,
 ).pytest()

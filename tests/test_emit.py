@@ -440,3 +440,24 @@ def test_the_command(tmp_path, capsys):
     ):
         assert cli.main(["emit", *words]) == 2
         assert message in capsys.readouterr().err
+
+
+# -- a language of one's own ---------------------------------------------------------------------
+
+
+def test_a_target_is_added_and_listed_and_none_is_replaced(monkeypatch):
+    from symasym.derivation.code import DIALECTS, Dialect
+    from symasym.emit import add_target, source
+
+    monkeypatch.setattr(source, "_RENDER", dict(source._RENDER))
+    monkeypatch.setitem(DIALECTS, "names", Dialect(""))
+    add_target("names", lambda program, functions: "".join(f.name for f in functions), Dialect("f"))
+    found = sa.emit("eq:Plarge2", "names")
+    assert str(found) == "strong_noise_occupation" == found.functions[0]
+    with pytest.raises(sa.InputError, match="names cannot be loaded"):
+        found.load()
+    with pytest.raises(sa.InputError, match="'basic'; give one of numpy.*, latex, names"):
+        sa.emit("eq:Plarge2", "basic")
+    for taken in ("c", "a b", ""):
+        with pytest.raises(sa.InputError, match="none of numpy"):
+            add_target(taken, found._program, Dialect(""))

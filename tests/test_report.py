@@ -5,7 +5,9 @@ from __future__ import annotations
 import csv
 import json
 import math
+import runpy
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -206,3 +208,46 @@ def test_diagrams_have_a_panel_a_scene() -> None:
     points = [made(scene=s, error=e) for s in ("weak", "stiff") for e in (1e-2, 1e-200)]
     figure = work_precision(points)
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["weak", "stiff"]
+
+
+# What is kept in docs/.
+
+
+def _keep() -> SimpleNamespace:
+    return SimpleNamespace(**runpy.run_path(str(Path(__file__).parent.parent / "docs/keep.py")))
+
+
+def test_the_kept_pages_are_what_their_points_say() -> None:
+    keep = _keep()
+    for name, text in keep.made().items():
+        assert (keep.DOCS / name).read_text("utf-8") == text, f"{name}: run docs/keep.py"
+    assert json.loads(keep.short(b'{"a": [1, {"b": []}], "c": []}')) == {
+        "a": [1, {"b": []}],
+        "c": [],
+    }
+    with pytest.raises(ValueError, match="0 places for the table when"):
+        keep.filled("", {"when": "| a |"})
+
+
+def test_how_to_choose_says_what_was_measured() -> None:
+    record = json.loads((_keep().DOCS / "measured.json").read_text())
+    points = [Point(**p) for p in record["points"]]
+    assert not [p for p in pages.lies(points) if p.ours]
+    for scene in {p.scene for p in points}:
+        here = [p for p in points if p.scene == scene]
+        for allowed in pages.THRESHOLDS.values():
+            best = min(
+                (pages.cheapest(here, allowed, mine) for mine in (True, False)),
+                key=lambda p: math.inf if p is None else p.seconds,
+            )
+            assert best is not None
+            assert best.method.startswith("exact")
+    at = {(p.scene, p.method, p.setting): p.error for p in points if p.error is not None}
+    both = [key for key in at if key[1] == "laplace" and (key[0], "uniform", key[2]) in at]
+    assert len({scene for scene, _, _ in both}) >= 3
+    assert all(at[key[0], "uniform", key[2]] <= at[key] * (1 + 1e-9) for key in both)
+    rows = {line.split("|")[1].strip(" *"): line for line in pages.reached(points).splitlines()}
+    assert all("(order" in rows[scene] for scene in ("weak", "fold", "kink"))
+    assert "–" in rows["fold"].split("|")[2]  # laplace
+    with_lower = [made(method="laplace", setting="order 0"), made(method="laplace", error=1e-15)]
+    assert "1e-15 (float64)" in pages.reached(with_lower)

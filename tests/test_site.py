@@ -11,10 +11,12 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+import numpy as np
 import pytest
 
 from derivations.registry import entries
@@ -23,7 +25,7 @@ from derivations.symbols import MEANINGS, QUANTITIES, quantities, symbols
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "docs"))
-from website import api, calls, graph, stage  # noqa: E402
+from website import api, calls, curves, expansions, graph, plots, stage  # noqa: E402
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 # No connection is tried: neither the browser's own nor a page's.
@@ -52,6 +54,53 @@ def test_every_symbol_of_every_formula_is_explained() -> None:
 def test_every_call_is_of_a_formula() -> None:
     assert set(calls.CALLS) <= set(entries())
     assert calls.session("folds").endswith("z0=(-0.7777777777777777, 2.7777777777777777))")
+
+
+#: Formulas that are exact, bounds (1 above, -1 below); the others are good at one end.
+EXACT = {
+    "eq:Vfric", "friction-well", "turning-points", "beta", "folds", "eq:V", "constant-panel",
+    "eq:C", "eq:P", "eq:P2", "eq:pss", "constant-drift", "eq:Ttilde",
+}  # fmt: skip
+BOUNDS = {"C-bound": 1, "L-bound": -1}
+
+
+@pytest.fixture(scope="module")
+def coarse() -> dict[str, plots.Plot]:
+    """The plots, with fewer points."""
+    return {plot.label: replace(plot, x=plot.x[::12]) for plot in curves.all_plots()}
+
+
+def test_plotted_formulas_are_as_good_as_is_said(coarse: dict[str, plots.Plot]) -> None:
+    assert set(coarse) <= set(entries())
+    assert len(coarse) > 20
+    for label, plot in coarse.items():
+        error = plot.error()
+        assert np.all(np.isfinite(error)), label
+        if label in EXACT:
+            assert np.max(error) < 1e-9, label
+        elif label in BOUNDS:
+            assert np.all(BOUNDS[label] * (plot.formula(plot.x) - plot.exact(plot.x)) > 0), label
+        else:
+            assert np.max(error) > 1e-9, label
+            assert min(error[0], error[-1]) < 0.07, label
+
+
+def test_a_plot_shows_its_curves(coarse: dict[str, plots.Plot]) -> None:
+    for label in ("eq:Vfric", "eq:Tlarge"):
+        picture = plots.draw(coarse[label])
+        assert picture.count("<svg") == 1
+        assert ("rounding" in picture) == (label in EXACT)
+
+
+def test_expansions_err_less_than_they_state() -> None:
+    noise = expansions.along_noise(3)  # 0.02, 0.77 and 30
+    assert np.isfinite(noise.true["laplace"]).tolist() == [True, False, False]
+    assert np.isfinite(noise.true["strong_noise"]).tolist() == [False, False, True]
+    for name in expansions.METHODS:
+        seen = np.isfinite(noise.true[name])
+        assert np.all(noise.true[name][seen & np.isfinite(noise.stated[name])] > 0)
+        assert not np.any(noise.stated[name] < noise.true[name]), name
+    assert noise.true["uniform"][0] < noise.true["laplace"][0] < noise.true["paper"][0] < 1e-3
 
 
 def test_arrows_of_the_graph_lead_to_the_right() -> None:

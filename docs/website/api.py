@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-import pydoc
+from importlib import import_module
 
 import symasym as sa
 
@@ -31,6 +31,7 @@ _PLACES = {
 MODULES = {
     "symasym.derivation": "Derivations of your own",
     "symasym.figures": "The paper's figures",
+    "symasym.emit.source": "Emitted source code",
 }
 
 
@@ -46,7 +47,7 @@ def pages() -> dict[str, str]:
         if names
     }
     for module, title in MODULES.items():
-        names = list(pydoc.locate(module).__all__)
+        names = list(import_module(module).__all__)
         made[f"api/{module.rpartition('.')[2]}.rst"] = _page(title, module, names)
     listed = [name.removeprefix("api/").removesuffix(".rst") for name in made]
     tree = ["", ".. toctree::", "", *(f"   {name}" for name in listed), ""]
@@ -67,7 +68,7 @@ def _heading(title: str) -> list[str]:
 def _page(title: str, module: str, names: list[str]) -> str:
     lines = [*_heading(title), f".. currentmodule:: {module}", ""]
     for name in names:
-        value = getattr(pydoc.locate(module), name)
+        value = getattr(import_module(module), name)
         if isinstance(value, type) and issubclass(value, Exception):
             lines += [f".. autoexception:: {name}", ""]
         elif inspect.isclass(value):

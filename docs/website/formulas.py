@@ -136,8 +136,8 @@ def _emitted(found: Formula) -> list[str]:
 def _plot(label: str) -> list[str]:
     name = slug(label)
     return [
-        f"![the formula {label} and the exact value against kappa, and below it the relative "
-        f"error of the formula]({name}.svg)",
+        f"![the formula {label} and the exact value, and below them the error of the formula]"
+        f"({name}.svg)",
         "",
     ]
 

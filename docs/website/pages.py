@@ -5,15 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from symasym.derive_command import derive
-from website import api, explorer, formulas, plots
+from website import api, curves, explorer, formulas, plots
 
 
 def all_pages(derivations: Path) -> dict[str, str]:
     """File name -> text; checks the derivations whose records are not in `derivations`."""
     records = derive(None, derivations)
-    drawn = plots.all_plots()
+    drawn = curves.all_plots()
     return {
-        **formulas.pages(records, drawn),
+        **formulas.pages(records, [plot.label for plot in drawn]),
         **plots.files(drawn),
         **api.pages(),
         **explorer.pages(),

@@ -15,7 +15,7 @@ DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
 # Where a link that leaves docs/ leads in the site.
 OUTSIDE = {"../CHANGELOG.md": "CHANGELOG.md"}
-NO_PAGES = ("*.py", "website", "__pycache__", "package.json", "mathjax.js")
+NO_PAGES = ("*.py", "*.json", "website", "__pycache__", "mathjax.js")
 # Indexes of made pages, with what they are called beside the pages of docs/.
 MADE = {"Formulas": "formulas/index", "Reference": "api/index"}
 # What the front page says of them, before its first heading.

@@ -49,10 +49,18 @@ class Pair:
 
 def split_pair(taylor: Sequence[Any], context: Any = None) -> Pair:
     """The pair as a factor of phi, at the context's precision; parameters as in `cubic_map`."""
-    if context is None:
-        with np.errstate(all="ignore"):
-            return _split(rows("taylor", taylor), None)
-    return _split(numbers("taylor", taylor, context), context)
+    c = rows("taylor", taylor) if context is None else numbers("taylor", taylor, context)
+    if len(c) < 3:
+        raise InputError(f"taylor has {len(c)} coefficients; give at least three of phi.")
+    if not everywhere(c[2] != 0):
+        raise InputError(
+            "taylor[2] is 0, so phi has no pair of zeros that meet there; expand it elsewhere."
+        )
+    with np.errstate(all="ignore"):
+        pair, good = _split(c, context)
+    if not everywhere(good):
+        raise not_alone()
+    return pair
 
 
 def numbers(name: str, values: Sequence[Any], context: Any) -> list[Any]:
@@ -76,17 +84,18 @@ def rows(name: str, values: Any) -> list[Any]:
     return list(np.broadcast_arrays(*(floats(name, value) for value in values)))
 
 
-def _split(c: list[Any], context: Any) -> Pair:
-    if len(c) < 3:
-        raise InputError(f"taylor has {len(c)} coefficients; give at least three of phi.")
-    if not everywhere(c[2] != 0):
-        raise InputError(
-            "taylor[2] is 0, so phi has no pair of zeros that meet there; expand it elsewhere."
-        )
+def pairs_of(taylor: Sequence[Any]) -> tuple[Pair, Any]:
+    """As `split_pair` for arrays of floats, and which have a pair apart from other zeros."""
+    with np.errstate(all="ignore"):
+        return _split(list(taylor), None)
+
+
+def _split(c: list[Any], context: Any) -> tuple[Pair, Any]:
+    good: Any = c[2] != 0
     sign: Any = np.where(c[2] > 0, 1.0, -1.0) if context is None else (1 if c[2] > 0 else -1)
     c = [sign * x for x in c]
     middle, square, least = 0 * c[2], -c[0] / c[2], tiny(context)
-    here = c
+    here, done = c, False
     for _ in range(_STEPS):
         even, odd = here[0::2], here[1::2]
         value, value_odd = poly(even, square), poly(odd, square)
@@ -94,8 +103,9 @@ def _split(c: list[Any], context: Any) -> Pair:
         by_middle = poly([(2 * k + 1) * x for k, x in enumerate(odd)], square)
         by_middle_odd = poly([2 * k * x for k, x in enumerate(even)][1:], square)
         det = by_middle * by_square_odd - by_square * by_middle_odd
-        if not everywhere(det != 0):
-            raise not_alone()
+        good = good & (det != 0)
+        if context is not None and not good:
+            break
         step = (by_square_odd * value - by_square * value_odd) / det
         # The new middle's own share of the distance is in the other equation.
         step_square = (by_middle * value_odd - by_middle_odd * value) / det
@@ -104,10 +114,10 @@ def _split(c: list[Any], context: Any) -> Pair:
         # Off the zero of the slope, the distance is known as well as (c_1/c_2)² is.
         known = abs(square) + (c[1] / c[2]) ** 2
         done = (abs(step_square) <= least * known) & (step**2 <= least * least * known)
-        if everywhere(done):
+        # What has run away is no number any more.
+        if everywhere(done | ~(good & (abs(square) < np.inf)) if context is None else done):
             break
-    else:
-        raise not_alone()
+    good = good & done
     # Divided by y² - D from the highest power down: D is small beside the circle's radius.
     psi = list(here[2:])
     for j in range(len(psi) - 3, -1, -1):
@@ -117,12 +127,13 @@ def _split(c: list[Any], context: Any) -> Pair:
     values = poly(psi[0::2], square), poly(psi[1::2], square)
     alone = (mean > 0) & (values[0] > 0) & (values[0] ** 2 > values[1] ** 2 * square)
     inside = (square <= 0) | (middle**2 <= square * 1.0001) | (abs(c[1]) > 0)
-    if not everywhere(alone & inside):
-        raise not_alone()
+    good = good & alone & inside
+    if context is not None and not good:
+        return Pair(middle, square, psi, sign, square, square, square), False
     root = np.cbrt(mean) if context is None else context.cbrt(mean)
     to_middle = middle * poly([x / (k + 1) for k, x in enumerate(c)], middle)
     level = sign * (to_middle + mean_of_values(psi, square))
-    return Pair(middle, square, psi, sign, square * root**2, 1 / root, level)
+    return Pair(middle, square, psi, sign, square * root**2, 1 / root, level), good
 
 
 def mean_of_values(psi: list[Any], square: Any) -> Any:

@@ -92,10 +92,12 @@ def folds_of(stretch: Stretch, order: int, places: list[Place]) -> list[Fold]:
     """The pairs in it, no place in two of them: in that with which it meets first."""
     field, lo, hi, context = stretch.field, stretch.lo, stretch.hi, stretch.context
     found = []
-    for point in turning_points(field, lo, hi, context) if lo < hi else []:
-        fold = _fold(stretch, point, order + 1 + BEYOND, places)
-        if fold is not None:
-            found.append(fold)
+    turns = turning_points(field, Fraction(-1), Fraction(1), context)
+    for point in turns:
+        if lo < point < hi:
+            fold = _fold(stretch, point, order + 1 + BEYOND, places)
+            if fold is not None and _is_own(fold, turns, context):
+                found.append(fold)
     taken: list[Place] = []
     chosen = []
     for fold in sorted(found, key=lambda f: abs(f.pair.zeta)):
@@ -122,7 +124,20 @@ def _fold(stretch: Stretch, point: Fraction, count: int, places: list[Place]) ->
     if pair.zeta > 0 and None in [place_at(u, places) for u in zeros_of(fold, context)]:
         return None
     rooms = [abs(_height(stretch, u) - fold.height) for u in stretch.cuts]
-    return fold._replace(room=min(rooms, default=context.inf))
+    middle = context.mpf(point.numerator) / point.denominator + pair.middle
+    ends = [context.mpf(u.numerator) / u.denominator for u in (stretch.lo, stretch.hi)]
+    # Beyond the layer phi is another function, and the pair none of its own.
+    room = min(rooms, default=context.inf) if ends[0] < middle < ends[1] else context.zero
+    return fold._replace(room=room)
+
+
+def _is_own(fold: Fold, turns: list[Fraction], context: Any) -> bool:
+    """Whether no other turning point is nearer to a complex pair, which may be found from both."""
+    if fold.pair.zeta > 0:
+        return True
+    middle = context.mpf(fold.point.numerator) / fold.point.denominator + fold.pair.middle
+    away = [abs(context.mpf(u.numerator) / u.denominator - middle) for u in turns]
+    return bool(abs(fold.pair.middle) <= min(away) * (1 + context.eps**0.5))
 
 
 def _taylor(field: ExactField, point: Fraction, count: int) -> list[Fraction]:

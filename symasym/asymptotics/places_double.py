@@ -72,22 +72,22 @@ def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
     for d in np.unique(degree):
         rows = np.flatnonzero(degree == d)
         zeros = zeros_of(scenes.c[: d + 1, rows])
-        good = zeros.apart & _clear_of_zero(scenes.take(rows))
-        keys = _structure(scenes.take(rows), zeros)
+        good = zeros.apart & clear_of_zero(scenes.take(rows))
+        keys = structure(scenes.take(rows), zeros)
         for key in np.unique(keys[good]):
             members = np.flatnonzero(good & (keys == key))
             for low in range(0, len(members), _AT_ONCE):
                 chosen = members[low : low + _AT_ONCE]
                 some = scenes.take(rows[chosen])
                 some = some._replace(c=some.c[: d + 1])
-                builder = _Builder(some, zeros.take(chosen), order)
+                builder = Builder(some, zeros.take(chosen), order)
                 rough = builder.roughest()
                 sure = rough < _ROUGHEST
                 if sure.all():
                     yield Found(rows[chosen], builder.sights())
                 elif sure.any():
                     chosen = chosen[sure]
-                    builder = _Builder(some.take(sure), zeros.take(chosen), order)
+                    builder = Builder(some.take(sure), zeros.take(chosen), order)
                     yield Found(rows[chosen], builder.sights())
 
 
@@ -104,7 +104,7 @@ def _value(c: FloatArray, u: Any) -> Any:
     return total
 
 
-def _clear_of_zero(scenes: Scenes) -> Any:
+def clear_of_zero(scenes: Scenes) -> Any:
     good = (scenes.a_minus != 0) & (scenes.a_plus != 0)
     for u in _edges(scenes):
         size = _value(np.abs(scenes.c), np.abs(u))
@@ -112,7 +112,7 @@ def _clear_of_zero(scenes: Scenes) -> Any:
     return good
 
 
-def _structure(scenes: Scenes, zeros: Zeros) -> IntArray:
+def structure(scenes: Scenes, zeros: Zeros) -> IntArray:
     """One number for each way in which zeros, start and radius may be ordered."""
     low, middle, high = _edges(scenes)
     key = zeros.real * 2 + (scenes.r > 1)
@@ -125,7 +125,7 @@ def _structure(scenes: Scenes, zeros: Zeros) -> IntArray:
     return found
 
 
-class _Builder:
+class Builder:
     """Scenes of one structure."""
 
     def __init__(self, scenes: Scenes, zeros: Zeros, order: int) -> None:
@@ -312,35 +312,47 @@ class _Builder:
             _edge(rising, falling, 0, height, h, inner)
         else:
             h = _signed(self.at_edge[1], sign)
-        rank = 0
+        shares = [totals[k][inside_of] - totals[k][1] for k in range(self.count)]
+        wrong = [sizes[k][inside_of] + sizes[k][1] for k in range(self.count)]
+        shares[0] = shares[0] + extra
+        wrong[0] = wrong[0] + np.abs(extra) * _EPS * 4
+        outer = Series([Part(1.0, 0, trimmed(shares))], 1.0, wrong)
+        rank = self.between(sign, rising, falling, peaks)
+        beyond = self.end(sign, rank, rising, falling)
+        return Sight(*_ends(h), True, rising, falling, outer, beyond, self.height_rough)
+
+    def end(
+        self, sign: int, rank: int, rising: list[Spot], falling: list[Spot]
+    ) -> tuple[Any, Any, Any] | None:
+        """Add the end of the layer, or r before it; returns what lies beyond."""
+        at = 2 if sign > 0 else 0
+        height = self.potential(self.edges[at]) - self.base
+        inner = _signed(self.at_edge[at], sign)
+        if self.scenes.r[0] <= 1:
+            _edge(rising, falling, rank, height, inner, None)
+            return None
+        slope = self.scenes.a_plus if sign > 0 else -self.scenes.a_minus
+        _edge(rising, falling, rank, height, inner, self.flat(slope))
+        return np.ones_like(height), height, slope
+
+    def inside(self, sign: int) -> list[int]:
+        """Which real zeros lie between the start and the layer's end, from the start on."""
+        low, high = sorted((self.edges[1][0], self.edges[2 if sign > 0 else 0][0]))
         order = range(len(self.lines)) if sign > 0 else reversed(range(len(self.lines)))
-        middle, end = self.edges[1], self.edges[inside_of]
-        for k in order:
+        return [k for k in order if low < self.lines[k][0] < high]
+
+    def between(
+        self, sign: int, rising: list[Spot], falling: list[Spot], peaks: dict[int, Series]
+    ) -> int:
+        """Add wells and barriers; returns the rank of what comes next."""
+        inside = self.inside(sign)
+        for rank, k in enumerate(inside, start=1):
             z = self.lines[k]
-            if not min(middle[0], end[0]) < z[0] < max(middle[0], end[0]):
-                continue
-            rank += 1
             height = self.potential(z) - self.base
             barrier = bool(self.slope(z)[0] > 0)
             spots = rising if barrier else falling
             spots.append(Spot(rank, height if barrier else -height, peaks[k], None))
-        rank += 1
-        height = self.potential(end) - self.base
-        inner = _signed(self.at_edge[inside_of], sign)
-        shares, wrong = [], []
-        for k in range(self.count):
-            shares.append(totals[k][inside_of] - totals[k][1])
-            wrong.append(sizes[k][inside_of] + sizes[k][1])
-        shares[0] = shares[0] + extra
-        wrong[0] = wrong[0] + np.abs(extra) * _EPS * 4
-        outer = Series([Part(1.0, 0, trimmed(shares))], 1.0, wrong)
-        beyond = None
-        if scenes.r[0] > 1:
-            _edge(rising, falling, rank, height, inner, self.flat(a_far))
-            beyond = (np.ones_like(start), height, a_far)
-        else:
-            _edge(rising, falling, rank, height, inner, None)
-        return Sight(*_ends(h), True, rising, falling, outer, beyond, self.height_rough)
+        return len(inside) + 1
 
 
 def _quotient(numerator: list[Any], psi: list[Any], inverse: Any, length: int) -> list[Any]:
@@ -398,4 +410,4 @@ def _edge(
     falling.append(Spot(rank, -height, changes[1], None))
 
 
-__all__ = ["Found", "Scenes", "found_of", "scenes_of"]
+__all__ = ["Builder", "Found", "Scenes", "clear_of_zero", "found_of", "scenes_of", "structure"]

@@ -27,45 +27,50 @@ class Zeros(NamedTuple):
         The others above the real axis, then infinities.
     apart : array, shape (n,)
         Whether no two of them are close to each other.
+    complete : array, shape (n,)
+        Whether all of them have been found.
     """
 
     values: FloatArray
     real: Any
     pairs: list[Any]
     apart: Any
+    complete: Any
 
     def take(self, rows: Any) -> Zeros:
         """Those of some polynomials, with as many real zeros each."""
         real = self.real[rows]
         above = (len(self.values) - int(real[0])) // 2
         pairs = [pair[rows] for pair in self.pairs[:above]]
-        return Zeros(self.values[:, rows], real, pairs, self.apart[rows])
+        return Zeros(self.values[:, rows], real, pairs, self.apart[rows], self.complete[rows])
 
 
 def zeros_of(c: FloatArray) -> Zeros:
     """Zeros of the columns of `c`, ascending powers, the last not 0."""
     degree, count = len(c) - 1, c.shape[1]
     if degree == 0:
-        return Zeros(np.empty((0, count)), np.zeros(count, int), [], np.ones(count, bool))
+        every = np.ones(count, bool)
+        return Zeros(np.empty((0, count)), np.zeros(count, int), [], every, every)
     with np.errstate(all="ignore"):
         found = _cubic(c) if degree == 3 else _quadratic(c) if degree == 2 else _companion(c)
         for _ in range(3):
             found = _newton(c, found)
     size = np.maximum(1.0, np.abs(found))
     is_real = np.abs(found.imag) < _REAL * (1 + np.abs(found))
-    apart = np.isfinite(found).all(axis=0)
+    complete = np.isfinite(found).all(axis=0)
+    apart = complete
     for k in range(degree):
         for j in range(k):
             gap = np.abs(found[k] - found[j])
-            apart &= gap > _CLUSTER * np.maximum(size[k], size[j])
+            apart = apart & (gap > _CLUSTER * np.maximum(size[k], size[j]))
     values = np.sort(np.where(is_real, found.real, np.inf), axis=0)
     real = is_real.sum(axis=0)
     above = ~is_real & (found.imag > 0)
     # As many below the axis as above it.
-    apart &= 2 * above.sum(axis=0) + real == degree
+    complete &= 2 * above.sum(axis=0) + real == degree
     at = np.argsort(~above, axis=0, kind="stable")
     ordered = np.take_along_axis(found, at, axis=0)
-    return Zeros(values, real, list(ordered[: degree // 2]), apart)
+    return Zeros(values, real, list(ordered[: degree // 2]), apart & complete, complete)
 
 
 def _newton(c: FloatArray, z: Any) -> Any:

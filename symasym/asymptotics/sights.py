@@ -7,7 +7,7 @@ more digits, one drift at a time, takes the same form (`sight_of`).
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -35,20 +35,37 @@ class Series(NamedTuple):
     size: list[Numbers] | None = None
 
 
+class Local(Protocol):
+    """A function of lam that is no power series (`symasym.asymptotics.local_double`)."""
+
+    def at(self, point: Any) -> tuple[Any, Any]:
+        """The value and its error."""
+
+
 class Spot(NamedTuple):
     """e^{lam height} times a series; `rank` tells the order from the start on."""
 
     rank: int
     height: Numbers
-    series: Series
-    onward: Series | None
+    series: Series | Local
+    onward: Series | Local | None
+
+
+class Joint(NamedTuple):
+    """What takes the place of the product of the shares at two ranks, falling and rising."""
+
+    falling: int
+    rising: int
+    height: Numbers
+    local: Local | None
 
 
 class Sight(NamedTuple):
     """One side of the start (see `symasym.asymptotics.places.Half`).
 
     `beyond` is (length up to r, V where the straight part begins, phi) without r itself:
-    the length is r - `beyond[0]`. `rough` is the rounding of every height.
+    the length is r - `beyond[0]`. `rough` is the rounding of every height. `joint` are places that
+    meet, and `slack` tells what that costs: e^{-lam slack} of the value.
     """
 
     rising_start: Series
@@ -59,6 +76,8 @@ class Sight(NamedTuple):
     outer: Series
     beyond: tuple[Numbers, Numbers, Numbers] | None
     rough: Numbers
+    joint: list[Joint] = []
+    slack: Numbers = np.inf
 
 
 def trimmed(coefficients: list[Numbers]) -> list[Numbers]:
@@ -131,4 +150,4 @@ def added(a: Series, b: Series) -> Series:
     return Series(parts, rounding, size)
 
 
-__all__ = ["FloatArray", "Part", "Series", "Sight", "Spot"]
+__all__ = ["FloatArray", "Joint", "Local", "Part", "Series", "Sight", "Spot"]

@@ -25,6 +25,7 @@ from symasym.asymptotics.coalescence import (
     edge_corrections,
     parabola,
 )
+from symasym.asymptotics.local_double import escape_time as in_float
 from symasym.asymptotics.meetings import (
     Seen,
     Stretch,
@@ -45,21 +46,25 @@ from symasym.asymptotics.place_sums import (
     weights_of,
 )
 from symasym.asymptotics.places import BEYOND, Place, barriers, whole
+from symasym.asymptotics.uniform_places import found_of
 from symasym.asymptotics.weak_noise import require_seen, working_digits
-from symasym.asymptotics.weak_noise_arrays import rounding_of_places
+from symasym.asymptotics.weak_noise_arrays import logs_of, rounding_of_places
 from symasym.context import own_context
 from symasym.drift import Drift
 from symasym.errors import AccuracyError, InputError
+from symasym.exact.fields import IntArray
 from symasym.exact.local import ExactField
-from symasym.inputs import float_text, is_array
+from symasym.inputs import FloatArray, float_text, is_array
 from symasym.scenes import (
     Request,
+    Scenes,
     as_digits,
     as_floats,
     exact_scene,
     float_scenes,
     one_scene,
     read_order,
+    rows_of,
 )
 
 __all__ = ["escape_time", "occupation"]
@@ -163,25 +168,49 @@ def _whole(places: list[Place], folds: list[Fold], lam: Any, order: int, context
 
 
 def _of_arrays(drift: Drift, numbers: dict[str, Any], request: Request, local: bool) -> Any:
-    """One analysis for each drift, radius and start; each kappa is then a few sums."""
+    """Order 0 of polynomials in float64 where that is enough; the others one by one."""
     scenes = float_scenes(drift, numbers)
-    given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
-    keys = np.array([*given.values(), scenes.numbers["r"], scenes.numbers["start"]]).T
+    logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
+    if request.order == 0 and not local:
+        shapes = [np.shape(x) for x in (*drift.values.values(), numbers["start"]) if is_array(x)]
+        if is_array(numbers["r"]) and (scenes.numbers["r"] <= 1).any():
+            shapes.append(np.shape(numbers["r"]))
+        logs, errors = logs_of(
+            drift, scenes, shapes, (0,), in_float, None, request.full, find=found_of
+        )
+    rest = np.flatnonzero(~(errors < np.inf))
+    if rest.size:
+        logs[rest], errors[rest] = _one_by_one(drift, scenes, rest, request, local)
+    return as_floats(request, scenes.shape, logs, errors, "estimate", _TERMS, _DROPPED)
+
+
+def _one_by_one(
+    drift: Drift, scenes: Scenes, rest: IntArray, request: Request, local: bool
+) -> tuple[FloatArray, FloatArray]:
+    """One analysis for each drift, radius and start; each kappa is then a few sums."""
+    given = {name: x[rest] for name, x in scenes.parameters.items() if is_array(x)}
+    some = rows_of(scenes, rest)
+    keys = np.array([*given.values(), some.numbers["r"], some.numbers["start"]]).T
     unique, group = np.unique(keys, axis=0, return_inverse=True)
-    logs, errors = np.empty(len(scenes.lam)), np.empty(len(scenes.lam))
+    logs, errors = np.empty(len(rest)), np.empty(len(rest))
     for k, key in enumerate(unique.tolist()):
         one = drift.bind(**dict(zip(given, key, strict=False))) if given else drift
         rows = np.flatnonzero(group.ravel() == k)
-        lam = 2 / Fraction(float(scenes.numbers["kappa"][rows].min())) ** 2
+        lam = 2 / Fraction(float(some.numbers["kappa"][rows].min())) ** 2
         place = Fraction(key[-2]), Fraction(key[-1])
         with _analysed(one, *place, lam, request.order, request.digits, local) as scene:
             for row in rows.tolist():
-                kappa = Fraction(float(scenes.numbers["kappa"][row]))
+                kappa = Fraction(float(some.numbers["kappa"][row]))
                 value, size = _estimate(scene, 2 / kappa**2, request.order, float_text(kappa))
                 logs[row] = float(scene.context.log(value))
                 errors[row] = float(_log_error(value, size, scene.context))
-    errors += 4e-16 * (1 + np.abs(logs)) + rounding_of_places(drift, scenes)
-    return as_floats(request, scenes.shape, logs, errors, "estimate", _TERMS, _DROPPED)
+    errors += 4e-16 * (1 + np.abs(logs)) + _rounding(drift, scenes)[rest]
+    return logs, errors
+
+
+def _rounding(drift: Drift, scenes: Scenes) -> FloatArray:
+    found: FloatArray = np.zeros(len(scenes.lam)) + rounding_of_places(drift, scenes)
+    return found
 
 
 class _Scene(NamedTuple):

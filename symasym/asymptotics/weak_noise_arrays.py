@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.places_double import found_of, scenes_of
+from symasym.asymptotics.places_double import Found, found_of, scenes_of
+from symasym.asymptotics.places_double import Scenes as PolynomialScenes
 from symasym.asymptotics.sights import Series, Sight, added, first_of
 from symasym.asymptotics.weak_noise_double import Point
 from symasym.drift import Drift
@@ -29,6 +30,7 @@ _SMALL = 1e-3
 Sights = tuple[Sight, Sight]
 Evaluate = Callable[[Sights, tuple[Series, Series], Any, Point], tuple[FloatArray, Any]]
 Analyse = Callable[[dict[str, float], float, float], Sights]
+Find = Callable[[PolynomialScenes, int], Iterator[Found]]
 
 
 class Drifts(NamedTuple):
@@ -49,14 +51,18 @@ def logs_of(
     shapes: list[tuple[int, ...]],
     orders: Any,
     evaluate: Evaluate,
-    analyse: Analyse,
+    analyse: Analyse | None,
     full: bool,
+    find: Find = found_of,
 ) -> tuple[FloatArray, FloatArray]:
-    """Logarithms and their errors; errors are only told from "too large" unless `full`."""
+    """Logarithms and their errors; errors are only told from "too large" unless `full`.
+
+    What `find` does not find in float64 goes to `analyse`, or is left with infinite errors.
+    """
     drifts = _drifts(scenes, shapes)
-    logs, errors = np.empty(len(scenes.lam)), np.empty(len(scenes.lam))
+    logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
     with np.errstate(all="ignore"):
-        for chosen, sights in _all_sights(drift, scenes, drifts, orders[-1], analyse):
+        for chosen, sights in _all_sights(drift, scenes, drifts, orders[-1], analyse, find):
             rows = drifts.rows[chosen].T
             _fill(sights, scenes, rows, orders, evaluate, full, logs, errors)
         errors += rounding_of_places(drift, scenes)
@@ -81,21 +87,26 @@ def _drifts(scenes: Scenes, shapes: list[tuple[int, ...]]) -> Drifts:
 
 
 def _all_sights(
-    drift: Drift, scenes: Scenes, drifts: Drifts, order: int, analyse: Analyse
+    drift: Drift,
+    scenes: Scenes,
+    drifts: Drifts,
+    order: int,
+    analyse: Analyse | None,
+    find: Find,
 ) -> Iterator[tuple[IntArray, Sights]]:
     """In float64 where that is enough, else one by one with more digits."""
     left = np.ones(len(drifts.start), dtype=bool)
     values = {**scenes.parameters, **drifts.parameters}
     known = scenes_of(drift, values, drifts.start, drifts.radius)
     if known is not None:
-        for found in found_of(known, order):
+        for found in find(known, order):
             left[found.rows] = False
             if len(found.rows) > 1 and drifts.rows.shape[1] > _MANY:
                 yield from _apart(found.rows, found.sights)
             else:
                 yield found.rows, found.sights
     rest = np.flatnonzero(left)
-    if not rest.size:
+    if analyse is None or not rest.size:
         return
     columns = [*drifts.parameters.values(), drifts.radius, drifts.start]
     unique, first, group = np.unique(

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.places import BEYOND
-from symasym.asymptotics.sights import Numbers, Part, Series, Sight, Spot
+from symasym.asymptotics.sights import Local, Numbers, Part, Series, Sight, Spot
 from symasym.inputs import FloatArray
 
 _MOST_FALL = 0.75
@@ -89,8 +89,10 @@ class Point:
 
     # -- series ------------------------------------------------------------------------------
 
-    def series(self, series: Series) -> tuple[Any, Any]:
+    def series(self, series: Series | Local) -> tuple[Any, Any]:
         """The first order + 1 terms, and the size of the following, with rounding."""
+        if not isinstance(series, Series):
+            return series.at(self)
         value: Any = 0.0
         near: Any = 0.0
         far: Any = 0.0
@@ -173,12 +175,12 @@ def _summed(terms: list[tuple[Numbers, Any]], at: Point) -> _Sum:
 def _side(one: Sight, r: Numbers, at: Point) -> _Side:
     known: dict[int, tuple[Any, Any]] = {}
 
-    def found(series: Series) -> tuple[Any, Any]:
+    def found(series: Series | Local) -> tuple[Any, Any]:
         if id(series) not in known:
             known[id(series)] = at.series(series)
         return known[id(series)]
 
-    def spot(series: Series, place: Spot) -> tuple[Any, Any]:
+    def spot(series: Series | Local, place: Spot) -> tuple[Any, Any]:
         value, error = found(series)
         if at.errors:
             rounding = at.lam * (one.rough + steep if place.rank == _END else one.rough)
@@ -196,13 +198,14 @@ def _side(one: Sight, r: Numbers, at: Point) -> _Side:
         steep = ULP * (np.abs(height) + np.abs(slope * length))
     scale = [(p.height, lambda p=p: spot(p.series, p)) for p in rising]
     nested: list[tuple[Numbers, Any]] = []
+    taken = {(joint.falling, joint.rising) for joint in one.joint}
     for low in one.falling:
         for high in rising:
-            if high.rank < low.rank:
+            if high.rank < low.rank or (low.rank, high.rank) in taken:
                 continue
             beside = high.rank == low.rank
             series = high.onward if beside else high.series
-            if series is None or not series.parts:
+            if series is None or (isinstance(series, Series) and not series.parts):
                 continue
             nested.append(
                 (
@@ -211,6 +214,10 @@ def _side(one: Sight, r: Numbers, at: Point) -> _Side:
                     lambda s=series, p=low, q=high: _both(spot(p.series, p), spot(s, q), at.errors),
                 )
             )
+
+    for joint in one.joint:
+        if joint.local is not None:
+            nested.append((joint.height, lambda s=joint.local: found(s)))
 
     def outer() -> tuple[Any, Any]:
         value, error = found(one.outer)

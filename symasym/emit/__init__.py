@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from symasym.emit.folding import fold
 from symasym.emit.program import Case, Function, Program, require_closed
-from symasym.emit.source import TARGETS, Source, check_target, rendered
+from symasym.emit.source import TARGETS, Source, add_target, check_target, rendered
 from symasym.errors import InputError
 
 if TYPE_CHECKING:
     from symasym.drift import Drift
     from symasym.formula import Formula
 
-__all__ = ["Source", "TARGETS", "emit"]
+__all__ = ["Source", "TARGETS", "add_target", "emit"]
 
 
 def emit(
@@ -34,6 +34,7 @@ def emit(
         A formula of `symasym.formula` or its label, or an expression of your own: a SymPy
         expression (Piecewise included) or a tuple of them.
     target : {"numpy", "mpmath", "python", "c", "javascript", "latex"}
+        Or one that `symasym.emit.add_target` has added.
     parameters : mapping of str to number, optional
         Put into the formula exactly (see `symasym.inputs.exact`); what vanishes is left out. A
         float stands for its binary value, ``"-0.4"`` for -2/5.

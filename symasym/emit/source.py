@@ -5,30 +5,66 @@ from __future__ import annotations
 import ctypes
 import subprocess
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+from symasym.derivation.code import DIALECTS, Dialect
 from symasym.emit import to_c, to_javascript, to_latex, to_mpmath, to_numpy, to_python
 from symasym.emit.program import Program, Ready
 from symasym.errors import InputError, OutputError
 from symasym.files import write_bytes
 
-_RENDER = {
+__all__ = ["Source", "add_target"]
+
+_RENDER: dict[str, Callable[[Program, list[Ready]], str]] = {
     "numpy": to_numpy.render,
     "mpmath": to_mpmath.render,
     "python": to_python.render,
     "javascript": to_javascript.render,
     "latex": to_latex.render,
 }
-#: What can be emitted.
+#: What can be emitted; `add_target` adds to it for a process.
 TARGETS = ("numpy", "mpmath", "python", "c", "javascript", "latex")
 
 
+def add_target(name: str, render: Callable[[Program, list[Ready]], str], dialect: Dialect) -> None:
+    """Make a language of your own known to `emit`, for this process.
+
+    Parameters
+    ----------
+    name : str
+        What is given as ``target``; a name that is taken already is replaced unless it is one of
+        `TARGETS`.
+    render : callable
+        From a `Program` and its functions in double precision (a list of `Ready`) to the text of
+        the file.
+    dialect : Dialect
+        How the language writes a call, for `symasym.emit.writing.text`.
+
+    Raises
+    ------
+    InputError
+        If the name is one of `TARGETS`, or no name.
+
+    Notes
+    -----
+    docs/extending.md adds a language in this way, and runs its files.
+    """
+    if name in TARGETS or not isinstance(name, str) or not name.isidentifier():
+        raise InputError(
+            f"target is {name!r}; give a name of letters and digits, and none of "
+            f"{', '.join(TARGETS)}."
+        )
+    _RENDER[name], DIALECTS[name] = render, dialect
+
+
 def check_target(target: str) -> None:
-    """Raise InputError for what is none of `TARGETS`."""
-    if target not in TARGETS:
-        raise InputError(f"target is {target!r}; give one of {', '.join(TARGETS)}.")
+    """Raise InputError for what is none of `TARGETS`, and was not added."""
+    if target not in TARGETS and target not in _RENDER:
+        known = dict.fromkeys((*TARGETS, *_RENDER))
+        raise InputError(f"target is {target!r}; give one of {', '.join(known)}.")
 
 
 class Source(str):

@@ -169,13 +169,14 @@ def report(folder: str | Path, quick: bool = False) -> tuple[list[Point], list[P
     out = Path(folder)
     figure = heat_maps(found)
     files = {f"stability.{kind}": encode(figure, kind) for kind in ("png", "svg")}
-    files["stability.md"] = _page(found, numbers, where, command).encode()
+    files["stability.md"] = page(found, numbers, missing(), where, command).encode()
     for name, content in files.items():
         write_bytes(out / name, content)
     record: dict[str, Any] = {
         "command": command,
         "machine": where,
         "versions": versions("numpy", "mpmath", "gmpy2", "python-flint", "scipy"),
+        "missing peers": missing(),
         "cells": [asdict(cell) for cell in found],
         "conditions": [asdict(number) for number in numbers],
     }
@@ -184,7 +185,8 @@ def report(folder: str | Path, quick: bool = False) -> tuple[list[Point], list[P
     return own, [*(out / name for name in files), out / "stability.json"]
 
 
-def _page(found: list[Cell], numbers: list[Condition], where: str, command: str) -> str:
+def summary(found: list[Cell]) -> str:
+    """A row a method: values, refusals, the fewest right digits, claims above the truth."""
     rows = []
     for method, setting in columns(found):
         own = [c for c in found if (c.method, c.setting) == (method, setting)]
@@ -194,22 +196,30 @@ def _page(found: list[Cell], numbers: list[Condition], where: str, command: str)
         cell = "–" if least is None else f"{max(least, 0.0):.1f}"
         row = [method, setting, str(len(values)), str(len(own) - len(values)), cell]
         rows.append([*row, str(len(wrong)), ", ".join(wrong)])
-    gone = ", ".join(missing())
-    ours_wrong = sum(c.wrong for c in found if c.ours)
     head = ["method", "setting", "values", "none", "fewest right digits", "claimed > true", "where"]
+    return table(head, rows)
+
+
+def page(
+    found: list[Cell], numbers: list[Condition], gone: list[str], where: str, command: str
+) -> str:
+    """The whole page."""
+    ours_wrong = sum(c.wrong for c in found if c.ours)
     return (
         "\n\n".join(
             [
                 "# Numerical stability",
                 f"Made by `{command}`, and nothing in it is typed by hand. {where}",
-                f"Not installed, and left out: {gone}." if gone else "Every peer was installed.",
+                f"Not installed, and left out: {', '.join(gone)}."
+                if gone
+                else "Every peer was installed.",
                 "Digits claimed and digits true of log T (of T where log T is below 1), over "
                 "the extreme scenes of the table of problems. A quadrature claims the digits it "
                 "was asked for. References are proved, or two precisions of 120 and 160 digits "
                 "agree.",
                 f"Cells of ours that claim more than is true: {ours_wrong}.",
                 "![digits claimed and true](stability.svg)",
-                table(head, rows),
+                summary(found),
                 "## Condition numbers",
                 "Of T and, behind the stroke, of log T: the relative change of the value over that "
                 "of the parameter, from exact derivatives (`sa.sensitivity`). Digits lost with a "

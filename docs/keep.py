@@ -1,0 +1,116 @@
+"""Keep a report in docs/: ``python docs/keep.py build/report``.
+
+Copies its points, diagrams and page, and the stability report's where the folder has one, and
+puts their tables into docs/choose.md. Without a folder, makes the pages anew from the points
+that are kept. With ``--picture`` draws docs/images/expansions.png, which takes a minute.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+from symasym.figures import encode
+from symasym.files import write_bytes
+from symasym.report import pages, stability
+from symasym.report.growth import Grown
+from symasym.report.measure import Point
+
+DOCS = Path(__file__).parent
+# File of a report -> its name in docs/.
+KEPT = {
+    "points.json": "measured.json",
+    "work-precision.svg": "work-precision.svg",
+    "growth.svg": "growth.svg",
+    "stability.json": "stability.json",
+    "stability.svg": "stability.svg",
+}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Copy from the folders, then write the pages."""
+    parser = argparse.ArgumentParser(prog="docs/keep.py")
+    parser.add_argument("folders", nargs="*", type=Path, help="of `symasym report`")
+    parser.add_argument("--picture", action="store_true", help="draw the expansions' errors, too")
+    args = parser.parse_args(arguments)
+    for folder in args.folders:
+        for name, kept in KEPT.items():
+            if (folder / name).exists():
+                content = (folder / name).read_bytes()
+                write_bytes(DOCS / kept, short(content) if kept.endswith("json") else content)
+    for name, text in made().items():
+        write_bytes(DOCS / name, text.encode())
+    if args.picture:
+        sys.path.insert(0, str(DOCS))
+        from website import expansions
+
+        picture = encode(expansions.draw(50), "png")
+        write_bytes(DOCS / "images" / "expansions.png", picture)
+    return 0
+
+
+def short(record: bytes) -> bytes:
+    """JSON with a line for each point, and not for each number of it."""
+    lines = []
+    for key, value in json.loads(record).items():
+        text = json.dumps(value, ensure_ascii=False)
+        if isinstance(value, list):
+            rows = ",\n".join(json.dumps(row, ensure_ascii=False) for row in value)
+            text = f"[\n{rows}\n]"
+        lines.append(f"{json.dumps(key)}: {text}")
+    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+
+
+def made() -> dict[str, str]:
+    """Page -> its text as the kept points have it."""
+    measured, stable = (_record(name) for name in ("measured", "stability"))
+    points = [Point(**p) for p in measured["points"]]
+    cells = [stability.Cell(**c) for c in stable["cells"]]
+    tables = {
+        "when": pages.when(points),
+        "reached": pages.reached(points),
+        "stability": stability.summary(cells),
+    }
+    return {
+        "measured.md": pages.page(
+            points,
+            [Grown(**g) for g in measured["growth"]],
+            measured["scenes"],
+            measured["missing peers"],
+            measured["machine"],
+            measured["command"],
+        ),
+        "stability.md": stability.page(
+            cells,
+            [stability.Condition(**c) for c in stable["conditions"]],
+            stable["missing peers"],
+            stable["machine"],
+            stable["command"],
+        ),
+        "choose.md": filled((DOCS / "choose.md").read_text("utf-8"), tables),
+    }
+
+
+def filled(text: str, tables: dict[str, str]) -> str:
+    """`text` with each table between its marks, which are comments."""
+    for name, rows in tables.items():
+        marks = rf"(<!-- measured: {name} -->\n).*?(<!-- end -->)"
+        text, count = re.subn(
+            marks, lambda m, rows=rows: f"{m[1]}\n{rows}\n\n{m[2]}", text, flags=re.DOTALL
+        )
+        if count != 1:
+            raise ValueError(f"choose.md has {count} places for the table {name}; it needs one.")
+    return text
+
+
+def _record(name: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((DOCS / f"{name}.json").read_text("utf-8"))
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit(main())

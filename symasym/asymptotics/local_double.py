@@ -1,0 +1,187 @@
+"""What meets in weak noise, at many lam at once in float64: order 0, and the size of order 1.
+
+The closed forms of `symasym.asymptotics.coalescence` to leading order. The singular terms that
+cancel there, for which digits are added, are here combined beforehand: nothing is subtracted as
+a barrier reaches the layer's end or a well.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.asymptotics import weak_noise_double
+from symasym.asymptotics.airy_tables import airy_products, dawson
+from symasym.asymptotics.sights import Numbers, Series, Sight
+from symasym.inputs import FloatArray
+
+__all__ = ["Edge", "EdgePart", "Fold", "FoldPart", "escape_time"]
+
+# The error of the composite where fold and end meet is in no next term.
+_FACTOR = 5.0
+# lam phi (r - 1) below which its own series is exact in float64, and its terms.
+_SMALL, _TERMS = 0.1, 9
+
+
+class Fold(NamedTuple):
+    """A well and a barrier, u' = a + b s + ... with the next such pair (a_1, b_1)."""
+
+    key: int
+    zeta: Numbers
+    a: Numbers
+    b: Numbers
+    next_a: Numbers
+    next_b: Numbers
+
+
+class Edge(NamedTuple):
+    """A barrier before an end, seen from it.
+
+    Attributes
+    ----------
+    t : sqrt(2 (V(barrier) - V(end)))
+    peak : the barrier's leading coefficient
+    rest : 1/phi(end) - peak/t, without its cancellation
+    next_peak : order 1 of the barrier, relative to `peak`
+    next_rest : order 1 of `rest`
+    slope : phi beyond the end, or None where nothing is beyond
+    """
+
+    key: int
+    t: Numbers
+    peak: Numbers
+    rest: Numbers
+    next_peak: Numbers
+    next_rest: Numbers
+    slope: Numbers | None
+
+
+class _Point(weak_noise_double.Point):
+    """With r, and the local functions that have been found at this lam."""
+
+    def __init__(self, at: weak_noise_double.Point, r: Numbers) -> None:
+        super().__init__(at.lam, at.order, at.errors)
+        self.r = r
+        self.known: dict[int, dict[str, tuple[Any, Any]]] = {}
+
+
+class FoldPart(NamedTuple):
+    """One of 'rising', 'falling' and 'both'; heights are left out."""
+
+    fold: Fold
+    part: str
+
+    def at(self, point: Any) -> tuple[Any, Any]:
+        if self.fold.key not in point.known:
+            point.known[self.fold.key] = _airy(self.fold, point)
+        found: tuple[Any, Any] = point.known[self.fold.key][self.part]
+        return found
+
+
+def _airy(f: Fold, point: _Point) -> dict[str, tuple[Any, Any]]:
+    third = np.cbrt(point.lam)
+    z = np.asarray(third * third * f.zeta)
+    found = airy_products(z)
+    small = 1 / third
+    bi, slope = found.bi * (np.pi * small), found.bi_slope * (np.pi * small * small)
+    unit = (np.pi * small) ** 2
+    squares, cross, slopes = (
+        found.squares * unit,
+        found.cross * (unit * small),
+        found.slopes * (unit * small * small),
+    )
+    up, down = f.a * bi + f.b * slope, f.a * bi - f.b * slope
+    both = f.a * f.a * squares - f.b * f.b * slopes
+    if not point.errors:
+        return {"rising": (up, None), "falling": (down, None), "both": (both, None)}
+    next_a, next_b = np.abs(f.next_a) * point.x, np.abs(f.next_b) * point.x
+    wrong = next_a * np.abs(bi) + next_b * np.abs(slope)
+    # Off the real line a pair leaves both integrals to the start and the ends, the further the
+    # more; but those have it in no order of their series.
+    size = np.abs(f.a) * np.sqrt(found.squares) + np.abs(f.b) * small * np.sqrt(found.slopes)
+    wrong = wrong + np.pi * small * size * -np.expm1(np.minimum(z, 0.0))
+    # Order 1 has the cross term alone, which may vanish; its parts do not.
+    missed = 2 * (np.abs(f.a) * next_b + next_a * np.abs(f.b)) * np.abs(cross)
+    missed = missed + next_a * next_a * squares + next_b * next_b * slopes
+    return {"rising": (up, wrong), "falling": (down, wrong), "both": (both, missed)}
+
+
+class EdgePart(NamedTuple):
+    """One of 'rising', 'falling', 'onward' and 'both' at the end; heights are left out."""
+
+    edge: Edge
+    part: str
+
+    def at(self, point: Any) -> tuple[Any, Any]:
+        if self.edge.key not in point.known:
+            point.known[self.edge.key] = _cut(self.edge, point)
+        found: tuple[Any, Any] = point.known[self.edge.key][self.part]
+        return found
+
+
+def _cut(e: Edge, point: _Point) -> dict[str, tuple[Any, Any]]:
+    """See `coalescence.edge_corrections`; what lies beyond the end is included."""
+    lam, x = point.lam, point.x
+    root = np.sqrt(lam)
+    near = dawson(np.asarray(e.t * root * np.sqrt(0.5)))
+    tail = e.peak * near.shade * np.sqrt(np.pi / 2) / root
+    slow = e.peak * near.value * np.sqrt(2.0) / root
+    rest = e.rest * x
+    shelf, beyond = _shelf(e.slope, point)
+    rising = shelf - tail - rest
+    falling = slow + rest
+    # int F less its own logarithm, which the outer part has.
+    area = near.area - (np.euler_gamma + np.log(2 * lam)) / 2 - np.log(e.t)
+    both = e.peak * e.peak * area * x - slow * rest + beyond
+    if not point.errors:
+        none = None
+        return {
+            "rising": (rising, none),
+            "falling": (falling, none),
+            "onward": (shelf, none),
+            "both": (both, none),
+        }
+    wrong, miss = np.abs(e.next_peak) * x, np.abs(e.next_rest) * x * x
+    missed = rest * rest / 2 + slow * (wrong * np.abs(rest) + miss)
+    return {
+        "rising": (rising, tail * wrong + miss),
+        "falling": (falling, slow * wrong + miss),
+        "onward": (shelf, 0 * shelf),
+        "both": (both, missed),
+    }
+
+
+def _shelf(slope: Numbers | None, point: _Point) -> tuple[Any, Any]:
+    """int_1^r e^{-lam slope (u - 1)} du, and the double integral beyond the end."""
+    if slope is None:
+        return 0.0, 0.0
+    length = point.r - 1.0
+    y = point.lam * slope * length
+    small = np.abs(y) < _SMALL
+    safe = np.where(small, 1.0, y)
+    first: Any = 0.0
+    second: Any = 0.0
+    for k in range(_TERMS, -1, -1):
+        first, second = (1 - y * first) / (k + 1), (1 - y * second) / (k + 2)
+    first = np.where(small, first, -np.expm1(-safe) / safe)
+    second = np.where(small, second, (safe + np.expm1(-safe)) / (safe * safe))
+    return length * first, length * length * second
+
+
+def escape_time(
+    sights: tuple[Sight, Sight],
+    starts: tuple[Series, Series],
+    r: Numbers,
+    at: weak_noise_double.Point,
+) -> tuple[FloatArray, Any]:
+    """log T, and its relative error (None without `at.errors`)."""
+    point = _Point(at, r)
+    log, error = weak_noise_double.escape_time(sights, starts, r, point)
+    if error is not None:
+        error = _FACTOR * error
+        for one in sights:
+            # What the start or an end cuts off a complex pair.
+            error = error + 10 * np.exp(-point.lam * one.slack)
+        error = np.where(error < 1, -np.log1p(-np.minimum(error, 0.999)), np.inf)
+    return log, error
