@@ -124,7 +124,7 @@ def weak_noise_bound(
     >>> drift = sa.friction(mu=3, alpha=1, z0="-0.3")
     >>> found = sa.weak_noise_bound(drift, 10, order=1, kappa0="0.01")
     >>> print(found)
-    |T/T_1 - 1| <= 2.29 kappa^4 for 0 < kappa <= 0.01 (bound)
+    |T/T_1 - 1| <= 2.290 kappa^4 for 0 < kappa <= 0.01 (bound)
     >>> print(f"{found.error('0.001'):.2g}")
     2.3e-12
     """
