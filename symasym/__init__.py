@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from symasym.friction import friction
     from symasym.plan import plan
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
+    from symasym.range_bound import RangeBound, weak_noise_bound
     from symasym.reduce import reduce
     from symasym.scales import Scales, rescale
     from symasym.sensitivity import Sensitivity, sensitivity
@@ -36,6 +37,7 @@ __all__ = [
     "Formula",
     "InputError",
     "OutputError",
+    "RangeBound",
     "RangeError",
     "RegionError",
     "Scales",
@@ -60,6 +62,7 @@ __all__ = [
     "stokes_multiplier",
     "tanh",
     "uniform_integral",
+    "weak_noise_bound",
 ]
 
 #: Where each public name lives; it is loaded when first asked for.
@@ -70,6 +73,7 @@ _HOMES = {
     "Formula": "symasym.formula",
     "InputError": "symasym.errors",
     "OutputError": "symasym.errors",
+    "RangeBound": "symasym.range_bound",
     "RangeError": "symasym.errors",
     "RegionError": "symasym.errors",
     "Scales": "symasym.scales",
@@ -94,6 +98,7 @@ _HOMES = {
     "stokes_multiplier": "symasym.stokes",
     "tanh": "symasym.smoothings",
     "uniform_integral": "symasym.asymptotics.uniform",
+    "weak_noise_bound": "symasym.range_bound",
 }
 
 

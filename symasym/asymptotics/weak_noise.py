@@ -22,6 +22,7 @@ import numpy as np
 
 from symasym.asymptotics import weak_noise_double
 from symasym.asymptotics.bends import unseen, unseen_in
+from symasym.asymptotics.best_order import Found, chosen, of_log
 from symasym.asymptotics.place_sums import (
     Exponentials,
     FloatExponentials,
@@ -104,21 +105,25 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
         found = []
         for n in orders:
             outside, total = _outside(stationary, number, n, Exponentials(context))
-            if total.error < total.value / 2:
-                found.append((outside / total.value, total.error / total.value, n))
-        if not found:
+            share = outside / total.value
+            error = 2 * share * total.error / total.value
+            sure = error < share and (complement or error < 1 - share)
+            found.append(Found(share, error, n, bool(sure)))
+        prove = partial(_enclosed_share, drift, values, digits)
+        taken = chosen(found, prove, request.full, context)
+        if taken is None:
             raise _too_strong(float_text(values["kappa"]), order)
-        share, relative, order = min(found, key=lambda item: item[1])
-        error = 2 * relative * share
-        if not (complement or error < 1 - share):
-            raise _too_strong(float_text(values["kappa"]), order)
+        (share, error, order, _), kind = taken
         value = share if complement else 1 - share
+        if not error < value:
+            raise _too_strong(float_text(values["kappa"]), order)
         if request.log:
-            error = error / (value - error)
+            error = of_log(error / value, kind, context)
             value = context.log(share) if complement else context.log1p(-share)
         error += abs(value) * context.mpf(10) ** -(digits + 5)
         request = request._replace(order=order)
-        return as_digits(request, value, error, "estimate", stationary.terms, _DROPPED)
+        dropped = _BOUNDED if kind == "bound" else _DROPPED
+        return as_digits(request, value, error, kind, stationary.terms, dropped)
 
 
 class _Stationary(NamedTuple):
@@ -174,7 +179,7 @@ def _probability(complement: bool) -> Quantity:
     return Quantity(value, logarithm, False, in_float)
 
 
-def _enclosed_time(drift: Drift, values: dict[str, Fraction], order: int, digits: int) -> Any:
+def _enclosed_time(drift: Drift, values: dict[str, Fraction], digits: int, order: int) -> Any:
     from symasym.exact import ball
 
     if not ball.available():
@@ -183,6 +188,16 @@ def _enclosed_time(drift: Drift, values: dict[str, Fraction], order: int, digits
 
     scene = values["kappa"], values["r"], values["start"]
     return enclosure(drift, *scene, order, digits)
+
+
+def _enclosed_share(drift: Drift, values: dict[str, Fraction], digits: int, order: int) -> Any:
+    from symasym.exact import ball
+
+    if not ball.available():
+        return None
+    from symasym.asymptotics.weak_noise_bounds import enclosure_outside
+
+    return enclosure_outside(drift, values["kappa"], order, digits)
 
 
 _QUANTITIES = {
@@ -214,49 +229,28 @@ def _answer(
             drift, values["r"], values["start"], order, context, (digits + 15) * quantity.outer
         )
         number = context.mpf(lam.numerator) / lam.denominator
-        found, ops = [], Exponentials(context)
+        ops, tried = Exponentials(context), {}
+        found = []
         for n in orders:
-            sides = sides_of(halves, number, values["r"], n, ops)
-            if sides.sure():
-                log = quantity.log(sides, ops) if quantity.log else None
-                found.append((*quantity.value(sides, number), n, log))
-        if not found:
+            tried[n] = sides = sides_of(halves, number, values["r"], n, ops)
+            value, error = quantity.value(sides, number)
+            sure = sides.sure() and error < value / 2
+            found.append(Found(value, 2 * error, n, bool(sure)))
+        prove = None
+        if quantity.enclosed is not None:
+            prove = partial(quantity.enclosed, drift, values, digits)
+        taken = chosen(found, prove, request.full, context)
+        if taken is None:
             raise _too_strong(float_text(values["kappa"]), order)
-        value, error, order, log = min(found, key=lambda item: item[1])
-        if not error < value / 2:
-            raise _too_strong(float_text(values["kappa"]), order)
-        size = 2 * error
+        (value, size, order, _), kind = taken
         if request.log:
-            size = size / (value - error)
+            log = quantity.log(tried[order], ops) if quantity.log else None
+            size = of_log(size / value, kind, context)
             value = context.log(value) if log is None else log
         size += abs(value) * context.mpf(10) ** -(digits + 5)
         request = request._replace(order=order)
-        terms = _terms(halves, context)
-        if request.full and quantity.enclosed is not None:
-            bounds = quantity.enclosed(drift, values, order, digits)
-            proved = None if bounds is None else _distance(bounds, value, request.log, context)
-            if proved is not None:
-                return as_digits(request, value, proved, "bound", terms, _BOUNDED)
-        return as_digits(request, value, size, "estimate", terms, _DROPPED)
-
-
-def _distance(bounds: Any, value: Any, log: bool, context: Any) -> Any:
-    """The farther of two bounds from the value; None where that exceeds the value."""
-    low, high = (
-        context.mpf(int(mantissa)) * context.mpf(2) ** int(exponent)
-        for mantissa, exponent in (x.man_exp() for x in (bounds.low, bounds.high))
-    )
-    if not low > 0:
-        return None
-    near = context.exp(value) if log else value
-    size = max(abs(high - near), abs(low - near))
-    if not size < near:
-        return None
-    if log:
-        size = max(abs(context.log(high / near)), abs(context.log(low / near)))
-    # The roundings here and of `near`, which is what the last term is for.
-    slack = context.mpf(10) ** (8 - context.dps)
-    return size * (1 + slack) + slack * (1 + abs(value))
+        dropped = _BOUNDED if kind == "bound" else _DROPPED
+        return as_digits(request, value, size, kind, _terms(halves, context), dropped)
 
 
 class Parts(NamedTuple):

@@ -15,33 +15,24 @@ See docs/weak-noise-bounds.md.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
-from functools import lru_cache
-from itertools import accumulate, pairwise
+from itertools import accumulate
 from typing import Any, NamedTuple
 
-import sympy
-
-from symasym.asymptotics.disk import THETA, Disk, NotProved, disk
-from symasym.asymptotics.pieces import Piece
-from symasym.asymptotics.places import simple_zeros
-from symasym.context import own_context
+from symasym.asymptotics.disk import THETA
+from symasym.asymptotics.weak_noise_cells import (
+    Cell,
+    Landscape,
+    Panel,
+    Peak,
+    Stationary,
+    landscape,
+    stationary,
+    steepness,
+)
 from symasym.drift import Drift
-from symasym.errors import SymasymError
 from symasym.exact.ball_drift import exact_ball, flint_module, precision
 from symasym.exact.ball_panels import Outer, exp_quotient
-from symasym.exact.local import ExactField
-
-# Terms behind those of the expansion that are enclosed one by one, the others by Cauchy's estimate.
-_EXPLICIT = 4
-# Cells between two neighbouring peaks, and panels of a peak's own cell: each loses a factor
-# e^{lam x (fall of V over it)}, which has to stay below what the peak itself loses.
-_CELLS = 32
-_PANELS = 16
-# Digits of a peak's place; the proof takes a neighbourhood of 1e-45 of it.
-_DIGITS = 80
-_LESS = 1 - Fraction(1, 10**9)
 
 
 class Bounds(NamedTuple):
@@ -52,43 +43,6 @@ class Bounds(NamedTuple):
 
     def __add__(self, other: Bounds) -> Bounds:  # type: ignore[override]
         return Bounds((self.low + other.low).lower(), (self.high + other.high).upper())
-
-
-class Panel(NamedTuple):
-    """V within `bend` of the line from `height` with `slope`, on a stretch of this width."""
-
-    width: Any
-    height: Any
-    slope: Any
-    bend: Any
-
-
-class Peak(NamedTuple):
-    """A barrier or an end (sign 1) or a well (-1): V there, and how far V has gone at the edges."""
-
-    sign: int
-    height: Any
-    disk: Disk
-    drops: tuple[Any, ...]
-
-
-class Cell(NamedTuple):
-    """A stretch of [-r, r]: with panels and perhaps a peak, or straight with a slope."""
-
-    start: Fraction
-    stop: Fraction
-    panels: tuple[Panel, ...]
-    peak: Peak | None
-    slope: Fraction | None
-    height: Any
-
-
-class Landscape(NamedTuple):
-    """The cells, left to right; the start is where cell number `place` begins, or inside it."""
-
-    cells: tuple[Cell, ...]
-    place: int
-    inside: bool
 
 
 def enclosure(
@@ -115,7 +69,7 @@ def enclosure(
     if coefficients is None:
         return None
     lam = 2 / kappa**2
-    found = _landscape(tuple(coefficients), drift, r, start, order)
+    found = landscape(tuple(coefficients), drift, r, start, order)
     if found is None:
         return None
     # e^{lam V} loses as many bits as its exponent has before the point.
@@ -123,194 +77,29 @@ def enclosure(
         return _time(found, lam)
 
 
-# -- what does not depend on lam -------------------------------------------------------------------
+def enclosure_outside(drift: Drift, kappa: Fraction, order: int, digits: int) -> Bounds | None:
+    """Bounds of 1 - P in balls, or None where the proof does not go through; sliding only."""
+    coefficients = drift.exact_coefficients()
+    if coefficients is None:
+        return None
+    lam = 2 / kappa**2
+    found = stationary(tuple(coefficients), drift, order)
+    if found is None:
+        return None
+    with precision(100 + 4 * digits + int(lam).bit_length()):
+        return _outside(found, lam)
 
 
-class _Layer:
-    """V inside [-1, 1], from V(-1) = 0, exactly and in balls."""
-
-    def __init__(self, coefficients: Sequence[Fraction]) -> None:
-        self.x = sympy.Symbol("u")
-        drift = sum(_rational(c) * self.x**k for k, c in enumerate(coefficients))
-        rise = -sympy.integrate(drift, self.x)
-        self.formula = sympy.expand(rise - rise.subs(self.x, -1))
-        flint = flint_module()
-        found = [Fraction(0), *(-Fraction(c) / (k + 1) for k, c in enumerate(coefficients))]
-        found[0] = -sum(c * (-1) ** k for k, c in enumerate(found))
-        self.exactly = flint.fmpq_poly([flint.fmpq(c.numerator, c.denominator) for c in found])
-
-    def at(self, u: Fraction) -> Fraction:
-        found = self.exactly(flint_module().fmpq(u.numerator, u.denominator))
-        return Fraction(int(found.p), int(found.q))
-
-    def panels(self, a: Fraction, b: Fraction, count: int) -> tuple[Panel, ...]:
-        """Enclosures of V on equal parts of [a, b]."""
-        flint = flint_module()
-        found, step = [], (b - a) / count
-        for k in range(count):
-            half = exact_ball(step / 2)
-            line = flint.arb_poly([exact_ball(a + step * (k + Fraction(1, 2))), half])
-            middle, slope, *rest = flint.arb_poly(self.exactly)(line).coeffs()
-            bend = sum((abs(c) for c in rest), flint.arb(0)).upper()
-            found.append(Panel(2 * half, middle - slope, slope / half, bend))
-        return tuple(found)
-
-
-def _rational(x: Fraction) -> Any:
-    return sympy.Rational(int(x.numerator), int(x.denominator))
-
-
-@lru_cache(maxsize=64)
-def _landscape(
-    coefficients: tuple[Fraction, ...], drift: Drift, r: Fraction, x: Fraction, order: int
-) -> Landscape | None:
-    with precision(256):
-        try:
-            return _cut(coefficients, drift, r, x, order)
-        except (NotProved, SymasymError, OverflowError, ZeroDivisionError):
-            return None
-
-
-def _cut(
-    coefficients: tuple[Fraction, ...], drift: Drift, r: Fraction, x: Fraction, order: int
-) -> Landscape:
-    one = Fraction(1)
-    layer = _Layer(coefficients)
-    lo, hi = max(-r, -one), min(r, one)
-    with own_context(_DIGITS) as context:
-        field = ExactField(drift, False, context)
-        # gmpy2's rationals, where it is installed, are not flint's.
-        slopes = [_plain(field.value(side * one)) for side in (-1, 1)]
-        if not (field.value(lo) and field.value(hi)):
-            raise NotProved
-        zeros = simple_zeros(field, lo, hi, context)
-        ends = [field.value(lo) > 0, field.value(hi) < 0]
-    drafts: list[_Draft] = []
-    if ends[0] and r <= 1:
-        drafts.append(_draft(layer, 1, lo, "right", (lo, hi), x, order))
-    for zero, barrier in zeros:
-        sign = 1 if barrier else -1
-        if barrier and x == _near(zero):
-            # Started at the barrier itself, its two halves count apart.
-            drafts += [_draft(layer, 1, x, s, (lo, hi), x, order) for s in ("left", "right")]
-        else:
-            drafts.append(_draft(layer, sign, zero, "both", (lo, hi), x, order))
-    if ends[1] and r <= 1:
-        drafts.append(_draft(layer, 1, hi, "left", (lo, hi), x, order))
-    cells = [_peak_cell(layer, d) for d in _apart(drafts)]
-    edges = [lo, *(e for c in cells for e in (c.start, c.stop)), hi]
-    if any(a > b for a, b in pairwise(edges)):
-        raise NotProved
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
-        cuts = [a, x, b] if a < x < b else [a, b]
-        for left, right in pairwise(cuts):
-            if left < right:
-                step = (right - left) / _CELLS
-                for k, panel in enumerate(layer.panels(left, right, _CELLS)):
-                    start = left + k * step
-                    stop = right if k == _CELLS - 1 else start + step
-                    cells.append(Cell(start, stop, (panel,), None, None, None))
-    if r > 1:
-        heights = [Fraction(0), layer.at(one)]
-        for side, slope, height in zip((-1, 1), slopes, heights, strict=True):
-            a, b = (-r, -one) if side < 0 else (one, r)
-            cuts = [a, x, b] if a < x < b else [a, b]
-            for left, right in pairwise(cuts):
-                V = exact_ball(height - slope * (left - side))
-                cells.append(Cell(left, right, (), None, slope, V))
-    cells.sort(key=lambda c: c.start)
-    if any(c.stop != d.start for c, d in pairwise(cells)):
-        raise NotProved
-    place = next(k for k, c in enumerate(cells) if c.stop > x)
-    return Landscape(tuple(cells), place, cells[place].start < x)
-
-
-def _plain(x: Any) -> Fraction:
-    return Fraction(int(x.numerator), int(x.denominator))
-
-
-def _near(zero: Any) -> Fraction:
-    """The rational that a zero seems to be; `disk` proves what is made of it."""
-    return _exactly(zero).limit_denominator(10**12)
-
-
-class _Draft(NamedTuple):
-    """A peak and as much around it as its series holds for."""
-
-    sign: int
-    middle: Fraction
-    height: Any
-    disk: Disk
-    start: Fraction
-    stop: Fraction
-
-
-def _draft(
-    layer: _Layer,
-    sign: int,
-    point: Any,
-    side: str,
-    ends: tuple[Fraction, Fraction],
-    x: Fraction,
-    order: int,
-) -> _Draft:
-    exact = _near(point) if hasattr(point, "_mpf_") else point
-    slope = layer.exactly.derivative()
-    if side == "both" and slope(flint_module().fmpq(exact.numerator, exact.denominator)) != 0:
-        exact = None
-    contact = 1 if side != "both" and exact in ends else 2
-    lo, hi = (_rational(e) for e in ends)
-    piece = Piece(lo, hi, sign * layer.formula, sympy.Integer(1))
-    count = (order + 1 + _EXPLICIT) * contact + 1
-    with precision(128 + 12 * count):
-        given = point if exact is None else _rational(exact)
-        found = disk(piece, layer.x, given, side, contact, sympy.Integer(1), count)
-    middle = _exactly(point) if exact is None else exact
-    edges = dict.fromkeys((-1, 1), middle)
-    for s, reach, _ in found.sides:
-        edge = (ends[0] if s < 0 else ends[1]) if reach is None else middle + s * reach * _LESS
-        # The shares of a barrier on both sides of the start must not be mixed.
-        edges[s] = x if sign > 0 and min(middle, edge) < x < max(middle, edge) else edge
-    height = exact_ball(layer.at(middle))
-    if exact is None:
-        # By the mean value theorem: V' is tiny as well on the ball where the peak is.
-        flint = flint_module()
-        gap = exact_ball(abs(middle) + 1) * flint.arb(10) ** -45
-        around = exact_ball(middle) + flint.arb(0, gap.upper())
-        height += flint.arb(0, (abs(flint.arb_poly(slope)(around)) * gap).upper())
-    return _Draft(sign, middle, height, found, edges[-1], edges[1])
-
-
-def _apart(drafts: list[_Draft]) -> list[_Draft]:
-    """Where two overlap, either may be cut anywhere: between the two."""
-    found = list(drafts)
-    for k, (a, b) in enumerate(pairwise(drafts)):
-        if a.stop > b.start:
-            edge = max(b.start, min(a.stop, (a.middle + b.middle) / 2))
-            found[k] = found[k]._replace(stop=edge)
-            found[k + 1] = found[k + 1]._replace(start=edge)
-    return found
-
-
-def _peak_cell(layer: _Layer, draft: _Draft) -> Cell:
-    drops = []
-    for sign, _, _ in draft.disk.sides:
-        edge = draft.start if sign < 0 else draft.stop
-        drop = draft.sign * (draft.height - exact_ball(layer.at(edge)))
-        if not ((edge - draft.middle) * sign > 0 and drop > 0):
-            raise NotProved
-        drops.append(drop)
-    panels = layer.panels(draft.start, draft.stop, _PANELS)
-    peak = Peak(draft.sign, draft.height, draft.disk, tuple(drops))
-    return Cell(draft.start, draft.stop, panels, peak, None, None)
-
-
-def _exactly(zero: Any) -> Fraction:
-    sign, mantissa, exponent, _ = zero._mpf_
-    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent) * (-1 if sign else 1)
-
-
-# -- at a given lam --------------------------------------------------------------------------------
+def _outside(found: Stationary, lam: Fraction) -> Bounds | None:
+    """int e^{-lam V} over |u| > 1, closed form, over that over all u."""
+    zero = flint_module().arb(0)
+    inside, outside = Bounds(zero, zero), zero
+    for cell in found.cells:
+        inside = inside + _falling(cell, lam)
+    for slope, height in zip(found.slopes, found.heights, strict=True):
+        outside += exact_ball(-lam * height).exp() / exact_ball(lam * slope)
+    low, high = outside / (outside + inside.high), outside / (outside + inside.low)
+    return Bounds(low.lower(), high.upper()) if low > 0 and high.is_finite() else None
 
 
 class _Shares(NamedTuple):
@@ -401,8 +190,19 @@ def _shares(cell: Cell, lam: Fraction) -> _Shares:
             rising = _both(rising, sharp)
         else:
             falling = _both(falling, sharp)
-    nested = Bounds(flint_module().arb(0), (rising.high * falling.high).upper())
-    return _Shares(rising, falling, nested, nested)
+    none, whole = flint_module().arb(0), (rising.high * falling.high).upper()
+    sign, steep = steepness(cell)
+    # Where e^{lam V} is on the side to which V falls: at most the width over lam |V'|.
+    low = whole if not sign else (cell.panels[0].width / (exact_ball(lam) * steep)).upper()
+    low = low.min(whole)
+    before, after = (low, whole) if sign > 0 else (whole, low)
+    return _Shares(rising, falling, Bounds(none, before), Bounds(none, after))
+
+
+def _falling(cell: Cell, lam: Fraction) -> Bounds:
+    """int e^{-lam V} over a cell inside the layer."""
+    crude = _crude(cell.panels, lam, -1)
+    return crude if cell.peak is None else _both(crude, _laplace(cell.peak, lam))
 
 
 def _both(a: Bounds, b: Bounds) -> Bounds:
@@ -419,12 +219,18 @@ def _straight(cell: Cell, slope: Fraction, lam: Fraction) -> _Shares:
 
 
 def _crude(panels: tuple[Panel, ...], lam: Fraction, sign: int) -> Bounds:
-    number = exact_ball(sign * lam)
+    number, size = exact_ball(sign * lam), exact_ball(lam)
     low = high = flint_module().arb(0)
     for p in panels:
         line = p.width * exp_quotient(number * p.slope * p.width, 1) * (number * p.height).exp()
-        bend = (exact_ball(lam) * p.bend).exp()
-        low, high = low + line / bend, high + line * bend
+        bend = (size * p.bend).exp()
+        least, most = line / bend, line * bend
+        if p.steep > 0 and not size * p.bend < 1:
+            # Monotone: between the values at its ends.
+            first, last = (number * v for v in p.ends)
+            least = least.max(p.width * first.min(last).exp())
+            most = most.min(p.width.min(1 / (size * p.steep)) * first.max(last).exp())
+        low, high = low + least, high + most
     return Bounds(low.lower().max(flint_module().arb(0)), high.upper())
 
 
