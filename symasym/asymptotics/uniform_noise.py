@@ -35,6 +35,7 @@ from symasym.asymptotics.meetings import (
     seen,
     zeros_of,
 )
+from symasym.asymptotics.meetings_double import found_of
 from symasym.asymptotics.place_sums import (
     Exponentials,
     Pair,
@@ -46,7 +47,6 @@ from symasym.asymptotics.place_sums import (
     weights_of,
 )
 from symasym.asymptotics.places import BEYOND, Place, barriers, whole
-from symasym.asymptotics.uniform_places import found_of
 from symasym.asymptotics.weak_noise import require_seen, working_digits
 from symasym.asymptotics.weak_noise_arrays import logs_of, rounding_of_places
 from symasym.context import own_context
