@@ -7,7 +7,7 @@ Chebyshev nodes from mpmath's values, on first use.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -48,12 +48,15 @@ class Table(NamedTuple):
     high: float
     coefficients: list[FloatArray]
 
-    def __call__(self, x: FloatArray, chosen: Any = None) -> list[FloatArray]:
+    def __call__(self, x: FloatArray, chosen: Sequence[int] | None = None) -> list[FloatArray]:
         """The functions (all, or those `chosen`) at `x` inside [low, high]."""
         pieces = self.coefficients[0].shape[1]
         place = (x - self.low) * (pieces / (self.high - self.low))
         piece = np.minimum(place.astype(np.intp), pieces - 1)
-        t = 2 * (place - piece) - 1
+        t = place
+        t -= piece
+        t *= 2
+        t -= 1
         wanted = self.coefficients if chosen is None else [self.coefficients[k] for k in chosen]
         found = []
         for c in wanted:
@@ -65,7 +68,8 @@ class Table(NamedTuple):
                 continue
             total = c[-1].take(piece)
             for row in c[-2::-1]:
-                total = total * t + row.take(piece)
+                total *= t
+                total += row.take(piece)
             found.append(total)
         return found
 
@@ -150,46 +154,67 @@ def _airy_tables() -> tuple[Table, Table, Table]:
     return near, below, above
 
 
-def airy_products(z: FloatArray) -> AiryProducts:
-    """The products at every Z; relative errors are a few units of rounding."""
+def airy_products(z: FloatArray, single: bool = True, double: bool = True) -> AiryProducts:
+    """The products at every Z; relative errors are a few units of rounding.
+
+    `single`: Bi and Bi'; `double`: the others. What is not wanted is left empty.
+    """
     near, below, above = _airy_tables()
+    chosen = [k for k in range(5) if (single if k > 2 else double)]
     low, high = float(z.min(initial=np.inf)), float(z.max(initial=-np.inf))
+    found = [np.empty(0)] * 5
     if low >= -_AIRY_END and high <= _AIRY_END:
-        return AiryProducts(*_near(near, z, low, high))
-    found = np.empty((5, *z.shape))
+        for k, x in zip(chosen, _near(near, z, low, high, chosen), strict=True):
+            found[k] = x
+        return AiryProducts(*found)
+    for k in chosen:
+        found[k] = np.empty_like(z)
     middle = np.abs(z) <= _AIRY_END
     if middle.any():
-        found[:, middle] = _near(near, z[middle], -_AIRY_END, _AIRY_END)
+        part = _near(near, z[middle], -_AIRY_END, _AIRY_END, chosen)
+        for k, x in zip(chosen, part, strict=True):
+            found[k][middle] = x
     for sign, table in ((-1, below), (1, above)):
         rows = sign * z > _AIRY_END
         if rows.any():
-            found[:, rows] = _far(table, sign, np.abs(z[rows]))
+            part = _far(table, sign, np.abs(z[rows]), chosen)
+            for k, x in zip(chosen, part, strict=True):
+                found[k][rows] = x
     return AiryProducts(*found)
 
 
-def _near(table: Table, z: FloatArray, low: float, high: float) -> list[FloatArray]:
-    found = table(z)
+def _near(
+    table: Table, z: FloatArray, low: float, high: float, chosen: list[int]
+) -> list[FloatArray]:
+    found = table(z, chosen)
     if high > 0 and low < _AIRY_SCALED:
         # Where the table has the exponential, it is taken out here.
         part = np.where(z < _AIRY_SCALED, np.maximum(z, 0.0), 0.0)
         fall = np.exp(part * np.sqrt(part) * (-2 / 3))
-        found = [x * (fall * fall) for x in found[:3]] + [x * fall for x in found[3:]]
+        twice = fall * fall
+        found = [x * (fall if k > 2 else twice) for k, x in zip(chosen, found, strict=True)]
     return found
 
 
-def _far(table: Table, sign: int, size: FloatArray) -> list[FloatArray]:
+def _far(table: Table, sign: int, size: FloatArray, chosen: list[int]) -> list[FloatArray]:
     root = np.sqrt(size)
     cube = size * root
-    half = np.sqrt(root)
-    found = table(_AIRY_END**1.5 / cube)
-    squares, cross, slopes = found[:3]
+    t, half = _AIRY_END**1.5 / cube, np.sqrt(root)
+    found: list[FloatArray] = []
+    if 0 in chosen:
+        squares, cross, slopes = table(t, range(3))
+        found += [squares / root, cross if sign > 0 else cross / cube, slopes * root]
+    if 3 not in chosen:
+        return found
     if sign > 0:
-        return [squares / root, cross, slopes * root, found[3] / half, found[4] * half]
-    turn = cube * (2 / 3) + np.pi / 4
-    cosine, sine = np.cos(turn), np.sin(turn)
-    bi = (found[3] * cosine - found[4] * sine) / half
-    slope = (found[5] * cosine - found[6] * sine) * half
-    return [squares / root, cross / cube, slopes * root, bi, slope]
+        bi, slope = table(t, (3, 4))
+    else:
+        turn = cube * (2 / 3) + np.pi / 4
+        cosine, sine = np.cos(turn), np.sin(turn)
+        real, imaginary, slope_real, slope_imaginary = table(t, range(3, 7))
+        bi = real * cosine - imaginary * sine
+        slope = slope_real * cosine - slope_imaginary * sine
+    return [*found, bi / half, slope * half]
 
 
 # -- Dawson and the error function -----------------------------------------------------------------

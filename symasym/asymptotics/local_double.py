@@ -64,7 +64,7 @@ class _Point(Point):
     def __init__(self, at: Point, r: Numbers) -> None:
         vars(self).update(vars(at))
         self.r = r
-        self.known: dict[int, dict[str, tuple[Any, Any]]] = {}
+        self.known: dict[Any, dict[str, tuple[Any, Any]]] = {}
 
 
 class FoldPart(NamedTuple):
@@ -74,38 +74,48 @@ class FoldPart(NamedTuple):
     part: str
 
     def at(self, point: Any) -> tuple[Any, Any]:
-        if self.fold.key not in point.known:
-            point.known[self.fold.key] = _airy(self.fold, point)
-        found: tuple[Any, Any] = point.known[self.fold.key][self.part]
+        both = self.part == "both"
+        key = self.fold.key, both
+        if key not in point.known:
+            point.known[key] = _double(self.fold, point) if both else _single(self.fold, point)
+        found: tuple[Any, Any] = point.known[key][self.part]
         return found
 
 
-def _airy(f: Fold, point: _Point) -> dict[str, tuple[Any, Any]]:
+def _single(f: Fold, point: _Point) -> dict[str, tuple[Any, Any]]:
+    """int e^{lam V} and int e^{-lam V}."""
     third = np.cbrt(point.lam)
-    z = np.asarray(third * third * f.zeta)
-    found = airy_products(z)
     small = 1 / third
+    z = np.asarray(third * third * f.zeta)
+    found = airy_products(z, double=point.errors)
     bi, slope = found.bi * (np.pi * small), found.bi_slope * (np.pi * small * small)
-    unit = (np.pi * small) ** 2
-    squares, cross, slopes = (
-        found.squares * unit,
-        found.cross * (unit * small),
-        found.slopes * (unit * small * small),
-    )
     up, down = f.a * bi + f.b * slope, f.a * bi - f.b * slope
-    both = f.a * f.a * squares - f.b * f.b * slopes
     if not point.errors:
-        return {"rising": (up, None), "falling": (down, None), "both": (both, None)}
-    next_a, next_b = np.abs(f.next_a) * point.x, np.abs(f.next_b) * point.x
-    wrong = next_a * np.abs(bi) + next_b * np.abs(slope)
+        return {"rising": (up, None), "falling": (down, None)}
+    wrong = np.abs(f.next_a) * point.x * np.abs(bi) + np.abs(f.next_b) * point.x * np.abs(slope)
     # Off the real line a pair leaves both integrals to the start and the ends, the further the
     # more; but those have it in no order of their series.
     size = np.abs(f.a) * np.sqrt(found.squares) + np.abs(f.b) * small * np.sqrt(found.slopes)
     wrong = wrong + np.pi * small * size * -np.expm1(np.minimum(z, 0.0))
+    return {"rising": (up, wrong), "falling": (down, wrong)}
+
+
+def _double(f: Fold, point: _Point) -> dict[str, tuple[Any, Any]]:
+    """The double integral over both."""
+    third = np.cbrt(point.lam)
+    small = 1 / third
+    found = airy_products(np.asarray(third * third * f.zeta), single=False)
+    squares, slopes = found.squares, found.slopes * (small * small)
+    unit = (np.pi * small) ** 2
+    both = unit * (f.a * f.a * squares - f.b * f.b * slopes)
+    if not point.errors:
+        return {"both": (both, None)}
+    next_a, next_b = np.abs(f.next_a) * point.x, np.abs(f.next_b) * point.x
     # Order 1 has the cross term alone, which may vanish; its parts do not.
-    missed = 2 * (np.abs(f.a) * next_b + next_a * np.abs(f.b)) * np.abs(cross)
+    cross = np.abs(found.cross) * small
+    missed = 2 * (np.abs(f.a) * next_b + next_a * np.abs(f.b)) * cross
     missed = missed + next_a * next_a * squares + next_b * next_b * slopes
-    return {"rising": (up, wrong), "falling": (down, wrong), "both": (both, missed)}
+    return {"both": (both, unit * missed)}
 
 
 class EdgePart(NamedTuple):

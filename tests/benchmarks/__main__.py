@@ -424,6 +424,42 @@ def weak_noise(options: argparse.Namespace) -> Part:
     return Part(rows, text)
 
 
+def uniform(options: argparse.Namespace) -> Part:
+    method: dict[str, Any] = {"method": "uniform", "order": 0, "log": True}
+    count = 100_000
+    z0, exponents = np.linspace(-2, -1e-6, count), np.linspace(-5.0, 0.0, count)
+    cases = {
+        "one drift": (_friction("-0.7"), np.geomspace(0.01, 0.1, count)),
+        "400 drifts, 250 kappas": (
+            _friction(z0[:: count // 400, None]),
+            np.geomspace(0.01, 0.1, 250),
+        ),
+        "each its own drift": (_friction(z0), 0.05),
+    }
+    rows, cells = [], []
+    for name, (drift, kappa) in cases.items():
+        once, value, full, exact = interleaved(
+            partial(np.exp, exponents),
+            partial(sa.escape_time, drift, kappa, R, **method),
+            partial(sa.escape_time, drift, kappa, R, full=True, **method),
+            partial(sa.escape_time, drift, kappa, R, log=True),
+            runs=3,
+        )
+        rows.append(
+            Row(f"uniform, order 0, 1e5 points, {name}, over `np.exp`", value / once, 100, False)
+        )
+        times = [_time(x / count) for x in (value, full, exact)]
+        cells.append([name, *times, _number(value / once), _number(exact / value)])
+    one = _friction("-0.7")
+    (fifty,) = interleaved(
+        lambda: sa.escape_time(one, "0.05", R, method="uniform", order=0, dps=50), runs=3
+    )
+    (same,) = interleaved(lambda: sa.escape_time(one, "0.05", R, dps=50), runs=3)
+    rows.append(Row("exact over uniform, order 0, 50 digits, kappa = 0.05", same / fifty, 3, True))
+    head = ["100,000 points", "uniform", "with errors", "exact", "over `np.exp`", "exact over it"]
+    return Part(rows, [_table(head, cells)])
+
+
 _FIRST = """
 import time
 import numpy as np, symasym as sa
@@ -471,6 +507,7 @@ PARTS: dict[str, tuple[str, Callable[[argparse.Namespace], Part]]] = {
     "memory": ("Memory", memory),
     "stiffness": ("Stiffness", stiffness),
     "weak": ("Weak noise", weak_noise),
+    "uniform": ("Uniform", uniform),
     "import": ("Import", importing),
 }
 
