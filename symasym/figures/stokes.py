@@ -17,8 +17,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 POINTS = 27
+# As many more where arrays are quick.
+_FINER = 8
 # Noise amplitudes of the error map.
-_MAP = np.geomspace(0.04, 0.28, 7)
+_MAP = np.geomspace(0.04, 0.28, 40)
+
+#: Values of z0 and logarithms of T, by name.
+Curves = dict[str, tuple[FloatArray, FloatArray]]
 
 
 def stokes(
@@ -59,33 +64,34 @@ def stokes(
     if np.isnan(fold):
         raise InputError(f"mu is {mu}; this figure is about the fold, which needs mu > 1/2.")
     width = min(0.35, 0.9 * (1 - float(alpha) - fold))
-    z0 = fold + np.linspace(-0.8, 1.0, points) * width
-    drift = family.bind(z0=z0)
-    every = family.bind(z0=z0[:, None])
-    wanted = np.asarray(sa.escape_time(every, [float(kappa), *_MAP], r, log=True))
+    fine = fold + np.linspace(-0.8, 1.0, _FINER * (points - 1) + 1) * width
+    z0 = fine[::_FINER]
+    drift, every = family.bind(z0=z0), family.bind(z0=fine[:, None])
+    noise = [float(kappa), *_MAP]
+    wanted = np.asarray(sa.escape_time(every, noise, r, log=True))
+    both = np.asarray(sa.escape_time(every, noise, r, method="uniform", order=0, log=True))
 
     def log_time(method: str, order: int | None = None) -> FloatArray:
         return np.asarray(
             sa.escape_time(drift, float(kappa), r, method=method, order=order, log=True)
         )
 
-    both = np.asarray(
-        sa.escape_time(every, [float(kappa), *_MAP], r, method="uniform", order=0, log=True)
-    )
-    logs = {
-        "step (the paper)": log_time("paper"),
-        "local": log_time("local"),
-        "uniform, order 0": both[:, 0],
-        "uniform, order 1": log_time("uniform", 1),
-        "uniform, order 2": log_time("uniform", 2),
+    step = sa.escape_time(family.bind(z0=fine), float(kappa), r, method="paper", log=True)
+    curves = {
+        "step (the paper)": (fine, np.asarray(step)),
+        "local": (z0, log_time("local")),
+        "uniform, order 0": (fine, both[:, 0]),
+        "uniform, order 1": (z0, log_time("uniform", 1)),
+        "uniform, order 2": (z0, log_time("uniform", 2)),
     }
+    exact_logs = dict(zip(fine.tolist(), wanted[:, 0].tolist(), strict=True))
     with style():
         figure = new_figure(7.2, 5.6, _caption(fold, mu, kappa, r))
         times, shares, errors, plane = figure.subplots(2, 2).ravel()
-        _times(times, z0, logs, wanted[:, 0], fold)
+        _times(times, curves, fine, wanted[:, 0], fold)
         _shares(shares, drift, kappa, z0, fold)
-        _errors(errors, z0, logs, wanted[:, 0])
-        _plane(plane, z0, np.abs(np.expm1(both - wanted))[:, 1:], fold)
+        _errors(errors, curves, exact_logs)
+        _plane(plane, fine, np.abs(np.expm1(both - wanted))[:, 1:], fold)
         for letter, one in zip("abcd", (times, shares, errors, plane), strict=True):
             one.set_title(f"({letter})", loc="left")
             one.set_xlabel(r"$z_0$")
@@ -106,21 +112,20 @@ def _marked(axes: Axes, fold: float) -> None:
     axes.axvline(fold, color=INK, linewidth=0.6, linestyle=":")
 
 
-def _times(
-    axes: Axes, z0: FloatArray, logs: dict[str, FloatArray], wanted: FloatArray, fold: float
-) -> None:
-    near = np.abs(z0 - fold) < 0.55 * np.ptp(z0) / 2
-    axes.semilogy(z0[near], np.exp(wanted[near]), color=INK, label="exact")
+def _times(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray, fold: float) -> None:
+    near = 0.55 * np.ptp(z0) / 2
+    chosen = np.abs(z0 - fold) < near
+    axes.semilogy(z0[chosen], np.exp(wanted[chosen]), color=INK, label="exact")
     shown = ("step (the paper)", "local", "uniform, order 0")
     for name, color, dashes in zip(shown, colors(), ("-.", "--", ":"), strict=False):
-        values = np.exp(logs[name][near])
+        places, logs = curves[name]
+        chosen = np.abs(places - fold) < near
+        places, values = places[chosen], np.exp(logs[chosen])
         if name.startswith("step"):
             # A gap, not a line, at the step.
-            place = int(np.searchsorted(z0[near], fold))
-            values = np.insert(values, place, np.nan)
-            axes.semilogy(np.insert(z0[near], place, fold), values, dashes, color=color, label=name)
-        else:
-            axes.semilogy(z0[near], values, dashes, color=color, label=name)
+            place = int(np.searchsorted(places, fold))
+            places, values = np.insert(places, place, fold), np.insert(values, place, np.nan)
+        axes.semilogy(places, values, dashes, color=color, label=name)
     _marked(axes, fold)
     axes.set_ylabel("escape time")
     axes.legend()
@@ -137,10 +142,11 @@ def _shares(axes: Axes, drift: sa.Drift, kappa: Any, z0: FloatArray, fold: float
     axes.legend()
 
 
-def _errors(axes: Axes, z0: FloatArray, logs: dict[str, FloatArray], wanted: FloatArray) -> None:
-    looks = zip(logs.items(), [*colors(), INK], ("-.", "--", "-", "-", "-"), strict=False)
-    for (name, values), color, dashes in looks:
-        error = np.maximum(np.abs(np.expm1(values - wanted)), 1e-16)
+def _errors(axes: Axes, curves: Curves, wanted: dict[float, float]) -> None:
+    looks = zip(curves.items(), [*colors(), INK], ("-.", "--", "-", "-", "-"), strict=False)
+    for (name, (z0, logs)), color, dashes in looks:
+        exact_logs = np.array([wanted[z] for z in z0.tolist()])
+        error = np.maximum(np.abs(np.expm1(logs - exact_logs)), 1e-16)
         axes.semilogy(z0, error, dashes, color=color, label=name)
     axes.set_ylabel("relative error")
     axes.set_ylim(top=1e3)
