@@ -169,6 +169,13 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "c2": Meaning("curvature of V at the saddle", "scaled position"),
         "uhat": Meaning("distance from the saddle in units of κ", "scaled"),
     },
+    "saddle-series": {
+        "c_2": Meaning("curvature of V at the well, of -V at a barrier", "scaled"),
+        **{
+            f"c_{j}": Meaning(f"derivative {j} of V there, of -V at a barrier", "scaled")
+            for j in range(3, 7)
+        },
+    },
     "gaussian-step": {"P": Meaning("product of two Gaussian integrals", "scaled", _T)},
     "eq:fourPieces": {
         "f": Meaning("exp(-λV)", _PURE),
