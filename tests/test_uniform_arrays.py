@@ -152,8 +152,10 @@ def check_random(seed: int, count: int, degree: int, beside_a_fold: bool) -> int
         slope = sum(k * c[k] * u ** (k - 1) for k in range(1, degree + 1))
         c[1] -= slope
         c[0] -= sum(c[k] * u**k for k in range(degree + 1))
-        c[0] += rng.choice([-1, 1], count) * 10 ** rng.uniform(-8, -0.5, count)
-    kappa, r = 10 ** rng.uniform(-2, -0.3, count), 10 ** rng.uniform(-0.2, 2)
+        c[0] += rng.choice([-1, 1], count) * 10 ** rng.uniform(-17, -0.5, count)
+    # Every second sample is of very weak noise, where rounding is all there is.
+    kappa = 10 ** (rng.uniform(-6, -2, count) if seed % 2 else rng.uniform(-2, -0.3, count))
+    r = 10 ** rng.uniform(-0.2, 2)
     start = rng.choice([0.0, float(rng.uniform(-0.9, 0.9) * r)])
     drift, claimed = sa.polynomial(*c), 0
     exact = sa.escape_time(drift, kappa, r, start=start, log=True, full=True)

@@ -26,7 +26,10 @@ _SMALL, _TERMS = 0.1, 9
 
 
 class Fold(NamedTuple):
-    """A well and a barrier, u' = a + b s + ... with the next such pair (a_1, b_1)."""
+    """A well and a barrier, u' = a + b s + ... with the next such pair (a_1, b_1).
+
+    `rough` is the rounding of `zeta`, which is as large beside the fold as anywhere.
+    """
 
     key: int
     zeta: Numbers
@@ -34,6 +37,7 @@ class Fold(NamedTuple):
     b: Numbers
     next_a: Numbers
     next_b: Numbers
+    rough: Numbers
 
 
 class Edge(NamedTuple):
@@ -96,7 +100,8 @@ def _single(f: Fold, point: _Point) -> dict[str, tuple[Any, Any]]:
     # Off the real line a pair leaves both integrals to the start and the ends, the further the
     # more; but those have it in no order of their series.
     size = np.abs(f.a) * np.sqrt(found.squares) + np.abs(f.b) * small * np.sqrt(found.slopes)
-    wrong = wrong + np.pi * small * size * -np.expm1(np.minimum(z, 0.0))
+    lost = third * third * f.rough * (1 + np.sqrt(np.abs(z)))
+    wrong = wrong + np.pi * small * size * (lost - np.expm1(np.minimum(z, 0.0)))
     return {"rising": (up, wrong), "falling": (down, wrong)}
 
 
@@ -104,7 +109,8 @@ def _double(f: Fold, point: _Point) -> dict[str, tuple[Any, Any]]:
     """The double integral over both."""
     third = np.cbrt(point.lam)
     small = 1 / third
-    found = airy_products(np.asarray(third * third * f.zeta), single=False)
+    z = np.asarray(third * third * f.zeta)
+    found = airy_products(z, single=False)
     squares, slopes = found.squares, found.slopes * (small * small)
     unit = (np.pi * small) ** 2
     both = unit * (f.a * f.a * squares - f.b * f.b * slopes)
@@ -115,7 +121,10 @@ def _double(f: Fold, point: _Point) -> dict[str, tuple[Any, Any]]:
     cross = np.abs(found.cross) * small
     missed = 2 * (np.abs(f.a) * next_b + next_a * np.abs(f.b)) * cross
     missed = missed + next_a * next_a * squares + next_b * next_b * slopes
-    return {"both": (both, unit * missed)}
+    # log(Ai² + Bi²) has a slope of 2 sqrt(Z) above, and of 1/(2 Z) below.
+    slope = np.where(z > 0, 2 * np.sqrt(np.maximum(z, 0.0)) + 1, 1 / (1 + np.abs(z)))
+    lost = third * third * f.rough * slope
+    return {"both": (both, unit * missed + lost * both)}
 
 
 class EdgePart(NamedTuple):

@@ -24,12 +24,13 @@ _FADE = 8
 _APART = 0.03
 
 
-def fold_of(key: int, pair: Pair) -> Fold:
-    """u' = a + b s at the pair, and what comes next."""
+def fold_of(key: int, pair: Pair, rough: FloatArray) -> Fold:
+    """u' = a + b s at the pair, and what comes next; `rough` is the rounding of A there."""
     (a, b), *_ = map_coefficients(pair, 1, None, None)
     # s runs against u where phi is negative outside: du = u' ds with it.
     a, b = np.where(pair.sign > 0, (a, b), (-a, -b))
-    return Fold(key, pair.zeta, a, b, *_next_terms(pair))
+    moved = rough / (pair.psi[0] * pair.slope**2)
+    return Fold(key, pair.zeta, a, b, *_next_terms(pair), moved)
 
 
 def past(

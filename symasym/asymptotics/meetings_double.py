@@ -160,7 +160,8 @@ class _Builder(Builder):
         side = -1 if found.point[0] < self.edges[1][0] else 1
         pair = found.pair
         onward = bool(pair.sign[0] > 0)
-        fold = fold_of(key, pair)
+        rough = _EPS * poly(self.c_size, np.abs(found.point))
+        fold = fold_of(key, pair, rough)
         height = self.potential(found.point) - pair.level
         first = int(found.first[0])
         members = (first, first + 1) if first >= 0 else ()
