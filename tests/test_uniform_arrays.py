@@ -222,3 +222,13 @@ def test_complex_pairs_are_counted_once(
     options: dict[str, Any] = {"start": start, "method": "uniform", "order": 0, "log": True}
     found = sa.escape_time(drift, kappa, r, full=True, **options)
     assert abs(np.ravel(found.value)[0] - exact) <= np.ravel(found.error)[0]
+
+
+@pytest.mark.usefixtures("vectorised_only")
+def test_a_barrier_all_but_at_the_end() -> None:
+    z0 = -np.array([1e-9, 1e-13, 1e-25])
+    options: dict[str, Any] = {"method": "uniform", "order": 0, "log": True}
+    found = sa.escape_time(sa.friction(3, 1, z0), 0.06, 10, **options)
+    for k, z in enumerate(z0.tolist()):
+        many = sa.escape_time(sa.friction(3, 1, z), 0.06, 10, dps=20, **options)
+        assert abs(found[k] - many) <= 4e-14 * abs(many)
