@@ -226,7 +226,7 @@ def test_complex_pairs_are_counted_once(
 
 @pytest.mark.usefixtures("vectorised_only")
 def test_a_barrier_all_but_at_the_end() -> None:
-    z0 = -np.array([1e-9, 1e-13, 1e-25])
+    z0 = -np.array([1e-9, 1e-12, 1e-15])
     options: dict[str, Any] = {"method": "uniform", "order": 0, "log": True}
     found = sa.escape_time(sa.friction(3, 1, z0), 0.06, 10, **options)
     for k, z in enumerate(z0.tolist()):

@@ -260,13 +260,8 @@ class _Builder(Builder):
         if self.beyond:
             slope = self.a_plus if sign > 0 else -self.a_minus
         coefficients = [row * (sign if j % 2 == 0 else 1.0) for j, row in enumerate(self.c)]
-        end_slope = poly(coefficients, reach) if slope is None else slope
-        c = shifted(coefficients, place)
-        psi = c[1:]
-        # The distance from phi at the end, which is known better than both places.
-        gap = reach - place
-        for _ in range(2):
-            gap = end_slope / poly(psi, gap)
+        # All that is singular in the gap is a function of this one number, and cancels as such.
+        psi, gap = shifted(coefficients, place)[1:], reach - place
         row = self.peak(last).parts[0].coefficients
         ratio = np.abs(row[1] / row[0]) if len(row) > 1 else 0.0
         edge = edge_of(sign, psi, gap, drop, ratio, slope)
