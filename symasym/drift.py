@@ -333,6 +333,11 @@ class Drift:
         """A(u) as a SymPy expression, bound scalar parameters put in."""
         import sympy
 
+        if "u" in self.free:
+            raise InputError(
+                f"{self!r} has a free parameter u, which is the name of the position; bind it, or "
+                "rename it."
+            )
         values = {
             name: sympy.Symbol(name, real=True)
             if name in self.free or is_array(self._values[name])

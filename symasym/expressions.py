@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from fractions import Fraction
+from itertools import count
 from typing import Any
 
 import sympy
@@ -167,7 +168,10 @@ def phi(A: Any) -> Any:
 def potential(A: Any) -> Any:
     """V as a Piecewise in the real symbol u (eq:V2)."""
     u = sympy.Symbol("u", real=True)
-    v = sympy.Symbol("v", real=True)
+    taken = {s.name for s in A.free_symbols}
+    # No parameter's name.
+    name = next(name for name in (k * "v" for k in count(1)) if name not in taken)
+    v = sympy.Symbol(name, real=True)
     inside = _integral(A.subs(u, v), v, u)
     top = _integral(A.subs(u, v), v, sympy.Integer(1))
     return sympy.Piecewise(

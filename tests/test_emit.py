@@ -360,6 +360,20 @@ def test_names_that_a_language_has_taken():
         assert float(got) == pytest.approx(want, rel=1e-14)
 
 
+@pytest.mark.parametrize("target", DOUBLE[:3])
+@pytest.mark.parametrize("name", ["map", "drift", "c", "log_escape_time", "zeros", "lambda", "v"])
+def test_parameters_are_called_as_the_user_likes(target, name):
+    if emitted.available(target):
+        pytest.skip(emitted.available(target))
+    slope = sympy.Symbol(name)
+    drift = sa.Drift(sympy.Rational(1, 5) - slope * X - X**3, X)
+    bound = drift.bind(**{name: "0.75"})
+    time = sa.emit("eq:Ttilde", target, drift=drift).load().log_escape_time(0.5, 2.0, 0.75)
+    assert float(time) == pytest.approx(sa.escape_time(bound, 0.5, 2, log=True), rel=1e-12)
+    share = sa.emit("eq:P", target, drift=drift).load().occupation(0.5, 0.75)
+    assert float(share) == pytest.approx(sa.occupation(bound, 0.5), rel=1e-12)
+
+
 def test_latex_is_typeset(tmp_path):
     if shutil.which("pdflatex") is None:
         pytest.skip("no LaTeX on this machine")
@@ -403,6 +417,11 @@ def test_latex_is_typeset(tmp_path):
         (
             lambda: sa.emit("eq:V", parameters={"mu": 1}, drift=sa.friction(3)),
             "mu is in the drift already",
+        ),
+        (lambda: sa.emit("eq:V", drift=sa.Drift("u*w + 1", "w")), "is the name of the position"),
+        (
+            lambda: sa.emit("eq:Ttilde", drift=sa.Drift("kappa*u + 1", "u")),
+            "a free parameter kappa, and so has the formula",
         ),
         (lambda: sa.emit("eq:P", drift=sa.linear(1, 2)), "does not slide"),
         (lambda: sa.emit("eq:P", drift=sa.tanh(1, -1)), "bind them"),

@@ -186,6 +186,20 @@ def compare(target, files, asked, folder):
     assert not wrong
 
 
+@pytest.mark.parametrize(
+    ("drift", "kappa"),
+    [
+        (sa.polynomial("3e-6"), 3e-4),
+        (sa.polynomial("1e6", "-2e6"), 50.0),
+        (sa.polynomial("-7e5", "2e6"), 50.0),
+    ],
+)
+def test_the_expansion_of_a_drift_far_from_1_in_size(drift, kappa):
+    code = sa.emit("eq:Ttilde", "python", drift=drift, method="laplace", order=8).load()
+    want = sa.escape_time(drift, kappa, 10, method="laplace", order=8, log=True, dps=20)
+    assert abs(code.log_weak_noise_time(kappa, 10) - want) <= 1e-13 * max(1, abs(want))
+
+
 def test_orders_approach_the_exact_time_as_the_header_claims():
     drift = sa.friction(3, 1, "-0.4")
     for order in (0, 2, 5):

@@ -517,6 +517,17 @@ def test_what_was_added_up() -> None:
     assert sa.escape_time(FRICTION, "1e-8", 4, **WEAK, log=True, dps=15) > 1e14
 
 
+@pytest.mark.parametrize("gap", ["1e-12", "1e-25", "1e-40"])
+@pytest.mark.parametrize("drift", [sa.polynomial(1), sa.polynomial(2, 1, "1/3")])
+def test_start_beside_an_end(drift: sa.Drift, gap: str) -> None:
+    """T is as small as the way to the end, and so is its error."""
+    for r in (Fraction(1), Fraction(2)):
+        scene, start = (drift, "0.01", r), r - Fraction(gap)
+        found = sa.escape_time(*scene, start=start, **WEAK, order=2, dps=12, full=True)
+        exact = sa.escape_time(*scene, start=start, dps=30)
+        assert distance(found.value, exact) <= found.error < exact / 10**9
+
+
 # -- refusals ----------------------------------------------------------------------------------
 
 DOUBLE = sa.polynomial("1/4", -1, 1)  # (u - 1/2)^2
@@ -540,6 +551,11 @@ TRIPLE = sa.polynomial("-1/8", "3/4", "-3/2", 1)
          "too close"),
         (lambda **o: sa.escape_time(sa.friction(3, 1, Fraction(-7, 9)), "0.01", 3, **o),
          sa.SymasymError, r"0\.66"),
+        # A is 0 at one end or the other.
+        (lambda **o: sa.escape_time(sa.polynomial(-1, 2), "1e-2", "1/2", **o), sa.InputError,
+         r"u = 0\.5"),
+        (lambda **o: sa.escape_time(sa.polynomial(1, 2), [1e-2], 0.5, **o), sa.InputError,
+         r"u = -0\.5"),
     ],
 )  # fmt: skip
 def test_refusals_name_a_method_that_serves(call: Any, error: Any, match: str) -> None:

@@ -359,3 +359,14 @@ def test_a_share_lies_between_its_bounds() -> None:
         for m in (2, 4, 9):
             for b in (5, 6):
                 assert found.low <= arb(a) * b / (a + m + b) <= found.high
+
+
+def test_two_zeros_closer_than_doubles_tell() -> None:
+    """No polygon is seen about either; the call answers or refuses as without the proof."""
+    for coefficients in (("1/9", "2/3", "0.9999999999999999999"), ("-1e-20", 0, 1)):
+        drift = sa.polynomial(*coefficients)
+        for start in (0, "1/2"):
+            with pytest.raises(sa.AccuracyError):
+                sa.escape_time(drift, "0.1", 2, start=start, method="laplace", dps=15, full=True)
+            with pytest.raises(sa.AccuracyError):
+                sa.weak_noise_bound(drift, 2, start=start, kappa0="0.1")

@@ -245,7 +245,11 @@ def _best(around: _Surroundings, scale: float, count: int) -> tuple[Any, float, 
     points = radii[:, None] * np.exp(1j * angles)
     u, peaks = around.sampled(points)
     tried = []
-    for level in np.geomspace(np.nanmin(u[0]) * 1.0001, np.nanmax(u[np.isfinite(u)]), 120):
+    seen = u[np.isfinite(u)]
+    if not seen.size or not 0 < np.nanmin(u[0]) < seen.max():
+        # Beside another zero of f', within the rounding of f, nothing is seen.
+        raise NotProved
+    for level in np.geomspace(np.nanmin(u[0]) * 1.0001, seen.max(), 120):
         above = ~(u < level)  # nan counts as above, and is refused below
         if not above.any(axis=0).all():
             break

@@ -127,6 +127,12 @@ class _Builder:
                 "a- or a+ is 0, a tangency, where the weak-noise series has no terms; use "
                 "method='exact'."
             )
+        if r < 1 and not self.field.value(r):
+            end = -r if self.field.mirrored else r
+            raise InputError(
+                f"r is {float(r):.6g} and A is 0 at u = {float(end):.6g}, where the weak-noise "
+                "series of an end has no terms; use method='exact'."
+            )
         if x >= 1:
             self.start = self.smooth_start(self.flat(a_plus))
             return self.done((self.number(x), height, self.number(a_plus)))

@@ -224,10 +224,10 @@ def _answer(
     digits = request.digits
     lam = 2 / values["kappa"] ** 2
     require_seen(drift, lam)
-    with own_context(working_digits(digits, lam, values["r"])) as context:
-        halves = _halves(
-            drift, values["r"], values["start"], order, context, (digits + 15) * quantity.outer
-        )
+    near = digits_lost(values["r"], values["start"])
+    with own_context(working_digits(digits, lam, values["r"]) + near) as context:
+        outer = (digits + 15 + near) * quantity.outer
+        halves = _halves(drift, values["r"], values["start"], order, context, outer)
         number = context.mpf(lam.numerator) / lam.denominator
         ops, tried = Exponentials(context), {}
         found = []
@@ -269,10 +269,11 @@ def parts(
     values = exact_scene(drift, numbers, digits)
     lam = 2 / values["kappa"] ** 2
     require_seen(drift, lam)
-    with own_context(working_digits(digits, lam, values["r"])) as context:
+    near = digits_lost(values["r"], values["start"])
+    with own_context(working_digits(digits, lam, values["r"]) + near) as context:
         ops, number = Exponentials(context), context.mpf(lam.numerator) / lam.denominator
         # No more digits of the outer part than its share of what is allowed.
-        outer = len(str(int(1 / allowed))) + 12
+        outer = len(str(int(1 / allowed))) + 12 + near
         halves = _halves(drift, values["r"], values["start"], orders[-1], context, outer)
         best: Parts | None = None
         for n in orders:
@@ -324,6 +325,11 @@ def _named(place: Place, sign: int, r: Any) -> str:
 def working_digits(digits: int, lam: Fraction, r: Fraction) -> int:
     """Digits that leave `digits` right in e^{lam V}."""
     return digits + 2 * len(str(int(lam * (1 + r) + 1))) + 20
+
+
+def digits_lost(r: Fraction, x: Fraction) -> int:
+    """Digits that cancel where the way to an end is short: T is as small, its terms are not."""
+    return len(str(int(max(r, Fraction(1)) / (r - abs(x))))) - 1
 
 
 def _number(x: Fraction, context: Any) -> Any:

@@ -57,10 +57,20 @@ def program(
         own = {**own, **({} if r is None else {"r": r})}
     else:
         found = LABELS[what.label](what, drift)
+    for function in found.functions:
+        for name in drift.free:
+            if function.arguments.count(name) > 1:
+                raise _taken(name)
     error = found.error or what.error
     found = replace(found, title=f"{what.title}, for {drift!r}", error=error)
     found = fold(require_closed(found), rest)
     return replace(found, folded={**found.folded, **_bound(drift), **own})
+
+
+def _taken(name: str) -> InputError:
+    return InputError(
+        f"the drift has a free parameter {name}, and so has the formula; rename it, or bind it."
+    )
 
 
 def _expanded(what: Formula, method: str | None, order: Any) -> bool:

@@ -12,6 +12,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
 import sympy
 
 from symasym.asymptotics.bends import unseen
@@ -68,7 +69,7 @@ def program(
             for mirrored in (True, False)
         ]  # fmt: skip
         halves = sides[0], sides[1]
-        names = Names(order, context)
+        names = Names(order, context, np.abs(drift.evaluate_float(np.linspace(-1, 1, 101))).max())
         ratio = _composed(halves, names, r)
     most = _reach(drift, halves, order, r)
     # Where the places' sums cancel, doubles may tell less than the expansion does.
@@ -204,7 +205,8 @@ def _in_doubles(
         rendered(found, target).load().log_weak_noise_time for target in ("python", "mpmath")
     )
     kappa *= 1 - 1e-9  # its double may be above its decimal
-    with own_context(40) as context:
+    # Of a small drift, whose terms cancel as long as lam |V| is small, digits are lost.
+    with own_context(120) as context:
         for radius in _RADII if r is None else (r,):
             # The double that the code is given.
             given = (float(radius),) if r is None else ()

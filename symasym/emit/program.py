@@ -23,10 +23,26 @@ _TAKEN = frozenset(
         typedef union unsigned void volatile while abs arguments await catch class debugger delete
         eval export extends false finally function implements import in instanceof interface let
         new null package private protected public super this throw true try typeof undefined var
-        with yield Math NaN Infinity NAN math np mpmath ctx dps out main exp log sqrt pow sin cos
-        tan sinh cosh tanh asin acos atan fabs expm1 log1p gamma j0 j1 jn y0 y1 yn""",
+        with yield map Math NaN Infinity NAN math np mpmath ctx dps out main exp log sqrt pow sin
+        cos tan sinh cosh tanh asin acos atan fabs expm1 log1p gamma j0 j1 jn y0 y1 yn""",
     )
 ) | frozenset(keyword.kwlist)
+
+
+# What the body of an integral or an escape time calls its own parts, in one language or another.
+_LOCAL = frozenset(
+    re.findall(
+        r"\w+",
+        """c count drift ends marks p points zeros zeros_ between_ log_time_ logIntegral logTime
+        INFINITY""",
+    )
+)
+
+
+def _inner(function: Function) -> Callable[[str], str]:
+    """`identifier` beside the names of such a body."""
+    taken = _LOCAL | {function.name, f"log_{function.name}"}
+    return lambda name: f"{name.rstrip('_')}_1" if name in taken else identifier(name)
 
 
 def identifier(name: str) -> str:
@@ -305,20 +321,22 @@ def _called(function: Function) -> dict[Any, Any]:
 def _ready_quadrature(function: Function, quadrature: Quadrature, double: bool) -> Ready:
     parts = (quadrature.exponent, quadrature.lower, quadrature.upper, *quadrature.coefficients)
     symbols = {s for e in parts for s in e.free_symbols}
-    names = {s: sympy.Symbol(identifier(s.name), **s._assumptions_orig) for s in symbols}
+    named = _inner(function)
+    names = {s: sympy.Symbol(named(s.name), **s._assumptions_orig) for s in symbols}
     quadrature = quadrature.changed(lambda e: e.subs(names, simultaneous=True))
     if double:
         quadrature = quadrature.changed(rounded)
-    arguments = tuple(map(identifier, function.arguments))
+    arguments = tuple(map(named, function.arguments))
     return Ready(function.name, function.doc, arguments, (), quadrature=quadrature)
 
 
 def _ready_passage(function: Function, passage: Passage) -> list[Ready]:
     """The logarithm and its exponential, in doubles."""
     symbols = {s for e in passage.expressions for s in e.free_symbols}
-    names = {s: sympy.Symbol(identifier(s.name), **s._assumptions_orig) for s in symbols}
+    named = _inner(function)
+    names = {s: sympy.Symbol(named(s.name), **s._assumptions_orig) for s in symbols}
     passage = passage.changed(lambda e: rounded(e.subs(names, simultaneous=True)))
-    arguments = tuple(map(identifier, function.arguments))
+    arguments = tuple(map(named, function.arguments))
     log = f"log_{function.name}"
     about = f"Natural logarithm of `{function.name}`."
     return [

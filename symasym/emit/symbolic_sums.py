@@ -25,20 +25,26 @@ NOTHING = 10.0**-38
 
 
 class Names:
-    """A symbol for every series of an expansion, and what it stands for."""
+    """A symbol for every series of an expansion, and what it stands for.
 
-    def __init__(self, order: int, context: Any) -> None:
-        self.order, self._context = order, context
+    `size` is that of the drift: lam^-p comes with about size^-p.
+    """
+
+    def __init__(self, order: int, context: Any, size: float) -> None:
+        self.order, self._context, self._size = order, context, context.mpf(size)
         self.series: list[tuple[Any, Any]] = []
 
     def named(self, name: str, groups: Groups) -> Groups:
         """A series of one term, the symbol; of none where it vanishes."""
-        groups = [_without_rounding(group) for group in gathered(groups[: self.order + 1])]
+        groups = [self._without_rounding(group) for group in gathered(groups[: self.order + 1])]
         if not any(groups):
             return []
         symbol = sympy.Symbol(name, real=True)
         self.series.append((symbol, _horner([t for group in groups for t in group])))
         return [[(symbol, 0, 0)]]
+
+    def _without_rounding(self, group: list[tuple[Any, Any, int]]) -> list[tuple[Any, Any, int]]:
+        return [t for t in group if abs(t[0]) * self._size ** float(t[1]) > NOTHING]
 
     def half(self, one: Half, side: str) -> Half:
         """One side with symbols for its series."""
@@ -64,10 +70,6 @@ class Names:
             outer=self.named(f"between_{side}", one.outer),
             unit=sympy.S.Zero,
         )
-
-
-def _without_rounding(group: list[tuple[Any, Any, int]]) -> list[tuple[Any, Any, int]]:
-    return [t for t in group if abs(t[0]) > NOTHING]
 
 
 def _horner(terms: list[tuple[Any, Any, int]]) -> Any:
