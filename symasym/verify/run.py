@@ -99,7 +99,7 @@ def verify(
     count = min(os.cpu_count() or 1, len(asked)) if workers is None else workers
     run = _in_processes(asked, level == "full", count) if count else _here(asked, level == "full")
     try:
-        with progress.stage(f"verify {level}", len(asked)) as step:
+        with progress.stage(f"verify {level}", len(asked), every=30.0) as step:
             for done in run:
                 found.done.append(done)
                 step()
