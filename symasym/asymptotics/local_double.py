@@ -154,22 +154,17 @@ def _cut(e: Edge, point: _Point) -> dict[str, tuple[Any, Any]]:
     # int F less its own logarithm, which the outer part has.
     area = near.area - (np.euler_gamma + np.log(2 * lam)) / 2 - np.log(e.t)
     both = e.peak * e.peak * area * x - slow * rest + beyond
+    values = {"rising": rising, "falling": falling, "onward": shelf, "both": both}
     if not point.errors:
-        none = None
-        return {
-            "rising": (rising, none),
-            "falling": (falling, none),
-            "onward": (shelf, none),
-            "both": (both, none),
-        }
+        return {part: (value, None) for part, value in values.items()}
     wrong, miss = np.abs(e.next_peak) * x, np.abs(e.next_rest) * x * x
-    missed = rest * rest / 2 + slow * (wrong * np.abs(rest) + miss)
-    return {
-        "rising": (rising, tail * wrong + miss),
-        "falling": (falling, slow * wrong + miss),
-        "onward": (shelf, 0 * shelf),
-        "both": (both, missed),
+    errors = {
+        "rising": tail * wrong + miss,
+        "falling": slow * wrong + miss,
+        "onward": 0.0,
+        "both": rest * rest / 2 + slow * (wrong * np.abs(rest) + miss),
     }
+    return {part: (value, errors[part]) for part, value in values.items()}
 
 
 def _shelf(slope: Numbers | None, point: _Point) -> tuple[Any, Any]:

@@ -8,6 +8,7 @@ real or not, are as exact as A's coefficients are.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,10 +17,10 @@ from symasym.asymptotics.cubic_pair import Pair, poly, shifted
 from symasym.asymptotics.local_double import Edge, EdgePart, Fold, FoldPart
 from symasym.asymptotics.local_numbers import edge_of, fold_of, past
 from symasym.asymptotics.pairs_double import Pairs, key_of, pairs_beside
-from symasym.asymptotics.places_double import Builder, Found, structure, unchanged
+from symasym.asymptotics.places_double import Builder, Found, clear_of_zero, structure, unchanged
 from symasym.asymptotics.polynomial_scenes import Scenes
 from symasym.asymptotics.polynomial_zeros import Zeros, zeros_of
-from symasym.asymptotics.sights import Joint, Series, Sight, Spot
+from symasym.asymptotics.sights import Joint, Series, Sight, Spot, mapped
 from symasym.inputs import FloatArray
 
 __all__ = ["found_of"]
@@ -28,17 +29,6 @@ _AT_ONCE = 1024
 _EPS = 2.3e-16
 # Zeros of A whose rounding, relative to their distances, is more than this are not used.
 _ROUGHEST = 1e-10
-# |A| at the start or at r beside its largest term, for the same reason.
-_NEAREST = 1e-7
-
-
-def _clear(scenes: Scenes) -> Any:
-    """Of a zero at the start, or at r within the layer; a± may be as small as they like."""
-    good = (scenes.a_minus != 0) & (scenes.a_plus != 0)
-    for u in (scenes.start, scenes.r, -scenes.r):
-        value, size = poly(list(scenes.c), u), poly(list(np.abs(scenes.c)), np.abs(u))
-        good &= (np.abs(u) >= 1) | (np.abs(value) > _NEAREST * size)
-    return good
 
 
 def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
@@ -60,7 +50,8 @@ def _found(scenes: Scenes) -> Iterator[Found]:
     zeros = zeros_of(scenes.c)
     pairs, slack = pairs_beside(scenes, zeros)
     table = np.stack([structure(scenes, zeros), *(key_of(scenes, zeros, p) for p in pairs)])
-    good = zeros.complete & _clear(scenes)
+    # a± may be as small as they like.
+    good = zeros.complete & clear_of_zero(scenes, ends=False)
     unique, group = np.unique(table[:, good], axis=1, return_inverse=True)
     rows = np.flatnonzero(good)
     for k in range(unique.shape[1]):
@@ -70,7 +61,7 @@ def _found(scenes: Scenes) -> Iterator[Found]:
             builder = _Builder(
                 scenes.take(part),
                 zeros.take(part),
-                [_taken(p, part) for p in pairs],
+                mapped(pairs, itemgetter(part)),
                 slack[part],
             )
             sights = builder.sights()
@@ -78,26 +69,7 @@ def _found(scenes: Scenes) -> Iterator[Found]:
             if sure.all():
                 yield Found(part, sights)
             elif sure.any():
-                yield Found(part[sure], _picked(sights, sure, len(part)))
-
-
-def _taken(found: Any, rows: Any) -> Any:
-    """Some rows of arrays within tuples and lists."""
-    return _picked(found, rows, None)
-
-
-def _picked(found: Any, rows: Any, count: int | None) -> Any:
-    if isinstance(found, np.ndarray):
-        return found[rows] if found.ndim and (count is None or len(found) == count) else found
-    if isinstance(found, list):
-        return [_picked(x, rows, count) for x in found]
-    if isinstance(found, Pair):
-        kept = {n: _picked(x, rows, count) for n, x in vars(found).items()}
-        return Pair(**kept)
-    if isinstance(found, tuple):
-        parts = [_picked(x, rows, count) for x in found]
-        return type(found)(*parts) if hasattr(found, "_fields") else tuple(parts)
-    return found
+                yield Found(part[sure], mapped(sights, itemgetter(sure)))
 
 
 # -- one structure ---------------------------------------------------------------------------------
@@ -192,6 +164,8 @@ class _Builder(Builder):
         rise = 2 / 3 * np.maximum(m.fold.zeta, 0.0) ** 1.5
         height = m.height - self.base
         well, barrier = (low, high) if m.onward else (high, low)
+        both = FoldPart(m.fold, "both") if m.onward else None
+        self.joint.append(Joint(well, barrier, 2 * rise, both))
         rising.append(Spot(barrier, height + rise, FoldPart(m.fold, "rising"), None))
         falling.append(Spot(well, rise - height, FoldPart(m.fold, "falling"), None))
 
@@ -206,23 +180,9 @@ class _Builder(Builder):
     def side(
         self, sign: int, totals: list[Any], sizes: list[Any], peaks: dict[int, Series]
     ) -> Sight:
+        self.joint: list[Joint] = []
         sight = super().side(sign, totals, sizes, peaks)
-        if sign * self.start[0] >= 1:
-            return sight
-        joint = list(self.joints(sign))
-        return sight._replace(joint=joint, slack=self.slack)
-
-    def joints(self, sign: int) -> Iterator[Joint]:
-        inside = self.inside(sign)
-        for m in self.meetings:
-            if m.side == sign:
-                low, high = self.ranks(m, inside)
-                rise = 4 / 3 * np.maximum(m.fold.zeta, 0.0) ** 1.5
-                well, barrier = (low, high) if m.onward else (high, low)
-                yield Joint(well, barrier, rise, FoldPart(m.fold, "both") if m.onward else None)
-        cut = self.cuts[sign]
-        if cut is not None:
-            yield Joint(-1, -1, 0.0, EdgePart(cut.edge, "both"))
+        return sight._replace(joint=self.joint, slack=self.slack)
 
     # -- the end ------------------------------------------------------------------------------
 
@@ -235,6 +195,7 @@ class _Builder(Builder):
         barrier = max(rising, key=lambda spot: spot.rank)
         height = barrier.height - cut.edge.t**2 / 2
         onward = EdgePart(cut.edge, "onward")
+        self.joint.append(Joint(-1, -1, 0.0, EdgePart(cut.edge, "both")))
         rising.append(Spot(rank, height, EdgePart(cut.edge, "rising"), onward))
         falling.append(Spot(rank, -height, EdgePart(cut.edge, "falling"), None))
         return None

@@ -55,7 +55,7 @@ def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
     for d in np.unique(degree):
         rows = np.flatnonzero(degree == d)
         zeros = zeros_of(scenes.c[: d + 1, rows])
-        good = zeros.apart & _clear_of_zero(scenes.take(rows))
+        good = zeros.apart & clear_of_zero(scenes.take(rows))
         keys = structure(scenes.take(rows), zeros)
         for key in np.unique(keys[good]):
             members = np.flatnonzero(good & (keys == key))
@@ -101,11 +101,13 @@ def _value(c: Any, u: Any) -> Any:
     return total
 
 
-def _clear_of_zero(scenes: Scenes) -> Any:
+def clear_of_zero(scenes: Scenes, ends: bool = True) -> Any:
+    """Whether A is not too small at the start and at r, and at the layer's `ends`."""
     good = (scenes.a_minus != 0) & (scenes.a_plus != 0)
     for u in _edges(scenes):
         size = _value(np.abs(scenes.c), np.abs(u))
-        good &= np.abs(_value(scenes.c, u)) > _NEAREST * size
+        clear = np.abs(_value(scenes.c, u)) > _NEAREST * size
+        good &= clear if ends else clear | (np.abs(u) == 1)
     return good
 
 
@@ -421,4 +423,4 @@ def _edge(
     falling.append(Spot(rank, -height, changes[1], None))
 
 
-__all__ = ["Builder", "Found", "found_of", "structure", "unchanged"]
+__all__ = ["Builder", "Found", "clear_of_zero", "found_of", "structure", "unchanged"]

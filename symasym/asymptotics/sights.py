@@ -7,6 +7,8 @@ more digits, one drift at a time, takes the same form (`sight_of`).
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import is_dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -124,16 +126,23 @@ def sight_of(half: Half) -> Sight:
     )
 
 
+def mapped(found: Any, change: Callable[[FloatArray], Any]) -> Any:
+    """The same with `change` made to every array in it."""
+    if isinstance(found, np.ndarray):
+        return change(found)
+    if isinstance(found, list):
+        return [mapped(x, change) for x in found]
+    if isinstance(found, tuple):
+        parts = [mapped(x, change) for x in found]
+        return type(found)(*parts) if hasattr(found, "_fields") else tuple(parts)
+    if is_dataclass(found) and not isinstance(found, type):
+        return replace(found, **{name: mapped(x, change) for name, x in vars(found).items()})
+    return found
+
+
 def first_of(found: Any) -> Any:
     """The same with the arrays' first entries: NumPy is quicker with plain numbers."""
-    if isinstance(found, np.ndarray):
-        return float(found.ravel()[0])
-    if isinstance(found, list):
-        return [first_of(x) for x in found]
-    if isinstance(found, tuple):
-        parts = [first_of(x) for x in found]
-        return type(found)(*parts) if hasattr(found, "_fields") else tuple(parts)
-    return found
+    return mapped(found, lambda x: float(x.ravel()[0]))
 
 
 def added(a: Series, b: Series) -> Series:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from symasym.asymptotics.places_double import Found, found_of
 from symasym.asymptotics.polynomial_scenes import Scenes as PolynomialScenes
 from symasym.asymptotics.polynomial_scenes import scenes_of
 from symasym.asymptotics.series_double import Point
-from symasym.asymptotics.sights import Sight, first_of
+from symasym.asymptotics.sights import Sight, first_of, mapped
 from symasym.asymptotics.weak_noise_double import Views
 from symasym.drift import Drift
 from symasym.exact.fields import IntArray
@@ -133,19 +134,7 @@ def _all_sights(
 
 def _apart(rows: IntArray, sights: Sights) -> Iterator[tuple[IntArray, Sights]]:
     for k in range(len(rows)):
-        yield rows[k : k + 1], _picked(sights, k)
-
-
-def _picked(found: Any, k: int) -> Any:
-    """One of the drifts."""
-    if isinstance(found, np.ndarray):
-        return found[k : k + 1]
-    if isinstance(found, list):
-        return [_picked(x, k) for x in found]
-    if isinstance(found, tuple):
-        parts = [_picked(x, k) for x in found]
-        return type(found)(*parts) if hasattr(found, "_fields") else tuple(parts)
-    return found
+        yield rows[k : k + 1], mapped(sights, itemgetter(slice(k, k + 1)))
 
 
 def _single(sights: Sights) -> bool:

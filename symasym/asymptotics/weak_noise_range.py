@@ -55,7 +55,9 @@ class _Evaluation:
     def __init__(self, found: Dominance, over: Range) -> None:
         self.found, self.over = found, over
         self._integrals: dict[int, tuple[Model, Small]] = {}
-        self._sizes: dict[tuple[int, bool], Any] = {}
+        self._least: dict[int, Any] = {}
+        # With the group itself, so that its id is not given to another.
+        self._most: dict[int, tuple[Group, Any]] = {}
 
     def integral(self, sharp: Sharp) -> tuple[Model, Small]:
         """Over one cell, without its factor e^{lam height}."""
@@ -83,19 +85,17 @@ class _Evaluation:
     def least(self, sharp: Sharp) -> tuple[Any, int]:
         """Of y^(-power) times the integral over a cell, and that power."""
         model, small = self.integral(sharp)
-        key = sharp.cell, False
-        if key not in self._sizes:
-            self._sizes[key] = _surely(model, small, self.over)
-        return self._sizes[key], model.power
+        if sharp.cell not in self._least:
+            self._least[sharp.cell] = _surely(model, small, self.over)
+        return self._least[sharp.cell], model.power
 
     def most(self, group: Group) -> tuple[Any, int]:
         """Of y^(-power) times the integral over a group, and that power."""
-        key = id(group), True
-        if key not in self._sizes:
+        if id(group) not in self._most:
             model, small = self.sum_of(group)
             more = supremum(small, model.power, 0 * self.over.top, self.over.top)
-            self._sizes[key] = (model.largest() + more).upper(), model.power
-        found: tuple[Any, int] = self._sizes[key]
+            self._most[id(group)] = group, ((model.largest() + more).upper(), model.power)
+        found: tuple[Any, int] = self._most[id(group)][1]
         return found
 
     def main(self, found: Leading) -> tuple[Model, Small]:

@@ -7,10 +7,11 @@ left of its leading asymptotic form, of which t = (FAR/|x|)^(3/2) is the variabl
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-import mpmath
+from symasym.context import own_context
 
 #: Half-width of the range that is cut into `PANELS` panels of their own series.
 FAR = 12
@@ -23,8 +24,12 @@ _TERMS = 36
 @cache
 def coefficients() -> tuple[tuple[float, ...], ...]:
     """Of the panels from -FAR to FAR, then of both asymptotic parts, at -x and at x."""
-    context = mpmath.mp.clone()
-    context.dps = 40
+    with own_context(40) as context:
+        return tuple(_series(f, context) for f in _pieces(context))
+
+
+def _pieces(context: Any) -> list[Callable[[Any], Any]]:
+    """What is smooth on each panel and in both asymptotic parts, on [-1, 1]."""
 
     def modulus(x: Any) -> Any:
         return context.airyai(x) ** 2 + context.airybi(x) ** 2
@@ -37,14 +42,10 @@ def coefficients() -> tuple[tuple[float, ...], ...]:
         x = FAR * t ** (-context.mpf(2) / 3)
         return context.log(context.pi * context.sqrt(x) * modulus(x)) - 4 * x**1.5 / 3
 
-    found = []
     width = context.mpf(2 * FAR) / PANELS
-    for k in range(PANELS):
-        middle = -FAR + (k + context.mpf(1) / 2) * width
-        found.append(_series(lambda s, m=middle: context.log(modulus(m + s * width / 2)), context))
-    for part in (left, right):
-        found.append(_series(lambda s, f=part: f((1 + s) / 2), context))
-    return tuple(found)
+    middles = [-FAR + (k + context.mpf(1) / 2) * width for k in range(PANELS)]
+    panels = [lambda s, m=m: context.log(modulus(m + s * width / 2)) for m in middles]
+    return [*panels, *(lambda s, f=f: f((1 + s) / 2) for f in (left, right))]
 
 
 def _series(f: Any, context: Any) -> tuple[float, ...]:
