@@ -63,15 +63,16 @@ def test_orders(order: int, z0: Any) -> None:
 
 
 def test_never_worse_than_the_step() -> None:
-    kappa = np.array([0.05, 0.1, 0.2, 0.3])
-    for z0 in (-1.5, -0.85, -0.7, -0.2, -0.01):
-        drift = sa.friction(3, 1, z0)
-        exact = sa.escape_time(drift, kappa, 10, log=True)
-        step, found = (
-            np.abs(np.expm1(sa.escape_time(drift, kappa, 10, log=True, **o) - exact))
-            for o in ({"method": "paper"}, {"method": "uniform", "order": 0})
-        )
-        assert (found <= step).all()
+    """But where the error of the step formula goes through zero."""
+    z0, kappa = np.linspace(-2, -1e-6, 400)[:, None], np.array([0.05, 0.1, 0.2, 0.3])
+    drift = sa.friction(3, 1, z0)
+    exact = sa.escape_time(drift, kappa, 10, log=True)
+    step = sa.escape_time(drift, kappa, 10, method="paper", log=True) - exact
+    found = sa.escape_time(drift, kappa, 10, method="uniform", order=0, log=True) - exact
+    turns = np.sign(step[1:]) != np.sign(step[:-1])
+    beside = np.pad(turns, ((1, 0), (0, 0))) | np.pad(turns, ((0, 1), (0, 0)))
+    assert ((np.abs(np.expm1(found)) <= np.abs(np.expm1(step))) | beside).all()
+    assert beside.sum() < 30
 
 
 @pytest.mark.parametrize("beside", ["0", "1e-30", "-1e-30", "1e-12", "-1e-12", "1e-60"])
