@@ -17,10 +17,9 @@ from mpmath import mp, mpf
 
 import symasym as sa
 from symasym.asymptotics import laplace, laplace_errors
-from tests.integrals import DIGITS, INTEGRALS, Integral
+from tests.integrals import DIGITS, INTEGRALS, NAMED, Integral, scaled, truth
 
 x, nu = sympy.Symbol("x"), sympy.Symbol("nu", positive=True)
-NAMED = {scene.name: scene for scene in INTEGRALS}
 scenes = pytest.mark.parametrize("scene", INTEGRALS, ids=lambda scene: scene.name)
 
 
@@ -28,21 +27,6 @@ scenes = pytest.mark.parametrize("scene", INTEGRALS, ids=lambda scene: scene.nam
 def expansion(name: str, order: Any) -> Any:
     scene = NAMED[name]
     return sa.laplace_integral(scene.f, scene.g, x, scene.a, scene.b, order)
-
-
-@cache
-def truth(name: str, lam: int) -> Any:
-    with mp.workdps(DIGITS):
-        return NAMED[name].reference(mpf(lam))
-
-
-def scaled(result: Any, found: Any, lam: int) -> tuple[Any, Any]:
-    """Value and error over e^(lam top)."""
-    with mp.workdps(DIGITS):
-        height = result.height
-        height = sympy.N(height, DIGITS) if isinstance(height, sympy.Basic) else height
-        scale = mp.exp(-lam * mpf(str(height)))
-        return found.value * scale, found.error * scale
 
 
 # -- honesty and accuracy ------------------------------------------------------------------------

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from functools import cache
 from typing import Any
 
 import mpmath
@@ -22,33 +21,9 @@ from symasym.asymptotics.coefficients import (
     perron_coefficients,
 )
 from symasym.context import own_context
-from tests.integrals import DIGITS, INTEGRALS
+from tests.integrals import scaled, truth
 
 x = sympy.Symbol("x")
-NAMED = {scene.name: scene for scene in INTEGRALS}
-scenes = pytest.mark.parametrize("scene", INTEGRALS, ids=lambda scene: scene.name)
-
-
-@cache
-def expansion(name: str, order: Any) -> Any:
-    scene = NAMED[name]
-    return sa.laplace_integral(scene.f, scene.g, x, scene.a, scene.b, order)
-
-
-@cache
-def truth(name: str, lam: int) -> Any:
-    with mp.workdps(DIGITS):
-        return NAMED[name].reference(mpf(lam))
-
-
-def scaled(result: Any, found: Any, lam: int) -> tuple[Any, Any]:
-    """Value and error over e^(lam top)."""
-    with mp.workdps(DIGITS):
-        height = result.height
-        height = sympy.N(height, DIGITS) if isinstance(height, sympy.Basic) else height
-        scale = mp.exp(-lam * mpf(str(height)))
-        return found.value * scale, found.error * scale
-
 
 # -- published series ----------------------------------------------------------------------------
 
