@@ -98,7 +98,7 @@ class Sizes:
     """
 
     def __init__(self, sights: tuple[Sight, Sight]) -> None:
-        # Logarithms: of each term the number and the largest of all drifts, of first ones the least.
+        # Logarithms: each term with its number, the largest of all drifts, and the least first one.
         self._terms: list[tuple[int, float]] = []
         self._first = np.inf
         for one in sights:
@@ -115,23 +115,22 @@ class Sizes:
         for n, c in enumerate(part.coefficients):
             size = np.abs(c)
             largest = float(size.max())
-            if largest == 0:
-                continue
-            self._terms.append((n, float(np.log(largest))))
-            if first:
-                least = float(size.min()) or float(size[size > 0].min())
-                self._first = min(self._first, float(np.log(least)))
-                first = False
+            if not largest < np.inf:
+                self._terms.append((n, np.inf))
+            elif largest:
+                self._terms.append((n, float(np.log(largest))))
+                if first:
+                    least = float(size.min()) or float(size[size > 0].min())
+                    self._first = min(self._first, float(np.log(least)))
+                    first = False
 
     def spread(self, least: float, order: int) -> float:
         """The largest term over the smallest first one for lam from `least` on, its logarithm.
 
         Powers of lam that all terms of a series share are left out.
         """
-        low = float(np.log(least))
-        return max((c - n * low for n, c in self._terms if n <= order + BEYOND), default=0.0) - (
-            self._first if self._terms else 0.0
-        )
+        low, first = float(np.log(least)), min(self._first, 700.0)
+        return max((c - n * low - first for n, c in self._terms if n <= order + BEYOND), default=0)
 
 
 #: A height, at most 0, and how to find what goes with its exponential.
