@@ -12,13 +12,14 @@ import numpy as np
 from symasym.drift import Drift
 from symasym.errors import AccuracyError, InputError, SymasymError
 from symasym.estimate import ErrorKind, Estimate
+from symasym.exact.fields import IntArray
 from symasym.inputs import FloatArray, exact, is_array
 from symasym.scenes import (
     Request,
+    Scenes,
     as_digits,
     as_floats,
     float_scenes,
-    input_rounding,
     one_scene,
     require_drift,
 )
@@ -31,9 +32,13 @@ _STRONG_ORDERS = (0, 1, 2, 4, 8, 16)
 _FOR_DROPPED = Fraction(1, 10)
 # Below this, rtol=1e-12 as a float included.
 _FLOAT_RTOL = Fraction(999, 10**15)
-# Exponentials a point, or as long: measured on the friction scenes of docs/speed.md.
-_EXACT_COST = 500
-_STRONG_COST = 300
+_PARTS = ("wells, barriers, start, ends, kinks and the part between",)
+_REST = ("higher orders of every series, in the error",)
+# In the time of an exponential a point once the drift is analysed, as docs/plan.md measures it.
+_LAPLACE_COST, _LAPLACE_TERM = 50, 20
+_UNIFORM_COST = 450
+_STRONG_COST = 5_000
+_EXACT_COST = 10_000
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,7 @@ class Plan:
 
     Attributes
     ----------
-    method : {"laplace", "strong_noise", "exact"}
+    method : {"laplace", "uniform", "strong_noise", "exact"}
         The cheapest whose stated error is at most `rtol`.
     order : int or None
     terms : tuple of Term
@@ -71,7 +76,7 @@ class Plan:
         Stated relative error, what is left out included.
     error_kind : {"bound", "estimate"}
     cost : float
-        Predicted work a point once the scene is analysed, in exponentials.
+        Predicted time a point once the drift is analysed, in exponentials.
     rtol : float
     refused : dict
         Cheaper methods, and why each of them does not do.
@@ -90,7 +95,7 @@ class Plan:
         order = "" if self.order is None else f", order {self.order}"
         head = (
             f"{self.method}{order}: relative error at most {self.error:.2g} ({self.error_kind}), "
-            f"about {self.cost:.3g} exponentials a point"
+            f"about {self.cost:,.0f} exponentials a point"
         )
         lines = [
             f"  {'kept' if t.kept else 'left out':9}{t.size:>10.2g}  {t.name}: {t.reason}"
@@ -137,7 +142,7 @@ def plan(drift: Drift, kappa: Any, r: Any, rtol: Any = 1e-6, *, start: Any = 0) 
         raise InputError("plan is for one scene; give numbers, not arrays.")
     allowed = read_rtol(rtol)
     request = Request("T", "auto", None, _digits_for(allowed), False, True)
-    return _planned(drift, numbers, allowed, request)[0]
+    return _planned(drift, numbers, allowed, request, in_float=True)[0]
 
 
 def read_rtol(rtol: Any) -> Fraction:
@@ -176,7 +181,8 @@ def automatic(
         return _of_arrays(drift, numbers, allowed, request, ask)
     digits = max(_digits_for(allowed), request.dps or 0)
     if request.name == "T":
-        _, found = _planned(drift, numbers, allowed, request._replace(dps=digits), ask)
+        wanted = request._replace(dps=digits)
+        _, found = _planned(drift, numbers, allowed, wanted, ask, in_float=request.dps is None)
     else:
         found = _cheapest(drift, numbers, allowed, digits, request.log, ask)[0]
     request = request._replace(method=found.method, order=found.order)
@@ -230,22 +236,36 @@ def _planned(
     allowed: Fraction,
     request: Request,
     ask: Callable[..., Any] | None = None,
+    *,
+    in_float: bool,
 ) -> tuple[Plan, Estimate]:
-    """The plan, and the value that it gives."""
+    """The plan, and the value that it gives, `in_float` if float64 is enough."""
     from symasym.asymptotics import weak_noise
 
     rtol = float(allowed)
     refused: dict[str, str] = {}
+    # Of the exact value; relative to what is found it is larger.
+    known = (1 - _FOR_DROPPED) * allowed / (1 + allowed)
     try:
-        parts = weak_noise.parts(
-            drift, numbers, request.digits, _WEAK_ORDERS, (1 - _FOR_DROPPED) * allowed
-        )
+        parts = weak_noise.parts(drift, numbers, request.digits, _WEAK_ORDERS, known)
     except SymasymError as error:
         refused["laplace"] = str(error)
     else:
-        if parts.error <= float((1 - _FOR_DROPPED) * allowed):
+        if parts.error <= float(known):
             return _of_parts(parts, rtol, request)
         refused["laplace"] = f"its stated error is {float(parts.error):.2g} at best"
+    if in_float:
+        try:
+            relative, found = _uniform(drift, numbers, request.log)
+        except SymasymError as error:
+            refused["uniform"] = str(error)
+        else:
+            if relative <= rtol:
+                terms = _whole(found)
+                cost = _UNIFORM_COST
+                made = Plan("uniform", 0, terms, relative, "estimate", cost, rtol, refused)
+                return made, found
+            refused["uniform"] = f"its stated error in float64, order 0, is {relative:.2g}"
     if ask is None:
         from symasym.quantities import escape_time
 
@@ -254,12 +274,34 @@ def _planned(
 
     found, more = _cheapest(drift, numbers, allowed, request.dps or 20, request.log, _not_weak(ask))
     refused |= {name: why for name, why in more.items() if name != "laplace"}
-    terms = tuple(Term(name, True, float("nan"), "part of the method") for name in found.terms)
-    terms += tuple(Term(name, False, 0.0, "in the stated error") for name in found.dropped)
     cost = _EXACT_COST if found.method == "exact" else _STRONG_COST
     relative = float(_relative(found, request.log))
+    terms = _whole(found)
     plan = Plan(found.method, found.order, terms, relative, found.error_kind, cost, rtol, refused)
     return plan, found
+
+
+def _whole(found: Estimate) -> tuple[Term, ...]:
+    """The terms of a method that has no parts to leave out."""
+    terms = [Term(name, True, float("nan"), "part of the method") for name in found.terms]
+    terms += [Term(name, False, 0.0, "in the stated error") for name in found.dropped]
+    return tuple(terms)
+
+
+def _uniform(drift: Drift, numbers: dict[str, Any], log: bool) -> tuple[float, Estimate]:
+    """The uniform formula of order 0, as for arrays; its relative error, infinite if refused."""
+    import mpmath
+
+    logs, errors = _uniform_logs(drift, float_scenes(drift, numbers), np.zeros(1, dtype=np.intp))
+    relative = float(np.expm1(errors[0])) * (1 + 1e-12)
+    value = error = mpmath.mpf(0)
+    if relative < np.inf:
+        with mpmath.workdps(30):
+            value, error = mpmath.mpf(logs[0]), mpmath.mpf(errors[0])
+            if not log:
+                value = mpmath.exp(value)
+                error = value * relative
+    return relative, Estimate(value, error, "estimate", "uniform", 0, _PARTS, _REST)
 
 
 def _not_weak(ask: Callable[..., Any]) -> Callable[..., Any]:
@@ -276,7 +318,7 @@ def _not_weak(ask: Callable[..., Any]) -> Callable[..., Any]:
 def _of_parts(parts: Any, rtol: float, request: Request) -> tuple[Plan, Estimate]:
     """Leave out the smallest parts as long as their sum is small enough."""
     context = parts.total.context
-    room = context.mpf(rtol) / 10
+    room = context.mpf(rtol) / (1 + context.mpf(rtol)) / 10
     ordered = sorted(parts.items, key=lambda item: abs(item[1]))
     gone = context.zero
     dropped = set()
@@ -300,7 +342,7 @@ def _of_parts(parts: Any, rtol: float, request: Request) -> tuple[Plan, Estimate
     error = relative * value / (1 - relative)
     kept = tuple(t.name for t in terms if t.kept)
     left = tuple(f"{t.name}: {t.reason}" for t in terms if not t.kept)
-    cost = 1 + len(kept) * (1 + (parts.order + 1) / 4)
+    cost = _LAPLACE_COST + _LAPLACE_TERM * len(kept) * (1 + (parts.order + 1) / 4)
     if request.log:
         value, error = context.log(value), relative / (1 - relative)
     found = Estimate(value, error, "estimate", "laplace", parts.order, kept, left)
@@ -318,23 +360,35 @@ def _of_arrays(
     request: Request,
     ask: Callable[..., Any],
 ) -> Any:
-    """Each element by the first method and order whose stated error is small enough."""
+    """Each element by the first method and order whose stated error is small enough.
+
+    Strong noise takes longer than the exact integral in arrays, so that it is left out.
+    """
+    from symasym.asymptotics.weak_noise_arrays import index_of, own_shapes
+
     scenes = float_scenes(drift, numbers)
     logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
     given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
+    shapes = own_shapes(drift, numbers, scenes) if request.name[-1] != "P" else [drift.shape]
+    index = index_of(shapes, scenes.shape)
+    # Of a value, not of its logarithm.
+    most = np.log1p(float(allowed)) * (1 - 1e-12)
     plans: list[tuple[str, int | None]] = [("laplace", n) for n in (0, 1, 2, 4, 8)]
-    plans += [("strong_noise", n) for n in _STRONG_ORDERS] + [("exact", None)]
+    plans += [("uniform", 0)] * (request.name == "T") + [("exact", None)]
     used = []
     for method, order in plans:
-        rows = np.flatnonzero(~(errors <= float(allowed)))
+        rows = np.flatnonzero(~(errors <= most))
         if not rows.size:
             break
         some = drift.bind(**{name: x[rows] for name, x in given.items()}) if given else drift
         values = {name: x[rows] for name, x in scenes.numbers.items()}
-        found = _attempt(some, values, request.name, method, order, ask)
-        if found is None:
-            continue
-        better = found[1] <= float(allowed) if method != "exact" else np.ones(len(rows), bool)
+        if order is None:
+            last = ask(some, values, method=method, dps=None, log=True, full=True)
+            found = np.atleast_1d(last.value), np.atleast_1d(last.error)
+            better = np.ones(len(rows), dtype=bool)
+        else:
+            found = _attempt(some, values, request.name, method, order, index[rows])
+            better = found[1] <= most
         logs[rows[better]], errors[rows[better]] = found[0][better], found[1][better]
         if better.any():
             used.append(method if order is None else f"{method}, order {order}")
@@ -343,26 +397,27 @@ def _of_arrays(
 
 
 def _attempt(
-    drift: Drift,
-    numbers: dict[str, Any],
-    name: str,
-    method: str,
-    order: int | None,
-    ask: Callable[..., Any],
-) -> tuple[FloatArray, FloatArray] | None:
-    """Logarithms and their errors by one method, or None where it refuses as a whole."""
-    from symasym.asymptotics import strong_noise_double, weak_noise
+    drift: Drift, numbers: dict[str, Any], name: str, method: str, order: int, index: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Logarithms and their errors by one method, infinite errors where it refuses."""
+    from symasym.asymptotics import weak_noise
 
-    if method == "exact" or order is None:
-        found = ask(drift, numbers, method=method, dps=None, log=True, full=True)
-        return np.atleast_1d(found.value), np.atleast_1d(found.error)
     scenes = float_scenes(drift, numbers)
     try:
         if method == "laplace":
-            return weak_noise.array_logs(drift, scenes, name, order)
-        logs, errors, size = strong_noise_double.logs(
-            drift, scenes, name[-1], name.startswith("1"), order
-        )
+            return weak_noise.array_logs(drift, scenes, name, order, index)
+        return _uniform_logs(drift, scenes, index)
     except SymasymError:
-        return None
-    return logs, errors + input_rounding(scenes, size)
+        return np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
+
+
+def _uniform_logs(drift: Drift, scenes: Scenes, index: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Order 0 in float64: polynomial A, everything else would cost more than the integral."""
+    from symasym.asymptotics.local_double import escape_time
+    from symasym.asymptotics.meetings_double import found_of
+    from symasym.asymptotics.weak_noise_arrays import logs_of
+
+    logs, errors = logs_of(
+        drift, scenes, [], (0,), escape_time, None, True, find=found_of, index=index
+    )
+    return logs, np.where(errors >= 0, errors, np.inf)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import mpmath
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 from strategies import SAMPLE, drifts, scenes
 
 import symasym as sa
+from symasym.asymptotics import weak_noise_arrays
 from tests.problems import PROBLEMS, Problem
 
 FRICTION = sa.friction(3, 1, "-0.4")
@@ -60,12 +62,87 @@ def test_arrays_use_what_each_element_needs() -> None:
     assert (np.abs(found.value - exact) <= found.error + 1e-12 * np.abs(exact)).all()
     assert (found.error <= 1e-6).all()
     methods = {name.split(",")[0] for name in found.terms}
-    assert methods == {"laplace", "strong_noise", "exact"}
+    assert methods == {"laplace", "exact"}
     share = sa.occupation(
         sa.linear(1, -2), [0.1, 0.3, 40.0], complement=True, method="auto", rtol=1e-4
     )
     wanted = sa.occupation(sa.linear(1, -2), [0.1, 0.3, 40.0], complement=True)
     assert np.allclose(share, wanted, rtol=1e-4, atol=0)
+
+
+def within(drift: sa.Drift, kappa: Any, r: Any, start: Any, rtol: float) -> set[str]:
+    """What arrays state against what was asked for and what is true; the methods used."""
+    scene = {"start": start, "log": True}
+    exact = sa.escape_time(drift, kappa, r, **scene)
+    found = sa.escape_time(drift, kappa, r, **scene, method="auto", rtol=rtol, full=True)
+    assert (np.expm1(found.error) <= rtol).all()
+    known = 1e-12 * np.maximum(1, np.abs(exact))
+    assert (np.abs(found.value - exact) <= found.error + known).all()
+    return {name.split(",")[0] for name in found.terms}
+
+
+@pytest.mark.parametrize("rtol", [0.3, 1e-2, 1e-3])
+def test_arrays_through_the_fold_and_to_the_kink(rtol: float) -> None:
+    around = -7 / 9 + np.array([-1e-2, -1e-6, -1e-12, 0, 1e-12, 1e-6, 1e-2])
+    z0 = np.concatenate([np.linspace(-2, -1e-6, 21), around])[:, None]
+    for drift, r, start in (
+        (sa.friction(3, 1, z0), 10, 0),
+        (sa.friction(3, 1, z0), 10, -0.9),
+        (sa.polynomial(z0 - 1, -4, 0, 3), 3, 0.2),
+    ):
+        methods = within(drift, np.geomspace(0.02, 0.4, 12), r, start, rtol)
+        assert {"laplace", "uniform", "exact"} - {"exact" if rtol > 0.1 else ""} <= methods
+
+
+@pytest.mark.parametrize("problem", EASY, ids=str)
+def test_arrays_on_the_table(problem: Problem) -> None:
+    kappa = float(Fraction(problem.kappa)) * np.array([0.5, 0.9, 1.0])
+    where = float(Fraction(problem.r)), float(Fraction(problem.start))
+    for rtol in (1e-2, 1e-4):
+        within(problem.make(), kappa, *where, rtol)
+
+
+def test_a_drift_is_analysed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    counts: list[int] = []
+    found_of = weak_noise_arrays.found_of
+
+    def counted(scenes: Any, order: int) -> Any:
+        counts.append(len(scenes.start))
+        return found_of(scenes, order)
+
+    monkeypatch.setattr(weak_noise_arrays.logs_of, "__defaults__", (counted, None))
+    drift = sa.friction(3, 1, np.array([[-0.4], [-0.3], [-0.2]]))
+    kappa = np.geomspace(0.02, 0.3, 40)
+    many = sa.escape_time(drift, kappa, 10, method="auto", rtol=1e-2, log=True)
+    assert counts
+    assert max(counts) <= 3
+    apart = [
+        sa.escape_time(sa.friction(3, 1, z), kappa, 10, method="auto", rtol=1e-2, log=True)
+        for z in (-0.4, -0.3, -0.2)
+    ]
+    np.testing.assert_allclose(many, apart, rtol=1e-14)
+
+
+def test_scenes_that_meet_are_planned_uniform() -> None:
+    for z0, kappa in (("-0.77", "0.05"), ("-0.01", "0.1")):
+        drift = sa.friction(3, 1, z0)
+        made = sa.plan(drift, kappa, 10, rtol=1e-2)
+        assert (made.method, made.order) == ("uniform", 0)
+        assert made.error <= 1e-2
+        for log in (False, True):
+            options: dict[str, Any] = {"rtol": "1e-2", "log": log, "full": True}
+            found = sa.escape_time(drift, kappa, 10, method="auto", **options)
+            exact = sa.escape_time(drift, kappa, 10, log=log, dps=20)
+            assert found.method == "uniform"
+            assert abs(found.value - exact) <= found.error
+            assert found.error <= 1e-2 * (1 if log else found.value)
+        # Many digits of a formula of order 0 would cost more than the integral.
+        digits = sa.escape_time(drift, kappa, 10, method="auto", rtol="1e-2", dps=25, full=True)
+        assert digits.method == "exact"
+    sharp = sa.plan(sa.friction(3, 1, "-0.77"), "0.05", 10, rtol=1e-6)
+    assert sharp.method == "exact"
+    assert "order 0" in sharp.refused["uniform"]
+    assert "uniform" in sa.plan(sa.tanh(1, "-1/2", 2), "1", 10, rtol=1e-3).refused
 
 
 def test_what_is_kept() -> None:

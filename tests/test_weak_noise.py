@@ -231,6 +231,64 @@ def test_random_drifts_of_every_kind(drift: Any, kappa: Any, r: Any, share: Any)
 
 
 @pytest.mark.parametrize(
+    ("coefficients", "kappa", "r", "start", "orders"),
+    [
+        # The start is a well, or 1e-16 beside it: shares of 1e142 are there to cancel.
+        (
+            ("-41666806481489/500000000000000", "-834983/10000000"),
+            "184287/5000000",
+            "1151573/1000000",
+            "-49901383/50000000",
+            (0, 2, 4, 6),
+        ),
+        # Both sides' shares are unknown and one of them negative.
+        (
+            (
+                "306131137987222980693387/156250000000000000000000000",
+                "956215599934979450139/39062500000000000000000",
+                "-340560893028505757109/2500000000000000000000",
+                "-7554195321244066503/5000000000000000000",
+                "22198604084196333/5000000000000000",
+                "369363/50000",
+            ),
+            "422753/50000000",
+            "50415581/50000000",
+            "9427713647/50000000000",
+            (0, 2, 6),
+        ),
+        # The second of the next two terms is small by chance.
+        (("1/10", "7/125", 0, 0, 0, 1), "1/10", 1, 0, (1, 2, 3, 4)),
+        # The series of the start and of the end cancel to 1e-5 of themselves.
+        (
+            ("-992910099291/125000000000", "-99291/12500"),
+            "100023/100000",
+            "217741/25000",
+            "-10000001/10000000",
+            (0, 3),
+        ),
+    ],
+)
+def test_scenes_that_were_claimed_too_well(
+    coefficients: Any, kappa: Any, r: Any, start: Any, orders: Any
+) -> None:
+    scene = sa.polynomial(*coefficients), kappa, Fraction(r), Fraction(start)
+    for log in (False, True):
+        check_scene(scene, orders, log, arrays=True)
+
+
+def test_arrays_from_a_start_beside_a_well() -> None:
+    """Off by one float it is refused, and not answered by what exponentials leave of 1e142."""
+    drift = sa.polynomial("-41666806481489/500000000000000", "-834983/10000000")
+    options: dict[str, Any] = {"method": "laplace", "order": 4, "log": True, "full": True}
+    start, kappa = float(Fraction("-49901383/50000000")), [0.0368574]
+    with pytest.raises(sa.AccuracyError):
+        sa.exit_probability(drift, kappa, 1.151573, start=[start], **options)
+    # That start itself, a rational that all share, has halves of Gaussians.
+    found = sa.exit_probability(drift, kappa, 1.151573, start="-49901383/50000000", **options)
+    assert found.error[0] < 1e-12
+
+
+@pytest.mark.parametrize(
     ("drift", "kappa"),
     [
         (sa.tanh(1, "1/2", 20), "1"),  # C would be off by 12 %

@@ -145,7 +145,7 @@ class Formal:
         most = (2 / flint.arb(1).exp()).max(2 * self._top * self._top.log())
         return Sum({(): {-1: flint.arb(0, most.upper())}})
 
-    def tail(self, near: Any, far: Any) -> int:
+    def tail(self, sizes: list[Any]) -> int:
         return 1
 
     def number(self, x: Any) -> Any:

@@ -7,6 +7,7 @@ for arrays of lam, in float64.
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,8 @@ from symasym.inputs import FloatArray
 
 # Ratio of two neighbouring terms beyond which a series is taken to have stopped falling.
 _MOST_FALL = Fraction(3, 4)
+#: Terms before the next two from whose ratios one tells how these fall.
+LOOK_BACK = 3
 
 
 class Pair(NamedTuple):
@@ -115,8 +118,15 @@ class Exponentials:
     def log1p(self, x: Any) -> Any:
         return self._context.log1p(x)
 
-    def tail(self, near: Any, far: Any) -> Any:
-        return 1 / (1 - min(far / near, self._fall)) if near else 1 / (1 - self._fall)
+    def tail(self, sizes: list[Any]) -> Any:
+        """What follows the last two terms, over these two, judged by all of `sizes`."""
+        ratio = self._context.zero
+        for before, after in pairwise(sizes):
+            if before:
+                ratio = max(ratio, after / before)
+            elif after:
+                ratio = self._fall
+        return 1 / (1 - min(ratio, self._fall))
 
     def number(self, x: Any) -> Any:
         if isinstance(x, Fraction):
@@ -135,8 +145,12 @@ class FloatExponentials:
     def log(self, x: FloatArray) -> FloatArray:
         return np.log(x)
 
-    def tail(self, near: FloatArray, far: FloatArray) -> FloatArray:
-        ratio = np.where(near > 0, far / np.where(near > 0, near, 1.0), 1.0)
+    def tail(self, sizes: list[FloatArray]) -> FloatArray:
+        ratio = np.zeros_like(sizes[-1])
+        for before, after in pairwise(sizes):
+            known = before > 0
+            here = np.where(known, after / np.where(known, before, 1.0), after > 0)
+            ratio = np.maximum(ratio, here)
         found: FloatArray = 1 / (1 - np.minimum(ratio, float(_MOST_FALL)))
         return found
 
@@ -236,6 +250,9 @@ def series_of(groups: Groups, lam: Any, order: int, ops: Any, unit: Any = 0) -> 
     # A straight stretch has one term, and a place with nothing to its right has none.
     sums += [0 * lam] * (order + 1 + BEYOND - len(sums))
     value = sum(sums[: order + 1], 0 * lam)
-    near, far = (abs(s) for s in sums[order + 1 :])
-    # Where the terms hardly fall any more, as many more are as large before they rise.
-    return Pair(value, (near + far) * ops.tail(near, far) + max(unit, ops.unit) * size)
+    first = next((n for n, group in enumerate(groups) if any(c for c, _, _ in group)), 0)
+    last = [abs(s) for s in sums[max(first, order + 1 - LOOK_BACK) :]] or [0 * lam]
+    # Where the terms hardly fall any more, as many more are as large before they rise. One of the
+    # next two may be small by chance: then those before them tell how they fall.
+    left_out = sum(last[-BEYOND:], 0 * lam) * ops.tail(last)
+    return Pair(value, left_out + max(unit, ops.unit) * size)

@@ -19,7 +19,7 @@ from symasym.asymptotics.places import BEYOND
 from symasym.asymptotics.polynomial_scenes import Scenes
 from symasym.asymptotics.polynomial_zeros import Zeros, zeros_of
 from symasym.asymptotics.series_double import higher, lower
-from symasym.asymptotics.sights import Part, Series, Sight, Spot, trimmed
+from symasym.asymptotics.sights import ROUNDING, Part, Series, Sight, Spot, trimmed
 from symasym.exact.fields import IntArray
 from symasym.inputs import FloatArray
 
@@ -195,9 +195,11 @@ class Builder:
                 work[k] = work[k] + work[k + 1] * u
         return work
 
-    def smooth(self, u: Any) -> Series:
-        """h_k(u), k = 1, 2, ..."""
+    def smooth(self, u: Any, value: Any = None) -> Series:
+        """h_k(u), k = 1, 2, ..., where A(u) may be known better than from float64."""
         psi = self.taylor(u)
+        if value is not None:
+            psi[0] = value
         inverse = 1 / psi[0]
         series = _quotient([1.0], psi, inverse, self.count)
         found = [series[0]]
@@ -209,7 +211,7 @@ class Builder:
         return Series([Part(1.0, 0, trimmed(found))], _EPS * 4 * self.count * (1 + size))
 
     def flat(self, a: Any) -> Series:
-        return Series([Part(1.0, 0, [1 / a])], _EPS)
+        return Series([Part(1.0, 0, [1 / a])], ROUNDING)
 
     def peak(self, k: int) -> Series:
         """Laplace's series at the k-th real zero."""
@@ -285,7 +287,11 @@ class Builder:
         self.base = self.potential(middle) - outside
         # Horner's rounding at both places; products with lam are rounded elsewhere.
         self.height_rough = _EPS * ((self.degree + 3) * self.height_size + 2 * abs(outside))
-        self.at_edge = [self.smooth(u) for u in self.edges]
+        # The same numbers on both sides of a kink, whose first terms cancel.
+        known = [self.a_minus if self.beyond else None, None, self.a_plus if self.beyond else None]
+        if abs(_first(start)) >= 1:
+            known[1] = self.a_minus if _first(start) < 0 else self.a_plus
+        self.at_edge = [self.smooth(u, a) for u, a in zip(self.edges, known, strict=True)]
         peaks = {}
         low, _, high = self.edges
         for k, z in enumerate(self.lines):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +19,8 @@ from symasym.asymptotics.sights import Local, Numbers, Part, Series, Sight
 from symasym.inputs import FloatArray
 
 _MOST_FALL = 0.75
+# Terms before the next two whose ratios count: one of these two may be small by chance.
+LOOK_BACK = 3
 # Beyond this a term is below 1e-16 of the rest if its coefficients are no larger; they may be by
 # so much, with lam^2 for what the powers of lam make up, and beside a zero of A by far more.
 _FAINT = 37.0
@@ -88,6 +91,19 @@ class Value(NamedTuple):
             return Value(value, None, None)
         cross = times(self.error, plus(other.size, other.error))
         return Value(value, None, plus(cross, times(self.size, other.error)))
+
+
+def _leading(part: Part) -> int:
+    """The number of its first term."""
+    return next((n for n, c in enumerate(part.coefficients) if np.any(c)), 0)
+
+
+def _ratio(before: Any, after: Any) -> Any:
+    """Of two sizes; infinite over 0."""
+    if isinstance(before, float) and isinstance(after, float):
+        return after / before if before else (np.inf if after else 0.0)
+    known = before > 0
+    return np.where(known, after / np.where(known, before, 1.0), np.where(after > 0, np.inf, 0.0))
 
 
 class Sizes:
@@ -277,20 +293,23 @@ class Point:
         return total
 
     def _left_out(self, parts: list[Part]) -> Any:
-        """The next two terms over 1 - q where they fall by a factor q, at most 3/4."""
+        """The next two terms over 1 - q where terms fall by a factor q, at most 3/4."""
         if len(parts) == 1 and not parts[0].logs:
             return self._tail(parts[0])
-        near: Any = 0.0
-        far: Any = 0.0
-        for part in parts:
-            near = near + self._term(part, self.order + 1)
-            far = far + self._term(part, self.order + BEYOND)
-        near, far = abs(near), abs(far)
-        if not (np.any(near) or np.any(far)):
+        first = min((_leading(part) for part in parts), default=0)
+        last = []
+        for n in range(max(first, self.order + 1 - LOOK_BACK), self.order + 1 + BEYOND):
+            term: Any = 0.0
+            for part in parts:
+                term = term + self._term(part, n)
+            last.append(abs(term))
+        left_out = sum(last[-BEYOND:])
+        if not np.any(left_out):
             return 0.0
-        safe = np.where(near > 0, near, 1.0)
-        ratio = np.where(near > 0, np.minimum(far / safe, _MOST_FALL), _MOST_FALL)
-        return (near + far) / (1 - ratio)
+        ratio: Any = 0.0
+        for before, after in pairwise(last):
+            ratio = higher(ratio, _ratio(before, after))
+        return left_out / (1 - np.minimum(ratio, _MOST_FALL))
 
     def _term(self, part: Part, n: int) -> Any:
         if n >= len(part.coefficients):
@@ -300,16 +319,16 @@ class Point:
     def _tail(self, part: Part) -> Any:
         """The same for one part: its terms are numbers times powers, q one times 1/lam."""
         first = self.order + 1
-        some = part.coefficients[first : first + BEYOND]
-        near, far = (abs(c) for c in (*some, *[0.0] * (BEYOND - len(some))))
-        if isinstance(near, float) and isinstance(far, float):
-            if near == far == 0:
-                return 0.0
-            q: Any = far / near if near else np.inf
-            least = most = q
-        else:
-            q = np.where(near > 0, far / np.where(near > 0, near, 1.0), np.inf)
-            least, most = float(q.min()), float(q.max())
+        if len(part.coefficients) <= first:
+            return 0.0
+        low = max(min(_leading(part), first), first - LOOK_BACK)
+        sizes = [abs(c) for c in part.coefficients[low : first + BEYOND]]
+        sizes += [0.0] * (first + BEYOND - low - len(sizes))
+        near, far = sizes[-BEYOND:]
+        q: Any = 0.0
+        for before, after in pairwise(sizes):
+            q = higher(q, _ratio(before, after))
+        least, most = (q, q) if isinstance(q, float) else (float(q.min()), float(q.max()))
         total = self.x * far
         total += near
         if least >= _MOST_FALL * self.most:

@@ -16,6 +16,9 @@ import numpy as np
 from symasym.asymptotics.places import Groups, Half
 from symasym.inputs import FloatArray
 
+#: Of a coefficient, and of the sum that is made of it; what cancels in sums of series has it left.
+ROUNDING = 1e-15
+
 #: A number of each drift, or one of all.
 Numbers = Any
 
@@ -97,7 +100,8 @@ def series_of(groups: Groups) -> Series:
         for c, p, q in group:
             row = parts.setdefault((float(p) - n, q), [0.0] * len(groups))
             row[n] += float(c)
-    return Series([Part(*key, found) for key, row in parts.items() if (found := trimmed(row))])
+    taken = [Part(*key, found) for key, row in parts.items() if (found := trimmed(row))]
+    return Series(taken, ROUNDING)
 
 
 def sight_of(half: Half) -> Sight:

@@ -36,10 +36,11 @@ from symasym.asymptotics.place_sums import (
 )
 from symasym.asymptotics.places import Half, Place, half, whole
 from symasym.asymptotics.sights import sight_of
-from symasym.asymptotics.weak_noise_arrays import Evaluate, logs_of
+from symasym.asymptotics.weak_noise_arrays import Evaluate, logs_of, own_shapes
 from symasym.context import own_context
 from symasym.drift import Drift
 from symasym.errors import AccuracyError
+from symasym.exact.fields import IntArray
 from symasym.exact.local import ExactField
 from symasym.inputs import FloatArray, exact, float_text, is_array
 from symasym.scenes import (
@@ -57,6 +58,8 @@ DEFAULT_ORDER = 2
 MOST_ORDER = 20
 # Relative error of arrays beyond which they are refused: log 2 of the logarithm.
 _MOST_FLOAT = 0.4
+# Exact values that cost as much as the analysis of one drift with more digits, 10 to 250 ms.
+_WORTH = 4000
 _BOUNDED = ("higher orders of every series, and what is exponentially small, in the bound",)
 _DROPPED = ("higher orders of every series, in the error",)
 
@@ -389,9 +392,7 @@ def _of_arrays(
     quantity: Quantity,
 ) -> Any:
     scenes = float_scenes(drift, numbers)
-    shapes = [np.shape(x) for x in (*drift.values.values(), numbers["start"]) if is_array(x)]
-    if is_array(numbers["r"]) and (scenes.numbers["r"] <= 1).any():
-        shapes.append(np.shape(numbers["r"]))
+    shapes = own_shapes(drift, numbers, scenes)
     start = None if is_array(numbers["start"]) else exact("start", numbers["start"])
     logs, errors = _array_logs(drift, scenes, shapes, orders, quantity, request.full, start)
     _require_small(scenes.numbers["kappa"], logs, errors, orders[-1], request.log)
@@ -408,6 +409,8 @@ def _array_logs(
     quantity: Quantity,
     everywhere: bool,
     exactly: Fraction | None = None,
+    index: IntArray | None = None,
+    many: bool = True,
 ) -> tuple[FloatArray, FloatArray]:
     """One analysis for each drift and start; vectorised over these, kappa and r.
 
@@ -422,18 +425,28 @@ def _array_logs(
             found = _halves(one, Fraction(radius), place, orders[-1], context, outer)
             return sight_of(found[0]), sight_of(found[1])
 
-    logs, errors = logs_of(drift, scenes, shapes, orders, quantity.in_float, analyse, everywhere)
+    with_digits = analyse if many else None
+    logs, errors = logs_of(
+        drift, scenes, shapes, orders, quantity.in_float, with_digits, everywhere, index=index
+    )
     unknown = unseen_in(drift, scenes)
     return logs, np.where(unknown, np.inf, errors) if unknown.any() else errors
 
 
 def array_logs(
-    drift: Drift, scenes: Scenes, name: str, order: int
+    drift: Drift, scenes: Scenes, name: str, order: int, index: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Logarithms of T, C, 1 - C, P or 1 - P with their errors, infinite where nothing is known."""
+    """Logarithms of T, C, 1 - C, P or 1 - P with their errors, infinite where nothing is known.
+
+    Scenes of equal `index` have the drift, the start and a radius below 1 in common. A drift
+    that needs more digits is left out unless it has many scenes.
+    """
+    worth = len(index) >= _WORTH * len(np.unique(index))
     if name in _QUANTITIES:
         quantity = _QUANTITIES[name]
-        return _array_logs(drift, scenes, [scenes.shape], (order,), quantity, True)
+        return _array_logs(drift, scenes, [], (order,), quantity, True, index=index, many=worth)
+    if not worth:
+        return np.full(len(index), np.nan), np.full(len(index), np.inf)
     return _occupation_logs(drift, scenes, name == "1 - P", (order,))
 
 

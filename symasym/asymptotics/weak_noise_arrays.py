@@ -58,41 +58,76 @@ def logs_of(
     analyse: Analyse | None,
     full: bool,
     find: Find = found_of,
+    index: IntArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Logarithms and their errors; errors are only told from "too large" unless `full`.
 
-    What `find` does not find in float64 goes to `analyse`, or is left with infinite errors. An
-    error that all scenes share may come as an array of one.
+    Which scenes have a drift, start and radius in common follows from the `shapes` of these, or
+    is told by `index`, a number for each (see `index_of`). What `find` does not find in float64
+    goes to `analyse`, or is left with infinite errors. An error that all scenes share may come
+    as an array of one.
     """
-    drifts = _drifts(scenes, shapes)
     logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
+    each = [_drifts(scenes, shapes)] if index is None else _grouped(scenes, index)
     with np.errstate(all="ignore"):
-        for chosen, sights in _all_sights(drift, scenes, drifts, orders[-1], analyse, find):
-            if drifts.rows is None:
-                some: Any = slice(None)
-            else:
-                some = drifts.rows[chosen].T
-                if _single(sights):
-                    some = some.ravel()
-            found, wrong = _filled(sights, rows_of(scenes, some), orders, evaluate, full)
-            if drifts.rows is None:
-                logs, errors = found, wrong
-            else:
-                logs[some], errors[some] = found, wrong
+        for drifts in each:
+            for chosen, sights in _all_sights(drift, scenes, drifts, orders[-1], analyse, find):
+                if drifts.rows is None:
+                    some: Any = slice(None)
+                else:
+                    some = drifts.rows[chosen].T
+                    if _single(sights):
+                        some = some.ravel()
+                found, wrong = _filled(sights, rows_of(scenes, some), orders, evaluate, full)
+                if drifts.rows is None:
+                    logs, errors = found, wrong
+                else:
+                    logs[some], errors[some] = found, wrong
         errors = errors + rounding_of_places(drift, scenes)
     return logs, errors
 
 
-def _drifts(scenes: Scenes, shapes: list[tuple[int, ...]]) -> Drifts:
-    r, start = scenes.numbers["r"], scenes.numbers["start"]
+def own_shapes(drift: Drift, numbers: dict[str, Any], scenes: Scenes) -> list[tuple[int, ...]]:
+    """Shapes of what distinguishes the places: parameters, start, and r inside the layer."""
+    shapes = [np.shape(x) for x in (*drift.values.values(), numbers["start"]) if is_array(x)]
+    if is_array(numbers["r"]) and (scenes.numbers["r"] <= 1).any():
+        shapes.append(np.shape(numbers["r"]))
+    return shapes
+
+
+def index_of(shapes: list[tuple[int, ...]], shape: tuple[int, ...]) -> IntArray:
+    """For each scene the number of its drift, start and radius."""
     common = np.broadcast_shapes(*shapes)
-    own = (1,) * (len(scenes.shape) - len(common)) + common
-    count = int(np.prod(own))
-    rows, first = None, np.zeros(1, dtype=np.intp)
+    own = (1,) * (len(shape) - len(common)) + common
+    count = np.arange(int(np.prod(own)))
+    return np.broadcast_to(count.reshape(own), shape).ravel()
+
+
+def _drifts(scenes: Scenes, shapes: list[tuple[int, ...]]) -> Drifts:
+    index = index_of(shapes, scenes.shape)
+    count = int(index[-1]) + 1 if len(index) else 1
+    rows = None
     if count > 1:
-        index = np.broadcast_to(np.arange(count).reshape(own), scenes.shape).ravel()
         rows = np.argsort(index, kind="stable").reshape(count, -1)
-        first = rows[:, 0]
+    return _drifts_of(scenes, rows)
+
+
+def _grouped(scenes: Scenes, index: IntArray) -> Iterator[Drifts]:
+    """Drifts with about as many scenes each; what one has less it has several times."""
+    order = np.argsort(index, kind="stable")
+    first = np.flatnonzero(np.diff(index[order], prepend=-1))
+    count = np.diff(first, append=len(order))
+    width = 2 ** np.ceil(np.log2(count)).astype(np.intp)
+    for most in np.unique(width):
+        chosen = np.flatnonzero(width == most)
+        columns = np.arange(count[chosen].max())
+        taken = np.minimum(columns, count[chosen, None] - 1)
+        yield _drifts_of(scenes, order[first[chosen, None] + taken])
+
+
+def _drifts_of(scenes: Scenes, rows: IntArray | None) -> Drifts:
+    first = np.zeros(1, dtype=np.intp) if rows is None else rows[:, 0]
+    r, start = scenes.numbers["r"], scenes.numbers["start"]
     given = {n: x[first] for n, x in scenes.parameters.items() if is_array(x)}
     # Beyond the layer the radius enters only where the sums are evaluated.
     radius = np.where(r[first] > 1, 2.0, r[first])

@@ -26,7 +26,7 @@ from symasym.asymptotics.series_double import (
     plus,
     times,
 )
-from symasym.asymptotics.sights import Local, Numbers, Part, Series, Sight, Spot, added
+from symasym.asymptotics.sights import ROUNDING, Local, Numbers, Part, Series, Sight, Spot, added
 from symasym.inputs import FloatArray
 
 # The rank of the end at r.
@@ -49,7 +49,7 @@ class _View:
             u, height, slope = one.beyond
             length = r - u
             self.straight = length / slope
-            end = Series([Part(1.0, 0, [-1 / slope])])
+            end = Series([Part(1.0, 0, [-1 / slope])], ROUNDING)
             self.rising.append(Spot(_END, height - slope * length, end, None))
             self.steep = one.rough + ULP * (abs(height) + abs(slope * length))
         self.pairs: list[tuple[Numbers, Spot, Spot, Series | Local]] = []
