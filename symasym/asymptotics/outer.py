@@ -278,7 +278,7 @@ def _add_pair(
     taylor = [_number(c, context) for c in field.taylor(centre, half, terms)]
     taylor += [context.zero] * (terms - len(taylor))
     try:
-        pair = split_pair(taylor, context)
+        pair = split_pair(taylor, context, 1)
     except SymasymError:
         return False
     psi = [pair.sign * c for c in pair.psi]
