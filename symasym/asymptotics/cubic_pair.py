@@ -189,6 +189,4 @@ def _shifted_in(context: Any, c: list[Any], by: Any) -> list[Any]:
         powers.append(powers[-1] * by / k)
         factorials.append(factorials[-1] * k)
     scaled = [x * f for x, f in zip(c, factorials, strict=True)]
-    return [
-        context.fdot(scaled[j:], powers[: len(c) - j]) / factorials[j] for j in range(len(c))
-    ]
+    return [context.fdot(scaled[j:], powers[: len(c) - j]) / factorials[j] for j in range(len(c))]
