@@ -254,8 +254,8 @@ def occupation(
             value = context.log(value)
         result = to_mpf(value, n)
         if error is not None:
-            # Rounding the value to n digits must not let the truth out of the interval.
-            slack = abs(value) * context.mpf(10) ** -n
+            # Rounding the value must not let the truth out of the interval.
+            slack = abs(value) * max(context.mpf(10) ** -n, 0 if dps else context.mpf(2) ** -52)
             error = to_mpf((error + slack) * (1 + context.mpf(10) ** -n), n)
     if dps is None:
         result, error = (

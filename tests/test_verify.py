@@ -22,6 +22,7 @@ from symasym.cli import main
 from symasym.exact import arbitrary, ball, double
 from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.verify import Verification, verify
+from symasym.verify import tasks as tasks_module
 from symasym.verify.findings import Finding, ratio
 from symasym.verify.pages import record, rows, table
 from symasym.verify.random_scenes import random_scene
@@ -196,6 +197,28 @@ def test_a_paper_that_claims_an_error_is_found(monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr(paper, "escape_time", proud)
     assert ("paper", "honesty (estimate)") in failures(("honesty", "friction k=0.3"))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no timers there")
+def test_what_takes_too_long_is_stopped_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def slow(*_: Any, **__: Any) -> Any:
+        while True:
+            pass
+
+    monkeypatch.setattr(arbitrary, "exit_probability", slow)
+    monkeypatch.setattr(tasks_module, "MOST_SECONDS", 1.0)
+    found = checked(("accuracy", SCENE), ("pieces", "folds"))
+    (done,) = found.stopped
+    assert 0.9 < done.seconds < 10
+    assert done.findings, "what was found before is kept"
+    assert found.tasks == len(found.done) == 2
+    assert found.failures == []
+    assert not found.passed
+    assert f"STOPPED accuracy of table {SCENE}: not finished after 1 s." in table(found)
+    assert "2 of 2 tasks, 1 of them stopped, in" in table(found)
+    assert record(found)["stopped"] == [f"accuracy of table {SCENE}"]
+    # And no timer is left behind.
+    assert signal.getitimer(signal.ITIMER_PROF) == (0.0, 0.0)
 
 
 def test_a_crash_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:

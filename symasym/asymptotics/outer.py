@@ -11,7 +11,7 @@ of A in the complex plane; otherwise over Taylor panels.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -53,22 +53,20 @@ def _number(x: Any, context: Any) -> Any:
     return context.mpf(x.numerator) / x.denominator
 
 
-def laurent(taylor: list[Any], zero: bool, count: int) -> list[list[Any]]:
+def laurent(taylor: list[Any], zero: bool, count: int) -> Iterator[list[Any]]:
     """Coefficients of h_1, ..., h_count times t^(2k - 1) if `zero`, from phi's (`taylor[0]` = 0).
 
     Each list is a coefficient shorter than the one before where `zero` is false.
     """
-    psi = taylor[1:] if zero else taylor
-    inverse = _inverse(psi)
-    found = [inverse]
+    last = inverse = _inverse(taylor[1:] if zero else taylor)
+    yield inverse
     for k in range(1, count):
-        last = found[-1]
         if zero:
             slope = [(2 * k - 1 - j) * c for j, c in enumerate(last)]
         else:
             slope = [-j * c for j, c in enumerate(last)][1:]
-        found.append(_product(slope, inverse))
-    return found
+        last = _product(slope, inverse)
+        yield last
 
 
 def _inverse(c: list[Any]) -> list[Any]:
@@ -274,25 +272,41 @@ def _add_pair(
     as D vanishes but, for a complex pair, the share of its zeros.
     """
     terms = int(context.prec / 1.2) + 2 * len(found) + 8
+    small = context.ldexp(1, -context.prec + 16)
+    with _finer(context, len(found), terms):
+        shares = _pair_shares(field, centre, half, len(found), terms, small, context)
+    for k, share in enumerate(shares or ()):
+        found[k] += share
+    return shares is not None
+
+
+def _pair_shares(
+    field: ExactField,
+    centre: Fraction,
+    half: Fraction,
+    count: int,
+    terms: int,
+    small: Any,
+    context: Any,
+) -> list[Any] | None:
     width = _number(half, context)
     taylor = [_number(c, context) for c in field.taylor(centre, half, terms)]
     taylor += [context.zero] * (terms - len(taylor))
     try:
-        pair = split_pair(taylor, context)
+        pair = split_pair(taylor, context, 1)
     except SymasymError:
-        return False
+        return None
     psi = [pair.sign * c for c in pair.psi]
     square, ends = pair.square, (-1 - pair.middle, 1 - pair.middle)
     if not _least_square(context) < abs(square) < 0.25 or abs(pair.middle) > 0.5:
-        return False
+        return None
     inverse = _inverse(psi)
     g, shares = inverse, []
-    small = context.ldexp(1, -context.prec + 16)
-    for k in range(len(found)):
+    for k in range(count):
         # The series about the middle is to reach both ends, 1 + |middle| away.
         top = [abs(c) * (1 + abs(pair.middle)) ** j for j, c in enumerate(g)]
         if max(top[-8:]) > small * max(top):
-            return False
+            return None
         powers = _pair_integrals(square, ends, len(g), 2 * k + 1, context)
         shares.append(context.fdot(g, powers) * width ** (1 - k))
         slope = [(j + 1) * c for j, c in enumerate(g[1:])]
@@ -303,9 +317,7 @@ def _add_pair(
         for j, c in enumerate(g[: len(lowered) - 1]):
             lowered[j + 1] -= 2 * (2 * k + 1) * c
         g = _product([-c for c in lowered], inverse[: len(lowered)])
-    for k, share in enumerate(shares):
-        found[k] += share
-    return True
+    return shares
 
 
 def _pair_integrals(
@@ -381,19 +393,42 @@ def _add(
     if not half:
         return True
     terms = int(context.prec / 1.4) + 2 * len(found) + 8
+    small = context.ldexp(1, -context.prec + 16)
+    with _finer(context, len(found), terms):
+        shares = _shares(field, centre, half, zero, sides, len(found), terms, small, context)
+    for k, share in enumerate(shares or ()):
+        found[k] += share
+    return shares is not None
+
+
+def _finer(context: Any, count: int, terms: int) -> Any:
+    """Bits for h_count: each derivative makes rounding larger by the number of the coefficient."""
+    return context.workprec(context.prec + (count - 1) * terms.bit_length())
+
+
+def _shares(
+    field: ExactField,
+    centre: Fraction,
+    half: Fraction,
+    zero: bool,
+    sides: tuple[int, int],
+    count: int,
+    terms: int,
+    small: Any,
+    context: Any,
+) -> list[Any] | None:
     taylor = [_number(c, context) for c in field.taylor(centre, half, terms)]
     taylor += [context.zero] * (terms - len(taylor))
     if zero:
         taylor[0] = context.zero
     # Where the panel is far too wide, the first coefficients are lost beside the later ones.
     if not taylor[1 if zero else 0]:
-        return False
+        return None
     width = _number(half, context)
-    small = context.ldexp(1, -context.prec + 16)
     shares = []
-    for k, series in enumerate(laurent(taylor, zero, len(found))):
+    for k, series in enumerate(laurent(taylor, zero, count)):
         if max(abs(c) for c in series[-8:]) > small * max(abs(c) for c in series):
-            return False
+            return None
         power = 2 * k + 1 if zero else 0
         # In units of `half` the logarithm of the distance counts from there.
         total = context.fsum(
@@ -408,6 +443,4 @@ def _add(
             total += series[power - 1] * context.log(width)
         # h_k is in units of 1/half^(k-1), du in those of half; phi itself was not scaled.
         shares.append(total * width ** (1 - k))
-    for k, share in enumerate(shares):
-        found[k] += share
-    return True
+    return shares

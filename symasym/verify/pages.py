@@ -9,6 +9,7 @@ from typing import Any
 from symasym.files import versions
 from symasym.verify.findings import Finding
 from symasym.verify.run import Verification
+from symasym.verify.tasks import Done
 
 _LIBRARIES = ("numpy", "mpmath", "gmpy2", "python-flint", "sympy")
 
@@ -76,16 +77,23 @@ def _failures(found: Verification) -> Iterator[str]:
         yield f"FAILED {f.formula}, {f.evaluator}, {f.check}, at {f.where}: {f.detail}"
     if len(found.failures) > len(shown):
         yield f"… and {len(found.failures) - len(shown)} more."
+    for done in found.stopped:
+        yield f"STOPPED {_named(done)}: not finished after {done.seconds:.0f} s."
+
+
+def _named(done: Done) -> str:
+    return f"{done.task.check} of {' '.join(done.task.key)}"
 
 
 def _sentence(found: Verification) -> str:
     cases = found.findings
     refused = sum(f.refused for f in cases)
     how = "interrupted after" if found.interrupted else "in"
+    stopped = f", {len(found.stopped)} of them stopped," if found.stopped else ""
     return (
         f"{len(cases)} cases: {len(cases) - refused - len(found.failures)} passed, "
         f"{len(found.failures)} failed, {refused} refused; {len(found.done)} of {found.tasks} "
-        f"tasks {how} {found.seconds:.1f} s (level {found.level}, seed {found.seed}). "
+        f"tasks{stopped} {how} {found.seconds:.1f} s (level {found.level}, seed {found.seed}). "
         "Worst is what was found over what is allowed: 1 is the limit."
     )
 
@@ -104,6 +112,7 @@ def record(found: Verification) -> dict[str, Any]:
         "tasks": {"done": len(found.done), "all": found.tasks},
         "versions": versions(*_LIBRARIES),
         "rows": [_plain(vars(row)) for row in rows(found)],
+        "stopped": [_named(done) for done in found.stopped],
         "failures": [_plain(f._asdict()) for f in found.failures],
         "seconds_by_check": _times(found),
         # Definitions, equations and identities of symbols: their check is their derivation.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache, partial
 from typing import Any, NamedTuple
@@ -29,10 +30,9 @@ class Reference(NamedTuple):
 
 @cache
 def scene(key: Key) -> Problem:
-    """The scene of a key."""
-    if key[0] == "table":
-        return BY_NAME[key[1]]
-    return random_scene(int(key[1]), int(key[2]))
+    """The scene of a key; its drift is made once, and keeps what has been analysed of it."""
+    found = BY_NAME[key[1]] if key[0] == "table" else random_scene(int(key[1]), int(key[2]))
+    return replace(found, make=cache(found.make))
 
 
 def asked_of(engine: Any, problem: Problem, quantity: str) -> Any:
@@ -65,6 +65,7 @@ def reference(problem: Problem, quantity: str) -> Reference:
 def forget() -> None:
     """Ask again from now on."""
     _known.clear()
+    scene.cache_clear()
 
 
 def _found(problem: Problem, quantity: str) -> Reference:

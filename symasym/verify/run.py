@@ -51,9 +51,14 @@ class Verification:
         return [f for f in self.findings if not f.passed]
 
     @property
+    def stopped(self) -> list[Done]:
+        """Tasks that took too long and were not finished."""
+        return sorted(done for done in self.done if done.stopped)
+
+    @property
     def passed(self) -> bool:
         """Whether all was done and nothing failed."""
-        return not self.interrupted and not self.failures
+        return not self.interrupted and not self.failures and not self.stopped
 
 
 def verify(

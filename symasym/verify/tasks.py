@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 from symasym.problems import PROBLEMS, Problem
@@ -16,6 +19,10 @@ from symasym.verify.references import Key, scene
 SCENES = {"quick": 9, "full": 140}
 
 
+#: Processor seconds after which a task is stopped; the longest take a quarter of it.
+MOST_SECONDS = 120.0
+
+
 class Task(NamedTuple):
     """A check and its scene or family; small, so that it travels between processes."""
 
@@ -24,11 +31,12 @@ class Task(NamedTuple):
 
 
 class Done(NamedTuple):
-    """What a task found, and the processor time it took."""
+    """What a task found, the processor time it took, and whether it was stopped for that."""
 
     task: Task
     findings: list[Finding]
     seconds: float
+    stopped: bool = False
 
 
 _OF_SCENES: dict[str, Callable[[Problem, bool], Iterator[Finding]]] = {
@@ -95,23 +103,52 @@ def _applies(check: str, problem: Problem, full: bool) -> bool:
 
 
 def _rank(task: Task) -> int:
-    order = ("quadrature", "leading", "orders", "pieces", "honesty", "equations", "accuracy")
+    order = ("orders", "leading", "honesty", "arrays", "quadrature", "accuracy", "equations")
     return order.index(task.check) if task.check in order else len(order)
+
+
+class _Stopped(BaseException):
+    """No Exception, so that no check takes it for a failure of what it checks."""
+
+
+def _stop(*_: Any) -> None:
+    raise _Stopped
+
+
+@contextmanager
+def _at_most(seconds: float) -> Iterator[None]:
+    """Stops what takes more processor time, where that can be timed: not on Windows."""
+    main = threading.current_thread() is threading.main_thread()
+    if not main or not hasattr(signal, "setitimer"):
+        yield
+        return
+    before = signal.signal(signal.SIGPROF, _stop)
+    # Again later: an exception in a destructor is lost.
+    signal.setitimer(signal.ITIMER_PROF, seconds, 5)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
 
 
 def run_task(task: Task, full: bool) -> Done:
     """All findings of a task; whatever is raised is one of them."""
     began = time.process_time()
     found: list[Finding] = []
+    stopped = False
     try:
         if task.check in _OF_SCENES:
             run: Any = _OF_SCENES[task.check](scene(task.key), full)
         else:
             run = _OF_FAMILIES[task.check][0](task.key[0], full)
-        found.extend(run)
+        with _at_most(MOST_SECONDS):
+            found.extend(run)
+    except _Stopped:
+        stopped = True
     except Exception as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
         told = f"{type(error).__name__}: {error} ({last.name}, line {last.lineno})"
         where = " ".join(task.key)
         found.append(Finding(task.check, "", "runs", float("inf"), where, told))
-    return Done(task, found, time.process_time() - began)
+    return Done(task, found, time.process_time() - began, stopped)
