@@ -100,8 +100,13 @@ def _scalings() -> list[Plot]:
     eps = np.logspace(-4, -1, 60)
     noise = np.logspace(-2, 0, 60)
 
-    def scaled(name: str, **known: Any) -> Any:
-        return lambda eps: np.log(getattr(sa.rescale(eps=eps, **known), name))
+    def quotient(top: str, root: int) -> Any:
+        """log of a number over a root of eps, in long arithmetic."""
+        import mpmath
+
+        return lambda eps: np.array(
+            [float(mpmath.log(mpmath.mpf(top) / mpmath.root(float(e), root))) for e in eps]
+        )
 
     def rest(kappa: Any) -> Any:
         found = sa.rescale(eps=0.01, kappa=kappa, r=0.1)
@@ -111,10 +116,10 @@ def _scalings() -> list[Plot]:
     drift = sa.friction(3, 1, "-0.4")
     return [
         Plot("eq:tildexykappa", "κ, scaled", "κ = 3/100, unscaled", eps,
-             scaled("kappa", kappa=0.03, r=0.1), lambda e: np.log(emitted.scaled_noise(0.03, e)),
+             quotient("0.03", 2), lambda e: np.log(emitted.scaled_noise(0.03, e)),
              "ε"),
         Plot("eq:tilder", "r, scaled", "r = 1/10, unscaled", eps,
-             scaled("r", kappa=0.03, r=0.1), lambda e: np.log(emitted.scaled_radius(0.1, e)), "ε"),
+             quotient("0.1", 1), lambda e: np.log(emitted.scaled_radius(0.1, e)), "ε"),
         Plot("eq:eekappar", "r/κ²", "r = 1/10, ε = 1/100; the same in scaled variables",
              noise, rest, lambda k: np.log(value("eq:eekappar")(kappa_phys=k, r_phys=0.1)),
              "κ, unscaled"),
@@ -123,7 +128,7 @@ def _scalings() -> list[Plot]:
              lambda eps: np.array([
                  np.log(time(epsilon=e, t_s=1.0)) + sa.escape_time(
                      drift, 0.05 / np.sqrt(e), 0.1 / e, log=True) for e in eps]), "ε"),
-        Plot("threshold", "κ, unscaled, where T is 1", f"{_OSCILLATOR}, z₀ = -0.4, r = 10 ε",
+        Plot("threshold", "κ where T is 1", f"{_OSCILLATOR}, z₀ = -0.4, r = 10 ε; κ unscaled",
              np.logspace(-60, -2, 40), _long, _threshold, "ε"),
     ]  # fmt: skip
 
@@ -288,19 +293,18 @@ def _path() -> Picture:
     """A path of eq:reducedSDEtilde, its drift and noise from there."""
     drift = sa.friction(3, 1, "-0.4")
     inside = value("eq:reducedSDEtilde", 0, phi=lambda u: drift.evaluate_float(np.clip(u, -1, 1)))
-    spread = value("eq:reducedSDEtilde", 1)(kappa=0.45)
+    spread = value("eq:reducedSDEtilde", 1)(kappa=0.35)
 
     def draw(axes: Any) -> None:
         noise, h = np.random.default_rng(5), 0.002
-        u = np.zeros(20001)
-        push = np.sqrt(2 * spread * h) * noise.standard_normal(len(u))
-        for k in range(len(u) - 1):
-            u[k + 1] = u[k] + h * float(inside(u=u[k])) + push[k]
+        u, size = [0.0], np.sqrt(2 * spread * h)
+        while u[-1] < 3:
+            u.append(u[-1] + h * float(inside(u=u[-1])) + size * noise.standard_normal())
         axes.plot(h * np.arange(len(u)), u, "k-", lw=0.7)
         for end in (-1, 1):
             axes.axhline(end, ls="--", color="0.5")
-        axes.set(xlabel="t, scaled", ylabel="u", ylim=(-1.3, 3),
-                 title=f"{_OSCILLATOR}, z₀ = -0.4, κ = 0.45")  # fmt: skip
+        axes.set(xlabel="t, scaled", ylabel="u", ylim=(-1.3, 3))
+        axes.set_title(f"{_OSCILLATOR}, z₀ = -0.4, κ = 0.35")
 
     what = "a path of the scaled equation, which stays at its well in the layer before it leaves"
     return Picture("eq:reducedSDEtilde", what, draw)
@@ -320,17 +324,15 @@ def _stick_slip() -> Picture:
 
     def draw(axes: Any) -> None:
         for kappa, style in ((0.0, "k--"), (0.02, "-")):
-            noise, h = np.random.default_rng(3), 1e-3
-            w = np.array([0.4, 1.2])
-            found = [w]
+            noise, h = np.random.default_rng(3), 5e-4
             size = np.array([float(one(kappa_phys=kappa)) for one in noises])
-            push = np.sqrt(h) * noise.standard_normal(9000)
-            for k in range(9000):
-                field = np.array([rise(y=w[1]), float(slope(y=w[1], z=w[0]))])
-                w = w + h * field + size * push[k]
-                found.append(w)
-            z, y = np.array(found).T
-            axes.plot(z, y, style, lw=1.2, label=f"κ = {kappa}")
+            push = np.sqrt(h) * size * noise.standard_normal((10000, 1))
+            found = [np.array([0.9, 0.5])]
+            for dw in push:
+                z, y = found[-1]
+                field = np.array([rise(y=y), float(slope(y=y, z=z))])
+                found.append(found[-1] + h * field + dw)
+            axes.plot(*np.array(found).T, style, lw=1.2, label=f"κ = {kappa}")
         axes.axhspan(-eps, eps, color="0.8")
         axes.legend()
         axes.set(xlabel="z", ylabel="y", title=f"{_OSCILLATOR}, ε = 1/100; the layer in grey")

@@ -68,7 +68,7 @@ def _fokker_planck() -> list[Plot]:
              along(value("first-integral"), "u", C=C), "u", False, False),
         Plot("density-R", "R", f"{title}; exact: by collocation", u,
              lambda u: np.log(_source(_LINE)[0](u)), lambda u: _density(u, C), "u", log_x=False),
-        Plot("eq:FPE", "steady state over its largest", f"{title}, between walls; by collocation",
+        Plot("eq:FPE", "steady state", f"{title}, between walls; by collocation",
              u, lambda u: -2 * (_line_potential(u) - _line_potential(0.5)) / _NOISE**2, steady,
              "u", log_x=False),
     ]  # fmt: skip
@@ -313,7 +313,7 @@ def _saddle() -> list[Plot]:
         return np.log([pieces.single(V, -x, -6, 6) / np.sqrt(2 * np.pi / x) for x in lam])
 
     return [
-        Plot("saddle-series", "∫ e^(-λV) over its leading term", "V = u²/2 + u⁴/8",
+        Plot("saddle-series", "∫ e^(-λV), scaled", "V = u²/2 + u⁴/8; over the leading term",
              np.logspace(0.7, 3, 40), ratio, series, "λ"),
         Plot("laplace-substitution", "V at u₁ + κ", "friction, μ = 3, α = 1, z₀ = -0.4: the well",
              np.logspace(-3, -0.4, 40), lambda k: _friction_potential(well + k),
