@@ -370,10 +370,11 @@ def test_the_explorer_answers_to_every_slider_by_key(site: Path, browser) -> Non
         changed = [k for k in range(5) if now["plots"][k] != seen["plots"][k]]
         # V and phi hold neither noise nor radius.
         assert (0 in changed and 1 in changed) == (name in ("mu", "alpha", "z0"))
-        assert 3 in changed
+        assert 4 in changed
         assert now["values"]["T, scaled, by the paper’s formula"] == _paper_time(now["sliders"])
-        assert 'class="dashed"' in now["plots"][3]
-        assert 'class="curve"' in now["plots"][3]
+        for kind in ("curve", "dashed", "dotted"):
+            assert f'class="{kind}"' in now["plots"][4]
+        assert now["values"]["T, scaled, by the uniform formula"] not in ("–", "")
         seen = now
     slider = tab.get_by_role("slider", name="z0 spring")
     slider.fill("0.5")
@@ -401,7 +402,8 @@ _CONTRAST = """() => {
   const ratio = (a, b) => (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
   const style = (selector) => getComputedStyle(document.querySelector('#oscillator ' + selector));
   const ground = light(style('svg').backgroundColor);
-  const found = [ratio(light(style('.curve').stroke), ground)];
+  const stroke = (kind) => ratio(light(style(kind).stroke), ground);
+  const found = [Math.min(...['.curve', '.dashed', '.dotted'].map(stroke))];
   return [...found, ratio(light(style('svg text').fill), ground), ground];
 }"""
 
