@@ -27,7 +27,7 @@ def add_parser(commands: Any) -> None:
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--drift", choices=DRIFTS, help="put this drift into the formula")
     what.add_argument("--expr", metavar="A", help='or this A(u), e.g. "1/2 - u + u**3"')
-    parser.add_argument("--method", metavar="M", help="of eq:Ttilde: exact or laplace")
+    parser.add_argument("--method", metavar="M", help="of eq:Ttilde: exact, laplace or uniform")
     parser.add_argument("--order", type=int, metavar="N", help="of --method laplace, 0 to 20")
     parser.add_argument(
         "--set", action="append", default=[], metavar="NAME=X", help="fold a parameter in"

@@ -25,7 +25,7 @@ from derivations.symbols import MEANINGS, QUANTITIES, quantities, symbols
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "docs"))
-from website import api, calls, curves, expansions, graph, plots, stage  # noqa: E402
+from website import api, calls, definitions, expansions, formulas, graph, pages, plots, stage  # noqa: E402
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 # No connection is tried: neither the browser's own nor a page's.
@@ -60,6 +60,11 @@ def test_every_call_is_of_a_formula() -> None:
 EXACT = {
     "eq:Vfric", "friction-well", "turning-points", "beta", "folds", "eq:V", "constant-panel",
     "eq:C", "eq:P", "eq:P2", "eq:pss", "constant-drift", "eq:Ttilde",
+    "filippov", "eq:cont", "noise-amplitude", "eq:phi", "eq:tildexykappa", "eq:tilder",
+    "eq:eekappar", "eq:TtildetoT", "eq:phifric0", "eq:forcePerturbed", "eq:forcePWC", "cubic",
+    "fr1", "eq:osc2", "fr2", "eq:odeR", "first-integral", "density-R", "eq:FPE", "backward",
+    "positive-form", "positive-density", "panel-step", "eq:V2", "eq:fourPieces", "tails",
+    "gaussian-step",
 }  # fmt: skip
 BOUNDS = {"C-bound": 1, "L-bound": -1}
 
@@ -67,12 +72,34 @@ BOUNDS = {"C-bound": 1, "L-bound": -1}
 @pytest.fixture(scope="module")
 def coarse() -> dict[str, plots.Plot]:
     """The plots, with fewer points."""
-    return {plot.label: replace(plot, x=plot.x[::12]) for plot in curves.all_plots()}
+    compared = (p for p in pages.all_plots() if isinstance(p, plots.Plot))
+    return {plot.label: replace(plot, x=plot.x[:: len(plot.x) // 5]) for plot in compared}
+
+
+def test_every_formula_is_plotted_or_it_is_said_why_not() -> None:
+    drawn, nothing = pages.all_plots(), definitions.NOTHING
+    assert sorted([*(plot.label for plot in drawn), *nothing]) == sorted(entries())
+    assert len(nothing) < 4
+    for plot in drawn:
+        (line,) = [line for line in formulas.about(plot) if line.startswith("![")]
+        assert re.fullmatch(r"!\[[^\]]{15,}\]\([\w-]+\.svg\)", line)
+    for why in nothing.values():
+        assert "Nothing to plot: it " in formulas.nothing_of(why)[2]
+
+
+def test_a_picture_is_drawn_from_the_derivations() -> None:
+    drawn = {picture.label: plots.draw(picture) for picture in definitions.pictures()}
+    # Each region's name stands where the engines have it, and nowhere else.
+    text = drawn["regions"]
+    assert [text.count(f"<!-- {name} -->") for name in ("sliding", "crossing")] == [1, 2]
+    assert text.count("<!-- repelling sliding -->") == 1
+    assert len(drawn["eq:reducedSDEtilde"]) > 20_000
+    assert all(picture.count("<svg") == 1 for picture in drawn.values())
 
 
 def test_plotted_formulas_are_as_good_as_is_said(coarse: dict[str, plots.Plot]) -> None:
     assert set(coarse) <= set(entries())
-    assert len(coarse) > 20
+    assert len(coarse) > 60
     for label, plot in coarse.items():
         error = plot.error()
         assert np.all(np.isfinite(error)), label
@@ -343,10 +370,11 @@ def test_the_explorer_answers_to_every_slider_by_key(site: Path, browser) -> Non
         changed = [k for k in range(5) if now["plots"][k] != seen["plots"][k]]
         # V and phi hold neither noise nor radius.
         assert (0 in changed and 1 in changed) == (name in ("mu", "alpha", "z0"))
-        assert 3 in changed
+        assert 4 in changed
         assert now["values"]["T, scaled, by the paper’s formula"] == _paper_time(now["sliders"])
-        assert 'class="dashed"' in now["plots"][3]
-        assert 'class="curve"' in now["plots"][3]
+        for kind in ("curve", "dashed", "dotted"):
+            assert f'class="{kind}"' in now["plots"][4]
+        assert now["values"]["T, scaled, by the uniform formula"] not in ("–", "")
         seen = now
     slider = tab.get_by_role("slider", name="z0 spring")
     slider.fill("0.5")
@@ -374,7 +402,8 @@ _CONTRAST = """() => {
   const ratio = (a, b) => (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
   const style = (selector) => getComputedStyle(document.querySelector('#oscillator ' + selector));
   const ground = light(style('svg').backgroundColor);
-  const found = [ratio(light(style('.curve').stroke), ground)];
+  const stroke = (kind) => ratio(light(style(kind).stroke), ground);
+  const found = [Math.min(...['.curve', '.dashed', '.dotted'].map(stroke))];
   return [...found, ratio(light(style('svg text').fill), ground), ground];
 }"""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from typing import Any
 
@@ -19,6 +19,7 @@ from symasym.emit import emit
 from symasym.errors import InputError
 from symasym.formula import Formula, formula
 from website import calls, graph
+from website.plots import Picture, Plot
 
 Records = dict[str, dict[str, Any]]
 #: What code is emitted for, and how it is coloured.
@@ -32,10 +33,16 @@ TARGETS = {
 }
 
 
-def pages(records: Records, plots: Iterable[str]) -> dict[str, str]:
-    """File name -> Markdown: a page for each record and the indexes."""
-    drawn = set(plots)
-    made = {f"formulas/{slug(label)}.md": page(label, records, label in drawn) for label in records}
+def pages(
+    records: Records, plots: Iterable[Plot | Picture], nothing: Mapping[str, str]
+) -> dict[str, str]:
+    """File name -> Markdown: a page for each record and the indexes.
+
+    `nothing` says of labels without a plot why they have none.
+    """
+    drawn = {plot.label: about(plot) for plot in plots}
+    drawn |= {label: nothing_of(why) for label, why in nothing.items()}
+    made = {f"formulas/{slug(label)}.md": page(label, records, drawn[label]) for label in records}
     return {
         **made,
         "formulas/index.md": index(records),
@@ -44,8 +51,8 @@ def pages(records: Records, plots: Iterable[str]) -> dict[str, str]:
     }
 
 
-def page(label: str, records: Records, plot: bool = False) -> str:
-    """The page of one formula."""
+def page(label: str, records: Records, plot: Iterable[str] = ()) -> str:
+    """The page of one formula; `plot` are the lines about its plot."""
     record = records[label]
     parts = [
         [f"# {label}", "", f"{report.plain(record['title'])}. {_section(label)}.", ""],
@@ -54,7 +61,7 @@ def page(label: str, records: Records, plot: bool = False) -> str:
         ["## Symbols", "", *_symbols(label)],
         ["## Assumptions", "", *report.ledger(record)] if record["hypotheses"] else [],
         ["## Evaluate it", "", *_evaluation(label)],
-        ["## Against the exact value", "", *_plot(label)] if plot else [],
+        list(plot),
         ["## What it rests on, and what rests on it", "", *_neighbours(label, records)],
         ["## Derivation", "", *report.steps(record, 3)],
     ]
@@ -139,13 +146,21 @@ def _emitted(found: Formula) -> list[str]:
     return lines or [f"No code is emitted: {report.plain(refused)}", ""]
 
 
-def _plot(label: str) -> list[str]:
-    name = slug(label)
-    return [
-        f"![the formula {label} and the exact value, and below them the error of the formula]"
-        f"({name}.svg)",
-        "",
-    ]
+def nothing_of(why: str) -> list[str]:
+    """What a page says that has no plot."""
+    return ["## Plot", "", f"Nothing to plot: {report.plain(why)}.", ""]
+
+
+def about(plot: Plot | Picture) -> list[str]:
+    """A page's lines with its plot."""
+    if isinstance(plot, Picture):
+        title, seen = "What it defines", plot.what
+    else:
+        title = "Against the exact value"
+        seen = (
+            f"the formula {plot.label} and the exact value, and below them the error of the formula"
+        )
+    return [f"## {title}", "", f"![{seen}]({slug(plot.label)}.svg)", ""]
 
 
 def _neighbours(label: str, records: Records) -> list[str]:

@@ -5,15 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 
 from symasym.derive_command import derive
-from website import api, curves, explorer, formulas, plots
+from website import api, curves, definitions, explorer, formulas, identities, plots
+
+
+def all_plots() -> tuple[plots.Plot | plots.Picture, ...]:
+    """Of every label that has something to plot."""
+    compared = (*curves.all_plots(), *identities.all_plots(), *definitions.all_plots())
+    return (*compared, *definitions.pictures())
 
 
 def all_pages(derivations: Path) -> dict[str, str]:
     """File name -> text; checks the derivations whose records are not in `derivations`."""
     records = derive(None, derivations)
-    drawn = curves.all_plots()
+    drawn = all_plots()
     return {
-        **formulas.pages(records, [plot.label for plot in drawn]),
+        **formulas.pages(records, drawn, definitions.NOTHING),
         **plots.files(drawn),
         **api.pages(),
         **explorer.pages(),

@@ -50,25 +50,38 @@ def rectangle(V: Potential, lam: float, u: tuple[float, ...], v: tuple[float, ..
     return lam * below * sum(single(V, lam, *ends) for ends in zip(v, v[1:], strict=False))
 
 
-def without_exit(V: Potential, lam: float, r: float) -> float:
-    """The mean escape time from 0 without the terms of C (eq:TtildeCzero): its four pieces."""
-    first = rectangle(V, lam, (-r, -1), (0, 1))
-    second = well_piece(V, lam)
-    third = rectangle(V, lam, (-r, -1, 0, 1), (1, r))
-    return first + second + third + triangle(V, lam, 1, r)
+def without_exit(V: Potential, lam: float, r: float, edge: float = 1.0) -> float:
+    """The mean escape time from 0 without the terms of C (eq:TtildeCzero): its four pieces.
+
+    The layer ends at `edge` and -`edge`.
+    """
+    first = rectangle(V, lam, (-r, -edge), (0, edge))
+    second = well_piece(V, lam, edge)
+    third = rectangle(V, lam, (-r, -edge, 0, edge), (edge, r))
+    return first + second + third + triangle(V, lam, edge, r)
 
 
-def well_piece(V: Potential, lam: float) -> float:
+def well_piece(V: Potential, lam: float, edge: float = 1.0) -> float:
     """The second piece: -1 < u < v, 0 < v < 1."""
-    return rectangle(V, lam, (-1, 0), (0, 1)) + triangle(V, lam, 0, 1)
+    return rectangle(V, lam, (-edge, 0), (0, edge)) + triangle(V, lam, 0, edge)
 
 
-def as_printed(V: Potential, lam: float, r: float) -> float:
-    """The mean escape time from 0 with the factor H(v) - C (eq:Ttilde), which changes its sign."""
-    left, right = (
-        sum(single(V, lam, *ends) for ends in part)
-        for part in (((-r, -1), (-1, 0)), ((0, 1), (1, r)))
+def left_half(V: Potential, lam: float, r: float, edge: float = 1.0) -> float:
+    """lam times the integral of e^(lam (V(v) - V(u))) over -r < u < v < 0."""
+    below = triangle(V, lam, -r, -edge) + rectangle(V, lam, (-r, -edge), (-edge, 0))
+    return below + triangle(V, lam, -edge, 0)
+
+
+def halves(V: Potential, lam: float, r: float, edge: float = 1.0) -> tuple[float, float]:
+    """The integrals of e^(lam V) from -r to 0 and from 0 to r."""
+    return (
+        single(V, lam, -r, -edge) + single(V, lam, -edge, 0),
+        single(V, lam, 0, edge) + single(V, lam, edge, r),
     )
+
+
+def as_printed(V: Potential, lam: float, r: float, edge: float = 1.0) -> float:
+    """The mean escape time from 0 with the factor H(v) - C (eq:Ttilde), which changes its sign."""
+    left, right = halves(V, lam, r, edge)
     C = right / (left + right)
-    below = triangle(V, lam, -r, -1) + rectangle(V, lam, (-r, -1), (-1, 0))
-    return (1 - C) * without_exit(V, lam, r) - C * (below + triangle(V, lam, -1, 0))
+    return (1 - C) * without_exit(V, lam, r, edge) - C * left_half(V, lam, r, edge)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any
@@ -35,34 +35,57 @@ class Plot:
     logs: bool = True
     log_x: bool = True
 
+    def values(self) -> tuple[Any, Any, Any]:
+        """Over x: what is exact, the formula, and its error."""
+        exact, formula = self.exact(self.x), self.formula(self.x)
+        return exact, formula, self._error(exact, formula)
+
     def error(self) -> Any:
         """The formula's error over x."""
-        exact, formula = self.exact(self.x), self.formula(self.x)
+        return self.values()[2]
+
+    def _error(self, exact: Any, formula: Any) -> Any:
         if self.logs:
             return np.abs(np.expm1(formula - exact))
         return np.abs(formula - exact) / np.max(np.abs(exact))
 
 
-def files(plots: tuple[Plot, ...]) -> dict[str, str]:
+@dataclass(frozen=True)
+class Picture:
+    """What a label defines, where there is no number to compare it with.
+
+    `what` says in words what is seen, and `paint` draws it on axes.
+    """
+
+    label: str
+    what: str
+    paint: Callable[[Any], None]
+
+
+def files(plots: Iterable[Plot | Picture]) -> dict[str, str]:
     """File name -> SVG."""
     return {f"formulas/{slug(plot.label)}.svg": draw(plot) for plot in plots}
 
 
-def draw(plot: Plot) -> str:
-    """Formula and exact value above, the formula's error below."""
+def draw(plot: Plot | Picture) -> str:
+    """Formula and exact value above, the formula's error below; or the picture."""
     from matplotlib import style
     from matplotlib.figure import Figure
 
-    unit = np.log(10) if plot.logs else 1.0
     with style.context(str(resources.files("symasym").joinpath("symasym.mplstyle"))):
+        if isinstance(plot, Picture):
+            figure = Figure(figsize=(6.4, 4.2))
+            plot.paint(figure.subplots())
+            return encode(figure, "svg").decode()
+        unit = np.log(10) if plot.logs else 1.0
         figure = Figure(figsize=(6.4, 5.2))
         above, below = figure.subplots(2, 1, sharex=True)
-        above.plot(plot.x, plot.exact(plot.x) / unit, label="exact")
-        above.plot(plot.x, plot.formula(plot.x) / unit, "--", label=plot.label)
+        values, formula, error = plot.values()
+        above.plot(plot.x, values / unit, label="exact")
+        above.plot(plot.x, formula / unit, "--", label=plot.label)
         name = f"log₁₀ {plot.quantity}" if plot.logs else plot.quantity
         above.set(ylabel=name, title=plot.title, xscale="log" if plot.log_x else "linear")
         above.legend()
-        error = plot.error()
         exact = np.max(error) < _ROUNDING
         below.semilogy(plot.x, np.where(error > 0, error, np.nan), "k." if exact else "k-")
         over = "relative error" if plot.logs else "error, over the largest value"

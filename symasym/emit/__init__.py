@@ -44,11 +44,12 @@ def emit(
         For the formulas that hold a general drift: phi (``"eq:phi"``), V (``"eq:V"``), the escape
         time (``"eq:Ttilde"``), also in weak noise (``"eq:Ttildesmall"``), the stationary density
         (``"eq:pss"``) and others. Its free parameters become arguments.
-    method : {"exact", "laplace"}, optional
-        Of ``"eq:Ttilde"`` with a drift: T itself in double precision, or its expansion in weak
-        noise, for a bound drift; as in `symasym.escape_time`.
+    method : {"exact", "laplace", "uniform"}, optional
+        Of ``"eq:Ttilde"`` with a drift: T itself in double precision; its expansion in weak noise,
+        for a bound drift; or the formula that holds through folds, for a polynomial one. As in
+        `symasym.escape_time`.
     order : int, optional
-        Of the expansion, 0 to 20; 2 where it is left out.
+        Of the expansion, 0 to 20; 2 where it is left out. The uniform formula has order 0.
     name : str
         What to call the function of an expression.
 

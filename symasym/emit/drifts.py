@@ -15,6 +15,7 @@ from symasym.emit.folding import fold
 from symasym.emit.forms import called, log_form, logaddexp
 from symasym.emit.program import Case, Function, Program, Quadrature, require_closed
 from symasym.emit.stokes import stokes
+from symasym.emit.uniform_time import uniform_time
 from symasym.errors import InputError
 from symasym.formula import Formula, formula
 from symasym.inputs import is_array
@@ -47,7 +48,10 @@ def program(
     if arrays:
         raise InputError(f"{arrays[0]} is an array; leave it free, it becomes an argument.")
     rest = {name: value for name, value in numbers.items() if name not in own}
-    if _expanded(what, method, order):
+    way = _way(what, method, order)
+    if way == "uniform":
+        found = uniform_time(what, drift)
+    elif way == "laplace":
         from symasym.emit import expansion
 
         r = rest.pop("r", None)
@@ -73,17 +77,23 @@ def _taken(name: str) -> InputError:
     )
 
 
-def _expanded(what: Formula, method: str | None, order: Any) -> bool:
-    """Whether the expansion in weak noise is asked for."""
+def _way(what: Formula, method: str | None, order: Any) -> str:
+    """Which of the formulas of the escape time is asked for."""
     if method is None and order is None:
-        return False
+        return "exact"
     if what.label != "eq:Ttilde":
         raise InputError(f"{what.label} has no method or order; eq:Ttilde has.")
-    if method not in (None, "exact", "laplace"):
-        raise InputError(f"method is {method!r}; emitted are 'exact' and 'laplace'.")
-    if method != "laplace" and order is not None:
+    if method not in (None, "exact", "laplace", "uniform"):
+        raise InputError(f"method is {method!r}; emitted are 'exact', 'laplace' and 'uniform'.")
+    if method == "uniform":
+        if order not in (None, 0) or isinstance(order, bool):
+            raise InputError(
+                f"order is {order!r}; with method='uniform' order 0 is emitted, call "
+                "sa.escape_time for more."
+            )
+    elif method != "laplace" and order is not None:
         raise InputError("order is for method='laplace'; the exact time has none.")
-    return method == "laplace"
+    return method or "exact"
 
 
 def _bound(drift: Drift) -> dict[str, Any]:

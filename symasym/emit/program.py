@@ -33,8 +33,8 @@ _TAKEN = frozenset(
 _LOCAL = frozenset(
     re.findall(
         r"\w+",
-        """c count drift ends marks p points zeros zeros_ between_ log_time_ logIntegral logTime
-        INFINITY""",
+        """c count drift ends found marks p points zeros zeros_ between_ log_time_ logIntegral
+        logTime logUniform log_uniform_ INFINITY""",
     )
 )
 
@@ -113,6 +113,8 @@ class Passage:
         What rounding makes of the drift, absolute.
     points, coefficients : tuple of expressions
         The drift's zeros in the layer; or its coefficients, of which the file finds them.
+    uniform : bool
+        Whether it is the uniform formula of order 0; `coefficients` and `ends` are enough for it.
     """
 
     drift: Any
@@ -120,13 +122,15 @@ class Passage:
     rough: Any
     points: tuple[Any, ...] = ()
     coefficients: tuple[Any, ...] = ()
+    uniform: bool = False
 
     def changed(self, change: Callable[[Any], Any]) -> Passage:
         """With `change` made to each expression."""
         ends, points, coefficients = (
             tuple(change(e) for e in part) for part in (self.ends, self.points, self.coefficients)
         )
-        return Passage(change(self.drift), ends, change(self.rough), points, coefficients)
+        drift, rough = change(self.drift), change(self.rough)
+        return Passage(drift, ends, rough, points, coefficients, self.uniform)
 
     @property
     def expressions(self) -> tuple[Any, ...]:

@@ -7,13 +7,13 @@ import shutil
 
 import sympy
 
-from symasym.emit import airy
+from symasym.emit import airy, uniform_time
 from symasym.emit.passage_c import in_c
 from symasym.emit.program import Body, Passage, Program, Quadrature, Ready, header, in_doubles
-from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
+from symasym.emit.writing import Written, comment, heading, helpers, signature_doc, text, wrapped
 from symasym.errors import InputError
 
-HELPERS = {
+HELPERS: dict[str, Written] = {
     "log_integral_": '''/* Gauss-Legendre, 16 points: those on the right, and their weights. */
 static const double x_[8] = {
     0.09501250983763744, 0.2816035507792589, 0.45801677765722737, 0.6178762444026438,
@@ -126,7 +126,7 @@ static int zeros_(const double *c, int n, double *found)
 }
 ''',
     "log_time_": in_c(),
-    "log_modulus_": airy.in_c(),
+    "log_modulus_": airy.in_c,
     "logaddexp_": '''static double logaddexp_(double x, double y)
 {
     const double high = x > y ? x : y;
@@ -169,7 +169,7 @@ def render(program: Program, functions: list[Ready], name: str) -> tuple[str, st
     declared = "\n\n".join(_declared(f) for f in functions)
     head = f"{top}#ifndef {guard}\n#define {guard}\n\n{declared}\n\n#endif\n"
     code = "\n\n".join(_function(f) for f in functions)
-    used = "\n".join([*helpers(code, HELPERS), ""])
+    used = "\n".join([*helpers(code, {**HELPERS, **uniform_time.helper("c", functions)}), ""])
     return f'{top}#include "{name}.h"\n\n#include <math.h>\n\n{used}{code}\n', head
 
 
@@ -262,6 +262,22 @@ def _passage(function: Ready) -> str:
     return "\n".join([*lines, "}"])
 
 
+def _uniform(function: Ready, q: Passage) -> str:
+    """The uniform time: the drift's coefficients, its value or NAN."""
+    count = len(q.coefficients)
+    listed = ", ".join(text(c, "c") for c in q.coefficients)
+    ends = ", ".join(text(e, "c") for e in q.ends)
+    lines = [
+        *_signature(function),
+        "{",
+        *wrapped(f"const double c[{count}] = ", listed, "    ", end=";", brackets="{}"),
+        *wrapped(
+            "return log_uniform_", f"c, {count}, {ends}, kappa, r", "    ", end=";", brackets="()"
+        ),
+    ]
+    return "\n".join([*lines, "}"])
+
+
 def _marks(q: Quadrature | Passage) -> list[str]:
     """Where the drift is zero in the layer: `marks`, and how many."""
     known = q.coefficients or q.points
@@ -284,6 +300,8 @@ def _function(function: Ready) -> str:
     if function.quadrature:
         return _integral(function)
     if function.passage:
+        if function.passage.uniform:
+            return _uniform(function, function.passage)
         return _passage(function)
     lines = [*_signature(function), "{"]
     if function.exp_of:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from symasym.emit import airy
+from symasym.emit import airy, uniform_time
 from symasym.emit.passage_javascript import in_javascript
-from symasym.emit.program import Body, Program, Ready, header, in_doubles
-from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
+from symasym.emit.program import Body, Passage, Program, Ready, header, in_doubles
+from symasym.emit.writing import Written, comment, heading, helpers, signature_doc, text, wrapped
 
-HELPERS = {
+HELPERS: dict[str, Written] = {
     "logIntegral": '''// Gauss-Legendre, 16 points: those on the right, and their weights.
 const X = [
   0.09501250983763744, 0.2816035507792589, 0.45801677765722737, 0.6178762444026438,
@@ -73,7 +73,7 @@ function zeros(c) {
 }
 ''',
     "logTime": in_javascript(),
-    "logModulus": airy.in_javascript(),
+    "logModulus": airy.in_javascript,
     "logaddexp": '''function logaddexp(x, y) {
   const high = Math.max(x, y);
   return Math.abs(high) === Infinity ? high : high + Math.log1p(Math.exp(-Math.abs(x - y)));
@@ -104,7 +104,9 @@ function zeros(c) {
 def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n".join(_function(f) for f in functions)
-    used = "\n".join([*helpers(code, HELPERS), ""])
+    used = "\n".join(
+        [*helpers(code, {**HELPERS, **uniform_time.helper("javascript", functions)}), ""]
+    )
     return "\n".join(
         [*comment(header(program, in_doubles(functions)), "//"), "", f"{used}{code}", ""]
     )
@@ -154,6 +156,8 @@ def _passage(function: Ready) -> list[str]:
     """The body of an escape time: its drift, where that is zero, its value."""
     q = function.passage
     assert q is not None
+    if q.uniform:
+        return _uniform(function, q)
     zeros = f"[{', '.join(text(p, 'javascript') for p in q.points)}]"
     if q.coefficients:
         zeros = f"zeros([{', '.join(text(c, 'javascript') for c in q.coefficients)}])"
@@ -164,6 +168,19 @@ def _passage(function: Ready) -> list[str]:
     value = f"drift, [{ends}], {text(q.rough, 'javascript')}, {zeros}, kappa, r"
     call = wrapped("return logTime", value, "  ", end=";", brackets="()", deeper="  ")
     return [*lines, *call]
+
+
+def _uniform(function: Ready, q: Passage) -> list[str]:
+    """The body of the uniform time: the drift's coefficients, its value if there is one."""
+    listed = ", ".join(text(c, "javascript") for c in q.coefficients)
+    ends = ", ".join(text(e, "javascript") for e in q.ends)
+    value = f"c, {len(q.coefficients)}, {ends}, kappa, r"
+    return [
+        *wrapped("const c = ", listed, "  ", end=";", brackets="[]", deeper="  "),
+        *wrapped("const found = logUniform", value, "  ", end=";", brackets="()", deeper="  "),
+        f'  if (Number.isNaN(found)) throw new RangeError("{function.outside}");',
+        "  return found;",
+    ]
 
 
 def _block(body: Body) -> list[str]:

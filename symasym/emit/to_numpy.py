@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from symasym.emit import airy
+from symasym.emit import airy, uniform_time
 from symasym.emit.passage import in_numpy
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.to_python import ZEROS, block, integral, log_integral, passage
-from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
+from symasym.emit.writing import Written, comment, heading, helpers, signature_doc, text, wrapped
 
-HELPERS = {
+HELPERS: dict[str, Written] = {
     "_log_integral": log_integral(
         "np",
         "np.array([",
@@ -18,7 +18,7 @@ HELPERS = {
     ),
     "_zeros": ZEROS,
     "_log_time": in_numpy(),
-    "_log_modulus": airy.in_numpy(),
+    "_log_modulus": airy.in_numpy,
     "_each": '''def _each(function, *arguments):
     """A function of numbers, called once for each set of them that is there."""
     arrays = np.broadcast_arrays(*_floats(*arguments))
@@ -72,12 +72,15 @@ HELPERS = {
 def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n\n".join(_function(f) for f in functions)
-    used = helpers(code, HELPERS)
+    used = helpers(code, {**HELPERS, **uniform_time.helper("numpy", functions)})
     top = comment(
         header(program, in_doubles(functions), "Arguments are numbers or arrays that broadcast."),
         "#",
     )
-    return "\n".join([*top, "", "import numpy as np", "", "", "\n\n".join([*used, ""]) + code, ""])
+    # One scene at a time is computed with numbers.
+    first = ["import math", ""] if "math.nan" in code else []
+    start = [*top, "", *first, "import numpy as np", "", ""]
+    return "\n".join([*start, "\n\n".join([*used, ""]) + code, ""])
 
 
 def _function(function: Ready) -> str:

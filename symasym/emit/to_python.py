@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from symasym.emit import airy
+from symasym.emit import airy, uniform_time
 from symasym.emit.passage import in_python
-from symasym.emit.program import Body, Program, Ready, header, in_doubles
-from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
+from symasym.emit.program import Body, Passage, Program, Ready, header, in_doubles
+from symasym.emit.writing import Written, comment, heading, helpers, signature_doc, text, wrapped
 
 ZEROS = '''def _zeros(c):
     """Zeros in (-1, 1) of c[0] + c[1] u + ... where its sign changes, from its slope's."""
@@ -75,7 +75,7 @@ def log_integral(module: str, opening: str, closing: str, panel: str) -> str:
     return found.replace("PANEL", panel).replace("MODULE", module)
 
 
-HELPERS = {
+HELPERS: dict[str, Written] = {
     "_log_integral": log_integral(
         "math",
         "(",
@@ -87,7 +87,7 @@ HELPERS = {
     ),
     "_zeros": ZEROS,
     "_log_time": in_python(),
-    "_log_modulus": airy.in_python(),
+    "_log_modulus": airy.in_python,
     "_exp": '''def _exp(x):
     # math.exp raises where this is infinite.
     return math.exp(x) if x < 709.78 else math.exp(x - 9) * math.exp(9) if x < 718 else math.inf
@@ -128,7 +128,7 @@ HELPERS = {
 def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n\n".join(_function(f) for f in functions)
-    used = helpers(code, HELPERS)
+    used = helpers(code, {**HELPERS, **uniform_time.helper("python", functions)})
     top = comment(header(program, in_doubles(functions)), "#")
     return "\n".join([*top, "", "import math", "", "", "\n\n".join([*used, ""]) + code, ""])
 
@@ -186,10 +186,29 @@ def passage(function: Ready, target: str) -> list[str]:
         zeros = f"_zeros([{', '.join(text(c, target) for c in q.coefficients)}])"
     names = ", ".join(function.arguments)
     lines = wrapped(f"{names} = map(float, ", names, "    ", end=")", brackets="()")
+    if q.uniform:
+        return [*lines, *_uniform(function, q, target)]
     lines += ["", "    def drift(u):", *wrapped("return ", text(q.drift, target), " " * 8), ""]
     ends = ", ".join(text(e, target) for e in q.ends)
     value = f"drift, ({ends}), {text(q.rough, target)}, {zeros}, kappa, r"
     return [*lines, *wrapped("return _log_time", value, "    ", brackets="()")]
+
+
+def _uniform(function: Ready, q: Passage, target: str) -> list[str]:
+    """The body of the uniform time: the drift's coefficients, its value if there is one."""
+    listed = ", ".join(text(c, target) for c in q.coefficients)
+    ends = ", ".join(text(e, target) for e in q.ends)
+    value = f"c, {len(q.coefficients)}, {ends}, kappa, r"
+    return [
+        *wrapped("c = ", listed, "    ", brackets="[]"),
+        "    try:",
+        *wrapped("found = _log_uniform", value, " " * 8, brackets="()"),
+        "    except (ArithmeticError, ValueError):",
+        "        found = math.nan",
+        "    if math.isnan(found):",
+        f'        raise ValueError("{function.outside}")',
+        "    return found",
+    ]
 
 
 def block(body: Body, target: str, indent: str = "    ") -> list[str]:

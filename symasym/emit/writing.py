@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from symasym.derivation.code import NotEmittable, Printer
@@ -12,6 +12,8 @@ from symasym.emit.program import Ready
 from symasym.errors import InputError
 
 _WIDTH = 96
+#: A helper, or what writes it where that takes long.
+Written = str | Callable[[], str]
 
 
 class CodePrinter(Printer):
@@ -98,15 +100,16 @@ def comment(lines: list[str], mark: str) -> list[str]:
     return found
 
 
-def helpers(code: str, known: Mapping[str, str]) -> list[str]:
+def helpers(code: str, known: Mapping[str, Written]) -> list[str]:
     """Those of the `known` helpers that the code calls, and that these call."""
     found: list[str] = []
     seen: set[str] = set()
 
     def look(where: str) -> None:
-        for name, source in known.items():
+        for name, written in known.items():
             if name not in seen and re.search(rf"(?<!\w)(?<!\w\.){re.escape(name)}\b", where):
                 seen.add(name)
+                source = written if isinstance(written, str) else written()
                 look(source)
                 found.append(source)
 

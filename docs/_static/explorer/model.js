@@ -62,6 +62,17 @@ function logExact(s, z0) {
   }
 }
 
+/** The natural logarithm of T by the uniform formula of order 0; null where it has no value. */
+function logUniform(s, z0) {
+  if (region(s.alpha, z0).name === "tangency") return null;
+  try {
+    return emitted["eq:Ttilde uniform"].log_uniform_time(s.kappa, s.r, s.mu, s.alpha, z0);
+  } catch (error) {
+    if (!(error instanceof RangeError)) throw error;
+    return null;
+  }
+}
+
 /** The step multiplier of the well's term in the paper's T; null where no well can be born. */
 function multiplier(s, z0) {
   const where = side(s, z0);
@@ -105,6 +116,7 @@ function numbers(sliders) {
     smooth: smoothMultiplier(s, s.z0),
     logTime: logTime(s, s.z0),
     logExact: logExact(s, s.z0),
+    logUniform: logUniform(s, s.z0),
     occupation: slides ? emitted["eq:P"].occupation(s.kappa, s.mu, s.alpha, s.z0) : null,
     logOutside: slides ? emitted["eq:P"].log_complement(s.kappa, s.mu, s.alpha, s.z0) : null,
   };
@@ -157,13 +169,29 @@ function springs(s) {
   return found;
 }
 
-/** log10 T by the paper's formula, and both multipliers, against z0. */
+/** log10 T by the uniform formula, against z0: it goes on through the folds, to the tangencies. */
+function uniformAgainstSpring(s, found) {
+  const ends = folds(s.mu, s.alpha) ?? [];
+  const all = [...found.flat(), ...ends].sort((a, b) => a - b);
+  const curves = [[], []];
+  for (const [k, z] of all.entries()) {
+    // Every other place of the paper's formula will do, and each fold: nothing jumps here.
+    if (k % 2 && !ends.includes(z)) continue;
+    if (region(s.alpha, z).name !== "crossing") continue;
+    const log = logUniform(s, z);
+    if (log !== null) curves[z < 1 ? 0 : 1].push([z, log / Math.LN10]);
+  }
+  return curves.filter((curve) => curve.length > 1);
+}
+
+/** log10 T by the paper's formula and the uniform one, and both multipliers, against z0. */
 function againstSpring(sliders) {
   const s = scaled(sliders);
   const found = springs(s);
   const born = folds(s.mu, s.alpha) ? found : [];
   return {
     time: found.map((curve) => curve.map((z) => [z, logTime(s, z) / Math.LN10])),
+    uniform: uniformAgainstSpring(s, found),
     step: born.map((curve) => curve.map((z) => [z, multiplier(s, z)])),
     smooth: born.map((curve) => curve.map((z) => [z, smoothMultiplier(s, z)])),
   };

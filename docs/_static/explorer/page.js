@@ -76,13 +76,14 @@ function rows(n) {
     "T, scaled": fromLog(n.logExact),
     "T, physical: ε times that": fromLog(physical),
     "T, scaled, by the paper’s formula": fromLog(n.logTime),
+    "T, scaled, by the uniform formula": fromLog(n.logUniform),
     "P, share of time in the layer": n.occupation?.toPrecision(4) ?? NONE,
     "1 − P": fromLog(n.logOutside),
   };
 }
 
-/** log10 T against z0: the paper's formula, and of the exact curve what there is by now. */
-function timePlot(sliders, n, paper, exact) {
+/** log10 T against z0: the formulas, and of the exact curve what there is by now. */
+function timePlot(sliders, n, { time: paper, uniform }, exact) {
   const shown = exact.filter((curve) => curve.length > 1);
   const now = n.logExact === null || !paper.length ? [] : [[sliders.z0, n.logExact / Math.LN10, "dot"]];
   const crosses = n.region === "crossing";
@@ -90,7 +91,8 @@ function timePlot(sliders, n, paper, exact) {
     ...spring(sliders, n),
     curves: shown,
     dashed: paper,
-    y: heights([...paper, ...shown]),
+    dotted: uniform,
+    y: heights([...paper, ...uniform, ...shown]),
     points: crosses ? now : [],
   };
 }
@@ -100,7 +102,8 @@ function spring(sliders, n) {
 }
 
 /** The plots of one position of the sliders: name -> what `drawn` takes, or why there is none. */
-function plots(sliders, n, { time, step, smooth }) {
+function plots(sliders, n, against) {
+  const { step, smooth } = against;
   const { phi, V } = landscape(sliders);
   const u = { x: [-REACH, REACH], xlabel: "u", layer: LAYER };
   const p = density(sliders);
@@ -111,7 +114,7 @@ function plots(sliders, n, { time, step, smooth }) {
     V: { ...u, curves: [V], y: heights([V]), points: within },
     phi: { ...u, curves: [phi], y: heights([phi], [0]), zero: true, points: zeros },
     density: p ? { ...u, curves: [p], y: heights([p], [0]) } : "none: it does not slide here",
-    time: timePlot(sliders, n, time, []),
+    time: timePlot(sliders, n, against, []),
     step: step.length
       ? { ...spring(sliders, n), curves: smooth, dashed: step, y: [-0.1, 1.1], points: share }
       : "none: for μ ≤ 1/2 no well is born",
@@ -147,7 +150,7 @@ function update() {
     const caption = figure.querySelector("figcaption").textContent;
     show(figure, made[figure.dataset.plot], caption);
   }
-  exactly(sliders, n, against.time);
+  exactly(sliders, n, against);
 }
 
 /** How many exact curves were begun; one that is not the last is given up. */
@@ -155,14 +158,14 @@ let begun = 0;
 /** The last exact curve and what it is for: z0 only says where on it one is. */
 let known = { of: "", curves: [] };
 /** The exact curve, point by point between frames: some ten times the work of all the rest. */
-function exactly(sliders, n, paper) {
+function exactly(sliders, n, against) {
   const mine = ++begun;
   const figure = explorer.querySelector('figure[data-plot="time"]');
   const caption = figure.querySelector("figcaption").textContent;
   const { z0, ...others } = sliders;
   const of = JSON.stringify(others);
   if (known.of === of) {
-    show(figure, timePlot(sliders, n, paper, known.curves), caption);
+    show(figure, timePlot(sliders, n, against, known.curves), caption);
     figure.removeAttribute("aria-busy");
     return;
   }
@@ -178,7 +181,7 @@ function exactly(sliders, n, paper) {
       return;
     }
     known = { of, curves: step.value };
-    show(figure, timePlot(sliders, n, paper, step.value), caption);
+    show(figure, timePlot(sliders, n, against, step.value), caption);
     figure.removeAttribute("aria-busy");
   };
   setTimeout(more);

@@ -1,0 +1,99 @@
+"""The uniform formula of the escape time to order 0, as a program for polynomial drifts.
+
+The functions are those of `symasym.emit.uniform_kernel`, for one scene at a time, in doubles.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import sympy
+
+from symasym.drift import Drift
+from symasym.emit import airy_kernel, tables, uniform_kernel, uniform_pairs, uniform_zeros
+from symasym.emit.kernel import Kernel, kernel_of, reached
+from symasym.emit.program import Function, Passage, Program, Ready
+from symasym.emit.transcribe import transcribed
+from symasym.emit.writing import Written
+from symasym.errors import InputError
+from symasym.formula import Formula
+
+_U = sympy.Symbol("u", real=True)
+# As many as the emitted functions have room for.
+_MOST_DEGREE = 12
+ERROR = (
+    "none is stated: the relative error is of order kappa^2, and of order 1 where the noise is "
+    "strong; sa.escape_time with full=True estimates it. The formula itself is evaluated to 1e-13 "
+    "of log T, or of 1 where that is larger"
+)
+OUTSIDE = "kappa or r is out of range, or the start or r is at a zero of the drift"
+#: What the drift's zeros are good for, by the degree from which on it is needed.
+_NEEDED = {2: "_PAIRS", 4: "_MANY"}
+_ABSENT = {
+    2: "pairs of zeros and Airy functions, as A has no two zeros",
+    4: "a search for complex zeros, as A has no more than two",
+}
+
+
+def uniform_time(what: Formula, drift: Drift) -> Program:
+    """T from 0, uniform in what may meet, to order 0."""
+    A = sympy.sympify(drift.expression())
+    if not A.is_polynomial(_U):
+        raise InputError(
+            f"{drift!r} is no polynomial in u, and its zeros have no closed form; emit the exact "
+            "time, or call sa.escape_time with method='uniform'."
+        )
+    powers = tuple(sympy.Poly(A, _U).all_coeffs()[::-1])
+    if len(powers) > _MOST_DEGREE + 1:
+        raise InputError(
+            f"{drift!r} has degree {len(powers) - 1}; the uniform time is emitted up to "
+            f"{_MOST_DEGREE}. Emit the exact time."
+        )
+    phi = drift.phi()
+    ends = tuple(sympy.expand(A.subs(_U, end)) for end in (-1, 1))
+    if isinstance(phi, sympy.Piecewise) and (
+        sympy.expand(phi.args[0][0] - ends[0]) != 0 or sympy.expand(phi.args[-1][0] - ends[1]) != 0
+    ):
+        raise InputError(f"{drift!r} jumps at an end of the layer; emit the exact time.")
+    function = Function(
+        "uniform_time",
+        "T from 0 to |u| = r (eq:Ttilde), to order 0, uniform through folds and the layer's ends.",
+        ("kappa", "r", *drift.free),
+        (),
+        outside=OUTSIDE,
+        passage=Passage(A, ends, sympy.S.Zero, coefficients=powers, uniform=True),
+    )
+    left = tuple(why for degree, why in _ABSENT.items() if len(powers) <= degree)
+    return Program(
+        what.label, what.title, (function,), ERROR,
+        "T is taken to leading order in weak noise, with pairs of zeros by Airy functions and a "
+        "barrier before an end of the layer by the error function and Dawson's integral",
+        what.assumptions, what.latex(), left_out=left,
+    )  # fmt: skip
+
+
+def helper(target: str, functions: list[Ready]) -> dict[str, Written]:
+    """What a file with such functions needs, under the name that it calls."""
+    sizes = [len(f.passage.coefficients) for f in functions if f.passage and f.passage.uniform]
+    if not sizes:
+        return {}
+    name = {"c": "log_uniform_", "javascript": "logUniform"}.get(target, "_log_uniform")
+    return {name: _text("python" if target == "numpy" else target, max(sizes) - 1)}
+
+
+@cache
+def _text(target: str, degree: int) -> str:
+    flags = {name: degree >= least for least, name in _NEEDED.items()}
+    modules = (uniform_zeros, airy_kernel, uniform_pairs, uniform_kernel)
+    kernel = reached(kernel_of(*modules), "_log_uniform", flags)
+    lines = [tables.written(*one, target) for one in _tables(kernel).items()]
+    if target == "python":
+        return "\n".join([*lines, "", "", "\n\n\n".join(kernel.functions.values()), ""])
+    return "\n".join([*lines, "", transcribed(kernel, target), ""])
+
+
+def _tables(kernel: Kernel) -> dict[str, tuple[float, ...]]:
+    known = dict(tables.dawson())
+    if "_airy" in kernel.functions:
+        known |= tables.airy(True)
+    return known
