@@ -67,7 +67,8 @@ def _number(x: Any, bits: int, context: Any) -> Any:
 def _at_zero(context: Any) -> tuple[Any, Any, Any]:
     """sqrt(3), Ai(0) and -Ai'(0)."""
     prec = -64 * (-context.prec // 64)
-    return tuple(context.make_mpf(x) for x in _at_zero_to(prec))  # type: ignore[return-value]
+    root, one, two = (context.make_mpf(x) for x in _at_zero_to(prec))
+    return root, one, two
 
 
 @lru_cache(maxsize=8)
@@ -103,7 +104,7 @@ def _far(z: Any, xi: Any, context: Any) -> AiryProducts:
     )
 
 
-def _sums(xi: Any, sign: int, context: Any) -> tuple[Any, Any, Any, Any]:
+def _sums(xi: Any, sign: int, context: Any) -> tuple[Any, ...]:
     """Even and odd terms of sum u_k/xi^k and of sum v_k/xi^k, each with powers of `sign`."""
     bits = context.prec + _GUARD
     step = libmp.to_fixed((1 / (216 * xi))._mpf_, bits)
@@ -117,7 +118,7 @@ def _sums(xi: Any, sign: int, context: Any) -> tuple[Any, Any, Any, Any]:
         turned = sign ** (k // 2)
         sums[k % 2] += turned * u
         sums[2 + k % 2] += turned * v
-    return tuple(_number(x, bits, context) for x in sums)  # type: ignore[return-value]
+    return tuple(_number(x, bits, context) for x in sums)
 
 
 def dawson(x: Any, context: Any) -> Dawson:

@@ -172,11 +172,14 @@ def _roughness(c: list[float], z: complex, roots: _Roots) -> float:
     for w in [*roots.real, *roots.above, *(w.conjugate() for w in roots.above)]:
         if w != z:
             near = min(near, abs(z - w))
-    return _EPS * (1 + moved / near)
+    found: float = _EPS * (1 + moved / near)
+    return found
 
 
 def _meetings(line: Line, roots: _Roots) -> tuple[list[Meeting], float]:
     """The pairs about turning points of A, and the slack (see `pairs_double`)."""
+    if len(line.c) < 3:
+        return [], float("inf")
     _, start, reach = line.edges
     slopes = [k * x for k, x in enumerate(line.c)][1:]
     turning = [z.real for z in _zeros(slopes) if abs(z.imag) < _REAL * (1 + abs(z))]

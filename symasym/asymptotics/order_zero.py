@@ -176,7 +176,7 @@ class _Whole:
         start = 1 / phi, *((0, 0) if straight else self.next_terms(at))
         places += self.places(sign)
         height = self.potential(end) - self.base
-        last = self.edge(sign, end, height, places)
+        last: Any = self.edge(sign, height)
         if last is None:
             order_one += 0.5 / float(slope) ** 2
             last = _Place("end", height, 1 / slope, *self.next_terms(end))
@@ -193,7 +193,7 @@ class _Whole:
 
     def places(self, sign: int) -> list[Any]:
         """Those of one side, from the start on."""
-        found = []
+        found: list[tuple[Any, Any]] = []
         for zero in self.pieces.zeros:
             if self.inside(zero.u, sign):
                 found.append((sign * zero.u, self.place(zero)))
@@ -241,7 +241,7 @@ class _Whole:
 
     # -- the end ---------------------------------------------------------------------------------
 
-    def edge(self, sign: int, end: Any, height: Any, places: list[Any]) -> _Edge | None:
+    def edge(self, sign: int, height: Any) -> _Edge | None:
         """The barrier next to the end, if there is one."""
         real = [z for z in self.pieces.zeros if self.inside(z.u, sign)]
         pairs = [
@@ -343,9 +343,7 @@ def _local(factor: Factor, sign: int, context: Any) -> Local:
 def _next_terms(pair: Local) -> tuple[float, float]:
     """Sizes of a_1 and b_1, from the series at both zeros (`local_numbers`)."""
     square = pair.square if abs(pair.square) > _APART**2 else _APART**2
-    mean = poly(
-        [3 * x / ((2 * k + 1) * (2 * k + 3)) for k, x in enumerate(pair.psi[0::2])], square
-    )
+    mean = poly([3 * x / ((2 * k + 1) * (2 * k + 3)) for k, x in enumerate(pair.psi[0::2])], square)
     if not mean > 0:
         raise OverflowError
     half, root = cmath.sqrt(square), cmath.sqrt(square) * mean ** (1 / 3)
@@ -369,7 +367,7 @@ def _series_at(psi: list[float], y: complex, s: complex) -> tuple[complex, compl
 
 
 def _edge(psi: list[Any], gap: Any, drop: Any, ratio: float, height: Any, c: Any) -> _Edge:
-    """phi = x psi(x) from the barrier on (`local_numbers.edge_of`); `drop` to the well before it."""
+    """phi = x psi(x) from the barrier on (`local_numbers.edge_of`), `drop` above the last well."""
 
     def area(x: Any) -> Any:
         return poly([a / (k + 2) for k, a in enumerate(psi)], x)
@@ -394,8 +392,8 @@ def _edge(psi: list[Any], gap: Any, drop: Any, ratio: float, height: Any, c: Any
         mean = c.sqrt(2 * area(gap) * psi[0])
         first = poly([2 * a / (k + 3) for k, a in enumerate(psi[1:])], gap)
         second = poly(psi[1:], gap)
-        rest = (first * psi[0] - 2 * psi[0] * second - gap * second**2) / (end * mean * (end + mean))
-        rest += whole / t * keep
+        rest = first * psi[0] - 2 * psi[0] * second - gap * second**2
+        rest = rest / (end * mean * (end + mean)) + whole / t * keep
     # Order 1 hardly depends on where the end is, close to the barrier.
     far = max(gap, c.mpf(_APART))
     value, t_far = float(far * poly(psi, far)), float(far * c.sqrt(2 * area(far)))
@@ -427,7 +425,8 @@ def _at(side: _Side, lam: Any, c: Any) -> Side:
             nested = nested + below * up + both
         elif place.kind == "kink":
             up, down = _kink(place, x, lam, c)
-            nested = nested + below * up + down * Pair(place.weight * x, c.zero)
+            onward = place.weight * x * c.exp(lam * place.height)
+            nested = nested + below * up + down * Pair(onward, c.zero)
         else:
             up, down = _gauss(place, x, lam, c), none
             if place.kind == "well":
@@ -449,8 +448,10 @@ def _at(side: _Side, lam: Any, c: Any) -> Side:
         up = Pair(value, c.zero)
         if side.end is not None:
             kink, down = _kink(side.end, x, lam, c)
-            up = up + kink
-            nested = nested + down * Pair(onward * factor, c.zero)
+            nested = nested + below * kink + down * Pair(onward * factor, c.zero)
+            scale = scale + kink
+            # Where r is the end itself, nothing is to the right of it.
+            below = below + down if side.length else below
         nested = nested + below * up
     nested = Pair(nested.value + beyond, nested.error)
     return Side(scale + up, nested, start, none)

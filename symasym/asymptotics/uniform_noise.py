@@ -98,9 +98,7 @@ def escape_time(
         if found is not None:
             return found
     lam = 2 / values["kappa"] ** 2
-    with _analysed(
-        drift, values["r"], values["start"], lam, order, request.digits, local
-    ) as scene:
+    with _analysed(drift, values["r"], values["start"], lam, order, request.digits, local) as scene:
         value, size = _estimate(scene, lam, order, float_text(values["kappa"]))
         return _handed(request, value, size, _names(scene.sides, scene.context), scene.context)
 
@@ -111,12 +109,12 @@ def _closed(drift: Drift, values: dict[str, Fraction], request: Request) -> Any:
     with own_context(working_digits(request.digits, lam, r) + 10) as context:
         scene = scene_of(drift, r, values["start"], context)
         found = scene and scene.time(context.mpf(lam.numerator) / lam.denominator)
-        return found and _handed(request, *found, (*scene.names, *_TERMS), context)
+        if scene is None or found is None:
+            return None
+        return _handed(request, *found, (*scene.names, *_TERMS), context)
 
 
-def _handed(
-    request: Request, value: Any, size: Any, names: tuple[str, ...], context: Any
-) -> Any:
+def _handed(request: Request, value: Any, size: Any, names: tuple[str, ...], context: Any) -> Any:
     if request.log:
         size = _log_error(value, size, context)
         value = context.log(value)
