@@ -188,14 +188,15 @@ def _whole(places: list[Place], folds: list[Fold], lam: Any, order: int, context
 def _of_arrays(drift: Drift, numbers: dict[str, Any], request: Request, local: bool) -> Any:
     """Order 0 of polynomials in float64 where that is enough; the others one by one."""
     scenes = float_scenes(drift, numbers)
-    logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
     if request.order == 0 and not local:
         shapes = [np.shape(x) for x in (*drift.values.values(), numbers["start"]) if is_array(x)]
         if is_array(numbers["r"]) and (scenes.numbers["r"] <= 1).any():
             shapes.append(np.shape(numbers["r"]))
         logs, errors = logs_of(
-            drift, scenes, shapes, (0,), in_float, None, request.full, find=found_of
+            drift, scenes, shapes, (0,), in_float, None, request.full, found_of, smooth=True
         )
+    else:
+        logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
     rest = np.flatnonzero(~(errors < np.inf))
     if rest.size:
         logs[rest], errors[rest] = _one_by_one(drift, scenes, rest, request, local)
