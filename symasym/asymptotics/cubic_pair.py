@@ -93,6 +93,16 @@ def pairs_of(taylor: Sequence[Any]) -> tuple[Pair, Any]:
         return _split(list(taylor), None)
 
 
+def pair_of(taylor: list[float]) -> Pair | None:
+    """As `pairs_of`, of one phi in Python's floats."""
+    from mpmath import fp
+
+    if taylor[2] == 0:
+        return None
+    pair, good = _split(taylor, fp)
+    return pair if good else None
+
+
 def _split(c: list[Any], context: Any, within: Any = None) -> tuple[Pair, Any]:
     good: Any = c[2] != 0
     sign: Any = np.where(c[2] > 0, 1.0, -1.0) if context is None else (1 if c[2] > 0 else -1)

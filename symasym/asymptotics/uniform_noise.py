@@ -36,6 +36,7 @@ from symasym.asymptotics.meetings import (
     zeros_of,
 )
 from symasym.asymptotics.meetings_double import found_of
+from symasym.asymptotics.order_zero import scene_of
 from symasym.asymptotics.place_sums import (
     Exponentials,
     Pair,
@@ -92,16 +93,33 @@ def escape_time(
     if request.dps is None and not one_scene(drift, numbers):
         return _of_arrays(drift, numbers, request, local)
     values = exact_scene(drift, numbers, request.dps)
+    if order == 0 and not local:
+        found = _closed(drift, values, request)
+        if found is not None:
+            return found
     lam = 2 / values["kappa"] ** 2
-    digits = request.digits
-    with _analysed(drift, values["r"], values["start"], lam, order, digits, local) as scene:
+    with _analysed(drift, values["r"], values["start"], lam, order, request.digits, local) as scene:
         value, size = _estimate(scene, lam, order, float_text(values["kappa"]))
-        if request.log:
-            size = _log_error(value, size, scene.context)
-            value = scene.context.log(value)
-        size += abs(value) * scene.context.mpf(10) ** -(digits + 5)
-        names = _names(scene.sides, scene.context)
-        return as_digits(request, value, size, "estimate", names, _DROPPED)
+        return _handed(request, value, size, _names(scene.sides, scene.context), scene.context)
+
+
+def _closed(drift: Drift, values: dict[str, Fraction], request: Request) -> Any:
+    """Order 0 by closed forms; None where they don't tell."""
+    r, lam = values["r"], 2 / values["kappa"] ** 2
+    with own_context(working_digits(request.digits, lam, r) + 10) as context:
+        scene = scene_of(drift, r, values["start"], context)
+        found = scene and scene.time(context.mpf(lam.numerator) / lam.denominator)
+        if scene is None or found is None:
+            return None
+        return _handed(request, *found, (*scene.names, *_TERMS), context)
+
+
+def _handed(request: Request, value: Any, size: Any, names: tuple[str, ...], context: Any) -> Any:
+    if request.log:
+        size = _log_error(value, size, context)
+        value = context.log(value)
+    size += abs(value) * context.mpf(10) ** -(request.digits + 5)
+    return as_digits(request, value, size, "estimate", names, _DROPPED)
 
 
 def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> Any:
@@ -170,14 +188,15 @@ def _whole(places: list[Place], folds: list[Fold], lam: Any, order: int, context
 def _of_arrays(drift: Drift, numbers: dict[str, Any], request: Request, local: bool) -> Any:
     """Order 0 of polynomials in float64 where that is enough; the others one by one."""
     scenes = float_scenes(drift, numbers)
-    logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
     if request.order == 0 and not local:
         shapes = [np.shape(x) for x in (*drift.values.values(), numbers["start"]) if is_array(x)]
         if is_array(numbers["r"]) and (scenes.numbers["r"] <= 1).any():
             shapes.append(np.shape(numbers["r"]))
         logs, errors = logs_of(
-            drift, scenes, shapes, (0,), in_float, None, request.full, find=found_of
+            drift, scenes, shapes, (0,), in_float, None, request.full, found_of, smooth=True
         )
+    else:
+        logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
     rest = np.flatnonzero(~(errors < np.inf))
     if rest.size:
         logs[rest], errors[rest] = _one_by_one(drift, scenes, rest, request, local)

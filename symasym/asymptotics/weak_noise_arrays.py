@@ -14,6 +14,7 @@ from symasym.asymptotics.polynomial_scenes import Scenes as PolynomialScenes
 from symasym.asymptotics.polynomial_scenes import scenes_of
 from symasym.asymptotics.series_double import Point, Sizes
 from symasym.asymptotics.sights import Sight, first_of, mapped
+from symasym.asymptotics.smooth_in_lam import columns, of_one
 from symasym.asymptotics.weak_noise_double import Views
 from symasym.drift import Drift
 from symasym.exact.fields import IntArray
@@ -29,7 +30,10 @@ _MANY = 256
 # Where errors are not asked for, they are looked at in so many places; the refusal
 # of a scene is for errors 1e3 times larger than is let pass so.
 _PROBES = 192
+_FEW_PROBES = 16
 _SMALL = 1e-3
+# The same where logarithms may be interpolated: by a factor 30.
+_SMALL_SMOOTH = 0.03
 
 Sights = tuple[Sight, Sight]
 Evaluate = Callable[[Views, Point], tuple[FloatArray, Any]]
@@ -59,16 +63,21 @@ def logs_of(
     full: bool,
     find: Find = found_of,
     index: IntArray | None = None,
+    smooth: bool = False,
 ) -> tuple[FloatArray, FloatArray]:
     """Logarithms and their errors; errors are only told from "too large" unless `full`.
 
     Which scenes have a drift, start and radius in common follows from the `shapes` of these, or
-    is told by `index`, a number for each (see `index_of`). What `find` does not find in float64
-    goes to `analyse`, or is left with infinite errors. An error that all scenes share may come
-    as an array of one.
+    is told by `index`, a number for each (see `index_of`). `smooth`: logarithms may be
+    interpolated between values of lam, where one costs so much that it pays.
+
+    What `find` does not find in float64 goes to `analyse`, or is left with infinite errors. An
+    error that all scenes share may come as an array of one.
     """
-    logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
-    each = [_drifts(scenes, shapes)] if index is None else _grouped(scenes, index)
+    each = [_drifts(scenes, shapes)] if index is None else list(_grouped(scenes, index))
+    # One drift has all scenes, or none.
+    size = 0 if index is None and each[0].rows is None else len(scenes.lam)
+    logs, errors = np.full(size, np.nan), np.full(size, np.inf)
     with np.errstate(all="ignore"):
         for drifts in each:
             for chosen, sights in _all_sights(drift, scenes, drifts, orders[-1], analyse, find):
@@ -78,11 +87,15 @@ def logs_of(
                     some = drifts.rows[chosen].T
                     if _single(sights):
                         some = some.ravel()
-                found, wrong = _filled(sights, rows_of(scenes, some), orders, evaluate, full)
+                found, wrong = _filled(
+                    sights, rows_of(scenes, some), orders, evaluate, full, smooth
+                )
                 if drifts.rows is None:
                     logs, errors = found, wrong
                 else:
                     logs[some], errors[some] = found, wrong
+        if not errors.size:
+            logs, errors = (np.full(len(scenes.lam), x) for x in (np.nan, np.inf))
         errors = errors + rounding_of_places(drift, scenes)
     return logs, errors
 
@@ -178,7 +191,7 @@ def _single(sights: Sights) -> bool:
 
 
 def _filled(
-    sights: Sights, scenes: Scenes, orders: Any, evaluate: Evaluate, full: bool
+    sights: Sights, scenes: Scenes, orders: Any, evaluate: Evaluate, full: bool, smooth: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Scenes in columns, one a drift of `sights`, or all of one drift."""
     one, lam, r = scenes.lam.ndim == 1, scenes.lam, scenes.numbers["r"]
@@ -193,20 +206,63 @@ def _filled(
         views = Views(sights, r[part]) if shared is None else shared
         return evaluate(views, Point(lam[part], order, wanted, sizes))
 
-    logs: FloatArray = np.empty(lam.shape)
     if one and len(orders) == 1 and not full and len(lam) > 4 * _PROBES:
+        if smooth and shared is not None:
+            views = shared
+            known = of_one(
+                lambda x: evaluate(views, Point(x, orders[0], True, sizes)), lam, _SMALL_SMOOTH
+            )
+            if known is not None:
+                return known
         error = at(_probes(lam), orders[0], True)[1]
         if (error < _SMALL).all():
+            logs: FloatArray = np.empty(lam.shape)
             for low in range(0, len(lam), _WITHOUT_ERRORS):
                 part = slice(low, low + _WITHOUT_ERRORS)
                 logs[part] = at(part, orders[0], False)[0]
             return logs, np.array([error.max()])
-    errors: FloatArray = np.empty(lam.shape)
+    if smooth and not (one or full) and shared is not None and (lam == lam[:, :1]).all():
+        between = _between(sights, lam, shared, orders[0], evaluate)
+        if between is not None:
+            logs, errors, good = between
+            if not good.all():
+                rest = np.flatnonzero(~good)
+                some = rows_of(scenes, (slice(None), rest))
+                sights = mapped(sights, itemgetter(rest))
+                left = _filled(sights, some, orders, evaluate, full, False)
+                logs[:, rest], errors[:, rest] = left
+            return logs, errors
+    logs, errors = np.empty(lam.shape), np.empty(lam.shape)
     step = max(1, _AT_ONCE // (1 if one else lam.shape[1]))
     for low in range(0, len(lam), step):
         part = slice(low, low + step)
         logs[part], errors[part] = _best(partial(at, part), orders)
     return logs, errors
+
+
+def _between(
+    sights: Sights, lam: FloatArray, views: Views, order: int, evaluate: Evaluate
+) -> tuple[FloatArray, FloatArray, Any] | None:
+    """Logarithms in columns by interpolation, errors told from "too large", and where it is good.
+
+    None where it doesn't pay.
+    """
+    count, sizes = lam.shape[1], Sizes(sights)
+    step = max(1, _AT_ONCE // count)
+
+    def at(some: FloatArray, wanted: bool) -> list[Any]:
+        parts = (some[k : k + step] for k in range(0, len(some), step))
+        points = (Point(np.repeat(x[:, None], count, axis=1), order, wanted, sizes) for x in parts)
+        return [evaluate(views, point) for point in points]
+
+    found = columns(lambda some: np.concatenate([log for log, _ in at(some, False)]), lam[:, 0])
+    if found is None:
+        return None
+    logs, good = found
+    probes = np.geomspace(lam.min(), lam.max(), _FEW_PROBES)
+    worst = np.max([error.max(axis=0) for _, error in at(probes, True)], axis=0)
+    good &= worst < _SMALL_SMOOTH
+    return logs, np.broadcast_to(worst, lam.shape).copy(), good
 
 
 def _best(at: Callable[[int, bool], tuple[FloatArray, Any]], orders: Any) -> tuple[Any, Any]:
