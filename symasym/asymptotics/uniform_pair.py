@@ -13,6 +13,7 @@ from typing import Any
 
 import sympy
 
+from symasym.asymptotics.airy_products import by_parts
 from symasym.asymptotics.cubic_map import map_coefficients
 from symasym.asymptotics.cubic_pair import Pair, split_pair
 from symasym.asymptotics.local_expansion import refined
@@ -120,18 +121,3 @@ def without_zeros(c: list[Any], least: int = 1) -> list[Any]:
     while n > least and c[n - 1] == 0:
         n -= 1
     return c[:n]
-
-
-def by_parts(zeta: Any, pq: list[tuple[Any, Any]], count: int) -> tuple[Any, Any]:
-    """a_n and b_n for n < count from p_k, q_k for k < 2 count - 1; G_(n+1) = H_n'."""
-    p, q = ([pair[j] for pair in pq] for j in (0, 1))
-    a, b = [], []
-    for _ in range(count):
-        a.append(p[0])
-        b.append(q[0])
-        rest = range(len(p) - 2)
-        p, q = (
-            [(2 * k + 1) * q[k + 1] + 2 * (k + 1) * zeta * q[k + 2] for k in rest],
-            [2 * (k + 1) * p[k + 2] for k in rest],
-        )
-    return a, b

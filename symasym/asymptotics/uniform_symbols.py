@@ -9,11 +9,11 @@ from typing import Any
 
 import sympy
 
+from symasym.asymptotics.airy_products import by_parts
 from symasym.asymptotics.coefficients import negative_power, perron_coefficients
 from symasym.asymptotics.pieces import number
 from symasym.asymptotics.rings import ExpressionRing, sampled_parameters
 from symasym.asymptotics.series import NotAnalytic, taylor
-from symasym.asymptotics.uniform_pair import by_parts
 from symasym.errors import InputError
 
 #: Terms beyond this one are too long to be of use as formulas.
