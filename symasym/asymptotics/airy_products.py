@@ -1,4 +1,4 @@
-"""Two coalescing critical points in closed form: integrations by parts, and products of Airy functions.
+"""Two coalescing critical points in closed form: Airy functions, and their products.
 
 With phi du = (s² - zeta) ds, V = level - (s³/3 - zeta s) and Z = lam^(2/3) zeta, an integration by
 parts turns (s² - zeta) G into ∓ G'/lam, so that each weight is lowered to a series of a + b s:

@@ -53,14 +53,17 @@ def _number(x: Any, context: Any) -> Any:
     return context.mpf(x.numerator) / x.denominator
 
 
-def laurent(taylor: list[Any], zero: bool, count: int) -> list[list[Any]]:
+def laurent(
+    taylor: list[Any], zero: bool, count: int, weight: list[Any] | None = None
+) -> list[list[Any]]:
     """Coefficients of h_1, ..., h_count times t^(2k - 1) if `zero`, from phi's (`taylor[0]` = 0).
 
-    Each list is a coefficient shorter than the one before where `zero` is false.
+    Each list is a coefficient shorter than the one before where `zero` is false. With the
+    coefficients of a `weight` h_1 is the weight over phi.
     """
     psi = taylor[1:] if zero else taylor
     inverse = _inverse(psi)
-    found = [inverse]
+    found = [inverse if weight is None else _product(weight, inverse)]
     for k in range(1, count):
         last = found[-1]
         if zero:

@@ -9,7 +9,7 @@ division, so nothing is lost at the coalescence.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import sympy
 
@@ -62,57 +62,75 @@ class PairPart:
 
     def coefficients(self, count: int, context: Any) -> tuple[Any, ...]:
         """zeta, level and sign of the map, and a_n, b_n without their powers of i or -1."""
-        pair, weight, start = self._pair(2 * count - 1, context)
+        f, weights = self.piece.f, (self.piece.g,)
+        _, pair, (weight,), start = nearby_pair(
+            f, weights, self.x, self.point, 2 * count - 1, context
+        )
         pq = map_coefficients(pair, 2 * count - 1, context, weight)
         return (pair.zeta, start + pair.level, pair.sign, *by_parts(pair.zeta, pq, count))
 
-    def _pair(self, count: int, context: Any) -> tuple[Pair, list[Any], Any]:
-        """The pair from as many Taylor coefficients as the digits ask for."""
-        ring = NumberRing(context)
-        slope = sympy.diff(self.piece.f, self.x)
-        # refined finds zeros of a derivative: here of f''.
-        curved = Piece(self.piece.lo, self.piece.hi, slope, self.piece.g)
-        point = ring.expression(refined(curved, self.x, self.point, ring))
-        n = 2 * count + 30
-        while True:
-            f = series_of("f", self.piece.f, self.x, point, 1, n + 1, ring)
-            g = series_of("g", self.piece.g, self.x, point, 1, n, ring)
-            c = [(k + 1) * y for k, y in enumerate(f[1:])]
-            try:
-                pair = split_pair(without_zeros(c, 3), context)
-            except AccuracyError:
-                raise self._too_far(context, point) from None
-            reach = self._reach(pair, c, g, context)
-            needed = 2 * count + 6
-            if reach > 0:
-                needed += int(context.dps / max(-context.log10(reach), context.mpf("0.001")))
-            if reach >= 1 or needed > _MOST_TERMS:
-                raise self._too_far(context, point)
-            if needed <= n:
-                return pair, without_zeros(g), f[0]
-            n = needed + needed // 10
 
-    @staticmethod
-    def _reach(pair: Pair, c: list[Any], g: list[Any], context: Any) -> Any:
-        """Half the pair's distance over the radius of convergence, by the root test."""
-        distance = context.sqrt(abs(pair.square)) + abs(pair.middle)
-        found = context.mpf(0)
-        for row in (c[2:], g):
-            top = max(abs(y) for y in row[:3])
-            if without_zeros(row) != row:
-                # A polynomial, known as a whole.
-                continue
-            for k in range(len(row) // 2, len(row)):
-                if top and row[k]:
-                    found = max(found, distance * context.root(abs(row[k]) / top, k))
-        return found
+class Nearby(NamedTuple):
+    """A pair of saddles, about `point`, where f is `start` and the weights have these series."""
 
-    def _too_far(self, context: Any, point: Any) -> AccuracyError:
-        return AccuracyError(
-            f"no pair of saddles next to {self.x} = {context.nstr(point, 8)} is alone within the "
-            "radius of convergence, so they're too far apart, or a third is near; give near=… for "
-            "another pair, or expand each saddle by itself with laplace_integral."
-        )
+    point: Any
+    pair: Pair
+    weights: list[list[Any]]
+    start: Any
+
+
+def nearby_pair(
+    f: Any, weights: tuple[Any, ...], x: Any, point: Any, count: int, context: Any
+) -> Nearby:
+    """The pair of f' about `point`, a zero of its slope.
+
+    From as many coefficients as `count` pairs of the cubic map and the digits ask for.
+    """
+    ring = NumberRing(context)
+    # refined finds zeros of a derivative: here of f''.
+    curved = Piece(-sympy.oo, sympy.oo, sympy.diff(f, x), sympy.Integer(1))
+    point = ring.expression(refined(curved, x, point, ring))
+    n = 2 * count + 30
+    while True:
+        steep = series_of("f", f, x, point, 1, n + 1, ring)
+        rows = [series_of("g", g, x, point, 1, n, ring) for g in weights]
+        c = [(k + 1) * y for k, y in enumerate(steep[1:])]
+        try:
+            pair = split_pair(without_zeros(c, 3), context)
+        except AccuracyError:
+            raise _too_far(x, point, context) from None
+        reach = max(_reach(pair, row, context) for row in (c[2:], *rows))
+        needed = 2 * count + 6
+        if reach > 0:
+            needed += int(context.dps / max(-context.log10(reach), context.mpf("0.001")))
+        if reach >= 1 or needed > _MOST_TERMS:
+            raise _too_far(x, point, context)
+        if needed <= n:
+            return Nearby(point, pair, [without_zeros(row) for row in rows], steep[0])
+        n = needed + needed // 10
+
+
+def _reach(pair: Pair, row: list[Any], context: Any) -> Any:
+    """Half the pair's distance over the radius of convergence, by the root test."""
+    distance = context.sqrt(abs(pair.square)) + abs(pair.middle)
+    return distance * root_test(row, context)
+
+
+def root_test(row: list[Any], context: Any) -> Any:
+    """One over the radius of convergence; 0 for a polynomial, known as a whole."""
+    top = max(abs(y) for y in row[:3])
+    if without_zeros(row) != row or not top:
+        return context.mpf(0)
+    later = range(len(row) // 2, len(row))
+    return max(context.root(abs(row[k]) / top, k) if row[k] else context.mpf(0) for k in later)
+
+
+def _too_far(x: Any, point: Any, context: Any) -> AccuracyError:
+    return AccuracyError(
+        f"no pair of saddles next to {x} = {context.nstr(point, 8)} is alone within the "
+        "radius of convergence, so they're too far apart, or a third is near; give near=… for "
+        "another pair, or expand each saddle by itself with laplace_integral."
+    )
 
 
 def without_zeros(c: list[Any], least: int = 1) -> list[Any]:
