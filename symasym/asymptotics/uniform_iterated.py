@@ -95,10 +95,12 @@ class IteratedPart:
     _outer: dict[Any, Any] = field(default_factory=dict, compare=False)
 
     def coefficients(self, count: int, context: Any) -> tuple[Any, list[tuple[Any, ...]]]:
-        """zeta, and what stands with the products of Airy functions, pi² included."""
-        zeta, _, _, falling, rising, _, _ = self._pair(count, context)
-        rows = product_rows(falling, rising)
-        return zeta, [tuple(context.pi**2 * y for y in row) for row in rows]
+        """zeta, and what stands with the products of Airy functions and in the outer part."""
+        zeta, onward, _, falling, rising, _, _ = self._pair(count, context)
+        front = context.pi**2 if onward else context.zero
+        rows = [[front * y for y in row] for row in product_rows(falling, rising)]
+        outer = self._integrals(count, False, context)
+        return zeta, [(*row, y) for row, y in zip(rows, outer, strict=True)]
 
     def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
         zeta, onward, level, falling, rising, low, high = kept(self, count, context, self._pair)

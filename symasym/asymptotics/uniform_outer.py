@@ -7,14 +7,15 @@ finite part where the zeros are real, and does not notice their meeting. On the 
 large, so that nothing cancels.
 
 The path is the real line with half circles above the zeros, wide ones: both zeros, and no other
-singularity, are below one half circle, or each has its own. Every piece is integrated by the
-double exponential rule, infinite ones as well, and the step is halved until two results agree to
-more than half of the digits: the error is then the square of their difference.
+singularity, are below one half circle, or each has its own. Every piece is bisected until two
+Gauss-Legendre rules, the second of twice as many points, agree to more than half of the digits: the
+error is then the square of their difference.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import sympy
@@ -26,14 +27,12 @@ from symasym.asymptotics.uniform_ends import series_of
 from symasym.asymptotics.uniform_pair import Nearby, root_test
 from symasym.errors import AccuracyError
 
-#: A path from t = -oo to oo, and its derivative.
+#: A path from t = 0 to 1, and its derivative.
 Path = Callable[[Any], tuple[Any, Any]]
 
 # Half the pair's distance over the free radius up to which one half circle is about both.
 _NEAR = 0.6
-# The step of the rule is 2^-_FIRST at first, 2^-_LAST at last.
-_FIRST, _LAST = 2, 7
-_FARTHEST = 9
+_MOST_PANELS = 200
 # Orders beyond which a free radius is told by Taylor coefficients at one zero.
 _ORDERS = 30
 
@@ -54,6 +53,12 @@ class OuterPart:
         self._slope, self._weights, self._x = sympy.diff(f, x), weights, x
         self._ends, self._near, self._count, self._context = ends, near, count, context
         self._ring = NumberRing(context)
+        # As many points as digits, or nearly: a panel is then as long as it is far from zeros.
+        degree = 4 + max(0, int(context.dps / 20).bit_length())
+        self._rules = [
+            [(context.convert(y), context.convert(w)) for y, w in _rule(n, context.prec)]
+            for n in (degree - 1, degree)
+        ]
         pair = near.pair
         self._middle, self._half = near.point + pair.middle, context.sqrt(abs(pair.square))
         self._free = self._room(self._middle, pair.psi, near.weights)
@@ -145,14 +150,15 @@ class OuterPart:
             if radius:
                 pieces.append(_half_circle(middle, radius, context))
         marks.append(hi)
-        pieces += [_line(*marks[k : k + 2], context) for k in range(0, len(marks), 2)]
+        scale = detours[0][1] if detours and detours[0][1] else 1 + self._half
+        pieces += [_line(*marks[k : k + 2], scale, context) for k in range(0, len(marks), 2)]
         for piece in pieces:
             for k, y in enumerate(self._integral(piece)):
                 total[k] += y
         return total
 
     def _require_same(self, middle: Any, radius: Any) -> None:
-        """Refuse f whose expression, off the real line, is another branch than its Taylor series."""
+        """Refuse expressions that are, off the real line, another branch than their series."""
         context, near = self._context, self._near
         if not (radius and self._together):
             return
@@ -177,47 +183,37 @@ class OuterPart:
         return [h * row[0] for row in laurent([-c for c in slope], False, n, g)]
 
     def _integral(self, path: Path) -> list[Any]:
-        context = self._context
-
-        def add(t: Any) -> tuple[list[Any], list[Any]]:
-            point, speed = path(t)
-            values = [y * speed for y in self._values(point)]
-            return [context.re(y) for y in values], [abs(y) for y in values]
-
-        step = context.ldexp(1, -_FIRST)
-        total, sizes = add(context.zero)
-        reach = []
-        for side in (1, -1):
-            t, small = context.zero, 0
-            while small < 2:
-                t += side * step
-                if abs(t) > _FARTHEST:
-                    raise self._unsettled()
-                values, size = add(t)
-                total = [x + y for x, y in zip(total, values, strict=True)]
-                sizes = [x + y for x, y in zip(sizes, size, strict=True)]
-                least = context.ldexp(1, -context.prec)
-                small = (
-                    small + 1
-                    if all(x <= least * y for x, y in zip(size, sizes, strict=True))
-                    else 0
-                )
-            reach.append(abs(t))
-        last = [step * y for y in total]
-        for _ in range(_FIRST, _LAST):
-            step /= 2
-            for side, far in zip((1, -1), reach, strict=True):
-                t = step
-                while t < far:
-                    values, size = add(side * t)
-                    total = [x + y for x, y in zip(total, values, strict=True)]
-                    sizes = [x + y for x, y in zip(sizes, size, strict=True)]
-                    t += 2 * step
-            found = [step * y for y in total]
-            if self._settled(found, last, [step * y for y in sizes]):
+        """Over 0 <= t <= 1, by bisection until two Gauss-Legendre rules agree."""
+        waiting, found = [(0, 1), (1, 1)], [self._context.zero] * self._count
+        scale: list[Any] = []
+        for _ in range(_MOST_PANELS):
+            if not waiting:
                 return found
-            last = found
+            place, depth = waiting.pop()
+            rough, fine, sizes = self._panel(path, place, depth)
+            # The largest panel so far is what rounding is seen against.
+            scale = [max(x, y) for x, y in zip(scale or sizes, sizes, strict=True)]
+            if self._settled(rough, fine, scale):
+                found = [x + y for x, y in zip(found, fine, strict=True)]
+            else:
+                waiting += [(2 * place, depth + 1), (2 * place + 1, depth + 1)]
         raise self._unsettled()
+
+    def _panel(self, path: Path, place: int, depth: int) -> tuple[list[Any], list[Any], list[Any]]:
+        """Over place/2^depth <= t <= (place + 1)/2^depth by both rules, and of the modulus."""
+        context = self._context
+        half = context.ldexp(1, -depth - 1)
+        sums = []
+        for rule in self._rules:
+            values, sizes = [context.zero] * self._count, [context.zero] * self._count
+            for x, weight in rule:
+                point, speed = path(half * (2 * place + 1 + x))
+                for k, y in enumerate(self._values(point)):
+                    part = half * weight * y * speed
+                    values[k] += context.re(part)
+                    sizes[k] += abs(part)
+            sums.append(values)
+        return sums[0], sums[1], sizes
 
     def _settled(self, found: list[Any], last: list[Any], sizes: list[Any]) -> bool:
         context = self._context
@@ -234,34 +230,31 @@ class OuterPart:
         )
 
 
-def _line(a: Any, b: Any, context: Any) -> Path:
-    quarter = context.pi / 2
+@cache
+def _rule(degree: int, precision: int) -> list[tuple[Any, Any]]:
+    """Gauss-Legendre, 3 2^(degree - 1) points."""
+    from mpmath.calculus.quadrature import GaussLegendre
+    from mpmath.ctx_mp import MPContext
+
+    context = MPContext()
+    context.prec = precision
+    found: list[tuple[Any, Any]] = GaussLegendre(context).calc_nodes(degree, precision)
+    return found
+
+
+def _line(a: Any, b: Any, scale: Any, context: Any) -> Path:
     if context.isinf(a) or context.isinf(b):
+        # Where the integrand falls as a power, it is a polynomial in t, or nearly.
         start, side = (b, -1) if context.isinf(a) else (a, 1)
-
-        def infinite(t: Any) -> tuple[Any, Any]:
-            away = context.exp(quarter * context.sinh(t))
-            return start + side * away, quarter * context.cosh(t) * away
-
-        return infinite
-    middle, half = (a + b) / 2, (b - a) / 2
-
-    def finite(t: Any) -> tuple[Any, Any]:
-        y = quarter * context.sinh(t)
-        return middle + half * context.tanh(y), half * quarter * context.cosh(t) / context.cosh(
-            y
-        ) ** 2
-
-    return finite
+        return lambda t: (start + side * scale * (1 / t - 1), scale / t**2)
+    return lambda t: (a + (b - a) * t, b - a)
 
 
 def _half_circle(middle: Any, radius: Any, context: Any) -> Path:
     """Above the real line, from left to right."""
-    angle = _line(context.pi, context.zero, context)
 
     def path(t: Any) -> tuple[Any, Any]:
-        where, speed = angle(t)
-        turn = radius * context.expj(where)
-        return middle + turn, context.j * turn * speed
+        turn = radius * context.expjpi(1 - t)
+        return middle + turn, -context.j * context.pi * turn
 
     return path

@@ -99,7 +99,14 @@ def nearby_pair(
             pair = split_pair(without_zeros(c, 3), context)
         except AccuracyError:
             raise _too_far(x, point, context) from None
-        reach = max(_reach(pair, row, context) for row in (c[2:], *rows))
+        distance = context.sqrt(abs(pair.square)) + abs(pair.middle)
+        # Polynomials are known as a whole. (A last coefficient of 0 does not make one.)
+        series = [
+            row
+            for e, row in zip((f, *weights), (c[2:], *rows), strict=True)
+            if not e.is_polynomial(x)
+        ]
+        reach = max((distance * root_test(row, context) for row in series), default=context.zero)
         needed = 2 * count + 6
         if reach > 0:
             needed += int(context.dps / max(-context.log10(reach), context.mpf("0.001")))
@@ -110,19 +117,11 @@ def nearby_pair(
         n = needed + needed // 10
 
 
-def _reach(pair: Pair, row: list[Any], context: Any) -> Any:
-    """Half the pair's distance over the radius of convergence, by the root test."""
-    distance = context.sqrt(abs(pair.square)) + abs(pair.middle)
-    return distance * root_test(row, context)
-
-
 def root_test(row: list[Any], context: Any) -> Any:
-    """One over the radius of convergence; 0 for a polynomial, known as a whole."""
+    """One over the radius of convergence, roughly."""
     top = max(abs(y) for y in row[:3])
-    if without_zeros(row) != row or not top:
-        return context.mpf(0)
-    later = range(len(row) // 2, len(row))
-    return max(context.root(abs(row[k]) / top, k) if row[k] else context.mpf(0) for k in later)
+    later = [(k, y) for k, y in enumerate(row) if k >= max(1, len(row) // 2) and y and top]
+    return max((context.root(abs(y) / top, k) for k, y in later), default=context.zero)
 
 
 def _too_far(x: Any, point: Any, context: Any) -> AccuracyError:
