@@ -79,22 +79,33 @@ def _outer(f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any, order: int) -> Seri
                 f"h g/f' = {integrand} is not rational in {x}, so the part with u near v has no "
                 "formula here; take numbers from bind(…) and evaluate."
             )
-        whole = sympy.integrate(integrand, x)
-        if whole.has(sympy.Integral, sympy.RootSum):
-            raise InputError(
-                f"SymPy finds no antiderivative of {integrand} in elementary functions; take "
-                "numbers from bind(…) and evaluate."
-            )
-        # The real part, on both sides of every zero.
-        whole = whole.replace(sympy.log, lambda y: sympy.log(y**2) / 2)
-        found.append(sympy.simplify(_at(whole, x, hi) - _at(whole, x, lo)))
+        parts = [_antiderivative(y, x) for y in sympy.Add.make_args(sympy.apart(integrand, x))]
+        rise = sum(_at(y, x, hi) - _at(y, x, lo) for y in parts)
+        found.append(sympy.simplify(rise))
         m = sympy.together(sympy.diff(m, x) / slope)
     return found
+
+
+def _antiderivative(fraction: Any, x: Any) -> Any:
+    """Of one partial fraction, with log|y| for log(y): the real part on both sides of a zero."""
+    front, rest = fraction.as_independent(x, as_Add=False)
+    whole = sympy.integrate(rest, x)
+    if whole.has(sympy.Integral, sympy.RootSum):
+        raise InputError(
+            f"SymPy finds no antiderivative of {rest} in elementary functions; take numbers from "
+            "bind(…) and evaluate."
+        )
+    return front * whole.replace(sympy.log, lambda y: sympy.log(y**2) / 2)
 
 
 def _at(whole: Any, x: Any, end: Any) -> Any:
     if not end.is_infinite:
         return whole.xreplace({x: end})
+
+    def leading(y: Any) -> Any:
+        return sympy.log(sympy.LC(y, x)) if y.has(x) else sympy.log(y)
+
+    # The integral converges, so that log(x) itself cancels between all fractions.
     far = sympy.Dummy("far", positive=True)
-    shown = whole.xreplace({x: far if end == sympy.oo else -far})
-    return sympy.limit(sympy.logcombine(shown, force=True), far, sympy.oo)
+    shown = whole.replace(sympy.log, leading).xreplace({x: far if end == sympy.oo else -far})
+    return sympy.limit(shown, far, sympy.oo)

@@ -20,7 +20,7 @@ from typing import Any
 
 import sympy
 
-from symasym.asymptotics.cubic_pair import poly
+from symasym.asymptotics.cubic_pair import poly, shifted
 from symasym.asymptotics.outer import laurent
 from symasym.asymptotics.rings import NumberRing
 from symasym.asymptotics.uniform_ends import series_of
@@ -59,6 +59,12 @@ class OuterPart:
             [(context.convert(y), context.convert(w)) for y, w in _rule(n, context.prec)]
             for n in (degree - 1, degree)
         ]
+        self._polynomials = [
+            [self._ring.expression(c) for c in reversed(sympy.Poly(e, x).all_coeffs())]
+            if e.is_polynomial(x)
+            else None
+            for e in (self._slope, *weights)
+        ]
         pair = near.pair
         self._middle, self._half = near.point + pair.middle, context.sqrt(abs(pair.square))
         self._free = self._room(self._middle, pair.psi, near.weights)
@@ -83,13 +89,14 @@ class OuterPart:
             radius = min(radius, self._room(zero, *self._series_at(zero)) / 2)
         last: list[Any] | None = None
         while size <= 4096:
-            total = [context.zero] * self._count
+            total, sizes = [context.zero] * self._count, [context.zero] * self._count
             for j in range(size):
-                turn = context.expjpi(context.mpf(2 * j) / size)
-                for k, y in enumerate(self._values(zero + radius * turn)):
-                    total[k] -= 2 * context.pi * radius * context.im(y * turn * context.j) / size
-            if last is not None and self._settled(total, last, total):
-                return [context.im(context.j * y) for y in total]
+                turn = 2 * context.pi * radius / size * context.expjpi(context.mpf(2 * j) / size)
+                for k, y in enumerate(self._values(zero + turn * size / (2 * context.pi))):
+                    total[k] -= context.im(y * turn)
+                    sizes[k] += abs(y * turn)
+            if last is not None and self._settled(total, last, sizes):
+                return total
             last, size = total, 2 * size
         raise self._unsettled()
 
@@ -176,11 +183,20 @@ class OuterPart:
 
     def _values(self, v: Any) -> list[Any]:
         """h m_k at a point off the zeros."""
-        n, ring = self._count, self._ring
-        slope = series_of("f", self._slope, self._x, v, 1, max(2, n), ring)[:n]
-        g = series_of("g", self._weights[0], self._x, v, 1, max(2, n), ring)[:n]
-        (h, _) = series_of("h", self._weights[1], self._x, v, 1, 2, ring)
-        return [h * row[0] for row in laurent([-c for c in slope], False, n, g)]
+        n = self._count
+        slope, g, h = (self._jet(k, v, count) for k, count in ((0, n), (1, n), (2, 1)))
+        return [h[0] * row[0] for row in laurent([-c for c in slope], False, n, g)]
+
+    def _jet(self, which: int, v: Any, count: int) -> list[Any]:
+        """Taylor coefficients of f', g or h."""
+        row, context = self._polynomials[which], self._context
+        if row is None:
+            e = (self._slope, *self._weights)[which]
+            return list(series_of("fgh"[which], e, self._x, v, 1, max(2, count), self._ring))[
+                :count
+            ]
+        found = shifted([c + 0 * v for c in row], v)[:count]
+        return found + [context.zero] * (count - len(found))
 
     def _integral(self, path: Path) -> list[Any]:
         """Over 0 <= t <= 1, by bisection until two Gauss-Legendre rules agree."""
