@@ -99,7 +99,7 @@ class IteratedPart:
         zeta, onward, _, falling, rising, _, _ = self._pair(count, context)
         front = context.pi**2 if onward else context.zero
         rows = [[front * y for y in row] for row in product_rows(falling, rising)]
-        outer = self._integrals(count, False, context)
+        outer = self._outer_of(count, False, context.dps, context)
         return zeta, [(*row, y) for row, y in zip(rows, outer, strict=True)]
 
     def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
@@ -181,12 +181,16 @@ class IteratedPart:
     def _of_outer(self, lam: Any, count: int, on_line: bool, context: Any) -> list[Term]:
         # lam has brought digits of its own for the exponents.
         digits = context.dps - max(0, int(context.log10(lam))) - _SPARE
+        outer = self._outer_of(count, on_line, digits, context)
+        rows = [y * lam ** (-k - 1) for k, y in enumerate(outer)]
+        return [(y, abs(y)) for y in rows]
+
+    def _outer_of(self, count: int, on_line: bool, digits: int, context: Any) -> list[Any]:
         key = count, on_line, -(-digits // 10) * 10
         if key not in self._outer:
             with own_context(key[2]) as inner:
                 self._outer[key] = self._integrals(count, on_line, inner)
-        rows = [context.make_mpf(y._mpf_) * lam ** (-k - 1) for k, y in enumerate(self._outer[key])]
-        return [(y, abs(y)) for y in rows]
+        return [context.make_mpf(y._mpf_) for y in self._outer[key]]
 
     def _integrals(self, count: int, on_line: bool, context: Any) -> list[Any]:
         weights = self.g, self.h
