@@ -3,15 +3,8 @@
 Laplace's series of each is singular where they meet; here the integrals over both together.
 All are local, and known in closed form to every order:
 
-- well and barrier, phi du = (s² - zeta) ds (`symasym.asymptotics.cubic_map`), Z = lam^(2/3) zeta.
-  By parts, (s² - zeta) e^{±lam(...)} lowers u'(s) to sum (±1/lam)^k (a_k + b_k s), and then
-
-      int e^{-lam V}                 = pi (a Bi(Z) lam^(-1/3) - b Bi'(Z) lam^(-2/3)),
-      int e^{lam V}                  = pi (a Bi(Z) lam^(-1/3) + b Bi'(Z) lam^(-2/3)),
-      the double integral over both  = pi² (a a' (Ai² + Bi²) lam^(-2/3)
-              + (a b' - b a') (Ai Ai' + Bi Bi') lam^(-1) - b b' (Ai'² + Bi'²) lam^(-4/3)),
-
-  a, b with -1/lam, a', b' with 1/lam (DLMF 9.11.4 for the first; the others are its derivatives).
+- well and barrier, phi du = (s² - zeta) ds: Bi and Bi' in the single integrals, Ai² + Bi² and its
+  kin in the double one (`symasym.asymptotics.airy_products`), with u'(s) as weight of both.
 - barrier and end, phi du = t dt, x² = lam t²/2 at the end: erfc(x), Dawson's integral F(x) and
   the integral of F take the place of their asymptotic series.
 
@@ -24,6 +17,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from symasym.asymptotics.airy_products import by_parts, pair_terms
 from symasym.asymptotics.cubic_map import map_coefficients
 from symasym.asymptotics.cubic_pair import Pair, shifted
 from symasym.asymptotics.outer import laurent
@@ -80,10 +74,7 @@ def fold_of(
     """
     with context.workdps(digits + 12 + 4 * count):
         found = map_coefficients(pair, 2 * count + 1, context, None)
-    terms, rest = [], list(found)
-    for _ in range(count):
-        terms.append(rest[0])
-        rest = _lowered(rest, pair.zeta)
+    terms = list(zip(*by_parts(pair.zeta, found, count), strict=True))
     onward = bool(pair.sign > 0)
     if not onward:
         # s runs against u, and du = u' ds with it.
@@ -102,18 +93,6 @@ def parabola(fold: Fold, context: Any) -> Fold:
     p = 1 / context.cbrt(bend)
     pair = replace(fold.pair, zeta=-low * p)
     return fold._replace(pair=pair, terms=[(p, context.zero)], height=fold.level)
-
-
-def _lowered(c: list[tuple[Any, Any]], zeta: Any) -> list[tuple[Any, Any]]:
-    """The derivative of f_1 in f = p_0 + q_0 s + w f_1, w = s² - zeta, in the same form."""
-    found = [[0 * zeta, 0 * zeta] for _ in range(max(1, len(c) - 1))]
-    for j, (p, q) in enumerate(c[1:], start=1):
-        # d/ds (p + q s) w^(j-1) = q w^(j-1) + (j-1) (2 p s + 2 q (w + zeta)) w^(j-2).
-        found[j - 1][0] += (2 * j - 1) * q
-        if j > 1:
-            found[j - 2][0] += 2 * (j - 1) * zeta * q
-            found[j - 2][1] += 2 * (j - 1) * p
-    return [(p, q) for p, q in found]
 
 
 def _share(pair: Pair, taylor: list[Any], count: int, context: Any) -> list[Any]:
@@ -137,32 +116,13 @@ class Airy(NamedTuple):
 
 
 def airy(fold: Fold, lam: Any, order: int, context: Any) -> Airy:
-    c = context
-    third = c.cbrt(lam)
-    z = third**2 * fold.pair.zeta
-    ai, bi, ai1, bi1 = c.airyai(z), c.airybi(z), c.airyai(z, 1), c.airybi(z, 1)
-    sums = [[c.zero, c.zero], [c.zero, c.zero]]
-    both = c.zero
-    for k in range(order + 1):
-        power = lam**-k
-        for side, sign in enumerate((1, (-1) ** k)):
-            for i in (0, 1):
-                sums[side][i] += sign * power * fold.terms[k][i]
-        squares = cross = slopes = c.zero
-        for i in range(k + 1):
-            (a, b), (other_a, other_b) = fold.terms[i], fold.terms[k - i]
-            sign = (-1) ** i
-            squares += sign * a * other_a
-            cross += sign * (a * other_b - b * other_a)
-            slopes += sign * b * other_b
-        inner = squares * (ai**2 + bi**2) + cross * (ai * ai1 + bi * bi1) / third
-        both += power * (inner - slopes * (ai1**2 + bi1**2) / third**2)
-    (up, up_s), (down, down_s) = sums
-    return Airy(
-        c.pi * (up * bi + up_s * bi1 / third) / third,
-        c.pi * (down * bi - down_s * bi1 / third) / third,
-        c.pi**2 * both / third**2,
+    rows = fold.terms[: order + 1]
+    found = pair_terms(fold.pair.zeta, rows, rows, lam, context)
+    rising, falling, both = (
+        context.fsum(value for value, _ in terms)
+        for terms in (found.rising, found.falling, found.both)
     )
+    return Airy(rising, falling, both)
 
 
 class Edge(NamedTuple):

@@ -53,13 +53,17 @@ def _number(x: Any, context: Any) -> Any:
     return context.mpf(x.numerator) / x.denominator
 
 
-def laurent(taylor: list[Any], zero: bool, count: int) -> Iterator[list[Any]]:
+def laurent(
+    taylor: list[Any], zero: bool, count: int, weight: list[Any] | None = None
+) -> Iterator[list[Any]]:
     """Coefficients of h_1, ..., h_count times t^(2k - 1) if `zero`, from phi's (`taylor[0]` = 0).
 
-    Each list is a coefficient shorter than the one before where `zero` is false.
+    Each list is a coefficient shorter than the one before where `zero` is false. With the
+    coefficients of a `weight` h_1 is the weight over phi.
     """
-    last = inverse = _inverse(taylor[1:] if zero else taylor)
-    yield inverse
+    inverse = _inverse(taylor[1:] if zero else taylor)
+    last = inverse if weight is None else _product(weight, inverse)
+    yield last
     for k in range(1, count):
         if zero:
             slope = [(2 * k - 1 - j) * c for j, c in enumerate(last)]

@@ -135,6 +135,8 @@ class NumberRing:
     def expression(self, value: Any) -> Any:
         if hasattr(value, "_mpf_") and not isinstance(value, sympy.Basic):
             return self.context.make_mpf(value._mpf_)
+        if hasattr(value, "_mpc_"):
+            return self.context.make_mpc(value._mpc_)
         return evaluate_tree(value, {}, self.ops)
 
     def call(self, name: str, element: Any) -> Any:

@@ -9,16 +9,21 @@ import sympy
 
 from symasym.asymptotics.laplace import require_known
 from symasym.asymptotics.maxima import (
-    grid_of,
-    interior_maxima,
-    on_grid,
     peaks,
     vanishes_identically,
 )
-from symasym.asymptotics.pieces import WORK, Piece, at, cut, difference, number
+from symasym.asymptotics.pieces import WORK, Piece, at, cut, number
 from symasym.asymptotics.uniform_ends import BestOf, EndPart, SaddlePart
 from symasym.asymptotics.uniform_expansion import UniformExpansion
+from symasym.asymptotics.uniform_iterated import iterated_parts
 from symasym.asymptotics.uniform_pair import PairPart
+from symasym.asymptotics.uniform_reading import (
+    closest_pair,
+    read_integral,
+    require_alone,
+    require_no_pole,
+    require_smooth,
+)
 from symasym.context import own_context
 from symasym.errors import InputError
 
@@ -94,11 +99,13 @@ def uniform_integral(
     >>> print(gamma.bind(mu="1.01").evaluate(100, dps=20, log=True, full=True))
     -102.1877779348 ≈± 3.7e-11 (estimate, uniform)
     """
-    kind, formula, weight, factor, symbol, lo, hi = _read(f, g, x, a, b)
     if isinstance(order, bool) or not isinstance(order, (int, np.integer)):
         raise InputError(f"order is {order!r}; give a number of terms from 1 to {_MOST}.")
     if not 1 <= order <= _MOST:
         raise InputError(f"order is {order}; give a number of terms from 1 to {_MOST}.")
+    if isinstance(g, (tuple, list, sympy.Tuple)):
+        return _iterated(f, g, x, a, b, int(order), near)
+    kind, formula, weight, factor, symbol, lo, hi = read_integral(f, g, x, a, b)
     given_f, given_g = (formula * sympy.I if kind == "oscillating" else formula), weight * factor
     free = set().union(*(e.free_symbols for e in (formula, given_g, lo, hi))) - {symbol}
     parts: list[Any] = []
@@ -130,67 +137,40 @@ def uniform_integral(
     )
 
 
-def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, ...]:
-    from symasym.expressions import parse
-
-    symbol = sympy.Symbol(x) if isinstance(x, str) and x.isidentifier() else x
-    if not isinstance(symbol, sympy.Symbol):
-        raise InputError(f"x is {x!r}; give the variable of integration, a SymPy symbol.")
-    names = {symbol.name: symbol}
-    formula, weight, lo, hi = (
-        parse(name, value, names) for name, value in (("f", f), ("g", g), ("a", a), ("b", b))
-    )
-    kind = "real"
-    if formula.has(sympy.I):
-        kind, formula = "oscillating", sympy.expand(formula / sympy.I)
-    elif any(end.has(sympy.I) for end in (lo, hi)):
-        kind = "contour"
-        _require_valleys(lo, hi)
-    if formula.has(sympy.I, sympy.zoo, sympy.nan):
-        raise InputError(f"f = {f} is neither real nor imaginary; give one or the other.")
-    if not formula.has(symbol):
+def _iterated(
+    f: Any, weights: Any, x: Any, a: Any, b: Any, order: int, near: Any
+) -> UniformExpansion:
+    if len(weights) != 2:
         raise InputError(
-            f"f = {f} does not contain {symbol}, so the exponential is constant; give an f that "
-            f"depends on {symbol}."
+            f"g has {len(weights)} parts; give one weight, or (g, h) for the iterated integral."
         )
-    if weight == 0:
-        raise InputError("g is 0, so the integral is; give a g that is not.")
-    factor, weight = weight.as_independent(symbol, as_Add=False)
-    if weight.has(sympy.I, sympy.zoo, sympy.nan) or factor.has(sympy.oo, sympy.zoo, sympy.nan):
-        raise InputError(f"g = {g} is not a constant times a real function; split it into parts.")
-    for name, end in (("a", lo), ("b", hi)):
-        if end.has(symbol):
-            raise InputError(f"{name} = {end} contains {symbol}; give an end free of it.")
-    if kind != "contour" and not (lo.free_symbols or hi.free_symbols):
-        for name, end in (("a", lo), ("b", hi)):
-            if end.is_extended_real is False or end.has(sympy.I):
-                raise InputError(f"{name} = {end} is not real; give a real end or ±oo.")
-        if not number(lo) < number(hi):
-            raise InputError(f"a is {lo} and b is {hi}; a must be less than b.")
+    kind, formula, g, first, symbol, lo, hi = read_integral(f, weights[0], x, a, b)
+    _, _, h, second, *_ = read_integral(f, weights[1], x, a, b, "h")
     if kind != "real":
-        for name, expression in (("f", formula), ("g", weight)):
-            if expression.has(*_KINKS):
-                raise InputError(f"{name} = {expression} has kinks; split the integral at them.")
-            require_known(name, expression, symbol)
-    return kind, formula, weight, factor, symbol, lo, hi
-
-
-_KINKS = (sympy.Abs, sympy.sign, sympy.Max, sympy.Min, sympy.Heaviside, sympy.Piecewise)
-
-
-def _require_valleys(lo: Any, hi: Any) -> None:
-    large = {sympy.oo: _LARGE, -sympy.oo: -_LARGE}
-    ends = [complex(sympy.N(end.xreplace(large))) for end in (lo, hi) if not end.free_symbols]
-    if (
-        len(ends) < 2
-        or not all(abs(end) > 1e5 for end in ends)
-        or abs(ends[0] - ends[1].conjugate()) > 1e-6 * abs(ends[0])
-        or not ends[0].imag < 0 < ends[1].imag
-    ):
         raise InputError(
-            f"a is {lo} and b is {hi}; a path off the real axis goes from a complex infinity in "
-            "the lower half plane to the conjugate one, as from oo - I*pi to oo + I*pi."
+            f"f = {f} between {lo} and {hi} is not real on a real interval, which an iterated "
+            "integral with (g, h) has to be."
         )
+    require_smooth(symbol, {"f": formula, "g": g, "h": h})
+    given = sympy.Tuple(g * first, h * second)
+    free = set().union(*(e.free_symbols for e in (formula, given, lo, hi))) - {symbol}
+
+    def again(*arguments: Any) -> UniformExpansion:
+        return uniform_integral(*arguments, near=near)
+
+    return UniformExpansion(
+        formula,
+        given,
+        symbol,
+        lo,
+        hi,
+        order,
+        "products",
+        (),
+        sympy.simplify(first * second),
+        () if free else tuple(iterated_parts(formula, g, h, symbol, lo, hi, near)),
+        again,
+    )
 
 
 def _pair_parts(
@@ -200,10 +180,10 @@ def _pair_parts(
     piece = (
         Piece(lo, hi, phase, weight) if oscillating else Piece(-sympy.oo, sympy.oo, phase, weight)
     )
-    point, spread = _closest_pair(piece, x, near, sympy.I * phase if oscillating else phase)
+    point, spread = closest_pair(piece, x, near, sympy.I * phase if oscillating else phase)
     if oscillating:
-        _require_no_pole(piece, x)
-        _require_alone(piece, x, point, spread)
+        require_no_pole(piece, x)
+        require_alone(piece, x, point, spread, sympy.I * phase)
     parts: list[Any] = [PairPart(piece, x, point, oscillating)]
     if not oscillating:
         side = complex(sympy.N(hi.xreplace({sympy.oo: _LARGE, -sympy.oo: -_LARGE}))).real
@@ -219,73 +199,6 @@ def _pair_parts(
     return parts
 
 
-def _require_no_pole(piece: Piece, x: Any) -> None:
-    """Refuse a g whose denominator alone changes sign inside: the integral diverges."""
-    top, bottom = sympy.fraction(sympy.together(piece.g))
-    if not bottom.has(x):
-        return
-    grid = grid_of(piece)
-    signs = [np.sign(on_grid(e, x, grid)) for e in (bottom, top)]
-    flips = [row[1:] * row[:-1] < 0 for row in signs]
-    # A numerator that vanishes, too, makes it a removable singularity.
-    poles = np.flatnonzero(flips[0] & ~flips[1] & (signs[1][1:] != 0) & (signs[1][:-1] != 0))
-    if poles.size:
-        raise InputError(
-            f"g = {piece.g} has a pole at {x} = {grid[poles[0]]:.4g} or thereabouts, so the "
-            "integral diverges; give an interval without it."
-        )
-
-
-def _closest_pair(piece: Piece, x: Any, near: Any, shown: Any) -> tuple[Any, Any]:
-    """Where f' has the extremum with the closest pair of zeros, and a quarter of their distance².
-
-    The latter is negative for a complex pair.
-    """
-    slope, curved, bend = (sympy.diff(piece.f, x, k) for k in (1, 2, 3))
-    if near is not None:
-        from symasym.inputs import exact
-
-        value = exact("near", near)
-        points = [number(sympy.Rational(value.numerator, value.denominator))]
-    else:
-        points = []
-        for sign in (1, -1):
-            signed = Piece(piece.lo, piece.hi, sign * slope, piece.g)
-            points += interior_maxima(signed, sign * curved, x)
-    found = []
-    with own_context(WORK) as context:
-        for point in points:
-            first, third = (context.make_mpf(at(e, x, point)._mpf_) for e in (slope, bend))
-            if third:
-                found.append((-2 * first / third, point))
-    if not found:
-        raise InputError(
-            f"f = {shown} has no two saddles that could meet between {piece.lo} and {piece.hi}; "
-            "give near=… beside them."
-        )
-    spread, point = min(found, key=lambda pair: abs(pair[0]))
-    return point, spread
-
-
-def _require_alone(piece: Piece, x: Any, point: Any, spread: Any) -> None:
-    """Both points of the pair inside, and no other stationary point."""
-    values = on_grid(sympy.diff(piece.f, x), x, grid_of(piece))
-    signs = np.sign(values[np.isfinite(values) & (values != 0)])
-    count = int(np.count_nonzero(signs[1:] != signs[:-1]))
-    inside = True
-    if spread > 0:
-        with own_context(WORK) as context:
-            reach = context.sqrt(context.make_mpf(spread._mpf_)) * 9 / 10
-            middle, lo, hi = (number(y) for y in (point, piece.lo, piece.hi))
-            inside = bool(difference(middle, lo) > reach and difference(hi, middle) > reach)
-    if count not in (0, 2) or not inside:
-        raise InputError(
-            f"f = I*({piece.f}) has {count} stationary points between {piece.lo} and "
-            f"{piece.hi} beside the pair at {x} = {float(number(point)):.6g}; give an interval "
-            "that holds the pair and no other."
-        )
-
-
 def _real_parts(f: Any, g: Any, x: Any, lo: Any, hi: Any) -> list[Any]:
     pieces = cut(f, g, x, lo, hi)
     for piece in pieces:
@@ -295,7 +208,7 @@ def _real_parts(f: Any, g: Any, x: Any, lo: Any, hi: Any) -> list[Any]:
     tops = peaks(pieces, x)
     parts: list[Any] = []
     for piece in pieces:
-        _require_no_pole(piece, x)
+        require_no_pole(piece, x)
         slope = sympy.diff(piece.f, x)
         if vanishes_identically(slope, x):
             raise InputError(

@@ -17,11 +17,18 @@ from symasym.estimate import Estimate
 from symasym.inputs import digits, exact, float_text, floats, is_array
 
 _FLOAT_DIGITS = 20
+_NAMES = {
+    "airy": "Ai, Ai'",
+    "erfc": "erfc, ends",
+    "products": "Ai² + Bi² and its kin, ends, u near v",
+}
 
 
 @dataclass(frozen=True, repr=False)
 class UniformExpansion(IntegralParts):
     """An expansion of the integral of g(x) e^(lam f(x)) that holds as critical points meet.
+
+    Or, with g a pair (g, h), of the iterated integral of g(u) h(v) e^(lam (f(v) - f(u))), u < v.
 
     Attributes
     ----------
@@ -29,8 +36,9 @@ class UniformExpansion(IntegralParts):
         The integral.
     order : int
         Terms kept.
-    kind : {"airy", "erfc"}
-        Two coalescing saddles, or saddles near ends and kinks.
+    kind : {"airy", "erfc", "products"}
+        Two coalescing saddles, saddles near ends and kinks, or an iterated integral with products
+        of Airy functions.
     conditions : tuple of str
         What is taken for granted.
     """
@@ -62,17 +70,20 @@ class UniformExpansion(IntegralParts):
         """
         return self._again(*self._with_numbers(values), self.order)
 
-    def coefficients(self, dps: int = 15) -> tuple[Any, list[tuple[Any, Any]]]:
+    def coefficients(self, dps: int = 15) -> tuple[Any, list[tuple[Any, ...]]]:
         """zeta and the pairs (a_n, b_n) that stand with Ai and Ai' in the terms lam^(-n).
 
-        They are of G_n, G_0 = g x'(s), before the powers of i (f imaginary) or -1 (f real).
+        They are of G_n, G_0 = g x'(s), before the powers of i (f imaginary) or -1 (f real). Of an
+        iterated integral: four numbers for each n, which stand with Ai² + Bi², Ai Ai' + Bi Bi' and
+        Ai'² + Bi'², times lam^(-n) and lam^(-2/3), lam^(-1) and lam^(-4/3), and with lam^(-n-1).
+        What finite ends add is not among them.
 
         Raises
         ------
         InputError
             Unless two saddles coalesce.
         """
-        if self.kind != "airy":
+        if self.kind == "erfc":
             raise InputError(
                 "kind is 'erfc', which has no zeta; coefficients() is for two saddles."
             )
@@ -80,9 +91,12 @@ class UniformExpansion(IntegralParts):
         from symasym.context import to_mpf
 
         with own_context(digits(dps) + 10) as context:
-            zeta, _, _, a, b = self._parts[0].coefficients(self.order, context)
-            pairs = [tuple(to_mpf(y, dps) for y in pair) for pair in zip(a, b, strict=True)]
-            return to_mpf(zeta, dps), pairs
+            if self.kind == "products":
+                zeta, rows = self._parts[0].coefficients(self.order, context)
+            else:
+                zeta, _, _, a, b = self._parts[0].coefficients(self.order, context)
+                rows = list(zip(a, b, strict=True))
+            return to_mpf(zeta, dps), [tuple(to_mpf(y, dps) for y in row) for row in rows]
 
     def expression(self, lam: Any = "lam", *, saddles: Any = None) -> Any:
         """The first terms, at most three, as a SymPy expression in airyai or erfc.
@@ -104,6 +118,7 @@ class UniformExpansion(IntegralParts):
             For more than three terms, kinks, or saddles that are not known or not real for all
             parameters.
         """
+        from symasym.asymptotics.iterated_symbols import iterated_formula
         from symasym.asymptotics.uniform_symbols import MOST_TERMS, end_formula, pair_formula
 
         if self.order > MOST_TERMS:
@@ -112,6 +127,11 @@ class UniformExpansion(IntegralParts):
                 "they fill pages."
             )
         symbol = sympy.Symbol(lam, positive=True) if isinstance(lam, str) else lam
+        if self.kind == "products":
+            g, h = (part.as_independent(self.x, as_Add=False)[1] for part in self.g)
+            ends = self.a, self.b
+            found = iterated_formula(self.f, g, h, self.x, *ends, self.order, symbol, saddles)
+            return self._factor * found
         weight = self.g.as_independent(self.x, as_Add=False)[1]
         if self.kind == "erfc":
             parts = (self.f, weight, self.x, self.a, self.b)
@@ -214,7 +234,7 @@ class UniformExpansion(IntegralParts):
             error = _rounded(mpmath.mp, error * (1 + context.mpf(10) ** -10), 15)
         if not full:
             return value
-        names = ("Ai, Ai'",) if self.kind == "airy" else ("erfc, ends",)
+        names = (_NAMES[self.kind],)
         return Estimate(value, error, "estimate", "uniform", self.order, names)
 
     def _sum(self, lam: Any, context: Any) -> tuple[Any, Any]:
@@ -235,9 +255,12 @@ class UniformExpansion(IntegralParts):
         return factor * total, abs(factor) * (2 * max(beyond) + 8 * beyond[-1])
 
     def __str__(self) -> str:
+        what = f"the integral of ({self.g}) e^(lam ({self.f}))"
+        if self.kind == "products":
+            g, h = self.g
+            what = f"the iterated integral of ({g}) and ({h}) with f = {self.f}"
         return (
-            f"uniform expansion ({self.kind}, {self.order} terms) of the integral of "
-            f"({self.g}) e^(lam ({self.f})) over {self.x} from {self.a} to {self.b}; "
+            f"uniform expansion ({self.kind}, {self.order} terms) of {what} over {self.x} from {self.a} to {self.b}; "
             f"error: {self.error_kind}"
         )
 

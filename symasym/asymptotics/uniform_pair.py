@@ -9,10 +9,11 @@ division, so nothing is lost at the coalescence.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import sympy
 
+from symasym.asymptotics.airy_products import by_parts
 from symasym.asymptotics.cubic_map import map_coefficients
 from symasym.asymptotics.cubic_pair import Pair, split_pair
 from symasym.asymptotics.local_expansion import refined
@@ -61,57 +62,74 @@ class PairPart:
 
     def coefficients(self, count: int, context: Any) -> tuple[Any, ...]:
         """zeta, level and sign of the map, and a_n, b_n without their powers of i or -1."""
-        pair, weight, start = self._pair(2 * count - 1, context)
+        f, weights = self.piece.f, (self.piece.g,)
+        _, pair, (weight,), start = nearby_pair(
+            f, weights, self.x, self.point, 2 * count - 1, context
+        )
         pq = map_coefficients(pair, 2 * count - 1, context, weight)
         return (pair.zeta, start + pair.level, pair.sign, *by_parts(pair.zeta, pq, count))
 
-    def _pair(self, count: int, context: Any) -> tuple[Pair, list[Any], Any]:
-        """The pair from as many Taylor coefficients as the digits ask for."""
-        ring = NumberRing(context)
-        slope = sympy.diff(self.piece.f, self.x)
-        # refined finds zeros of a derivative: here of f''.
-        curved = Piece(self.piece.lo, self.piece.hi, slope, self.piece.g)
-        point = ring.expression(refined(curved, self.x, self.point, ring))
-        n = 2 * count + 30
-        while True:
-            f = series_of("f", self.piece.f, self.x, point, 1, n + 1, ring)
-            g = series_of("g", self.piece.g, self.x, point, 1, n, ring)
-            c = [(k + 1) * y for k, y in enumerate(f[1:])]
-            try:
-                pair = split_pair(without_zeros(c, 3), context)
-            except AccuracyError:
-                raise self._too_far(context, point) from None
-            reach = self._reach(pair, c, g, context)
-            needed = 2 * count + 6
-            if reach > 0:
-                needed += int(context.dps / max(-context.log10(reach), context.mpf("0.001")))
-            if reach >= 1 or needed > _MOST_TERMS:
-                raise self._too_far(context, point)
-            if needed <= n:
-                return pair, without_zeros(g), f[0]
-            n = needed + needed // 10
 
-    @staticmethod
-    def _reach(pair: Pair, c: list[Any], g: list[Any], context: Any) -> Any:
-        """Half the pair's distance over the radius of convergence, by the root test."""
+class Nearby(NamedTuple):
+    """A pair of saddles, about `point`, where f is `start` and the weights have these series."""
+
+    point: Any
+    pair: Pair
+    weights: list[list[Any]]
+    start: Any
+
+
+def nearby_pair(
+    f: Any, weights: tuple[Any, ...], x: Any, point: Any, count: int, context: Any
+) -> Nearby:
+    """The pair of f' about `point`, a zero of its slope.
+
+    From as many coefficients as `count` pairs of the cubic map and the digits ask for.
+    """
+    ring = NumberRing(context)
+    # refined finds zeros of a derivative: here of f''.
+    curved = Piece(-sympy.oo, sympy.oo, sympy.diff(f, x), sympy.Integer(1))
+    point = ring.expression(refined(curved, x, point, ring))
+    n = 2 * count + 30
+    while True:
+        steep = series_of("f", f, x, point, 1, n + 1, ring)
+        rows = [series_of("g", g, x, point, 1, n, ring) for g in weights]
+        c = [(k + 1) * y for k, y in enumerate(steep[1:])]
+        try:
+            pair = split_pair(without_zeros(c, 3), context)
+        except AccuracyError:
+            raise _too_far(x, point, context) from None
         distance = context.sqrt(abs(pair.square)) + abs(pair.middle)
-        found = context.mpf(0)
-        for row in (c[2:], g):
-            top = max(abs(y) for y in row[:3])
-            if without_zeros(row) != row:
-                # A polynomial, known as a whole.
-                continue
-            for k in range(len(row) // 2, len(row)):
-                if top and row[k]:
-                    found = max(found, distance * context.root(abs(row[k]) / top, k))
-        return found
+        # Polynomials are known as a whole. (A last coefficient of 0 does not make one.)
+        series = [
+            row
+            for e, row in zip((f, *weights), (c[2:], *rows), strict=True)
+            if not e.is_polynomial(x)
+        ]
+        reach = max((distance * root_test(row, context) for row in series), default=context.zero)
+        needed = 2 * count + 6
+        if reach > 0:
+            needed += int(context.dps / max(-context.log10(reach), context.mpf("0.001")))
+        if reach >= 1 or needed > _MOST_TERMS:
+            raise _too_far(x, point, context)
+        if needed <= n:
+            return Nearby(point, pair, [without_zeros(row) for row in rows], steep[0])
+        n = needed + needed // 10
 
-    def _too_far(self, context: Any, point: Any) -> AccuracyError:
-        return AccuracyError(
-            f"no pair of saddles next to {self.x} = {context.nstr(point, 8)} is alone within the "
-            "radius of convergence, so they're too far apart, or a third is near; give near=… for "
-            "another pair, or expand each saddle by itself with laplace_integral."
-        )
+
+def root_test(row: list[Any], context: Any) -> Any:
+    """One over the radius of convergence, roughly."""
+    top = max(abs(y) for y in row[:3])
+    later = [(k, y) for k, y in enumerate(row) if k >= max(1, len(row) // 2) and y and top]
+    return max((context.root(abs(y) / top, k) for k, y in later), default=context.zero)
+
+
+def _too_far(x: Any, point: Any, context: Any) -> AccuracyError:
+    return AccuracyError(
+        f"no pair of saddles next to {x} = {context.nstr(point, 8)} is alone within the "
+        "radius of convergence, so they're too far apart, or a third is near; give near=… for "
+        "another pair, or expand each saddle by itself with laplace_integral."
+    )
 
 
 def without_zeros(c: list[Any], least: int = 1) -> list[Any]:
@@ -120,18 +138,3 @@ def without_zeros(c: list[Any], least: int = 1) -> list[Any]:
     while n > least and c[n - 1] == 0:
         n -= 1
     return c[:n]
-
-
-def by_parts(zeta: Any, pq: list[tuple[Any, Any]], count: int) -> tuple[Any, Any]:
-    """a_n and b_n for n < count from p_k, q_k for k < 2 count - 1; G_(n+1) = H_n'."""
-    p, q = ([pair[j] for pair in pq] for j in (0, 1))
-    a, b = [], []
-    for _ in range(count):
-        a.append(p[0])
-        b.append(q[0])
-        rest = range(len(p) - 2)
-        p, q = (
-            [(2 * k + 1) * q[k + 1] + 2 * (k + 1) * zeta * q[k + 2] for k in rest],
-            [2 * (k + 1) * p[k + 2] for k in rest],
-        )
-    return a, b

@@ -9,11 +9,11 @@ from typing import Any
 
 import sympy
 
+from symasym.asymptotics.airy_products import by_parts
 from symasym.asymptotics.coefficients import negative_power, perron_coefficients
 from symasym.asymptotics.pieces import number
 from symasym.asymptotics.rings import ExpressionRing, sampled_parameters
 from symasym.asymptotics.series import NotAnalytic, taylor
-from symasym.asymptotics.uniform_pair import by_parts
 from symasym.errors import InputError
 
 #: Terms beyond this one are too long to be of use as formulas.
@@ -24,12 +24,8 @@ def pair_formula(
     f: Any, g: Any, x: Any, order: int, lam: Any, saddles: Any, oscillating: bool
 ) -> Any:
     """Expansion at two real saddles, of the integral over i where it's not oscillating."""
-    low, high = _pair_of(f, x, saddles)
-    level = (f.xreplace({x: low}) + f.xreplace({x: high})) / 2
-    # At s = + sqrt(zeta) f has a minimum, at s = - sqrt(zeta) a maximum.
-    drop = f.xreplace({x: low}) - f.xreplace({x: high})
-    root = sympy.cbrt(sympy.Rational(3, 4) * drop)
-    a, b, direction = _pair_coefficients(f, g, x, low, high, root, order)
+    root, level, direction, ((*rows,),) = two_saddles(f, (g,), x, saddles, order)
+    a, b = zip(*rows, strict=True)
     argument = (-1 if oscillating else 1) * lam ** sympy.Rational(2, 3) * root**2
     unit = sympy.I if oscillating else sympy.Integer(1)
     step = sympy.I / lam if oscillating else -1 / lam
@@ -38,7 +34,23 @@ def pair_formula(
     slope = turn * sympy.airyaiprime(argument) * lam ** -sympy.Rational(2, 3)
     total = airy * sum(y * step**n for n, y in enumerate(a))
     total += slope * sum(y * step**n for n, y in enumerate(b))
-    return 2 * sympy.pi * direction * sympy.exp(unit * lam * level) * total
+    return 2 * sympy.pi * sympy.exp(unit * lam * level) * total
+
+
+def two_saddles(
+    f: Any, weights: tuple[Any, ...], x: Any, saddles: Any, order: int
+) -> tuple[Any, Any, Any, list[list[tuple[Any, Any]]]]:
+    """sqrt(zeta), f's mean, the direction of s, and for each weight (a_n, b_n) with its sign."""
+    low, high = _pair_of(f, x, saddles)
+    level = (f.xreplace({x: low}) + f.xreplace({x: high})) / 2
+    # At s = + sqrt(zeta) f has a minimum, at s = - sqrt(zeta) a maximum.
+    drop = f.xreplace({x: low}) - f.xreplace({x: high})
+    root = sympy.cbrt(sympy.Rational(3, 4) * drop)
+    found = []
+    for g in weights:
+        a, b, direction = _pair_coefficients(f, g, x, low, high, root, order)
+        found.append([(direction * y, direction * z) for y, z in zip(a, b, strict=True)])
+    return root, level, direction, found
 
 
 def _pair_of(f: Any, x: Any, given: Any) -> tuple[Any, Any]:
@@ -92,8 +104,8 @@ def _pair_coefficients(
     direction = _direction(low, high)
     sides = []
     for side, mark, point in ((1, "p", high), (-1, "m", low)):
-        steep = _taylor(f, x, point, count + 2)[2:]
-        weight = _taylor(g, x, point, max(count, 2))[:count]
+        steep = taylor_of(f, x, point, count + 2)[2:]
+        weight = taylor_of(g, x, point, max(count, 2))[:count]
         for j in range(count):
             values[f"a{mark}{j}"] = steep[j] / steep[0]
             values[f"c{mark}{j}"] = weight[j]
@@ -125,7 +137,7 @@ def _direction(low: Any, high: Any) -> Any:
     return sympy.Integer(1 if signs.pop() else -1)
 
 
-def _taylor(expression: Any, x: Any, point: Any, count: int) -> list[Any]:
+def taylor_of(expression: Any, x: Any, point: Any, count: int) -> list[Any]:
     try:
         return list(taylor(expression, x, point, 1, count, ExpressionRing()).c)
     except NotAnalytic:
@@ -166,8 +178,8 @@ def end_formula(
     """Expansion at one maximum with the finite ends, wherever they are beside it."""
     point = _maximum(f, x, saddles)
     count = 2 * order
-    at_saddle = _taylor(f, x, point, count + 3)
-    weight = _taylor(g, x, point, count + 1)
+    at_saddle = taylor_of(f, x, point, count + 3)
+    weight = taylor_of(g, x, point, count + 1)
     alpha = -at_saddle[2]
     d = perron_coefficients([sympy.Integer(0)] * 2 + at_saddle[2:], weight, 2)
     a = []
@@ -178,12 +190,12 @@ def end_formula(
     for side, end in ((1, lo), (-1, hi)):
         if end.is_infinite:
             continue
-        here = _taylor(f, x, end, order + 2)
+        here = taylor_of(f, x, end, order + 2)
         t = end - point
         # Its sign is t's on both sides: v is analytic there.
         v = t * sympy.sqrt((at_saddle[0] - here[0]) / (alpha * t**2))
         share.append((side, v))
-        c = perron_coefficients(here[: order + 1], _taylor(g, x, end, max(order, 2))[:order], 1)
+        c = perron_coefficients(here[: order + 1], taylor_of(g, x, end, max(order, 2))[:order], 1)
         tail = 1 / (2 * alpha * v)
         tails = []
         for m in range(order):

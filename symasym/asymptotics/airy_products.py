@@ -1,0 +1,89 @@
+"""Two coalescing critical points in closed form: Airy functions, and their products.
+
+With phi du = (s² - zeta) ds, V = level - (s³/3 - zeta s) and Z = lam^(2/3) zeta, an integration by
+parts turns (s² - zeta) G into ∓ G'/lam, so that each weight is lowered to a series of a + b s:
+
+    int g e^{-lam V}           = pi e^{-lam level} (a Bi(Z) lam^(-1/3) - b Bi'(Z) lam^(-2/3)),
+    int h e^{lam V}            = pi e^{lam level} (a' Bi(Z) lam^(-1/3) + b' Bi'(Z) lam^(-2/3)),
+    int int_{u < v} g(u) h(v) e^{lam (V(v) - V(u))}
+        = pi² (a a' (Ai² + Bi²) lam^(-2/3) + (a b' - b a') (Ai Ai' + Bi Bi') lam^(-1)
+               - b b' (Ai'² + Bi'²) lam^(-4/3)),
+
+a, b with (-1/lam)^n, a', b' with lam^-n. The first line of the last is DLMF 9.11.4, the others are
+its derivatives in zeta; the critical point that comes first is the minimum of V. What the
+integrations by parts leave behind has no exponential, and is the outer part.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+#: A value, and a size that has no zeros by chance.
+Term = tuple[Any, Any]
+#: (a_n, b_n), without their powers of 1/lam.
+Rows = list[tuple[Any, Any]]
+
+
+def by_parts(zeta: Any, pq: Rows, count: int) -> tuple[list[Any], list[Any]]:
+    """a_n and b_n for n < count from p_k, q_k for k < 2 count - 1; G_(n+1) = H_n'."""
+    p, q = ([pair[j] for pair in pq] for j in (0, 1))
+    a, b = [], []
+    for _ in range(count):
+        a.append(p[0])
+        b.append(q[0])
+        rest = range(len(p) - 2)
+        p, q = (
+            [(2 * k + 1) * q[k + 1] + 2 * (k + 1) * zeta * q[k + 2] for k in rest],
+            [2 * (k + 1) * p[k + 2] for k in rest],
+        )
+    return a, b
+
+
+class PairTerms(NamedTuple):
+    """The terms of int g e^{-lam V}, int h e^{lam V} and the double integral, heights left out."""
+
+    falling: list[Term]
+    rising: list[Term]
+    both: list[Term]
+
+
+def product_rows(falling: Rows, rising: Rows) -> list[tuple[Any, Any, Any]]:
+    """What stands with Ai² + Bi², Ai Ai' + Bi Bi' and Ai'² + Bi'² in the terms lam^-n, over pi²."""
+    found = []
+    for n in range(min(len(falling), len(rising))):
+        squares = cross = slopes = 0 * falling[0][0]
+        for i in range(n + 1):
+            (a, b), (a_, b_) = falling[i], rising[n - i]
+            sign = (-1) ** i
+            squares += sign * a * a_
+            cross += sign * (a * b_ - b * a_)
+            slopes -= sign * b * b_
+        found.append((squares, cross, slopes))
+    return found
+
+
+def pair_terms(zeta: Any, falling: Rows, rising: Rows, lam: Any, context: Any) -> PairTerms:
+    """All terms that the rows determine."""
+    third = context.cbrt(lam)
+    z = third**2 * zeta
+    ai, ai1 = context.airyai(z), context.airyai(z, derivative=1)
+    bi, bi1 = context.airybi(z), context.airybi(z, derivative=1)
+    # The modulus functions have no zeros.
+    modulus = context.hypot(ai, bi), context.hypot(ai1, bi1)
+
+    def single(rows: Rows, step: int) -> list[Term]:
+        found = []
+        for n, (a, b) in enumerate(rows):
+            front = context.pi * lam**-n / third
+            value = a * bi + step * b * bi1 / third
+            size = abs(a) * modulus[0] + abs(b) * modulus[1] / third
+            found.append((front * step**n * value, front * size))
+        return found
+
+    functions = ai**2 + bi**2, (ai * ai1 + bi * bi1) / third, (ai1**2 + bi1**2) / third**2
+    both = []
+    for n, row in enumerate(product_rows(falling, rising)):
+        front = context.pi**2 * lam**-n / third**2
+        values = [front * c * y for c, y in zip(row, functions, strict=True)]
+        both.append((sum(values, 0 * z), sum((abs(y) for y in values), 0 * z)))
+    return PairTerms(single(falling, -1), single(rising, 1), both)
