@@ -1,20 +1,16 @@
-"""What a well and a barrier, or a barrier and an end, make of weak noise as they meet.
+"""What a well and a barrier make of weak noise as they meet.
 
-Laplace's series of each is singular where they meet; here the integrals over both together.
-All are local, and known in closed form to every order:
+Laplace's series of each is singular where they meet; here the integrals over both together,
+known in closed form to every order. With
+phi du = (s² - zeta) ds (`symasym.asymptotics.cubic_map`) and Z = lam^(2/3) zeta, integrations by
+parts lower u'(s) to sum (±1/lam)^k (a_k + b_k s), and then
 
-- well and barrier, phi du = (s² - zeta) ds (`symasym.asymptotics.cubic_map`), Z = lam^(2/3) zeta.
-  By parts, (s² - zeta) e^{±lam(...)} lowers u'(s) to sum (±1/lam)^k (a_k + b_k s), and then
+    int e^{-lam V}                 = pi (a Bi(Z) lam^(-1/3) - b Bi'(Z) lam^(-2/3)),
+    int e^{lam V}                  = pi (a Bi(Z) lam^(-1/3) + b Bi'(Z) lam^(-2/3)),
+    the double integral over both  = pi² (a a' (Ai² + Bi²) lam^(-2/3)
+            + (a b' - b a') (Ai Ai' + Bi Bi') lam^(-1) - b b' (Ai'² + Bi'²) lam^(-4/3)),
 
-      int e^{-lam V}                 = pi (a Bi(Z) lam^(-1/3) - b Bi'(Z) lam^(-2/3)),
-      int e^{lam V}                  = pi (a Bi(Z) lam^(-1/3) + b Bi'(Z) lam^(-2/3)),
-      the double integral over both  = pi² (a a' (Ai² + Bi²) lam^(-2/3)
-              + (a b' - b a') (Ai Ai' + Bi Bi') lam^(-1) - b b' (Ai'² + Bi'²) lam^(-4/3)),
-
-  a, b with -1/lam, a', b' with 1/lam (DLMF 9.11.4 for the first; the others are its derivatives).
-- barrier and end, phi du = t dt, x² = lam t²/2 at the end: erfc(x), Dawson's integral F(x) and
-  the integral of F take the place of their asymptotic series.
-
+a, b with -1/lam, a', b' with 1/lam (DLMF 9.11.4 for the first; the others are its derivatives).
 What is left over by the integrations by parts has no exponential, and is the outer part.
 """
 
@@ -28,7 +24,7 @@ from symasym.asymptotics.cubic_map import map_coefficients
 from symasym.asymptotics.cubic_pair import Pair, shifted
 from symasym.asymptotics.outer import laurent
 
-__all__ = ["Airy", "Edge", "Fold", "airy", "edge_corrections", "fold_of", "parabola"]
+__all__ = ["Airy", "Fold", "airy", "fold_of", "parabola"]
 
 
 class Fold(NamedTuple):
@@ -163,69 +159,3 @@ def airy(fold: Fold, lam: Any, order: int, context: Any) -> Airy:
         c.pi * (down * bi - down_s * bi1 / third) / third,
         c.pi**2 * both / third**2,
     )
-
-
-class Edge(NamedTuple):
-    """A barrier before an end or kink of the layer.
-
-    Attributes
-    ----------
-    barrier, end : mpf
-        Their heights.
-    peak : list
-        alpha_n of int e^{lam V} = sqrt(2 pi/lam) e^{lam barrier} sum alpha_n lam^-n.
-    series : list
-        Of the formal series -sum_k series[k] lam^-(k+1) of int e^{lam V} up to the end.
-    """
-
-    barrier: Any
-    end: Any
-    peak: list[Any]
-    series: list[Any]
-
-
-class Corrections(NamedTuple):
-    """What is to be added to Laplace's: at the end to both integrals, and to the double one."""
-
-    rising: Any
-    falling: Any
-    nested: Any
-
-
-def edge_corrections(edge: Edge, lam: Any, order: int, context: Any) -> Corrections:
-    """Uniform functions less the terms of their series that Laplace's has, times e^{lam ...}.
-
-    `rising` is in units of e^{lam end}, `falling` in those of e^{-lam end}.
-    """
-    c, terms = context, order + 1
-    t = c.sqrt(2 * (edge.barrier - edge.end))
-    x = t * c.sqrt(lam / 2)
-    down = [(-1) ** n * a for n, a in enumerate(edge.peak)]
-    odd = [c.fac2(2 * m - 1) / t ** (2 * m + 1) for m in range(terms)]
-    # sqrt(pi/(2 lam)) e^{x²} erfc(x) = sum (-1)^m odd[m] lam^-(m+1), and Dawson's without signs.
-    shade = [(-1) ** m * y for m, y in enumerate(odd)]
-    shaded, dawson = _product(edge.peak, shade, terms), _product(down, odd, terms)
-    series = [y - z for y, z in zip(edge.series[:terms], shaded, strict=True)]
-    tail = c.sqrt(c.pi / (2 * lam)) * c.exp(x * x) * c.erfc(x)
-    rising = -_sum(edge.peak[:terms], lam) * tail + _sum(shaded, lam) / lam
-    f = c.sqrt(c.pi) / 2 * c.exp(-x * x) * c.erfi(x)
-    slow = _sum(down[:terms], lam) * c.sqrt(2 / lam) * f
-    falling = slow - _sum(dawson, lam) / lam
-    # int F, and log(t) - sum (2m-1)!!/(2m) (lam t²)^-m, which is what it is far from the barrier.
-    weights = _product(edge.peak, down, terms)
-    area = x * x * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, -x * x)
-    area -= (c.euler + c.log(2 * lam)) / 2
-    formal = [c.log(t), *(-c.fac2(2 * m - 1) / (2 * m * t ** (2 * m)) for m in range(1, terms))]
-    nested = _sum(weights, lam) * area / lam - _sum(_product(weights, formal, terms), lam) / lam
-    # Less what the end cuts off: Dawson's times the regular part of the end's series.
-    nested -= slow * _sum(series, lam) / lam
-    nested += _sum(_product(dawson, series, max(terms - 1, 0)), lam) / lam**2
-    return Corrections(rising, falling, nested)
-
-
-def _product(a: list[Any], b: list[Any], count: int) -> list[Any]:
-    return [sum(a[i] * b[k - i] for i in range(k + 1)) for k in range(count)]
-
-
-def _sum(c: list[Any], lam: Any) -> Any:
-    return sum((x * lam**-k for k, x in enumerate(c)), 0 * lam)
