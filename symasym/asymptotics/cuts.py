@@ -140,12 +140,17 @@ class _Seen(NamedTuple):
     height: Any
     start: Any
 
-    def ratio(self, other: Place | None) -> Any:
-        """How far V goes from the zero to that one, to how far it goes to p."""
-        if other is None:
-            return None
-        depth = abs(_rise(self.zero) - _rise(other))
-        return _FADE * depth / abs(self.height + self.start - _rise(self.zero))
+    def behind_ratio(self) -> Any:
+        """How far V goes from the zero to that behind it, to how far it goes to p."""
+        return None if self.behind is None else self._ratio(_rise(self.zero), self.behind)
+
+    def beside_ratio(self) -> Any:
+        """The same from p to the zero beyond it."""
+        return None if self.beside is None else self._ratio(self.height + self.start, self.beside)
+
+    def _ratio(self, height: Any, other: Place) -> Any:
+        here = self.height + self.start
+        return _FADE * abs(height - _rise(other)) / abs(here - _rise(self.zero))
 
 
 def _rise(zero: Place) -> Any:
@@ -164,8 +169,8 @@ def _cut(seen: _Seen, h: list[Any], count: int, context: Any) -> Cut:
     # corrected. The fades leave no trace in any order of 1/lam, since the corrections are of a
     # higher order anyway where they set in; they set in faster than any power.
     beside, behind = (
-        [_fade(n, seen.ratio(other), c) for n in range(count)]
-        for other in (seen.beside, seen.behind)
+        [_fade(n, ratio, c) for n in range(count)]
+        for ratio in (seen.beside_ratio(), seen.behind_ratio())
     )
     peak = [a * f * g for a, f, g in zip(whole, beside, behind, strict=True)]
     shaded = product(peak, shade(t, count, c), count)

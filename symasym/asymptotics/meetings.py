@@ -6,6 +6,7 @@ Found for both sides of the start (`symasym.asymptotics.places`); a pair may hav
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from symasym.asymptotics.coalescence import Fold, fold_of
@@ -153,12 +154,25 @@ def _fold(stretch: Stretch, point: Fraction, count: int, places: list[Place]) ->
         return None
     if pair.zeta > 0 and None in [place_at(u, places) for u in zeros_of(fold, context)]:
         return None
-    rooms = [abs(_height(stretch, u) - fold.height) for u in stretch.cuts]
+    rooms = [_way(stretch, fold, u, places) for u in stretch.cuts]
     middle = context.mpf(point.numerator) / point.denominator + pair.middle
     ends = [context.mpf(u.numerator) / u.denominator for u in (stretch.lo, stretch.hi)]
     # Beyond the layer phi is another function, and the pair none of its own.
     room = min(rooms, default=context.inf) if ends[0] < middle < ends[1] else context.zero
     return fold._replace(room=room)
+
+
+def _way(stretch: Stretch, fold: Fold, cut: Fraction, places: list[Place]) -> Any:
+    """How far V goes up and down between a pair and a cut."""
+    context = stretch.context
+    point, end = (context.mpf(u.numerator) / u.denominator for u in (fold.point, cut))
+    zeros = sorted(
+        (p for p in places if p.kind in ("well", "barrier") and (p.u - point) * (p.u - end) < 0),
+        key=lambda p: abs(p.u - point),
+    )
+    heights = [p.height if p.kind == "barrier" else -p.height for p in zeros]
+    way = [fold.height, *heights, _height(stretch, cut)]
+    return sum((abs(b - a) for a, b in pairwise(way)), context.zero)
 
 
 def _is_own(fold: Fold, turns: list[Fraction], context: Any) -> bool:
