@@ -48,6 +48,10 @@ class Fold(NamedTuple):
         How far V is from `height` where the line is cut off; infinite if nowhere.
     bottom : (mpf, mpf)
         phi and half its curvature at the point, with the sign that makes the curvature positive.
+    digits : int
+        Of Airy's functions.
+    known : dict
+        These by lam.
     """
 
     point: Fraction
@@ -59,6 +63,8 @@ class Fold(NamedTuple):
     level: Any
     bottom: tuple[Any, Any]
     room: Any
+    digits: int
+    known: dict[Any, tuple[Any, ...]]
 
 
 def fold_of(
@@ -89,7 +95,7 @@ def fold_of(
         share = _share(pair, taylor, count, context)
     bottom = pair.sign * taylor[0], pair.sign * taylor[2]
     middle = height - pair.level
-    return Fold(point, pair, onward, middle, terms, share, height, bottom, context.inf)
+    return Fold(point, pair, onward, middle, terms, share, height, bottom, context.inf, digits, {})
 
 
 def parabola(fold: Fold, context: Any) -> Fold:
@@ -97,7 +103,7 @@ def parabola(fold: Fold, context: Any) -> Fold:
     low, bend = fold.bottom
     p = 1 / context.cbrt(bend)
     pair = replace(fold.pair, zeta=-low * p)
-    return fold._replace(pair=pair, terms=[(p, context.zero)], height=fold.level)
+    return fold._replace(pair=pair, terms=[(p, context.zero)], height=fold.level, known={})
 
 
 def _lowered(c: list[tuple[Any, Any]], zeta: Any) -> list[tuple[Any, Any]]:
@@ -135,8 +141,11 @@ class Airy(NamedTuple):
 def airy(fold: Fold, lam: Any, order: int, context: Any) -> Airy:
     c = context
     third = c.cbrt(lam)
-    z = third**2 * fold.pair.zeta
-    ai, bi, ai1, bi1 = c.airyai(z), c.airybi(z), c.airyai(z, 1), c.airybi(z, 1)
+    if lam not in fold.known:
+        with c.workdps(fold.digits):
+            z = third**2 * fold.pair.zeta
+            fold.known[lam] = c.airyai(z), c.airybi(z), c.airyai(z, 1), c.airybi(z, 1)
+    ai, bi, ai1, bi1 = fold.known[lam]
     sums = [[c.zero, c.zero], [c.zero, c.zero]]
     both = c.zero
     for k in range(order + 1):

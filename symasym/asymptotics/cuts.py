@@ -56,6 +56,10 @@ class Cut(NamedTuple):
         What is left of the difference of the zero's share to its Laplace series.
     series : list
         b_k at p.
+    digits : int
+        Of sigma, D and their integrals: what cancels at the zero does so in the series alone.
+    known : dict
+        These by lam.
     """
 
     barrier: bool
@@ -67,6 +71,8 @@ class Cut(NamedTuple):
     whole: list[Any]
     keep: Any
     series: list[Any]
+    digits: int
+    known: dict[Any, _Functions]
 
 
 class Cuts(NamedTuple):
@@ -89,7 +95,9 @@ class Corrections(NamedTuple):
     outer: Any
 
 
-def cuts_of(field: ExactField, x: Fraction, r: Fraction, order: int, context: Any) -> Cuts:
+def cuts_of(
+    field: ExactField, x: Fraction, r: Fraction, order: int, digits: int, context: Any
+) -> Cuts:
     """What the zeros of A next to the start `x` and to the layer's ends do there."""
     one = Fraction(1)
     zeros = wells_and_barriers(field, order, context)
@@ -101,14 +109,20 @@ def cuts_of(field: ExactField, x: Fraction, r: Fraction, order: int, context: An
             start -= _number(past, context)
     ends = (max(-one, -r), min(one, r))
     found = [
-        _at(field, p, zeros, start, order, context) if zeros and abs(p) <= 1 else []
+        _at(field, p, zeros, start, order, digits, context) if zeros and abs(p) <= 1 else []
         for p in (x, *ends)
     ]
     return Cuts(*found)
 
 
 def _at(
-    field: ExactField, p: Fraction, zeros: list[Place], start: Any, order: int, context: Any
+    field: ExactField,
+    p: Fraction,
+    zeros: list[Place],
+    start: Any,
+    order: int,
+    digits: int,
+    context: Any,
 ) -> list[Cut]:
     """The place `p` seen from the zeros left and right of it."""
     at = _number(p, context)
@@ -126,7 +140,7 @@ def _at(
                 zeros[j] if 0 <= j < len(zeros) else None for j in (k + toward, k - toward)
             )
             one = _Seen(zeros[k], beside, behind, at, height, start)
-            rows.append(_cut(one, h, count, context))
+            rows.append(_cut(one, h, count, digits, context))
     return rows
 
 
@@ -158,7 +172,7 @@ def _rise(zero: Place) -> Any:
     return zero.height if zero.kind == "barrier" else -zero.height
 
 
-def _cut(seen: _Seen, h: list[Any], count: int, context: Any) -> Cut:
+def _cut(seen: _Seen, h: list[Any], count: int, digits: int, context: Any) -> Cut:
     c, zero = context, seen.zero
     barrier = zero.kind == "barrier"
     rise = _rise(zero) - seen.start
@@ -177,7 +191,7 @@ def _cut(seen: _Seen, h: list[Any], count: int, context: Any) -> Cut:
     formal = [(-1) ** k * y if barrier else -y for k, y in enumerate(h)]
     series = [(y - z) * f for y, z, f in zip(formal, shaded, beside, strict=True)]
     keep = beside[-1] * behind[-1]
-    return Cut(barrier, zero.u, seen.height, rise, t, peak, whole, keep, series)
+    return Cut(barrier, zero.u, seen.height, rise, t, peak, whole, keep, series, digits, {})
 
 
 def _fade(n: int, ratio: Any, context: Any) -> Any:
@@ -207,7 +221,10 @@ def corrections(cut: Cut, share: Any, lam: Any, order: int, context: Any) -> Cor
     None for its own Laplace series.
     """
     c, terms = context, order + 1
-    functions = _functions(cut, lam, context)
+    if lam not in cut.known:
+        with c.workdps(cut.digits):
+            cut.known[lam] = _functions(cut, lam, c)
+    functions = cut.known[lam]
     down = [(-1) ** n * a for n, a in enumerate(cut.peak)]
     back = [(-1) ** k * b for k, b in enumerate(cut.series)]
     odd = odd_powers(cut.t, terms, c)

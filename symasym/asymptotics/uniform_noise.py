@@ -233,7 +233,7 @@ def _analysed(
     with own_context(base + extra) as context:
         left, right = (ExactField(drift, mirrored, context, offset) for mirrored in (True, False))
         sides = seen((left, right), x, r, order, base, context)
-        cuts = cuts_of(right, x, r, order, context)
+        cuts = cuts_of(right, x, r, order, base, context)
         signs = (-1, 1)
         folds = [
             sign * float(f.point) for sign, s in zip(signs, sides, strict=True) for f in s.folds
