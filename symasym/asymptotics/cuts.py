@@ -299,7 +299,9 @@ def _tail_area(x: Any, c: Any) -> Any:
                 return total
             total -= term / (2 * m)
             m += 1
+    # The difference of two numbers of about e^{x²}.
     with c.workdps(c.dps + int(square * 0.9) + 5):
+        square = x * x
         return c.pi / 2 * c.erfi(x) - square * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, square)
 
 
