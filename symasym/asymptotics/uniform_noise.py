@@ -371,10 +371,10 @@ class _Sum:
     def all(self) -> list[_Share]:
         return self.rising + self.falling
 
-    def nearest(self) -> _Share:
+    def nearest(self) -> _Share | None:
         """The well or barrier next to the start."""
         zeros = [x for x in self.all() if x.place and x.place.kind in ("well", "barrier")]
-        return min(zeros, key=lambda x: x.u)
+        return min(zeros, key=lambda x: x.u, default=None)
 
     def cut(self, near: Corrections, start: Corrections, far: Corrections, sign: int) -> None:
         """Corrections at the start and at the ends of the layer; `sign` is -1 in the mirror."""
@@ -453,10 +453,11 @@ def _meet(
     barrier.value, well.value = local.rising * height, local.falling / height
     gain = local.both - barrier.value * well.value
     if well_side != barrier_side:
-        sums[barrier_side].nested += gain * _beyond(well.place, lam, context)
+        sums[barrier_side].nested += gain * _beyond(well, barrier, lam, context)
     elif barrier.u > well.u:
-        near = sums[well_side].nearest() is well
-        part = 1 - _beyond(well.place, lam, context) if near else context.one
+        behind, part = sums[1 - well_side].nearest(), context.one
+        if sums[well_side].nearest() is well:
+            part -= _beyond(well, behind, lam, context)
         sums[well_side].nested += gain * part
     members = ((well_side, well), (barrier_side, barrier))
     return [_Met(x.u if side else -x.u, x.value) for side, x in members]
@@ -471,13 +472,18 @@ def _found(u: Any, k: int, sums: list[_Sum]) -> tuple[int, _Share]:
     raise AssertionError
 
 
-def _beyond(well: Place | None, lam: Any, context: Any) -> Any:
-    """The part of a well's Gaussian at the other side of the start.
+def _beyond(well: _Share, top: _Share | None, lam: Any, context: Any) -> Any:
+    """The part of a well's Gaussian at the other side of the start, next to it.
 
-    What a pair has beyond the product of its members is lost as the start passes the well.
+    What a pair has beyond the product of its members is lost as the start passes the well, and
+    all of it when the start reaches the barrier behind, `top`.
     """
-    assert well is not None
-    return context.erfc(context.sqrt(lam * max(well.height, 0))) / 2
+    assert well.place is not None
+    depth = max(well.place.height, context.zero)
+    if top is not None and top.place is not None:
+        way = abs(top.place.height)
+        depth *= (way + depth) / way
+    return context.erfc(context.sqrt(lam * depth)) / 2
 
 
 def _corrected(
