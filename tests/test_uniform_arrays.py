@@ -35,7 +35,8 @@ def as_in_float(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def fewer(*given: Any) -> Cuts:
         found = every(*given)
-        return Cuts([], *([c for c in cuts if c.barrier] for cuts in (found.left, found.right)))
+        left, right = ([c for c in cuts if c.barrier] for cuts in (found.left, found.right))
+        return Cuts(left, [], right)
 
     monkeypatch.setattr(uniform_noise, "cuts_of", fewer)
     monkeypatch.setattr(uniform_noise, "_corrected", lambda cuts, _, *rest: corrected(cuts, [], *rest))

@@ -28,7 +28,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from symasym.asymptotics.outer import laurent
-from symasym.asymptotics.places import BEYOND, Place, wells_and_barriers
+from symasym.asymptotics.places import BEYOND, Half, Place, wells_and_barriers
 from symasym.exact.local import ExactField
 
 __all__ = ["Corrections", "Cut", "Cuts", "corrections", "cuts_of"]
@@ -76,10 +76,10 @@ class Cut(NamedTuple):
 
 
 class Cuts(NamedTuple):
-    """At the start, if that is in the layer, and at the ends of what is looked at of the layer."""
+    """At the start, if that is in the layer, and at the ends of the part that is looked at."""
 
-    start: list[Cut]
     left: list[Cut]
+    start: list[Cut]
     right: list[Cut]
 
 
@@ -96,30 +96,53 @@ class Corrections(NamedTuple):
 
 
 def cuts_of(
-    field: ExactField, x: Fraction, r: Fraction, order: int, digits: int, context: Any
+    field: ExactField,
+    halves: tuple[Half, Half],
+    x: Fraction,
+    r: Fraction,
+    order: int,
+    digits: int,
+    context: Any,
 ) -> Cuts:
-    """What the zeros of A next to the start `x` and to the layer's ends do there."""
-    one = Fraction(1)
-    zeros = wells_and_barriers(field, order, context)
-    start = context.zero
-    if zeros:
-        start = field.potential_rise(-context.one, _number(max(-one, min(one, x)), context))
-        if abs(x) > 1:
-            past = field.value(one if x > 1 else -one) * (abs(x) - 1) * (1 if x > 1 else -1)
-            start -= _number(past, context)
-    ends = (max(-one, -r), min(one, r))
-    found = [
-        _at(field, p, zeros, start, order, digits, context) if zeros and abs(p) <= 1 else []
-        for p in (x, *ends)
+    """What the zeros of A next to the start `x` and to the layer's ends do there.
+
+    `field` is not mirrored; `halves` lie left, in the mirror, and right.
+    """
+    places = [
+        place._replace(u=sign * place.u)
+        for sign, one in zip((-1, 1), halves, strict=True)
+        for place in one.rising + [p for p in one.falling if p.kind == "well"]
     ]
+    zeros = [p for p in places if p.kind in ("well", "barrier")]
+    if r < 1:
+        zeros = _all_zeros(field, x, order, context)
+    zeros.sort(key=lambda p: p.u)
+    heights = {p.u: _rise(p) for p in places}
+    heights[_number(x, context)] = context.zero
+    ends = max(-Fraction(1), -r), min(Fraction(1), r)
+    found = []
+    for p in (ends[0], x, ends[1]):
+        at = _number(p, context)
+        inside = zeros and abs(p) <= 1 and field.value(p)
+        row = _at(field, p, zeros, heights[at], order, digits, context) if inside else []
+        found.append(row)
     return Cuts(*found)
+
+
+def _all_zeros(field: ExactField, x: Fraction, order: int, context: Any) -> list[Place]:
+    """Also those beyond the ends, V measured from the start."""
+    start = field.potential_rise(-context.one, _number(x, context))
+    return [
+        p._replace(height=p.height - (start if p.kind == "barrier" else -start))
+        for p in wells_and_barriers(field, order, context)
+    ]
 
 
 def _at(
     field: ExactField,
     p: Fraction,
     zeros: list[Place],
-    start: Any,
+    height: Any,
     order: int,
     digits: int,
     context: Any,
@@ -127,19 +150,17 @@ def _at(
     """The place `p` seen from the zeros left and right of it."""
     at = _number(p, context)
     count = order + 1 + BEYOND
-    height = field.potential_rise(-context.one, at) - start
     taylor = [_number(c, context) for c in field.taylor(p, Fraction(1), count)[:count]]
     taylor += [context.zero] * (count - len(taylor))
     h = [row[0] for row in laurent(taylor, False, count)]
-    before = [k for k, z in enumerate(zeros) if z.u < at]
-    first = len(before)
+    first = sum(1 for z in zeros if z.u < at)
     rows = []
     for k, toward in ((first - 1, 1), (first, -1)):
         if 0 <= k < len(zeros):
             beside, behind = (
                 zeros[j] if 0 <= j < len(zeros) else None for j in (k + toward, k - toward)
             )
-            one = _Seen(zeros[k], beside, behind, at, height, start)
+            one = _Seen(zeros[k], beside, behind, at, height)
             rows.append(_cut(one, h, count, digits, context))
     return rows
 
@@ -152,7 +173,6 @@ class _Seen(NamedTuple):
     behind: Place | None
     at: Any
     height: Any
-    start: Any
 
     def behind_ratio(self) -> Any:
         """How far V goes from the zero to that behind it, to how far it goes to p."""
@@ -160,22 +180,21 @@ class _Seen(NamedTuple):
 
     def beside_ratio(self) -> Any:
         """The same from p to the zero beyond it."""
-        return None if self.beside is None else self._ratio(self.height + self.start, self.beside)
+        return None if self.beside is None else self._ratio(self.height, self.beside)
 
     def _ratio(self, height: Any, other: Place) -> Any:
-        here = self.height + self.start
-        return _FADE * abs(height - _rise(other)) / abs(here - _rise(self.zero))
+        return _FADE * abs(height - _rise(other)) / abs(self.height - _rise(self.zero))
 
 
-def _rise(zero: Place) -> Any:
-    """V there, from -1."""
-    return zero.height if zero.kind == "barrier" else -zero.height
+def _rise(place: Place) -> Any:
+    """V there, from the start."""
+    return -place.height if place.kind == "well" else place.height
 
 
 def _cut(seen: _Seen, h: list[Any], count: int, digits: int, context: Any) -> Cut:
     c, zero = context, seen.zero
     barrier = zero.kind == "barrier"
-    rise = _rise(zero) - seen.start
+    rise = _rise(zero)
     t = c.sqrt(2 * abs(rise - seen.height)) * (1 if seen.at > zero.u else -1)
     root = c.sqrt(2 * c.pi)
     whole = [group[0][0] / root for group in zero.groups]

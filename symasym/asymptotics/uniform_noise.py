@@ -233,7 +233,7 @@ def _analysed(
     with own_context(base + extra) as context:
         left, right = (ExactField(drift, mirrored, context, offset) for mirrored in (True, False))
         sides = seen((left, right), x, r, order, base, context)
-        cuts = cuts_of(right, x, r, order, base, context)
+        cuts = cuts_of(right, (sides[0].half, sides[1].half), x, r, order, base, context)
         signs = (-1, 1)
         folds = [
             sign * float(f.point) for sign, s in zip(signs, sides, strict=True) for f in s.folds
@@ -243,7 +243,10 @@ def _analysed(
 
 
 def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
-    """The start, moved by less than the digits can tell if it is a zero of a polynomial A."""
+    """The start, moved by less than the digits can tell if it is a zero of a polynomial A.
+
+    Of other A it stays there: so many more digits of them would take minutes.
+    """
     known = drift.exact_coefficients()
     if known is None or abs(x) > 1 or sum((c * x**k for k, c in enumerate(known)), Fraction(0)):
         return x
