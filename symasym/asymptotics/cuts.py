@@ -31,7 +31,7 @@ from symasym.asymptotics.outer import laurent
 from symasym.asymptotics.places import BEYOND, Half, Place, wells_and_barriers
 from symasym.exact.local import ExactField
 
-__all__ = ["Corrections", "Cut", "Cuts", "corrections", "cuts_of"]
+__all__ = ["Corrections", "Cut", "Cuts", "corrections", "cuts_at", "cuts_of"]
 
 # Any number would do for every order; this is about the best for friction with mu = 3.
 _FADE = 8
@@ -116,16 +116,14 @@ def cuts_of(
     zeros = [p for p in places if p.kind in ("well", "barrier")]
     if r < 1:
         zeros = _all_zeros(field, x, order, context)
-    zeros.sort(key=lambda p: p.u)
     heights = {p.u: _rise(p) for p in places}
     heights[_number(x, context)] = context.zero
     ends = max(-Fraction(1), -r), min(Fraction(1), r)
     found = []
     for p in (ends[0], x, ends[1]):
-        at = _number(p, context)
-        inside = zeros and abs(p) <= 1 and field.value(p)
-        row = _at(field, p, zeros, heights[at], order, digits, context) if inside else []
-        found.append(row)
+        inside = abs(p) <= 1 and field.value(p)
+        height = heights[_number(p, context)] if inside else context.zero
+        found.append(cuts_at(field, p, height, zeros, order, digits, context) if inside else [])
     return Cuts(*found)
 
 
@@ -138,17 +136,18 @@ def _all_zeros(field: ExactField, x: Fraction, order: int, context: Any) -> list
     ]
 
 
-def _at(
+def cuts_at(
     field: ExactField,
     p: Fraction,
-    zeros: list[Place],
     height: Any,
+    zeros: list[Place],
     order: int,
     digits: int,
     context: Any,
 ) -> list[Cut]:
-    """The place `p` seen from the zeros left and right of it."""
+    """The place `p`, where V is `height`, seen from the zeros left and right of it."""
     at = _number(p, context)
+    zeros = sorted(zeros, key=lambda z: z.u)
     count = order + 1 + BEYOND
     taylor = [_number(c, context) for c in field.taylor(p, Fraction(1), count)[:count]]
     taylor += [context.zero] * (count - len(taylor))

@@ -23,7 +23,7 @@ from symasym.asymptotics.coalescence import (
     airy,
     parabola,
 )
-from symasym.asymptotics.cuts import Corrections, Cut, Cuts, corrections, cuts_of
+from symasym.asymptotics.cuts import Corrections, Cut, Cuts, corrections, cuts_at, cuts_of
 from symasym.asymptotics.local_double import escape_time as in_float
 from symasym.asymptotics.meetings import (
     Seen,
@@ -127,9 +127,16 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
         require_seen(drift, lam, [float(f.point) for f in folds])
         slopes = [abs(field.number(context.mpf(side))) for side in (-1, 1)]
         heights = places[0].height, places[-1].height
+        zeros = [p for p in every if p.kind in ("well", "barrier")]
+        left, right = (
+            cuts_at(field, side * one, -height, zeros, order, base, context)
+            for side, height in zip((-1, 1), heights, strict=True)
+        )
 
         def share(number: Any, n: int) -> Any:
-            total = _whole(places, folds, number, n, context)
+            total, met = _whole(places, folds, number, n, context)
+            for sign, cuts in ((1, right), (-1, left)):
+                total += sign * _corrected(cuts, met, number, n, context).falling
             outside = sum(
                 context.exp(number * h) / (number * a) for a, h in zip(slopes, heights, strict=True)
             )
@@ -151,19 +158,24 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
         return as_digits(request, value, size, "estimate", (*wells, "folds and kinks"), _DROPPED)
 
 
-def _whole(places: list[Place], folds: list[Fold], lam: Any, order: int, context: Any) -> Any:
-    """int e^{-lam V} over all u."""
+def _whole(
+    places: list[Place], folds: list[Fold], lam: Any, order: int, context: Any
+) -> tuple[Any, list[_Met]]:
+    """int e^{-lam V} over all u, with Laplace's series at the kinks, and the wells of pairs."""
     ops, left_out = Exponentials(context), []
-    total = context.zero
+    total, met = context.zero, []
     for fold in folds:
-        total += airy(fold, lam, order, context).falling * context.exp(-lam * fold.height)
+        value = airy(fold, lam, order, context).falling * context.exp(-lam * fold.height)
+        total += value
         if fold.pair.zeta > 0:
-            left_out += [p for u in zeros_of(fold, context) if (p := place_at(u, places))]
+            own = [p for u in zeros_of(fold, context) if (p := place_at(u, places))]
+            met += [_Met(p.u, value) for p in own]
+            left_out += own
     for place in places:
         if not any(place is p for p in left_out):
             factor = context.exp(lam * place.height)
             total += series_of(place.groups, lam, order, ops).value * factor
-    return total
+    return total, met
 
 
 def _of_arrays(drift: Drift, numbers: dict[str, Any], request: Request, local: bool) -> Any:
