@@ -62,12 +62,24 @@ def product_rows(falling: Rows, rising: Rows) -> list[tuple[Any, Any, Any]]:
     return found
 
 
-def pair_terms(zeta: Any, falling: Rows, rising: Rows, lam: Any, context: Any) -> PairTerms:
-    """All terms that the rows determine."""
+def airy_functions(z: Any, context: Any) -> tuple[Any, ...]:
+    """Ai, Bi, Ai' and Bi'."""
+    ai, bi = context.airyai, context.airybi
+    return ai(z), bi(z), ai(z, derivative=1), bi(z, derivative=1)
+
+
+def pair_terms(
+    zeta: Any,
+    falling: Rows,
+    rising: Rows,
+    lam: Any,
+    context: Any,
+    known: tuple[Any, ...] | None = None,
+) -> PairTerms:
+    """All terms that the rows determine; `known` are the Airy functions at Z, if they are."""
     third = context.cbrt(lam)
     z = third**2 * zeta
-    ai, ai1 = context.airyai(z), context.airyai(z, derivative=1)
-    bi, bi1 = context.airybi(z), context.airybi(z, derivative=1)
+    ai, bi, ai1, bi1 = airy_functions(z, context) if known is None else known
     # The modulus functions have no zeros.
     modulus = context.hypot(ai, bi), context.hypot(ai1, bi1)
 

@@ -141,7 +141,7 @@ class EdgePart(NamedTuple):
 
 
 def _cut(e: Edge, point: _Point) -> dict[str, tuple[Any, Any]]:
-    """See `coalescence.edge_corrections`; what lies beyond the end is included."""
+    """See `symasym.asymptotics.cuts`; what lies beyond the end is included."""
     lam, x = point.lam, point.x
     root = np.sqrt(lam)
     near = dawson(np.asarray(e.t * root * np.sqrt(0.5)))

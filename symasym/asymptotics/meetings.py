@@ -1,14 +1,15 @@
-"""What meets in weak noise: wells with barriers, and barriers with the end of the layer.
+"""Which wells meet which barriers in weak noise, and the digits that cancel there.
 
-Found for one side of the start (`symasym.asymptotics.places`), with the digits that cancel there.
+Found for both sides of the start (`symasym.asymptotics.places`); a pair may have one in each.
 """
 
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.coalescence import Edge, Fold, fold_of
+from symasym.asymptotics.coalescence import Fold, fold_of
 from symasym.asymptotics.cubic_pair import split_pair
 from symasym.asymptotics.places import BEYOND, Half, Place, half, turning_points
 from symasym.context import own_context
@@ -19,19 +20,14 @@ from symasym.exact.local import ExactField
 __all__ = ["Seen", "Stretch", "folds_of", "lost_digits", "place_at", "seen", "zeros_of"]
 
 
-# Any number would do for every order; this is about the best for friction with mu = 3.
-_FADE = 8
-
-
 class Seen(NamedTuple):
-    """One side of the start, with what meets in it."""
+    """One side of the start, with the pairs whose turning point is in it."""
 
     half: Half
     folds: list[Fold]
-    edge: Edge | None
 
 
-def lost_digits(drift: Drift, order: int, digits: int) -> tuple[int, Fraction]:
+def lost_digits(drift: Drift, order: int, digits: int, x: Fraction) -> tuple[int, Fraction]:
     """Digits that cancel, and what is added to A where a pair is too close for any."""
     count, lost, offset = order + 1 + BEYOND, 0.0, Fraction(0)
     # A so far below the digits asked for changes no digit of T.
@@ -49,8 +45,8 @@ def lost_digits(drift: Drift, order: int, digits: int) -> tuple[int, Fraction]:
                 offset = least if taylor[2] > 0 else -least
             depth = max(abs(taylor[0]), least)
             lost = max(lost, -1.5 * _log10(depth) * count)
-        for end in (-1, 1):
-            slope = abs(field.value(Fraction(end)))
+        for place in (Fraction(-1), Fraction(1), x):
+            slope = abs(field.value(place)) if abs(place) <= 1 else None
             if slope:
                 lost = max(lost, 0.0) + max(0.0, -2 * _log10(slope) * (count + 1))
     return int(lost) + 4 * count, offset
@@ -75,37 +71,72 @@ class Stretch(NamedTuple):
     digits: int
     context: Any
 
+    def has(self, point: Fraction) -> bool:
+        """Whether it has the point; one of two that meet at the start has that."""
+        if point == self.lo == self.x:
+            return not self.field.mirrored
+        return self.lo < point < self.hi
+
 
 def seen(
-    field: ExactField, x: Fraction, r: Fraction, order: int, digits: int, context: Any
-) -> Seen:
-    """What lies right of `x`, with the pairs and the barrier before the end."""
-    one = half(field, x, r, order, context, context.dps)
-    lo, hi = max(x, Fraction(-1)), min(r, Fraction(1))
-    # Beyond u = 1 the line goes on, so that a kink is no cut.
-    cuts = tuple(u for u in (lo, hi) if abs(u) < 1)
-    stretch = Stretch(field, x, lo, hi, cuts, digits, context)
-    return Seen(one, folds_of(stretch, order, one.rising + one.falling), _edge(one))
+    fields: tuple[ExactField, ExactField],
+    x: Fraction,
+    r: Fraction,
+    order: int,
+    digits: int,
+    context: Any,
+) -> list[Seen]:
+    """What lies left of `x`, in the mirror, and right of it; no place in two of the pairs."""
+    halves = [
+        half(field, place, r, order, context, context.dps)
+        for field, place in zip(fields, (-x, x), strict=True)
+    ]
+    places = [one.rising + one.falling for one in halves]
+    found = []
+    for k, (field, place) in enumerate(zip(fields, (-x, x), strict=True)):
+        lo, hi = max(place, Fraction(-1)), min(r, Fraction(1))
+        # Beyond u = 1 the line goes on, so that a kink is no cut.
+        cuts = tuple(u for u in (lo, hi) if abs(u) < 1)
+        stretch = Stretch(field, place, lo, hi, cuts, digits, context)
+        behind = [p._replace(u=-p.u) for p in places[1 - k] if p.u is not None]
+        found.append(_candidates(stretch, order, places[k] + behind))
+    chosen = _chosen(found[0] + found[1])
+    return [
+        Seen(one, [fold for fold, _ in own if any(fold is c for c in chosen)])
+        for one, own in zip(halves, found, strict=True)
+    ]
 
 
 def folds_of(stretch: Stretch, order: int, places: list[Place]) -> list[Fold]:
     """The pairs in it, no place in two of them: in that with which it meets first."""
-    field, lo, hi, context = stretch.field, stretch.lo, stretch.hi, stretch.context
+    return _chosen(_candidates(stretch, order, places))
+
+
+def _candidates(
+    stretch: Stretch, order: int, places: list[Place]
+) -> list[tuple[Fold, list[Place]]]:
+    """Every pair, and its places, left to right."""
+    field, context = stretch.field, stretch.context
     found = []
     turns = turning_points(field, Fraction(-1), Fraction(1), context)
     for point in turns:
-        if lo < point < hi:
+        if stretch.has(point):
             fold = _fold(stretch, point, order + 1 + BEYOND, places)
             if fold is not None and _is_own(fold, turns, context):
-                found.append(fold)
-    taken: list[Place] = []
+                real = zeros_of(fold, context) if fold.pair.zeta > 0 else ()
+                own = [p for u in real if (p := place_at(u, places)) is not None]
+                found.append((fold, own))
+    return found
+
+
+def _chosen(found: list[tuple[Fold, list[Place]]]) -> list[Fold]:
+    taken: list[Any] = []
     chosen = []
-    for fold in sorted(found, key=lambda f: abs(f.pair.zeta)):
-        if fold.pair.zeta > 0:
-            own = [place_at(u, places) for u in zeros_of(fold, context)]
-            if any(p is q for p in own for q in taken):
-                continue
-            taken += [p for p in own if p is not None]
+    for fold, own in sorted(found, key=lambda f: abs(f[0].pair.zeta)):
+        # Seen from both sides a place has one and the same coefficients.
+        if any(p.groups is groups for p in own for groups in taken):
+            continue
+        taken += [p.groups for p in own]
         chosen.append(fold)
     return sorted(chosen, key=lambda f: f.point)
 
@@ -123,12 +154,25 @@ def _fold(stretch: Stretch, point: Fraction, count: int, places: list[Place]) ->
         return None
     if pair.zeta > 0 and None in [place_at(u, places) for u in zeros_of(fold, context)]:
         return None
-    rooms = [abs(_height(stretch, u) - fold.height) for u in stretch.cuts]
+    rooms = [_way(stretch, fold, u, places) for u in stretch.cuts]
     middle = context.mpf(point.numerator) / point.denominator + pair.middle
     ends = [context.mpf(u.numerator) / u.denominator for u in (stretch.lo, stretch.hi)]
     # Beyond the layer phi is another function, and the pair none of its own.
     room = min(rooms, default=context.inf) if ends[0] < middle < ends[1] else context.zero
     return fold._replace(room=room)
+
+
+def _way(stretch: Stretch, fold: Fold, cut: Fraction, places: list[Place]) -> Any:
+    """How far V goes up and down between a pair and a cut."""
+    context = stretch.context
+    point, end = (context.mpf(u.numerator) / u.denominator for u in (fold.point, cut))
+    zeros = sorted(
+        (p for p in places if p.kind in ("well", "barrier") and (p.u - point) * (p.u - end) < 0),
+        key=lambda p: abs(p.u - point),
+    )
+    heights = [p.height if p.kind == "barrier" else -p.height for p in zeros]
+    way = [fold.height, *heights, _height(stretch, cut)]
+    return sum((abs(b - a) for a, b in pairwise(way)), context.zero)
 
 
 def _is_own(fold: Fold, turns: list[Fraction], context: Any) -> bool:
@@ -171,31 +215,3 @@ def place_at(u: Any, places: list[Place]) -> Place | None:
         if place.kind in ("well", "barrier") and abs(place.u - u) <= u.context.eps**0.75:
             return place
     return None
-
-
-def _edge(one: Half) -> Edge | None:
-    """The barrier next to the end of the layer."""
-    last = [p for p in one.rising if p.kind in ("end", "kink")]
-    zeros = [p for p in one.rising + one.falling if p.kind in ("well", "barrier")]
-    if not (last and zeros):
-        return None
-    end, zero = max(last, key=lambda p: p.u), max(zeros, key=lambda p: p.u)
-    if zero.kind != "barrier":
-        return None
-    context = end.u.context
-    root = context.sqrt(2 * context.pi)
-    wells = [p for p in one.falling if p.kind == "well"]
-    peak = [g[0][0] / root for g in zero.groups]
-    if wells:
-        # As the well comes near the barrier, which is then far from the end, the barrier's own
-        # series breaks down, and nothing is to be corrected. This fades the correction without
-        # a trace in any order of 1/lam, since it is then of a higher order anyway, and faster
-        # than any power where the end comes near.
-        well = max(wells, key=lambda p: p.u)
-        ratio = _FADE * (zero.height + well.height) / (zero.height - end.height)
-        peak = [a * context.gammainc(n + 2, 0, ratio, True) for n, a in enumerate(peak)]
-    before = [
-        sum((c for c, _, _ in after), context.zero) - sum((c for c, _, _ in change), context.zero)
-        for after, change in zip(end.onward, end.groups, strict=True)
-    ]
-    return Edge(zero.height, end.height, peak, before)

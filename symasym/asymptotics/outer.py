@@ -211,20 +211,21 @@ def _by_panels(
     found = [context.zero] * count
     marks = [lo, *(to_fraction(z) for z in zeros), hi]
     cuts = [lo]
-    if field.value(lo) == 0:
-        reach = _about_zero(field, lo, (marks[1] - lo) / 2, (0, 1), found, context)
-        cuts = [lo + reach]
+    before = _zero_before(field, lo, context)
+    if before is not None:
+        reach = _from_zero(field, before, lo, (marks[1] - before) / 2, found, context)
+        cuts = [before + reach] if reach else [lo]
     alone = []
     for start, end in _about_pairs(field, marks, found, context):
         cuts += [start, end]
         alone += [z for z in marks[1:-1] if start < z < end]
     inside = [z for z in marks[1:-1] if z not in alone]
     for zero in inside:
-        # About a zero the panel is symmetric, so that its logarithms cancel.
+        # About a zero the panel is symmetric, so that its logarithms cancel, or ends with the range.
         others = [u for u in (*marks, *cuts) if u != zero]
-        reach = min(abs(zero - u) for u in others) / 2
-        reach = _about_zero(field, zero, reach, (-1, 1), found, context)
-        cuts += [zero - reach, zero + reach]
+        end = min((lo, hi), key=lambda u: abs(zero - u))
+        reach = min(abs(zero - u) for u in others if u != end) / 2
+        cuts += _beside_end(field, zero, reach, end, found, context)
     cuts = sorted([*cuts, hi])
     whole = [(cuts[k], cuts[k + 1]) for k in range(0, len(cuts), 2)]
     waiting = list(whole)
@@ -360,6 +361,50 @@ def _pair_integrals(
     return rows[-1][:count]
 
 
+def _zero_before(field: ExactField, lo: Fraction, context: Any) -> Fraction | None:
+    """A simple zero of A just before the range, or at its beginning."""
+    value, slope = field.taylor(lo, Fraction(1), 2)[:2]
+    if value == 0:
+        return lo
+    if not slope or not 0 < value / slope < _APART:
+        return None
+    zero = to_fraction(field.polish(_number(lo - value / slope, context)))
+    return zero if max(-1, lo - 2 * _APART) < zero < lo else None
+
+
+def _from_zero(
+    field: ExactField, zero: Fraction, lo: Fraction, reach: Fraction, found: list[Any], context: Any
+) -> Fraction | None:
+    """Add a panel from `lo` on about a zero before it; how far it reaches from there."""
+    gap = lo - zero
+    while reach > max(2 * gap, _NARROWEST):
+        if _add(field, zero, reach, True, (_number(gap / reach, context), 1), found, context):
+            return reach
+        reach /= 2
+    if gap:
+        return None
+    raise _too_narrow(field, zero)
+
+
+def _beside_end(
+    field: ExactField,
+    zero: Fraction,
+    reach: Fraction,
+    end: Fraction,
+    found: list[Any],
+    context: Any,
+) -> list[Fraction]:
+    """Add a panel about a zero, up to the `end` of the range if that is near; where it lies."""
+    gap = abs(zero - end)
+    while reach > gap:
+        near = -_number(gap / reach, context), context.one
+        if _add(field, zero, reach, True, near if end < zero else (-1, -near[0]), found, context):
+            return [end, zero + reach] if end < zero else [zero - reach, end]
+        reach /= 2
+    reach = _about_zero(field, zero, min(reach, gap / 2), (-1, 1), found, context)
+    return [zero - reach, zero + reach]
+
+
 def _about_zero(
     field: ExactField,
     zero: Fraction,
@@ -389,7 +434,7 @@ def _add(
     centre: Fraction,
     half: Fraction,
     zero: bool,
-    sides: tuple[int, int],
+    sides: tuple[Any, Any],
     found: list[Any],
     context: Any,
 ) -> bool:

@@ -106,6 +106,13 @@ def barriers(field: ExactField, order: int, context: Any) -> list[Place]:
     return builder.rising
 
 
+def wells_and_barriers(field: ExactField, order: int, context: Any) -> list[Place]:
+    """All of [-1, 1], left to right, V measured from -1."""
+    builder = _Builder(field, order, context)
+    builder.layer(Fraction(-1), Fraction(1), context.zero, 0)
+    return sorted(builder.rising + builder.falling, key=lambda place: place.u)
+
+
 class _Builder:
     def __init__(self, field: ExactField, order: int, context: Any) -> None:
         self.field, self.context = field, context

@@ -19,12 +19,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.coalescence import (
-    Edge,
     Fold,
     airy,
-    edge_corrections,
     parabola,
 )
+from symasym.asymptotics.cuts import Corrections, Cut, Cuts, corrections, cuts_at, cuts_of
 from symasym.asymptotics.local_double import escape_time as in_float
 from symasym.asymptotics.meetings import (
     Seen,
@@ -135,8 +134,8 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
     lam = 2 / values["kappa"] ** 2
     digits = request.digits
     base = working_digits(digits, lam, Fraction(1))
-    extra, offset = lost_digits(drift, order, base)
     one = Fraction(1)
+    extra, offset = lost_digits(drift, order, base, one)
     with own_context(base + extra) as context:
         field = ExactField(drift, False, context, offset)
         places = whole(field, order, context)
@@ -146,9 +145,16 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
         require_seen(drift, lam, [float(f.point) for f in folds])
         slopes = [abs(field.number(context.mpf(side))) for side in (-1, 1)]
         heights = places[0].height, places[-1].height
+        zeros = [p for p in every if p.kind in ("well", "barrier")]
+        left, right = (
+            cuts_at(field, side * one, -height, zeros, order, base, context)
+            for side, height in zip((-1, 1), heights, strict=True)
+        )
 
         def share(number: Any, n: int) -> Any:
-            total = _whole(places, folds, number, n, context)
+            total, met = _whole(places, folds, number, n, context)
+            for sign, cuts in ((1, right), (-1, left)):
+                total += sign * _corrected(cuts, met, number, n, context).falling
             outside = sum(
                 context.exp(number * h) / (number * a) for a, h in zip(slopes, heights, strict=True)
             )
@@ -170,19 +176,24 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
         return as_digits(request, value, size, "estimate", (*wells, "folds and kinks"), _DROPPED)
 
 
-def _whole(places: list[Place], folds: list[Fold], lam: Any, order: int, context: Any) -> Any:
-    """int e^{-lam V} over all u."""
+def _whole(
+    places: list[Place], folds: list[Fold], lam: Any, order: int, context: Any
+) -> tuple[Any, list[_Met]]:
+    """int e^{-lam V} over all u, with Laplace's series at the kinks, and the wells of pairs."""
     ops, left_out = Exponentials(context), []
-    total = context.zero
+    total, met = context.zero, []
     for fold in folds:
-        total += airy(fold, lam, order, context).falling * context.exp(-lam * fold.height)
+        value = airy(fold, lam, order, context).falling * context.exp(-lam * fold.height)
+        total += value
         if fold.pair.zeta > 0:
-            left_out += [p for u in zeros_of(fold, context) if (p := place_at(u, places))]
+            own = [p for u in zeros_of(fold, context) if (p := place_at(u, places))]
+            met += [_Met(p.u, value) for p in own]
+            left_out += own
     for place in places:
         if not any(place is p for p in left_out):
             factor = context.exp(lam * place.height)
             total += series_of(place.groups, lam, order, ops).value * factor
-    return total
+    return total, met
 
 
 def _of_arrays(drift: Drift, numbers: dict[str, Any], request: Request, local: bool) -> Any:
@@ -237,6 +248,7 @@ class _Scene(NamedTuple):
 
     context: Any
     sides: list[Seen]
+    cuts: Cuts
     radius: Any
     local: bool
 
@@ -247,18 +259,30 @@ def _analysed(
 ) -> Iterator[_Scene]:
     """For any lam up to this one, to `order` and what tells its error."""
     base = working_digits(digits, lam, r)
-    extra, offset = lost_digits(drift, order, base)
+    x = _beside_zero(drift, x, base)
+    extra, offset = lost_digits(drift, order, base, x)
     with own_context(base + extra) as context:
-        sides = [
-            seen(ExactField(drift, mirrored, context, offset), place, r, order, base, context)
-            for mirrored, place in ((True, -x), (False, x))
-        ]
+        left, right = (ExactField(drift, mirrored, context, offset) for mirrored in (True, False))
+        sides = seen((left, right), x, r, order, base, context)
+        cuts = cuts_of(right, (sides[0].half, sides[1].half), x, r, order, base, context)
         signs = (-1, 1)
         folds = [
             sign * float(f.point) for sign, s in zip(signs, sides, strict=True) for f in s.folds
         ]
         require_seen(drift, lam, folds)
-        yield _Scene(context, sides, context.mpf(r.numerator) / r.denominator, local)
+        yield _Scene(context, sides, cuts, context.mpf(r.numerator) / r.denominator, local)
+
+
+def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
+    """The start, moved by less than the digits can tell if it is a zero of a polynomial A.
+
+    Of other A it stays there: so many more digits of them would take minutes.
+    """
+    known = drift.exact_coefficients()
+    if known is None or abs(x) > 1 or sum((c * x**k for k, c in enumerate(known)), Fraction(0)):
+        return x
+    move = Fraction(1, 10 ** (digits + 10))
+    return x - move if x > 0 else x + move
 
 
 def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
@@ -350,22 +374,10 @@ def _names(sides: list[Seen], context: Any) -> tuple[str, ...]:
         for fold in side.folds:
             at = sign * (context.mpf(fold.point.numerator) / fold.point.denominator)
             found.append(f"well and barrier about u = {context.nstr(at, 6)}")
-        if side.edge is not None:
-            found.append(f"barrier before u = {sign}")
     return (*found, *_TERMS)
 
 
 # -- at one lam ------------------------------------------------------------------------------------
-
-
-def _time(scene: _Scene, lam: Any, order: int) -> Any:
-    context, ops = scene.context, Exponentials(scene.context)
-    left, right = (_side(one, lam, scene.radius, order, ops, context) for one in scene.sides)
-    rising = left.rising.value + right.rising.value
-    falling = left.falling.value + right.falling.value
-    corner = scene.sides[0].half.start.corner
-    whole = Sides(left, right, Pair(rising, 0), Pair(falling, 0), corner)
-    return time_of(whole, lam).value
 
 
 @dataclass
@@ -378,72 +390,142 @@ class _Share:
     place: Place | None
 
 
-def _side(seen_side: Seen, lam: Any, r: Any, order: int, ops: Any, context: Any) -> Side:
-    one = seen_side.half
-    rising, falling = (
-        [_Share(place.u, share.value, onward.value, place) for place, share, onward in found]
-        for found in weights_of(one, lam, r, order, ops)
-    )
-    nested = outer_part(one, lam, r, order, ops).value
-    pairs = []
-    for fold in seen_side.folds:
-        local, height = airy(fold, lam, order, context), context.exp(lam * fold.height)
-        up, down = _pair(fold, rising, falling, context)
-        up.value, down.value = local.rising * height, local.falling / height
-        nested += local.both if fold.onward else context.zero
-        for n, share in enumerate(fold.share[: order + 1]):
-            nested -= share * lam ** -(n + 1)
-        pairs.append((down, up))
-    if seen_side.edge is not None:
-        nested += _cut(seen_side.edge, rising, falling, lam, order, context)
-    for down in falling:
-        for up in rising:
-            if any(down is a and up is b for a, b in pairs):
-                continue
-            if up.u is None or up.u > down.u:
-                nested += down.value * up.value
-            elif up.u == down.u:
-                nested += down.value * up.onward
-    scale = sum((up.value for up in rising), context.zero)
-    starts = [series_of(g, lam, order, ops).value for g in one.start[:2]]
-    return Side(Pair(scale, 0), Pair(nested, 0), Pair(starts[0], 0), Pair(starts[1], 0))
+class _Sum:
+    """One side of the start at one lam: its places' shares, and what is known of their pairs."""
 
-
-def _pair(
-    fold: Fold, rising: list[_Share], falling: list[_Share], context: Any
-) -> tuple[_Share, _Share]:
-    """The barrier's and the well's shares; new ones for a complex pair."""
-    if fold.pair.zeta > 0:
-        places = [place_at(u, _places(rising + falling)) for u in zeros_of(fold, context)]
-        barrier, well = (
-            next(x for x in shares if x.place is not None and any(x.place is p for p in places))
-            for shares in (rising, falling)
+    def __init__(self, side: Seen, lam: Any, r: Any, order: int, ops: Any) -> None:
+        self.half = side.half
+        self.rising, self.falling = (
+            [_Share(place.u, share.value, onward.value, place) for place, share, onward in found]
+            for found in weights_of(side.half, lam, r, order, ops)
         )
-        return barrier, well
-    middle = context.mpf(fold.point.numerator) / fold.point.denominator
-    rising.append(_Share(middle, context.zero, context.zero, None))
-    falling.append(_Share(middle, context.zero, context.zero, None))
-    return rising[-1], falling[-1]
+        self.nested = outer_part(side.half, lam, r, order, ops).value
+        self.starts = [series_of(g, lam, order, ops).value for g in side.half.start[:2]]
+
+    def all(self) -> list[_Share]:
+        return self.rising + self.falling
+
+    def nearest(self) -> _Share | None:
+        """The well or barrier next to the start."""
+        zeros = [x for x in self.all() if x.place and x.place.kind in ("well", "barrier")]
+        return min(zeros, key=lambda x: x.u, default=None)
+
+    def cut(self, near: Corrections, start: Corrections, far: Corrections, sign: int) -> None:
+        """Corrections at the start and at the ends of the layer; `sign` is -1 in the mirror."""
+        kinks = [x.u for x in self.rising if x.place and x.place.kind in ("end", "kink")]
+        ends = sorted(u for u in kinks if u is not None)
+        if not ends:
+            return
+        self.starts[0] += sign * start.rising
+        self.starts[1] -= sign * start.falling
+        # From a start beyond the layer both of its ends are seen.
+        at_ends = [(ends[0], near, 1), (ends[-1], far, -1)][-len(ends) :]
+        self.nested += far.outer - (start.outer if len(ends) == 1 else near.outer)
+        for u, found, after in at_ends:
+            for up in self.rising:
+                if up.u == u and up.place is not None:
+                    up.value += sign * after * found.rising
+                    if after > 0:
+                        up.onward += sign * found.rising
+            for down in self.falling:
+                if down.u == u:
+                    down.value -= sign * after * found.falling
+
+    def side(self) -> Side:
+        for down in self.falling:
+            for up in self.rising:
+                if up.u is None or up.u > down.u:
+                    self.nested += down.value * up.value
+                elif up.u == down.u:
+                    self.nested += down.value * up.onward
+        scale = sum((up.value for up in self.rising), 0 * self.nested)
+        return Side(Pair(scale, 0), Pair(self.nested, 0), *(Pair(x, 0) for x in self.starts))
 
 
-def _places(shares: list[_Share]) -> list[Place]:
-    return [x.place for x in shares if x.place is not None]
+def _time(scene: _Scene, lam: Any, order: int) -> Any:
+    context, ops = scene.context, Exponentials(scene.context)
+    sums = [_Sum(one, lam, scene.radius, order, ops) for one in scene.sides]
+    met: list[_Met] = []
+    for k, one in enumerate(scene.sides):
+        for fold in one.folds:
+            met += _meet(fold, k, sums, lam, order, context)
+    left, start, right = (
+        _corrected(cuts, met, lam, order, context)
+        for cuts in (scene.cuts.left, scene.cuts.start, scene.cuts.right)
+    )
+    sums[0].cut(right, start, left, -1)
+    sums[1].cut(left, start, right, 1)
+    one, two = (part.side() for part in sums)
+    rising, falling = one.rising.value + two.rising.value, one.falling.value + two.falling.value
+    corner = scene.sides[0].half.start.corner
+    whole = Sides(one, two, Pair(rising, 0), Pair(falling, 0), corner)
+    return time_of(whole, lam).value
 
 
-def _cut(
-    edge: Edge,
-    rising: list[_Share],
-    falling: list[_Share],
-    lam: Any,
-    order: int,
-    context: Any,
-) -> Any:
-    """Correct the shares at the end of the layer; returns what the double integral gains."""
-    found, height = edge_corrections(edge, lam, order, context), context.exp(lam * edge.end)
-    end = max(u for x in rising if x.place and (u := x.u) is not None)
-    for down in falling:
-        if down.u == end:
-            down.value += found.falling / height
-    # What lies beside the end goes with its `onward`, which is not corrected.
-    rising.append(_Share(end, found.rising * height, context.zero, None))
-    return found.nested
+class _Met(NamedTuple):
+    """A well or barrier of a pair, and the share that the sums take for it."""
+
+    u: Any
+    value: Any
+
+
+def _meet(fold: Fold, k: int, sums: list[_Sum], lam: Any, order: int, context: Any) -> list[_Met]:
+    """Take the pair, seen from side k, together; returns its members."""
+    local, height, own = airy(fold, lam, order, context), context.exp(lam * fold.height), sums[k]
+    for n, share in enumerate(fold.share[: order + 1]):
+        own.nested -= share * lam ** -(n + 1)
+    if fold.pair.zeta < 0:
+        middle = context.mpf(fold.point.numerator) / fold.point.denominator
+        own.rising.append(_Share(middle, local.rising * height, context.zero, None))
+        own.falling.append(_Share(middle, local.falling / height, context.zero, None))
+        own.nested += local.both if fold.onward else context.zero
+        return []
+    low, high = (_found(u, k, sums) for u in zeros_of(fold, context))
+    (well_side, well), (barrier_side, barrier) = (low, high) if fold.onward else (high, low)
+    barrier.value, well.value = local.rising * height, local.falling / height
+    gain = local.both - barrier.value * well.value
+    if well_side != barrier_side:
+        sums[barrier_side].nested += gain * _beyond(well, barrier, lam, context)
+    elif barrier.u > well.u:
+        behind, part = sums[1 - well_side].nearest(), context.one
+        if sums[well_side].nearest() is well:
+            part -= _beyond(well, behind, lam, context)
+        sums[well_side].nested += gain * part
+    members = ((well_side, well), (barrier_side, barrier))
+    return [_Met(x.u if side else -x.u, x.value) for side, x in members]
+
+
+def _found(u: Any, k: int, sums: list[_Sum]) -> tuple[int, _Share]:
+    """The share of the well or barrier at `u` seen from side k, and the side where it is."""
+    for side, at in ((k, u), (1 - k, -u)):
+        place = place_at(at, [x.place for x in sums[side].all() if x.place is not None])
+        if place is not None:
+            return side, next(x for x in sums[side].all() if x.place is place)
+    raise AssertionError
+
+
+def _beyond(well: _Share, top: _Share | None, lam: Any, context: Any) -> Any:
+    """The part of a well's Gaussian at the other side of the start, next to it.
+
+    What a pair has beyond the product of its members is lost as the start passes the well, and
+    all of it when the start reaches the barrier behind, `top`.
+    """
+    assert well.place is not None
+    depth = max(well.place.height, context.zero)
+    if top is not None and top.place is not None:
+        way = abs(top.place.height)
+        depth *= (way + depth) / way
+    return context.erfc(context.sqrt(lam * depth)) / 2
+
+
+def _corrected(cuts: list[Cut], met: list[_Met], lam: Any, order: int, context: Any) -> Corrections:
+    """Of all zeros that cut through one place."""
+    found = [Corrections(*[context.zero] * 3)]
+    for cut in cuts:
+        share = None
+        for member in met:
+            if abs(member.u - cut.zero) <= context.eps**0.75:
+                sign = -1 if cut.barrier else 1
+                share = member.value * context.exp(sign * lam * cut.rise)
+        found.append(corrections(cut, share, lam, order, context))
+    return Corrections(*(sum(parts, context.zero) for parts in zip(*found, strict=True)))
