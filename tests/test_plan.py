@@ -110,7 +110,8 @@ def test_a_drift_is_analysed_once(monkeypatch: pytest.MonkeyPatch) -> None:
         counts.append(len(scenes.start))
         return found_of(scenes, order)
 
-    monkeypatch.setattr(weak_noise_arrays.logs_of, "__defaults__", (counted, None))
+    logs_of: Any = weak_noise_arrays.logs_of
+    monkeypatch.setattr(logs_of, "__defaults__", (counted, *logs_of.__defaults__[1:]))
     drift = sa.friction(3, 1, np.array([[-0.4], [-0.3], [-0.2]]))
     kappa = np.geomspace(0.02, 0.3, 40)
     many = sa.escape_time(drift, kappa, 10, method="auto", rtol=1e-2, log=True)
