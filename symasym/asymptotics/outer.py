@@ -296,12 +296,15 @@ def _pair_shares(
 ) -> list[Any] | None:
     width = _number(half, context)
     taylor = [_number(c, context) for c in field.taylor(centre, half, terms)]
-    taylor += [context.zero] * (terms - len(taylor))
+    while len(taylor) > 3 and not taylor[-1]:
+        # Its division takes the square of the length.
+        taylor.pop()
     try:
         pair = split_pair(taylor, context, 1)
     except SymasymError:
         return None
     psi = [pair.sign * c for c in pair.psi]
+    psi += [context.zero] * (terms - 2 - len(psi))
     square, ends = pair.square, (-1 - pair.middle, 1 - pair.middle)
     if not _least_square(context) < abs(square) < 0.25 or abs(pair.middle) > 0.5:
         return None
