@@ -17,7 +17,7 @@ _U = sympy.Symbol("u", real=True)
 
 
 def exact_time(what: Formula, drift: Drift) -> Program:
-    """T from 0, by positive-form and panel-step, in double precision."""
+    """T from 0, by positive-form and panel-step, in doubles or digits."""
     A = sympy.sympify(drift.expression())
     ends = tuple(sympy.expand(A.subs(_U, end)) for end in (-1, 1))
     known: dict[str, Any] = {}
@@ -31,7 +31,7 @@ def exact_time(what: Formula, drift: Drift) -> Program:
         inside = np.linspace(-1, 1, 1001)
         values = np.abs(drift.evaluate_float(inside))
         size = sympy.Float(values.max() + np.abs(np.gradient(values, inside)).max(), 20)
-    passage = Passage(by_powers(A), ends, sympy.Float("4e-16", 20) * size, **known)
+    passage = Passage(by_powers(A), ends, size, **known)
     function = Function(
         "escape_time",
         "T from 0 to |u| = r (eq:Ttilde).",
