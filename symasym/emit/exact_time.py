@@ -37,7 +37,7 @@ def exact_time(what: Formula, drift: Drift) -> Program:
         "T from 0 to |u| = r (eq:Ttilde).",
         ("kappa", "r", *drift.free),
         (),
-        outside="kappa or r is out of range, or log T not known to 1e-12",
+        outside="kappa is not in 1e-8..1e8 or r not in 1e-100..1e12, or log T not known to 1e-12",
         passage=passage,
     )
     return Program(

@@ -1,9 +1,9 @@
 """The exact escape time (`symasym.emit.passage`) to any number of digits, with mpmath.
 
-The equation is the same, M' = 1 - lam |phi| M on stretches where phi keeps its sign. On a panel M is
-a Chebyshev series: integrated once, the equation is a system as wide as phi's own series, so that
-a cubic drift costs a few operations a coefficient. Eliminated from the last coefficient on, it
-finds M where it is smooth however large lam is. mpmath's exponents have no end: nothing is a
+The equation is the same, M' = 1 - lam |phi| M on stretches where phi keeps its sign. On a panel M
+is a Chebyshev series: integrated once, the equation is a system as wide as phi's own series, so
+that a cubic drift costs a few operations a coefficient. Eliminated from the last coefficient on,
+it finds M where it is smooth however large lam is. mpmath's exponents have no end: nothing is a
 logarithm here.
 """
 
@@ -125,9 +125,9 @@ def _time(ctx, drift, ends, degree, size, zeros, kappa, r):
     if not (0 < kappa < ctx.inf and 0 < r < ctx.inf):
         told = f"kappa is {ctx.nstr(kappa, 8)}, r is {ctx.nstr(r, 8)}"
         raise ValueError(f"{told}; give numbers greater than 0")
-    if not all(ctx.isfinite(a) for a in ends):
-        told = ", ".join(ctx.nstr(a, 8) for a in ends)
-        raise ValueError(f"the drift at the layer's ends is {told}; give finite parameters")
+    if not all(ctx.isfinite(x) for x in (*ends, size)):
+        told = ", ".join(ctx.nstr(x, 8) for x in (*ends, size))
+        raise ValueError(f"the drift at the layer's ends and its size are {told}; give numbers")
     lam = 2 / kappa**2
     digits = ctx.dps
     count = int(0.8 * digits) + 12

@@ -7,7 +7,7 @@ from dataclasses import replace
 from symasym.emit.passage_mpmath import ERROR, TIME
 from symasym.emit.program import Program, Ready, header
 from symasym.emit.to_python import ZEROS, block, integral
-from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
+from symasym.emit.writing import comment, heading, helpers, refusal, signature_doc, text, wrapped
 
 _DIGITS = '''def _number(ctx, x):
     """An exact rational (int, float, Fraction, "-0.4", "1/3") or an mpf."""
@@ -134,7 +134,7 @@ def _function(function: Ready) -> str:
     for body in function.bodies:
         inner += block(body, "mpmath")
     if function.bodies and function.bodies[-1].conditions:
-        inner.append(f'    raise ValueError("{function.outside}")')
+        inner.append(f'    raise ValueError(f"{refusal(function)}")')
     outer = [
         *heading(f"def {function.name}", [*names, "dps=15"], ":"),
         f'    """{signature_doc(function)}"""',

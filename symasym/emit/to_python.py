@@ -5,7 +5,7 @@ from __future__ import annotations
 from symasym.emit import airy
 from symasym.emit.passage import in_python
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
-from symasym.emit.writing import comment, heading, helpers, signature_doc, text, wrapped
+from symasym.emit.writing import comment, heading, helpers, refusal, signature_doc, text, wrapped
 
 ZEROS = '''def _zeros(c):
     """Zeros in (-1, 1) of c[0] + c[1] u + ... where its sign changes, from its slope's."""
@@ -153,7 +153,7 @@ def _function(function: Ready) -> str:
     for body in function.bodies:
         lines += block(body, "python")
     if function.bodies[-1].conditions:
-        lines.append(f'    raise ValueError("{function.outside}")')
+        lines.append(f'    raise ValueError(f"{refusal(function)}")')
     return "\n".join(lines)
 
 
