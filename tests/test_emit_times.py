@@ -78,12 +78,40 @@ def test_what_doubles_cannot_tell_is_refused(target):
     if why := emitted.available(target):
         pytest.skip(why)
     load = sa.emit("eq:Ttilde", target, drift=BY_NAME["fold - 1e-30"].make()).load()
-    for kappa, r in ((1e-8, 10.0), (1e-9, 10.0), (0.1, -1.0), (0.1, 1e13), (float("nan"), 1.0)):
+    lost = "log T is 12.92.*1e-12 is allowed: rounding moves the exponent.*emit the target mpmath"
+    asked = {(1e-8, 10.0): lost}
+    for kappa, r in ((1e-9, 10.0), (0.1, -1.0), (0.1, 1e13), (float("nan"), 1.0), (0.1, 1e-300)):
+        asked[kappa, r] = f"kappa is {kappa}, r is {r}; give kappa in 1e-8..1e8 and r in 1e-100"
+    for (kappa, r), message in asked.items():
         if target == "c":
             assert np.isnan(load.log_escape_time(kappa, r))
             continue
-        with pytest.raises((ValueError, ArithmeticError), match="give kappa in|kappa is too small"):
+        with pytest.raises((ValueError, ArithmeticError), match=message):
             load.log_escape_time(kappa, r)
+
+
+@pytest.mark.parametrize("target", DOUBLE[:3])
+def test_a_drift_that_is_no_number_is_refused(target):
+    if why := emitted.available(target):
+        pytest.skip(why)
+    load = sa.emit("eq:Ttilde", target, drift=sa.friction()).load()
+    scenes = {
+        (0.1, 10.0, float("nan"), 1.0, -0.4): "2.4 and 0.4 at the layer's ends, nan in size",
+        (0.1, 10.0, 3.0, float("inf"), -0.4): "the drift is inf and -inf at the layer's ends",
+        (1e-8, 10.0, 1e12, 1.0, -0.4): r"M changes beside u = -1.0 over less than doubles tell",
+    }
+    for arguments, message in scenes.items():
+        if target == "c":
+            assert np.isnan(load.log_escape_time(*arguments))
+            continue
+        with pytest.raises((ValueError, ArithmeticError), match=message):
+            load.log_escape_time(*arguments)
+
+
+def test_a_tiny_radius_has_its_time():
+    load = sa.emit("eq:Ttilde", "python", drift=sa.friction(3, 1, "-0.4")).load()
+    want = np.log(sa.escape_time(sa.friction(3, 1, "-0.4"), 0.1, 1e-100))
+    assert load.log_escape_time(0.1, 1e-100) == pytest.approx(want, rel=1e-13)
 
 
 def test_javascript_throws_what_the_others_raise(tmp_path):
@@ -96,9 +124,81 @@ def test_javascript_throws_what_the_others_raise(tmp_path):
         )
 
 
-def test_the_exact_time_in_the_other_targets():
-    with pytest.raises(sa.InputError, match="is emitted in double precision; for more digits"):
-        sa.emit("eq:Ttilde", "mpmath", drift=sa.friction())
+# A drift of each kind that is ready-made, the fold, weak noise, no noise to speak of, no layer.
+DIGITS = [
+    ("friction", 100),
+    ("friction k=10", 100),
+    ("linear repelling, stiff", 30),
+    ("linear sliding", 100),
+    ("fold", 30),
+    ("r=1e12", 30),
+    ("linear r=1/2", 30),
+    ("constant", 100),
+    ("tanh", 15),
+    ("sine", 15),
+    ("hill", 15),
+]
+
+
+def in_digits(scenes, folder):
+    """Scenes whose digits from a bare interpreter are not the engine's."""
+    files, calls = {}, []
+    for number, (name, dps) in enumerate(scenes):
+        p = BY_NAME[name]
+        files[f"T{number}"] = sa.emit("eq:Ttilde", "mpmath", drift=p.make())
+        calls.append(emitted.Call(f"T{number}", "escape_time", (p.kappa, p.r, dps)))
+    found = emitted.run("mpmath", files, calls, folder)
+    wrong = []
+    for (name, dps), (got,) in zip(scenes, found, strict=True):
+        p = BY_NAME[name]
+        want = sa.escape_time(p.make(), p.kappa, p.r, dps=dps + 5)
+        with mpmath.workdps(dps + 10):
+            error = abs(mpmath.mpf(got) / want - 1)
+            if not error <= mpmath.mpf(10) ** (1 - dps):
+                wrong.append((name, dps, float(error)))
+    return wrong
+
+
+def test_the_exact_time_has_the_digits_asked_for(tmp_path):
+    assert in_digits(DIGITS, tmp_path) == []
+
+
+@pytest.mark.slow
+def test_the_exact_time_in_digits_on_the_problem_table(tmp_path):
+    scenes = [p.name for p in PROBLEMS if not p.tags & {"refused", "slow", "narrow", "may refuse"}]
+    assert in_digits([(name, 30) for name in scenes], tmp_path) == []
+
+
+def test_free_parameters_and_logarithms_in_digits():
+    load = sa.emit("eq:Ttilde", "mpmath", drift=sa.friction()).load()
+    before = mpmath.mp.dps
+    got = load.log_escape_time("0.3", 10, 3, 1, "-0.4", dps=40)
+    want = sa.escape_time(sa.friction(3, 1, "-0.4"), "0.3", 10, log=True, dps=45)
+    assert mpmath.mp.dps == before
+    with mpmath.workdps(50):
+        assert abs(got - want) < mpmath.mpf(10) ** -38
+    for arguments, message in (
+        ((0, 10, 3, 1, 0), "kappa is 0.0, r is 10.0; give numbers greater than 0"),
+        (("0.1", "-1", 3, 1, 0), "r is -1.0; give numbers greater than 0"),
+        (("x", 10, 3, 1, 0), "'x' is no number; give an int, a float"),
+        ((0.1, 10, float("nan"), 1, 0), "nan is no number"),
+        ((0.1, 10, mpmath.inf, 1, 0), "give numbers"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            load.escape_time(*arguments)
+    with pytest.raises(ValueError, match="dps is 0; give 1 to"):
+        load.escape_time(1, 1, 3, 1, 0, dps=0)
+
+
+def test_a_drift_that_is_not_analytic_has_no_digits():
+    load = sa.emit("eq:Ttilde", "mpmath", drift=sa.Drift("1 + sqrt(1 + u)")).load()
+    with pytest.raises(
+        ArithmeticError, match="not resolved beside u = -1.0; it has to be analytic"
+    ):
+        load.escape_time(1, 4, dps=10)
+
+
+def test_the_exact_time_in_latex():
     text = sa.emit("eq:Ttilde", "latex", drift=sa.linear(1, 2))
     assert r"\phi(u) = \frac{3}{2} + \frac{u}{2}" in text
     assert "Error of the formula: log T is right to 1e-12" in " ".join(
@@ -259,7 +359,7 @@ def test_bad_input_is_told_in_one_sentence(call, message):
 
 def _weak(**changed):
     asked = {"drift": sa.friction(3, 1, "-0.4"), "method": "laplace", **changed}
-    return sa.emit("eq:Ttilde", "python", **asked)
+    return sa.emit("eq:Ttilde", asked.pop("target", "python"), **asked)
 
 
 def test_beyond_its_range_an_expansion_has_no_value():
@@ -267,6 +367,11 @@ def test_beyond_its_range_an_expansion_has_no_value():
     for arguments in ((0.5, 10), (0.0, 10), (0.1, 1.0), (float("nan"), 10)):
         with pytest.raises(ValueError, match="where this order tells T"):
             load.log_weak_noise_time(*arguments)
+    with pytest.raises(ValueError, match=r"kappa is 0.5, r is 10.0: kappa is not in 1e-100\.\."):
+        load.log_weak_noise_time(0.5, 10)
+    load = _weak(target="numpy").load()
+    with pytest.raises(ValueError, match=r"kappa is 0.5, r is 20.0: kappa is not in 1e-100\.\."):
+        load.log_weak_noise_time([0.01, 0.5, 0.6], [10, 20, 30])
 
 
 def test_the_command_takes_method_and_order(capsys):

@@ -17,7 +17,7 @@ _U = sympy.Symbol("u", real=True)
 
 
 def exact_time(what: Formula, drift: Drift) -> Program:
-    """T from 0, by positive-form and panel-step, in double precision."""
+    """T from 0, by positive-form and panel-step, in doubles or digits."""
     A = sympy.sympify(drift.expression())
     ends = tuple(sympy.expand(A.subs(_U, end)) for end in (-1, 1))
     known: dict[str, Any] = {}
@@ -31,13 +31,13 @@ def exact_time(what: Formula, drift: Drift) -> Program:
         inside = np.linspace(-1, 1, 1001)
         values = np.abs(drift.evaluate_float(inside))
         size = sympy.Float(values.max() + np.abs(np.gradient(values, inside)).max(), 20)
-    passage = Passage(by_powers(A), ends, sympy.Float("4e-16", 20) * size, **known)
+    passage = Passage(by_powers(A), ends, size, **known)
     function = Function(
         "escape_time",
         "T from 0 to |u| = r (eq:Ttilde).",
         ("kappa", "r", *drift.free),
         (),
-        outside="kappa or r is out of range, or log T not known to 1e-12",
+        outside="kappa is not in 1e-8..1e8 or r not in 1e-100..1e12, or log T not known to 1e-12",
         passage=passage,
     )
     return Program(

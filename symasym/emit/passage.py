@@ -21,8 +21,8 @@ POINTS = 16
 #: What the files say of their error.
 ERROR = (
     "log T is right to 1e-12, or to 1e-12 of itself where that is larger, for the drift with its "
-    "numbers as doubles; kappa from 1e-8 to 1e8, r to 1e12, else refused, and also where both "
-    "directions of the computation differ by more"
+    "numbers as doubles; kappa from 1e-8 to 1e8, r from 1e-100 to 1e12, else refused, and also "
+    "where both directions of the computation differ by more"
 )
 
 
@@ -104,13 +104,19 @@ def _relaxed(drift, rough, lam, a, b):
         if last:
             return end, area, drop
         u, step, fresh = u + step, step * (1 + fresh), True
-    raise ArithmeticError("the escape time was not resolved; the noise is too weak for doubles")
+    raise ArithmeticError(
+        f"lam = 2/kappa^2 is {lam}, for which M changes beside u = {u} over less than doubles tell "
+        "apart; give a larger kappa, or emit the target mpmath"
+    )
 
 
 def _sweep(drift, ends, rough, lam, points):
-    """log sigma and log w at the last point, swept from the end at the first; their errors."""
+    """log sigma and log w at the last point, swept from the end at the first; their errors.
+
+    Also the most that both directions differ by in a drop of lam V, and in a double integral.
+    """
     sigma = w = -MATH.inf
-    loose_sigma = loose = 0.0
+    loose_sigma = loose = most_slip = most_wrong = 0.0
     log = MATH.log(lam)
     for p, q in zip(points, points[1:]):
         if max(abs(p), abs(q)) > 1:
@@ -125,6 +131,7 @@ def _sweep(drift, ends, rough, lam, points):
             back, again, other = _relaxed(drift, rough, lam, q, p)
             x = abs(drop)
             slip, wrong = abs(drop - other), abs(area / again - 1)
+            most_slip, most_wrong = max(most_slip, slip), max(most_wrong, wrong)
         back, area = MATH.log(back), log + MATH.log(area)
         if (drop > 0) == (q > p):
             # V falls.
@@ -146,13 +153,17 @@ def _sweep(drift, ends, rough, lam, points):
             loose = MATH.exp(first - w) * (loose + kept * slip + (1 - kept) * loose_sigma) + wrong
             loose_sigma = kept * (loose_sigma + slip) + wrong
             loose, sigma = loose + loose_sigma, total
-    return sigma, w, loose_sigma, loose
+    return sigma, w, loose_sigma, loose, most_slip, most_wrong
 
 
 def _log_time(drift, ends, rough, zeros, kappa, r):
     """log T from 0, where `drift` is that of the layer and `ends` are those beyond it."""
-    if not (1e-8 <= kappa <= 1e8 and 0 < r <= 1e12):
-        raise ValueError(f"kappa is {kappa}, r is {r}; give kappa in 1e-8..1e8 and r in 0..1e12")
+    if not (1e-8 <= kappa <= 1e8 and 1e-100 <= r <= 1e12):
+        told = f"kappa is {kappa}, r is {r}"
+        raise ValueError(f"{told}; give kappa in 1e-8..1e8 and r in 1e-100..1e12")
+    if not all(abs(x) < 1e100 for x in (*ends, rough / 4e-16)):
+        told = f"the drift is {ends[0]} and {ends[1]} at the layer's ends, {rough / 4e-16} in size"
+        raise ValueError(f"{told}; give parameters for which it is below 1e100")
     lam = 2 / kappa**2
     marks = sorted({0.0, *(float(m) for m in (-1, *zeros, 1) if abs(m) < r)})
     left = _sweep(drift, ends, rough, lam, [-r, *(m for m in marks if m <= 0)])
@@ -164,7 +175,14 @@ def _log_time(drift, ends, rough, zeros, kappa, r):
         for side in (left, right)
     )
     if not loose <= 1e-12 * max(1.0, abs(found)):
-        raise ArithmeticError("the escape time is not known to 1e-12 in log; kappa is too small")
+        slip, wrong = (max(left[k], right[k]) for k in (4, 5))
+        why = f"rounding moves the exponent 2 V/kappa^2 by {slip:.1e}, so that kappa is too small"
+        if not slip > wrong:
+            why = f"two computations of a double integral differ by {wrong:.1e}"
+        raise ArithmeticError(
+            f"log T is {found} with an error of {loose:.1e}, and 1e-12 is allowed: {why} for "
+            "doubles; give a larger kappa, or emit the target mpmath"
+        )
     return found
 '''
 

@@ -212,7 +212,9 @@ static double log_time_(
     swept_ left, right;
     double points[140], time, rate, loose;
     int count_left, count_right;
-    if (!(kappa >= 1e-8 && kappa <= 1e8 && r > 0.0 && r <= 1e12))
+    if (!(kappa >= 1e-8 && kappa <= 1e8 && r >= 1e-100 && r <= 1e12))
+        return NAN;
+    if (!(fabs(ends[0]) < 1e100 && fabs(ends[1]) < 1e100 && rough < 1e84))
         return NAN;
     s.drift = drift;
     s.p = p;

@@ -95,12 +95,19 @@ function relaxed(drift, rough, lam, a, b) {
     step *= growth;
     growth = 2;
   }
-  throw new RangeError("the escape time was not resolved; the noise is too weak for doubles");
+  throw new RangeError(
+    `lam = 2/kappa^2 is ${lam}, for which M changes beside u = ${u} over less than doubles tell ` +
+      "apart; give a larger kappa, or emit the target mpmath",
+  );
 }
 
-/** log sigma and log w at the last of the points, from the end at the first, and their errors. */
+/**
+ * log sigma and log w at the last of the points, from the end at the first, and their errors; the
+ * most that both directions differ by in a drop of lam V, and in a double integral.
+ */
 function sweep(drift, ends, rough, lam, points) {
   let [sigma, w, looseSigma, loose] = [-Infinity, -Infinity, 0, 0];
+  let [mostSlip, mostWrong] = [0, 0];
   const log = Math.log(lam);
   for (let k = 0; k + 1 < points.length; k++) {
     const [p, q] = [points[k], points[k + 1]];
@@ -119,6 +126,8 @@ function sweep(drift, ends, rough, lam, points) {
       x = Math.abs(drop);
       slip = Math.abs(drop - other);
       wrong = Math.abs(area / again - 1);
+      mostSlip = Math.max(mostSlip, slip);
+      mostWrong = Math.max(mostWrong, wrong);
     }
     back = Math.log(back);
     area = log + Math.log(area);
@@ -146,13 +155,19 @@ function sweep(drift, ends, rough, lam, points) {
       sigma = total;
     }
   }
-  return { sigma, w, looseSigma, loose };
+  return { sigma, w, looseSigma, loose, mostSlip, mostWrong };
 }
 
 /** log T from 0, where `drift` is that of the layer and `ends` are those beyond it. */
 function logTime(drift, ends, rough, zeros, kappa, r) {
-  if (!(kappa >= 1e-8 && kappa <= 1e8 && r > 0 && r <= 1e12)) {
-    throw new RangeError(`kappa is ${kappa}, r is ${r}; give kappa in 1e-8..1e8, r in 0..1e12`);
+  if (!(kappa >= 1e-8 && kappa <= 1e8 && r >= 1e-100 && r <= 1e12)) {
+    const told = `kappa is ${kappa}, r is ${r}`;
+    throw new RangeError(`${told}; give kappa in 1e-8..1e8 and r in 1e-100..1e12`);
+  }
+  const size = rough / 4e-16;
+  if (![...ends, size].every((x) => Math.abs(x) < 1e100)) {
+    const told = `the drift is ${ends[0]} and ${ends[1]} at the layer's ends, ${size} in size`;
+    throw new RangeError(`${told}; give parameters for which it is below 1e100`);
   }
   const lam = 2 / kappa ** 2;
   const marks = [...new Set([-1, 0, 1, ...zeros].filter((m) => Math.abs(m) < r).map((m) => m + 0))];
@@ -169,7 +184,17 @@ function logTime(drift, ends, rough, zeros, kappa, r) {
     loose += Math.exp(-side.sigma - rate) * side.looseSigma + Math.exp(side.w - time) * side.loose;
   }
   if (!(loose <= 1e-12 * Math.max(1, Math.abs(found)))) {
-    throw new RangeError("the escape time is not known to 1e-12 in log; kappa is too small");
+    const slip = Math.max(left.mostSlip, right.mostSlip);
+    const wrong = Math.max(left.mostWrong, right.mostWrong);
+    const moved = slip.toExponential(1);
+    const why =
+      slip > wrong
+        ? `rounding moves the exponent 2 V/kappa^2 by ${moved}, so that kappa is too small`
+        : `two computations of a double integral differ by ${wrong.toExponential(1)}`;
+    throw new RangeError(
+      `log T is ${found} with an error of ${loose.toExponential(1)}, and 1e-12 is allowed: ` +
+        `${why} for doubles; give a larger kappa, or emit the target mpmath`,
+    );
   }
   return found;
 }

@@ -109,8 +109,8 @@ class Passage:
     drift : expression
     ends : tuple of two expressions
         The drift beyond the layer.
-    rough : expression
-        What rounding makes of the drift, absolute.
+    size : expression
+        How large the drift's terms are, and how much it moves as u does.
     points, coefficients : tuple of expressions
         The drift's zeros in the layer; or its coefficients, of which the file finds them.
     uniform : bool
@@ -119,7 +119,7 @@ class Passage:
 
     drift: Any
     ends: tuple[Any, ...]
-    rough: Any
+    size: Any
     points: tuple[Any, ...] = ()
     coefficients: tuple[Any, ...] = ()
     uniform: bool = False
@@ -129,12 +129,17 @@ class Passage:
         ends, points, coefficients = (
             tuple(change(e) for e in part) for part in (self.ends, self.points, self.coefficients)
         )
-        drift, rough = change(self.drift), change(self.rough)
-        return Passage(drift, ends, rough, points, coefficients, self.uniform)
+        size = change(self.size)
+        return Passage(change(self.drift), ends, size, points, coefficients, self.uniform)
+
+    @property
+    def rough(self) -> Any:
+        """What rounding makes of the drift in doubles, absolute."""
+        return rounded(sympy.Float("4e-16", 20) * self.size)
 
     @property
     def expressions(self) -> tuple[Any, ...]:
-        return (self.drift, *self.ends, self.rough, *self.points, *self.coefficients)
+        return (self.drift, *self.ends, self.size, *self.points, *self.coefficients)
 
 
 @dataclass(frozen=True)
@@ -266,7 +271,7 @@ def ready(program: Program, double: bool) -> list[Ready]:
             found.append(_ready_quadrature(function, function.quadrature, double))
             continue
         if function.passage is not None:
-            found += _ready_passage(function, function.passage)
+            found += _ready_passage(function, function.passage, double)
             continue
         function = replace(
             function,
@@ -334,19 +339,24 @@ def _ready_quadrature(function: Function, quadrature: Quadrature, double: bool) 
     return Ready(function.name, function.doc, arguments, (), quadrature=quadrature)
 
 
-def _ready_passage(function: Function, passage: Passage) -> list[Ready]:
-    """The logarithm and its exponential, in doubles."""
+def _ready_passage(function: Function, passage: Passage, double: bool) -> list[Ready]:
+    """The logarithm and its exponential, which in digits is computed by itself."""
     symbols = {s for e in passage.expressions for s in e.free_symbols}
     named = _inner(function)
     names = {s: sympy.Symbol(named(s.name), **s._assumptions_orig) for s in symbols}
-    passage = passage.changed(lambda e: rounded(e.subs(names, simultaneous=True)))
+    passage = passage.changed(lambda e: e.subs(names, simultaneous=True))
+    if double:
+        passage = passage.changed(rounded)
     arguments = tuple(map(named, function.arguments))
     log = f"log_{function.name}"
     about = f"Natural logarithm of `{function.name}`."
     return [
         Ready(log, about, arguments, (), function.outside, passage=passage),
-        Ready(function.name, function.doc, arguments, (), function.outside, exp_of=log),
-    ]
+        Ready(
+            function.name, function.doc, arguments, (), function.outside, exp_of=log,
+            passage=None if double else passage,
+        ),
+    ]  # fmt: skip
 
 
 def _ready(function: Function, names: dict[Any, Any], double: bool) -> Ready:

@@ -5,7 +5,16 @@ from __future__ import annotations
 from symasym.emit import airy, uniform_time
 from symasym.emit.passage_javascript import in_javascript
 from symasym.emit.program import Body, Passage, Program, Ready, header, in_doubles
-from symasym.emit.writing import Written, comment, heading, helpers, signature_doc, text, wrapped
+from symasym.emit.writing import (
+    Written,
+    comment,
+    heading,
+    helpers,
+    refusal,
+    signature_doc,
+    text,
+    wrapped,
+)
 
 HELPERS: dict[str, Written] = {
     "logIntegral": '''// Gauss-Legendre, 16 points: those on the right, and their weights.
@@ -128,7 +137,7 @@ def _function(function: Ready) -> str:
     for body in function.bodies:
         lines += _block(body)
     if function.bodies and function.bodies[-1].conditions:
-        lines.append(f'  throw new RangeError("{function.outside}");')
+        lines.append(f"  throw new RangeError(`{refusal(function, '${NAME}')}`);")
     return "\n".join([*lines, "}"])
 
 
@@ -175,10 +184,11 @@ def _uniform(function: Ready, q: Passage) -> list[str]:
     listed = ", ".join(text(c, "javascript") for c in q.coefficients)
     ends = ", ".join(text(e, "javascript") for e in q.ends)
     value = f"c, {len(q.coefficients)}, {ends}, kappa, r"
+    told = refusal(function, "${NAME}")
     return [
         *wrapped("const c = ", listed, "  ", end=";", brackets="[]", deeper="  "),
         *wrapped("const found = logUniform", value, "  ", end=";", brackets="()", deeper="  "),
-        f'  if (Number.isNaN(found)) throw new RangeError("{function.outside}");',
+        f"  if (Number.isNaN(found)) throw new RangeError(`{told}`);",
         "  return found;",
     ]
 

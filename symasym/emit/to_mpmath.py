@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from symasym.emit.passage_mpmath import ERROR, TIME
 from symasym.emit.program import Program, Ready, header
 from symasym.emit.to_python import ZEROS, block, integral
-from symasym.emit.writing import comment, heading, helpers, signature_doc, wrapped
+from symasym.emit.writing import comment, heading, helpers, refusal, signature_doc, text, wrapped
 
 _DIGITS = '''def _number(ctx, x):
     """An exact rational (int, float, Fraction, "-0.4", "1/3") or an mpf."""
     if hasattr(x, "_mpf_"):
         return ctx.make_mpf(x._mpf_)
-    exact = Fraction(x)
+    try:
+        exact = Fraction(x)
+    except (ArithmeticError, TypeError, ValueError):
+        raise ValueError(f'{x!r} is no number; give an int, a float, an mpf or "1/3"') from None
     return ctx.mpf(exact.numerator) / exact.denominator
 
 
@@ -71,11 +77,19 @@ HELPERS = {
     return top + ctx.log(sum(total(a, b, 0) for a, b in zip(points, points[1:])))
 ''',
     "_zeros": ZEROS,
+    "_time": TIME,
     "_exprel": '''def _exprel(ctx, x):
     return ctx.one if x == 0 else ctx.expm1(x) / x
 ''',
     "_exprel2": '''def _exprel2(ctx, x):
-    return ctx.one / 2 if x == 0 else (ctx.expm1(x) - x) / x**2
+    if abs(x) > 0.5:
+        return (ctx.expm1(x) - x) / x**2
+    total = term = ctx.one / 2
+    n = 2
+    while abs(term) > ctx.eps / 8:
+        n, term = n + 1, term * x / (n + 1)
+        total += term
+    return total
 ''',
     "_tanhc": '''def _tanhc(ctx, x):
     return ctx.one if x == 0 else ctx.tanh(x) / x
@@ -100,6 +114,8 @@ def render(program: Program, functions: list[Ready]) -> str:
     code = "\n\n\n".join(_function(f) for f in functions)
     used = helpers(code, HELPERS)
     more = 'dps: digits that are right. Numbers are exact: 0.1 is a binary fraction, "0.1" is 1/10'
+    if any(f.passage for f in functions):
+        program = replace(program, error=ERROR)
     top = comment(header(program, more), "#")
     return "\n".join([
         *top, "", "from fractions import Fraction", "", "import mpmath",
@@ -113,10 +129,12 @@ def _function(function: Ready) -> str:
     inner = heading(f"def _{function.name}", ["ctx", *names], ":")
     if function.quadrature:
         inner += integral(function, "mpmath")
+    if function.passage:
+        inner += _passage(function)
     for body in function.bodies:
         inner += block(body, "mpmath")
     if function.bodies and function.bodies[-1].conditions:
-        inner.append(f'    raise ValueError("{function.outside}")')
+        inner.append(f'    raise ValueError(f"{refusal(function)}")')
     outer = [
         *heading(f"def {function.name}", [*names, "dps=15"], ":"),
         f'    """{signature_doc(function)}"""',
@@ -128,3 +146,19 @@ def _function(function: Ready) -> str:
         ),
     ]
     return "\n".join([*inner, "", "", *outer])
+
+
+def _passage(function: Ready) -> list[str]:
+    """The body of an escape time: its drift, where that is zero, its value or its logarithm."""
+    q = function.passage
+    assert q is not None
+    listed = ", ".join(text(x, "mpmath") for x in q.coefficients or q.points)
+    zeros = f"_zeros([{listed}])" if q.coefficients else f"[{listed}]"
+    ends = ", ".join(text(e, "mpmath") for e in q.ends)
+    degree = len(q.coefficients) - 1
+    value = f"ctx, drift, ({ends}), {degree}, {text(q.size, 'mpmath')}, {zeros}, kappa, r"
+    lines = ["", "    def drift(u):", *wrapped("return ", text(q.drift, "mpmath"), " " * 8), ""]
+    if function.exp_of:
+        return [*lines, *wrapped("return _time", value, "    ", brackets="()")]
+    lines += wrapped("found = _time", value, "    ", brackets="()")
+    return [*lines, "    return ctx.log(found)"]

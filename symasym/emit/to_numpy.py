@@ -6,7 +6,16 @@ from symasym.emit import airy, uniform_time
 from symasym.emit.passage import in_numpy
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.to_python import ZEROS, block, integral, log_integral, passage
-from symasym.emit.writing import Written, comment, heading, helpers, signature_doc, text, wrapped
+from symasym.emit.writing import (
+    Written,
+    comment,
+    heading,
+    helpers,
+    refusal,
+    signature_doc,
+    text,
+    wrapped,
+)
 
 HELPERS: dict[str, Written] = {
     "_log_integral": log_integral(
@@ -43,7 +52,7 @@ HELPERS: dict[str, Written] = {
             result[chosen] = value(*(array[chosen] for array in arrays))
         left &= ~chosen
     if left.any():
-        raise ValueError(outside)
+        raise ValueError(outside.format(*(array[left][0] for array in arrays)))
     return result.reshape(shape)[()]
 ''',
     "_exprel": '''def _exprel(x):
@@ -108,7 +117,7 @@ def _function(function: Ready) -> str:
 def _in_cases(function: Ready, head: list[str], names: str) -> str:
     """Each case as a function of its own, and one that calls them at their points."""
     parts = []
-    call = [f'    return _cases(\n        ({names},),\n        "{function.outside}",']
+    call = [f'    return _cases(\n        ({names},),\n        "{refusal(function, "{}")}",']
     for number, body in enumerate(function.bodies):
         name = f"_{function.name}_{number}"
         lines = heading(f"def {name}", list(function.arguments), ":")

@@ -5,7 +5,16 @@ from __future__ import annotations
 from symasym.emit import airy, uniform_time
 from symasym.emit.passage import in_python
 from symasym.emit.program import Body, Passage, Program, Ready, header, in_doubles
-from symasym.emit.writing import Written, comment, heading, helpers, signature_doc, text, wrapped
+from symasym.emit.writing import (
+    Written,
+    comment,
+    heading,
+    helpers,
+    refusal,
+    signature_doc,
+    text,
+    wrapped,
+)
 
 ZEROS = '''def _zeros(c):
     """Zeros in (-1, 1) of c[0] + c[1] u + ... where its sign changes, from its slope's."""
@@ -153,7 +162,7 @@ def _function(function: Ready) -> str:
     for body in function.bodies:
         lines += block(body, "python")
     if function.bodies[-1].conditions:
-        lines.append(f'    raise ValueError("{function.outside}")')
+        lines.append(f'    raise ValueError(f"{refusal(function)}")')
     return "\n".join(lines)
 
 
@@ -206,7 +215,7 @@ def _uniform(function: Ready, q: Passage, target: str) -> list[str]:
         "    except (ArithmeticError, ValueError):",
         "        found = math.nan",
         "    if math.isnan(found):",
-        f'        raise ValueError("{function.outside}")',
+        f'        raise ValueError(f"{refusal(function)}")',
         "    return found",
     ]
 

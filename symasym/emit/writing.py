@@ -120,3 +120,9 @@ def helpers(code: str, known: Mapping[str, Written]) -> list[str]:
 def signature_doc(function: Ready) -> str:
     """The first line of a docstring."""
     return function.doc if function.doc.endswith(".") else f"{function.doc}."
+
+
+def refusal(function: Ready, form: str = "{NAME}") -> str:
+    """What is said where no case holds; the language puts the arguments' values in."""
+    told = ", ".join(f"{name} is {form.replace('NAME', name)}" for name in function.arguments)
+    return f"{told}: {function.outside}"
