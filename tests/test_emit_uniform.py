@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
+from symasym import cli
 from symasym.emit import airy_kernel, transcribe, uniform_kernel, uniform_pairs, uniform_zeros
 from symasym.emit.kernel import Kernel, kernel_of, reached
 from tests import emitted
@@ -159,6 +160,12 @@ def test_javascript_throws_where_it_has_no_value(tmp_path):
 def test_bad_input_is_told_in_one_sentence(call, message):
     with pytest.raises(sa.InputError, match=message):
         call()
+
+
+def test_the_command_writes_it(capsys):
+    words = ["emit", "eq:Ttilde", "--target", "python", "--drift", "friction"]
+    assert cli.main([*words, "--method", "uniform", "--set", "mu=3"]) == 0
+    assert "def log_uniform_time(kappa, r, alpha, z0):" in capsys.readouterr().out
 
 
 # -- the languages -------------------------------------------------------------------------------
