@@ -22,6 +22,13 @@ FOLD = -7 / 9
 NEAR = [FOLD + side * gap for gap in (1e-12, 1e-9, 1e-6, 1e-3) for side in (-1, 1)]
 SPRING = [*np.linspace(-2, -1e-6, 81), FOLD, *NEAR, -1e-2, -1e-3, -1e-4, -1e-5]
 
+# So near to a tangency that 1 - alpha - z0 has few digits where it is added up as it stands.
+TANGENT = [
+    (0.006413507327312468, 7854.091520471, 3.0, 0.3177259902756287, 0.6822740074492109),
+    (0.006825092974974507, 1079.9095988043625, 1.0, 0.011091570802330673, 1.0110915708206099),
+    (0.0007231082601184727, 3858.9136538543185, 1.8, 0.058981515918755084, 0.9410184816015466),
+]
+
 
 def formula(target="python", drift=None):
     return sa.emit("eq:Ttilde", target, drift=drift or sa.friction(), method="uniform", order=0)
@@ -46,6 +53,9 @@ def scenes():
         # A crossing downwards is one upwards in the mirror: on the other side of the start.
         want += list(library(sa.friction(mu, 1, 2 - spring[::9]), kappa, r))
         asked += [(kappa, r, mu, 1, float(2 - z)) for z in spring[::9]]
+    for kappa, r, mu, alpha, z0 in TANGENT:
+        want.append(library(sa.friction(mu, alpha, [z0]), kappa, r)[0])
+        asked.append((kappa, r, mu, alpha, z0))
     return [emitted.Call("T", "log_uniform_time", a) for a in asked], np.array(want)
 
 
