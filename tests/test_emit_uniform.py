@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
+from symasym import cli
 from symasym.emit import airy_kernel, transcribe, uniform_kernel, uniform_pairs, uniform_zeros
 from symasym.emit.kernel import Kernel, kernel_of, reached
 from tests import emitted
@@ -20,6 +21,13 @@ FOLD = -7 / 9
 # Through the fold, on both sides of it, and up to where the barrier reaches the end.
 NEAR = [FOLD + side * gap for gap in (1e-12, 1e-9, 1e-6, 1e-3) for side in (-1, 1)]
 SPRING = [*np.linspace(-2, -1e-6, 81), FOLD, *NEAR, -1e-2, -1e-3, -1e-4, -1e-5]
+
+# So near to a tangency that 1 - alpha - z0 has few digits where it is added up as it stands.
+TANGENT = [
+    (0.006413507327312468, 7854.091520471, 3.0, 0.3177259902756287, 0.6822740074492109),
+    (0.006825092974974507, 1079.9095988043625, 1.0, 0.011091570802330673, 1.0110915708206099),
+    (0.0007231082601184727, 3858.9136538543185, 1.8, 0.058981515918755084, 0.9410184816015466),
+]
 
 
 def formula(target="python", drift=None):
@@ -45,6 +53,9 @@ def scenes():
         # A crossing downwards is one upwards in the mirror: on the other side of the start.
         want += list(library(sa.friction(mu, 1, 2 - spring[::9]), kappa, r))
         asked += [(kappa, r, mu, 1, float(2 - z)) for z in spring[::9]]
+    for kappa, r, mu, alpha, z0 in TANGENT:
+        want.append(library(sa.friction(mu, alpha, [z0]), kappa, r)[0])
+        asked.append((kappa, r, mu, alpha, z0))
     return [emitted.Call("T", "log_uniform_time", a) for a in asked], np.array(want)
 
 
@@ -159,6 +170,12 @@ def test_javascript_throws_where_it_has_no_value(tmp_path):
 def test_bad_input_is_told_in_one_sentence(call, message):
     with pytest.raises(sa.InputError, match=message):
         call()
+
+
+def test_the_command_writes_it(capsys):
+    words = ["emit", "eq:Ttilde", "--target", "python", "--drift", "friction"]
+    assert cli.main([*words, "--method", "uniform", "--set", "mu=3"]) == 0
+    assert "def log_uniform_time(kappa, r, alpha, z0):" in capsys.readouterr().out
 
 
 # -- the languages -------------------------------------------------------------------------------

@@ -160,7 +160,10 @@ def about(plot: Plot | Picture) -> list[str]:
         seen = (
             f"the formula {plot.label} and the exact value, and below them the error of the formula"
         )
-    return [f"## {title}", "", f"![{seen}]({slug(plot.label)}.svg)", ""]
+    lines = [f"## {title}", "", f"![{seen}]({slug(plot.label)}.svg)", ""]
+    if isinstance(plot, Picture):
+        lines += [f"{report.plain(seen[:1].upper() + seen[1:])}.", ""]
+    return lines
 
 
 def _neighbours(label: str, records: Records) -> list[str]:

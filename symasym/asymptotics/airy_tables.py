@@ -16,7 +16,9 @@ import numpy as np
 from symasym.context import own_context
 from symasym.inputs import FloatArray
 
-__all__ = ["AiryProducts", "Dawson", "Table", "airy_products", "dawson"]
+__all__ = [
+    "AiryProducts", "Dawson", "Table", "airy_parts", "airy_products", "dawson", "dawson_parts",
+]  # fmt: skip
 
 #: A function of mpmath numbers, with its context.
 Exact = Callable[[Any, Any], tuple[Any, ...]]
@@ -148,7 +150,8 @@ def _beyond(sign: int) -> Exact:
 
 
 @lru_cache(maxsize=1)
-def _airy_tables() -> tuple[Table, Table, Table]:
+def airy_parts() -> tuple[Table, Table, Table]:
+    """Near 0, in (8/|Z|)^(3/2) below, and above; also what `symasym.emit.tables` writes."""
     near = _table(_products, -_AIRY_END, _AIRY_END, _AIRY_PIECES, _TERMS)
     below, above = (_table(_beyond(s), 0.0, 1.0, 1, _FAR_TERMS) for s in (-1, 1))
     return near, below, above
@@ -159,7 +162,7 @@ def airy_products(z: FloatArray, single: bool = True, double: bool = True) -> Ai
 
     `single`: Bi and Bi'; `double`: the others. What is not wanted is left empty.
     """
-    near, below, above = _airy_tables()
+    near, below, above = airy_parts()
     chosen = [k for k in range(5) if (single if k > 2 else double)]
     low, high = float(z.min(initial=np.inf)), float(z.max(initial=-np.inf))
     found = [np.empty(0)] * 5
@@ -250,14 +253,15 @@ def _dawsons_beyond(t: Any, c: Any) -> tuple[Any, ...]:
 
 
 @lru_cache(maxsize=1)
-def _dawson_tables() -> tuple[Table, Table]:
+def dawson_parts() -> tuple[Table, Table]:
+    """Near 0, and in (6/x)^2 beyond; also what `symasym.emit.tables` writes."""
     near = _table(_dawsons, 0.0, _DAWSON_END, _DAWSON_PIECES, _TERMS)
     return near, _table(_dawsons_beyond, 0.0, 1.0, 1, _FAR_TERMS)
 
 
 def dawson(x: FloatArray) -> Dawson:
     """The three functions at every x >= 0."""
-    near, beyond = _dawson_tables()
+    near, beyond = dawson_parts()
     found = np.empty((3, *x.shape))
     rows = x <= _DAWSON_END
     if rows.any():

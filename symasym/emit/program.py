@@ -33,8 +33,8 @@ _TAKEN = frozenset(
 _LOCAL = frozenset(
     re.findall(
         r"\w+",
-        """c count drift ends found marks p points zeros zeros_ between_ log_time_ logIntegral
-        logTime logUniform log_uniform_ INFINITY""",
+        """c count drift ends found left marks p points right zeros zeros_ between_ log_time_
+        logIntegral logTime logUniform log_uniform_ INFINITY""",
     )
 )
 

@@ -20,7 +20,7 @@ _BELOW = (0, 2, 3, 4, 5, 6)
 @cache
 def airy(products: bool) -> dict[str, tuple[float, ...]]:
     """Name -> numbers, of all `products` or of Ai² + Bi² alone."""
-    near, below, above = airy_tables._airy_tables()
+    near, below, above = airy_tables.airy_parts()
     return {
         "_AIRY_NEAR": _flat(near, _PRODUCTS if products else (0,)),
         "_AIRY_BELOW": _flat(below, _BELOW if products else (0,)),
@@ -31,7 +31,7 @@ def airy(products: bool) -> dict[str, tuple[float, ...]]:
 @cache
 def dawson() -> dict[str, tuple[float, ...]]:
     """Name -> numbers, of e^{x²} erfc(x), Dawson's integral and that one's integral."""
-    near, beyond = airy_tables._dawson_tables()
+    near, beyond = airy_tables.dawson_parts()
     return {"_DAWSON_NEAR": _flat(near, range(3)), "_DAWSON_BEYOND": _flat(beyond, range(3))}
 
 

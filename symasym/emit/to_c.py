@@ -266,15 +266,15 @@ def _uniform(function: Ready, q: Passage) -> str:
     """The uniform time: the drift's coefficients, its value or NAN."""
     count = len(q.coefficients)
     listed = ", ".join(text(c, "c") for c in q.coefficients)
-    ends = ", ".join(text(e, "c") for e in q.ends)
-    lines = [
-        *_signature(function),
-        "{",
-        *wrapped(f"const double c[{count}] = ", listed, "    ", end=";", brackets="{}"),
-        *wrapped(
-            "return log_uniform_", f"c, {count}, {ends}, kappa, r", "    ", end=";", brackets="()"
-        ),
-    ]
+    left, right = uniform_time.ends(q, "c")
+    value = f"c, {count}, left, {len(left)}, right, {len(right)}, kappa, r"
+    arrays = (("c", listed), ("left", ", ".join(left)), ("right", ", ".join(right)))
+    sizes = (count, len(left), len(right))
+    lines = [*_signature(function), "{"]
+    for (name, values), size in zip(arrays, sizes, strict=True):
+        first = f"const double {name}[{size}] = "
+        lines += wrapped(first, values, "    ", end=";", brackets="{}")
+    lines += wrapped("return log_uniform_", value, "    ", end=";", brackets="()")
     return "\n".join([*lines, "}"])
 
 

@@ -182,7 +182,7 @@ def _passage(function: Ready) -> list[str]:
 def _uniform(function: Ready, q: Passage) -> list[str]:
     """The body of the uniform time: the drift's coefficients, its value if there is one."""
     listed = ", ".join(text(c, "javascript") for c in q.coefficients)
-    ends = ", ".join(text(e, "javascript") for e in q.ends)
+    ends = ", ".join(f"[{', '.join(e)}], {len(e)}" for e in uniform_time.ends(q, "javascript"))
     value = f"c, {len(q.coefficients)}, {ends}, kappa, r"
     told = refusal(function, "${NAME}")
     return [

@@ -206,7 +206,7 @@ def passage(function: Ready, target: str) -> list[str]:
 def _uniform(function: Ready, q: Passage, target: str) -> list[str]:
     """The body of the uniform time: the drift's coefficients, its value if there is one."""
     listed = ", ".join(text(c, target) for c in q.coefficients)
-    ends = ", ".join(text(e, target) for e in q.ends)
+    ends = ", ".join(f"[{', '.join(e)}], {len(e)}" for e in uniform_time.ends(q, target))
     value = f"c, {len(q.coefficients)}, {ends}, kappa, r"
     return [
         *wrapped("c = ", listed, "    ", brackets="[]"),

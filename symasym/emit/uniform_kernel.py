@@ -17,6 +17,7 @@ import math
 from symasym.emit.airy_kernel import _horner
 from symasym.emit.uniform_pairs import _choose, _pairs, _past, _together
 from symasym.emit.uniform_zeros import (
+    _added,
     _at,
     _clear,
     _complex,
@@ -336,9 +337,12 @@ def _side(
 
 
 def _log_uniform(
-    c: list[float], n: int, a_minus: float, a_plus: float, kappa: float, r: float
-) -> float:
+    c: list[float], n: int, left_terms: list[float], left_count: int, right_terms: list[float],
+    right_count: int, kappa: float, r: float,
+) -> float:  # fmt: skip
     """log T from 0, to order 0; not a number where the formula does not tell it."""
+    # The drift beyond the layer may be small, a sum of what is not.
+    a_minus, a_plus = _added(left_terms, left_count), _added(right_terms, right_count)
     lines, rows, x, y = [0.0] * 13, [0.0] * 208, [0.0] * 13, [0.0] * 13
     owner, edge, left, right, ends = [0] * 13, [0.0] * 10, [0.0] * 5, [0.0] * 5, [0.0] * 3
     while n > 1 and c[n - 1] == 0.0:

@@ -14,7 +14,7 @@ from symasym.emit import airy_kernel, tables, uniform_kernel, uniform_pairs, uni
 from symasym.emit.kernel import Kernel, kernel_of, reached
 from symasym.emit.program import Function, Passage, Program, Ready
 from symasym.emit.transcribe import transcribed
-from symasym.emit.writing import Written
+from symasym.emit.writing import Written, text
 from symasym.errors import InputError
 from symasym.formula import Formula
 
@@ -24,7 +24,8 @@ _MOST_DEGREE = 12
 ERROR = (
     "none is stated: the relative error is of order kappa^2, and of order 1 where the noise is "
     "strong; sa.escape_time with full=True estimates it. The formula itself is evaluated to 1e-13 "
-    "of log T, or of 1 where that is larger"
+    "of log T, or of 1 where that is larger; to fewer digits, nine at least, where zeros nearly "
+    "coincide that are not taken together"
 )
 OUTSIDE = "kappa or r is out of range, or the start or r is at a zero of the drift"
 #: What the drift's zeros are good for, by the degree from which on it is needed.
@@ -70,6 +71,11 @@ def uniform_time(what: Formula, drift: Drift) -> Program:
         "barrier before an end of the layer by the error function and Dawson's integral",
         what.assumptions, what.latex(), left_out=left,
     )  # fmt: skip
+
+
+def ends(passage: Passage, target: str) -> list[list[str]]:
+    """The terms of both drifts beyond the layer, in the target's language."""
+    return [[text(term, target) for term in sympy.Add.make_args(e)] for e in passage.ends]
 
 
 def helper(target: str, functions: list[Ready]) -> dict[str, Written]:

@@ -8,6 +8,19 @@ import math
 _PAIRS = _MANY = True
 
 
+def _added(terms: list[float], n: int) -> float:
+    """The sum with what each addition has rounded off."""
+    total, rest = 0.0, 0.0
+    for k in range(n):
+        after = total + terms[k]
+        if abs(total) >= abs(terms[k]):
+            rest += total - after + terms[k]
+        else:
+            rest += terms[k] - after + total
+        total = after
+    return total + rest
+
+
 def _at(c: list[float], n: int, u: float) -> float:
     """The drift."""
     total = 0.0
