@@ -15,6 +15,7 @@ from symasym.asymptotics.airy_digits import airy_products, dawson
 from symasym.asymptotics.order_zero import scene_of
 from symasym.context import own_context
 from tests.problems import relative
+from tests.test_uniform_arrays import where_claimed
 
 FOLD = Fraction(-7, 9)
 
@@ -107,7 +108,7 @@ def test_what_float64_does_not_tell_goes_the_general_way() -> None:
 
 
 def check_random(seed: int, count: int) -> int:
-    """No claim below the true error; returns how many were made."""
+    """No claim below the true error, and the numbers of arrays; returns how many were made."""
     rng = np.random.default_rng(seed)
     degree, beside = int(rng.integers(1, 6)), rng.random() < 0.5
     c = np.round(rng.uniform(-3, 3, (degree + 1, count)), 3)
@@ -119,6 +120,8 @@ def check_random(seed: int, count: int) -> int:
     kappa, r = 10 ** rng.uniform(-2, -0.3, count), float(10 ** rng.uniform(-0.2, 2))
     start = float(rng.choice([0.0, rng.uniform(-0.9, 0.9) * r]))
     exact = sa.escape_time(sa.polynomial(*c), kappa, r, start=start, log=True, full=True)
+    options: dict[str, Any] = {"start": start, "method": "uniform", "order": 0, "log": True}
+    arrays, errors = where_claimed(sa.polynomial(*c), kappa, r, options)
     claimed = 0
     with own_context(60) as context:
         for k in range(count):
@@ -129,8 +132,11 @@ def check_random(seed: int, count: int) -> int:
             if found:
                 claimed += 1
                 error = -context.log1p(-found[1] / found[0])
-                off = abs(context.log(found[0]) - float(exact.value[k]))
+                log = context.log(found[0])
+                off = abs(log - float(exact.value[k]))
                 assert off <= error + float(exact.error[k]) + 1e-15, (drift, kappa[k], r, start)
+                if errors[k] < np.inf:
+                    assert abs(log - float(arrays[k])) <= 1e-11 * max(1, abs(log))
     return claimed
 
 

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.asymptotics import uniform_noise
+from symasym.asymptotics import uniform_noise, weak_noise_arrays
 from symasym.asymptotics.airy_tables import airy_products, dawson
 from symasym.asymptotics.cuts import Cuts
+from symasym.asymptotics.smooth_in_lam import columns, of_one
 
 FOLD = -7 / 9
 PLACES = [-2, -1.2, -0.9, -0.78, FOLD, FOLD + 1e-12, FOLD - 1e-12, -0.77, -0.7, -0.4, -0.1, -0.01,
@@ -39,7 +40,9 @@ def as_in_float(monkeypatch: pytest.MonkeyPatch) -> None:
         return Cuts(left, [], right)
 
     monkeypatch.setattr(uniform_noise, "cuts_of", fewer)
-    monkeypatch.setattr(uniform_noise, "_corrected", lambda cuts, _, *rest: corrected(cuts, [], *rest))
+    monkeypatch.setattr(
+        uniform_noise, "_corrected", lambda cuts, _, *rest: corrected(cuts, [], *rest)
+    )
     monkeypatch.setattr(uniform_noise, "_beyond", lambda *_: 0)
 
 
@@ -133,6 +136,76 @@ def test_two_folds_of_a_quintic() -> None:
 
 
 @pytest.mark.usefixtures("vectorised_only")
+@pytest.mark.parametrize(
+    ("c", "kappa", "r", "start"),
+    [
+        # Two complex pairs with no real zero between them.
+        ([-0.0771398213865333, 0.34706325922020437, -0.166, -2.353, -2.442], 0.22, 7.3, 5.4),
+        # One between the last barrier and the end of the layer.
+        ([-0.4525670653, 1.8786812296636826, -0.927, -2.633, 1.916, 0.326], 0.0675, 7.3, 0.0),
+    ],
+)
+def test_complex_pairs_in_their_order(c: Any, kappa: float, r: float, start: float) -> None:
+    options: dict[str, Any] = {"start": start, "method": "uniform", "order": 0, "log": True}
+    found = sa.escape_time(sa.polynomial(*c), np.array([kappa]), r, **options)[0]
+    many = sa.escape_time(sa.polynomial(*c), kappa, r, dps=20, **options)
+    assert abs(found - many) <= 4e-13 * max(1, abs(many))
+
+
+# -- many values of kappa --------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("vectorised_only")
+@pytest.mark.parametrize("z0", [-2.0, -0.8, -0.775, -0.7, -1e-3])
+def test_one_drift_is_interpolated_to_the_last_digits(
+    z0: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kappa = np.random.default_rng(3).permutation(np.geomspace(0.008, 0.09, 8000))
+    options: dict[str, Any] = {"method": "uniform", "order": 0, "log": True}
+    drift = sa.friction(3, 1, z0)
+    every = sa.escape_time(drift, kappa, 10, full=True, **options).value
+    with monkeypatch.context() as patch:
+        # What takes the values as they are.
+        patch.setattr(weak_noise_arrays, "_best", None)
+        patch.setattr(weak_noise_arrays, "_probes", None)
+        found = sa.escape_time(drift, kappa, 10, **options)
+    assert (np.abs(found - every) <= 4e-15 * np.maximum(1, np.abs(every))).all()
+
+
+@pytest.mark.usefixtures("vectorised_only")
+def test_a_grid_is_interpolated_to_the_last_digits() -> None:
+    z0, kappa = np.linspace(-2, -1e-6, 41)[:, None], np.geomspace(0.01, 0.1, 250)
+    options: dict[str, Any] = {"method": "uniform", "order": 0, "log": True}
+    drift = sa.friction([[[3.0]], [[5.0]]], 1, z0)
+    every = sa.escape_time(drift, kappa, 10, full=True, **options).value
+    found = sa.escape_time(drift, kappa, 10, **options)
+    assert (np.abs(found - every) <= 1e-14 * np.maximum(1, np.abs(every))).all()
+    assert (found != every).mean() > 0.5
+
+
+def test_what_is_not_smooth_is_not_interpolated() -> None:
+    lam = np.geomspace(200, 2e4, 5000)
+
+    def kinked(x: Any) -> Any:
+        return np.log(x) + np.abs(x - 2005.0) * 1e-9, np.full(x.shape, 1e-3)
+
+    assert of_one(kinked, lam, 0.1) is None
+    assert of_one(lambda x: (np.log(x), 1 / x), lam, 1e-3) is None
+    found = of_one(lambda x: (np.log(x), 1 / x), lam, 0.1)
+    assert found is not None
+    np.testing.assert_allclose(found[0], np.log(lam), rtol=3e-15)
+
+    def mixed(x: Any, errors: bool) -> Any:
+        values = np.stack([np.log(x), np.log(x) + np.abs(x - 2005.0) * 1e-9], axis=1)
+        return values, 1 / np.stack([x, x], axis=1)
+
+    between = columns(mixed, lam[::20])
+    assert between is not None
+    assert between[2].tolist() == [True, False]
+    assert columns(mixed, lam[:40]) is None
+
+
+@pytest.mark.usefixtures("vectorised_only")
 def test_no_step_through_the_fold() -> None:
     for centre in (FOLD, -0.7, -0.01):
         z0 = centre + 1e-6 * np.arange(-40, 41)
@@ -176,7 +249,7 @@ def check_random(seed: int, count: int, degree: int, beside_a_fold: bool) -> int
     drift, claimed = sa.polynomial(*c), 0
     exact = sa.escape_time(drift, kappa, r, start=start, log=True, full=True)
     options: dict[str, Any] = {"start": start, "method": "uniform", "order": 0, "log": True}
-    found = _where_claimed(drift, kappa, r, options)
+    found = where_claimed(drift, kappa, r, options)
     off = np.abs(found[0] - exact.value)
     known = np.isfinite(found[1])
     assert (off[known] <= (found[1] + exact.error)[known]).all(), c[:, known & (off > found[1])]
@@ -184,7 +257,7 @@ def check_random(seed: int, count: int, degree: int, beside_a_fold: bool) -> int
     return claimed
 
 
-def _where_claimed(drift: sa.Drift, kappa: Any, r: float, options: dict[str, Any]) -> Any:
+def where_claimed(drift: sa.Drift, kappa: Any, r: float, options: dict[str, Any]) -> Any:
     """Logarithms and errors, infinite where refused."""
     refused = {}
 

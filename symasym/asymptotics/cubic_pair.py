@@ -173,8 +173,10 @@ def everywhere(condition: Any) -> bool:
 
 
 def poly(c: list[Any], x: Any) -> Any:
-    total = 0 * x
-    for a in reversed(c):
+    if len(c) < 2:
+        return 0 * x + c[0] if c else 0 * x
+    total = c[-1] * x + c[-2]
+    for a in c[-3::-1]:
         total = total * x + a
     return total
 

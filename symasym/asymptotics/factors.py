@@ -87,12 +87,17 @@ def seen_from(c: list[Any], side: int) -> list[Any]:
 def pieces_of(line: Line, exact: list[Any], context: Any) -> Pieces | None:
     """`exact` are A's coefficients in `context`; None where float64 doesn't tell the structure."""
     try:
-        roots = _Roots.of(line)
-        if roots is None:
-            return None
-        meetings, slack = _meetings(line, roots)
+        return _pieces_of(line, exact, context)
     except ArithmeticError:
+        # Multiple zeros, and what overflows.
         return None
+
+
+def _pieces_of(line: Line, exact: list[Any], context: Any) -> Pieces | None:
+    roots = _Roots.of(line)
+    if roots is None:
+        return None
+    meetings, slack = _meetings(line, roots)
     taken = {k for m in meetings for k in m.members or ()}
     complexes = {m.above: m for m in meetings if m.members is None}
     zeros = [Zero(z) for k, z in enumerate(roots.real) if k not in taken]

@@ -7,6 +7,7 @@ a barrier reaches the layer's end or a well.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -70,6 +71,11 @@ class _Point(Point):
         self.r = r
         self.known: dict[Any, dict[str, tuple[Any, Any]]] = {}
 
+    @cached_property
+    def third(self) -> FloatArray:
+        """lam^(1/3), which takes as long as ten multiplications."""
+        return np.cbrt(self.lam)
+
 
 class FoldPart(NamedTuple):
     """One of 'rising', 'falling' and 'both'; heights are left out."""
@@ -88,7 +94,7 @@ class FoldPart(NamedTuple):
 
 def _single(f: Fold, point: _Point) -> dict[str, tuple[Any, Any]]:
     """int e^{lam V} and int e^{-lam V}."""
-    third = np.cbrt(point.lam)
+    third = point.third
     small = 1 / third
     z = np.asarray(third * third * f.zeta)
     found = airy_products(z, double=point.errors)
@@ -107,7 +113,7 @@ def _single(f: Fold, point: _Point) -> dict[str, tuple[Any, Any]]:
 
 def _double(f: Fold, point: _Point) -> dict[str, tuple[Any, Any]]:
     """The double integral over both."""
-    third = np.cbrt(point.lam)
+    third = point.third
     small = 1 / third
     z = np.asarray(third * third * f.zeta)
     found = airy_products(z, single=False)

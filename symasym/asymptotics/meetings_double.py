@@ -21,12 +21,14 @@ from symasym.asymptotics.places_double import Builder, Found, clear_of_zero, str
 from symasym.asymptotics.polynomial_scenes import Scenes
 from symasym.asymptotics.polynomial_zeros import Zeros, zeros_of
 from symasym.asymptotics.sights import Joint, Series, Sight, Spot, mapped
+from symasym.exact.fields import IntArray
 from symasym.inputs import FloatArray
 
 __all__ = ["found_of"]
 
-_AT_ONCE = 1024
+_AT_ONCE = 4096
 _EPS = 2.3e-16
+_LARGEST_KEY = 2.0**62
 # Zeros of A whose rounding, relative to their distances, is more than this are not used.
 _ROUGHEST = 1e-10
 
@@ -38,8 +40,8 @@ def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
     degree = np.where(scenes.c != 0, np.arange(len(scenes.c))[:, None], 0).max(axis=0)
     for d in np.unique(degree):
         chosen = np.flatnonzero(degree == d)
-        for low in range(0, len(chosen), 8 * _AT_ONCE):
-            rows = chosen[low : low + 8 * _AT_ONCE]
+        for low in range(0, len(chosen), 2 * _AT_ONCE):
+            rows = chosen[low : low + 2 * _AT_ONCE]
             some = scenes.take(rows)
             some = some._replace(c=some.c[: d + 1])
             for found in _found(some):
@@ -49,13 +51,13 @@ def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
 def _found(scenes: Scenes) -> Iterator[Found]:
     zeros = zeros_of(scenes.c)
     pairs, slack = pairs_beside(scenes, zeros)
-    table = np.stack([structure(scenes, zeros), *(key_of(scenes, zeros, p) for p in pairs)])
+    keys = [structure(scenes, zeros), *(key_of(scenes, zeros, p) for p in pairs)]
     # a± may be as small as they like.
     good = zeros.complete & clear_of_zero(scenes, ends=False)
-    unique, group = np.unique(table[:, good], axis=1, return_inverse=True)
     rows = np.flatnonzero(good)
-    for k in range(unique.shape[1]):
-        members = rows[group.ravel() == k]
+    group = _numbered([key[rows] for key in keys])
+    for k in range(int(group.max(initial=-1)) + 1):
+        members = rows[group == k]
         for low in range(0, len(members), _AT_ONCE):
             part = members[low : low + _AT_ONCE]
             builder = _Builder(
@@ -70,6 +72,17 @@ def _found(scenes: Scenes) -> Iterator[Found]:
                 yield Found(part, sights)
             elif sure.any():
                 yield Found(part[sure], mapped(sights, itemgetter(sure)))
+
+
+def _numbered(keys: list[IntArray]) -> IntArray:
+    """From 0 on, one number for each combination."""
+    found = np.zeros_like(keys[0])
+    for key in keys:
+        if float(found.max(initial=0) + 1) * float(key.max(initial=0) + 1) > _LARGEST_KEY:
+            found = np.unique(found, return_inverse=True)[1].ravel()
+        found = found * (key.max(initial=0) + 1) + key
+    group: IntArray = np.unique(found, return_inverse=True)[1].ravel()
+    return group
 
 
 # -- one structure ---------------------------------------------------------------------------------
@@ -175,7 +188,9 @@ class _Builder(Builder):
             low, high = sorted(inside.index(k) + 1 for k in m.members)
             return low, high
         before = sum(1 for k in inside if m.side * self.lines[k][0] < m.point[0])
-        return before + 0.5, before + 0.5
+        pairs = [other for other in self.meetings if not other.members and other.side == m.side]
+        place = sum(1 for other in pairs if other.point[0] <= m.point[0]) / (len(pairs) + 1)
+        return before + place, before + place
 
     def side(
         self, sign: int, totals: list[Any], sizes: list[Any], peaks: dict[int, Series]
@@ -192,7 +207,9 @@ class _Builder(Builder):
         cut = self.cuts[sign]
         if cut is None:
             return super().end(sign, rank, rising, falling)
-        barrier = max(rising, key=lambda spot: spot.rank)
+        # A complex pair may be between them.
+        last = self.inside(sign).index(cut.barrier) + 1
+        barrier = next(spot for spot in rising if spot.rank == last)
         height = barrier.height - cut.edge.t**2 / 2
         onward = EdgePart(cut.edge, "onward")
         self.joint.append(Joint(-1, -1, 0.0, EdgePart(cut.edge, "both")))

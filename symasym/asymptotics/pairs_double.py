@@ -7,6 +7,7 @@ as exact as A's coefficients are.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,16 +48,19 @@ class Pairs(NamedTuple):
 def pairs_beside(scenes: Scenes, zeros: Zeros) -> tuple[list[Pairs], FloatArray]:
     """Those to be taken together, and what leaving others out costs: e^{-lam slack}."""
     with np.errstate(all="ignore"):
-        pairs = list(_candidates(scenes, zeros))
         slack = np.full(len(scenes.r), np.inf)
+        pairs = list(_candidates(scenes, zeros, slack))
         for found in pairs:
             slack = np.minimum(slack, _beside(scenes, found))
         _choose(pairs)
     return pairs, slack
 
 
-def _candidates(scenes: Scenes, zeros: Zeros) -> Iterator[Pairs]:
-    """The two zeros about each turning point of A on one side of the start."""
+def _candidates(scenes: Scenes, zeros: Zeros, slack: FloatArray) -> Iterator[Pairs]:
+    """The two zeros about each turning point of A on one side of the start.
+
+    Lowers the slack by complex pairs that are so far that they are left out.
+    """
     degree = len(scenes.c) - 1
     reach = np.minimum(scenes.r, 1.0)
     start = np.clip(scenes.start, -reach, reach)
@@ -66,6 +70,8 @@ def _candidates(scenes: Scenes, zeros: Zeros) -> Iterator[Pairs]:
     for k, point in enumerate(turning.values):
         inside = (k < turning.real) & (np.abs(point) < reach) & (point != start)
         if inside.any():
+            inside &= _near(scenes, zeros, turning.values, np.where(inside, point, 0.0), slack)
+        if inside.any():
             found = _pairs(scenes, zeros, np.where(inside, point, 0.0), inside, start)
             # A complex pair may be found from several turning points, and is the nearest one's.
             middle = found.point + np.where(point < start, -1.0, 1.0) * found.pair.middle
@@ -73,6 +79,41 @@ def _candidates(scenes: Scenes, zeros: Zeros) -> Iterator[Pairs]:
             own = np.abs(point - middle) <= nearest * (1 + _SAME)
             found.good[:] &= own | (found.first >= 0)
             yield found
+
+
+def _near(
+    scenes: Scenes, zeros: Zeros, turning: FloatArray, point: FloatArray, slack: FloatArray
+) -> Any:
+    """Where a pair may be found that is not left out; this is cheaper than to look for it."""
+    reach = np.minimum(scenes.r, 1.0)
+    start = np.clip(scenes.start, -reach, reach)
+    end = np.where(point < start, -reach, reach)
+    found = np.zeros(len(point), dtype=bool)
+    for low, high in pairwise(zeros.values):
+        found |= (low - _SAME < point) & (point < high + _SAME) & (high < np.inf)
+    v = [-row / (k + 1) for k, row in enumerate(scenes.c)]
+    for z in zeros.pairs:
+        nearest = np.abs(turning - z.real).min(axis=0)
+        own = (np.abs(point - z.real) <= nearest * (1 + 1e-3) + _SAME) & (z.imag < np.inf)
+        level = poly(v, z) * z
+        room, fall = _room(scenes, level.real, start, end, z.real), 2 * np.abs(level.imag)
+        far = own & (fall > room * (1 + _SAME) + _SAME)
+        slack[far] = np.minimum(slack[far], fall[far])
+        found |= own & ~far
+    return found
+
+
+def _room(
+    scenes: Scenes, height: FloatArray, start: FloatArray, end: FloatArray, middle: FloatArray
+) -> FloatArray:
+    """How far V is from this height where the line is cut off; 0 for a pair that is beyond."""
+    v = [-row / (k + 1) for k, row in enumerate(scenes.c)]
+    room = np.full(len(start), np.inf)
+    for cut, there in ((start, np.abs(scenes.start) < 1), (end, scenes.r < 1)):
+        room = np.where(there, np.minimum(room, np.abs(poly(v, cut) * cut - height)), room)
+    # Beyond the layer phi is another function, and the pair none of its own.
+    within = (np.minimum(start, end) < middle) & (middle < np.maximum(start, end))
+    return np.where(within, room, 0.0)
 
 
 def _pairs(
@@ -141,13 +182,8 @@ def _beside(scenes: Scenes, found: Pairs) -> FloatArray:
     side = np.where(found.point < start, -1.0, 1.0)
     v = [-row / (k + 1) for k, row in enumerate(scenes.c)]
     height = poly(v, found.point) * found.point - found.pair.level
-    room = np.full(len(start), np.inf)
-    for cut, there in ((start, np.abs(scenes.start) < 1), (side * reach, scenes.r < 1)):
-        room = np.where(there, np.minimum(room, np.abs(poly(v, cut) * cut - height)), room)
-    # Beyond the layer phi is another function, and the pair none of its own.
     middle = found.point + side * found.pair.middle
-    within = ((middle > start) & (middle < reach)) | ((middle > -reach) & (middle < start))
-    room = np.where(within, room, 0.0)
+    room = _room(scenes, height, start, side * reach, middle)
     fall = 4 / 3 * np.maximum(-found.pair.zeta, 0.0) ** 1.5
     cuts = found.good & (found.pair.zeta < 0)
     found.good[:] &= ~cuts | (fall <= room)

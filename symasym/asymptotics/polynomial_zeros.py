@@ -68,9 +68,20 @@ def zeros_of(c: FloatArray) -> Zeros:
     above = ~is_real & (found.imag > 0)
     # As many below the axis as above it.
     complete &= 2 * above.sum(axis=0) + real == degree
+    return Zeros(values, real, _chosen(found, above), apart & complete, complete)
+
+
+def _chosen(found: Any, above: Any) -> list[Any]:
+    """Those above the real axis first, as many as there may be."""
+    half = len(found) // 2
+    if half == 1:
+        # Sorting is slow for so few.
+        first = np.full(found.shape[1], np.inf + 0j)
+        for row, chosen in zip(found, above, strict=True):
+            np.copyto(first, row, where=chosen)
+        return [first]
     at = np.argsort(~above, axis=0, kind="stable")
-    ordered = np.take_along_axis(found, at, axis=0)
-    return Zeros(values, real, list(ordered[: degree // 2]), apart & complete, complete)
+    return list(np.take_along_axis(found, at, axis=0)[:half])
 
 
 def _newton(c: FloatArray, z: Any) -> Any:

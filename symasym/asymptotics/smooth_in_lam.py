@@ -28,7 +28,8 @@ _MANTISSA = 52
 _FEWEST_BITS, _MOST_BITS = 4, 7
 _ONE = 0x3FF << _MANTISSA
 # Terms over the whole range: so many, and for each factor e.
-_LEAST_DEGREE, _DEGREE = 17, 7
+_LEAST_DEGREE, _DEGREE = 20, 9
+_NOISE = 4
 # Of a logarithm, where it is larger than 1.
 _ROUNDING = 6e-15
 _AT_ONCE = 8192
@@ -117,11 +118,11 @@ def _to_chebyshev(count: int) -> FloatArray:
 
 
 def columns(
-    f: Callable[[FloatArray], FloatArray], lam: FloatArray
-) -> tuple[FloatArray, Any] | None:
-    """f, of many drifts at once in columns, at every lam; and for which drifts that is good.
+    f: Callable[[FloatArray, bool], tuple[FloatArray, Any]], lam: FloatArray
+) -> tuple[FloatArray, FloatArray, Any] | None:
+    """f, of many drifts at once in columns, at every lam; largest errors; where that is good.
 
-    None where there are too few of lam for it to pay.
+    f is told whether to find errors. None where there are too few of lam for it to pay.
     """
     low, high = float(np.log(lam.min())), float(np.log(lam.max()))
     count = _LEAST_DEGREE + int(_DEGREE * (high - low))
@@ -129,20 +130,30 @@ def columns(
         return None
     nodes = np.concatenate((chebyshev.chebpts1(count), [-1.0, 1.0]))
     at = np.exp(low + (high - low) / 2 * (1 + nodes))
-    values = f(at)
+    # Errors at every fourth node, and at the ends.
+    some = np.arange(len(at)) % 4 == 0
+    some[count:] = True
+    logs, errors = f(at[some], True)
+    values = np.empty((len(at), logs.shape[1]))
+    values[some] = logs
+    values[~some] = f(at[~some], False)[0]
     # Mostly, log T grows with lam; what is left is small where log T is.
     slope = (values[count - 1] - values[count - 2]) / (at[count - 1] - at[count - 2])
     rest = values - slope * at[:, None]
     c = _product(_to_chebyshev(count), rest[:count])
+    # The last terms are rounding alone.
+    noise = np.abs(c[-_NOISE:]).max(axis=0)
+    kept = np.maximum.accumulate((np.abs(c) > 3 * noise)[::-1])[::-1]
+    c *= kept
     ends = np.abs(_product(chebyshev.chebvander(nodes[count:], count - 1), c) - rest[count:])
     size = _ROUNDING * (1 + np.abs(values[count:]))
     good = (ends <= 2 * size).all(axis=0)
     # The error may be largest elsewhere in so long a piece, where the last terms show it.
-    good &= np.abs(c[-3:]).max(axis=0) <= size.min(axis=0)
+    good &= noise <= size.min(axis=0)
     x = np.clip(2 * (np.log(lam) - low) / (high - low) - 1, -1.0, 1.0)
     found = _product(chebyshev.chebvander(x, count - 1), c)
     found += slope * lam[:, None]
-    return found, good
+    return found, errors.max(axis=0), good
 
 
 def _product(a: Any, b: FloatArray) -> FloatArray:

@@ -30,7 +30,6 @@ _MANY = 256
 # Where errors are not asked for, they are looked at in so many places; the refusal
 # of a scene is for errors 1e3 times larger than is let pass so.
 _PROBES = 192
-_FEW_PROBES = 16
 _SMALL = 1e-3
 # The same where logarithms may be interpolated: by a factor 30.
 _SMALL_SMOOTH = 0.03
@@ -248,19 +247,22 @@ def _between(
     None where it doesn't pay.
     """
     count, sizes = lam.shape[1], Sizes(sights)
-    step = max(1, _AT_ONCE // count)
 
-    def at(some: FloatArray, wanted: bool) -> list[Any]:
-        parts = (some[k : k + step] for k in range(0, len(some), step))
-        points = (Point(np.repeat(x[:, None], count, axis=1), order, wanted, sizes) for x in parts)
-        return [evaluate(views, point) for point in points]
+    def at(some: FloatArray, wanted: bool) -> tuple[FloatArray, Any]:
+        most = _AT_ONCE if wanted else _WITHOUT_ERRORS
+        # A little more at once is no slower, another step is.
+        steps = max(1, round(len(some) * count / most))
+        points = (
+            Point(np.repeat(x[:, None], count, axis=1), order, wanted, sizes)
+            for x in np.array_split(some, steps)
+        )
+        logs, errors = zip(*(evaluate(views, point) for point in points), strict=True)
+        return np.concatenate(logs), np.concatenate(errors) if wanted else None
 
-    found = columns(lambda some: np.concatenate([log for log, _ in at(some, False)]), lam[:, 0])
+    found = columns(at, lam[:, 0])
     if found is None:
         return None
-    logs, good = found
-    probes = np.geomspace(lam.min(), lam.max(), _FEW_PROBES)
-    worst = np.max([error.max(axis=0) for _, error in at(probes, True)], axis=0)
+    logs, worst, good = found
     good &= worst < _SMALL_SMOOTH
     return logs, np.broadcast_to(worst, lam.shape).copy(), good
 
