@@ -274,9 +274,7 @@ def corrections(cut: Cut, share: Any, lam: Any, order: int, context: Any) -> Cor
 
 def _log_series(t: Any, terms: int, sign: int, context: Any) -> list[Any]:
     """Of the integral of D (sign 1) or sigma (-1), times lam."""
-    rest = [
-        -context.fac2(2 * m - 1) * sign**m / (2 * m * t ** (2 * m)) for m in range(1, terms)
-    ]
+    rest = [-context.fac2(2 * m - 1) * sign**m / (2 * m * t ** (2 * m)) for m in range(1, terms)]
     return [context.log(abs(t)), *rest]
 
 
@@ -295,10 +293,8 @@ def _functions(cut: Cut, lam: Any, context: Any) -> _Functions:
     square = x * x
     tail = c.exp(square) * c.erfc(x)
     f = c.sqrt(c.pi) / 2 * c.exp(-square) * c.erfi(x)
-    if cut.barrier:
-        area = square * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, -square)
-    else:
-        area = _tail_area(x, c)
+    rising = cut.barrier
+    area = square * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, -square) if rising else _tail_area(x, c)
     area -= (c.euler + c.log(2 * lam)) / 2
     return _Functions(
         side * c.sqrt(c.pi / (2 * lam)) * tail, side * c.sqrt(2 / lam) * f, area / lam
