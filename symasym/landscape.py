@@ -198,6 +198,9 @@ def bracketed_zero(pair: Callable[[Any], Sequence[Any]], lo: Any, hi: Any, conte
             hi = x
         step = value / slope if slope else context.inf
         new = x - step
+        # Before the bracket, whose ends are a unit of rounding apart when Newton has come so far.
+        if abs(step) < enough:
+            return min(max(new, lo), hi)
         if not lo < new < hi:
             new = (lo + hi) / 2
         if abs(new - x) < enough:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.asymptotics import uniform_noise, weak_noise_arrays
+from symasym.asymptotics import uniform_noise, uniform_sums, weak_noise_arrays
 from symasym.asymptotics.airy_tables import airy_products, dawson
 from symasym.asymptotics.cuts import Cuts
 from symasym.asymptotics.smooth_in_lam import columns, of_one
@@ -32,18 +32,19 @@ def vectorised_only(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def as_in_float(monkeypatch: pytest.MonkeyPatch) -> None:
     """Scenes with more digits leave out what arrays leave out: the start, and wells at the ends."""
-    every, corrected = uniform_noise.cuts_of, uniform_noise._corrected
+    every, corrected = uniform_noise.cuts_of, uniform_sums.corrected
 
     def fewer(*given: Any) -> Cuts:
         found = every(*given)
         left, right = ([c for c in cuts if c.barrier] for cuts in (found.left, found.right))
         return Cuts(left, [], right)
 
+    def alone(cuts: Any, met: Any, *rest: Any) -> Any:
+        return corrected(cuts, [], *rest)
+
     monkeypatch.setattr(uniform_noise, "cuts_of", fewer)
-    monkeypatch.setattr(
-        uniform_noise, "_corrected", lambda cuts, _, *rest: corrected(cuts, [], *rest)
-    )
-    monkeypatch.setattr(uniform_noise, "_beyond", lambda *_: 0)
+    monkeypatch.setattr(uniform_sums, "corrected", alone)
+    monkeypatch.setattr(uniform_sums, "_beyond", lambda *_: 0)
 
 
 # -- tables ----------------------------------------------------------------------------------------

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from strategies import ALL, SAMPLE, powers_of_ten, rationals
 
 import symasym as sa
-from symasym.asymptotics.cuts import Cut, corrections
 from tests.problems import relative
 
 FOLD = Fraction(-7, 9)
@@ -227,50 +226,6 @@ def test_local_is_good_at_the_fold_alone() -> None:
         error, claim = off(sa.friction(3, 1, z0), "0.1", 10, method="local")
         assert error <= claim
         assert error <= most
-
-
-@pytest.mark.parametrize("barrier", [True, False])
-@pytest.mark.parametrize("t", ["0.7", "-0.7", "4"])
-def test_corrections_against_quadrature(barrier: bool, t: str) -> None:
-    """A parabola V = -+s²/2 up to t: everything is an integral of Gaussians."""
-    ctx = mpmath.mp.clone()
-    ctx.dps = 30
-    lam, end = ctx.mpf(9), ctx.mpf(t)
-    sign = 1 if barrier else -1
-    # phi = ±s, and du = ds: a_0 = 1 is all there is.
-    one = [ctx.one, ctx.zero]
-    cut = Cut(
-        barrier, ctx.zero, -sign * end**2 / 2, ctx.zero, end, one, one, ctx.one, [0, 0], 30, {}
-    )
-    found = corrections(cut, None, lam, 1, ctx)
-
-    def grown(s: Any, power: int) -> Any:
-        """int_0^s e^{power lam v²/2} dv."""
-        return ctx.quad(lambda v: ctx.exp(power * lam * v * v / 2), [0, s])
-
-    half = ctx.sqrt(ctx.pi / (2 * lam))
-    side = 1 if end > 0 else -1
-    gauss, steep = side * half - grown(end, -1), grown(end, 1)
-    up, down = ctx.exp(-lam * end**2 / 2), ctx.exp(lam * end**2 / 2)
-    odd = [ctx.fac2(2 * m - 1) / (lam ** (m + 1) * end ** (2 * m + 1)) for m in range(2)]
-    tail, slow = gauss - up * (odd[0] - odd[1]), steep - down * (odd[0] + odd[1])
-    # Of a well e^{-lam V} is the Gaussian; primitives have the other sign.
-    expected = (tail, slow) if barrier else (-slow, -tail)
-    assert abs(found.rising - expected[0]) < 1e-20 * (1 + abs(steep))
-    assert abs(found.falling - expected[1]) < 1e-20 * (1 + abs(steep))
-
-    def outer(s: Any) -> Any:
-        if barrier:
-            return ctx.quad(lambda v: ctx.exp(lam * (v - s) * (v + s) / 2), [0, s])
-        return -ctx.quad(lambda v: ctx.exp(-lam * v * (2 * s + v) / 2), [0, 1, 4, ctx.inf])
-
-    # What the area gains over its series is lost again far from the zero.
-    ctx.dps = 15
-    far, size = ctx.mpf(8), abs(end)
-    area = ctx.quad(outer, [size, (size + far) / 2, far])
-    change = (far**-2 - size**-2) / (2 * lam)
-    series = sign * (ctx.log(far / size) - sign * change) / lam
-    assert abs(found.outer - (series - area)) < 1e-6
 
 
 def test_bad_input() -> None:

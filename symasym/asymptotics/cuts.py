@@ -293,10 +293,8 @@ def _functions(cut: Cut, lam: Any, context: Any) -> _Functions:
     square = x * x
     tail = c.exp(square) * c.erfc(x)
     f = c.sqrt(c.pi) / 2 * c.exp(-square) * c.erfi(x)
-    if cut.barrier:
-        area = square * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, -square)
-    else:
-        area = _tail_area(x, c)
+    rising = cut.barrier
+    area = square * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, -square) if rising else _tail_area(x, c)
     area -= (c.euler + c.log(2 * lam)) / 2
     return _Functions(
         side * c.sqrt(c.pi / (2 * lam)) * tail, side * c.sqrt(2 / lam) * f, area / lam

@@ -221,9 +221,9 @@ def _by_panels(
         alone += [z for z in marks[1:-1] if start < z < end]
     inside = [z for z in marks[1:-1] if z not in alone]
     for zero in inside:
-        # About a zero the panel is symmetric, so that its logarithms cancel, or ends with the range.
+        # About a zero the panel is symmetric, for its logarithms to cancel, or ends with the range.
         others = [u for u in (*marks, *cuts) if u != zero]
-        end = min((lo, hi), key=lambda u: abs(zero - u))
+        end = lo if zero - lo < hi - zero else hi
         reach = min(abs(zero - u) for u in others if u != end) / 2
         cuts += _beside_end(field, zero, reach, end, found, context)
     cuts = sorted([*cuts, hi])
@@ -372,7 +372,7 @@ def _zero_before(field: ExactField, lo: Fraction, context: Any) -> Fraction | No
     if not slope or not 0 < value / slope < _APART:
         return None
     zero = to_fraction(field.polish(_number(lo - value / slope, context)))
-    return zero if max(-1, lo - 2 * _APART) < zero < lo else None
+    return zero if max(Fraction(-1), lo - 2 * _APART) < zero < lo else None
 
 
 def _from_zero(

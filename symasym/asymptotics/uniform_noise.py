@@ -1,52 +1,39 @@
 """Weak noise through the coalescence of wells, barriers and ends: T by uniform approximation.
 
 Laplace's sums (`symasym.asymptotics.weak_noise`) with the places that may meet taken
-together (`symasym.asymptotics.coalescence`): a well and the barrier next to it, also past the
-fold where they are a complex pair, and a barrier before the end of the layer. Their own
-series stay below the sum, in the places and in the outer part; the singular terms cancel there,
-for which digits are added beforehand, so that nothing is lost beside a coalescence.
+together: a well and the barrier next to it, also past the fold where they are a complex pair
+(`symasym.asymptotics.coalescence`), and each of them with the start and with the ends of the layer
+(`symasym.asymptotics.cuts`). Their own series stay below the sum, in the places and in the outer
+part; the singular terms cancel there, for which digits are added beforehand, so that nothing is
+lost beside a coalescence.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from symasym.asymptotics.coalescence import (
     Fold,
-    airy,
     parabola,
 )
-from symasym.asymptotics.cuts import Corrections, Cut, Cuts, corrections, cuts_at, cuts_of
+from symasym.asymptotics.cuts import Cuts, cuts_at, cuts_of
 from symasym.asymptotics.local_double import escape_time as in_float
 from symasym.asymptotics.meetings import (
     Seen,
     Stretch,
     folds_of,
     lost_digits,
-    place_at,
     seen,
-    zeros_of,
 )
 from symasym.asymptotics.meetings_double import found_of
 from symasym.asymptotics.order_zero import scene_of
-from symasym.asymptotics.place_sums import (
-    Exponentials,
-    Pair,
-    Side,
-    Sides,
-    outer_part,
-    series_of,
-    time_of,
-    weights_of,
-)
-from symasym.asymptotics.places import BEYOND, Place, barriers, whole
+from symasym.asymptotics.places import BEYOND, barriers, whole
+from symasym.asymptotics.uniform_sums import corrected, time_at, whole_at
 from symasym.asymptotics.weak_noise import require_seen, working_digits
 from symasym.asymptotics.weak_noise_arrays import logs_of, rounding_of_places
 from symasym.context import own_context
@@ -152,9 +139,9 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
         )
 
         def share(number: Any, n: int) -> Any:
-            total, met = _whole(places, folds, number, n, context)
+            total, met = whole_at(places, folds, number, n, context)
             for sign, cuts in ((1, right), (-1, left)):
-                total += sign * _corrected(cuts, met, number, n, context).falling
+                total += sign * corrected(cuts, met, number, n, context).falling
             outside = sum(
                 context.exp(number * h) / (number * a) for a, h in zip(slopes, heights, strict=True)
             )
@@ -174,26 +161,6 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
         size += abs(value) * context.mpf(10) ** -(digits + 5)
         wells = [f"well at u = {context.nstr(p.u, 6)}" for p in places if p.kind == "well"]
         return as_digits(request, value, size, "estimate", (*wells, "folds and kinks"), _DROPPED)
-
-
-def _whole(
-    places: list[Place], folds: list[Fold], lam: Any, order: int, context: Any
-) -> tuple[Any, list[_Met]]:
-    """int e^{-lam V} over all u, with Laplace's series at the kinks, and the wells of pairs."""
-    ops, left_out = Exponentials(context), []
-    total, met = context.zero, []
-    for fold in folds:
-        value = airy(fold, lam, order, context).falling * context.exp(-lam * fold.height)
-        total += value
-        if fold.pair.zeta > 0:
-            own = [p for u in zeros_of(fold, context) if (p := place_at(u, places))]
-            met += [_Met(p.u, value) for p in own]
-            left_out += own
-    for place in places:
-        if not any(place is p for p in left_out):
-            factor = context.exp(lam * place.height)
-            total += series_of(place.groups, lam, order, ops).value * factor
-    return total, met
 
 
 def _of_arrays(drift: Drift, numbers: dict[str, Any], request: Request, local: bool) -> Any:
@@ -252,6 +219,9 @@ class _Scene(NamedTuple):
     radius: Any
     local: bool
 
+    def time(self, lam: Any, order: int) -> Any:
+        return time_at(self.sides, self.cuts, self.radius, lam, order, self.context)
+
 
 @contextmanager
 def _analysed(
@@ -294,13 +264,13 @@ def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any
         sides.append(side._replace(folds=folds))
         cut.append(cost)
     scene = scene._replace(sides=sides)
-    value, size = _with_error(partial(_time, scene), number, order, kappa, context)
+    value, size = _with_error(scene.time, number, order, kappa, context)
     size += 10 * max(cut) * value
     if not size < value:
         raise _too_strong(kappa, order)
     if scene.local:
         straight = scene._replace(sides=[_straightened(side, context) for side in scene.sides])
-        local = _time(straight, number, 0)
+        local = straight.time(number, 0)
         # Away from the fold that may be off by more than itself.
         return local, size + abs(local - value)
     return value, size
@@ -375,157 +345,3 @@ def _names(sides: list[Seen], context: Any) -> tuple[str, ...]:
             at = sign * (context.mpf(fold.point.numerator) / fold.point.denominator)
             found.append(f"well and barrier about u = {context.nstr(at, 6)}")
     return (*found, *_TERMS)
-
-
-# -- at one lam ------------------------------------------------------------------------------------
-
-
-@dataclass
-class _Share:
-    """A place's value at one lam; `u` is None for the end at r, `place` for what has no series."""
-
-    u: Any
-    value: Any
-    onward: Any
-    place: Place | None
-
-
-class _Sum:
-    """One side of the start at one lam: its places' shares, and what is known of their pairs."""
-
-    def __init__(self, side: Seen, lam: Any, r: Any, order: int, ops: Any) -> None:
-        self.half = side.half
-        self.rising, self.falling = (
-            [_Share(place.u, share.value, onward.value, place) for place, share, onward in found]
-            for found in weights_of(side.half, lam, r, order, ops)
-        )
-        self.nested = outer_part(side.half, lam, r, order, ops).value
-        self.starts = [series_of(g, lam, order, ops).value for g in side.half.start[:2]]
-
-    def all(self) -> list[_Share]:
-        return self.rising + self.falling
-
-    def nearest(self) -> _Share | None:
-        """The well or barrier next to the start."""
-        zeros = [x for x in self.all() if x.place and x.place.kind in ("well", "barrier")]
-        return min(zeros, key=lambda x: x.u, default=None)
-
-    def cut(self, near: Corrections, start: Corrections, far: Corrections, sign: int) -> None:
-        """Corrections at the start and at the ends of the layer; `sign` is -1 in the mirror."""
-        kinks = [x.u for x in self.rising if x.place and x.place.kind in ("end", "kink")]
-        ends = sorted(u for u in kinks if u is not None)
-        if not ends:
-            return
-        self.starts[0] += sign * start.rising
-        self.starts[1] -= sign * start.falling
-        # From a start beyond the layer both of its ends are seen.
-        at_ends = [(ends[0], near, 1), (ends[-1], far, -1)][-len(ends) :]
-        self.nested += far.outer - (start.outer if len(ends) == 1 else near.outer)
-        for u, found, after in at_ends:
-            for up in self.rising:
-                if up.u == u and up.place is not None:
-                    up.value += sign * after * found.rising
-                    if after > 0:
-                        up.onward += sign * found.rising
-            for down in self.falling:
-                if down.u == u:
-                    down.value -= sign * after * found.falling
-
-    def side(self) -> Side:
-        for down in self.falling:
-            for up in self.rising:
-                if up.u is None or up.u > down.u:
-                    self.nested += down.value * up.value
-                elif up.u == down.u:
-                    self.nested += down.value * up.onward
-        scale = sum((up.value for up in self.rising), 0 * self.nested)
-        return Side(Pair(scale, 0), Pair(self.nested, 0), *(Pair(x, 0) for x in self.starts))
-
-
-def _time(scene: _Scene, lam: Any, order: int) -> Any:
-    context, ops = scene.context, Exponentials(scene.context)
-    sums = [_Sum(one, lam, scene.radius, order, ops) for one in scene.sides]
-    met: list[_Met] = []
-    for k, one in enumerate(scene.sides):
-        for fold in one.folds:
-            met += _meet(fold, k, sums, lam, order, context)
-    left, start, right = (
-        _corrected(cuts, met, lam, order, context)
-        for cuts in (scene.cuts.left, scene.cuts.start, scene.cuts.right)
-    )
-    sums[0].cut(right, start, left, -1)
-    sums[1].cut(left, start, right, 1)
-    one, two = (part.side() for part in sums)
-    rising, falling = one.rising.value + two.rising.value, one.falling.value + two.falling.value
-    corner = scene.sides[0].half.start.corner
-    whole = Sides(one, two, Pair(rising, 0), Pair(falling, 0), corner)
-    return time_of(whole, lam).value
-
-
-class _Met(NamedTuple):
-    """A well or barrier of a pair, and the share that the sums take for it."""
-
-    u: Any
-    value: Any
-
-
-def _meet(fold: Fold, k: int, sums: list[_Sum], lam: Any, order: int, context: Any) -> list[_Met]:
-    """Take the pair, seen from side k, together; returns its members."""
-    local, height, own = airy(fold, lam, order, context), context.exp(lam * fold.height), sums[k]
-    for n, share in enumerate(fold.share[: order + 1]):
-        own.nested -= share * lam ** -(n + 1)
-    if fold.pair.zeta < 0:
-        middle = context.mpf(fold.point.numerator) / fold.point.denominator
-        own.rising.append(_Share(middle, local.rising * height, context.zero, None))
-        own.falling.append(_Share(middle, local.falling / height, context.zero, None))
-        own.nested += local.both if fold.onward else context.zero
-        return []
-    low, high = (_found(u, k, sums) for u in zeros_of(fold, context))
-    (well_side, well), (barrier_side, barrier) = (low, high) if fold.onward else (high, low)
-    barrier.value, well.value = local.rising * height, local.falling / height
-    gain = local.both - barrier.value * well.value
-    if well_side != barrier_side:
-        sums[barrier_side].nested += gain * _beyond(well, barrier, lam, context)
-    elif barrier.u > well.u:
-        behind, part = sums[1 - well_side].nearest(), context.one
-        if sums[well_side].nearest() is well:
-            part -= _beyond(well, behind, lam, context)
-        sums[well_side].nested += gain * part
-    members = ((well_side, well), (barrier_side, barrier))
-    return [_Met(x.u if side else -x.u, x.value) for side, x in members]
-
-
-def _found(u: Any, k: int, sums: list[_Sum]) -> tuple[int, _Share]:
-    """The share of the well or barrier at `u` seen from side k, and the side where it is."""
-    for side, at in ((k, u), (1 - k, -u)):
-        place = place_at(at, [x.place for x in sums[side].all() if x.place is not None])
-        if place is not None:
-            return side, next(x for x in sums[side].all() if x.place is place)
-    raise AssertionError
-
-
-def _beyond(well: _Share, top: _Share | None, lam: Any, context: Any) -> Any:
-    """The part of a well's Gaussian at the other side of the start, next to it.
-
-    What a pair has beyond the product of its members is lost as the start passes the well, and
-    all of it when the start reaches the barrier behind, `top`.
-    """
-    assert well.place is not None
-    depth = max(well.place.height, context.zero)
-    if top is not None and top.place is not None:
-        way = abs(top.place.height)
-        depth *= (way + depth) / way
-    return context.erfc(context.sqrt(lam * depth)) / 2
-
-
-def _corrected(cuts: list[Cut], met: list[_Met], lam: Any, order: int, context: Any) -> Corrections:
-    """Of all zeros that cut through one place."""
-    found = [Corrections(*[context.zero] * 3)]
-    for cut in cuts:
-        share = None
-        for member in met:
-            if abs(member.u - cut.zero) <= context.eps**0.75:
-                sign = -1 if cut.barrier else 1
-                share = member.value * context.exp(sign * lam * cut.rise)
-        found.append(corrections(cut, share, lam, order, context))
-    return Corrections(*(sum(parts, context.zero) for parts in zip(*found, strict=True)))
