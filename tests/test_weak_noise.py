@@ -276,6 +276,24 @@ def test_scenes_that_were_claimed_too_well(
         check_scene(scene, orders, log, arrays=True)
 
 
+@pytest.mark.parametrize(
+    ("drift", "start", "kappa", "known"),
+    [
+        (sa.polynomial(0, -1, 0, 0, 0, 0, 0, "1/2"), "1/5", "1/5", 12),
+        (sa.polynomial(0, 1, 0, 0, 0, 0, 0, "1/2"), "0", "1/10", 6),  # from the barrier
+        (sa.Drift("-(u - 1/3) - (u - 1/3)**9/2"), "1/5", "1/10", 6),
+        (sa.polynomial("1/2", 0, 0, 0, 0, 1), "0", "1/500", 6),  # flat at the start
+    ],
+)
+def test_terms_that_vanish_do_not_tell_the_error(
+    drift: sa.Drift, start: str, kappa: str, known: int
+) -> None:
+    scene = drift, kappa, Fraction(9, 10), Fraction(start)
+    assert check_scene(scene, (0, 1, 2, 3, 4, 5, "optimal"), True, arrays=True) >= known
+    with pytest.raises(sa.AccuracyError, match="to order 3"):
+        sa.escape_time(drift, kappa, "9/10", start=start, **WEAK, order=0)
+
+
 def test_arrays_from_a_start_beside_a_well() -> None:
     """Off by one float it is refused, and not answered by what exponentials leave of 1e142."""
     drift = sa.polynomial("-41666806481489/500000000000000", "-834983/10000000")

@@ -145,8 +145,8 @@ class Formal:
         most = (2 / flint.arb(1).exp()).max(2 * self._top * self._top.log())
         return Sum({(): {-1: flint.arb(0, most.upper())}})
 
-    def tail(self, sizes: list[Any]) -> int:
-        return 1
+    def left_out(self, last: Any, later: Any) -> int:
+        return 0
 
     def number(self, x: Any) -> Any:
         if isinstance(x, (Sum, Height)):

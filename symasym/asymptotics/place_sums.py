@@ -6,6 +6,7 @@ for arrays of lam, in float64.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -118,15 +119,22 @@ class Exponentials:
     def log1p(self, x: Any) -> Any:
         return self._context.log1p(x)
 
-    def tail(self, sizes: list[Any]) -> Any:
-        """What follows the last two terms, over these two, judged by all of `sizes`."""
-        ratio = self._context.zero
-        for before, after in pairwise(sizes):
+    def left_out(self, last: list[Any], later: Iterable[Any]) -> Any:
+        """What follows: the `last` two over 1 - q, q the largest ratio of neighbours in `last`."""
+        total, ratio = sum(last[-BEYOND:], self._context.zero), self._context.zero
+        small = self.unit * max(last)
+        if total <= small:
+            # These vanish: the first that does not tells.
+            for size in later:
+                total += size
+                if size > small:
+                    break
+        for before, after in pairwise(last):
             if before:
                 ratio = max(ratio, after / before)
             elif after:
                 ratio = self._fall
-        return 1 / (1 - min(ratio, self._fall))
+        return total / (1 - min(ratio, self._fall))
 
     def number(self, x: Any) -> Any:
         if isinstance(x, Fraction):
@@ -145,13 +153,19 @@ class FloatExponentials:
     def log(self, x: FloatArray) -> FloatArray:
         return np.log(x)
 
-    def tail(self, sizes: list[FloatArray]) -> FloatArray:
-        ratio = np.zeros_like(sizes[-1])
-        for before, after in pairwise(sizes):
+    def left_out(self, last: list[FloatArray], later: Iterable[FloatArray]) -> FloatArray:
+        total, ratio = sum(last[-BEYOND:], np.zeros_like(last[-1])), np.zeros_like(last[-1])
+        small = self.unit * np.max(last, axis=0)
+        if (total <= small).all():
+            for size in later:
+                total = total + size
+                if (size > small).any():
+                    break
+        for before, after in pairwise(last):
             known = before > 0
             here = np.where(known, after / np.where(known, before, 1.0), after > 0)
             ratio = np.maximum(ratio, here)
-        found: FloatArray = 1 / (1 - np.minimum(ratio, float(_MOST_FALL)))
+        found: FloatArray = total / (1 - np.minimum(ratio, float(_MOST_FALL)))
         return found
 
     def number(self, x: Any) -> Any:
@@ -240,19 +254,26 @@ def weight_of(place: Place, lam: Any, order: int, ops: Any) -> tuple[Pair, Pair]
 def series_of(groups: Groups, lam: Any, order: int, ops: Any, unit: Any = 0) -> Pair:
     """The first order + 1 groups, and the size of what follows, judged by the next two."""
     sums, size = [], 0 * lam
-    for group in groups[: order + 1 + BEYOND]:
-        total = 0 * lam
+
+    def added(group: Any) -> tuple[Any, Any]:
+        total, largest = 0 * lam, 0 * lam
         for c, p, q in group:
             term = ops.number(c) * lam ** -ops.number(p)
             term = term * ops.log(lam) if q else term
-            total, size = total + term, size + abs(term)
+            total, largest = total + term, largest + abs(term)
+        return total, largest
+
+    known = order + 1 + BEYOND
+    for group in groups[:known]:
+        total, largest = added(group)
         sums.append(total)
+        size = size + largest
     # A straight stretch has one term, and a place with nothing to its right has none.
-    sums += [0 * lam] * (order + 1 + BEYOND - len(sums))
+    sums += [0 * lam] * (known - len(sums))
     value = sum(sums[: order + 1], 0 * lam)
     first = next((n for n, group in enumerate(groups) if any(c for c, _, _ in group)), 0)
-    last = [abs(s) for s in sums[max(first, order + 1 - LOOK_BACK) :]] or [0 * lam]
     # Where the terms hardly fall any more, as many more are as large before they rise. One of the
     # next two may be small by chance: then those before them tell how they fall.
-    left_out = sum(last[-BEYOND:], 0 * lam) * ops.tail(last)
+    last = [abs(s) for s in sums[max(min(first, order + 1), order + 1 - LOOK_BACK) :]]
+    left_out = ops.left_out(last, (abs(added(group)[0]) for group in groups[known:]))
     return Pair(value, left_out + max(unit, ops.unit) * size)

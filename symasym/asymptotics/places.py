@@ -83,9 +83,20 @@ class Half(NamedTuple):
     beyond: tuple[Any, Any, Any] | None
 
 
-def half(field: ExactField, x: Fraction, r: Fraction, order: int, context: Any, outer: int) -> Half:
-    """What lies right of `x`, the outer part to `outer` digits; `r` counts only where below 1."""
-    return _Builder(field, order, context).half(x, r, outer)
+def half(
+    field: ExactField,
+    x: Fraction,
+    r: Fraction,
+    order: int,
+    context: Any,
+    outer: int,
+    told: bool = True,
+) -> Half:
+    """What lies right of `x`, the outer part to `outer` digits; `r` counts only where below 1.
+
+    Where the next terms have to tell the error (`told`), zeros of A where they vanish are refused.
+    """
+    return _Builder(field, order, context, told).half(x, r, outer)
 
 
 def whole(field: ExactField, order: int, context: Any) -> list[Place]:
@@ -114,8 +125,8 @@ def wells_and_barriers(field: ExactField, order: int, context: Any) -> list[Plac
 
 
 class _Builder:
-    def __init__(self, field: ExactField, order: int, context: Any) -> None:
-        self.field, self.context = field, context
+    def __init__(self, field: ExactField, order: int, context: Any, told: bool = True) -> None:
+        self.field, self.context, self.told = field, context, told
         self.count = order + 1 + BEYOND
         self.rising: list[Place] = []
         self.falling: list[Place] = []
@@ -180,11 +191,30 @@ class _Builder:
         taylor += [self.context.zero] * (self.count - len(taylor))
         found = [series[0] for series in laurent(taylor[: self.count], False, self.count)]
         if not any(found[-BEYOND:]) and any(self.field.taylor(u, Fraction(1), _FLATTEST)[1:]):
-            raise AccuracyError(
-                f"A is flat to order {self.count} at u = {float(u):.6g}, where the series' next "
-                "terms vanish and do not tell its error; use method='exact'."
-            )
+            raise self.untold("flat", u)
         return found
+
+    def untold(self, shape: str, u: Any) -> AccuracyError:
+        place = (-float(u) if self.field.mirrored else float(u)) + 0.0
+        return AccuracyError(
+            f"A is {shape} to order {self.count} at u = {place:.6g}, where the series' next terms "
+            "vanish and do not tell its error; give another order, or use method='exact'."
+        )
+
+    def require_told(self, u: Fraction, fall: list[Any], last: dict[int, Any]) -> None:
+        """Refuse a zero of A where the `last` terms, by their powers of 1/length, all but vanish.
+
+        But not where A is straight and has no others.
+        """
+        c = self.context
+        # A zero that is not rational leaves some rounding.
+        small = c.ldexp(1, -c.prec // 2)
+        if not self.told or any(abs(x) > small for x in last.values()):
+            return
+        more = [abs(self.number(x)) for x in self.field.taylor(u, Fraction(1), _FLATTEST)[2:]]
+        bends = [(x / abs(2 * fall[2])) ** (c.one / j) for j, x in enumerate(more, start=1) if x]
+        if bends and all(abs(x) <= small * max(bends) ** power for power, x in last.items()):
+            raise self.untold("straight", u)
 
     def ends(self, h: list[Any]) -> tuple[Groups, Groups]:
         """The formal series of int e^{lam V} and int e^{-lam V} to the right, from h_k there."""
@@ -226,6 +256,9 @@ class _Builder:
             found = laplace_coefficients(fall, weight, 2, sides=2)
             half = self.context.mpf(1) / 2
             groups: Groups = [[(c, n + half, 0)] for n, c in enumerate(found[: self.count])]
+            last = range(self.count - BEYOND, self.count)
+            relative = {2 * n: found[n] / found[0] * abs(fall[2]) ** n for n in last}
+            self.require_told(to_fraction(u), fall, relative)
             kind, places, sign = (
                 ("barrier", self.rising, 1) if barrier else ("well", self.falling, -1)
             )
@@ -255,6 +288,8 @@ class _Builder:
         reduced = perron_coefficients(fall, [c.one, *[c.zero] * (len(fall) - 1)], 2)
         half = c.mpf(1) / 2
         a = [d * abs(slope) ** (-half * (i + 1)) for i, d in enumerate(reduced[: 2 * self.count])]
+        last = range(2 * (self.count - BEYOND), 2 * self.count)
+        self.require_told(x, fall, {i: reduced[i] / reduced[0] for i in last})
         peak: Groups = [[] for _ in range(self.count)]
         formal: Groups = [[] for _ in range(self.count)]
         for i, coefficient in enumerate(a):

@@ -31,6 +31,8 @@ _EPS = 2.3e-16
 _ROUGHEST = 1e-10
 # |A| at the start, at an end or at a kink beside its largest term, for the same reason.
 _NEAREST = 1e-7
+# A's first derivatives beside the later ones, below which they are taken to vanish.
+_FLAT = 1e-8
 
 
 class Found(NamedTuple):
@@ -73,13 +75,13 @@ def _built(rows: IntArray, scenes: Scenes, zeros: Zeros, order: int) -> Found | 
     if len(rows) == 1:
         try:
             builder = Builder(scenes, zeros, order, _single)
-            sure = builder.roughest() < _ROUGHEST
+            sure = builder.roughest() < _ROUGHEST and builder.told()
             return Found(rows, builder.sights()) if sure else None
         except (ArithmeticError, ValueError):
             # Python refuses what NumPy makes infinite.
             pass
     builder = Builder(scenes, zeros, order, unchanged)
-    sure = np.broadcast_to(builder.roughest() < _ROUGHEST, rows.shape)
+    sure = np.broadcast_to((builder.roughest() < _ROUGHEST) & builder.told(), rows.shape)
     if not sure.any():
         return None
     if not sure.all():
@@ -179,6 +181,17 @@ class Builder:
         for rough in self.rough + self.rough_pairs:
             worst = higher(worst, rough)
         return np.where(np.isfinite(worst), worst, np.inf)
+
+    def told(self) -> Any:
+        """Whether the next two terms of no series vanish because A is straight or flat there."""
+        order, good = self.count - 1 - BEYOND, True
+        at = [(self.taylor(z), 2, 2 * order + 5) for z in self.lines]
+        at += [(self.taylor(u), 1, order + 2) for u in self.edges]
+        for row, low, high in at:
+            if self.degree > high:
+                near = sum(abs(c) for c in row[low : high + 1])
+                good = good & (near > _FLAT * sum(abs(c) for c in row[high + 1 :]))
+        return good
 
     # -- series -----------------------------------------------------------------------------
 

@@ -19,6 +19,8 @@ from symasym.asymptotics.sights import Local, Numbers, Part, Series, Sight
 from symasym.inputs import FloatArray
 
 _MOST_FALL = 0.75
+# Beside the largest term, below which one vanishes.
+_ULP = 1e-15
 # Terms before the next two whose ratios count: one of these two may be small by chance.
 LOOK_BACK = 3
 # Beyond this a term is below 1e-16 of the rest if its coefficients are no larger; they may be by
@@ -304,6 +306,11 @@ class Point:
                 term = term + self._term(part, n)
             last.append(abs(term))
         left_out = sum(last[-BEYOND:])
+        longest = max((len(part.coefficients) for part in parts), default=0)
+        for n in range(self.order + 1 + BEYOND, longest):
+            if np.any(left_out > _ULP * last[0]):
+                break
+            left_out = left_out + abs(sum(self._term(part, n) for part in parts))
         if not np.any(left_out):
             return 0.0
         ratio: Any = 0.0
@@ -315,6 +322,19 @@ class Point:
         if n >= len(part.coefficients):
             return 0.0
         return self._front(part, part.coefficients[n] * self.power(float(n)))
+
+    def _first_of_later(self, part: Part, near: Any, far: Any) -> tuple[Any, Any]:
+        """The next two coefficients, with those further on where these two vanish."""
+        first = self.order + 1
+        later = part.coefficients[first + BEYOND :]
+        if not later:
+            return near, far
+        x, lead = 1 / self.least, abs(part.coefficients[_leading(part)])
+        for n, c in enumerate(later, start=1):
+            if np.any(near + far * x > _ULP * lead * x ** (_leading(part) - first)):
+                break
+            far = far + abs(c) * x**n
+        return near, far
 
     def _tail(self, part: Part) -> Any:
         """The same for one part: its terms are numbers times powers, q one times 1/lam."""
@@ -328,6 +348,7 @@ class Point:
         q: Any = 0.0
         for before, after in pairwise(sizes):
             q = higher(q, _ratio(before, after))
+        near, far = self._first_of_later(part, near, far)
         least, most = (q, q) if isinstance(q, float) else (float(q.min()), float(q.max()))
         total = self.x * far
         total += near

@@ -284,7 +284,7 @@ class Proof:
             fields = ExactField(drift, True, context), ExactField(drift, False, context)
             try:
                 left, right = (
-                    half(field, side * start, r, order, context, 30)
+                    half(field, side * start, r, order, context, 30, told=False)
                     for side, field in zip((-1, 1), fields, strict=True)
                 )
             except SymasymError:

@@ -65,7 +65,7 @@ def program(
     with own_context(DIGITS) as context:
         sides = [
             half(ExactField(drift, mirrored, context), Fraction(0), r or Fraction(2), order,
-                 context, DIGITS)
+                 context, DIGITS, told=False)
             for mirrored in (True, False)
         ]  # fmt: skip
         halves = sides[0], sides[1]
