@@ -45,8 +45,8 @@ def emit(
         time (``"eq:Ttilde"``), also in weak noise (``"eq:Ttildesmall"``), the stationary density
         (``"eq:pss"``) and others. Its free parameters become arguments.
     method : {"exact", "laplace"}, optional
-        Of ``"eq:Ttilde"`` with a drift: T itself in double precision, or its expansion in weak
-        noise, for a bound drift; as in `symasym.escape_time`.
+        Of ``"eq:Ttilde"`` with a drift: T itself (to any number of digits in ``"mpmath"``), or its
+        expansion in weak noise, for a bound drift; as in `symasym.escape_time`.
     order : int, optional
         Of the expansion, 0 to 20; 2 where it is left out.
     name : str

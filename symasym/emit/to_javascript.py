@@ -5,7 +5,7 @@ from __future__ import annotations
 from symasym.emit import airy
 from symasym.emit.passage_javascript import in_javascript
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
-from symasym.emit.writing import comment, heading, helpers, refusal, signature_doc, text, wrapped
+from symasym.emit.writing import comment, heading, helpers, signature_doc, text, told, wrapped
 
 HELPERS = {
     "logIntegral": '''// Gauss-Legendre, 16 points: those on the right, and their weights.
@@ -126,7 +126,9 @@ def _function(function: Ready) -> str:
     for body in function.bodies:
         lines += _block(body)
     if function.bodies and function.bodies[-1].conditions:
-        lines.append(f"  throw new RangeError(`{refusal(function, '${NAME}')}`);")
+        values = told(function, "${NAME}")
+        lines += ["  throw new RangeError(", f"    `{values}` +"]
+        lines += [f'      "{function.outside}",', "  );"]
     return "\n".join([*lines, "}"])
 
 

@@ -6,7 +6,7 @@ from symasym.emit import airy
 from symasym.emit.passage import in_numpy
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.to_python import ZEROS, block, integral, log_integral, passage
-from symasym.emit.writing import comment, heading, helpers, refusal, signature_doc, text, wrapped
+from symasym.emit.writing import comment, heading, helpers, signature_doc, text, told, wrapped
 
 HELPERS = {
     "_log_integral": log_integral(
@@ -105,7 +105,8 @@ def _function(function: Ready) -> str:
 def _in_cases(function: Ready, head: list[str], names: str) -> str:
     """Each case as a function of its own, and one that calls them at their points."""
     parts = []
-    call = [f'    return _cases(\n        ({names},),\n        "{refusal(function, "{}")}",']
+    call = [f"    return _cases(\n        ({names},),"]
+    call += [f'        "{told(function, "{}")}"', f'        "{function.outside}",']
     for number, body in enumerate(function.bodies):
         name = f"_{function.name}_{number}"
         lines = heading(f"def {name}", list(function.arguments), ":")

@@ -153,7 +153,7 @@ def _function(function: Ready) -> str:
     for body in function.bodies:
         lines += block(body, "python")
     if function.bodies[-1].conditions:
-        lines.append(f'    raise ValueError(f"{refusal(function)}")')
+        lines += refusal(function)
     return "\n".join(lines)
 
 
