@@ -131,6 +131,7 @@ DIGITS = [
     ("linear repelling, stiff", 30),
     ("linear sliding", 100),
     ("on the fold", 30),
+    ("fold + 1e-30", 20),
     ("r=1e12", 30),
     ("linear r=1/2", 30),
     ("constant", 100),

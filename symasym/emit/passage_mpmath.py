@@ -45,13 +45,15 @@ def _panel(ctx, scene, rate, start, a, b):
     g += [0] * (2 * count + 3)
     rows = []
     # Coefficient k of M is that of the integral of (1 - rate drift M)/2; -1 is the right side.
-    for k in range(1, count + 1):
+    for k in range(1, count + 2):
         row = {}
         for j in range(max(0, k - wide), min(count, k + wide) + 1):
             x = g[abs(k - 1 - j)] + g[k - 1 + j] - g[abs(k + 1 - j)] - g[k + 1 + j]
             row[j] = x // (4 * k) + (one if j == k else 0)
         rows.append(row)
     rows[0][-1] = one // 2
+    # M at a, or one equation more: then M is the smooth solution, which any other falls to.
+    free = rows.pop()
     first = {-1: int(ctx.ldexp(start / h, bits)), **{j: one * (-1) ** j for j in range(count + 1)}}
     pivots = []
     for j in range(count, 0, -1):
@@ -61,19 +63,25 @@ def _panel(ctx, scene, rate, start, a, b):
         best = rows.pop(max(held, key=lambda k: abs(rows[k][j])))
         top = best.pop(j)
         best = {i: (x << bits) // top for i, x in best.items()}
-        for row in (*rows, first):
+        for row in (*rows, first, free):
             factor = row.pop(j, 0)
             if factor:
                 for i, x in best.items():
                     row[i] = row.get(i, 0) - (factor * x >> bits)
         pivots.append(best)
-    if not first[0]:
-        return None
-    found = [(first[-1] << bits) // first[0]]
-    for row in reversed(pivots):
-        right = row.pop(-1, 0)
-        found.append(right - (sum(x * found[i] for i, x in row.items()) >> bits))
-    if max(map(abs, found[-3:])) * 10**digits > max(map(abs, found)):
+    for last in (free, first):
+        if not last.get(0):
+            continue
+        found = [(last.get(-1, 0) << bits) // last[0]]
+        for row in reversed(pivots):
+            rest = sum(x * found[i] for i, x in row.items() if i >= 0)
+            found.append(row.get(-1, 0) - (rest >> bits))
+        if max(map(abs, found[-3:])) * 10**digits > max(map(abs, found)):
+            continue
+        at_a = h * ctx.ldexp(sum(found[::2]) - sum(found[1::2]), -bits)
+        if last is first or (drop > 3 * digits and abs(at_a - start) <= 1e4 * tiny * abs(at_a)):
+            break
+    else:
         return None
     mean = sum(x // (1 - m * m) for m, x in enumerate(found) if m % 2 == 0)
     return h * ctx.ldexp(sum(found), -bits), h * h * ctx.ldexp(mean, -bits), drop
