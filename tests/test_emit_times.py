@@ -130,7 +130,8 @@ DIGITS = [
     ("friction k=10", 100),
     ("linear repelling, stiff", 30),
     ("linear sliding", 100),
-    ("fold", 30),
+    ("on the fold", 30),
+    ("fold + 1e-30", 20),
     ("r=1e12", 30),
     ("linear r=1/2", 30),
     ("constant", 100),
@@ -188,14 +189,6 @@ def test_free_parameters_and_logarithms_in_digits():
             load.escape_time(*arguments)
     with pytest.raises(ValueError, match="dps is 0; give 1 to"):
         load.escape_time(1, 1, 3, 1, 0, dps=0)
-
-
-def test_a_drift_that_is_not_analytic_has_no_digits():
-    load = sa.emit("eq:Ttilde", "mpmath", drift=sa.Drift("1 + sqrt(1 + u)")).load()
-    with pytest.raises(
-        ArithmeticError, match="not resolved beside u = -1.0; it has to be analytic"
-    ):
-        load.escape_time(1, 4, dps=10)
 
 
 def test_the_exact_time_in_latex():

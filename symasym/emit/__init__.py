@@ -45,9 +45,9 @@ def emit(
         time (``"eq:Ttilde"``), also in weak noise (``"eq:Ttildesmall"``), the stationary density
         (``"eq:pss"``) and others. Its free parameters become arguments.
     method : {"exact", "laplace", "uniform"}, optional
-        Of ``"eq:Ttilde"`` with a drift: T itself in double precision; its expansion in weak noise,
-        for a bound drift; or the formula that holds through folds, for a polynomial one. As in
-        `symasym.escape_time`.
+        Of ``"eq:Ttilde"`` with a drift: T itself (to any number of digits in ``"mpmath"``); its
+        expansion in weak noise, for a bound drift; or the formula that holds through folds, for a
+        polynomial one. As in `symasym.escape_time`.
     order : int, optional
         Of the expansion, 0 to 20; 2 where it is left out. The uniform formula has order 0.
     name : str

@@ -10,9 +10,9 @@ from symasym.emit.writing import (
     comment,
     heading,
     helpers,
-    refusal,
     signature_doc,
     text,
+    told,
     wrapped,
 )
 
@@ -137,8 +137,14 @@ def _function(function: Ready) -> str:
     for body in function.bodies:
         lines += _block(body)
     if function.bodies and function.bodies[-1].conditions:
-        lines.append(f"  throw new RangeError(`{refusal(function, '${NAME}')}`);")
+        lines += _refusal(function)
     return "\n".join([*lines, "}"])
+
+
+def _refusal(function: Ready) -> list[str]:
+    values = told(function, "${NAME}")
+    lines = ["throw new RangeError(", f"  `{values}` +", f'    "{function.outside}",', ");"]
+    return ["  " + line for line in lines]
 
 
 def _integral(function: Ready) -> list[str]:
@@ -184,11 +190,12 @@ def _uniform(function: Ready, q: Passage) -> list[str]:
     listed = ", ".join(text(c, "javascript") for c in q.coefficients)
     ends = ", ".join(f"[{', '.join(e)}], {len(e)}" for e in uniform_time.ends(q, "javascript"))
     value = f"c, {len(q.coefficients)}, {ends}, kappa, r"
-    told = refusal(function, "${NAME}")
     return [
         *wrapped("const c = ", listed, "  ", end=";", brackets="[]", deeper="  "),
         *wrapped("const found = logUniform", value, "  ", end=";", brackets="()", deeper="  "),
-        f"  if (Number.isNaN(found)) throw new RangeError(`{told}`);",
+        "  if (Number.isNaN(found)) {",
+        *("  " + line for line in _refusal(function)),
+        "  }",
         "  return found;",
     ]
 

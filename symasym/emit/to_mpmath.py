@@ -134,7 +134,7 @@ def _function(function: Ready) -> str:
     for body in function.bodies:
         inner += block(body, "mpmath")
     if function.bodies and function.bodies[-1].conditions:
-        inner.append(f'    raise ValueError(f"{refusal(function)}")')
+        inner += refusal(function)
     outer = [
         *heading(f"def {function.name}", [*names, "dps=15"], ":"),
         f'    """{signature_doc(function)}"""',

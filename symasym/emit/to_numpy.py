@@ -11,9 +11,9 @@ from symasym.emit.writing import (
     comment,
     heading,
     helpers,
-    refusal,
     signature_doc,
     text,
+    told,
     wrapped,
 )
 
@@ -117,7 +117,8 @@ def _function(function: Ready) -> str:
 def _in_cases(function: Ready, head: list[str], names: str) -> str:
     """Each case as a function of its own, and one that calls them at their points."""
     parts = []
-    call = [f'    return _cases(\n        ({names},),\n        "{refusal(function, "{}")}",']
+    call = [f"    return _cases(\n        ({names},),"]
+    call += [f'        "{told(function, "{}")}"', f'        "{function.outside}",']
     for number, body in enumerate(function.bodies):
         name = f"_{function.name}_{number}"
         lines = heading(f"def {name}", list(function.arguments), ":")

@@ -162,7 +162,7 @@ def _function(function: Ready) -> str:
     for body in function.bodies:
         lines += block(body, "python")
     if function.bodies[-1].conditions:
-        lines.append(f'    raise ValueError(f"{refusal(function)}")')
+        lines += refusal(function)
     return "\n".join(lines)
 
 
@@ -215,7 +215,7 @@ def _uniform(function: Ready, q: Passage, target: str) -> list[str]:
         "    except (ArithmeticError, ValueError):",
         "        found = math.nan",
         "    if math.isnan(found):",
-        f'        raise ValueError(f"{refusal(function)}")',
+        *("    " + line for line in refusal(function)),
         "    return found",
     ]
 

@@ -122,7 +122,13 @@ def signature_doc(function: Ready) -> str:
     return function.doc if function.doc.endswith(".") else f"{function.doc}."
 
 
-def refusal(function: Ready, form: str = "{NAME}") -> str:
-    """What is said where no case holds; the language puts the arguments' values in."""
-    told = ", ".join(f"{name} is {form.replace('NAME', name)}" for name in function.arguments)
-    return f"{told}: {function.outside}"
+def told(function: Ready, form: str) -> str:
+    """The arguments' values as the language puts them into text: NAME in `form` is a name."""
+    names = function.arguments
+    return ", ".join(f"{name} is {form.replace('NAME', name)}" for name in names) + ": "
+
+
+def refusal(function: Ready) -> list[str]:
+    """What Python raises where no case holds."""
+    lines = [f'f"{told(function, "{NAME}")}"', f'"{function.outside}"']
+    return ["    raise ValueError(", *(f"        {line}" for line in lines), "    )"]
