@@ -147,9 +147,9 @@ def columns(
     c *= kept
     ends = np.abs(_product(chebyshev.chebvander(nodes[count:], count - 1), c) - rest[count:])
     size = _ROUNDING * (1 + np.abs(values[count:]))
-    good = (ends <= 2 * size).all(axis=0)
+    good = (ends <= size).all(axis=0)
     # The error may be largest elsewhere in so long a piece, where the last terms show it.
-    good &= noise <= size.min(axis=0)
+    good &= 3 * noise <= size.min(axis=0)
     x = np.clip(2 * (np.log(lam) - low) / (high - low) - 1, -1.0, 1.0)
     found = _product(chebyshev.chebvander(x, count - 1), c)
     found += slope * lam[:, None]
