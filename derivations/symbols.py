@@ -180,9 +180,9 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "Z": Meaning("λ^(2/3) ζ, of the pair's distance", _PURE, _A),
         "t": Meaning("s(v) - s(u)", _PURE),
         "m": Meaning("half-way between s(u) and s(v)", _PURE, _A),
-        "J": Meaning("double integral over the pair", "units of λ^(-2/3)"),
-        "J_1": Meaning("the same with the weight s(v), its finite part", "units of λ^(-1)"),
-        "J_2": Meaning("the same with s(u) s(v), its finite part", "units of λ^(-4/3)"),
+        "J": Meaning("double integral over the pair", "units of λ^(-2/3)", _T),
+        "J_1": Meaning("the same with the weight s(v), its finite part", "units of λ^(-1)", _T),
+        "J_2": Meaning("the same with s(u) s(v), its finite part", "units of λ^(-4/3)", _T),
     },
     "gaussian-step": {"P": Meaning("product of two Gaussian integrals", "scaled", _T)},
     "eq:fourPieces": {

@@ -95,6 +95,15 @@ def test_airy_is_exact(z):
         assert abs(found.value - exact) <= found.error <= 1e-24 * abs(exact)
 
 
+def test_even_weight_is_no_polynomial():
+    """Its last Taylor coefficient is 0, however many there are."""
+    waves = sa.uniform_integral("I*(t**3/3 - 9*t/25)", "1/(1 + t**2)", "t", "-oo", "oo", order=1)
+    _, ((a, b),) = waves.coefficients(dps=25)
+    with mp.workdps(30):
+        assert abs(a - 25 / mp.mpf(34)) < 1e-24
+        assert abs(b) < 1e-24
+
+
 @pytest.mark.parametrize("mu", ["1/4", *SIDES, "10"])
 def test_incomplete_gamma(mu):
     """Gamma(a, mu a): DLMF 8.12."""

@@ -260,8 +260,8 @@ class UniformExpansion(IntegralParts):
             g, h = self.g
             what = f"the iterated integral of ({g}) and ({h}) with f = {self.f}"
         return (
-            f"uniform expansion ({self.kind}, {self.order} terms) of {what} over {self.x} from {self.a} to {self.b}; "
-            f"error: {self.error_kind}"
+            f"uniform expansion ({self.kind}, {self.order} terms) of {what} over {self.x} from "
+            f"{self.a} to {self.b}; error: {self.error_kind}"
         )
 
     def __repr__(self) -> str:

@@ -1,9 +1,9 @@
 """The double integral over u < v of g(u) h(v) e^{lam (f(v) - f(u))} as two points of f meet.
 
 The inner integral up to v has a part without exponential, and a constant times e^{lam f(v)} from
-the lower end, and from the minimum of f where v has passed it. Integrated over v the first is
-the outer part (`symasym.asymptotics.uniform_outer`), and the second brings the maximum and the upper
-end. Minimum and maximum are taken together (`symasym.asymptotics.airy_products`), so that
+the lower end, and from the minimum of f where v has passed it. Integrated over v the first is the
+outer part (`symasym.asymptotics.uniform_outer`); the second brings the maximum and the upper end.
+Minimum and maximum are taken together (`symasym.asymptotics.airy_products`), so that
 
     I = both + outer + (end a) (max) + (min) (end b) + (end a) (end b) + (end a)²,
 
@@ -77,7 +77,7 @@ def _require_fall(f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any) -> None:
             if tail[1] and not tail[1] * _FAR[2] < tail[0] * _FAR[1] * context.mpf("0.97"):
                 raise InputError(
                     f"g h/f' = {outer} falls no faster than 1/{x} as {x} tends to {end}, so the "
-                    "integral over u near v diverges; give weights that fall faster, or a finite end."
+                    "part with u near v diverges; give weights that fall faster, or a finite end."
                 )
 
 
@@ -152,7 +152,8 @@ class IteratedPart:
         def row(piece: Piece, end: Any, side: int) -> list[Any]:
             return end_coefficients(piece, self.x, end, side, count, context.one, ring)
 
-        low, high = (), ()
+        low: tuple[Any, ...] = ()
+        high: tuple[Any, ...] = ()
         if not self.lo.is_infinite:
             height = series_of("f", self.f, self.x, self.lo, 1, 2, ring)[0]
             low = height, row(down, self.lo, 1), row(up, self.lo, 1)

@@ -157,7 +157,8 @@ class OuterPart:
                 pieces.append(_half_circle(middle, radius, context))
         marks.append(hi)
         scale = detours[0][1] if detours and detours[0][1] else 1 + self._half
-        pieces += [_line(*marks[k : k + 2], scale, context) for k in range(0, len(marks), 2)]
+        ends = zip(marks[::2], marks[1::2], strict=True)
+        pieces += [_line(start, end, scale, context) for start, end in ends]
         for piece in pieces:
             for k, y in enumerate(self._integral(piece)):
                 total[k] += y
@@ -239,8 +240,8 @@ class OuterPart:
     def _unsettled(self) -> AccuracyError:
         return AccuracyError(
             f"the part of the integral with u near v was not found to {self._context.dps} digits: "
-            f"f' = {self._slope} nearly vanishes, or f, g or h varies too fast, on the way from end "
-            "to end; give an interval that ends before that, or fewer digits."
+            f"f' = {self._slope} nearly vanishes, or f, g or h varies too fast, on the way from "
+            "end to end; give an interval that ends before that, or fewer digits."
         )
 
 
