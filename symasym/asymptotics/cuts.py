@@ -53,7 +53,7 @@ class Cut(NamedTuple):
     whole : list
         a_n as they are.
     keep : mpf
-        What is left of the difference of the zero's share to its Laplace series.
+        What is not faded out of all that is beyond the order.
     series : list
         b_k at p.
     digits : int
@@ -233,10 +233,12 @@ def shade(t: Any, count: int, context: Any) -> list[Any]:
     return [(-1) ** m * y for m, y in enumerate(odd_powers(t, count, context))]
 
 
-def corrections(cut: Cut, share: Any, lam: Any, order: int, context: Any) -> Corrections:
+def corrections(
+    cut: Cut, share: tuple[Any, Any] | None, lam: Any, order: int, context: Any
+) -> Corrections:
     """At one lam; `share` is what the sums take for the zero's Gaussian, over e^{+-lam rise}.
 
-    None for its own Laplace series.
+    With the weight of its difference to the Laplace series; None if there is none.
     """
     c, terms = context, order + 1
     if lam not in cut.known:
@@ -250,9 +252,8 @@ def corrections(cut: Cut, share: Any, lam: Any, order: int, context: Any) -> Cor
     slow = product(down, odd, terms)
     a, a_down = power_sum(cut.peak[:terms], lam), power_sum(down[:terms], lam)
     if share is not None:
-        # The zero's share changes sides as p passes it, whatever it is.
         own = power_sum(cut.whole[:terms], lam)
-        a += cut.keep * (share * c.sqrt(lam / (2 * c.pi)) - own)
+        a += share[1] * (share[0] * c.sqrt(lam / (2 * c.pi)) - own)
     sigma = a * functions.sigma - power_sum(shaded, lam) / lam
     dawson = a_down * functions.dawson - power_sum(slow, lam) / lam
     weights = product(cut.peak, down, terms)

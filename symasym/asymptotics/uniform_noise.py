@@ -139,9 +139,9 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
         )
 
         def share(number: Any, n: int) -> Any:
-            total, met = whole_at(places, folds, number, n, context)
+            total = whole_at(places, folds, number, n, context)
             for sign, cuts in ((1, right), (-1, left)):
-                total += sign * corrected(cuts, met, number, n, context).falling
+                total += sign * corrected(cuts, [], number, n, context).falling
             outside = sum(
                 context.exp(number * h) / (number * a) for a, h in zip(slopes, heights, strict=True)
             )

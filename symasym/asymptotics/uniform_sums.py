@@ -48,6 +48,11 @@ class _Sum:
     def all(self) -> list[_Share]:
         return self.rising + self.falling
 
+    def ends(self) -> list[Any]:
+        """Those of the layer that are seen."""
+        kinks = [x.u for x in self.rising if x.place and x.place.kind in ("end", "kink")]
+        return sorted(u for u in kinks if u is not None)
+
     def nearest(self) -> _Share | None:
         """The well or barrier next to the start."""
         zeros = [x for x in self.all() if x.place and x.place.kind in ("well", "barrier")]
@@ -55,8 +60,7 @@ class _Sum:
 
     def cut(self, near: Corrections, start: Corrections, far: Corrections, sign: int) -> None:
         """Corrections at the start and at the ends of the layer; `sign` is -1 in the mirror."""
-        kinks = [x.u for x in self.rising if x.place and x.place.kind in ("end", "kink")]
-        ends = sorted(u for u in kinks if u is not None)
+        ends = self.ends()
         if not ends:
             return
         self.starts[0] += sign * start.rising
@@ -93,6 +97,10 @@ def time_at(sides: list[Seen], cuts: Cuts, r: Any, lam: Any, order: int, context
     for k, one in enumerate(sides):
         for fold in one.folds:
             met += _meet(fold, k, sums, lam, order, context)
+    beside = cuts.start
+    if not beside:
+        beside = cuts.left if sums[1].ends() else cuts.right
+    met = [m for one in met for m in _weighed(one, beside, context)]
     left, start, right = (corrected(found, met, lam, order, context) for found in cuts)
     sums[0].cut(right, start, left, -1)
     sums[1].cut(left, start, right, 1)
@@ -104,10 +112,25 @@ def time_at(sides: list[Seen], cuts: Cuts, r: Any, lam: Any, order: int, context
 
 
 class Met(NamedTuple):
-    """A well or barrier of a pair, and the share that the sums take for it."""
+    """A well or barrier of a pair, the share that the sums take for it, and what of that counts.
+
+    The share changes sides as the start passes, and then its cut is to be of the same size, also
+    that of a kink which the start reaches. Any other is of the place's own series, which is better
+    where a pair meets the end.
+    """
 
     u: Any
     value: Any
+    weight: Any
+
+
+def _weighed(met: Met, beside: list[Cut], context: Any) -> list[Met]:
+    """With its weight where it is next to the start."""
+    return [met._replace(weight=cut.keep) for cut in beside if _same(met, cut, context)]
+
+
+def _same(met: Met, cut: Cut, context: Any) -> bool:
+    return bool(abs(met.u - cut.zero) <= context.eps**0.75)
 
 
 def _meet(fold: Fold, k: int, sums: list[_Sum], lam: Any, order: int, context: Any) -> list[Met]:
@@ -133,7 +156,7 @@ def _meet(fold: Fold, k: int, sums: list[_Sum], lam: Any, order: int, context: A
             part -= _beyond(well, behind, lam, context)
         sums[well_side].nested += gain * part
     members = ((well_side, well), (barrier_side, barrier))
-    return [Met(x.u if side else -x.u, x.value) for side, x in members]
+    return [Met(x.u if side else -x.u, x.value, 0) for side, x in members]
 
 
 def _found(u: Any, k: int, sums: list[_Sum]) -> tuple[int, _Share]:
@@ -164,29 +187,26 @@ def corrected(cuts: list[Cut], met: list[Met], lam: Any, order: int, context: An
     found = [Corrections(*[context.zero] * 3)]
     for cut in cuts:
         share = None
-        for member in met:
-            if abs(member.u - cut.zero) <= context.eps**0.75:
+        for one in met:
+            if _same(one, cut, context):
                 sign = -1 if cut.barrier else 1
-                share = member.value * context.exp(sign * lam * cut.rise)
+                # V is 0 at the start.
+                weight = one.weight * context.exp(-((lam * cut.height) ** 2))
+                share = one.value * context.exp(sign * lam * cut.rise), weight
         found.append(corrections(cut, share, lam, order, context))
     return Corrections(*(sum(parts, context.zero) for parts in zip(*found, strict=True)))
 
 
-def whole_at(
-    places: list[Place], folds: list[Fold], lam: Any, order: int, context: Any
-) -> tuple[Any, list[Met]]:
-    """int e^{-lam V} over all u, with Laplace's series at the kinks, and the wells of pairs."""
+def whole_at(places: list[Place], folds: list[Fold], lam: Any, order: int, context: Any) -> Any:
+    """int e^{-lam V} over all u, with Laplace's series at the kinks."""
     ops, left_out = Exponentials(context), []
-    total, met = context.zero, []
+    total = context.zero
     for fold in folds:
-        value = airy(fold, lam, order, context).falling * context.exp(-lam * fold.height)
-        total += value
+        total += airy(fold, lam, order, context).falling * context.exp(-lam * fold.height)
         if fold.pair.zeta > 0:
-            own = [p for u in zeros_of(fold, context) if (p := place_at(u, places))]
-            met += [Met(p.u, value) for p in own]
-            left_out += own
+            left_out += [p for u in zeros_of(fold, context) if (p := place_at(u, places))]
     for place in places:
         if not any(place is p for p in left_out):
             factor = context.exp(lam * place.height)
             total += series_of(place.groups, lam, order, ops).value * factor
-    return total, met
+    return total
