@@ -76,7 +76,7 @@ class UniformExpansion(IntegralParts):
         They are of G_n, G_0 = g x'(s), before the powers of i (f imaginary) or -1 (f real). Of an
         iterated integral: four numbers for each n, which stand with Ai² + Bi², Ai Ai' + Bi Bi' and
         Ai'² + Bi'², times lam^(-n) and lam^(-2/3), lam^(-1) and lam^(-4/3), and with lam^(-n-1).
-        What finite ends add is not among them.
+        What finite ends add is not among them, nor is the weights' constant factor.
 
         Raises
         ------

@@ -128,7 +128,7 @@ def _too_far(x: Any, point: Any, context: Any) -> AccuracyError:
     return AccuracyError(
         f"no pair of saddles next to {x} = {context.nstr(point, 8)} is alone within the "
         "radius of convergence, so they're too far apart, or a third is near; give near=… for "
-        "another pair, or expand each saddle by itself with laplace_integral."
+        "another pair, or take each saddle by itself, as laplace_integral does."
     )
 
 
