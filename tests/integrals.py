@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
+import sympy
 from mpmath import mp, mpf
 
 DIGITS = 50
@@ -209,3 +211,20 @@ INTEGRALS = [
         "an end as near as the peak is wide",
     ),
 ]  # fmt: skip
+
+NAMED = {scene.name: scene for scene in INTEGRALS}
+
+
+@cache
+def truth(name: str, lam: int) -> Any:
+    with mp.workdps(DIGITS):
+        return NAMED[name].reference(mpf(lam))
+
+
+def scaled(result: Any, found: Any, lam: int) -> tuple[Any, Any]:
+    """Value and error over e^(lam top)."""
+    with mp.workdps(DIGITS):
+        height = result.height
+        height = sympy.N(height, DIGITS) if isinstance(height, sympy.Basic) else height
+        scale = mp.exp(-lam * mpf(str(height)))
+        return found.value * scale, found.error * scale

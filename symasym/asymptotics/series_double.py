@@ -14,13 +14,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.places import BEYOND
-from symasym.asymptotics.sights import Local, Numbers, Part, Series
+from symasym.asymptotics.sights import Local, Numbers, Part, Series, Sight
 from symasym.inputs import FloatArray
 
 _MOST_FALL = 0.75
-# Beyond this, with lam^2 for what the powers of lam make up, a term is below 1e-17 of the rest
-# even if its coefficients are 1e9 times larger.
-_FAINT = 60.0
+# Beyond this a term is below 1e-16 of the rest if its coefficients are no larger; they may be by
+# so much, with lam^2 for what the powers of lam make up, and beside a zero of A by far more.
+_FAINT = 37.0
+_LARGER = 23.0
+# Of a product of pairs, and of their errors, over such a product.
+_FACTORS = 4
 # Rounding of exponents beyond which it is a logarithm's, whatever the weight of its terms.
 MOST_ROUGH = 0.1
 
@@ -87,6 +90,49 @@ class Value(NamedTuple):
         return Value(value, None, plus(cross, times(self.size, other.error)))
 
 
+class Sizes:
+    """How far apart the terms of all series of two sights are, apart from their exponentials.
+
+    A formal series of the start may have coefficients of 1e140 beside a zero of A, and no
+    exponential is small then unless it is compared with them.
+    """
+
+    def __init__(self, sights: tuple[Sight, Sight]) -> None:
+        # Logarithms: each term with its number, the largest of all drifts, and the least first one.
+        self._terms: list[tuple[int, float]] = []
+        self._first = np.inf
+        for one in sights:
+            spots = one.rising + one.falling
+            found = [one.rising_start, one.falling_start, one.outer]
+            found += [x for p in spots for x in (p.series, p.onward) if isinstance(x, Series)]
+            if one.beyond is not None:
+                found.append(Series([Part(1.0, 0, [1 / one.beyond[2]])]))
+            for part in (part for series in found for part in series.parts):
+                self._add(part)
+
+    def _add(self, part: Part) -> None:
+        first = True
+        for n, c in enumerate(part.coefficients):
+            size = np.abs(c)
+            largest = float(size.max())
+            if not largest < np.inf:
+                self._terms.append((n, np.inf))
+            elif largest:
+                self._terms.append((n, float(np.log(largest))))
+                if first:
+                    least = float(size.min()) or float(size[size > 0].min())
+                    self._first = min(self._first, float(np.log(least)))
+                    first = False
+
+    def spread(self, least: float, order: int) -> float:
+        """The largest term over the smallest first one for lam from `least` on, its logarithm.
+
+        Powers of lam that all terms of a series share are left out.
+        """
+        low, first = float(np.log(least)), min(self._first, 700.0)
+        return max((c - n * low - first for n, c in self._terms if n <= order + BEYOND), default=0)
+
+
 #: A height, at most 0, and how to find what goes with its exponential.
 Term = tuple[Numbers, Callable[[], Value]]
 
@@ -94,11 +140,13 @@ Term = tuple[Numbers, Callable[[], Value]]
 class Point:
     """Powers and exponentials of one array of lam, and what has been found at it."""
 
-    def __init__(self, lam: FloatArray, order: int, errors: bool) -> None:
+    def __init__(self, lam: FloatArray, order: int, errors: bool, sizes: Sizes) -> None:
         self.lam, self.order, self.errors = lam, order, errors
         self.x = 1.0 / lam
         self.least, self.most = float(lam.min()), float(lam.max())
-        self.faint = -_FAINT - 2 * abs(float(np.log(self.most))) - 2 * abs(np.log(self.least))
+        larger = max(_LARGER, _FACTORS * sizes.spread(self.least, order))
+        powers = 2 * abs(float(np.log(self.most))) + 2 * abs(float(np.log(self.least)))
+        self.faint = -_FAINT - larger - powers
         self._powers: dict[float, FloatArray] = {1.0: self.x}
         self._decays: dict[float, Any] = {}
         self._rough: dict[int, tuple[Any, Any]] = {}

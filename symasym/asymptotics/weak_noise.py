@@ -41,7 +41,7 @@ from symasym.context import own_context
 from symasym.drift import Drift
 from symasym.errors import AccuracyError
 from symasym.exact.local import ExactField
-from symasym.inputs import FloatArray, float_text, is_array
+from symasym.inputs import FloatArray, exact, float_text, is_array
 from symasym.scenes import (
     Request,
     Scenes,
@@ -167,7 +167,7 @@ def _probability(complement: bool) -> Quantity:
         part, rest = (sides.left, sides.right) if complement else (sides.right, sides.left)
         total = sides.total()
         share, other = (x / total for x in split(sides))
-        error = other * part.scale.error + share * rest.scale.error
+        error = abs(other) * part.scale.error + abs(share) * rest.scale.error
         error = error + part.rising.error + sides.rising.error
         return Pair(share, error / total)
 
@@ -392,7 +392,8 @@ def _of_arrays(
     shapes = [np.shape(x) for x in (*drift.values.values(), numbers["start"]) if is_array(x)]
     if is_array(numbers["r"]) and (scenes.numbers["r"] <= 1).any():
         shapes.append(np.shape(numbers["r"]))
-    logs, errors = _array_logs(drift, scenes, shapes, orders, quantity, request.full)
+    start = None if is_array(numbers["start"]) else exact("start", numbers["start"])
+    logs, errors = _array_logs(drift, scenes, shapes, orders, quantity, request.full, start)
     _require_small(scenes.numbers["kappa"], logs, errors, orders[-1], request.log)
     request = request._replace(order=orders[-1] if len(orders) == 1 else None)
     terms = ("wells, barriers, start, ends, kinks and the part between",)
@@ -406,14 +407,19 @@ def _array_logs(
     orders: Any,
     quantity: Quantity,
     everywhere: bool,
+    exactly: Fraction | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """One analysis for each drift and start; vectorised over these, kappa and r."""
+    """One analysis for each drift and start; vectorised over these, kappa and r.
+
+    A start that all scenes share is `exactly` that, since it may lie on a zero of A.
+    """
 
     def analyse(given: dict[str, float], radius: float, start: float) -> Any:
         one = drift.bind(**given) if given else drift
+        place = Fraction(start) if exactly is None else exactly
         outer = 30 * quantity.outer
         with own_context(40) as context:
-            found = _halves(one, Fraction(radius), Fraction(start), orders[-1], context, outer)
+            found = _halves(one, Fraction(radius), place, orders[-1], context, outer)
             return sight_of(found[0]), sight_of(found[1])
 
     logs, errors = logs_of(drift, scenes, shapes, orders, quantity.in_float, analyse, everywhere)

@@ -12,7 +12,7 @@ import numpy as np
 from symasym.asymptotics.places_double import Found, found_of
 from symasym.asymptotics.polynomial_scenes import Scenes as PolynomialScenes
 from symasym.asymptotics.polynomial_scenes import scenes_of
-from symasym.asymptotics.series_double import Point
+from symasym.asymptotics.series_double import Point, Sizes
 from symasym.asymptotics.sights import Sight, first_of, mapped
 from symasym.asymptotics.weak_noise_double import Views
 from symasym.drift import Drift
@@ -151,11 +151,12 @@ def _filled(
         sights = first_of(sights)
     # A radius that all scenes share keeps its exponents shared as well.
     first = float(r.flat[0])
+    sizes = Sizes(sights)
     shared = Views(sights, first) if r.strides == (0,) or (r == first).all() else None
 
     def at(part: Any, order: int, wanted: bool) -> tuple[FloatArray, Any]:
         views = Views(sights, r[part]) if shared is None else shared
-        return evaluate(views, Point(lam[part], order, wanted))
+        return evaluate(views, Point(lam[part], order, wanted, sizes))
 
     logs: FloatArray = np.empty(lam.shape)
     if one and len(orders) == 1 and not full and len(lam) > 4 * _PROBES:

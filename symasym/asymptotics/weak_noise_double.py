@@ -305,6 +305,7 @@ def exit_probability(complement: bool, views: Views, at: Point) -> tuple[FloatAr
     # In units of the part's own height: what is left out of the part counts by the other's share.
     below, away = at.decay(high - views.top), at.decay(-low)
     own, other = (sides.behind, sides.ahead) if complement else (sides.ahead, sides.behind)
+    own, other = absolute(own), absolute(other)
     error: Any = 0.0
     rounding = abs(log)
     if counts(below):
