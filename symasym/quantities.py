@@ -60,9 +60,9 @@ def escape_time(
         ``"exact"``: the integral with nothing dropped. ``"paper"``: the leading
         order, eq:Ttildesmall with its step Stokes multiplier (eq:Ttildelarge
         where there is no well); only for start 0. ``"laplace"``: weak noise, in
-        kappa^2/2; ``"uniform"``: the same, and where a well and a barrier, or a
-        barrier and u = 1 or -1, are near each other or meet; ``"local"``: its leading order
-        with Airy's argument linear in the distance to a fold. ``"strong_noise"``: in
+        kappa^2/2; ``"uniform"``: the same, and where a well and a barrier, or
+        one of them and the start or u = 1 or -1, are near each other or meet; ``"local"``: its
+        leading order with Airy's argument linear in the distance to a fold. ``"strong_noise"``: in
         2/kappa^2. ``"auto"``: the cheapest whose stated relative error is at most `rtol`
         (see `plan`).
     order : int or "optimal", optional

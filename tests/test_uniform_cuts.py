@@ -86,14 +86,19 @@ def test_corrections_against_quadrature(barrier: bool, t: str) -> None:
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_a_start_beside_a_barrier(order: int) -> None:
-    """By its distance in widths of the barrier; the worst errors fall as they should."""
+@pytest.mark.parametrize("alone", [False, True])
+def test_a_start_beside_a_barrier(order: int, alone: bool) -> None:
+    """By its distance in widths of the barrier; the worst errors fall as they should.
+
+    Where the barrier is alone T is a logarithm, all of it from the outer part.
+    """
+    drift = with_zeros(Fraction(1, 2), HALF, -3) if alone else DRIFT
     worst = []
     for kappa in (Fraction(1, 25), Fraction(1, 50)):
         errors = []
         for widths in (-3, Fraction(1, 2), 4):
             start = HALF + widths * kappa
-            error, claim = off(DRIFT, kappa, 3, start=start, method="uniform", order=order)
+            error, claim = off(drift, kappa, 3, start=start, method="uniform", order=order)
             assert error <= claim <= 20 * error + 1e-8 * 10.0 ** (-2 * order)
             errors.append(error)
         worst.append(max(errors))
