@@ -138,6 +138,7 @@ DIGITS = [
     ("tanh", 15),
     ("sine", 15),
     ("hill", 15),
+    ("expression", 15),
 ]
 
 

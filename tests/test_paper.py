@@ -165,6 +165,18 @@ def test_occupation_in_strong_noise_is_the_printed_leading_term(kappa: str) -> N
     assert relative(found.value, exact) < 6 / float(k) ** 2
 
 
+def test_occupation_s_bound_counts_its_rounding_to_float64() -> None:
+    """Where P is 1 to any digits, the distance to 1 is the whole error."""
+    drift, kappa = sa.friction("7.99", "1.725", "1.286"), "0.0629939"
+    for dps in (None, 16, 25):
+        found = sa.occupation(drift, kappa, method="paper", full=True, dps=dps)
+        value, error = (
+            F(x) if dps is None else F(mpmath.nstr(x, 60)) for x in (found.value, found.error)
+        )
+        assert sa.occupation(drift, kappa, complement=True, dps=20) < 1e-50
+        assert 1 - F(1, 10**50) - value <= error
+
+
 def test_occupation_of_arrays() -> None:
     drift = sa.linear([1.0, 2.0], -1)
     found = sa.occupation(drift, [[0.3], [5.0]], method="paper")

@@ -674,3 +674,15 @@ def test_arrays_where_rounding_is_all_there_is() -> None:
     assert distance(float(found.value[0]), exact) <= float(found.error[0]) < 1e-11 * exact
     with pytest.raises(sa.AccuracyError, match=r"^kappa is 1e-08, so small.*dps=n.*'exact'\.$"):
         sa.escape_time(sa.friction(3, 1, -2), [1e-8], 4, **options)
+
+
+def test_many_digits_of_a_high_order_are_not_refused_for_rounding() -> None:
+    """The last coefficients of a panel are rounding, which each derivative makes larger."""
+    asked: dict[str, Any] = {"start": "1/5", "dps": 50}
+    drift, errors = sa.tanh(1, "-1/2", 3), []
+    for kappa in ("1/20", "1/40"):
+        exact = sa.escape_time(drift, kappa, 2, **asked)
+        found = sa.escape_time(drift, kappa, 2, method="laplace", order=5, **asked)
+        errors.append(abs(found / exact - 1))
+    # O(kappa^12)
+    assert errors[1] < errors[0] / 2**11 < 1e-8

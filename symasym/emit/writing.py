@@ -7,6 +7,8 @@ import textwrap
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import sympy
+
 from symasym.derivation.code import NotEmittable, Printer
 from symasym.emit.program import Ready
 from symasym.errors import InputError
@@ -29,6 +31,9 @@ class CodePrinter(Printer):
         number = str(super()._print_Float(expr))
         # Python would read it as a double.
         return f'ctx.mpf("{number}")' if self.target == "mpmath" else number
+
+    def _print_Exp1(self, expr: Any) -> str:
+        return str(self._call("exp", sympy.S.One))
 
     def _print_Relational(self, expr: Any) -> str:
         sign = {"Eq": "==", "Ne": "!="}.get(type(expr).__name__, expr.rel_op)

@@ -55,10 +55,8 @@ def honesty(problem: Problem, full: bool) -> Iterator[Finding]:
             if method not in _HAVE[quantity]:
                 continue
             for setting in settings:
-                ways = _WAYS if every else _WAYS[:1]
-                if "random" in problem.name:
-                    # Each in turn: there are many scenes.
-                    ways = [_WAYS[0], _WAYS[1 + next(turn) % 3]] if every else ways
+                # The first, and the others in turn: there are many scenes.
+                ways = [_WAYS[0], _WAYS[1 + next(turn) % 3]] if every else _WAYS[:1]
                 yield from _claimed(problem, quantity, method, setting, known, ways)
 
 

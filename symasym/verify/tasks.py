@@ -16,7 +16,7 @@ from symasym.verify.findings import Finding
 from symasym.verify.references import Key, scene
 
 #: Random scenes of each level.
-SCENES = {"quick": 9, "full": 140}
+SCENES = {"quick": 9, "full": 84}
 
 
 #: Processor seconds after which a task is stopped; the longest take a quarter of it.
