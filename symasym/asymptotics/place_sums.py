@@ -75,21 +75,24 @@ def time_of(sides: Sides, lam: Any) -> Pair:
     behind = left.scale.value + left.rising.value
     ahead = right.scale.value + right.rising.value
     total = sides.total()
+    # A share whose series is no good may be negative; its error must not be.
+    size_behind, size_ahead = abs(behind), abs(ahead)
     if sides.corner:
         product = behind * ahead
-        extra = Pair(product * sides.falling.value, product * sides.falling.error)
+        extra = Pair(product * sides.falling.value, abs(product) * sides.falling.error)
         slope = behind * sides.falling.value, ahead * sides.falling.value
     else:
         one = right.falling * right.scale
         two = left.falling * left.scale
-        extra = Pair(behind * one.value + ahead * two.value, behind * one.error + ahead * two.error)
+        wrong = size_behind * one.error + size_ahead * two.error
+        extra = Pair(behind * one.value + ahead * two.value, wrong)
         slope = two.value, one.value
     value = behind * right.nested.value + ahead * left.nested.value + extra.value
-    error = behind * right.nested.error + ahead * left.nested.error + extra.error
+    error = size_behind * right.nested.error + size_ahead * left.nested.error + extra.error
     gap = right.nested.value - left.nested.value
     # How the value changes with what is left, right, and at the start of e^{lam V}.
-    error = error + left.scale.error * ahead * abs(gap + slope[1]) / total
-    error = error + right.scale.error * behind * abs(gap - slope[0]) / total
+    error = error + left.scale.error * size_ahead * abs(gap + slope[1]) / total
+    error = error + right.scale.error * size_behind * abs(gap - slope[0]) / total
     error = error + right.rising.error * abs(gap + slope[1] - slope[0])
     error = error + sides.rising.error * (abs(gap) + abs(slope[0]) + abs(slope[1]))
     return Pair(lam * value / total, lam * error / total)
