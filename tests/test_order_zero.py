@@ -118,7 +118,7 @@ def check_random(seed: int, count: int) -> int:
         c[0] -= sum(c[k] * u**k for k in range(degree + 1))
         c[0] += rng.choice([-1, 1], count) * 10 ** rng.uniform(-17, -0.5, count)
     kappa, r = 10 ** rng.uniform(-2, -0.3, count), float(10 ** rng.uniform(-0.2, 2))
-    start = float(rng.choice([0.0, rng.uniform(-0.9, 0.9) * r]))
+    start = float(rng.choice([0.0, rng.uniform(-0.9, 0.9) * r, r > 1 and rng.choice([-1, 1])]))
     exact = sa.escape_time(sa.polynomial(*c), kappa, r, start=start, log=True, full=True)
     options: dict[str, Any] = {"start": start, "method": "uniform", "order": 0, "log": True}
     arrays, errors = where_claimed(sa.polynomial(*c), kappa, r, options)
@@ -136,7 +136,9 @@ def check_random(seed: int, count: int) -> int:
                 off = abs(log - float(exact.value[k]))
                 assert off <= error + float(exact.error[k]) + 1e-15, (drift, kappa[k], r, start)
                 if errors[k] < np.inf:
-                    assert abs(log - float(arrays[k])) <= 1e-11 * max(1, abs(log))
+                    # On a fold float64 may take another barrier for the last one.
+                    step = 1e-4 * float(errors[k])
+                    assert abs(log - float(arrays[k])) <= 1e-11 * max(1, abs(log)) + step
     return claimed
 
 

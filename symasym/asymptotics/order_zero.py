@@ -96,13 +96,16 @@ class Scene(NamedTuple):
     sides: list[_Side]
     slack: float
     names: list[str]
+    # Of a start at u = -1 or 1, where its two sides' next terms do not cancel.
+    kink: tuple[float, float]
 
     def time(self, lam: Any) -> tuple[Any, Any] | None:
         """T and its error at this lam; None where that is as large as T."""
         c = self.context
-        none = Pair(c.zero, c.zero)
         left, right = (_at(side, lam, c) for side in self.sides)
-        sides = Sides(left, right, none, none, True)
+        near, far = self.kink
+        start = Pair(c.zero, _tail(near / lam**2, far / lam**3))
+        sides = Sides(left, right, start, start, True)
         if not sides.sure():
             return None
         found = time_of(sides, lam)
@@ -132,9 +135,10 @@ def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | No
     whole = _Whole(line, c, pieces, x, r, context)
     try:
         sides = [whole.side(side) for side in (-1, 1)]
+        kink = whole.next_terms(whole.middle) if abs(x) == 1 else (0.0, 0.0)
     except ArithmeticError:
         return None
-    return Scene(context, sides, pieces.slack, whole.names)
+    return Scene(context, sides, pieces.slack, whole.names, kink)
 
 
 class _Whole:
@@ -185,7 +189,7 @@ class _Whole:
 
     def next_terms(self, u: Any) -> tuple[float, float]:
         """|h_2| and |h_3|, the next terms of the series of a start, a kink or an end."""
-        t = [float(x) for x in shifted(self.c, u)[:3]] + [0.0, 0.0]
+        t = shifted(self.line.c, float(u))[:3] + [0.0, 0.0]
         phi, slope, bend = t[0], t[1], 2 * t[2]
         return abs(slope / phi**3), abs((3 * slope**2 - phi * bend) / phi**5)
 
@@ -214,7 +218,7 @@ class _Whole:
 
     def ratios(self, u: Any) -> tuple[float, float]:
         """The next two terms of Laplace's series at this zero, over the first."""
-        t = [float(x) for x in shifted(self.c, u)]
+        t = shifted(self.line.c, float(u))
         found = []
         for n in (1, 2):
             p, power = 2 * n + 1, [1.0]
@@ -396,6 +400,9 @@ def _edge(psi: list[Any], gap: Any, drop: Any, ratio: float, height: Any, c: Any
         rest = rest / (end * mean * (end + mean)) + whole / t * keep
     # Order 1 hardly depends on where the end is, close to the barrier.
     far = max(gap, c.mpf(_APART))
+    if not area(far) > 0:
+        # A zero just beyond the end: the general path tells its error.
+        raise OverflowError
     value, t_far = float(far * poly(psi, far)), float(far * c.sqrt(2 * area(far)))
     bend = float(poly([(k + 1) * a for k, a in enumerate(psi)], far))
     left = ratio * (1 - keep_next)
