@@ -28,6 +28,8 @@ _MOST_DEGREE = 12
 _FACTOR, _FADE, _APART, _MOST_FALL = 5, 8, 0.03, 0.75
 # Coefficients beyond these are left to the general path, so that float64 has their powers.
 _LARGEST = 1e20
+# lam times the height from an end to a well next to it below which its Gaussian is cut off there.
+_CUT_OFF = 60
 
 
 class _Place(NamedTuple):
@@ -98,10 +100,14 @@ class Scene(NamedTuple):
     names: list[str]
     # Of a start at u = -1 or 1, where its two sides' next terms do not cancel.
     kink: tuple[float, float]
+    # How far V is from the ends to wells next to them (see `_CUT_OFF`).
+    apart: Any
 
     def time(self, lam: Any) -> tuple[Any, Any] | None:
-        """T and its error at this lam; None where that is as large as T."""
+        """T and its error at this lam; None where these forms do not serve."""
         c = self.context
+        if lam * self.apart < _CUT_OFF:
+            return None
         left, right = (_at(side, lam, c) for side in self.sides)
         near, far = self.kink
         start = Pair(c.zero, _tail(near / lam**2, far / lam**3))
@@ -138,7 +144,7 @@ def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | No
         kink = whole.next_terms(whole.middle) if abs(x) == 1 else (0.0, 0.0)
     except ArithmeticError:
         return None
-    return Scene(context, sides, pieces.slack, whole.names, kink)
+    return Scene(context, sides, pieces.slack, whole.names, kink, whole.apart())
 
 
 class _Whole:
@@ -161,6 +167,34 @@ class _Whole:
 
     def potential(self, u: Any) -> Any:
         return poly(self.v, u) * u
+
+    def apart(self) -> Any:
+        """The height from an end to a well next to it; 0 where the start lies at a barrier's side.
+
+        There, and between a well and a barrier, the start cuts off a Gaussian, which only the
+        general path takes into account. Before a well it makes no such difference.
+        """
+        zeros = sorted(u for u in self.real() if -self.reach < u < self.reach)
+        if abs(self.x) <= 1:
+            below = [u for u in zeros if u <= self.x]
+            above = zeros[len(below) :]
+            climbs = any(self.potential(u) > self.base for u in (*below[-1:], *above[:1]))
+            if climbs or (below and above):
+                return self.context.zero
+        found = [self.context.inf]
+        for end, last in ((-self.reach, zeros[:1]), (self.reach, zeros[-1:])):
+            falls = (self.potential(end) - self.potential(u) for u in last)
+            found += [fall for fall in falls if fall > 0]
+        return min(found)
+
+    def real(self) -> list[Any]:
+        """Every real zero."""
+        found = [zero.u for zero in self.pieces.zeros]
+        for factor in self.pieces.factors:
+            if factor.square >= 0:
+                root = self.context.sqrt(factor.square)
+                found += [factor.middle - root, factor.middle + root]
+        return found
 
     def side(self, sign: int) -> _Side:
         """What lies right of the start, or, in the mirror, left of it."""
