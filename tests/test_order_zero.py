@@ -146,6 +146,23 @@ def test_random_drifts_sample() -> None:
     assert sum(check_random(seed, 25) for seed in range(12)) >= 200
 
 
+def test_no_claim_where_a_share_is_negative() -> None:
+    """Errors once cancelled each other there."""
+    c = (-0.00107706, -0.0407653, -0.49701, -1.72995, 2.706724)
+    with own_context(40) as context:
+        scene = scene_of(sa.polynomial(*c), Fraction(34), Fraction(0), context)
+        assert scene is not None
+        assert scene.time(2 / context.mpf("0.302") ** 2) is None
+
+
+def test_start_at_a_kink() -> None:
+    for start in (1, -1):
+        drift, options = sa.friction(3, 1, "-0.7"), {"start": start, "dps": 20}
+        found = sa.escape_time(drift, "0.05", 10, method="uniform", order=0, full=True, **options)
+        exact = sa.escape_time(drift, "0.05", 10, **options)
+        assert abs(found.value - exact) <= found.error < 1e-3 * exact
+
+
 @pytest.mark.slow
 def test_random_drifts() -> None:
     for seed in range(100, 400):
