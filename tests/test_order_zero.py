@@ -78,13 +78,17 @@ SCENES: list[tuple[sa.Drift, Any, Any, Any]] = [
     (sa.polynomial("-1.7", -4, 0, 3), "0.08", 10, 0),
     (sa.polynomial("2", "-0.3"), "0.2", 4, "0.2"),
     (sa.polynomial("1.5"), "0.2", 4, "0.2"),
-    *((sa.polynomial(f"{s}", "0.1", "-1.5", 0, 3), "0.04", 3, -1) for s in ("0.1775", "0.16")),
 ]
 
 
 @pytest.mark.parametrize(("drift", "kappa", "r", "start"), SCENES)
 def test_closed_forms_are_the_general_path(
-    drift: sa.Drift, kappa: Any, r: Any, start: Any, monkeypatch: pytest.MonkeyPatch
+    drift: sa.Drift,
+    kappa: Any,
+    r: Any,
+    start: Any,
+    as_in_float: None,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """All digits; the general path takes circles, and series of singular terms."""
     options: dict[str, Any] = {"start": start, "method": "uniform", "order": 0, "dps": 30}
@@ -143,7 +147,24 @@ def check_random(seed: int, count: int) -> int:
 
 
 def test_random_drifts_sample() -> None:
-    assert sum(check_random(seed, 25) for seed in range(12)) >= 200
+    assert sum(check_random(seed, 25) for seed in range(12)) >= 140
+
+
+def test_no_claim_where_a_share_is_negative() -> None:
+    """Errors once cancelled each other there."""
+    c = (-0.00107706, -0.0407653, -0.49701, -1.72995, 2.706724)
+    with own_context(40) as context:
+        scene = scene_of(sa.polynomial(*c), Fraction(34), Fraction(0), context)
+        assert scene is not None
+        assert scene.time(2 / context.mpf("0.302") ** 2) is None
+
+
+def test_start_at_a_kink() -> None:
+    for start in (1, -1):
+        drift, options = sa.friction(3, 1, "-0.7"), {"start": start, "dps": 20}
+        found = sa.escape_time(drift, "0.05", 10, method="uniform", order=0, full=True, **options)
+        exact = sa.escape_time(drift, "0.05", 10, **options)
+        assert abs(found.value - exact) <= found.error < 1e-3 * exact
 
 
 @pytest.mark.slow

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.asymptotics import uniform_noise, uniform_sums, weak_noise_arrays
+from symasym.asymptotics import uniform_noise, weak_noise_arrays
 from symasym.asymptotics.airy_tables import airy_products, dawson
-from symasym.asymptotics.cuts import Cuts
 from symasym.asymptotics.smooth_in_lam import columns, of_one
 
 FOLD = -7 / 9
@@ -27,24 +26,6 @@ def vectorised_only(monkeypatch: pytest.MonkeyPatch) -> None:
         raise AssertionError("a scene was evaluated by itself")
 
     monkeypatch.setattr(uniform_noise, "_one_by_one", never)
-
-
-@pytest.fixture
-def as_in_float(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Scenes with more digits leave out what arrays leave out: the start, and wells at the ends."""
-    every, corrected = uniform_noise.cuts_of, uniform_sums.corrected
-
-    def fewer(*given: Any) -> Cuts:
-        found = every(*given)
-        left, right = ([c for c in cuts if c.barrier] for cuts in (found.left, found.right))
-        return Cuts(left, [], right)
-
-    def alone(cuts: Any, met: Any, *rest: Any) -> Any:
-        return corrected(cuts, [], *rest)
-
-    monkeypatch.setattr(uniform_noise, "cuts_of", fewer)
-    monkeypatch.setattr(uniform_sums, "corrected", alone)
-    monkeypatch.setattr(uniform_sums, "_beyond", lambda *_: 0)
 
 
 # -- tables ----------------------------------------------------------------------------------------
@@ -136,7 +117,7 @@ def test_two_folds_of_a_quintic() -> None:
         assert abs(found[k] - many) <= 4e-13 * max(1, abs(many))
 
 
-@pytest.mark.usefixtures("vectorised_only")
+@pytest.mark.usefixtures("vectorised_only", "as_in_float")
 @pytest.mark.parametrize(
     ("c", "kappa", "r", "start"),
     [

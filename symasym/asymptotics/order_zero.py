@@ -13,89 +13,30 @@ import math
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.airy_digits import airy_products, dawson
 from symasym.asymptotics.cubic_map import map_coefficients
 from symasym.asymptotics.cubic_pair import Pair as Local
 from symasym.asymptotics.cubic_pair import mean_of_values, poly, shifted
 from symasym.asymptotics.factors import Factor, Line, Meeting, Pieces, Zero, pieces_of, seen_from
-from symasym.asymptotics.place_sums import Pair, Side, Sides, time_of
+from symasym.asymptotics.order_zero_sums import Edge, Fold, Place, View, side_at, tail
+from symasym.asymptotics.place_sums import Pair, Sides, time_of
 from symasym.drift import Drift
 
 __all__ = ["Scene", "scene_of"]
 
 _MOST_DEGREE = 12
 # As in `symasym.asymptotics.local_double`, `.local_numbers` and `.place_sums`.
-_FACTOR, _FADE, _APART, _MOST_FALL = 5, 8, 0.03, 0.75
+_FACTOR, _FADE, _APART = 5, 8, 0.03
 # Coefficients beyond these are left to the general path, so that float64 has their powers.
 _LARGEST = 1e20
 # lam times the height from an end to a well next to it below which its Gaussian is cut off there.
 _CUT_OFF = 60
 
 
-class _Place(NamedTuple):
-    """A well, barrier or kink: e^{±lam height} times weight lam^-power, and its next terms."""
-
-    kind: str
-    height: Any
-    weight: Any
-    near: float
-    far: float
-
-
-class _Fold(NamedTuple):
-    """A pair: u' = a + b s, the next such pair's size, and the mean of V over both."""
-
-    height: Any
-    zeta: Any
-    a: Any
-    b: Any
-    next_a: float
-    next_b: float
-    onward: bool
-
-
-class _Edge(NamedTuple):
-    """A barrier before the end (`symasym.asymptotics.local_double.Edge`), with V at the end."""
-
-    height: Any
-    t: Any
-    peak: Any
-    rest: Any
-    next_peak: float
-    next_rest: float
-
-
-class _Side(NamedTuple):
-    """One side of the start.
-
-    Attributes
-    ----------
-    start : (mpf, float, float)
-        1/phi there, and the sizes of h_2 and h_3.
-    places : list of _Place or _Fold
-        From the start on.
-    outer : (mpf, float)
-        The integral of 1/phi on its path, and the size of order 1.
-    end : _Place or _Edge or None
-        None where the start is beyond it.
-    height, slope : mpf
-        V and phi where the straight part begins, which is `length` long; 0 if there is none.
-    """
-
-    start: tuple[Any, float, float]
-    places: list[Any]
-    outer: tuple[Any, float]
-    end: Any
-    height: Any
-    slope: Any
-    length: Any
-
-
 class Scene(NamedTuple):
     """A drift, start and radius, ready for any lam."""
 
     context: Any
-    sides: list[_Side]
+    sides: list[View]
     slack: float
     names: list[str]
     # Of a start at u = -1 or 1, where its two sides' next terms do not cancel.
@@ -108,9 +49,9 @@ class Scene(NamedTuple):
         c = self.context
         if lam * self.apart < _CUT_OFF:
             return None
-        left, right = (_at(side, lam, c) for side in self.sides)
+        left, right = (side_at(side, lam, c) for side in self.sides)
         near, far = self.kink
-        start = Pair(c.zero, _tail(near / lam**2, far / lam**3))
+        start = Pair(c.zero, tail(near / lam**2, far / lam**3))
         sides = Sides(left, right, start, start, True)
         if not sides.sure():
             return None
@@ -196,30 +137,30 @@ class _Whole:
                 found += [factor.middle - root, factor.middle + root]
         return found
 
-    def side(self, sign: int) -> _Side:
+    def side(self, sign: int) -> View:
         """What lies right of the start, or, in the mirror, left of it."""
         end = sign * self.reach
         x, at = sign * self.x, self.middle
         phi, slope = sign * poly(self.c, at), sign * poly(self.c, end)
         if x >= 1:
             zero = self.context.zero
-            return _Side((1 / phi, 0, 0), [], (zero, 0), None, zero, phi, self.r - x)
+            return View((1 / phi, 0, 0), [], (zero, 0), None, zero, phi, self.r - x)
         places: list[Any] = []
         outer, order_one = self.outer(sign, end), 0.5 / float(phi) ** 2
         straight = x < -1
         if straight:
             h = self.next_terms(at)
             outer += (-1 - x) / phi
-            places.append(_Place("kink", self.potential(at) - self.base, 1 / phi, *h))
+            places.append(Place("kink", self.potential(at) - self.base, 1 / phi, *h))
         start = 1 / phi, *((0, 0) if straight else self.next_terms(at))
         places += self.places(sign)
         height = self.potential(end) - self.base
         last: Any = self.edge(sign, height)
         if last is None:
             order_one += 0.5 / float(slope) ** 2
-            last = _Place("end", height, 1 / slope, *self.next_terms(end))
+            last = Place("end", height, 1 / slope, *self.next_terms(end))
         length = max(self.r - 1, self.context.zero)
-        return _Side(start, places, (outer, order_one), last, height, slope, length)
+        return View(start, places, (outer, order_one), last, height, slope, length)
 
     def next_terms(self, u: Any) -> tuple[float, float]:
         """|h_2| and |h_3|, the next terms of the series of a start, a kink or an end."""
@@ -244,11 +185,11 @@ class _Whole:
         inside = self.middle < u < self.reach if sign > 0 else -self.reach < u < self.middle
         return bool(inside)
 
-    def place(self, zero: Zero) -> _Place:
+    def place(self, zero: Zero) -> Place:
         c = self.context
         weight = c.sqrt(2 * c.pi / abs(zero.slope))
         kind = "barrier" if zero.slope > 0 else "well"
-        return _Place(kind, self.potential(zero.u) - self.base, weight, *self.ratios(zero.u))
+        return Place(kind, self.potential(zero.u) - self.base, weight, *self.ratios(zero.u))
 
     def ratios(self, u: Any) -> tuple[float, float]:
         """The next two terms of Laplace's series at this zero, over the first."""
@@ -266,7 +207,7 @@ class _Whole:
             found.append(abs(power[-1] * scale))
         return found[0], found[1]
 
-    def fold(self, factor: Factor, meeting: Meeting, sign: int) -> _Fold:
+    def fold(self, factor: Factor, meeting: Meeting, sign: int) -> Fold:
         c, pair = self.context, _local(factor, sign, self.context)
         ((a, b),) = map_coefficients(pair, 1, c, None)
         onward = bool(pair.sign > 0)
@@ -275,11 +216,11 @@ class _Whole:
         psi = [pair.sign * x for x in pair.psi]
         height = self.potential(factor.middle) - mean_of_values(psi, factor.square) - self.base
         self.names.append(f"well and barrier about u = {meeting.point:.6g}")
-        return _Fold(height, pair.zeta, a, b, *_next_terms(meeting.pair), onward)
+        return Fold(height, pair.zeta, a, b, *_next_terms(meeting.pair), onward)
 
     # -- the end ---------------------------------------------------------------------------------
 
-    def edge(self, sign: int, height: Any) -> _Edge | None:
+    def edge(self, sign: int, height: Any) -> Edge | None:
         """The barrier next to the end, if there is one."""
         real = [z for z in self.pieces.zeros if self.inside(z.u, sign)]
         pairs = [
@@ -404,7 +345,7 @@ def _series_at(psi: list[float], y: complex, s: complex) -> tuple[complex, compl
     return w1, w2, w3
 
 
-def _edge(psi: list[Any], gap: Any, drop: Any, ratio: float, height: Any, c: Any) -> _Edge:
+def _edge(psi: list[Any], gap: Any, drop: Any, ratio: float, height: Any, c: Any) -> Edge:
     """phi = x psi(x) from the barrier on (`local_numbers.edge_of`), `drop` above the last well."""
 
     def area(x: Any) -> Any:
@@ -441,135 +382,4 @@ def _edge(psi: list[Any], gap: Any, drop: Any, ratio: float, height: Any, c: Any
     bend = float(poly([(k + 1) * a for k, a in enumerate(psi)], far))
     left = ratio * (1 - keep_next)
     next_rest = -bend / value**3 - float(whole) * left / t_far + float(peak) / t_far**3
-    return _Edge(height, t, peak, rest, abs(left), abs(next_rest))
-
-
-# -- at one lam ------------------------------------------------------------------------------------
-
-
-def _tail(near: Any, far: Any) -> Any:
-    """What two terms say of a series (`place_sums`)."""
-    fall = min(far / near, _MOST_FALL) if near else _MOST_FALL
-    return (near + far) / (1 - fall)
-
-
-def _at(side: _Side, lam: Any, c: Any) -> Side:
-    x = 1 / lam
-    none = Pair(c.zero, c.zero)
-    first, near, far = side.start
-    start = Pair(first * x, _tail(near * x * x, far * x**3))
-    below = scale = none
-    nested = Pair(side.outer[0] * x, side.outer[1] * x * x)
-    for place in side.places:
-        if isinstance(place, _Fold):
-            up, down, both = _airy(place, lam, c)
-            nested = nested + below * up + both
-        elif place.kind == "kink":
-            up, down = _kink(place, x, lam, c)
-            onward = place.weight * x * c.exp(lam * place.height)
-            nested = nested + below * up + down * Pair(onward, c.zero)
-        else:
-            up, down = _gauss(place, x, lam, c), none
-            if place.kind == "well":
-                up, down = none, up
-            else:
-                nested = nested + below * up
-        scale, below = scale + up, below + down
-    factor = c.exp(lam * side.height)
-    if isinstance(side.end, _Edge):
-        shelf, beyond = _shelf(side, lam, c)
-        up, down, both = _cut(side.end, shelf, lam, c)
-        up, down = _scaled(up, factor), _scaled(down, 1 / factor)
-        nested = nested + below * up + both + down * Pair(shelf * factor, c.zero)
-    else:
-        # What is beyond the end goes on from its series, formally.
-        onward = x / side.slope if side.length else c.zero
-        beyond = onward * side.length
-        value = -factor / (lam * side.slope) * c.exp(-lam * side.slope * side.length)
-        up = Pair(value, c.zero)
-        if side.end is not None:
-            kink, down = _kink(side.end, x, lam, c)
-            nested = nested + below * kink + down * Pair(onward * factor, c.zero)
-            scale = scale + kink
-            # Where r is the end itself, nothing is to the right of it.
-            below = below + down if side.length else below
-        nested = nested + below * up
-    nested = Pair(nested.value + beyond, nested.error)
-    return Side(scale + up, nested, start, none)
-
-
-def _scaled(pair: Pair, factor: Any) -> Pair:
-    return Pair(pair.value * factor, pair.error * factor)
-
-
-def _gauss(place: _Place, x: Any, lam: Any, c: Any) -> Pair:
-    sign = 1 if place.kind == "barrier" else -1
-    value = place.weight * c.sqrt(x) * c.exp(sign * lam * place.height)
-    return Pair(value, value * _tail(place.near * x, place.far * x * x))
-
-
-def _kink(place: _Place, x: Any, lam: Any, c: Any) -> tuple[Pair, Pair]:
-    """Nothing to order 0, since phi doesn't jump."""
-    error, height = _tail(place.near * x * x, place.far * x**3), c.exp(lam * place.height)
-    return Pair(c.zero, error * height), Pair(c.zero, error / height)
-
-
-def _airy(f: _Fold, lam: Any, c: Any) -> tuple[Pair, Pair, Pair]:
-    """Both integrals over the pair, and the double one."""
-    third = c.cbrt(lam)
-    small, x = 1 / third, 1 / lam
-    z = third * third * f.zeta
-    found, height = airy_products(z, c), c.exp(lam * f.height)
-    bi, slope = found.bi * (c.pi * small), found.bi_slope * (c.pi * small * small)
-    up, down = f.a * bi + f.b * slope, f.a * bi - f.b * slope
-    next_a, next_b = f.next_a * x, f.next_b * x
-    wrong = next_a * abs(bi) + next_b * abs(slope)
-    if z < 0:
-        # Off the real line a pair leaves both to the start and the ends, but those have it in no
-        # order of their series.
-        size = abs(f.a) * c.sqrt(found.squares) + abs(f.b) * small * c.sqrt(found.slopes)
-        wrong += c.pi * small * size * -c.expm1(z)
-    unit, both = (c.pi * small) ** 2, Pair(c.zero, c.zero)
-    if f.onward:
-        slopes = found.slopes * small * small
-        # Order 1 has the cross term alone, which may vanish; its parts do not.
-        missed = 2 * (abs(f.a) * next_b + next_a * abs(f.b)) * abs(found.cross) * small
-        missed += next_a**2 * found.squares + next_b**2 * slopes
-        both = Pair(unit * (f.a * f.a * found.squares - f.b * f.b * slopes), unit * missed)
-    return Pair(up * height, wrong * height), Pair(down / height, wrong / height), both
-
-
-def _cut(e: _Edge, shelf: Any, lam: Any, c: Any) -> tuple[Pair, Pair, Pair]:
-    """See `local_double`: at the end of the layer, in units of e^{±lam height}."""
-    x = 1 / lam
-    root = c.sqrt(lam)
-    near = dawson(e.t * root * c.sqrt(0.5), c)
-    tail = e.peak * near.shade * c.sqrt(c.pi / 2) / root
-    slow = e.peak * near.value * c.sqrt(2) / root
-    rest = e.rest * x
-    # int F less its own logarithm, which the outer part has.
-    area = near.area - (c.euler + c.log(2 * lam)) / 2 - c.log(e.t)
-    wrong, miss = e.next_peak * x, e.next_rest * x * x
-    error = rest * rest / 2 + slow * (wrong * abs(rest) + miss)
-    return (
-        Pair(shelf - tail - rest, tail * wrong + miss),
-        Pair(slow + rest, slow * wrong + miss),
-        Pair(e.peak**2 * area * x - slow * rest, error),
-    )
-
-
-def _shelf(side: _Side, lam: Any, c: Any) -> tuple[Any, Any]:
-    """int_1^r e^{-lam slope (u - 1)} du, and the double integral beyond the end."""
-    if not side.length:
-        return c.zero, c.zero
-    y = lam * side.slope * side.length
-    first = -c.expm1(-y)
-    if abs(y) > 1e-3:
-        second = y - first
-    else:
-        term, second, k = y * y / 2, c.zero, 2
-        while abs(term) > abs(y * y) * c.eps:
-            second += term
-            k += 1
-            term *= -y / k
-    return side.length * first / y, side.length**2 * second / (y * y)
+    return Edge(height, t, peak, rest, abs(left), abs(next_rest))
