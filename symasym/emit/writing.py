@@ -129,8 +129,8 @@ def signature_doc(function: Ready) -> str:
 
 def told(function: Ready, form: str) -> str:
     """The arguments' values as the language puts them into text: NAME in `form` is a name."""
-    names = function.arguments
-    return ", ".join(f"{name} is {form.replace('NAME', name)}" for name in names) + ": "
+    values = [f"{name} is {form.replace('NAME', name)}" for name in function.arguments]
+    return f"{', '.join(values)}: " if values else ""
 
 
 def refusal(function: Ready) -> list[str]:
