@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
+import mpmath
 import numpy as np
 import sympy
 
@@ -241,6 +242,8 @@ def _integrals() -> list[Plot]:
              lambda r: np.log([_whole(one) for one in r]), _four, "r", log_x=False),
         Plot("tails", "left tail", "a⁻ = 3/2", noise, tail,
              lambda k: np.log(left(kappa=k, a_minus=1.5))),
+        Plot("pair-products", "J", "weights 1; exact: over t = s(v) - s(u) alone, by quadrature",
+             np.linspace(-6, 4, 121), _pair_by_distance, _pair, "Z", log_x=False),
         Plot("gaussian-step", "both integrals", "V″ at the barrier: -1", np.logspace(-1, 2, 60),
              _gaussians, lambda a: np.log(value("gaussian-step")(A_2=a, A_1=-1.0)),
              "V″ at the well"),
@@ -279,6 +282,24 @@ def _whole(r: float) -> float:
     """The same over 0 < v < r, -r < u < v: e^u is integrated by hand."""
     v, w = pieces.nodes(0.0, r, 20)
     return float(np.sum(w * np.exp(v / 2) * (np.exp(v) - np.exp(-r))))
+
+
+def _pair_by_distance(Z: Any) -> Any:
+    """J over the distance t = w² of u and v, by the trapezoidal rule."""
+    w, step = np.linspace(-4, 4, 321, retstep=True)
+    both = np.exp(Z[:, None] * w**2 - w**6 / 12)
+    return np.log(np.sqrt(np.pi) * step * both.sum(axis=1))
+
+
+def _pair(Z: Any) -> Any:
+    airy = {
+        "airyai": mpmath.airyai,
+        "airybi": mpmath.airybi,
+        "airyaiprime": lambda x: mpmath.airyai(x, derivative=1),
+        "airybiprime": lambda x: mpmath.airybi(x, derivative=1),
+    }
+    J = value("pair-products", **airy)
+    return np.log([float(J(Z=z)) for z in Z])
 
 
 def _gaussians(curvature: Any) -> Any:

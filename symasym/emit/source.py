@@ -143,6 +143,11 @@ def rendered(program: Program, target: str) -> Source:
     """The source code of a program."""
     check_target(target)
     functions: list[Ready] = []
+    if target == "mpmath" and any(f.passage and f.passage.uniform for f in program.functions):
+        raise InputError(
+            f"the uniform {program.label} is emitted in double precision; for more digits call "
+            "sa.escape_time with dps=n, or emit the exact time."
+        )
     if target != "latex":
         functions = program.in_digits if target == "mpmath" else program.in_doubles
     if target == "c":
