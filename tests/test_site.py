@@ -63,8 +63,8 @@ EXACT = {
     "filippov", "eq:cont", "noise-amplitude", "eq:phi", "eq:tildexykappa", "eq:tilder",
     "eq:eekappar", "eq:TtildetoT", "eq:phifric0", "eq:forcePerturbed", "eq:forcePWC", "cubic",
     "fr1", "eq:osc2", "fr2", "eq:odeR", "first-integral", "density-R", "eq:FPE", "backward",
-    "positive-form", "positive-density", "pair-products", "panel-step", "eq:V2", "eq:fourPieces", "tails",
-    "gaussian-step",
+    "positive-form", "positive-density", "panel-step", "eq:V2", "eq:fourPieces", "tails",
+    "gaussian-step", "pair-products",
 }  # fmt: skip
 BOUNDS = {"C-bound": 1, "L-bound": -1}
 
