@@ -16,6 +16,7 @@ from strategies import ALL, SAMPLE, drifts, powers_of_ten, rationals
 
 import symasym as sa
 from symasym.asymptotics import outer, places, weak_noise
+from symasym.asymptotics.outer_panels import panel_integrals
 from symasym.context import own_context
 from symasym.exact.local import ExactField
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, linear_sliding, relative
@@ -342,7 +343,7 @@ def test_outer_part_in_three_ways(drift: str) -> None:
     with own_context(40) as context:
         field = ExactField(sa.Drift(drift), False, context)
         fractions = outer.layer_integrals(field, lo, hi, [], count, context)
-        panels = outer._by_panels(field, lo, hi, [], count, context)
+        panels = panel_integrals(field, lo, hi, [], count, context)
         for k, h in enumerate(outer_terms(drift, count)):
             value = sympy.lambdify(sympy.Symbol("u"), h, modules="mpmath")
             with mpmath.workdps(40):
@@ -367,7 +368,7 @@ def test_finite_parts_in_two_ways(drift: sa.Drift, lo: Fraction) -> None:
         field = ExactField(drift, False, context)
         zeros = [u for u, _ in places.simple_zeros(field, lo, Fraction(1), context)]
         fractions = outer.layer_integrals(field, lo, Fraction(1), zeros, 5, context)
-        panels = outer._by_panels(field, lo, Fraction(1), zeros, 5, context)
+        panels = panel_integrals(field, lo, Fraction(1), zeros, 5, context)
         for one, other in zip(fractions, panels, strict=True):
             assert abs(one - other) < 1e-25 * (1 + abs(one))
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from symasym.asymptotics.airy_products import airy_functions, by_parts, pair_terms
 from symasym.asymptotics.cubic_map import map_coefficients
 from symasym.asymptotics.cubic_pair import Pair, shifted
-from symasym.asymptotics.outer import laurent
+from symasym.asymptotics.outer_terms import laurent
 
 __all__ = ["Airy", "Fold", "airy", "fold_of", "parabola"]
 

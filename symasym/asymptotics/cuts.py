@@ -27,7 +27,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.outer import laurent
+from symasym.asymptotics.outer_terms import laurent
 from symasym.asymptotics.places import BEYOND, Half, Place, wells_and_barriers
 from symasym.exact.local import ExactField
 

@@ -18,7 +18,8 @@ from symasym.asymptotics.coefficients import (
     negative_power,
     perron_coefficients,
 )
-from symasym.asymptotics.outer import laurent, layer_integrals
+from symasym.asymptotics.outer import layer_integrals
+from symasym.asymptotics.outer_terms import laurent
 from symasym.errors import AccuracyError, InputError
 from symasym.exact.local import ExactField, to_fraction
 from symasym.landscape import bracketed_zero

@@ -21,7 +21,7 @@ from typing import Any
 import sympy
 
 from symasym.asymptotics.cubic_pair import poly, shifted
-from symasym.asymptotics.outer import laurent
+from symasym.asymptotics.outer_terms import laurent
 from symasym.asymptotics.rings import NumberRing
 from symasym.asymptotics.uniform_ends import series_of
 from symasym.asymptotics.uniform_pair import Nearby, root_test
