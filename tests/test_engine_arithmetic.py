@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Callable
 from fractions import Fraction as F
@@ -226,6 +227,15 @@ def test_double_integral_of_a_constant_drift(rate: str) -> None:
     x = mp.mpf(q[0].numerator) / q[0].denominator
     exact = (mp.exp(x) - 1 - x) / x**2 if x else mp.one / 2
     assert abs(mp.ldexp(int(both), -places) / exact - 1) < mp.ldexp(1, -bits + 3)
+
+
+def test_terms_needed_where_powers_leave_floats() -> None:
+    # A tanh drift at 900 digits has 2,500 coefficients, and 1.4^2500 is no float64.
+    logs = [-k * math.log(2.5) for k in range(2500)]
+    growth = [math.exp(max(x, -740.0)) for x in logs]
+    assert terms_needed(growth[:600], 3000, logs[:600]) == terms_needed(growth[:600], 3000)
+    count = terms_needed(growth, 3000, logs)
+    assert 3000 * math.log(2) / math.log(2.5) < count < 3000 * math.log(2) / math.log(1.4)
 
 
 def test_terms_needed_are_enough_and_not_far_too_many() -> None:

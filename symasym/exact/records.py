@@ -7,6 +7,7 @@ rest; `near`, `far` and `both` are found when a sweep asks.
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -15,6 +16,7 @@ from symasym.errors import AccuracyError
 from symasym.exact.local import ExactField
 from symasym.exact.rational import Rational
 from symasym.exact.taylor import (
+    beyond_floats,
     constant_moments,
     guard_bits,
     integers,
@@ -81,6 +83,14 @@ class Constant(Panel):
         self.both = self.both_bound = h * h * second
 
 
+def _log_size(x: Any) -> float:
+    """At least log |x|, also where x is no float64."""
+    if not x:
+        return -math.inf
+    bits = int(abs(x.numerator).bit_length() - x.denominator.bit_length() + 1)
+    return bits * math.log(2)
+
+
 class Taylor(Panel):
     """A panel whose exponent varies by at most the reach, by Taylor recurrences.
 
@@ -99,7 +109,8 @@ class Taylor(Panel):
         self._numbers, self._h = numbers, numbers.mpf(h)
         self._bits = context.prec + guard_bits(reach)
         self._q, self._denominator = integers(q, self._bits)
-        self._count = terms_needed(size, self._bits)
+        logs = [_log_size(x) for x in q] if beyond_floats(len(q)) else []
+        self._count = terms_needed(size, self._bits, logs)
         self.up = rise > 0
         self.end = numbers.exponential(rise)
         spread = context.exp(2 * reach)

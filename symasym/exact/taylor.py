@@ -21,10 +21,14 @@ from symasym.generated.mpmath_formulas import (
 )
 
 _RATIOS = [1.4 * 1.4**k for k in range(14)]
+# Exponents of e in float64.
+_RANGE = 700
 
 
-def terms_needed(growth: Sequence[float], bits: float) -> int:
+def terms_needed(growth: Sequence[float], bits: float, logs: Sequence[float] = ()) -> int:
     """Number of Taylor terms that leave less than 2^-bits.
+
+    `logs` of `growth` are needed where that may underflow (see `beyond_floats`).
 
     Cauchy's bound on the coefficients of exp(sum growth[k] s^(k+1)), the
     majorant of both solutions, taken at the best of several radii.
@@ -32,13 +36,31 @@ def terms_needed(growth: Sequence[float], bits: float) -> int:
     best = math.inf
     wanted = bits * math.log(2)
     for ratio in _RATIOS:
-        power, total = 1.0, 0.0
-        for g in growth:
-            power *= ratio
-            total += g * power
+        total = _majorant(growth, logs, ratio)
         # the geometric tail of a series with coefficients ratio^-n
         best = min(best, (total + wanted + math.log(ratio / (ratio - 1))) / math.log(ratio))
     return int(best) + 4
+
+
+def beyond_floats(count: int) -> bool:
+    """Whether so many powers of every ratio of `terms_needed` leave float64's range."""
+    return count * math.log(_RATIOS[0]) > _RANGE
+
+
+def _majorant(growth: Sequence[float], logs: Sequence[float], ratio: float) -> float:
+    """sum growth[k] ratio^(k+1)."""
+    power, total = 1.0, 0.0
+    if len(growth) * math.log(ratio) <= _RANGE:
+        for g in growth:
+            power *= ratio
+            total += g * power
+        return total
+    if not logs:
+        return math.inf
+    for k, size in enumerate(logs, start=1):
+        exponent = size + k * math.log(ratio)
+        total += math.exp(exponent) if exponent < _RANGE else math.inf
+    return total
 
 
 def guard_bits(reach: float) -> int:
