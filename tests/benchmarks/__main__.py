@@ -3,7 +3,7 @@
     python -m tests.benchmarks [--long] [--cap SECONDS] [--only PART ...] [--write FILE]
 
 Without --long the quadratures that take minutes are left out. --write puts the tables
-between the two markers of a Markdown file, which must be there.
+between the two markers of a Markdown file, which must be there; with --only the other parts stay.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ import numpy as np
 from mpmath import mp, mpf
 
 import symasym as sa
+from symasym.files import write_bytes
 from symasym.report import peers
 from symasym.report.timing import capped, interleaved, load, machine, peaks, python, seconds, wall
 from tests.benchmarks import stages
@@ -526,6 +527,27 @@ def measured(options: argparse.Namespace) -> str:
     return "\n\n".join([machine(), summary, *texts])
 
 
+def renewed(old: str, new: str) -> str:
+    """`old` with the rows and parts that `new` has, and the others as they were."""
+    (top, rows, parts), (_, new_rows, new_parts) = _taken_apart(old), _taken_apart(new)
+    lines = [new_rows.pop(name, line) for name, line in rows.items()] + [*new_rows.values()]
+    texts = [new_parts.pop(title, text) for title, text in parts.items()] + [*new_parts.values()]
+    return "\n\n".join([f"{top}\n" + "\n".join(lines), *texts])
+
+
+def _taken_apart(tables: str) -> tuple[str, dict[str, str], dict[str, str]]:
+    """What comes before the rows of the summary, the rows by their ratios, the parts by titles."""
+    summary, *parts = tables.strip().split("\n\n### ")
+    top, line, rows = summary.partition("| --- | --- | --- | --- |")
+    by_ratio, above = {}, ""
+    for row in rows.strip().splitlines():
+        name = row.split("|")[1].strip()
+        # "The same" goes with the row above it.
+        above = above + name if name.startswith("the same") else name
+        by_ratio[above] = row
+    return top + line, by_ratio, {p.partition("\n")[0]: f"### {p.strip()}" for p in parts}
+
+
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description=__doc__)
     parser.add_argument("--long", action="store_true", help="quadratures that take minutes as well")
@@ -543,7 +565,10 @@ def main(arguments: list[str] | None = None) -> None:
     after = rest.partition(END)[2]
     if not rest or END not in rest:
         parser.error(f"{options.write} has no lines {START} and {END}; add them.")
-    options.write.write_text(f"{before}{START}\n\n{measured(options)}\n\n{END}{after}")
+    tables = measured(options)
+    if options.only:
+        tables = renewed(rest.partition(END)[0], tables)
+    write_bytes(options.write, f"{before}{START}\n\n{tables}\n\n{END}{after}".encode())
 
 
 if __name__ == "__main__":
