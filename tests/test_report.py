@@ -21,6 +21,7 @@ from symasym.report.diagrams import heat_maps, work_precision
 from symasym.report.measure import Known, Point, known, point
 from symasym.report.methods import Outcome, Run
 from symasym.report.scenes import SCENES, chosen
+from tests.benchmarks import __main__ as benchmarks
 
 PNG = b"\x89PNG\r\n"
 
@@ -251,3 +252,16 @@ def test_how_to_choose_says_what_was_measured() -> None:
     assert "–" in rows["fold"].split("|")[2]  # laplace
     with_lower = [made(method="laplace", setting="order 0"), made(method="laplace", error=1e-15)]
     assert "1e-15 (float64)" in pages.reached(with_lower)
+
+
+def test_some_parts_of_the_benchmarks_are_renewed_alone() -> None:
+    page = (Path(__file__).parents[1] / "docs/speed.md").read_text()
+    old = page.partition(benchmarks.START)[2].partition(benchmarks.END)[0].strip()
+    assert benchmarks.renewed(old, old) == old
+    head = "machine\n\n| ratio | measured | target | met |\n| --- | --- | --- | --- |"
+    new = f"{head}\n| a | 1 | 2 | yes |"
+    with_one = benchmarks.renewed(old, f"{new}\n\n### Import\n\nNothing.")
+    assert with_one.count("\n") < old.count("\n") + 2
+    assert "| a | 1 | 2 | yes |" in with_one
+    assert with_one.endswith("### Import\n\nNothing.")
+    assert "### Weak noise" in with_one
