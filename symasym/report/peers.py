@@ -374,6 +374,8 @@ def pari_log_escape_time(
         check=True,
     )
     spent = time.perf_counter() - start
+    if not done.stdout.strip():
+        raise ArithmeticError("gp printed no number")
     # The largest exponent was taken out of T, and has no part in gp's digits.
     with mp.workdps(dps + 30):
         lam, climb = 2 / kappa**2, Fraction(_climb(c, float(r)))
