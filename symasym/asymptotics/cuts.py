@@ -27,6 +27,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from symasym.asymptotics.airy_digits import dawson
 from symasym.asymptotics.outer_terms import laurent
 from symasym.asymptotics.places import BEYOND, Half, Place, wells_and_barriers
 from symasym.exact.local import ExactField
@@ -291,15 +292,10 @@ def _functions(cut: Cut, lam: Any, context: Any) -> _Functions:
     c = context
     x = abs(cut.t) * c.sqrt(lam / 2)
     side = 1 if cut.t > 0 else -1
-    square = x * x
-    tail = c.exp(square) * c.erfc(x)
-    f = c.sqrt(c.pi) / 2 * c.exp(-square) * c.erfi(x)
-    rising = cut.barrier
-    area = square * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, -square) if rising else _tail_area(x, c)
-    area -= (c.euler + c.log(2 * lam)) / 2
-    return _Functions(
-        side * c.sqrt(c.pi / (2 * lam)) * tail, side * c.sqrt(2 / lam) * f, area / lam
-    )
+    found = dawson(x, c)
+    area = (found.area if cut.barrier else _tail_area(x, c)) - (c.euler + c.log(2 * lam)) / 2
+    sigma, falling = c.sqrt(c.pi / (2 * lam)) * found.shade, c.sqrt(2 / lam) * found.value
+    return _Functions(side * sigma, side * falling, area / lam)
 
 
 def _tail_area(x: Any, c: Any) -> Any:

@@ -35,7 +35,7 @@ from symasym.asymptotics.order_zero import scene_of
 from symasym.asymptotics.places import BEYOND, barriers, whole
 from symasym.asymptotics.uniform_sums import corrected, time_at, whole_at
 from symasym.asymptotics.weak_noise import require_seen, working_digits
-from symasym.asymptotics.weak_noise_arrays import logs_of, rounding_of_places
+from symasym.asymptotics.weak_noise_arrays import logs_of, own_shapes, rounding_of_places
 from symasym.context import own_context
 from symasym.drift import Drift
 from symasym.errors import AccuracyError, InputError
@@ -167,9 +167,7 @@ def _of_arrays(drift: Drift, numbers: dict[str, Any], request: Request, local: b
     """Order 0 of polynomials in float64 where that is enough; the others one by one."""
     scenes = float_scenes(drift, numbers)
     if request.order == 0 and not local:
-        shapes = [np.shape(x) for x in (*drift.values.values(), numbers["start"]) if is_array(x)]
-        if is_array(numbers["r"]) and (scenes.numbers["r"] <= 1).any():
-            shapes.append(np.shape(numbers["r"]))
+        shapes = own_shapes(drift, numbers, scenes)
         logs, errors = logs_of(
             drift, scenes, shapes, (0,), in_float, None, request.full, found_of, smooth=True
         )
