@@ -1,0 +1,1 @@
+"""Answers kept from before a rebuilding, and the comparison with them."""
