@@ -12,7 +12,7 @@ from hypothesis import settings
 from sybil import Example, Sybil
 from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser, SkipParser
 
-from symasym import cli
+from symasym.commands import main as cli
 
 # A busy machine is no failure.
 settings.register_profile("symasym", deadline=None)

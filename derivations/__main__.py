@@ -8,7 +8,7 @@ import sys
 
 def main(arguments: list[str] | None = None) -> int:
     """Run; the exit status is 1 if a check fails."""
-    from symasym.derive_command import add_parsers, run
+    from symasym.commands.derive import add_parsers, run
 
     parser = argparse.ArgumentParser(prog="python -m derivations")
     add_parsers(parser.add_subparsers())

@@ -15,10 +15,10 @@ import sympy
 from derivations.labels import REASONS
 from derivations.registry import build, closure, entries
 from derivations.runner import describe
+from symasym.base.files import write_bytes
 from symasym.derivation import Expansion
 from symasym.derivation.code import TARGETS, function
 from symasym.derivation.results import latex, parts
-from symasym.files import write_bytes
 
 FOLDER = Path(__file__).parent.parent / "symasym" / "generated"
 FORMAT = "symasym-formulas/1"

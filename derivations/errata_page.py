@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from derivations.errata import table
-from symasym.files import write_bytes
+from symasym.base.files import write_bytes
 
 
 def text() -> str:

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from derivations.numerics import Scene, pieces, well_integral
-from symasym.context import own_context
+from symasym.base.contexts import own_context
 
 
 @dataclass(frozen=True)

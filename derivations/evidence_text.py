@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from derivations.evidence import Evidence, escape, friction, well_term
 from derivations.numerics import Scene, pieces
-from symasym.context import own_context
+from symasym.base.contexts import own_context
 
 
 def radius_one() -> Evidence:

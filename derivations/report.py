@@ -9,7 +9,7 @@ from typing import Any
 
 from derivations.labels import REASONS
 from derivations.runner import SCHEMA, slug
-from symasym.files import versions, write_bytes, write_json
+from symasym.base.files import versions, write_bytes, write_json
 
 _MARKS = {"checked": "checked", "assumed": "assumed", "fails": "does not hold"}
 

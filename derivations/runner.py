@@ -12,7 +12,7 @@ from typing import Any
 
 from derivations.content import edited_meanwhile, key
 from derivations.registry import build, closure, entries
-from symasym.files import read_json, write_json
+from symasym.base.files import read_json, write_json
 
 SCHEMA = "symasym-derivation/1"
 

@@ -199,7 +199,7 @@ def friction_drift(d: Any) -> None:
     F = sympy.Function("F")
 
     def by_reduce() -> list[Any]:
-        # The same route as symasym.reduce: freeze at (0, z0), keep y/eps.
+        # The same route as symasym.drift.reduction: freeze at (0, z0), keep y/eps.
         drift = d.use("eq:osc3")[1].subs({z: z0, y: 0})
         inside = drift.subs(F(0), d.use("eq:forcePerturbed"))
         return [inside.subs(u, -1), inside, inside.subs(u, 1)]
@@ -212,7 +212,7 @@ def friction_drift(d: Any) -> None:
     )
 
     def through_reduce() -> list[Any]:
-        from symasym.reduce import reduce
+        from symasym.drift.reduction import reduce
 
         s = Symbol("s", real=True)
         common = 1 - z - y

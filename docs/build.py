@@ -32,7 +32,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     from website import mathjax, pages, stage
 
-    from symasym.errors import SymasymError
+    from symasym.base.errors import SymasymError
 
     begun = time.perf_counter()
     work, site = args.out / "docs", args.out / "site"

@@ -14,11 +14,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from symasym.figures import encode
-from symasym.files import write_bytes
-from symasym.report import pages, stability
-from symasym.report.growth import Grown
-from symasym.report.measure import Point
+from symasym.base.files import write_bytes
+from symasym.workshop.figures import encode
+from symasym.workshop.report import pages, stability
+from symasym.workshop.report.growth import Grown
+from symasym.workshop.report.measure import Point
 
 DOCS = Path(__file__).parent
 # File of a report -> its name in docs/.

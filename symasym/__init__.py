@@ -6,11 +6,10 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from symasym.asymptotics.laplace import laplace_integral
-    from symasym.asymptotics.uniform import uniform_integral
-    from symasym.drift import Drift
-    from symasym.emit import emit
-    from symasym.errors import (
+    from symasym.asymptotics.coalescence.integral import uniform_integral
+    from symasym.asymptotics.laplace.integral import laplace_integral
+    from symasym.asymptotics.proofs.range_bound import RangeBound, weak_noise_bound
+    from symasym.base.errors import (
         AccuracyError,
         InputError,
         OutputError,
@@ -18,16 +17,17 @@ if TYPE_CHECKING:
         RegionError,
         SymasymError,
     )
-    from symasym.estimate import Estimate
+    from symasym.base.estimate import Estimate
+    from symasym.base.scales import Scales, rescale
+    from symasym.drift.drift import Drift
+    from symasym.drift.friction import friction
+    from symasym.drift.reduction import reduce
+    from symasym.drift.smoothings import hill, linear, polynomial, sine, tanh
+    from symasym.emit import emit
     from symasym.formula import Formula, formula
-    from symasym.friction import friction
     from symasym.plan import plan
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
-    from symasym.range_bound import RangeBound, weak_noise_bound
-    from symasym.reduce import reduce
-    from symasym.scales import Scales, rescale
     from symasym.sensitivity import Sensitivity, sensitivity
-    from symasym.smoothings import hill, linear, polynomial, sine, tanh
     from symasym.stokes import stokes_multiplier
 
 __all__ = [
@@ -67,45 +67,45 @@ __all__ = [
 
 #: Where each public name lives; it is loaded when first asked for.
 _HOMES = {
-    "AccuracyError": "symasym.errors",
-    "Drift": "symasym.drift",
-    "Estimate": "symasym.estimate",
+    "AccuracyError": "symasym.base.errors",
+    "Drift": "symasym.drift.drift",
+    "Estimate": "symasym.base.estimate",
     "Formula": "symasym.formula",
-    "InputError": "symasym.errors",
-    "OutputError": "symasym.errors",
-    "RangeBound": "symasym.range_bound",
-    "RangeError": "symasym.errors",
-    "RegionError": "symasym.errors",
-    "Scales": "symasym.scales",
+    "InputError": "symasym.base.errors",
+    "OutputError": "symasym.base.errors",
+    "RangeBound": "symasym.asymptotics.proofs.range_bound",
+    "RangeError": "symasym.base.errors",
+    "RegionError": "symasym.base.errors",
+    "Scales": "symasym.base.scales",
     "Sensitivity": "symasym.sensitivity",
-    "SymasymError": "symasym.errors",
+    "SymasymError": "symasym.base.errors",
     "emit": "symasym.emit",
     "escape_time": "symasym.quantities",
     "exit_probability": "symasym.quantities",
     "formula": "symasym.formula",
-    "friction": "symasym.friction",
-    "hill": "symasym.smoothings",
-    "laplace_integral": "symasym.asymptotics.laplace",
-    "linear": "symasym.smoothings",
+    "friction": "symasym.drift.friction",
+    "hill": "symasym.drift.smoothings",
+    "laplace_integral": "symasym.asymptotics.laplace.integral",
+    "linear": "symasym.drift.smoothings",
     "occupation": "symasym.quantities",
     "plan": "symasym.plan",
-    "polynomial": "symasym.smoothings",
-    "reduce": "symasym.reduce",
-    "rescale": "symasym.scales",
+    "polynomial": "symasym.drift.smoothings",
+    "reduce": "symasym.drift.reduction",
+    "rescale": "symasym.base.scales",
     "sensitivity": "symasym.sensitivity",
-    "sine": "symasym.smoothings",
+    "sine": "symasym.drift.smoothings",
     "stationary_density": "symasym.quantities",
     "stokes_multiplier": "symasym.stokes",
-    "tanh": "symasym.smoothings",
-    "uniform_integral": "symasym.asymptotics.uniform",
-    "weak_noise_bound": "symasym.range_bound",
+    "tanh": "symasym.drift.smoothings",
+    "uniform_integral": "symasym.asymptotics.coalescence.integral",
+    "weak_noise_bound": "symasym.asymptotics.proofs.range_bound",
 }
 
 
 class _Package(ModuleType):
     """This package, whose public names are loaded when first asked for.
 
-    Five verbs have the name of their module (``symasym.friction``): importing the module
+    Five verbs have the name of their module (``symasym.drift.friction``): importing the module
     would put it in the verb's place.
     """
 

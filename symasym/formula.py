@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any
 
-from symasym.errors import InputError
+from symasym.base.errors import InputError
 
 __all__ = ["Formula", "formula", "labels"]
 

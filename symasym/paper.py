@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from symasym.context import own_context, to_mpf
-from symasym.drift import Drift
-from symasym.errors import InputError, RegionError
-from symasym.estimate import Estimate
+from symasym.base.contexts import own_context, to_mpf
+from symasym.base.errors import InputError, RegionError
+from symasym.base.estimate import Estimate
+from symasym.base.inputs import FloatArray, digits, exact, floats, is_array
+from symasym.drift.drift import Drift
+from symasym.drift.scenes import exact_scene, float_scenes, one_scene, require_fits
 from symasym.generated import mpmath_formulas, numpy_formulas
-from symasym.inputs import FloatArray, digits, exact, floats, is_array
-from symasym.scenes import exact_scene, float_scenes, one_scene, require_fits
 
 
 def escape_time(
@@ -98,7 +98,7 @@ def well(drift: Drift, context: Any) -> Well:
     InputError
         If A has other zeros than those of one well and one barrier.
     """
-    from symasym.exact.local import ExactField
+    from symasym.drift.taylor_field import ExactField
 
     a_minus, a_plus = drift.ends
     if a_minus * a_plus <= 0:
@@ -146,7 +146,7 @@ def _number(x: Fraction, context: Any) -> Any:
 
 
 def _escape_by_floats(drift: Drift, kappa: Any, r: Any) -> FloatArray:
-    from symasym.exact.fields import field_of
+    from symasym.drift.float_field import field_of
 
     scenes = float_scenes(drift, {"kappa": kappa, "r": r, "start": 0})
     k, radius = (scenes.numbers[name].reshape(scenes.shape) for name in ("kappa", "r"))
@@ -177,7 +177,7 @@ def _escape_by_floats(drift: Drift, kappa: Any, r: Any) -> FloatArray:
 
 def _well_and_barrier(field: Any, scene: Any) -> tuple[FloatArray, FloatArray, Any]:
     """First two zeros of A inside (-1, 1), and how many there are, for each scene."""
-    from symasym.exact.fields import extremes
+    from symasym.drift.float_field import extremes
 
     marks = extremes(field, scene)
     n = len(scene)
@@ -292,7 +292,7 @@ def _occupation_of_arrays(drift: Drift, kappa: Any, complement: bool, log: bool,
 
 def _lower_bound(drift: Drift, noise: Any, context: Any) -> Any:
     """The unlabelled bound before eq:Psmall2, with the largest L that the drift allows."""
-    from symasym.exact.local import ExactField
+    from symasym.drift.taylor_field import ExactField
 
     field = ExactField(drift, False, context)
     top = field.potential_rise(context.mpf(-1), context.mpf(1))

@@ -9,18 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from symasym.drift import Drift
-from symasym.errors import AccuracyError, InputError, SymasymError
-from symasym.estimate import ErrorKind, Estimate
-from symasym.inputs import exact
+from symasym.base.errors import AccuracyError, InputError, SymasymError
+from symasym.base.estimate import ErrorKind, Estimate
+from symasym.base.inputs import exact
+from symasym.drift.drift import Drift
+from symasym.drift.scenes import Request, as_digits, float_scenes, one_scene, require_drift
 from symasym.plan_arrays import of_arrays, uniform_logs
-from symasym.scenes import (
-    Request,
-    as_digits,
-    float_scenes,
-    one_scene,
-    require_drift,
-)
 
 __all__ = ["Plan", "Term", "plan"]
 
@@ -184,7 +178,7 @@ def automatic(
     else:
         found = _cheapest(drift, numbers, allowed, digits, request.log, ask)[0]
     request = request._replace(method=found.method, order=found.order)
-    from symasym.context import own_context
+    from symasym.base.contexts import own_context
 
     with own_context(digits + 10) as context:
         value, error = (context.make_mpf(x._mpf_) for x in (found.value, found.error))
@@ -238,7 +232,7 @@ def _planned(
     in_float: bool,
 ) -> tuple[Plan, Estimate]:
     """The plan, and the value that it gives, `in_float` if float64 is enough."""
-    from symasym.asymptotics import weak_noise
+    from symasym.asymptotics.weak_noise import answer as weak_noise
 
     rtol = float(allowed)
     refused: dict[str, str] = {}

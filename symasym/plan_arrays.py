@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from symasym.drift import Drift
-from symasym.errors import SymasymError
-from symasym.exact.fields import IntArray
-from symasym.inputs import FloatArray, is_array
-from symasym.scenes import Request, Scenes, as_floats, float_scenes
+from symasym.base.errors import SymasymError
+from symasym.base.inputs import FloatArray, is_array
+from symasym.drift.drift import Drift
+from symasym.drift.float_field import IntArray
+from symasym.drift.scenes import Request, Scenes, as_floats, float_scenes
 
 __all__ = ["of_arrays", "uniform_logs"]
 
@@ -30,7 +30,7 @@ def of_arrays(
 
     Strong noise takes longer than the exact integral in arrays, so that it is left out.
     """
-    from symasym.asymptotics.weak_noise_arrays import index_of, own_shapes
+    from symasym.asymptotics.weak_noise.arrays import index_of, own_shapes
 
     scenes = float_scenes(drift, numbers)
     logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
@@ -67,7 +67,7 @@ def _attempt(
     drift: Drift, numbers: dict[str, Any], name: str, method: str, order: int, index: IntArray
 ) -> tuple[FloatArray, FloatArray]:
     """Logarithms and their errors by one method, infinite errors where it refuses."""
-    from symasym.asymptotics import weak_noise
+    from symasym.asymptotics.weak_noise import answer as weak_noise
 
     scenes = float_scenes(drift, numbers)
     try:
@@ -80,9 +80,9 @@ def _attempt(
 
 def uniform_logs(drift: Drift, scenes: Scenes, index: IntArray) -> tuple[FloatArray, FloatArray]:
     """Order 0 in float64: polynomial A, everything else would cost more than the integral."""
-    from symasym.asymptotics.local_double import escape_time
-    from symasym.asymptotics.meetings_double import found_of
-    from symasym.asymptotics.weak_noise_arrays import logs_of
+    from symasym.asymptotics.uniform.local_arrays import escape_time
+    from symasym.asymptotics.uniform.pairing_arrays import found_of
+    from symasym.asymptotics.weak_noise.arrays import logs_of
 
     logs, errors = logs_of(
         drift, scenes, [], (0,), escape_time, None, True, find=found_of, index=index

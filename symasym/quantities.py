@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.drift import Drift
-from symasym.errors import AccuracyError, InputError, RangeError, RegionError
-from symasym.estimate import Estimate
-from symasym.inputs import FloatArray, digits, exact, is_array
-from symasym.scenes import (
+from symasym.base.errors import AccuracyError, InputError, RangeError, RegionError
+from symasym.base.estimate import Estimate
+from symasym.base.inputs import FloatArray, digits, exact, is_array
+from symasym.drift.drift import Drift
+from symasym.drift.scenes import (
     FLOAT_DIGITS,
     Request,
     Scenes,
@@ -109,13 +109,14 @@ def escape_time(
             escape_time, drift, numbers, rtol, Request("T", method, order, dps, log, full)
         )
     if method in ("laplace", "strong_noise"):
-        from symasym.asymptotics import strong_noise, weak_noise
+        from symasym.asymptotics.strong_noise import answer as strong_noise
+        from symasym.asymptotics.weak_noise import answer as weak_noise
 
         request = Request("T", method, order, dps, log, full)
         expansion = strong_noise if method == "strong_noise" else weak_noise
         return expansion.escape_time(drift, kappa, r, start, request)
     if method in ("local", "uniform"):
-        from symasym.asymptotics import uniform_noise
+        from symasym.asymptotics.uniform import answer as uniform_noise
 
         request = Request("T", method, order, dps, log, full)
         return uniform_noise.escape_time(drift, kappa, r, start, request, local=method == "local")
@@ -186,7 +187,7 @@ def exit_probability(
             partial(exit_probability, complement=complement), drift, numbers, rtol, request
         )
     if method != "exact":
-        from symasym.asymptotics.exit_probability import probability
+        from symasym.asymptotics.weak_noise.exit_probability import probability
 
         require_drift(drift)
         request = Request("1 - C" if complement else "C", method, order, dps, log, full)
@@ -255,7 +256,9 @@ def occupation(
             partial(occupation, complement=complement), drift, {"kappa": kappa}, rtol, request
         )
     if method in ("laplace", "uniform", "strong_noise"):
-        from symasym.asymptotics import strong_noise, uniform_noise, weak_noise
+        from symasym.asymptotics.strong_noise import answer as strong_noise
+        from symasym.asymptotics.uniform import answer as uniform_noise
+        from symasym.asymptotics.weak_noise import answer as weak_noise
 
         request = Request("1 - P" if complement else "P", method, order, dps, log, full)
         known = {"laplace": weak_noise, "uniform": uniform_noise, "strong_noise": strong_noise}
@@ -400,11 +403,12 @@ def _by_digits(task: _Task, dps: int, log: bool, full: bool) -> Any:
 def _by_engines(task: _Task, dps: int, log: bool, full: bool) -> Any:
     from mpmath import mpf
 
-    from symasym.exact import arbitrary, ball
+    from symasym.exact import ball_sweep
+    from symasym.exact import digits as arbitrary
 
     values = exact_scene(task.drift, task.numbers, dps)
     # Where A is no polynomial, ball arithmetic is the faster way as well as the proved one.
-    if ball.available() and (full or task.drift.exact_coefficients() is None):
+    if ball_sweep.available() and (full or task.drift.exact_coefficients() is None):
         found = _by_ball(task, values, dps, log)
         if found:
             return found if full else found.value
@@ -415,11 +419,11 @@ def _by_engines(task: _Task, dps: int, log: bool, full: bool) -> Any:
 
 
 def _by_ball(task: _Task, values: dict[str, Fraction], dps: int, log: bool) -> Estimate | None:
-    from symasym.exact import ball
+    from symasym.exact import ball_sweep
 
     try:
-        enclosure = task.digits_of(ball, task.drift, values, dps + 3, log=log)
-        value, error = ball.to_mpf(enclosure, dps)
+        enclosure = task.digits_of(ball_sweep, task.drift, values, dps + 3, log=log)
+        value, error = ball_sweep.to_mpf(enclosure, dps)
     except AccuracyError:
         return None
     return Estimate(value, error, "bound", "exact", terms=(task.name,))
@@ -459,8 +463,8 @@ def _float_chunk(
     parameters: dict[str, Any],
     exactly: dict[str, Fraction],
 ) -> tuple[FloatArray, FloatArray]:
-    from symasym.exact import double
-    from symasym.exact.fields import field_of
+    from symasym.drift.float_field import field_of
+    from symasym.exact import floats as double
 
     count = len(scenes.lam)
     field = field_of(task.drift, parameters, count)
@@ -478,7 +482,7 @@ def _float_chunk(
 
 
 def _accurate_log(task: _Task, drift: Drift, values: dict[str, Fraction]) -> float:
-    from symasym.exact import arbitrary
+    from symasym.exact import digits as arbitrary
 
     return float(task.digits_of(arbitrary, drift, values, 17, log=True))
 

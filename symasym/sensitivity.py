@@ -10,14 +10,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.arithmetic import MpmathOps
-from symasym.context import own_context, to_mpf
-from symasym.drift import Drift
-from symasym.errors import AccuracyError, InputError
-from symasym.estimate import ErrorKind
-from symasym.inputs import digits, exact, is_array
-from symasym.named import QUANTITIES, call_named, numbers_of
-from symasym.scenes import FLOAT_DIGITS, exact_scene, float_scenes
+from symasym.base.contexts import own_context, to_mpf
+from symasym.base.errors import AccuracyError, InputError
+from symasym.base.estimate import ErrorKind
+from symasym.base.inputs import digits, exact, is_array
+from symasym.commands.named import QUANTITIES, call_named, numbers_of
+from symasym.drift.drift import Drift
+from symasym.drift.scenes import FLOAT_DIGITS, exact_scene, float_scenes
+from symasym.numbers.trees import MpmathOps
 
 __all__ = ["Sensitivity", "sensitivity"]
 
@@ -193,20 +193,20 @@ def _by_balls(
     quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps: int
 ) -> _Found | None:
     """The same, proved; None where balls are missing or take too long."""
-    from symasym.exact import ball, ball_slopes
+    from symasym.exact import ball_sweep, derivatives
 
-    if not ball.available():
+    if not ball_sweep.available():
         return None
     try:
         if "r" in numbers:
-            found = ball_slopes.log_slopes(quantity, drift, **numbers, dps=dps)
+            found = derivatives.log_slopes(quantity, drift, **numbers, dps=dps)
         else:
-            found = ball_slopes.log_slopes_of_occupation(quantity, drift, numbers["kappa"], dps)
+            found = derivatives.log_slopes_of_occupation(quantity, drift, numbers["kappa"], dps)
     # A derivative of A may be singular where A is not; what is wrong for itself is told later.
     except (AccuracyError, InputError):
         return None
     at = {**drift.scalars(), **numbers}
-    slopes = {name: _Slope(*ball.to_mpf(found[name], dps + 10)) for name in at}
+    slopes = {name: _Slope(*ball_sweep.to_mpf(found[name], dps + 10)) for name in at}
     return _Found(call_named(quantity, drift, numbers, dps=dps, log=True), slopes, at)
 
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from symasym.context import own_context, to_mpf
-from symasym.drift import Drift
-from symasym.errors import InputError, SymasymError
-from symasym.inputs import is_array
-from symasym.scenes import exact_scene, float_scenes, one_scene, require_drift
+from symasym.base.contexts import own_context, to_mpf
+from symasym.base.errors import InputError, SymasymError
+from symasym.base.inputs import is_array
+from symasym.drift.drift import Drift
+from symasym.drift.scenes import exact_scene, float_scenes, one_scene, require_drift
 
 __all__ = ["stokes_multiplier"]
 
@@ -88,9 +88,9 @@ def _of_arrays(drift: Drift, kappa: Any, method: str) -> Any:
 
 
 def _multiplier(drift: Drift, kappa: Fraction, method: str, digits: int) -> Any:
-    from symasym.asymptotics.cubic_pair import split_pair
-    from symasym.asymptotics.places import turning_points
-    from symasym.exact.local import ExactField
+    from symasym.asymptotics.weak_noise.critical_points import turning_points
+    from symasym.drift.taylor_field import ExactField
+    from symasym.numbers.quadratic_factor import split_pair
 
     lam = 2 / kappa**2
     with own_context(2 * digits + len(str(int(lam + 1))) + _GUARD) as context:

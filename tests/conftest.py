@@ -6,14 +6,15 @@ from typing import Any
 
 import pytest
 
-from symasym.asymptotics import uniform_noise, uniform_sums
-from symasym.asymptotics.cuts import Cuts
+from symasym.asymptotics.uniform import answer as uniform_noise
+from symasym.asymptotics.uniform import sums
+from symasym.asymptotics.uniform.gaussian_cut import Cuts
 
 
 @pytest.fixture
 def as_in_float(monkeypatch: pytest.MonkeyPatch) -> None:
     """Scenes with more digits leave out what arrays leave out: the start, and wells at the ends."""
-    every, corrected = uniform_noise.cuts_of, uniform_sums.corrected
+    every, corrected = uniform_noise.cuts_of, sums.corrected
 
     def fewer(*given: Any) -> Cuts:
         found = every(*given)
@@ -24,5 +25,5 @@ def as_in_float(monkeypatch: pytest.MonkeyPatch) -> None:
         return corrected(cuts, [], *rest)
 
     monkeypatch.setattr(uniform_noise, "cuts_of", fewer)
-    monkeypatch.setattr(uniform_sums, "corrected", alone)
-    monkeypatch.setattr(uniform_sums, "_beyond", lambda *_: 0)
+    monkeypatch.setattr(sums, "corrected", alone)
+    monkeypatch.setattr(sums, "_beyond", lambda *_: 0)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from symasym.emit import Source
-from symasym.emit.to_c import compiler
+from symasym.emit.targets.to_c import compiler
 
 NO_COMPILER = "no C compiler on this machine"
 NO_NODE = "no Node on this machine"

@@ -1,8 +1,8 @@
 """The table of scenes, which is in the package because `symasym verify` needs it there."""
 
-from symasym.closed_forms import constant_drift, linear_sliding
-from symasym.comparing import distance, logarithm, relative
-from symasym.problems import (
+from symasym.workshop.closed_forms import constant_drift, linear_sliding
+from symasym.workshop.comparing import distance, logarithm, relative
+from symasym.workshop.problems import (
     BY_NAME,
     FOLD,
     KNOWN_WRONG,

@@ -13,7 +13,7 @@ import pytest
 from problems import BY_NAME, distance, logarithm, relative
 
 import symasym as sa
-from symasym.exact import arbitrary
+from symasym.exact import digits as arbitrary
 
 # -- arrays --------------------------------------------------------------------------------------
 

@@ -15,9 +15,11 @@ import numpy as np
 import pytest
 from test_witness import Formula, constant_drift
 
-from symasym import smoothings
-from symasym.errors import AccuracyError, InputError, RegionError
-from symasym.exact import ball, ball_drift, ball_panels, witness
+from symasym.base.errors import AccuracyError, InputError, RegionError
+from symasym.drift import smoothings
+from symasym.exact import ball_panels, ball_sweep
+from symasym.numbers import balls
+from symasym.workshop import reference_quadrature
 
 flint = pytest.importorskip("flint")
 
@@ -39,7 +41,7 @@ def rational(x: Any) -> F:
 
 def assert_meets(enclosure: Any, value: Any, dps: int) -> None:
     """`value`, known to `dps` digits, and the ball agree; the ball is as narrow as it says."""
-    middle, radius = (rational(x) for x in ball.to_mpf(enclosure, dps + 10))
+    middle, radius = (rational(x) for x in ball_sweep.to_mpf(enclosure, dps + 10))
     known = rational(value)
     assert radius <= abs(middle) / F(10) ** dps
     assert abs(middle - known) <= radius + abs(known) / F(10) ** dps
@@ -65,8 +67,8 @@ SCENES = {
 def test_escape_against_quadrature(name: str) -> None:
     drift, kappa, r, start = SCENES[name]
     for verb in ("escape_time", "exit_probability"):
-        reference = getattr(witness, verb)(drift, kappa, r, start, 22)
-        assert_meets(getattr(ball, verb)(drift, kappa, r, start, 22), reference, 22)
+        reference = getattr(reference_quadrature, verb)(drift, kappa, r, start, 22)
+        assert_meets(getattr(ball_sweep, verb)(drift, kappa, r, start, 22), reference, 22)
 
 
 @pytest.mark.parametrize(
@@ -80,11 +82,11 @@ def test_escape_against_quadrature(name: str) -> None:
 )
 def test_stationary_against_quadrature(drift: Any, kappa: F) -> None:
     for complement in (False, True):
-        reference = witness.occupation(drift, kappa, 22, complement=complement)
-        assert_meets(ball.occupation(drift, kappa, 22, complement=complement), reference, 22)
+        reference = reference_quadrature.occupation(drift, kappa, 22, complement=complement)
+        assert_meets(ball_sweep.occupation(drift, kappa, 22, complement=complement), reference, 22)
     for y in (F(-7, 3), F(1, 3), F(1)):
-        reference = witness.stationary_density(drift, kappa, y, 22)
-        assert_meets(ball.stationary_density(drift, kappa, y, 22), reference, 22)
+        reference = reference_quadrature.stationary_density(drift, kappa, y, 22)
+        assert_meets(ball_sweep.stationary_density(drift, kappa, y, 22), reference, 22)
 
 
 FUNCTIONS: dict[str, Callable[[Any, Any], Any]] = {
@@ -113,13 +115,17 @@ FUNCTIONS: dict[str, Callable[[Any, Any], Any]] = {
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_every_function_a_drift_may_contain(name: str) -> None:
     drift, scene = Formula(FUNCTIONS[name]), (F(3, 2), F(2), F(-1, 3), 20)
-    assert_meets(ball.escape_time(drift, *scene), witness.escape_time(drift, *scene), 20)
+    assert_meets(
+        ball_sweep.escape_time(drift, *scene), reference_quadrature.escape_time(drift, *scene), 20
+    )
 
 
 def test_a_constant_that_ignores_u() -> None:
     drift = Formula(lambda u, ops: ops.sin(ops.rational(F(1, 2))))
     scene = (F(1), F(2), F(0), 20)
-    assert_meets(ball.escape_time(drift, *scene), witness.escape_time(drift, *scene), 20)
+    assert_meets(
+        ball_sweep.escape_time(drift, *scene), reference_quadrature.escape_time(drift, *scene), 20
+    )
 
 
 @pytest.mark.parametrize(
@@ -136,7 +142,7 @@ def test_a_constant_that_ignores_u() -> None:
 )
 def test_what_is_not_analytic_is_refused(function: Callable[[Any, Any], Any]) -> None:
     with pytest.raises(AccuracyError, match="may not be analytic"):
-        ball.escape_time(Formula(function), F(1), F(2), F(0), 15)
+        ball_sweep.escape_time(Formula(function), F(1), F(2), F(0), 15)
 
 
 @pytest.mark.parametrize(
@@ -149,10 +155,10 @@ def test_what_is_not_analytic_is_refused(function: Callable[[Any, Any], Any]) ->
 def test_balls_across_a_branch_cut_are_not_finite(function: str, on_cut: complex) -> None:
     spread = flint.arb(0, 0.01)
     across = flint.acb(on_cut) + flint.acb(spread, spread)
-    assert not getattr(ball_drift.BallOps(), function)(across).is_finite()
+    assert not getattr(balls.BallOps(), function)(across).is_finite()
     off = across + (1 + 1j) * 0.1
-    assert getattr(ball_drift.BallOps(), function)(off).is_finite()
-    assert not ball_drift.BallOps().power(flint.acb(-1, spread), F(1, 3)).is_finite()
+    assert getattr(balls.BallOps(), function)(off).is_finite()
+    assert not balls.BallOps().power(flint.acb(-1, spread), F(1, 3)).is_finite()
 
 
 def test_constant_drift_closed_form() -> None:
@@ -164,8 +170,8 @@ def test_constant_drift_closed_form() -> None:
     ]:
         time_, probability = constant_drift(a, kappa, r, start)
         drift = smoothings.polynomial(a)
-        assert_meets(ball.escape_time(drift, kappa, r, start, 40), time_, 40)
-        assert_meets(ball.exit_probability(drift, kappa, r, start, 40), probability, 40)
+        assert_meets(ball_sweep.escape_time(drift, kappa, r, start, 40), time_, 40)
+        assert_meets(ball_sweep.exit_probability(drift, kappa, r, start, 40), probability, 40)
 
 
 def test_no_drift_is_brownian_motion() -> None:
@@ -174,9 +180,9 @@ def test_no_drift_is_brownian_motion() -> None:
     time_, probability = (r**2 - start**2) / kappa**2, (r - start) / (2 * r)
     # flint rounds a rational to the current precision before it compares.
     with flint.ctx.workprec(400):
-        assert ball.escape_time(drift, kappa, r, start, 50).contains(ball_drift.exact_ball(time_))
-        assert ball.exit_probability(drift, kappa, r, start, 50).contains(
-            ball_drift.exact_ball(probability)
+        assert ball_sweep.escape_time(drift, kappa, r, start, 50).contains(balls.exact_ball(time_))
+        assert ball_sweep.exit_probability(drift, kappa, r, start, 50).contains(
+            balls.exact_ball(probability)
         )
 
 
@@ -184,21 +190,21 @@ def test_no_drift_is_brownian_motion() -> None:
 def test_mirror_image(name: str) -> None:
     drift, kappa, r, start = SCENES[name]
     mirrored = Formula(lambda u, ops: -drift.evaluate(-u, ops))
-    assert ball.escape_time(drift, kappa, r, start, 25).overlaps(
-        ball.escape_time(mirrored, kappa, r, -start, 25)
+    assert ball_sweep.escape_time(drift, kappa, r, start, 25).overlaps(
+        ball_sweep.escape_time(mirrored, kappa, r, -start, 25)
     )
-    through_right = ball.exit_probability(mirrored, kappa, r, -start, 25)
-    other = ball.exit_probability(drift, kappa, r, start, 25, complement=True)
+    through_right = ball_sweep.exit_probability(mirrored, kappa, r, -start, 25)
+    other = ball_sweep.exit_probability(drift, kappa, r, start, 25, complement=True)
     assert other.overlaps(through_right)
-    assert (other + ball.exit_probability(drift, kappa, r, start, 25)).overlaps(flint.arb(1))
+    assert (other + ball_sweep.exit_probability(drift, kappa, r, start, 25)).overlaps(flint.arb(1))
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_precisions_nest_and_polynomials_equal_formulas(name: str) -> None:
     drift, kappa, r, start = SCENES[name]
-    low = ball.escape_time(drift, kappa, r, start, 6)
-    middle = ball.escape_time(Formula(drift.evaluate), kappa, r, start, 27)
-    high = ball.escape_time(drift, kappa, r, start, 60)
+    low = ball_sweep.escape_time(drift, kappa, r, start, 6)
+    middle = ball_sweep.escape_time(Formula(drift.evaluate), kappa, r, start, 27)
+    high = ball_sweep.escape_time(drift, kappa, r, start, 60)
     with flint.ctx.workprec(400):
         for other in (low, middle):
             assert other.overlaps(high)
@@ -209,9 +215,9 @@ def test_density_at_the_corners_gives_the_tails() -> None:
     for drift in (smoothings.linear(1, "-1/3"), smoothings.tanh(1, "-1/3", 4)):
         kappa = F(1, 2)
         rate_minus, rate_plus = flint.arb(8), flint.arb(8) / 3
-        tails = ball.stationary_density(drift, kappa, F(-1), 30) / rate_minus
-        tails += ball.stationary_density(drift, kappa, F(1), 30) / rate_plus
-        assert tails.overlaps(ball.occupation(drift, kappa, 30, complement=True))
+        tails = ball_sweep.stationary_density(drift, kappa, F(-1), 30) / rate_minus
+        tails += ball_sweep.stationary_density(drift, kappa, F(1), 30) / rate_plus
+        assert tails.overlaps(ball_sweep.occupation(drift, kappa, 30, complement=True))
 
 
 def test_escape_time_solves_its_differential_equation() -> None:
@@ -219,18 +225,18 @@ def test_escape_time_solves_its_differential_equation() -> None:
     drift, kappa, r = SCENES["tanh"][:3]
     x, h = F(1, 5), F(1, 10**8)
     with flint.ctx.workprec(300):
-        T = [ball.escape_time(drift, kappa, r, x + k * h, 70) for k in (-2, -1, 0, 1, 2)]
+        T = [ball_sweep.escape_time(drift, kappa, r, x + k * h, 70) for k in (-2, -1, 0, 1, 2)]
         step = flint.arb(flint.fmpq(1, 10**8))
         first = (T[0] - 8 * T[1] + 8 * T[3] - T[4]) / (12 * step)
         second = (-T[0] + 16 * T[1] - 30 * T[2] + 16 * T[3] - T[4]) / (12 * step**2)
-        A = drift.evaluate(flint.arb(flint.fmpq(1, 5)), ball_drift.BallOps())
+        A = drift.evaluate(flint.arb(flint.fmpq(1, 5)), balls.BallOps())
         residual = second * flint.arb(flint.fmpq(1, 8)) + A * first + 1
         assert abs(residual) < 1e-25
 
 
 def panels_of(drift: Any, center: F, half: F, lam: F, terms: int) -> Any:
-    profile = ball_drift.profile_of(drift)
-    bound = ball_drift.exact_ball(lam * half) * profile.bound(center, ball_panels.RATIO * half)
+    profile = balls.profile_of(drift)
+    bound = balls.exact_ball(lam * half) * profile.bound(center, ball_panels.RATIO * half)
     return ball_panels.Panel(profile, lam, center, half, bound, terms)
 
 
@@ -244,9 +250,9 @@ def test_truncation_is_enclosed_when_terms_are_few(moment: str) -> None:
         )
         center, half = F(rng.randint(-9, 9), 10), F(1, rng.randint(30, 200))
         lam = F(rng.randint(1, 60))
-        with ball_drift.precision(rng.randint(60, 300)):
+        with balls.precision(rng.randint(60, 300)):
             few = getattr(panels_of(drift, center, half, lam, rng.randint(6, 25)), moment)
-        with ball_drift.precision(400):
+        with balls.precision(400):
             many = getattr(panels_of(drift, center, half, lam, 250), moment)
             assert few.contains(many.mid())
             assert many.rad() < 1e-30
@@ -262,7 +268,7 @@ def test_cauchy_bounds_hold_on_their_circle(drift: Any, monkeypatch: pytest.Monk
 
     monkeypatch.setattr(ball_panels.Panel, "_tail", record)
     center, half, lam = F(1, 3), F(1, 20), F(9)
-    with ball_drift.precision(100):
+    with balls.precision(100):
         # Two functions are cut off, and both of what is left out goes into the radius.
         assert panels_of(drift, center, half, lam, 40).nested.rad() > 100 * float(half) ** 2
         assert len(used) == 2
@@ -290,16 +296,16 @@ def test_exponential_quotients(order: int) -> None:
     rng = random.Random(order)
     for _ in range(300):
         x = F(rng.choice([-1, 1]) * rng.randint(0, 10**6), 10 ** rng.randint(3, 60))
-        with ball_drift.precision(rng.randint(30, 200)):
-            found = ball_panels.exp_quotient(ball_drift.exact_ball(x), order)
-        with ball_drift.precision(2000):
-            X = ball_drift.exact_ball(x)
+        with balls.precision(rng.randint(30, 200)):
+            found = ball_panels.exp_quotient(balls.exact_ball(x), order)
+        with balls.precision(2000):
+            X = balls.exact_ball(x)
             exact = flint.arb(1) / order
             if x:
                 exact = X.expm1() / X if order == 1 else (X.expm1() - X) / X**2
             assert found.contains(exact.mid())
             assert found.rad() < abs(found) * flint.arb(2) ** -25
-    with ball_drift.precision(64):
+    with balls.precision(64):
         around = ball_panels.exp_quotient(flint.arb(0, 0.5), order)
         for x in (-0.5, -0.1, 0.3, 0.5):
             assert around.contains(ball_panels.exp_quotient(flint.arb(x), order).mid())
@@ -311,10 +317,10 @@ def test_exponential_quotients(order: int) -> None:
 def test_logarithms() -> None:
     drift, kappa, r, start = SCENES["sliding"]
     for verb, arguments in [
-        (ball.escape_time, (drift, kappa, r, start, 30)),
-        (ball.exit_probability, (drift, kappa, r, start, 30)),
-        (ball.occupation, (drift, kappa, 30)),
-        (ball.stationary_density, (drift, kappa, start, 30)),
+        (ball_sweep.escape_time, (drift, kappa, r, start, 30)),
+        (ball_sweep.exit_probability, (drift, kappa, r, start, 30)),
+        (ball_sweep.occupation, (drift, kappa, 30)),
+        (ball_sweep.stationary_density, (drift, kappa, start, 30)),
     ]:
         value, logarithm = verb(*arguments), verb(*arguments, log=True)
         with flint.ctx.workprec(200):
@@ -325,20 +331,20 @@ def test_logarithms() -> None:
 def test_logarithm_of_almost_one_keeps_its_digits() -> None:
     drift = smoothings.linear(1, 1)  # C = 1/(1 + e^{200000})
     scene = (drift, F(1, 10), F(1000), F(0), 30)
-    logarithm = ball.exit_probability(*scene, complement=True, log=True)
+    logarithm = ball_sweep.exit_probability(*scene, complement=True, log=True)
     with flint.ctx.workprec(200):
         assert logarithm.overlaps(-(flint.arb(-200_000).exp().log1p()))
         assert logarithm.rad() <= abs(logarithm) * flint.arb(10) ** -30
 
 
 def test_logarithm_zero() -> None:
-    logarithm = ball.escape_time(smoothings.polynomial(0), F(1), F(1), F(0), 20, log=True)
+    logarithm = ball_sweep.escape_time(smoothings.polynomial(0), F(1), F(1), F(0), 20, log=True)
     assert logarithm.contains(0)
     assert logarithm.rad() < 1e-39
 
 
 def test_values_beyond_float64() -> None:
-    logarithm = ball.escape_time(friction(3, 1, "-0.3"), F(1, 30), F(10), F(0), 20, log=True)
+    logarithm = ball_sweep.escape_time(friction(3, 1, "-0.3"), F(1, 30), F(10), F(0), 20, log=True)
     assert 320 < float(logarithm) < 330
 
 
@@ -354,15 +360,15 @@ def test_to_mpf_covers_the_ball() -> None:
             x += flint.arb(0, rng.random() * 10.0 ** rng.randint(-40, 5))
             x *= flint.arb(2) ** rng.randint(-5000, 5000)
         dps = rng.randint(1, 60)
-        middle, radius = (rational(part) for part in ball.to_mpf(x, dps))
+        middle, radius = (rational(part) for part in ball_sweep.to_mpf(x, dps))
         with flint.ctx.workprec(20_000):
             low, high = rational(x.mid() - x.rad()), rational(x.mid() + x.rad())
         assert middle - radius <= low <= high <= middle + radius
         assert abs(middle - rational(x.mid())) <= abs(middle) / F(10) ** (dps - 1)
     assert mpmath.mp.prec == before
-    assert isinstance(ball.to_mpf(flint.arb(1), 5)[0], mpmath.mpf)
+    assert isinstance(ball_sweep.to_mpf(flint.arb(1), 5)[0], mpmath.mpf)
     with pytest.raises(AccuracyError, match="not finite"):
-        ball.to_mpf(flint.arb.nan(), 5)
+        ball_sweep.to_mpf(flint.arb.nan(), 5)
 
 
 def test_flint_context_is_put_back() -> None:
@@ -370,10 +376,10 @@ def test_flint_context_is_put_back() -> None:
     with flint.ctx.workprec(77):
         cap, flint.ctx.cap = flint.ctx.cap, 13
         try:
-            ball.escape_time(drift, kappa, r, start, 20)
+            ball_sweep.escape_time(drift, kappa, r, start, 20)
             assert (flint.ctx.prec, flint.ctx.cap) == (77, 13)
             with pytest.raises(AccuracyError):
-                ball.escape_time(Formula(lambda u, ops: 1 / u), kappa, r, start, 20)
+                ball_sweep.escape_time(Formula(lambda u, ops: 1 / u), kappa, r, start, 20)
             assert (flint.ctx.prec, flint.ctx.cap) == (77, 13)
         finally:
             flint.ctx.cap = cap
@@ -384,7 +390,7 @@ def test_threads_do_not_spoil_each_other() -> None:
     found: dict[int, Any] = {}
 
     def work(dps: int) -> None:
-        found[dps] = ball.escape_time(drift, kappa, r, start, dps)
+        found[dps] = ball_sweep.escape_time(drift, kappa, r, start, dps)
 
     threads = [threading.Thread(target=work, args=(dps,)) for dps in range(10, 70, 10)]
     before, interval = (flint.ctx.prec, flint.ctx.cap), sys.getswitchinterval()
@@ -402,7 +408,7 @@ def test_threads_do_not_spoil_each_other() -> None:
 
 
 def test_missing_coefficients_are_noticed() -> None:
-    with ball_drift.precision(100):
+    with balls.precision(100):
         panel = panels_of(smoothings.tanh(1, 2, 5), F(0), F(1, 100), F(1), 30)
         _ = panel._exponent
         flint.ctx.cap = 5  # as another thread would
@@ -415,7 +421,7 @@ def test_missing_coefficients_are_noticed() -> None:
 def test_too_much_work_is_refused_soon(drift: Any, kappa: F) -> None:
     begin = time.perf_counter()
     with pytest.raises(AccuracyError, match="without a ball"):
-        ball.escape_time(drift, kappa, F(10), F(0), 30)
+        ball_sweep.escape_time(drift, kappa, F(10), F(0), 30)
     # The widest of these are refused before any panel is cut.
     assert time.perf_counter() - begin < (10 if kappa > F(1, 1000) else 0.5)
 
@@ -423,32 +429,32 @@ def test_too_much_work_is_refused_soon(drift: Any, kappa: F) -> None:
 def test_refusals() -> None:
     drift = smoothings.linear(1, -2)
     with pytest.raises(InputError, match="kappa is 0"):
-        ball.occupation(drift, F(0), 10)
+        ball_sweep.occupation(drift, F(0), 10)
     with pytest.raises(InputError, match="r is 0"):
-        ball.escape_time(drift, F(1), F(0), F(0), 10)
+        ball_sweep.escape_time(drift, F(1), F(0), F(0), 10)
     with pytest.raises(InputError, match="start is -2"):
-        ball.exit_probability(drift, F(1), F(2), F(-2), 10)
+        ball_sweep.exit_probability(drift, F(1), F(2), F(-2), 10)
     for other in (smoothings.linear(1, 2), smoothings.linear(-1, -1), smoothings.linear(0, -1)):
         with pytest.raises(RegionError, match="no stationary"):
-            ball.occupation(other, F(1), 10)
+            ball_sweep.occupation(other, F(1), 10)
         with pytest.raises(RegionError, match="no stationary"):
-            ball.stationary_density(other, F(1), F(0), 10)
+            ball_sweep.stationary_density(other, F(1), F(0), 10)
 
 
 def test_a_sign_that_needs_more_precision() -> None:
     tiny = F(1, 10**80)
     drift = Formula(lambda u, ops: ops.sin(ops.pi()) + ops.rational(tiny) - (1 + u))
-    value = ball.occupation(drift, F(1), 10)
-    assert value.overlaps(ball.occupation(smoothings.linear(tiny, tiny - 2), F(1), 10))
+    value = ball_sweep.occupation(drift, F(1), 10)
+    assert value.overlaps(ball_sweep.occupation(smoothings.linear(tiny, tiny - 2), F(1), 10))
     assert value.rad() < value * 1e-10
     undecided = Formula(lambda u, ops: ops.sin(ops.pi()) - (1 + u))
     with pytest.raises(AccuracyError, match="no ball"):
-        ball.occupation(undecided, F(1), 10)
+        ball_sweep.occupation(undecided, F(1), 10)
 
 
 def test_without_flint(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert ball.available()
+    assert ball_sweep.available()
     monkeypatch.setitem(sys.modules, "flint", None)
-    assert not ball.available()
+    assert not ball_sweep.available()
     with pytest.raises(AccuracyError, match="pip install python-flint"):
-        ball.escape_time(smoothings.linear(1, -2), F(1), F(2), F(0), 10)
+        ball_sweep.escape_time(smoothings.linear(1, -2), F(1), F(2), F(0), 10)

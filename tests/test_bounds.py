@@ -12,12 +12,13 @@ from hypothesis import given, settings
 from strategies import ALL, SAMPLE, scenes
 
 import symasym as sa
-from symasym.asymptotics.layer_bounds import layer_of
-from symasym.exact import ball, witness
-from symasym.exact.ball_drift import precision
+from symasym.asymptotics.proofs.layer_bounds import layer_of
+from symasym.exact import ball_sweep
+from symasym.numbers.balls import precision
+from symasym.workshop import reference_quadrature
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, relative
 
-needs_flint = pytest.mark.skipif(not ball.available(), reason="python-flint is not installed")
+needs_flint = pytest.mark.skipif(not ball_sweep.available(), reason="python-flint is not installed")
 FRICTION = sa.friction(3, 1, "-0.3")
 BOUND: dict[str, Any] = {"method": "bound"}
 LAPLACE: dict[str, Any] = {"method": "laplace"}
@@ -144,13 +145,15 @@ def test_constant_drift() -> None:
 
 @needs_flint
 def test_layer_against_plain_quadrature() -> None:
-    wanted = witness.exit_probability(FRICTION, Fraction(2, 5), Fraction(2), Fraction(1, 5), 15)
+    wanted = reference_quadrature.exit_probability(
+        FRICTION, Fraction(2, 5), Fraction(2), Fraction(1, 5), 15
+    )
     found = sa.exit_probability(FRICTION, "2/5", 2, start="1/5", **BOUND, full=True, dps=20)
     assert distance(found.value, wanted) <= found.error < 0.02 * found.value
     with precision(128):
         layer = layer_of(FRICTION, False, Fraction(-1), Fraction(1))
         # V(1), less V(-1) = 0, is -2 c0 - 2 c2/3.
-        assert layer.end.contains(ball.exact_ball(Fraction(-26, 10)))
+        assert layer.end.contains(ball_sweep.exact_ball(Fraction(-26, 10)))
         kinds = [type(r.peak).__name__ for r in layer.regions if r.peak]
     assert kinds == ["Edge", "Barrier"]
 

@@ -11,7 +11,7 @@ import pytest
 from mpmath import mp, mpf
 
 import symasym as sa
-from symasym.cli import main
+from symasym.commands.main import main
 
 FRICTION = ["--drift", "friction", "--set", "mu=3", "--set", "alpha=1", "--set", "z0=-0.4"]
 ESCAPE = ["value", "escape-time", *FRICTION, "--kappa", "0.1", "--r", "10"]
@@ -179,7 +179,11 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out.startswith("symasym 0.")
 
 
-PROGRAM = [sys.executable, "-c", "import sys; from symasym.cli import main; sys.exit(main())"]
+PROGRAM = [
+    sys.executable,
+    "-c",
+    "import sys; from symasym.commands.main import main; sys.exit(main())",
+]
 
 
 def test_a_reader_that_left_is_no_traceback() -> None:
@@ -203,7 +207,7 @@ def test_full_standard_output_is_one_sentence() -> None:
 
 def test_value_loads_neither_sympy_nor_matplotlib() -> None:
     code = (
-        "import sys; from symasym.cli import main; main(sys.argv[1:])\n"
+        "import sys; from symasym.commands.main import main; main(sys.argv[1:])\n"
         "assert not {'sympy', 'matplotlib'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code, *ESCAPE, "--dps", "20"], check=True)

@@ -6,9 +6,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from symasym.asymptotics.cubic_map import cubic_map, split_pair
-from symasym.context import own_context
-from symasym.errors import AccuracyError, InputError
+from symasym.asymptotics.coalescence.cubic_map import cubic_map, split_pair
+from symasym.base.contexts import own_context
+from symasym.base.errors import AccuracyError, InputError
 
 NEAR = ["0", "1e-300", "1e-30", "-1e-30", "-1e-8", "1/100", "-1/100"]
 FAR = ["1/20", "-1/20", "1/4", "-1/4"]
@@ -95,7 +95,7 @@ def test_floats():
 
 def test_no_step_where_the_way_changes():
     """Circle and series at each zero, near where one takes over (here without guard digits)."""
-    from symasym.asymptotics import cubic_map as module
+    from symasym.asymptotics.coalescence import cubic_map as module
 
     with own_context(40) as context:
         pair = split_pair(drift("1/50"), context)

@@ -269,7 +269,7 @@ def test_straight_lines_have_closed_forms():
     """The reference that double integrals are compared with, against quadrature."""
     from derivations.numerics import integral, nested, uniform
     from derivations.section5_escape import BENDS
-    from symasym.context import own_context
+    from symasym.base.contexts import own_context
 
     with own_context(25) as ctx:
         kappa, r = ctx.mpf("1.1"), ctx.mpf("1.7")

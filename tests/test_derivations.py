@@ -15,7 +15,7 @@ import pytest
 
 from derivations import registry, report, runner
 from derivations.labels import PAPER, REASONS, UNLABELLED
-from symasym import cli
+from symasym.commands import main as cli
 from symasym.derivation import DerivationError, Identity, mutation_test
 from tests.latex import compiled, needs_latex
 
@@ -56,7 +56,7 @@ def _python(folder: Path, program: str, *arguments: str) -> str:
 
 _DERIVE = (
     "import sys, json; from pathlib import Path\n"
-    "from symasym.derive_command import derive\n"
+    "from symasym.commands.derive import derive\n"
     "found = derive(sys.argv[2:], Path(sys.argv[1]))\n"
     "print(json.dumps(found))\n"
 )
@@ -340,7 +340,7 @@ def test_text_for_latex():
 def _command(*arguments: str, capsys) -> tuple[int, str, str]:
     import argparse
 
-    from symasym.derive_command import add_parsers, run
+    from symasym.commands.derive import add_parsers, run
 
     parser = argparse.ArgumentParser()
     add_parsers(parser.add_subparsers())

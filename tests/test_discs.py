@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symasym as sa
-from symasym.arithmetic import FUNCTIONS, MpmathOps, NumpyOps
-from symasym.discs import DiscOps, tame
+from symasym.numbers.complex_balls import DiscOps, tame
+from symasym.numbers.trees import FUNCTIONS, MpmathOps, NumpyOps
 
 ARRAYS = DiscOps(NumpyOps())
 NUMBERS = DiscOps(MpmathOps(mpmath.MPContext()))

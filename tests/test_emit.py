@@ -13,7 +13,7 @@ import pytest
 import sympy
 
 import symasym as sa
-from symasym import cli
+from symasym.commands import main as cli
 from symasym.formula import formula, labels
 from tests import emitted
 from tests.problems import BY_NAME, tagged
@@ -196,7 +196,7 @@ def _name(kind, problem):
 
 def _potential(drift, u):
     """V(u) by quadrature of the drift."""
-    from symasym.arithmetic import MpmathOps
+    from symasym.numbers.trees import MpmathOps
 
     context = mpmath.mp.clone()
     context.dps = 25

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym import cli
+from symasym.commands import main as cli
 from tests import emitted
 from tests.problems import BY_NAME, PROBLEMS
 

@@ -10,10 +10,20 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym import cli
-from symasym.asymptotics import uniform_noise
-from symasym.emit import airy_kernel, transcribe, uniform_kernel, uniform_pairs, uniform_zeros
-from symasym.emit.kernel import Kernel, kernel_of, reached
+from symasym.asymptotics.uniform import answer as uniform_noise
+from symasym.commands import main as cli
+from symasym.emit.kernels import (
+    airy as airy_kernel,
+)
+from symasym.emit.kernels import (
+    transcribe,
+    uniform_pairs,
+    uniform_roots,
+)
+from symasym.emit.kernels import (
+    uniform as uniform_kernel,
+)
+from symasym.emit.kernels.kernel import Kernel, kernel_of, reached
 from tests import emitted
 from tests.problems import PROBLEMS
 
@@ -201,7 +211,7 @@ def test_what_has_no_transcription_is_refused():
 
 
 def test_blocks_that_are_not_needed_go_with_what_they_call():
-    kernel = kernel_of(uniform_zeros, airy_kernel, uniform_pairs, uniform_kernel)
+    kernel = kernel_of(uniform_roots, airy_kernel, uniform_pairs, uniform_kernel)
     for pairs, many in ((True, True), (True, False), (False, False)):
         found = reached(kernel, "_log_uniform", {"_PAIRS": pairs, "_MANY": many}).functions
         assert ("_airy" in found, "_circle" in found) == (pairs, many)

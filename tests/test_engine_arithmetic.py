@@ -13,9 +13,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.exact.double_double import DoubleDouble, DoubleDoubleOps, shift
-from symasym.exact.jets import Jet, JetOps
-from symasym.exact.taylor import (
+from symasym.exact.taylor_recurrences import (
     constant_moments,
     guard_bits,
     integers,
@@ -24,6 +22,8 @@ from symasym.exact.taylor import (
     slow_integral,
     terms_needed,
 )
+from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
+from symasym.numbers.truncated_series import Jet, JetOps
 
 
 def context(dps: int) -> Any:

@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.arithmetic import MpmathOps
-from symasym.exact import block_records, double, panels
-from symasym.exact.block_records import is_slow
-from symasym.exact.fields import field_of
-from symasym.exact.local import ExactField, dyadic, to_fraction
-from symasym.exact.partition import Partition
+from symasym.drift.float_field import field_of
+from symasym.drift.taylor_field import ExactField, dyadic, to_fraction
+from symasym.exact import float_block_panels, float_panels
+from symasym.exact import floats as double
+from symasym.exact.digit_partition import Partition
+from symasym.exact.float_block_panels import is_slow
+from symasym.numbers.trees import MpmathOps
 
 
 def context(dps: int) -> Any:
@@ -30,7 +31,7 @@ def context(dps: int) -> Any:
 
 
 def printed_moments(mp: Any, primitive: Callable[[Any], Any], h: Any) -> list[Any]:
-    """The table of `symasym.exact.panels` by quadrature, for lam int_0^x phi = primitive(x)."""
+    """The table of `exact.float_panels` by quadrature, for lam int_0^x phi = primitive(x)."""
     x, w = np.polynomial.legendre.leggauss(60)
     nodes = [h * (mp.mpf(t) + 1) / 2 for t in x]
     end = mp.exp(-primitive(h))
@@ -48,10 +49,10 @@ def printed_moments(mp: Any, primitive: Callable[[Any], Any], h: Any) -> list[An
     return [-primitive(h), first, inverse * end, double_integral * end]
 
 
-def sampled(coefficients: list[float], h: float) -> panels.Moments:
+def sampled(coefficients: list[float], h: float) -> float_panels.Moments:
     """A panel with lam phi = sum of coefficients[k] x^k."""
     scaled = np.array([[c * h ** (k + 1) for k, c in enumerate(coefficients)]])
-    return panels.sampled(panels.exponents_of_series(scaled), np.array([h]))[0]
+    return float_panels.sampled(float_panels.exponents_of_series(scaled), np.array([h]))[0]
 
 
 POLYNOMIALS = [
@@ -78,7 +79,7 @@ def test_sampled_panels(coefficients: list[float], h: float) -> None:
 def test_the_reach_of_sampled_panels_is_what_it_says() -> None:
     # at the largest exponents that are sampled, 16 nodes still give rounding errors only
     mp = context(30)
-    for slope in (panels.REACH, -panels.REACH, panels.REACH / 2):
+    for slope in (float_panels.REACH, -float_panels.REACH, float_panels.REACH / 2):
         wanted = printed_moments(mp, lambda x, s=slope: s * (x - x * x / 4), mp.one)
         for value, exact in zip(sampled([slope, -slope / 2], 1.0), wanted, strict=True):
             assert float(value[0]) == pytest.approx(float(exact), rel=5e-14)
@@ -86,13 +87,13 @@ def test_the_reach_of_sampled_panels_is_what_it_says() -> None:
 
 def test_series_and_values_give_the_same_exponents() -> None:
     c = np.array([[1.5, -2.0, 0.7, 3.0], [0.1, 0.0, 0.0, -1.0]])
-    nodes = panels.gauss().nodes
+    nodes = float_panels.gauss().nodes
     values = c @ nodes[None, :] ** np.arange(4)[:, None]
-    first, second = panels.exponents_of_series(c), panels.exponents_of_values(values)
+    first, second = float_panels.exponents_of_series(c), float_panels.exponents_of_values(values)
     assert np.allclose(first, second, rtol=1e-14, atol=1e-15)
 
 
-def many(coefficients: list[float], h: float, count: int) -> panels.Moments:
+def many(coefficients: list[float], h: float, count: int) -> float_panels.Moments:
     """The panel cut into `count` sampled panels, merged."""
     pieces = []
     for k in range(count):
@@ -101,9 +102,9 @@ def many(coefficients: list[float], h: float, count: int) -> panels.Moments:
         padded = np.zeros(len(coefficients))
         padded[: len(local.coef)] = local.coef
         pieces.append(padded * width)
-    exponents = panels.exponents_of_series(np.array(pieces))
-    found, _ = panels.sampled(exponents, np.full(count, h / count))
-    return panels.merge(found, np.arange(count), np.full(count, count))
+    exponents = float_panels.exponents_of_series(np.array(pieces))
+    found, _ = float_panels.sampled(exponents, np.full(count, h / count))
+    return float_panels.merge(found, np.arange(count), np.full(count, count))
 
 
 @pytest.mark.parametrize(("coefficients", "h"), POLYNOMIALS[:7])
@@ -121,10 +122,10 @@ def test_merging_keeps_runs_apart() -> None:
             t0, width = h * k / count, h / count
             local = np.polynomial.Polynomial(coefficients)(np.polynomial.Polynomial([t0, width]))
             parts.append((np.pad(local.coef, (0, 2 - len(local.coef))) * width, width))
-    exponents = panels.exponents_of_series(np.array([p[0] for p in parts]))
-    found, _ = panels.sampled(exponents, np.array([p[1] for p in parts]))
+    exponents = float_panels.exponents_of_series(np.array([p[0] for p in parts]))
+    found, _ = float_panels.sampled(exponents, np.array([p[1] for p in parts]))
     k, count = np.array([0, 1, 2, 0, 1, 2, 3]), np.array([3, 3, 3, 4, 4, 4, 4])
-    for merged, first, second in zip(panels.merge(found, k, count), one, two, strict=True):
+    for merged, first, second in zip(float_panels.merge(found, k, count), one, two, strict=True):
         assert merged == pytest.approx([first[0], second[0]], rel=1e-13)
 
 
@@ -134,9 +135,9 @@ def test_slow_panels_are_what_sampling_gives(sign: float, slope: float) -> None:
     # lam phi of 550 to 900 over a width of 0.7: slow, and still within float64 where sampled
     size, h = 700.0, 0.7
     coefficients = [sign * size, sign * size * slope, sign * size * 0.1]
-    nodes = panels.lobatto().nodes * h
+    nodes = float_panels.lobatto().nodes * h
     lam_phi = np.polynomial.polynomial.polyval(nodes, coefficients)[None, :]
-    found, wanted = panels.slow(lam_phi, np.array([h])), many(coefficients, h, 256)
+    found, wanted = float_panels.slow(lam_phi, np.array([h])), many(coefficients, h, 256)
     for value, exact in zip(found, wanted, strict=True):
         assert value[0] == pytest.approx(exact[0], rel=2e-13)
 
@@ -144,14 +145,14 @@ def test_slow_panels_are_what_sampling_gives(sign: float, slope: float) -> None:
 def test_slow_panels_see_the_poles_of_the_drift() -> None:
     # 1/phi is a parabola and seen at any width, but the rise needs phi itself, which has poles
     # at distance 1. At this lam an error of 1e-12 in the rise is as large as the layers.
-    rule, lam, accepted = panels.lobatto(), np.array([1e12]), []
+    rule, lam, accepted = float_panels.lobatto(), np.array([1e12]), []
     for reach in np.geomspace(0.02, 3.0, 40):
         u, h = reach * (2 * rule.nodes - 1), np.array([2 * reach])
         phi = 1 / (1 + u**2)[None, :]
         low, high = phi.min(axis=1), phi.max(axis=1)
         accepted.append(bool(is_slow(low, high, lam * phi, lam * h, h)[0]))
         if accepted[-1]:
-            rise = panels.slow(lam * phi, h).rise[0]
+            rise = float_panels.slow(lam * phi, h).rise[0]
             assert rise == pytest.approx(-2 * lam[0] * np.arctan(reach), rel=1e-15)
     assert accepted[0]
     assert not accepted[-1]
@@ -160,8 +161,8 @@ def test_slow_panels_see_the_poles_of_the_drift() -> None:
 def test_terms_of_the_slow_series_are_repeated_derivatives() -> None:
     # lam phi = 1/(a + b x): t_0 = a + b x and t_1 = b t_0, t_2 = b^2 t_0, ...
     a, b, h = 2e-3, 1e-3, 0.8
-    nodes = panels.lobatto().nodes * h
-    terms = panels.slow_terms(1 / (a + b * nodes)[None, :], np.array([h]))
+    nodes = float_panels.lobatto().nodes * h
+    terms = float_panels.slow_terms(1 / (a + b * nodes)[None, :], np.array([h]))
     for k in range(4):
         assert terms[k, 0] == pytest.approx(b**k * (a + b * nodes), rel=10.0 ** (3 * k - 13))
 
@@ -172,7 +173,7 @@ def test_panels_of_constant_drift(x: float, sign: int) -> None:
     mp = context(700)
     h = 0.75
     with np.errstate(over="ignore"):
-        found = panels.constant(np.array([sign * x / h]), np.array([h]))
+        found = float_panels.constant(np.array([sign * x / h]), np.array([h]))
     size = mp.mpf(x / h * h)
     if x:
         end = mp.exp(-size) if x < 1e6 else mp.zero
@@ -188,10 +189,10 @@ def test_panels_of_constant_drift(x: float, sign: int) -> None:
 
 @pytest.mark.parametrize("power", range(17))
 def test_rules_integrate_and_differentiate_powers(power: int) -> None:
-    gauss, lobatto = panels.gauss(), panels.lobatto()
+    gauss, lobatto = float_panels.gauss(), float_panels.lobatto()
     for rule in (gauss, lobatto):
         assert rule.weights @ rule.nodes**power == pytest.approx(1 / (power + 1), rel=1e-14)
-    if power < panels.NODES:
+    if power < float_panels.NODES:
         running = gauss.integrate @ gauss.nodes**power
         assert running == pytest.approx(gauss.nodes ** (power + 1) / (power + 1), abs=2e-15)
     slope = lobatto.differentiate @ lobatto.nodes**power
@@ -238,7 +239,7 @@ def test_exact_fields(name: str, mirrored: bool) -> None:
 
 class _Ops:
     def __new__(cls, mp: Any) -> Any:
-        from symasym.arithmetic import MpmathOps
+        from symasym.numbers.trees import MpmathOps
 
         return MpmathOps(mp)
 
@@ -335,7 +336,7 @@ def test_bisection_gives_up_where_it_does_not_help(monkeypatch: pytest.MonkeyPat
         assert sum(seen) < 200_000, "bisection runs away"
         return np.ones(seen[-1], dtype=bool)
 
-    monkeypatch.setattr(block_records, "hidden", hidden)
+    monkeypatch.setattr(float_block_panels, "hidden", hidden)
     drift = sa.Drift("tanh(2*u)")
     field = field_of(drift, drift.values, 1)
     one = np.ones(2)

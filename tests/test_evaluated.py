@@ -18,11 +18,20 @@ import sympy
 import symasym
 import symasym as sa
 from symasym import friction, linear, rescale
-from symasym.asymptotics import weak_noise
-from symasym.context import own_context
-from symasym.exact import ball, ball_panels, block_records, double, fields, panels
-from symasym.exact.arbitrary import _Sweep
-from symasym.exact.taylor import constant_moments
+from symasym.asymptotics.weak_noise import answer as weak_noise
+from symasym.base.contexts import own_context
+from symasym.drift import float_field
+from symasym.exact import (
+    ball_panels,
+    ball_sweep,
+    float_block_panels,
+    float_panels,
+)
+from symasym.exact import (
+    floats as double,
+)
+from symasym.exact.digits import _Sweep
+from symasym.exact.taylor_recurrences import constant_moments
 from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
 
 ROOT = Path(symasym.__file__).parent
@@ -45,7 +54,7 @@ def _moments(ctx, x, up):
 def test_constant_panels_in_float64(direction):
     x = np.concatenate((np.geomspace(1e-12, 1e12, 200), [0.5, np.nextafter(0.5, 0), 1e200]))
     h = np.full(x.shape, 0.75)
-    got = panels.constant(direction * x / h, h)
+    got = float_panels.constant(direction * x / h, h)
     with own_context(40) as ctx:
         for k, value in enumerate(x):
             exact = ctx.mpf(float(direction * value / 0.75)) * ctx.mpf("0.75")
@@ -69,7 +78,7 @@ def test_constant_panels_at_any_precision():
 
 def test_constant_panels_in_balls():
     pytest.importorskip("flint")
-    from symasym.exact.ball_drift import exact_ball, precision
+    from symasym.numbers.balls import exact_ball, precision
 
     rng = random.Random(2)
     with own_context(60) as ctx, precision(150):
@@ -86,7 +95,7 @@ def test_constant_panels_in_balls():
             plus, minus = (h * near, h * near / end) if slope > 0 else (h * near / end, h * near)
             nested = h * h * (both / end if slope > 0 else both)
             for got, want in ((outer.plus, plus), (outer.minus, minus), (outer.nested, nested)):
-                mid, rad = ball.to_mpf(got, 40)
+                mid, rad = ball_sweep.to_mpf(got, 40)
                 assert abs(ctx.convert(mid) - want) <= ctx.convert(rad) + want * ctx.mpf(10) ** -55
 
 
@@ -127,7 +136,7 @@ def test_steps_between_panels_at_any_precision(monkeypatch):
 def test_steps_between_panels_in_the_log_domain():
     rng = random.Random(4)
     drift = linear(2, 1)
-    field = fields.field_of(drift, {"a_minus": 2.0, "a_plus": 1.0}, 1)
+    field = float_field.field_of(drift, {"a_minus": 2.0, "a_plus": 1.0}, 1)
     with own_context(40) as ctx:
         for _ in range(30):
             chain = [_Panel(ctx, rng, rng.random() < 0.5) for _ in range(rng.randint(1, 9))]
@@ -137,11 +146,11 @@ def test_steps_between_panels_in_the_log_domain():
             numbers = [np.array([float(getattr(p, n)) for p in chain]) for n in ("near", "far")]
             both = np.array([float(p.both) for p in chain])
             count = len(chain)
-            records = block_records.Records(
+            records = float_block_panels.Records(
                 np.zeros(count, dtype=np.intp),
                 np.zeros(count, dtype=np.intp),
                 np.arange(count) / count,
-                panels.Moments(rise, *numbers, both),
+                float_panels.Moments(rise, *numbers, both),
                 np.zeros(count, dtype=bool),
                 np.zeros(count),
                 np.zeros(count),

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.errors import InputError, RegionError, SymasymError
+from symasym.base.errors import InputError, RegionError, SymasymError
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "docs"))

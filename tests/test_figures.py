@@ -11,7 +11,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import symasym as sa
-from symasym import figures
+from symasym.workshop import figures
 
 POINTS = 25
 

@@ -14,9 +14,9 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 from PIL import Image
 
-from symasym import figures
-from symasym.cli import main
-from symasym.figures.style import colors, style
+from symasym.commands.main import main
+from symasym.workshop import figures
+from symasym.workshop.figures.style import colors, style
 
 # Every figure as it is in the paper, and some with other parameters.
 CASES = [

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 import symasym as sa
-from symasym import figures
-from symasym.figures import motion
+from symasym.workshop import figures
+from symasym.workshop.figures import motion
 
 
 @pytest.fixture(scope="module")

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from symasym import OutputError
-from symasym.estimate import Estimate
-from symasym.files import decimal_ball, decimal_text, read_json, reference_value, write_bytes
-from symasym.inputs import exact
+from symasym.base.estimate import Estimate
+from symasym.base.files import decimal_ball, decimal_text, read_json, reference_value, write_bytes
+from symasym.base.inputs import exact
 
 
 def fail_with(error: BaseException) -> Any:

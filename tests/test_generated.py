@@ -15,8 +15,8 @@ import sympy
 
 from derivations import emit
 from symasym import friction
+from symasym.base.errors import InputError
 from symasym.derivation.code import NotEmittable, code
-from symasym.errors import InputError
 from symasym.formula import formula, labels
 from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
 

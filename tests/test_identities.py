@@ -109,8 +109,8 @@ def test_backward_equation(name: str) -> None:
 
 def mpmath_fraction(drift: sa.Drift, u: F) -> F:
     """A(u) to 120 digits, as a rational."""
-    from symasym.arithmetic import MpmathOps
-    from symasym.exact.local import to_fraction
+    from symasym.drift.taylor_field import to_fraction
+    from symasym.numbers.trees import MpmathOps
 
     context = mpmath.MPContext()
     context.dps = 120

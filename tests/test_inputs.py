@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import symasym as sa
-from symasym.inputs import digits, exact, float_text, floats, is_array, positive
+from symasym.base.inputs import digits, exact, float_text, floats, is_array, positive
 
 EXACT: list[tuple[Any, F]] = [
     (3, F(3)),

@@ -13,7 +13,7 @@ import pytest
 from problems import FOLD, relative
 
 import symasym as sa
-from symasym.landscape import float_marks
+from symasym.drift.landscape import float_marks
 
 
 def shape(drift: sa.Drift) -> list[tuple[float, int, str]]:

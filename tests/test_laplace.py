@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 import symasym as sa
-from symasym.asymptotics import laplace, laplace_errors
+from symasym.asymptotics.laplace import errors as laplace_errors
+from symasym.asymptotics.laplace import integral as laplace
 from tests.integrals import DIGITS, INTEGRALS, NAMED, Integral, scaled, truth
 
 x, nu = sympy.Symbol("x"), sympy.Symbol("nu", positive=True)
@@ -199,9 +200,9 @@ def test_the_caller_s_precision_is_left_alone() -> None:
 
 
 def test_without_flint_there_is_an_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
-    from symasym.exact import ball
+    from symasym.exact import ball_sweep
 
-    monkeypatch.setattr(ball, "available", lambda: False)
+    monkeypatch.setattr(ball_sweep, "available", lambda: False)
     result = sa.laplace_integral("log(x) - x", 1, x, 0, "oo", 3)
     found = result.evaluate(500, dps=25, full=True)
     assert found.error_kind == result.error_kind == "estimate"
@@ -236,7 +237,7 @@ def test_powers_that_differ_by_an_integer_are_one_series(powers: tuple[str, str]
 )
 @pytest.mark.parametrize("lam", [3, 10])
 def test_tail_is_bounded(f: str, g: str, lam: int) -> None:
-    from symasym.asymptotics.rest import _tail
+    from symasym.asymptotics.laplace.tail_bounds import _tail
 
     exponent, weight = sympy.sympify(f), sympy.sympify(g)
     start, (size, drop, steep, growth) = _tail(exponent, weight, x, 0.5, 0.0)
@@ -248,8 +249,8 @@ def test_tail_is_bounded(f: str, g: str, lam: int) -> None:
 
 
 def test_a_polygon_around_another_zero_proves_nothing() -> None:
-    from symasym.asymptotics.disk import _proved, _Surroundings
-    from symasym.exact.ball_drift import flint_module, precision
+    from symasym.asymptotics.laplace.cauchy_disk import _proved, _Surroundings
+    from symasym.numbers.balls import flint_module, precision
 
     f = sympy.sympify("-x**2*(1 + x)")
     zero = flint_module().arb(0)

@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 import symasym as sa
-from symasym.asymptotics.coefficients import (
+from symasym.asymptotics.laplace.watson import (
     laplace_coefficients,
     moment_coefficients,
     perron_coefficients,
 )
-from symasym.context import own_context
+from symasym.base.contexts import own_context
 from tests.integrals import scaled, truth
 
 x = sympy.Symbol("x")
@@ -160,13 +160,13 @@ def test_both_ways_agree_to_order_64() -> None:
 
 
 def test_check_option_finds_a_wrong_coefficient(monkeypatch: pytest.MonkeyPatch) -> None:
-    from symasym.asymptotics import local_expansion
+    from symasym.asymptotics.laplace import expansion
 
     def wrong(*args: Any, **kwargs: Any) -> Any:
         right = perron_coefficients(*args, **kwargs)
         return [*right[:-1], right[-1] * sympy.QQ(1001, 1000)]
 
-    monkeypatch.setattr(local_expansion, "perron_coefficients", wrong)
+    monkeypatch.setattr(expansion, "perron_coefficients", wrong)
     sa.laplace_integral("log(x) - x", 1, x, 0, "oo", 4)
     with pytest.raises(sa.AccuracyError, match="disagree at coefficient 3"):
         sa.laplace_integral("log(x) - x", 1, x, 0, "oo", 4, check=True)

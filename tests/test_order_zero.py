@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.asymptotics import uniform_noise
-from symasym.asymptotics.airy_digits import airy_products, dawson
-from symasym.asymptotics.order_zero import scene_of
-from symasym.context import own_context
+from symasym.asymptotics.uniform import answer as uniform_noise
+from symasym.asymptotics.uniform.order_zero import scene_of
+from symasym.base.contexts import own_context
+from symasym.special.airy_digits import airy_products, dawson
 from tests.problems import relative
 from tests.test_uniform_arrays import where_claimed
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from strategies import SAMPLE, drifts, scenes
 
 import symasym as sa
-from symasym.asymptotics import weak_noise_arrays
+from symasym.asymptotics.weak_noise import arrays as weak_noise_arrays
 from tests.problems import PROBLEMS, Problem
 
 FRICTION = sa.friction(3, 1, "-0.4")

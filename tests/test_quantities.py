@@ -12,7 +12,8 @@ from asking import ASKED, ask_or_refuse, each, later, reference
 from problems import BY_NAME, PROBLEMS, Problem, answered, distance, logarithm, relative, tagged
 
 import symasym as sa
-from symasym.exact import ball, witness
+from symasym.exact import ball_sweep
+from symasym.workshop import reference_quadrature
 
 # -- engines against each other ------------------------------------------------------------------
 
@@ -44,7 +45,7 @@ def test_thirty_digits_are_the_first_of_sixty(problem: Problem) -> None:
 def balls(problem: Problem, dps: int) -> dict[str, Any]:
     """Proved enclosures of those quantities that `ball` does not refuse."""
     found = {}
-    for quantity, ask in problem.engine_questions(ball).items():
+    for quantity, ask in problem.engine_questions(ball_sweep).items():
         try:
             found[quantity] = ask(dps)
         except sa.AccuracyError:
@@ -54,25 +55,25 @@ def balls(problem: Problem, dps: int) -> dict[str, Any]:
 
 @pytest.mark.parametrize("problem", later(ASKED, "stiff", "weak", "extreme", "narrow"))
 def test_proved_balls_contain_the_values(problem: Problem) -> None:
-    if not ball.available():
+    if not ball_sweep.available():
         pytest.skip("python-flint is not installed")
     for quantity, enclosure in balls(problem, 25).items():
         value = reference(problem.name, quantity)
         if value is None:
             continue
-        middle, radius = ball.to_mpf(enclosure, 60)
+        middle, radius = ball_sweep.to_mpf(enclosure, 60)
         assert distance(value, middle) <= radius, quantity
         assert radius <= abs(middle) * mpmath.mpf("1.01e-25"), quantity
 
 
 def test_balls_cover_most_of_the_table() -> None:
-    if not ball.available():
+    if not ball_sweep.available():
         pytest.skip("python-flint is not installed")
     mild = [p for p in answered() if p.tags & {"moderate", "strong"}]
     refused = []
     for problem in mild:
         try:
-            problem.engine_questions(ball)["T"](12)
+            problem.engine_questions(ball_sweep)["T"](12)
         except sa.AccuracyError:
             refused.append(problem.name)
     assert len(mild) >= 30
@@ -82,14 +83,14 @@ def test_balls_cover_most_of_the_table() -> None:
 @pytest.mark.parametrize("problem", tagged("witness"), ids=str)
 def test_plain_quadrature_agrees(problem: Problem) -> None:
     quantity = "1-P" if problem.slides else "T"
-    found = problem.engine_questions(witness)[quantity](12)
+    found = problem.engine_questions(reference_quadrature)[quantity](12)
     assert relative(found, reference(problem.name, quantity)) <= 1e-12
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("problem", tagged("witness"), ids=str)
 def test_plain_quadrature_agrees_on_everything(problem: Problem) -> None:
-    for quantity, ask in problem.engine_questions(witness).items():
+    for quantity, ask in problem.engine_questions(reference_quadrature).items():
         assert relative(ask(20), reference(problem.name, quantity)) <= 1e-20, quantity
 
 
@@ -165,7 +166,7 @@ def test_claimed_errors_hold(problem: Problem) -> None:
 def test_kinds_of_error() -> None:
     drift = sa.friction(3, 1, "-0.3")
     strong, stiff = (sa.escape_time(drift, k, 10, dps=20, full=True) for k in ("0.3", "1e-6"))
-    assert strong.error_kind == ("bound" if ball.available() else "estimate")
+    assert strong.error_kind == ("bound" if ball_sweep.available() else "estimate")
     assert stiff.error_kind == "estimate"
     many = sa.escape_time(drift, [0.3, 1.0], 10, full=True)
     assert many.error_kind == "estimate"

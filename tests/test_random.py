@@ -13,9 +13,11 @@ from hypothesis import strategies as st
 from strategies import ALL, SAMPLE, drifts, narrow, powers_of_ten, rationals, scenes
 
 import symasym as sa
-from symasym.exact import arbitrary, ball, witness
+from symasym.exact import ball_sweep
+from symasym.exact import digits as arbitrary
+from symasym.workshop import reference_quadrature
 
-needs_flint = pytest.mark.skipif(not ball.available(), reason="python-flint is not installed")
+needs_flint = pytest.mark.skipif(not ball_sweep.available(), reason="python-flint is not installed")
 
 
 def gap(found: float, wanted: Any) -> float:
@@ -54,9 +56,11 @@ def check_balls(scene: tuple[sa.Drift, Fraction, Fraction, Fraction], dps: int) 
     found = arbitrary.escape_time(drift, kappa, r, start, dps)
     share = arbitrary.exit_probability(drift, kappa, r, start, dps)
     try:
-        middle, radius = ball.to_mpf(ball.escape_time(drift, kappa, r, start, dps + 5), dps + 10)
-        chance, spread = ball.to_mpf(
-            ball.exit_probability(drift, kappa, r, start, dps + 5), dps + 10
+        middle, radius = ball_sweep.to_mpf(
+            ball_sweep.escape_time(drift, kappa, r, start, dps + 5), dps + 10
+        )
+        chance, spread = ball_sweep.to_mpf(
+            ball_sweep.exit_probability(drift, kappa, r, start, dps + 5), dps + 10
         )
     except sa.AccuracyError:
         return  # too stiff for a proof in seconds: a stated limit
@@ -69,7 +73,7 @@ def check_balls(scene: tuple[sa.Drift, Fraction, Fraction, Fraction], dps: int) 
 def check_witness(scene: tuple[sa.Drift, Fraction, Fraction, Fraction]) -> None:
     """The printed double integral, by plain quadrature."""
     drift, kappa, r, start = scene
-    wanted = witness.escape_time(drift, kappa, min(r, Fraction(20)), start * 0, 16)
+    wanted = reference_quadrature.escape_time(drift, kappa, min(r, Fraction(20)), start * 0, 16)
     found = sa.escape_time(drift, kappa, min(r, Fraction(20)), dps=16)
     assert abs(found - wanted) <= mpmath.mpf(10) ** -15 * abs(wanted)
 

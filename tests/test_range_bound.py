@@ -13,15 +13,16 @@ from hypothesis import strategies as st
 from strategies import ALL, SAMPLE, powers_of_ten, rationals
 
 import symasym as sa
-from symasym.asymptotics import dominance, weak_noise_range
-from symasym.asymptotics.formal_sums import Formal, Sum, expansion
-from symasym.asymptotics.taylor_models import Model, Range, Term, supremum
-from symasym.asymptotics.weak_noise_range import Proof
-from symasym.context import own_context
-from symasym.exact import ball, witness
-from symasym.exact.ball_drift import exact_ball, flint_module, precision
+from symasym.asymptotics.proofs import all_noise, dominance
+from symasym.asymptotics.proofs.all_noise import Proof
+from symasym.asymptotics.proofs.formal_sums import Formal, Sum, expansion
+from symasym.base.contexts import own_context
+from symasym.exact import ball_sweep
+from symasym.numbers.balls import exact_ball, flint_module, precision
+from symasym.numbers.taylor_models import Model, Range, Term, supremum
+from symasym.workshop import reference_quadrature
 
-pytestmark = pytest.mark.skipif(not ball.available(), reason="python-flint is not installed")
+pytestmark = pytest.mark.skipif(not ball_sweep.available(), reason="python-flint is not installed")
 FRICTION = sa.friction(3, 1, "-0.3")
 SHARES = [Fraction(1), Fraction(1, 2), Fraction(1, 20)]
 
@@ -103,7 +104,7 @@ def test_against_plain_quadrature() -> None:
     kappa, r = Fraction(1, 5), Fraction(9, 10)
     drift = sa.polynomial(0, -1, "1/2", "-1/3")
     bound = sa.weak_noise_bound(drift, r, order=1, kappa0=kappa)
-    exact = witness.escape_time(drift, kappa, r, Fraction(0), 20)
+    exact = reference_quadrature.escape_time(drift, kappa, r, Fraction(0), 20)
     with mpmath.workdps(30):
         found = sa.escape_time(drift, kappa, r, method="laplace", order=1, dps=30)
         assert 1e-5 < abs(exact / found - 1) <= bound.error(kappa)
@@ -273,7 +274,7 @@ def test_a_lesser_well_is_in_the_errors(kappa: str) -> None:
     proof = Proof(drift, Fraction(3), start, 3)
     with precision(320):
         top = exact_ball(Fraction(kappa)) / flint_module().arb(2).sqrt()
-        found = weak_noise_range._Evaluation(proof._cells, Range(top, 12))
+        found = all_noise._Evaluation(proof._cells, Range(top, 12))
         model, errors = found.main(proof._leading)
         algebraic = sum(c * top**k for k, c in enumerate(model.coefficients))
         off = model.rest * top**12 / algebraic
@@ -295,7 +296,7 @@ def _at(found: Sum, labels: dominance.Labels, y: Any) -> Any:
 
 
 def test_a_coefficient_that_does_not_cancel_is_no_proof(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = weak_noise_range.expansion
+    real = all_noise.expansion
 
     def changed_slightly(*given: Any) -> Any:
         upper, lower = real(*given)
@@ -305,6 +306,6 @@ def test_a_coefficient_that_does_not_cancel_is_no_proof(monkeypatch: pytest.Monk
             parts[key] = {**powers, second: powers[second] * (1 + 1e-9)}
         return Sum(parts), lower
 
-    monkeypatch.setattr(weak_noise_range, "expansion", changed_slightly)
+    monkeypatch.setattr(all_noise, "expansion", changed_slightly)
     with pytest.raises(sa.AccuracyError, match="not proved"):
         sa.weak_noise_bound(FRICTION, 10, kappa0="0.01")

@@ -8,8 +8,8 @@ import pytest
 import sympy
 
 from symasym import friction
-from symasym.errors import InputError, RegionError
-from symasym.reduce import reduce
+from symasym.base.errors import InputError, RegionError
+from symasym.drift.reduction import reduce
 
 y, z, s = sympy.symbols("y z s", real=True)
 mu, alpha, z0 = sympy.symbols("mu alpha z0", real=True)

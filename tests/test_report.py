@@ -13,14 +13,14 @@ from typing import Any
 import pytest
 
 import symasym as sa
-from symasym.cli import main
-from symasym.exact import ball
-from symasym.problems import BY_NAME
-from symasym.report import growth, methods, pages, peers, stability, timing, write
-from symasym.report.diagrams import heat_maps, work_precision
-from symasym.report.measure import Known, Point, known, point
-from symasym.report.methods import Outcome, Run
-from symasym.report.scenes import SCENES, chosen
+from symasym.commands.main import main
+from symasym.exact import ball_sweep
+from symasym.workshop.problems import BY_NAME
+from symasym.workshop.report import growth, methods, pages, peers, stability, timing, write
+from symasym.workshop.report.diagrams import heat_maps, work_precision
+from symasym.workshop.report.measure import Known, Point, known, point
+from symasym.workshop.report.methods import Outcome, Run
+from symasym.workshop.report.scenes import SCENES, chosen
 from tests.benchmarks import __main__ as benchmarks
 
 PNG = b"\x89PNG\r\n"
@@ -45,7 +45,7 @@ def test_every_scene_is_in_the_table_and_starts_at_0() -> None:
 
 
 def test_references_are_proved_where_they_can_be() -> None:
-    if not ball.available():
+    if not ball_sweep.available():
         pytest.skip("python-flint is not installed")
     truth = known(BY_NAME["friction k=0.3"])
     assert truth.proved

@@ -19,10 +19,9 @@ from mpmath import mp, mpf
 
 import symasym as sa
 from derivations import registry
-from symasym import figures, reproduce
-from symasym.cli import main
-from symasym.derive_ahead import ahead
-from symasym.exact import witness
+from symasym.commands.main import main
+from symasym.workshop import figures, reference_quadrature, reproduce
+from symasym.workshop.derive_ahead import ahead
 
 FILES = {"fric1.png", "fric1.svg", "fric2.png", "fric2.svg", "reference.json"}
 STAGES = ["fric1", "fric2", "reference", "derivations"]
@@ -189,7 +188,11 @@ def test_reference_values_against_plain_quadrature(tmp_path: Path) -> None:
     for record in strong:
         x = {name: Fraction(text) for name, text in record["x"].items()}
         kappa, r = x.pop("kappa"), x.pop("r")
-        verb = witness.escape_time if record["quantity"] == "T" else witness.exit_probability
+        verb = (
+            reference_quadrature.escape_time
+            if record["quantity"] == "T"
+            else reference_quadrature.exit_probability
+        )
         with mp.workdps(40):
             truth = verb(sa.friction(**x), kappa, r, Fraction(0), 25)
             assert abs(truth - mpf(record["mid"])) <= mpf(record["rad"]) + abs(truth) * mpf("1e-25")
@@ -288,7 +291,7 @@ def test_an_interrupt_between_files_leaves_whole_ones(
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
 def test_stopped_from_outside(tmp_path: Path, stop: signal.Signals) -> None:
-    code = "import sys; from symasym.cli import main; sys.exit(main())"
+    code = "import sys; from symasym.commands.main import main; sys.exit(main())"
     arguments = ["reproduce", "--out", str(tmp_path), "--only", "reference", "--dps", "200"]
     with subprocess.Popen(
         [sys.executable, "-c", code, *arguments],

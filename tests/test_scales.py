@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from problems import relative
 
 import symasym as sa
-from symasym.scales import Scales
+from symasym.base.scales import Scales
 
 POSITIVE = st.fractions(min_value=F(1, 10**6), max_value=10**6)
 

@@ -11,8 +11,9 @@ import pytest
 from mpmath import mp, mpf
 
 import symasym as sa
-from symasym.errors import AccuracyError, InputError
-from symasym.exact import ball, witness
+from symasym.base.errors import AccuracyError, InputError
+from symasym.exact import ball_sweep
+from symasym.workshop import reference_quadrature
 
 slopes = importlib.import_module("symasym.sensitivity")
 
@@ -132,8 +133,12 @@ def test_against_differences_of_plain_quadrature(quantity: str, name: str) -> No
         *parameters, kappa, r, start = values.values()
         drift = sa.friction(*parameters)
         if quantity == "1 - P":
-            return mp.log(1 - witness.occupation(drift, kappa, 14))
-        verb = witness.escape_time if quantity == "T" else witness.exit_probability
+            return mp.log(1 - reference_quadrature.occupation(drift, kappa, 14))
+        verb = (
+            reference_quadrature.escape_time
+            if quantity == "T"
+            else reference_quadrature.exit_probability
+        )
         return mp.log(verb(drift, kappa, r, start, 14))
 
     scene = {} if quantity == "1 - P" else {"r": numbers["r"], "start": numbers["start"]}
@@ -190,7 +195,7 @@ def test_bad_input(arguments: Any, told: str) -> None:
 
 
 def test_differences_that_do_not_settle_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ball, "available", lambda: False)
+    monkeypatch.setattr(ball_sweep, "available", lambda: False)
     monkeypatch.setattr(slopes, "_MOST_DIGITS", 20)
     with pytest.raises(AccuracyError, match="do not settle"):
         sa.sensitivity(sa.linear(1, 1), 1, 2, dps=8)

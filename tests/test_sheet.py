@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from derivations.sheet import prose, sheet
-from symasym.cli import main
+from symasym.commands.main import main
 from symasym.formula import formula, labels
 from tests.latex import compiled, needs_latex
 

@@ -14,13 +14,14 @@ from hypothesis import strategies as st
 from strategies import ALL, SAMPLE, scenes
 
 import symasym as sa
-from symasym.asymptotics import strong_noise_double
-from symasym.asymptotics.moments import moments
-from symasym.exact import ball, witness
-from symasym.exact.fields import field_of
+from symasym.asymptotics.strong_noise import arrays as strong_noise_double
+from symasym.asymptotics.strong_noise.moments import moments
+from symasym.drift.float_field import field_of
+from symasym.exact import ball_sweep
+from symasym.workshop import reference_quadrature
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, linear_sliding, relative
 
-needs_flint = pytest.mark.skipif(not ball.available(), reason="python-flint is not installed")
+needs_flint = pytest.mark.skipif(not ball_sweep.available(), reason="python-flint is not installed")
 STRONG: dict[str, Any] = {"method": "strong_noise"}
 FRICTION = sa.friction(3, 1, "-0.3")
 
@@ -218,8 +219,8 @@ def test_parabola_between_lines() -> None:
 @pytest.mark.parametrize("drift", [FRICTION, sa.tanh(1, "-1/2", 3), sa.hill(-1, 1, "1/2")])
 def test_against_plain_quadrature(drift: sa.Drift) -> None:
     kappa, r, start = Fraction(2), Fraction(3), Fraction(-1, 4)
-    wanted = witness.escape_time(drift, kappa, r, start, 18)
-    share = witness.exit_probability(drift, kappa, r, start, 18)
+    wanted = reference_quadrature.escape_time(drift, kappa, r, start, 18)
+    share = reference_quadrature.exit_probability(drift, kappa, r, start, 18)
     options: dict[str, Any] = {"start": start, **STRONG, "order": 30, "dps": 18}
     assert relative(sa.escape_time(drift, kappa, r, **options), wanted) < 1e-17
     assert relative(sa.exit_probability(drift, kappa, r, **options), share) < 1e-17
@@ -283,7 +284,7 @@ def test_no_flint(monkeypatch: pytest.MonkeyPatch) -> None:
         lambda **o: sa.occupation(sa.linear(1, -1), 3, complement=True, log=True, **o),
     ]
     with_flint = [ask(**options) for ask in asked]
-    monkeypatch.setattr(ball, "available", lambda: False)
+    monkeypatch.setattr(ball_sweep, "available", lambda: False)
     moments.cache_clear()
     for before, ask in zip(with_flint, asked, strict=True):
         found = ask(**options)

@@ -20,12 +20,13 @@ import pytest
 from mpmath import mp, mpf
 
 import symasym as sa
-from symasym import executors, progress, tables
-from symasym.cli import main
-from symasym.errors import InputError, OutputError
-from symasym.exact import witness
-from symasym.table_spec import Spec, number_text, read_spec
-from symasym.tables import write_table
+from symasym.base import executors, progress
+from symasym.base.errors import InputError, OutputError
+from symasym.commands.main import main
+from symasym.tables import run as tables
+from symasym.tables.run import write_table
+from symasym.tables.spec import Spec, number_text, read_spec
+from symasym.workshop import reference_quadrature
 
 SMALL = """\
 drift = "friction"
@@ -48,7 +49,11 @@ kappa = 1
 r = 2
 parameters = { mu = 3, alpha = 1, z0 = { from = -1.5, to = -0.5, points = 60 } }
 """
-PROGRAM = [sys.executable, "-c", "import sys; from symasym.cli import main; sys.exit(main())"]
+PROGRAM = [
+    sys.executable,
+    "-c",
+    "import sys; from symasym.commands.main import main; sys.exit(main())",
+]
 
 
 def spec_of(folder: Path, text: str = SMALL) -> Spec:
@@ -73,9 +78,9 @@ def test_every_value_is_within_its_radius_of_plain_quadrature(tmp_path: Path) ->
         drift = sa.friction(**x)
         with mp.workdps(40):
             if record["quantity"] == "T":
-                truth = witness.escape_time(drift, *scene, 24)
+                truth = reference_quadrature.escape_time(drift, *scene, 24)
             else:
-                truth = 1 - witness.exit_probability(drift, *scene, 28)
+                truth = 1 - reference_quadrature.exit_probability(drift, *scene, 28)
             assert abs(truth - mpf(record["mid"])) <= mpf(record["rad"]) + abs(truth) * mpf("1e-23")
             assert mpf(record["rad"]) <= abs(truth) * mpf("1e-19")
 

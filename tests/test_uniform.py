@@ -10,7 +10,7 @@ import sympy
 from mpmath import mp
 
 import symasym as sa
-from symasym.errors import AccuracyError, InputError
+from symasym.base.errors import AccuracyError, InputError
 
 SIDES = ["1/2", "0.999999999999", "1", "1.01", "2"]
 

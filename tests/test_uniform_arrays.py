@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.asymptotics import order_zero, uniform_noise, weak_noise_arrays
-from symasym.asymptotics.airy_tables import airy_products, dawson
-from symasym.asymptotics.smooth_in_lam import columns, of_one
+from symasym.asymptotics.uniform import answer as uniform_noise
+from symasym.asymptotics.uniform import order_zero
+from symasym.asymptotics.weak_noise import arrays as weak_noise_arrays
+from symasym.asymptotics.weak_noise.interpolation import columns, of_one
+from symasym.special.airy_tables import airy_products, dawson
 
 FOLD = -7 / 9
 PLACES = [-2, -1.2, -0.9, -0.78, FOLD, FOLD + 1e-12, FOLD - 1e-12, -0.77, -0.7, -0.4, -0.1, -0.01,

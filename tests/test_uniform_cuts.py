@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from strategies import ALL, SAMPLE, powers_of_ten, rationals
 
 import symasym as sa
-from symasym.asymptotics.cuts import Cut, corrections
+from symasym.asymptotics.uniform.gaussian_cut import Cut, corrections
 from tests.problems import relative
 from tests.test_uniform_noise import off
 

@@ -12,10 +12,10 @@ import sympy
 from mpmath import mp
 
 import symasym as sa
-from symasym.asymptotics.uniform_outer import OuterPart
-from symasym.asymptotics.uniform_pair import nearby_pair
-from symasym.context import own_context
-from symasym.errors import AccuracyError, InputError, SymasymError
+from symasym.asymptotics.coalescence.iterated_regular import OuterPart
+from symasym.asymptotics.coalescence.saddle_pair import nearby_pair
+from symasym.base.contexts import own_context
+from symasym.base.errors import AccuracyError, InputError, SymasymError
 
 X = sympy.Symbol("x")
 COUNT = 16

@@ -17,16 +17,20 @@ import pytest
 
 import symasym as sa
 from symasym import paper
-from symasym.asymptotics import bounds, strong_noise, weak_noise
-from symasym.cli import main
-from symasym.exact import arbitrary, ball, double
+from symasym.asymptotics.proofs import exit_bounds
+from symasym.asymptotics.strong_noise import answer as strong_noise
+from symasym.asymptotics.weak_noise import answer as weak_noise
+from symasym.commands.main import main
+from symasym.exact import ball_sweep
+from symasym.exact import digits as arbitrary
+from symasym.exact import floats as double
 from symasym.generated import mpmath_formulas, numpy_formulas
-from symasym.verify import Verification, verify
-from symasym.verify import tasks as tasks_module
-from symasym.verify.findings import Finding, ratio
-from symasym.verify.pages import record, rows, table
-from symasym.verify.random_scenes import random_scene
-from symasym.verify.tasks import Done, Task, tasks
+from symasym.workshop.verify import Verification, verify
+from symasym.workshop.verify import tasks as tasks_module
+from symasym.workshop.verify.findings import Finding, ratio
+from symasym.workshop.verify.pages import record, rows, table
+from symasym.workshop.verify.random_scenes import random_scene
+from symasym.workshop.verify.tasks import Done, Task, tasks
 
 SCENE = "friction k=0.3"
 MILD = ("quadrature", "friction k=1")
@@ -147,12 +151,14 @@ def test_a_broken_float64_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_broken_ball_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    if not ball.available():
+    if not ball_sweep.available():
         pytest.skip("python-flint is not installed")
     import flint
 
-    right = ball.escape_time
-    monkeypatch.setattr(ball, "escape_time", lambda *a, **k: right(*a, **k) * flint.arb("1.000001"))
+    right = ball_sweep.escape_time
+    monkeypatch.setattr(
+        ball_sweep, "escape_time", lambda *a, **k: right(*a, **k) * flint.arb("1.000001")
+    )
     assert ("ball", "quadrature") in failures(MILD)
 
 
@@ -178,13 +184,13 @@ def test_an_error_that_is_claimed_too_small_is_found(
 
 
 def test_a_wrong_bound_of_C_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = bounds.exit_probability
+    right = exit_bounds.exit_probability
 
     def wrong(*args: Any) -> Any:
         found = right(*args)
         return sa.Estimate(found.value * 3, found.error, "bound", "bound")
 
-    monkeypatch.setattr(bounds, "exit_probability", wrong)
+    monkeypatch.setattr(exit_bounds, "exit_probability", wrong)
     assert ("bound", "honesty (bound)") in failures(("honesty", SCENE))
 
 
@@ -277,7 +283,11 @@ def test_full_level_holds_more() -> None:
     assert len(tasks("full", 1)) > 3 * len(tasks("quick", 1)) > 0
 
 
-PROGRAM = "import sys\nfrom symasym.cli import main\nif __name__ == '__main__': sys.exit(main())\n"
+PROGRAM = """import sys
+from symasym.commands.main import main
+if __name__ == "__main__":
+    sys.exit(main())
+"""
 
 
 def start(folder: Path, *arguments: str) -> subprocess.Popen[str]:

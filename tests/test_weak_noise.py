@@ -15,10 +15,11 @@ from hypothesis import strategies as st
 from strategies import ALL, SAMPLE, drifts, powers_of_ten, rationals
 
 import symasym as sa
-from symasym.asymptotics import outer, places, weak_noise
-from symasym.asymptotics.outer_panels import panel_integrals
-from symasym.context import own_context
-from symasym.exact.local import ExactField
+from symasym.asymptotics.weak_noise import answer as weak_noise
+from symasym.asymptotics.weak_noise import critical_points, regular_part
+from symasym.asymptotics.weak_noise.regular_panels import panel_integrals
+from symasym.base.contexts import own_context
+from symasym.drift.taylor_field import ExactField
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, linear_sliding, relative
 
 WEAK: dict[str, Any] = {"method": "laplace"}
@@ -342,7 +343,7 @@ def test_outer_part_in_three_ways(drift: str) -> None:
     lo, hi, count = Fraction(-2, 3), Fraction(5, 6), 4
     with own_context(40) as context:
         field = ExactField(sa.Drift(drift), False, context)
-        fractions = outer.layer_integrals(field, lo, hi, [], count, context)
+        fractions = regular_part.layer_integrals(field, lo, hi, [], count, context)
         panels = panel_integrals(field, lo, hi, [], count, context)
         for k, h in enumerate(outer_terms(drift, count)):
             value = sympy.lambdify(sympy.Symbol("u"), h, modules="mpmath")
@@ -366,8 +367,8 @@ def test_outer_part_in_three_ways(drift: str) -> None:
 def test_finite_parts_in_two_ways(drift: sa.Drift, lo: Fraction) -> None:
     with own_context(40) as context:
         field = ExactField(drift, False, context)
-        zeros = [u for u, _ in places.simple_zeros(field, lo, Fraction(1), context)]
-        fractions = outer.layer_integrals(field, lo, Fraction(1), zeros, 5, context)
+        zeros = [u for u, _ in critical_points.simple_zeros(field, lo, Fraction(1), context)]
+        fractions = regular_part.layer_integrals(field, lo, Fraction(1), zeros, 5, context)
         panels = panel_integrals(field, lo, Fraction(1), zeros, 5, context)
         for one, other in zip(fractions, panels, strict=True):
             assert abs(one - other) < 1e-25 * (1 + abs(one))
@@ -377,7 +378,7 @@ def test_finite_part_of_a_zero_by_hand() -> None:
     """1/(u (1 + u)) and what follows it, over [-1/2, 1]: a principal value for the first."""
     with own_context(40) as context:
         field = ExactField(sa.polynomial(0, 1, 1), False, context)
-        found = outer.layer_integrals(
+        found = regular_part.layer_integrals(
             field, Fraction(-1, 2), Fraction(1), [context.zero], 2, context
         )
         # log|u/(1 + u)|; h_2 = (1 + 2u)/(u + u^2)^3, a primitive of which is -1/(2 (u + u^2)^2).
@@ -412,7 +413,7 @@ def test_corner_against_quadrature(barrier: bool, lam: int) -> None:
                     total -= coefficient * c.log(edge)
                 else:
                     total -= coefficient * edge ** (power + 1) / (power + 1)
-            for weight, power, logs in places._corner(c.mpf(2), i, j, barrier, c):
+            for weight, power, logs in critical_points._corner(c.mpf(2), i, j, barrier, c):
                 found += weight * c.mpf(lam) ** -power * c.log(lam) ** logs
             wanted = (2 if barrier else -2) * total
             assert abs(found - wanted) < 1e-7 * (1 + abs(wanted)), (i, j)
@@ -424,7 +425,7 @@ def test_places_against_laplace_integral() -> None:
     free = next(iter(V.free_symbols))
     V = sympy.nsimplify(V.subs(free, u))
     with own_context(40) as context:
-        one = places.half(
+        one = critical_points.half(
             ExactField(FRICTION, False, context), Fraction(-1), Fraction(1), 4, context, 40
         )
         lists = {"well": one.falling, "barrier": one.rising}

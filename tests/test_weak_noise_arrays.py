@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import symasym as sa
-from symasym.asymptotics import weak_noise
-from symasym.asymptotics.polynomial_zeros import zeros_of
+from symasym.asymptotics.weak_noise import answer as weak_noise
+from symasym.numbers.polynomial_roots import zeros_of
 from tests.strategies import SAMPLE, powers_of_ten, rationals
 
 QUANTITIES: dict[str, tuple[Any, dict[str, Any]]] = {

@@ -13,12 +13,15 @@ from hypothesis import strategies as st
 from strategies import ALL, SAMPLE, powers_of_ten, rationals
 
 import symasym as sa
-from symasym.asymptotics import best_order, weak_noise_bounds, weak_noise_cells
-from symasym.exact import ball, witness
-from symasym.exact.ball_drift import exact_ball, precision
+from symasym.asymptotics.proofs import cells as weak_noise_cells
+from symasym.asymptotics.proofs import enclosures
+from symasym.asymptotics.weak_noise import optimal_order
+from symasym.exact import ball_sweep
+from symasym.numbers.balls import exact_ball, precision
+from symasym.workshop import reference_quadrature
 from tests.problems import distance
 
-pytestmark = pytest.mark.skipif(not ball.available(), reason="python-flint is not installed")
+pytestmark = pytest.mark.skipif(not ball_sweep.available(), reason="python-flint is not installed")
 FRICTION = sa.friction(3, 1, "-0.3")
 Scene = tuple[sa.Drift, Fraction, Fraction, Fraction]
 
@@ -49,7 +52,7 @@ def check(scene: Scene, order: int) -> tuple[str, float] | None:
         exact = exact_time(scene)
     except sa.SymasymError:
         return None
-    bounds = weak_noise_bounds.enclosure(drift, kappa, r, start, order, 20)
+    bounds = enclosures.enclosure(drift, kappa, r, start, order, 20)
     if bounds is not None:
         with precision(300):
             number = exact_ball(_rational(exact))
@@ -161,8 +164,8 @@ def test_only_where_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any) -> None:
         raise AssertionError
 
-    monkeypatch.setattr(weak_noise_bounds, "enclosure", refuse)
-    monkeypatch.setattr(weak_noise_bounds, "enclosure_outside", refuse)
+    monkeypatch.setattr(enclosures, "enclosure", refuse)
+    monkeypatch.setattr(enclosures, "enclosure_outside", refuse)
     assert sa.escape_time(FRICTION, 0.1, 10, method="laplace") > 0
     assert sa.occupation(sa.linear(1, -1), 0.1, method="laplace") > 0
 
@@ -187,7 +190,7 @@ def test_the_bound_is_tried_before_refusing(scene: Any, monkeypatch: pytest.Monk
     assert found.error_kind == "bound"
     assert wrong <= found.error < found.value / 2
     assert sa.escape_time(drift, kappa, r, **options) == found.value
-    monkeypatch.setattr(weak_noise_bounds, "enclosure", lambda *_: None)
+    monkeypatch.setattr(enclosures, "enclosure", lambda *_: None)
     with pytest.raises(sa.AccuracyError, match="next terms"):
         sa.escape_time(drift, kappa, r, **options)
 
@@ -196,11 +199,11 @@ def test_the_bound_is_tried_before_refusing(scene: Any, monkeypatch: pytest.Monk
 def test_a_bound_beyond_half_of_the_value_does_not_save_it(high: str, answered: bool) -> None:
     from flint import arb
 
-    def prove(order: int) -> weak_noise_bounds.Bounds:
-        return weak_noise_bounds.Bounds(arb("0.9").lower(), arb(high).upper())
+    def prove(order: int) -> enclosures.Bounds:
+        return enclosures.Bounds(arb("0.9").lower(), arb(high).upper())
 
-    given = [best_order.Found(mpmath.mpf(1), mpmath.mpf(5), 2, False)]
-    found = best_order.chosen(given, prove, False, mpmath.mp)
+    given = [optimal_order.Found(mpmath.mpf(1), mpmath.mpf(5), 2, False)]
+    found = optimal_order.chosen(given, prove, False, mpmath.mp)
     assert (found is not None) == answered
     if found is not None:
         assert found[1] == "bound"
@@ -210,10 +213,10 @@ def test_a_bound_beyond_half_of_the_value_does_not_save_it(high: str, answered: 
 def test_a_good_estimate_says_more_than_a_wide_bound() -> None:
     from flint import arb
 
-    bounds = weak_noise_bounds.Bounds(arb("0.9").lower(), arb("1.1").upper())
+    bounds = enclosures.Bounds(arb("0.9").lower(), arb("1.1").upper())
     for estimate, kind in (("1e-6", "estimate"), ("0.01", "bound")):
-        given = [best_order.Found(mpmath.mpf(1), mpmath.mpf(estimate), 2, True)]
-        found = best_order.chosen(given, lambda _: bounds, True, mpmath.mp)
+        given = [optimal_order.Found(mpmath.mpf(1), mpmath.mpf(estimate), 2, True)]
+        found = optimal_order.chosen(given, lambda _: bounds, True, mpmath.mp)
         assert found is not None
         assert found[1] == kind
 
@@ -293,7 +296,7 @@ def test_a_share_against_plain_quadrature() -> None:
         drift, kappa, complement=True, method="laplace", order=1, dps=30, full=True
     )
     assert found.error_kind == "bound"
-    exact = witness.occupation(drift, kappa, 20, complement=True)
+    exact = reference_quadrature.occupation(drift, kappa, 20, complement=True)
     assert found.error / 2 < distance(found.value, exact) <= found.error
 
 
@@ -327,7 +330,7 @@ def test_the_integrals_over_a_cell(lam: int) -> None:
     kinds = set()
     for cell in cells[::7]:
         a, width = float(cell.start), float(cell.stop - cell.start)
-        shares = weak_noise_bounds._shares(cell, Fraction(lam))
+        shares = enclosures._shares(cell, Fraction(lam))
         u = a + width * x
         top = float(V(a))
         up, down = np.exp(lam * (V(u) - top)), np.exp(-lam * (V(u) - top))
@@ -352,7 +355,7 @@ def test_the_integrals_over_a_cell(lam: int) -> None:
 def test_a_share_lies_between_its_bounds() -> None:
     from flint import arb
 
-    from symasym.asymptotics.weak_noise_bounds import Bounds, _three
+    from symasym.asymptotics.proofs.enclosures import Bounds, _three
 
     found = _three(*(Bounds(arb(low), arb(high)) for low, high in ((1, 3), (2, 9), (5, 6))))
     for a in (1, 2, 3):

@@ -9,9 +9,9 @@ from typing import Any
 import mpmath
 import pytest
 
-from symasym import smoothings
-from symasym.errors import AccuracyError, InputError, RegionError
-from symasym.exact import witness
+from symasym.base.errors import AccuracyError, InputError, RegionError
+from symasym.drift import smoothings
+from symasym.workshop import reference_quadrature
 
 
 class Formula:
@@ -60,12 +60,15 @@ def relative(value: Any, reference: Any) -> Any:
 def test_constant_drift(a: F, kappa: F, r: F, start: F) -> None:
     time, probability = constant_drift(a, kappa, r, start)
     drift = smoothings.polynomial(a)
-    assert relative(witness.escape_time(drift, kappa, r, start, 25), time) < 1e-25
-    assert relative(witness.exit_probability(drift, kappa, r, start, 25), probability) < 1e-25
+    assert relative(reference_quadrature.escape_time(drift, kappa, r, start, 25), time) < 1e-25
+    assert (
+        relative(reference_quadrature.exit_probability(drift, kappa, r, start, 25), probability)
+        < 1e-25
+    )
 
 
 def test_symmetric_start_is_the_hyperbolic_tangent() -> None:
-    value = witness.escape_time(smoothings.polynomial(2), F(1), F(3), F(0), 20)
+    value = reference_quadrature.escape_time(smoothings.polynomial(2), F(1), F(3), F(0), 20)
     assert relative(value, mpmath.mpf(3) / 2 * mpmath.tanh(6)) < 1e-15
 
 
@@ -80,22 +83,25 @@ def test_linear_potential_well_on_the_line() -> None:
         P = inside / (inside + tails)
         density = mpmath.exp(lam / 2 - lam / 18) / (inside + tails)
         far = mpmath.exp(-lam * 3) / (inside + tails)
-    assert relative(witness.occupation(drift, kappa, 25), P) < 1e-25
-    rest = witness.occupation(drift, kappa, 25, complement=True)
+    assert relative(reference_quadrature.occupation(drift, kappa, 25), P) < 1e-25
+    rest = reference_quadrature.occupation(drift, kappa, 25, complement=True)
     assert relative(rest, tails / (inside + tails)) < 1e-14
-    assert relative(witness.stationary_density(drift, kappa, F(1, 3), 25), density) < 1e-25
-    assert relative(witness.stationary_density(drift, kappa, F(-4), 25), far) < 1e-25
+    assert (
+        relative(reference_quadrature.stationary_density(drift, kappa, F(1, 3), 25), density)
+        < 1e-25
+    )
+    assert relative(reference_quadrature.stationary_density(drift, kappa, F(-4), 25), far) < 1e-25
 
 
 def test_gauss_rule_and_running_integral_are_exact_for_polynomials() -> None:
     mp = mpmath.MPContext()
     mp.dps = 30
-    nodes, weights = witness._gauss_legendre(mp, 7)
+    nodes, weights = reference_quadrature._gauss_legendre(mp, 7)
     assert nodes == sorted(nodes)
     for power in range(14):
         exact = mp.mpf(1 + (-1) ** power) / (power + 1)
         assert abs(mp.fdot(weights, [x**power for x in nodes]) - exact) < 1e-29
-    rows = witness._integration_matrix(mp, nodes, weights)
+    rows = reference_quadrature._integration_matrix(mp, nodes, weights)
     for power in range(7):
         values = [x**power for x in nodes]
         for x, row in zip(nodes, rows, strict=True):
@@ -106,17 +112,17 @@ def test_gauss_rule_and_running_integral_are_exact_for_polynomials() -> None:
 def test_global_precision_is_neither_used_nor_changed() -> None:
     drift = smoothings.linear(1, -2)
     with mpmath.workdps(7):
-        low = witness.escape_time(drift, F(1), F(2), F(0), 30)
+        low = reference_quadrature.escape_time(drift, F(1), F(2), F(0), 30)
         assert mpmath.mp.dps == 7
     with mpmath.workdps(90):
-        high = witness.escape_time(drift, F(1), F(2), F(0), 30)
+        high = reference_quadrature.escape_time(drift, F(1), F(2), F(0), 30)
     assert low == high
 
 
 def test_a_corner_is_not_passed_off_as_accurate() -> None:
     corner = Formula(lambda u, ops: 1 + ops.sqrt((u - ops.rational(F(1, 3))) ** 2))
     with pytest.raises(AccuracyError, match="no two results"):
-        witness.escape_time(corner, F(1), F(2), F(0), 15)
+        reference_quadrature.escape_time(corner, F(1), F(2), F(0), 15)
 
 
 def test_cancellation_within_the_drift_is_noticed() -> None:
@@ -131,18 +137,18 @@ def test_cancellation_within_the_drift_is_noticed() -> None:
         inside *= mpmath.exp(lam * a * a / (2 * slope)) * mpmath.sqrt(mpmath.pi) / (2 * width)
         tails = 1 / (lam * a) + mpmath.exp(-lam * (2 * slope - 2 * a)) / (lam * 2)
         P = inside / (inside + tails)
-    assert relative(witness.occupation(drift, F(1), 15), P) < 1e-15
+    assert relative(reference_quadrature.occupation(drift, F(1), 15), P) < 1e-15
 
 
 def test_refusals() -> None:
     drift = smoothings.linear(1, -2)
     with pytest.raises(InputError, match="kappa is 0"):
-        witness.occupation(drift, F(0), 10)
+        reference_quadrature.occupation(drift, F(0), 10)
     with pytest.raises(InputError, match="r is -1"):
-        witness.escape_time(drift, F(1), F(-1), F(0), 10)
+        reference_quadrature.escape_time(drift, F(1), F(-1), F(0), 10)
     with pytest.raises(InputError, match="start is 2"):
-        witness.exit_probability(drift, F(1), F(2), F(2), 10)
+        reference_quadrature.exit_probability(drift, F(1), F(2), F(2), 10)
     with pytest.raises(RegionError, match="no stationary"):
-        witness.occupation(smoothings.linear(1, 2), F(1), 10)
+        reference_quadrature.occupation(smoothings.linear(1, 2), F(1), 10)
     with pytest.raises(AccuracyError, match="plain quadrature needs"):
-        witness.escape_time(drift, F(1, 1000), F(10), F(0), 10)
+        reference_quadrature.escape_time(drift, F(1, 1000), F(10), F(0), 10)

@@ -16,21 +16,21 @@ TITLES = {
 }
 # By the module a name lives in; a module that is not listed is under "numbers".
 _PLACES = {
-    "symasym.drift": "drifts",
-    "symasym.friction": "drifts",
-    "symasym.smoothings": "drifts",
-    "symasym.scales": "drifts",
-    "symasym.reduce": "drifts",
-    "symasym.asymptotics.laplace": "integrals",
-    "symasym.asymptotics.uniform": "integrals",
+    "symasym.drift.drift": "drifts",
+    "symasym.drift.friction": "drifts",
+    "symasym.drift.smoothings": "drifts",
+    "symasym.base.scales": "drifts",
+    "symasym.drift.reduction": "drifts",
+    "symasym.asymptotics.laplace.integral": "integrals",
+    "symasym.asymptotics.coalescence.integral": "integrals",
     "symasym.formula": "formulas",
-    "symasym.estimate": "formulas",
-    "symasym.errors": "errors",
+    "symasym.base.estimate": "formulas",
+    "symasym.base.errors": "errors",
 }
 # Not in `symasym` itself, but written for others to build on.
 MODULES = {
     "symasym.derivation": "Derivations of your own",
-    "symasym.figures": "The paper's figures",
+    "symasym.workshop.figures": "The paper's figures",
     "symasym.emit.source": "Emitted source code",
 }
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import symasym as sa
-from symasym.figures.style import style
+from symasym.workshop.figures.style import style
 
 METHODS = {
     "laplace": {"order": 2},

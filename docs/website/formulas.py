@@ -15,8 +15,8 @@ from derivations.registry import entries
 from derivations.runner import slug
 from derivations.symbols import QUANTITIES, quantities, symbols
 from symasym import friction
+from symasym.base.errors import InputError
 from symasym.emit import emit
-from symasym.errors import InputError
 from symasym.formula import Formula, formula
 from website import calls, graph
 from website.plots import Picture, Plot

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from derivations.runner import slug
-from symasym.figures import encode
+from symasym.workshop.figures import encode
 
 Curve = Callable[[Any], Any]
 # An error that is nowhere larger is that of rounding, in dots.

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from symasym.base.errors import SymasymError
 from symasym.derivation.checks import Check
 from symasym.derivation.results import Outcome, latex, statement, text
-from symasym.errors import SymasymError
 
 RULES = (
     "define",

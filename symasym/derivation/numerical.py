@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import sympy
 
-from symasym.context import own_context
+from symasym.base.contexts import own_context
 from symasym.derivation.results import Expansion, Outcome, parts, text
 
 _POOL = 10_000

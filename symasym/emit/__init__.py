@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from symasym.base.errors import InputError
 from symasym.emit.folding import fold
 from symasym.emit.program import Case, Function, Program, require_closed
 from symasym.emit.source import TARGETS, Source, add_target, check_target, rendered
-from symasym.errors import InputError
 
 if TYPE_CHECKING:
-    from symasym.drift import Drift
+    from symasym.drift.drift import Drift
     from symasym.formula import Formula
 
 __all__ = ["Source", "TARGETS", "add_target", "emit"]
@@ -38,7 +38,7 @@ def emit(
     target : {"numpy", "mpmath", "python", "c", "javascript", "latex"}
         Or one that `symasym.emit.add_target` has added.
     parameters : mapping of str to number, optional
-        Put into the formula exactly (see `symasym.inputs.exact`); what vanishes is left out. A
+        Put into the formula exactly (see `symasym.base.inputs.exact`); what vanishes is left out. A
         float stands for its binary value, ``"-0.4"`` for -2/5.
     drift : Drift, optional
         For the formulas that hold a general drift: phi (``"eq:phi"``), V (``"eq:V"``), the escape
@@ -107,7 +107,7 @@ def emit(
 def _numbers(parameters: Mapping[str, Any] | None) -> dict[str, Any]:
     import sympy
 
-    from symasym.inputs import exact
+    from symasym.base.inputs import exact
 
     found = {}
     for name, value in (parameters or {}).items():

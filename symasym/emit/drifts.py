@@ -9,16 +9,16 @@ from typing import Any
 
 import sympy
 
-from symasym.drift import Drift
+from symasym.base.errors import InputError
+from symasym.base.inputs import is_array
+from symasym.drift.drift import Drift
 from symasym.emit.exact_time import by_powers, critical, exact_time
 from symasym.emit.folding import fold
 from symasym.emit.forms import called, log_form, logaddexp
 from symasym.emit.program import Case, Function, Program, Quadrature, require_closed
 from symasym.emit.stokes import stokes
 from symasym.emit.uniform_time import uniform_time
-from symasym.errors import InputError
 from symasym.formula import Formula, formula
-from symasym.inputs import is_array
 
 # Digits of the numbers that are found by iteration: well and barrier of a general drift.
 _DIGITS = 60
@@ -52,12 +52,14 @@ def program(
     if way == "uniform":
         found = uniform_time(what, drift)
     elif way == "laplace":
-        from symasym.emit import expansion
+        from symasym.emit import weak_noise_time
 
         r = rest.pop("r", None)
         radius = None if r is None else Fraction(int(r.p), int(r.q))
         kappa = float(rest["kappa"]) if "kappa" in rest else None
-        found = expansion.program(what, drift, expansion.read_order(order), radius, kappa)
+        found = weak_noise_time.program(
+            what, drift, weak_noise_time.read_order(order), radius, kappa
+        )
         own = {**own, **({} if r is None else {"r": r})}
     else:
         found = LABELS[what.label](what, drift)
@@ -210,7 +212,7 @@ def _weak_noise(what: Formula, drift: Drift) -> Program:
             f"the well of {drift!r} has no closed form in {', '.join(drift.free)}; bind them, or "
             "use sa.friction."
         )
-    from symasym.context import own_context
+    from symasym.base.contexts import own_context
     from symasym.paper import well
 
     with own_context(_DIGITS) as context:

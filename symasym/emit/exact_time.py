@@ -1,4 +1,4 @@
-"""The exact escape time of a drift, as a program (`symasym.emit.passage`)."""
+"""The exact escape time of a drift, as a program (`symasym.emit.kernels.exact_python`)."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import sympy
 
-from symasym.drift import Drift
-from symasym.emit.passage import ERROR
+from symasym.base.errors import InputError
+from symasym.drift.drift import Drift
+from symasym.emit.kernels.exact_python import ERROR
 from symasym.emit.program import Function, Passage, Program
-from symasym.errors import InputError
 from symasym.formula import Formula
 
 _U = sympy.Symbol("u", real=True)
@@ -66,8 +66,8 @@ def critical(drift: Drift) -> tuple[Any, ...]:
 
 def _marks(drift: Drift) -> tuple[Any, ...]:
     """Zeros of the drift, and where it turns: what is narrow is not stepped over."""
-    from symasym.context import own_context
-    from symasym.exact.local import ExactField
+    from symasym.base.contexts import own_context
+    from symasym.drift.taylor_field import ExactField
 
     zeros = critical(drift)
     with own_context(30) as context:

@@ -8,9 +8,9 @@ from typing import Any
 
 import sympy
 
+from symasym.base.errors import InputError
 from symasym.emit.forms import as_printed, removable
 from symasym.emit.program import Function, Program
-from symasym.errors import InputError
 
 
 def fold(program: Program, parameters: Mapping[str, Any]) -> Program:

@@ -233,7 +233,7 @@ def _literal(e: Any) -> Any:
     if value == 0 and e != 0 and e.is_zero is not True:
         return sympy.S.Zero
     if value in (float("inf"), float("-inf")):
-        from symasym.errors import InputError
+        from symasym.base.errors import InputError
 
         raise InputError(
             f"a constant of about 1e{int(sympy.N(sympy.log(abs(e), 10), 5))} is beyond the range "

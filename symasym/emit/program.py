@@ -11,8 +11,8 @@ from typing import Any
 
 import sympy
 
+from symasym.base.errors import InputError
 from symasym.emit.forms import log_form, removable, rounded, stable
-from symasym.errors import InputError
 
 # Words that one of the languages has taken, or that the emitted files use themselves.
 _TAKEN = frozenset(
@@ -102,7 +102,7 @@ class Quadrature:
 
 @dataclass(frozen=True)
 class Passage:
-    """log T from 0 with the layer's `drift` in u (see `symasym.emit.passage`).
+    """log T from 0 with the layer's `drift` in u (see `symasym.emit.kernels.exact_python`).
 
     Attributes
     ----------

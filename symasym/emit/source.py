@@ -10,11 +10,11 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+from symasym.base.errors import InputError, OutputError
+from symasym.base.files import write_bytes
 from symasym.derivation.code import DIALECTS, Dialect
-from symasym.emit import to_c, to_javascript, to_latex, to_mpmath, to_numpy, to_python
 from symasym.emit.program import Program, Ready
-from symasym.errors import InputError, OutputError
-from symasym.files import write_bytes
+from symasym.emit.targets import to_c, to_javascript, to_latex, to_mpmath, to_numpy, to_python
 
 __all__ = ["Source", "add_target"]
 
@@ -41,7 +41,7 @@ def add_target(name: str, render: Callable[[Program, list[Ready]], str], dialect
         From a `Program` and its functions in double precision (a list of `Ready`) to the text of
         the file.
     dialect : Dialect
-        How the language writes a call, for `symasym.emit.writing.text`.
+        How the language writes a call, for `symasym.emit.targets.writing.text`.
 
     Raises
     ------

@@ -6,11 +6,11 @@ from typing import Any
 
 import sympy
 
-from symasym.drift import Drift
+from symasym.base.errors import InputError
+from symasym.drift.drift import Drift
 from symasym.emit.folding import fold
 from symasym.emit.forms import larger, log1p, log_modulus
 from symasym.emit.program import Case, Function, Program
-from symasym.errors import InputError
 from symasym.formula import Formula, formula
 
 ERROR = "exact, as the share of G(Z) that it is defined to be; in doubles its logarithm to 1e-12"

@@ -1,7 +1,7 @@
 """Sums over places with a symbol for lam and one for every series.
 
-`symasym.asymptotics.place_sums` runs with these in place of numbers, so that what is emitted is the
-composition that is evaluated. Exponentials are kept apart by their heights.
+`symasym.asymptotics.weak_noise.compose` runs with these in place of numbers, so that what is
+emitted is the composition that is evaluated. Exponentials are kept apart by their heights.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from typing import Any
 
 import sympy
 
-from symasym.asymptotics.place_sums import gathered
-from symasym.asymptotics.places import Groups, Half, Place, Start
+from symasym.asymptotics.weak_noise.compose import gathered
+from symasym.asymptotics.weak_noise.critical_points import Groups, Half, Place, Start
 from symasym.emit.forms import larger
 
 #: Digits of the coefficients.

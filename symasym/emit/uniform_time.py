@@ -1,6 +1,6 @@
 """The uniform formula of the escape time to order 0, as a program for polynomial drifts.
 
-The functions are those of `symasym.emit.uniform_kernel`, for one scene at a time, in doubles.
+The functions are those of `symasym.emit.kernels.uniform`, for one scene at a time, in doubles.
 """
 
 from __future__ import annotations
@@ -9,13 +9,23 @@ from functools import cache
 
 import sympy
 
-from symasym.drift import Drift
-from symasym.emit import airy_kernel, tables, uniform_kernel, uniform_pairs, uniform_zeros
-from symasym.emit.kernel import Kernel, kernel_of, reached
+from symasym.base.errors import InputError
+from symasym.drift.drift import Drift
+from symasym.emit.kernels import (
+    airy as airy_kernel,
+)
+from symasym.emit.kernels import (
+    tables,
+    uniform_pairs,
+    uniform_roots,
+)
+from symasym.emit.kernels import (
+    uniform as uniform_kernel,
+)
+from symasym.emit.kernels.kernel import Kernel, kernel_of, reached
+from symasym.emit.kernels.transcribe import transcribed
 from symasym.emit.program import Function, Passage, Program, Ready
-from symasym.emit.transcribe import transcribed
-from symasym.emit.writing import Written, text
-from symasym.errors import InputError
+from symasym.emit.targets.writing import Written, text
 from symasym.formula import Formula
 
 _U = sympy.Symbol("u", real=True)
@@ -90,7 +100,7 @@ def helper(target: str, functions: list[Ready]) -> dict[str, Written]:
 @cache
 def _text(target: str, degree: int) -> str:
     flags = {name: degree >= least for least, name in _NEEDED.items()}
-    modules = (uniform_zeros, airy_kernel, uniform_pairs, uniform_kernel)
+    modules = (uniform_roots, airy_kernel, uniform_pairs, uniform_kernel)
     kernel = reached(kernel_of(*modules), "_log_uniform", flags)
     lines = [tables.written(*one, target) for one in _tables(kernel).items()]
     if target == "python":

@@ -12,8 +12,8 @@ from functools import cached_property
 from operator import mul
 from typing import Any
 
-from symasym.errors import AccuracyError
-from symasym.exact.ball_drift import Profile, exact_ball, flint_module
+from symasym.base.errors import AccuracyError
+from symasym.numbers.balls import Profile, exact_ball, flint_module
 
 # Cauchy circles have this many times the panel's half-length, so that a Taylor coefficient gains
 # log2(6) = 2.6 bits an order, and a pole may be as near as 6 half-lengths. Between 4 and 8 the

@@ -24,9 +24,18 @@ import numpy as np
 from mpmath import mp, mpf
 
 import symasym as sa
-from symasym.files import write_bytes
-from symasym.report import peers
-from symasym.report.timing import capped, interleaved, load, machine, peaks, python, seconds, wall
+from symasym.base.files import write_bytes
+from symasym.workshop.report import peers
+from symasym.workshop.report.timing import (
+    capped,
+    interleaved,
+    load,
+    machine,
+    peaks,
+    python,
+    seconds,
+    wall,
+)
 from tests.benchmarks import stages
 
 START, END = "<!-- measured: start -->", "<!-- measured: end -->"
@@ -130,7 +139,7 @@ def thirty_digits(options: argparse.Namespace) -> Part:
             )
     text = [
         "T at mu = 3, alpha = 1, z0 = -3/10, r = 10, from 0. Right digits are counted against a "
-        "ball of 45 digits that `exact/ball.py` proves.",
+        "ball of 45 digits that `exact/ball_sweep.py` proves.",
         _table(["kappa", "by", "time", "times ours", "right digits"], lines),
         _pari(),
     ]

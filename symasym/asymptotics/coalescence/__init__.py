@@ -1,0 +1,1 @@
+"""Uniform expansions: coalescing saddles (Chester-Friedman-Ursell), saddle near an end."""

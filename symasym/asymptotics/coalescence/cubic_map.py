@@ -1,0 +1,418 @@
+"""Two coalescing critical points mapped to those of a cubic (Chester, Friedman and Ursell).
+
+For phi with two zeros m ± h beside each other, h² = D of either sign, there are one real zeta and
+one analytic change of variable with
+
+    phi du = (s² - zeta) ds,        u'(s) g(u(s)) = sum_k (p_k + q_k s) (s² - zeta)^k.
+
+zeta > 0: the zeros are real, at s = ± sqrt(zeta); zeta < 0: they are a complex pair. Every p_k and
+q_k is analytic in zeta, also through zeta = 0, though the textbook formulas divide by powers of it.
+What is done here so that nothing cancels:
+
+- The pair is split off as a factor, phi = (y² - D) psi(y) with y = u - m. Then both critical
+  values are explicit sums in D, and zeta = D times a series that starts at psi(0)^(2/3). D is as
+  relatively exact as phi at the zero of its slope.
+- p_0 and q_0 follow from psi at the pair, which is again a series in D, by a square root in the
+  algebra where s² = zeta.
+- The others, while the zeros are near, are Cauchy integrals over a circle in y around both,
+
+      p_k = (1/2πi) ∮ g s dy/(s² - zeta)^(k+1),    q_k = (1/2πi) ∮ g dy/(s² - zeta)^(k+1),
+
+  which doesn't see whether there are one or two. The trapezoidal rule converges geometrically;
+  on half as many points it tells its own error.
+- Zeros so far apart that no good circle is left between them and the next singularity are seen
+  one by one: g u' as a series at each, even and odd parts taken. That loses less than two digits
+  for each k there, which are added to the precision beforehand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from symasym.asymptotics.laplace.watson import negative_power, perron_coefficients
+from symasym.base.errors import InputError
+from symasym.numbers.quadratic_factor import (
+    Pair,
+    everywhere,
+    mean_of_values,
+    not_alone,
+    numbers,
+    poly,
+    poly_slope,
+    rows,
+    shifted,
+    split_pair,
+    tiny,
+)
+
+__all__ = ["cubic_map", "map_coefficients"]
+
+# Points on the circle: from so many on, up to so many.
+_FEWEST, _MOST = 64, 4096
+# Half the zeros' distance over the circle's radius up to which the circle is taken: in float64
+# the series at each zero lose digits, with more digits the circle needs many points.
+_NEAR_FLOAT, _NEAR_DIGITS = 0.7, 0.4
+# phi beside the pair is (y² - D) psi; up to this share of psi(0) psi may change on the circle.
+_SHARE = 0.5
+
+
+def cubic_map(
+    taylor: Sequence[Any], count: int, context: Any = None, *, weight: Sequence[Any] | None = None
+) -> tuple[Any, list[tuple[Any, Any]]]:
+    """zeta and the coefficients (p_k, q_k) of the cubic map at two coalescing zeros.
+
+    Parameters
+    ----------
+    taylor : sequence of numbers, or array of shape (n, ...) without `context`
+        Taylor coefficients c_0, c_1, ... of a real analytic phi about a real point beside the
+        pair, best the zero of its slope between them (c_1 = 0), where nothing cancels in the
+        pair's distance. What is beyond the last one is taken as zero: the relative error that
+        makes is some (h/R)^(n - 2k - 2), R the radius of convergence from the pair's middle.
+    count : int
+        How many pairs of coefficients, 0 or more.
+    context : mpmath context, optional
+        Its precision is that of the result. None: float64, scenes behind the first axis.
+    weight : sequence, optional
+        Taylor coefficients of g about the same point; 1 if left out.
+
+    Returns
+    -------
+    zeta : mpf or ndarray
+        Positive for real zeros, 0 for one double zero, negative for a complex pair;
+        (4/3) |zeta|^(3/2) is the modulus of the integral of phi from one to the other.
+    coefficients : list of (p_k, q_k)
+        Of g u'(s). s has the direction in which phi du = (s² - zeta) ds holds: that of u if c_2 > 0
+        (then p_0 > 0 for g > 0), the opposite one if c_2 < 0 (p_0 < 0).
+
+    Raises
+    ------
+    InputError
+        If there are fewer than three coefficients, or c_2 is zero.
+    AccuracyError
+        If the pair is not alone: a third zero lies between its two or is as near to it as they are
+        to each other, or the Taylor series doesn't reach that far. One such scene refuses an array.
+
+    Notes
+    -----
+    C. Chester, B. Friedman, F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599; DLMF 2.4(v).
+
+    Examples
+    --------
+    u² - z is its own cubic; (u² - z)(1 + u) is not. Both sides of the coalescence:
+
+    >>> from fractions import Fraction
+    >>> from symasym.base.contexts import own_context
+    >>> with own_context(15) as context:
+    ...     print(cubic_map([-2, 0, 1], 1, context))
+    ...     for z in (Fraction(1, 10**30), 0, Fraction(-1, 10**30)):
+    ...         zeta, ((p0, q0), (p1, q1)) = cubic_map([-z, -z, 1, 1], 2, context)
+    ...         print(*(context.nstr(x, 6) for x in (zeta, p0, q0, p1, q1)))
+    (mpf('2.0'), [(mpf('1.0'), mpf('0.0'))])
+    1.0e-30 1.0 -0.5 0.5625 -0.729167
+    0.0 1.0 -0.5 0.5625 -0.729167
+    -1.0e-30 1.0 -0.5 0.5625 -0.729167
+    """
+    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 0:
+        raise InputError(f"count is {count!r}; give a whole number of coefficients, 0 or more.")
+    if context is None:
+        with np.errstate(all="ignore"):
+            g = None if weight is None else rows("weight", weight)
+            pair = split_pair(taylor)
+            return pair.zeta, map_coefficients(pair, int(count), None, g)
+    # What both ways lose: each k divides by two more powers of the radius, or of the distance.
+    with context.workdps(context.dps + 12 + 2 * int(count)):
+        g = None if weight is None else numbers("weight", weight, context)
+        pair = split_pair(taylor, context)
+        found = map_coefficients(pair, int(count), context, g)
+    return +pair.zeta, [(+p, +q) for p, q in found]
+
+
+def map_coefficients(
+    pair: Pair, count: int, context: Any, g: list[Any] | None
+) -> list[tuple[Any, Any]]:
+    """What `cubic_map` gives, of a pair that is known, without guard digits of its own."""
+    found = []
+    if g is not None:
+        g = shifted(g, pair.middle)
+    if count:
+        found.append(_leading(pair, g, context))
+    if count > 1:
+        found += _higher(pair, g, count, context)
+    # sign = -1: s was counted along u; it has to run against it.
+    return [(pair.sign * p, q) for p, q in found]
+
+
+def _leading(pair: Pair, g: list[Any] | None, context: Any) -> tuple[Any, Any]:
+    """p_0 + q_0 s = g u' modulo s² - zeta: u'² = 1/(slope psi(slope s)) there."""
+    even, odd = poly(pair.psi[0::2], pair.square), poly(pair.psi[1::2], pair.square)
+    norm = even**2 - odd**2 * pair.square
+    root = np.sqrt if context is None else context.sqrt
+    p = root((even + root(norm)) / (2 * pair.slope * norm))
+    q = -odd / (2 * p * norm)
+    if g is None:
+        return p, q
+    a, b = poly(g[0::2], pair.square), pair.slope * poly(g[1::2], pair.square)
+    return a * p + b * q * pair.zeta, a * q + b * p
+
+
+def _higher(pair: Pair, g: list[Any] | None, count: int, context: Any) -> list[tuple[Any, Any]]:
+    """p_1, q_1, ..., p_(count - 1), q_(count - 1)."""
+    radius = _radius(pair, g, context)
+    if context is not None:
+        if radius == context.inf:
+            return [(0 * pair.zeta, 0 * pair.zeta)] * (count - 1)
+        near = context.sqrt(abs(pair.square)) <= _NEAR_DIGITS * radius
+        return (_circle if near else _jets)(pair, radius, g, count, context)
+    shape = np.shape(pair.zeta)
+    near = np.ravel(np.sqrt(abs(pair.square)) <= _NEAR_FLOAT * radius)
+    finite = np.isfinite(np.ravel(radius))
+    found = np.zeros((count - 1, 2, near.size))
+    for way, chosen in ((_circle, near & finite), (_jets, ~near & finite)):
+        if chosen.any():
+            part = _chosen(pair, chosen)
+            weight = None if g is None else [np.ravel(x + 0 * pair.zeta)[chosen] for x in g]
+            found[:, :, chosen] = way(part, np.ravel(radius)[chosen], weight, count, None)
+    return [(p.reshape(shape)[()], q.reshape(shape)[()]) for p, q in found]
+
+
+def _chosen(pair: Pair, scenes: Any) -> Pair:
+    return Pair(
+        np.ravel(pair.middle)[scenes],
+        np.ravel(pair.square)[scenes],
+        [np.ravel(x)[scenes] for x in pair.psi],
+        np.ravel(pair.sign)[scenes],
+        np.ravel(pair.zeta)[scenes],
+        np.ravel(pair.slope)[scenes],
+        np.ravel(pair.level)[scenes],
+    )
+
+
+def _jets(
+    pair: Pair, radius: Any, g: list[Any] | None, count: int, context: Any
+) -> list[tuple[Any, Any]]:
+    """From the series at each of two zeros that are apart."""
+    complex_root = (lambda x: np.sqrt(x + 0j)) if context is None else context.sqrt
+    half, root = complex_root(pair.square), complex_root(pair.zeta)
+    zero, one = 0 * root, 0 * root + 1
+    sides = []
+    for side in (1, -1):
+        # phi = y (2 side half + y) psi from this zero, integrated: what perron_coefficients reads.
+        psi = shifted([x + zero for x in pair.psi], side * half)
+        psi = (psi + [zero] * count)[:count]
+        slope = [2 * side * half * x + y for x, y in zip(psi, [zero, *psi[:-1]], strict=True)]
+        steep = [zero, zero, *(-x / (k + 2) for k, x in enumerate(slope))]
+        weight = [one] if g is None else shifted([x + zero for x in g], side * half)
+        weight = (weight + [zero] * count)[:count]
+        d = perron_coefficients(steep, weight, 2)
+        # v² a = t² side root (1 + side t/(3 root)) joins its variable v to t = s - side root, and
+        # side t is a series in w = s² - zeta: root (sqrt(1 + w/zeta) - 1).
+        along = [zero, *(x * root for x in _binomial(one / pair.zeta, 1, 2, count + 1)[1:])]
+        stretch = _binomial_of([x / (3 * root) for x in along], count + 1)
+        # The branch of u' that p_0 + q_0 s has.
+        front = complex_root(2 * root / (-2 * side * steep[2]))
+        v = [side * front * x for x in _product(along, stretch, count + 1)]
+        total = [zero] * count
+        for x in reversed(d):
+            total = _product(total, v, count)
+            total[0] = total[0] + x
+        # g du/dw, of which p_k + q_k s divides by ds/dw = 1/(2 s).
+        slope_v = [(k + 1) * x for k, x in enumerate(v[1:])]
+        sides.append(_product(total, slope_v, count))
+    # g du/dw = (P + s Q)/(2 s) at s, and -(P - s Q)/(2 s) at -s.
+    plus, minus = sides
+    odd = [x + y for x, y in zip(plus, minus, strict=True)]
+    rise = [x * root for x in _binomial(one / pair.zeta, 1, 2, count)]
+    even = _product([x - y for x, y in zip(plus, minus, strict=True)], rise, count)
+    return [(p.real, q.real) for p, q in zip(even, odd, strict=True)][1:]
+
+
+def _binomial(x: Any, p: int, q: int, count: int) -> list[Any]:
+    """Coefficients of (1 + x w)^(p/q)."""
+    found = [0 * x + 1]
+    for k in range(1, count):
+        found.append(found[-1] * x * (p - q * (k - 1)) / (q * k))
+    return found
+
+
+def _binomial_of(x: list[Any], count: int) -> list[Any]:
+    """(1 + x)^(1/2) for a series x without a constant."""
+    return negative_power([x[0] + 1, *x[1:]], -1, 2, count - 1, x[0] * 0 + 1)
+
+
+def _product(a: list[Any], b: list[Any], count: int) -> list[Any]:
+    found = [0 * a[0]] * count
+    for i, x in enumerate(a[:count]):
+        for j, y in enumerate(b[: count - i]):
+            found[i + j] = found[i + j] + x * y
+    return found
+
+
+def _circle(
+    pair: Pair, radius: Any, g: list[Any] | None, count: int, context: Any
+) -> list[tuple[Any, Any]]:
+    """Cauchy integrals around both zeros."""
+    scale = (np.cbrt if context is None else context.cbrt)(pair.psi[0]) * radius
+    zeta = pair.zeta / scale**2
+    # F - mean of the critical values, in units where the circle and psi(0) are 1.
+    powers, psi = 1 + 0 * radius, []
+    for x in pair.psi:
+        psi.append(x * powers / pair.psi[0])
+        powers = powers * radius
+    square = pair.square / radius**2
+    t = [0 * radius] * (len(psi) + 3)
+    for j, x in enumerate(psi):
+        t[j + 3] = t[j + 3] + x / (j + 3)
+        t[j + 1] = t[j + 1] - square * x / (j + 1)
+    t[0] = -mean_of_values(psi, square)
+    if g is not None:
+        g = [x * radius**j for j, x in enumerate(g)]
+    size = _FEWEST
+    if context is not None:
+        # The integrand is analytic between the pair and some twice the radius where psi halves.
+        rate = max(0.35, float(context.sqrt(abs(square))))
+        size = min(_MOST, 4 * (int(-context.prec / 3.4 / np.log2(rate)) + 4)) if rate < 1 else _MOST
+    while size <= _MOST:
+        found, lost = _sums(t, zeta, g, count, size, context)
+        # The error falls as rho^n for n points: twice as many square it.
+        if everywhere(lost**2 <= (1e-14 if context is None else tiny(context))):
+            break
+        size += 4 * (size // 8)
+    else:
+        raise not_alone()
+    unscaled = []
+    for k, (p, q) in enumerate(found, start=1):
+        factor = radius / scale ** (2 * k + 2)
+        unscaled.append((p * factor * scale, q * factor))
+    return unscaled
+
+
+def _radius(pair: Pair, g: list[Any] | None, context: Any) -> Any:
+    """Between the pair and where psi has changed by its half, by Newton from above (convex)."""
+    largest: Any
+    root: Any
+    where: Any
+    if context is None:
+        largest, root, where = np.maximum, lambda x, j: x ** (1.0 / j), np.where
+    else:
+        largest, root, where = max, context.root, lambda test, x, y: x if test else y
+    distance = root(abs(pair.square), 2)
+    rest = [0 * distance, *(abs(x / pair.psi[0]) for x in pair.psi[1:])]
+
+    def bound() -> Any:
+        top = 0 * distance
+        for j, x in enumerate(rest[1:], start=1):
+            top = largest(top, root(x, j))
+        return where(top > 0, 1 / where(top > 0, top, 1), np.inf)
+
+    if g is not None:
+        # The weight's series has a radius, too; what its first terms are is no matter.
+        size, unit = 0 * distance, bound()
+        unit = where(unit < np.inf, unit, where(distance > 0, distance, 1))
+        for j, x in enumerate(g[:3]):
+            size = largest(size, abs(x) * unit**j)
+        rest += [0 * distance] * (len(g) - len(rest))
+        for j, x in enumerate(g[1:], start=1):
+            rest[j] = largest(rest[j], where(size > 0, abs(x) / where(size > 0, size, 1), 0 * size))
+    first = bound()
+    r = where(first < np.inf, first, 1)
+    # From above, on a convex function.
+    for _ in range(60):
+        slope = poly_slope(rest, r)
+        step = where(slope > 0, (poly(rest, r) - _SHARE) / where(slope > 0, slope, 1), 0 * r)
+        r = r - step
+        if everywhere(abs(step) <= 1e-3 * r):
+            break
+    # A larger circle costs points, of which float64 needs few, and keeps digits.
+    share = 1.2 if context is None else 0.7
+    found = largest(largest(share * r, root(2 * r * distance, 2)), 1.1 * distance)
+    return where(first < np.inf, found, np.inf)
+
+
+def _sums(
+    t: list[Any], zeta: Any, g: list[Any] | None, count: int, size: int, context: Any
+) -> tuple[list[tuple[Any, Any]], Any]:
+    """Cauchy integrals for k = 1, ..., and how far half as many points are from them."""
+    y, s, weight = _nodes(t, zeta, g, size, context)
+    start = []
+    for x, v, h in zip(y, s, weight, strict=True):
+        start.append((h * x * v, h * x, 1 / (v * v - zeta)))
+    found, lost = [], 0.0 * abs(zeta)
+    largest = np.maximum if context is None else max
+    for k in range(1, count):
+        both = []
+        for which in (0, 1):
+            values = [(part[which] * part[2] ** (k + 1)) for part in start]
+            both.append(_mean(values))
+            lost = largest(lost, abs(both[-1] - _mean(values[::2])))
+        found.append((both[0], both[1]))
+    return found, lost
+
+
+def _mean(values: list[Any]) -> Any:
+    """Over the circle, from its upper half with both ends; the lower half is conjugate."""
+    inner = sum((v.real for v in values[1:-1]), 0 * values[0].real)
+    return (values[0].real + values[-1].real + 2 * inner) / (2 * (len(values) - 1))
+
+
+def _nodes(
+    t: list[Any], zeta: Any, g: list[Any] | None, size: int, context: Any
+) -> tuple[list[Any], list[Any], list[Any]]:
+    """y on the upper half circle, s and g there: s³/3 - zeta s = t(y), continued from y = 1."""
+    angles = np.exp(1j * np.pi * np.arange(size // 2 + 1) / (size // 2))
+    if context is None:
+        rows_ = [np.asarray(x) for x in t]
+        s = _continued(rows_, zeta, list(angles))
+        return list(angles), s, [1] * len(s) if g is None else [poly(g, y) for y in angles]
+    seeds = _continued([np.float64(x) for x in t], np.float64(zeta), list(angles))
+    roots = [context.expjpi(context.mpf(2 * j) / size) for j in range(size)]
+    targets = _at_roots(t, roots, context)
+    weights = [1] * len(seeds) if g is None else _at_roots(g, roots, context)
+    s = []
+    for target, seed in zip(targets, seeds, strict=True):
+        v = context.mpc(complex(seed))
+        # Digits double from float64's on; one step more than needed costs little.
+        digits = 12
+        while digits < 2 * context.dps:
+            w = v * v - zeta
+            v -= (v * (w - zeta * 2) - target * 3) / (3 * w)
+            digits *= 2
+        s.append(v)
+    return roots[: len(s)], s, weights
+
+
+def _at_roots(c: list[Any], roots: list[Any], context: Any) -> list[Any]:
+    """The polynomial at the first half of the roots of unity: two scalar products for each."""
+    size = len(roots)
+    folded = [context.mpf(0)] * min(size, len(c))
+    for k, x in enumerate(c):
+        folded[k % size] += x
+    re, im = [y.real for y in roots], [y.imag for y in roots]
+    found = []
+    for j in range(size // 2 + 1):
+        places = [j * k % size for k in range(len(folded))]
+        parts = (context.fdot(folded, [row[k] for k in places]) for row in (re, im))
+        found.append(context.mpc(*parts))
+    return found
+
+
+def _continued(t: list[Any], zeta: Any, y: list[Any]) -> list[Any]:
+    """In float64: on the real axis the largest root, then from point to point."""
+    target = poly(t, y[0] + 0 * t[0])
+    v = np.maximum(3.0, 3 * np.sqrt(abs(zeta))) + 0j
+    for _ in range(60):
+        v = v - (v * (v * v / 3 - zeta) - target) / (v * v - zeta)
+    found = [v]
+    for j, x in enumerate(y[1:], start=1):
+        v = found[-1] * (found[-1] / found[-2] if j > 1 else x)
+        target = poly(t, x + 0 * t[0])
+        for _ in range(8):
+            v = v - (v * (v * v / 3 - zeta) - target) / (v * v - zeta)
+        found.append(v)
+    if not everywhere(abs(found[-1].imag) <= 1e-6 * abs(found[-1])) or not everywhere(
+        found[-1].real < 0
+    ):
+        raise not_alone()
+    return found

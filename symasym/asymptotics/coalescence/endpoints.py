@@ -1,0 +1,294 @@
+"""Ends of an integral, and a saddle near one: error functions that stay valid as they meet.
+
+In the variable v of the saddle, f = f_max - alpha v² and g dx = G(v) dv, the integral from an end
+v_e on is (Bleistein; R. Wong, Asymptotic Approximations of Integrals, VII.3)
+
+    e^(lam f_max) sqrt(pi/(lam alpha)) ½ erfc(v_e sqrt(lam alpha)) sum_n a_n lam^(-n)
+    + e^(lam f_end) sum_n b_n lam^(-n-1).
+
+With G_0 = G, G_n = G_n(0) + v H_n and G_(n+1) = H_n'/(2 alpha): a_n = G_n(0) and
+b_n = H_n(v_e)/(2 alpha), which is analytic in v_e although H_n is a difference quotient. Near the
+saddle b_n is summed from G's Taylor series there. Farther away it's what the end's own expansion
+has beyond that of the complementary error function.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import sympy
+
+from symasym.asymptotics.laplace.expansion import refined
+from symasym.asymptotics.laplace.kinks import Piece
+from symasym.asymptotics.laplace.watson import perron_coefficients
+from symasym.base.contexts import own_context
+from symasym.base.errors import AccuracyError, InputError
+from symasym.numbers.coefficient_fields import NumberRing
+from symasym.numbers.taylor_series import NotAnalytic, algebraic, taylor
+
+#: One term of a part: its value at lam, and a size that has no zeros by chance.
+Term = tuple[Any, Any]
+
+#: Terms behind the last one used that the error is estimated from.
+BEYOND = 3
+
+# Share of its radius of convergence within which the saddle's series is summed at the end.
+# Beyond it the difference of two expansions loses 2 n + 1 times the digits of 1/_NEAR.
+_NEAR = 0.15
+_LONGEST = 200
+# Orders lost to factors such as sin(x)/x.
+_SPARE = 4
+_GUARD = 10
+
+
+def series_of(name: str, expression: Any, x: Any, point: Any, side: int, n: int, ring: Any) -> Any:
+    """Taylor coefficients, or the sentence that says there are none."""
+    try:
+        return taylor(expression, x, point, side, n, ring).c
+    except NotAnalytic:
+        pass
+    try:
+        # Zero over zero, as sin(x)/x.
+        terms = algebraic(expression, x, point, side, n + _SPARE, ring)
+        whole = all(isinstance(e, Fraction) and e.denominator == 1 and e >= 0 for e, _ in terms)
+    except InputError:
+        whole = False
+    if not whole:
+        shown = point if isinstance(point, sympy.Basic) else ring.context.nstr(point, 12)
+        raise InputError(
+            f"{name} = {expression} has no Taylor series at {x} = {shown}; uniform_integral takes "
+            "f and g that are analytic at their saddles, ends and kinks."
+        )
+    found = [ring.rational(Fraction(0))] * n
+    for front, series in terms:
+        for k, y in enumerate(series.c[: max(0, n - int(front))], start=int(front)):
+            found[k] = found[k] + y
+    return found
+
+
+def end_coefficients(
+    piece: Piece, x: Any, end: Any, side: int, count: int, unit: Any, ring: Any
+) -> list[Any]:
+    """c_n of e^(lam unit f(end)) sum c_n lam^(-n-1), the integral from the end to its `side`."""
+    f = series_of("f", piece.f, x, end, side, count + 2, ring)
+    g = series_of("g", piece.g, x, end, side, max(count, 2), ring)[:count]
+    if ring.negligible(f[1], f[1:]):
+        raise InputError(
+            f"the slope of f = {piece.f} is zero at the end {x} = {end}, where f is not largest; "
+            "move the end."
+        )
+    d = perron_coefficients(f[: count + 1], g, 1)
+    steep = -unit * f[1]
+    return [y * math.factorial(n) / steep ** (n + 1) for n, y in enumerate(d)]
+
+
+@dataclass(frozen=True)
+class EndPart:
+    """What a finite end adds where nothing is stationary near it.
+
+    side is 1 at the lower end and -1 at the upper one; unit is 1, or i for an oscillating integral.
+    """
+
+    piece: Piece
+    x: Any
+    end: Any
+    side: int
+    oscillating: bool = False
+
+    def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
+        height, c = kept(self, count, context, self._coefficients)
+        unit = context.j if self.oscillating else context.mpf(1)
+        front = context.exp(unit * lam * height)
+        values = [front * y * lam ** (-n - 1) for n, y in enumerate(c)]
+        return [(y, abs(y)) for y in values]
+
+    def _coefficients(self, count: int, context: Any) -> tuple[Any, list[Any]]:
+        ring = NumberRing(context)
+        unit = context.j if self.oscillating else context.mpf(1)
+        height = series_of("f", self.piece.f, self.x, self.end, 1, 2, ring)[0]
+        c = end_coefficients(self.piece, self.x, self.end, self.side, count, unit, ring)
+        return height, c
+
+
+def kept(part: Any, count: int, context: Any, compute: Any) -> Any:
+    """What `compute` gives, remembered by digits in steps of ten: neighbouring lam share it."""
+    dps = -(-context.dps // 10) * 10
+    known = part.__dict__.setdefault("_known", {})
+    if (count, dps) not in known:
+        with own_context(dps + _GUARD + 3 * count) as inner:
+            known[count, dps] = compute(count, inner)
+    return _into(context, known[count, dps])
+
+
+def _into(context: Any, value: Any) -> Any:
+    """Numbers of another context, in lists and tuples, as this one's."""
+    if isinstance(value, (list, tuple)):
+        return type(value)(_into(context, y) for y in value)
+    if hasattr(value, "_mpc_"):
+        return context.make_mpc(value._mpc_)
+    return context.make_mpf(value._mpf_) if hasattr(value, "_mpf_") else value
+
+
+@dataclass(frozen=True)
+class SaddlePart:
+    """A maximum of f, inside or beyond the ends, with the ends it can meet.
+
+    lower and upper are None where nothing is near: then the integral sees all of that side. Or a
+    minimum, which adds nothing by itself, with one end: then erfc's odd part stands for it.
+    """
+
+    piece: Piece
+    x: Any
+    point: Any
+    lower: Any = None
+    upper: Any = None
+    minimum: bool = False
+
+    def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
+        alpha, height, a, ends = kept(self, count, context, self._coefficients)
+        root = context.sqrt(abs(lam * alpha))
+        distances = {sign: v for sign, v, _, _ in ends}
+        part = context.mpf(1)
+        if self.minimum:
+            ((sign, v),) = distances.items()
+            part = -sign * context.erfi(v * root) / 2
+        elif len(ends) == 2:
+            part = (context.erfc(distances[1] * root) - context.erfc(distances[-1] * root)) / 2
+        elif ends:
+            ((sign, v),) = distances.items()
+            part = context.erfc(sign * v * root) / 2
+        front = context.exp(lam * height) * context.sqrt(context.pi) / root * part
+        found = []
+        for n in range(count):
+            inside = front * a[n] * lam**-n
+            value, size = inside, abs(inside)
+            for sign, _, b, level in ends:
+                edge = sign * context.exp(lam * level) * b[n] * lam ** (-n - 1)
+                value, size = value + edge, size + abs(edge)
+            found.append((value, size))
+        return found
+
+    def _coefficients(self, count: int, context: Any) -> tuple[Any, ...]:
+        local = _Local(self, count, context)
+        return local.alpha, local.height, local.a, local.ends
+
+
+@dataclass(frozen=True)
+class BestOf:
+    """Ways to add up the same ends and saddles, of which the one that errs least at lam is taken.
+
+    An end may stand alone or with the saddle that it has on either side. A saddle far away is of no
+    use, and what is analytic on the interval may be singular there; with one near, an end alone
+    has coefficients that diverge.
+    """
+
+    ways: tuple[tuple[Any, ...], ...]
+
+    def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
+        found: list[list[Term]] = []
+        refusal: InputError | AccuracyError | None = None
+        for parts in self.ways:
+            try:
+                rows = [part.terms(lam, count, context) for part in parts]
+            except (InputError, AccuracyError) as error:
+                refusal = error
+                continue
+            columns = zip(*rows, strict=True)
+            found.append([(sum(v for v, _ in c), sum(s for _, s in c)) for c in columns])
+        if not found:
+            assert refusal is not None
+            raise refusal
+        return min(found, key=lambda terms: max(size for _, size in terms[-BEYOND:]))
+
+
+class _Local:
+    """The numbers of a `SaddlePart` at one precision."""
+
+    def __init__(self, part: SaddlePart, count: int, context: Any) -> None:
+        self._part, self._count = part, count
+        self._ring = NumberRing(context)
+        self.point = self._ring.expression(refined(part.piece, part.x, part.point, self._ring))
+        self._expand(2 * count + 12)
+        self.ends: list[tuple[int, Any, list[Any], Any]] = []
+        for sign, end in ((1, part.lower), (-1, part.upper)):
+            if end is not None:
+                self.ends.append((sign, *self._end(end)))
+
+    def _expand(self, n: int) -> None:
+        """G(v) = sum of d_k v^k, to order n."""
+        part, ring = self._part, self._ring
+        f = series_of("f", part.piece.f, part.x, self.point, 1, n + 3, ring)
+        g = series_of("g", part.piece.g, part.x, self.point, 1, n + 1, ring)
+        if (f[2] < 0) == part.minimum or ring.negligible(f[2], f[2:]):
+            raise InputError(
+                f"f = {part.piece.f} is flatter than a parabola at its maximum; uniform_integral "
+                "takes maxima with f'' < 0 (laplace_integral takes others)."
+            )
+        self.f, self.alpha, self.height = f, -f[2], f[0]
+        self.d = perron_coefficients([0 * f[0], 0 * f[0], *f[2:]], g, 2)
+        # For the series and for what it gives after differentiating, the later terms count.
+        top = max(abs(y) for y in self.d[:4]) or max(abs(y) for y in self.d)
+        rates = [(abs(y) / top) ** (ring.context.mpf(1) / k) for k, y in enumerate(self.d) if k > 3]
+        self._rate = max(rates) if top else ring.context.mpf(0)
+        self.a = [row[0] for row in self._rows()]
+
+    def _rows(self) -> list[list[Any]]:
+        """Taylor coefficients of G_0, G_1, ..."""
+        row, found = list(self.d), []
+        for _ in range(self._count):
+            found.append(row)
+            row = [(k + 1) * y / (2 * self.alpha) for k, y in enumerate(row[2:])]
+        return found
+
+    def _end(self, end: Any) -> tuple[Any, list[Any], Any]:
+        context = self._ring.context
+        where = self._ring.expression(end)
+        height = series_of("f", self._part.piece.f, self._part.x, where, 1, 2, self._ring)[0]
+        v = self._distance(where, height)
+        reach = abs(v) * self._rate
+        if reach <= _NEAR:
+            digits = context.dps / -context.log10(reach) if reach else 0
+            n = int(digits) + 2 * self._count + 4
+            if n <= _LONGEST:
+                if n > len(self.d):
+                    self._expand(n)
+                b = [_horner(row[1:], v) / (2 * self.alpha) for row in self._rows()]
+                return v, b, height
+        return v, self._matched(where, v), height
+
+    def _distance(self, where: Any, height: Any) -> Any:
+        """v at the end: from the series where f_max - f would cancel."""
+        context = self._ring.context
+        t = where - self.point
+        ratios = [y / self.f[2] for y in self.f[2:]]
+        size = max((abs(y * t**k) for k, y in enumerate(ratios) if k > len(ratios) // 2), default=0)
+        if size < context.mpf(2) ** -context.prec:
+            return t * context.sqrt(_horner(ratios, t))
+        drop = (self.height - height) / self.alpha
+        if not drop > 0:
+            raise AccuracyError(
+                f"f at the end {self._part.x} = {context.nstr(where, 12)} is as high as at the "
+                f"saddle {context.nstr(self.point, 12)}, so the end belongs to another maximum; "
+                "split the integral between them."
+            )
+        return context.sqrt(drop) * (1 if t > 0 else -1)
+
+    def _matched(self, where: Any, v: Any) -> list[Any]:
+        part, context = self._part, self._ring.context
+        unit = context.mpf(1)
+        c = end_coefficients(part.piece, part.x, where, 1, self._count, unit, self._ring)
+        # Of ½ erfc: (-1)^m (1/2)_m (alpha v²)^(-m)/(2 alpha v).
+        tail = [1 / (2 * self.alpha * v)]
+        for m in range(self._count - 1):
+            tail.append(-tail[-1] * (2 * m + 1) / (2 * self.alpha * v * v))
+        return [y - sum(self.a[n - m] * tail[m] for m in range(n + 1)) for n, y in enumerate(c)]
+
+
+def _horner(c: list[Any], x: Any) -> Any:
+    total = 0 * x
+    for y in reversed(c):
+        total = total * x + y
+    return total

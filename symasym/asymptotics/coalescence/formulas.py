@@ -1,0 +1,232 @@
+"""Uniform expansions as formulas, in SymPy's airyai, airyaiprime and erfc.
+
+They hold beside the coalescence: at it they are 0/0, and numbers come from `bind` and `evaluate`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+
+from symasym.asymptotics.laplace.kinks import number
+from symasym.asymptotics.laplace.watson import negative_power, perron_coefficients
+from symasym.base.errors import InputError
+from symasym.numbers.coefficient_fields import ExpressionRing, sampled_parameters
+from symasym.numbers.taylor_series import NotAnalytic, taylor
+from symasym.special.airy_products import by_parts
+
+#: Terms beyond this one are too long to be of use as formulas.
+MOST_TERMS = 3
+
+
+def pair_formula(
+    f: Any, g: Any, x: Any, order: int, lam: Any, saddles: Any, oscillating: bool
+) -> Any:
+    """Expansion at two real saddles, of the integral over i where it's not oscillating."""
+    root, level, direction, ((*rows,),) = two_saddles(f, (g,), x, saddles, order)
+    a, b = zip(*rows, strict=True)
+    argument = (-1 if oscillating else 1) * lam ** sympy.Rational(2, 3) * root**2
+    unit = sympy.I if oscillating else sympy.Integer(1)
+    step = sympy.I / lam if oscillating else -1 / lam
+    turn = -sympy.I if oscillating else sympy.Integer(-1)
+    airy = sympy.airyai(argument) * lam ** -sympy.Rational(1, 3)
+    slope = turn * sympy.airyaiprime(argument) * lam ** -sympy.Rational(2, 3)
+    total = airy * sum(y * step**n for n, y in enumerate(a))
+    total += slope * sum(y * step**n for n, y in enumerate(b))
+    return 2 * sympy.pi * sympy.exp(unit * lam * level) * total
+
+
+def two_saddles(
+    f: Any, weights: tuple[Any, ...], x: Any, saddles: Any, order: int
+) -> tuple[Any, Any, Any, list[list[tuple[Any, Any]]]]:
+    """sqrt(zeta), f's mean, the direction of s, and for each weight (a_n, b_n) with its sign."""
+    low, high = _pair_of(f, x, saddles)
+    level = (f.xreplace({x: low}) + f.xreplace({x: high})) / 2
+    # At s = + sqrt(zeta) f has a minimum, at s = - sqrt(zeta) a maximum.
+    drop = f.xreplace({x: low}) - f.xreplace({x: high})
+    root = sympy.cbrt(sympy.Rational(3, 4) * drop)
+    found = []
+    for g in weights:
+        a, b, direction = _pair_coefficients(f, g, x, low, high, root, order)
+        found.append([(direction * y, direction * z) for y, z in zip(a, b, strict=True)])
+    return root, level, direction, found
+
+
+def _pair_of(f: Any, x: Any, given: Any) -> tuple[Any, Any]:
+    """The maximum and the minimum among two saddles, told apart at sampled parameters."""
+    found = list(given) if given is not None else _zeros(f, x)
+    found = [sympy.sympify(point) for point in found]
+    if len(found) != 2:
+        raise InputError(
+            f"f' of {f} has {len(found)} real zeros by SymPy; give saddles=(first, second) for a "
+            "formula, or numbers by bind(…)."
+        )
+    curved = sympy.diff(f, x, 2)
+    signs = set()
+    free = set().union(curved.free_symbols, *(p.free_symbols for p in found)) - {x}
+    for values in sampled_parameters(free):
+        bends = [number(curved.xreplace({x: p}), values) for p in found]
+        signs.add(tuple(int(bend > 0) - int(bend < 0) for bend in bends))
+    if signs == {(-1, 1)}:
+        return found[0], found[1]
+    if signs == {(1, -1)}:
+        return found[1], found[0]
+    raise InputError(
+        f"the saddles {found[0]} and {found[1]} of {f} are not a maximum and a minimum for all "
+        "parameters; write f with parameters for which both are real and apart."
+    )
+
+
+def _zeros(f: Any, x: Any) -> list[Any]:
+    """Zeros of f' that are real at sampled parameters."""
+    try:
+        found = sympy.solve(sympy.diff(f, x), x)
+    except NotImplementedError:
+        return []
+    return [
+        point
+        for point in found
+        if all(number(point, v) == number(point, v) for v in sampled_parameters(point.free_symbols))
+    ]
+
+
+def _pair_coefficients(
+    f: Any, g: Any, x: Any, low: Any, high: Any, root: Any, order: int
+) -> tuple[Any, ...]:
+    """a_n, b_n and the direction of s; worked out once for unnamed Taylor coefficients."""
+    count = 2 * order - 1
+    names = ["R", *(f"{k}{side}{j}" for side in "pm" for k in "ac" for j in range(count))]
+    names += ["Wp", "Wm"]
+    ring = sympy.polys.rings.PolyRing(names, sympy.QQ)
+    gens = dict(zip(names, ring.gens, strict=True))
+    values = {"R": 1 / root}
+    direction = _direction(low, high)
+    sides = []
+    for side, mark, point in ((1, "p", high), (-1, "m", low)):
+        steep = taylor_of(f, x, point, count + 2)[2:]
+        weight = taylor_of(g, x, point, max(count, 2))[:count]
+        for j in range(count):
+            values[f"a{mark}{j}"] = steep[j] / steep[0]
+            values[f"c{mark}{j}"] = weight[j]
+        values[f"W{mark}"] = direction * sympy.sqrt(side * root / steep[0])
+        alpha = [ring.one, *(gens[f"a{mark}{j}"] for j in range(1, count))]
+        weights = [gens[f"c{mark}{j}"] for j in range(count)]
+        d = perron_coefficients([ring.zero, ring.zero, *alpha], weights, 2)
+        sides.append(_side(d, side, gens["R"], gens[f"W{mark}"], count, ring))
+    plus, minus = sides
+    # (P + s Q)/(2 s) and -(P - s Q)/(2 s), as in the cubic map; P without its factor sqrt(zeta).
+    q = [y + z for y, z in zip(plus, minus, strict=True)]
+    rise = [y * gens["R"] ** (2 * k) for k, y in enumerate(_binomial(1, 2, count, ring))]
+    p = _product([y - z for y, z in zip(plus, minus, strict=True)], rise, count, ring)
+    swap = {sympy.Symbol(name): value for name, value in values.items()}
+    p, q = ([y.as_expr().xreplace(swap) for y in row] for row in (p, q))
+    pq = [(root * y, z) for y, z in zip(p, q, strict=True)]
+    return (*by_parts(root**2, pq, order), direction)
+
+
+def _direction(low: Any, high: Any) -> Any:
+    signs = set()
+    for values in sampled_parameters((high - low).free_symbols):
+        signs.add(bool(number(high - low, values) > 0))
+    if len(signs) != 1:
+        raise InputError(
+            f"which of the saddles {low} and {high} is larger depends on the parameters; give "
+            "symbols with assumptions, or numbers."
+        )
+    return sympy.Integer(1 if signs.pop() else -1)
+
+
+def taylor_of(expression: Any, x: Any, point: Any, count: int) -> list[Any]:
+    try:
+        return list(taylor(expression, x, point, 1, count, ExpressionRing()).c)
+    except NotAnalytic:
+        raise InputError(f"{expression} has no Taylor series at {x} = {point}.") from None
+
+
+def _side(d: list[Any], side: int, r: Any, w: Any, count: int, ring: Any) -> list[Any]:
+    """g du/dw at one saddle, r = zeta^(-1/2)."""
+    base = _binomial(1, 2, count + 1, ring)
+    along = [ring.zero, *(y * r ** (2 * k - 1) for k, y in enumerate(base) if k)]
+    stretch = negative_power([ring.one, *(y * r / 3 for y in along[1:])], -1, 2, count, ring.one)
+    v = [side * w * y for y in _product(along, stretch, count + 1, ring)]
+    total = [ring.zero] * count
+    for y in reversed(d):
+        total = _product(total, v, count, ring)
+        total[0] = total[0] + y
+    return _product(total, [(k + 1) * y for k, y in enumerate(v[1:])], count, ring)
+
+
+def _binomial(p: int, q: int, count: int, ring: Any) -> list[Any]:
+    found = [ring.one]
+    for k in range(1, count):
+        found.append(found[-1] * (p - q * (k - 1)) / (q * k))
+    return found
+
+
+def _product(a: list[Any], b: list[Any], count: int, ring: Any) -> list[Any]:
+    found = [ring.zero] * count
+    for i, y in enumerate(a[:count]):
+        for j, z in enumerate(b[: count - i]):
+            found[i + j] = found[i + j] + y * z
+    return found
+
+
+def end_formula(
+    f: Any, g: Any, x: Any, lo: Any, hi: Any, order: int, lam: Any, saddles: Any
+) -> Any:
+    """Expansion at one maximum with the finite ends, wherever they are beside it."""
+    point = _maximum(f, x, saddles)
+    count = 2 * order
+    at_saddle = taylor_of(f, x, point, count + 3)
+    weight = taylor_of(g, x, point, count + 1)
+    alpha = -at_saddle[2]
+    d = perron_coefficients([sympy.Integer(0)] * 2 + at_saddle[2:], weight, 2)
+    a = []
+    for _ in range(order):
+        a.append(d[0])
+        d = [(k + 1) * y / (2 * alpha) for k, y in enumerate(d[2:])]
+    share, edges = [], sympy.Integer(0)
+    for side, end in ((1, lo), (-1, hi)):
+        if end.is_infinite:
+            continue
+        here = taylor_of(f, x, end, order + 2)
+        t = end - point
+        # Its sign is t's on both sides: v is analytic there.
+        v = t * sympy.sqrt((at_saddle[0] - here[0]) / (alpha * t**2))
+        share.append((side, v))
+        c = perron_coefficients(here[: order + 1], taylor_of(g, x, end, max(order, 2))[:order], 1)
+        tail = 1 / (2 * alpha * v)
+        tails = []
+        for m in range(order):
+            tails.append(tail)
+            tail = -tail * (2 * m + 1) / (2 * alpha * v**2)
+        inner = sympy.Integer(0)
+        for n, y in enumerate(c):
+            own = y * sympy.factorial(n) / (-here[1]) ** (n + 1)
+            inner += (own - sum(a[n - m] * tails[m] for m in range(n + 1))) * lam ** (-n - 1)
+        edges += side * sympy.exp(lam * here[0]) * inner
+    scale = sympy.sqrt(lam * alpha)
+    part = sympy.Integer(1)
+    if len(share) == 2:
+        part = (sympy.erfc(share[0][1] * scale) - sympy.erfc(share[1][1] * scale)) / 2
+    elif share:
+        part = sympy.erfc(share[0][0] * share[0][1] * scale) / 2
+    front = sympy.exp(lam * at_saddle[0]) * sympy.sqrt(sympy.pi / (lam * alpha)) * part
+    return front * sum(y * lam**-n for n, y in enumerate(a)) + edges
+
+
+def _maximum(f: Any, x: Any, given: Any) -> Any:
+    found = [sympy.sympify(p) for p in (given if given is not None else _zeros(f, x))]
+    curved = sympy.diff(f, x, 2)
+    kept = []
+    for point in found:
+        bend = curved.xreplace({x: point})
+        if all(number(bend, v) < 0 for v in sampled_parameters(bend.free_symbols)):
+            kept.append(point)
+    if len(kept) != 1:
+        raise InputError(
+            f"f = {f} has {len(kept)} maxima by SymPy; give saddles=(point,) for a formula, or "
+            "numbers by bind(…)."
+        )
+    return kept[0]

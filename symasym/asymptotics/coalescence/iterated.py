@@ -1,0 +1,226 @@
+"""The double integral over u < v of g(u) h(v) e^{lam (f(v) - f(u))} as two points of f meet.
+
+The inner integral up to v has a part without exponential, and a constant times e^{lam f(v)} from
+the lower end, and from the minimum of f where v has passed it. Integrated over v the first is the
+outer part (`symasym.asymptotics.coalescence.iterated_regular`); the second brings the maximum and
+the upper end. Minimum and maximum are taken together (`symasym.special.airy_products`), so that
+
+    I = both + outer + (end a) (max) + (min) (end b) + (end a) (end b) + (end a)²,
+
+the products without those in which v would come first, and each end by its own series. The outer
+part is that on a path past both points at one side. Far past their meeting, where the ends are
+nearer than the complex pair, what is left of the pair is an algebraic share in the outer part, and
+the path is the real line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import sympy
+
+from symasym.asymptotics.coalescence.cubic_map import map_coefficients
+from symasym.asymptotics.coalescence.endpoints import end_coefficients, kept, series_of
+from symasym.asymptotics.coalescence.iterated_regular import OuterPart
+from symasym.asymptotics.coalescence.reading import closest_pair, require_alone, require_no_pole
+from symasym.asymptotics.coalescence.saddle_pair import nearby_pair
+from symasym.asymptotics.laplace.kinks import Piece, at, number
+from symasym.base.contexts import own_context
+from symasym.base.errors import InputError
+from symasym.numbers.coefficient_fields import NumberRing
+from symasym.special.airy_products import Rows, Term, by_parts, pair_terms, product_rows
+
+_FAR = (10**2, 10**4, 10**6)
+# Digits that the outer part, where nothing cancels, can do without.
+_SPARE = 3
+
+
+def iterated_parts(
+    f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any, near: Any
+) -> list[IteratedPart]:
+    """What there is to add up, or the sentence that says why the integral is refused."""
+    piece = Piece(lo, hi, f, g)
+    for e in (g, h):
+        require_no_pole(Piece(lo, hi, f, e), x)
+    _require_fall(f, g, h, x, lo, hi)
+    point, spread = closest_pair(piece, x, near, f)
+    require_alone(piece, x, point, spread, f)
+    return [IteratedPart(f, g, h, x, point, lo, hi)]
+
+
+def _require_fall(f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any) -> None:
+    """Refuse infinite ends at which the integral diverges, or f has a finite limit."""
+    outer = g * h / sympy.diff(f, x)
+    for end, side, weight in ((lo, -1, g), (hi, 1, h)):
+        if not end.is_infinite:
+            continue
+        heights, sizes, tails = (
+            [at(e, x, sympy.Integer(side * y)) for y in _FAR] for e in (f, weight, outer)
+        )
+        with own_context(30) as context:
+            drops = [context.mpf(-side) * context.make_mpf(y._mpf_) for y in heights]
+            if not (drops[0] < drops[1] < drops[2] and drops[2] - drops[1] > 1):
+                raise InputError(
+                    f"f = {f} does not go to {'-oo' if side > 0 else 'oo'} as {x} tends to {end}, "
+                    "so the integral diverges or has no expansion there; f must fall from oo at "
+                    "a = -oo and to -oo at b = oo."
+                )
+            size, tail = (
+                [abs(context.make_mpf(y._mpf_)) for y in row[1:]] for row in (sizes, tails)
+            )
+            if size[1] and context.log(size[1]) > drops[2]:
+                raise InputError(
+                    f"{weight} grows faster than the exponential falls as {x} tends to {end}, so "
+                    "the integral diverges for some lam; give weights of slower growth."
+                )
+            if tail[1] and not tail[1] * _FAR[2] < tail[0] * _FAR[1] * context.mpf("0.97"):
+                raise InputError(
+                    f"g h/f' = {outer} falls no faster than 1/{x} as {x} tends to {end}, so the "
+                    "part with u near v diverges; give weights that fall faster, or a finite end."
+                )
+
+
+@dataclass(frozen=True)
+class IteratedPart:
+    """All of the integral; `point` is the zero of f'' at the pair."""
+
+    f: Any
+    g: Any
+    h: Any
+    x: Any
+    point: Any
+    lo: Any
+    hi: Any
+    _outer: dict[Any, Any] = field(default_factory=dict, compare=False)
+
+    def coefficients(self, count: int, context: Any) -> tuple[Any, list[tuple[Any, ...]]]:
+        """zeta, and what stands with the products of Airy functions and in the outer part."""
+        zeta, onward, _, falling, rising, _, _ = self._pair(count, context)
+        front = context.pi**2 if onward else context.zero
+        rows = [[front * y for y in row] for row in product_rows(falling, rising)]
+        outer = self._outer_of(count, False, context.dps, context)
+        return zeta, [(*row, y) for row, y in zip(rows, outer, strict=True)]
+
+    def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
+        zeta, onward, level, falling, rising, low, high = kept(self, count, context, self._pair)
+        pair = pair_terms(zeta, falling, rising, lam, context)
+        cut, left_out = self._cut(zeta, level, low, high, lam, context)
+        parts = [self._of_outer(lam, count, left_out, context)]
+        if onward and not left_out:
+            parts.append(pair.both)
+        nothing = [(context.zero, context.zero)] * count
+        down = [] if left_out else [(-level, pair.falling)]
+        up = [] if left_out else [(level, pair.rising)]
+        if low:
+            height, first, second = low
+            first, second = (_series(row, lam) for row in (first, second))
+            parts.append(_product(first, second, context.one))
+            parts += [_product(first, row, context.exp(lam * (y - height))) for y, row in up]
+        if high:
+            height, last = high
+            row = _series(last, lam)
+            parts += [_product(other, row, context.exp(lam * (y + height))) for y, other in down]
+        if low and high:
+            parts.append(_product(first, row, context.exp(lam * (high[0] - low[0]))))
+        found = []
+        for terms in zip(nothing, *parts, strict=True):
+            found.append((sum(v for v, _ in terms), sum(s for _, s in terms)))
+        scale = cut * sum((size for _, size in found[:1]), context.zero)
+        return [(value, size + scale) for value, size in found]
+
+    # -- what does not depend on lam ---------------------------------------------------------------
+
+    def _pair(self, count: int, context: Any) -> tuple[Any, ...]:
+        """zeta, whether the minimum is first, f's mean, both rows, and what the ends have."""
+        near = nearby_pair(-self.f, (self.g, self.h), self.x, self.point, 2 * count - 1, context)
+        pair = near.pair
+        rows: list[Rows] = []
+        for weight in near.weights:
+            pq = map_coefficients(pair, 2 * count - 1, context, weight)
+            a, b = by_parts(pair.zeta, pq, count)
+            # s may run against u, and du = u' ds with it.
+            rows.append([(pair.sign * y, pair.sign * z) for y, z in zip(a, b, strict=True)])
+        level = -(near.start + pair.level)
+        low, high = self._ends(count, context)
+        return (pair.zeta, bool(pair.sign > 0), level, *rows, low, high)
+
+    def _ends(self, count: int, context: Any) -> tuple[Any, Any]:
+        ring = NumberRing(context)
+        down, up = Piece(self.lo, self.hi, -self.f, self.g), Piece(self.lo, self.hi, self.f, self.h)
+
+        def row(piece: Piece, end: Any, side: int) -> list[Any]:
+            return end_coefficients(piece, self.x, end, side, count, context.one, ring)
+
+        low: tuple[Any, ...] = ()
+        high: tuple[Any, ...] = ()
+        if not self.lo.is_infinite:
+            height = series_of("f", self.f, self.x, self.lo, 1, 2, ring)[0]
+            low = height, row(down, self.lo, 1), row(up, self.lo, 1)
+        if not self.hi.is_infinite:
+            height = series_of("f", self.f, self.x, self.hi, 1, 2, ring)[0]
+            high = height, row(up, self.hi, -1)
+        return low, high
+
+    # -- at one lam --------------------------------------------------------------------------------
+
+    def _cut(
+        self, zeta: Any, level: Any, low: Any, high: Any, lam: Any, context: Any
+    ) -> tuple[Any, bool]:
+        """What ends cost that cut through a complex pair, and whether it is better left out.
+
+        Airy functions take the pair's integrals over all of the line; without them its
+        exponentials are missing, which are small where it is far from the real line.
+        """
+        if zeta >= 0 or not (low or high):
+            return context.zero, False
+        room = min(abs(end[0] - level) for end in (low, high) if end)
+        inside = context.exp(-lam * room)
+        outside = context.exp(-lam * 4 * (-zeta) ** context.mpf(1.5) / 3)
+        return min(inside, outside), bool(outside < inside)
+
+    def _of_outer(self, lam: Any, count: int, on_line: bool, context: Any) -> list[Term]:
+        # lam has brought digits of its own for the exponents.
+        digits = context.dps - max(0, int(context.log10(lam))) - _SPARE
+        outer = self._outer_of(count, on_line, digits, context)
+        rows = [y * lam ** (-k - 1) for k, y in enumerate(outer)]
+        return [(y, abs(y)) for y in rows]
+
+    def _outer_of(self, count: int, on_line: bool, digits: int, context: Any) -> list[Any]:
+        key = count, on_line, -(-digits // 10) * 10
+        if key not in self._outer:
+            with own_context(key[2]) as inner:
+                self._outer[key] = self._integrals(count, on_line, inner)
+        return [context.make_mpf(y._mpf_) for y in self._outer[key]]
+
+    def _integrals(self, count: int, on_line: bool, context: Any) -> list[Any]:
+        weights = self.g, self.h
+        near = nearby_pair(-self.f, weights, self.x, self.point, 2 * count - 1, context)
+        ring = NumberRing(context)
+        ends = [
+            context.make_mpf(number(end)._mpf_) if end.is_infinite else ring.expression(end)
+            for end in (self.lo, self.hi)
+        ]
+        outer = OuterPart(self.f, weights, self.x, (ends[0], ends[1]), near, count, context)
+        found = outer.past_both()
+        if on_line:
+            found = [y + z for y, z in zip(found, outer.share(), strict=True)]
+        return found
+
+
+def _series(c: list[Any], lam: Any) -> list[Term]:
+    return [(y * lam ** (-n - 1), abs(y) * lam ** (-n - 1)) for n, y in enumerate(c)]
+
+
+def _product(first: list[Term], second: list[Term], factor: Any) -> list[Term]:
+    """Terms of the product of two sums, in the order of their powers of 1/lam."""
+    found = []
+    for n in range(min(len(first), len(second))):
+        pairs = [(first[i], second[n - i]) for i in range(n + 1)]
+        found.append(
+            (
+                factor * sum(a[0] * b[0] for a, b in pairs),
+                factor * sum(a[1] * b[1] for a, b in pairs),
+            )
+        )
+    return found

@@ -1,0 +1,281 @@
+"""The outer part of an iterated integral: where u and v are close to each other.
+
+M(v) = e^{lam f(v)} int^v g e^{-lam f} solves M' = g + lam f' M, and besides exponentials it is
+m_1/lam + m_2/lam² + ... with phi = -f', m_1 = g/phi and m_(k+1) = -m_k'/phi. Here the integrals
+of h m_k are found on a path past both zeros of a pair at one side: their real part is Hadamard's
+finite part where the zeros are real, and does not notice their meeting. On the path no m_k is
+large, so that nothing cancels.
+
+The path is the real line with half circles above the zeros, wide ones: both zeros, and no other
+singularity, are below one half circle, or each has its own. Every piece is bisected until the last
+Legendre coefficients of the integrand at Gauss's points are small to more than half of the digits:
+the error of the integral is about the square of that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import sympy
+
+from symasym.asymptotics.coalescence.endpoints import series_of
+from symasym.asymptotics.coalescence.saddle_pair import Nearby, root_test
+from symasym.asymptotics.weak_noise.slow_manifold import laurent
+from symasym.base.errors import AccuracyError
+from symasym.numbers.coefficient_fields import NumberRing
+from symasym.numbers.quadratic_factor import poly, shifted
+
+#: A path from t = 0 to 1, and its derivative.
+Path = Callable[[Any], tuple[Any, Any]]
+
+# Half the pair's distance over the free radius up to which one half circle is about both.
+_NEAR = 0.6
+_MOST_PANELS = 200
+# Orders beyond which a free radius is told by Taylor coefficients at one zero.
+_ORDERS = 30
+
+
+class OuterPart:
+    """Integrals of h m_k, k = 1 to `count`, at one precision; `ends` are infinite or mpf."""
+
+    def __init__(
+        self,
+        f: Any,
+        weights: tuple[Any, Any],
+        x: Any,
+        ends: tuple[Any, Any],
+        near: Nearby,
+        count: int,
+        context: Any,
+    ) -> None:
+        self._slope, self._weights, self._x = sympy.diff(f, x), weights, x
+        self._ends, self._near, self._count, self._context = ends, near, count, context
+        self._ring = NumberRing(context)
+        # As many points as digits, or nearly: a panel is then as long as it is far from zeros.
+        degree = 4 + max(0, int(context.dps / 20).bit_length())
+        self._rule = [tuple(context.convert(y) for y in row) for row in _rule(degree, context.prec)]
+        self._polynomials = [
+            [self._ring.expression(c) for c in reversed(sympy.Poly(e, x).all_coeffs())]
+            if e.is_polynomial(x)
+            else None
+            for e in (self._slope, *weights)
+        ]
+        pair = near.pair
+        self._middle, self._half = near.point + pair.middle, context.sqrt(abs(pair.square))
+        self._free = self._room(self._middle, pair.psi, near.weights)
+        self._together = self._half <= _NEAR * self._free
+
+    def past_both(self) -> list[Any]:
+        """On the path above both zeros, the real part."""
+        if self._near.pair.square < 0 and not self._together:
+            on_line, share = self._along([]), self.share()
+            return [x - y for x, y in zip(on_line, share, strict=True)]
+        return self._along(self._detours())
+
+    def share(self) -> list[Any]:
+        """What the real line has more than `past_both` of a complex pair: a residue, 2 pi i times.
+
+        By the trapezoidal rule on a circle about the zero above the line.
+        """
+        context, size = self._context, 32
+        zero = self._middle + context.j * self._half
+        radius = self._half / 2
+        if not self._together:
+            radius = min(radius, self._room(zero, *self._series_at(zero)) / 2)
+        last: list[Any] = []
+        while size <= 4096:
+            total, sizes = [context.zero] * self._count, [context.zero] * self._count
+            for j in range(size):
+                turn = 2 * context.pi * radius / size * context.expjpi(context.mpf(2 * j) / size)
+                for k, y in enumerate(self._values(zero + turn * size / (2 * context.pi))):
+                    total[k] -= context.im(y * turn)
+                    sizes[k] += abs(y * turn)
+            if last and self._settled(
+                [abs(x - y) for x, y in zip(total, last, strict=True)], sizes
+            ):
+                return total
+            last, size = total, 2 * size
+        raise self._unsettled()
+
+    # -- the path ----------------------------------------------------------------------------------
+
+    def _detours(self) -> list[tuple[Any, Any]]:
+        """Middles and radii of the half circles, from left to right."""
+        context, half, free = self._context, self._half, self._free
+        if self._together:
+            radius = (
+                1 + 2 * half if free == context.inf else max(free / 2, context.sqrt(half * free))
+            )
+            return [(self._middle, radius)]
+        found = []
+        for zero in (self._middle - half, self._middle + half):
+            free = min(2 * half, self._room(zero, *self._series_at(zero)))
+            found.append((zero, free * 2 / 5))
+        return found
+
+    def _series_at(self, zero: Any) -> tuple[list[Any], list[list[Any]]]:
+        """Of f'/(x - zero) and of the weights."""
+        rows = [
+            series_of(name, e, self._x, zero, 1, _ORDERS, self._ring)
+            for name, e in zip("fgh", (self._slope, *self._weights), strict=True)
+        ]
+        return rows[0][1:], rows[1:]
+
+    def _room(self, middle: Any, rest: list[Any], weights: list[list[Any]]) -> Any:
+        """A radius within which `rest` has no zero, all series converge and no end lies."""
+        context = self._context
+        found = min([abs(end - middle) for end in self._ends] + [context.inf])
+        for e, row in zip((self._slope, *self._weights), (rest, *weights), strict=True):
+            inverse = 0 if e.is_polynomial(self._x) else root_test(row, context)
+            if inverse:
+                # The root test sees the radius roughly.
+                found = min(found, context.mpf(7) / 10 / inverse)
+        sizes = [abs(c / rest[0]) for c in rest]
+        first = min((context.root(1 / c, j) for j, c in enumerate(sizes) if j and c), default=None)
+        if first is None:
+            return found
+        low, high = first * 9 / 20, first
+        for _ in range(6):
+            r = (low + high) / 2
+            small = sum(c * r**j for j, c in enumerate(sizes) if j) < context.mpf(9) / 10
+            low, high = (r, high) if small else (low, r)
+        return min(found, low)
+
+    def _along(self, detours: list[tuple[Any, Any]]) -> list[Any]:
+        context = self._context
+        lo, hi = self._ends
+        if not detours and context.isinf(lo) and context.isinf(hi):
+            detours = [(self._middle, context.zero)]
+        marks, total = [lo], [context.zero] * self._count
+        pieces: list[Path] = []
+        for middle, radius in detours:
+            self._require_same(middle, radius)
+            marks += [middle - radius, middle + radius]
+            if radius:
+                pieces.append(_half_circle(middle, radius, context))
+        marks.append(hi)
+        scale = detours[0][1] if detours and detours[0][1] else 1 + self._half
+        ends = zip(marks[::2], marks[1::2], strict=True)
+        pieces += [_line(start, end, scale, context) for start, end in ends]
+        for piece in pieces:
+            for k, y in enumerate(self._integral(piece)):
+                total[k] += y
+        return total
+
+    def _require_same(self, middle: Any, radius: Any) -> None:
+        """Refuse expressions that are, off the real line, another branch than their series."""
+        context, near = self._context, self._near
+        if not (radius and self._together):
+            return
+        away = context.mpc(0, radius)
+        top, by = middle + away, near.pair.middle + away
+        # The pair is that of phi = -f'.
+        slope = -near.pair.sign * (away**2 - near.pair.square) * poly(near.pair.psi, away)
+        series = [slope, *(poly(row, by) for row in near.weights)]
+        for name, e, y in zip("fgh", (self._slope, *self._weights), series, strict=True):
+            value = series_of(name, e, self._x, top, 1, 2, self._ring)[0]
+            if abs(value - y) > abs(y) / 10**4:
+                raise self._unsettled()
+
+    # -- the rule ----------------------------------------------------------------------------------
+
+    def _values(self, v: Any) -> list[Any]:
+        """h m_k at a point off the zeros."""
+        n = self._count
+        slope, g, h = (self._jet(k, v, count) for k, count in ((0, n), (1, n), (2, 1)))
+        return [h[0] * row[0] for row in laurent([-c for c in slope], False, n, g)]
+
+    def _jet(self, which: int, v: Any, count: int) -> list[Any]:
+        """Taylor coefficients of f', g or h."""
+        row, context = self._polynomials[which], self._context
+        if row is None:
+            e = (self._slope, *self._weights)[which]
+            return list(series_of("fgh"[which], e, self._x, v, 1, max(2, count), self._ring))[
+                :count
+            ]
+        found = shifted([c + 0 * v for c in row], v)[:count]
+        return found + [context.zero] * (count - len(found))
+
+    def _integral(self, path: Path) -> list[Any]:
+        """Over 0 <= t <= 1, by bisection until the last Legendre coefficients are small."""
+        waiting, found = [(0, 1), (1, 1)], [self._context.zero] * self._count
+        scale: list[Any] = []
+        for _ in range(_MOST_PANELS):
+            if not waiting:
+                return found
+            place, depth = waiting.pop()
+            values, last, sizes = self._panel(path, place, depth)
+            # The largest panel so far is what rounding is seen against.
+            scale = [max(x, y) for x, y in zip(scale or sizes, sizes, strict=True)]
+            if self._settled(last, scale):
+                found = [x + y for x, y in zip(found, values, strict=True)]
+            else:
+                waiting += [(2 * place, depth + 1), (2 * place + 1, depth + 1)]
+        raise self._unsettled()
+
+    def _panel(self, path: Path, place: int, depth: int) -> tuple[list[Any], list[Any], list[Any]]:
+        """Over place/2^depth <= t <= (place + 1)/2^depth: the integrals, what of the integrands
+        is in the last two Legendre polynomials, and the integrals of the moduli."""
+        context, count = self._context, self._count
+        half = context.ldexp(1, -depth - 1)
+        values, sizes = [context.zero] * count, [context.zero] * count
+        tails = [[context.zero] * count, [context.zero] * count]
+        for x, weight, *last in self._rule:
+            point, speed = path(half * (2 * place + 1 + x))
+            for k, y in enumerate(self._values(point)):
+                part = half * weight * y * speed
+                real = context.re(part)
+                values[k] += real
+                sizes[k] += abs(part)
+                for tail, factor in zip(tails, last, strict=True):
+                    tail[k] += factor * real
+        return values, [abs(x) + abs(y) for x, y in zip(*tails, strict=True)], sizes
+
+    def _settled(self, off: list[Any], sizes: list[Any]) -> bool:
+        least = self._context.ldexp(1, -self._context.prec * 11 // 20)
+        return all(x <= least * size for x, size in zip(off, sizes, strict=True))
+
+    def _unsettled(self) -> AccuracyError:
+        return AccuracyError(
+            f"the part of the integral with u near v was not found to {self._context.dps} digits: "
+            f"f' = {self._slope} nearly vanishes, or f, g or h varies too fast, on the way from "
+            "end to end; give an interval that ends before that, or fewer digits."
+        )
+
+
+@cache
+def _rule(degree: int, precision: int) -> list[tuple[Any, Any, Any, Any]]:
+    """Gauss-Legendre, 3 2^(degree - 1) points: places, weights, and what a value has to be
+    multiplied by, besides its weight, for the last two Legendre coefficients."""
+    from mpmath.calculus.quadrature import GaussLegendre
+    from mpmath.ctx_mp import MPContext
+
+    context = MPContext()
+    context.prec = precision
+    rule = GaussLegendre(context).calc_nodes(degree, precision)
+    orders = len(rule) - 1, len(rule) - 2
+    found = []
+    for x, weight in rule:
+        high, low = ((2 * n + 1) * context.legendre(n, x) / 2 for n in orders)
+        found.append((x, weight, high, low))
+    return found
+
+
+def _line(a: Any, b: Any, scale: Any, context: Any) -> Path:
+    if context.isinf(a) or context.isinf(b):
+        # Where the integrand falls as a power, it is a polynomial in t, or nearly.
+        start, side = (b, -1) if context.isinf(a) else (a, 1)
+        return lambda t: (start + side * scale * (1 / t - 1), scale / t**2)
+    return lambda t: (a + (b - a) * t, b - a)
+
+
+def _half_circle(middle: Any, radius: Any, context: Any) -> Path:
+    """Above the real line, from left to right."""
+
+    def path(t: Any) -> tuple[Any, Any]:
+        turn = radius * context.expjpi(1 - t)
+        return middle + turn, -context.j * context.pi * turn
+
+    return path

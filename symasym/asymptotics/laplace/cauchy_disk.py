@@ -1,0 +1,437 @@
+"""Around one maximum, proved in balls: what bounds the remainder of Watson's lemma.
+
+With h = f(p) - f(p + t) and u = h^(1/mu) = t W(t), suppose that in a polygon around t = 0 f and
+G = g t^(1 - beta) are analytic and h/t^mu has no zero. Let rho be the least |u| on its boundary
+B. By Rouche's theorem each |u| < rho is reached exactly once, so t is an analytic function of u
+there, and Lagrange's coefficients
+
+    F_k = (1/(2 pi i)) contour integral of G W^(-k - beta) t^(-k - 1) dt
+
+of the transformed integrand, int e^(-lam u^mu) u^(beta - 1) sum F_k u^k du, obey
+|F_k| <= M rho^(-k), M the largest |G W^(-beta)| on B times the integral of |dt/t|/(2 pi). No
+derivative of the inverse map has to be bounded. The polygon follows a level line of |u|, since
+rho is what decides how far the transformed part of the integral reaches.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sympy
+
+from symasym.asymptotics.laplace.kinks import Piece, number
+from symasym.asymptotics.laplace.watson import perron_coefficients
+from symasym.base.errors import InputError
+from symasym.numbers.balls import BallOps, exact_ball, flint_module
+from symasym.numbers.trees import NumpyOps, evaluate_tree
+
+#: The neighbourhood that is transformed reaches to u = THETA rho.
+THETA = 0.7
+_RAYS = 64
+_STEPS = 96
+_DEEPEST = 7
+# Half-width of the interval in which a rounded zero of f' is shown to lie, relatively.
+_ROOT = Fraction(1, 10**45)
+
+
+class NotProved(Exception):
+    """A step of the proof does not go through; an estimate remains possible."""
+
+
+@dataclass(frozen=True)
+class Disk:
+    """M, rho and the coefficients; the reach and its u^mu for each side in `sides`.
+
+    Attributes
+    ----------
+    contact : int
+    beta : Fraction
+    peak : float
+        M, an upper bound.
+    rho : float
+        A lower bound.
+    coefficients : list of arb
+        F_k / mu times Gamma((k + beta)/mu): c_k of one side.
+    sides : tuple of (sign, reach, drop)
+        The transformed part is 0 <= t <= reach (None: to the end of the piece); u^mu is at
+        least `drop` there.
+    """
+
+    contact: int
+    beta: Fraction
+    peak: float
+    rho: float
+    coefficients: list[Any]
+    sides: tuple[tuple[int, Fraction | None, float], ...]
+
+
+def disk(piece: Piece, x: Any, point: Any, side: str, contact: int, beta: Any, count: int) -> Disk:
+    """The proof's data at one maximum, with `count` coefficients (the ball precision is set).
+
+    Raises
+    ------
+    NotProved
+        If no disk is found on which all of it holds.
+    """
+    if not beta.is_Rational:
+        raise NotProved
+    power = Fraction(int(beta.p), int(beta.q))
+    sign = -1 if side == "left" else 1
+    center = _center(piece, x, point, contact)
+    smooth, front = without_power(piece.g, x, point, sign)
+    zeros = power - 1 - front
+    if zeros.denominator != 1 or zeros < 0:
+        raise NotProved
+    f = _series(piece.f, x, center, sign, contact + count)
+    g = _series(smooth, x, center, sign, count + int(zeros))[int(zeros) :]
+    steep = -f[contact]
+    if not steep > 0:
+        raise NotProved
+    flint = flint_module()
+    # Zero exactly: the point is a zero of f' (or of more) by its definition.
+    if not all(c.contains(0) for c in f[1:contact]):
+        raise NotProved
+    f = [f[0], *([flint.arb(0)] * (contact - 1)), *f[contact:]]
+    reduced = perron_coefficients(f, g, contact, power)
+    coefficients = []
+    for k, d in enumerate(reduced):
+        s = exact_ball((k + power) / contact)
+        coefficients.append(d * s.gamma() / contact * (-(s * steep.log())).exp())
+    around = _Surroundings(piece.f, smooth, x, center, f[0], contact, power, int(zeros))
+    corners, rho, peak = _best(around, _scale(f, contact), count)
+    sides = []
+    for s, end in ((1, piece.hi), (-1, piece.lo)):
+        if side == "both" or s == sign:
+            # The first corner lies on the positive axis, the middle one on the negative.
+            radius = float(abs(corners[0 if s > 0 else _RAYS // 2])) * (1 - 1e-12)
+            sides.append((s, *_reach(around, s, end, radius, rho)))
+    return Disk(contact, power, peak, rho, coefficients, tuple(sides))
+
+
+def ball_at(expression: Any) -> Any:
+    """A ball for a number."""
+    try:
+        return evaluate_tree(sympy.sympify(expression), {}, BallOps())
+    except (InputError, AttributeError):
+        raise NotProved from None
+
+
+def _center(piece: Piece, x: Any, point: Any, contact: int) -> Any:
+    if isinstance(point, sympy.Basic):
+        return ball_at(point)
+    if contact != 2:
+        raise NotProved
+    sign, mantissa, exponent, _ = point._mpf_
+    middle = Fraction(int(mantissa)) * Fraction(2) ** int(exponent) * (-1 if sign else 1)
+    half = abs(middle) * _ROOT + _ROOT
+    slope = sympy.diff(piece.f, x)
+    before, after = (
+        evaluate_tree(slope, {x: exact_ball(y)}, BallOps()) for y in (middle - half, middle + half)
+    )
+    if not (before > 0 and after < 0):
+        raise NotProved
+    return exact_ball(middle) + flint_module().arb(0, exact_ball(half))
+
+
+def without_power(g: Any, x: Any, point: Any, sign: int) -> tuple[Any, Fraction]:
+    """g = t^e G, the powers of the distance t taken out; e and G."""
+    rest, front = sympy.Integer(1), Fraction(0)
+    for factor in sympy.Mul.make_args(g):
+        base, exponent = factor.as_base_exp()
+        whole = exponent.is_Integer and exponent >= 0
+        if whole or not (exponent.is_Rational and base.has(x) and base.is_polynomial(x)):
+            rest *= factor
+            continue
+        polynomial = sympy.Poly(base, x)
+        exact = isinstance(point, sympy.Basic)
+        if polynomial.degree() != 1 or not exact or sympy.expand(base.subs(x, point)) != 0:
+            rest *= factor
+            continue
+        slope = polynomial.LC() * sign
+        if not exponent.is_Integer and not slope.is_positive:
+            raise NotProved
+        rest *= slope**exponent
+        front += Fraction(int(exponent.p), int(exponent.q))
+    return rest, front
+
+
+def _series(expression: Any, x: Any, center: Any, sign: int, count: int) -> list[Any]:
+    flint = flint_module()
+    flint.ctx.cap = max(count, 2)
+    line = flint.arb_series([center, flint.arb(sign)], max(count, 2))
+    try:
+        found = evaluate_tree(expression, {x: line}, BallOps())
+    except (ZeroDivisionError, InputError, AttributeError, TypeError, ValueError):
+        raise NotProved from None
+    if isinstance(found, flint.arb):
+        found = flint.arb_series([found], count)
+    coefficients = [found[k] for k in range(count)]
+    if not all(c.is_finite() for c in coefficients):
+        raise NotProved
+    return coefficients
+
+
+def _scale(f: list[Any], contact: int) -> float:
+    """A length on which h differs from its first term."""
+    rates = [0.0]
+    for j, c in enumerate(f[contact + 1 : contact + 24], start=1):
+        size = abs(float(c / f[contact]))
+        if size:
+            rates.append(size ** (1 / j))
+    return 1 / max(rates) if max(rates) else 1.0
+
+
+@dataclass
+class _Surroundings:
+    """What is asked about f and G off the real axis; all points are relative to the maximum."""
+
+    f: Any
+    smooth: Any
+    x: Any
+    center: Any
+    top: Any
+    contact: int
+    beta: Fraction
+    zeros: int
+
+    @cached_property
+    def _shifted(self) -> dict[Any, Any]:
+        """Those of f and G that are polynomials, in t: quicker by far than a tree, and tighter."""
+        flint, found = flint_module(), {}
+        line = flint.arb_poly([self.center, 1])
+        for expression in (self.f, self.smooth):
+            if not expression.is_polynomial(self.x):
+                continue
+            rows = sympy.Poly(expression, self.x).all_coeffs()[::-1]
+            if all(c.is_Rational for c in rows):
+                exact = flint.fmpq_poly([flint.fmpq(int(c.p), int(c.q)) for c in rows])
+                found[expression] = flint.arb_poly(exact)(line)
+        return found
+
+    def sampled(self, t: Any) -> tuple[Any, Any]:
+        """|u| and |G W^(-beta)| on an array of complex points, in float64 and unproved."""
+        with np.errstate(all="ignore"):
+            z = float(self.center) + t
+            weight = np.asarray(evaluate_tree(self.smooth, {self.x: z}, _ComplexOps()) + 0 * t)
+            u = np.abs(self._drops(t)) ** (1 / self.contact)
+            peak = np.abs(weight) * np.abs(t) ** (float(self.beta) - self.zeros)
+            return u, peak * u ** -float(self.beta)
+
+    def _drops(self, t: Any) -> Any:
+        """h, in float64 and unproved; from its own series nothing cancels."""
+        known = self._shifted.get(self.f)
+        if known is not None:
+            rows = [float(c) for c in known.coeffs()]
+            return -np.polyval([*rows[: self.contact - 1 : -1], *[0.0] * self.contact], t)
+        height = evaluate_tree(self.f, {self.x: float(self.center) + t}, _ComplexOps())
+        return float(self.top) - height + 0 * t
+
+    def height(self, t: Any) -> Any:
+        """A ball of f on the real axis."""
+        known = self._shifted.get(self.f)
+        if known is not None:
+            return known(t)
+        return evaluate_tree(self.f, {self.x: self.center + t}, BallOps())
+
+    def winds_once(self, t: Any) -> bool:
+        """Whether h seems to have its zero at t = 0 only inside the closed curve."""
+        with np.errstate(all="ignore"):
+            ratio = self._drops(t) / t**self.contact
+            steps = np.angle(np.roll(ratio, -1) / ratio)
+        return bool(abs(steps.sum()) < 1)
+
+    def at(self, expression: Any, t: Any) -> Any:
+        """A ball of the expression, None where it may not be analytic."""
+        flint = flint_module()
+        known = self._shifted.get(expression)
+        if known is not None:
+            return flint.acb(known(flint.acb(t)))
+        try:
+            found = flint.acb(
+                evaluate_tree(expression, {self.x: flint.acb(self.center) + t}, BallOps())
+            )
+        except (ZeroDivisionError, InputError, AttributeError, TypeError, ValueError):
+            return None
+        return found if found.is_finite() else None
+
+
+class _ComplexOps(NumpyOps):
+    def power(self, base: Any, exponent: Fraction) -> Any:
+        return np.power(base.astype(complex), float(exponent))
+
+    def erf(self, x: Any) -> Any:
+        raise NotProved
+
+
+def _best(around: _Surroundings, scale: float, count: int) -> tuple[Any, float, float]:
+    """Corners of the polygon with the least M rho^(-count) among those tried, rho and M."""
+    angles = 2 * np.pi * np.arange(_RAYS) / _RAYS
+    radii = scale * np.geomspace(1 / 16, 32, _STEPS)
+    points = radii[:, None] * np.exp(1j * angles)
+    u, peaks = around.sampled(points)
+    tried = []
+    seen = u[np.isfinite(u)]
+    if not seen.size or not 0 < np.nanmin(u[0]) < seen.max():
+        # Beside another zero of f', within the rounding of f, nothing is seen.
+        raise NotProved
+    for level in np.geomspace(np.nanmin(u[0]) * 1.0001, seen.max(), 120):
+        above = ~(u < level)  # nan counts as above, and is refused below
+        if not above.any(axis=0).all():
+            break
+        first = above.argmax(axis=0)
+        if (first == 0).any():
+            continue
+        rays = np.arange(_RAYS)
+        low, high = u[first - 1, rays], u[first, rays]
+        if not (np.isfinite(high).all() and np.isfinite(peaks[first, rays]).all()):
+            # Not so near a singularity that |u| or G has no value: one step before it.
+            continue
+        share = np.log(level / low) / np.log(high / low)
+        corners = radii[first - 1] * (radii[1] / radii[0]) ** share
+        points_here = corners * np.exp(1j * angles)
+        if not around.winds_once(points_here):
+            # Beyond a critical point of f, |u| has passed a saddle and other zeros are inside.
+            continue
+        score = np.log(peaks[first, rays].max()) - count * np.log(level)
+        tried.append((float(score), points_here, float(level)))
+    tried.sort(key=lambda entry: entry[0])
+    ceiling = math.inf
+    for _, corners, level in tried:
+        if level < ceiling:
+            found = _proved(around, corners, level)
+            if found is not None:
+                return corners, *found
+            # What failed was too near a singularity or a critical point.
+            ceiling = 0.94 * level
+    raise NotProved
+
+
+def _proved(around: _Surroundings, corners: Any, level: float) -> tuple[float, float] | None:
+    """rho and M of a polygon, None if something that is needed does not hold or is not seen."""
+    if not _analytic(around, corners):
+        return None
+    rho, peak, length, turned = math.inf, 0.0, 0.0, 0.0
+    wanted = (0.93 * level) ** around.contact
+    for start, end in zip(corners, np.roll(corners, -1), strict=True):
+        waiting = [(complex(start), complex(end), 0)]
+        while waiting:
+            a, b, depth = waiting.pop()
+            box = _box(a, b)
+            height, weight = around.at(around.f, box), around.at(around.smooth, box)
+            drop = None if height is None else _down((around.top - height).abs_lower())
+            if weight is None or drop is None or not drop > wanted:
+                if depth == _DEEPEST:
+                    return None
+                middle = (a + b) / 2
+                waiting += [(a, middle, depth + 1), (middle, b, depth + 1)]
+                continue
+            u = drop ** (1 / around.contact) * (1 - 1e-14)
+            near, far = _down(abs(box).abs_lower()), _up(abs(box).abs_upper())
+            power = float(around.beta) - around.zeros
+            size = _up(weight.abs_upper()) * (far if power > 0 else near) ** power
+            rho, peak = min(rho, u), max(peak, size * u ** -float(around.beta))
+            length += abs(b - a) / near
+            # The box of h leaves out 0 and is convex: its argument changes by less than pi.
+            turned += _turn(around, a, b)
+    if not abs(turned / (2 * math.pi) - around.contact) < 0.1:
+        return None
+    return rho, peak * length / (2 * math.pi) * (1 + 1e-10)
+
+
+def _turn(around: _Surroundings, a: complex, b: complex) -> float:
+    flint = flint_module()
+    first, last = (around.at(around.f, flint.acb(t.real, t.imag)) for t in (a, b))
+    return float(((around.top - last) / (around.top - first)).arg())
+
+
+def _box(a: complex, b: complex) -> Any:
+    """The smallest box with sides along the axes that holds a segment, a little widened."""
+    flint = flint_module()
+    middle, half = (a + b) / 2, (b - a) / 2
+    slack = 1e-14 * (abs(a) + abs(b))
+    return flint.acb(
+        flint.arb(middle.real, abs(half.real) + slack),
+        flint.arb(middle.imag, abs(half.imag) + slack),
+    )
+
+
+def _analytic(around: _Surroundings, corners: Any) -> bool:
+    """Whether f and G are finite, so analytic (`BallOps`), on squares that cover the polygon."""
+    flint = flint_module()
+    reach = np.abs(corners)
+    reach = np.maximum(np.maximum(reach, np.roll(reach, 1)), np.roll(reach, -1))
+    outermost = float(reach.max()) * 1.001
+    waiting = [(0.0, 0.0, outermost, 0)]
+    while waiting:
+        re, im, half, depth = waiting.pop()
+        if _outside(re, im, half, reach):
+            continue
+        box = flint.acb(flint.arb(re, half), flint.arb(im, half))
+        if around.at(around.f, box) is not None and around.at(around.smooth, box) is not None:
+            continue
+        if depth == _DEEPEST + 2:
+            return False
+        q = half / 2
+        waiting += [
+            (re + a * q, im + b * q, q * (1 + 1e-15), depth + 1) for a in (-1, 1) for b in (-1, 1)
+        ]
+    return True
+
+
+def _outside(re: float, im: float, half: float, reach: Any) -> bool:
+    """Whether a square lies outside the polygon, by the farthest corner in the angle it fills."""
+    near = math.hypot(max(abs(re) - half, 0.0), max(abs(im) - half, 0.0))
+    if near > reach.max():
+        return True
+    distance = math.hypot(re, im)
+    spread = half * 1.4143
+    if spread >= 0.9 * distance:
+        return False
+    middle, width = math.atan2(im, re), math.asin(spread / distance)
+    first = math.floor((middle - width) / (2 * math.pi) * _RAYS)
+    last = math.ceil((middle + width) / (2 * math.pi) * _RAYS)
+    return bool(near > max(reach[k % _RAYS] for k in range(first, last + 1)))
+
+
+def _reach(
+    around: _Surroundings, sign: int, end: Any, radius: float, rho: float
+) -> tuple[Fraction | None, float]:
+    """How far the transformed part goes, and h there from below."""
+    top, center = around.top, around.center
+
+    def drop(t: Any) -> Any:
+        return top - around.height(sign * t)
+
+    limit = (THETA * rho) ** around.contact
+    length = math.inf if end.is_infinite else abs(float(number(end)) - float(center))
+    if length < radius * (1 - 1e-9):
+        whole = top - evaluate_tree(around.f, {around.x: ball_at(end)}, BallOps())
+        if whole.is_finite() and whole < limit:
+            return None, _down(whole.lower())
+    low, high = 0.0, min(radius, length)
+    for _ in range(40):
+        middle = (low + high) / 2
+        value = drop(exact_ball(Fraction(middle)))
+        if value.is_finite() and value < limit:
+            low = middle
+        else:
+            high = middle
+    if not low:
+        raise NotProved
+    found = drop(exact_ball(Fraction(low)))
+    return Fraction(low), max(_down(found.lower()), 0.0)
+
+
+def _up(value: Any) -> float:
+    """A float not below the upper end of a ball."""
+    return math.nextafter(float(value.upper()) * (1 + 1e-15), math.inf)
+
+
+def _down(value: Any) -> float:
+    """A float not above the lower end of a (not negative) ball."""
+    return math.nextafter(max(float(value.lower()), 0.0) * (1 - 1e-15), 0.0)

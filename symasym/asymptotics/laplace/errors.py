@@ -1,0 +1,152 @@
+"""The error of a Laplace expansion: proved where it can be, estimated elsewhere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from symasym.asymptotics.laplace.expansion import Contribution, contact_of, expand
+from symasym.asymptotics.laplace.kinks import Piece, number
+from symasym.asymptotics.laplace.maxima import Peak
+from symasym.base.contexts import own_context
+from symasym.base.errors import AccuracyError, InputError
+from symasym.base.estimate import ErrorKind
+from symasym.numbers.coefficient_fields import NumberRing
+from symasym.numbers.taylor_series import algebraic, taylor
+
+# Terms behind the last one used that are looked at.
+_BEYOND = 4
+_DIGITS = 30
+# Terms of what an end or a smaller maximum adds.
+_LEADING = 3
+
+
+@dataclass(frozen=True)
+class ErrorModel:
+    """What is needed to bound or estimate the error at any lam, computed when asked for."""
+
+    pieces: tuple[Piece, ...]
+    x: Any
+    contributions: tuple[Contribution, ...]
+    origins: tuple[tuple[Piece, Any, str], ...]
+    left_out: tuple[tuple[Any, Peak], ...]
+    digits: int
+
+    @property
+    def kind(self) -> ErrorKind:
+        return "bound" if self.proof is not None else "estimate"
+
+    @cached_property
+    def proof(self) -> Any:
+        """A `symasym.asymptotics.laplace.remainder.Proof`, or None."""
+        from symasym.exact import ball_sweep
+
+        if not ball_sweep.available():
+            return None
+        from symasym.asymptotics.laplace.remainder import prove
+
+        return prove(self.pieces, self.x, self.contributions, self.origins)
+
+    def statement(self, order: int, sigma: Any) -> tuple[Any, Any, Any] | None:
+        return None if self.proof is None else self.proof.statement(order, sigma)
+
+    def relative(
+        self, lam: Any, orders: list[int], total: Any, context: Any
+    ) -> tuple[Any, ErrorKind]:
+        """The error over e^(lam height) of `total`, the sum of the first `orders` terms; its kind.
+
+        A bound that exceeds the sum itself says nothing; the estimate, named as such, does.
+        """
+        if self.proof is not None:
+            bound = self.proof.relative(lam, orders, context)
+            if bound <= abs(total):
+                return bound, "bound"
+        return self._estimated(lam, orders, context), "estimate"
+
+    def _estimated(self, lam: Any, orders: list[int], context: Any) -> Any:
+        """Twice the largest of the next terms, and what ends and smaller maxima add."""
+        total = context.mpf(0)
+        top = self._height(self.contributions[0], context)
+        for c, used in zip(self._longer(max(orders)), orders, strict=True):
+            terms = self._sizes(c, lam, context)[used : used + _BEYOND]
+            weight = context.exp(lam * (self._height(c, context) - top))
+            total += 2 * weight * max(terms, default=0)
+        for height, exponents, sizes in self._elsewhere:
+            pairs = zip(exponents, sizes, strict=True)
+            size = sum(k * lam**-s for s, k in pairs)
+            total += 2 * size * context.exp(lam * (context.make_mpf(height._mpf_) - top))
+        return total
+
+    @staticmethod
+    def _height(c: Contribution, context: Any) -> Any:
+        return context.make_mpf(number(c.height, dps=context.dps)._mpf_)
+
+    @staticmethod
+    def _sizes(c: Contribution, lam: Any, context: Any) -> list[Any]:
+        exponents, coefficients = c.numbers(_DIGITS)
+        pairs = zip(exponents, coefficients, strict=True)
+        return [
+            abs(context.make_mpf(k._mpf_)) * lam ** -context.make_mpf(s._mpf_) for s, k in pairs
+        ]
+
+    def _longer(self, order: int) -> list[Contribution]:
+        """The contributions with a few more terms, as numbers."""
+        known = self.__dict__.setdefault("_known", {})
+        if order not in known:
+            known[order] = self._expanded(order + _BEYOND)
+        found: list[Contribution] = known[order]
+        return found
+
+    def _expanded(self, order: int) -> list[Contribution]:
+        found: list[Contribution] = []
+        for piece, point, side in dict.fromkeys(self.origins):
+            found += expand(piece, self.x, point, side, order, digits=_DIGITS, check=False)[0]
+        return found
+
+    @cached_property
+    def _elsewhere(self) -> list[tuple[Any, list[Any], list[Any]]]:
+        """Heights, exponents and |coefficients| of what ends and smaller maxima add."""
+        places: list[tuple[Piece, Any, str]] = []
+        tops = {(side, piece, str(point)) for piece, point, side in self.origins}
+        for piece in self.pieces:
+            for end, side in ((piece.lo, "right"), (piece.hi, "left")):
+                if not end.is_infinite and (side, piece, str(end)) not in tops:
+                    places.append((piece, end, side))
+        for point, peak in self.left_out:
+            if peak.smooth and peak.left is not None:
+                places += [(peak.left, point, "left"), (peak.left, point, "right")]
+        found = []
+        for piece, point, side in places:
+            size = _size(piece, self.x, point, side)
+            if size is not None:
+                found.append(size)
+        return found
+
+
+def _size(piece: Piece, x: Any, point: Any, side: str) -> Any:
+    """The first terms at a point that is no maximum, as if it were: height, exponents, sizes."""
+    from symasym.asymptotics.laplace.watson import perron_coefficients
+
+    sign = -1 if side == "left" else 1
+    with own_context(_DIGITS + 20) as context:
+        ring = NumberRing(context)
+        try:
+            contact, _ = contact_of(piece, x, point, sign, ring)
+            f = taylor(piece.f, x, point, sign, contact + _LEADING + 4, ring).c
+            terms = algebraic(piece.g, x, point, sign, _LEADING + 4, ring)
+        except (InputError, AccuracyError):
+            # f = -oo, or g vanishes to all orders.
+            return None
+        exponents, sizes = [], []
+        for front, series in terms:
+            beta = front + 1
+            reduced = perron_coefficients(
+                [*([f[0] * 0] * contact), *f[contact:]], series.c[:_LEADING], contact, beta
+            )
+            for k, d in enumerate(reduced):
+                s = (ring.rational(beta) if not hasattr(beta, "_mpf_") else beta) + k
+                s = s / contact
+                exponents.append(s)
+                sizes.append(abs(d) * context.gamma(s) / contact * abs(f[contact]) ** -s)
+        return f[0], exponents, sizes

@@ -1,0 +1,324 @@
+"""The expansion at one maximum: Taylor series there, contact order, coefficients."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+import sympy
+
+from symasym.asymptotics.laplace.kinks import Piece, number
+from symasym.asymptotics.laplace.watson import moment_coefficients, perron_coefficients
+from symasym.base.contexts import own_context, to_mpf
+from symasym.base.errors import AccuracyError, InputError
+from symasym.numbers.coefficient_fields import (
+    ExpressionRing,
+    FieldRing,
+    MissingConstant,
+    NumberRing,
+    sign_of,
+)
+from symasym.numbers.taylor_series import NotAnalytic, Series, algebraic, taylor
+
+# f is compared with a constant up to this order before it's called flat.
+_HIGHEST_CONTACT = 24
+# Orders lost to factors such as sin(x)/x.
+_SPARE = 4
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """What one maximum, or one side of it, adds to the integral.
+
+    It is e^(lam height) times the sum over k of coefficients[k] lam^(-exponents[k]).
+
+    Attributes
+    ----------
+    point : Expr or mpf
+    side : {"both", "left", "right"}
+        From where the integral sees the maximum.
+    height : Expr or mpf
+        f there.
+    contact : int
+        mu: f - height begins with -a t^mu.
+    beta : Expr
+        g begins with t^(beta - 1).
+    exponents : tuple of Expr
+        (k + beta)/mu, increasing.
+    coefficients : tuple of Expr or mpf
+        c_k.
+    reduced : tuple of Expr or mpf
+        The same without c_k's factor sides Gamma((k + beta)/mu)/(mu a^((k + beta)/mu)).
+    scale : Expr or mpf
+        a.
+    """
+
+    point: Any
+    side: str
+    height: Any
+    contact: int
+    beta: Any
+    exponents: tuple[Any, ...]
+    coefficients: tuple[Any, ...]
+    reduced: tuple[Any, ...]
+    scale: Any
+
+    @property
+    def exact(self) -> bool:
+        """Whether the coefficients are SymPy expressions, not rounded numbers."""
+        return isinstance(self.coefficients[0], sympy.Basic)
+
+    def numbers(self, dps: int) -> tuple[list[Any], list[Any]]:
+        """Exponents and coefficients as mpf with `dps` digits and a few more."""
+        exponents = [number(s, dps=dps + 10) for s in self.exponents]
+        if not self.exact:
+            return exponents, list(self.coefficients)
+        found = []
+        for k, (s, d) in enumerate(zip(exponents, self.reduced, strict=True)):
+            # Sums with irrational constants lose a digit or so an order.
+            more = dps + 15 + (0 if d.is_Rational else 20 + 2 * k)
+            with own_context(more) as context:
+                a, value = number(self.scale, dps=more), number(d, dps=more)
+                s = context.make_mpf(s._mpf_)
+                sides = 2 if self.side == "both" else 1
+                found.append(value * sides * context.gamma(s) / self.contact * a**-s)
+        return exponents, found
+
+    def first(self, count: int) -> Contribution:
+        """The same with its first `count` terms."""
+        return replace(
+            self,
+            exponents=self.exponents[:count],
+            coefficients=self.coefficients[:count],
+            reduced=self.reduced[:count],
+        )
+
+
+def expand(
+    piece: Piece, x: Any, point: Any, side: str, order: int, *, digits: int | None, check: bool
+) -> tuple[list[Contribution], list[str]]:
+    """Contributions of one maximum seen from `side`, and the conditions that were used.
+
+    `digits` None asks for exact coefficients. With `check`, both ways of `coefficients` are
+    taken and compared.
+    """
+    if digits is None:
+        return _exactly(piece, x, point, side, order, check)
+    # A digit or so is lost an order, in Taylor coefficients and in their sums.
+    with own_context(digits + 20 + 2 * order) as context:
+        ring = NumberRing(context)
+        point = refined(piece, x, point, ring)
+        found, conditions = _in_ring(ring, piece, x, point, side, order, check)
+        return [_rounded(c, digits) for c in found], conditions
+
+
+def refined(piece: Piece, x: Any, point: Any, ring: Any) -> Any:
+    """A point that is a rounded zero of f', to the ring's precision (Newton); else unchanged."""
+    if isinstance(point, sympy.Basic):
+        return point
+    context = ring.context
+    current = context.make_mpf(point._mpf_)
+    for _ in range(60):
+        try:
+            _, slope, half = taylor(piece.f, x, current, 1, 3, ring).c
+        except NotAnalytic:
+            break
+        step = slope / (2 * half) if half else context.mpf(0)
+        current -= step
+        # Quadratic convergence: after a step of half the digits the next one is below the last.
+        if abs(step) <= abs(current) * context.mpf(10) ** (-(context.dps * 2) // 3):
+            break
+    return current
+
+
+def _exactly(
+    piece: Piece, x: Any, point: Any, side: str, order: int, check: bool
+) -> tuple[list[Contribution], list[str]]:
+    scout = ExpressionRing()
+    _in_ring(scout, piece, x, point, side, 1, False)
+    constants = list(scout.constants)
+    for _ in range(30):
+        try:
+            return _in_ring(FieldRing(constants), piece, x, point, side, order, check)
+        except MissingConstant as missing:
+            constants.append(missing.value)
+    raise AccuracyError(
+        f"the irrational constants of the expansion at {x} = {point} did not close under "
+        "arithmetic; pass dps=… for numerical coefficients."
+    )
+
+
+def irrational_constants(piece: Piece, x: Any, point: Any, side: str) -> bool:
+    """Whether exact coefficients would carry constants such as sqrt(2) or exp(1/3)."""
+    scout = ExpressionRing()
+    _in_ring(scout, piece, x, point, side, 1, False)
+    return any(not g.is_Symbol for g in FieldRing(scout.constants).generators)
+
+
+def _rounded(c: Contribution, digits: int) -> Contribution:
+    return replace(
+        c,
+        height=to_mpf(c.height, digits + 10),
+        coefficients=tuple(to_mpf(x, digits) for x in c.coefficients),
+        reduced=tuple(to_mpf(x, digits) for x in c.reduced),
+        scale=to_mpf(c.scale, digits + 10),
+    )
+
+
+def contact_of(
+    piece: Piece, x: Any, point: Any, sign: int, ring: Any
+) -> tuple[int, tuple[int | None, bool]]:
+    """The order mu of f - f(point), and the sign of its first coefficient."""
+    count = 4
+    while count <= 2 * _HIGHEST_CONTACT:
+        try:
+            c = taylor(piece.f, x, point, sign, count, ring).c
+        except NotAnalytic:
+            raise InputError(
+                f"f = {piece.f} has no Taylor series at its maximum {x} = {point}; Laplace's "
+                "method here needs one on each side."
+            ) from None
+        for k in range(1, count):
+            if not ring.negligible(c[k], c[1:]):
+                lead = ring.to_expression(c[k])
+                if isinstance(lead, sympy.Basic):
+                    return k, sign_of(lead)
+                return k, ((lead > 0) - (lead < 0), True)
+        count *= 2
+    raise InputError(
+        f"f = {piece.f} is flat at {x} = {point} to order {_HIGHEST_CONTACT}; give an f whose "
+        "maximum is isolated."
+    )
+
+
+def _in_ring(
+    ring: Any, piece: Piece, x: Any, point: Any, side: str, order: int, check: bool
+) -> tuple[list[Contribution], list[str]]:
+    sign = -1 if side == "left" else 1
+    contact, (slope, proved) = contact_of(piece, x, point, sign, ring)
+    if slope != -1 or (side == "both" and contact % 2):
+        raise InputError(
+            f"f = {piece.f} is not largest at {x} = {point} (the first term after f there is of "
+            f"order {contact} and {'positive' if slope == 1 else 'of another or unknown sign'}); "
+            "give the point of a maximum, or symbols with assumptions that decide."
+        )
+    conditions = []
+    step = 2 if side == "both" else 1
+    count = step * order + 1
+    lead = taylor(piece.f, x, point, sign, contact + count + _SPARE, ring)
+    if not proved:
+        conditions.append(f"{sympy.simplify(ring.to_expression(lead.c[contact]))} < 0")
+    terms = algebraic(piece.g, x, point, sign, count + _SPARE, ring)
+    if not terms:
+        raise InputError(
+            f"g = {piece.g} vanishes to every order that was looked at at {x} = {point}; the "
+            "expansion has no term there."
+        )
+    return [
+        _contribution(lead, term, contact, side, order, x, point, check, conditions)
+        for term in terms
+    ], conditions
+
+
+def _contribution(
+    lead: Series,
+    term: tuple[Any, Series],
+    contact: int,
+    side: str,
+    order: int,
+    x: Any,
+    point: Any,
+    check: bool,
+    conditions: list[str],
+) -> Contribution:
+    ring = lead.ring
+    front, weight = term
+    start, step = 0, 1
+    if side == "both":
+        step = 2
+        if not (isinstance(front, Fraction) and front.denominator == 1):
+            raise InputError(
+                f"g behaves as a power {ring.to_expression(front)} of {x} - ({point}) at an "
+                "interior maximum, where it isn't real on both sides; write it with Abs, or "
+                "split the integral there."
+            )
+        start = front.numerator % 2
+    beta = front + 1 if isinstance(front, Fraction) else front + ring.rational(Fraction(1))
+    shown = _as_sympy(beta, ring)
+    positive = _sign(shown)
+    if positive[0] != 1:
+        raise InputError(
+            f"g behaves as a power {sympy.simplify(shown - 1)} of the distance from {x} = {point}, "
+            "where f is largest, so the integral diverges unless the power is above -1; change g "
+            "or give its symbols assumptions."
+        )
+    if not positive[1]:
+        conditions.append(f"{shown} > 0")
+    needed = start + step * (order - 1) + 1
+    f, g = lead.c[: contact + needed], weight.c[:needed]
+    if len(g) < needed:
+        raise AccuracyError(
+            f"g = {point} loses {needed - len(g)} orders at {x} = {point}; simplify g."
+        )
+    zero = ring.rational(Fraction(0))
+    # What is between is zero, if only to all the digits that a rounded point leaves.
+    f = [f[0], *([zero] * (contact - 1)), *f[contact:]]
+    reduced = perron_coefficients(f, g, contact, beta, step=step, start=start)
+    if check:
+        _require_agreement(
+            reduced, moment_coefficients(f, g, contact, beta, step=step, start=start), ring
+        )
+    a = ring.to_expression(-f[contact])
+    exponents = tuple((start + step * k + shown) / contact for k in range(order))
+    plain = tuple(ring.to_expression(d) for d in reduced)
+    sides = 2 if side == "both" else 1
+    if isinstance(a, sympy.Basic):
+        factors = [sides * sympy.gamma(s) / (contact * a**s) for s in exponents]
+    else:
+        factors = [
+            sides
+            * ring.context.gamma(number(s, dps=ring.context.dps))
+            / contact
+            * a ** -number(s, dps=ring.context.dps)
+            for s in exponents
+        ]
+    return Contribution(
+        point=point,
+        side=side,
+        height=ring.to_expression(lead.c[0]),
+        contact=contact,
+        beta=shown,
+        exponents=exponents,
+        coefficients=tuple(d * factor for d, factor in zip(plain, factors, strict=True)),
+        reduced=plain,
+        scale=a,
+    )
+
+
+def _as_sympy(value: Any, ring: Any) -> Any:
+    if isinstance(value, Fraction):
+        return sympy.Rational(value.numerator, value.denominator)
+    found = ring.to_expression(value)
+    return found if isinstance(found, sympy.Basic) else sympy.nsimplify(sympy.Float(found))
+
+
+def _sign(value: Any) -> tuple[int | None, bool]:
+    return sign_of(value)
+
+
+def _require_agreement(first: list[Any], second: list[Any], ring: Any) -> None:
+    for k, (a, b) in enumerate(zip(first, second, strict=True)):
+        gap = a - b
+        if isinstance(ring, NumberRing):
+            # Of all digits carried, the orders may cost a quarter.
+            agree = abs(gap) <= max(abs(a), abs(b), 1) * ring.context.mpf(10) ** (
+                -ring.context.dps * 3 // 4
+            )
+        else:
+            agree = ring.is_zero(gap)
+        if not agree:
+            raise AccuracyError(
+                f"reversion and moments disagree at coefficient {k} ({a} against {b}), which is a "
+                "defect of symasym; please report it with f and g."
+            )

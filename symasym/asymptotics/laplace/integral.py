@@ -1,0 +1,286 @@
+"""Laplace's method for one integral: what is read, where f is largest, what is added up."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import sympy
+
+from symasym.asymptotics.laplace.errors import ErrorModel
+from symasym.asymptotics.laplace.expansion import Contribution, expand, irrational_constants
+from symasym.asymptotics.laplace.kinks import Piece, cut, difference, number
+from symasym.asymptotics.laplace.maxima import Peak, highest, no_maximum, peaks, symbolic_peak
+from symasym.asymptotics.laplace.result import LaplaceExpansion, short
+from symasym.base.errors import InputError
+from symasym.base.inputs import digits
+from symasym.numbers.trees import FUNCTIONS
+
+__all__ = ["laplace_integral"]
+
+#: Terms that order="optimal" chooses from.
+OPTIMAL = 48
+_MOST = 400
+# Irrational constants swell exact coefficients beyond use at higher orders.
+_EXACT_ORDERS = 12
+_NUMERIC = 40
+
+
+def laplace_integral(
+    f: Any,
+    g: Any,
+    x: Any,
+    a: Any,
+    b: Any,
+    order: int | str = 3,
+    *,
+    maxima: Sequence[Any] | None = None,
+    dps: int | None = None,
+    keep: bool = False,
+    check: bool = False,
+) -> LaplaceExpansion:
+    """Expansion of the integral of g(x) e^(lam f(x)) over [a, b] for large lam (Laplace's method).
+
+    Parameters
+    ----------
+    f, g : Expr, str or number
+        Real on (a, b). f has a Taylor series on each side of its maximum; g is there a power of
+        the distance, above -1, times one. Both may be cut by Abs, Max, Min, sign, Heaviside and
+        Piecewise, and may hold other symbols.
+    x : Symbol or str
+        Variable of integration.
+    a, b : Expr or number
+        Ends, a < b, possibly -oo and oo.
+    order : int or "optimal"
+        Terms for each maximum, 1 to 400; ``"optimal"``: up to the smallest term at each lam.
+    maxima : sequence of Expr, optional
+        Where f is largest, if parameters leave it open. It is compared with f all the same.
+    dps : int, optional
+        Digits of numerical coefficients. None: exact ones, except at a maximum that has no closed
+        form, or beyond 12 terms with irrational constants: then 40 digits.
+    keep : bool
+        Keep the terms of smaller maxima too; otherwise they are listed in `dropped`.
+    check : bool
+        Compute all coefficients a second time, by moments, and compare.
+
+    Returns
+    -------
+    LaplaceExpansion
+        With ``evaluate(lam, dps=None, log=False, full=False)``, ``expression(lam)``, ``latex()``,
+        ``bind(**values)``, ``bound``, ``contributions``, ``dropped`` and ``conditions``.
+
+    Raises
+    ------
+    InputError
+        If the integral diverges, f is complex, constant or larger elsewhere than at `maxima`, or
+        contains what symasym doesn't evaluate.
+    AccuracyError
+        If the two ways to the coefficients disagree.
+
+    Notes
+    -----
+    Watson's lemma after Lagrange's reversion: DLMF 2.3(iii); J. Wojdylo, SIAM Rev. 48 (2006) 76.
+    The error is a proved bound where ball arithmetic can enclose what it is made of, and
+    otherwise twice the largest of the next terms, which `error_kind` calls an estimate.
+
+    Examples
+    --------
+    Stirling's series, Gamma(lam + 1) lam^(-lam - 1):
+
+    >>> import symasym as sa
+    >>> stirling = sa.laplace_integral("log(x) - x", 1, "x", 0, "oo", order=3)
+    >>> stirling.contributions[0].coefficients
+    (sqrt(2)*sqrt(pi), sqrt(2)*sqrt(pi)/12, sqrt(2)*sqrt(pi)/288)
+    >>> print(stirling.evaluate(1000, dps=20, log=True, full=True))
+    -1002.5348557730 ± 4.98e-11 (bound, laplace)
+    >>> stirling.evaluate([10.0, 100.0]).round(12).tolist()
+    [3.6288097e-05, 0.0]
+    """
+    formula, weight, symbol, lo, hi = _read(f, g, x, a, b)
+    count = _order(order)
+    if dps is not None:
+        dps = digits(dps)
+    pieces = cut(formula, weight, symbol, lo, hi)
+    for piece in pieces:
+        require_known("f", piece.f, symbol)
+        require_known("g", piece.g, symbol)
+    free = set().union(*(e.free_symbols for e in (formula, weight, lo, hi))) - {symbol}
+    if free:
+        tops, conditions = _symbolic_tops(pieces, symbol, maxima)
+        others: list[Peak] = []
+        if dps is not None:
+            raise InputError(
+                f"dps is {dps}, but {', '.join(sorted(map(str, free)))} have no value; leave dps "
+                "out for a formula."
+            )
+    else:
+        tops, others = _numeric_tops(pieces, symbol, maxima)
+        conditions = []
+    kept = [*tops, *others] if keep else tops
+    wanted = dps
+    if wanted is None and any(not isinstance(p.point, sympy.Basic) for p in kept):
+        wanted = _NUMERIC
+    contributions: list[Contribution] = []
+    origins: list[tuple[Piece, Any, str]] = []
+    for peak in kept:
+        for piece, side in _sides(peak):
+            used = wanted
+            if used is None and not free and count > _EXACT_ORDERS:
+                used = _NUMERIC if irrational_constants(piece, symbol, peak.point, side) else None
+            found, more = expand(piece, symbol, peak.point, side, count, digits=used, check=check)
+            contributions += found
+            origins += [(piece, peak.point, side)] * len(found)
+            conditions += [line for line in more if line not in conditions]
+    left = [] if keep else others
+    dropped = tuple(
+        f"maximum at {symbol} = {short(p.point)}: smaller by a factor "
+        f"e^(-{short(difference(tops[0].height, p.height))} lam)"
+        for p in left
+    )
+    errors = None
+    if not free:
+        errors = ErrorModel(
+            pieces=tuple(pieces),
+            x=symbol,
+            contributions=tuple(contributions),
+            origins=tuple(origins),
+            left_out=tuple((p.point, p) for p in left),
+            digits=wanted or _NUMERIC,
+        )
+    return LaplaceExpansion(
+        formula,
+        weight,
+        symbol,
+        lo,
+        hi,
+        order,
+        tuple(contributions),
+        dropped,
+        tuple(conditions),
+        errors,
+        laplace_integral,
+    )
+
+
+def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, Any, Any, Any, Any]:
+    from symasym.drift.expressions import parse
+
+    symbol = sympy.Symbol(x) if isinstance(x, str) and x.isidentifier() else x
+    if not isinstance(symbol, sympy.Symbol):
+        raise InputError(f"x is {x!r}; give the variable of integration, a SymPy symbol.")
+    # Strings name x without assumptions; what counts is the name.
+    names = {symbol.name: symbol}
+    found = []
+    for name, value in (("f", f), ("g", g), ("a", a), ("b", b)):
+        expression = parse(name, value, names)
+        if expression.has(sympy.I, sympy.zoo, sympy.nan):
+            raise InputError(
+                f"{name} = {expression} is complex or undefined; give a real one (Laplace's "
+                "method is for real f; oscillating integrals need stationary phase)."
+            )
+        found.append(expression)
+    formula, weight, lo, hi = found
+    for name, end in (("a", lo), ("b", hi)):
+        if end.has(symbol):
+            raise InputError(f"{name} = {end} contains {symbol}; give an end free of it.")
+        if end.is_real is False and not end.is_infinite:
+            raise InputError(f"{name} = {end} is not real; give a real end or ±oo.")
+    if not formula.has(symbol):
+        raise InputError(
+            f"f = {formula} does not contain {symbol}, so the exponential is constant; give an f "
+            f"that depends on {symbol}."
+        )
+    if not (lo.free_symbols or hi.free_symbols) and not number(lo) < number(hi):
+        raise InputError(f"a is {lo} and b is {hi}; a must be less than b.")
+    for name, end, wrong in (("a", lo, symbol.is_nonnegative), ("b", hi, symbol.is_nonpositive)):
+        below = end.is_negative if name == "a" else end.is_positive
+        if wrong and below:
+            raise InputError(
+                f"{name} is {end}, where {symbol} cannot be by its own assumptions; give a symbol "
+                "without them."
+            )
+    if weight == 0:
+        raise InputError("g is 0, so the integral is; give a g that is not.")
+    return formula, weight, symbol, lo, hi
+
+
+def require_known(name: str, expression: Any, x: Any) -> None:
+    for node in expression.atoms(sympy.Function, sympy.Integral, sympy.Derivative):
+        if node.has(x) and type(node).__name__ not in FUNCTIONS:
+            raise InputError(
+                f"{name} contains {node}, which is not among the functions symasym evaluates; "
+                f"write {name} with {', '.join(FUNCTIONS)}, Abs, Max, Min, sign, Piecewise and "
+                "powers."
+            )
+
+
+def _order(order: Any) -> int:
+    if isinstance(order, str) and order == "optimal":
+        return OPTIMAL
+    if isinstance(order, bool) or not isinstance(order, (int, np.integer)):
+        raise InputError(f'order is {order!r}; give a number of terms from 1, or "optimal".')
+    if not 1 <= order <= _MOST:
+        raise InputError(f"order is {order}; give a number of terms from 1 to {_MOST}.")
+    return int(order)
+
+
+def _numeric_tops(
+    pieces: list[Piece], x: Any, given: Sequence[Any] | None
+) -> tuple[list[Peak], list[Peak]]:
+    found = peaks(pieces, x)
+    if not found:
+        raise no_maximum(pieces, x)
+    if given is not None:
+        for point in given:
+            value = number(sympy.sympify(point))
+            if not any(
+                abs(difference(number(p.point), value)) < 1e-15 * max(1, abs(value)) for p in found
+            ):
+                raise InputError(
+                    f"maxima has {point}, where f = {pieces[0].f} has no maximum; it has them at "
+                    f"{', '.join(short(p.point) for p in found)}."
+                )
+    return highest(found)
+
+
+def _symbolic_tops(
+    pieces: list[Piece], x: Any, given: Sequence[Any] | None
+) -> tuple[list[Peak], list[str]]:
+    points, was_given = symbolic_peak(pieces, x, None if given is None else list(given))
+    conditions = []
+    found = []
+    for point in points:
+        left = right = None
+        for piece in pieces:
+            if point == piece.lo:
+                right = piece
+            elif point == piece.hi:
+                left = piece
+            elif left is None and right is None and _within(point, piece):
+                left = right = piece
+        found.append(Peak(point, None, left, right))
+        origin = "given" if was_given else "found"
+        conditions.append(
+            f"f is largest at {x} = {point} ({origin}; compared at sampled parameters)"
+        )
+    return found, conditions
+
+
+def _within(point: Any, piece: Piece) -> bool:
+    from symasym.numbers.coefficient_fields import sampled_parameters
+
+    free = point.free_symbols | piece.lo.free_symbols | piece.hi.free_symbols
+    return all(
+        bool(number(piece.lo, v) < number(point, v) < number(piece.hi, v))
+        for v in sampled_parameters(free)
+    )
+
+
+def _sides(peak: Peak) -> list[tuple[Piece, str]]:
+    if peak.smooth:
+        # g may be singular there: then the two sides are told apart.
+        assert peak.right is not None
+        return [(peak.right, "both")]
+    sides = [(peak.left, "left"), (peak.right, "right")]
+    return [(piece, side) for piece, side in sides if piece is not None]

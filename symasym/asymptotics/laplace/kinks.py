@@ -1,0 +1,185 @@
+"""Cutting an integral where its integrand is only piecewise smooth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from symasym.base.contexts import own_context
+from symasym.base.errors import InputError
+from symasym.numbers.coefficient_fields import sampled_parameters
+from symasym.numbers.trees import MpmathOps, evaluate_tree
+
+#: Digits at which f is compared with itself at another point.
+WORK = 60
+
+
+@dataclass(frozen=True)
+class Piece:
+    """f and g on (lo, hi), where both are smooth."""
+
+    lo: Any
+    hi: Any
+    f: Any
+    g: Any
+
+
+def number(expression: Any, values: dict[Any, Any] | None = None, dps: int = WORK) -> Any:
+    """An expression without free symbols as a real mpf (±inf allowed), nan if it isn't real."""
+    with own_context(dps) as context:
+        if hasattr(expression, "_mpf_") and not isinstance(expression, sympy.Basic):
+            return context.make_mpf(expression._mpf_)
+        expression = sympy.sympify(expression)
+        if values:
+            expression = expression.xreplace(values)
+        if expression in (sympy.oo, -sympy.oo):
+            return context.inf if expression == sympy.oo else -context.inf
+        try:
+            found = evaluate_tree(expression, {}, MpmathOps(context))
+        except ZeroDivisionError:
+            return context.nan
+        except InputError:
+            # Abs, Piecewise and the like are SymPy's.
+            found = sympy.N(expression, dps)
+            if not (found.is_real and found.is_finite):
+                return context.nan
+            return context.make_mpf(found._to_mpmath(context.prec)._mpf_)
+        return found if hasattr(found, "_mpf_") else context.nan
+
+
+def difference(first: Any, second: Any) -> Any:
+    """first - second of two mpf, at `WORK` digits whatever contexts they come from."""
+    with own_context(WORK) as context:
+        return context.make_mpf(first._mpf_) - context.make_mpf(second._mpf_)
+
+
+def at(expression: Any, x: Any, point: Any) -> Any:
+    """The expression at a number, an mpf; nan where it's singular or complex."""
+    with own_context(WORK) as context:
+        try:
+            found = evaluate_tree(expression, {x: number(point)}, MpmathOps(context))
+        except (ZeroDivisionError, OverflowError, ValueError):
+            return context.nan
+        return found if hasattr(found, "_mpf_") else context.nan
+
+
+def cut(f: Any, g: Any, x: Any, a: Any, b: Any) -> list[Piece]:
+    """[a, b] cut at the zeros of every Abs and Heaviside, and at the conditions of Piecewise."""
+    places = sorted(_places(f, x) | _places(g, x), key=str)
+    free = set().union(*(e.free_symbols for e in (a, b, *places)))
+    samples = sampled_parameters(free)
+    kept = []
+    for place in places:
+        sides = {bool(number(a, v) < number(place, v) < number(b, v)) for v in samples}
+        if len(sides) > 1:
+            raise InputError(
+                f"whether the kink at {x} = {place} lies inside ({a}, {b}) depends on the "
+                "parameters; give symbols with assumptions, or numbers."
+            )
+        if sides == {True}:
+            kept.append(place)
+    orders = {tuple(sorted(kept, key=lambda place: number(place, v))) for v in samples}
+    if len(orders) > 1:
+        raise InputError(
+            f"the order of the kinks {', '.join(map(str, kept))} depends on the parameters; give "
+            "numbers."
+        )
+    ends = [a, *orders.pop(), b]
+    found = []
+    for lo, hi in zip(ends, ends[1:], strict=False):
+        middle = _between(lo, hi)
+        found.append(Piece(lo, hi, *(_smooth(e, x, middle, samples) for e in (f, g))))
+    return found
+
+
+def _between(lo: Any, hi: Any) -> Any:
+    if lo.is_infinite and hi.is_infinite:
+        return sympy.Rational(1, 7)
+    if lo.is_infinite:
+        return hi - 1
+    if hi.is_infinite:
+        return lo + 1
+    # Off the middle, where a Piecewise's own special values like to be.
+    return lo + (hi - lo) * sympy.Rational(4, 9)
+
+
+def _places(expression: Any, x: Any) -> set[Any]:
+    found = set()
+    for node in expression.atoms(sympy.Abs, sympy.sign, sympy.Heaviside):
+        found |= _zeros(node.args[0], x)
+    for node in expression.atoms(sympy.Max, sympy.Min):
+        for i, first in enumerate(node.args):
+            for second in node.args[i + 1 :]:
+                found |= _zeros(first - second, x)
+    for node in expression.atoms(sympy.Piecewise):
+        for _, condition in node.args:
+            for relation in sympy.sympify(condition).atoms(sympy.core.relational.Relational):
+                found |= _zeros(relation.lhs - relation.rhs, x)
+    return found
+
+
+def _zeros(expression: Any, x: Any) -> set[Any]:
+    if not expression.has(x):
+        return set()
+    try:
+        roots = sympy.solve(expression, x)
+    except NotImplementedError:
+        raise InputError(
+            f"the zeros of {expression}, where the integrand has a kink, were not found; split "
+            "the integral there yourself."
+        ) from None
+    return {root for root in roots if root.is_real is not False}
+
+
+def _smooth(expression: Any, x: Any, middle: Any, samples: list[dict[Any, Any]]) -> Any:
+    """The branch of every kinked function that holds around `middle`."""
+
+    def sign(node: Any) -> int:
+        signs = set()
+        for values in samples:
+            value = number(node.xreplace({x: middle}), values | _missing(node, values, x))
+            signs.add(int(value > 0) - int(value < 0))
+        if len(signs) != 1:
+            raise InputError(
+                f"the sign of {node} depends on the parameters; give symbols with assumptions."
+            )
+        return signs.pop()
+
+    while True:
+        nodes = expression.atoms(
+            sympy.Abs, sympy.sign, sympy.Heaviside, sympy.Max, sympy.Min, sympy.Piecewise
+        )
+        nodes = {node for node in nodes if node.has(x)}
+        if not nodes:
+            return expression
+        inner = min(nodes, key=lambda node: (sympy.count_ops(node), str(node)))
+        expression = expression.xreplace({inner: _branch(inner, x, middle, sign)})
+
+
+def _missing(node: Any, values: dict[Any, Any], x: Any) -> dict[Any, Any]:
+    rest = node.free_symbols - set(values) - {x}
+    return sampled_parameters(rest, 1)[0] if rest else {}
+
+
+def _branch(node: Any, x: Any, middle: Any, sign: Any) -> Any:
+    if isinstance(node, sympy.Abs):
+        return sign(node.args[0]) * node.args[0]
+    if isinstance(node, sympy.sign):
+        return sympy.Integer(sign(node.args[0]))
+    if isinstance(node, sympy.Heaviside):
+        return sympy.Integer(sign(node.args[0]) > 0)
+    if isinstance(node, (sympy.Max, sympy.Min)):
+        best, flip = node.args[0], 1 if isinstance(node, sympy.Max) else -1
+        for other in node.args[1:]:
+            if flip * sign(other - best) > 0:
+                best = other
+        return best
+    for value, condition in node.args:
+        holds = sympy.sympify(condition).xreplace({x: middle})
+        if holds.free_symbols:
+            holds = holds.xreplace(sampled_parameters(holds.free_symbols, 1)[0])
+        if bool(holds):
+            return value
+    raise InputError(f"{node} has no branch at {x} = {middle}; make the last condition True.")

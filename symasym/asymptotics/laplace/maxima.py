@@ -1,0 +1,363 @@
+"""Where f is largest on an interval."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import sympy
+
+from symasym.asymptotics.laplace.kinks import WORK, Piece, at, number
+from symasym.base.contexts import own_context
+from symasym.base.errors import InputError
+from symasym.numbers.coefficient_fields import sampled_parameters, vanishes
+from symasym.numbers.trees import MpmathOps, NumpyOps, evaluate_tree
+
+# Values of f closer than this (relatively) are one maximum's height.
+_EQUAL = Fraction(1, 10**35)
+_GRID = 801
+_FAR = (10**2, 10**4, 10**6)
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A local maximum of f on the closed interval.
+
+    Attributes
+    ----------
+    point : Expr or mpf
+        Exact where it was recognised.
+    height : mpf
+        f there.
+    left, right : Piece or None
+        What f and g are on either side, None where the interval or the maximum ends.
+    """
+
+    point: Any
+    height: Any
+    left: Piece | None
+    right: Piece | None
+
+    @property
+    def smooth(self) -> bool:
+        """Whether one pair of expressions holds on both sides."""
+        return self.left is not None and self.left is self.right
+
+
+def peaks(pieces: list[Piece], x: Any) -> list[Peak]:
+    """All local maxima of f (numbers only, no free parameters), the highest first."""
+    found: list[Peak] = []
+    for index, piece in enumerate(pieces):
+        slope = sympy.diff(piece.f, x)
+        if vanishes_identically(slope, x):
+            continue
+        for point in interior_maxima(piece, slope, x):
+            found.append(Peak(point, at(piece.f, x, point), piece, piece))
+        neighbour = pieces[index + 1] if index + 1 < len(pieces) else None
+        if index == 0 and not piece.lo.is_infinite:
+            found += _at_end(piece.lo, None, piece, x)
+        if not piece.hi.is_infinite:
+            found += _at_end(piece.hi, piece, neighbour, x)
+    _require_decay(pieces, x, max((p.height for p in found), default=None))
+    return sorted(found, key=lambda peak: -peak.height)
+
+
+def vanishes_identically(slope: Any, x: Any) -> bool:
+    return bool(slope == 0) or (not slope.has(x) and vanishes(slope))
+
+
+def same_height(first: Any, second: Any) -> bool:
+    """Whether two heights agree to all but the last of the digits they were computed with."""
+    with own_context(WORK) as context:
+        a, b = context.make_mpf(first._mpf_), context.make_mpf(second._mpf_)
+        tolerance = context.mpf(_EQUAL.numerator) / _EQUAL.denominator
+        return bool(abs(a - b) <= tolerance * max(1, abs(a)))
+
+
+def highest(found: list[Peak]) -> tuple[list[Peak], list[Peak]]:
+    """The peaks that share the largest height, and the others."""
+    top = found[0].height
+    equal = [peak for peak in found if same_height(peak.height, top)]
+    return equal, [peak for peak in found if peak not in equal]
+
+
+def symbolic_peak(pieces: list[Piece], x: Any, given: list[Any] | None) -> tuple[list[Any], bool]:
+    """Points where f is largest when parameters are free, and whether they were given.
+
+    Candidates are the ends, the kinks and the zeros of f'; which of them it is must be the same
+    at all sampled values of the parameters.
+    """
+    candidates: list[Any] = []
+    for piece in pieces:
+        candidates += [end for end in (piece.lo, piece.hi) if not end.is_infinite]
+        if given is None:
+            candidates += _solved(piece, x)
+    if given is not None:
+        candidates = [sympy.sympify(point) for point in given]
+    candidates = list(dict.fromkeys(candidates))
+    free = set().union(
+        *((p.f.free_symbols | p.g.free_symbols) - {x} for p in pieces),
+        *(p.lo.free_symbols | p.hi.free_symbols for p in pieces),
+        *(c.free_symbols for c in candidates),
+    )
+    chosen: list[Any] | None = None
+    for values in sampled_parameters(free):
+        bound = [Piece(*(e.xreplace(values) for e in (p.lo, p.hi, p.f, p.g))) for p in pieces]
+        top, _ = _top(bound, x)
+        matched = [
+            c
+            for c in candidates
+            if any(_close(number(c, values), number(peak.point)) for peak in top)
+        ]
+        if len(matched) < len(top) or (chosen is not None and matched != chosen):
+            shown = ", ".join(f"{s} = {v}" for s, v in values.items())
+            raise InputError(
+                f"where f = {pieces[0].f} is largest could not be decided for all parameters "
+                f"(tried {shown}); give maxima=[…], symbols with assumptions, or numbers."
+            )
+        chosen = matched
+    assert chosen is not None
+    return chosen, given is not None
+
+
+def _top(pieces: list[Piece], x: Any) -> tuple[list[Peak], list[Peak]]:
+    found = peaks(pieces, x)
+    if not found:
+        raise no_maximum(pieces, x)
+    return highest(found)
+
+
+def no_maximum(pieces: list[Piece], x: Any) -> InputError:
+    return InputError(
+        f"f = {pieces[0].f} has no isolated maximum for {x} in [{pieces[0].lo}, {pieces[-1].hi}]; "
+        "give an f that is not constant, and an interval on which it is largest somewhere."
+    )
+
+
+def _close(first: Any, second: Any) -> bool:
+    with own_context(WORK) as context:
+        a, b = context.make_mpf(first._mpf_), context.make_mpf(second._mpf_)
+        return bool(abs(a - b) <= context.mpf(10) ** -20 * max(1, abs(a)))
+
+
+def _solved(piece: Piece, x: Any) -> list[Any]:
+    try:
+        return [s for s in sympy.solve(sympy.diff(piece.f, x), x) if s.is_real is not False]
+    except NotImplementedError:
+        return []
+
+
+def interior_maxima(piece: Piece, slope: Any, x: Any) -> list[Any]:
+    """Interior points where f' goes from + to -."""
+    exact = _polynomial_roots(piece, slope, x)
+    if exact is not None:
+        return exact
+    grid = grid_of(piece)
+    values = on_grid(slope, x, grid)
+    brackets, last = [], None
+    for k in np.flatnonzero(np.isfinite(values) & (values != 0)):
+        if last is not None and values[last] > 0 > values[k]:
+            brackets.append((grid[last], grid[k]))
+        last = k
+    return [point for low, high in brackets if (point := _root(slope, x, low, high)) is not None]
+
+
+def _polynomial_roots(piece: Piece, slope: Any, x: Any) -> list[Any] | None:
+    top, bottom = sympy.fraction(sympy.together(slope))
+    try:
+        polynomial = sympy.Poly(top, x)
+        sympy.Poly(bottom, x)
+    except sympy.PolynomialError:
+        return None
+    if not polynomial.domain.is_ZZ and not polynomial.domain.is_QQ:
+        return None
+    lo, hi = number(piece.lo), number(piece.hi)
+    roots = sorted(
+        {r for r in sympy.real_roots(polynomial) if lo < number_of_root(r) < hi},
+        key=number_of_root,
+    )
+    if not roots:
+        return []
+    values = [number_of_root(r) for r in roots]
+    marks = [_step(values[0], lo, -1), *_middles(values), _step(values[-1], hi, 1)]
+    signs = [at(slope, x, mark) for mark in marks]
+    # A root of higher degree stays a number: its radicals, if it has any, are no use.
+    return [
+        root if _short(root) else value
+        for root, value, before, after in zip(roots, values, signs, signs[1:], strict=False)
+        if before > 0 > after
+    ]
+
+
+def number_of_root(root: Any) -> Any:
+    if isinstance(root, sympy.CRootOf):
+        value = root.eval_rational(dx=sympy.Rational(1, 10 ** (2 * WORK)))
+        return number(value)
+    return number(root)
+
+
+def _short(root: Any) -> bool:
+    return not root.has(sympy.CRootOf) and sympy.count_ops(root) < 8
+
+
+def _middles(values: list[Any]) -> list[Any]:
+    with own_context(WORK) as context:
+        exact = [context.make_mpf(value._mpf_) for value in values]
+        return [(first + second) / 2 for first, second in zip(exact, exact[1:], strict=False)]
+
+
+def _step(value: Any, end: Any, sign: int) -> Any:
+    with own_context(WORK) as context:
+        value, end = context.make_mpf(value._mpf_), context.make_mpf(end._mpf_)
+        if context.isinf(end):
+            return value + sign * (1 + abs(value))
+        return (value + end) / 2
+
+
+def grid_of(piece: Piece) -> Any:
+    lo, hi = float(number(piece.lo)), float(number(piece.hi))
+    if np.isfinite(lo) and np.isfinite(hi):
+        return lo + (hi - lo) * (1 - np.cos(np.pi * np.linspace(0, 1, _GRID)[1:-1])) / 2
+    reach = np.concatenate([np.geomspace(1e-8, 1e-2, 61), np.linspace(0.015, 30, 1201)])
+    reach = np.concatenate([reach, np.geomspace(31, 1e8, 201)])
+    if np.isfinite(lo):
+        return lo + reach
+    if np.isfinite(hi):
+        return (hi - reach)[::-1]
+    return np.concatenate([-reach[::-1], [0.0], reach])
+
+
+def on_grid(expression: Any, x: Any, grid: Any) -> Any:
+    with np.errstate(all="ignore"):
+        return np.asarray(evaluate_tree(expression, {x: grid}, NumpyOps()) + 0 * grid)
+
+
+def _root(slope: Any, x: Any, low: float, high: float) -> Any:
+    """The zero of f' between two floats, recognised if it's a plain number; None at a pole."""
+    with own_context(WORK + 20) as context:
+        ops = MpmathOps(context)
+        a, b = context.mpf(float(low)), context.mpf(float(high))
+        start = max(abs(evaluate_tree(slope, {x: y}, ops)) for y in (a, b))
+        for _ in range(context.prec + 60):
+            middle = (a + b) / 2
+            value = evaluate_tree(slope, {x: middle}, ops)
+            if value == 0:
+                a = b = middle
+                break
+            a, b = (middle, b) if value > 0 else (a, middle)
+        middle = (a + b) / 2
+        if abs(evaluate_tree(slope, {x: a}, ops)) > start:
+            return None
+        candidates = [(_nearest(middle, context), sympy.Integer(1), "mul")]
+        candidates.append((_nearest(middle / context.pi, context), sympy.pi, "mul"))
+        candidates.append((_nearest(middle * middle, context), sympy.sign(float(low)), "sqrt"))
+        candidates.append((_nearest(context.exp(middle), context), sympy.Integer(1), "log"))
+    for value, factor, kind in candidates:
+        if value is None:
+            continue
+        rational = sympy.Rational(value.numerator, value.denominator)
+        guess = {
+            "mul": lambda r, c: r * c,
+            "sqrt": lambda r, c: c * sympy.sqrt(r),
+            "log": lambda r, c: sympy.log(r),
+        }[kind](rational, factor)
+        if vanishes(slope.xreplace({x: guess})):
+            return guess
+    return middle
+
+
+def _nearest(value: Any, context: Any) -> Fraction | None:
+    sign, mantissa, exponent, _ = value._mpf_
+    if abs(exponent + value.bc if hasattr(value, "bc") else exponent) > 4 * context.prec:
+        return Fraction(0) if exponent < 0 else None
+    exact = Fraction(int(mantissa)) * Fraction(2) ** int(exponent) * (-1 if sign else 1)
+    near = exact.limit_denominator(10**6)
+    return near if abs(near - exact) < Fraction(1, 10**30) else None
+
+
+def _at_end(end: Any, left: Piece | None, right: Piece | None, x: Any) -> list[Peak]:
+    """The peak at a finite end of the interval or at a kink, if it is one."""
+    heights = {}
+    for name, piece, sign in (("left", left, -1), ("right", right, 1)):
+        if piece is None:
+            continue
+        height = _limit(piece, x, end, sign)
+        if height is not None:
+            heights[name] = height
+    if not heights:
+        return []
+    top = max(heights.values())
+    sides: dict[str, Piece | None] = {"left": None, "right": None}
+    for name, piece, sign in (("left", left, -1), ("right", right, 1)):
+        if piece is None or name not in heights or not same_height(heights[name], top):
+            continue
+        if not _falls(piece, x, end, sign):
+            return []
+        sides[name] = piece
+    return [Peak(end, top, sides["left"], sides["right"])]
+
+
+def _limit(piece: Piece, x: Any, end: Any, side: int) -> Any:
+    """f at an end, from inside; None if it is -oo there."""
+    value = at(piece.f, x, end)
+    with own_context(WORK) as context:
+        if not context.isnan(value) and not context.isinf(value):
+            return value
+    limit = sympy.limit(piece.f, x, end, "+" if side > 0 else "-")
+    if limit == -sympy.oo:
+        return None
+    if limit in (sympy.oo, sympy.zoo, sympy.nan) or not limit.is_real:
+        raise InputError(
+            f"f = {piece.f} tends to {limit} at {x} = {end}, so the integral diverges or is "
+            "complex; give an f that is bounded above on [a, b]."
+        )
+    return number(limit)
+
+
+def _falls(piece: Piece, x: Any, end: Any, side: int) -> bool:
+    """Whether f decreases away from the end into the piece."""
+    here = _limit(piece, x, end, side)
+    lo, hi = number(piece.lo), number(piece.hi)
+    with own_context(WORK) as context:
+        width = context.mpf(1) if context.isinf(hi - lo) else hi - lo
+        start = number(end)
+        for k in (20, 12):
+            there = at(piece.f, x, start + side * width * context.mpf(2) ** -k)
+            if there != here:
+                return bool(there < here)
+    return False
+
+
+def _require_decay(pieces: list[Piece], x: Any, top: Any) -> None:
+    """Refuse an infinite end at which f doesn't stay below its maximum, or g isn't tamed."""
+    for end, piece, sign in ((pieces[0].lo, pieces[0], -1), (pieces[-1].hi, pieces[-1], 1)):
+        if not end.is_infinite:
+            continue
+        shift = {x: sign * x}
+        f, g = piece.f.xreplace(shift), piece.g.xreplace(shift)
+        values = [at(f, x, sympy.Integer(y)) for y in _FAR]
+        weights = [at(g, x, sympy.Integer(y)) for y in _FAR]
+        with own_context(WORK) as context:
+            logs = [
+                context.log(abs(w)) + 2 * context.log(y) if w else -context.inf
+                for w, y in zip(weights, _FAR, strict=True)
+            ]
+            if any(context.isnan(v) for v in values):
+                continue
+            rising = values[2] > values[1] or top is None or values[2] >= top
+            flat = abs(values[2] - values[1]) < context.mpf(10) ** -2
+            if rising or (flat and logs[2] > context.log(_FAR[2])):
+                raise InputError(
+                    f"f = {piece.f} does not fall as {x} tends to {end}, so the integral diverges "
+                    "or has no maximum to expand at; give an interval on which f has a maximum "
+                    "and decays."
+                )
+            if not flat and logs[2] / -(values[2] - top) > 100 * max(
+                1, logs[0] / max(1, -(values[0] - top))
+            ):
+                raise InputError(
+                    f"g = {piece.g} grows faster than e^(lam f) decays as {x} tends to {end}, so "
+                    "the integral diverges for every lam; give a g of slower growth."
+                )

@@ -1,0 +1,229 @@
+"""Proved bounds of |I - sum| for all large lam, from `disk` and `rest`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from symasym.asymptotics.laplace.cauchy_disk import THETA, Disk, NotProved, disk
+from symasym.asymptotics.laplace.expansion import Contribution
+from symasym.asymptotics.laplace.kinks import Piece, difference, number
+from symasym.asymptotics.laplace.maxima import same_height
+from symasym.asymptotics.laplace.tail_bounds import Part, boxes
+from symasym.base.contexts import own_context
+from symasym.numbers.balls import precision
+
+# Terms behind the last one used that are bounded one by one, the others by Cauchy's estimate.
+_EXPLICIT = 4
+_SAFETY = 1e-9
+_LESS = 1 - 1e-9
+
+
+@dataclass
+class Proof:
+    """Everything that bounds the error, over e^(lam height), at any lam.
+
+    Attributes
+    ----------
+    disks : list of Disk
+        Beside each maximum, in the order of `contributions`.
+    contributions : list of Contribution
+    others : list of Contribution
+        Smaller maxima that were kept: their whole share counts as error.
+    gaps : list of mpf
+        How far those are below.
+    parts : list of Part
+        The rest of the interval.
+    """
+
+    disks: list[Disk]
+    contributions: list[Contribution]
+    others: list[Contribution]
+    gaps: list[Any]
+    parts: list[Part]
+
+    def relative(self, lam: Any, orders: list[int], context: Any) -> Any:
+        """The bound with the first orders[i] terms used of the i-th contribution."""
+        algebraic, small = self._two(lam, orders, context)
+        return algebraic + small
+
+    def statement(self, order: int, sigma: Any) -> tuple[Any, Any, Any]:
+        """(K, sigma, lam0): every summand times lam^sigma falls for lam >= lam0."""
+        with own_context(20) as context:
+            power = context.mpf(sigma.p) / sigma.q
+            orders = [order] * len(self.contributions)
+            start = self._falls_from(power)
+            for _ in range(200):
+                algebraic, small = self._two(start, orders, context)
+                if small <= algebraic / 100 or not algebraic:
+                    break
+                start *= context.mpf(5) / 4
+            constant = (algebraic + small) * start**power
+            return context.mpf(constant), sigma, start
+
+    def _falls_from(self, power: Any) -> Any:
+        """A lam from which lam^power times each exponentially small term decreases."""
+        with own_context(20) as context:
+            start = context.mpf(1)
+            for d in self.disks:
+                largest = (len(d.coefficients) + context.mpf(d.beta.numerator)) / d.contact
+                for _, _, drop in d.sides:
+                    start = max(start, (power + largest + 2) / drop)
+            for _, drop, steep, growth in self.parts:
+                start = max(start, power / drop)
+                if steep:
+                    start = max(start, 2 * growth / steep)
+            for gap in self.gaps:
+                start = max(start, power / context.make_mpf(gap._mpf_))
+            return start
+
+    def _two(self, lam: Any, orders: list[int], context: Any) -> tuple[Any, Any]:
+        """What is of a power of lam, and what is exponentially small."""
+        algebraic, small = context.mpf(0), context.mpf(0)
+        for d, c, used in zip(self.disks, self.contributions, orders, strict=False):
+            powers, beyond = _beside(d, c, used, lam, context)
+            algebraic += powers
+            small += beyond
+        for c, gap in zip(self.others, self.gaps, strict=True):
+            exponents, coefficients = c.numbers(20)
+            size = sum(
+                abs(context.make_mpf(k._mpf_)) * lam ** -context.make_mpf(s._mpf_)
+                for s, k in zip(exponents, coefficients, strict=True)
+            )
+            small += size * context.exp(-lam * context.make_mpf(gap._mpf_))
+        for weight, drop, steep, growth in self.parts:
+            divisor = lam * steep - growth
+            if divisor <= 0:
+                return context.inf, context.inf
+            small += weight * context.exp(-lam * drop) / divisor
+        return algebraic * (1 + _SAFETY), small * (1 + _SAFETY)
+
+
+def _beside(d: Disk, c: Contribution, used: int, lam: Any, context: Any) -> tuple[Any, Any]:
+    """What is left out beside one maximum: powers of lam, and what is exponentially small.
+
+    The first is the next terms one by one, then Cauchy's tail; the second what terms have beyond
+    the transformed part, although they are integrated to infinity. The tail may begin behind any
+    term that is not used; where the series diverges, the last one known is not the best place.
+    """
+    both = len(d.sides) == 2
+    _, coefficients = c.numbers(40)
+    beta = context.mpf(d.beta.numerator) / d.beta.denominator
+    # On two sides every second coefficient cancels.
+    shift = int(d.beta - 1) % 2 if both else 0
+    position, total, small = 0, context.mpf(0), context.mpf(0)
+    best = context.inf, context.inf
+    for k, ball in enumerate(d.coefficients):
+        s = (k + beta) / d.contact
+        size = d.peak * context.mpf(d.rho) ** -k / d.contact * lam**-s
+        small += size * sum(_upper_gamma(s, lam * drop, context) for _, _, drop in d.sides)
+        if not (both and (k + shift) % 2):
+            value = 2 * ball if both else ball
+            if position < used:
+                value = value - _ball(coefficients[position])
+            total += _mpf(abs(value), context) * lam**-s
+            position += 1
+        if position >= used:
+            found = total + _cauchy_tail(d, k + 1, lam, beta, context)
+            if found + small < sum(best):
+                best = found, small
+    return best
+
+
+def _cauchy_tail(d: Disk, count: int, lam: Any, beta: Any, context: Any) -> Any:
+    """What the terms from `count` on add on all sides, as far as u = THETA rho."""
+    s = (count + beta) / d.contact
+    size = d.peak * context.mpf(d.rho) ** -count / (1 - context.mpf(THETA)) / d.contact
+    return len(d.sides) * size * context.gamma(s) * lam**-s
+
+
+def _upper_gamma(s: Any, z: Any, context: Any) -> Any:
+    """A bound of Gamma(s, z): DLMF 8.10.1 for s <= 1, integration by parts beyond, and Gamma(s)."""
+    whole = context.gamma(s)
+    if z <= 0:
+        return whole
+    if s <= 1:
+        return min(whole, z ** (s - 1) * context.exp(-z))
+    if z <= s - 1:
+        return whole
+    return min(whole, z**s * context.exp(-z) / (z - s + 1))
+
+
+def _mpf(value: Any, context: Any) -> Any:
+    return context.mpf(value.upper().str(20, radius=False)) * (1 + context.mpf(10) ** -15)
+
+
+def _ball(value: Any) -> Any:
+    from symasym.base.inputs import exact
+    from symasym.numbers.balls import exact_ball
+
+    return exact_ball(exact("c", value))
+
+
+def prove(
+    pieces: tuple[Piece, ...],
+    x: Any,
+    contributions: tuple[Contribution, ...],
+    origins: tuple[tuple[Piece, Any, str], ...],
+) -> Proof | None:
+    """A `Proof`, or None where a step does not go through."""
+    if len(set(origins)) != len(origins):
+        return None
+    top = max(number(c.height) for c in contributions)
+    kept = [same_height(number(c.height), top) for c in contributions]
+    orders = max(len(c.coefficients) for c in contributions) + _EXPLICIT
+    main = [c for c, k in zip(contributions, kept, strict=True) if k]
+    others = [c for c, k in zip(contributions, kept, strict=True) if not k]
+    try:
+        disks = []
+        for (piece, point, side), c, use in zip(origins, contributions, kept, strict=True):
+            if not use:
+                continue
+            count = orders * (2 if side == "both" else 1) + 1
+            with precision(128 + 12 * count):
+                disks.append(disk(piece, x, point, side, c.contact, c.beta, count))
+        taken = [o for o, use in zip(origins, kept, strict=True) if use]
+        parts = _rest(pieces, x, taken, disks, top)
+    except (NotProved, OverflowError, ZeroDivisionError):
+        return None
+    gaps = [difference(top, number(c.height)) for c in others]
+    return Proof(disks, main, others, gaps, parts)
+
+
+def _rest(
+    pieces: tuple[Piece, ...],
+    x: Any,
+    origins: list[tuple[Piece, Any, str]],
+    disks: list[Disk],
+    top: Any,
+) -> list[Part]:
+    """The interval without the transformed neighbourhoods."""
+    gap = min(drop for d in disks for _, _, drop in d.sides)
+    ceiling = math.nextafter(float(top), -math.inf)
+    found: list[Part] = []
+    for piece in pieces:
+        low, high = _float(piece.lo, -1), _float(piece.hi, 1)
+        edges = [(low, high)]
+        for (home, point, _), d in zip(origins, disks, strict=True):
+            if home is not piece:
+                continue
+            # A little less than what was transformed, so that nothing is left out between.
+            start, stop = _float(point, 1), _float(point, -1)
+            for sign, reach, _ in d.sides:
+                if sign > 0:
+                    stop = high if reach is None else stop + float(reach) * _LESS
+                else:
+                    start = low if reach is None else start - float(reach) * _LESS
+            edges = [part for a, b in edges for part in ((a, min(b, start)), (max(a, stop), b))]
+        for a, b in edges:
+            if a < b:
+                found += boxes(piece, x, a, b, ceiling, gap)
+    return found
+
+
+def _float(point: Any, direction: int) -> float:
+    """The point if it is a float, else a float beyond it in `direction`."""
+    exactly = number(point)
+    near = float(exactly)
+    return near if exactly == near else math.nextafter(near, direction * math.inf)

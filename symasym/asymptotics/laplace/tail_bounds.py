@@ -1,0 +1,160 @@
+"""Bounds of the integral away from the maxima, in interval arithmetic.
+
+Every box contributes a weight times e^(-lam drop): the weight bounds the integral of |g| over the
+box, drop is how far f stays below its maximum there.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mpmath
+import sympy
+from mpmath import libmp
+
+from symasym.asymptotics.laplace.cauchy_disk import NotProved, without_power
+from symasym.asymptotics.laplace.kinks import Piece, number
+from symasym.numbers.real_intervals import IntervalOps
+from symasym.numbers.trees import evaluate_tree
+
+_MOST_BOXES = 3000
+_DEEPEST = 40
+# What a few roundings can do.
+_MORE = 1 + 1e-12
+
+#: weight, drop, c, gamma: the integral is at most weight e^(-lam drop) / (c lam - gamma),
+#: where a box has c = 0 and gamma = -1.
+Part = tuple[float, float, float, float]
+
+
+def enclosure(expression: Any, x: Any, lo: float, hi: float) -> tuple[float, float] | None:
+    """Floats between which the expression lies on [lo, hi], None where that is not known."""
+    iv = mpmath.iv
+    try:
+        found = iv.mpf(evaluate_tree(expression, {x: iv.mpf([lo, hi])}, IntervalOps()))
+    except Exception:  # iv raises whatever its parts do outside a function's domain
+        return None
+    # By the raw ends: mpf() would round them to whatever precision the caller works at.
+    low, high = (libmp.to_float(end) for end in found._mpi_)
+    if math.isnan(low) or math.isnan(high):
+        return None
+    return math.nextafter(low, -math.inf), math.nextafter(high, math.inf)
+
+
+def boxes(piece: Piece, x: Any, lo: float, hi: float, top: float, gap: float) -> list[Part]:
+    """Parts for [lo, hi], possibly infinite, where f should stay `gap` below `top`.
+
+    `top` is a float not above f's maximum.
+    """
+    found: list[Part] = []
+    if math.isinf(hi):
+        hi, part = _tail(piece.f, piece.g, x, lo, top)
+        found.append(part)
+    if math.isinf(lo):
+        mirror = {x: -x}
+        start, part = _tail(piece.f.xreplace(mirror), piece.g.xreplace(mirror), x, -hi, top)
+        found.append(part)
+        lo = -start
+    waiting = [(lo, hi, 0)]
+    while waiting:
+        a, b, depth = waiting.pop()
+        if not a < b:
+            continue
+        heights = enclosure(piece.f, x, a, b)
+        # Far enough below, or as flat as it is low (a smaller maximum).
+        if heights is not None and top - heights[1] > min(
+            0.95 * gap, 3 * (heights[1] - heights[0])
+        ):
+            weight = _weight(piece, x, a, b)
+            if weight is not None:
+                found.append((weight, _drop(top, heights[1]), 0.0, -1.0))
+                continue
+        if depth == _DEEPEST or len(found) + len(waiting) > _MOST_BOXES:
+            raise NotProved
+        middle = (a + b) / 2
+        waiting += [(a, middle, depth + 1), (middle, b, depth + 1)]
+    return found
+
+
+def _drop(top: float, height: float) -> float:
+    """top - height, rounded down; what is beyond 1e100 is nobody's concern."""
+    return math.nextafter(min(top - height, 1e100), 0.0)
+
+
+def _weight(piece: Piece, x: Any, a: float, b: float) -> float | None:
+    """A bound of the integral of |g| over [a, b]."""
+    width = math.nextafter(b - a, math.inf)
+    size = _largest(piece.g, x, a, b)
+    if size is not None:
+        return size * width * _MORE
+    for end, place, sign in ((piece.lo, a, 1), (piece.hi, b, -1)):
+        if end.is_infinite or abs(float(number(end)) - place) > 1e-12 * max(1, abs(place)):
+            continue
+        rest, front = without_power(piece.g, x, end, sign)
+        size = _largest(rest, x, a, b)
+        if size is not None and -1 < front < 0:
+            power = float(front) + 1
+            return float(size * (width * _MORE) ** power / power * _MORE)
+    return None
+
+
+def _largest(expression: Any, x: Any, a: float, b: float) -> float | None:
+    """A bound of the absolute value on [a, b]."""
+    sizes = enclosure(expression, x, a, b)
+    if sizes is None or math.isinf(sizes[0]) or math.isinf(sizes[1]):
+        return None
+    return max(abs(sizes[0]), abs(sizes[1]))
+
+
+def _tail(f: Any, g: Any, x: Any, start: float, top: float) -> tuple[float, Part]:
+    """Where the part to infinity is cut off, and its bound.
+
+    From there on either (log |g|)' + lam f' <= gamma - c lam, or the same times x: exponential
+    or algebraic decay.
+    """
+    slope, growth = sympy.diff(f, x), None
+    if g.has(x):
+        growth = sympy.simplify(sympy.diff(g, x) / g)
+    begin = max(start, 0.0) + 1
+    for _ in range(40):
+        begin *= 2
+        here = enclosure(f, x, begin, begin)
+        size = _largest(g, x, begin, begin)
+        if here is None or size is None or not here[1] < top:
+            continue
+        for factor in (sympy.Integer(1), x):
+            fall = enclosure(_factored(slope * factor, x), x, begin, math.inf)
+            # fall[1] is rounded up from what may be 0.
+            if fall is None or not fall[1] < 1e-300:
+                continue
+            gain = 0.0
+            if growth is not None:
+                everywhere = _largest(g, x, begin, math.inf)
+                found = enclosure(_factored(growth * factor, x), x, begin, math.inf)
+                if found is not None and not math.isinf(found[1]):
+                    gain = found[1]
+                elif everywhere is not None:
+                    size = everywhere
+                else:
+                    continue
+            # The integral of (y/X)^(-1 - s) over y > X is X/s.
+            extra, shift = (begin, 1.0) if factor is x else (1.0, 0.0)
+            steepness = max(min(-fall[1], 1e100), 0.0)
+            if not steepness and gain + shift >= 0:
+                continue
+            return begin, (size * extra * _MORE, _drop(top, here[1]), steepness, gain + shift)
+    raise NotProved
+
+
+def _factored(expression: Any, x: Any) -> Any:
+    """A form whose intervals reach to infinity without oo - oo or oo/oo."""
+    top, bottom = sympy.fraction(sympy.together(expression))
+    if not (top.is_polynomial(x) and bottom.is_polynomial(x)):
+        return sympy.expand(expression)
+    degree, parts = 0, []
+    for part, sign in ((top, 1), (bottom, -1)):
+        polynomial = sympy.Poly(part, x)
+        degree += sign * polynomial.degree()
+        parts.append(sum(c * x ** (m[0] - polynomial.degree()) for m, c in polynomial.terms()))
+    return sympy.Mul(x**degree, parts[0], 1 / parts[1], evaluate=False)

@@ -1,0 +1,356 @@
+"""T over its expansion T_N for all noise below a given one: the constant of the error, proved.
+
+With y = lam^(-1/2), T = lam e^{lam E} (main + what is exponentially smaller), where main is made
+of the integrals over the cells of the wells and barriers that dominate
+(`symasym.asymptotics.proofs.dominance`): models in y with Cauchy's bound of what they leave out.
+T_N is made of the same, cut off (`symasym.asymptotics.proofs.formal_sums`), so that all powers up
+to y^(2N) cancel in the quotient, and what is left over y^(2N + 2) is bounded on the whole range.
+See docs/weak-noise-bounds.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from symasym.asymptotics.laplace.cauchy_disk import THETA, NotProved
+from symasym.asymptotics.proofs.cells import Cell, Peak, landscape
+from symasym.asymptotics.proofs.dominance import (
+    Dominance,
+    Group,
+    Leading,
+    Sharp,
+    Well,
+    below_height,
+    key_of,
+)
+from symasym.asymptotics.proofs.formal_sums import Formal, Sum, expansion, split
+from symasym.asymptotics.weak_noise.critical_points import half
+from symasym.base.contexts import own_context
+from symasym.base.errors import SymasymError
+from symasym.drift.drift import Drift
+from symasym.drift.taylor_field import ExactField
+from symasym.numbers.balls import exact_ball, flint_module, precision
+from symasym.numbers.taylor_models import Model, Range, Small, Term, supremum
+
+# Digits of all balls here, and for each order: few are lost, as exponentials are taken relative to
+# the largest.
+_DIGITS = 90
+_MORE_DIGITS = 8
+# Ratio of two ends of the pieces that a range is cut into, the most of these, and how little the
+# rest of it may add before it counts as one piece.
+_RATIO = 0.85
+_PIECES = 60
+_ENOUGH = 1.005
+# Of a coefficient that cancels: balls that are wider would hold 0 in any case.
+_NOTHING = 1e-9
+# Coefficients kept behind the first that does not cancel.
+_MORE = (2, 4, 6, 8)
+
+
+class _Evaluation:
+    """What dominates, on a range of noise."""
+
+    def __init__(self, found: Dominance, over: Range) -> None:
+        self.found, self.over = found, over
+        self._integrals: dict[int, tuple[Model, Small]] = {}
+        self._least: dict[int, Any] = {}
+        # With the group itself, so that its id is not given to another.
+        self._most: dict[int, tuple[Group, Any]] = {}
+
+    def integral(self, sharp: Sharp) -> tuple[Model, Small]:
+        """Over one cell, without its factor e^{lam height}."""
+        if sharp.cell not in self._integrals:
+            self._integrals[sharp.cell] = self._integral(self.found.cells[sharp.cell])
+        return self._integrals[sharp.cell]
+
+    def _integral(self, cell: Cell) -> tuple[Model, Small]:
+        if cell.peak is not None:
+            return _peak(cell.peak, self.over)
+        assert cell.slope is not None
+        flint = flint_module()
+        size = 1 / exact_ball(abs(cell.slope))
+        fall = exact_ball(abs(cell.slope) * (cell.stop - cell.start))
+        coefficients = (size, *[flint.arb(0)] * (self.over.terms - 1))
+        return Model(2, coefficients, flint.arb(0), self.over), (Term(size, 2, fall),)
+
+    def sum_of(self, group: Group) -> tuple[Model, Small]:
+        models = [self.integral(s) for s in group.sharp]
+        total, small = models[0]
+        for model, more in models[1:]:
+            total, small = total + model, small + more
+        return total, small + group.others
+
+    def least(self, sharp: Sharp) -> tuple[Any, int]:
+        """Of y^(-power) times the integral over a cell, and that power."""
+        model, small = self.integral(sharp)
+        if sharp.cell not in self._least:
+            self._least[sharp.cell] = _surely(model, small, self.over)
+        return self._least[sharp.cell], model.power
+
+    def most(self, group: Group) -> tuple[Any, int]:
+        """Of y^(-power) times the integral over a group, and that power."""
+        if id(group) not in self._most:
+            model, small = self.sum_of(group)
+            more = supremum(small, model.power, 0 * self.over.top, self.over.top)
+            self._most[id(group)] = group, ((model.largest() + more).upper(), model.power)
+        found: tuple[Any, int] = self._most[id(group)][1]
+        return found
+
+    def main(self, found: Leading) -> tuple[Model, Small]:
+        """T/(lam e^{lam E}): what dominates, and all else relative to that."""
+        total: Model | None = None
+        parts: list[Small] = []
+        for well in found.wells:
+            model, small = self._product(well)
+            parts.append(small)
+            total = model if total is None else total + model
+        assert total is not None
+        least = total.least()
+        height = self.found.labels.height(found.key)
+        rest = []
+        for size, own, exponent, under, above in found.lesser:
+            power = own - total.power
+            if under is not None:
+                divisor, less = self.least(under)
+                size, power = size / divisor, power - less
+            for group in above:
+                factor, more = self.most(group)
+                size, power = size * factor, power + more
+            rest.append(Term((size / least).upper(), power, (height - exponent).lower()))
+        # Each well's own error is relative to its own positive share, so to the sum as well.
+        joined = max_of(parts, self.over)
+        return total, joined + merged(rest)
+
+    def _product(self, well: Well) -> tuple[Model, Small]:
+        weight, small = self.integral(well.sharp)
+        a, m, b = well.outer, well.between, well.behind
+        found = self.found.denominator(a, m, b)
+        assert found is not None
+        label, alone = found
+        errors = [relative(weight, small)]
+        below: Model | None = None
+        lost: list[Term] = []
+        height = self.found.labels.heights[label]
+        for group in (a, m, b):
+            if group.label == label:
+                model, small = self.sum_of(group)
+                below = model if below is None else below + model
+                # A alone: A B/(A + M + B) = B/(1 + (M + B)/A), where A's own error is none.
+                lost += small if alone is None else ()
+                under = (model, small)
+            else:
+                lost += below_height(group.sizes, height)
+        assert below is not None
+        numerator = weight
+        for group in (a, b):
+            if group is not alone:
+                model, small = self.sum_of(group)
+                numerator = numerator * model
+                errors.append(relative(model, small))
+        if alone is None:
+            numerator = numerator / below
+            errors.append(_inverse(relative(below, tuple(lost)), self.over))
+        else:
+            least = _surely(*under, self.over)
+            shifted = [Term(t.size / least, t.power - under[0].power, t.gap) for t in lost]
+            errors.append(_inverse(tuple(shifted), self.over))
+        return numerator, together(errors, self.over)
+
+
+def _peak(peak: Peak, over: Range) -> tuple[Model, Small]:
+    """`symasym.asymptotics.proofs.enclosures._laplace` for a range, without its factor."""
+    flint, d = flint_module(), peak.disk
+    step, sides = 2 // d.contact, len(d.sides)
+    used = -(-over.terms // step)
+    if used > len(d.coefficients):
+        raise NotProved
+    coefficients = [flint.arb(0)] * over.terms
+    small = []
+    for k, c in enumerate(d.coefficients[:used]):
+        coefficients[step * k] = c * (1 if sides == 1 else 2 * (k % 2 == 0))
+        s = Fraction(k + 1, d.contact)
+        small += [_beyond(abs(c), s, drop, over) for drop in peak.drops]
+    after = exact_ball(Fraction(used + 1, d.contact))
+    tail = exact_ball(Fraction(d.peak)) / d.contact * exact_ball(Fraction(d.rho)) ** -used
+    tail *= sides * after.gamma() / exact_ball(1 - Fraction(THETA))
+    rest = (tail * over.top ** (step * used - over.terms)).upper()
+    return Model(step, tuple(coefficients), rest, over), tuple(small)
+
+
+class _Quotient(NamedTuple):
+    """T/T_N: what is algebraic, and the size of the rest relative to that."""
+
+    model: Model
+    errors: Small
+
+
+def _least_of(found: list[_Quotient], low: Any, top: Any, order: int) -> Any:
+    """The least bound of |T/T_N - 1|/y^(2N + 2) for low <= y <= top."""
+    least, power = flint_module().arb("inf"), 2 * order + 2
+    for model, errors in found:
+        algebraic = model.tail(power, low)
+        small = supremum(errors, power, low, top)
+        least = least.min((algebraic + (1 + algebraic * top**power) * small).upper())
+    return least
+
+
+def _beyond(size: Any, s: Fraction, drop: Any, over: Range) -> Term:
+    """size lam^-s Gamma(s, z)/Gamma(s) with z = lam drop: what one term has beyond the cell."""
+    flint, power, least = flint_module(), exact_ball(s), drop / over.top**2
+    steep = 1 - (power - 1) / least
+    if steep > 0.5:
+        # (t/z)^(s - 1) <= e^((s - 1)(t - z)/z) for t >= z; without it for s <= 1.
+        size *= drop ** (power - 1) / power.gamma() / (steep if s > 1 else 1)
+        return Term(size.upper(), 2, drop.lower())
+    # t^(s - 1) e^-t <= e^(-(1 - a) z) t^(s - 1) e^(-a t) for t >= z, for every a between 0 and 1.
+    a = flint.arb((power / least.max(2 * power)).mid())
+    return Term((size * a**-power).upper(), int(2 * s), ((1 - a) * drop).lower())
+
+
+def relative(model: Model, small: Small) -> Small:
+    least = model.least()
+    return tuple(Term((t.size / least).upper(), t.power - model.power, t.gap) for t in small)
+
+
+def _surely(model: Model, small: Small, over: Range) -> Any:
+    """A positive lower bound of y^(-power) (model + small)."""
+    found = (model.least() - supremum(small, model.power, flint_module().arb(0), over.top)).lower()
+    if not found > 0:
+        raise NotProved
+    return found
+
+
+def _inverse(small: Small, over: Range) -> Small:
+    """Of 1/(1 + e) - 1."""
+    most = supremum(small, 0, flint_module().arb(0), over.top)
+    if not most < 1:
+        raise NotProved
+    return tuple(t._replace(size=(t.size / (1 - most)).upper()) for t in small)
+
+
+def together(errors: Sequence[Small], over: Range) -> Small:
+    """Of (1 + e_1)(1 + e_2) … - 1."""
+    flint = flint_module()
+    found: list[Term] = []
+    grown = flint.arb(1)
+    for small in errors:
+        found += [t._replace(size=(t.size * grown).upper()) for t in small]
+        grown = (grown * (1 + supremum(small, 0, flint.arb(0), over.top))).upper()
+    return tuple(found)
+
+
+def max_of(parts: Sequence[Small], over: Range) -> Small:
+    """One that bounds each of several."""
+    if len(parts) == 1:
+        return parts[0]
+    return tuple(t for part in parts for t in part)
+
+
+def merged(terms: Sequence[Term]) -> Small:
+    """Fewer terms: one for each power, and for each power of two of the gap."""
+    found: dict[tuple[int, int], Term] = {}
+    for t in terms:
+        if not t.gap > 0:
+            raise NotProved
+        if not t.gap.is_finite():
+            continue
+        place = t.power, int(float(t.gap.log()) * 4)
+        old = found.get(place)
+        found[place] = t if old is None else Term(t.size + old.size, t.power, t.gap.min(old.gap))
+    return tuple(found.values())
+
+
+class Proof:
+    """|T/T_N - 1| <= K kappa^(2N + 2) for one drift, radius, start and order.
+
+    Raises
+    ------
+    NotProved
+        Where no simple well and barrier, or well and end, are shown to dominate.
+    """
+
+    def __init__(self, drift: Drift, r: Fraction, start: Fraction, order: int) -> None:
+        coefficients = drift.exact_coefficients()
+        if coefficients is None:
+            raise NotProved
+        cut = landscape(tuple(coefficients), drift, r, start, order)
+        if cut is None:
+            raise NotProved
+        self._r, self._order = r, order
+        self._digits = _DIGITS + _MORE_DIGITS * order + len(str(int(r)))
+        with precision(self._bits()), own_context(self._digits) as context:
+            fields = ExactField(drift, True, context), ExactField(drift, False, context)
+            try:
+                left, right = (
+                    half(field, side * start, r, order, context, 30, told=False)
+                    for side, field in zip((-1, 1), fields, strict=True)
+                )
+            except SymasymError:
+                raise NotProved from None
+            self._halves = left, right
+            even = not any(coefficients[::2])
+            self._cells = Dominance(cut, cut.origin, even)
+            self._leading = self._cells.leading()
+
+    def _bits(self) -> int:
+        return 4 * self._digits
+
+    def constant(self, kappa: Fraction) -> Any:
+        """K for all noise up to kappa, a ball's upper end; None where it is not proved."""
+        with precision(self._bits()):
+            try:
+                return self._constant(exact_ball(kappa) / flint_module().arb(2).sqrt())
+            except (NotProved, ZeroDivisionError):
+                return None
+
+    def _constant(self, top: Any) -> Any:
+        flint, order = flint_module(), self._order
+        worst, zero = flint.arb(0), flint.arb(0)
+        sums = self._expansion(top)
+        for _ in range(_PIECES):
+            found = self._quotients(sums, top)
+            rest = _least_of(found, zero, top, order)
+            low = (top * _RATIO).mid()
+            if rest < worst * _ENOUGH:
+                break
+            worst = worst.max(_least_of(found, low, top, order))
+            top = low
+        # The last `rest` holds for a little more than what is left.
+        return (worst.max(rest) / 2 ** (order + 1)).upper()
+
+    def _expansion(self, top: Any) -> tuple[Sum, Sum]:
+        ops = Formal(self._cells.labels, self._digits, top)
+        return expansion(self._halves, self._r, self._order, ops)
+
+    def _quotients(self, sums: tuple[Sum, Sum], top: Any) -> list[_Quotient]:
+        found = []
+        for more in _MORE:
+            over = Range(top, 2 * self._order + 2 + more)
+            try:
+                found.append(self._quotient(sums, over))
+            except NotProved:
+                continue
+        if not found:
+            raise NotProved
+        return found
+
+    def _quotient(self, sums: tuple[Sum, Sum], over: Range) -> _Quotient:
+        main, errors = _Evaluation(self._cells, over).main(self._leading)
+        labels = self._cells.labels
+        key, numerator, beside = split(sums[0], labels, over)
+        under, denominator, behind = split(sums[1], labels, over)
+        if key_of([*key, *((label, -n) for label, n in under)]) != self._leading.key:
+            raise NotProved
+        model = main * denominator / numerator
+        # They are equal: T_N is made of the first coefficients of what T is made of.
+        for k, c in enumerate(model.coefficients[: 2 * self._order + 2]):
+            size = 1 + abs(main.coefficients[k] / main.coefficients[0])
+            off = abs(c - (k == 0))
+            if not (off.contains(0) and off < size * _NOTHING):
+                raise NotProved
+        if model.power:
+            raise NotProved
+        parts = [errors, relative(denominator, behind), _inverse(relative(numerator, beside), over)]
+        return _Quotient(model, together(parts, over))

@@ -1,0 +1,261 @@
+"""Proved two-sided bounds of the escape time for weak noise, at a cost that does not grow with lam.
+
+With L, R the integrals of e^{lam V} left and right of a point and m = e^{-lam V},
+
+    T = lam/(L + R) int m(u) L(min(u, x)) R(max(u, x)) du.
+
+[-r, r] is cut into cells, independent of lam. The integral of e^{lam V} over the cell of a
+barrier, or of an end where V is largest, and that of e^{-lam V} over a well's are Laplace's
+series with Cauchy's bound of what it leaves out (`symasym.asymptotics.laplace.cauchy_disk`);
+straight cells are closed form; everywhere else V lies between two constants, which is enough,
+since that part is exponentially small where a well and a barrier dominate, and where none does
+nothing is claimed. Every sum has positive terms only, so that lower and upper bounds are carried
+apart. See docs/weak-noise-bounds.md.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import accumulate
+from typing import Any, NamedTuple
+
+from symasym.asymptotics.laplace.cauchy_disk import THETA
+from symasym.asymptotics.proofs.cells import (
+    Cell,
+    Landscape,
+    Panel,
+    Peak,
+    Stationary,
+    landscape,
+    stationary,
+    steepness,
+)
+from symasym.drift.drift import Drift
+from symasym.exact.ball_panels import Outer, exp_quotient
+from symasym.numbers.balls import exact_ball, flint_module, precision
+
+
+class Bounds(NamedTuple):
+    """A positive number lies between these two."""
+
+    low: Any
+    high: Any
+
+    def __add__(self, other: Bounds) -> Bounds:  # type: ignore[override]
+        return Bounds((self.low + other.low).lower(), (self.high + other.high).upper())
+
+
+def enclosure(
+    drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, order: int, digits: int
+) -> Bounds | None:
+    """Bounds of T in balls, or None where the proof does not go through.
+
+    Parameters
+    ----------
+    drift : Drift
+        Scalar and bound.
+    kappa, r, start : Fraction
+    order : int
+        The highest order of the expansion whose error the bounds are to show.
+    digits : int
+        Digits that must not be lost to rounding.
+
+    Returns
+    -------
+    Bounds or None
+        Positive; they may be far apart where no well and barrier dominate.
+    """
+    coefficients = drift.exact_coefficients()
+    if coefficients is None:
+        return None
+    lam = 2 / kappa**2
+    found = landscape(tuple(coefficients), drift, r, start, order)
+    if found is None:
+        return None
+    # e^{lam V} loses as many bits as its exponent has before the point.
+    with precision(100 + 4 * digits + int(lam * (1 + r)).bit_length()):
+        return _time(found, lam)
+
+
+def enclosure_outside(drift: Drift, kappa: Fraction, order: int, digits: int) -> Bounds | None:
+    """Bounds of 1 - P in balls, or None where the proof does not go through; sliding only."""
+    coefficients = drift.exact_coefficients()
+    if coefficients is None:
+        return None
+    lam = 2 / kappa**2
+    found = stationary(tuple(coefficients), drift, order)
+    if found is None:
+        return None
+    with precision(100 + 4 * digits + int(lam).bit_length()):
+        return _outside(found, lam)
+
+
+def _outside(found: Stationary, lam: Fraction) -> Bounds | None:
+    """int e^{-lam V} over |u| > 1, closed form, over that over all u."""
+    zero = flint_module().arb(0)
+    inside, outside = Bounds(zero, zero), zero
+    for cell in found.cells:
+        inside = inside + _falling(cell, lam)
+    for slope, height in zip(found.slopes, found.heights, strict=True):
+        outside += exact_ball(-lam * height).exp() / exact_ball(lam * slope)
+    low, high = outside / (outside + inside.high), outside / (outside + inside.low)
+    return Bounds(low.lower(), high.upper()) if low > 0 and high.is_finite() else None
+
+
+class _Shares(NamedTuple):
+    """Over a cell: int e^{lam V}, int e^{-lam V}, and the double integrals of both.
+
+    `before` has e^{lam V} to the left of e^{-lam V}, `after` to the right.
+    """
+
+    rising: Bounds
+    falling: Bounds
+    before: Bounds
+    after: Bounds
+
+
+def _time(found: Landscape, lam: Fraction) -> Bounds | None:
+    cells = [_shares(c, lam) for c in found.cells]
+    zero = flint_module().arb(0)
+    none = Bounds(zero, zero)
+    rising = [c.rising for c in cells]
+    left = list(accumulate(rising, initial=none))
+    right = list(accumulate(rising[::-1], initial=none))[::-1]
+    at = found.place
+    total = none
+    own = rising[at] if found.inside else none
+    first = at + 1 if found.inside else at
+    # Of e^{lam V} on each side of the start; its own cell's, if cut by it, may be on either.
+    behind = Bounds(left[at].low, (left[at].high + own.high).upper())
+    ahead = Bounds(right[first].low, (right[first].high + own.high).upper())
+    middle = none
+    for k in range(at - 1, -1, -1):
+        middle = middle + rising[k]
+        between = Bounds(middle.low, (middle.high + own.high).upper())
+        share = _share(ahead, behind)
+        total = total + _product(cells[k].falling, _three(left[k], between, ahead))
+        total = total + _product(cells[k].before, share)
+    middle = none
+    for k in range(first, len(cells)):
+        middle = middle + rising[k]
+        between = Bounds(middle.low, (middle.high + own.high).upper())
+        share = _share(behind, ahead)
+        total = total + _product(cells[k].falling, _three(right[k + 1], between, behind))
+        total = total + _product(cells[k].after, share)
+    if found.inside:
+        # L(min) R(max)/(L + R) for u in the start's own cell, from all of it between the two to
+        # none: E + A B/(A + B + E) grows with each of A, B and E.
+        low = _three(left[at], own, right[first]).low
+        high = (_three(left[at], none, right[first]).high + own.high).upper()
+        total = total + _product(cells[at].falling, Bounds(low, high))
+    number = exact_ball(lam)
+    result = Bounds((number * total.low).lower(), (number * total.high).upper())
+    if not (result.low.is_finite() and result.high.is_finite() and result.high > 0):
+        return None
+    return result
+
+
+def _product(a: Bounds, b: Bounds) -> Bounds:
+    return Bounds((a.low * b.low).lower(), (a.high * b.high).upper())
+
+
+def _share(part: Bounds, rest: Bounds) -> Bounds:
+    """part/(part + rest)."""
+    return Bounds(_over(part.low, rest.high).lower(), _over(part.high, rest.low).upper())
+
+
+def _over(part: Any, rest: Any) -> Any:
+    return part / (part + rest) if part > 0 else part
+
+
+def _three(outer: Bounds, between: Bounds, other: Bounds) -> Bounds:
+    """A B/(A + M + B), which grows with A and B and falls with M."""
+
+    def value(a: Any, m: Any, b: Any) -> Any:
+        return a * b / (a + m + b) if a > 0 and b > 0 else flint_module().arb(0)
+
+    return Bounds(
+        value(outer.low, between.high, other.low).lower(),
+        value(outer.high, between.low, other.high).upper(),
+    )
+
+
+def _shares(cell: Cell, lam: Fraction) -> _Shares:
+    if cell.slope is not None:
+        return _straight(cell, cell.slope, lam)
+    rising, falling = _crude(cell.panels, lam, 1), _crude(cell.panels, lam, -1)
+    if cell.peak is not None:
+        sharp = _laplace(cell.peak, lam)
+        if cell.peak.sign > 0:
+            rising = _both(rising, sharp)
+        else:
+            falling = _both(falling, sharp)
+    none, whole = flint_module().arb(0), (rising.high * falling.high).upper()
+    sign, steep = steepness(cell)
+    # Where e^{lam V} is on the side to which V falls: at most the width over lam |V'|.
+    low = whole if not sign else (cell.panels[0].width / (exact_ball(lam) * steep)).upper()
+    low = low.min(whole)
+    before, after = (low, whole) if sign > 0 else (whole, low)
+    return _Shares(rising, falling, Bounds(none, before), Bounds(none, after))
+
+
+def _falling(cell: Cell, lam: Fraction) -> Bounds:
+    """int e^{-lam V} over a cell inside the layer."""
+    crude = _crude(cell.panels, lam, -1)
+    return crude if cell.peak is None else _both(crude, _laplace(cell.peak, lam))
+
+
+def _both(a: Bounds, b: Bounds) -> Bounds:
+    return Bounds(a.low.max(b.low), a.high.min(b.high))
+
+
+def _straight(cell: Cell, slope: Fraction, lam: Fraction) -> _Shares:
+    length = cell.stop - cell.start
+    stretch = Outer(exact_ball(slope), lam, length)
+    mirrored = Outer(exact_ball(-slope), lam, length)
+    factor = (exact_ball(lam) * cell.height).exp()
+    values = (stretch.plus * factor, stretch.minus / factor, stretch.nested, mirrored.nested)
+    return _Shares(*(Bounds(v.lower(), v.upper()) for v in values))
+
+
+def _crude(panels: tuple[Panel, ...], lam: Fraction, sign: int) -> Bounds:
+    number, size = exact_ball(sign * lam), exact_ball(lam)
+    low = high = flint_module().arb(0)
+    for p in panels:
+        line = p.width * exp_quotient(number * p.slope * p.width, 1) * (number * p.height).exp()
+        bend = (size * p.bend).exp()
+        least, most = line / bend, line * bend
+        if p.steep > 0 and not size * p.bend < 1:
+            # Monotone: between the values at its ends.
+            first, last = (number * v for v in p.ends)
+            least = least.max(p.width * first.min(last).exp())
+            most = most.min(p.width.min(1 / (size * p.steep)) * first.max(last).exp())
+        low, high = low + least, high + most
+    return Bounds(low.lower().max(flint_module().arb(0)), high.upper())
+
+
+def _laplace(peak: Peak, lam: Fraction) -> Bounds:
+    """int e^{sign lam V} over the peak's cell: the best of all places to cut its series."""
+    d, number = peak.disk, exact_ball(lam)
+    factor = (exact_ball(peak.sign * lam) * peak.height).exp()
+    sides = len(d.sides)
+    best = total = flint_module().arb(0)
+    least = flint_module().arb("inf")
+    size = exact_ball(Fraction(d.peak)) / d.contact
+    ratio = exact_ball(1 / Fraction(d.rho))
+    for k, c in enumerate(d.coefficients):
+        s = Fraction(k + 1, d.contact)
+        share = flint_module().arb(0)
+        for (sign, _, _), drop in zip(d.sides, peak.drops, strict=True):
+            # As far as the edge, not to infinity; of two sides the odd terms cancel but for that.
+            part = 1 - (number * drop).gamma_upper(exact_ball(s), 1)
+            share += -part if sides == 2 and sign < 0 and k % 2 else part
+        total += share * c * number ** -exact_ball(s)
+        after = exact_ball(s + Fraction(1, d.contact))
+        tail = size * ratio ** (k + 1) * after.gamma() * number**-after
+        left_out = (tail * sides / exact_ball(1 - Fraction(THETA))).upper()
+        # Where the series diverges, the last term known is not the best place to cut it.
+        if left_out < least:
+            best, least = total, left_out
+    low, high = (factor * (best - least)).lower(), (factor * (best + least)).upper()
+    return Bounds(low.max(flint_module().arb(0)), high)

@@ -1,0 +1,399 @@
+"""Two-sided bounds of the exit probability, and the paper's upper bound with its condition."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from symasym.asymptotics.proofs.layer_bounds import Barrier, Edge, Layer, layer_of
+from symasym.base.contexts import own_context
+from symasym.base.errors import AccuracyError
+from symasym.base.inputs import FloatArray, float_text, is_array
+from symasym.drift.drift import Drift
+from symasym.drift.scenes import (
+    Request,
+    as_digits,
+    as_floats,
+    exact_scene,
+    float_scenes,
+    input_rounding,
+    one_scene,
+    rows_of,
+)
+from symasym.drift.taylor_field import ExactField
+from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of
+from symasym.numbers.intervals import quotients
+
+# Bounds further apart say nothing that is worth a number.
+_MOST_RATIO = 3
+_UNIT = 1e-15
+_TERMS = ("lower and upper bound of the integrals on both sides of the start",)
+
+
+def exit_probability(
+    drift: Drift, kappa: Any, r: Any, start: Any, complement: bool, request: Request
+) -> Any:
+    """The middle of two bounds of C (or 1 - C), with half their distance as the error."""
+    numbers = {"kappa": kappa, "r": r, "start": start}
+    if not one_scene(drift, numbers) and request.dps is None:
+        return _of_arrays(drift, numbers, complement, request)
+    values = exact_scene(drift, numbers, request.dps)
+    lam = 2 / values["kappa"] ** 2
+    digits = request.digits
+    exponent = int(lam * (1 + values["r"]) * 1024)
+    bits = int(digits * 3.33) + 80 + 2 * exponent.bit_length()
+    flint_module()
+    with precision(bits):
+        left = _side(drift, True, values["r"], -values["start"], lam)
+        right = _side(drift, False, values["r"], values["start"], lam)
+        wanted, other = (left, right) if complement else (right, left)
+        low, high = _probability(wanted[0], other[1]), _probability(wanted[1], other[0])
+        if not high < _MOST_RATIO * low:
+            raise _too_far(float_text(values["kappa"]))
+        if request.log:
+            low, high = _log(wanted[0], other[1]), _log(wanted[1], other[0])
+        from symasym.exact import ball_sweep
+
+        middle, radius = ball_sweep.to_mpf(low.union(high), digits + 10)
+    return as_digits(request, middle, radius, "bound", _TERMS, ())
+
+
+def _probability(part: Any, rest: Any) -> Any:
+    return 1 / (1 + rest / part)
+
+
+def _log(part: Any, rest: Any) -> Any:
+    return -(rest / part).log1p()
+
+
+def _too_far(kappa: str) -> AccuracyError:
+    return AccuracyError(
+        f"kappa is {kappa}, where the two bounds are more than a factor {_MOST_RATIO} apart: the "
+        "layer's barriers or the start are too close to each other or to an end for this noise; "
+        "use method='exact'."
+    )
+
+
+# -- one scene, in balls ---------------------------------------------------------------------------
+
+
+def _side(drift: Drift, mirrored: bool, r: Fraction, x: Fraction, lam: Fraction) -> tuple[Any, Any]:
+    """Lower and upper bound of int_x^r e^{lam (V - V(x))}."""
+    profile = profile_of(drift)
+    profile = profile.mirrored() if mirrored else profile
+    one, factor = Fraction(1), exact_ball(lam)
+    height = low = high = exact_ball(Fraction(0))
+
+    def outer(side: int, length: Fraction) -> Any:
+        fall = -profile.value(Fraction(side)) * exact_ball(length)
+        first = quotients(factor * fall, _Number())[0]
+        return (factor * height).exp() * exact_ball(length) * first, height + fall
+
+    if x < -1:
+        part, height = outer(-1, -one - x if r > 1 else r - x)
+        low, high = low + part, high + part
+    if x < 1:
+        layer = layer_of(drift, mirrored, max(x, -one), min(r, one))
+        scale = (factor * height).exp()
+        for region in layer.regions:
+            below, above = _region(region, factor)
+            low, high = low + scale * below, high + scale * above
+        height = height + layer.end
+    if r > 1:
+        part, height = outer(1, r - max(x, one))
+        low, high = low + part, high + part
+    return low, high
+
+
+class _Number:
+    """Arb as `quotients` wants it."""
+
+    def __init__(self) -> None:
+        from symasym.numbers.intervals import _Balls
+
+        self._balls = _Balls(flint_module().ctx.prec)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._balls, name)
+
+
+def _region(region: Any, lam: Any) -> tuple[Any, Any]:
+    zero = exact_ball(Fraction(0))
+    low = high = zero
+    for panel in region.panels:
+        x = abs(lam * panel.slope * panel.half)
+        rising, falling = (quotients(s * x, _Number())[0] for s in (1, -1))
+        middle = (lam * panel.height).exp() * panel.half * (rising + falling)
+        low = low + middle * (-lam * panel.bend).exp()
+        high = high + middle * (lam * panel.bend).exp()
+    peak = region.peak
+    if peak is None:
+        return low, high
+    scale = (lam * peak.height).exp()
+    below, above = (_edge if isinstance(peak, Edge) else _barrier)(peak, lam)
+    # max and min of balls enclose those of what is in them.
+    return low.max(scale * below), high.min(scale * above)
+
+
+def _edge(peak: Any, lam: Any) -> tuple[Any, Any]:
+    lead, next_ = 1 / (lam * peak.slope), peak.bend / lam**2
+    return lead * (1 - (-lam * peak.fall).exp()) - next_, lead + next_
+
+
+def _barrier(peak: Any, lam: Any) -> tuple[Any, Any]:
+    pi = flint_module().arb.pi()
+    c, reach = peak.curvature, peak.reach
+    lead = (pi / (lam * c)).sqrt()
+    tail = (-lam * c * reach**2).exp() / (lam * c * reach)
+    low = lead * (1 - _ratio(3, 4) * peak.quartic / (lam * c**2)) - tail - 2 * peak.gap
+    less = c - abs(peak.cubic) * reach - peak.quartic * reach**2
+    more = _ratio(15, 16) * peak.cubic**2 * less ** _ratio(-7, 2)
+    more = more + _ratio(3, 4) * peak.quartic * less ** _ratio(-5, 2)
+    return low, lead + pi.sqrt() * more / lam ** _ratio(3, 2) + 2 * peak.gap
+
+
+def _ratio(p: int, q: int) -> Any:
+    return exact_ball(Fraction(p, q))
+
+
+# -- many scenes, in float64 -----------------------------------------------------------------------
+
+
+def _of_arrays(drift: Drift, numbers: dict[str, Any], complement: bool, request: Request) -> Any:
+    """One analysis of the layer for each drift, radius below 1 and start; vectorised over lam."""
+    scenes = float_scenes(drift, numbers)
+    flint_module()
+    given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
+    r, start = scenes.numbers["r"], scenes.numbers["start"]
+    ends = np.minimum(r, 1.0), np.clip(start, -1.0, 1.0)
+    keys = np.array([*given.values(), *ends]).T
+    unique, group = np.unique(keys, axis=0, return_inverse=True)
+    logs, errors = np.empty(len(r)), np.empty(len(r))
+    steepest = np.zeros(len(r))
+    for k in range(len(unique)):
+        rows = np.flatnonzero(group.ravel() == k)
+        first = {name: float(x[rows[0]]) for name, x in given.items()}
+        one = drift.bind(**first) if first else drift
+        with np.errstate(all="ignore"):
+            steepest[rows] = np.abs(one.evaluate_float(np.linspace(-1, 1, 65))).max()
+            left, right = (
+                _float_side(one, side < 0, r[rows], side * start[rows], scenes.lam[rows])
+                for side in (-1, 1)
+            )
+            wanted, other = (left, right) if complement else (right, left)
+            # log C = -log(1 + sigma_L/sigma_R); the ends of the one from opposite ends of both.
+            ratios = other[[1, 0]] - wanted
+            ends_of_log = -np.logaddexp(0.0, ratios[:2])
+            slack = _UNIT * 8 * (8 + np.abs(other).max(axis=0) + np.abs(wanted).max(axis=0))
+            slack = slack + input_rounding(rows_of(scenes, rows), steepest[rows])
+        logs[rows] = ends_of_log.mean(axis=0)
+        errors[rows] = (ends_of_log[1] - ends_of_log[0]) / 2 + slack
+    bad = np.flatnonzero(~(errors < np.log(_MOST_RATIO) / 2))
+    if bad.size:
+        raise _too_far(f"{scenes.numbers['kappa'][bad[0]]:.6g}")
+    return as_floats(request, scenes.shape, logs, errors, "bound", _TERMS, ())
+
+
+def _float_side(
+    drift: Drift, mirrored: bool, r: FloatArray, x: FloatArray, lam: FloatArray
+) -> FloatArray:
+    """Logarithms of both bounds of int_x^r e^{lam (V - V(x))}; r < 1 and x inside are the same."""
+    low = max(Fraction(float(np.clip(x[0], -1, 1))), Fraction(-1))
+    high = min(Fraction(float(r[0])), Fraction(1))
+    sign = -1 if mirrored else 1
+    slopes = [sign * float(e) for e in drift.ends[::sign]]
+    height = np.zeros_like(lam)
+    parts = []
+
+    def outer(a: float, length: FloatArray) -> None:
+        nonlocal height
+        size = np.maximum(length, 0.0)
+        y = -lam * a * size
+        parts.append(np.tile(lam * height + np.log(size) + _log_quotient(y), (2, 1)))
+        height = height - a * size
+
+    outer(slopes[0], np.minimum(-1.0, r) - x)
+    if low < high:
+        layer = _layer(drift, mirrored, low, high)
+        parts.append(_float_layer(layer, lam) + lam * height)
+        height = height + float(layer.end)
+    outer(slopes[1], (r - np.maximum(x, 1.0)) * (r > 1))
+    return (
+        np.logaddexp(np.logaddexp(parts[0], parts[1]), parts[-1])
+        if len(parts) == 3
+        else (np.logaddexp(parts[0], parts[-1]))
+    )
+
+
+def _layer(drift: Drift, mirrored: bool, low: Fraction, high: Fraction) -> Layer:
+    with precision(128):
+        return layer_of(drift, mirrored, low, high)
+
+
+def _log_quotient(x: FloatArray) -> FloatArray:
+    """log((e^x - 1)/x)."""
+    size = np.abs(x)
+    safe = np.where(size == 0, 1.0, size)
+    found: FloatArray = np.where(size == 0, 0.0, np.log(-np.expm1(-safe) / safe))
+    return np.maximum(x, 0.0) + found
+
+
+def _float_layer(layer: Layer, lam: FloatArray) -> FloatArray:
+    """Logarithms of the lower and the upper bound over the layer, V from its beginning."""
+    totals = []
+    for region in layer.regions:
+        p = np.array(
+            [
+                [_up(x) if k == 3 else float(x) for k, x in enumerate(panel)]
+                for panel in region.panels
+            ]
+        )[:, :, None]
+        x = lam * np.abs(p[:, 1]) * p[:, 2]
+        pair = np.logaddexp(_log_quotient(x), _log_quotient(-x))
+        middle = lam * p[:, 0] + np.log(p[:, 2]) + pair
+        bounds = [
+            np.logaddexp.reduce(middle + sign * lam * p[:, 3], axis=0) for sign in (-1.0, 1.0)
+        ]
+        if region.peak is not None:
+            below, above = _float_peak(region.peak, lam)
+            bounds = [np.fmax(bounds[0], below), np.fmin(bounds[1], above)]
+        totals.append(np.array(bounds))
+    found: FloatArray = np.logaddexp.reduce(np.array(totals), axis=0)
+    return found
+
+
+def _up(x: Any) -> float:
+    return float(np.nextafter(float(x.upper()), np.inf))
+
+
+def _float_peak(peak: Edge | Barrier, lam: FloatArray) -> tuple[FloatArray, FloatArray]:
+    height = lam * float(peak.height)
+    if isinstance(peak, Edge):
+        slope, bend = float(peak.slope), _up(peak.bend)
+        lead = 1 / (lam * slope)
+        low = -np.expm1(-lam * float(peak.fall)) - bend * slope / lam
+        high = 1 + bend * slope / lam
+    else:
+        c, cubic, quartic = float(peak.curvature), _up(abs(peak.cubic)), _up(peak.quartic)
+        reach, gap = float(peak.reach), _up(peak.gap)
+        lead = np.sqrt(np.pi / (lam * c))
+        tail = np.exp(-lam * c * reach**2) / (lam * c * reach)
+        less = c - cubic * reach - quartic * reach**2
+        more = 15 / 16 * cubic**2 * less**-3.5 + 0.75 * quartic * less**-2.5
+        low = 1 - 0.75 * quartic / (lam * c**2) - (tail + 2 * gap) / lead
+        high = 1 + np.sqrt(c) * more / lam + 2 * gap / lead
+    return height + np.log(lead) + np.log(low), height + np.log(lead) + np.log(high)
+
+
+# -- the paper's bound -----------------------------------------------------------------------------
+
+
+def paper_bound(
+    drift: Drift, kappa: Any, r: Any, start: Any, complement: bool, request: Request
+) -> Any:
+    """The bound of the paper's section 6.2, 2 a- (1/a+ + 2/kappa^2) e^{-r a-/kappa^2}.
+
+    Of C for a drift to the right, and mirrored of 1 - C for one to the left. What
+    the derivation ``C-bound`` needs is checked: start 0, r >= 4, V <= a- r/4 on
+    [0, 1] and e^{3 a- r/(2 kappa^2)} >= 4. It lies between 0 and the value, which is
+    the error; its logarithm has none.
+    """
+    numbers = {"kappa": kappa, "r": r, "start": start}
+    if request.dps is None and not one_scene(drift, numbers):
+        return _paper_of_arrays(drift, numbers, complement, request)
+    values = exact_scene(drift, numbers, request.dps)
+    digits = request.digits
+    with own_context(digits + 15) as context:
+        value = _paper_log(drift, values, complement, context)
+        if not request.log:
+            with context.workprec(context.prec + max(0, int(context.mag(value)))):
+                value = context.exp(_paper_log(drift, values, complement, context))
+        note = ("C lies between 0 and the value",)
+        if request.log:
+            return as_digits(request, value, None, "none", ("eq:C, C-bound",), note)
+        return as_digits(request, value, value, "bound", ("eq:C, C-bound",), note)
+
+
+def _paper_log(drift: Drift, values: dict[str, Fraction], complement: bool, context: Any) -> Any:
+    from symasym.base.errors import InputError, RegionError
+
+    if values["start"] != 0:
+        raise InputError(
+            f"start is {float_text(values['start'])}; the paper's bound is for start 0, use "
+            "method='bound' or 'exact'."
+        )
+    field = ExactField(drift, complement, context)
+    a_minus, a_plus = (field.value(Fraction(side)) for side in (-1, 1))
+    if not (a_minus > 0 and a_plus > 0):
+        name, sign = ("1 - C", "negative") if complement else ("C", "positive")
+        raise RegionError(
+            f"a- = {float(drift.ends[0]):.6g} and a+ = {float(drift.ends[1]):.6g} are not both "
+            f"{sign}, where alone the paper bounds {name}; use method='bound' or 'exact'."
+        )
+    kappa, r = values["kappa"], values["r"]
+    if r < 4:
+        raise InputError(
+            f"r is {float_text(r)}; the paper's bound is for r of at least 4, use method='bound' "
+            "or 'exact'."
+        )
+    top = _highest(drift, complement)
+    if not top <= a_minus * r / 4:
+        raise InputError(
+            f"V reaches {float(top):.6g} between the start and the layer's edge, more than "
+            f"a- r/4 = {float_text(a_minus * r / 4)}, where the paper's bound may fail; use a "
+            "larger r, or method='bound' or 'exact'."
+        )
+
+    def number(x: Fraction) -> Any:
+        return context.mpf(x.numerator) / x.denominator
+
+    rate = number(a_minus * r / kappa**2)
+    if not rate * 3 / 2 >= context.log(4):
+        raise InputError(
+            f"kappa is {float_text(kappa)}, so that exp(3 a- r/(2 kappa^2)) is below 4, where the "
+            "paper's bound may fail; use method='bound' or 'exact'."
+        )
+    return context.log(number(2 * a_minus * (1 / a_plus + 2 / kappa**2))) - rate
+
+
+@lru_cache(maxsize=256)
+def _highest(drift: Drift, mirrored: bool) -> Fraction:
+    """An upper bound of max V over [0, 1], V(-1) = 0 (V(1) = 0 and [-1, 0] if mirrored)."""
+    flint_module()
+    with precision(80):
+        layer = layer_of(drift, mirrored, Fraction(-1), Fraction(0))
+        base = layer.end
+        top = base
+        for region in layer_of(drift, mirrored, Fraction(0), Fraction(1)).regions:
+            for panel in region.panels:
+                reach = abs(panel.slope) * panel.half + panel.bend
+                top = top.max(base + panel.height + reach)
+        mantissa, exponent = top.upper().man_exp()
+        return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+
+
+def _paper_of_arrays(
+    drift: Drift, numbers: dict[str, Any], complement: bool, request: Request
+) -> Any:
+    """The condition in exact arithmetic, scene by scene; one analysis for each drift."""
+    scenes = float_scenes(drift, numbers)
+    given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
+    logs, drifts = np.empty(len(scenes.lam)), {}
+    with own_context(25) as context:
+        for k in range(len(logs)):
+            key = tuple(float(x[k]) for x in given.values())
+            if key not in drifts:
+                chosen = dict(zip(given, key, strict=True))
+                drifts[key] = drift.bind(**chosen) if chosen else drift
+            values = {name: Fraction(float(x[k])) for name, x in scenes.numbers.items()}
+            logs[k] = float(_paper_log(drifts[key], values, complement, context))
+    slack = 4 * _UNIT * (1 + np.abs(logs))
+    note = ("C lies between 0 and the value",)
+    if request.log:
+        return as_floats(request, scenes.shape, logs, None, "none", ("eq:C, C-bound",), note)
+    # As wide as the value itself: from 0 to it.
+    errors = np.log(2.0) + slack
+    return as_floats(request, scenes.shape, logs, errors, "bound", ("eq:C, C-bound",), note)

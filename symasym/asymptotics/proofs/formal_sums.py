@@ -1,0 +1,214 @@
+"""The weak-noise expansion T_N as a quotient of two sums of e^{lam height} times powers of lam.
+
+`symasym.asymptotics.weak_noise.compose` adds T_N up from numbers; here the same code is given
+formal sums instead, so that what is proved is proved of that very expression.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from symasym.asymptotics.laplace.cauchy_disk import NotProved
+from symasym.asymptotics.proofs.dominance import Key, Labels, key_of
+from symasym.asymptotics.weak_noise.compose import sides_of, time_of
+from symasym.asymptotics.weak_noise.critical_points import Half
+from symasym.numbers.balls import exact_ball, flint_module
+from symasym.numbers.taylor_models import Model, Range, Small, Term
+
+# Digits of the expansion's coefficients that are trusted, of those they are computed with.
+_LOST = 20
+
+#: Coefficients of powers of y = lam^(-1/2).
+Powers = dict[int, Any]
+
+
+class Height(NamedTuple):
+    """An exponent, lam times `value`, of e^{lam V} (sign 1) or of e^{-lam V}."""
+
+    value: Any
+    sign: int
+
+    def __sub__(self, change: Any) -> Height:
+        return Height(self.value - change.number(), self.sign)
+
+
+class Quotient(NamedTuple):
+    over: Sum
+    under: Sum
+
+
+class Sum:
+    """A sum over keys of e^{lam height(key)} times powers of y."""
+
+    __slots__ = ("parts",)
+
+    def __init__(self, parts: dict[Key, Powers]) -> None:
+        self.parts = parts
+
+    def number(self) -> Any:
+        """Its value, if it is a number."""
+        if not self.parts:
+            return flint_module().arb(0)
+        ((key, powers),) = self.parts.items()
+        ((power, value),) = powers.items()
+        assert (key, power) == ((), 0)
+        return value
+
+    def __add__(self, other: Any) -> Sum:
+        found = {key: dict(powers) for key, powers in self.parts.items()}
+        for key, powers in _sum(other).parts.items():
+            mine = found.setdefault(key, {})
+            for power, c in powers.items():
+                mine[power] = mine[power] + c if power in mine else c
+        return Sum(found)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Any:
+        return self * -1
+
+    def __sub__(self, other: Any) -> Any:
+        return self + -_sum(other)
+
+    def __mul__(self, other: Any) -> Any:
+        if isinstance(other, Height):
+            return other
+        found: dict[Key, Powers] = {}
+        for first, mine in self.parts.items():
+            for second, theirs in _sum(other).parts.items():
+                into = found.setdefault(key_of([*first, *second]), {})
+                for p, a in mine.items():
+                    for q, b in theirs.items():
+                        into[p + q] = into[p + q] + a * b if p + q in into else a * b
+        return Sum(found)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        if not self.parts:
+            return self
+        try:
+            return self * _sum(other).inverse()
+        except ValueError:
+            return Quotient(self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return _sum(other) * self.inverse()
+
+    def inverse(self) -> Sum:
+        ((key, powers),) = self.parts.items()
+        ((power, value),) = powers.items()
+        return Sum({tuple((label, -n) for label, n in key): {-power: 1 / value}})
+
+    def __pow__(self, exponent: Any) -> Sum:
+        ((key, powers),) = self.parts.items()
+        ((power, _),) = powers.items()
+        twice = 2 * exponent.number()
+        assert (key, power) == ((), -2)  # it is lam
+        return Sum({(): {-int(float(twice)): flint_module().arb(1)}})
+
+    def __abs__(self) -> Sum:
+        """Only sizes of errors ask for it, and there are none here."""
+        return Sum({})
+
+    def __lt__(self, other: Any) -> bool:
+        return False
+
+
+def _sum(x: Any) -> Sum:
+    if isinstance(x, Sum):
+        return x
+    return Sum({(): {0: flint_module().arb(x)}} if x else {})
+
+
+class Formal:
+    """Formal sums with what `weak_noise.compose` asks of numbers; `top` is the largest y."""
+
+    unit = 0
+
+    def __init__(self, labels: Labels, digits: int, top: Any) -> None:
+        self._labels, self._top = labels, top
+        self.radius = flint_module().arb(10) ** (_LOST - digits)
+
+    def exp(self, x: Any) -> Sum:
+        one = flint_module().arb(1)
+        if isinstance(x, Height):
+            label = self._labels.find(x.sign * x.value)
+            return Sum({key_of([(label, x.sign)]): {0: one}})
+        assert not x.parts
+        return Sum({(): {0: one}})
+
+    def log(self, lam: Any) -> Sum:
+        """log(lam) = -2 log(y), as c/y with |c| <= 2 y |log(y)|."""
+        flint = flint_module()
+        most = (2 / flint.arb(1).exp()).max(2 * self._top * self._top.log())
+        return Sum({(): {-1: flint.arb(0, most.upper())}})
+
+    def left_out(self, last: Any, later: Any) -> int:
+        return 0
+
+    def number(self, x: Any) -> Any:
+        if isinstance(x, (Sum, Height)):
+            return x
+        if isinstance(x, (int, Fraction)):
+            return _sum(exact_ball(Fraction(x)))
+        return _sum(self.ball(x))
+
+    def ball(self, x: Any) -> Any:
+        """A number of the expansion, with its roundings."""
+        flint = flint_module()
+        sign, mantissa, exponent, _ = x._mpf_
+        value = flint.arb(int(mantissa)) * flint.arb(2) ** int(exponent) * (-1 if sign else 1)
+        return value + flint.arb(0, (abs(value) * self.radius).upper())
+
+
+def expansion(halves: tuple[Half, Half], r: Fraction, order: int, ops: Formal) -> tuple[Sum, Sum]:
+    """T_N/lam as a quotient."""
+    lam = Sum({(): {-2: flint_module().arb(1)}})
+    taken = tuple(_with_heights(one, ops) for one in halves)
+    found = time_of(sides_of((taken[0], taken[1]), lam, r, order, ops), lam).value
+    if not isinstance(found, Quotient):
+        raise NotProved
+    return found.over / lam, found.under
+
+
+def _with_heights(one: Half, ops: Formal) -> Half:
+    beyond = one.beyond
+    if beyond is not None:
+        u, height, slope = beyond
+        beyond = u, Height(_height(height, ops), 1), slope
+    return one._replace(
+        rising=[p._replace(height=Height(_height(p.height, ops), 1)) for p in one.rising],
+        falling=[p._replace(height=Height(_height(p.height, ops), -1)) for p in one.falling],
+        beyond=beyond,
+    )
+
+
+def _height(x: Any, ops: Formal) -> Any:
+    """Small ones are differences: their error is not relative."""
+    return ops.ball(x) + flint_module().arb(0, ops.radius.upper())
+
+
+def split(found: Sum, labels: Labels, over: Range) -> tuple[Key, Model, Small]:
+    """What has the largest exponent, and all else relative to its exponential."""
+    flint = flint_module()
+    parts = {key: p for key, p in found.parts.items() if p}
+    if not parts:
+        raise NotProved
+    best = max(parts, key=lambda key: labels.height(key).mid())
+    top = labels.height(best)
+    small = []
+    for key, powers in parts.items():
+        if key != best:
+            gap = (top - labels.height(key)).lower()
+            small += [Term(abs(c).upper(), p, gap) for p, c in powers.items()]
+    powers = parts[best]
+    first = min(powers)
+    kept = tuple(powers.get(first + k, flint.arb(0)) for k in range(over.terms))
+    rest = flint.arb(0)
+    for power, c in powers.items():
+        beyond = power - first - over.terms
+        if beyond >= 0:
+            rest += abs(c) * over.top**beyond
+    return best, Model(first, kept, rest.upper(), over), tuple(small)

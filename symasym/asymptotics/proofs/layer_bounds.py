@@ -1,0 +1,303 @@
+"""Two-sided bounds of int e^{lam V} over a stretch of the layer, for every lam at once.
+
+The stretch is cut into regions. On each panel of a region V lies between two
+parallel lines, and the integral between two closed forms; that is tight while
+lam V'' width^2 is small. Where V has its largest values (at an end from which it
+falls, at a barrier) a window carries bounds by Laplace's method besides, whose
+ratio is 1 + O(1/lam); the better of the two counts. See docs/bounds.md.
+
+All constants are proved in ball arithmetic; finding the windows is not, and need
+not be: a peak that is missed costs tightness only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.drift.drift import Drift
+from symasym.numbers.balls import BallOps, exact_ball, flint_module, profile_of
+
+_WIDEST = Fraction(1, 32)
+_NARROWEST = Fraction(1, 2**16)
+_MOST_PANELS = 300
+_SAMPLES = 2001
+
+
+class Panel(NamedTuple):
+    """V within `bend` of the line height + slope t on a panel of half-length `half`."""
+
+    height: Any
+    slope: Any
+    half: Any
+    bend: Any
+
+
+class Edge(NamedTuple):
+    """A peak at an end: V(end), |A| there, sup |A'|/|A|^3 in the window, and the fall across it."""
+
+    height: Any
+    slope: Any
+    bend: Any
+    fall: Any
+
+
+class Barrier(NamedTuple):
+    """V = height - curvature t^2 - cubic t^3 - …, |fourth-order term| <= quartic t^4, |t| <= reach.
+
+    `gap` is what the place of the barrier is uncertain by.
+    """
+
+    height: Any
+    curvature: Any
+    cubic: Any
+    quartic: Any
+    reach: Any
+    gap: Any
+
+
+class Region(NamedTuple):
+    panels: list[Panel]
+    peak: Edge | Barrier | None
+
+
+class Layer(NamedTuple):
+    """Regions of a stretch, V measured from its beginning, and V at its end."""
+
+    regions: list[Region]
+    end: Any
+
+
+class _Drift:
+    """The drift, or its mirror image, with enclosures of its derivatives."""
+
+    def __init__(self, drift: Drift, mirrored: bool) -> None:
+        self._drift, self._sign = drift, -1 if mirrored else 1
+        profile = profile_of(drift)
+        self.profile = profile.mirrored() if mirrored else profile
+        # Of A's Taylor series on a panel; the rest widens V.
+        finite, wanted = profile.terms(), 12 + flint_module().ctx.prec // 6
+        self.terms = wanted if finite is None else max(4, min(finite + 1, wanted))
+
+    def floats(self, u: Any) -> Any:
+        with np.errstate(all="ignore"):
+            values = self._sign * self._drift.evaluate_float(self._sign * u)
+        return np.broadcast_to(values, u.shape)
+
+    def taylor(self, place: Any, terms: int) -> list[Any]:
+        """Taylor coefficients at any point of the ball `place`."""
+        flint = flint_module()
+        before = flint.ctx.cap
+        flint.ctx.cap = terms
+        try:
+            line = flint.arb_series([self._sign * place, self._sign], terms)
+            found = self._sign * flint.arb_series(self._drift.evaluate(line, BallOps()), terms)
+        except (ZeroDivisionError, ValueError):
+            # A divisor that may be 0 in the ball.
+            return [flint.arb.nan()] * terms
+        finally:
+            flint.ctx.cap = before
+        coefficients: list[Any] = found.coeffs()
+        return coefficients + [flint.arb(0)] * (terms - len(coefficients))
+
+
+def layer_of(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> Layer:
+    """The regions of [a, b] inside [-1, 1], at the precision of the moment."""
+    field = _Drift(drift, mirrored)
+    windows = _windows(field, a, b)
+    cuts = sorted({a, b, *(w[0] for w in windows), *(w[1] for w in windows)})
+    by_start = {w[0]: w for w in windows}
+    top = float(_rough_top(field, a, b))
+    regions, height = [], flint_module().arb(0)
+    for left, right in zip(cuts, cuts[1:], strict=False):
+        window = by_start.get(left)
+        begin = height
+        panels, height = _panels(field, left, right, begin, None if window else top)
+        peak: Edge | Barrier | None = None
+        if window:
+            peak = window[2](begin, height)
+        regions.append(Region(panels, peak))
+    return Layer(regions, height)
+
+
+def _rough_top(field: _Drift, a: Fraction, b: Fraction) -> float:
+    u = np.linspace(float(a), float(b), _SAMPLES)
+    slope = -field.floats(u)
+    steps = (slope[1:] + slope[:-1]) / 2 * np.diff(u)
+    return max(0.0, float(np.cumsum(steps).max()))
+
+
+def _panels(
+    field: _Drift, left: Fraction, right: Fraction, height: Any, top: float | None
+) -> tuple[list[Panel], Any]:
+    """Panels of [left, right], short enough not to reach above `top` by bending."""
+    flint = flint_module()
+    count = max(4, int((right - left) / _WIDEST) + 1)
+    step = (right - left) / count
+    waiting = [(left + k * step, left + (k + 1) * step) for k in reversed(range(count))]
+    panels: list[Panel] = []
+    while waiting:
+        lo, hi = waiting.pop()
+        center, half = (lo + hi) / 2, (hi - lo) / 2
+        h = exact_ball(half)
+        place = flint.arb(exact_ball(center), h.abs_upper())
+        wide = field.taylor(place, field.terms + 1)
+        bend = wide[1].abs_upper() * h * h / 2
+        if half > _NARROWEST:
+            gap = 0.0 if top is None else top - float(height.mid()) - float(abs(wide[0]).mid() * h)
+            coarse = top is not None and float(bend.mid()) * 8 > gap
+            if not bend.is_finite() or (coarse and len(panels) + len(waiting) < _MOST_PANELS):
+                waiting += [(center, hi), (lo, center)]
+                continue
+        local = field.taylor(exact_ball(center), field.terms)
+        rest = flint.arb(0, (wide[field.terms] * h ** (field.terms + 1)).abs_upper())
+        down = rest + sum((c * (-h) ** (k + 1) / (k + 1) for k, c in enumerate(local)), rest)
+        up = sum((c * h ** (k + 1) / (k + 1) for k, c in enumerate(local)), rest)
+        middle = height + down  # V(center) - V(lo) = -int A, which is `down` from the centre
+        panels.append(Panel(middle, -local[0], h, bend))
+        height = middle - up
+    return panels, height
+
+
+def _windows(field: _Drift, a: Fraction, b: Fraction) -> list[Any]:
+    """(left, right, maker of the peak) of each place where V may be largest."""
+    barriers = _rises(field.floats, a, b)
+    found: list[Any] = []
+    places = [a, *barriers, b]
+    for k, b_hat in enumerate(barriers, start=1):
+        before, after = b_hat - places[k - 1], places[k + 1] - b_hat
+        room = min(before if k == 1 else before / 2, after if k == len(barriers) else after / 2)
+        window = _barrier_window(field, b_hat, room * Fraction(15, 16))
+        if window:
+            found.append(window)
+    used = sorted((w[0], w[1]) for w in found)
+    first = used[0][0] if used else b
+    last = used[-1][1] if used else a
+    values = field.profile.value(a), field.profile.value(b)
+    # Half of what is free, so that the windows of both ends fit.
+    if values[0] > 0:
+        window = _edge_window(field, a, (first - a) / 2, 1)
+        if window:
+            found.append(window)
+    if values[1] < 0:
+        window = _edge_window(field, b, (b - last) / 2, -1)
+        if window:
+            found.append(window)
+    return found
+
+
+def _edge_window(field: _Drift, end: Fraction, room: Fraction, side: int) -> Any:
+    flint = flint_module()
+    slope = abs(field.profile.value(end))
+    length = room
+    for _ in range(14):
+        if length <= 0:
+            return None
+        bend, parts = flint.arb(0), 16
+        for k in range(parts):
+            center = end + side * length * Fraction(2 * k + 1, 2 * parts)
+            place = flint.arb(exact_ball(center), exact_ball(length / (2 * parts)).abs_upper())
+            value, derivative = field.taylor(place, 2)
+            if not abs(value) > slope / 2:
+                break
+            bend = bend.max((abs(derivative) / abs(value) ** 3).abs_upper())
+        else:
+            left, right = (end, end + length) if side > 0 else (end - length, end)
+
+            def made(begin: Any, after: Any, bend: Any = bend) -> Edge:
+                high, low = (begin, after) if side > 0 else (after, begin)
+                return Edge(high, slope, bend, high - low)
+
+            return left, right, made
+        length /= 2
+    return None
+
+
+def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
+    flint = flint_module()
+    placed = _root(field, near)
+    if placed is None:
+        return None
+    center, gap = placed
+    root = flint.arb(exact_ball(center), exact_ball(gap).abs_upper())
+    local = field.taylor(root, 3)
+    curvature, cubic = local[1] / 2, local[2] / 3
+    if not curvature > 0:
+        return None
+    reach = Fraction(float(room))
+    for _ in range(40):
+        quartic, parts = flint.arb(0), 16
+        for k in range(parts):
+            middle = center - reach + reach * Fraction(2 * k + 1, parts)
+            place = flint.arb(exact_ball(middle), exact_ball(reach / parts + gap).abs_upper())
+            quartic = quartic.max((field.taylor(place, 4)[3] / 4).abs_upper())
+        r = exact_ball(reach)
+        if abs(cubic) * r + quartic * r * r < curvature / 2:
+            break
+        reach = reach * 3 / 4
+    else:
+        return None
+
+    def made(begin: Any, after: Any) -> Barrier:
+        # V(root) from the window's left end, by A's Taylor series at the centre with its rest.
+        half = exact_ball(reach)
+        place = flint.arb(exact_ball(center - reach / 2), (half / 2).abs_upper())
+        wide = field.taylor(place, 2 * field.terms + 1)[-1]
+        series = field.taylor(exact_ball(center), 2 * field.terms)
+        rest = flint.arb(0, (wide * half ** (2 * field.terms + 1)).abs_upper())
+        fall = sum((c * (-half) ** (k + 1) / (k + 1) for k, c in enumerate(series)), rest)
+        # V changes by less than gap^2 |A'| between the centre and the root, and less than gap.
+        blur = flint.arb(0, (exact_ball(gap) * (1 + abs(local[1]))).abs_upper())
+        return Barrier(begin + fall + blur, curvature, cubic, quartic, half, exact_ball(gap))
+
+    return center - reach, center + reach, made
+
+
+def _rises(floats: Callable[[Any], Any], a: Fraction, b: Fraction) -> list[Fraction]:
+    u = np.linspace(float(a), float(b), _SAMPLES)
+    values = floats(u)
+    crossings = np.flatnonzero((values[:-1] < 0) & (values[1:] >= 0))
+    found = []
+    for k in crossings:
+        lo, hi = u[k], u[k + 1]
+        for _ in range(60):
+            middle = (lo + hi) / 2
+            if floats(np.asarray([middle]))[0] < 0:
+                lo = middle
+            else:
+                hi = middle
+        place = Fraction(float((lo + hi) / 2))
+        if a < place < b:
+            found.append(place)
+    return found
+
+
+def rough_barriers(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> list[Fraction]:
+    """Places where A rises through 0 in (a, b), in float64."""
+    sign = -1 if mirrored else 1
+
+    def floats(u: Any) -> Any:
+        with np.errstate(all="ignore"):
+            return np.broadcast_to(sign * drift.evaluate_float(sign * u), u.shape)
+
+    return _rises(floats, a, b)
+
+
+def _root(field: _Drift, near: Fraction) -> tuple[Fraction, Fraction] | None:
+    """A place and a distance within which A changes sign, proved; None if it is no simple zero."""
+    flint = flint_module()
+    x, bits = near, flint.ctx.prec // 2
+    for _ in range(8):
+        value, slope = field.taylor(exact_ball(x), 2)
+        if not slope > 0:
+            return None
+        mantissa, exponent = (value / slope).mid().man_exp()
+        step = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+        x = Fraction(round((x - step) * 2**bits), 2**bits)
+    gap = Fraction(8, 2**bits)
+    if field.profile.value(x - gap) < 0 and field.profile.value(x + gap) > 0:
+        return x, gap
+    return None

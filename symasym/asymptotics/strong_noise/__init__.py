@@ -1,0 +1,1 @@
+"""Expansions for strong noise, in powers of 2/kappa^2."""

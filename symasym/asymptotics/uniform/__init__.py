@@ -1,0 +1,1 @@
+"""T and 1 - P through the coalescence of wells, barriers, starts and ends."""

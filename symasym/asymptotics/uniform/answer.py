@@ -1,0 +1,336 @@
+"""Weak noise through the coalescence of wells, barriers and ends: T by uniform approximation.
+
+Laplace's sums (`symasym.asymptotics.weak_noise.answer`) with the places that may meet taken
+together: a well and the barrier next to it, also past the fold where they are a complex pair
+(`symasym.asymptotics.uniform.coalescing_pair`), and each of them with the start and with the ends
+of the layer (`symasym.asymptotics.uniform.gaussian_cut`). Their own series stay below the sum, in
+the places and in the outer part; the singular terms cancel there, for which digits are added
+beforehand, so that nothing is lost beside a coalescence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.asymptotics.uniform.coalescing_pair import Fold, parabola
+from symasym.asymptotics.uniform.gaussian_cut import Cuts, cuts_at, cuts_of
+from symasym.asymptotics.uniform.local_arrays import escape_time as in_float
+from symasym.asymptotics.uniform.order_zero import scene_of
+from symasym.asymptotics.uniform.pairing import Seen, Stretch, folds_of, lost_digits, seen
+from symasym.asymptotics.uniform.pairing_arrays import found_of
+from symasym.asymptotics.uniform.sums import corrected, time_at, whole_at
+from symasym.asymptotics.weak_noise.answer import require_seen, working_digits
+from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
+from symasym.asymptotics.weak_noise.critical_points import BEYOND, barriers, whole
+from symasym.base.contexts import own_context
+from symasym.base.errors import AccuracyError, InputError
+from symasym.base.inputs import FloatArray, float_text, is_array
+from symasym.drift.drift import Drift
+from symasym.drift.float_field import IntArray
+from symasym.drift.scenes import (
+    Request,
+    Scenes,
+    as_digits,
+    as_floats,
+    exact_scene,
+    float_scenes,
+    one_scene,
+    read_order,
+    rows_of,
+)
+from symasym.drift.taylor_field import ExactField
+
+__all__ = ["escape_time", "occupation"]
+
+DEFAULT_ORDER = 2
+MOST_ORDER = 6
+# Of lam, where the next terms are looked at.
+_BESIDE = (1, 0.8, 0.64)
+_TERMS = ("wells, barriers, start, ends, kinks and the part between",)
+_DROPPED = ("higher orders of every series, in the error",)
+
+
+def escape_time(
+    drift: Drift, kappa: Any, r: Any, start: Any, request: Request, *, local: bool = False
+) -> Any:
+    """T to the order that `request` asks for; `local`: with the fold's own Airy functions."""
+    order = 0 if local else read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
+    if local and request.order not in (None, 0):
+        raise InputError(
+            f"order is {request.order!r}, but method 'local' is of order 0; leave it out, or use "
+            "method='uniform'."
+        )
+    numbers = {"kappa": kappa, "r": r, "start": start}
+    request = request._replace(order=order)
+    if request.dps is None and not one_scene(drift, numbers):
+        return _of_arrays(drift, numbers, request, local)
+    values = exact_scene(drift, numbers, request.dps)
+    if order == 0 and not local:
+        found = _closed(drift, values, request)
+        if found is not None:
+            return found
+    lam = 2 / values["kappa"] ** 2
+    with _analysed(drift, values["r"], values["start"], lam, order, request.digits, local) as scene:
+        value, size = _estimate(scene, lam, order, float_text(values["kappa"]))
+        return _handed(request, value, size, _names(scene.sides, scene.context), scene.context)
+
+
+def _closed(drift: Drift, values: dict[str, Fraction], request: Request) -> Any:
+    """Order 0 by closed forms; None where they don't tell."""
+    r, lam = values["r"], 2 / values["kappa"] ** 2
+    with own_context(working_digits(request.digits, lam, r) + 10) as context:
+        scene = scene_of(drift, r, values["start"], context)
+        found = scene and scene.time(context.mpf(lam.numerator) / lam.denominator)
+        if scene is None or found is None:
+            return None
+        return _handed(request, *found, (*scene.names, *_TERMS), context)
+
+
+def _handed(request: Request, value: Any, size: Any, names: tuple[str, ...], context: Any) -> Any:
+    if request.log:
+        size = _log_error(value, size, context)
+        value = context.log(value)
+    size += abs(value) * context.mpf(10) ** -(request.digits + 5)
+    return as_digits(request, value, size, "estimate", names, _DROPPED)
+
+
+def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> Any:
+    """1 - P, or P, of one sliding scene, through folds of wells inside the layer."""
+    order = read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
+    request = request._replace(order=order)
+    numbers = {"kappa": kappa}
+    if request.dps is None and not one_scene(drift, numbers):
+        raise InputError(
+            "arrays have no uniform 1 - P; give one scene at a time, or use method='laplace'."
+        )
+    values = exact_scene(drift, numbers, request.dps)
+    lam = 2 / values["kappa"] ** 2
+    digits = request.digits
+    base = working_digits(digits, lam, Fraction(1))
+    one = Fraction(1)
+    extra, offset = lost_digits(drift, order, base, one)
+    with own_context(base + extra) as context:
+        field = ExactField(drift, False, context, offset)
+        places = whole(field, order, context)
+        every = places + barriers(field, order, context)
+        stretch = Stretch(field, -one, -one, one, (-one, one), base, context)
+        folds = folds_of(stretch, order, every)
+        require_seen(drift, lam, [float(f.point) for f in folds])
+        slopes = [abs(field.number(context.mpf(side))) for side in (-1, 1)]
+        heights = places[0].height, places[-1].height
+        zeros = [p for p in every if p.kind in ("well", "barrier")]
+        left, right = (
+            cuts_at(field, side * one, -height, zeros, order, base, context)
+            for side, height in zip((-1, 1), heights, strict=True)
+        )
+
+        def share(number: Any, n: int) -> Any:
+            total = whole_at(places, folds, number, n, context)
+            for sign, cuts in ((1, right), (-1, left)):
+                total += sign * corrected(cuts, [], number, n, context).falling
+            outside = sum(
+                context.exp(number * h) / (number * a) for a, h in zip(slopes, heights, strict=True)
+            )
+            return outside / total
+
+        number = context.mpf(lam.numerator) / lam.denominator
+        folds, cut = _apart(folds, number, context)
+        value, size = _with_error(share, number, order, float_text(values["kappa"]), context)
+        size += 10 * cut * value
+        if not size < (value if complement else 1 - value):
+            raise _too_strong(float_text(values["kappa"]), order)
+        if not complement:
+            value = 1 - value
+        if request.log:
+            size = _log_error(value, size, context)
+            value = context.log(value)
+        size += abs(value) * context.mpf(10) ** -(digits + 5)
+        wells = [f"well at u = {context.nstr(p.u, 6)}" for p in places if p.kind == "well"]
+        return as_digits(request, value, size, "estimate", (*wells, "folds and kinks"), _DROPPED)
+
+
+def _of_arrays(drift: Drift, numbers: dict[str, Any], request: Request, local: bool) -> Any:
+    """Order 0 of polynomials in float64 where that is enough; the others one by one."""
+    scenes = float_scenes(drift, numbers)
+    if request.order == 0 and not local:
+        shapes = own_shapes(drift, numbers, scenes)
+        logs, errors = logs_of(
+            drift, scenes, shapes, (0,), in_float, None, request.full, found_of, smooth=True
+        )
+    else:
+        logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
+    rest = np.flatnonzero(~(errors < np.inf))
+    if rest.size:
+        logs[rest], errors[rest] = _one_by_one(drift, scenes, rest, request, local)
+    return as_floats(request, scenes.shape, logs, errors, "estimate", _TERMS, _DROPPED)
+
+
+def _one_by_one(
+    drift: Drift, scenes: Scenes, rest: IntArray, request: Request, local: bool
+) -> tuple[FloatArray, FloatArray]:
+    """One analysis for each drift, radius and start; each kappa is then a few sums."""
+    given = {name: x[rest] for name, x in scenes.parameters.items() if is_array(x)}
+    some = rows_of(scenes, rest)
+    keys = np.array([*given.values(), some.numbers["r"], some.numbers["start"]]).T
+    unique, group = np.unique(keys, axis=0, return_inverse=True)
+    logs, errors = np.empty(len(rest)), np.empty(len(rest))
+    for k, key in enumerate(unique.tolist()):
+        one = drift.bind(**dict(zip(given, key, strict=False))) if given else drift
+        rows = np.flatnonzero(group.ravel() == k)
+        lam = 2 / Fraction(float(some.numbers["kappa"][rows].min())) ** 2
+        place = Fraction(key[-2]), Fraction(key[-1])
+        with _analysed(one, *place, lam, request.order, request.digits, local) as scene:
+            for row in rows.tolist():
+                kappa = Fraction(float(some.numbers["kappa"][row]))
+                value, size = _estimate(scene, 2 / kappa**2, request.order, float_text(kappa))
+                logs[row] = float(scene.context.log(value))
+                errors[row] = float(_log_error(value, size, scene.context))
+    errors += 4e-16 * (1 + np.abs(logs)) + _rounding(drift, scenes)[rest]
+    return logs, errors
+
+
+def _rounding(drift: Drift, scenes: Scenes) -> FloatArray:
+    found: FloatArray = np.zeros(len(scenes.lam)) + rounding_of_places(drift, scenes)
+    return found
+
+
+class _Scene(NamedTuple):
+    """A drift, radius and start, seen to both sides."""
+
+    context: Any
+    sides: list[Seen]
+    cuts: Cuts
+    radius: Any
+    local: bool
+
+    def time(self, lam: Any, order: int) -> Any:
+        return time_at(self.sides, self.cuts, self.radius, lam, order, self.context)
+
+
+@contextmanager
+def _analysed(
+    drift: Drift, r: Fraction, x: Fraction, lam: Fraction, order: int, digits: int, local: bool
+) -> Iterator[_Scene]:
+    """For any lam up to this one, to `order` and what tells its error."""
+    base = working_digits(digits, lam, r)
+    x = _beside_zero(drift, x, base)
+    extra, offset = lost_digits(drift, order, base, x)
+    with own_context(base + extra) as context:
+        left, right = (ExactField(drift, mirrored, context, offset) for mirrored in (True, False))
+        sides = seen((left, right), x, r, order, base, context)
+        cuts = cuts_of(right, (sides[0].half, sides[1].half), x, r, order, base, context)
+        signs = (-1, 1)
+        folds = [
+            sign * float(f.point) for sign, s in zip(signs, sides, strict=True) for f in s.folds
+        ]
+        require_seen(drift, lam, folds)
+        yield _Scene(context, sides, cuts, context.mpf(r.numerator) / r.denominator, local)
+
+
+def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
+    """The start, moved by less than the digits can tell if it is a zero of a polynomial A.
+
+    Of other A it stays there: so many more digits of them would take minutes.
+    """
+    known = drift.exact_coefficients()
+    if known is None or abs(x) > 1 or sum((c * x**k for k, c in enumerate(known)), Fraction(0)):
+        return x
+    move = Fraction(1, 10 ** (digits + 10))
+    return x - move if x > 0 else x + move
+
+
+def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
+    """T and its error; that of `local` is its distance from the uniform formula as well."""
+    context, number = scene.context, scene.context.mpf(lam.numerator) / lam.denominator
+    sides, cut = [], []
+    for side in scene.sides:
+        folds, cost = _apart(side.folds, number, context)
+        sides.append(side._replace(folds=folds))
+        cut.append(cost)
+    scene = scene._replace(sides=sides)
+    value, size = _with_error(scene.time, number, order, kappa, context)
+    size += 10 * max(cut) * value
+    if not size < value:
+        raise _too_strong(kappa, order)
+    if scene.local:
+        straight = scene._replace(sides=[_straightened(side, context) for side in scene.sides])
+        local = straight.time(number, 0)
+        # Away from the fold that may be off by more than itself.
+        return local, size + abs(local - value)
+    return value, size
+
+
+def _apart(folds: list[Fold], lam: Any, context: Any) -> tuple[list[Fold], Any]:
+    """Without complex pairs that the start or an end cuts through, and what either way costs.
+
+    Airy functions take a pair's integrals over all of the line. Where the pair is far from the
+    real line its own exponentials are small, and the outer part has all that counts.
+    """
+    kept, cost = [], context.zero
+    for fold in folds:
+        if fold.pair.zeta < 0:
+            inside = context.exp(-lam * fold.room)
+            outside = context.exp(-lam * 4 * (-fold.pair.zeta) ** context.mpf(1.5) / 3)
+            cost = max(cost, min(inside, outside))
+            if outside < inside:
+                continue
+        kept.append(fold)
+    return kept, cost
+
+
+def _with_error(
+    at: Callable[[Any, int], Any], lam: Any, order: int, kappa: str, context: Any
+) -> tuple[Any, Any]:
+    """A value of (lam, order) and its error, from what the next orders add."""
+    # The next terms may vanish by chance, but not at several lam.
+    rows = [[at(lam * s, n) for n in range(order + 1 + BEYOND)] for s in _BESIDE]
+    value, size = rows[0][order], context.inf
+    for n in range(order + 1):
+        relative = max(
+            _next_terms(row, n, context) * step ** (n + 1)
+            for row, step in zip(rows, _BESIDE, strict=True)
+        )
+        # A lower order may be known better, where noise is strong.
+        size = min(size, relative * value + abs(value - rows[0][n]))
+    if not (value > 0 and size < value):
+        raise _too_strong(kappa, order)
+    return value, size
+
+
+def _too_strong(kappa: str, order: int) -> AccuracyError:
+    return AccuracyError(
+        f"kappa is {kappa}, where the noise is too strong for the uniform series with "
+        f"order={order}: the next terms are as large as the value; give another order, or use "
+        "method='exact'."
+    )
+
+
+def _next_terms(found: list[Any], n: int, context: Any) -> Any:
+    """What order n leaves out, of the value: five times the next two, more if they hardly fall."""
+    near, far = (abs(found[n + k + 1] - found[n + k]) for k in range(BEYOND))
+    fall = min(far / near, context.mpf(3) / 4) if near else context.mpf(3) / 4
+    # Five, for scenes where fold and end meet: the error of the composite is in no next term.
+    return 5 * (near + far) / (1 - fall) / abs(found[n])
+
+
+def _log_error(value: Any, size: Any, context: Any) -> Any:
+    return -context.log1p(-size / value) if size < value else context.inf
+
+
+def _straightened(side: Seen, context: Any) -> Seen:
+    """phi taken as a parabola about each fold: Airy's argument is linear in its height there."""
+    return side._replace(folds=[parabola(fold, context) for fold in side.folds])
+
+
+def _names(sides: list[Seen], context: Any) -> tuple[str, ...]:
+    found = []
+    for sign, side in zip((-1, 1), sides, strict=True):
+        for fold in side.folds:
+            at = sign * (context.mpf(fold.point.numerator) / fold.point.denominator)
+            found.append(f"well and barrier about u = {context.nstr(at, 6)}")
+    return (*found, *_TERMS)

@@ -1,0 +1,130 @@
+"""What a well and a barrier make of weak noise as they meet.
+
+Laplace's series of each is singular where they meet; here the integrals over both together are
+known in closed form to every order. With phi du = (s² - zeta) ds
+(`symasym.asymptotics.coalescence.cubic_map`) u'(s) is the weight of both integrals, Bi and Bi'
+stand in the single ones, and Ai² + Bi² and its kin in the double one
+(`symasym.special.airy_products`). What is left over by the integrations by parts has no
+exponential, and is the outer part.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from symasym.asymptotics.coalescence.cubic_map import map_coefficients
+from symasym.asymptotics.weak_noise.slow_manifold import laurent
+from symasym.numbers.quadratic_factor import Pair, shifted
+from symasym.special.airy_products import airy_functions, by_parts, pair_terms
+
+__all__ = ["Airy", "Fold", "airy", "fold_of", "parabola"]
+
+
+class Fold(NamedTuple):
+    """A well and a barrier, real or a complex pair.
+
+    Attributes
+    ----------
+    point : Fraction
+        The zero of phi's slope between them.
+    pair : Pair
+    onward : bool
+        Whether the well comes first, seen from the start.
+    height : mpf
+        Mean of V over both, from the start.
+    terms : list of (a_k, b_k)
+    share : list
+        Of a complex pair in the outer part's integrals of h_k along the real line.
+    level : mpf
+        V at the point.
+    room : mpf
+        How far V is from `height` where the line is cut off; infinite if nowhere.
+    bottom : (mpf, mpf)
+        phi and half its curvature at the point, with the sign that makes the curvature positive.
+    digits : int
+        Of Airy's functions.
+    known : dict
+        These by lam.
+    """
+
+    point: Fraction
+    pair: Pair
+    onward: bool
+    height: Any
+    terms: list[tuple[Any, Any]]
+    share: list[Any]
+    level: Any
+    bottom: tuple[Any, Any]
+    room: Any
+    digits: int
+    known: dict[Any, tuple[Any, ...]]
+
+
+def fold_of(
+    pair: Pair,
+    taylor: list[Any],
+    point: Fraction,
+    height: Any,
+    count: int,
+    digits: int,
+    context: Any,
+) -> Fold:
+    """`taylor` are those of phi about `point`, where V is `height`; to `count` orders.
+
+    The map needs `digits`; the share in the outer part is to cancel, and has all of them.
+    """
+    with context.workdps(digits + 12 + 4 * count):
+        found = map_coefficients(pair, 2 * count + 1, context, None)
+    terms = list(zip(*by_parts(pair.zeta, found, count), strict=True))
+    onward = bool(pair.sign > 0)
+    if not onward:
+        # s runs against u, and du = u' ds with it.
+        terms = [(-a, -b) for a, b in terms]
+    share = [context.zero] * count
+    if pair.zeta < 0:
+        share = _share(pair, taylor, count, context)
+    bottom = pair.sign * taylor[0], pair.sign * taylor[2]
+    middle = height - pair.level
+    return Fold(point, pair, onward, middle, terms, share, height, bottom, context.inf, digits, {})
+
+
+def parabola(fold: Fold, context: Any) -> Fold:
+    """With phi = c_0 + c_2 (u - point)²: u' = p = c_2^(-1/3) and zeta = -c_0 p, linear in c_0."""
+    low, bend = fold.bottom
+    p = 1 / context.cbrt(bend)
+    pair = replace(fold.pair, zeta=-low * p)
+    return fold._replace(pair=pair, terms=[(p, context.zero)], height=fold.level, known={})
+
+
+def _share(pair: Pair, taylor: list[Any], count: int, context: Any) -> list[Any]:
+    """Re 2 pi i Res h_k at the zero above the real line: the real line passes below it."""
+    at = pair.middle + 1j * context.sqrt(-pair.square)
+    about = shifted([context.mpc(c) for c in taylor], at)[: 2 * count]
+    about += [context.mpc(0)] * (2 * count - len(about))
+    about[0] = context.mpc(0)
+    return [
+        -2 * context.pi * context.im(series[2 * k])
+        for k, series in enumerate(laurent(about, True, count))
+    ]
+
+
+class Airy(NamedTuple):
+    """Local integrals of a `Fold` at one lam, with `order` terms; heights are left out."""
+
+    rising: Any
+    falling: Any
+    both: Any
+
+
+def airy(fold: Fold, lam: Any, order: int, context: Any) -> Airy:
+    c, rows = context, fold.terms[: order + 1]
+    if lam not in fold.known:
+        with c.workdps(fold.digits):
+            fold.known[lam] = airy_functions(c.cbrt(lam) ** 2 * fold.pair.zeta, c)
+    found = pair_terms(fold.pair.zeta, rows, rows, lam, c, fold.known[lam])
+    rising, falling, both = (
+        c.fsum(value for value, _ in terms) for terms in (found.rising, found.falling, found.both)
+    )
+    return Airy(rising, falling, both)

@@ -1,0 +1,324 @@
+"""Where a start, a kink or an end cuts through the Gaussian of a well or barrier.
+
+About a zero z of phi, V = V(z) -+ t²/2 at a barrier or well, du = g(t) dt, integrations by parts
+
+    e^{-lam t²/2} g = a e^{-lam t²/2} - (e^{-lam t²/2} B)',
+    e^{lam t²/2} g = a~ e^{lam t²/2} + (e^{lam t²/2} B~)',
+
+with a = sum a_n lam^-n of the whole Gaussian, B = sum b_k(t) lam^-(k+1), and a~, B~ with -lam. All
+integrals up to a place t are then those of parabolas: with
+
+    sigma = e^{lam t²/2} int_t^inf e^{-lam s²/2} ds, and its mirror image for t < 0 (erfc),
+    D = e^{-lam t²/2} int_0^t e^{lam s²/2} ds (Dawson's integral),
+
+the integral of e^{lam V} from t on is e^{lam V} (a sigma + B) beside a barrier and
+-e^{lam V} (a~ D + B~) beside a well, a primitive of e^{-lam V} is e^{-lam V} (a~ D + B~)
+or -e^{-lam V} (a sigma + B), and one of the outer part M = e^{lam V} int e^{-lam V} is
+
+    a a~ int D - a~ B D + ...,      -a a~ int sigma - a B~ sigma + ...,
+
+where what is left out is analytic. Laplace's sums have the same with the asymptotic series of
+sigma, D and their integrals; `corrections` are the differences, which cancel what is singular at
+the zero. Two places near the same zero are served as well: the formulas are exact for both.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from symasym.asymptotics.weak_noise.critical_points import BEYOND, Half, Place, wells_and_barriers
+from symasym.asymptotics.weak_noise.slow_manifold import laurent
+from symasym.drift.taylor_field import ExactField
+from symasym.special.airy_digits import dawson
+
+__all__ = ["Corrections", "Cut", "Cuts", "corrections", "cuts_at", "cuts_of"]
+
+# Any number would do for every order; this is about the best for friction with mu = 3.
+_FADE = 8
+
+
+class Cut(NamedTuple):
+    """A place p of A's layer seen from one zero of A.
+
+    Attributes
+    ----------
+    barrier : bool
+    zero : mpf
+    height, rise : mpf
+        V at p and at the zero, from the start.
+    t : mpf
+        Positive to the right of the zero.
+    peak : list
+        a_n, faded out as another zero comes near.
+    whole : list
+        a_n as they are.
+    keep : mpf
+        What is not faded out of all that is beyond the order.
+    series : list
+        b_k at p.
+    digits : int
+        Of sigma, D and their integrals: what cancels at the zero does so in the series alone.
+    known : dict
+        These by lam.
+    """
+
+    barrier: bool
+    zero: Any
+    height: Any
+    rise: Any
+    t: Any
+    peak: list[Any]
+    whole: list[Any]
+    keep: Any
+    series: list[Any]
+    digits: int
+    known: dict[Any, _Functions]
+
+
+class Cuts(NamedTuple):
+    """At the start, if that is in the layer, and at the ends of the part that is looked at."""
+
+    left: list[Cut]
+    start: list[Cut]
+    right: list[Cut]
+
+
+class Corrections(NamedTuple):
+    """To be added to Laplace's sums.
+
+    `rising` to the integral of e^{lam V} from p to the right, `falling` to that of e^{-lam V} up to
+    p, and `outer` to that of the outer part up to p.
+    """
+
+    rising: Any
+    falling: Any
+    outer: Any
+
+
+def cuts_of(
+    field: ExactField,
+    halves: tuple[Half, Half],
+    x: Fraction,
+    r: Fraction,
+    order: int,
+    digits: int,
+    context: Any,
+) -> Cuts:
+    """What the zeros of A next to the start `x` and to the layer's ends do there.
+
+    `field` is not mirrored; `halves` lie left, in the mirror, and right.
+    """
+    places = [
+        place._replace(u=sign * place.u)
+        for sign, one in zip((-1, 1), halves, strict=True)
+        for place in one.rising + [p for p in one.falling if p.kind == "well"]
+    ]
+    zeros = [p for p in places if p.kind in ("well", "barrier")]
+    if r < 1:
+        zeros = _all_zeros(field, x, order, context)
+    heights = {p.u: _rise(p) for p in places}
+    heights[_number(x, context)] = context.zero
+    ends = max(-Fraction(1), -r), min(Fraction(1), r)
+    found = []
+    for p in (ends[0], x, ends[1]):
+        inside = abs(p) <= 1 and field.value(p)
+        height = heights[_number(p, context)] if inside else context.zero
+        found.append(cuts_at(field, p, height, zeros, order, digits, context) if inside else [])
+    return Cuts(*found)
+
+
+def _all_zeros(field: ExactField, x: Fraction, order: int, context: Any) -> list[Place]:
+    """Also those beyond the ends, V measured from the start."""
+    start = field.potential_rise(-context.one, _number(x, context))
+    return [
+        p._replace(height=p.height - (start if p.kind == "barrier" else -start))
+        for p in wells_and_barriers(field, order, context)
+    ]
+
+
+def cuts_at(
+    field: ExactField,
+    p: Fraction,
+    height: Any,
+    zeros: list[Place],
+    order: int,
+    digits: int,
+    context: Any,
+) -> list[Cut]:
+    """The place `p`, where V is `height`, seen from the zeros left and right of it."""
+    at = _number(p, context)
+    zeros = sorted(zeros, key=lambda z: z.u)
+    count = order + 1 + BEYOND
+    taylor = [_number(c, context) for c in field.taylor(p, Fraction(1), count)[:count]]
+    taylor += [context.zero] * (count - len(taylor))
+    h = [row[0] for row in laurent(taylor, False, count)]
+    first = sum(1 for z in zeros if z.u < at)
+    rows = []
+    for k, toward in ((first - 1, 1), (first, -1)):
+        if 0 <= k < len(zeros):
+            beside, behind = (
+                zeros[j] if 0 <= j < len(zeros) else None for j in (k + toward, k - toward)
+            )
+            one = _Seen(zeros[k], beside, behind, at, height)
+            rows.append(_cut(one, h, count, digits, context))
+    return rows
+
+
+class _Seen(NamedTuple):
+    """A zero, those next to it on p's side and on the other, and p with V there."""
+
+    zero: Place
+    beside: Place | None
+    behind: Place | None
+    at: Any
+    height: Any
+
+    def behind_ratio(self) -> Any:
+        """How far V goes from the zero to that behind it, to how far it goes to p."""
+        return None if self.behind is None else self._ratio(_rise(self.zero), self.behind)
+
+    def beside_ratio(self) -> Any:
+        """The same from p to the zero beyond it."""
+        return None if self.beside is None else self._ratio(self.height, self.beside)
+
+    def _ratio(self, height: Any, other: Place) -> Any:
+        return _FADE * abs(height - _rise(other)) / abs(self.height - _rise(self.zero))
+
+
+def _rise(place: Place) -> Any:
+    """V there, from the start."""
+    return -place.height if place.kind == "well" else place.height
+
+
+def _cut(seen: _Seen, h: list[Any], count: int, digits: int, context: Any) -> Cut:
+    c, zero = context, seen.zero
+    barrier = zero.kind == "barrier"
+    rise = _rise(zero)
+    t = c.sqrt(2 * abs(rise - seen.height)) * (1 if seen.at > zero.u else -1)
+    root = c.sqrt(2 * c.pi)
+    whole = [group[0][0] / root for group in zero.groups]
+    # As another zero comes near, this one's own series breaks down, and nothing is to be
+    # corrected. The fades leave no trace in any order of 1/lam, since the corrections are of a
+    # higher order anyway where they set in; they set in faster than any power.
+    beside, behind = (
+        [_fade(n, ratio, c) for n in range(count)]
+        for ratio in (seen.beside_ratio(), seen.behind_ratio())
+    )
+    peak = [a * f * g for a, f, g in zip(whole, beside, behind, strict=True)]
+    shaded = product(peak, shade(t, count, c), count)
+    formal = [(-1) ** k * y if barrier else -y for k, y in enumerate(h)]
+    series = [(y - z) * f for y, z, f in zip(formal, shaded, beside, strict=True)]
+    keep = beside[-1] * behind[-1]
+    return Cut(barrier, zero.u, seen.height, rise, t, peak, whole, keep, series, digits, {})
+
+
+def _fade(n: int, ratio: Any, context: Any) -> Any:
+    return context.one if ratio is None else context.gammainc(n + 2, 0, ratio, True)
+
+
+def _number(x: Any, context: Any) -> Any:
+    return context.mpf(x.numerator) / x.denominator
+
+
+# -- at one lam ------------------------------------------------------------------------------------
+
+
+def odd_powers(t: Any, count: int, context: Any) -> list[Any]:
+    """D = sum of these times lam^-(m+1)."""
+    return [context.fac2(2 * m - 1) / t ** (2 * m + 1) for m in range(count)]
+
+
+def shade(t: Any, count: int, context: Any) -> list[Any]:
+    """The same of sigma."""
+    return [(-1) ** m * y for m, y in enumerate(odd_powers(t, count, context))]
+
+
+def corrections(
+    cut: Cut, share: tuple[Any, Any] | None, lam: Any, order: int, context: Any
+) -> Corrections:
+    """At one lam; `share` is what the sums take for the zero's Gaussian, over e^{+-lam rise}.
+
+    With the weight of its difference to the Laplace series; None if there is none.
+    """
+    c, terms = context, order + 1
+    if lam not in cut.known:
+        with c.workdps(cut.digits):
+            cut.known[lam] = _functions(cut, lam, c)
+    functions = cut.known[lam]
+    down = [(-1) ** n * a for n, a in enumerate(cut.peak)]
+    back = [(-1) ** k * b for k, b in enumerate(cut.series)]
+    odd = odd_powers(cut.t, terms, c)
+    shaded = product(cut.peak, shade(cut.t, terms, c), terms)
+    slow = product(down, odd, terms)
+    a, a_down = power_sum(cut.peak[:terms], lam), power_sum(down[:terms], lam)
+    if share is not None:
+        own = power_sum(cut.whole[:terms], lam)
+        a += share[1] * (share[0] * c.sqrt(lam / (2 * c.pi)) - own)
+    sigma = a * functions.sigma - power_sum(shaded, lam) / lam
+    dawson = a_down * functions.dawson - power_sum(slow, lam) / lam
+    weights = product(cut.peak, down, terms)
+    up, low = c.exp(lam * cut.height), c.exp(-lam * cut.height)
+    if cut.barrier:
+        formal = _log_series(cut.t, terms, 1, c)
+        outer = power_sum(weights, lam) * functions.area
+        outer -= power_sum(product(weights, formal, terms), lam) / lam
+        outer -= a_down * functions.dawson * power_sum(cut.series[:terms], lam) / lam
+        outer += power_sum(product(slow, cut.series, order), lam) / lam**2
+        return Corrections(up * sigma, low * dawson, outer)
+    formal = _log_series(cut.t, terms, -1, c)
+    # All orders of both: what is lost at the zero is a product as well.
+    outer = a * a_down * functions.area - power_sum(product(weights, formal, terms), lam) / lam
+    outer += a * functions.sigma * power_sum(back[:terms], lam) / lam
+    outer -= power_sum(product(shaded, back, order), lam) / lam**2
+    return Corrections(-up * dawson, -low * sigma, -outer)
+
+
+def _log_series(t: Any, terms: int, sign: int, context: Any) -> list[Any]:
+    """Of the integral of D (sign 1) or sigma (-1), times lam."""
+    rest = [-context.fac2(2 * m - 1) * sign**m / (2 * m * t ** (2 * m)) for m in range(1, terms)]
+    return [context.log(abs(t)), *rest]
+
+
+class _Functions(NamedTuple):
+    """sigma, D, and the integral of sigma or D, less the constant of its series."""
+
+    sigma: Any
+    dawson: Any
+    area: Any
+
+
+def _functions(cut: Cut, lam: Any, context: Any) -> _Functions:
+    c = context
+    x = abs(cut.t) * c.sqrt(lam / 2)
+    side = 1 if cut.t > 0 else -1
+    found = dawson(x, c)
+    area = (found.area if cut.barrier else _tail_area(x, c)) - (c.euler + c.log(2 * lam)) / 2
+    sigma, falling = c.sqrt(c.pi / (2 * lam)) * found.shade, c.sqrt(2 / lam) * found.value
+    return _Functions(side * sigma, side * falling, area / lam)
+
+
+def _tail_area(x: Any, c: Any) -> Any:
+    """sqrt(pi) times the integral of e^{y²} erfc(y) from 0 to x."""
+    square = x * x
+    if square > c.prec:
+        # The asymptotic series: its least term is about e^{-x²}.
+        total, term, m = c.log(x) + c.euler / 2 + c.ln2, c.one, 1
+        while True:
+            term *= -(2 * m - 1) / (2 * square)
+            if abs(term) < c.eps:
+                return total
+            total -= term / (2 * m)
+            m += 1
+    # The difference of two numbers of about e^{x²}.
+    with c.workdps(c.dps + int(square * 0.9) + 5):
+        square = x * x
+        return c.pi / 2 * c.erfi(x) - square * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, square)
+
+
+def product(a: list[Any], b: list[Any], count: int) -> list[Any]:
+    return [sum(a[i] * b[k - i] for i in range(k + 1)) for k in range(count)]
+
+
+def power_sum(c: list[Any], lam: Any) -> Any:
+    return sum((x * lam**-k for k, x in enumerate(c)), 0 * lam)

@@ -1,0 +1,200 @@
+"""Pairs of zeros of many polynomial drifts that may meet, in float64.
+
+A pair is split off as a quadratic factor, so that its middle and its distance, real or not, are
+as exact as A's coefficients are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.base.inputs import FloatArray
+from symasym.drift.float_field import IntArray
+from symasym.drift.polynomial_scenes import Scenes
+from symasym.numbers.polynomial_roots import Zeros, zeros_of
+from symasym.numbers.quadratic_factor import Pair, pairs_of, poly, shifted
+
+__all__ = ["Pairs", "key_of", "pairs_beside"]
+
+# Zeros that were found in two ways, at a double one.
+_SAME = 1e-6
+
+
+class Pairs(NamedTuple):
+    """About one turning point of many drifts, in the orientation of the side where it lies.
+
+    Attributes
+    ----------
+    pair : Pair
+    point : array
+        Where phi was expanded.
+    good : array
+        Whether there is a pair by itself that Airy functions are to take.
+    first, above : array of int
+        Which real zero is the first of the two, or which complex one it is; else -1.
+    """
+
+    pair: Pair
+    point: FloatArray
+    good: Any
+    first: IntArray
+    above: IntArray
+
+
+def pairs_beside(scenes: Scenes, zeros: Zeros) -> tuple[list[Pairs], FloatArray]:
+    """Those to be taken together, and what leaving others out costs: e^{-lam slack}."""
+    with np.errstate(all="ignore"):
+        slack = np.full(len(scenes.r), np.inf)
+        pairs = list(_candidates(scenes, zeros, slack))
+        for found in pairs:
+            slack = np.minimum(slack, _beside(scenes, found))
+        _choose(pairs)
+    return pairs, slack
+
+
+def _candidates(scenes: Scenes, zeros: Zeros, slack: FloatArray) -> Iterator[Pairs]:
+    """The two zeros about each turning point of A on one side of the start.
+
+    Lowers the slack by complex pairs that are so far that they are left out.
+    """
+    degree = len(scenes.c) - 1
+    reach = np.minimum(scenes.r, 1.0)
+    start = np.clip(scenes.start, -reach, reach)
+    if degree < 2:
+        return
+    turning = zeros_of(scenes.c[1:] * np.arange(1, degree + 1)[:, None])
+    for k, point in enumerate(turning.values):
+        inside = (k < turning.real) & (np.abs(point) < reach) & (point != start)
+        if inside.any():
+            inside &= _near(scenes, zeros, turning.values, np.where(inside, point, 0.0), slack)
+        if inside.any():
+            found = _pairs(scenes, zeros, np.where(inside, point, 0.0), inside, start)
+            # A complex pair may be found from several turning points, and is the nearest one's.
+            middle = found.point + np.where(point < start, -1.0, 1.0) * found.pair.middle
+            nearest = np.abs(turning.values - middle).min(axis=0)
+            own = np.abs(point - middle) <= nearest * (1 + _SAME)
+            found.good[:] &= own | (found.first >= 0)
+            yield found
+
+
+def _near(
+    scenes: Scenes, zeros: Zeros, turning: FloatArray, point: FloatArray, slack: FloatArray
+) -> Any:
+    """Where a pair may be found that is not left out; this is cheaper than to look for it."""
+    reach = np.minimum(scenes.r, 1.0)
+    start = np.clip(scenes.start, -reach, reach)
+    end = np.where(point < start, -reach, reach)
+    found = np.zeros(len(point), dtype=bool)
+    for low, high in pairwise(zeros.values):
+        found |= (low - _SAME < point) & (point < high + _SAME) & (high < np.inf)
+    v = [-row / (k + 1) for k, row in enumerate(scenes.c)]
+    for z in zeros.pairs:
+        nearest = np.abs(turning - z.real).min(axis=0)
+        own = (np.abs(point - z.real) <= nearest * (1 + 1e-3) + _SAME) & (z.imag < np.inf)
+        level = poly(v, z) * z
+        room, fall = _room(scenes, level.real, start, end, z.real), 2 * np.abs(level.imag)
+        far = own & (fall > room * (1 + _SAME) + _SAME)
+        slack[far] = np.minimum(slack[far], fall[far])
+        found |= own & ~far
+    return found
+
+
+def _room(
+    scenes: Scenes, height: FloatArray, start: FloatArray, end: FloatArray, middle: FloatArray
+) -> FloatArray:
+    """How far V is from this height where the line is cut off; 0 for a pair that is beyond."""
+    v = [-row / (k + 1) for k, row in enumerate(scenes.c)]
+    room = np.full(len(start), np.inf)
+    for cut, there in ((start, np.abs(scenes.start) < 1), (end, scenes.r < 1)):
+        room = np.where(there, np.minimum(room, np.abs(poly(v, cut) * cut - height)), room)
+    # Beyond the layer phi is another function, and the pair none of its own.
+    within = (np.minimum(start, end) < middle) & (middle < np.maximum(start, end))
+    return np.where(within, room, 0.0)
+
+
+def _pairs(
+    scenes: Scenes, zeros: Zeros, point: FloatArray, inside: Any, start: FloatArray
+) -> Pairs:
+    """What splits off at `point`, if its zeros are among the known ones."""
+    count = len(point)
+    rows = np.flatnonzero(inside)
+    one, two, *rest = (np.zeros(count) for _ in range(6))
+    psi = [np.zeros(count) for _ in range(len(scenes.c) - 2)]
+    pair = Pair(one, two, psi, *rest)
+    good = np.zeros(count, dtype=bool)
+    # Seen in the mirror, phi(u) becomes -phi(-u).
+    side = np.where(point[rows] < start[rows], -1.0, 1.0)
+    taylor = shifted(list(scenes.c[:, rows]), point[rows])
+    taylor = [row * (side if j % 2 == 0 else 1.0) for j, row in enumerate(taylor)]
+    found, alone = pairs_of(taylor)
+    good[rows] = alone
+    for name in ("middle", "square", "sign", "zeta", "slope", "level"):
+        getattr(pair, name)[rows] = getattr(found, name)
+    for mine, row in zip(psi, found.psi, strict=True):
+        mine[rows] = row
+    middle = point.copy()
+    middle[rows] += side * found.middle
+    first, above = np.full(count, -1), np.full(count, -1)
+    for k in range(len(zeros.values) - 1):
+        low, high = zeros.values[k], zeros.values[k + 1]
+        same = np.abs(low + high - 2 * middle) + np.abs((high - low) ** 2 - 4 * pair.square)
+        known = ((low > start) & (high < 1)) | ((low > -1) & (high < start))
+        known &= (np.abs(low) < scenes.r) & (np.abs(high) < scenes.r)
+        first = np.where(known & (same < _SAME), k, first)
+    for k, z in enumerate(zeros.pairs):
+        same = np.abs(z.real - middle) + np.abs(z.imag**2 + pair.square)
+        known = 2 * k < len(zeros.values) - zeros.real
+        above = np.where(known & (same < _SAME), k, above)
+    above = np.where(first >= 0, -1, above)
+    return Pairs(pair, point, good & ((first >= 0) | (above >= 0)), first, above)
+
+
+def _choose(pairs: list[Pairs]) -> None:
+    """Each real zero goes with the neighbour that it meets first."""
+    if len(pairs) < 2:
+        return
+    gaps = np.array([np.where(p.good & (p.first >= 0), np.abs(p.pair.zeta), np.inf) for p in pairs])
+    firsts = np.array([p.first for p in pairs])
+    chosen = np.zeros(gaps.shape, dtype=bool)
+    columns = np.arange(gaps.shape[1])
+    for _ in pairs:
+        best = gaps.argmin(axis=0)
+        some = gaps[best, columns] < np.inf
+        chosen[best[some], columns[some]] = True
+        near = np.abs(firsts - firsts[best, columns]) <= 1
+        gaps[near & some] = np.inf
+    for p, mine in zip(pairs, chosen, strict=True):
+        p.good[:] &= mine | (p.first < 0)
+
+
+def _beside(scenes: Scenes, found: Pairs) -> FloatArray:
+    """Leave out complex pairs that are cut through; e^{-lam slack} is what either way costs.
+
+    Airy functions take the integrals over all of the line. Where the start or an end cuts through
+    the pair and it is far from the real line, the outer part alone has all that counts.
+    """
+    reach = np.minimum(scenes.r, 1.0)
+    start = np.clip(scenes.start, -reach, reach)
+    side = np.where(found.point < start, -1.0, 1.0)
+    v = [-row / (k + 1) for k, row in enumerate(scenes.c)]
+    height = poly(v, found.point) * found.point - found.pair.level
+    middle = found.point + side * found.pair.middle
+    room = _room(scenes, height, start, side * reach, middle)
+    fall = 4 / 3 * np.maximum(-found.pair.zeta, 0.0) ** 1.5
+    cuts = found.good & (found.pair.zeta < 0)
+    found.good[:] &= ~cuts | (fall <= room)
+    slack: FloatArray = np.where(cuts, np.maximum(room, fall), np.inf)
+    return slack
+
+
+def key_of(scenes: Scenes, zeros: Zeros, found: Pairs) -> IntArray:
+    """One number for each way in which the pair may lie."""
+    right = found.point > np.clip(scenes.start, -1, 1)
+    below = (zeros.values < found.point).sum(axis=0)
+    key = (found.first + 1) * 16 + found.above + 1
+    key = ((key * 16 + np.where(found.above >= 0, below, 0)) * 2 + right) * 2
+    return np.where(found.good, key + (found.pair.sign > 0) + 1, 0)

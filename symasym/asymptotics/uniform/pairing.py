@@ -1,0 +1,218 @@
+"""Which wells meet which barriers in weak noise, and the digits that cancel there.
+
+Found for both sides of the start (`symasym.asymptotics.weak_noise.critical_points`); a pair may
+have one in each.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from symasym.asymptotics.uniform.coalescing_pair import Fold, fold_of
+from symasym.asymptotics.weak_noise.critical_points import BEYOND, Half, Place, half, turning_points
+from symasym.base.contexts import own_context
+from symasym.base.errors import AccuracyError, SymasymError
+from symasym.drift.drift import Drift
+from symasym.drift.taylor_field import ExactField
+from symasym.numbers.quadratic_factor import split_pair
+
+__all__ = ["Seen", "Stretch", "folds_of", "lost_digits", "place_at", "seen", "zeros_of"]
+
+
+class Seen(NamedTuple):
+    """One side of the start, with the pairs whose turning point is in it."""
+
+    half: Half
+    folds: list[Fold]
+
+
+def lost_digits(drift: Drift, order: int, digits: int, x: Fraction) -> tuple[int, Fraction]:
+    """Digits that cancel, and what is added to A where a pair is too close for any."""
+    count, lost, offset = order + 1 + BEYOND, 0.0, Fraction(0)
+    # A so far below the digits asked for changes no digit of T.
+    least = Fraction(1, 10 ** (digits + 10))
+    with own_context(2 * digits + 40) as context:
+        field = ExactField(drift, False, context)
+        for point in turning_points(field, Fraction(-1), Fraction(1), context):
+            taylor = field.taylor(point, Fraction(1), 3)
+            if abs(taylor[0]) < least:
+                if not field.is_polynomial:
+                    raise AccuracyError(
+                        f"A has a double zero at u = {float(point):.6g}, or all but one, where the "
+                        "uniform series is for polynomials only; use method='exact'."
+                    )
+                offset = least if taylor[2] > 0 else -least
+            depth = max(abs(taylor[0]), least)
+            lost = max(lost, -1.5 * _log10(depth) * count)
+        for place in (Fraction(-1), Fraction(1), x):
+            slope = abs(field.value(place)) if abs(place) <= 1 else None
+            if slope:
+                lost = max(lost, 0.0) + max(0.0, -2 * _log10(slope) * (count + 1))
+    return int(lost) + 4 * count, offset
+
+
+def _log10(x: Fraction) -> float:
+    # Digits of the parts, since x may be beyond float64.
+    return 0.30103 * (x.numerator.bit_length() - x.denominator.bit_length())
+
+
+class Stretch(NamedTuple):
+    """The part of the layer that is looked at, seen from the start x to the right.
+
+    `cuts` are the places in it where the line ends that Airy functions take to be infinite.
+    """
+
+    field: ExactField
+    x: Fraction
+    lo: Fraction
+    hi: Fraction
+    cuts: tuple[Fraction, ...]
+    digits: int
+    context: Any
+
+    def has(self, point: Fraction) -> bool:
+        """Whether it has the point; one of two that meet at the start has that."""
+        if point == self.lo == self.x:
+            return not self.field.mirrored
+        return self.lo < point < self.hi
+
+
+def seen(
+    fields: tuple[ExactField, ExactField],
+    x: Fraction,
+    r: Fraction,
+    order: int,
+    digits: int,
+    context: Any,
+) -> list[Seen]:
+    """What lies left of `x`, in the mirror, and right of it; no place in two of the pairs."""
+    halves = [
+        half(field, place, r, order, context, context.dps)
+        for field, place in zip(fields, (-x, x), strict=True)
+    ]
+    places = [one.rising + one.falling for one in halves]
+    found = []
+    for k, (field, place) in enumerate(zip(fields, (-x, x), strict=True)):
+        lo, hi = max(place, Fraction(-1)), min(r, Fraction(1))
+        # Beyond u = 1 the line goes on, so that a kink is no cut.
+        cuts = tuple(u for u in (lo, hi) if abs(u) < 1)
+        stretch = Stretch(field, place, lo, hi, cuts, digits, context)
+        behind = [p._replace(u=-p.u) for p in places[1 - k] if p.u is not None]
+        found.append(_candidates(stretch, order, places[k] + behind))
+    chosen = _chosen(found[0] + found[1])
+    return [
+        Seen(one, [fold for fold, _ in own if any(fold is c for c in chosen)])
+        for one, own in zip(halves, found, strict=True)
+    ]
+
+
+def folds_of(stretch: Stretch, order: int, places: list[Place]) -> list[Fold]:
+    """The pairs in it, no place in two of them: in that with which it meets first."""
+    return _chosen(_candidates(stretch, order, places))
+
+
+def _candidates(
+    stretch: Stretch, order: int, places: list[Place]
+) -> list[tuple[Fold, list[Place]]]:
+    """Every pair, and its places, left to right."""
+    field, context = stretch.field, stretch.context
+    found = []
+    turns = turning_points(field, Fraction(-1), Fraction(1), context)
+    for point in turns:
+        if stretch.has(point):
+            fold = _fold(stretch, point, order + 1 + BEYOND, places)
+            if fold is not None and _is_own(fold, turns, context):
+                real = zeros_of(fold, context) if fold.pair.zeta > 0 else ()
+                own = [p for u in real if (p := place_at(u, places)) is not None]
+                found.append((fold, own))
+    return found
+
+
+def _chosen(found: list[tuple[Fold, list[Place]]]) -> list[Fold]:
+    taken: list[Any] = []
+    chosen = []
+    for fold, own in sorted(found, key=lambda f: abs(f[0].pair.zeta)):
+        # Seen from both sides a place has one and the same coefficients.
+        if any(p.groups is groups for p in own for groups in taken):
+            continue
+        taken += [p.groups for p in own]
+        chosen.append(fold)
+    return sorted(chosen, key=lambda f: f.point)
+
+
+def _fold(stretch: Stretch, point: Fraction, count: int, places: list[Place]) -> Fold | None:
+    """The pair about this zero of phi's slope, if it is one by itself."""
+    context = stretch.context
+    taylor = [
+        context.mpf(c.numerator) / c.denominator for c in _taylor(stretch.field, point, count)
+    ]
+    try:
+        pair = split_pair(taylor, context)
+        fold = fold_of(pair, taylor, point, _height(stretch, point), count, stretch.digits, context)
+    except SymasymError:
+        return None
+    if pair.zeta > 0 and None in [place_at(u, places) for u in zeros_of(fold, context)]:
+        return None
+    rooms = [_way(stretch, fold, u, places) for u in stretch.cuts]
+    middle = context.mpf(point.numerator) / point.denominator + pair.middle
+    ends = [context.mpf(u.numerator) / u.denominator for u in (stretch.lo, stretch.hi)]
+    # Beyond the layer phi is another function, and the pair none of its own.
+    room = min(rooms, default=context.inf) if ends[0] < middle < ends[1] else context.zero
+    return fold._replace(room=room)
+
+
+def _way(stretch: Stretch, fold: Fold, cut: Fraction, places: list[Place]) -> Any:
+    """How far V goes up and down between a pair and a cut."""
+    context = stretch.context
+    point, end = (context.mpf(u.numerator) / u.denominator for u in (fold.point, cut))
+    zeros = sorted(
+        (p for p in places if p.kind in ("well", "barrier") and (p.u - point) * (p.u - end) < 0),
+        key=lambda p: abs(p.u - point),
+    )
+    heights = [p.height if p.kind == "barrier" else -p.height for p in zeros]
+    way = [fold.height, *heights, _height(stretch, cut)]
+    return sum((abs(b - a) for a, b in pairwise(way)), context.zero)
+
+
+def _is_own(fold: Fold, turns: list[Fraction], context: Any) -> bool:
+    """Whether no other turning point is nearer to a complex pair, which may be found from both."""
+    if fold.pair.zeta > 0:
+        return True
+    others = [u - fold.point for u in turns if u != fold.point]
+    away = [abs(context.mpf(u.numerator) / u.denominator - fold.pair.middle) for u in others]
+    return all(abs(fold.pair.middle) <= distance for distance in away)
+
+
+def _taylor(field: ExactField, point: Fraction, count: int) -> list[Fraction]:
+    terms = 4 * count + 40
+    found = field.taylor(point, Fraction(1), terms)
+    return list(found) + [Fraction(0)] * (3 - len(found))
+
+
+def _height(stretch: Stretch, point: Fraction) -> Any:
+    """V, from the start."""
+    field, x, context = stretch.field, stretch.x, stretch.context
+    a, b = (context.mpf(u.numerator) / u.denominator for u in (stretch.lo, point))
+    rise = field.potential_rise(a, b)
+    if x < -1:
+        fall = field.value(Fraction(-1)) * (-1 - x)
+        rise -= context.mpf(fall.numerator) / fall.denominator
+    return rise
+
+
+def zeros_of(fold: Fold, context: Any) -> tuple[Any, Any]:
+    """The two of a real pair."""
+    middle = context.mpf(fold.point.numerator) / fold.point.denominator + fold.pair.middle
+    half_way = context.sqrt(fold.pair.square)
+    return middle - half_way, middle + half_way
+
+
+def place_at(u: Any, places: list[Place]) -> Place | None:
+    """The well or barrier at `u`."""
+    for place in places:
+        # Neighbours in a pair are much farther apart than what rounding leaves.
+        if place.kind in ("well", "barrier") and abs(place.u - u) <= u.context.eps**0.75:
+            return place
+    return None

@@ -1,0 +1,212 @@
+"""The uniform sums at one lam: places, pairs that meet, what cuts through them, the outer part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from symasym.asymptotics.uniform.coalescing_pair import Fold, airy
+from symasym.asymptotics.uniform.gaussian_cut import Corrections, Cut, Cuts, corrections
+from symasym.asymptotics.uniform.pairing import Seen, place_at, zeros_of
+from symasym.asymptotics.weak_noise.compose import (
+    Exponentials,
+    Pair,
+    Side,
+    Sides,
+    outer_part,
+    series_of,
+    time_of,
+    weights_of,
+)
+from symasym.asymptotics.weak_noise.critical_points import Place
+
+__all__ = ["Met", "corrected", "time_at", "whole_at"]
+
+
+@dataclass
+class _Share:
+    """A place's value at one lam; `u` is None for the end at r, `place` for what has no series."""
+
+    u: Any
+    value: Any
+    onward: Any
+    place: Place | None
+
+
+class _Sum:
+    """One side of the start at one lam: its places' shares, and what is known of their pairs."""
+
+    def __init__(self, side: Seen, lam: Any, r: Any, order: int, ops: Any) -> None:
+        self.half = side.half
+        self.rising, self.falling = (
+            [_Share(place.u, share.value, onward.value, place) for place, share, onward in found]
+            for found in weights_of(side.half, lam, r, order, ops)
+        )
+        self.nested = outer_part(side.half, lam, r, order, ops).value
+        self.starts = [series_of(g, lam, order, ops).value for g in side.half.start[:2]]
+
+    def all(self) -> list[_Share]:
+        return self.rising + self.falling
+
+    def ends(self) -> list[Any]:
+        """Those of the layer that are seen."""
+        kinks = [x.u for x in self.rising if x.place and x.place.kind in ("end", "kink")]
+        return sorted(u for u in kinks if u is not None)
+
+    def nearest(self) -> _Share | None:
+        """The well or barrier next to the start."""
+        zeros = [x for x in self.all() if x.place and x.place.kind in ("well", "barrier")]
+        return min(zeros, key=lambda x: x.u, default=None)
+
+    def cut(self, near: Corrections, start: Corrections, far: Corrections, sign: int) -> None:
+        """Corrections at the start and at the ends of the layer; `sign` is -1 in the mirror."""
+        ends = self.ends()
+        if not ends:
+            return
+        self.starts[0] += sign * start.rising
+        self.starts[1] -= sign * start.falling
+        # From a start beyond the layer both of its ends are seen.
+        at_ends = [(ends[0], near, 1), (ends[-1], far, -1)][-len(ends) :]
+        self.nested += far.outer - (start.outer if len(ends) == 1 else near.outer)
+        for u, found, after in at_ends:
+            for up in self.rising:
+                if up.u == u and up.place is not None:
+                    up.value += sign * after * found.rising
+                    if after > 0:
+                        up.onward += sign * found.rising
+            for down in self.falling:
+                if down.u == u:
+                    down.value -= sign * after * found.falling
+
+    def side(self) -> Side:
+        for down in self.falling:
+            for up in self.rising:
+                if up.u is None or up.u > down.u:
+                    self.nested += down.value * up.value
+                elif up.u == down.u:
+                    self.nested += down.value * up.onward
+        scale = sum((up.value for up in self.rising), 0 * self.nested)
+        return Side(Pair(scale, 0), Pair(self.nested, 0), *(Pair(x, 0) for x in self.starts))
+
+
+def time_at(sides: list[Seen], cuts: Cuts, r: Any, lam: Any, order: int, context: Any) -> Any:
+    """T at one lam; `r` as a number of the context."""
+    ops = Exponentials(context)
+    sums = [_Sum(one, lam, r, order, ops) for one in sides]
+    met: list[Met] = []
+    for k, one in enumerate(sides):
+        for fold in one.folds:
+            met += _meet(fold, k, sums, lam, order, context)
+    beside = cuts.start
+    if not beside:
+        beside = cuts.left if sums[1].ends() else cuts.right
+    met = [m for one in met for m in _weighed(one, beside, context)]
+    left, start, right = (corrected(found, met, lam, order, context) for found in cuts)
+    sums[0].cut(right, start, left, -1)
+    sums[1].cut(left, start, right, 1)
+    low, high = (part.side() for part in sums)
+    rising, falling = low.rising.value + high.rising.value, low.falling.value + high.falling.value
+    corner = sides[0].half.start.corner
+    whole = Sides(low, high, Pair(rising, 0), Pair(falling, 0), corner)
+    return time_of(whole, lam).value
+
+
+class Met(NamedTuple):
+    """A well or barrier of a pair, the share that the sums take for it, and what of that counts.
+
+    The share changes sides as the start passes, and then its cut is to be of the same size, also
+    that of a kink which the start reaches. Any other is of the place's own series, which is better
+    where a pair meets the end.
+    """
+
+    u: Any
+    value: Any
+    weight: Any
+
+
+def _weighed(met: Met, beside: list[Cut], context: Any) -> list[Met]:
+    """With its weight where it is next to the start."""
+    return [met._replace(weight=cut.keep) for cut in beside if _same(met, cut, context)]
+
+
+def _same(met: Met, cut: Cut, context: Any) -> bool:
+    return bool(abs(met.u - cut.zero) <= context.eps**0.75)
+
+
+def _meet(fold: Fold, k: int, sums: list[_Sum], lam: Any, order: int, context: Any) -> list[Met]:
+    """Take the pair, seen from side k, together; returns its members."""
+    local, height, own = airy(fold, lam, order, context), context.exp(lam * fold.height), sums[k]
+    for n, share in enumerate(fold.share[: order + 1]):
+        own.nested -= share * lam ** -(n + 1)
+    if fold.pair.zeta < 0:
+        middle = context.mpf(fold.point.numerator) / fold.point.denominator
+        own.rising.append(_Share(middle, local.rising * height, context.zero, None))
+        own.falling.append(_Share(middle, local.falling / height, context.zero, None))
+        own.nested += local.both if fold.onward else context.zero
+        return []
+    low, high = (_found(u, k, sums) for u in zeros_of(fold, context))
+    (well_side, well), (barrier_side, barrier) = (low, high) if fold.onward else (high, low)
+    barrier.value, well.value = local.rising * height, local.falling / height
+    gain = local.both - barrier.value * well.value
+    if well_side != barrier_side:
+        sums[barrier_side].nested += gain * _beyond(well, barrier, lam, context)
+    elif barrier.u > well.u:
+        behind, part = sums[1 - well_side].nearest(), context.one
+        if sums[well_side].nearest() is well:
+            part -= _beyond(well, behind, lam, context)
+        sums[well_side].nested += gain * part
+    members = ((well_side, well), (barrier_side, barrier))
+    return [Met(x.u if side else -x.u, x.value, 0) for side, x in members]
+
+
+def _found(u: Any, k: int, sums: list[_Sum]) -> tuple[int, _Share]:
+    """The share of the well or barrier at `u` seen from side k, and the side where it is."""
+    for side, at in ((k, u), (1 - k, -u)):
+        place = place_at(at, [x.place for x in sums[side].all() if x.place is not None])
+        if place is not None:
+            return side, next(x for x in sums[side].all() if x.place is place)
+    raise AssertionError
+
+
+def _beyond(well: _Share, top: _Share | None, lam: Any, context: Any) -> Any:
+    """The part of a well's Gaussian at the other side of the start, next to it.
+
+    What a pair has beyond the product of its members is lost as the start passes the well, and
+    all of it when the start reaches the barrier behind, `top`.
+    """
+    assert well.place is not None
+    depth = max(well.place.height, context.zero)
+    if top is not None and top.place is not None:
+        way = abs(top.place.height)
+        depth *= (way + depth) / way
+    return context.erfc(context.sqrt(lam * depth)) / 2
+
+
+def corrected(cuts: list[Cut], met: list[Met], lam: Any, order: int, context: Any) -> Corrections:
+    """Of all zeros that cut through one place."""
+    found = [Corrections(*[context.zero] * 3)]
+    for cut in cuts:
+        share = None
+        for one in met:
+            if _same(one, cut, context):
+                sign = -1 if cut.barrier else 1
+                # V is 0 at the start.
+                weight = one.weight * context.exp(-((lam * cut.height) ** 2))
+                share = one.value * context.exp(sign * lam * cut.rise), weight
+        found.append(corrections(cut, share, lam, order, context))
+    return Corrections(*(sum(parts, context.zero) for parts in zip(*found, strict=True)))
+
+
+def whole_at(places: list[Place], folds: list[Fold], lam: Any, order: int, context: Any) -> Any:
+    """int e^{-lam V} over all u, with Laplace's series at the kinks."""
+    ops, left_out = Exponentials(context), []
+    total = context.zero
+    for fold in folds:
+        total += airy(fold, lam, order, context).falling * context.exp(-lam * fold.height)
+        if fold.pair.zeta > 0:
+            left_out += [p for u in zeros_of(fold, context) if (p := place_at(u, places))]
+    for place in places:
+        if not any(place is p for p in left_out):
+            factor = context.exp(lam * place.height)
+            total += series_of(place.groups, lam, order, ops).value * factor
+    return total

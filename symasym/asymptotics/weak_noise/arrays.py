@@ -1,0 +1,310 @@
+"""Weak noise for arrays of scenes: each drift's places once, then all its kappa and r."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from operator import itemgetter
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.asymptotics.weak_noise.compose_arrays import Views
+from symasym.asymptotics.weak_noise.critical_point_arrays import Found, found_of
+from symasym.asymptotics.weak_noise.interpolation import columns, of_one
+from symasym.asymptotics.weak_noise.one_sided import Sight, first_of, mapped
+from symasym.asymptotics.weak_noise.series import Point, Sizes
+from symasym.base.inputs import FloatArray, is_array
+from symasym.drift.drift import Drift
+from symasym.drift.float_field import IntArray
+from symasym.drift.polynomial_scenes import Scenes as PolynomialScenes
+from symasym.drift.polynomial_scenes import scenes_of
+from symasym.drift.scenes import Scenes, input_rounding, rows_of
+
+# Scenes at once: the work arrays of one step, about twenty with errors and ten without, stay in
+# the second-level cache, and below what the C library gives back to the system at every step.
+_AT_ONCE = 4096
+_WITHOUT_ERRORS = 12288
+# More values of kappa than that for one drift are taken apart from other drifts'.
+_MANY = 256
+# Where errors are not asked for, they are looked at in so many places; the refusal
+# of a scene is for errors 1e3 times larger than is let pass so.
+_PROBES = 192
+_SMALL = 1e-3
+# The same where logarithms may be interpolated: by a factor 30.
+_SMALL_SMOOTH = 0.03
+
+Sights = tuple[Sight, Sight]
+Evaluate = Callable[[Views, Point], tuple[FloatArray, Any]]
+Analyse = Callable[[dict[str, float], float, float], Sights]
+Find = Callable[[PolynomialScenes, int], Iterator[Found]]
+
+
+class Drifts(NamedTuple):
+    """What distinguishes the places: parameters, start and r where it is inside the layer.
+
+    `rows[i]` are the scenes of the i-th; None where one drift has all.
+    """
+
+    parameters: dict[str, FloatArray]
+    start: FloatArray
+    radius: FloatArray
+    rows: IntArray | None
+
+
+def logs_of(
+    drift: Drift,
+    scenes: Scenes,
+    shapes: list[tuple[int, ...]],
+    orders: Any,
+    evaluate: Evaluate,
+    analyse: Analyse | None,
+    full: bool,
+    find: Find = found_of,
+    index: IntArray | None = None,
+    smooth: bool = False,
+) -> tuple[FloatArray, FloatArray]:
+    """Logarithms and their errors; errors are only told from "too large" unless `full`.
+
+    Which scenes have a drift, start and radius in common follows from the `shapes` of these, or
+    is told by `index`, a number for each (see `index_of`). `smooth`: logarithms may be
+    interpolated between values of lam, where one costs so much that it pays.
+
+    What `find` does not find in float64 goes to `analyse`, or is left with infinite errors. An
+    error that all scenes share may come as an array of one.
+    """
+    each = [_drifts(scenes, shapes)] if index is None else list(_grouped(scenes, index))
+    # One drift has all scenes, or none.
+    size = 0 if index is None and each[0].rows is None else len(scenes.lam)
+    logs, errors = np.full(size, np.nan), np.full(size, np.inf)
+    with np.errstate(all="ignore"):
+        for drifts in each:
+            for chosen, sights in _all_sights(drift, scenes, drifts, orders[-1], analyse, find):
+                if drifts.rows is None:
+                    some: Any = slice(None)
+                else:
+                    some = drifts.rows[chosen].T
+                    if _single(sights):
+                        some = some.ravel()
+                found, wrong = _filled(
+                    sights, rows_of(scenes, some), orders, evaluate, full, smooth
+                )
+                if drifts.rows is None:
+                    logs, errors = found, wrong
+                else:
+                    logs[some], errors[some] = found, wrong
+        if not errors.size:
+            logs, errors = (np.full(len(scenes.lam), x) for x in (np.nan, np.inf))
+        errors = errors + rounding_of_places(drift, scenes)
+    return logs, errors
+
+
+def own_shapes(drift: Drift, numbers: dict[str, Any], scenes: Scenes) -> list[tuple[int, ...]]:
+    """Shapes of what distinguishes the places: parameters, start, and r inside the layer."""
+    shapes = [np.shape(x) for x in (*drift.values.values(), numbers["start"]) if is_array(x)]
+    if is_array(numbers["r"]) and (scenes.numbers["r"] <= 1).any():
+        shapes.append(np.shape(numbers["r"]))
+    return shapes
+
+
+def index_of(shapes: list[tuple[int, ...]], shape: tuple[int, ...]) -> IntArray:
+    """For each scene the number of its drift, start and radius."""
+    common = np.broadcast_shapes(*shapes)
+    own = (1,) * (len(shape) - len(common)) + common
+    count = np.arange(int(np.prod(own)))
+    return np.broadcast_to(count.reshape(own), shape).ravel()
+
+
+def _drifts(scenes: Scenes, shapes: list[tuple[int, ...]]) -> Drifts:
+    index = index_of(shapes, scenes.shape)
+    count = int(index[-1]) + 1 if len(index) else 1
+    rows = None
+    if count > 1:
+        rows = np.argsort(index, kind="stable").reshape(count, -1)
+    return _drifts_of(scenes, rows)
+
+
+def _grouped(scenes: Scenes, index: IntArray) -> Iterator[Drifts]:
+    """Drifts with about as many scenes each; what one has less it has several times."""
+    order = np.argsort(index, kind="stable")
+    first = np.flatnonzero(np.diff(index[order], prepend=-1))
+    count = np.diff(first, append=len(order))
+    width = 2 ** np.ceil(np.log2(count)).astype(np.intp)
+    for most in np.unique(width):
+        chosen = np.flatnonzero(width == most)
+        columns = np.arange(count[chosen].max())
+        taken = np.minimum(columns, count[chosen, None] - 1)
+        yield _drifts_of(scenes, order[first[chosen, None] + taken])
+
+
+def _drifts_of(scenes: Scenes, rows: IntArray | None) -> Drifts:
+    first = np.zeros(1, dtype=np.intp) if rows is None else rows[:, 0]
+    r, start = scenes.numbers["r"], scenes.numbers["start"]
+    given = {n: x[first] for n, x in scenes.parameters.items() if is_array(x)}
+    # Beyond the layer the radius enters only where the sums are evaluated.
+    radius = np.where(r[first] > 1, 2.0, r[first])
+    return Drifts(given, start[first], radius, rows)
+
+
+def _all_sights(
+    drift: Drift,
+    scenes: Scenes,
+    drifts: Drifts,
+    order: int,
+    analyse: Analyse | None,
+    find: Find,
+) -> Iterator[tuple[IntArray, Sights]]:
+    """In float64 where that is enough, else one by one with more digits."""
+    left = np.ones(len(drifts.start), dtype=bool)
+    values = {**scenes.parameters, **drifts.parameters}
+    known = scenes_of(drift, values, drifts.start, drifts.radius)
+    if known is not None:
+        for found in find(known, order):
+            left[found.rows] = False
+            if drifts.rows is not None and len(found.rows) > 1 and drifts.rows.shape[1] > _MANY:
+                yield from _apart(found.rows, found.sights)
+            else:
+                yield found.rows, found.sights
+    rest = np.flatnonzero(left)
+    if analyse is None or not rest.size:
+        return
+    columns = [*drifts.parameters.values(), drifts.radius, drifts.start]
+    unique, first, group = np.unique(
+        np.array([x[rest] for x in columns]).T, axis=0, return_index=True, return_inverse=True
+    )
+    for k in range(len(unique)):
+        one = rest[first[k]]
+        given = {name: float(x[one]) for name, x in drifts.parameters.items()}
+        sights = analyse(given, float(drifts.radius[one]), float(drifts.start[one]))
+        yield rest[group.ravel() == k], sights
+
+
+def _apart(rows: IntArray, sights: Sights) -> Iterator[tuple[IntArray, Sights]]:
+    for k in range(len(rows)):
+        yield rows[k : k + 1], mapped(sights, itemgetter(slice(k, k + 1)))
+
+
+def _single(sights: Sights) -> bool:
+    """Whether they are those of one drift."""
+    return not any(np.size(height) > 1 for sight in sights for height in _heights(sight))
+
+
+def _filled(
+    sights: Sights, scenes: Scenes, orders: Any, evaluate: Evaluate, full: bool, smooth: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Scenes in columns, one a drift of `sights`, or all of one drift."""
+    one, lam, r = scenes.lam.ndim == 1, scenes.lam, scenes.numbers["r"]
+    if one and not isinstance(sights[0].rough, float):
+        sights = first_of(sights)
+    # A radius that all scenes share keeps its exponents shared as well.
+    first = float(r.flat[0])
+    sizes = Sizes(sights)
+    shared = Views(sights, first) if r.strides == (0,) or (r == first).all() else None
+
+    def at(part: Any, order: int, wanted: bool) -> tuple[FloatArray, Any]:
+        views = Views(sights, r[part]) if shared is None else shared
+        return evaluate(views, Point(lam[part], order, wanted, sizes))
+
+    if one and len(orders) == 1 and not full and len(lam) > 4 * _PROBES:
+        if smooth and shared is not None:
+            views = shared
+            known = of_one(
+                lambda x: evaluate(views, Point(x, orders[0], True, sizes)), lam, _SMALL_SMOOTH
+            )
+            if known is not None:
+                return known
+        error = at(_probes(lam), orders[0], True)[1]
+        if (error < _SMALL).all():
+            logs: FloatArray = np.empty(lam.shape)
+            for low in range(0, len(lam), _WITHOUT_ERRORS):
+                part = slice(low, low + _WITHOUT_ERRORS)
+                logs[part] = at(part, orders[0], False)[0]
+            return logs, np.array([error.max()])
+    if smooth and not (one or full) and shared is not None and (lam == lam[:, :1]).all():
+        between = _between(sights, lam, shared, orders[0], evaluate)
+        if between is not None:
+            logs, errors, good = between
+            if not good.all():
+                rest = np.flatnonzero(~good)
+                some = rows_of(scenes, (slice(None), rest))
+                sights = mapped(sights, itemgetter(rest))
+                left = _filled(sights, some, orders, evaluate, full, False)
+                logs[:, rest], errors[:, rest] = left
+            return logs, errors
+    logs, errors = np.empty(lam.shape), np.empty(lam.shape)
+    step = max(1, _AT_ONCE // (1 if one else lam.shape[1]))
+    for low in range(0, len(lam), step):
+        part = slice(low, low + step)
+        logs[part], errors[part] = _best(partial(at, part), orders)
+    return logs, errors
+
+
+def _between(
+    sights: Sights, lam: FloatArray, views: Views, order: int, evaluate: Evaluate
+) -> tuple[FloatArray, FloatArray, Any] | None:
+    """Logarithms in columns by interpolation, errors told from "too large", and where it is good.
+
+    None where it doesn't pay.
+    """
+    count, sizes = lam.shape[1], Sizes(sights)
+
+    def at(some: FloatArray, wanted: bool) -> tuple[FloatArray, Any]:
+        most = _AT_ONCE if wanted else _WITHOUT_ERRORS
+        # A little more at once is no slower, another step is.
+        steps = max(1, round(len(some) * count / most))
+        points = (
+            Point(np.repeat(x[:, None], count, axis=1), order, wanted, sizes)
+            for x in np.array_split(some, steps)
+        )
+        logs, errors = zip(*(evaluate(views, point) for point in points), strict=True)
+        return np.concatenate(logs), np.concatenate(errors) if wanted else None
+
+    found = columns(at, lam[:, 0])
+    if found is None:
+        return None
+    logs, worst, good = found
+    good &= worst < _SMALL_SMOOTH
+    return logs, np.broadcast_to(worst, lam.shape).copy(), good
+
+
+def _best(at: Callable[[int, bool], tuple[FloatArray, Any]], orders: Any) -> tuple[Any, Any]:
+    """At each scene that order whose error is smallest."""
+    log, wrong = at(orders[0], True)
+    if len(orders) == 1 and wrong.max() < np.inf:
+        return log, wrong
+    known = wrong < np.inf
+    log, wrong = np.where(known, log, np.nan), np.where(known, wrong, np.inf)
+    for n in orders[1:]:
+        found, error = at(n, True)
+        better = error < wrong
+        log, wrong = np.where(better, found, log), np.where(better, error, wrong)
+    return log, wrong
+
+
+def _heights(sight: Sight) -> list[Any]:
+    return [sight.rough, *(spot.height for spot in sight.rising + sight.falling)]
+
+
+def _probes(lam: FloatArray) -> IntArray:
+    """Some scenes over the whole range of lam, its ends among them."""
+    low, high = np.argmin(lam), np.argmax(lam)
+    spread = np.geomspace(lam[low], lam[high], _PROBES)
+    # Bins of log(lam), one member each: cheaper than sorting.
+    inner = spread[1:-1]
+    steps = np.linspace(0, len(lam) - 1, 16 * _PROBES).astype(np.intp)
+    some = steps[np.searchsorted(np.sort(lam[steps]), inner).clip(0, len(steps) - 1)]
+    found: IntArray = np.concatenate(([low, high], some))
+    return found
+
+
+def rounding_of_places(drift: Drift, scenes: Scenes) -> Any:
+    """What reading r and start as floats changes in log T, at most."""
+    if not any(gap for name, gap in scenes.moved.items() if name != "kappa"):
+        return 0.0
+    grid = np.linspace(-1, 1, 65)
+    values = {
+        name: np.asarray(x, dtype=float)[..., None] if is_array(x) else np.asarray(float(x))
+        for name, x in scenes.parameters.items()
+    }
+    size = np.abs(drift.evaluate_float(grid, values)).max(axis=-1)
+    return input_rounding(rows_of(scenes, slice(None)), np.broadcast_to(size, scenes.lam.shape))

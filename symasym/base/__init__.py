@@ -1,0 +1,1 @@
+"""What every room uses: reading input, errors, estimates, files, progress, executors."""

@@ -1,0 +1,123 @@
+"""Where batches of work are done: here, in processes of this machine, or on a cluster."""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from typing import Any
+
+from symasym.base.errors import InputError, OutputError
+
+__all__ = ["Here", "cluster", "local", "processors"]
+
+#: Seconds to wait for a scheduler to answer.
+_PATIENCE = 10
+
+
+class Here(Executor):
+    """Does the work in this thread, when it is submitted."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        done: Future[Any] = Future()
+        done.set_result(fn(*args, **kwargs))
+        return done
+
+
+def processors() -> int:
+    """Processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextmanager
+def local(workers: int) -> Iterator[Executor]:
+    """Processes of this machine; this one alone for a single worker.
+
+    An error or an interrupt ends them at once, and so does the end of this process, however it
+    comes.
+    """
+    if workers < 1:
+        raise InputError(f"workers is {workers}; give a whole number of at least 1.")
+    if workers == 1:
+        yield Here()
+        return
+    from multiprocessing import get_context
+
+    # Spawned, not forked: threads and open files of this process stay its own.
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_attend)
+    try:
+        yield pool
+    except BaseException:
+        for process in list((pool._processes or {}).values()):
+            process.kill()
+        pool.shutdown(wait=True, cancel_futures=True)
+        raise
+    pool.shutdown()
+
+
+def _attend() -> None:
+    """In a worker: Ctrl-C is for the process that started it, whose end is the worker's too."""
+    from multiprocessing import parent_process
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+    assert parent is not None
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def cluster(address: str) -> Iterator[Executor]:
+    """The workers of the dask.distributed scheduler at `address`, such as ``tcp://host:8786``.
+
+    What a worker that is lost was doing is done again by another one.
+
+    Raises
+    ------
+    InputError
+        If dask.distributed is missing, or nobody answers at that address.
+    """
+    try:
+        import distributed
+    except ImportError:
+        raise InputError(
+            "a scheduler needs dask.distributed, which is not installed; "
+            "install symasym with its extra 'cluster', or use local workers."
+        ) from None
+    if not re.fullmatch(r"(\w+://)?[^\s/]+:\d+", address):
+        raise InputError(
+            f"the scheduler's address is {address!r}; give its host and port, such as "
+            "tcp://127.0.0.1:8786."
+        )
+    # What it logs of a lost connection is told in one sentence below.
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
+    connect: Any = distributed.Client
+    try:
+        client = connect(address, timeout=_PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(
+            f"no scheduler answers at {address} ({reason.rstrip('.')}); start one with "
+            "dask scheduler, and give the address that it prints."
+        ) from None
+    with client:
+        try:
+            yield client.get_executor()
+        except (RuntimeError, ImportError, CancelledError, distributed.KilledWorker) as error:
+            reason = str(error).partition(".")[0] or type(error).__name__
+            raise OutputError(
+                f"the cluster at {address} did not do the work ({reason}); see that its scheduler "
+                "and workers are up and have the same symasym, then run the same command again, "
+                "which keeps what is written."
+            ) from None

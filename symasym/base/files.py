@@ -1,0 +1,142 @@
+"""Writing results: whole files or none, and the format of reference values."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from collections.abc import Mapping
+from contextlib import suppress
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from symasym.base.contexts import own_context
+from symasym.base.errors import OutputError
+from symasym.base.estimate import Estimate
+
+
+def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
+    """Write a file that is either whole or not there, and make its folder where needed.
+
+    Parameters
+    ----------
+    path : path
+        Where to write. What was there stays until the new file is complete.
+    data : bytes
+        The whole content.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    target = Path(path)
+    beside = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            with open(beside, "wb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(beside, target)
+        except BaseException:
+            with suppress(OSError):
+                beside.unlink()
+            raise
+    except OSError as error:
+        raise OutputError(
+            f"{target} cannot be written ({error.strerror or error}); "
+            "make room or choose another place, what was there before is untouched."
+        ) from None
+
+
+def write_json(path: str | os.PathLike[str], data: Any) -> None:
+    """Write `data` as JSON, whole or not at all (see `write_bytes`)."""
+    write_bytes(path, (json.dumps(data, indent=1, ensure_ascii=False) + "\n").encode())
+
+
+def read_json(path: str | os.PathLike[str]) -> Any:
+    """The content of a JSON file, or None where there is no readable one."""
+    try:
+        return json.loads(Path(path).read_bytes())
+    except (OSError, ValueError):
+        return None
+
+
+def decimal_text(value: Any, dps: int) -> str:
+    """An mpf rounded to `dps` digits, trailing zeros included."""
+    from mpmath import libmp
+
+    return str(libmp.to_str(value._mpf_, dps, strip_zeros=False))
+
+
+def decimal_ball(value: Any, error: Any, dps: int) -> tuple[str, str]:
+    """`value` rounded to `dps` digits, and an `error` that has grown by the rounding.
+
+    Parameters
+    ----------
+    value, error : mpf
+        A number, best with a few more than `dps` digits, and its absolute error.
+    dps : int
+        Decimal digits of the first text.
+
+    Returns
+    -------
+    mid, rad : str
+        The true number is within ``rad`` of ``mid`` if it is within `error` of `value`.
+
+    Examples
+    --------
+    >>> from mpmath import mp, mpf
+    >>> with mp.workdps(30):
+    ...     decimal_ball(mpf(2) / 3, mpf("1e-12"), 10)
+    ('0.6666666667', '3.47e-11')
+    """
+    mid = decimal_text(value, dps)
+    with own_context(dps + 20) as context:
+        rounding = abs(context.mpf(mid) - context.convert(value))
+        # Three digits are printed; the factor covers their rounding and that of this sum.
+        rad = (rounding + context.convert(error)) * context.mpf("1.01")
+        return mid, str(context.nstr(rad, 3))
+
+
+def reference_value(x: Mapping[str, str], found: Estimate, dps: int) -> dict[str, Any]:
+    """One reference value as it stands in a JSON file: decimal strings, never floats.
+
+    Parameters
+    ----------
+    x : mapping of str to str
+        The exact inputs.
+    found : Estimate
+        Of mpf numbers, best with a few more than `dps` digits.
+    dps : int
+        Decimal digits to print (see `decimal_ball`).
+    """
+    mid, rad = decimal_ball(found.value, found.error, dps)
+    return {
+        "x": dict(x),
+        "mid": mid,
+        "rad": rad,
+        "error_kind": found.error_kind,
+        "dps": dps,
+        "method": found.method,
+        "versions": versions("mpmath", "gmpy2", "python-flint"),
+    }
+
+
+def versions(*libraries: str) -> dict[str, str]:
+    """Versions of symasym, Python and those of `libraries` that are installed."""
+    found = {"symasym": _version("symasym"), "python": platform.python_version()}
+    found |= {name: _version(name) for name in libraries}
+    return {name: version for name, version in found.items() if version}
+
+
+@cache
+def _version(distribution: str) -> str:
+    try:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        return ""

@@ -1,0 +1,110 @@
+"""From the physical parameters (eps, kappa, r) to the scaled ones, and back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from symasym.base.contexts import own_context, to_mpf
+from symasym.base.inputs import exact, floats, is_array, positive
+from symasym.generated import numpy_formulas, plain_formulas
+
+__all__ = ["Scales", "rescale"]
+
+_DIGITS = 60
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Scaled noise and radius, and the unit of time.
+
+    Attributes
+    ----------
+    kappa, r : number
+        kappa/sqrt(eps) and r/eps, to pass to the verbs.
+    time : number
+        Physical time per unit of scaled time, eps.
+    """
+
+    kappa: Any
+    r: Any
+    time: Any
+
+
+def rescale(eps: Any, kappa: Any, r: Any = 1) -> Scales:
+    """Scale noise amplitude and radius by the width of the switch (eq:tildexykappa, eq:tilder).
+
+    Parameters
+    ----------
+    eps, kappa, r : number or array_like
+        Physical half-width of the switch, noise amplitude, escape radius;
+        greater than 0. Arrays broadcast together and give float64 arrays.
+
+    Returns
+    -------
+    Scales
+        Exact rationals where the square root of `eps` is rational; otherwise
+        `kappa` is an mpf right to 60 digits.
+
+    Raises
+    ------
+    InputError
+        For a value that is not a finite number greater than 0.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> s = sa.rescale(eps="0.01", kappa="0.03", r="0.1")
+    >>> s.kappa, s.r, s.time
+    (Fraction(3, 10), Fraction(10, 1), Fraction(1, 100))
+    """
+    if any(map(is_array, (eps, kappa, r))):
+        from symasym.base.errors import InputError
+
+        arrays = {name: floats(name, x) for name, x in (("eps", eps), ("kappa", kappa), ("r", r))}
+        for name, x in arrays.items():
+            if not (x > 0).all():
+                raise InputError(f"{name} has an entry {x.min():.6g}; it must be greater than 0.")
+        try:
+            widths, noises, radii = np.broadcast_arrays(*arrays.values())
+        except ValueError:
+            shapes = ", ".join(f"{n} {x.shape}" for n, x in arrays.items())
+            raise InputError(
+                f"the shapes do not broadcast ({shapes}); "
+                "give arrays of shapes that NumPy broadcasts."
+            ) from None
+        with np.errstate(over="ignore"):
+            scaled = Scales(
+                numpy_formulas.scaled_noise(noises, widths),
+                plain_formulas.scaled_radius(radii, widths),
+                widths.copy(),
+            )
+        if not (np.isfinite(scaled.kappa).all() and np.isfinite(scaled.r).all()):
+            raise InputError(
+                f"eps has an entry {widths.min():.6g}, for which the scaled numbers leave float64; "
+                "pass one value at a time, as a string."
+            )
+        return scaled
+    e, k, radius = (
+        positive(name, exact(name, x)) for name, x in (("eps", eps), ("kappa", kappa), ("r", r))
+    )
+    noise = k / root if (root := _root(e)) else _noise(k, e)
+    return Scales(noise, plain_formulas.scaled_radius(radius, e), e)
+
+
+def _root(x: Fraction) -> Fraction | None:
+    from math import isqrt
+
+    root = Fraction(isqrt(x.numerator), isqrt(x.denominator))
+    return root if root * root == x else None
+
+
+def _noise(k: Fraction, e: Fraction) -> Any:
+    with own_context(_DIGITS + 5) as context:
+        kappa, eps = (context.mpf(x.numerator) / x.denominator for x in (k, e))
+        from symasym.generated import mpmath_formulas
+
+        return to_mpf(mpmath_formulas.scaled_noise(context, kappa, eps), _DIGITS)

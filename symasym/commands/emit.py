@@ -1,0 +1,55 @@
+"""The command ``symasym emit``."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from typing import Any
+
+from symasym.base.errors import InputError
+from symasym.commands.named import DRIFTS, named_drift
+from symasym.commands.settings import settings
+
+
+def add_parser(commands: Any) -> None:
+    """Add the parser of ``emit``; it sets ``run`` to its function."""
+    parser = commands.add_parser(
+        "emit",
+        help="write a formula as source code",
+        description="Write a formula as source code. Parameters that are set are folded in.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("label", metavar="LABEL", help="such as eq:Ttildesmall, folds, eq:V")
+    # Which targets there are is told by the error: asking here would load SymPy.
+    targets = "numpy, mpmath, python, c, javascript or latex"
+    parser.add_argument("--target", required=True, metavar="T", help=targets)
+    parser.add_argument("-o", "--out", metavar="FILE", help="where to (standard output)")
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--drift", choices=DRIFTS, help="put this drift into the formula")
+    what.add_argument("--expr", metavar="A", help='or this A(u), e.g. "1/2 - u + u**3"')
+    parser.add_argument("--method", metavar="M", help="of eq:Ttilde: exact, laplace or uniform")
+    parser.add_argument("--order", type=int, metavar="N", help="of --method laplace, 0 to 20")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=X", help="fold a parameter in"
+    )
+    parser.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> None:
+    import symasym as sa
+
+    values, drift = settings(arguments.set), None
+    if arguments.drift or arguments.expr:
+        # What shapes a drift is needed to make it; `emit` binds the rest.
+        shapes = r"c\d+" if arguments.drift == "polynomial" else r"waves|n"
+        named = [name for name in values if arguments.drift and re.fullmatch(shapes, name)]
+        shape = {name: values.pop(name) for name in named}
+        drift = named_drift(arguments.drift, arguments.expr, shape)
+    how = {"method": arguments.method, "order": arguments.order}
+    source = sa.emit(arguments.label, arguments.target, values, drift=drift, **how)
+    if arguments.out:
+        print(*source.write(arguments.out), sep="\n")
+    elif source.header:
+        raise InputError("C comes as two files; say where to with -o FILE.c.")
+    else:
+        print(source, end="")

@@ -1,0 +1,93 @@
+"""The command ``symasym figure``."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import textwrap
+from pathlib import Path
+from typing import Any
+
+from symasym.base.errors import InputError
+from symasym.commands.settings import settings, whole
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the parser of ``figure``; it sets ``run`` to its function.
+
+    Parameters
+    ----------
+    subparsers : argparse subparsers action
+        What ``ArgumentParser.add_subparsers`` returned.
+    """
+    parser = subparsers.add_parser(
+        "figure",
+        help="draw one of the paper's figures",
+        description="Draw one of the paper's figures from the model and print its caption. "
+        "Without a name, list the figures.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("name", nargs="?", metavar="NAME", help="such as phase or fric1")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=X",
+        help="set a parameter; several values are separated by commas",
+    )
+    parser.add_argument(
+        "-o",
+        "--out",
+        action="append",
+        metavar="FILE",
+        help="a .png, .svg or .pdf file; may be repeated (NAME.png and NAME.svg)",
+    )
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """``symasym figure``."""
+    from symasym.workshop.figures import FIGURES
+
+    if arguments.name is None:
+        for name, draw in FIGURES.items():
+            print(f"{name:16} {str(draw.__doc__).partition(chr(10))[0]}")
+        return
+    if arguments.name not in FIGURES:
+        raise InputError(f"{arguments.name} is no figure; the figures are {', '.join(FIGURES)}.")
+    write(arguments.name, settings(arguments.set), arguments.out)
+
+
+def write(name: str, values: dict[str, str], out: list[str] | None) -> None:
+    """Draw a figure, write its files, and print their names and its caption."""
+    from symasym.base.files import write_bytes
+    from symasym.workshop.figures import FIGURES, KINDS, encode
+
+    files = [Path(file) for file in out or (f"{name}.png", f"{name}.svg")]
+    for file in files:
+        if file.suffix[1:] not in KINDS:
+            raise InputError(f"{file} has no ending that is drawn; end it in .png, .svg or .pdf.")
+    figure = FIGURES[name](**_read(name, values))
+    for file in files:
+        write_bytes(file, encode(figure, file.suffix[1:]))
+        print(file)
+    print(textwrap.fill(str(figure.get_label()), 100))
+
+
+def _read(name: str, values: dict[str, str]) -> dict[str, Any]:
+    """The arguments of a figure's function from their texts."""
+    from symasym.workshop.figures import FIGURES
+
+    known = inspect.signature(FIGURES[name]).parameters
+    found: dict[str, Any] = {}
+    for key, text in values.items():
+        if key not in known:
+            raise InputError(
+                f"{key} is no parameter of {name}; its parameters are {', '.join(known)}."
+            )
+        default = known[key].default
+        if isinstance(default, tuple):
+            found[key] = text.split(",")
+        else:
+            found[key] = whole(key, text) if key == "points" else text
+    return found

@@ -1,0 +1,92 @@
+"""Drifts and quantities by their names, as commands and files give them."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from symasym.base.errors import InputError
+from symasym.commands.settings import whole
+
+if TYPE_CHECKING:
+    from symasym.drift.drift import Drift
+
+#: The ready-made ones.
+DRIFTS = ("friction", "linear", "sine", "tanh", "hill", "polynomial")
+
+#: Verb and whether its complement is meant, by the name of the quantity.
+QUANTITIES = {
+    "T": ("escape_time", False),
+    "C": ("exit_probability", False),
+    "1 - C": ("exit_probability", True),
+    "P": ("occupation", False),
+    "1 - P": ("occupation", True),
+}
+
+
+def call_named(quantity: str, drift: Drift, numbers: Mapping[str, Any], **options: Any) -> Any:
+    """The quantity of that name, asked with those of `numbers` that it takes."""
+    import symasym as sa
+
+    verb, complement = QUANTITIES[quantity]
+    taken = {name: numbers[name] for name in numbers_of(quantity) if name in numbers}
+    if complement:
+        options["complement"] = True
+    return getattr(sa, verb)(drift, **taken, **options)
+
+
+def numbers_of(quantity: str) -> tuple[str, ...]:
+    """The numbers of a scene, apart from its drift, on which the quantity depends."""
+    verb, _ = QUANTITIES[quantity]
+    return ("kappa",) if verb == "occupation" else ("kappa", "r", "start")
+
+
+def named_drift(name: str | None, expression: str | None, values: Mapping[str, Any]) -> Drift:
+    """The ready-made drift `name`, or the one of the formula A(u) in `expression`.
+
+    Parameters
+    ----------
+    name : str or None
+        One of `DRIFTS`.
+    expression : str or None
+        Instead of `name`.
+    values : mapping of str to number
+        Its parameters, and the whole numbers that shape a ready-made one (`waves`, `n`).
+
+    Raises
+    ------
+    InputError
+        For an unknown name and for values outside their range.
+
+    Examples
+    --------
+    >>> named_drift("sine", None, {"a_minus": "1", "a_plus": "1", "waves": "2"}).free
+    ('b',)
+    """
+    if expression is not None:
+        return _of_formula(expression).bind(**values)
+    if name not in DRIFTS:
+        raise InputError(f"{name} is no ready-made drift; they are {', '.join(DRIFTS)}.")
+    import symasym as sa
+
+    make = getattr(sa, name)
+    known = inspect.signature(make).parameters
+    for given in values:
+        if given not in known and name != "polynomial":
+            raise InputError(
+                f"{given} is no parameter of {name}; its parameters are {', '.join(known)}."
+            )
+    # The shape of a drift (waves, exponent) is a whole number and no parameter of its formula.
+    shape = {key: whole(key, values[key]) for key in {"waves", "n"} & values.keys()}
+    drift: Drift = make(**{**values, **shape})
+    return drift
+
+
+@lru_cache(maxsize=8)
+def _of_formula(expression: str) -> Drift:
+    """Reading a formula takes longer than most of its values."""
+    from symasym.drift.drift import Drift
+
+    return Drift(expression)

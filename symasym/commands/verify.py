@@ -1,0 +1,36 @@
+"""The command ``symasym verify``."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the parser of ``verify``; it sets ``run`` to `run_verify`."""
+    parser = subparsers.add_parser(
+        "verify",
+        help="check every formula and evaluator against quadrature, balls and identities",
+        description="Check every formula and evaluator against quadrature, balls and identities.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("--level", default="quick", metavar="NAME", help="quick or full (quick)")
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of random scenes (1)")
+    parser.add_argument("--workers", type=int, metavar="N", help="processes (one a processor)")
+    parser.add_argument("-o", "--out", metavar="FILE", help="write the record there, as JSON")
+    parser.set_defaults(run=run_verify)
+
+
+def run_verify(arguments: argparse.Namespace) -> int:
+    """Status 0 if all passes, 1 if something fails, 130 after an interrupt."""
+    from symasym.base.files import write_json
+    from symasym.workshop.verify import verify
+    from symasym.workshop.verify.pages import record, table
+
+    found = verify(arguments.level, arguments.seed, arguments.workers)
+    if arguments.out:
+        write_json(arguments.out, record(found))
+    print(table(found))
+    if found.interrupted:
+        return 130
+    return 0 if found.passed else 1

@@ -1,0 +1,438 @@
+"""The scaled drift of a smoothed switch, phi(u): what every quantity is asked of."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+
+from symasym.base.errors import InputError, RegionError
+from symasym.base.inputs import FloatArray, exact, float_text, floats, is_array
+from symasym.drift import models
+from symasym.numbers.complex_balls import Disc, DiscOps
+from symasym.numbers.trees import FractionOps, NotRational, NumpyOps, SympyOps
+
+__all__ = ["Drift"]
+
+_NUMPY = NumpyOps()
+_DISCS = DiscOps(_NUMPY)
+# Rounding a million times too large leaves the range in which discs themselves are rounded,
+# and is still small enough to be linear.
+_ROUNDED = DiscOps(_NUMPY, 2.0**-33)
+
+
+class Drift:
+    """The scaled drift: a- for u <= -1, A(u) on [-1, 1], a+ for u >= 1 (eq:phi).
+
+    Parameters
+    ----------
+    A : SymPy expression or str
+        Analytic and real on [-1, 1]. In a string, decimals are exact: ``"0.4"``
+        is 2/5. Its symbols other than `u` are parameters, set with `bind`.
+    u : SymPy Symbol or str, optional
+        The scaled position. Default: the symbol named ``u``.
+    a_minus, a_plus : SymPy expression or number, optional
+        The drift outside, A(-1) and A(1) when left out. They are compared
+        exactly with A(-1) and A(1) (eq:cont).
+
+    Raises
+    ------
+    InputError
+        If A jumps at u = -1 or 1, is singular or complex on [-1, 1], or is made
+        of functions that are not analytic.
+
+    Notes
+    -----
+    All quantities are scaled: u = y/eps, and the drift is that of eq:phi.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> drift = sa.Drift("1/2 - u + b*u**3").bind(b="3/4")
+    >>> drift.region
+    'crossing'
+    >>> drift(0)
+    0.5
+    """
+
+    def __init__(self, A: Any, u: Any = None, a_minus: Any = None, a_plus: Any = None) -> None:
+        from symasym.drift import expressions
+
+        self._model: models.Model = expressions.read(A, u, a_minus, a_plus)
+        self._values: dict[str, Any] = {}
+        self._check()
+
+    @classmethod
+    def of(cls, model: models.Model, **values: Any) -> Self:
+        """A drift from one of `symasym.drift.models`, with the parameters bound that are given."""
+        drift = cls.__new__(cls)
+        drift._model, drift._values = model, {}
+        return drift.bind(**{name: value for name, value in values.items() if value is not None})
+
+    # -- parameters ------------------------------------------------------------------------
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of all parameters, bound or free."""
+        return self._model.parameters
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the parameters that have no value yet."""
+        return tuple(name for name in self.parameters if name not in self._values)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The bound parameters: Fraction, or a float64 array."""
+        return dict(self._values)
+
+    @property
+    def name(self) -> str:
+        """Name of the model, e.g. ``"friction"``."""
+        return self._model.name
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Common shape of the parameters: () unless some are arrays."""
+        return np.broadcast_shapes(*(np.shape(v) for v in self._values.values() if is_array(v)))
+
+    def shape_with(self, name: str, array: FloatArray) -> tuple[int, ...]:
+        """Common shape of the parameters and an argument; an error if they do not broadcast."""
+        try:
+            return np.broadcast_shapes(self.shape, array.shape)
+        except ValueError:
+            raise InputError(
+                f"{name} has shape {array.shape} and the drift {self.shape}, which do not "
+                "broadcast; give arrays of shapes that NumPy broadcasts."
+            ) from None
+
+    def bind(self, **values: Any) -> Self:
+        """A new drift with these parameters set.
+
+        Parameters
+        ----------
+        **values : number or array_like
+            Numbers are taken exactly (see `symasym.base.inputs.exact`); arrays become
+            float64 and broadcast together.
+
+        Raises
+        ------
+        InputError
+            For an unknown name or a value that is no finite real number, or
+            arrays whose shapes do not broadcast.
+        """
+        bound = dict(self._values)
+        for name, value in values.items():
+            if name not in self.parameters:
+                known = ", ".join(self.parameters) or "none at all"
+                raise InputError(
+                    f"{name} is no parameter of this drift; its parameters are {known}."
+                )
+            bound[name] = floats(name, value) if is_array(value) else exact(name, value)
+            self._check_range(name, bound[name])
+        drift = type(self).__new__(type(self))
+        drift._model, drift._values = self._model, bound
+        try:
+            _ = drift.shape
+        except ValueError:
+            shapes = ", ".join(f"{k} {np.shape(v)}" for k, v in bound.items() if is_array(v))
+            raise InputError(
+                f"the parameters' shapes do not broadcast ({shapes}); give arrays of one shape."
+            ) from None
+        drift._check()
+        return drift
+
+    def _check_range(self, name: str, value: Any) -> None:
+        strict = name in self._model.positive
+        if not strict and name not in self._model.not_negative:
+            return
+        lowest = exact(name, value.min()) if is_array(value) else value
+        if lowest < 0 or (strict and lowest == 0):
+            rule = "greater than 0" if strict else "at least 0"
+            raise InputError(f"{name} is {float_text(lowest)}; it must be {rule}.")
+
+    def _check(self) -> None:
+        """Refuse values at which A is not analytic on [-1, 1]."""
+        if self.free or self.shape or isinstance(self._model, models.Polynomial):
+            return
+        if isinstance(self._model, models.Expression):
+            from symasym.drift import expressions
+
+            expressions.check_regular(self._model, self._values)
+
+    def scalars(self) -> dict[str, Fraction]:
+        """The exact parameter values; an error if some are free or arrays."""
+        self.require_bound()
+        for name, value in self._values.items():
+            if is_array(value):
+                raise InputError(
+                    f"{name} is an array, which works in float64 only; "
+                    "leave dps and full out, or pass one value at a time."
+                )
+        return self._values
+
+    def require_bound(self) -> None:
+        """Raise unless every parameter has a value."""
+        if self.free:
+            names = ", ".join(self.free)
+            example = f"{self.free[0]}=…"
+            raise InputError(
+                f"the drift's parameters {names} have no value; set them with bind({example})."
+            )
+
+    # -- values ----------------------------------------------------------------------------
+
+    def evaluate(self, u: Any, ops: Any) -> Any:
+        """A(u) in the arithmetic of `ops` (see `symasym.numbers.trees`); scalar parameters only."""
+        values = {name: ops.rational(value) for name, value in self.scalars().items()}
+        return self._model.evaluate(u, values, ops)
+
+    def evaluate_values(self, u: Any, values: dict[str, Any], ops: Any) -> Any:
+        """A(u) with these parameter values, all in the arithmetic of `ops`."""
+        return self._model.evaluate(u, values, ops)
+
+    def evaluate_float(self, u: FloatArray, values: dict[str, FloatArray] | None = None) -> Any:
+        """A(u) in float64 with the parameters broadcast against `u`; no bounds are checked."""
+        if values is None:
+            values = self.float_values()
+        return self._model.evaluate(u, values, _NUMPY)
+
+    def spread(
+        self, centre: FloatArray, radius: FloatArray, values: dict[str, FloatArray] | None = None
+    ) -> Disc:
+        """What A makes of complex discs, in float64 (see `symasym.numbers.complex_balls`)."""
+        values = self.float_values() if values is None else values
+        with np.errstate(all="ignore"):
+            found = self._model.evaluate(_DISCS.disc(centre, radius), values, _DISCS)
+        # A constant becomes a disc, of the shape asked for.
+        shaped: Disc = _DISCS.disc(0.0 * centre, 0.0 * radius) + found
+        return shaped
+
+    def rounding(self, u: FloatArray, values: dict[str, FloatArray]) -> FloatArray:
+        """Bound on the error of `evaluate_float`, rounding `u` and the parameters included."""
+        with np.errstate(all="ignore"):
+            found = self._model.evaluate(_ROUNDED.disc(u, 0.0 * u), values, _ROUNDED)
+            radius = (_ROUNDED.disc(0.0 * u, 0.0 * u) + found).radius * 2.0**-20
+        result: FloatArray = np.where(np.isnan(radius), np.inf, radius)
+        return result
+
+    def float_values(self) -> dict[str, FloatArray]:
+        """The parameter values in float64."""
+        self.require_bound()
+        return {name: floats(name, value) for name, value in self._values.items()}
+
+    def coefficients(self, values: dict[str, Any], ops: Any) -> list[Any] | None:
+        """Coefficients of A in ascending powers, in the arithmetic of `values`; None if none."""
+        return self._model.coefficients(values, ops)
+
+    def exact_coefficients(self) -> list[Fraction] | None:
+        """Rational coefficients of A in ascending powers; None if A is no such polynomial."""
+        try:
+            found = self._model.coefficients(self.scalars(), FractionOps())
+        except NotRational:
+            return None
+        if found is None:
+            return None
+        result = [Fraction(c) for c in found]
+        while len(result) > 1 and result[-1] == 0:
+            result.pop()
+        return result
+
+    def exact_end(self, values: dict[str, Any], side: int) -> Any:
+        """A(side) in the arithmetic of `values` where it takes no rounding, else None."""
+        if not self.shape and not self.free:
+            return self.end(side)
+        return self._model.end(values, side)
+
+    def exact_value(self, u: Fraction) -> Fraction | None:
+        """A(u) where it is rational and every operation on the way is, else None."""
+        try:
+            return Fraction(self._model.evaluate(u, self.scalars(), FractionOps()))
+        except NotRational:
+            return None
+
+    def __call__(self, u: Any) -> Any:
+        """phi(u) in float64, a- and a+ included (eq:phi).
+
+        Parameters
+        ----------
+        u : float or array_like
+            Scaled position, broadcast with the parameters.
+        """
+        position = floats("u", u)
+        shape = self.shape_with("u", position)
+        result = np.asarray(self.evaluate_float(np.clip(position, -1.0, 1.0)), dtype=np.float64)
+        result = np.broadcast_to(result, shape)
+        return float(result) if result.ndim == 0 else result.copy()
+
+    @cached_property
+    def _exact_ends(self) -> dict[int, Any]:
+        return {}
+
+    # -- region ----------------------------------------------------------------------------
+
+    @cached_property
+    def ends(self) -> tuple[Any, Any]:
+        """(a-, a+): Fractions where rational, else floats; arrays for array parameters."""
+        self.require_bound()
+        if self.shape:
+            known = (self._model.end(self._values, side) for side in (-1, 1))
+            return tuple(  # type: ignore[return-value]
+                np.broadcast_to(
+                    self.evaluate_float(np.asarray(x)) if k is None else np.asarray(k, dtype=float),
+                    self.shape,
+                )
+                for x, k in zip((-1.0, 1.0), known, strict=True)
+            )
+        found = []
+        for side in (-1, 1):
+            value = self.end(side)
+            found.append(float(self._accurate(Fraction(side))) if value is None else value)
+        return found[0], found[1]
+
+    def end(self, side: int) -> Fraction | None:
+        """A(side), side = -1 or 1, where it is rational and known without rounding, else None."""
+        if side not in self._exact_ends:
+            known = self._model.end(self.scalars(), side)
+            self._exact_ends[side] = self.exact_value(Fraction(side)) if known is None else known
+        found: Fraction | None = self._exact_ends[side]
+        return found
+
+    def _accurate(self, u: Fraction) -> Any:
+        """A(u) to 50 digits."""
+        from symasym.base.contexts import own_context
+        from symasym.numbers.trees import MpmathOps
+
+        with own_context(60) as context:
+            ops = MpmathOps(context)
+            return self.evaluate(ops.rational(u), ops)
+
+    @property
+    def region(self) -> Any:
+        """The paper's table of section 4: ``"crossing"``, ``"sliding"`` or ``"repelling sliding"``.
+
+        An array of these where parameters are arrays. `crossing` holds for both
+        directions; the sign of a+ is the direction.
+
+        Raises
+        ------
+        RegionError
+            At a tangency, a- = 0 or a+ = 0, where the table has no entry.
+        """
+        a_minus, a_plus = self.ends
+        if not self.shape:
+            return _region(a_minus, a_plus)
+        flat = [_region(x, y) for x, y in zip(a_minus.ravel(), a_plus.ravel(), strict=True)]
+        return np.array(flat).reshape(self.shape)
+
+    # -- landscape and symbols ---------------------------------------------------------------
+
+    def expression(self) -> Any:
+        """A(u) as a SymPy expression, bound scalar parameters put in."""
+        import sympy
+
+        if "u" in self.free:
+            raise InputError(
+                f"{self!r} has a free parameter u, which is the name of the position; bind it, or "
+                "rename it."
+            )
+        values = {
+            name: sympy.Symbol(name, real=True)
+            if name in self.free or is_array(self._values[name])
+            else SympyOps().rational(self._values[name])
+            for name in self.parameters
+        }
+        if isinstance(self._model, models.Expression):
+            symbols = {
+                s: values[s.name] for s in self._model.formula.free_symbols if s.name in values
+            }
+            symbols.pop(self._model.u, None)
+            formula = self._model.formula.subs(symbols)
+            return formula.subs(self._model.u, sympy.Symbol("u", real=True))
+        return self._model.evaluate(sympy.Symbol("u", real=True), values, SympyOps())
+
+    def derivative(self, name: str) -> Drift:
+        """The derivative of A in the parameter `name` at the bound values, as a drift."""
+        import sympy
+
+        values = {**self.scalars()}
+        at = SympyOps().rational(values.pop(name))
+        slope = sympy.diff(
+            Drift.of(self._model, **values).expression(), sympy.Symbol(name, real=True)
+        )
+        return Drift(slope.subs(sympy.Symbol(name, real=True), at), sympy.Symbol("u", real=True))
+
+    def phi(self) -> Any:
+        """phi(u) as a SymPy Piecewise in the real symbol ``u`` (eq:phi)."""
+        from symasym.drift import expressions
+
+        return expressions.phi(self.expression())
+
+    def potential(self) -> Any:
+        """V(u) as a SymPy Piecewise in the real symbol ``u`` (eq:V2).
+
+        The middle piece is an unevaluated Integral where SymPy finds no closed
+        form; `potential_at` gives its numbers in any case.
+        """
+        from symasym.drift import expressions
+
+        return expressions.potential(self.expression())
+
+    def potential_at(self, u: Any) -> Any:
+        """V(u) in float64 (eq:V), with V(-1) = 0, by quadrature of the drift.
+
+        Parameters
+        ----------
+        u : float or array_like
+            Scaled position, broadcast with the parameters.
+        """
+        from symasym.drift.landscape import potential_at
+
+        return potential_at(self, floats("u", u))
+
+    def critical_points(self) -> list[Any]:
+        """Zeros of A in (-1, 1), left to right, with multiplicity and stability.
+
+        Returns
+        -------
+        list of symasym.drift.landscape.CriticalPoint
+        """
+        from symasym.drift.landscape import critical_points
+
+        return critical_points(self)
+
+    def wells(self) -> list[Any]:
+        """Local minima of V in (-1, 1), left to right, as critical points."""
+        return [point for point in self.critical_points() if point.kind == "well"]
+
+    def barriers(self) -> list[Any]:
+        """Local maxima of V in (-1, 1), left to right, as critical points."""
+        return [point for point in self.critical_points() if point.kind == "barrier"]
+
+    def __repr__(self) -> str:
+        shown = []
+        for name in self.parameters:
+            value = self._values.get(name)
+            if value is None:
+                shown.append(name)
+            elif is_array(value):
+                shown.append(f"{name}=array{value.shape}")
+            else:
+                shown.append(f"{name}={value}")
+        if isinstance(self._model, models.Expression):
+            shown.insert(0, str(self._model.formula))
+        return f"{self._model.name}({', '.join(shown)})"
+
+
+def _region(a_minus: Any, a_plus: Any) -> str:
+    for name, value in (("a-", a_minus), ("a+", a_plus)):
+        if value == 0:
+            raise RegionError(
+                f"{name} is 0, a tangency, which the paper's table of regions leaves out; "
+                "change a parameter, or ask for a quantity that needs no region."
+            )
+    if (a_minus > 0) == (a_plus > 0):
+        return "crossing"
+    return "sliding" if a_minus > 0 else "repelling sliding"

@@ -1,0 +1,188 @@
+"""Reading a drift given as a SymPy expression, and writing phi and V as SymPy ones."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from itertools import count
+from typing import Any
+
+import sympy
+
+from symasym.base.contexts import own_context
+from symasym.base.errors import InputError
+from symasym.base.inputs import exact
+from symasym.drift import models
+from symasym.numbers.complex_balls import DiscOps
+from symasym.numbers.trees import MpmathOps, evaluate_tree
+
+#: Letters that SymPy would read as its own functions and sets.
+_OUR_NAMES = {n: sympy.Symbol(n) for n in ("S", "N", "C", "O", "Q", "E1", "beta", "gamma", "zeta")}
+_DEEPEST = 120
+_OVERLAP = Fraction(9, 16)  # half would let neighbouring discs touch only
+
+
+def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
+    """The model of the drift A(u), its ends checked against a- and a+ (eq:cont)."""
+    formula = parse("A", A)
+    symbol = _symbol(formula, u)
+    for name, given, end in (("a-", a_minus, -1), ("a+", a_plus, 1)):
+        if given is None:
+            continue
+        outside, inside = parse(name, given), formula.subs(symbol, end)
+        if sympy.simplify(inside - outside) != 0:
+            raise InputError(
+                f"A jumps at u = {end}: A({end}) is {inside} but {name} is {outside}; "
+                "make them equal (give decimals as strings to keep them exact)."
+            )
+    _check_functions(formula, symbol)
+    return models.Expression(formula, symbol)
+
+
+def parse(name: str, given: Any, names: dict[str, Any] = _OUR_NAMES) -> Any:
+    """A SymPy expression from what a caller wrote, floats and decimals exact.
+
+    Parameters
+    ----------
+    name : str
+        How messages call the argument.
+    given : SymPy expression, number or str
+    names : dict
+        What these names mean in a string.
+    """
+    if isinstance(given, str):
+        expression = _parse_text(name, given, names)
+    elif isinstance(given, Fraction):
+        expression = _rational(given)
+    else:
+        try:
+            expression = sympy.sympify(given, strict=True)
+        except (sympy.SympifyError, TypeError):
+            expression = None
+    # Lists, truth values and relations are read by SymPy, too.
+    if not isinstance(expression, sympy.Expr):
+        raise InputError(f"{name} is {given!r}; give a SymPy expression, a number or a string.")
+    return exactly(expression)
+
+
+def _parse_text(name: str, given: str, names: dict[str, Any]) -> Any:
+    from sympy.parsing.sympy_parser import parse_expr, rationalize, standard_transformations
+
+    if re.search(r"[eE][+-]?\d{6}", given):
+        raise InputError(f"{name} is {given!r}, whose exponent is too long; rescale the problem.")
+    try:
+        return parse_expr(
+            given, local_dict=dict(names), transformations=(*standard_transformations, rationalize)
+        )
+    except Exception as error:  # SymPy's parser raises whatever Python's tokenizer does
+        raise InputError(
+            f"{name} is {given!r}, which SymPy cannot read ({type(error).__name__}); "
+            "write it like 1/2 - u + 3*u**3."
+        ) from None
+
+
+def exactly(expression: Any) -> Any:
+    """Every float replaced by its exact binary value."""
+    floats = {f: _rational(exact("A", f)) for f in expression.atoms(sympy.Float)}
+    return expression.xreplace(floats)
+
+
+def _rational(value: Fraction) -> Any:
+    return sympy.Rational(value.numerator, value.denominator)
+
+
+def _symbol(formula: Any, u: Any) -> Any:
+    if u is not None:
+        symbol = sympy.Symbol(u) if isinstance(u, str) and u.isidentifier() else u
+        if not isinstance(symbol, sympy.Symbol):
+            raise InputError(f"u is {u!r}; give the SymPy Symbol or the name of A's variable.")
+        return symbol
+    named = [s for s in formula.free_symbols if s.name == "u"]
+    if named:
+        return named[0]
+    if len(formula.free_symbols) == 1:
+        raise InputError(
+            f"A = {formula} has no symbol u; name its variable, as in "
+            f"Drift(A, {next(iter(formula.free_symbols))})."
+        )
+    return sympy.Symbol("u")
+
+
+def _check_functions(formula: Any, symbol: Any) -> None:
+    """Refuse what is not analytic, before anything is evaluated."""
+
+    class Dry:
+        def rational(self, value: Fraction) -> int:
+            return 1
+
+        def pi(self) -> int:
+            return 1
+
+        def power(self, base: Any, exponent: Fraction) -> int:
+            return 1
+
+        def __getattr__(self, name: str) -> Any:
+            return lambda x: 1
+
+    evaluate_tree(formula, dict.fromkeys(formula.free_symbols | {symbol}, 1), Dry())
+
+
+def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None:
+    """Refuse an A that is singular or complex on [-1, 1], by its range over complex discs.
+
+    A disc on which the range stays unbounded however small it is made holds a
+    singularity (or one that cancels, which the formula should be freed of).
+    """
+    with own_context(60) as context:  # for centres on discs of width 2^-120
+        ops = DiscOps(MpmathOps(context))
+        numbers = {name: ops.rational(value) for name, value in values.items()}
+
+        def regular(lo: Fraction, hi: Fraction) -> bool:
+            # Discs overlap, so that together they cover a neighbourhood of [-1, 1].
+            disc = ops.disc(ops.rational((lo + hi) / 2), ops.rational((hi - lo) * _OVERLAP))
+            try:
+                return bool((model.evaluate(disc, numbers, ops) + 0 * disc).radius < context.inf)
+            except (ArithmeticError, ValueError, TypeError):  # at the centre itself
+                return False
+
+        pending = [(Fraction(-1), Fraction(1), 0)]
+        while pending:
+            lo, hi, depth = pending.pop()
+            if regular(lo, hi):
+                continue
+            if depth == _DEEPEST or (depth > 6 and len(pending) > 400):
+                raise InputError(
+                    f"A = {model.formula} is singular or complex near u = {float(lo):.6g}; "
+                    "give an A that is real and smooth on [-1, 1]."
+                )
+            middle = (lo + hi) / 2
+            pending += [(middle, hi, depth + 1), (lo, middle, depth + 1)]
+
+
+def phi(A: Any) -> Any:
+    """phi as a Piecewise in the real symbol u (eq:phi)."""
+    u = sympy.Symbol("u", real=True)
+    return sympy.Piecewise((A.subs(u, -1), u <= -1), (A, u < 1), (A.subs(u, 1), True))
+
+
+def potential(A: Any) -> Any:
+    """V as a Piecewise in the real symbol u (eq:V2)."""
+    u = sympy.Symbol("u", real=True)
+    taken = {s.name for s in A.free_symbols}
+    # No parameter's name.
+    name = next(name for name in (k * "v" for k in count(1)) if name not in taken)
+    v = sympy.Symbol(name, real=True)
+    inside = _integral(A.subs(u, v), v, u)
+    top = _integral(A.subs(u, v), v, sympy.Integer(1))
+    return sympy.Piecewise(
+        (-A.subs(u, -1) * (u + 1), u <= -1),
+        (-inside, u < 1),
+        (-top - A.subs(u, 1) * (u - 1), True),
+    )
+
+
+def _integral(A: Any, v: Any, upper: Any) -> Any:
+    antiderivative = sympy.integrate(A, v)
+    if antiderivative.has(sympy.Integral, sympy.Piecewise):
+        return sympy.Integral(A, (v, -1, upper))
+    return sympy.expand(antiderivative.subs(v, upper) - antiderivative.subs(v, -1))

@@ -1,0 +1,356 @@
+"""The drift as the float64 engine sees it: many scenes at once, each seen from the left.
+
+The engine only sweeps left to right; a sweep from the right is a sweep of the
+mirrored drift -A(-u). Both fields below therefore hold each scene with a sign.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from symasym.base.contexts import own_context
+from symasym.base.inputs import FloatArray
+from symasym.drift.drift import Drift
+from symasym.numbers.complex_balls import Disc, tame
+from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
+
+if TYPE_CHECKING:
+    from symasym.numbers.truncated_series import JetOps
+
+#: Where the size of A is first looked at.
+_GRID = np.cos(np.pi * np.arange(33) / 32)
+
+#: Jets are taken in units of no less than about 2^-60: their coefficients must fit float64.
+_FINEST = 50
+
+IntArray = np.ndarray[Any, np.dtype[np.intp]]
+
+
+class Field(Protocol):
+    """Drift of `len(sign)` scenes; `sign` is -1 for the mirrored ones."""
+
+    sign: FloatArray
+    a_minus: FloatArray
+    a_plus: FloatArray
+
+    def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        """Drift at the points `u`, one row per entry of `scene`."""
+        ...
+
+    def series(self, scene: IntArray) -> FloatArray | None:
+        """Coefficients in ascending powers of u, one row each, where A is a polynomial."""
+        ...
+
+    def size(self) -> FloatArray:
+        """A bound on |A| that rounding errors of `phi` are relative to, per scene."""
+        ...
+
+    def zeros(self, scene: IntArray) -> FloatArray:
+        """Real parts of the zeros of A that matter inside [-1, 1]; rows padded with nan."""
+        ...
+
+    def turning(self, scene: IntArray) -> FloatArray:
+        """Real parts of the zeros of A'; rows padded with nan."""
+        ...
+
+    def saw(self, scene: IntArray, size: FloatArray) -> None:
+        """Take note that |A| reaches `size`."""
+        ...
+
+    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> Disc | None:
+        """What A makes of complex discs, one per entry; None where A is a polynomial."""
+        ...
+
+    def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        """Bound on the rounding errors of `phi`, where A is no polynomial."""
+        ...
+
+    def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Taylor coefficients at `centre`, each right to about 1e-32 of `size`, and
+        the distance up to which their polynomial is right to rounding."""
+        ...
+
+
+def field_of(drift: Drift, values: dict[str, Any], count: int) -> Field:
+    """The field of `drift` for `count` scenes and their mirror images."""
+    pairs = {name: _double_double(value, count) for name, value in values.items()}
+    coefficients = drift.coefficients(pairs, DoubleDoubleOps())
+    if coefficients is None or len(coefficients) > 13:
+        return AnalyticField(drift, pairs, count)
+    shaped = [DoubleDouble.of(c).broadcast_to((count,)) for c in coefficients]
+    return PolynomialField(shaped)
+
+
+def _double_double(value: Any, count: int) -> DoubleDouble:
+    return DoubleDouble.of(value).broadcast_to((count,))
+
+
+def extremes(field: Field, scene: IntArray) -> FloatArray:
+    """Zeros of A' and then some inside [-1, 1], sorted, one row per entry of `scene`.
+
+    Between neighbours, and the ends, A is monotone. Rows are padded with 1.
+    """
+    found: FloatArray = np.clip(np.nan_to_num(field.turning(scene), nan=1.0), -1.0, 1.0)
+    return np.sort(found, axis=1)
+
+
+class PolynomialField:
+    """A is a polynomial of modest degree."""
+
+    def __init__(self, coefficients: list[DoubleDouble]) -> None:
+        def both(k: int, c: DoubleDouble) -> DoubleDouble:
+            mirrored = c if k % 2 else -c
+            return DoubleDouble(
+                np.concatenate((c.hi, mirrored.hi)), np.concatenate((c.lo, mirrored.lo))
+            )
+
+        count = len(coefficients[0].hi)
+        self.sign = np.repeat((1.0, -1.0), count)
+        self._pairs = [both(k, c) for k, c in enumerate(coefficients)]
+        self._c = np.array([c.hi + c.lo for c in self._pairs])
+        ends = np.repeat((-1.0, 1.0), 2 * count)
+        doubled = [DoubleDouble(np.tile(c.hi, 2), np.tile(c.lo, 2)) for c in self._pairs]
+        self.a_minus, self.a_plus = shift(doubled, ends)[0].reshape(2, -1)
+
+    def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        c = self._c[:, scene]
+        total = np.broadcast_to(c[-1][:, None], u.shape)
+        for coefficient in c[-2::-1]:
+            total = total * u + coefficient[:, None]
+        return total
+
+    def series(self, scene: IntArray) -> FloatArray:
+        result: FloatArray = self._c[:, scene]
+        return result
+
+    def size(self) -> FloatArray:
+        result: FloatArray = np.abs(self._c).sum(axis=0)
+        return result
+
+    def saw(self, scene: IntArray, size: FloatArray) -> None:
+        pass  # the coefficients say it all
+
+    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> None:
+        return None
+
+    def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        return np.zeros_like(u)  # what `size` says counts for all panels
+
+    def zeros(self, scene: IntArray) -> FloatArray:
+        return _zeros_of(self._c[:, scene].T)
+
+    def turning(self, scene: IntArray) -> FloatArray:
+        k = np.arange(1, len(self._c))
+        return _zeros_of(k * self._c[1:, scene].T) if k.size else np.full((len(scene), 1), np.nan)
+
+    def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
+        local = shift([c[scene] for c in self._pairs], centre)
+        return np.array(local).T, np.full(len(scene), np.inf)
+
+
+def _zeros_of(c: FloatArray) -> FloatArray:
+    """Real parts of the zeros of polynomials, ascending powers in rows; padded with nan."""
+    degree = c.shape[1] - 1
+    found = np.full((len(c), max(degree, 1)), np.nan)
+    scale = np.abs(c).max(axis=1, keepdims=True)
+    c = c / np.where(scale == 0, 1.0, scale)
+    # A leading coefficient below rounding sends its zero far outside [-1, 1].
+    effective = np.where(np.abs(c) > 1e-300, np.arange(degree + 1), 0).max(axis=1)
+    for d in range(1, degree + 1):
+        rows = np.flatnonzero(effective == d)
+        if rows.size:
+            found[rows, :d] = _polished(c[rows, : d + 1])
+    return found
+
+
+def _polished(c: FloatArray) -> FloatArray:
+    """Real parts of the zeros of the rows of `c`, ascending powers, last entry not zero."""
+    rows, d = c.shape[0], c.shape[1] - 1
+    companion = np.zeros((rows, d, d))
+    companion[:, np.arange(1, d), np.arange(d - 1)] = 1.0
+    with np.errstate(over="ignore"):
+        companion[:, :, -1] = np.clip(-c[:, :-1] / c[:, -1:], -1e150, 1e150)
+    roots = np.linalg.eigvals(companion)
+    for _ in range(3):
+        value = np.zeros_like(roots)
+        slope = np.zeros_like(roots)
+        for k in range(d, -1, -1):
+            slope = slope * roots + value
+            value = value * roots + c[:, k : k + 1]
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            step = value / slope
+        good = np.isfinite(step) & (np.abs(step) < 1e-3 * (1 + np.abs(roots)))
+        roots = roots - np.where(good, step, 0.0)
+    return np.real(roots)
+
+
+class AnalyticField:
+    """A is any analytic function; a stiff scene pays for a few Taylor jets at 40 digits."""
+
+    ORDER = 16
+
+    def __init__(self, drift: Drift, pairs: dict[str, DoubleDouble], count: int) -> None:
+        self._drift = drift
+        self._pairs = pairs
+        self._values = {name: np.tile(p.hi, 2) for name, p in pairs.items()}
+        self._count = count
+        self.sign = np.repeat((1.0, -1.0), count)
+        everyone = np.arange(2 * count)
+        ends = self.phi(everyone, np.tile((-1.0, 1.0), (2 * count, 1)))
+        self.a_minus, self.a_plus = ends.T.copy()
+        sampled = self.phi(everyone, np.tile(_GRID, (2 * count, 1)))
+        self._size: FloatArray = np.abs(sampled).max(axis=1)
+        # Outside [-1, 1] an error in the drift is multiplied by lam r: an ulp of the largest
+        # number on the way to it, the argument of a sine for instance, would be too much.
+        for side, mine, mirrored in (
+            (-1, self.a_minus, self.a_plus),
+            (1, self.a_plus, self.a_minus),
+        ):
+            end = DoubleDouble.of(self._end(side)).broadcast_to((count,)).hi
+            mine[:count], mirrored[count:] = end, -end
+
+    def _end(self, side: int) -> Any:
+        if not self._drift.shape and not self._drift.free:
+            return self._drift.ends[side > 0]
+        known = self._drift.exact_end(self._pairs, side)
+        if known is not None:
+            return known
+        one = DoubleDouble.of(np.full(self._count, float(side)))
+        return self._drift.evaluate_values(one, self._pairs, DoubleDoubleOps())
+
+    def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        sign = self.sign[scene][:, None]
+        values = {name: value[scene][:, None] for name, value in self._values.items()}
+        with np.errstate(all="ignore"):
+            raw = self._drift.evaluate_float(u * sign, values)
+        result: FloatArray = sign * np.broadcast_to(raw, u.shape)
+        return result
+
+    def _phi_of_one(self, scene: list[int], u: FloatArray) -> FloatArray:
+        result: FloatArray = self.phi(np.array(scene), u[None, :])[0]
+        return result
+
+    def _spread_of_one(self, scene: int, centre: FloatArray, radius: FloatArray) -> Disc:
+        return self.spread(np.full(len(centre), scene), centre, radius)
+
+    def series(self, scene: IntArray) -> None:
+        return None
+
+    def size(self) -> FloatArray:
+        return self._size
+
+    def saw(self, scene: IntArray, size: FloatArray) -> None:
+        np.maximum.at(self._size, scene, size)
+
+    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> Disc:
+        sign = self.sign[scene]
+        values = {name: value[scene] for name, value in self._values.items()}
+        found: Disc = sign * self._drift.spread(sign * centre, radius, values)
+        return found
+
+    def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        values = {name: value[scene][:, None] for name, value in self._values.items()}
+        return self._drift.rounding(self.sign[scene][:, None] * u, values)
+
+    def zeros(self, scene: IntArray) -> FloatArray:
+        from symasym.drift.landscape import float_marks
+
+        rows = [
+            float_marks(partial(self._phi_of_one, [s]), partial(self._spread_of_one, s))
+            for s in scene
+        ]
+        width = max([len(row) for row in rows] + [1])
+        return np.array(
+            [np.pad(row, (0, width - len(row)), constant_values=np.nan) for row in rows]
+        )
+
+    def turning(self, scene: IntArray) -> FloatArray:
+        # The marks hold the extremes; zeros among them do no harm to monotone pieces.
+        return self.zeros(scene)
+
+    def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
+        from symasym.numbers.truncated_series import JetOps
+
+        rows, radii = [], []
+        with own_context(45) as context:
+            ops = JetOps(self.ORDER, context)
+            for s, c in zip(scene, centre, strict=True):
+                row = self._taylor_of_one(int(s), float(c), ops)
+                rows.append(row)
+                radii.append(_trust(row))
+        return np.array(rows), self._tamed(scene, centre, np.array(rows), np.array(radii))
+
+    def _taylor_of_one(self, scene: int, centre: float, ops: JetOps) -> FloatArray:
+        """Taylor coefficients, from a jet in units of 2^-shift.
+
+        A jet's digits are relative to its largest coefficient, so beside a narrow feature
+        the unit shrinks until that is not one of the last.
+        """
+        from symasym.numbers.truncated_series import Jet
+
+        sign = int(self.sign[scene])
+        values = {
+            n: ops.rational(self._exact_value(p, scene % self._count))
+            for n, p in self._pairs.items()
+        }
+        last = range(self.ORDER - 4, self.ORDER)
+        shift = 0
+        while True:
+            point = ops.variable(Fraction(sign * centre), Fraction(sign, 1 << shift))
+            jet = self._drift.evaluate_values(point, values, ops)
+            scaled = Jet.coefficients_of(jet, ops)
+            lead = ops.context.mag(max(self._size[scene], abs(scaled[0])))
+            # What is lost can swamp the first coefficients, never the last ones.
+            rate = max(
+                [(ops.context.mag(scaled[k]) - lead) / k for k in last if scaled[k]], default=0.0
+            )
+            if not 3 < rate < np.inf or shift > _FINEST:
+                break
+            shift += math.ceil(rate)
+        return sign * np.array(
+            [float(ops.context.ldexp(x, k * shift)) for k, x in enumerate(scaled)]
+        )
+
+    def _tamed(
+        self, scene: IntArray, centre: FloatArray, rows: FloatArray, radii: FloatArray
+    ) -> FloatArray:
+        """`radii`, halved until A has nothing within twice of them that the rows do not see."""
+        active = np.isfinite(radii) & (radii > 0)
+        radii = np.minimum(radii, 2.0)
+        while active.any():
+            change = self.spread(scene, centre, 2 * radii).radius
+            size = (np.abs(rows) * radii[:, None] ** np.arange(rows.shape[1])).sum(axis=1)
+            active &= ~tame(change, size) & (radii > 1e-14)
+            radii = np.where(active, radii / 2, radii)
+        return radii
+
+    @staticmethod
+    def _exact_value(pair: DoubleDouble, index: int) -> Fraction:
+        return Fraction(float(pair.hi[index])) + Fraction(float(pair.lo[index]))
+
+
+def _trust(row: FloatArray) -> float:
+    """Distance up to which the truncated Taylor polynomial is right to rounding.
+
+    The first coefficients may vanish by design (a critical point), so the error
+    is held against the larger of the first terms at that distance.
+    """
+    k = np.arange(8, len(row))
+    # Any one of the last coefficients may vanish by chance: what counts is their envelope.
+    rate = float(np.max(np.abs(row[k]) ** (1 / k)))
+    if rate == 0:
+        return np.inf
+    t = 0.1 / rate
+    for _ in range(60):
+        lead = np.max(np.abs(row[:4] * t ** np.arange(4)))
+        if lead > 0:
+            envelope = np.max((np.abs(row[k]) * t**k / lead) ** (1 / k))
+            if envelope ** len(row) < 1e-18:
+                return float(t)
+        t /= 2
+    return 0.0

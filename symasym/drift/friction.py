@@ -1,0 +1,117 @@
+"""The dry-friction oscillator's drift and what is special about it (section 6 of the paper)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from symasym.base.errors import InputError
+from symasym.base.inputs import is_array
+from symasym.drift import models
+from symasym.drift.drift import Drift
+from symasym.generated import numpy_formulas as formulas
+
+__all__ = ["Friction", "Folds", "friction"]
+
+
+@dataclass(frozen=True)
+class Folds:
+    """Where two critical points coalesce: u[0] at z0[0] (+) and u[1] at z0[1] (-)."""
+
+    u: tuple[Any, Any]
+    z0: tuple[Any, Any]
+
+
+class Friction(Drift):
+    """`Drift` of the friction oscillator, with its folds and breakaway force."""
+
+    def _mu_alpha(self) -> tuple[Any, Any]:
+        missing = [name for name in ("mu", "alpha") if name in self.free]
+        if missing:
+            raise InputError(f"{missing[0]} has no value; set it with bind({missing[0]}=…).")
+        return tuple(  # type: ignore[return-value]
+            self._values[n] if is_array(self._values[n]) else np.float64(self._values[n])
+            for n in ("mu", "alpha")
+        )
+
+    def turning_points(self) -> Any:
+        """u > 0 at which the friction force turns, sqrt((1+mu)/(3 mu)); nan where mu <= 1/2.
+
+        The force also turns at -u. In float64; multiply by eps for the physical y_s.
+
+        Examples
+        --------
+        >>> import symasym as sa
+        >>> sa.friction(mu=3, alpha=1).turning_points()
+        0.6666666666666666
+        """
+        mu, _ = self._mu_alpha()
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return _plain(np.where(mu > 0.5, formulas.friction_turning_point(mu), np.nan))
+
+    def folds(self) -> Folds:
+        """The fold points u^(±) and z0^(±); nan where mu <= 1/2 (no turning point inside).
+
+        Examples
+        --------
+        >>> import symasym as sa
+        >>> sa.friction(mu=3, alpha=1).folds().z0[0]
+        -0.7777777777777777
+        """
+        u = self.turning_points()
+        mu, alpha = self._mu_alpha()
+        with np.errstate(divide="ignore", invalid="ignore"):
+            z0 = [np.where(np.isnan(u), np.nan, z) for z in formulas.friction_folds(mu, alpha)]
+        return Folds((_plain(u), _plain(-np.asarray(u))), (_plain(z0[0]), _plain(z0[1])))
+
+    def beta(self) -> Any:
+        """The breakaway force: the largest friction force inside the layer (float64).
+
+        ``alpha`` times 2 (1+mu)^(3/2) / (3 sqrt(3 mu)) for mu > 1/2, else ``alpha``.
+
+        Examples
+        --------
+        >>> import symasym as sa
+        >>> sa.friction(mu=3, alpha=1).beta()
+        1.7777777777777777
+        """
+        mu, alpha = self._mu_alpha()
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return _plain(np.where(mu > 0.5, formulas.friction_breakaway(mu, alpha), alpha))
+
+
+def friction(mu: Any = None, alpha: Any = None, z0: Any = None) -> Friction:
+    """The friction oscillator's drift, 1 - z0 - alpha (u + mu (u - u^3)) (eq:phifric0).
+
+    Parameters
+    ----------
+    mu : number or array_like, optional
+        Shape of the friction force, at least 0; above 1/2 it overshoots.
+    alpha : number or array_like, optional
+        Friction strength, greater than 0.
+    z0 : number or array_like, optional
+        Spring extension at the start. What is left out stays free.
+
+    Returns
+    -------
+    Friction
+
+    Raises
+    ------
+    InputError
+        If mu < 0 or alpha <= 0.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> sa.friction(mu=3, alpha=1, z0="-0.4").region
+    'crossing'
+    """
+    return Friction.of(models.Friction(), mu=mu, alpha=alpha, z0=z0)
+
+
+def _plain(value: Any) -> Any:
+    array = np.asarray(value)
+    return float(array) if array.ndim == 0 else array

@@ -1,0 +1,297 @@
+"""The shape of the potential: critical points, wells and barriers, and values of V."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symasym.base.contexts import own_context
+from symasym.base.errors import AccuracyError
+from symasym.base.inputs import FloatArray
+from symasym.generated.numpy_formulas import potential_left, potential_right
+from symasym.numbers.complex_balls import Disc, tame
+
+if TYPE_CHECKING:
+    from symasym.drift.drift import Drift
+
+_DIGITS = 60
+_NARROWEST = 1e-12
+
+
+@dataclass(frozen=True)
+class CriticalPoint:
+    """A zero of A inside (-1, 1).
+
+    Attributes
+    ----------
+    u : mpf
+        Where, right to 50 digits.
+    multiplicity : int
+        Order of the zero.
+    kind : str
+        ``"well"`` (stable: V has a minimum), ``"barrier"`` (unstable) or
+        ``"inflection"`` (A keeps its sign: a fold point, for multiplicity 2).
+    """
+
+    u: Any
+    multiplicity: int
+    kind: str
+
+    @property
+    def stable(self) -> bool:
+        """True for a well."""
+        return self.kind == "well"
+
+
+def critical_points(drift: Drift) -> list[CriticalPoint]:
+    """Zeros of A in (-1, 1), left to right; exact for polynomials, else to 50 digits.
+
+    Raises
+    ------
+    AccuracyError
+        If A vanishes identically, or to 50 digits at an extreme that cannot be
+        told from a tangency.
+    """
+    drift.scalars()
+    coefficients = drift.exact_coefficients()
+    if coefficients is not None:
+        return _of_polynomial(coefficients)
+    return _of_analytic(drift)
+
+
+def _of_polynomial(coefficients: list[Fraction]) -> list[CriticalPoint]:
+    import sympy
+
+    if not any(coefficients):
+        raise AccuracyError("A is 0 on all of [-1, 1], so every point is critical; change A.")
+    u = sympy.Symbol("u")
+    rationals = [sympy.Rational(c.numerator, c.denominator) for c in coefficients[::-1]]
+    poly = sympy.Poly(rationals, u)
+    if poly.degree() < 1:
+        return []
+    found = []
+    for factor, multiplicity in poly.factor_list()[1]:
+        for root in factor.real_roots():
+            if -1 < root < 1:
+                # A changes sign by the sign of its first derivative that does not vanish.
+                slope = poly
+                for _ in range(multiplicity):
+                    slope = slope.diff(u)
+                found.append((root, multiplicity, bool(slope.eval(root).evalf(20, maxn=4000) > 0)))
+    found.sort(key=lambda item: item[0].evalf(_DIGITS))
+    return [
+        CriticalPoint(_mpf(root), multiplicity, _kind(multiplicity, rising))
+        for root, multiplicity, rising in found
+    ]
+
+
+def _mpf(value: Any) -> Any:
+    import mpmath
+    import sympy
+
+    # SymPy's evalf leaves an exact 0 as an integer; Float does not.
+    return mpmath.mp.make_mpf(sympy.Float(value.evalf(_DIGITS), _DIGITS)._mpf_)
+
+
+def _kind(multiplicity: int, rising: bool) -> str:
+    if multiplicity % 2 == 0:
+        return "inflection"
+    return "barrier" if rising else "well"
+
+
+def _of_analytic(drift: Drift) -> list[CriticalPoint]:
+    import mpmath
+
+    from symasym.numbers.truncated_series import Jet, JetOps
+
+    order = 8
+    with own_context(_DIGITS + 20) as context:
+
+        def taylor(u: Any, count: int = 3) -> list[Any]:
+            # A jet's digits are relative to its largest coefficient, so no more than needed.
+            ops = JetOps(count, context)
+            point = ops.variable(u)
+            return Jet.coefficients_of(drift.evaluate(point, ops), ops)
+
+        scale = max(abs(taylor(context.mpf(k) / 8)[0]) for k in range(-8, 9))
+        if scale == 0:
+            raise AccuracyError("A is 0 on all of [-1, 1], so every point is critical; change A.")
+        marks = float_marks(drift.evaluate_float, drift.spread)
+        # Between neighbouring extremes A is monotone, so a change of sign is one simple zero.
+        turning = [_newton(lambda x: taylor(x)[1:3], context.mpf(x), context) for x in marks]
+        inside = sorted(x for x in turning if x is not None and -1 < x < 1)
+        edges = [context.mpf(-1), *_distinct(inside, context), context.mpf(1)]
+        found: list[CriticalPoint] = []
+        values = [taylor(x)[0] for x in edges]
+        small = scale * context.mpf(10) ** (-_DIGITS)
+        for k in range(1, len(edges)):
+            low, high = values[k - 1], values[k]
+            if abs(low) > small and abs(high) > small and low * high < 0:
+                root = bracketed_zero(lambda x: taylor(x)[:2], edges[k - 1], edges[k], context)
+                found.append(CriticalPoint(mpmath.mp.make_mpf(root._mpf_), 1, _kind(1, high > 0)))
+            if k < len(edges) - 1 and abs(high) <= small:
+                jet = taylor(edges[k], order)
+                multiplicity = next(
+                    (m for m in range(1, order) if abs(jet[m]) > scale * context.mpf(10) ** (-20)),
+                    0,
+                )
+                if not multiplicity:
+                    raise AccuracyError(
+                        f"A vanishes to high order near u = {float(edges[k]):.6g}; "
+                        "give A as a polynomial to resolve it."
+                    )
+                found.append(
+                    CriticalPoint(
+                        mpmath.mp.make_mpf(edges[k]._mpf_),
+                        multiplicity,
+                        _kind(multiplicity, jet[multiplicity] > 0),
+                    )
+                )
+        return found
+
+
+def _distinct(points: list[Any], context: Any) -> list[Any]:
+    kept: list[Any] = []
+    for x in points:
+        # A zero of high order is found by Newton to a fraction of the digits only.
+        if not kept or x - kept[-1] > context.mpf(10) ** -14:
+            kept.append(x)
+    return kept
+
+
+def _newton(pair: Callable[[Any], list[Any]], x: Any, context: Any) -> Any | None:
+    """A zero of f near x, where pair gives [f, f'/1] (Taylor coefficients, f'' doubled)."""
+    for _ in range(60):
+        # Coefficients c1, c2 of A: A' = c1, A'' = 2 c2.
+        value, half_slope = pair(x)
+        if half_slope == 0:
+            return x if value == 0 else None
+        step = value / (2 * half_slope)
+        if abs(step) > 0.5:
+            return None
+        x -= step
+        if abs(step) < context.mpf(10) ** (-_DIGITS - 5):
+            break
+    return x
+
+
+def bracketed_zero(pair: Callable[[Any], Sequence[Any]], lo: Any, hi: Any, context: Any) -> Any:
+    """The zero between mpf lo and hi by Newton kept inside a shrinking bracket.
+
+    `pair` gives the value and the slope, of opposite signs at lo and hi.
+    """
+    low_sign = pair(lo)[0] > 0
+    x = (lo + hi) / 2
+    # Newton's next step is the square of one this small: beyond the digits.
+    enough = context.ldexp(1, -4 * context.prec // 5)
+    for _ in range(400):
+        value, slope = pair(x)
+        if value == 0:
+            return x
+        if (value > 0) == low_sign:
+            lo = x
+        else:
+            hi = x
+        step = value / slope if slope else context.inf
+        new = x - step
+        # Before the bracket, whose ends are a unit of rounding apart when Newton has come so far.
+        if abs(step) < enough:
+            return min(max(new, lo), hi)
+        if not lo < new < hi:
+            new = (lo + hi) / 2
+        if abs(new - x) < enough:
+            return new
+        x = new
+    return x
+
+
+def float_marks(
+    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], Disc]
+) -> list[float]:
+    """Zeros and extremes of a smooth function on [-1, 1], in float64, by Chebyshev proxies.
+
+    Parameters
+    ----------
+    function : callable
+        Takes and returns a float64 array.
+    spread : callable
+        What the function makes of discs, given their centres and radii.
+    """
+    marks: list[float] = []
+    for lo, hi, series in _proxies(function, spread):
+        for poly in (series, np.polynomial.chebyshev.chebder(series)):
+            if len(poly) < 2:
+                continue
+            roots = np.polynomial.chebyshev.chebroots(poly)
+            good = roots[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) <= 1 + 1e-9)].real
+            marks += list((lo + hi) / 2 + (hi - lo) / 2 * good)
+    return sorted(float(np.clip(x, -1, 1)) for x in marks)
+
+
+def _proxies(
+    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], Disc]
+) -> list[tuple[float, float, FloatArray]]:
+    """Pieces of [-1, 1] with Chebyshev coefficients that have died out, down to rounding."""
+    degree = 32
+    nodes = np.cos(np.pi * np.arange(degree + 1) / degree)
+    pending = [(-1.0, 1.0)]
+    done: list[tuple[float, float, Any]] = []
+    while pending:
+        lo, hi = pending.pop()
+        with np.errstate(all="ignore"):
+            x = (lo + hi) / 2 + (hi - lo) / 2 * nodes
+            values = np.broadcast_to(np.asarray(function(x), dtype=np.float64), x.shape)
+        if not np.isfinite(values).all():
+            raise AccuracyError(
+                f"A is not finite between u = {lo:.6g} and {hi:.6g}; "
+                "give an A that is real and smooth on [-1, 1]."
+            )
+        series = np.polynomial.chebyshev.chebfit(nodes, values, degree)
+        change = spread(np.array([(lo + hi) / 2]), np.array([hi - lo])).radius[0]
+        # Rounding of x is multiplied by the slope, which is at most change/radius.
+        noise = 1e-14 * np.abs(series).max() + 4e-16 * change / (hi - lo)
+        settled = np.abs(series[-3:]).max() <= 1e-12 * np.abs(series).max() + noise
+        if (settled and tame(change, np.abs(values).max())) or hi - lo < _NARROWEST:
+            done.append((lo, hi, np.polynomial.chebyshev.chebtrim(series, min(noise, 1.0))))
+        else:
+            pending += [(lo, (lo + hi) / 2), ((lo + hi) / 2, hi)]
+    return done
+
+
+def _minus_integral(
+    drift: Drift, inside: FloatArray, values: dict[str, Any], panels: int
+) -> FloatArray:
+    """-int A from -1 to `inside` on so many Gauss-Legendre panels."""
+    x, w = np.polynomial.legendre.leggauss(12)
+    total: FloatArray = np.zeros(inside.shape)
+    half = (inside + 1) / panels / 2
+    for k in range(panels):
+        for node, weight in zip(x, w, strict=True):
+            u = -1 + half * (2 * k + 1 + node)
+            total = total - weight * half * drift.evaluate_float(u, values)
+    return total
+
+
+def potential_at(drift: Drift, u: FloatArray) -> Any:
+    """V in float64 with V(-1) = 0, by Gauss-Legendre on panels short enough for any A."""
+    values = drift.float_values()
+    shape = drift.shape_with("u", u)
+    position = np.broadcast_to(u, shape)
+    inside = np.clip(position, -1.0, 1.0)
+    total, panels = _minus_integral(drift, inside, values, 32), 32
+    while panels < 8192:
+        panels *= 4
+        finer = _minus_integral(drift, inside, values, panels)
+        settled = np.abs(finer - total).max() <= 1e-13 * (np.abs(finer).max() + 1e-300)
+        total = finer
+        if settled:
+            break
+    a_minus = drift.evaluate_float(np.asarray(-1.0), values)
+    a_plus = drift.evaluate_float(np.asarray(1.0), values)
+    total = total + potential_left(np.minimum(position, -1.0), a_minus)
+    total = potential_right(np.maximum(position, 1.0), a_plus, total)
+    return float(total) if total.ndim == 0 else total

@@ -1,0 +1,207 @@
+"""The formulas of the ready-made drifts, and of one given as a SymPy expression.
+
+A model knows the names of its parameters and evaluates A(u) in any
+arithmetic; it holds no parameter values. Where A is a polynomial in u it also
+gives its coefficients, which is what makes the fast engines fast.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, ClassVar
+
+from symasym.base.errors import InputError
+from symasym.base.inputs import exact
+from symasym.generated.plain_formulas import friction_coefficients
+from symasym.numbers.trees import evaluate_tree, integer_power
+
+Values = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Model:
+    """What every model has; `coefficients` is None where A is no polynomial.
+
+    `positive` and `not_negative` name the parameters with such a range.
+    """
+
+    positive: ClassVar[tuple[str, ...]] = ()
+    not_negative: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def name(self) -> str:
+        return type(self).__name__.lower()
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        raise NotImplementedError
+
+    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+        """A(u), every parameter in `p` being of the type of `u`."""
+        coefficients = self.coefficients(p, ops)
+        assert coefficients is not None
+        total = coefficients[-1]
+        for coefficient in reversed(coefficients[:-1]):
+            total = total * u + coefficient
+        return total
+
+    def coefficients(self, p: Values, ops: Any) -> list[Any] | None:
+        """Coefficients of A in ascending powers of u, or None."""
+        return None
+
+    def end(self, p: Values, side: int) -> Any:
+        """A(side), side = -1 or 1, where the parameters give it without rounding, else None.
+
+        Outside [-1, 1] an error in the drift is multiplied by the radius, and its
+        sign is the region: sin(pi) must be 0 there, not 1e-16.
+        """
+        if "a_minus" in self.parameters:
+            return p["a_minus" if side < 0 else "a_plus"]
+        return None
+
+
+@dataclass(frozen=True)
+class Friction(Model):
+    """Eq. (eq:phifric0): the friction oscillator's cubic."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return ("mu", "alpha", "z0")
+
+    positive: ClassVar[tuple[str, ...]] = ("alpha",)
+    not_negative: ClassVar[tuple[str, ...]] = ("mu",)
+
+    def coefficients(self, p: Values, ops: Any) -> list[Any]:
+        # A coefficient that is the number 0 becomes one of the others' type and shape.
+        return [c + 0 * p["z0"] for c in friction_coefficients(p["mu"], p["alpha"], p["z0"])]
+
+
+@dataclass(frozen=True)
+class Linear(Model):
+    """The linear smoothing: A(u) joins a- and a+ by a straight line."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return ("a_minus", "a_plus")
+
+    def coefficients(self, p: Values, ops: Any) -> list[Any]:
+        return [(p["a_plus"] + p["a_minus"]) / 2, (p["a_plus"] - p["a_minus"]) / 2]
+
+
+@dataclass(frozen=True)
+class Polynomial(Model):
+    """A(u) = c0 + c1 u + ... + cn u^n."""
+
+    degree: int
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return tuple(f"c{k}" for k in range(self.degree + 1))
+
+    def coefficients(self, p: Values, ops: Any) -> list[Any]:
+        return [p[name] for name in self.parameters]
+
+
+@dataclass(frozen=True)
+class Sine(Model):
+    """The linear smoothing plus b sin(k pi u), which vanishes at both ends."""
+
+    waves: int
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return ("a_minus", "a_plus", "b")
+
+    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+        middle, half = (p["a_plus"] + p["a_minus"]) / 2, (p["a_plus"] - p["a_minus"]) / 2
+        return middle + half * u + p["b"] * ops.sin(u * (self.waves * ops.pi()))
+
+
+@dataclass(frozen=True)
+class Tanh(Model):
+    """A sigmoid of slope `steepness`, scaled to meet a- and a+ exactly."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return ("a_minus", "a_plus", "steepness")
+
+    positive: ClassVar[tuple[str, ...]] = ("steepness",)
+
+    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+        middle, half = (p["a_plus"] + p["a_minus"]) / 2, (p["a_plus"] - p["a_minus"]) / 2
+        slope = p["steepness"]
+        return middle + half * (ops.tanh(u * slope) / ops.tanh(slope))
+
+
+@dataclass(frozen=True)
+class Hill(Model):
+    """The Hill function x^n (1 + K^n)/(K^n + x^n) of x = (1+u)/2, from a- to a+."""
+
+    n: int
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return ("a_minus", "a_plus", "K")
+
+    positive: ClassVar[tuple[str, ...]] = ("K",)
+
+    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+        x_n = integer_power((u + 1) / 2, self.n)
+        k_n = integer_power(p["K"], self.n)
+        switch = (x_n * (k_n + 1)) / (x_n + k_n)
+        return p["a_minus"] + (p["a_plus"] - p["a_minus"]) * switch
+
+
+@dataclass(frozen=True)
+class Expression(Model):
+    """A SymPy expression `formula` in the symbol `u`; its other symbols are parameters."""
+
+    formula: Any
+    u: Any
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return tuple(sorted(s.name for s in self.formula.free_symbols - {self.u}))
+
+    def _values(self, p: Values) -> dict[Any, Any]:
+        return {s: p[s.name] for s in self.formula.free_symbols - {self.u}}
+
+    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+        return evaluate_tree(self.formula, {self.u: u, **self._values(p)}, ops) + 0 * u
+
+    def end(self, p: Values, side: int) -> Any:
+        import sympy
+
+        values = self._values(p)
+        if not all(isinstance(v, Fraction) for v in values.values()):
+            return None
+        rationals = {s: sympy.Rational(v.numerator, v.denominator) for s, v in values.items()}
+        value = self.formula.subs({self.u: side, **rationals})
+        terms = [abs(term.evalf(15)) for term in sympy.Add.make_args(value)]
+        # Simplifying can take minutes; only a sum that seems to vanish is worth it.
+        if not value.is_Rational and abs(value.evalf(15)) < 1e-12 * max(terms):
+            value = sympy.simplify(value)
+        return Fraction(int(value.p), int(value.q)) if value.is_Rational else None
+
+    @cached_property
+    def _powers(self) -> list[Any] | None:
+        import sympy
+
+        poly = self.formula.as_poly(self.u)
+        return None if poly is None else [sympy.sympify(c) for c in poly.all_coeffs()[::-1]]
+
+    def coefficients(self, p: Values, ops: Any) -> list[Any] | None:
+        if self._powers is None:
+            return None
+        return [evaluate_tree(c, self._values(p), ops) for c in self._powers]
+
+
+def check_count(name: str, value: Any) -> int:
+    """A whole number >= 1 that shapes a model (waves of a sine, exponent of a Hill switch)."""
+    number = exact(name, value)
+    if number.denominator != 1 or number < 1:
+        raise InputError(f"{name} is {value!r}; give a whole number of at least 1.")
+    return int(number)

@@ -1,0 +1,57 @@
+"""Scenes whose A is a polynomial, its coefficients in float64 to the last digit."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.base.inputs import FloatArray
+from symasym.drift.drift import Drift
+from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
+
+_MOST_DEGREE = 12
+
+
+class Scenes(NamedTuple):
+    """Polynomial drifts with starts and radii; coefficients of A in ascending rows."""
+
+    c: FloatArray
+    a_minus: FloatArray
+    a_plus: FloatArray
+    start: FloatArray
+    r: FloatArray
+
+    def take(self, rows: Any) -> Scenes:
+        return Scenes(self.c[:, rows], *(x[rows] for x in self[1:]))
+
+
+def scenes_of(
+    drift: Drift, values: dict[str, Any], start: FloatArray, r: FloatArray
+) -> Scenes | None:
+    """None where A is not a polynomial of modest degree."""
+    count = len(start)
+    if count == 1 and not drift.shape:
+        exact = _exact_scene(drift, start, r)
+        if exact is not None:
+            return exact
+    pairs = {name: DoubleDouble.of(x).broadcast_to((count,)) for name, x in values.items()}
+    known = drift.coefficients(pairs, DoubleDoubleOps())
+    if known is None or not 0 < len(known) <= _MOST_DEGREE + 1:
+        return None
+    shaped = [DoubleDouble.of(c).broadcast_to((count,)) for c in known]
+    ends = [shift(shaped, np.full(count, side))[0] for side in (-1.0, 1.0)]
+    return Scenes(np.array([c.hi + c.lo for c in shaped]), ends[0], ends[1], start, r)
+
+
+def _exact_scene(drift: Drift, start: FloatArray, r: FloatArray) -> Scenes | None:
+    known = drift.exact_coefficients()
+    if known is None or len(known) > _MOST_DEGREE + 1:
+        return None
+    alternating = (c if k % 2 == 0 else -c for k, c in enumerate(known))
+    try:
+        numbers = [float(c) for c in (*known, sum(alternating), sum(known))]
+    except OverflowError:
+        return None
+    *c, a_minus, a_plus = np.array(numbers)[:, None]
+    return Scenes(np.array(c), a_minus, a_plus, start, r)

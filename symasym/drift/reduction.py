@@ -1,0 +1,284 @@
+"""From n dimensions to the scalar drift across the switching surface (section 4 of the paper)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from symasym.base.errors import InputError, RegionError
+from symasym.drift.drift import Drift
+
+__all__ = ["Reduction", "reduce"]
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """What `reduce` returns; unpacks as ``drift, amplitude``.
+
+    Attributes
+    ----------
+    drift : Drift
+        The scaled scalar drift phi(u) at the chosen point of the surface.
+    amplitude : SymPy expression
+        |B|: the factor by which the noise across the surface multiplies kappa.
+    coordinates : tuple of Symbol
+    normal_minus, normal_plus : SymPy expression
+        Components of f- and f+ along grad h on the surface, before `at` is put in.
+    sliding : tuple of SymPy expression
+        Filippov's sliding vector field, a component per coordinate: the convex
+        combination of f- and f+ tangent to the surface. It is the dynamics
+        only where the region is sliding (attracting or repelling).
+    """
+
+    drift: Drift
+    amplitude: Any
+    coordinates: tuple[Any, ...]
+    normal_minus: Any
+    normal_plus: Any
+    sliding: tuple[Any, ...]
+
+    def __iter__(self) -> Iterator[Any]:
+        yield self.drift
+        yield self.amplitude
+
+    def sliding_at(self, values: Mapping[Any, Any]) -> tuple[Any, ...]:
+        """The sliding vector field at a point, refused where the point does not slide.
+
+        Parameters
+        ----------
+        values : mapping
+            Coordinate or parameter (Symbol or name) -> number.
+
+        Raises
+        ------
+        RegionError
+            Where f- and f+ do not point to or from the surface from both sides.
+        """
+        import sympy
+
+        put = {s: v for s in self._symbols() for k, v in values.items() if str(k) == s.name}
+        minus, plus = (sympy.sympify(n).subs(put) for n in (self.normal_minus, self.normal_plus))
+        if not (minus * plus).is_negative:
+            raise RegionError(
+                f"the normal components are {minus} and {plus} there, which is no sliding; "
+                "choose a point where they have opposite signs."
+            )
+        return tuple(sympy.simplify(component.subs(put)) for component in self.sliding)
+
+    def _symbols(self) -> list[Any]:
+        every = set().union(*(c.free_symbols for c in (*self.sliding, self.normal_minus)))
+        return sorted(every | self.normal_plus.free_symbols, key=str)
+
+
+def reduce(
+    f_minus: Sequence[Any],
+    f_plus: Sequence[Any],
+    F: Sequence[Any],
+    D: Any,
+    coordinates: Sequence[Any],
+    *,
+    switch: Any = None,
+    layer: Any = "s",
+    at: Mapping[Any, Any] | None = None,
+) -> Reduction:
+    """The scalar drift, noise amplitude and sliding field of a smoothed n-dimensional switch.
+
+    Parameters
+    ----------
+    f_minus, f_plus : sequence of n expressions
+        The fields where h < 0 and h > 0.
+    F : sequence of n expressions
+        The field inside the layer ``|h| < eps``, in `layer` = h/eps and x.
+    D : n×m matrix, or nested sequences, or a column
+        Noise strengths: the noise is kappa D dW.
+    coordinates : sequence of Symbol or str
+        The n coordinates x, in the order of the components.
+    switch : expression, optional
+        h(x), whose zero set is the switching surface; by default the first
+        coordinate. Where ``|grad h|`` is not 1, drift and amplitude are those of h.
+    layer : Symbol or str
+        The name of h/eps inside F.
+    at : mapping, optional
+        Coordinate -> number or expression: the point of the surface at which
+        the coefficients are frozen. Coordinates left out become parameters of
+        the drift, except one for which h = 0 is solved.
+
+    Returns
+    -------
+    Reduction
+
+    Raises
+    ------
+    InputError
+        If F does not join f- and f+ at the layer's edges (eq:cont), if the
+        point is not on the surface, or if the surface has no normal there.
+
+    Notes
+    -----
+    To leading order in the distance from the point. The row of D is grad h · D,
+    and independent noises add in squares: the amplitude is the Euclidean length
+    of that row, where the paper prints the square root of it.
+    Where h is curved, Ito's formula adds kappa^2/2 times the trace of
+    D^T (Hessian of h) D to the drift of h; like the other small terms it is
+    left out.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> from symasym.drift.reduction import reduce
+    >>> found = reduce(("2 - z", "-z"), ("-1 - z", "-z"), ("1/2 - 3*s/2 - z", "-z"),
+    ...                ((3, 4), (0, 0)), ("y", "z"), at={"z": 0})
+    >>> drift, amplitude = found
+    >>> drift.region, amplitude
+    ('sliding', 5)
+    >>> found.sliding_at({"z": 1})
+    (0, -1)
+    """
+    import sympy
+
+    names = [c.name if isinstance(c, sympy.Symbol) else str(c) for c in coordinates]
+    known = {
+        n: c if isinstance(c, sympy.Symbol) else sympy.Symbol(n, real=True)
+        for n, c in zip(names, coordinates, strict=True)
+    }
+    inside = layer if isinstance(layer, sympy.Symbol) else sympy.Symbol(layer, real=True)
+    read = _reader({**known, inside.name: inside})
+    x = list(known.values())
+    fields = [
+        _vector(name, f, x, read)
+        for name, f in (("f_minus", f_minus), ("f_plus", f_plus), ("F", F))
+    ]
+    h = x[0] if switch is None else read("switch", switch)
+    gradient = sympy.Matrix([[sympy.diff(h, c) for c in x]])
+    point = _point(h, x, at or {}, read)
+    on = _on_surface(h, x, point)
+    normal = gradient.subs(on)
+    if all(sympy.simplify(g) == 0 for g in normal):
+        raise InputError(
+            f"grad h is 0 at the point, h = {h}; choose an h whose zero set has a normal there."
+        )
+    _check_continuity(fields, inside)
+    minus, plus, middle = [sympy.simplify((gradient * sympy.Matrix(f))[0]) for f in fields]
+    frozen = sympy.simplify(middle.subs(on))
+    drift = _drift(frozen, inside)
+    row = normal * _matrix(D, x, read).subs(on)
+    amplitude = sympy.sqrt(sympy.simplify(sum(entry**2 for entry in row)))
+    sliding = tuple(
+        sympy.simplify((minus * p - plus * m) / (minus - plus)) if minus != plus else sympy.nan
+        for m, p in zip(fields[0], fields[1], strict=True)
+    )
+    return Reduction(drift, sympy.simplify(amplitude), tuple(x), minus, plus, sliding)
+
+
+def _reader(known: Mapping[str, Any]) -> Any:
+    """A function that reads an expression, strings with exact decimals."""
+    import sympy
+    from sympy.parsing.sympy_parser import parse_expr, rationalize, standard_transformations
+
+    def read(name: str, given: Any) -> Any:
+        try:
+            if isinstance(given, str):
+                expression = parse_expr(
+                    given,
+                    local_dict=dict(known),
+                    transformations=(*standard_transformations, rationalize),
+                )
+            else:
+                expression = sympy.nsimplify(sympy.sympify(given), rational=True)
+        except Exception as error:  # SymPy's parser raises whatever Python's tokenizer does
+            raise InputError(
+                f"{name} has an entry {given!r}, which SymPy cannot read ({type(error).__name__}); "
+                "write it like 1/2 - z."
+            ) from None
+        # One name is one symbol, whatever assumptions it was written with.
+        return expression.subs(
+            {
+                s: known[s.name]
+                for s in expression.free_symbols
+                if s.name in known and s is not known[s.name]
+            }
+        )
+
+    return read
+
+
+def _vector(name: str, given: Sequence[Any], x: list[Any], read: Any) -> list[Any]:
+    found = [read(name, component) for component in given]
+    if len(found) != len(x):
+        raise InputError(
+            f"{name} has {len(found)} components; give {len(x)}, one for each coordinate."
+        )
+    return found
+
+
+def _matrix(D: Any, x: list[Any], read: Any) -> Any:
+    import sympy
+
+    rows = D.tolist() if hasattr(D, "tolist") else list(D)
+    rows = [[row] if not isinstance(row, (list, tuple)) else list(row) for row in rows]
+    if len(rows) != len(x) or len({len(row) for row in rows}) != 1:
+        raise InputError(
+            f"D has {len(rows)} rows of lengths {[len(row) for row in rows]}; "
+            f"give {len(x)} rows of one length."
+        )
+    return sympy.Matrix([[read("D", entry) for entry in row] for row in rows])
+
+
+def _point(h: Any, x: list[Any], at: Mapping[Any, Any], read: Any) -> dict[Any, Any]:
+    names = {str(c): c for c in x}
+    unknown = [str(k) for k in at if str(k) not in names]
+    if unknown:
+        raise InputError(
+            f"at names {unknown[0]}, which is no coordinate; they are {', '.join(names)}."
+        )
+    return {names[str(k)]: read("at", value) for k, value in at.items()}
+
+
+def _on_surface(h: Any, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
+    """The substitution that puts the coefficients on the surface at the chosen point."""
+    import sympy
+
+    level = h.subs(point)
+    if sympy.simplify(level) == 0:
+        return point
+    for c in x:
+        if c in point or not level.has(c):
+            continue
+        solutions = sympy.solve(level, c)
+        if len(solutions) == 1:
+            return {
+                **{k: sympy.sympify(v).subs(c, solutions[0]) for k, v in point.items()},
+                c: solutions[0],
+            }
+        raise InputError(
+            f"h = {level} has {len(solutions)} zeros in {c}; name the one you mean in at."
+        )
+    raise InputError(
+        f"h is {level} at the point, which is not on the surface h = 0; move it there."
+    )
+
+
+def _check_continuity(fields: list[list[Any]], inside: Any) -> None:
+    """eq:cont: F at layer = ±1 equals f±, identically in x (the edge moves with eps)."""
+    import sympy
+
+    minus, plus, middle = fields
+    for side, outer, name in ((1, plus, "f_plus"), (-1, minus, "f_minus")):
+        for k, (a, b) in enumerate(zip(middle, outer, strict=True)):
+            gap = sympy.simplify(a.subs(inside, side) - b)
+            # equals() also decides by numbers, for what simplify leaves standing.
+            if gap != 0 and gap.equals(0) is not True:
+                raise InputError(
+                    f"F jumps at {inside} = {side}: component {k + 1} is {a.subs(inside, side)} "
+                    f"but {name} has {b} (eq:cont); make them equal."
+                )
+
+
+def _drift(frozen: Any, inside: Any) -> Drift:
+    """The drift, symbols stripped of assumptions, so that parameters go by name."""
+    import sympy
+
+    u = sympy.Symbol("u")
+    plain = {s: u if s == inside else sympy.Symbol(s.name) for s in frozen.free_symbols}
+    return Drift(frozen.subs(plain, simultaneous=True), u)

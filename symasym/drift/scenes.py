@@ -1,0 +1,256 @@
+"""What all methods share: reading scenes, and handing back their values."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.base.contexts import to_mpf
+from symasym.base.errors import InputError, RangeError
+from symasym.base.estimate import ErrorKind, Estimate
+from symasym.base.inputs import FloatArray, digits, exact, float_text, floats, is_array, positive
+from symasym.drift.drift import Drift
+
+_LARGEST, _SMALLEST = 709.78, -708.39
+_KAPPA_RANGE = (1e-145, 1e145)
+_R_RANGE = (1e-150, 1e152)
+
+#: Digits behind a float64 value whose error is part of it.
+FLOAT_DIGITS = 20
+
+
+class Request(NamedTuple):
+    """What is asked for, apart from the scene itself."""
+
+    name: str
+    method: str
+    order: Any
+    dps: int | None
+    log: bool
+    full: bool
+
+    @property
+    def digits(self) -> int:
+        """Digits to compute with: behind a float64 value a few more, for the error beside it."""
+        return FLOAT_DIGITS if self.dps is None else self.dps
+
+
+class Scenes(NamedTuple):
+    """Scenes in float64, flattened; `shape` is that of the answer."""
+
+    shape: tuple[int, ...]
+    lam: FloatArray
+    numbers: dict[str, FloatArray]
+    parameters: dict[str, Any]
+    # What reading a number as a float changed in it, at most.
+    moved: dict[str, float]
+
+
+def read_order(order: Any, default: int, most: int) -> int:
+    """The order of an expansion, a whole number from 0 to `most`."""
+    if order is None:
+        return default
+    if order == "optimal":
+        raise InputError(
+            "order is 'optimal', but this series converges for every kappa, so that more terms "
+            f"are always better; give a whole number from 0 to {most}."
+        )
+    if isinstance(order, bool) or not isinstance(order, (int, np.integer)):
+        raise InputError(f"order is {order!r}; give a whole number from 0 to {most}.")
+    if not 0 <= order <= most:
+        raise InputError(f"order is {order}; give a whole number from 0 to {most}.")
+    return int(order)
+
+
+def require_drift(drift: Any) -> None:
+    """Raise InputError unless `drift` is a Drift with all its parameters given."""
+    if not isinstance(drift, Drift):
+        raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction(…).")
+    drift.require_bound()
+
+
+def one_scene(drift: Drift, numbers: dict[str, Any]) -> bool:
+    """Whether nothing is an array."""
+    return not drift.shape and not any(is_array(x) for x in numbers.values())
+
+
+def exact_scene(drift: Drift, numbers: dict[str, Any], dps: int | None) -> dict[str, Fraction]:
+    """The numbers as exact rationals, in their ranges; the drift's parameters must be scalars."""
+    if dps is not None:
+        digits(dps)
+        for name, value in numbers.items():
+            if is_array(value):
+                raise InputError(
+                    f"{name} is an array and dps is {dps}; arrays are for float64 (dps=None), "
+                    "so pass one value at a time."
+                )
+    values = {name: exact(name, value) for name, value in numbers.items()}
+    for name in ("kappa", "r"):
+        if name in values:
+            positive(name, values[name])
+    if "r" in values and abs(values["start"]) >= values["r"]:
+        raise InputError(
+            f"start is {float_text(values['start'])} and r is {float_text(values['r'])}; "
+            "start must lie inside (-r, r)."
+        )
+    drift.scalars()
+    return values
+
+
+def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
+    """The numbers and the drift's parameters broadcast together, in their ranges."""
+    arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
+    try:
+        shape = np.broadcast_shapes(drift.shape, *(x.shape for x in arrays.values()))
+    except ValueError:
+        shapes = [f"{name} {x.shape}" for name, x in arrays.items() if x.ndim]
+        raise InputError(
+            f"the shapes do not broadcast (drift {drift.shape}, {', '.join(shapes)}); "
+            "give arrays of shapes that NumPy broadcasts."
+        ) from None
+    # A number that all scenes share is not copied for each of them.
+    flat = {name: np.broadcast_to(x, shape).reshape(-1) for name, x in arrays.items()}
+    for name, (low, high) in (("kappa", _KAPPA_RANGE), ("r", _R_RANGE)):
+        if name not in flat:
+            continue
+        given = arrays[name]
+        least = given.min()
+        if not least > 0:
+            raise InputError(f"{name} is {least:.6g}; it must be greater than 0.")
+        if least < low or given.max() > high:
+            beyond = (given < low) | (given > high)
+            raise InputError(
+                f"{name} is {given[beyond][0]:.6g}, so that its square is near the end of "
+                "the range of float64; pass dps=… for it."
+            )
+    if "r" in flat and not (np.abs(arrays["start"]) < arrays["r"]).all():
+        worst = np.argmax(np.abs(flat["start"]) - flat["r"])
+        raise InputError(
+            f"start is {flat['start'][worst]:.6g} and r is {flat['r'][worst]:.6g}; "
+            "start must lie inside (-r, r)."
+        )
+    moved = dict.fromkeys(numbers, 0.0)
+    for name, value in numbers.items():
+        if not is_array(value):
+            known = exact(name, value)
+            moved[name] = abs(float(known - Fraction(float(arrays[name]))))
+    parameters = {
+        name: np.broadcast_to(value, shape).ravel() if is_array(value) else value
+        for name, value in drift.values.items()
+    }
+    lam = flat["kappa"] ** 2
+    np.divide(2.0, lam, out=lam)
+    return Scenes(shape, lam, flat, parameters, moved)
+
+
+def rows_of(scenes: Scenes, rows: Any) -> Scenes:
+    """Some of the scenes; the shape and the parameters stay those of all."""
+    return scenes._replace(
+        lam=scenes.lam[rows],
+        numbers={name: x[rows] for name, x in scenes.numbers.items()},
+    )
+
+
+def input_rounding(scenes: Scenes, size: FloatArray) -> FloatArray:
+    """What reading an exact place as a float changes in a logarithm, at most."""
+    change = np.zeros_like(scenes.lam)
+    # A logarithm changes with the place no faster than lam |phi|, or as one comes close to an
+    # absorbing end. The rounding of kappa is counted with that of lam.
+    room: Any = np.inf
+    if "r" in scenes.numbers:
+        room = scenes.numbers["r"] - np.abs(scenes.numbers["start"])
+    for name, gap in scenes.moved.items():
+        if name != "kappa" and gap:
+            change += gap * (scenes.lam * size + 2 / room)
+    return change
+
+
+def as_floats(
+    request: Request,
+    shape: tuple[int, ...],
+    logs: FloatArray,
+    errors: FloatArray | None,
+    kind: ErrorKind,
+    terms: tuple[str, ...],
+    dropped: tuple[str, ...],
+) -> Any:
+    """Logarithms and their errors as what was asked for."""
+    logs = logs.reshape(shape)
+    value: Any = logs
+    error: Any = None
+    if request.full and errors is not None:
+        # A logarithm close to 0 may have underflowed.
+        error = errors.reshape(shape) + 1e-300
+    require_fits(request.name, logs, request.log)
+    if not request.log:
+        value = np.exp(logs)
+        if error is not None:
+            # exp rounds once more, and so does the product.
+            error = value * (np.expm1(error) * (1 + 1e-15) + 4e-16)
+    if value.ndim == 0:
+        value, error = float(value), None if error is None else float(error)
+    if not request.full:
+        return value
+    return Estimate(value, error, kind, request.method, request.order, terms, dropped)
+
+
+def as_digits(
+    request: Request,
+    value: Any,
+    error: Any,
+    kind: ErrorKind,
+    terms: tuple[str, ...],
+    dropped: tuple[str, ...],
+) -> Any:
+    """An mpf of enough digits, with its error, as what was asked for."""
+    import mpmath
+    from mpmath import libmp
+
+    dps = request.dps
+    if dps is not None:
+        rounded = to_mpf(value, dps)
+    else:
+        if not request.log:
+            _fits(request.name, value)
+        rounded = mpmath.mp.make_mpf(libmp.from_float(float(value)))
+    # Differences without a precision are exact in libmp; only the sum of the errors rounds.
+    shift = libmp.mpf_abs(libmp.mpf_sub(value._mpf_, rounded._mpf_))
+    total = None if error is None else libmp.mpf_add(error._mpf_, shift, 53, "u")
+    if dps is not None:
+        if not request.full:
+            return rounded
+        total = None if total is None else mpmath.mp.make_mpf(total)
+    else:
+        rounded = float(rounded)
+        if not request.full:
+            return rounded
+        if total is not None:
+            # to_float rounds to nearest, and flushes what is below the range to 0.
+            total = float(np.nextafter(libmp.to_float(total), np.inf))
+    return Estimate(rounded, total, kind, request.method, request.order, terms, dropped)
+
+
+def _fits(name: str, value: Any) -> None:
+    from mpmath import libmp
+
+    if not value:
+        return
+    size = libmp.to_float(libmp.mpf_log(libmp.mpf_abs(value._mpf_), 53))
+    require_fits(name, np.asarray(size), False)
+
+
+def require_fits(name: str, logs: FloatArray, log: bool) -> None:
+    """Raise unless the values e^logs, or their logarithms with `log`, are floats."""
+    if log:
+        if not np.isfinite(logs).all():
+            raise RangeError(
+                f"log {name} is outside the range of float64 itself; pass log=True with dps=…."
+            )
+        return
+    extreme = float(logs.max() if logs.max() > _LARGEST else logs.min())
+    if not _SMALLEST <= extreme <= _LARGEST:
+        raise RangeError(
+            f"{name} is e^{extreme:.6g}, outside the range of float64; pass log=True, or dps=…."
+        )

@@ -1,0 +1,116 @@
+"""Ready-made smoothings of a switch, from a- at u = -1 to a+ at u = 1."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from symasym.base.errors import InputError
+from symasym.drift import models
+from symasym.drift.drift import Drift
+
+__all__ = ["hill", "linear", "polynomial", "sine", "tanh"]
+
+
+def linear(a_minus: Any = None, a_plus: Any = None) -> Drift:
+    """The linear smoothing from a- to a+, which reproduces Filippov's convention.
+
+    Parameters
+    ----------
+    a_minus, a_plus : number or array_like, optional
+        Scaled drift outside; left out, they stay free.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> sa.linear(1, -2).region
+    'sliding'
+    """
+    return Drift.of(models.Linear(), a_minus=a_minus, a_plus=a_plus)
+
+
+def polynomial(*coefficients: Any, **named: Any) -> Drift:
+    """A(u) = c0 + c1 u + c2 u^2 + ...
+
+    Parameters
+    ----------
+    *coefficients : number or array_like
+        In ascending powers of u.
+    **named : number or array_like
+        The same by name, ``c0=…, c2=…``; those between that are left out are 0.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> sa.polynomial(1, "-1/2", 0, 2)(1)
+    2.5
+    """
+    if bool(coefficients) == bool(named):
+        raise InputError("polynomial takes its coefficients c0, c1, … either in order or by name.")
+    if named:
+        for name in named:
+            if not (name[:1] == "c" and name[1:].isdigit()):
+                raise InputError(f"{name} is no coefficient; name them c0, c1, c2, ….")
+        degree = max(int(name[1:]) for name in named)
+        coefficients = tuple(named.get(f"c{k}", 0) for k in range(degree + 1))
+    model = models.Polynomial(len(coefficients) - 1)
+    return Drift.of(model, **dict(zip(model.parameters, coefficients, strict=True)))
+
+
+def sine(a_minus: Any = None, a_plus: Any = None, b: Any = None, *, waves: int = 1) -> Drift:
+    """The linear smoothing plus b sin(waves pi u): up to 2 `waves` wells and barriers.
+
+    Parameters
+    ----------
+    a_minus, a_plus, b : number or array_like, optional
+        Left out, they stay free.
+    waves : int
+        Full waves over [-1, 1], at least 1.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> len(sa.sine(1, 1, 4, waves=2).wells())
+    2
+    """
+    model = models.Sine(models.check_count("waves", waves))
+    return Drift.of(model, a_minus=a_minus, a_plus=a_plus, b=b)
+
+
+def tanh(a_minus: Any = None, a_plus: Any = None, steepness: Any = None) -> Drift:
+    """A sigmoid, tanh(steepness u) scaled so that it meets a- and a+ exactly.
+
+    Parameters
+    ----------
+    a_minus, a_plus : number or array_like, optional
+        Scaled drift outside; left out, they stay free.
+    steepness : number or array_like, optional
+        Greater than 0.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> sa.tanh(1, -1, 5)(0)
+    0.0
+    """
+    return Drift.of(models.Tanh(), a_minus=a_minus, a_plus=a_plus, steepness=steepness)
+
+
+def hill(a_minus: Any = None, a_plus: Any = None, K: Any = None, *, n: int = 4) -> Drift:
+    """A Hill-function switch on [-1, 1]: x^n (1 + K^n)/(K^n + x^n) of x = (1+u)/2.
+
+    Parameters
+    ----------
+    a_minus, a_plus : number or array_like, optional
+        Scaled drift outside; left out, they stay free.
+    K : number or array_like, optional
+        Half-saturation in units of x, greater than 0.
+    n : int
+        Hill exponent, a whole number of at least 1 (others are not smooth at x = 0).
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> sa.hill(0.5, -1, K="1/2", n=2)(-1)
+    0.5
+    """
+    return Drift.of(models.Hill(models.check_count("n", n)), a_minus=a_minus, a_plus=a_plus, K=K)

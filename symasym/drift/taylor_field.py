@@ -1,0 +1,264 @@
+"""The drift in big rationals: Taylor coefficients of phi where an engine asks for them."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from symasym.base.contexts import own_context
+from symasym.base.errors import AccuracyError
+from symasym.base.inputs import FloatArray
+from symasym.drift.drift import Drift
+from symasym.numbers.complex_balls import DiscOps, tame
+from symasym.numbers.rationals import Rational
+from symasym.numbers.trees import MpmathOps
+from symasym.numbers.truncated_series import Jet, JetOps
+
+_MOST_EXTRA_BITS = 4096
+
+
+class ExactField:
+    """One scene's drift, or its mirror image -A(-u), at any number of digits.
+
+    Parameters
+    ----------
+    drift : Drift
+        Bound, scalar.
+    mirrored : bool
+    context : mpmath context
+        Precision of what is not rational.
+    offset : Fraction
+        Added to A (before mirroring), where exactly A has no simple zeros.
+    """
+
+    def __init__(
+        self, drift: Drift, mirrored: bool, context: Any, offset: Fraction = Fraction(0)
+    ) -> None:
+        self._drift, self._context = drift, context
+        self._offset = -offset if mirrored else offset
+        self.mirrored = mirrored
+        self._sign = -1 if mirrored else 1
+        self._about: dict[Fraction, list[Fraction]] = {}
+        self._extra_bits = 0
+        self._edges: dict[tuple[Fraction, Fraction], Fraction] = {}
+        known = drift.exact_coefficients()
+        self._polynomial = None if known is None else [Rational(c) for c in known]
+        if self._polynomial is not None and mirrored:
+            self._polynomial = [c if k % 2 else -c for k, c in enumerate(self._polynomial)]
+        if self._polynomial is not None and offset:
+            self._polynomial = self._polynomial or [Rational(0)]
+            self._polynomial[0] += Rational(self._offset)
+
+    @property
+    def is_polynomial(self) -> bool:
+        return self._polynomial is not None
+
+    def value(self, u: Fraction) -> Fraction:
+        """phi(u), to working precision where it is not rational."""
+        if self._polynomial is not None:
+            total = Rational(0)
+            for c in reversed(self._polynomial):
+                total = total * u + c
+            return total
+        if abs(u) == 1 and (known := self._drift.end(self._sign * int(u))) is not None:
+            return self._sign * known + self._offset
+        ops = MpmathOps(self._context)
+        found = to_fraction(self._drift.evaluate(ops.rational(self._sign * u), ops))
+        return self._sign * found + self._offset
+
+    def float_values(self, u: FloatArray) -> FloatArray:
+        """phi in float64, for planning."""
+        with np.errstate(all="ignore"):
+            values: FloatArray = self._sign * self._drift.evaluate_float(self._sign * u)
+        return np.broadcast_to(values, u.shape)
+
+    def spread(self, centre: Fraction, radius: Fraction) -> Any:
+        """A bound on the change of A over this complex disc, maybe infinite."""
+        bits = 64 + max(0, radius.denominator.bit_length() - radius.numerator.bit_length())
+        with own_context(1) as context:
+            context.prec = bits
+            ops = DiscOps(MpmathOps(context))
+            disc = ops.disc(ops.rational(self._sign * centre), ops.rational(radius))
+            try:
+                found = (self._drift.evaluate(disc, ops) + 0 * disc).radius
+            except (ArithmeticError, ValueError):  # mpmath's words for infinity
+                return context.inf
+            return found if found < context.inf else context.inf
+
+    def taylor(self, centre: Fraction, scale: Fraction, order: int) -> list[Fraction]:
+        """Coefficients of phi(centre + scale s) in s; all of them for a polynomial."""
+        if self._polynomial is not None:
+            work = list(self._polynomial)
+            degree = len(work) - 1
+            for lowest in range(degree):
+                for k in range(degree - 1, lowest - 1, -1):
+                    work[k] += work[k + 1] * centre
+            return [c * scale**k for k, c in enumerate(work)]
+        with self._context.workprec(self._context.prec + self._extra_bits):
+            ops = JetOps(order, self._context)
+            jet = self._drift.evaluate(ops.variable(self._sign * centre, self._sign * scale), ops)
+        found = [self._sign * c for c in Jet.fractions(jet, ops)]
+        found[0] += self._offset
+        return found
+
+    def sharpen(self) -> None:
+        """Find Taylor coefficients with more bits from now on."""
+        self._extra_bits += 64
+        if self._extra_bits > _MOST_EXTRA_BITS:
+            raise AccuracyError(
+                "A varies too fast or cancels too much inside [-1, 1] for the digits asked for; "
+                "ask for fewer digits or write A so that its terms do not cancel."
+            )
+
+    def near(self, centre: Fraction, t0: Fraction, t1: Fraction) -> list[float]:
+        """Taylor coefficients of phi about the middle of [centre + t0, centre + t1], in units
+        of half its width; floats, for planning."""
+        half = float((t1 - t0) / 2)
+        if self._polynomial is None:
+            found = self.taylor(centre + (t0 + t1) / 2, (t1 - t0) / 2, 16)
+            return [float(c) for c in found]
+        if centre not in self._about:
+            # About a zero of A these floats keep their relative precision.
+            self._about[centre] = self.taylor(centre, Rational(1), 0)
+        work = [float(c) for c in self._about[centre]]
+        middle, degree = float((t0 + t1) / 2), len(work) - 1
+        for lowest in range(degree):
+            for k in range(degree - 1, lowest - 1, -1):
+                work[k] += work[k + 1] * middle
+        return [c * half**k for k, c in enumerate(work)]
+
+    def integral(self, centre: Fraction, t0: Fraction, t1: Fraction, order: int) -> Fraction:
+        """int phi over [centre + t0, centre + t1]."""
+        if self._polynomial is None:
+            half = (t1 - t0) / 2
+            c = self.taylor(centre + t0 + half, half, order)
+            return 2 * half * sum((x / (k + 1) for k, x in enumerate(c) if k % 2 == 0), Rational(0))
+        return self._primitive(centre, t1) - self._primitive(centre, t0)
+
+    def _primitive(self, centre: Fraction, t: Fraction) -> Fraction:
+        """int phi over [centre, centre + t]; neighbouring panels share their edges."""
+        found = self._edges.get((centre, t))
+        if found is None:
+            c = self._about.get(centre) or self.taylor(centre, Rational(1), 0)
+            found = Rational(0)
+            for k in range(len(c) - 1, -1, -1):
+                found = found * t + c[k] / (k + 1)
+            found = self._edges[centre, t] = found * t
+        return found
+
+    def number(self, u: Any) -> Any:
+        """phi(u) for an mpf u."""
+        ops = MpmathOps(self._context)
+        found = self._sign * self._drift.evaluate(self._sign * self._context.mpf(u), ops)
+        return found + ops.rational(self._offset) if self._offset else found
+
+    def slope(self, u: Any) -> Any:
+        """phi'(u) for an mpf u inside (-1, 1)."""
+        ops = JetOps(2, self._context)
+        point = ops.variable(self._sign * u)
+        # The mirror image changes both the sign of A and that of du.
+        return Jet.coefficients_of(self._drift.evaluate(point, ops), ops)[1]
+
+    def polish(self, u: Any) -> Any:
+        """The simple zero of A near the mpf u, by Newton to working precision."""
+        x = self._context.mpf(u)
+        for _ in range(self._context.prec.bit_length() + 4):
+            step = self.number(x) / self.slope(x)
+            x -= step
+            if abs(step) < self._context.ldexp(1, -self._context.prec // 2 - 8):
+                break
+        return x
+
+    def potential_rise(self, lo: Any, hi: Any) -> Any:
+        """V(hi) - V(lo) for mpf arguments inside [-1, 1]."""
+        if self._polynomial is None:
+            edges = self._tame_edges(lo, hi)
+            pieces = (self._context.quad(self.number, pair) for pair in pairwise(edges))
+            return -self._context.fsum(pieces)
+        total_lo = total_hi = self._context.zero
+        for k in range(len(self._polynomial) - 1, -1, -1):
+            c = self._polynomial[k] / (k + 1)
+            mean = self._context.mpf(c.numerator) / c.denominator
+            total_lo, total_hi = total_lo * lo + mean, total_hi * hi + mean
+        return total_lo * lo - total_hi * hi
+
+    def _tame_edges(self, lo: Any, hi: Any) -> list[Any]:
+        """[lo, hi] cut so that nothing narrower than a piece hides in it."""
+        waiting, edges = [(lo, hi)], [lo]
+        while waiting:
+            a, b = waiting.pop()
+            middle, width = to_fraction((a + b) / 2), to_fraction(abs(b - a))
+            size = max(abs(self.number(x)) for x in (a, (a + b) / 2, b))
+            # A piece that small is beyond what the integral's digits can tell.
+            if tame(self.spread(middle, width), size) or places(width) > self._context.prec:
+                edges.append(b)
+            else:
+                waiting += [((a + b) / 2, b), (a, (a + b) / 2)]
+        return edges
+
+    def zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
+        """Zeros of A in (lo, hi), and the places where it comes near zero, refined by Newton."""
+        if self._polynomial is not None:
+            scale = max(abs(c) for c in self._polynomial) or Rational(1)
+            c = np.array([float(x / scale) for x in self._polynomial])
+            roots = np.polynomial.polynomial.polyroots(np.trim_zeros(c, "b"))
+            rough = [float(x.real) for x in roots if abs(x.imag) < 0.25]
+        else:
+            from symasym.drift.landscape import float_marks
+
+            drift = self._drift
+            rough = [self._sign * u for u in float_marks(drift.evaluate_float, drift.spread)]
+        return [self._refined(Rational(x)) for x in rough if lo < x < hi]
+
+    def monotone_marks(self) -> list[float]:
+        """Places in float64 between which A is monotone."""
+        if self._polynomial is None:
+            from symasym.drift.landscape import float_marks
+
+            marks = float_marks(self._drift.evaluate_float, self._drift.spread)
+        else:
+            scale = max(abs(c) for c in self._polynomial) or Rational(1)
+            slope = [float(k * c / scale) for k, c in enumerate(self._polynomial)][1:]
+            roots = np.polynomial.polynomial.polyroots(np.trim_zeros(slope, "b") or [1.0])
+            marks = [self._sign * x for x in roots.real.tolist()]
+        return [self._sign * x for x in marks]
+
+    def _refined(self, x: Fraction) -> Fraction:
+        bits = self._context.prec
+        for _ in range(12):
+            value, slope = self.taylor(x, Rational(1), 2)[:2]
+            if slope == 0 or abs(value) > abs(slope) / 1000:
+                break
+            step = dyadic(value / slope, bits)
+            if step == 0:
+                break
+            x -= step
+        return x
+
+
+def to_fraction(x: Any) -> Fraction:
+    """The exact value of an mpf."""
+    sign, mantissa, exponent, _ = x._mpf_
+    if not mantissa:
+        if exponent:
+            raise AccuracyError("A is not finite on [-1, 1]; give an A that is smooth there.")
+        return Rational(0)
+    numerator = -int(mantissa) if sign else int(mantissa)
+    if exponent >= 0:
+        return Rational(numerator << exponent)
+    return Rational(numerator, 1 << -exponent)
+
+
+def places(x: Fraction) -> int:
+    """Binary places before the first significant bit of `x`, which is not 0."""
+    return x.denominator.bit_length() - x.numerator.bit_length() + 1 if x else 1 << 30
+
+
+def dyadic(x: Any, bits: int) -> Fraction:
+    """A short dyadic rational within 2^-bits of `x`, and within 1 of it for negative `bits`."""
+    bits = max(bits, 0)
+    return Rational(math.floor(x * (1 << bits) + Rational(1, 2)), 1 << bits)

@@ -1,0 +1,1 @@
+"""Helper functions that are written into emitted files."""

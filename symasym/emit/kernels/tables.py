@@ -1,0 +1,54 @@
+"""Tables of `symasym.special.airy_tables` as constants of an emitted file.
+
+The library and the files it writes so hold the same numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import cache
+
+from symasym.emit.kernels.kernel import table_name
+from symasym.special import airy_tables
+
+#: Ai² + Bi², Ai'² + Bi'², Bi and Bi' of those that the library has.
+_PRODUCTS = (0, 2, 3, 4)
+#: In place of Bi and Bi', below: real and imaginary parts without their turning.
+_BELOW = (0, 2, 3, 4, 5, 6)
+
+
+@cache
+def airy(products: bool) -> dict[str, tuple[float, ...]]:
+    """Name -> numbers, of all `products` or of Ai² + Bi² alone."""
+    near, below, above = airy_tables.airy_parts()
+    return {
+        "_AIRY_NEAR": _flat(near, _PRODUCTS if products else (0,)),
+        "_AIRY_BELOW": _flat(below, _BELOW if products else (0,)),
+        "_AIRY_ABOVE": _flat(above, _PRODUCTS if products else (0,)),
+    }
+
+
+@cache
+def dawson() -> dict[str, tuple[float, ...]]:
+    """Name -> numbers, of e^{x²} erfc(x), Dawson's integral and that one's integral."""
+    near, beyond = airy_tables.dawson_parts()
+    return {"_DAWSON_NEAR": _flat(near, range(3)), "_DAWSON_BEYOND": _flat(beyond, range(3))}
+
+
+def _flat(table: airy_tables.Table, chosen: Iterable[int]) -> tuple[float, ...]:
+    """Function by function, piece by piece, ascending powers."""
+    return tuple(float(x) for k in chosen for x in table.coefficients[k].T.ravel())
+
+
+def written(name: str, values: Sequence[float], target: str) -> str:
+    """A constant of "python", "c" or "javascript"."""
+    own = name if target == "python" else table_name(name, target)
+    opening, closing, indent = {
+        "python": (f"{own} = (", ")", "    "),
+        "c": (f"static const double {own}[{len(values)}] = {{", "};", "    "),
+        "javascript": (f"const {own} = [", "];", "  "),
+    }[target]
+    rows = [", ".join(map(repr, values[k : k + 4])) for k in range(0, len(values), 4)]
+    # C has no comma behind the last.
+    inside = ",\n".join(f"{indent}{row}" for row in rows)
+    return f"{opening}\n{inside}\n{closing}"

@@ -1,0 +1,313 @@
+"""Functions of a small part of Python, as text, in C or in JavaScript.
+
+That part: floats, whole numbers, lists of fixed length; assignments, `for` over a range, `while`,
+`if`, `return`, `break`, `continue`; arithmetic, comparisons, `math`, `abs`, `min`, `max`. Names
+begin with an underscore where they are those of functions or of tables. Whole numbers are seen from
+their first value, or from an annotation; conditions are whole numbers. Nothing else is let pass.
+"""
+
+from __future__ import annotations
+
+import ast
+from typing import Any
+
+from symasym.emit.kernels.kernel import Kernel
+from symasym.emit.kernels.transcribe_expressions import SIGNS, Expressions, Names
+from symasym.emit.targets.writing import comment, heading, wrapped
+
+__all__ = ["transcribed"]
+
+
+def transcribed(kernel: Kernel, target: str) -> str:
+    """All functions in "c" or "javascript"."""
+    trees = {name: _function(text) for name, text in kernel.functions.items()}
+    names = Names(trees, target)
+    return "\n\n".join(
+        "\n".join(_Writer(tree, kernel.functions[name], names).lines())
+        for name, tree in trees.items()
+    )
+
+
+def _function(text: str) -> ast.FunctionDef:
+    tree = ast.parse(text).body[0]
+    assert isinstance(tree, ast.FunctionDef)
+    return tree
+
+
+class _Writer(Expressions):
+    """One function."""
+
+    def __init__(self, tree: ast.FunctionDef, text: str, names: Names) -> None:
+        super().__init__(names)
+        self.tree = tree
+        self.text = text.splitlines()
+        self.deeper = "    " if self.c else "  "
+        for a in tree.args.args:
+            kind = ast.unparse(a.annotation) if a.annotation else ""
+            self.kind[a.arg] = {"float": "double", "int": "int"}.get(kind, kind)
+        self.arguments = set(self.kind)
+        for s in (n for n in ast.walk(tree) if isinstance(n, ast.For)):
+            self.kind[ast.unparse(s.target)] = "int"
+        self.places = _places(tree)
+        self.known = set(self.kind)
+        self.often = _often(tree)
+
+    def lines(self) -> list[str]:
+        body = self.tree.body
+        doc = ast.get_docstring(self.tree)
+        if doc is not None:
+            body = body[1:]
+        used = {n.id for s in body for n in ast.walk(s) if isinstance(n, ast.Name)}
+        inside = []
+        if self.c:
+            inside = [f"    (void){a};" for a in self.arguments_in_order() if a not in used]
+        inside += self._hoisted() + self.block(body, self.deeper)
+        opening = ["{"] if self.c else []
+        said = doc.splitlines()[0] if doc else ""
+        head = [f"/* {said} */" if self.c else f"/** {said} */"] if doc else []
+        return [*head, *self._heading(), *opening, *inside, "}"]
+
+    def arguments_in_order(self) -> list[str]:
+        return [a.arg for a in self.tree.args.args]
+
+    def _heading(self) -> list[str]:
+        name = self.names.functions[self.tree.name]
+        if not self.c:
+            return heading(f"function {name}", self.arguments_in_order(), " {")
+        kinds = {"list[float]": "double *", "list[int]": "int *"}
+        changed = self.names.changed[self.tree.name]
+        listed = []
+        for a in self.arguments_in_order():
+            const = "const " if "list" in self.kind[a] and a not in changed else ""
+            listed.append(f"{const}{kinds.get(self.kind[a], f'{self.kind[a]} ')}{a}")
+        result = {"float": "double", "int": "int", "None": "void"}[ast.unparse(self.tree.returns)]  # type: ignore[arg-type]
+        return heading(f"static {result} {name}", listed, "")
+
+    # -- statements ---------------------------------------------------------------------------
+
+    def block(self, body: list[ast.stmt], indent: str) -> list[str]:
+        found = []
+        for statement in body:
+            found += self._comments(statement, indent)
+            found += self._statement(statement, indent, body)
+        return found
+
+    def _comments(self, statement: ast.stmt, indent: str) -> list[str]:
+        said: list[str] = []
+        k = statement.lineno - 2
+        while k >= 0 and self.text[k].strip().startswith("# "):
+            said.insert(0, self.text[k].strip()[2:])
+            k -= 1
+        if not said:
+            return []
+        if not self.c:
+            return [f"{indent}{line}" for line in comment([" ".join(said)], "//")]
+        lines = comment([" ".join(said)], "  ")
+        lines[0] = f"/* {lines[0].strip()}"
+        lines[-1] += " */"
+        return [f"{indent}{line}" for line in lines]
+
+    def _statement(self, s: ast.stmt, indent: str, body: list[ast.stmt]) -> list[str]:
+        if isinstance(s, ast.Assign) and len(s.targets) == 1:
+            return self._assigned(s.targets[0], s.value, indent, body)
+        if isinstance(s, ast.AnnAssign) and isinstance(s.target, ast.Name) and s.value:
+            self.kind.setdefault(s.target.id, "int")
+            return self._assign(s.target, s.value, indent, body)
+        if isinstance(s, ast.AugAssign):
+            return self._one(s.target, f"{SIGNS[type(s.op)][0]}=", s.value, indent)
+        if isinstance(s, ast.Expr):
+            return wrapped("", self.code(s.value), indent, end=";", deeper=self.deeper)
+        if isinstance(s, ast.Return):
+            if s.value is None:
+                return [f"{indent}return;"]
+            return wrapped("return ", self.code(s.value), indent, end=";", deeper=self.deeper)
+        if isinstance(s, (ast.Break, ast.Continue)):
+            return [f"{indent}{type(s).__name__.lower()};"]
+        if isinstance(s, ast.While):
+            asked = wrapped(
+                "while ", self.code(s.test), indent, end=" {", brackets="()", deeper=self.deeper
+            )
+            return [*asked, *self.block(s.body, indent + self.deeper), f"{indent}}}"]
+        if isinstance(s, ast.For):
+            return self._loop(s, indent)
+        if isinstance(s, ast.If):
+            return self._if(s, indent, "if ")
+        raise TypeError(f"no transcription of {ast.unparse(s)}")
+
+    def _if(self, s: ast.If, indent: str, first: str) -> list[str]:
+        found = wrapped(
+            first, self.code(s.test), indent, end=" {", brackets="()", deeper=self.deeper
+        )
+        found += self.block(s.body, indent + self.deeper)
+        if not s.orelse:
+            return [*found, f"{indent}}}"]
+        if len(s.orelse) == 1 and isinstance(s.orelse[0], ast.If):
+            return found + self._if(s.orelse[0], indent, "} else if ")
+        found.append(f"{indent}}} else {{")
+        return [*found, *self.block(s.orelse, indent + self.deeper), f"{indent}}}"]
+
+    def _loop(self, s: ast.For, indent: str) -> list[str]:
+        call = s.iter
+        assert isinstance(s.target, ast.Name)
+        assert isinstance(call, ast.Call)
+        name = "i_" if s.target.id == "_" else s.target.id
+        low, high, step = "0", "", "1"
+        ends = [self.code(a) for a in call.args]
+        if len(ends) == 1:
+            high = ends[0]
+        else:
+            low, high, *rest = ends
+            step = rest[0] if rest else "1"
+        sign = ">" if step.startswith("-") else "<"
+        move = {"1": f"{name}++", "-1": f"{name}--"}.get(step, f"{name} += {step}")
+        kind = "int" if self.c else "let"
+        head = f"{indent}for ({kind} {name} = {low}; {name} {sign} {high}; {move}) {{"
+        return [head, *self.block(s.body, indent + self.deeper), f"{indent}}}"]
+
+    def _assigned(
+        self, target: ast.expr, value: ast.expr, indent: str, body: list[ast.stmt]
+    ) -> list[str]:
+        if not isinstance(target, ast.Tuple):
+            return self._assign(target, value, indent, body)
+        assert isinstance(value, ast.Tuple)
+        found: list[str] = []
+        done: set[str] = set()
+        for t, v in zip(target.elts, value.elts, strict=True):
+            if done & {n.id for n in ast.walk(v) if isinstance(n, ast.Name)}:
+                raise TypeError(f"{ast.unparse(target)} is not assigned one by one")
+            done |= {n.id for n in ast.walk(t) if isinstance(n, ast.Name)}
+            found += self._assign(t, v, indent, body)
+        return found
+
+    def _assign(
+        self, target: ast.expr, value: ast.expr, indent: str, body: list[ast.stmt]
+    ) -> list[str]:
+        if not isinstance(target, ast.Name):
+            return self._one(target, "=", value, indent)
+        name = target.id
+        if (length := _length(value)) is not None:
+            self.known.add(name)
+            whole, size = length
+            self.kind[name] = f"list[{'int' if whole else 'float'}]"
+            if self.c:
+                kind, zero = ("int", "0") if whole else ("double", "0.0")
+                return [f"{indent}{kind} {name}[{size}] = {{{zero}}};"]
+            return [f"{indent}const {name} = new Array({size}).fill(0);"]
+        if name in self.known:
+            return self._one(target, "=", value, indent)
+        self.kind.setdefault(name, "int" if self.whole(value) else "double")
+        self.known.add(name)
+        once = name not in self.often
+        kind = f"const {self.kind[name]}" if once else self.kind[name]
+        if not self.c:
+            kind = "const" if once else "let"
+        return wrapped(
+            f"{kind} {name} = ", self._value(value, self.kind[name] == "double"), indent, end=";",
+            deeper=self.deeper,
+        )  # fmt: skip
+
+    def _one(self, target: ast.expr, sign: str, value: ast.expr, indent: str) -> list[str]:
+        first = f"{self.code(target)} {sign} "
+        if (sign, ast.unparse(value)) == ("+=", "1"):
+            return [f"{indent}{self.code(target)}++;"]
+        return wrapped(first, self._value(value), indent, end=";", deeper=self.deeper)
+
+    def _value(self, e: ast.expr, double: bool = False) -> str:
+        """What is assigned: a condition as a whole number."""
+        text = self.code(e, double)
+        return (
+            f"Number({text})" if isinstance(e, (ast.Compare, ast.BoolOp)) and not self.c else text
+        )
+
+    def _hoisted(self) -> list[str]:
+        """Names whose first value is given in a block that does not hold all their uses."""
+        found = []
+        for name, first in self.places.items():
+            if name in self.arguments:
+                continue
+            if not _sets(first, name):
+                whole = _whole_at_first(self, name)
+                self.kind.setdefault(name, "int" if whole else "double")
+                self.known.add(name)
+                zero = "0" if whole else "0.0"
+                kind = self.kind[name] if self.c else "let"
+                found.append(f"{self.deeper}{kind} {name} = {zero if self.c else '0'};")
+        return found
+
+
+def _length(e: ast.expr) -> tuple[bool, int] | None:
+    """Of ``[0.0] * n``: whether it holds whole numbers, and n."""
+    if not (isinstance(e, ast.BinOp) and isinstance(e.left, ast.List)):
+        return None
+    (zero,), count = e.left.elts, e.right
+    assert isinstance(zero, ast.Constant)
+    assert isinstance(count, ast.Constant)
+    return isinstance(zero.value, int), int(str(count.value))
+
+
+def _holds(s: ast.stmt, name: str) -> bool:
+    return any(isinstance(n, ast.Name) and n.id == name for n in ast.walk(s))
+
+
+def _places(tree: ast.FunctionDef) -> dict[str, ast.stmt]:
+    """For each name the first statement of the innermost block that holds all its uses."""
+    found: dict[str, ast.stmt] = {}
+    loops = {n.target.id for n in ast.walk(tree) if isinstance(n, ast.For)}  # type: ignore[attr-defined]
+    stored = {
+        n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+    }
+    for name in sorted(stored - loops):
+        block = tree.body
+        while True:
+            holding = [s for s in block if _holds(s, name)]
+            inner = [b for s in holding for b in _direct(s) if any(_holds(t, name) for t in b)]
+            alone = len(holding) == 1 and len(inner) == 1 and not _in_head(holding[0], name)
+            if not alone:
+                break
+            block = inner[0]
+        found[name] = holding[0]
+    return found
+
+
+def _direct(s: ast.stmt) -> list[list[ast.stmt]]:
+    return [b for b in (getattr(s, "body", []), getattr(s, "orelse", [])) if b]
+
+
+def _in_head(s: ast.stmt, name: str) -> bool:
+    """Whether a compound statement has the name in its condition or range."""
+    head = [getattr(s, part) for part in ("test", "iter") if hasattr(s, part)]
+    return any(isinstance(n, ast.Name) and n.id == name for e in head for n in ast.walk(e))
+
+
+def _sets(s: ast.stmt, name: str) -> bool:
+    """Whether the statement is itself an assignment to the name."""
+    if isinstance(s, ast.AnnAssign):
+        return isinstance(s.target, ast.Name) and s.target.id == name
+    if not isinstance(s, ast.Assign):
+        return False
+    (target,) = s.targets
+    targets: list[Any] = list(target.elts) if isinstance(target, ast.Tuple) else [target]
+    return any(isinstance(t, ast.Name) and t.id == name for t in targets)
+
+
+def _often(tree: ast.FunctionDef) -> set[str]:
+    """Names that are assigned more than once."""
+    stored = [
+        n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+    ]
+    return {name for name in stored if stored.count(name) > 1}
+
+
+def _whole_at_first(writer: _Writer, name: str) -> bool:
+    """Whether a name's first value is a whole number."""
+    for s in (n for n in ast.walk(writer.tree) if isinstance(n, ast.stmt) and _sets(n, name)):
+        if isinstance(s, ast.AnnAssign):
+            return True
+        assert isinstance(s, ast.Assign)
+        target, value = s.targets[0], s.value
+        if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+            for t, v in zip(target.elts, value.elts, strict=True):
+                if isinstance(t, ast.Name) and t.id == name:
+                    return writer.whole(v)
+        return writer.whole(value)
+    return False

@@ -1,0 +1,130 @@
+"""NumPy: arrays that broadcast together, each case computed at its own points only."""
+
+from __future__ import annotations
+
+from symasym.emit import uniform_time
+from symasym.emit.kernels import airy_magnitude
+from symasym.emit.kernels.exact_python import in_numpy
+from symasym.emit.program import Body, Program, Ready, header, in_doubles
+from symasym.emit.targets.to_python import ZEROS, block, integral, log_integral, passage
+from symasym.emit.targets.writing import (
+    Written,
+    comment,
+    heading,
+    helpers,
+    signature_doc,
+    text,
+    told,
+    wrapped,
+)
+
+HELPERS: dict[str, Written] = {
+    "_log_integral": log_integral(
+        "np",
+        "np.array([",
+        "])",
+        """        left, right = np.exp(g(m - h * _X) - top), np.exp(g(m + h * _X) - top)
+        return h * np.dot(_W, left + right)""",
+    ),
+    "_zeros": ZEROS,
+    "_log_time": in_numpy(),
+    "_log_modulus": airy_magnitude.in_numpy,
+    "_each": '''def _each(function, *arguments):
+    """A function of numbers, called once for each set of them that is there."""
+    arrays = np.broadcast_arrays(*_floats(*arguments))
+    rows, place = np.unique(np.stack([np.ravel(a) for a in arrays]), axis=1, return_inverse=True)
+    values = np.array([function(*row) for row in rows.T])
+    return values[np.ravel(place)].reshape(np.shape(arrays[0]))[()]
+''',
+    "_floats": '''def _floats(*arguments):
+    return [np.asarray(argument, dtype=np.float64)[()] for argument in arguments]
+''',
+    "_cases": '''def _cases(arguments, outside, *cases):
+    arrays = np.broadcast_arrays(*_floats(*arguments))
+    shape = np.shape(arrays[0])
+    arrays = [np.ravel(array) for array in arrays]
+    result, left = np.empty(arrays[0].size), np.ones(arrays[0].size, dtype=bool)
+    for conditions, value in cases:
+        chosen = left.copy()
+        for condition in conditions:
+            # A later condition may have no value where an earlier one fails.
+            chosen[chosen] = condition(*(array[chosen] for array in arrays))
+        if chosen.any():
+            result[chosen] = value(*(array[chosen] for array in arrays))
+        left &= ~chosen
+    if left.any():
+        raise ValueError(outside.format(*(array[left][0] for array in arrays)))
+    return result.reshape(shape)[()]
+''',
+    "_exprel": '''def _exprel(x):
+    safe = np.where(x == 0, 1.0, x)
+    return np.where(x == 0, 1.0, np.expm1(safe) / safe)[()]
+''',
+    "_exprel2": '''def _exprel2(x):
+    small = np.where(np.abs(x) > 0.5, 0.0, x)
+    total = np.zeros_like(small)
+    for n in range(15, 1, -1):
+        total = (1 + small * total) / n
+    large = np.where(np.abs(x) > 0.5, x, 1.0)
+    return np.where(np.abs(x) > 0.5, (np.expm1(large) - large) / large / large, total)[()]
+''',
+    "_tanhc": '''def _tanhc(x):
+    safe = np.where(x == 0, 1.0, x)
+    return np.where(x == 0, 1.0, np.tanh(safe) / safe)[()]
+''',
+    "_sinc": '''def _sinc(x):
+    safe = np.where(x == 0, 1.0, x)
+    return np.where(x == 0, 1.0, np.sin(safe) / safe)[()]
+''',
+}  # fmt: skip
+
+
+def render(program: Program, functions: list[Ready]) -> str:
+    """The file."""
+    code = "\n\n\n".join(_function(f) for f in functions)
+    used = helpers(code, {**HELPERS, **uniform_time.helper("numpy", functions)})
+    top = comment(
+        header(program, in_doubles(functions), "Arguments are numbers or arrays that broadcast."),
+        "#",
+    )
+    # One scene at a time is computed with numbers.
+    first = ["import math", ""] if "math.nan" in code else []
+    start = [*top, "", *first, "import numpy as np", "", ""]
+    return "\n".join([*start, "\n\n".join([*used, ""]) + code, ""])
+
+
+def _function(function: Ready) -> str:
+    names = ", ".join(function.arguments)
+    head = [
+        *heading(f"def {function.name}", list(function.arguments), ":"),
+        f'    """{signature_doc(function)}"""',
+    ]
+    if function.exp_of:
+        head.append('    with np.errstate(over="ignore", under="ignore"):')
+        first = f"return np.exp({function.exp_of}"
+        return "\n".join([*head, *wrapped(first, names, " " * 8, end=")", brackets="()")])
+    if function.quadrature or function.passage:
+        inner = heading(f"def _{function.name}", list(function.arguments), ":")
+        body = (integral if function.quadrature else passage)(function, "numpy")
+        each = wrapped("return _each", f"_{function.name}, {names}", "    ", brackets="()")
+        return "\n".join([*inner, *body, "", "", *head, *each])
+    if len(function.bodies) == 1 and not function.bodies[0].conditions:
+        listed = f"[{names}]" if len(function.arguments) == 1 else names
+        start = wrapped(f"{listed} = _floats", names, "    ", brackets="()") if names else []
+        return "\n".join([*head, *start, *block(function.bodies[0], "numpy")])
+    return _in_cases(function, head, names)
+
+
+def _in_cases(function: Ready, head: list[str], names: str) -> str:
+    """Each case as a function of its own, and one that calls them at their points."""
+    parts = []
+    call = [f"    return _cases(\n        ({names},),"]
+    call += [f'        "{told(function, "{}")}"', f'        "{function.outside}",']
+    for number, body in enumerate(function.bodies):
+        name = f"_{function.name}_{number}"
+        lines = heading(f"def {name}", list(function.arguments), ":")
+        bare = Body((), body.shared, body.values)
+        parts.append("\n".join([*lines, *block(bare, "numpy")]))
+        asked = "".join(f"lambda {names}: {text(c, 'numpy')}, " for c in body.conditions).rstrip()
+        call += wrapped("", f"({asked}), {name}", "        ", end=",", brackets="()")
+    return "\n\n\n".join([*parts, "\n".join([*head, *call, "    )"])])

@@ -1,0 +1,253 @@
+"""The weak-noise expansion of T for one drift, as code.
+
+Places, their coefficients and their composition are those of
+`symasym.asymptotics.weak_noise.compose`: it is run with a symbol for lam and another for every
+series, and exponentials kept apart by their heights. What is emitted is log(N/D), the largest
+exponential of both taken out.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import sympy
+
+from symasym.asymptotics.weak_noise.answer import MOST_ORDER
+from symasym.asymptotics.weak_noise.compose import (
+    Exponentials,
+    Pair,
+    Sides,
+    side_of,
+    sides_of,
+    time_of,
+)
+from symasym.asymptotics.weak_noise.critical_points import Half, half
+from symasym.asymptotics.weak_noise.resolution import unseen
+from symasym.base.contexts import own_context
+from symasym.base.errors import AccuracyError, InputError
+from symasym.drift.drift import Drift
+from symasym.drift.taylor_field import ExactField
+from symasym.emit.program import Case, Function, Program
+from symasym.emit.source import rendered
+from symasym.emit.symbolic_sums import (
+    BEYOND_1,
+    DIGITS,
+    KAPPA,
+    LAM,
+    Names,
+    R,
+    Ratio,
+    Sum,
+    Symbolic,
+    X,
+    as_sum,
+    number_of,
+)
+from symasym.formula import Formula
+
+# Digits that are right in what the coefficients make up.
+_RIGHT = 32
+# What stays below e^-150 of the rest is nothing in 32 digits, whatever its factor.
+FAINT = 150
+
+
+def program(
+    what: Formula, drift: Drift, order: int, r: Fraction | None, kappa: float | None
+) -> Program:
+    """T from 0 to order `order`; for one r, or for all r > 1 where it is None."""
+    if drift.free:
+        raise InputError(
+            f"the zeros of {drift!r} have no closed form in {', '.join(drift.free)}; bind them."
+        )
+    with own_context(DIGITS) as context:
+        sides = [
+            half(ExactField(drift, mirrored, context), Fraction(0), r or Fraction(2), order,
+                 context, DIGITS, told=False)
+            for mirrored in (True, False)
+        ]  # fmt: skip
+        halves = sides[0], sides[1]
+        names = Names(order, context, np.abs(drift.evaluate_float(np.linspace(-1, 1, 101))).max())
+        ratio = _composed(halves, names, r)
+    most = _reach(drift, halves, order, r)
+    # Where the places' sums cancel, doubles may tell less than the expansion does.
+    for _ in range(40):
+        found = _program(what, ratio, names, order, r, kappa, most)
+        if kappa is not None or _in_doubles(found, most, halves, r, order):
+            break
+        most = _rounded_down(most / 2)
+    error = f"relative O(kappa^{2 * order + 2}); {_told(halves, order, r, most)}"
+    return replace(found, error=error)
+
+
+def _program(
+    what: Formula,
+    ratio: Ratio,
+    names: Names,
+    order: int,
+    r: Fraction | None,
+    kappa: float | None,
+    most: float,
+) -> Program:
+    log, faint = ratio.log(FAINT / (2 / (kappa or most) ** 2))
+    log = sympy.log(LAM) + log
+    shared = [(X, KAPPA**2 / 2), (LAM, 2 / KAPPA**2), (BEYOND_1, R - 1), *names.series]
+    needed = log.free_symbols | {X, LAM}
+    kept = tuple((s, e) for s, e in shared if s in needed)
+    least = sympy.Rational(1, 10**100)  # its square is no 0
+    where: tuple[Any, ...] = (least <= KAPPA, sympy.Le(KAPPA, sympy.Float(repr(most), 20)))
+    outside = f"kappa is not in 1e-100..{most}, where this order tells T"
+    if r is None:
+        where += (R > 1,)
+        outside += ", or r is not above 1"
+    left_out = [f"{kind}s in the layer, there are none" for kind in ("well", "barrier")
+                if not any(s.name.startswith(kind) for s, _ in names.series)]  # fmt: skip
+    if faint:
+        at = f"kappa = {kappa}" if kappa else f"any kappa up to {most}"
+        left_out.append(f"{faint} products of places below e^-{FAINT} of the rest for {at}")
+    function = Function(
+        "weak_noise_time",
+        f"T from 0 in weak noise, to order {order} in kappa^2.",
+        ("kappa", "r"),
+        (Case((sympy.exp(log),), where, shared=kept),),
+        (Case((log,), where, shared=kept),),
+        outside=outside,
+    )
+    return Program(
+        what.label, what.title, (function,), assumptions=what.assumptions,
+        left_out=tuple(left_out), digits=_RIGHT,
+        note="the expansion in weak noise, of T with all that is exponentially small",
+    )  # fmt: skip
+
+
+def read_order(order: Any) -> int:
+    """`order`, 2 where it is None."""
+    from symasym.asymptotics.weak_noise.answer import DEFAULT_ORDER
+    from symasym.drift.scenes import read_order as read
+
+    if order == "optimal":
+        raise InputError("order is 'optimal', which depends on kappa; give a number.")
+    return read(order, DEFAULT_ORDER, MOST_ORDER)
+
+
+# -- where it holds ------------------------------------------------------------------------------
+
+
+_RADII = tuple(Fraction(x) for x in ("1.001", "2", "10", "1000"))
+
+
+def _time(halves: tuple[Half, Half], kappa: float, r: Fraction, order: int, context: Any) -> Pair:
+    """T and its claimed error; an infinite one where nothing is sure."""
+    lam = context.mpf(2) / context.mpf(kappa) ** 2
+    sides = sides_of(halves, lam, r, order, Exponentials(context))
+    value, error = time_of(sides, lam)
+    return Pair(value, 2 * error if sides.sure() and error < value / 2 else context.inf)
+
+
+def _reach(drift: Drift, halves: tuple[Half, Half], order: int, r: Fraction | None) -> float:
+    """The kappa up to which the next orders are smaller than the value."""
+    radii = _RADII if r is None else (r,)
+    with own_context(30) as context:
+
+        def holds(kappa: float) -> bool:
+            if unseen(drift, 2 / kappa**2, ()):
+                return False
+            found = (_time(halves, kappa, radius, order, context) for radius in radii)
+            return all(error < value for value, error in found)
+
+        kappa, factor = 1e-3, 1.5
+        while not holds(kappa):
+            kappa /= 10
+            if kappa < 1e-12:
+                raise AccuracyError(
+                    "a well, a barrier or the start is too close to another or to an end for an "
+                    f"expansion of order {order}; emit the exact time, or another order."
+                )
+        while factor > 1.02 and kappa < 1e4:
+            if holds(kappa * factor):
+                kappa *= factor
+            else:
+                factor = factor**0.5
+    return _rounded_down(kappa)
+
+
+def _rounded_down(x: float) -> float:
+    unit = 10.0 ** (math.floor(math.log10(x)) - 1)
+    return float(f"{math.floor(x / unit * (1 + 1e-12)) * unit:.2g}")
+
+
+def _told(halves: tuple[Half, Half], order: int, r: Fraction | None, most: float) -> str:
+    """What the next two orders say of the error."""
+    at, told = r or Fraction(10), []
+    with own_context(30) as context:
+        for kappa in (most / 2, most / 4, most / 8):
+            value, error = _time(halves, kappa, at, order, context)
+            told.append(f"{float(error / value):.1e} at kappa = {kappa:.3g}")
+    return (
+        "an estimate, twice the size of the next two orders of each series, is for r = "
+        f"{float(at):.4g}: {', '.join(told)}"
+    )
+
+
+def _in_doubles(
+    found: Program, kappa: float, halves: tuple[Half, Half], r: Fraction | None, order: int
+) -> bool:
+    """Whether the emitted code has 1e-13 of log T there.
+
+    Raises
+    ------
+    ArithmeticError
+        If it has not the value in many digits either: then it is another formula.
+    """
+    doubles, digits = (
+        rendered(found, target).load().log_weak_noise_time for target in ("python", "mpmath")
+    )
+    kappa *= 1 - 1e-9  # its double may be above its decimal
+    # Of a small drift, whose terms cancel as long as lam |V| is small, digits are lost.
+    with own_context(120) as context:
+        for radius in _RADII if r is None else (r,):
+            # The double that the code is given.
+            given = (float(radius),) if r is None else ()
+            exact = Fraction(given[0]) if given else radius
+            want = context.log(_time(halves, kappa, exact, order, context).value)
+            size = max(1, abs(want))
+            if not abs(digits(kappa, *given, dps=25) - want) <= 1e-22 * size:
+                raise ArithmeticError(f"{found.label}: what is emitted has not the sums' value")
+            try:
+                got = doubles(kappa, *given)
+            except ValueError:  # a logarithm of what is no more than rounding
+                return False
+            if not abs(got - want) <= 5e-14 * size:
+                return False
+    return True
+
+
+def _composed(halves: tuple[Half, Half], names: Names, r: Fraction | None) -> Ratio:
+    """T/lam, by the sums that evaluate it."""
+    ops = Symbolic()
+    radius = 1 + BEYOND_1 if r is None else number_of(r)
+    both = (
+        names.named(f"start_{kind}", [a + b for a, b in zip(*pair, strict=True)])
+        for kind, pair in (
+            ("rising", [one.start.rising for one in halves]),
+            ("falling", [one.start.falling for one in halves]),
+        )
+    )
+    unit = ops.exp(sympy.S.Zero)
+    rising, falling = (Pair(unit * (groups[0][0][0] if groups else 0), Sum([])) for groups in both)
+    left, right = (
+        side_of(names.half(one, side), LAM, radius, 0, ops)
+        for one, side in zip(halves, ("left", "right"), strict=True)
+    )
+    found = time_of(
+        Sides(left, right, rising, falling, halves[0].start.corner), as_sum(sympy.S.One)
+    )
+    ratio = found.value
+    assert isinstance(ratio, Ratio)
+    return ratio
+
+
+__all__ = ["program", "read_order"]

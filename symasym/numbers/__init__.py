@@ -1,0 +1,1 @@
+"""Arithmetics and what is built on them: balls, double-doubles, power series, polynomials."""

@@ -1,0 +1,254 @@
+"""The drift in ball arithmetic, and how python-flint is reached (see `exact.ball_sweep`)."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, Protocol
+
+from symasym.base.errors import AccuracyError
+
+_lock = threading.RLock()
+
+
+def flint_module() -> Any:
+    try:
+        import flint
+    except ImportError:
+        raise AccuracyError(
+            "proved balls need python-flint, which is not installed; "
+            "install it with pip install python-flint, or ask for dps without a ball."
+        ) from None
+    return flint
+
+
+@contextmanager
+def precision(bits: int) -> Iterator[None]:
+    """Arb at `bits` bits. Its context is global: one thread at a time, and put back after."""
+    context = flint_module().ctx
+    with _lock:
+        before = context.prec, context.cap
+        context.prec = bits
+        try:
+            yield
+        finally:
+            context.prec, context.cap = before
+
+
+def exact_ball(value: Fraction) -> Any:
+    flint = flint_module()
+    return flint.arb(flint.fmpq(value.numerator, value.denominator))
+
+
+class Profile(Protocol):
+    """A(u) as the panels need it."""
+
+    def value(self, u: Fraction) -> Any:
+        """A ball for A(u)."""
+
+    def bound(self, center: Fraction, radius: Fraction) -> Any:
+        """A bound of abs(A) on the complex disk, not finite unless A is analytic there."""
+
+    def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
+        """Balls for the Taylor coefficients of A(center + half t) in t."""
+
+    def terms(self) -> int | None:
+        """The number of coefficients beyond which all vanish, None if there is none."""
+
+    def mirrored(self) -> Profile:
+        """The drift of the coordinate -u: -A(-u)."""
+
+
+class _Polynomial:
+    """A with rational coefficients."""
+
+    def __init__(self, coefficients: list[Fraction]) -> None:
+        self.coefficients = coefficients
+
+    def value(self, u: Fraction) -> Any:
+        total = Fraction(0)
+        for coefficient in reversed(self.coefficients):
+            total = total * u + coefficient
+        return exact_ball(total)
+
+    def bound(self, center: Fraction, radius: Fraction) -> Any:
+        # The sum of |c_k| radius^k is met on the circle within a factor of two or so,
+        # where a ball in place of z would count the same radius once per power.
+        shifted = self._shifted(center, radius).coeffs()
+        return sum((abs(c) for c in shifted), flint_module().arb(0))
+
+    def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
+        return flint_module().arb_series(self._shifted(center, half).coeffs(), terms)
+
+    def terms(self) -> int | None:
+        return len(self.coefficients)
+
+    def mirrored(self) -> _Polynomial:
+        return _Polynomial([c if k % 2 else -c for k, c in enumerate(self.coefficients)])
+
+    @cached_property
+    def _exact(self) -> Any:
+        flint = flint_module()
+        return flint.fmpq_poly([flint.fmpq(c.numerator, c.denominator) for c in self.coefficients])
+
+    def _shifted(self, center: Fraction, half: Fraction) -> Any:
+        flint = flint_module()
+        line = flint.arb_poly([exact_ball(center), exact_ball(half)])
+        return flint.arb_poly(self._exact)(line)
+
+
+class _Analytic:
+    """Any other drift, through its `evaluate`."""
+
+    def __init__(self, drift: Any, sign: int = 1) -> None:
+        self.drift = drift
+        self.sign = sign
+
+    def value(self, u: Fraction) -> Any:
+        if abs(u) == 1 and (known := self.drift.end(self.sign * int(u))) is not None:
+            return exact_ball(self.sign * known)
+        return self.sign * self.drift.evaluate(exact_ball(self.sign * u), BallOps())
+
+    def bound(self, center: Fraction, radius: Fraction) -> Any:
+        flint = flint_module()
+        spread = flint.arb(0, exact_ball(radius))
+        square = flint.acb(exact_ball(self.sign * center) + spread, spread)
+        try:
+            return abs(flint.acb(self.drift.evaluate(square, BallOps())))
+        except ZeroDivisionError:
+            return flint.arb.nan()
+
+    def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
+        flint = flint_module()
+        line = flint.arb_series(
+            [exact_ball(self.sign * center), exact_ball(self.sign * half)], terms
+        )
+        return self.sign * flint.arb_series(self.drift.evaluate(line, BallOps()), terms)
+
+    def terms(self) -> int | None:
+        return None
+
+    def mirrored(self) -> _Analytic:
+        return _Analytic(self.drift, -self.sign)
+
+
+def profile_of(drift: Any) -> Profile:
+    coefficients = drift.exact_coefficients()
+    return _Analytic(drift) if coefficients is None else _Polynomial(list(coefficients))
+
+
+class BallOps:
+    """Functions of arb, acb and arb_series that are finite only where they are analytic.
+
+    A finite value of Arb's own complex functions doesn't prove analyticity: on a ball across
+    a branch cut they enclose both sides of the jump. These return nan there.
+    """
+
+    def rational(self, value: Fraction) -> Any:
+        return exact_ball(value)
+
+    def pi(self) -> Any:
+        return flint_module().arb.pi()
+
+    def power(self, base: Any, exponent: Fraction) -> Any:
+        flint = flint_module()
+        rational = flint.fmpq(exponent.numerator, exponent.denominator)
+        if isinstance(base, flint.acb):
+            return base.pow(flint.acb(exact_ball(exponent)), analytic=True)
+        return base**rational
+
+    def log(self, x: Any) -> Any:
+        return x.log(analytic=True) if self._complex(x) else x.log()
+
+    def sqrt(self, x: Any) -> Any:
+        return x.sqrt(analytic=True) if self._complex(x) else x.sqrt()
+
+    def exp(self, x: Any) -> Any:
+        return x.exp()
+
+    def sin(self, x: Any) -> Any:
+        return x.sin()
+
+    def cos(self, x: Any) -> Any:
+        return x.cos()
+
+    def tan(self, x: Any) -> Any:
+        return x.tan()
+
+    def erf(self, x: Any) -> Any:
+        return x.erf()
+
+    def sinh(self, x: Any) -> Any:
+        if not self._series(x):
+            return x.sinh()
+        return (x.exp() - (-x).exp()) / 2
+
+    def cosh(self, x: Any) -> Any:
+        if not self._series(x):
+            return x.cosh()
+        return (x.exp() + (-x).exp()) / 2
+
+    def tanh(self, x: Any) -> Any:
+        if not self._series(x):
+            return x.tanh()
+        return 1 - 2 / (1 + (2 * x).exp())
+
+    def asin(self, x: Any) -> Any:
+        return x.asin() if self._series(x) else self._off_cut(x, "asin", _outside_real)
+
+    def acos(self, x: Any) -> Any:
+        return x.acos() if self._series(x) else self._off_cut(x, "acos", _outside_real)
+
+    def atan(self, x: Any) -> Any:
+        return x.atan() if self._series(x) else self._off_cut(x, "atan", _outside_imaginary)
+
+    def asinh(self, x: Any) -> Any:
+        if self._series(x):
+            return self._antiderivative(x, "asinh", (1 + x * x).rsqrt())
+        return self._off_cut(x, "asinh", _outside_imaginary)
+
+    def acosh(self, x: Any) -> Any:
+        if self._series(x):
+            return self._antiderivative(x, "acosh", (x * x - 1).rsqrt())
+        return self._off_cut(x, "acosh", _left_of_one)
+
+    def atanh(self, x: Any) -> Any:
+        if self._series(x):
+            return self._antiderivative(x, "atanh", 1 / (1 - x * x))
+        return self._off_cut(x, "atanh", _outside_real)
+
+    @staticmethod
+    def _complex(x: Any) -> bool:
+        return isinstance(x, flint_module().acb)
+
+    @staticmethod
+    def _series(x: Any) -> bool:
+        return isinstance(x, flint_module().arb_series)
+
+    def _off_cut(self, x: Any, name: str, touches_cut: Callable[[Any], bool]) -> Any:
+        if self._complex(x) and touches_cut(x):
+            return flint_module().acb(flint_module().arb.nan())
+        return getattr(x, name)()
+
+    @staticmethod
+    def _antiderivative(x: Any, name: str, slope: Any) -> Any:
+        """f(x) for a series x, from f' at the series and f at its constant term."""
+        return (x.derivative() * slope).integral() + getattr(x[0], name)()
+
+
+def _outside_real(z: Any) -> bool:
+    """Whether the ball may meet the real axis at abs(z) >= 1."""
+    return bool(z.imag.contains(0)) and not abs(z.real) < 1
+
+
+def _outside_imaginary(z: Any) -> bool:
+    """Whether the ball may meet the imaginary axis at abs(z) >= 1."""
+    return bool(z.real.contains(0)) and not abs(z.imag) < 1
+
+
+def _left_of_one(z: Any) -> bool:
+    """Whether the ball may meet the real axis at z <= 1."""
+    return bool(z.imag.contains(0)) and not z.real > 1

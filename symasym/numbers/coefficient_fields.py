@@ -1,0 +1,250 @@
+"""Where Taylor coefficients live: rationals, a field over parameters, or mpf.
+
+A ring brings its constants to `symasym.numbers.taylor_series`: exp(c), sin(c), c^e of a constant
+term c. In exact work every irrational constant (sqrt(2), exp(p), sin(c)) becomes a generator of a
+field of rational functions, in which arithmetic is canonical and fast, and which is turned back
+into SymPy's expressions at the end. Relations between generators are then forgotten, so zero is
+decided on the expression.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Any
+
+import sympy
+
+from symasym.base.errors import InputError
+from symasym.numbers.trees import MpmathOps, evaluate_tree
+
+_SAMPLES = 12
+
+
+class ExpressionRing:
+    """SymPy expressions, remembering each constant that was asked for."""
+
+    def __init__(self) -> None:
+        self.constants: list[Any] = []
+
+    def rational(self, value: Fraction) -> Any:
+        return sympy.Rational(value.numerator, value.denominator)
+
+    def symbol(self, symbol: Any) -> Any:
+        return self.expression(symbol)
+
+    def expression(self, value: Any) -> Any:
+        self.constants.append(value)
+        return value
+
+    def call(self, name: str, element: Any) -> Any:
+        return self.expression(getattr(sympy, name)(sympy.expand(element)))
+
+    def power(self, element: Any, exponent: Any) -> Any:
+        return self.expression(sympy.expand(element) ** self.to_expression(exponent))
+
+    def to_expression(self, element: Any) -> Any:
+        return sympy.sympify(element)
+
+    def is_zero(self, element: Any) -> bool:
+        return vanishes(sympy.sympify(element))
+
+    def negligible(self, element: Any, others: list[Any]) -> bool:
+        """Whether it is zero, in numbers beside the other coefficients of its series."""
+        return self.is_zero(element)
+
+
+class FieldRing:
+    """Rational functions over the rationals, generators for parameters and irrational constants."""
+
+    def __init__(self, constants: Iterable[Any]) -> None:
+        names: dict[Any, Any] = {}
+        for constant in constants:
+            _generators(sympy.sympify(constant), names)
+        self._names = names
+        self._back = {dummy: original for original, dummy in names.items()}
+        if names:
+            self._field = sympy.QQ.frac_field(*names.values())
+        else:
+            self._field = sympy.QQ
+
+    @property
+    def generators(self) -> tuple[Any, ...]:
+        return tuple(self._names)
+
+    def rational(self, value: Fraction) -> Any:
+        ground = sympy.QQ(value.numerator, value.denominator)
+        return self._field.convert_from(ground, sympy.QQ) if self._names else ground
+
+    def symbol(self, symbol: Any) -> Any:
+        return self.expression(symbol)
+
+    def expression(self, value: Any) -> Any:
+        return self._field.from_sympy(_replaced(sympy.sympify(value), self._names))
+
+    def call(self, name: str, element: Any) -> Any:
+        return self._constant(getattr(sympy, name)(sympy.expand(self.to_expression(element))))
+
+    def power(self, element: Any, exponent: Any) -> Any:
+        base = sympy.expand(self.to_expression(element))
+        return self._constant(base ** self.to_expression(exponent))
+
+    def _constant(self, value: Any) -> Any:
+        try:
+            return self.expression(value)
+        except (KeyError, sympy.CoercionFailed):
+            raise MissingConstant(value) from None
+
+    def to_expression(self, element: Any) -> Any:
+        if isinstance(element, (int, Fraction)):
+            return sympy.Rational(element)
+        found = self._field.to_sympy(element)
+        return found.xreplace(self._back) if self._names else found
+
+    def is_zero(self, element: Any) -> bool:
+        if element == 0:
+            return True
+        return bool(self._names) and vanishes(self.to_expression(element))
+
+    def negligible(self, element: Any, others: list[Any]) -> bool:
+        return self.is_zero(element)
+
+
+class MissingConstant(Exception):
+    """A constant outside the field that was set up; the field must be made again with it."""
+
+    def __init__(self, value: Any) -> None:
+        super().__init__(str(value))
+        self.value = value
+
+
+class NumberRing:
+    """mpf of one context. What is below most of the digits is zero: points are roots, rounded."""
+
+    def __init__(self, context: Any) -> None:
+        self.context = context
+        self.ops = MpmathOps(context)
+
+    def rational(self, value: Fraction) -> Any:
+        return self.ops.rational(value)
+
+    def symbol(self, symbol: Any) -> Any:
+        raise InputError(f"{symbol} has no value; give one, or leave dps out for a formula.")
+
+    def expression(self, value: Any) -> Any:
+        if hasattr(value, "_mpf_") and not isinstance(value, sympy.Basic):
+            return self.context.make_mpf(value._mpf_)
+        if hasattr(value, "_mpc_"):
+            return self.context.make_mpc(value._mpc_)
+        return evaluate_tree(value, {}, self.ops)
+
+    def call(self, name: str, element: Any) -> Any:
+        if name == "Abs":
+            return abs(element)
+        return getattr(self.context, name)(element)
+
+    def power(self, element: Any, exponent: Any) -> Any:
+        if isinstance(exponent, Fraction):
+            exponent = self.rational(exponent)
+        return element**exponent
+
+    def to_expression(self, element: Any) -> Any:
+        return element
+
+    def is_zero(self, element: Any) -> bool:
+        return bool(abs(element) < self._least())
+
+    def negligible(self, element: Any, others: list[Any]) -> bool:
+        return bool(abs(element) <= self._least() * max(abs(other) for other in others))
+
+    def _least(self) -> Any:
+        return self.context.mpf(10) ** (-self.context.dps * 4 // 5)
+
+
+def vanishes(expression: Any) -> bool:
+    """Whether an expression is zero: by numbers where it is not, by SymPy where it is."""
+    expression = sympy.sympify(expression)
+    if expression.is_Rational:
+        return bool(expression == 0)
+    for values in sampled_parameters(expression.free_symbols, 2):
+        value = sympy.N(expression.xreplace(values), 30, maxn=200)
+        if value.is_number and value.is_finite and abs(value) > sympy.Float("1e-20"):
+            return False
+    return bool(sympy.simplify(expression) == 0)
+
+
+def sampled_parameters(symbols: Any, count: int = _SAMPLES) -> list[dict[Any, Any]]:
+    """Rational values of `symbols` that their assumptions allow, the same ones each time."""
+    rng = random.Random(7)
+    found = []
+    for _ in range(count if symbols else 1):
+        values = {}
+        for symbol in sorted(symbols, key=str):
+            size = sympy.Rational(rng.randint(11, 5000), 1000)
+            if symbol.is_integer:
+                size = sympy.Integer(rng.randint(1, 6))
+            negative = symbol.is_negative or (
+                not symbol.is_nonnegative and not symbol.is_positive and rng.random() < 0.5
+            )
+            values[symbol] = -size if negative else size
+        found.append(values)
+    return found
+
+
+def sign_of(expression: Any) -> tuple[int | None, bool]:
+    """The sign of an expression, and whether the assumptions alone decide it.
+
+    Undecided by assumptions, it is the sign at sampled parameters; None if those differ.
+    """
+    expression = sympy.sympify(expression)
+    if expression.is_positive:
+        return 1, True
+    if expression.is_negative:
+        return -1, True
+    if expression.is_zero:
+        return 0, True
+    found = set()
+    for values in sampled_parameters(expression.free_symbols):
+        value = sympy.N(expression.xreplace(values), 30, maxn=200)
+        if value.is_real is False or not value.is_finite:
+            return None, False
+        found.add(0 if abs(value) < sympy.Float("1e-20") else int(sympy.sign(value)))
+    if found == {0}:
+        return (0 if vanishes(expression) else None), True
+    return (found.pop() if len(found) == 1 else None), not expression.free_symbols
+
+
+def _generators(node: Any, names: dict[Any, Any]) -> None:
+    """Collect what the field needs a generator for."""
+    if node.is_Rational:
+        return
+    if node.is_Add or node.is_Mul:
+        for part in node.args:
+            _generators(part, names)
+    elif node.is_Pow and node.exp.is_Integer:
+        _generators(node.base, names)
+    else:
+        key, _ = _canonical(node)
+        names.setdefault(key, sympy.Dummy(f"c{len(names)}"))
+
+
+def _replaced(node: Any, names: dict[Any, Any]) -> Any:
+    """The same expression in the generators."""
+    if node.is_Rational:
+        return node
+    if node.is_Add or node.is_Mul:
+        return node.func(*(_replaced(part, names) for part in node.args))
+    if node.is_Pow and node.exp.is_Integer:
+        return _replaced(node.base, names) ** node.exp
+    key, power = _canonical(node)
+    return names[key] ** power
+
+
+def _canonical(node: Any) -> tuple[Any, int]:
+    """node = key^power, so that x^(3/2) and x^(1/2), e^(-c) and e^c share a generator."""
+    if isinstance(node, sympy.exp) and node.exp.could_extract_minus_sign():
+        return sympy.exp(-node.exp), -1
+    if node.is_Pow and node.exp.is_Rational:
+        return node.base ** sympy.Rational(1, node.exp.q), int(node.exp.p)
+    return node, 1

@@ -1,0 +1,151 @@
+"""Arrays of double-double numbers: 32 digits for the few places where 16 are not enough.
+
+Near a critical point the drift is a small difference of large terms, and a
+stiff problem multiplies it by 2/kappa^2. Forming the drift's coefficients and
+shifting them to the critical point with these numbers keeps the difference.
+The algorithms are Dekker's and Knuth's error-free transformations.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from symasym.base.inputs import FloatArray, to_float
+
+_SPLITTER = 134217729.0  # 2^27 + 1
+
+
+class DoubleDouble:
+    """hi + lo with \\|lo\\| <= ulp(hi)/2, elementwise."""
+
+    __slots__ = ("hi", "lo")
+    __array_ufunc__ = None  # an ndarray on the left must defer to our operators
+
+    def __init__(self, hi: FloatArray, lo: FloatArray | float = 0.0) -> None:
+        self.hi = hi
+        self.lo = np.broadcast_to(lo, np.shape(hi))
+
+    @classmethod
+    def of(cls, value: Any) -> DoubleDouble:
+        """From a Fraction, an int, a float or a float array."""
+        if isinstance(value, DoubleDouble):
+            return value
+        if isinstance(value, (int, Fraction)):
+            hi = to_float("A number of the drift", value)
+            lo = float(value - Fraction(hi)) if np.isfinite(hi) else 0.0
+            return cls(np.asarray(hi), np.asarray(lo))
+        return cls(np.asarray(value, dtype=np.float64))
+
+    def __neg__(self) -> DoubleDouble:
+        return DoubleDouble(-self.hi, -self.lo)
+
+    def __add__(self, other: Any) -> DoubleDouble:
+        y = DoubleDouble.of(other)
+        s, e = _two_sum(self.hi, y.hi)
+        t, f = _two_sum(self.lo, y.lo)
+        s, e = _fast_two_sum(s, e + t)
+        return DoubleDouble(*_fast_two_sum(s, e + f))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> DoubleDouble:
+        return self + (-DoubleDouble.of(other))
+
+    def __rsub__(self, other: Any) -> DoubleDouble:
+        return DoubleDouble.of(other) + (-self)
+
+    def __mul__(self, other: Any) -> DoubleDouble:
+        y = DoubleDouble.of(other)
+        p, e = two_product(self.hi, y.hi)
+        return DoubleDouble(*_fast_two_sum(p, e + (self.hi * y.lo + self.lo * y.hi)))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> DoubleDouble:
+        y = DoubleDouble.of(other)
+        first = self.hi / y.hi
+        rest = self - y * first
+        return DoubleDouble(*_fast_two_sum(first, rest.hi / y.hi))
+
+    def __rtruediv__(self, other: Any) -> DoubleDouble:
+        return DoubleDouble.of(other) / self
+
+    def __getitem__(self, index: Any) -> DoubleDouble:
+        return DoubleDouble(self.hi[index], self.lo[index])
+
+    def broadcast_to(self, shape: tuple[int, ...]) -> DoubleDouble:
+        return DoubleDouble(np.broadcast_to(self.hi, shape), np.broadcast_to(self.lo, shape))
+
+
+class DoubleDoubleOps:
+    """Elementary functions of double-double numbers, one at a time through mpmath."""
+
+    def rational(self, value: Fraction) -> DoubleDouble:
+        return DoubleDouble.of(value)
+
+    def pi(self) -> DoubleDouble:
+        return DoubleDouble(np.asarray(np.pi), np.asarray(1.2246467991473532e-16))
+
+    def power(self, base: Any, exponent: Fraction) -> DoubleDouble:
+        return _through_mpmath(
+            lambda c, x: x ** (c.mpf(exponent.numerator) / exponent.denominator), base
+        )
+
+    def __getattr__(self, name: str) -> Any:
+        return lambda x: _through_mpmath(lambda c, value: getattr(c, name)(value), x)
+
+
+def _through_mpmath(function: Any, x: Any) -> DoubleDouble:
+    from symasym.base.contexts import own_context
+
+    number = DoubleDouble.of(x)
+    shape = np.shape(number.hi)
+    hi, lo = np.empty(shape), np.empty(shape)
+    with own_context(40) as context:
+        for index in np.ndindex(shape):
+            value = function(
+                context, context.mpf(float(number.hi[index])) + float(number.lo[index])
+            )
+            hi[index] = float(value)
+            lo[index] = float(value - context.mpf(hi[index]))
+    return DoubleDouble(hi, lo)
+
+
+def shift(coefficients: list[DoubleDouble], centre: FloatArray) -> list[FloatArray]:
+    """Taylor coefficients at `centre` of the polynomial with these ascending coefficients.
+
+    Each is rounded to float64 only at the end, so a coefficient that vanishes
+    at the centre keeps its full relative precision down to 1e-32.
+    """
+    work = list(coefficients)
+    degree = len(work) - 1
+    x = DoubleDouble.of(centre)
+    for lowest in range(degree):
+        for k in range(degree - 1, lowest - 1, -1):
+            work[k] = work[k] + work[k + 1] * x
+    return [np.broadcast_to(c.hi + c.lo, np.shape(centre)) for c in work]
+
+
+def _two_sum(a: Any, b: Any) -> tuple[Any, Any]:
+    s = a + b
+    t = s - a
+    return s, (a - (s - t)) + (b - t)
+
+
+def _fast_two_sum(a: Any, b: Any) -> tuple[Any, Any]:
+    s = a + b
+    return s, b - (s - a)
+
+
+def two_product(a: Any, b: Any) -> tuple[Any, Any]:
+    p = a * b
+    t = _SPLITTER * a
+    ah = t - (t - a)
+    al = a - ah
+    t = _SPLITTER * b
+    bh = t - (t - b)
+    bl = b - bh
+    return p, ((ah * bh - p) + ah * bl + al * bh) + al * bl

@@ -1,0 +1,138 @@
+"""All zeros of many polynomials of one degree at once, in float64."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.base.inputs import FloatArray
+
+# Zeros closer than this are not told apart well enough for partial fractions.
+_CLUSTER = 1e-3
+# An imaginary part below this, after Newton's steps, is rounding.
+_REAL = 1e-9
+
+
+class Zeros(NamedTuple):
+    """Columns of zeros.
+
+    Attributes
+    ----------
+    values : array, shape (degree, n)
+        The real zeros, ascending, then infinities.
+    real : array, shape (n,)
+        How many are real.
+    pairs : list of array, shape (n,)
+        The others above the real axis, then infinities.
+    apart : array, shape (n,)
+        Whether no two of them are close to each other.
+    complete : array, shape (n,)
+        Whether all of them have been found.
+    """
+
+    values: FloatArray
+    real: Any
+    pairs: list[Any]
+    apart: Any
+    complete: Any
+
+    def take(self, rows: Any) -> Zeros:
+        """Those of some polynomials, with as many real zeros each."""
+        real = self.real[rows]
+        above = (len(self.values) - int(real[0])) // 2
+        pairs = [pair[rows] for pair in self.pairs[:above]]
+        return Zeros(self.values[:, rows], real, pairs, self.apart[rows], self.complete[rows])
+
+
+def zeros_of(c: FloatArray) -> Zeros:
+    """Zeros of the columns of `c`, ascending powers, the last not 0."""
+    degree, count = len(c) - 1, c.shape[1]
+    if degree == 0:
+        every = np.ones(count, bool)
+        return Zeros(np.empty((0, count)), np.zeros(count, int), [], every, every)
+    with np.errstate(all="ignore"):
+        found = _cubic(c) if degree == 3 else _quadratic(c) if degree == 2 else _companion(c)
+        for _ in range(3):
+            found = _newton(c, found)
+    size = np.maximum(1.0, np.abs(found))
+    is_real = np.abs(found.imag) < _REAL * (1 + np.abs(found))
+    complete = np.isfinite(found).all(axis=0)
+    apart = complete
+    for k in range(degree):
+        for j in range(k):
+            gap = np.abs(found[k] - found[j])
+            apart = apart & (gap > _CLUSTER * np.maximum(size[k], size[j]))
+    values = np.sort(np.where(is_real, found.real, np.inf), axis=0)
+    real = is_real.sum(axis=0)
+    above = ~is_real & (found.imag > 0)
+    # As many below the axis as above it.
+    complete &= 2 * above.sum(axis=0) + real == degree
+    return Zeros(values, real, _chosen(found, above), apart & complete, complete)
+
+
+def _chosen(found: Any, above: Any) -> list[Any]:
+    """Those above the real axis first, as many as there may be."""
+    half = len(found) // 2
+    if half == 1:
+        # Sorting is slow for so few.
+        first = np.full(found.shape[1], np.inf + 0j)
+        for row, chosen in zip(found, above, strict=True):
+            np.copyto(first, row, where=chosen)
+        return [first]
+    at = np.argsort(~above, axis=0, kind="stable")
+    return list(np.take_along_axis(found, at, axis=0)[:half])
+
+
+def _newton(c: FloatArray, z: Any) -> Any:
+    value, slope = c[-1] + 0 * z, 0 * z
+    for row in c[-2::-1]:
+        slope = slope * z + value
+        value = value * z + row
+    step = value / slope
+    good = np.abs(step) < 1e-3 * (1 + np.abs(z))
+    return z - np.where(good, step, 0.0)
+
+
+def _companion(c: FloatArray) -> Any:
+    degree, count = len(c) - 1, c.shape[1]
+    if degree == 1:
+        return (-c[0] / c[1] + 0j)[None]
+    matrix = np.zeros((count, degree, degree))
+    matrix[:, np.arange(1, degree), np.arange(degree - 1)] = 1.0
+    last = -c[:-1] / c[-1]
+    fine = np.isfinite(last).all(axis=0)
+    matrix[:, :, -1] = np.where(fine, last, 0.0).T
+    return np.where(fine, np.linalg.eigvals(matrix).T, np.nan)
+
+
+def _quadratic(c: FloatArray) -> Any:
+    half, product = c[1] / (-2 * c[2]), c[0] / c[2]
+    root = np.sqrt(half * half - product + 0j)
+    # The zero without cancellation first, the other from their product.
+    first = half + np.where(half < 0, -root, root)
+    return np.array([first, np.where(first == 0, 0.0, product / np.where(first == 0, 1, first))])
+
+
+def _cubic(c: FloatArray) -> Any:
+    """Viète's cosines where all are real, Cardano's sum and a quadratic else."""
+    b, e, f = c[2] / c[3], c[1] / c[3], c[0] / c[3]
+    middle = -b / 3
+    p = e - b * b / 3
+    q = f + b * (2 * b * b / 27 - e / 3)
+    D = q * q / 4 + p * p * p / 27
+    size = 2 * np.sqrt(np.maximum(-p / 3, 0.0))
+    angle = np.arccos(np.clip(3 * q / np.where(p == 0, 1, p) / np.where(size == 0, 1, size), -1, 1))
+    found = np.empty((3, len(b)), dtype=complex)
+    for k in range(3):
+        found[k] = middle + size * np.cos((angle - 2 * np.pi * k) / 3)
+    one = np.flatnonzero(~(D < 0))
+    if one.size:
+        p, q = p[one], q[one]
+        root = np.cbrt(np.abs(q) / 2 + np.sqrt(np.maximum(D[one], 0.0)))
+        t = np.where(q > 0, -1.0, 1.0) * (root - p / (3 * np.where(root == 0, 1, root)))
+        found[0, one] = t + middle[one]
+        imag = np.sqrt(np.maximum(3 * t * t / 4 + p, 0.0))
+        found[1, one] = middle[one] - t / 2 + 1j * imag
+        found[2, one] = np.conj(found[1, one])
+    return found

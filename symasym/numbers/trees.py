@@ -1,0 +1,200 @@
+"""One formula, many number types.
+
+A model writes its drift once, as `evaluate(u, p, ops)`; `ops` brings what the
+number type of `u` needs for it: `rational(value)`, `pi()`, `power(base, exponent)`
+and the elementary functions by the names in `FUNCTIONS`. This module holds the
+types that the layers above share: rationals, NumPy, SymPy, and mpmath contexts.
+The Taylor jets and the balls bring their own, beside their engines.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from symasym.base.errors import InputError
+from symasym.base.inputs import to_float
+
+FUNCTIONS = [
+    *("exp", "log", "sqrt", "erf"),
+    *("sin", "cos", "tan", "asin", "acos", "atan"),
+    *("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
+]
+
+
+class NotRational(Exception):
+    """A formula left the rationals."""
+
+
+class FractionOps:
+    """Exact rationals; anything transcendental leaves them."""
+
+    def rational(self, value: Fraction) -> Fraction:
+        return value
+
+    def pi(self) -> Any:
+        raise NotRational
+
+    def power(self, base: Any, exponent: Fraction) -> Any:
+        if exponent.denominator == 1:
+            power = integer_power(base, abs(exponent.numerator))
+            return power if exponent > 0 else 1 / power
+        raise NotRational
+
+    def __getattr__(self, name: str) -> Any:
+        def leave(*_: Any) -> Any:
+            raise NotRational
+
+        return leave
+
+
+class NumpyOps:
+    """float64 arrays."""
+
+    _names = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
+    _names |= {"asinh": "arcsinh", "acosh": "arccosh", "atanh": "arctanh"}
+
+    def rational(self, value: Fraction) -> float:
+        return to_float("A number of the drift", value)
+
+    def pi(self) -> float:
+        return float(np.pi)
+
+    def power(self, base: Any, exponent: Fraction) -> Any:
+        return np.power(base, float(exponent))
+
+    def erf(self, x: Any) -> Any:
+        # NumPy has no erf and SciPy is no requirement; the C library's is exact to an ulp.
+        import math
+
+        return np.vectorize(math.erf, otypes=[float])(x)
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in FUNCTIONS:
+            raise AttributeError(name)
+        return getattr(np, self._names.get(name, name))
+
+
+class MpmathOps:
+    """Real numbers of one mpmath context."""
+
+    def __init__(self, context: Any) -> None:
+        self.context = context
+
+    def rational(self, value: Fraction) -> Any:
+        return self.context.mpf(value.numerator) / value.denominator
+
+    def pi(self) -> Any:
+        return +self.context.pi
+
+    def power(self, base: Any, exponent: Fraction) -> Any:
+        return base ** self.rational(exponent)
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in FUNCTIONS:
+            raise AttributeError(name)
+        return getattr(self.context, name)
+
+
+class SympyOps:
+    """SymPy expressions."""
+
+    def rational(self, value: Fraction) -> Any:
+        import sympy
+
+        return sympy.Rational(value.numerator, value.denominator)
+
+    def pi(self) -> Any:
+        import sympy
+
+        return sympy.pi
+
+    def power(self, base: Any, exponent: Fraction) -> Any:
+        return base ** self.rational(exponent)
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in FUNCTIONS:
+            raise AttributeError(name)
+        import sympy
+
+        return getattr(sympy, name)
+
+
+def evaluate_tree(expression: Any, values: dict[Any, Any], ops: Any) -> Any:
+    """A SymPy expression in the arithmetic of `ops`, symbols replaced by `values`.
+
+    `sympy.lambdify` would turn 1/3 into a float before the precision is known;
+    walking the tree keeps every rational exact until `ops` rounds it.
+    """
+    import sympy
+
+    known: dict[Any, Any] = dict(values)
+
+    def walk(node: Any) -> Any:
+        if node not in known:
+            known[node] = value_of(node)
+        return known[node]
+
+    def value_of(node: Any) -> Any:
+        if node.is_Rational:
+            return ops.rational(Fraction(int(node.p), int(node.q)))
+        if node is sympy.pi:
+            return ops.pi()
+        if node is sympy.E:
+            return ops.exp(ops.rational(Fraction(1)))
+        if node.is_Add:
+            return _accumulate(map(walk, node.args), lambda a, b: a + b)
+        if node.is_Mul:
+            # exp(-x) stays a factor: as a divisor exp(x) it would overflow.
+            below = [f for f in node.args if f.is_Pow and f.exp.is_Integer and f.exp < 0]
+            above = [f for f in node.args if f not in below]
+            if below and above:
+                divisor = sympy.Mul(*(1 / f for f in below))
+                return walk(sympy.Mul(*above)) / walk(divisor)
+            return _accumulate(map(walk, node.args), lambda a, b: a * b)
+        if node.is_Pow:
+            return power_of(node)
+        name = type(node).__name__
+        if name in FUNCTIONS and len(node.args) == 1:
+            return getattr(ops, name)(walk(node.args[0]))
+        raise InputError(
+            f"A contains {node}, which is not among the analytic functions symasym evaluates; "
+            f"write A with {', '.join(FUNCTIONS)}, powers and rationals."
+        )
+
+    def power_of(node: Any) -> Any:
+        base, exponent = node.as_base_exp()
+        if base is sympy.E:
+            return ops.exp(walk(exponent))
+        if exponent.is_Integer:
+            positive = integer_power(walk(base), abs(int(exponent)))
+            return positive if exponent > 0 else ops.rational(Fraction(1)) / positive
+        if exponent == sympy.Rational(1, 2):
+            return ops.sqrt(walk(base))
+        if exponent.is_Rational:
+            return ops.power(walk(base), Fraction(int(exponent.p), int(exponent.q)))
+        return ops.exp(walk(exponent) * ops.log(walk(base)))
+
+    return walk(sympy.sympify(expression))
+
+
+def integer_power(base: Any, exponent: int) -> Any:
+    """``base**exponent`` for `exponent` >= 1 by squaring, for types without ``**``."""
+    result = None
+    while exponent:
+        if exponent & 1:
+            result = base if result is None else result * base
+        exponent >>= 1
+        if exponent:
+            base = base * base
+    return result
+
+
+def _accumulate(terms: Any, combine: Any) -> Any:
+    iterator = iter(terms)
+    total = next(iterator)
+    for term in iterator:
+        total = combine(total, term)
+    return total

@@ -1,0 +1,289 @@
+"""Truncated Taylor series at any precision, for drifts that are not polynomials."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from operator import mul
+from typing import Any
+
+from symasym.base.errors import AccuracyError, InputError
+from symasym.numbers.rationals import Rational
+from symasym.numbers.trees import integer_power
+
+
+class Jet:
+    """(c[0] + c[1] s + ... + c[n-1] s^(n-1)) 2^e with integers c.
+
+    One exponent for all coefficients makes a product of series a product of
+    integers, several times faster than one of floating-point numbers. What is
+    lost is relative to the largest coefficient, which for |s| <= 1 is what counts.
+    """
+
+    __slots__ = ("c", "e", "ops")
+
+    def __init__(self, c: list[int], e: int, ops: JetOps) -> None:
+        excess = max(abs(x) for x in c).bit_length() - ops.bits - 16
+        if excess > 0:
+            c, e = [x >> excess for x in c], e + excess
+        self.c, self.e, self.ops = c, e, ops
+
+    def __neg__(self) -> Jet:
+        return Jet([-x for x in self.c], self.e, self.ops)
+
+    def __add__(self, other: Any) -> Jet:
+        term: Jet = other if isinstance(other, Jet) else self.ops.constant(other)
+        fine, coarse = sorted((self, term), key=lambda jet: jet.e)
+        if not any(coarse.c):
+            return fine
+        # Up to `bits` places are kept below the coarser unit, so that a small term beside a
+        # large one that later cancels is not lost more than in floating point.
+        shift = coarse.e - fine.e
+        drop = max(0, shift - self.ops.bits)
+        rise = shift - drop
+        c = [(x >> drop) + (y << rise) for x, y in zip(fine.c, coarse.c, strict=True)]
+        return Jet(c, fine.e + drop, self.ops)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Jet:
+        return self.__add__(-other)
+
+    def __rsub__(self, other: Any) -> Jet:
+        return (-self).__add__(other)
+
+    def __mul__(self, other: Any) -> Jet:
+        if not isinstance(other, Jet):
+            mantissa, exponent = _parts(self.ops.context.mpf(other))
+            return Jet([x * mantissa for x in self.c], self.e + exponent, self.ops)
+        a, backwards = self.c, other.c[::-1]
+        n = len(a)
+        c = [_dot(a, backwards[n - 1 - k :]) for k in range(n)]
+        return Jet(c, self.e + other.e, self.ops)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Jet:
+        if not isinstance(other, Jet):
+            return self.__mul__(1 / self.ops.context.mpf(other))
+        b, lead = other.c[1:], other.c[0]
+        if not lead:
+            raise InputError("A divides by 0 on [-1, 1]; give an A that is smooth there.")
+        largest = max(abs(x) for x in self.c).bit_length()
+        shift = max(0, self.ops.bits + 16 + lead.bit_length() - largest)
+        recent: list[int] = []
+        for x in self.c:
+            recent.insert(0, ((x << shift) - _dot(b, recent)) // lead)
+        return Jet(recent[::-1], self.e - other.e - shift, self.ops)
+
+    def __rtruediv__(self, other: Any) -> Jet:
+        return self.ops.constant(other) / self
+
+    def __pow__(self, exponent: int) -> Jet:
+        if exponent == 0:
+            return self.ops.constant(1)
+        power: Jet = integer_power(self, abs(exponent))
+        return power if exponent > 0 else 1 / power
+
+    def head(self) -> Any:
+        """The constant term, an mpf."""
+        return self.ops.context.ldexp(self.ops.context.mpf(self.c[0]), self.e)
+
+    def slopes(self) -> list[int]:
+        """k c[k], k from 1."""
+        return [k * x for k, x in enumerate(self.c)][1:]
+
+    def derivative(self) -> Jet:
+        """The derivative, its last coefficient unknown and set to zero."""
+        return Jet([*self.slopes(), 0], self.e, self.ops)
+
+    @staticmethod
+    def fractions(value: Any, ops: JetOps) -> list[Fraction]:
+        """Coefficients of a Jet, or of a number that turned out constant."""
+        jet = value if isinstance(value, Jet) else ops.constant(value)
+        if jet.e >= 0:
+            return [Rational(x << jet.e) for x in jet.c]
+        return [Rational(x, 1 << -jet.e) for x in jet.c]
+
+    @staticmethod
+    def coefficients_of(value: Any, ops: JetOps) -> list[Any]:
+        """The same as mpf."""
+        jet = value if isinstance(value, Jet) else ops.constant(value)
+        return [ops.context.ldexp(ops.context.mpf(x), jet.e) for x in jet.c]
+
+
+def _dot(a: Sequence[int], b: Sequence[int]) -> int:
+    """Sum of products as far as the shorter reaches, which is what a convolution wants."""
+    return sum(map(mul, a, b))
+
+
+def _parts(x: Any) -> tuple[int, int]:
+    """x = mantissa 2^exponent of an mpf."""
+    if hasattr(x, "_mpc_"):
+        raise InputError("A is complex on [-1, 1]; give an A that is real there.")
+    sign, mantissa, exponent, _ = x._mpf_
+    if not mantissa and exponent:
+        raise AccuracyError("A is not finite on [-1, 1]; give an A that is smooth there.")
+    return (-int(mantissa) if sign else int(mantissa)), int(exponent)
+
+
+class JetOps:
+    """Elementary functions of jets, by the differential equation each satisfies.
+
+    Parameters
+    ----------
+    order : int
+        Number of coefficients.
+    context : mpmath context
+        Its precision is used as it stands.
+    """
+
+    def __init__(self, order: int, context: Any) -> None:
+        self.order, self.context = order, context
+        self.bits = context.prec + 32
+
+    def constant(self, value: Any) -> Jet:
+        if hasattr(value, "_mpc_"):
+            raise InputError("A is complex on [-1, 1]; give an A that is real there.")
+        mantissa, exponent = _parts(self.context.mpf(value))
+        room = max(0, self.bits - mantissa.bit_length())
+        return Jet([mantissa << room] + [0] * (self.order - 1), exponent - room, self)
+
+    def variable(self, centre: Any, scale: Fraction = Fraction(1)) -> Jet:
+        """The jet of u = centre + scale s; `centre` a Fraction or an mpf."""
+        first = self.rational(centre) if hasattr(centre, "denominator") else centre
+        if self.order == 1:
+            return self.constant(first)
+        slope = self.constant(self.rational(scale))
+        return Jet([0, slope.c[0], *[0] * (self.order - 2)], slope.e, self).__add__(first)
+
+    def rational(self, value: Fraction) -> Any:
+        return self.context.mpf(value.numerator) / value.denominator
+
+    def pi(self) -> Any:
+        return +self.context.pi
+
+    def fixed(self, value: Any, e: int) -> int:
+        """An mpf in units of 2^e."""
+        mantissa, exponent = _parts(value)
+        shift = exponent - e
+        return mantissa << shift if shift >= 0 else mantissa >> -shift
+
+    def __getattr__(self, name: str) -> Callable[[Any], Any]:
+        rule = _RULES.get(name)
+        if rule is None:
+            raise AttributeError(name)
+
+        def apply(x: Any) -> Any:
+            if not isinstance(x, Jet):
+                return getattr(self.context, name)(x)
+            return rule(x, self)
+
+        return apply
+
+    def power(self, x: Any, exponent: Fraction) -> Any:
+        if not isinstance(x, Jet):
+            return x ** self.rational(exponent)
+        p, q, n_terms = exponent.numerator, exponent.denominator, self.order
+        lead, first = x.c[0], x.head() ** self.rational(exponent)
+        if not lead:
+            raise InputError("A takes a root of 0 on [-1, 1]; give an A that is smooth there.")
+        recent = [self.constant(first).c[0]]
+        e = self.constant(first).e
+        for n in range(1, n_terms):
+            weights = [(p * k - q * (n - k)) * x.c[k] for k in range(1, n + 1)]
+            recent.insert(0, _dot(weights, recent) // (n * q * lead))
+        return Jet(recent[::-1], e, self)
+
+
+def _scaled(value: int, e: int) -> int:
+    return value << e if e >= 0 else value >> -e
+
+
+def _from_derivative(first: Any, derivative: Jet) -> Jet:
+    """The jet with constant term `first` and this derivative."""
+    ops = derivative.ops
+    rest = [x // (k + 1) for k, x in enumerate(derivative.c[:-1])]
+    return Jet([0, *rest], derivative.e, ops).__add__(first)
+
+
+def _exp(x: Jet, ops: JetOps) -> Jet:
+    slopes, start = x.slopes(), ops.constant(ops.context.exp(x.head()))
+    recent = [start.c[0]]
+    for n in range(1, ops.order):
+        recent.insert(0, _scaled(_dot(slopes, recent), x.e) // n)
+    return Jet(recent[::-1], start.e, ops)
+
+
+def _circular(x: Jet, ops: JetOps, sign: int) -> tuple[Jet, Jet]:
+    """(sin, cos) for sign -1, (sinh, cosh) for sign +1."""
+    slopes, context = x.slopes(), ops.context
+    names = ("sin", "cos") if sign < 0 else ("sinh", "cosh")
+    values = [getattr(context, name)(x.head()) for name in names]
+    e = max(context.mag(v) for v in values if v) - ops.bits
+    s, c = ([ops.fixed(v, e)] for v in values)
+    for n in range(1, ops.order):
+        s_next = _scaled(_dot(slopes, c), x.e) // n
+        c_next = sign * _scaled(_dot(slopes, s), x.e) // n
+        s.insert(0, s_next)
+        c.insert(0, c_next)
+    return Jet(s[::-1], e, ops), Jet(c[::-1], e, ops)
+
+
+def _log(x: Jet, ops: JetOps) -> Jet:
+    return _from_derivative(ops.context.log(x.head()), x.derivative() / x)
+
+
+def _quotient(pair: tuple[Jet, Jet]) -> Jet:
+    return pair[0] / pair[1]
+
+
+def _tanh(x: Jet, ops: JetOps) -> Jet:
+    # sinh/cosh would lose the saturated tail; y' = (1 - y^2) x' keeps it.
+    slopes, context, e = x.slopes(), ops.context, -ops.bits
+    y = [ops.fixed(context.tanh(x.head()), e)]
+    complement = [ops.fixed(context.sech(x.head()) ** 2, e)]
+    for n in range(1, ops.order):
+        y.insert(0, _scaled(_dot(slopes, complement), x.e) // n)
+        complement.insert(0, -_scaled(_dot(y, y[::-1]), e))
+    return Jet(y[::-1], e, ops)
+
+
+def _inverse(name: str, inside: Callable[[Jet], Jet], root: bool) -> Callable[[Jet, JetOps], Jet]:
+    """The inverse function whose derivative is x'/inside or x'/sqrt(inside)."""
+
+    def rule(x: Jet, ops: JetOps) -> Jet:
+        below = inside(x)
+        if root:
+            below = ops.power(below, Fraction(1, 2))
+        return _from_derivative(getattr(ops.context, name)(x.head()), x.derivative() / below)
+
+    return rule
+
+
+def _erf(x: Jet, ops: JetOps) -> Jet:
+    scale = 2 / ops.context.sqrt(ops.context.pi)
+    slope = _exp(-(x * x), ops) * x.derivative() * scale
+    return _from_derivative(ops.context.erf(x.head()), slope)
+
+
+_asin = _inverse("asin", lambda x: 1 - x * x, True)
+
+_RULES: dict[str, Callable[[Jet, JetOps], Any]] = {
+    "exp": _exp,
+    "log": _log,
+    "sqrt": lambda x, ops: ops.power(x, Fraction(1, 2)),
+    "sin": lambda x, ops: _circular(x, ops, -1)[0],
+    "cos": lambda x, ops: _circular(x, ops, -1)[1],
+    "tan": lambda x, ops: _quotient(_circular(x, ops, -1)),
+    "sinh": lambda x, ops: _circular(x, ops, 1)[0],
+    "cosh": lambda x, ops: _circular(x, ops, 1)[1],
+    "tanh": _tanh,
+    "asin": _asin,
+    "acos": lambda x, ops: ops.context.pi / 2 - _asin(x, ops),
+    "atan": _inverse("atan", lambda x: 1 + x * x, False),
+    "asinh": _inverse("asinh", lambda x: 1 + x * x, True),
+    "acosh": _inverse("acosh", lambda x: x * x - 1, True),
+    "atanh": _inverse("atanh", lambda x: 1 - x * x, False),
+    "erf": _erf,
+}

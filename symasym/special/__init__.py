@@ -1,0 +1,1 @@
+"""Special functions: products of Airy functions and Dawson's integral, in float64 and in digits."""

@@ -1,0 +1,1 @@
+"""Reference tables of a grid of exact values."""

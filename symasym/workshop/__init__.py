@@ -1,0 +1,1 @@
+"""What checks, measures and draws symasym: no other room imports it but the commands."""

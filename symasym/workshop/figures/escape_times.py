@@ -1,0 +1,371 @@
+"""The escape time of the friction oscillator, exact and by the paper's formula (fric1, fric2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import symasym as sa
+from symasym.base.errors import InputError
+from symasym.base.inputs import FloatArray, exact
+from symasym.drift.models import check_count
+from symasym.workshop.figures.style import (
+    INK,
+    colors,
+    dark,
+    new_figure,
+    number_text,
+    several,
+    style,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# The paper's setting: everything is exact, and eps, kappa and r are the physical ones.
+EPS = "0.01"
+R = "0.1"
+ALPHA = "1"
+KAPPAS = ("0.01", "0.02", "0.05", "0.1")
+MUS = ("1/2", "1", "2", "3")
+#: (mu, kappa) of every curve in the figures.
+DRAWN = tuple(
+    dict.fromkeys(
+        [(mu, kappa) for mu in ("3", "1/2") for kappa in KAPPAS] + [(mu, KAPPAS[0]) for mu in MUS]
+    )
+)
+POINTS = 400
+
+
+@dataclass(frozen=True)
+class Curve:
+    """log of the escape time against z0, for one mu and one noise amplitude.
+
+    Attributes
+    ----------
+    mu, kappa : str
+        Exact; `kappa` is the physical amplitude.
+    z0, exact : ndarray
+        The exact integral (eq:Ttilde).
+    asymptotic : list of (ndarray, ndarray)
+        The paper's formula (eq:Ttildesmall), in pieces between its discontinuities.
+    fold : float or None
+        Where it is discontinuous, z0^(+), if it is.
+    """
+
+    mu: str
+    kappa: str
+    z0: FloatArray
+    exact: FloatArray
+    asymptotic: list[tuple[FloatArray, FloatArray]]
+    fold: float | None
+
+
+def curve(
+    mu: Any,
+    kappa: Any,
+    points: int = POINTS,
+    *,
+    alpha: Any = ALPHA,
+    eps: Any = EPS,
+    r: Any = R,
+    low: float | None = None,
+) -> Curve:
+    """Both sides of the comparison at evenly spaced values of z0 in the crossing region.
+
+    Parameters
+    ----------
+    mu, alpha : number
+        Shape and strength of the friction force.
+    kappa, eps, r : number
+        Physical noise amplitude, half-width of the layer and escape radius.
+    points : int
+        How many values of z0, from `low` to the region's edge 1 - alpha, which is
+        left out.
+    low : float, optional
+        Smallest z0, 1 - 3 alpha if left out.
+    """
+    scales = sa.rescale(eps=eps, kappa=kappa, r=r)
+    family = sa.friction(mu=mu, alpha=alpha)
+    edge, strength = 1 - float(exact("alpha", alpha)), float(exact("alpha", alpha))
+    begin = edge - 2 * strength if low is None else low
+    z0 = np.linspace(begin, edge, check_count("points", points), endpoint=False)
+    fold = float(family.folds().z0[0])
+    # On the right of the fold the formula diverges like (z0 - fold)^(-1/2), so the grid is
+    # refined there and stops short of it; on the left it is continuous up to the fold.
+    sides = [z0]
+    if not np.isnan(fold):
+        near = fold + strength * np.geomspace(1e-4, 2e-2, 40)
+        right = np.union1d(z0[z0 > fold], near[near < edge])
+        sides = [np.append(z0[z0 < fold - 1e-9], fold - 1e-9), right][: 1 + bool(right.size)]
+
+    def log_time(at: FloatArray, method: str) -> FloatArray:
+        drift = family.bind(z0=at)
+        return np.asarray(sa.escape_time(drift, scales.kappa, scales.r, method=method, log=True))
+
+    return Curve(
+        mu=str(mu),
+        kappa=str(kappa),
+        z0=z0,
+        exact=log_time(z0, "exact"),
+        asymptotic=[(side, log_time(side, "paper")) for side in sides],
+        fold=None if np.isnan(fold) else fold,
+    )
+
+
+def fric1(
+    points: int = POINTS,
+    *,
+    mu: Any = ("3", "1/2"),
+    kappa: Any = KAPPAS,
+    alpha: Any = ALPHA,
+    eps: Any = EPS,
+    r: Any = R,
+) -> Figure:
+    """The escape time against z0 at several noise amplitudes (Fig. fric1).
+
+    Parameters
+    ----------
+    points : int
+        Values of z0 in the crossing region, at least 2.
+    mu : number or sequence of up to four numbers
+        Shapes of the friction force, a panel each; with an inset at the fold
+        where there is one.
+    kappa : number or sequence of up to four numbers
+        Physical noise amplitudes, a curve each.
+    alpha, eps, r : number
+        Friction strength; physical half-width of the layer and escape radius.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If a parameter is out of its range.
+
+    Examples
+    --------
+    >>> from symasym.workshop.figures import fric1
+    >>> len(fric1(points=20, mu=2).axes)
+    1
+    """
+    shapes, amplitudes = several("mu", mu), several("kappa", kappa)
+    setting = {"alpha": alpha, "eps": eps, "r": r}
+    low = _lowest(shapes, alpha)
+    panels = [[_curve(m, k, points, low, setting) for k in amplitudes] for m in shapes]
+    labels = [rf"$\kappa = {number_text(exact('kappa', k))}$" for k in amplitudes]
+    caption = (
+        f"Logarithm of the escape time of the oscillator against its spring extension, "
+        f"{_setting_text(setting)}: the exact integral (solid) and the paper's leading-order "
+        "formula (dotted), for the kappa beside the curves."
+    )
+    if any(curves[0].fold is not None for curves in panels):
+        caption += (
+            " The formula jumps at the fold, where the well is born; the escape time does not."
+        )
+    if any(curves[0].fold is None for curves in panels):
+        caption += " Without a well, for mu up to 1/2, the formula does not depend on kappa."
+    with style():
+        figure = new_figure(4.2 * len(shapes) + (0.4 if len(shapes) == 1 else 0), 3.8, caption)
+        for n, (axes, curves, m) in enumerate(
+            zip(figure.subplots(1, len(shapes), squeeze=False)[0], panels, shapes, strict=True)
+        ):
+            number = f"({('i', 'ii', 'iii', 'iv')[n]})  " if len(shapes) > 1 else ""
+            _limits(axes, curves, 0.03)
+            _panel(axes, curves, labels, rf"{number}$\mu = {number_text(exact('mu', m))}$")
+            _fold_inset(axes, curves)
+        if any(axes.child_axes for axes in figure.axes):
+            figure.set_label(f"{caption} The inset magnifies the fold.")
+        figure.legend(handles=_key(), loc="outside lower center", ncols=2)
+        return figure
+
+
+def fric2(
+    points: int = POINTS,
+    *,
+    mu: Any = MUS,
+    kappa: Any = KAPPAS[0],
+    alpha: Any = ALPHA,
+    eps: Any = EPS,
+    r: Any = R,
+) -> Figure:
+    """The escape time against z0 for several mu at small noise (Fig. fric2).
+
+    Parameters
+    ----------
+    points : int
+        Values of z0 in the crossing region, at least 2.
+    mu : number or sequence of up to four numbers
+        Shapes of the friction force, a curve each.
+    kappa : number
+        Physical noise amplitude.
+    alpha, eps, r : number
+        Friction strength; physical half-width of the layer and escape radius.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Every discontinuity of the asymptotic value is marked.
+
+    Raises
+    ------
+    InputError
+        If a parameter is out of its range.
+
+    Examples
+    --------
+    >>> from symasym.workshop.figures import fric2
+    >>> fric2(points=20, mu=[1, 2]).axes[0].get_xlabel()
+    '$z_0$'
+    """
+    shapes = several("mu", mu)
+    setting = {"alpha": alpha, "eps": eps, "r": r}
+    low = _lowest(shapes, alpha)
+    curves = [_curve(m, kappa, points, low, setting) for m in shapes]
+    noise = number_text(exact("kappa", kappa))
+    caption = (
+        f"Logarithm of the escape time against the spring extension at kappa = {noise}, "
+        f"{_setting_text(setting)}, for the mu beside the curves: the exact integral (solid) and "
+        "the paper's leading-order formula (dotted), whose Stokes discontinuities are marked."
+    )
+    with style():
+        figure = new_figure(5.4, 3.8, caption)
+        axes = figure.subplots()
+        _limits(axes, curves, 0.25)
+        labels = [rf"$\mu = {number_text(exact('mu', m))}$" for m in shapes]
+        _panel(axes, curves, labels, rf"$\kappa = {noise}$")
+        _mark_folds(axes, curves)
+        axes.legend(handles=_key(), loc="upper left")
+        return figure
+
+
+def _curve(mu: Any, kappa: Any, points: int, low: float, setting: dict[str, Any]) -> Curve:
+    if check_count("points", points) < 2:
+        raise InputError(f"points is {points}; give at least 2, the ends of a curve.")
+    return curve(mu, kappa, points, low=low, **setting)
+
+
+def _lowest(shapes: tuple[Any, ...], alpha: Any) -> float:
+    """The left end of the curves: far enough to show every fold."""
+    strength = float(exact("alpha", alpha))
+    folds = [float(sa.friction(mu=m, alpha=alpha).folds().z0[0]) for m in shapes]
+    return min([1 - 3 * strength, *(f - strength / 2 for f in folds if not np.isnan(f))])
+
+
+def _setting_text(setting: dict[str, Any]) -> str:
+    return ", ".join(f"{name} = {number_text(exact(name, x))}" for name, x in setting.items())
+
+
+def _limits(axes: Axes, curves: list[Curve], below: float) -> None:
+    """Room for the exact curves and the folds; the formula may run out of it on their right."""
+    least = min(float(c.exact.min()) for c in curves)
+    folds = [float(c.asymptotic[0][1][-1]) for c in curves if c.fold is not None]
+    most = max([float(c.exact.max()) for c in curves] + folds)
+    edge = float(2 * curves[0].z0[-1] - curves[0].z0[-2])
+    height = most - least
+    axes.set(xlim=(curves[0].z0[0], edge), ylim=(least - below * height, most + 0.03 * height))
+
+
+def _panel(axes: Axes, curves: list[Curve], labels: list[str], title: str) -> None:
+    for color, drawn in zip(colors(), curves, strict=False):
+        _draw(axes, drawn, color, gid="")
+    axes.set(title=title, xlabel="$z_0$", ylabel=r"$\log\,\tilde{T}$")
+    _label_ends(axes, [float(drawn.exact[-1]) for drawn in curves], labels)
+
+
+def _draw(axes: Axes, drawn: Curve, color: str, gid: str) -> None:
+    name = f"{gid}mu-{drawn.mu.replace('/', '-over-')}-kappa-{drawn.kappa}"
+    axes.plot(drawn.z0, drawn.exact, color=color, gid=f"exact-{name}")
+    for side, (z0, log_time) in zip(("left", "right"), drawn.asymptotic, strict=False):
+        # Darker than the solid line, so that it shows where the two coincide.
+        axes.plot(z0, log_time, color=dark(color, 0.25), **_DOTTED, gid=f"asymptotic-{side}-{name}")
+
+
+_DOTTED: dict[str, Any] = {"linewidth": 1.1, "linestyle": (0, (1.0, 1.7))}
+
+
+def _label_ends(axes: Axes, ends: list[float], labels: list[str]) -> None:
+    """Write each curve's name beside its right end, pushed apart where two would overlap."""
+    low, high = axes.get_ylim()
+    heights = [(end - low) / (high - low) for end in ends]
+    placed = -1.0
+    for i in sorted(range(len(ends)), key=heights.__getitem__):
+        placed = max(heights[i], placed + 0.065)
+        axes.annotate(
+            labels[i],
+            xy=(1.0, heights[i]),
+            xytext=(1.06, placed),
+            xycoords="axes fraction",
+            textcoords="axes fraction",
+            va="center",
+            color=dark(colors()[i], 0.8),
+            annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "color": colors()[i], "linewidth": 0.7},
+        )
+
+
+def _key() -> list[Any]:
+    """What solid and dotted mean."""
+    from matplotlib.lines import Line2D
+
+    return [
+        Line2D([], [], color=INK, label="exact"),
+        Line2D([], [], color=INK, **_DOTTED, label="asymptotic"),
+    ]
+
+
+def _fold_inset(axes: Axes, curves: list[Curve]) -> None:
+    """The neighbourhood of the fold, where the asymptotic value is discontinuous."""
+    fold = curves[0].fold
+    left, right = axes.get_xlim()
+    # It stands over the left of the fold, where the curves are low.
+    room = 0.0 if fold is None else (fold - left) / (right - left) - 0.11
+    if fold is None or room < 0.25:
+        return
+    inset = axes.inset_axes((0.1, 0.4, min(room, 0.5), 0.5))
+    half = 0.075 * (right - left)
+    # The formula jumps by about 1 on this scale, whatever the noise.
+    level = float(curves[0].asymptotic[0][1][-1])
+    for color, drawn in zip(colors(), curves, strict=False):
+        _draw(inset, drawn, color, gid="inset-")
+    inset.set(
+        xlim=(fold - half, min(fold + half, right)),
+        ylim=(level - 0.55, level + 2.25),
+    )
+    ends = [fold - 0.7 * half, fold, fold + 0.7 * half]
+    names = [f"{end:.2g}".replace("-", "\N{MINUS SIGN}") for end in ends]
+    names[1] = "$z_0^{(+)}$"
+    inset.set_xticks([e for e in ends if e < right], names[: sum(e < right for e in ends)])
+    inset.tick_params(labelsize="small")
+    inset.spines[["top", "right"]].set_visible(True)
+    axes.indicate_inset_zoom(inset, edgecolor="0.5")
+
+
+def _mark_folds(axes: Axes, curves: list[Curve]) -> None:
+    """A pointer, from below, to every discontinuity of the asymptotic value."""
+    folded = [(c.fold, k) for k, c in enumerate(curves) if c.fold is not None]
+    low, high = axes.get_ylim()
+    left, right = axes.get_xlim()
+    place = right
+    # From right to left, pushed apart where two would overlap.
+    for fold, k in sorted(folded, reverse=True):
+        z0, log_time = curves[k].asymptotic[0]
+        place = min(fold, place - 0.04 * (right - left))
+        axes.annotate(
+            f"{fold:.2f}".replace("-", "\N{MINUS SIGN}"),
+            xy=(float(z0[-1]), float(log_time[-1]) - 0.005 * (high - low)),
+            xytext=(place, low + 0.1 * (high - low)),
+            ha="center",
+            color=dark(colors()[k], 0.8),
+            arrowprops={"arrowstyle": "->", "color": colors()[k], "linewidth": 0.9},
+        )
+        place -= 0.1 * (right - left)
+    if folded:
+        words = "Stokes discontinuities of the asymptotic value, at $z_0^{(+)}$"
+        at = (0.97, 0.025)
+        axes.annotate(words, xy=at, xycoords="axes fraction", ha="right", color=INK)

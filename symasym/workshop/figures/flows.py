@@ -1,0 +1,367 @@
+"""Orbits across the switch: Filippov's (fil), smoothed (flows), and the whole plane (phase)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import symasym as sa
+from symasym.base.errors import InputError
+from symasym.base.inputs import FloatArray, exact, float_text, positive
+from symasym.workshop.figures import motion
+from symasym.workshop.figures.style import (
+    FAINT,
+    INK,
+    arrow,
+    colors,
+    layer_band,
+    new_figure,
+    number_text,
+    style,
+    vector,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from symasym.drift.friction import Friction
+
+#: Half-widths of the layer that flows can show: thinner ones are too stiff to see an orbit bend.
+_THINNEST, _THICKEST = 0.005, 0.5
+_MOST_STEPS = 40_000
+_SURFACE: dict[str, Any] = {"linewidth": 2.0, "solid_capstyle": "butt", "zorder": 3}
+
+
+def fil(alpha: Any = 1) -> Figure:
+    """Orbits of the ideal switch by Filippov's convention: sliding and crossing (Fig. fil).
+
+    Parameters
+    ----------
+    alpha : number
+        Friction strength, greater than 0.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Panel (i) is about the middle of the sliding region of the friction
+        oscillator, with the construction of the sliding vector; panel (ii) is
+        in its crossing region.
+
+    Raises
+    ------
+    InputError
+        If alpha is not greater than 0.
+
+    Examples
+    --------
+    >>> from symasym.workshop.figures import fil
+    >>> [axes.get_title(loc="left") for axes in fil().axes]
+    ['(i)  sliding', '(ii)  crossing']
+    """
+    strength = positive("alpha", exact("alpha", alpha))
+    a = float(strength)
+    caption = (
+        "The ideal switch at y = 0, here Coulomb friction of strength "
+        f"alpha = {number_text(strength)} on the oscillator. (i) Both fields point to the surface: "
+        "orbits reach it and slide along it with the combination (bold) of f+ and f- that is "
+        "tangent to it. (ii) Both fields point the same way: orbits cross at once, with a kink."
+    )
+    with style():
+        figure = new_figure(7.2, 3.3, caption)
+        sliding, crossing = figure.subplots(1, 2)
+        for axes, middle in ((sliding, 1.0), (crossing, 1 - 1.85 * a)):
+            axes.set(xlim=(middle - 0.75 * a, middle + 0.75 * a), ylim=(-0.75 * a, 0.75 * a))
+            _surface(axes, a)
+            _axis_labels(axes, "$y$")
+            axes.set_yticks([0])
+        sliding.set_title("(i)  sliding")
+        crossing.set_title("(ii)  crossing")
+        # The orbits reach the surface about as far to the left as they started above it.
+        for z in np.linspace(0.65, 2.0, 5) * a + 1 - a:
+            _filippov_orbit(sliding, z, 0.75 * a, a, 1.5)
+        for z in np.linspace(0.45, 1.6, 5) * a + 1 - a:
+            _filippov_orbit(sliding, z, -0.75 * a, a, 1.5)
+        for z in np.linspace(-1.5, 0.1, 6) * a + 1 - a:
+            _filippov_orbit(crossing, z, -0.75 * a, a, 4.0)
+        _construction(sliding, 1.0, a)
+        return figure
+
+
+def flows(mu: Any = 3, alpha: Any = 1, eps: Any = "1/10") -> Figure:
+    """Orbits through the layer of the smoothed switch, in three cases (Fig. flows).
+
+    Parameters
+    ----------
+    mu : number
+        Shape of the friction force in panel (ii.b), greater than 1/2; the other
+        panels have mu = 0.
+    alpha : number
+        Friction strength, greater than 0.
+    eps : number
+        Half-width of the layer, in physical units, from 0.005 to 0.5.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Orbits in (z, u), u = y/eps, and where the scaled drift vanishes: an
+        attracting stretch (solid) and a repelling one (dashed).
+
+    Raises
+    ------
+    InputError
+        If a parameter is out of its range, or the layer too thin for the force.
+
+    Examples
+    --------
+    >>> from symasym.workshop.figures import flows
+    >>> len(flows(mu=2).axes)
+    3
+    """
+    shape, width = exact("mu", mu), positive("eps", exact("eps", eps))
+    if not _THINNEST <= width <= _THICKEST:
+        raise InputError(
+            f"eps is {float_text(width)}; give {_THINNEST} to {_THICKEST}, where orbits can be "
+            "seen to bend inside the layer."
+        )
+    linear, cubic = (sa.friction(mu=m, alpha=alpha, z0=0) for m in (0, shape))
+    require_overshoot(shape)
+    a, small = float(linear.scalars()["alpha"]), float(width)
+    fold = float(cubic.folds().z0[0])
+    caption = (
+        f"The smoothed switch with a layer |u| <= 1 of half-width eps = {number_text(width)} "
+        f"(grey), u = y/eps, alpha = {number_text(exact('alpha', alpha))}. Bold: where the drift "
+        "across the layer vanishes, attracting where solid, repelling where dashed. "
+        "(i) Sliding region: orbits settle close to the attracting curve. (ii.a) Crossing "
+        "region, linear smoothing: nothing stops them. (ii.b) The same region with "
+        f"mu = {number_text(shape)}: the drift changes sign twice, and orbits from below stay "
+        f"in the layer until the curve turns back at z = {_short(fold)}."
+    )
+    edge = 1 - a
+    left = min(edge - 1.2 * a, fold - 0.4 * a)
+    _steps(cubic, small, edge - left)  # Refused before anything is drawn.
+    with style():
+        figure = new_figure(9.6, 3.4, caption)
+        panels = figure.subplots(1, 3, sharey=True)
+        cases = (
+            ("(i)  sliding", linear, 1 - 0.75 * a, 1 + 0.75 * a),
+            (r"(ii.a)  crossing, $\mu = 0$", linear, left, edge),
+            (rf"(ii.b)  crossing, $\mu = {number_text(shape)}$", cubic, left, edge),
+        )
+        for axes, (title, drift, low, high) in zip(panels, cases, strict=True):
+            axes.set(xlim=(low, high), ylim=(-3, 3), title=title)
+            layer_band(axes, horizontal=True)
+            _smoothed_orbits(axes, drift, small)
+            _loci(axes, drift)
+            _axis_labels(axes, r"$u = y/\varepsilon$" if axes is panels[0] else "")
+            axes.set_yticks([-3, -1, 0, 1, 3])
+        panels[2].plot([fold], [cubic.turning_points()], "o", color=INK, markersize=4, gid="fold")
+        panels[2].plot([fold, fold], [-3, cubic.turning_points()], ":", color=FAINT, linewidth=1)
+        ends = [left, fold, edge]
+        panels[2].set_xticks(ends, [_short(left), "$z_0^{(+)}$", _short(edge)])
+        return figure
+
+
+def phase(alpha: Any = 1) -> Figure:
+    """The phase portrait of the oscillator with Coulomb friction (Fig. phase).
+
+    Parameters
+    ----------
+    alpha : number
+        Friction strength, greater than 0.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Orbits by Filippov's convention in (z, y); on y = 0 the crossing
+        regions are dashed, and the sliding region is solid with its field.
+
+    Raises
+    ------
+    InputError
+        If alpha is not greater than 0.
+
+    Examples
+    --------
+    >>> from symasym.workshop.figures import phase
+    >>> phase(alpha=2).axes[0].get_xlabel()
+    '$z$'
+    """
+    strength = positive("alpha", exact("alpha", alpha))
+    a = float(strength)
+    caption = (
+        "Phase portrait of the oscillator with Coulomb friction, "
+        f"alpha = {number_text(strength)}, by Filippov's convention. On the surface y = 0 the "
+        "block sticks to the belt and rides to the left along the solid stretch, from which it "
+        "slips into y > 0 at its left end; on the dashed stretches orbits cross. The dot is the "
+        "rest point of the slipping block."
+    )
+    with style():
+        figure = new_figure(5.6, 4.2, caption)
+        axes = figure.subplots()
+        low, high = min(-a, 1 - a) - 1.6, 1 + a + 1.6
+        axes.set(xlim=(low, high), ylim=(-2.2, 3.0))
+        _surface(axes, a)
+        starts = [(z, -2.2) for z in np.linspace(low + 0.4, high - 0.2, 6)]
+        starts += [(z, 3.0) for z in np.linspace(low - 0.8, high - 1.6, 5)]
+        starts.append((high, -0.9))
+        for z, y in starts:
+            _filippov_orbit(axes, z, y, a, 25.0)
+        # The orbit that leaves the end of the sliding stretch, which all that stick share.
+        _filippov_orbit(axes, 1 - a, 0.0, a, 25.0, INK)
+        for share in (0.22, 0.5, 0.78):
+            start = 1 - a + 2 * a * share
+            vector(axes, (start + 0.12, 0.0), (-0.24, 0.0), INK, 1.8, "sliding-field")
+        axes.plot([-a], [1.0], "o", color=INK, markersize=5, gid="rest")
+        _axis_labels(axes, "$y$")
+        names = [r"$-\alpha$", r"$1-\alpha$", r"$1+\alpha$"]
+        axes.set_xticks([-a, 1 - a, 1 + a], names)
+        axes.set_yticks([0, 1])
+        _phase_key(figure)
+        return figure
+
+
+def _short(number: float) -> str:
+    return f"{number:.3g}".replace("-", "\N{MINUS SIGN}")
+
+
+def require_overshoot(mu: Any) -> None:
+    """Refuse a shape without turning points in the layer."""
+    if mu <= 0.5:
+        raise InputError(
+            f"mu is {float_text(mu)}; give more than 1/2, without which the friction force has no "
+            "turning point in the layer and there is no well to draw."
+        )
+
+
+def _phase_key(figure: Figure) -> None:
+    from matplotlib.lines import Line2D
+
+    above, below = colors()[:2]
+    handles = [
+        Line2D([], [], color=above, linewidth=1.1, label="slip, $y > 0$"),
+        Line2D([], [], color=below, linewidth=1.1, label="slip, $y < 0$"),
+        Line2D([], [], color=INK, linewidth=2.0, label="sliding: the block sticks"),
+        Line2D([], [], color=INK, linewidth=1.4, linestyle=(0, (4, 2)), label="crossing"),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize="small")
+
+
+def _axis_labels(axes: Axes, y: str) -> None:
+    axes.set_xlabel("$z$")
+    if y:
+        axes.set_ylabel(y)
+
+
+def _surface(axes: Axes, alpha: float) -> None:
+    """The surface y = 0: solid where it slides, dashed where it is crossed."""
+    low, high = axes.get_xlim()
+    ends = [low, *(z for z in (1 - alpha, 1 + alpha) if low < z < high), high]
+    for left, right in zip(ends[:-1], ends[1:], strict=True):
+        region = sa.friction(mu=0, alpha=alpha, z0=(left + right) / 2).region
+        dashes = {"linestyle": (0, (4, 2)), "linewidth": 1.4} if region == "crossing" else {}
+        axes.plot([left, right], [0, 0], color=INK, gid=region, **{**_SURFACE, **dashes})
+
+
+def _filippov_orbit(
+    axes: Axes, z: float, y: float, alpha: float, duration: float, color: str = ""
+) -> None:
+    hues = {1: colors()[0], -1: colors()[1]}
+    for piece in motion.filippov(z, y, alpha, duration):
+        if piece.kind == "stick":
+            continue  # The surface is drawn already.
+        side = 1 if piece.path[:, 1].sum() > 0 else -1
+        shown = color or hues[side]
+        axes.plot(*piece.path.T, color=shown, linewidth=1.1, gid=f"slip{side:+d}")
+        arrow(axes, piece.path, shown, gid=f"along{side:+d}")
+
+
+def _construction(axes: Axes, z: float, alpha: float) -> None:
+    """f+, f- and their tangent combination at a point of the surface."""
+    fields = {side: np.array([-1.0, 1 - z - side * alpha]) for side in (1, -1)}
+    share = fields[-1][1] / (fields[-1][1] - fields[1][1])
+    sliding = share * fields[1] + (1 - share) * fields[-1]
+    # Fields of their own length would run off the panel where alpha is not 1.
+    unit = 0.42 * alpha / max(np.hypot(*f) for f in fields.values())
+    for side, name in ((1, "$f^+$"), (-1, "$f^-$")):
+        vector(axes, (z, 0), unit * fields[side], INK, 1.2, f"f{side:+d}")
+        end = unit * fields[side]
+        axes.annotate(
+            name,
+            xy=(z + end[0], end[1]),
+            xytext=(-3, 4 * -side),
+            textcoords="offset points",
+            ha="right",
+            va="center",
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
+            zorder=5,
+        )
+    tips = np.array([unit * fields[side] for side in (1, -1)])
+    axes.plot(z + tips[:, 0], tips[:, 1], ":", color=INK, linewidth=1)
+    vector(axes, (z, 0), unit * sliding, INK, 3.4, "sliding-vector")
+
+
+def _smoothed_orbits(axes: Axes, drift: Friction, eps: float) -> None:
+    low, high = axes.get_xlim()
+    span = high - low
+    # From below everywhere; from above only what comes back to the layer.
+    starts = [(z, -3.0) for z in np.linspace(low + 0.1 * span, high + 0.25 * span, 7)]
+    if high > 1:
+        starts += [(z, 3.0) for z in np.linspace(low + 0.25 * span, high + 0.3 * span, 6)]
+    elif drift.scalars()["mu"] > 0:
+        starts += _beside_the_barrier(drift, low, high)
+    steps = _steps(drift, eps, span)
+    paths = motion.smoothed(drift, np.array(starts), eps, steps, 1.5 * span / steps)
+    for k, (_, u) in enumerate(starts):
+        path = paths[:, k]
+        outside = np.flatnonzero((path[1:, 0] < low) | (np.abs(path[1:, 1]) > 3.0 + 1e-9))
+        path = path[: outside[0] + 2] if outside.size else path
+        side = 1 if u > 0 else -1
+        color = colors()[0 if side > 0 else 1]
+        axes.plot(*_thinned(path).T, color=color, linewidth=1.0, gid=f"orbit-{k}")
+        arrow(axes, path, color, 0.5 if abs(u) < 1.5 else 0.18, gid=f"along-{k}")
+
+
+def _steps(drift: Friction, eps: float, span: float) -> int:
+    """How many steps orbits take through a window of this width; refused where too many."""
+    alpha, mu = (float(drift.scalars()[name]) for name in ("alpha", "mu"))
+    steps = motion.steps_of(eps, alpha * max(1 + mu, 2 * mu - 1), 1.5 * span)
+    if steps > _MOST_STEPS:
+        least = eps * steps / _MOST_STEPS
+        raise InputError(
+            f"eps is {eps:.6g}, too thin a layer for so stiff a force; give at least {least:.2g}, "
+            "or a smaller mu or alpha."
+        )
+    return steps
+
+
+def _beside_the_barrier(drift: Friction, low: float, high: float) -> list[tuple[float, float]]:
+    """Starts just above the repelling curve, from which orbits leave upwards."""
+    turn = drift.turning_points()
+    heights = np.linspace(turn, 1.0, 5)[1:-1]
+    return [(float(drift(u)), float(u) + 0.06) for u in heights if low < drift(u) < high]
+
+
+def _thinned(path: FloatArray) -> FloatArray:
+    """Every so many points of a path of tiny steps, its end included."""
+    stride = max(1, len(path) // 400)
+    kept = path[::stride]
+    return kept if (len(path) - 1) % stride == 0 else np.append(kept, path[-1:], axis=0)
+
+
+def _loci(axes: Axes, drift: Friction) -> None:
+    """Where the drift at z vanishes, phi(u; 0) = z, by the sign of its slope in u."""
+    turn = float(drift.turning_points())
+    turn = 1.0 if np.isnan(turn) else turn
+    for low, high, kind in ((-1, -turn, "repelling"), (-turn, turn, "attracting"), (turn, 1, "")):
+        u = np.linspace(low, high, 200)
+        z = drift(u)
+        seen = (z >= axes.get_xlim()[0]) & (z <= axes.get_xlim()[1])
+        if high - low < 1e-9 or seen.sum() < 2:
+            continue
+        dashed = {"linestyle": (0, (3, 1.5))} if kind != "attracting" else {}
+        gid = f"locus-{kind or 'repelling'}"
+        axes.plot(z, u, color=INK, gid=gid, **{**_SURFACE, "linewidth": 2.2, **dashed})
+    axes.axhline(-1, color=FAINT, linewidth=0.6)
+    axes.axhline(1, color=FAINT, linewidth=0.6)

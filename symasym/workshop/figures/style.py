@@ -1,0 +1,157 @@
+"""What the figures share: the style, arrows along curves, the layer's band, and files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from importlib import resources
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symasym.base.errors import InputError
+from symasym.base.inputs import FloatArray, float_text, is_array
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Kinds of file that `encode` writes.
+KINDS = ("png", "svg", "pdf")
+INK = "0.1"
+FAINT = "0.55"
+
+
+def encode(figure: Figure, kind: str) -> bytes:
+    """The figure as the bytes of a file, the same in every run.
+
+    Parameters
+    ----------
+    figure : matplotlib Figure
+        Its label, which holds the caption, goes into the file as a description.
+    kind : {"png", "svg", "pdf"}
+
+    Raises
+    ------
+    InputError
+        For another kind.
+    """
+    if kind not in KINDS:
+        raise InputError(f"kind is {kind!r}; give one of {', '.join(KINDS)}.")
+    caption = str(figure.get_label()) or None
+    undated: dict[str, dict[str, str | None]] = {
+        "png": {"Software": None} | ({"Description": caption} if caption else {}),
+        "svg": {"Date": None, "Creator": None, "Description": caption},
+        "pdf": {"CreationDate": None, "Creator": None, "Producer": None, "Subject": caption},
+    }
+    buffer = BytesIO()
+    with style():
+        figure.savefig(buffer, format=kind, metadata=undated[kind])
+    return buffer.getvalue()
+
+
+def style() -> Any:
+    """Our style over matplotlib's defaults, so that the user's own settings do not enter."""
+    from matplotlib import style
+
+    with resources.as_file(resources.files("symasym") / "symasym.mplstyle") as path:
+        return style.context(["default", path])
+
+
+def new_figure(width: float, height: float, caption: str) -> Figure:
+    """An empty figure whose label is its caption; call it inside `style`."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height))
+    figure.set_label(caption)
+    return figure
+
+
+def colors() -> list[str]:
+    """The colours of the style, from dark to light."""
+    from matplotlib import rcParams
+
+    return [str(color) for color in rcParams["axes.prop_cycle"].by_key()["color"]]
+
+
+def dark(color: str, share: float) -> tuple[float, ...]:
+    """A colour with this share of its light."""
+    from matplotlib.colors import to_rgb
+
+    return tuple(share * part for part in to_rgb(color))
+
+
+def several(name: str, values: Any) -> tuple[Any, ...]:
+    """One value or a few as a tuple; there are as many as the style has colours."""
+    found = tuple(values) if is_array(values) else (values,)
+    if not 1 <= len(found) <= 4:
+        raise InputError(
+            f"{name} has {len(found)} values; give one to four, which is as many curves "
+            "as stay apart in grey."
+        )
+    return found
+
+
+def number_text(value: Fraction) -> str:
+    """A number as it stands in a label: 1/2, −0.4, 3."""
+    if value.denominator in (1, 2, 3, 4):
+        return str(value).replace("-", "\N{MINUS SIGN}")
+    return float_text(value).replace("-", "\N{MINUS SIGN}")
+
+
+def arrow(axes: Axes, path: FloatArray, color: str, share: float = 0.5, gid: str = "") -> None:
+    """An arrowhead on a path of shape (n, 2), at this share of its length as it is seen."""
+    low = np.array([axes.get_xlim()[0], axes.get_ylim()[0]])
+    high = np.array([axes.get_xlim()[1], axes.get_ylim()[1]])
+    seen = (path - low) / (high - low)
+    kept = ((seen >= 0) & (seen <= 1)).all(axis=1)
+    if kept.sum() < 2:
+        return
+    path, seen = path[kept], seen[kept]
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(seen, axis=0).T))])
+    at = share * length[-1]
+    # The head points along a short chord, which is longer than a pixel on every figure.
+    ends = [[np.interp(s, length, path[:, k]) for k in (0, 1)] for s in (at - 0.01, at)]
+    axes.annotate(
+        "",
+        xy=tuple(ends[1]),
+        xytext=tuple(ends[0]),
+        gid=gid or None,
+        arrowprops={
+            "arrowstyle": "-|>,head_length=0.42,head_width=0.2",
+            "color": color,
+            "linewidth": 0.8,
+            "shrinkA": 0,
+            "shrinkB": 0,
+        },
+        zorder=4,
+    )
+
+
+def vector(
+    axes: Axes, start: Iterable[float], step: Iterable[float], color: str, width: float, gid: str
+) -> None:
+    """A straight arrow from `start` by `step`, in data units."""
+    begin = np.asarray(tuple(start), dtype=float)
+    axes.annotate(
+        "",
+        xy=tuple(begin + np.asarray(tuple(step), dtype=float)),
+        xytext=tuple(begin),
+        gid=gid,
+        arrowprops={
+            "arrowstyle": "-|>,head_length=0.5,head_width=0.24",
+            "color": color,
+            "linewidth": width,
+            "shrinkA": 0,
+            "shrinkB": 0,
+        },
+        zorder=5,
+    )
+
+
+def layer_band(axes: Axes, horizontal: bool) -> None:
+    """The layer |u| <= 1 as a grey band across the axes."""
+    band = axes.axhspan if horizontal else axes.axvspan
+    band(-1, 1, color="0.93", linewidth=0, zorder=0, gid="layer")

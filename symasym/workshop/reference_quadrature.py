@@ -1,0 +1,444 @@
+"""The paper's integrals by plain quadrature, as printed: a check on the other engines.
+
+Nothing here is clever, and nothing is shared with the rest of `symasym.exact`.
+The drift is only ever evaluated; the potential is its numerical integral, outside
+[-1, 1] as inside; every integral is a sum of Gauss-Legendre rules over panels;
+eq:Ttilde is added up in its printed form, H(v) - C and all.
+
+How the accuracy is come by:
+
+- The interval is cut at -1, 1 and the start, where the integrands have corners or
+  jumps, and then into panels on which lam V changes by at most a few units.
+- An integral up to v is the sum over the whole panels before v plus the integral of
+  the interpolating polynomial through the Gauss nodes of v's own panel.
+- H(v) - C cancels. The digits that are lost are counted, and everything is done again
+  with as many more.
+- In the sliding region the tails run to infinity; they are cut where e^{-lam V} has
+  fallen below the working precision.
+- Everything is done twice, on panels half as long with more nodes. If the two
+  results differ, a third time, and so on; never is a result returned that was not met
+  twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import pairwise
+from math import ceil
+from typing import Any
+
+from symasym.base.errors import AccuracyError, InputError, RegionError
+from symasym.numbers.trees import MpmathOps
+
+__all__ = [
+    "double_integral",
+    "escape_time",
+    "exit_probability",
+    "integral",
+    "occupation",
+    "stationary_density",
+]
+
+_REFINEMENTS = 4
+_MOST_MULTIPLICATIONS = 300_000_000
+
+
+def escape_time(drift: Any, kappa: Fraction, r: Fraction, start: Fraction, dps: int) -> Any:
+    """Mean time to leave (-r, r) from `start`, by eq:Ttilde.
+
+    Parameters
+    ----------
+    drift : symasym.Drift
+        With scalar parameters, all bound.
+    kappa, r, start : Fraction
+        Scaled noise amplitude, escape radius and starting point.
+    dps : int
+        Decimal digits on which two resolutions must agree.
+
+    Returns
+    -------
+    mpf
+        Of mpmath's global context, whose precision is neither used nor changed.
+
+    Raises
+    ------
+    AccuracyError
+        If the resolutions never agree, or more than minutes of work would be needed.
+    """
+    _check(kappa, r, start)
+
+    def quadrature(work: int, level: int) -> tuple[Any, int]:
+        grid = _Grid(drift, kappa, [-r, start, r], work, level)
+        mp = grid.mp
+        inner = mp.zero  # integral of e^{-lam V} over the panels so far
+        before = after = mp.zero  # double integral over v < start, v > start
+        s_before = s_after = mp.zero  # integral of e^{lam V} over the same
+        for panel in grid.panels():
+            rising = [mp.exp(x) for x in panel.exponents]
+            falling = [1 / x for x in rising]
+            up_to_v = [inner + x for x in grid.running(panel, falling)]
+            double = grid.integral(panel, [s * x for s, x in zip(rising, up_to_v, strict=True)])
+            single = grid.integral(panel, rising)
+            inner += grid.integral(panel, falling)
+            if panel.left >= start:
+                after, s_after = after + double, s_after + single
+            else:
+                before, s_before = before + double, s_before + single
+        C = s_after / (s_before + s_after)
+        not_C = s_before / (s_before + s_after)
+        time = grid.lam * (not_C * after - C * before)
+        size = grid.lam * (not_C * after + C * before)
+        lost = work if time <= 0 else int(mp.log10(size / time))
+        return time, lost
+
+    return _agreed(quadrature, dps)
+
+
+def exit_probability(drift: Any, kappa: Fraction, r: Fraction, start: Fraction, dps: int) -> Any:
+    """Probability of leaving (-r, r) through -r, by eq:C.
+
+    Parameters, result and errors are those of `escape_time`.
+    """
+    _check(kappa, r, start)
+
+    def quadrature(work: int, level: int) -> tuple[Any, int]:
+        grid = _Grid(drift, kappa, [-r, start, r], work, level)
+        before = after = grid.mp.zero
+        for panel in grid.panels():
+            part = grid.integral(panel, [grid.mp.exp(x) for x in panel.exponents])
+            if panel.left >= start:
+                after += part
+            else:
+                before += part
+        return after / (before + after), 0
+
+    return _agreed(quadrature, dps)
+
+
+def occupation(drift: Any, kappa: Fraction, dps: int, complement: bool = False) -> Any:
+    """Stationary probability of -1 <= u <= 1, by eq:P; of the rest if `complement`.
+
+    Parameters
+    ----------
+    drift : symasym.Drift
+        Of the sliding region: a- > 0 > a+.
+    kappa : Fraction
+        Scaled noise amplitude.
+    dps : int
+        Decimal digits on which two resolutions must agree.
+    complement : bool
+        Give 1 - P, from the integrals over the tails.
+
+    Returns
+    -------
+    mpf
+        Of mpmath's global context, whose precision is neither used nor changed.
+    """
+    _check(kappa)
+
+    def quadrature(work: int, level: int) -> tuple[Any, int]:
+        ends = _where_tails_end(drift, kappa, work)
+        grid = _Grid(drift, kappa, list(ends), work, level)
+        inside = outside = grid.mp.zero
+        for panel in grid.panels():
+            part = grid.integral(panel, [grid.mp.exp(-x) for x in panel.exponents])
+            if -1 <= panel.left < 1:
+                inside += part
+            else:
+                outside += part
+        return (outside if complement else inside) / (inside + outside), 0
+
+    return _agreed(quadrature, dps)
+
+
+def stationary_density(drift: Any, kappa: Fraction, y: Fraction, dps: int) -> Any:
+    """Stationary probability density at `y`, by eq:pss with K such that its integral is 1.
+
+    Parameters
+    ----------
+    drift : symasym.Drift
+        Of the sliding region: a- > 0 > a+.
+    kappa, y : Fraction
+        Scaled noise amplitude and position.
+    dps : int
+        Decimal digits on which two resolutions must agree.
+
+    Returns
+    -------
+    mpf
+        Of mpmath's global context, whose precision is neither used nor changed.
+    """
+    _check(kappa)
+
+    def quadrature(work: int, level: int) -> tuple[Any, int]:
+        low, high = _where_tails_end(drift, kappa, work)
+        grid = _Grid(drift, kappa, [min(low, y - 1), y, max(high, y + 1)], work, level)
+        total = grid.mp.zero
+        at_y = grid.mp.nan
+        for panel in grid.panels():
+            if panel.left == y:
+                at_y = grid.mp.exp(-panel.start_exponent)
+            total += grid.integral(panel, [grid.mp.exp(-x) for x in panel.exponents])
+        return at_y / total, 0
+
+    return _agreed(quadrature, dps)
+
+
+def integral(drift: Any, kappa: Fraction, a: Fraction, b: Fraction, sign: int, dps: int) -> Any:
+    """Integral of e^{sign lam V} from a to b, with V(-1) = 0 (eq:V).
+
+    What the paper's formulas of single pieces are compared with; `dps` and the result are
+    those of `escape_time`, and -1 must not lie right of `b`.
+    """
+    _check(kappa)
+
+    def quadrature(work: int, level: int) -> tuple[Any, int]:
+        grid = _Grid(drift, kappa, [min(a, -Fraction(1)), a, b], work, level)
+        total, zero = grid.mp.zero, grid.mp.zero
+        for panel in grid.panels():
+            if panel.left == -1:
+                zero = panel.start_exponent
+            if panel.left >= a:
+                total += grid.integral(panel, [grid.mp.exp(sign * x) for x in panel.exponents])
+        # V was counted from the left end.
+        return total * grid.mp.exp(-sign * zero), 0
+
+    return _agreed(quadrature, dps)
+
+
+def double_integral(
+    drift: Any, kappa: Fraction, left: Fraction, low: Fraction, high: Fraction, dps: int
+) -> Any:
+    """Integral of e^{lam (V(v) - V(u))} over left < u < v and low < v < high, left <= low.
+
+    `dps` and the result are those of `escape_time`.
+    """
+    _check(kappa)
+
+    def quadrature(work: int, level: int) -> tuple[Any, int]:
+        grid = _Grid(drift, kappa, [left, low, high], work, level)
+        inner, total = grid.mp.zero, grid.mp.zero
+        for panel in grid.panels():
+            rising = [grid.mp.exp(x) for x in panel.exponents]
+            falling = [1 / x for x in rising]
+            if panel.left >= low:
+                up_to_v = [inner + x for x in grid.running(panel, falling)]
+                both = [s * x for s, x in zip(rising, up_to_v, strict=True)]
+                total += grid.integral(panel, both)
+            inner += grid.integral(panel, falling)
+        return total, 0
+
+    return _agreed(quadrature, dps)
+
+
+def _check(kappa: Fraction, r: Fraction = Fraction(1), start: Fraction = Fraction(0)) -> None:
+    if kappa <= 0:
+        raise InputError(f"kappa is {kappa}; it must be greater than 0.")
+    if r <= 0:
+        raise InputError(f"r is {r}; it must be greater than 0.")
+    if not -r < start < r:
+        raise InputError(f"start is {start}; it must lie between -r and r, which is {r}.")
+
+
+def _agreed(quadrature: Callable[[int, int], tuple[Any, int]], dps: int) -> Any:
+    """The value of `quadrature` on which two successive levels agree to `dps` digits."""
+    import mpmath
+
+    extra = 4
+    previous = None
+    for level in range(_REFINEMENTS + 1):
+        extra += 8  # no two levels round alike
+        value, lost = quadrature(dps + extra, level)
+        while lost > extra - 8:
+            # Where all digits were lost, the count is only a lower bound: hence the loop.
+            extra = lost + max(16, lost // 4)
+            value, lost = quadrature(dps + extra, level)
+        if previous is not None and abs(value - previous) <= abs(value) * value.context.mpf(10) ** (
+            -dps
+        ):
+            bits = mpmath.libmp.dps_to_prec(dps)
+            return mpmath.mp.make_mpf(mpmath.libmp.mpf_pos(value._mpf_, bits, "n"))
+        previous = value
+    raise AccuracyError(
+        f"quadrature on {_REFINEMENTS + 1} grids gave no two results that agree to {dps} digits; "
+        "ask for fewer digits."
+    )
+
+
+def _context(dps: int) -> Any:
+    import mpmath
+
+    mp = mpmath.MPContext()
+    mp.dps = dps
+    return mp
+
+
+def _where_tails_end(drift: Any, kappa: Fraction, work: int) -> tuple[Fraction, Fraction]:
+    """Points beyond which the tails of e^{-lam V} hold less than 10^-work of themselves."""
+    ops = MpmathOps(_context(work))
+    a_minus, a_plus = (drift.evaluate(ops.rational(Fraction(x)), ops) for x in (-1, 1))
+    if not (a_minus > 0 > a_plus):
+        raise RegionError(
+            f"a- is {float(a_minus):.6g} and a+ is {float(a_plus):.6g}, so that no stationary "
+            "state exists; choose a drift with a- > 0 > a+."
+        )
+    # lam |a| length = log 10^(work + 1), a little rounded up
+    decades = kappa**2 / 2 * Fraction(24, 10) * (work + 1)
+    return -1 - decades / Fraction(float(a_minus)), 1 + decades / Fraction(-float(a_plus))
+
+
+class _Panel:
+    """[left, left + 2 half], and lam V at the Gauss nodes in it."""
+
+    def __init__(self, left: Fraction, half: Any, start_exponent: Any, exponents: Any) -> None:
+        self.left = left
+        self.half = half
+        self.start_exponent = start_exponent
+        self.exponents = exponents
+
+
+class _Grid:
+    """Panels over an interval, with the Gauss rule used on each."""
+
+    def __init__(
+        self, drift: Any, kappa: Fraction, marks: list[Fraction], work: int, level: int
+    ) -> None:
+        self.mp = _context(work)
+        self.ops = MpmathOps(self.mp)
+        self.drift = drift
+        self.lam = self.ops.rational(2 / kappa**2)
+        self.corners = {Fraction(x): self._evaluate(self.mp.mpf(x)) for x in (-1, 1)}
+        self.most_growth = self.mp.mpf(4) / 2**level
+        self.widest = Fraction(1, 4 * 2**level)
+        # e^{2t} on [-1, 1] is integrated to n digits by about n/2 + 10 nodes, while n < 200.
+        nodes = int(work * 0.55) + 14 + 6 * level
+        corners = [x for x in self.corners if min(marks) < x < max(marks)]
+        self.edges = self._cut(sorted({*marks, *corners}))
+        if len(self.edges) * nodes**2 > _MOST_MULTIPLICATIONS:
+            raise AccuracyError(
+                f"plain quadrature needs {len(self.edges)} panels of {nodes} nodes here; "
+                "take stronger noise, a smaller r or fewer digits."
+            )
+        self.nodes, self.weights = _gauss_legendre(self.mp, nodes)
+        self.primitive = _integration_matrix(self.mp, self.nodes, self.weights)
+
+    def _evaluate(self, u: Any) -> Any:
+        return self.mp.mpf(self.drift.evaluate(u, self.ops))
+
+    def phi(self, u: Any) -> Any:
+        """eq:phi."""
+        if u <= -1:
+            return self.corners[Fraction(-1)]
+        if u >= 1:
+            return self.corners[Fraction(1)]
+        return self._evaluate(u)
+
+    def _cut(self, marks: list[Fraction]) -> list[Fraction]:
+        """Edges such that lam V changes by at most `most_growth` between two of them."""
+        edges = [marks[0]]
+        for left, right in pairwise(marks):
+            if left >= 1 or right <= -1:
+                middle = self.ops.rational((left + right) / 2)
+                growth = self.lam * abs(self.phi(middle)) * self.ops.rational(right - left)
+                pieces = max(1, ceil(growth / self.most_growth))
+                self._refuse(pieces)
+                edges += [left + (right - left) * Fraction(k, pieces) for k in range(1, pieces)]
+            else:
+                edges += self._bisected(left, right)
+            edges.append(right)
+        return edges
+
+    def _bisected(self, left: Fraction, right: Fraction) -> list[Fraction]:
+        """Inner edges of one interval inside [-1, 1], where the drift varies."""
+        waiting, edges = [(left, right)], []
+        while waiting:
+            a, b = waiting.pop()
+            samples = [self.ops.rational(a + (b - a) * Fraction(k, 6)) for k in range(7)]
+            steepest = max(abs(self.phi(u)) for u in samples)
+            growth = self.lam * steepest * self.ops.rational(b - a)
+            if growth <= self.most_growth and b - a <= self.widest:
+                edges.append(a)
+            else:
+                self._refuse(len(edges) + len(waiting))
+                waiting += [((a + b) / 2, b), (a, (a + b) / 2)]
+        return edges[1:]
+
+    def _refuse(self, panels: int) -> None:
+        if panels > 100_000:
+            raise AccuracyError(
+                f"plain quadrature needs {panels} panels and more here; "
+                "take stronger noise or a smaller r."
+            )
+
+    def panels(self) -> Any:
+        """The panels from left to right, with lam V counted from the left end.
+
+        The paper counts V from -1, but all formulas contain differences of V only.
+        """
+        exponent = self.mp.zero
+        for a, b in pairwise(self.edges):
+            half = self.ops.rational((b - a) / 2)
+            center = self.ops.rational((a + b) / 2)
+            if a >= 1 or b <= -1:
+                slopes = [-self.lam * self.phi(center)] * len(self.nodes)
+            else:
+                slopes = [-self.lam * self._evaluate(center + half * t) for t in self.nodes]
+            panel = _Panel(a, half, exponent, None)
+            panel.exponents = [exponent + x for x in self.running(panel, slopes)]
+            yield panel
+            exponent += self.integral(panel, slopes)
+
+    def integral(self, panel: _Panel, values: list[Any]) -> Any:
+        """Integral over the panel, from the values at its nodes."""
+        return panel.half * self.mp.fdot(self.weights, values)
+
+    def running(self, panel: _Panel, values: list[Any]) -> list[Any]:
+        """Integrals from the panel's left end to each of its nodes."""
+        return [panel.half * self.mp.fdot(row, values) for row in self.primitive]
+
+
+def _legendre(mp: Any, count: int, x: Any) -> list[Any]:
+    """P_0(x), ..., P_count(x)."""
+    values = [mp.one, x]
+    for k in range(1, count):
+        values.append(((2 * k + 1) * x * values[k] - k * values[k - 1]) / (k + 1))
+    return values
+
+
+def _gauss_legendre(mp: Any, count: int) -> tuple[list[Any], list[Any]]:
+    """Nodes and weights on [-1, 1], by Newton's method on P_count."""
+    nodes, weights = [], []
+    with mp.extradps(10):
+        for k in range(count, 0, -1):
+            x = mp.cos(mp.pi * (k - mp.mpf(1) / 4) / (count + mp.mpf(1) / 2))
+            for _ in range(100):
+                P = _legendre(mp, count, x)
+                slope = count * (x * P[count] - P[count - 1]) / (x * x - 1)
+                step = P[count] / slope
+                x -= step
+                if abs(step) < mp.mpf(10) ** (-mp.dps // 2 - 3):
+                    break
+            P = _legendre(mp, count, x)
+            slope = count * (x * P[count] - P[count - 1]) / (x * x - 1)
+            nodes.append(x)
+            weights.append(2 / ((1 - x * x) * slope * slope))
+    return nodes, weights
+
+
+def _integration_matrix(mp: Any, nodes: list[Any], weights: list[Any]) -> list[list[Any]]:
+    """Row i gives the integral from -1 to node i of the polynomial through given node values.
+
+    The polynomial's Legendre coefficients are c_k = (k + 1/2) sum_j w_j P_k(x_j) f_j, which the
+    Gauss rule makes exact, and the integral of P_k from -1 is (P_{k+1} - P_{k-1})/(2k + 1).
+    """
+    count = len(nodes)
+    with mp.extradps(10):
+        P = [_legendre(mp, count, x) for x in nodes]
+        rows = []
+        for i, x in enumerate(nodes):
+            halves = [(x + 1) / 2]
+            halves += [(P[i][k + 1] - P[i][k - 1]) / 2 for k in range(1, count)]
+            row = [w * mp.fdot(halves, p[:count]) for w, p in zip(weights, P, strict=True)]
+            rows.append(row)
+    return rows

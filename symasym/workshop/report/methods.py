@@ -1,0 +1,190 @@
+"""What is run: every method and order of ours, and the peers that are installed."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import symasym as sa
+from symasym.workshop.problems import Problem
+from symasym.workshop.report import peers
+from symasym.workshop.report.timing import capped, seconds
+
+
+class Outcome(NamedTuple):
+    """log T with its claimed error, of kind "bound", "estimate", "none" or "asked for".
+
+    A quadrature that tells no error is taken to claim the digits that it was asked for.
+    """
+
+    log: Any
+    claimed: Any
+    kind: str
+
+
+class Run(NamedTuple):
+    """A method with its setting.
+
+    `call` gives an `Outcome` and is timed; `timed`, where it is there, gives the seconds of a
+    process of its own and the outcome.
+    """
+
+    method: str
+    setting: str
+    call: Callable[[], Outcome]
+    ours: bool
+    timed: Callable[[float], tuple[float, Outcome]] | None = None
+
+
+def ours(problem: Problem, quick: bool) -> Iterator[Run]:
+    """All of ours that T has; those that refuse the scene are found out by running them."""
+    kappa, r, start = problem.kappa, problem.r, problem.start
+
+    def run(method: str, setting: str, name: str, **options: Any) -> Run:
+        def call() -> Outcome:
+            # The drift is made anew, so that nothing is left from the last run but caches.
+            found = sa.escape_time(
+                problem.make(), kappa, r, start=start, method=name, log=True, full=True, **options
+            )
+            return Outcome(found.value, found.error, found.error_kind)
+
+        return Run(method, setting, call, True)
+
+    def plain(dps: int | None) -> Run:
+        def call() -> Outcome:
+            found = sa.escape_time(problem.make(), kappa, r, start=start, log=True, dps=dps)
+            size = max(1, abs(found))
+            # The promise of docs/exact.md; full=True would prove it, at a price of its own.
+            error = 1e-12 * size if dps is None else size * Fraction(1, 10**dps)
+            return Outcome(found, float(error) if dps is None else _mpf(error), "estimate")
+
+        return Run("exact", "float64" if dps is None else f"{dps} digits", call, True)
+
+    def array() -> Run:
+        def call() -> Outcome:
+            found = sa.escape_time(
+                problem.make(), [float(Fraction(kappa))], r, start=start, log=True, full=True
+            )
+            return Outcome(float(found.value[0]), float(found.error[0]), found.error_kind)
+
+        return Run("exact, arrays", "float64", call, True)
+
+    yield plain(None)
+    if Fraction(kappa) == Fraction(float(Fraction(kappa))):
+        # Elsewhere the float is another scene, which weak noise tells apart.
+        yield array()
+    for dps in (10, 20, 35, 55, 100):
+        yield plain(dps)
+    for dps in (15, 55):
+        yield run("exact, proved", f"{dps} digits", "exact", dps=dps)
+    for order in (0, 1, 2, 3, 5, 8, 12) if not quick else (0, 2, 5):
+        yield run("laplace", f"order {order}", "laplace", order=order, dps=60)
+        yield run("uniform", f"order {order}", "uniform", order=order, dps=60)
+        yield run("strong_noise", f"order {order}", "strong_noise", order=order, dps=60)
+    yield run("laplace", "order optimal", "laplace", order="optimal", dps=60)
+    yield run("local", "leading order", "local", dps=30)
+    yield run("paper", "leading order", "paper", dps=30)
+    for rtol in ("1e-2", "1e-6", "1e-12"):
+        yield run("auto", f"rtol {rtol}", "auto", rtol=rtol, dps=30)
+
+
+def _mpf(x: Any) -> Any:
+    from mpmath import mpf
+
+    return mpf(x.numerator) / x.denominator if isinstance(x, Fraction) else mpf(x)
+
+
+#: Peer -> how one sees that it is here, and what it is called.
+_PEERS: dict[str, tuple[Callable[[], bool], str]] = {
+    "mpmath.quad": (lambda: True, "nested, split at the kinks, scaled"),
+    "dblquad": (lambda: importlib.util.find_spec("scipy") is not None, "SciPy, split, scaled"),
+    "Arb": (lambda: importlib.util.find_spec("flint") is not None, "nested acb.integral"),
+    "PARI": (lambda: shutil.which("gp") is not None, "nested intnum by `gp`, split, scaled"),
+}
+
+
+def missing() -> list[str]:
+    """Peers that are not installed."""
+    return [name for name, (here, _) in _PEERS.items() if not here()]
+
+
+def others(problem: Problem, quick: bool) -> Iterator[Run]:
+    """The peers that are installed, on scenes that start at 0 and have a polynomial A."""
+    c = problem.make().exact_coefficients()
+    if c is None or Fraction(problem.start) != 0 or Fraction(problem.r) <= 1:
+        return
+    kappa, r = Fraction(problem.kappa), Fraction(problem.r)
+    radius: Any = int(r) if r.denominator == 1 else r
+
+    def mpmath_run(dps: int) -> Run:
+        return Run(
+            "mpmath.quad", f"{dps} digits",
+            lambda: Outcome(
+                _log(peers.mpmath_escape_time(c, kappa, radius, dps), dps), 10.0**-dps, "asked for"
+            ),
+            False,
+        )  # fmt: skip
+
+    def scipy_run(epsrel: float) -> Run:
+        return Run(
+            "dblquad", f"epsrel {epsrel:g}",
+            lambda: Outcome(
+                peers.scipy_log_escape_time(c, float(kappa), float(r), epsrel), epsrel, "asked for"
+            ),
+            False,
+        )  # fmt: skip
+
+    def arb_run(dps: int) -> Run:
+        def call() -> Outcome:
+            from symasym.exact.ball_sweep import to_mpf
+
+            return Outcome(*to_mpf(peers.arb_log_escape_time(c, kappa, radius, dps), dps), "bound")
+
+        return Run("Arb", f"{dps} digits", call, False)
+
+    def pari_run(dps: int) -> Run:
+        def timed(limit: float) -> tuple[float, Outcome]:
+            spent, found = peers.pari_log_escape_time(c, kappa, r, dps, limit)
+            return spent, Outcome(found, 10.0**-dps, "asked for")
+
+        return Run("PARI", f"{dps} digits", lambda: timed(600)[1], False, timed)
+
+    gone = missing()
+    made = [*map(mpmath_run, (15, 30)), *map(scipy_run, (1e-6, 1e-12))]
+    made += [*map(arb_run, (15, 30)), *map(pari_run, (19, 38))]
+    if quick:
+        made = [run for k, run in enumerate(made) if k % 2 == 0]
+    yield from (run for run in made if run.method not in gone)
+
+
+def _log(value: Any, dps: int) -> Any:
+    from mpmath import log, workdps
+
+    # log T may have twenty digits before the point.
+    with workdps(dps + 30):
+        return log(value)
+
+
+def attempt(run: Run, limit: float) -> tuple[float, Outcome | None, str]:
+    """(seconds, outcome, "") of one run; no outcome and the reason where there is none."""
+    try:
+        if run.timed is not None:
+            spent, outcome = run.timed(limit)
+            return spent, outcome, ""
+        spent, found = capped(run.call, limit)
+    except sa.SymasymError as error:
+        return 0.0, None, f"refused: {error}"
+    except Exception as error:
+        # A peer may end in any way; how it ended is part of what is reported.
+        if run.ours:
+            raise
+        return 0.0, None, f"{type(error).__name__}: {error}".split("\n")[0]
+    if found is None:
+        return spent, None, f"stopped after {limit:g} s"
+    return spent, found, ""
+
+
+__all__ = ["Outcome", "Run", "attempt", "missing", "others", "ours", "seconds"]

@@ -1,0 +1,168 @@
+"""The report as Markdown: which method when, growth, and the machine beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import groupby
+
+from symasym.workshop.report.growth import Grown, exponent
+from symasym.workshop.report.measure import Point
+
+THRESHOLDS = {"1e-2": 1e-2, "1e-6": 1e-6, "1e-12": 1e-12, "1e-50": 1e-50}
+EXPANSIONS = ("laplace", "uniform", "strong_noise", "local", "paper")
+
+
+def cheapest(points: Iterable[Point], allowed: float, ours: bool) -> Point | None:
+    """The fastest whose true error is at most `allowed`."""
+    fit = [
+        p
+        for p in points
+        if p.ours == ours and p.error is not None and p.error <= allowed and p.seconds is not None
+    ]
+    return min(fit, key=lambda p: p.seconds or 0.0, default=None)
+
+
+def time_text(x: float) -> str:
+    """Seconds with a fitting unit."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if x >= size:
+            return f"{x / size:.3g} {unit}"
+    return f"{x * 1e6:.3g} µs"
+
+
+def table(head: list[str], rows: list[list[str]]) -> str:
+    """A Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
+
+
+def when(points: list[Point]) -> str:
+    """The table of the cheapest of ours for each error, and the fastest peer below it."""
+    rows = []
+    for scene in dict.fromkeys(p.scene for p in points):
+        own = [p for p in points if p.scene == scene]
+        for mine in (True, False):
+            cells = [f"**{scene}**" if mine else "(peers)"]
+            for allowed in THRESHOLDS.values():
+                best = cheapest(own, allowed, mine)
+                cells.append("–" if best is None else _cell(best))
+            rows.append(cells)
+    return table(["scene", *(f"error ≤ {x}" for x in THRESHOLDS)], rows)
+
+
+def _cell(best: Point) -> str:
+    silent = "" if best.claimed is not None else " (claims no error)"
+    return f"{best.method}, {best.setting}{silent}: {time_text(best.seconds or 0.0)}"
+
+
+def reached(points: list[Point]) -> str:
+    """The smallest true error of each expansion, scene by scene, with the setting that has it."""
+    own = [p for p in points if p.method in EXPANSIONS]
+    methods = [m for m in EXPANSIONS if any(p.method == m for p in own)]
+    rows = []
+    for scene in dict.fromkeys(p.scene for p in points):
+        cells = [f"**{scene}**"]
+        for method in methods:
+            fit = [p for p in own if (p.scene, p.method) == (scene, method) and p.error is not None]
+            best = min(fit, key=lambda p: p.error or 0.0, default=None)
+            cells.append("–" if best is None else _error_cell(best))
+        rows.append(cells)
+    return table(["scene", *methods], rows)
+
+
+def _error_cell(best: Point) -> str:
+    below = "at most " if best.below_reference else ""
+    setting = "" if best.setting == "leading order" else f" ({best.setting})"
+    return f"{below}{best.error:.0e}{setting}"
+
+
+def refusals(points: list[Point]) -> str:
+    """What gave no value, and why."""
+    rows = [
+        # What to do about it is of no use here.
+        [p.scene, p.method, p.setting, p.reason.split(";")[0].replace("|", "\\|")]
+        for p in points
+        if p.reason
+    ]
+    return table(["scene", "method", "setting", "why there is no value"], rows) if rows else ""
+
+
+def lies(points: list[Point]) -> list[Point]:
+    """Points whose claimed error is below the true one."""
+    return [p for p in points if _lies(p)]
+
+
+def _lies(p: Point) -> bool:
+    if p.error is None or p.claimed is None or p.below_reference:
+        return False
+    # log T is a float64 where it was asked in float64: its last digit is no claim.
+    return p.error > p.claimed * (1 + 1e-9)
+
+
+def growth(found: list[Grown]) -> str:
+    """A table for each axis."""
+    parts = []
+    titles = {"digits": "With the digits", "lam": "With λ", "points": "With the number of points"}
+    for axis, items in groupby(found, key=lambda g: g.along):
+        every = list(items)
+        names = list(dict.fromkeys(g.method for g in every))
+        rows = []
+        for at in dict.fromkeys(g.at for g in every):
+            cells = [f"{at:.6g}"]
+            for name in names:
+                hit = [g for g in every if g.method == name and g.at == at]
+                memory = f", {hit[0].mib:.0f} MiB" if hit and hit[0].mib is not None else ""
+                cells.append(f"{time_text(hit[0].seconds)}{memory}" if hit else "–")
+            rows.append(cells)
+        last = []
+        for name in names:
+            own = [g for g in every if g.method == name]
+            if len(own) > 1:
+                last.append(f"{name} {exponent(own):.2f}")
+        parts += [f"### {titles[axis]}", table([axis, *names], rows)]
+        parts.append(f"Exponent of the growth between the last two: {', '.join(last)}.")
+    return "\n\n".join(parts)
+
+
+def page(
+    points: list[Point],
+    found: list[Grown],
+    scenes: dict[str, str],
+    missing: list[str],
+    machine: str,
+    command: str,
+) -> str:
+    """The whole page."""
+    wrong = lies(points)
+    ours = [p for p in wrong if p.ours]
+    others = [p for p in wrong if not p.ours]
+    told = ", ".join(f"{p.method} {p.setting} ({p.scene})" for p in others)
+    gone = ", ".join(missing)
+    blocks = [
+        "# Error against run time, measured",
+        f"Made by `{command}`, and nothing in it is typed by hand. {machine}",
+        f"Not installed, and left out: {gone}." if gone else "Every peer was installed.",
+        "Errors are relative ones of T (absolute ones of log T), against a reference of 120 "
+        "digits. Times are the least of several runs, in processor time.",
+        table(["scene", "what", "reference"], [[n, *t.split(" | ")] for n, t in scenes.items()]),
+        "## Which method when",
+        "The fastest of ours whose true error is at most that at the head of the column, and in "
+        "the line below it the fastest peer.",
+        when(points),
+        "![error against time](work-precision.svg)",
+        "A full mark claims an error, a hollow one claims none; a mark with a caret on its left "
+        "has an error below what the reference, or the axis, can tell.",
+        "## What each expansion reaches",
+        "Its smallest true error, whatever the time, and the setting that has it. A stroke: every "
+        "setting was refused, or stopped.",
+        reached(points),
+        "## Honesty",
+        f"Claimed error below the true one: {len(ours)} of our points"
+        + (f"; of the peers' {len(others)}: {told}." if others else "; of the peers' none."),
+        "## Growth",
+        growth(found),
+        "![growth](growth.svg)",
+        "## No value",
+        refusals(points) or "Every method gave a value everywhere.",
+    ]
+    return "\n\n".join(blocks) + "\n"

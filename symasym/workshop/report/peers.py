@@ -1,0 +1,392 @@
+"""The same escape times by the tools that people have: nested quadrature, written with care.
+
+Every peer is given what helps it: the potential in closed form, integrals split at the
+kinks -1 and 1 and at the start 0, the largest exponent taken out, and the term with C left
+out where C is below the last digit (left of 0 the scenes here only fall, so that nothing
+outweighs it). The drift comes as the exact coefficients of A in ascending powers of u.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from functools import partial
+from itertools import accumulate, pairwise
+from typing import Any
+
+import symasym as sa
+
+Polynomial = list[Fraction]
+
+
+def coefficients(mu: Any, z0: Any) -> Polynomial:
+    """Coefficients of A for friction with alpha = 1, in ascending powers of u."""
+    found = sa.friction(mu=mu, alpha=1, z0=z0).exact_coefficients()
+    assert found is not None
+    return found
+
+
+def _value(c: list[Any], u: Any) -> Any:
+    total = c[-1]
+    for x in c[-2::-1]:
+        total = total * u + x
+    return total
+
+
+def _potentials(c: list[Any]) -> list[Callable[[Any], Any]]:
+    """V left of -1, on [-1, 1] and right of 1, each analytic everywhere; V(-1) = 0."""
+    v = [0 * c[0]] + [-x / (k + 1) for k, x in enumerate(c)]
+    v[0] = -_value(v, -1)
+    low, high, top = _value(c, -1), _value(c, 1), _value(v, 1)
+    return [lambda u: -low * (u + 1), lambda u: _value(v, u), lambda u: top - high * (u - 1)]
+
+
+def _samples(c: Polynomial, r: float) -> list[tuple[float, float]]:
+    """(u, V(u)) from left to right; V is linear, hence extreme at the ends, outside."""
+    left, inside, right = _potentials([float(x) for x in c])
+    grid = [k / 200 for k in range(-200, 201)]
+    return [(-r, left(-r)), *((u, inside(u)) for u in grid), (r, right(r))]
+
+
+def _climb(c: Polynomial, r: float) -> float:
+    """The largest V(v) - V(u), u < v, v > 0."""
+    samples = _samples(c, r)
+    lowest = accumulate((V for _, V in samples), min)
+    return max(V - low for (v, V), low in zip(samples, lowest, strict=True) if v >= 0)
+
+
+# -- mpmath -----------------------------------------------------------------------------------
+
+
+def mpmath_escape_time(
+    c: Polynomial, kappa: Fraction, r: int, dps: int, form: str = "scaled"
+) -> Any:
+    """eq:Ttilde with eq:C by nested `mpmath.quad`, at `dps` digits.
+
+    Parameters
+    ----------
+    form : {"printed", "cut", "scaled", "tuned"}
+        ``"printed"``: the two exponentials as they stand, v from 0 to r. ``"cut"``: the same,
+        split at the kinks. ``"scaled"``: the largest exponent taken out as well, one
+        exponential for both. ``"tuned"``: the pieces left of v's own factored out besides.
+    """
+    from mpmath import mp, mpf
+
+    with mp.workdps(dps):
+        lam = 2 / (mpf(kappa.numerator) / kappa.denominator) ** 2
+        potentials = _potentials([mpf(x.numerator) / x.denominator for x in c])
+        samples, edges = _samples(c, r), [-r, -1, 1, r]
+        climb, high = mpf(_climb(c, r)), mpf(samples[0][1])
+        left, right = [(0, -r, -1), (1, -1, 0)], [(1, 0, 1), (2, 1, r)]
+
+        def V(u: Any) -> Any:
+            return potentials[0 if u < -1 else 1 if u < 1 else 2](u)
+
+        def plain(v: Any) -> Any:
+            points = [-r, v] if form == "printed" else cut(v)
+            return mp.exp(lam * V(v)) * mp.quad(lambda u: mp.exp(-lam * V(u)), points)
+
+        def scaled(v: Any) -> Any:
+            top = V(v) - climb
+            return mp.quad(lambda u: mp.exp(lam * (top - V(u))), cut(v))
+
+        def cut(v: Any) -> list[Any]:
+            return [x for x in (-r, -1, 0, 1) if x < v] + [v]
+
+        def tuned(k: int, a: int, b: int) -> Any:
+            low = mpf(min(V for u, V in samples if u <= edges[k]))
+            before = mp.zero
+            for W, ends in list(zip(potentials, pairwise(edges), strict=True))[:k]:
+                before += mp.quad(lambda u, W=W: mp.exp(lam * (low - W(u))), ends)
+
+            def outer(v: Any) -> Any:
+                top = potentials[k](v) - climb
+                points = [edges[k], *(x for x in (0,) if edges[k] < x < v), v]
+                own = mp.quad(lambda u: mp.exp(lam * (top - potentials[k](u))), points)
+                return mp.exp(lam * (top - low)) * before + own
+
+            return mp.quad(outer, [a, b])
+
+        def double(spans: list[tuple[int, int, int]]) -> Any:
+            start, *ends = [spans[0][1], *(b for _, _, b in spans)]
+            if form in ("printed", "cut"):
+                points = [start, *(ends if form == "cut" else ends[-1:])]
+                return mp.quad(plain, points) / mp.exp(lam * climb)
+            if form == "scaled":
+                return mp.quad(scaled, [start, *ends])
+            return sum((tuned(*part) for part in spans), mp.zero)
+
+        def single(spans: list[tuple[int, int, int]]) -> Any:
+            points = [spans[0][1], *(b for _, _, b in spans)]
+            return mp.quad(lambda v: mp.exp(lam * (V(v) - high)), points)
+
+        C = single(right) / (single(left) + single(right))
+        total = (1 - C) * double(right)
+        if mpf(10) ** -dps < C:
+            total -= C * double(left)
+        return lam * mp.exp(lam * climb) * total
+
+
+# -- Arb --------------------------------------------------------------------------------------
+
+
+def arb_escape_time(c: Polynomial, kappa: Fraction, r: int, dps: int, tuned: bool = False) -> Any:
+    """The same by nested `acb.integral` of python-flint: an `arb` that contains the value.
+
+    Parameters
+    ----------
+    tuned : bool
+        Keep e^{lam (V(v) - V(u))} in one exponential inside the inner integral, where the
+        wide balls in v that Arb tries first do less harm.
+    """
+    import flint
+
+    before = flint.ctx.dps
+    flint.ctx.dps = dps + 10
+    try:
+        return _arb_escape_time(flint, c, kappa, r, dps, tuned)
+    finally:
+        flint.ctx.dps = before
+
+
+def arb_log_escape_time(c: Polynomial, kappa: Fraction, r: int, dps: int) -> Any:
+    """The logarithm of the tuned form, at the same precision."""
+    import flint
+
+    before = flint.ctx.dps
+    flint.ctx.dps = dps + 10
+    try:
+        return _arb_escape_time(flint, c, kappa, r, dps, True).log()
+    finally:
+        flint.ctx.dps = before
+
+
+def _arb_escape_time(
+    flint: Any, c: Polynomial, kappa: Fraction, r: int, dps: int, tuned: bool
+) -> Any:
+    acb, arb = flint.acb, flint.arb
+
+    def ball(x: Fraction) -> Any:
+        return arb(flint.fmpq(x.numerator, x.denominator))
+
+    lam, climb = ball(2 / kappa**2), arb(_climb(c, r))
+    potentials = _potentials([ball(x) for x in c])
+    samples, edges = _samples(c, r), [-r, -1, 1, r]
+    tolerance = arb(10) ** -(dps + 3)
+
+    def integral(f: Callable[[Any], Any], a: Any, b: Any) -> Any:
+        return acb.integral(lambda u, _: f(u), acb(a), acb(b), rel_tol=tolerance, abs_tol=tolerance)
+
+    def span(k: int, a: int, b: int) -> Any:
+        """The double integral over u < v, a < v < b, on which V is the k-th potential."""
+        V = potentials[k]
+        low = arb(min(value for u, value in samples if u <= edges[k]))
+        # Left of v's piece the inner integral is a constant: only the rest is nested.
+        whole = acb(0)
+
+        def fallen(W: Callable[[Any], Any], u: Any) -> Any:
+            return (lam * (low - W(u))).exp()
+
+        for W, (start, end) in list(zip(potentials, pairwise(edges), strict=True))[:k]:
+            whole += integral(partial(fallen, W), start, end)
+
+        def separate(v: Any) -> Any:
+            own = integral(lambda u: (lam * (low - V(u))).exp(), edges[k], v)
+            return (lam * (V(v) - climb - low)).exp() * (whole + own)
+
+        def joint(v: Any) -> Any:
+            top = V(v) - climb
+            own = integral(lambda u: (lam * (top - V(u))).exp(), edges[k], v)
+            return (lam * (top - low)).exp() * whole + own
+
+        return integral(joint if tuned else separate, a, b)
+
+    def single(k: int, a: int, b: int, high: Any) -> Any:
+        return integral(lambda v: (lam * (potentials[k](v) - high)).exp(), a, b)
+
+    left, right = [(0, -r, -1), (1, -1, 0)], [(1, 0, 1), (2, 1, r)]
+    high = arb(samples[0][1])
+    before = sum((single(*part, high) for part in left), acb(0))
+    after = sum((single(*part, high) for part in right), acb(0))
+    C = after / (before + after)
+    total = (1 - C) * sum((span(*part) for part in right), acb(0))
+    if not abs(C) < tolerance:
+        total -= C * sum((span(*part) for part in left), acb(0))
+    return (lam * (lam * climb).exp() * total).real
+
+
+# -- SciPy ------------------------------------------------------------------------------------
+
+
+def scipy_log_escape_time(
+    c: Polynomial, kappa: float, r: float, epsrel: float, factorised: bool = False
+) -> float:
+    """log T in float64 by `scipy.integrate.dblquad`, one call for each pair of pieces.
+
+    Parameters
+    ----------
+    factorised : bool
+        Help it further: over a rectangle the double integral is the product of two single
+        ones, so that dblquad is left with the triangles u < v of one piece.
+    """
+    from scipy.integrate import dblquad, quad
+
+    lam, climb = 2.0 / kappa**2, _climb(c, r)
+    left, inside, right = _potentials([float(x) for x in c])
+    lowest = min(V for u, V in _samples(c, r) if u <= 1)
+    exp = math.exp
+
+    def single(f: Callable[[float], float], sign: int, ref: float, a: float, b: float) -> float:
+        def integrand(u: float) -> float:
+            return exp(sign * lam * (f(u) - ref))
+
+        return float(quad(integrand, a, b, epsabs=0.0, epsrel=epsrel, limit=200)[0])
+
+    def double(f: Any, a: float, b: float, g: Any, low: float, high: float | None) -> float:
+        """Over v in [a, b], where V is f, and u from low to high (None: v), where it is g."""
+        if factorised and high is not None:
+            ref = max(f(a), f(b)) if f is not inside else lowest + climb
+            size = exp(lam * (ref - climb - lowest))
+            return size * single(f, 1, ref, a, b) * single(g, -1, lowest, low, high)
+
+        def integrand(u: float, v: float) -> float:
+            return exp(lam * (f(v) - g(u) - climb))
+
+        top: Any = (lambda v: v) if high is None else high
+        return float(dblquad(integrand, a, b, low, top, epsabs=0.0, epsrel=epsrel)[0])
+
+    high = left(-r)
+    before = single(left, 1, high, -r, -1.0) + single(inside, 1, high, -1.0, 0.0)
+    after = single(inside, 1, high, 0.0, 1.0) + single(right, 1, high, 1.0, r)
+    C = after / (before + after)
+    total = double(inside, 0.0, 1.0, left, -r, -1.0)
+    if factorised:
+        total += double(inside, 0.0, 1.0, inside, -1.0, 0.0)
+        total += double(inside, 0.0, 1.0, inside, 0.0, None)
+    else:
+        total += double(inside, 0.0, 1.0, inside, -1.0, None)
+    total += double(right, 1.0, r, left, -r, -1.0)
+    total += double(right, 1.0, r, inside, -1.0, 1.0)
+    total += double(right, 1.0, r, right, 1.0, None)
+    total *= 1.0 - C
+    if epsrel < C:
+        other = double(left, -r, -1.0, left, -r, None)
+        other += double(inside, -1.0, 0.0, left, -r, -1.0)
+        other += double(inside, -1.0, 0.0, inside, -1.0, None)
+        total -= C * other
+    return math.log(lam) + lam * climb + math.log(total)
+
+
+# -- NumPy ------------------------------------------------------------------------------------
+
+
+def weak_noise_log_time(z0: str, r: float, order: int) -> Callable[[Any], Any]:
+    """log T(kappa) of friction, mu = 3, alpha = 1, start 0, as one would write it by hand.
+
+    Well, barrier, the kink at 1 and the part between, each a truncated series by Horner; what
+    the other kink, the ends and C add is far below the last digit of the scenes timed.
+    """
+    import numpy as np
+
+    from symasym.asymptotics.weak_noise import answer as weak_noise
+    from symasym.base.contexts import own_context
+
+    with own_context(40) as context:
+        drift = sa.friction(mu=3, alpha=1, z0=z0)
+        side = weak_noise._halves(drift, Fraction(r), Fraction(0), order, context, 40)[1]
+        (well,) = (p for p in side.falling if p.kind == "well")
+        (barrier,) = (p for p in side.rising if p.kind == "barrier")
+        (kink,) = (p for p in side.rising if p.kind == "kink")
+        climb, fall = float(well.height + barrier.height), float(barrier.height - kink.height)
+        low, high, edge, outer = (
+            [float(sum(c for c, _, _ in group)) for group in groups[: order + 1]]
+            for groups in (well.groups, barrier.groups, kink.groups, side.outer)
+        )
+        assert side.beyond is not None
+        u, _, slope = side.beyond
+        outer[0] += float((r - u) / slope)
+
+    def horner(c: list[float], x: Any) -> Any:
+        total = c[-1]
+        for a in c[-2::-1]:
+            total = total * x + a
+        return total
+
+    def log_time(kappa: Any) -> Any:
+        x = kappa * kappa / 2
+        rising = horner(high, x) + np.exp(-fall / x) * np.sqrt(x) * horner(edge, x)
+        product = horner(low, x) * rising
+        return climb / x + np.log(product + np.exp(-climb / x) * horner(outer, x))
+
+    return log_time
+
+
+# -- PARI -------------------------------------------------------------------------------------
+
+
+def pari_program(c: Polynomial, kappa: Fraction, r: Fraction, dps: int) -> str:
+    """The GP program of the same double integral by nested `intnum`, split and scaled alike."""
+    V = [" + ".join(f"({x})*u^{k}" for k, x in enumerate(p)) for p in _polynomial_potentials(c)]
+    climb, high = _climb(c, float(r)), _samples(c, float(r))[0][1]
+    edges = [f"-({r})", "-1", "1", f"{r}"]
+    lines = [
+        f"default(realprecision, {dps});",
+        f"lam = {2 / kappa**2}; climb = {Fraction(climb)}; high = {Fraction(high)};",
+        *(f"V{k}(u) = {V[k]};" for k in range(3)),
+    ]
+    for k in range(3):
+        inner = " + ".join(
+            f"intnum(u = {edges[j]}, {edges[j + 1]}, exp(lam*(t - V{j}(u))))" for j in range(k)
+        )
+        own = f"intnum(u = {edges[k]}, v, exp(lam*(t - V{k}(u))))"
+        whole = f"{inner} + {own}" if inner else own
+        lines.append(f"f{k}(v) = {{ my(t = V{k}(v) - climb); {whole} }};")
+        lines.append(f"g{k}(v) = exp(lam*(V{k}(v) - high));")
+    low, high_end = edges[0], edges[3]
+    lines += [
+        f"before = intnum(v = {low}, -1, g0(v)) + intnum(v = -1, 0, g1(v));",
+        f"after = intnum(v = 0, 1, g1(v)) + intnum(v = 1, {high_end}, g2(v));",
+        "C = after/(before + after);",
+        f"T = (1 - C)*(intnum(v = 0, 1, f1(v)) + intnum(v = 1, {high_end}, f2(v)));",
+        f"if (C > 10.^-{dps}, T -= C*(intnum(v = {low}, -1, f0(v)) + intnum(v = -1, 0, f1(v))));",
+        "print(log(T));",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def pari_log_escape_time(
+    c: Polynomial, kappa: Fraction, r: Fraction, dps: int, limit: float
+) -> tuple[float, Any]:
+    """(seconds, log T) by PARI's command `gp`; the time is that of the whole process."""
+    import subprocess
+    import time
+
+    from mpmath import mp, mpf
+
+    start = time.perf_counter()
+    done = subprocess.run(
+        ["gp", "-q", "-f", "-s", "512M"],
+        input=pari_program(c, kappa, r, dps),
+        capture_output=True,
+        text=True,
+        timeout=limit,
+        check=True,
+    )
+    spent = time.perf_counter() - start
+    if not done.stdout.strip():
+        raise ArithmeticError("gp printed no number")
+    # The largest exponent was taken out of T, and has no part in gp's digits.
+    with mp.workdps(dps + 30):
+        lam, climb = 2 / kappa**2, Fraction(_climb(c, float(r)))
+        rise = mpf((lam * climb).numerator) / (lam * climb).denominator
+        rest = mpf("".join(done.stdout.split()).replace("E", "e"))
+        return spent, rest + rise + mp.log(mpf(lam.numerator) / lam.denominator)
+
+
+def _polynomial_potentials(c: Polynomial) -> list[Polynomial]:
+    """Coefficients of the three pieces of `_potentials`, exactly."""
+    v = [Fraction(0)] + [-x / (k + 1) for k, x in enumerate(c)]
+    v[0] = -_value(v, -1)
+    low, high, top = _value(c, -1), _value(c, 1), _value(v, 1)
+    return [[-low, -low], v, [top + high, -high]]

@@ -1,0 +1,241 @@
+"""Digits claimed and digits true over the extreme scenes, method by method."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import symasym as sa
+from symasym.base import progress
+from symasym.base.files import versions, write_bytes, write_json
+from symasym.workshop.problems import PROBLEMS, Problem
+from symasym.workshop.report.measure import Point, known, point
+from symasym.workshop.report.methods import Run, missing, others, ours
+from symasym.workshop.report.pages import lies, table
+from symasym.workshop.report.timing import capped, load, machine
+
+#: What is asked of ours: (method, setting).
+_OURS = (
+    ("exact", "float64"),
+    ("exact, arrays", "float64"),
+    ("exact", "35 digits"),
+    ("exact, proved", "15 digits"),
+    ("laplace", "order 2"),
+    ("uniform", "order 2"),
+    ("local", "leading order"),
+    ("strong_noise", "order 2"),
+    ("paper", "leading order"),
+    ("auto", "rtol 1e-6"),
+)
+_LIMITS = {True: 5.0, False: 60.0}
+#: No more digits than these are told apart.
+MOST = 40.0
+
+
+@dataclass
+class Cell:
+    """A method on a scene: digits of log T (of T where log T is below 1)."""
+
+    scene: str
+    method: str
+    setting: str
+    ours: bool
+    claimed: float | None
+    true: float | None
+    kind: str
+    reason: str
+
+    @property
+    def wrong(self) -> bool:
+        """Whether more digits are claimed than are right."""
+        if self.claimed is None or self.true is None:
+            return False
+        return self.true < min(self.claimed, MOST) - 1e-6
+
+
+def scenes(quick: bool) -> list[Problem]:
+    """The extreme scenes; those beside folds and kinks as well unless it must be quick."""
+    tags = {"extreme"} if quick else {"extreme", "stiff", "fold", "kink", "start at the edge"}
+    return [p for p in PROBLEMS if p.tags & tags and not p.tags & {"refused", "slow"}]
+
+
+def cells(quick: bool) -> tuple[list[Cell], list[Point]]:
+    """Every method on every scene, and the points behind the cells."""
+    found, points = [], []
+    asked = scenes(quick)
+    with progress.stage("stability", len(asked)) as step:
+        for problem in asked:
+            truth = known(problem)
+            size = max(1.0, abs(float(truth.log)))
+            for run in _runs(problem, quick):
+                p = point(problem.name, run, truth, _LIMITS[quick], once=True)
+                points.append(p)
+                found.append(
+                    Cell(
+                        p.scene, p.method, p.setting, p.ours, _digits(p.claimed, size),
+                        MOST if p.below_reference else _digits(p.error, size), p.kind, p.reason,
+                    )
+                )  # fmt: skip
+            step()
+    return found, points
+
+
+def _runs(problem: Problem, quick: bool) -> list[Run]:
+    own = {(run.method, run.setting): run for run in ours(problem, False)}
+    return [*(own[key] for key in _OURS if key in own), *others(problem, True)]
+
+
+@dataclass
+class Condition:
+    """Condition numbers of T and of log T with respect to what defines a scene.
+
+    A relative error e of a parameter changes T by e times that number: what is lost so is the
+    problem's, and what is lost beyond it the method's.
+    """
+
+    scene: str
+    of_T: dict[str, float]
+    of_log_T: dict[str, float]
+    reason: str
+
+
+def conditions(quick: bool) -> list[Condition]:
+    """Condition numbers of the same scenes, from exact derivatives."""
+    asked, found = scenes(quick), []
+    with progress.stage("condition numbers", len(asked)) as step:
+        for problem in asked:
+            found.append(_condition(problem, _LIMITS[quick]))
+            step()
+    return found
+
+
+def _condition(problem: Problem, limit: float) -> Condition:
+    def ask() -> Any:
+        return sa.sensitivity(problem.make(), problem.kappa, problem.r, start=problem.start, dps=15)
+
+    try:
+        found = capped(ask, limit)[1]
+    except sa.SymasymError as error:
+        return Condition(problem.name, {}, {}, str(error))
+    if found is None:
+        return Condition(problem.name, {}, {}, f"stopped after {limit:g} s")
+    of_T, of_log_T = (
+        {name: _finite(x) for name, x in d.items()} for d in (found.condition, found.log_condition)
+    )
+    return Condition(problem.name, of_T, of_log_T, "")
+
+
+def _finite(x: Any) -> float:
+    return min(float(x), 1e300)
+
+
+def columns(found: list[Cell]) -> list[tuple[str, str]]:
+    """The methods with their settings, ours first."""
+    first = sorted(found, key=lambda c: (not c.ours, _place(c)))
+    return list(dict.fromkeys((c.method, c.setting) for c in first))
+
+
+def _place(cell: Cell) -> int:
+    key = (cell.method, cell.setting)
+    return _OURS.index(key) if key in _OURS else len(_OURS)
+
+
+def _digits(error: float | None, size: float) -> float | None:
+    if error is None:
+        return None
+    return min(MOST, -math.log10(max(error / size, 1e-300)))
+
+
+def report(folder: str | Path, quick: bool = False) -> tuple[list[Point], list[Path]]:
+    """Write the cells (JSON), the heat maps (PNG, SVG) and the page.
+
+    Returns
+    -------
+    wrong : list of Point
+        Points of ours that claim more than is true.
+    paths : list of Path
+        The files.
+    """
+    from symasym.workshop.figures.style import encode
+    from symasym.workshop.report.diagrams import heat_maps
+
+    before = load()
+    found, points = cells(quick)
+    numbers = conditions(quick)
+    where = f"{machine()} Load average {before} before, {load()} after."
+    command = "symasym report --stability" + (" --quick" if quick else "")
+    out = Path(folder)
+    figure = heat_maps(found)
+    files = {f"stability.{kind}": encode(figure, kind) for kind in ("png", "svg")}
+    files["stability.md"] = page(found, numbers, missing(), where, command).encode()
+    for name, content in files.items():
+        write_bytes(out / name, content)
+    record: dict[str, Any] = {
+        "command": command,
+        "machine": where,
+        "versions": versions("numpy", "mpmath", "gmpy2", "python-flint", "scipy"),
+        "missing peers": missing(),
+        "cells": [asdict(cell) for cell in found],
+        "conditions": [asdict(number) for number in numbers],
+    }
+    write_json(out / "stability.json", record)
+    own = [p for p in lies(points) if p.ours]
+    return own, [*(out / name for name in files), out / "stability.json"]
+
+
+def summary(found: list[Cell]) -> str:
+    """A row a method: values, refusals, the fewest right digits, claims above the truth."""
+    rows = []
+    for method, setting in columns(found):
+        own = [c for c in found if (c.method, c.setting) == (method, setting)]
+        values = [c for c in own if c.true is not None]
+        wrong = [c.scene for c in own if c.wrong]
+        least = min((c.true for c in values if c.true is not None), default=None)
+        cell = "–" if least is None else f"{max(least, 0.0):.1f}"
+        row = [method, setting, str(len(values)), str(len(own) - len(values)), cell]
+        rows.append([*row, str(len(wrong)), ", ".join(wrong)])
+    head = ["method", "setting", "values", "none", "fewest right digits", "claimed > true", "where"]
+    return table(head, rows)
+
+
+def page(
+    found: list[Cell], numbers: list[Condition], gone: list[str], where: str, command: str
+) -> str:
+    """The whole page."""
+    ours_wrong = sum(c.wrong for c in found if c.ours)
+    return (
+        "\n\n".join(
+            [
+                "# Numerical stability",
+                f"Made by `{command}`, and nothing in it is typed by hand. {where}",
+                f"Not installed, and left out: {', '.join(gone)}."
+                if gone
+                else "Every peer was installed.",
+                "Digits claimed and digits true of log T (of T where log T is below 1), over "
+                "the extreme scenes of the table of problems. A quadrature claims the digits it "
+                "was asked for. References are proved, or two precisions of 120 and 160 digits "
+                "agree.",
+                f"Cells of ours that claim more than is true: {ours_wrong}.",
+                "![digits claimed and true](stability.svg)",
+                summary(found),
+                "## Condition numbers",
+                "Of T and, behind the stroke, of log T: the relative change of the value over that "
+                "of the parameter, from exact derivatives (`sa.sensitivity`). Digits lost with a "
+                "rounded parameter are the problem's; digits lost beyond them are a method's.",
+                _condition_table(numbers),
+            ]
+        )
+        + "\n"
+    )
+
+
+def _condition_table(numbers: list[Condition]) -> str:
+    names = list(dict.fromkeys(name for c in numbers for name in c.of_T))
+    rows = []
+    for c in numbers:
+        cells = [f"{c.of_T[n]:.2g} / {c.of_log_T[n]:.2g}" if n in c.of_T else "–" for n in names]
+        reason = c.reason.split(";")[0].replace("|", "\\|")
+        rows.append([c.scene, *cells, reason])
+    return table(["scene", *names, "why there are none"], rows)

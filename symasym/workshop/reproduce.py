@@ -1,0 +1,314 @@
+"""The main job: figures, reference table, derivations; rebuilt where missing or stale."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import shutil
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import derivations
+import symasym as sa
+from derivations.registry import closure, entries
+from derivations.report import names
+from symasym.base import progress
+from symasym.base.errors import InputError
+from symasym.base.files import decimal_text, read_json, versions, write_bytes, write_json
+from symasym.base.inputs import digits
+from symasym.commands.derive import derive
+from symasym.tables.run import value_record
+from symasym.workshop import figures
+from symasym.workshop.derive_ahead import ahead
+
+DPS = 50
+#: Spring extensions of the reference table.
+Z0 = tuple(f"{-k / 20:.2f}" for k in range(40, 0, -1))
+_TABLE = "reference.json"
+_STAMPS = ".stamps.json"
+_DERIVATIONS = "derivations"
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Files made from exact inputs.
+
+    Attributes
+    ----------
+    name : str
+    files : tuple of str
+        Names in the output folder.
+    steps : int
+        How often `make` reports a step.
+    make : callable
+        ``make(folder, dps, step)`` writes the files and calls `step` after every step.
+    by_digits : bool
+        Whether the files depend on `dps`.
+    sources : callable
+        A hash of the sources that the files come from.
+    report : callable, optional
+        ``report(folder)``: what to say of the files instead of their names.
+    """
+
+    name: str
+    files: tuple[str, ...]
+    steps: int
+    make: Callable[[Path, int, Callable[[], object]], None]
+    by_digits: bool = False
+    sources: Callable[[], str] = lambda: _source_hash()
+    report: Callable[[Path], str] | None = None
+
+    def told(self, folder: Path) -> str:
+        """What was made, for the terminal."""
+        if self.report is not None:
+            return self.report(folder)
+        return ", ".join(str(folder / name) for name in self.files)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a stage; `seconds` is None where its files were up to date."""
+
+    stage: Stage
+    seconds: float | None
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """Where the paper's formula is farthest from the exact value, relative to the latter."""
+
+    mu: str
+    kappa: str
+    z0: str
+    paper: str
+    exact: str
+    relative: float
+    scenes: int
+
+
+def reproduce(
+    out: str | Path = "build",
+    only: Iterable[str] | None = None,
+    dps: int = DPS,
+    force: bool = False,
+) -> Iterator[Outcome]:
+    """Make what is missing or stale, stage by stage.
+
+    A stage is stale when the package, a library it uses, its inputs or the content of one
+    of its files has changed since it was made.
+
+    Parameters
+    ----------
+    out : path
+        Output folder.
+    only : iterable of str, optional
+        Names of stages; all of them when left out.
+    dps : int
+        Digits of the reference table.
+    force : bool
+        Make everything again.
+
+    Yields
+    ------
+    Outcome
+        One for each stage, when it is done.
+
+    Raises
+    ------
+    InputError
+        If a stage is unknown.
+    OutputError
+        If a file cannot be written.
+    """
+    chosen = _chosen(only)
+    digits(dps)
+    folder = Path(out)
+    stale = [
+        stage
+        for stage in chosen
+        if force or _stamps(folder).get(stage.name) != _stamp(stage, folder, dps)
+    ]
+    with ExitStack() as beside:
+        wait: Callable[[Callable[[], object]], int] | None = None
+        if stale[-1:] == [chosen[-1]] and stale[-1].name == _DERIVATIONS:
+            if force:
+                shutil.rmtree(folder / _DERIVATIONS / "cache", ignore_errors=True)
+            if len(stale) > 1:
+                # The other stages take about as long, and one processor.
+                wait = beside.enter_context(ahead(folder / _DERIVATIONS / "cache", _labels()))
+        for stage in chosen:
+            if stage not in stale:
+                yield Outcome(stage, None)
+                continue
+            start = time.perf_counter()
+            with progress.stage(stage.name, stage.steps) as step:
+                known = wait(step) if wait and stage.name == _DERIVATIONS else 0
+                stage.make(folder, dps, _after(known, step))
+            stamps = {**_stamps(folder), stage.name: _stamp(stage, folder, dps)}
+            write_json(folder / _STAMPS, stamps)
+            yield Outcome(stage, time.perf_counter() - start)
+
+
+def _after(count: int, step: Callable[[], object]) -> Callable[[], object]:
+    """`step` without its first `count` calls, which were made already."""
+    calls = itertools.count()
+    return lambda: step() if next(calls) >= count else None
+
+
+def worst_disagreement(out: str | Path = "build") -> Disagreement | None:
+    """The worst of the reference table in `out`; None where there is no table."""
+    from mpmath import mp
+
+    table = read_json(Path(out) / _TABLE)
+    if table is None:
+        return None
+    found = [record for record in table["values"] if "paper" in record]
+
+    def relative(record: dict[str, Any]) -> Any:
+        return abs(mp.mpf(record["paper"]) / mp.mpf(record["mid"]) - 1)
+
+    worst = max(found, key=relative)
+    return Disagreement(
+        mu=worst["x"]["mu"],
+        kappa=worst["physical"]["kappa"],
+        z0=worst["x"]["z0"],
+        paper=worst["paper"],
+        exact=worst["mid"],
+        relative=float(relative(worst)),
+        scenes=len(found),
+    )
+
+
+def _chosen(only: Iterable[str] | None) -> list[Stage]:
+    stages = _stages()
+    if only is None:
+        return stages
+    wanted = set(only)
+    for name in sorted(wanted - {stage.name for stage in stages}):
+        known = ", ".join(stage.name for stage in stages)
+        raise InputError(f"{name} is no stage of reproduce; its stages are {known}.")
+    return [stage for stage in stages if stage.name in wanted]
+
+
+# -- what is up to date ----------------------------------------------------------------------
+
+_LIBRARIES = ("numpy", "mpmath", "matplotlib", "gmpy2", "python-flint", "sympy")
+
+
+def _source_hash() -> str:
+    """A hash over everything the package is made of."""
+    return _folder_hash(Path(sa.__file__).parent)
+
+
+def _derivation_hash() -> str:
+    """The same with the derivations, which use the package."""
+    return _source_hash() + _folder_hash(Path(derivations.__file__).parent)
+
+
+def _folder_hash(folder: Path) -> str:
+    parts = sorted(p for p in folder.rglob("*") if p.suffix in {".py", ".mplstyle"})
+    return _hash(*(text for p in parts for text in (p.name.encode(), p.read_bytes())))
+
+
+def _stamps(folder: Path) -> dict[str, Any]:
+    found = read_json(folder / _STAMPS)
+    return found if isinstance(found, dict) else {}
+
+
+def _stamp(stage: Stage, folder: Path, dps: int) -> dict[str, Any]:
+    """The inputs of a stage and the content of its files, as they are now."""
+    inputs: dict[str, Any] = {"source": stage.sources(), "versions": versions(*_LIBRARIES)}
+    if stage.by_digits:
+        inputs["dps"] = dps
+    contents = {}
+    for name in stage.files:
+        try:
+            contents[name] = _hash((folder / name).read_bytes())
+        except OSError:
+            contents[name] = "missing"
+    return {"inputs": _hash(json.dumps(inputs, sort_keys=True).encode()), "files": contents}
+
+
+def _hash(*parts: bytes) -> str:
+    found = hashlib.sha256()
+    for part in parts:
+        found.update(hashlib.sha256(part).digest())
+    return found.hexdigest()
+
+
+# -- stages ----------------------------------------------------------------------------------
+
+
+def _figure(name: str) -> Stage:
+    kinds = ("png", "svg")
+
+    def make(folder: Path, dps: int, step: Callable[[], object]) -> None:
+        figure = figures.FIGURES[name]()
+        for kind in kinds:
+            write_bytes(folder / f"{name}.{kind}", figures.encode(figure, kind))
+            step()
+
+    return Stage(name, tuple(f"{name}.{kind}" for kind in kinds), len(kinds), make)
+
+
+def _table(folder: Path, dps: int, step: Callable[[], object]) -> None:
+    values = [
+        record for mu, kappa in figures.DRAWN for record in _curve_records(mu, kappa, dps, step)
+    ]
+    table = {
+        "title": "Escape time T and exit probability C of the friction oscillator",
+        "scaling": "x holds what symasym takes: kappa/sqrt(eps) and r/eps; T is in units of eps",
+        "values": values,
+    }
+    write_bytes(folder / _TABLE, (json.dumps(table, indent=1) + "\n").encode())
+
+
+def _curve_records(
+    mu: str, kappa: str, dps: int, step: Callable[[], object]
+) -> Iterator[dict[str, Any]]:
+    scales = sa.rescale(eps=figures.EPS, kappa=kappa, r=figures.R)
+    family = sa.friction(mu=mu, alpha=figures.ALPHA)
+    for z0 in Z0:
+        drift = family.bind(z0=z0)
+        x = {"mu": mu, "alpha": figures.ALPHA, "z0": z0}
+        x |= {"kappa": str(scales.kappa), "r": str(scales.r)}
+        for name in ("T", "C"):
+            record = value_record(name, drift, x, dps)
+            record["physical"] = {"eps": figures.EPS, "kappa": kappa, "r": figures.R}
+            if name == "T":
+                paper = sa.escape_time(drift, scales.kappa, scales.r, method="paper", dps=dps)
+                record["paper"] = decimal_text(paper, dps)
+            yield record
+        step()
+
+
+def _labels() -> list[str]:
+    """Every label that is derived."""
+    return list(entries())
+
+
+def _derive(folder: Path, dps: int, step: Callable[[], object]) -> None:
+    derive(_labels(), folder / _DERIVATIONS, step=step)
+
+
+def _derived(folder: Path) -> str:
+    trace = read_json(folder / _DERIVATIONS / "trace.json")
+    found = trace["derivations"] if isinstance(trace, dict) else []
+    steps = sum(len(record["steps"]) for record in found)
+    return f"{folder / _DERIVATIONS}, {len(found)} derivations whose {steps} checks pass"
+
+
+def _stages() -> list[Stage]:
+    labels = closure(_labels())
+    pages = tuple(f"{_DERIVATIONS}/{name}" for name in names(labels))
+    return [
+        *(_figure(name) for name in figures.FIGURES),
+        Stage("reference", (_TABLE,), len(figures.DRAWN) * len(Z0), _table, by_digits=True),
+        # Last: what the other stages leave of its time is all that it takes.
+        Stage(_DERIVATIONS, pages, len(labels), _derive, sources=_derivation_hash, report=_derived),
+    ]

@@ -1,0 +1,147 @@
+"""What the exact integrals become as kappa or r goes to an end of its range."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from typing import Any
+
+import symasym as sa
+from symasym.base.contexts import own_context
+from symasym.numbers.trees import MpmathOps
+from symasym.workshop.verify.findings import Finding, compared
+from symasym.workshop.verify.orders import shortfall
+
+_DPS = 40
+
+DRIFTS: dict[str, Callable[[], sa.Drift]] = {
+    "friction, well": lambda: sa.friction(3, 1, "-0.4"),
+    "friction past the fold": lambda: sa.friction(3, 1, "-1.5"),
+    "linear sliding": lambda: sa.linear(1, "-1/2"),
+    "tanh sliding": lambda: sa.tanh(1, -2, 4),
+    "hill down": lambda: sa.hill(-1, "-1/3", "1/2", n=3),
+}
+
+
+def strong(name: str, full: bool) -> Iterator[Finding]:
+    """kappa -> oo: Brownian motion, T = (r^2 - x^2)/kappa^2 and C = (r - x)/(2 r)."""
+    drift, r, x = DRIFTS[name](), Fraction(3), Fraction(1, 2)
+    errors: dict[str, list[Any]] = {"T": [], "C": [], "1-C": []}
+    kappas = ("1e4", "2e4")
+    with own_context(_DPS + 10) as mp:
+        for kappa in kappas:
+            k = Fraction(kappa)
+            share = (r - x) / (2 * r)
+            free = {"T": (r * r - x * x) / k**2, "C": share, "1-C": 1 - share}
+            for quantity, value in free.items():
+                found = _escape(drift, quantity, kappa, r, x)
+                errors[quantity].append(
+                    abs(mp.make_mpf(found._mpf_) / MpmathOps(mp).rational(value) - 1)
+                )
+        for quantity, pair in errors.items():
+            formula = "eq:Ttilde" if quantity == "T" else "eq:C"
+            where = f"{name}, {quantity}, kappa -> oo"
+            yield shortfall(formula, "digits", where, pair, 2, kappas)._replace(check="limit")
+
+
+def weak(name: str, full: bool) -> Iterator[Finding]:
+    """kappa -> 0: the flight time along the drift, or e^{lam} to the highest climb of V."""
+    drift, r = DRIFTS[name](), Fraction(3)
+    climb = _climb(drift)
+    kappas = ("1e-3", "5e-4")
+    where = f"{name}, T, kappa -> 0"
+    with own_context(_DPS + 10) as mp:
+        ops = MpmathOps(mp)
+        times = [mp.make_mpf(_escape(drift, "T", k, r, Fraction(0))._mpf_) for k in kappas]
+        if climb is None:
+            side = 1 if drift.ends[1] > 0 else -1
+            flight = mp.quad(lambda u: 1 / drift.evaluate(side * u, ops), [0, 1]) * side
+            flight += (3 - mp.one) / abs(ops.rational(Fraction(drift.ends[side > 0])))
+            errors = [abs(t / flight - 1) for t in times]
+            found = shortfall("eq:Ttilde", "digits", where, errors, 2, kappas)
+            yield found._replace(check="limit")
+            return
+        noises = [ops.rational(Fraction(k) ** 2 / 2) for k in kappas]
+        # log T = climb/noise + O(log): Kramers' exponent.
+        for noise, time in zip(noises, times, strict=True):
+            gap = abs(noise * mp.log(time) - climb(mp))
+            yield compared("eq:Ttilde", "digits", "limit", gap, 5 * noise * -mp.log(noise), where)
+        if drift.region == "sliding":
+            outside = [sa.occupation(drift, k, complement=True, dps=_DPS) for k in kappas]
+            for noise, share in zip(noises, outside, strict=True):
+                depth = -noise * mp.log(mp.make_mpf(share._mpf_))
+                gap = abs(depth - _depth(drift, mp))
+                room = 5 * noise * -mp.log(noise)
+                yield compared("eq:P", "digits", "limit", gap, room, f"{name}, 1-P, kappa -> 0")
+
+
+def far(name: str, full: bool) -> Iterator[Finding]:
+    """r -> oo: T grows by 1/|a| a unit where it leaves freely, as e^{lam |a|} where it climbs."""
+    drift, kappa = DRIFTS[name](), Fraction(1)
+    a_minus, a_plus = (Fraction(x) for x in drift.ends)
+    where = f"{name}, r -> oo"
+    with own_context(_DPS + 10) as mp:
+        ops = MpmathOps(mp)
+        radii = (Fraction(60), Fraction(61))
+        times, shares = (
+            [mp.make_mpf(_escape(drift, q, kappa, r, Fraction(0))._mpf_) for r in radii]
+            for q in ("T", "C")
+        )
+        if a_minus * a_plus > 0:
+            growth, wanted = times[1] - times[0], 1 / abs(ops.rational(a_plus))
+            if a_plus < 0:
+                wanted = 1 / abs(ops.rational(a_minus))
+            gap = abs(growth / wanted - 1)
+            yield compared("eq:Ttilde", "digits", "limit", gap, 1e-12, f"{where}, T")
+            behind = a_minus if a_plus > 0 else a_plus
+            quantity = "C" if a_plus > 0 else "1-C"
+            if quantity == "1-C":
+                shares = [
+                    mp.make_mpf(_escape(drift, "1-C", kappa, r, Fraction(0))._mpf_) for r in radii
+                ]
+            slope = -mp.log(shares[1] / shares[0]) / 2
+            gap = abs(slope / abs(ops.rational(behind)) - 1)
+            yield compared("eq:C", "digits", "limit", gap, 1e-12, f"{where}, {quantity}")
+        else:
+            easier = min(abs(a_minus), abs(a_plus))
+            slope = mp.log(times[1] / times[0]) / 2
+            gap = abs(slope / ops.rational(easier) - 1)
+            yield compared("eq:Ttilde", "digits", "limit", gap, 1e-12, f"{where}, T")
+
+
+def _escape(drift: sa.Drift, quantity: str, kappa: Any, r: Fraction, x: Fraction) -> Any:
+    if quantity == "T":
+        return sa.escape_time(drift, kappa, r, start=x, dps=_DPS)
+    other = quantity == "1-C"
+    return sa.exit_probability(drift, kappa, r, start=x, complement=other, dps=_DPS)
+
+
+def _climb(drift: sa.Drift) -> Any:
+    """The height T's exponent takes within |u| < 3, as a function of a context; None for none."""
+    a_minus, a_plus = (Fraction(x) for x in drift.ends)
+    if a_minus * a_plus > 0 and not drift.wells():
+        return None
+
+    def height(mp: Any) -> Any:
+        (well,) = drift.wells()
+        low = mp.convert(well.u)
+        if a_minus * a_plus > 0:
+            (barrier,) = drift.barriers()
+            return _rise(drift, low, mp.convert(barrier.u), mp)
+        ops = MpmathOps(mp)
+        left = _rise(drift, low, -mp.one, mp) + 2 * ops.rational(abs(a_minus))
+        right = _rise(drift, low, mp.one, mp) + 2 * ops.rational(abs(a_plus))
+        return min(left, right)
+
+    return height
+
+
+def _depth(drift: sa.Drift, mp: Any) -> Any:
+    """V at the lower edge of the layer, from its well."""
+    (well,) = drift.wells()
+    return min(_rise(drift, mp.convert(well.u), side * mp.one, mp) for side in (-1, 1))
+
+
+def _rise(drift: sa.Drift, a: Any, b: Any, mp: Any) -> Any:
+    ops = MpmathOps(mp)
+    return -mp.quad(lambda u: drift.evaluate(u, ops), [a, b])
