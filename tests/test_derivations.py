@@ -225,7 +225,7 @@ def test_a_key_covers_every_source_it_can_reach():
     assert {
         "section7_friction.py",
         "paper.py",
-        "reduce.py",
+        "reduction.py",
         "proofs.py",
         "drift.py",
         "runner.py",

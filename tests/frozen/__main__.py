@@ -78,9 +78,7 @@ def piece(group: str, number: int, words: list[str]) -> dict[str, Any]:
     answers = {}
     for index, (name, ask) in enumerate(questions(group)):
         if index % _PIECES == number and (not words or any(w in name for w in words)):
-            begin = time.process_time()
             answers[name] = answer(ask)
-            answers[name]["seconds"] = round(time.process_time() - begin, 3)
     return answers
 
 
@@ -144,7 +142,9 @@ def main() -> int:
     parser.add_argument("--only", default="", help="words, separated by commas")
     parser.add_argument("--group", default="", help="groups, separated by commas")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--factor", type=float, default=1.05, help="between errors that are the same")
+    parser.add_argument(
+        "--factor", type=float, default=1.05, help="between errors that are the same"
+    )
     options = parser.parse_args()
     from tests.frozen.questions import GROUPS
 
@@ -163,9 +163,6 @@ def main() -> int:
     if options.keep:
         text = json.dumps(dict(sorted(got.items())), ensure_ascii=False, indent=0)
         ANSWERS.write_bytes(gzip.compress(text.encode(), mtime=0))
-        slow = sorted(got.items(), key=lambda item: -item[1]["seconds"])[:30]
-        for name, item in slow:
-            print(f"{item['seconds']:8.2f} s  {name}")
         return 0
     found = 0
     for name, item in sorted(got.items()):

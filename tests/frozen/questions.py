@@ -1,4 +1,4 @@
-"""Every question whose answer is kept: each method on the whole table of scenes, in each arithmetic.
+"""Every question whose answer is kept: each method on the table of scenes, in each arithmetic.
 
 A question is a name and a call; the name's first word is the group by which parts are asked for.
 """
@@ -58,7 +58,9 @@ def _exact() -> Iterator[Question]:
                 yield f"{name} | array", lambda p=p, q=quantity: _arrays(p, q)
 
 
-def _expansion(method: str, quantities: str, orders: list[Any], *without: str) -> Iterator[Question]:
+def _expansion(
+    method: str, quantities: str, orders: list[Any], *without: str
+) -> Iterator[Question]:
     for p in _kept(*without):
         for quantity, ask in _verbs(p).items():
             if quantity not in quantities.split():
@@ -88,6 +90,7 @@ def _uniform() -> Iterator[Question]:
         for kappa in ("0.02", "0.1", "0.3"):
             for order in (0, 1, 2):
                 for start in ("0", "0.3"):
+
                     def ask(z0=z0, kappa=kappa, order=order, start=start, **o: Any) -> Any:
                         return sa.escape_time(
                             sa.friction(3, 1, z0), kappa, 10, start=start, method="uniform",
@@ -140,6 +143,7 @@ def _others() -> Iterator[Question]:
 def _integrals() -> Iterator[Question]:
     for scene in INTEGRALS:
         for order in (1, 3, "optimal"):
+
             def ask(s=scene, n=order, **o: Any) -> Any:
                 return sa.laplace_integral(s.f, s.g, "x", s.a, s.b, n).evaluate(50, full=True, **o)
 
@@ -148,6 +152,7 @@ def _integrals() -> Iterator[Question]:
             yield f"{name} | 40 digits", lambda ask=ask: ask(dps=40)
     for z in ("1/2", "0.999999999999", "1", "1.01", "2"):
         for n in (0, 2):
+
             def bessel(z=z, n=n, **o: Any) -> Any:
                 e = sa.uniform_integral(
                     "z*sinh(t) - t", "1/(2*pi*I)", "t", "oo - I*pi", "oo + I*pi", order=n
@@ -163,11 +168,11 @@ def _integrals() -> Iterator[Question]:
     for c in ("-1/100", "0", "1/100", "1/2"):
         yield (
             f"uniform integral | iterated c={c}",
-            lambda c=c: sa.uniform_integral(
-                "c*x - x**3/3", ("1 + x/5", "cos(x)"), "x", "-2", "2", order=1
-            )
-            .bind(c=c)
-            .evaluate(100, dps=30, full=True),
+            lambda c=c: (
+                sa.uniform_integral("c*x - x**3/3", ("1 + x/5", "cos(x)"), "x", "-2", "2", order=1)
+                .bind(c=c)
+                .evaluate(100, dps=30, full=True)
+            ),
         )
 
 
