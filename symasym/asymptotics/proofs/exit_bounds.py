@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from symasym.asymptotics.proofs.layer_bounds import Barrier, Edge, Layer, layer_of
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift
@@ -348,7 +348,7 @@ def _paper_log(drift: Drift, values: dict[str, Fraction], complement: bool, cont
         )
 
     def number(x: Fraction) -> Any:
-        return context.mpf(x.numerator) / x.denominator
+        return mpf_of(x, context)
 
     rate = number(a_minus * r / kappa**2)
     if not rate * 3 / 2 >= context.log(4):
