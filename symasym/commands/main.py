@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from symasym.base.errors import SymasymError
 from symasym.commands import derive, emit, figure, report, table, verify
-from symasym.commands.named import DRIFTS, named_drift
 from symasym.commands.settings import settings
+from symasym.drift.named import DRIFTS, named_drift
 
 if TYPE_CHECKING:
     from symasym.base.estimate import Estimate
