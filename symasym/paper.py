@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
@@ -118,7 +118,7 @@ def well(drift: Drift, context: Any) -> Well:
     if len(points) not in (0, 2) or [p.kind for p in points] not in ([], ["well", "barrier"]):
         _refuse_zeros(len(points))
     field = ExactField(drift, down, context)
-    ahead = _number(field.value(Fraction(1)), context)
+    ahead = mpf_of(field.value(Fraction(1)), context)
     if points:
         u1, u2 = (field.polish(-p.u if down else p.u) for p in points)
         if _well_counts(u1, u2):
@@ -132,7 +132,7 @@ def _escape_time(scene: Scene, request: Request) -> Any:
         # The exponent 2 V/kappa^2 has as many digits before the point as lam.
         with context.workprec(context.prec + max(0, _bits(scene.lam))):
             crossing = well(scene.drift, context)
-            radius, noise = (_number(scene.numbers[name], context) for name in ("r", "kappa"))
+            radius, noise = (mpf_of(scene.numbers[name], context) for name in ("r", "kappa"))
             if crossing.barrier is None:
                 total = mpmath_formulas.strong_noise_time(context, radius, crossing.ahead)
             else:
@@ -146,10 +146,6 @@ def _escape_time(scene: Scene, request: Request) -> Any:
 def _bits(x: Fraction) -> int:
     """Bits before the point, at least, or fewer than none."""
     return x.numerator.bit_length() - x.denominator.bit_length() + 1
-
-
-def _number(x: Fraction, context: Any) -> Any:
-    return context.mpf(x.numerator) / x.denominator
 
 
 def _log_escape_times(scenes: Scenes) -> FloatArray:
@@ -240,8 +236,8 @@ def _rise(field: Field, scene: IntArray, lo: FloatArray, hi: FloatArray) -> Floa
 def _occupation(scene: Scene, request: Request) -> Answer:
     """P, 1 - P or a logarithm: of kind ``"bound"`` where it is one of P, with the error 1 - P."""
     with own_context(request.digits + 15) as context:
-        a_minus, a_plus = (_number(Fraction(x), context) for x in scene.drift.ends)
-        noise = _number(scene.numbers["kappa"], context)
+        a_minus, a_plus = (mpf_of(Fraction(x), context) for x in scene.drift.ends)
+        noise = mpf_of(scene.numbers["kappa"], context)
         share = mpmath_formulas.strong_noise_occupation(context, noise, a_minus, a_plus)
         bounded = share >= 1
         if bounded:
@@ -268,7 +264,7 @@ def _lower_bound(drift: Drift, noise: Any, context: Any) -> Any:
     if top > 0:
         # V(1) > 0: the same in the mirrored variable, whose V at the right end is -V(1).
         field, top = ExactField(drift, True, context), -top
-    a_minus, a_plus = (_number(field.value(Fraction(x)), context) for x in (-1, 1))
+    a_minus, a_plus = (mpf_of(field.value(Fraction(x)), context) for x in (-1, 1))
     length = _stays_below(drift, field, context)
     return mpmath_formulas.occupation_bound(context, noise, a_minus, a_plus, length, top)
 
