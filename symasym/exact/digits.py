@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from typing import Any
 
-from symasym.base.contexts import own_context, to_mpf
+from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
 from symasym.exact import sweep
@@ -81,7 +81,7 @@ def stationary_density(
             _Scene(drift, mirrored, lam, context).from_infinity(-y if mirrored else y)
             for mirrored in (False, True)
         )
-        return sweep.density(context.mpf(lam.numerator) / lam.denominator, w_left, w_right)
+        return sweep.density(mpf_of(lam, context), w_left, w_right)
 
     return _to_digits(compute, dps, log)
 

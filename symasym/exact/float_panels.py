@@ -30,6 +30,8 @@ from symasym.generated.numpy_formulas import (
     constant_nested_up,
     constant_single,
 )
+from symasym.numbers.arithmetic import FLOATS
+from symasym.special.exponentials import quotients
 
 #: Largest lam |V(b) - V(a)| (roughly) of a panel that samples the exponential:
 #: beyond it the ratio e^8 of largest to smallest sample costs rounding digits.
@@ -228,30 +230,14 @@ def constant(lam_a: FloatArray, h: FloatArray) -> Moments:
     first = np.where(x == 0, 1.0, constant_single(np.where(x == 0, 1.0, x)))
     small = x < 0.5
     safe, single = np.where(small, 1.0, x), np.where(small, 1.0, first)
-    # Both lose digits for small x: Taylor there.
+    # Both lose digits for small x.
     up_form, down_form = constant_nested_up(safe, single), constant_nested_down(safe, single)
-    series = np.zeros_like(x)
-    y = np.where(small, x, 0.0)
-    for k in range(18, 1, -1):
-        series = 1.0 / _FACTORIAL[k] - y * series
-    up_series = series
-    down_series = np.exp(-y) * _positive_series(y)
+    phi_1, phi_2 = quotients(np.where(small, -x, 0.0), FLOATS)
     up = lam_a < 0
     second = np.where(
-        up, np.where(small, up_series, up_form), np.where(small, down_series, down_form)
+        up, np.where(small, phi_2, up_form), np.where(small, phi_1 - phi_2, down_form)
     )
     return Moments(np.where(up, x, -x), h * first, h * first, h * h * second)
-
-
-_FACTORIAL = np.cumprod(np.concatenate(([1.0], np.arange(1.0, 20.0))))
-
-
-def _positive_series(y: FloatArray) -> FloatArray:
-    """(e^y - 1 - y)/y^2 for 0 <= y < 1/2."""
-    total = np.zeros_like(y)
-    for k in range(18, 1, -1):
-        total = 1.0 / _FACTORIAL[k] + y * total
-    return total
 
 
 def merge(moments: Moments, k: np.ndarray, count: np.ndarray) -> Moments:
