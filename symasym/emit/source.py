@@ -41,7 +41,7 @@ def add_target(name: str, render: Callable[[Program, list[Ready]], str], dialect
         From a `Program` and its functions in double precision (a list of `Ready`) to the text of
         the file.
     dialect : Dialect
-        How the language writes a call, for `symasym.emit.targets.writing.text`.
+        How the language writes a call, for `symasym.emit.writing.text`.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from symasym.emit.kernels import airy, elementary, tables, uniform, uniform_pair
 from symasym.emit.kernels.kernel import kernel_of
 from symasym.emit.kernels.transcribe import transcribed
 from symasym.emit.program import Function, Passage, Program, Ready
-from symasym.emit.targets.writing import Written
+from symasym.emit.writing import Written
 from symasym.records import Record
 
 _U = sympy.Symbol("u", real=True)

@@ -14,7 +14,7 @@ import ast
 from collections.abc import Mapping
 
 from symasym.emit.kernels.transcribe_expressions import SIGNS, Expressions, Names
-from symasym.emit.targets.writing import comment, heading, wrapped
+from symasym.emit.writing import comment, heading, wrapped
 
 __all__ = ["transcribed"]
 

@@ -18,7 +18,7 @@ from symasym.emit.kernels import airy, elementary, guarded, tables
 from symasym.emit.kernels.kernel import kernel_of, named
 from symasym.emit.kernels.transcribe import FUNCTION_IN_C, transcribed
 from symasym.emit.program import Body, Passage, Quadrature, Ready
-from symasym.emit.targets.writing import Written, text, wrapped
+from symasym.emit.writing import Written, text, wrapped
 
 
 @dataclass(frozen=True)
