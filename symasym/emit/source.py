@@ -1,4 +1,4 @@
-"""What `emit` returns: text that can be written, and loaded where Python or C can."""
+"""Source code as a value: it can be written, and loaded where Python or C can."""
 
 from __future__ import annotations
 
