@@ -1,7 +1,8 @@
-"""All zeros of many polynomials of one degree at once, in float64."""
+"""All zeros of many polynomials of one degree at once in float64, and one to any digits."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -69,6 +70,22 @@ def zeros_of(c: FloatArray) -> Zeros:
     # As many below the axis as above it.
     complete &= 2 * above.sum(axis=0) + real == degree
     return Zeros(values, real, _chosen(found, above), apart & complete, complete)
+
+
+def refined(c: Sequence[Any], z: Any, context: Any) -> Any:
+    """The simple zero near `z` to all digits of the context, None where Newton's steps fail."""
+    last, falling = False, list(c[::-1])
+    for _ in range(context.prec.bit_length() + 8):
+        value, slope = context.polyval(falling, z, derivative=True)
+        if not slope:
+            return None
+        step = value / slope
+        z -= step
+        if last:
+            return z
+        # The step after the one that has half of the digits has all of them.
+        last = abs(step) <= context.ldexp(1 + abs(z), -context.prec // 2 - 8)
+    return None
 
 
 def _chosen(found: Any, above: Any) -> list[Any]:

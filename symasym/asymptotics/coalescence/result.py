@@ -10,7 +10,7 @@ import numpy as np
 import sympy
 
 from symasym.asymptotics.coalescence.endpoints import BEYOND
-from symasym.asymptotics.laplace.parameters import IntegralParts
+from symasym.asymptotics.laplace.result import IntegralParts
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import Estimate

@@ -296,7 +296,7 @@ def _read(
             f"needs at least {contact + 1} of f and 1 of g."
         )
     count = min(len(steep) - contact, len(weights))
-    alpha = [x / steep[contact] for x in steep[contact : contact + count]]
+    alpha = [1, *(x / steep[contact] for x in steep[contact + 1 : contact + count])]
     if isinstance(beta, (int, float, str, Fraction)):
         beta = exact("beta", beta)
         if beta <= 0:

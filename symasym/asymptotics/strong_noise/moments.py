@@ -21,6 +21,7 @@ from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
 from symasym.exact import ball_sweep
 from symasym.numbers.balls import exact_ball, flint_module, profile_of
+from symasym.numbers.polynomials import shifted
 
 _RATIO = 4
 _PANELS = 32
@@ -184,12 +185,7 @@ def _collected(panels: list[_Panel], order: int, zero: Any, one: Any, spread: An
 
 def _shifted(coefficients: list[Fraction], a: Fraction, length: Fraction) -> list[Fraction]:
     """Coefficients of A(a + length t) in t."""
-    work = list(coefficients)
-    degree = len(work) - 1
-    for lowest in range(degree):
-        for k in range(degree - 1, lowest - 1, -1):
-            work[k] += work[k + 1] * a
-    return [c * length**k for k, c in enumerate(work)]
+    return [c * length**k for k, c in enumerate(shifted(coefficients, a))]
 
 
 def _spread(local: list[Fraction], length: Fraction) -> Fraction:
