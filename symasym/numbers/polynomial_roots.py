@@ -1,4 +1,9 @@
-"""All zeros of many polynomials of one degree at once in float64, and one to any digits."""
+"""All zeros of many polynomials of one degree at once in float64, and one to any digits.
+
+Degree 2 by the formula that does not cancel, 3 by Viete's cosines or Cardano's sum, higher ones as
+eigenvalues of the companion matrix; then Newton's steps (W. H. Press et al., Numerical Recipes,
+sections 5.6 and 9.5).
+"""
 
 from __future__ import annotations
 

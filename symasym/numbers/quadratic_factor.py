@@ -1,7 +1,10 @@
 """Two neighbouring zeros of an analytic function, split off as a factor.
 
-phi = (y² - D) psi(y), y from half-way between the zeros, D of either sign. Both critical values of
-the integral of phi are then explicit sums in D, without a difference of nearly equal numbers.
+phi = (y² - D) psi(y), y from half-way between the zeros, D of either sign: the Weierstrass
+polynomial of degree two. Its middle and D solve the two equations that the even and the odd part of
+phi vanish at y² = D, by Newton's method as Bairstow's for polynomials. Both are analytic in phi's
+coefficients where the zeros themselves are not. Both critical values of the integral of phi are
+then explicit sums in D, without a difference of nearly equal numbers.
 """
 
 from __future__ import annotations
