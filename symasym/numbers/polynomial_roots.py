@@ -106,6 +106,15 @@ def _chosen(found: Any, above: Any) -> list[Any]:
     return list(np.take_along_axis(found, at, axis=0)[:half])
 
 
+def real_parts(c: FloatArray) -> FloatArray:
+    """Real parts of all zeros of the columns of `c`, the last not 0, be it ever so small."""
+    with np.errstate(all="ignore"):
+        zeros = _companion(c, 1e150)
+        for _ in range(3):
+            zeros = _newton(c, zeros)
+    return np.real(zeros)
+
+
 def _newton(c: FloatArray, z: Any) -> Any:
     value, slope = c[-1] + 0 * z, 0 * z
     for row in c[-2::-1]:
@@ -116,13 +125,14 @@ def _newton(c: FloatArray, z: Any) -> Any:
     return z - np.where(good, step, 0.0)
 
 
-def _companion(c: FloatArray) -> Any:
+def _companion(c: FloatArray, most: float = np.inf) -> Any:
+    """Eigenvalues of the companion matrices, whose entries are clipped at `most`."""
     degree, count = len(c) - 1, c.shape[1]
     if degree == 1:
-        return (-c[0] / c[1] + 0j)[None]
+        return (np.clip(-c[0] / c[1], -most, most) + 0j)[None]
     matrix = np.zeros((count, degree, degree))
     matrix[:, np.arange(1, degree), np.arange(degree - 1)] = 1.0
-    last = -c[:-1] / c[-1]
+    last = np.clip(-c[:-1] / c[-1], -most, most)
     fine = np.isfinite(last).all(axis=0)
     matrix[:, :, -1] = np.where(fine, last, 0.0).T
     return np.where(fine, np.linalg.eigvals(matrix).T, np.nan)
