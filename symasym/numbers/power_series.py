@@ -71,13 +71,24 @@ def product(a: Coefficients, b: Coefficients, count: int | None = None) -> list[
     return [_sum(row, nothing) for row in rows]
 
 
-def quotient(a: Coefficients, b: Coefficients, count: int) -> list[Any]:
-    """The first `count` coefficients of a/b, b[0] not zero."""
-    inverse, support = 1 / b[0], _support(b[:count], 1)
+def quotient(a: Coefficients, b: Coefficients, count: int, inverse: Any = None) -> list[Any]:
+    """The first `count` coefficients of a/b, b[0] not zero; `inverse` is 1/b[0], if it is known."""
+    inverse = 1 / b[0] if inverse is None else inverse
+    support = _support(b[:count], 1)
     found: list[Any] = []
     for n in range(count):
-        taken = _sum([(b[j], found[n - j]) for j in support if j <= n], 0)
-        found.append(((a[n] if n < len(a) else 0) - taken) * inverse)
+        pairs = [(b[j], found[n - j]) for j in support if j <= n]
+        total: Any = a[n] if n < len(a) else 0
+        if isinstance(inverse, np.ndarray):
+            for k, (x, y) in enumerate(pairs):
+                if k:
+                    # In place, now that it is not an entry of a any more.
+                    total -= x * y
+                else:
+                    total = total - x * y
+        elif pairs:
+            total = total - _sum(pairs, 0)
+        found.append(total * inverse)
     return found
 
 
@@ -137,22 +148,29 @@ def _next(slopes: list[tuple[int, Any]], known: list[Any], n: int, nothing: Any)
 
 
 def laurent(
-    phi: Coefficients, zero: bool, count: int, weight: Coefficients | None = None
+    phi: Coefficients,
+    zero: bool,
+    count: int,
+    weight: Coefficients | None = None,
+    length: int | None = None,
 ) -> Iterator[list[Any]]:
     """The series of h_1 = g/phi, h_(k + 1) = -h_k'/phi, up to h_count; g = 1 without a `weight`.
 
     Integration by parts of int g e^(±lam V), V' = -phi, leaves the h_k as coefficients of lam^-k;
-    with alternating signs they are the slow manifold of M' = g - lam phi M. If `zero`, phi[0]
-    counts as 0 and the series are those of h_k t^(2k - 1); else each is a coefficient shorter than
-    the one before.
+    they are the slow manifold of M' = g - lam phi M. If `zero`, phi[0] counts as 0 and the series
+    are those of h_k t^(2k - 1); else each is a coefficient shorter than the one before. The first
+    has as many as are given, or `length`.
     """
-    inverse = reciprocal(phi[1:] if zero else phi)
-    last = inverse if weight is None else product(weight, inverse)
+    psi = phi[1:] if zero else phi
+    if length is None:
+        length = len(psi) if weight is None else len(weight)
+    inverse = 1 / psi[0]
+    last = quotient([1] if weight is None else weight, psi, length, inverse)
     yield last
     for k in range(1, count):
         if zero:
             slope = [(2 * k - 1 - j) * c for j, c in enumerate(last)]
         else:
             slope = [-j * c for j, c in enumerate(last)][1:]
-        last = product(slope, inverse)
+        last = quotient(slope, psi, len(slope), inverse)
         yield last
