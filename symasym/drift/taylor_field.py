@@ -14,7 +14,6 @@ from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import DiscOps, tame
-from symasym.numbers.polynomials import shifted
 from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import MpmathOps
 from symasym.numbers.truncated_series import Jet, JetOps
@@ -93,7 +92,12 @@ class ExactField:
     def taylor(self, centre: Fraction, scale: Fraction, order: int) -> list[Fraction]:
         """Coefficients of phi(centre + scale s) in s; all of them for a polynomial."""
         if self._polynomial is not None:
-            return [c * scale**k for k, c in enumerate(shifted(self._polynomial, centre))]
+            work = list(self._polynomial)
+            degree = len(work) - 1
+            for lowest in range(degree):
+                for k in range(degree - 1, lowest - 1, -1):
+                    work[k] += work[k + 1] * centre
+            return [c * scale**k for k, c in enumerate(work)]
         with self._context.workprec(self._context.prec + self._extra_bits):
             ops = JetOps(order, self._context)
             jet = self._drift.evaluate(ops.variable(self._sign * centre, self._sign * scale), ops)
@@ -120,8 +124,12 @@ class ExactField:
         if centre not in self._about:
             # About a zero of A these floats keep their relative precision.
             self._about[centre] = self.taylor(centre, Rational(1), 0)
-        local = shifted([float(c) for c in self._about[centre]], float((t0 + t1) / 2))
-        return [c * half**k for k, c in enumerate(local)]
+        work = [float(c) for c in self._about[centre]]
+        middle, degree = float((t0 + t1) / 2), len(work) - 1
+        for lowest in range(degree):
+            for k in range(degree - 1, lowest - 1, -1):
+                work[k] += work[k + 1] * middle
+        return [c * half**k for k, c in enumerate(work)]
 
     def integral(self, centre: Fraction, t0: Fraction, t1: Fraction, order: int) -> Fraction:
         """int phi over [centre + t0, centre + t1]."""
