@@ -19,6 +19,21 @@ from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.numbers.polynomials import poly, poly_slope, shifted
 
+__all__ = [
+    "Pair",
+    "everywhere",
+    "mean_of_values",
+    "not_alone",
+    "numbers",
+    "pair_of",
+    "pairs_of",
+    "poly",
+    "rows",
+    "shifted",
+    "split_pair",
+    "tiny",
+]
+
 _STEPS = 40
 
 

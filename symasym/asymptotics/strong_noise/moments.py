@@ -21,7 +21,6 @@ from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
 from symasym.exact import ball_sweep
 from symasym.numbers.balls import exact_ball, flint_module, profile_of
-from symasym.numbers.polynomials import shifted
 
 _RATIO = 4
 _PANELS = 32
@@ -185,7 +184,12 @@ def _collected(panels: list[_Panel], order: int, zero: Any, one: Any, spread: An
 
 def _shifted(coefficients: list[Fraction], a: Fraction, length: Fraction) -> list[Fraction]:
     """Coefficients of A(a + length t) in t."""
-    return [c * length**k for k, c in enumerate(shifted(coefficients, a))]
+    work = list(coefficients)
+    degree = len(work) - 1
+    for lowest in range(degree):
+        for k in range(degree - 1, lowest - 1, -1):
+            work[k] += work[k + 1] * a
+    return [c * length**k for k, c in enumerate(work)]
 
 
 def _spread(local: list[Fraction], length: Fraction) -> Fraction:

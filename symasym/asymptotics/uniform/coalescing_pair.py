@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 
 from symasym.asymptotics.coalescence.cubic_map import map_coefficients
 from symasym.asymptotics.weak_noise.slow_manifold import laurent
-from symasym.numbers.polynomials import shifted
-from symasym.numbers.quadratic_factor import Pair
+from symasym.numbers.quadratic_factor import Pair, shifted
 from symasym.special.airy_products import airy_functions, by_parts, pair_terms
 
 __all__ = ["Airy", "Fold", "airy", "fold_of", "parabola"]

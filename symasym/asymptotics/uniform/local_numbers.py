@@ -13,8 +13,7 @@ from symasym.asymptotics.coalescence.cubic_map import map_coefficients
 from symasym.asymptotics.uniform.local_arrays import Edge, Fold
 from symasym.asymptotics.weak_noise.one_sided import Numbers
 from symasym.base.inputs import FloatArray
-from symasym.numbers.polynomials import poly, shifted
-from symasym.numbers.quadratic_factor import Pair
+from symasym.numbers.quadratic_factor import Pair, poly, shifted
 
 __all__ = ["edge_of", "fold_of", "past"]
 

@@ -19,9 +19,8 @@ from symasym.asymptotics.weak_noise.compose import Pair, Sides, time_of
 from symasym.base.contexts import mpf_of
 from symasym.drift.drift import Drift
 from symasym.numbers.factors import Factor, Line, Meeting, Pieces, Zero, pieces_of, seen_from
-from symasym.numbers.polynomials import poly, shifted
 from symasym.numbers.quadratic_factor import Pair as Local
-from symasym.numbers.quadratic_factor import mean_of_values
+from symasym.numbers.quadratic_factor import mean_of_values, poly, shifted
 
 __all__ = ["Scene", "scene_of"]
 

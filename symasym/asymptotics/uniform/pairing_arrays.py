@@ -28,8 +28,7 @@ from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes
 from symasym.numbers.polynomial_roots import Zeros, zeros_of
-from symasym.numbers.polynomials import poly, shifted
-from symasym.numbers.quadratic_factor import Pair
+from symasym.numbers.quadratic_factor import Pair, poly, shifted
 
 __all__ = ["found_of"]
 
