@@ -71,10 +71,9 @@ def product(a: Coefficients, b: Coefficients, count: int | None = None) -> list[
     return [_sum(row, nothing) for row in rows]
 
 
-def quotient(a: Coefficients, b: Coefficients, count: int, inverse: Any = None) -> list[Any]:
-    """The first `count` coefficients of a/b, b[0] not zero; `inverse` is 1/b[0], if it is known."""
-    inverse = 1 / b[0] if inverse is None else inverse
-    support = _support(b[:count], 1)
+def quotient(a: Coefficients, b: Coefficients, count: int) -> list[Any]:
+    """The first `count` coefficients of a/b, b[0] not zero."""
+    inverse, support = 1 / b[0], _support(b[:count], 1)
     found: list[Any] = []
     for n in range(count):
         pairs = [(b[j], found[n - j]) for j in support if j <= n]
@@ -148,29 +147,23 @@ def _next(slopes: list[tuple[int, Any]], known: list[Any], n: int, nothing: Any)
 
 
 def laurent(
-    phi: Coefficients,
-    zero: bool,
-    count: int,
-    weight: Coefficients | None = None,
-    length: int | None = None,
+    phi: Coefficients, zero: bool, count: int, weight: Coefficients | None = None
 ) -> Iterator[list[Any]]:
     """The series of h_1 = g/phi, h_(k + 1) = -h_k'/phi, up to h_count; g = 1 without a `weight`.
 
     Integration by parts of int g e^(±lam V), V' = -phi, leaves the h_k as coefficients of lam^-k;
-    they are the slow manifold of M' = g - lam phi M. If `zero`, phi[0] counts as 0 and the series
-    are those of h_k t^(2k - 1); else each is a coefficient shorter than the one before. The first
-    has as many as are given, or `length`.
+    with alternating signs they are the slow manifold of M' = g - lam phi M. If `zero`, phi[0]
+    counts as 0 and the series are those of h_k t^(2k - 1); else each is a coefficient shorter than
+    the one before.
     """
+    # Divided by phi, which is short where it is a polynomial, not times 1/phi.
     psi = phi[1:] if zero else phi
-    if length is None:
-        length = len(psi) if weight is None else len(weight)
-    inverse = 1 / psi[0]
-    last = quotient([1] if weight is None else weight, psi, length, inverse)
+    last = reciprocal(psi) if weight is None else quotient(weight, psi, min(len(weight), len(psi)))
     yield last
     for k in range(1, count):
         if zero:
             slope = [(2 * k - 1 - j) * c for j, c in enumerate(last)]
         else:
             slope = [-j * c for j, c in enumerate(last)][1:]
-        last = quotient(slope, psi, len(slope), inverse)
+        last = quotient(slope, psi, len(slope))
         yield last
