@@ -20,12 +20,12 @@ from symasym.numbers.complex_balls import Disc, tame
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
 
 if TYPE_CHECKING:
-    from symasym.numbers.truncated_series import JetOps
+    from symasym.numbers.truncated_series import SeriesOps
 
 #: Where the size of A is first looked at.
 _GRID = np.cos(np.pi * np.arange(33) / 32)
 
-#: Jets are taken in units of no less than about 2^-60: their coefficients must fit float64.
+#: Units of truncated Taylor series, in bits, so that their coefficients fit float64.
 _FINEST = 50
 
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
@@ -190,7 +190,7 @@ def _polished(c: FloatArray) -> FloatArray:
 
 
 class AnalyticField:
-    """A is any analytic function; a stiff scene pays for a few Taylor jets at 40 digits."""
+    """A is any analytic function; a stiff scene pays for a few Taylor series at 40 digits."""
 
     ORDER = 16
 
@@ -274,24 +274,24 @@ class AnalyticField:
         return self.zeros(scene)
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
-        from symasym.numbers.truncated_series import JetOps
+        from symasym.numbers.truncated_series import SeriesOps
 
         rows, radii = [], []
         with own_context(45) as context:
-            ops = JetOps(self.ORDER, context)
+            ops = SeriesOps(self.ORDER, context)
             for s, c in zip(scene, centre, strict=True):
                 row = self._taylor_of_one(int(s), float(c), ops)
                 rows.append(row)
                 radii.append(_trust(row))
         return np.array(rows), self._tamed(scene, centre, np.array(rows), np.array(radii))
 
-    def _taylor_of_one(self, scene: int, centre: float, ops: JetOps) -> FloatArray:
-        """Taylor coefficients, from a jet in units of 2^-shift.
+    def _taylor_of_one(self, scene: int, centre: float, ops: SeriesOps) -> FloatArray:
+        """Taylor coefficients, from a series in units of 2^-shift.
 
-        A jet's digits are relative to its largest coefficient, so beside a narrow feature
+        A series's digits are relative to its largest coefficient, so beside a narrow feature
         the unit shrinks until that is not one of the last.
         """
-        from symasym.numbers.truncated_series import Jet
+        from symasym.numbers.truncated_series import TruncatedSeries
 
         sign = int(self.sign[scene])
         values = {
@@ -302,8 +302,8 @@ class AnalyticField:
         shift = 0
         while True:
             point = ops.variable(Fraction(sign * centre), Fraction(sign, 1 << shift))
-            jet = self._drift.evaluate_values(point, values, ops)
-            scaled = Jet.coefficients_of(jet, ops)
+            series = self._drift.evaluate_values(point, values, ops)
+            scaled = TruncatedSeries.coefficients_of(series, ops)
             lead = ops.context.mag(max(self._size[scene], abs(scaled[0])))
             # What is lost can swamp the first coefficients, never the last ones.
             rate = max(

@@ -16,7 +16,7 @@ from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import DiscOps, tame
 from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import MpmathOps
-from symasym.numbers.truncated_series import Jet, JetOps
+from symasym.numbers.truncated_series import SeriesOps, TruncatedSeries
 
 _MOST_EXTRA_BITS = 4096
 
@@ -99,9 +99,11 @@ class ExactField:
                     work[k] += work[k + 1] * centre
             return [c * scale**k for k, c in enumerate(work)]
         with self._context.workprec(self._context.prec + self._extra_bits):
-            ops = JetOps(order, self._context)
-            jet = self._drift.evaluate(ops.variable(self._sign * centre, self._sign * scale), ops)
-        found = [self._sign * c for c in Jet.fractions(jet, ops)]
+            ops = SeriesOps(order, self._context)
+            series = self._drift.evaluate(
+                ops.variable(self._sign * centre, self._sign * scale), ops
+            )
+        found = [self._sign * c for c in TruncatedSeries.fractions(series, ops)]
         found[0] += self._offset
         return found
 
@@ -158,10 +160,10 @@ class ExactField:
 
     def slope(self, u: Any) -> Any:
         """phi'(u) for an mpf u inside (-1, 1)."""
-        ops = JetOps(2, self._context)
+        ops = SeriesOps(2, self._context)
         point = ops.variable(self._sign * u)
         # The mirror image changes both the sign of A and that of du.
-        return Jet.coefficients_of(self._drift.evaluate(point, ops), ops)[1]
+        return TruncatedSeries.coefficients_of(self._drift.evaluate(point, ops), ops)[1]
 
     def polish(self, u: Any) -> Any:
         """The simple zero of A near the mpf u, by Newton to working precision."""
