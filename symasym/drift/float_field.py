@@ -18,6 +18,7 @@ from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import Disc, tame
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
+from symasym.numbers.polynomials import poly
 
 if TYPE_CHECKING:
     from symasym.numbers.truncated_series import SeriesOps
@@ -63,7 +64,7 @@ class Field(Protocol):
         ...
 
     def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> Disc | None:
-        """What A makes of complex discs, one per entry; None where A is a polynomial."""
+        """Discs that hold the values of A on complex discs, one per entry; None for a polynomial."""
         ...
 
     def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
@@ -119,10 +120,8 @@ class PolynomialField:
 
     def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
         c = self._c[:, scene]
-        total = np.broadcast_to(c[-1][:, None], u.shape)
-        for coefficient in c[-2::-1]:
-            total = total * u + coefficient[:, None]
-        return total
+        value: FloatArray = poly(c[:, :, None], u)
+        return value
 
     def series(self, scene: IntArray) -> FloatArray:
         result: FloatArray = self._c[:, scene]

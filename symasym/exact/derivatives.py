@@ -156,7 +156,7 @@ Change = EndSlope | OuterSlope | PanelSlope
 
 
 class Way(NamedTuple):
-    """What a parameter changes, per unit of it.
+    """Changes of a scene per unit of a parameter.
 
     The drift by `rate` times the one of `profile`, log lam in front of w by `power`, and the
     absorbing `ends`, outwards.
