@@ -64,7 +64,7 @@ class Field(Protocol):
         ...
 
     def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> Disc | None:
-        """Discs that hold the values of A on complex discs, one per entry; None for a polynomial."""
+        """Discs that hold A's values on complex discs, one per entry; None for a polynomial."""
         ...
 
     def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:

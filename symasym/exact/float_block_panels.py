@@ -172,7 +172,7 @@ def _rounding(field: Field, blocks: Blocks, anchors: Anchors, ready: np.ndarray)
 def is_slow(
     low: FloatArray, high: FloatArray, lam_phi: FloatArray, lam_h: FloatArray, h: FloatArray
 ) -> np.ndarray:
-    """Blocks on which the slow series of `float_panels.slow` holds to rounding; low <= phi <= high."""
+    """Blocks on which the slow series holds to rounding; low <= phi <= high."""
     smallest = np.maximum(low, -high)
     candidate = lam_h * smallest > 40.0
     if not candidate.any():
