@@ -120,7 +120,7 @@ class PolynomialField:
 
     def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
         c = self._c[:, scene]
-        value: FloatArray = poly(c[:, :, None], u)
+        value: FloatArray = poly(list(c[:, :, None]), u)
         return value
 
     def series(self, scene: IntArray) -> FloatArray:

@@ -159,7 +159,7 @@ def phi_at(field: Field, blocks: Blocks, anchors: Anchors, nodes: FloatArray) ->
         result[far] = field.phi(blocks.scene[far], u)
     if near.any():
         c = anchors.coefficients[blocks.anchor[near]]
-        result[near] = poly(c.T[:, :, None], t[near])
+        result[near] = poly(list(c.T[:, :, None]), t[near])
     return result
 
 
