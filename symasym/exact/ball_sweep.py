@@ -39,7 +39,7 @@ _ATTEMPTS = 8
 
 
 def available() -> bool:
-    """Whether python-flint can be imported, which everything else here needs."""
+    """True if python-flint can be imported, which everything else here needs."""
     try:
         import flint  # noqa: F401
     except ImportError:
