@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from symasym.base.contexts import own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import exact
@@ -178,7 +179,6 @@ def automatic(
     else:
         found = _cheapest(drift, numbers, allowed, digits, request.log, ask)[0]
     request = request._replace(method=found.method, order=found.order)
-    from symasym.base.contexts import own_context
 
     with own_context(digits + 10) as context:
         value, error = (context.make_mpf(x._mpf_) for x in (found.value, found.error))
@@ -282,17 +282,16 @@ def _whole(found: Estimate) -> tuple[Term, ...]:
 
 def _uniform(drift: Drift, numbers: dict[str, Any], log: bool) -> tuple[float, Estimate]:
     """The uniform formula of order 0, as for arrays; its relative error, infinite if refused."""
-    import mpmath
-
     logs, errors = uniform_logs(drift, float_scenes(drift, numbers), np.zeros(1, dtype=np.intp))
     relative = float(np.expm1(errors[0])) * (1 + 1e-12)
-    value = error = mpmath.mpf(0)
-    if relative < np.inf:
-        with mpmath.workdps(30):
-            value, error = mpmath.mpf(logs[0]), mpmath.mpf(errors[0])
+    with own_context(30) as context:
+        value = error = context.mpf(0)
+        if relative < np.inf:
+            value, error = context.mpf(logs[0]), context.mpf(errors[0])
             if not log:
-                value = mpmath.exp(value)
+                value = context.exp(value)
                 error = value * relative
+        value, error = to_mpf(value, 30), to_mpf(error, 30)
     return relative, Estimate(value, error, "estimate", "uniform", 0, _PARTS, _REST)
 
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.base.contexts import float_with_error, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError, RegionError
 from symasym.base.estimate import Estimate
 from symasym.base.inputs import FloatArray, digits, exact, is_array
@@ -18,6 +19,7 @@ from symasym.drift.scenes import (
     Request,
     Scenes,
     exact_scene,
+    fits,
     float_scenes,
     input_rounding,
     one_scene,
@@ -401,29 +403,30 @@ def _by_digits(task: _Task, dps: int, log: bool, full: bool) -> Any:
 
 
 def _by_engines(task: _Task, dps: int, log: bool, full: bool) -> Any:
-    from mpmath import mpf
-
-    from symasym.exact import ball_sweep
     from symasym.exact import digits as arbitrary
+    from symasym.numbers import balls
 
     values = exact_scene(task.drift, task.numbers, dps)
     # Where A is no polynomial, ball arithmetic is the faster way as well as the proved one.
-    if ball_sweep.available() and (full or task.drift.exact_coefficients() is None):
+    if balls.available() and (full or task.drift.exact_coefficients() is None):
         found = _by_ball(task, values, dps, log)
         if found:
             return found if full else found.value
     result = task.digits_of(arbitrary, task.drift, values, dps, log=log)
     if not full:
         return result
-    return Estimate(result, abs(result) * mpf(10) ** -dps, "estimate", "exact", terms=(task.name,))
+    with own_context(15) as context:
+        error = to_mpf(abs(context.make_mpf(result._mpf_)) * context.mpf(10) ** -dps, 15)
+    return Estimate(result, error, "estimate", "exact", terms=(task.name,))
 
 
 def _by_ball(task: _Task, values: dict[str, Fraction], dps: int, log: bool) -> Estimate | None:
     from symasym.exact import ball_sweep
+    from symasym.numbers import balls
 
     try:
         enclosure = task.digits_of(ball_sweep, task.drift, values, dps + 3, log=log)
-        value, error = ball_sweep.to_mpf(enclosure, dps)
+        value, error = balls.to_mpf(enclosure, dps)
     except AccuracyError:
         return None
     return Estimate(value, error, "bound", "exact", terms=(task.name,))
@@ -431,13 +434,9 @@ def _by_ball(task: _Task, values: dict[str, Fraction], dps: int, log: bool) -> E
 
 def _rounded_to_float(name: str, found: Estimate, log: bool) -> Estimate:
     """The same estimate with float64 numbers, the rounding added to the error."""
-    from mpmath import log as log_of
-    from mpmath import mpf
-
     if not log:
-        require_fits(name, np.asarray(float(log_of(found.value))), log)
-    value = float(found.value)
-    error = float((abs(mpf(value) - found.value) + found.error) * (1 + mpf(2) ** -40))
+        fits(name, found.value)
+    value, error = float_with_error(found.value, found.error)
     return Estimate(value, error, found.error_kind, found.method, terms=found.terms)
 
 

@@ -193,9 +193,10 @@ def _by_balls(
     quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps: int
 ) -> _Found | None:
     """The same, proved; None where balls are missing or take too long."""
-    from symasym.exact import ball_sweep, derivatives
+    from symasym.exact import derivatives
+    from symasym.numbers import balls
 
-    if not ball_sweep.available():
+    if not balls.available():
         return None
     try:
         if "r" in numbers:
@@ -206,7 +207,7 @@ def _by_balls(
     except (AccuracyError, InputError):
         return None
     at = {**drift.scalars(), **numbers}
-    slopes = {name: _Slope(*ball_sweep.to_mpf(found[name], dps + 10)) for name in at}
+    slopes = {name: _Slope(*balls.to_mpf(found[name], dps + 10)) for name in at}
     return _Found(call_named(quantity, drift, numbers, dps=dps, log=True), slopes, at)
 
 

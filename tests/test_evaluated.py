@@ -23,7 +23,6 @@ from symasym.base.contexts import own_context
 from symasym.drift import float_field
 from symasym.exact import (
     ball_panels,
-    ball_sweep,
     float_block_panels,
     float_panels,
 )
@@ -33,6 +32,7 @@ from symasym.exact import (
 from symasym.exact.digits import _Sweep
 from symasym.exact.taylor_recurrences import constant_moments
 from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
+from symasym.numbers import balls
 
 ROOT = Path(symasym.__file__).parent
 
@@ -95,7 +95,7 @@ def test_constant_panels_in_balls():
             plus, minus = (h * near, h * near / end) if slope > 0 else (h * near / end, h * near)
             nested = h * h * (both / end if slope > 0 else both)
             for got, want in ((outer.plus, plus), (outer.minus, minus), (outer.nested, nested)):
-                mid, rad = ball_sweep.to_mpf(got, 40)
+                mid, rad = balls.to_mpf(got, 40)
                 assert abs(ctx.convert(mid) - want) <= ctx.convert(rad) + want * ctx.mpf(10) ** -55
 
 

@@ -17,12 +17,12 @@ from symasym.asymptotics.proofs import all_noise, dominance
 from symasym.asymptotics.proofs.all_noise import Proof
 from symasym.asymptotics.proofs.formal_sums import Formal, Sum, expansion
 from symasym.base.contexts import own_context
-from symasym.exact import ball_sweep
+from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, flint_module, precision
 from symasym.numbers.taylor_models import Model, Range, Term, supremum
 from symasym.workshop import reference_quadrature
 
-pytestmark = pytest.mark.skipif(not ball_sweep.available(), reason="python-flint is not installed")
+pytestmark = pytest.mark.skipif(not balls.available(), reason="python-flint is not installed")
 FRICTION = sa.friction(3, 1, "-0.3")
 SHARES = [Fraction(1), Fraction(1, 2), Fraction(1, 20)]
 

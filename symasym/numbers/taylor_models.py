@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.laplace.cauchy_disk import NotProved
-from symasym.numbers.balls import flint_module
+from symasym.numbers.balls import NotProved, flint_module
 
 # Parts of the range on each of which a polynomial is bounded.
 _PARTS = 12

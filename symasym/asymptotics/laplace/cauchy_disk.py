@@ -27,7 +27,7 @@ import sympy
 from symasym.asymptotics.laplace.kinks import Piece, number
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
-from symasym.numbers.balls import BallOps, exact_ball, flint_module
+from symasym.numbers.balls import BallOps, NotProved, exact_ball, flint_module
 from symasym.numbers.trees import NumpyOps, evaluate_tree
 
 #: The neighbourhood that is transformed reaches to u = THETA rho.
@@ -37,10 +37,6 @@ _STEPS = 96
 _DEEPEST = 7
 # Half-width of the interval in which a rounded zero of f' is shown to lie, relatively.
 _ROOT = Fraction(1, 10**45)
-
-
-class NotProved(Exception):
-    """A step of the proof does not go through; an estimate remains possible."""
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from symasym.asymptotics.laplace.cauchy_disk import THETA, Disk, NotProved, disk
+from symasym.asymptotics.laplace.cauchy_disk import THETA, Disk, disk
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import Piece, difference, number
 from symasym.asymptotics.laplace.maxima import same_height
 from symasym.asymptotics.laplace.tail_bounds import Part, boxes
 from symasym.base.contexts import own_context
-from symasym.numbers.balls import precision
+from symasym.numbers.balls import NotProved, precision
 
 # Terms behind the last one used that are bounded one by one, the others by Cauchy's estimate.
 _EXPLICIT = 4
@@ -82,7 +82,8 @@ class Proof:
         """What is of a power of lam, and what is exponentially small."""
         algebraic, small = context.mpf(0), context.mpf(0)
         for d, c, used in zip(self.disks, self.contributions, orders, strict=False):
-            powers, beyond = _beside(d, c, used, lam, context)
+            with precision(_bits(len(d.coefficients))):
+                powers, beyond = _beside(d, c, used, lam, context)
             algebraic += powers
             small += beyond
         for c, gap in zip(self.others, self.gaps, strict=True):
@@ -98,6 +99,11 @@ class Proof:
                 return context.inf, context.inf
             small += weight * context.exp(-lam * drop) / divisor
         return algebraic * (1 + _SAFETY), small * (1 + _SAFETY)
+
+
+def _bits(count: int) -> int:
+    """Arb's precision for a disk of so many coefficients."""
+    return 128 + 12 * count
 
 
 def _beside(d: Disk, c: Contribution, used: int, lam: Any, context: Any) -> tuple[Any, Any]:
@@ -181,7 +187,7 @@ def prove(
             if not use:
                 continue
             count = orders * (2 if side == "both" else 1) + 1
-            with precision(128 + 12 * count):
+            with precision(_bits(count)):
                 disks.append(disk(piece, x, point, side, c.contact, c.beta, count))
         taken = [o for o, use in zip(origins, kept, strict=True) if use]
         parts = _rest(pieces, x, taken, disks, top)

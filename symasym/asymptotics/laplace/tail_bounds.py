@@ -9,14 +9,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import mpmath
 import sympy
-from mpmath import libmp
 
-from symasym.asymptotics.laplace.cauchy_disk import NotProved, without_power
+from symasym.asymptotics.laplace.cauchy_disk import without_power
 from symasym.asymptotics.laplace.kinks import Piece, number
-from symasym.numbers.real_intervals import IntervalOps
-from symasym.numbers.trees import evaluate_tree
+from symasym.numbers.balls import NotProved
+from symasym.numbers.extended_intervals import enclosure
 
 _MOST_BOXES = 3000
 _DEEPEST = 40
@@ -26,20 +24,6 @@ _MORE = 1 + 1e-12
 #: weight, drop, c, gamma: the integral is at most weight e^(-lam drop) / (c lam - gamma),
 #: where a box has c = 0 and gamma = -1.
 Part = tuple[float, float, float, float]
-
-
-def enclosure(expression: Any, x: Any, lo: float, hi: float) -> tuple[float, float] | None:
-    """Floats between which the expression lies on [lo, hi], None where that is not known."""
-    iv = mpmath.iv
-    try:
-        found = iv.mpf(evaluate_tree(expression, {x: iv.mpf([lo, hi])}, IntervalOps()))
-    except Exception:  # iv raises whatever its parts do outside a function's domain
-        return None
-    # By the raw ends: mpf() would round them to whatever precision the caller works at.
-    low, high = (libmp.to_float(end) for end in found._mpi_)
-    if math.isnan(low) or math.isnan(high):
-        return None
-    return math.nextafter(low, -math.inf), math.nextafter(high, math.inf)
 
 
 def boxes(piece: Piece, x: Any, lo: float, hi: float, top: float, gap: float) -> list[Part]:

@@ -10,11 +10,12 @@ See docs/weak-noise-bounds.md.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.laplace.cauchy_disk import THETA, NotProved
+from symasym.asymptotics.laplace.cauchy_disk import THETA
 from symasym.asymptotics.proofs.cells import Cell, Peak, landscape
 from symasym.asymptotics.proofs.dominance import (
     Dominance,
@@ -31,7 +32,7 @@ from symasym.base.contexts import own_context
 from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
-from symasym.numbers.balls import exact_ball, flint_module, precision
+from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
 from symasym.numbers.taylor_models import Model, Range, Small, Term, supremum
 
 # Digits of all balls here, and for each order: few are lost, as exponentials are taken relative to
@@ -297,11 +298,12 @@ class Proof:
     def _bits(self) -> int:
         return 4 * self._digits
 
-    def constant(self, kappa: Fraction) -> Any:
-        """K for all noise up to kappa, a ball's upper end; None where it is not proved."""
+    def constant(self, kappa: Fraction) -> float | None:
+        """K for all noise up to kappa, rounded up; None where it is not proved."""
         with precision(self._bits()):
             try:
-                return self._constant(exact_ball(kappa) / flint_module().arb(2).sqrt())
+                found = self._constant(exact_ball(kappa) / flint_module().arb(2).sqrt())
+                return math.nextafter(float(found.upper()), math.inf)
             except (NotProved, ZeroDivisionError):
                 return None
 

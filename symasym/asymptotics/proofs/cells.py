@@ -14,14 +14,14 @@ from typing import Any, NamedTuple
 
 import sympy
 
-from symasym.asymptotics.laplace.cauchy_disk import Disk, NotProved, disk
+from symasym.asymptotics.laplace.cauchy_disk import Disk, disk
 from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.weak_noise.critical_points import simple_zeros
 from symasym.base.contexts import own_context
 from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
-from symasym.numbers.balls import exact_ball, flint_module, precision
+from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
 
 # Terms behind those of the expansion that are enclosed one by one, the others by Cauchy's estimate.
 _EXPLICIT = 4

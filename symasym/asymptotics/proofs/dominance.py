@@ -9,9 +9,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.laplace.cauchy_disk import NotProved
 from symasym.asymptotics.proofs.cells import Cell, Landscape, steepness
-from symasym.numbers.balls import exact_ball, flint_module
+from symasym.numbers.balls import NotProved, exact_ball, flint_module
 from symasym.numbers.taylor_models import Small, Term
 
 Key = tuple[tuple[int, int], ...]

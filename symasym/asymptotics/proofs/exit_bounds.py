@@ -24,8 +24,8 @@ from symasym.drift.scenes import (
     rows_of,
 )
 from symasym.drift.taylor_field import ExactField
+from symasym.exact.ball_panels import exp_quotient
 from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of
-from symasym.numbers.intervals import quotients
 
 # Bounds further apart say nothing that is worth a number.
 _MOST_RATIO = 3
@@ -55,9 +55,9 @@ def exit_probability(
             raise _too_far(float_text(values["kappa"]))
         if request.log:
             low, high = _log(wanted[0], other[1]), _log(wanted[1], other[0])
-        from symasym.exact import ball_sweep
+        from symasym.numbers import balls
 
-        middle, radius = ball_sweep.to_mpf(low.union(high), digits + 10)
+        middle, radius = balls.to_mpf(low.union(high), digits + 10)
     return as_digits(request, middle, radius, "bound", _TERMS, ())
 
 
@@ -89,7 +89,7 @@ def _side(drift: Drift, mirrored: bool, r: Fraction, x: Fraction, lam: Fraction)
 
     def outer(side: int, length: Fraction) -> Any:
         fall = -profile.value(Fraction(side)) * exact_ball(length)
-        first = quotients(factor * fall, _Number())[0]
+        first = exp_quotient(factor * fall, 1)
         return (factor * height).exp() * exact_ball(length) * first, height + fall
 
     if x < -1:
@@ -108,24 +108,12 @@ def _side(drift: Drift, mirrored: bool, r: Fraction, x: Fraction, lam: Fraction)
     return low, high
 
 
-class _Number:
-    """Arb as `quotients` wants it."""
-
-    def __init__(self) -> None:
-        from symasym.numbers.intervals import _Balls
-
-        self._balls = _Balls(flint_module().ctx.prec)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._balls, name)
-
-
 def _region(region: Any, lam: Any) -> tuple[Any, Any]:
     zero = exact_ball(Fraction(0))
     low = high = zero
     for panel in region.panels:
         x = abs(lam * panel.slope * panel.half)
-        rising, falling = (quotients(s * x, _Number())[0] for s in (1, -1))
+        rising, falling = (exp_quotient(s * x, 1) for s in (1, -1))
         middle = (lam * panel.height).exp() * panel.half * (rising + falling)
         low = low + middle * (-lam * panel.bend).exp()
         high = high + middle * (lam * panel.bend).exp()
@@ -217,20 +205,16 @@ def _float_side(
 
     outer(slopes[0], np.minimum(-1.0, r) - x)
     if low < high:
-        layer = _layer(drift, mirrored, low, high)
-        parts.append(_float_layer(layer, lam) + lam * height)
-        height = height + float(layer.end)
+        with precision(128):
+            layer = layer_of(drift, mirrored, low, high)
+            parts.append(_float_layer(layer, lam) + lam * height)
+            height = height + float(layer.end)
     outer(slopes[1], (r - np.maximum(x, 1.0)) * (r > 1))
     return (
         np.logaddexp(np.logaddexp(parts[0], parts[1]), parts[-1])
         if len(parts) == 3
         else (np.logaddexp(parts[0], parts[-1]))
     )
-
-
-def _layer(drift: Drift, mirrored: bool, low: Fraction, high: Fraction) -> Layer:
-    with precision(128):
-        return layer_of(drift, mirrored, low, high)
 
 
 def _log_quotient(x: FloatArray) -> FloatArray:

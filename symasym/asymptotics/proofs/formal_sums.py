@@ -9,11 +9,10 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.laplace.cauchy_disk import NotProved
 from symasym.asymptotics.proofs.dominance import Key, Labels, key_of
 from symasym.asymptotics.weak_noise.compose import sides_of, time_of
 from symasym.asymptotics.weak_noise.critical_points import Half
-from symasym.numbers.balls import exact_ball, flint_module
+from symasym.numbers.balls import NotProved, exact_ball, flint_module
 from symasym.numbers.taylor_models import Model, Range, Small, Term
 
 # Digits of the expansion's coefficients that are trusted, of those they are computed with.

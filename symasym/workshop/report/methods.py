@@ -139,7 +139,7 @@ def others(problem: Problem, quick: bool) -> Iterator[Run]:
 
     def arb_run(dps: int) -> Run:
         def call() -> Outcome:
-            from symasym.exact.ball_sweep import to_mpf
+            from symasym.numbers.balls import to_mpf
 
             return Outcome(*to_mpf(peers.arb_log_escape_time(c, kappa, radius, dps), dps), "bound")
 
