@@ -75,14 +75,13 @@ class ExtendedInterval:
         return quotient
 
     def __truediv__(self, other: Any) -> ExtendedInterval:
-        other = self.of(other)
-        if other.high <= 0:
-            return -self / -other
-        if not (other.low >= 0 and other.high > 0):
+        low, high = (divisor := self.of(other)).low, divisor.high
+        if high <= 0:
+            return (-self).__truediv__(-divisor)
+        if not (low >= 0 and high > 0):
             raise Undefined
-        infinity = flint_module().arb("inf")
-        inverse = infinity if other.low.is_zero() else 1 / other.low
-        return self * ExtendedInterval(1 / other.high, inverse)
+        inverse = flint_module().arb("inf") if low.is_zero() else 1 / low
+        return self * ExtendedInterval(1 / high, inverse)
 
     def __abs__(self) -> ExtendedInterval:
         if self.low >= 0:

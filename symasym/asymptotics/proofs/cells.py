@@ -16,6 +16,7 @@ import sympy
 
 from symasym.asymptotics.laplace.cauchy_disk import Disk, disk
 from symasym.asymptotics.laplace.kinks import Piece
+from symasym.asymptotics.proofs.panels import Panel
 from symasym.asymptotics.weak_noise.critical_points import simple_zeros
 from symasym.base.contexts import own_context
 from symasym.base.errors import SymasymError
@@ -33,20 +34,6 @@ _FINEST = 12
 # Digits of a peak's place; the proof takes a neighbourhood of 1e-45 of it.
 _DIGITS = 80
 _LESS = 1 - Fraction(1, 10**9)
-
-
-class Panel(NamedTuple):
-    """V within `bend` of the line from `height` with `slope`, on a stretch of this width.
-
-    `ends` are V there; `steep` is a lower bound of |V'|, at least 0.
-    """
-
-    width: Any
-    height: Any
-    slope: Any
-    bend: Any
-    ends: tuple[Any, Any]
-    steep: Any
 
 
 class Peak(NamedTuple):

@@ -12,7 +12,6 @@ is proved.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from fractions import Fraction
 from functools import cache
 from typing import Any
@@ -24,97 +23,39 @@ from symasym.asymptotics.strong_noise.moments import moments
 from symasym.asymptotics.strong_noise.sweep import Side, Stretch, after, layer, odds, weights
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError
-from symasym.base.inputs import FloatArray, float_text
-from symasym.drift.drift import Drift
-from symasym.drift.scenes import (
-    Request,
-    as_digits,
-    as_floats,
-    exact_scene,
-    float_scenes,
-    input_rounding,
-    one_scene,
-    read_order,
-)
-from symasym.exact.ball_panels import exp_quotient
+from symasym.base.inputs import FloatArray
+from symasym.drift.scenes import Answer, Answers, Request, Scene, Scenes, input_rounding
 from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of, to_mpf
 from symasym.numbers.extended_intervals import ExtendedInterval, Undefined
+from symasym.special.exponentials import ball_quotient
 
-DEFAULT_ORDER = 2
-MOST_ORDER = 100
 _ATTEMPTS = 7
 
 
-def escape_time(drift: Drift, kappa: Any, r: Any, start: Any, request: Request) -> Any:
-    """T of eq:Ttilde to the order that `request` asks for; any region, any start."""
-
-    def combined(scene: _Scene, number: _Balls) -> Any:
-        time = sweep.escape_time(*scene.sides(number))
-        return ExtendedInterval.of(time).image(lambda x: x.log() if request.log else x)
-
-    return _answer(drift, {"kappa": kappa, "r": r, "start": start}, request, combined)
-
-
-def exit_probability(
-    drift: Drift, kappa: Any, r: Any, start: Any, complement: bool, request: Request
-) -> Any:
-    """C of eq:C, or 1 - C, to the order that `request` asks for; any region, any start."""
-
-    def combined(scene: _Scene, number: _Balls) -> Any:
-        left, right = scene.sides(number)
-        return _share(odds(left.scale, right.scale, complement), request.log)
-
-    numbers = {"kappa": kappa, "r": r, "start": start}
-    return _answer(drift, numbers, request, combined, complement)
-
-
-def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> Any:
-    """P of eq:P, or 1 - P, to the order that `request` asks for; sliding only."""
-
-    def combined(scene: _Scene, number: _Balls) -> Any:
-        return _share(odds(*scene.weights(number), complement), request.log)
-
-    return _answer(drift, {"kappa": kappa}, request, combined, complement)
-
-
-def _share(odds: Any, log: bool) -> Any:
-    """The chance 1/(1 + odds) against something, or its logarithm, as a ball."""
-    whole = ExtendedInterval.of(odds)
-    return -whole.image(lambda x: x.log1p() if log else -1 / (1 + x))
-
-
-def _answer(
-    drift: Drift,
-    numbers: dict[str, Any],
-    request: Request,
-    combined: Callable[[_Scene, _Balls], Any],
-    complement: bool = False,
-) -> Any:
-    order = read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
-    request = request._replace(order=order)
-    terms = tuple(f"lam^{k} of the layer" for k in range(order + 1))
-    dropped = (f"lam^{order + 1} of the layer and beyond, bounded by the error",)
-    scalar = one_scene(drift, numbers)
-    if request.dps is None and not (scalar and request.full and balls.available()):
-        from symasym.asymptotics.strong_noise import arrays as strong_noise_double
-
-        scenes = float_scenes(drift, numbers)
-        logs, errors, size = strong_noise_double.logs(
-            drift, scenes, request.name[-1], complement, order
-        )
-        errors = errors + input_rounding(scenes, size)
-        _require_small(scenes.numbers["kappa"], errors, order)
-        return as_floats(request, scenes.shape, logs, errors, "estimate", terms, dropped)
-    values = exact_scene(drift, numbers, request.dps)
-    digits = request.digits
+def of_scene(scene: Scene, request: Request) -> Answer:
+    """The expansion to the order of `request`, its error proved; any region, any start."""
     if not balls.available():
         raise AccuracyError(
             "the digits of this expansion are proved with python-flint, which is not installed; "
             "install it with pip install python-flint, or use method='exact'."
         )
-    value, error = _enclosed(drift, values, digits, order, request.log, combined)
-    return as_digits(request, value, error, "bound", terms, dropped)
+    return Answer(*_enclosed(scene, request), "bound", *_terms(request.order))
+
+
+def of_scenes(scenes: Scenes, request: Request) -> Answers:
+    """The same in float64, with an estimate of rounding."""
+    from symasym.asymptotics.strong_noise.arrays import logs
+
+    value, errors, size = logs(scenes, request.name[-1], request.complement, request.order)
+    errors = errors + input_rounding(scenes, size)
+    _require_small(scenes.numbers["kappa"], errors, request.order)
+    return Answers(value, errors, "estimate", *_terms(request.order))
+
+
+def _terms(order: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    terms = tuple(f"lam^{k} of the layer" for k in range(order + 1))
+    return terms, (f"lam^{order + 1} of the layer and beyond, bounded by the error",)
 
 
 def _require_small(kappa: FloatArray, errors: FloatArray, order: int) -> None:
@@ -164,17 +105,30 @@ class _Balls:
         return kept
 
 
-class _Scene:
+class _Stretches:
     """The stretches of one scene, at Arb's precision `bits`."""
 
-    def __init__(self, drift: Drift, values: dict[str, Fraction], order: int, bits: int) -> None:
-        self._drift, self._values, self._order, self._bits = drift, values, order, bits
-        self._exactly = 2 / values["kappa"] ** 2
-        self._lam = exact_ball(self._exactly)
+    def __init__(self, scene: Scene, order: int, bits: int) -> None:
+        self._scene, self._order, self._bits = scene, order, bits
+        self._lam = exact_ball(scene.lam)
         self._outer = cache(self._outer_stretch)
 
+    def quantity(self, request: Request, number: _Balls) -> Any:
+        """A ball of what is asked for."""
+        log = request.log
+        if request.name[-1] == "T":
+            time = ExtendedInterval.of(sweep.escape_time(*self.sides(number)))
+            return time.image(lambda x: x.log() if log else x)
+        if request.name[-1] == "P":
+            both = self.weights(number)
+        else:
+            left, right = self.sides(number)
+            both = left.scale, right.scale
+        against = ExtendedInterval.of(odds(*both, request.complement))
+        return -against.image(lambda x: x.log1p() if log else -1 / (1 + x))
+
     def sides(self, number: _Balls) -> tuple[Side, Side]:
-        r, start = self._values["r"], self._values["start"]
+        r, start = self._scene.r, self._scene.start
         return self._swept(False, r, start, number), self._swept(True, r, -start, number)
 
     def _swept(self, mirrored: bool, r: Fraction, x: Fraction, number: _Balls) -> Side:
@@ -198,41 +152,35 @@ class _Scene:
 
     def _slope(self, mirrored: bool, side: int) -> Any:
         sign = -1 if mirrored else 1
-        known = self._drift.end(sign * side)
+        known = self._scene.drift.end(sign * side)
         if known is not None:
             return exact_ball(sign * known)
-        return sign * profile_of(self._drift).value(Fraction(sign * side))
+        return sign * profile_of(self._scene.drift).value(Fraction(sign * side))
 
     def _outer_stretch(self, mirrored: bool, side: int, length: Fraction) -> Stretch:
-        x = self._slope(mirrored, side) * exact_ball(self._exactly * length)
-        size, rising, g = exact_ball(length), exp_quotient(x, 1), x.exp()
-        return Stretch(g, size * rising, size * rising / g, size * exp_quotient(x, 2) / rising)
+        x = self._slope(mirrored, side) * exact_ball(self._scene.lam * length)
+        size, rising, g = exact_ball(length), ball_quotient(x, 1), x.exp()
+        return Stretch(g, size * rising, size * rising / g, size * ball_quotient(x, 2) / rising)
 
     def _layer(self, mirrored: bool, a: Fraction, b: Fraction, number: _Balls) -> Stretch:
-        found = moments(self._drift, mirrored, a, b, self._order + 1, self._bits)
+        found = moments(self._scene.drift, mirrored, a, b, self._order + 1, self._bits)
         return layer(found, self._lam, self._order, number)
 
 
-def _enclosed(
-    drift: Drift,
-    values: dict[str, Fraction],
-    digits: int,
-    order: int,
-    log: bool,
-    combined: Callable[[_Scene, _Balls], Any],
-) -> tuple[Any, Any]:
+def _enclosed(scene: Scene, request: Request) -> tuple[Any, Any]:
     """The expansion's value and a bound of what it and the rounding leave out."""
-    exponent = 2 / values["kappa"] ** 2 * (1 + values.get("r", Fraction(0))) * 64
+    digits, order, log = request.digits, request.order, request.log
+    exponent = scene.lam * (1 + scene.numbers.get("r", Fraction(0))) * 64
     bits = int(digits * 3.33) + 64 + int(exponent).bit_length()
     for _ in range(_ATTEMPTS):
         with precision(bits), own_context(digits + 10) as context:
-            scene = _Scene(drift, values, order, bits)
+            parts = _Stretches(scene, order, bits)
 
             def enclosure(
-                whole: bool, scene: _Scene = scene, bits: int = bits
+                whole: bool, parts: _Stretches = parts, bits: int = bits
             ) -> tuple[Any, Any] | None:
                 try:
-                    return to_mpf(combined(scene, _Balls(whole)), int(bits / 3.3) + 5)
+                    return to_mpf(parts.quantity(request, _Balls(whole)), int(bits / 3.3) + 5)
                 except (AccuracyError, ZeroDivisionError, Undefined):
                     return None  # what contains 0, or all numbers
 
@@ -253,4 +201,4 @@ def _enclosed(
             if not error < (context.log(2) if log else abs(value)):
                 break
             return value, error
-    raise _too_weak(float_text(values["kappa"]), order)
+    raise _too_weak(scene.noise, order)

@@ -16,9 +16,9 @@ from symasym.asymptotics.strong_noise.moments import Moments, moments_of
 from symasym.asymptotics.strong_noise.sweep import Side, Stretch, after, odds, weights
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
-from symasym.drift.drift import Drift
 from symasym.drift.float_field import Field, IntArray, field_of
 from symasym.drift.scenes import Scenes
+from symasym.special.exponentials import log_quotient, mean_place
 
 # Rounding of a moment's terms, as a multiple of their number.
 _UNIT = 1e-15
@@ -29,7 +29,7 @@ _SETTLED = 1e-14
 
 
 def logs(
-    drift: Drift, scenes: Scenes, quantity: str, complement: bool, order: int
+    scenes: Scenes, quantity: str, complement: bool, order: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """log of T, C or P of all scenes, what it leaves out at most, and the size of A."""
     count = len(scenes.lam)
@@ -37,7 +37,7 @@ def logs(
     for low in range(0, count, _SCENES_AT_ONCE):
         part = slice(low, min(low + _SCENES_AT_ONCE, count))
         chosen = {n: x[part] if np.ndim(x) else x for n, x in scenes.parameters.items()}
-        field = field_of(drift, chosen, part.stop - part.start)
+        field = field_of(scenes.drift, chosen, part.stop - part.start)
         with np.errstate(all="ignore"):
             numbers = {name: x[part] for name, x in scenes.numbers.items()}
             found = _chunk(field, scenes.lam[part], numbers, quantity, complement, order)
@@ -105,27 +105,8 @@ def _outer(a: FloatArray, lam: FloatArray, length: FloatArray) -> Stretch:
     """A stretch of constant drift, in closed form."""
     x = lam * a * length
     size = np.log(length)
-    parts = (x, size + _log_quotient(x), size + _log_quotient(-x), size + np.log(_time_share(x)))
+    parts = (x, size + log_quotient(x), size + log_quotient(-x), size + np.log(mean_place(x)))
     return Stretch(*map(LogBounds.of_log, parts))
-
-
-def _log_quotient(x: FloatArray) -> FloatArray:
-    """log((e^x - 1)/x)."""
-    size = np.abs(x)
-    safe = np.where(size == 0, 1.0, size)
-    return np.maximum(x, 0.0) + np.where(size == 0, 0.0, np.log(-np.expm1(-safe) / safe))
-
-
-def _time_share(x: FloatArray) -> FloatArray:
-    """(e^x - 1 - x)/(x (e^x - 1)) = 1/x - 1/(e^x - 1)."""
-    small = np.abs(x) < 0.3
-    y = np.where(small, x, 0.0)
-    square = y * y
-    # The Bernoulli numbers over (2k)!; the next is below 1e-15.
-    series = y * (-1 / 12 + square * (1 / 720 + square * (-1 / 30240 + square / 1209600)))
-    z = np.where(small, 1.0, x)
-    far: FloatArray = 1 / z - 1 / np.expm1(np.clip(z, -800.0, 700.0))
-    return np.where(small, 0.5 + series - y * square**4 * 2.0876756987868e-08, far)
 
 
 class _Arrays:

@@ -1,0 +1,125 @@
+"""What one text of mathematics asks of its numbers: float64 arrays, or mpf with any digits.
+
+A formula that is written over an `Arithmetic` runs on either (mpmath's own pattern of contexts):
+`FLOATS` takes arrays or plain floats, `Digits(context)` the numbers of an mpmath context of our
+own. What Python's operators do for both (+, -, *, /, ** of whole numbers, `abs`, comparisons, & and
+| of tests) is not here. Three things keep such a text right:
+
+- constants are rationals, exactly representable or made by `rational`: a factor of 1/3 written as
+  a float costs the digits;
+- guards against rounding scale with `eps`;
+- both branches of `where` are found before one is chosen: keep each from raising in the other's
+  range, for an mpf raises where an array has NaN.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+
+__all__ = ["FLOATS", "Arithmetic", "Digits"]
+
+#: An array, a float or an mpf; a test is an array of booleans or one.
+Number = Any
+Test = Any
+
+
+class Arithmetic(Protocol):
+    """Numbers of one kind and their elementary functions."""
+
+    eps: Number
+    zero: Number
+    one: Number
+    inf: Number
+    pi: Number
+    euler: Number
+
+    def rational(self, p: int, q: int = 1) -> Number: ...
+    def number(self, x: Any) -> Number: ...
+    def sqrt(self, x: Number) -> Number: ...
+    def cbrt(self, x: Number) -> Number: ...
+    def exp(self, x: Number) -> Number: ...
+    def expm1(self, x: Number) -> Number: ...
+    def log(self, x: Number) -> Number: ...
+    def log1p(self, x: Number) -> Number: ...
+    def atan2(self, y: Number, x: Number) -> Number: ...
+    def maximum(self, a: Number, b: Number) -> Number: ...
+    def minimum(self, a: Number, b: Number) -> Number: ...
+    def where(self, test: Test, a: Number, b: Number) -> Number: ...
+    def any(self, test: Test) -> bool: ...
+    def all(self, test: Test) -> bool: ...
+
+
+class _Floats:
+    """float64 arrays, all scenes at once; a single scene is an array of one, or a float."""
+
+    eps = 2.0**-52
+    zero, one, inf = 0.0, 1.0, float("inf")
+    pi, euler = float(np.pi), float(np.euler_gamma)
+
+    sqrt = staticmethod(np.sqrt)
+    cbrt = staticmethod(np.cbrt)
+    exp = staticmethod(np.exp)
+    expm1 = staticmethod(np.expm1)
+    log = staticmethod(np.log)
+    log1p = staticmethod(np.log1p)
+    atan2 = staticmethod(np.arctan2)
+    maximum = staticmethod(np.maximum)
+    minimum = staticmethod(np.minimum)
+    where = staticmethod(np.where)
+
+    def rational(self, p: int, q: int = 1) -> float:
+        """The float nearest to p/q."""
+        return p / q
+
+    def number(self, x: Any) -> Any:
+        """`x` itself if it is an array, else the float nearest to it."""
+        return x if isinstance(x, np.ndarray) else float(x)
+
+    def any(self, test: Any) -> bool:
+        return bool(np.any(test))
+
+    def all(self, test: Any) -> bool:
+        return bool(np.all(test))
+
+
+#: float64.
+FLOATS = _Floats()
+
+
+class Digits:
+    """The numbers of one mpmath context, at its precision."""
+
+    def __init__(self, context: Any) -> None:
+        self.context = context
+        self.eps, self.zero, self.one, self.inf = (
+            +context.eps,
+            context.zero,
+            context.one,
+            context.inf,
+        )
+        self.pi, self.euler = +context.pi, +context.euler
+        self.sqrt, self.cbrt, self.exp = context.sqrt, context.cbrt, context.exp
+        self.expm1, self.log, self.log1p = context.expm1, context.log, context.log1p
+        self.atan2 = context.atan2
+        self.maximum, self.minimum = max, min
+
+    def rational(self, p: int, q: int = 1) -> Any:
+        """p/q, rounded once."""
+        return self.context.mpf(p) / q
+
+    def number(self, x: Any) -> Any:
+        """`x` in this context: a float or an mpf as it is, a rational rounded."""
+        if hasattr(x, "denominator") and hasattr(x, "numerator"):
+            return self.context.mpf(x.numerator) / x.denominator
+        return self.context.mpf(x)
+
+    def where(self, test: Any, a: Any, b: Any) -> Any:
+        return a if test else b
+
+    def any(self, test: Any) -> bool:
+        return bool(test)
+
+    def all(self, test: Any) -> bool:
+        return bool(test)
