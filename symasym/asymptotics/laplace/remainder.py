@@ -1,4 +1,15 @@
-"""Proved bounds of |I - sum| for all large lam, from `disk` and `rest`."""
+"""Proved bounds of |I - sum| for all large lam: Watson's lemma's remainder, and the complement.
+
+With I = int g e^{lam f} and e^{lam f(p)} taken out, beside a maximum p the integral is
+
+    int_0^{u_0} e^{-lam u^mu} u^{beta - 1} sum_k F_k u^k du,    |F_k| <= M rho^{-k}
+
+(`cauchy_disk`). What the first n terms leave out is: the next few terms, which are known; the tail
+of a geometric series (Cauchy's estimate), M rho^{-m} Gamma((m + beta)/mu) lam^{-(m + beta)/mu} over
+mu (1 - THETA); and what each term has beyond u_0, an incomplete gamma function Gamma(s, lam u_0^mu)
+(DLMF 8.10.1). Away from the maxima the integrand is exponentially small (`tail_bounds`). For
+Watson's lemma and its error see F. W. J. Olver, Asymptotics and Special Functions, chapter 3.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +45,7 @@ class Proof:
     gaps : list of mpf
         How far those are below.
     parts : list of Part
-        The rest of the interval.
+        The complement: the interval without what is beside the maxima.
     """
 
     disks: list[Disk]
@@ -190,14 +201,14 @@ def prove(
             with precision(_bits(count)):
                 disks.append(disk(piece, x, point, side, c.contact, c.beta, count))
         taken = [o for o, use in zip(origins, kept, strict=True) if use]
-        parts = _rest(pieces, x, taken, disks, top)
+        parts = _complement(pieces, x, taken, disks, top)
     except (NotProved, OverflowError, ZeroDivisionError):
         return None
     gaps = [difference(top, number(c.height)) for c in others]
     return Proof(disks, main, others, gaps, parts)
 
 
-def _rest(
+def _complement(
     pieces: tuple[Piece, ...],
     x: Any,
     origins: list[tuple[Piece, Any, str]],

@@ -1,7 +1,9 @@
-"""Bounds of the integral away from the maxima, in interval arithmetic.
+"""Bounds of int |g| e^{lam (f - f(p))} away from the maxima p, in interval arithmetic.
 
-Every box contributes a weight times e^(-lam drop): the weight bounds the integral of |g| over the
-box, drop is how far f stays below its maximum there.
+On a box where f <= f(p) - drop and int |g| <= weight, it is at most weight e^{-lam drop}. From X to
+infinity, with (log |g|)' + lam f' <= gamma - c lam there, it is at most
+|g(X)| e^{-lam drop}/(c lam - gamma), drop = f(p) - f(X); with x times the derivative in place of
+it, X times that (algebraic decay).
 """
 
 from __future__ import annotations

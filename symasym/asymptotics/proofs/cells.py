@@ -1,7 +1,7 @@
 """[-r, r] cut into cells that do not depend on lam: peaks of V, straight stretches, panels.
 
-For `symasym.asymptotics.proofs.enclosures` and `weak_noise_range`. All that is said of a cell is
-proved in balls; where the cells lie decides about tightness alone.
+For `symasym.asymptotics.proofs.enclosures` and `all_noise`. All that is said of a cell is proved in
+balls; where the cells lie decides about tightness alone.
 """
 
 from __future__ import annotations

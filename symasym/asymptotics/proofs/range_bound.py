@@ -1,4 +1,4 @@
-"""The error of the weak-noise expansion of T, proved for all noise below a given one."""
+"""|T/T_N - 1| <= K kappa^{2N + 2} for all 0 < kappa <= kappa_0, proved (`all_noise`)."""
 
 from __future__ import annotations
 
