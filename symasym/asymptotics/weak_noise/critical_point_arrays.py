@@ -16,9 +16,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise.critical_points import BEYOND
-from symasym.asymptotics.weak_noise.one_sided import ROUNDING, Part, Series, Sight, Spot, trimmed
-from symasym.asymptotics.weak_noise.series import higher, lower
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
+from symasym.asymptotics.weak_noise.series import (
+    BEYOND,
+    ROUNDING,
+    Part,
+    Series,
+    higher,
+    lower,
+    trimmed,
+)
 from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes
@@ -40,7 +47,7 @@ class Found(NamedTuple):
     """The two sides of these scenes, left and right."""
 
     rows: IntArray
-    sights: tuple[Sight, Sight]
+    sights: tuple[OneSided, OneSided]
 
 
 def _single(x: Any) -> Any:
@@ -288,7 +295,7 @@ class Builder:
     def potential(self, u: Any) -> Any:
         return _value(self.v, u) * u
 
-    def sights(self) -> tuple[Sight, Sight]:
+    def sights(self) -> tuple[OneSided, OneSided]:
         totals, sizes = self.primitives()
         middle = self.edges[1]
         outside = 0.0 * middle
@@ -317,7 +324,7 @@ class Builder:
 
     def side(
         self, sign: int, totals: list[Any], sizes: list[Any], peaks: dict[int, Series]
-    ) -> Sight:
+    ) -> OneSided:
         """What lies right of the start, or, in the mirror, left of it."""
         a_near, a_far = self.a_minus, self.a_plus
         if sign < 0:
@@ -327,11 +334,11 @@ class Builder:
         nothing = Series([])
         if _first(start) >= 1:
             h = self.flat(a_far)
-            return Sight(
+            return OneSided(
                 *_ends(h), True, [], [], nothing, (start, 0 * start, a_far), self.height_rough
             )
-        rising: list[Spot] = []
-        falling: list[Spot] = []
+        rising: list[CriticalPoint] = []
+        falling: list[CriticalPoint] = []
         extra: Any = 0.0
         if _first(start) < -1:
             h = self.flat(a_near)
@@ -349,7 +356,7 @@ class Builder:
         outer = Series([Part(1.0, 0, trimmed(shares))], 1.0, wrong)
         rank = self.between(sign, rising, falling, peaks)
         beyond = self.end(sign, rank, rising, falling)
-        return Sight(*_ends(h), True, rising, falling, outer, beyond, self.height_rough)
+        return OneSided(*_ends(h), True, rising, falling, outer, beyond, self.height_rough)
 
     def inside(self, sign: int) -> list[int]:
         """Which real zeros lie between the start and the layer's end, from the start on."""
@@ -358,7 +365,11 @@ class Builder:
         return [k for k in order if low < _first(self.lines[k]) < high]
 
     def between(
-        self, sign: int, rising: list[Spot], falling: list[Spot], peaks: dict[int, Series]
+        self,
+        sign: int,
+        rising: list[CriticalPoint],
+        falling: list[CriticalPoint],
+        peaks: dict[int, Series],
     ) -> int:
         """Add wells and barriers; returns the rank of what comes next."""
         inside = self.inside(sign)
@@ -367,11 +378,11 @@ class Builder:
             height = self.potential(z) - self.base
             barrier = _first(self.slope(z)) > 0
             spots = rising if barrier else falling
-            spots.append(Spot(rank, height if barrier else -height, peaks[k], None))
+            spots.append(CriticalPoint(rank, height if barrier else -height, peaks[k], None))
         return len(inside) + 1
 
     def end(
-        self, sign: int, rank: int, rising: list[Spot], falling: list[Spot]
+        self, sign: int, rank: int, rising: list[CriticalPoint], falling: list[CriticalPoint]
     ) -> tuple[Any, Any, Any] | None:
         """Add the end of the layer, or r before it; returns what lies beyond."""
         height = self.potential(self.edges[1 + sign]) - self.base
@@ -421,8 +432,8 @@ def _ends(h: Series) -> tuple[Series, Series]:
 
 
 def _edge(
-    rising: list[Spot],
-    falling: list[Spot],
+    rising: list[CriticalPoint],
+    falling: list[CriticalPoint],
     rank: int,
     height: Any,
     left: Series,
@@ -439,8 +450,8 @@ def _edge(
     rough = left.rounding if right is None else higher(left.rounding, right.rounding)
     changes = _ends(Series([Part(1.0, 0, change)] if change else [], rough))
     onward = Series([]) if right is None else _ends(right)[0]
-    rising.append(Spot(rank, height, changes[0], onward))
-    falling.append(Spot(rank, -height, changes[1], None))
+    rising.append(CriticalPoint(rank, height, changes[0], onward))
+    falling.append(CriticalPoint(rank, -height, changes[1], None))
 
 
 __all__ = ["Builder", "Found", "clear_of_zero", "found_of", "structure", "unchanged"]
