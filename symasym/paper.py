@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from symasym.base.contexts import own_context, to_mpf
+from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import Estimate
 from symasym.base.inputs import FloatArray, digits, exact, floats, is_array
@@ -110,7 +110,7 @@ def well(drift: Drift, context: Any) -> Well:
     if len(points) not in (0, 2) or [p.kind for p in points] not in ([], ["well", "barrier"]):
         _refuse_zeros(len(points))
     field = ExactField(drift, down, context)
-    ahead = _number(field.value(Fraction(1)), context)
+    ahead = mpf_of(field.value(Fraction(1)), context)
     if points:
         u1, u2 = (field.polish(-p.u if down else p.u) for p in points)
         if _well_counts(u1, u2):
@@ -123,7 +123,7 @@ def _escape_by_digits(drift: Drift, kappa: Fraction, r: Fraction, dps: int, log:
         # The exponent 2 V/kappa^2 has as many digits before the point as lam.
         with context.workprec(context.prec + max(0, _bits(2 / kappa**2))):
             found = well(drift, context)
-            radius, noise = _number(r, context), _number(kappa, context)
+            radius, noise = mpf_of(r, context), mpf_of(kappa, context)
             if found.barrier is None:
                 total = mpmath_formulas.strong_noise_time(context, radius, found.ahead)
             else:
@@ -139,10 +139,6 @@ def _escape_by_digits(drift: Drift, kappa: Fraction, r: Fraction, dps: int, log:
 def _bits(x: Fraction) -> int:
     """Bits before the point, at least, or fewer than none."""
     return x.numerator.bit_length() - x.denominator.bit_length() + 1
-
-
-def _number(x: Fraction, context: Any) -> Any:
-    return context.mpf(x.numerator) / x.denominator
 
 
 def _escape_by_floats(drift: Drift, kappa: Any, r: Any) -> FloatArray:
@@ -242,8 +238,8 @@ def occupation(
     values = exact_scene(drift, {"kappa": kappa}, dps)
     n = 17 if dps is None else digits(dps)
     with own_context(n + 15) as context:
-        a_minus, a_plus = (_number(Fraction(x), context) for x in drift.ends)
-        noise = _number(values["kappa"], context)
+        a_minus, a_plus = (mpf_of(Fraction(x), context) for x in drift.ends)
+        noise = mpf_of(values["kappa"], context)
         large = mpmath_formulas.strong_noise_occupation(context, noise, a_minus, a_plus)
         small = large >= 1
         p = _lower_bound(drift, noise, context) if small else large
@@ -299,7 +295,7 @@ def _lower_bound(drift: Drift, noise: Any, context: Any) -> Any:
     if top > 0:
         # V(1) > 0: the same in the mirrored variable, whose V at the right end is -V(1).
         field, top = ExactField(drift, True, context), -top
-    a_minus, a_plus = (_number(field.value(Fraction(x)), context) for x in (-1, 1))
+    a_minus, a_plus = (mpf_of(field.value(Fraction(x)), context) for x in (-1, 1))
     length = _stays_below(drift, field, context)
     return mpmath_formulas.occupation_bound(context, noise, a_minus, a_plus, length, top)
 

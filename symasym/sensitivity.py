@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.contexts import own_context, to_mpf
+from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import digits, exact, is_array
@@ -259,7 +259,7 @@ def _slope(
         h = unit / 10**places
         with own_context(n + 10) as context:
             logs = [context.convert(log_at(x, n)) for x in _nodes(value, h, one_sided)]
-            step = context.mpf(h.numerator) / h.denominator
+            step = mpf_of(h, context)
             single, double = _differences(logs, step, one_sided)
             slope = single + (single - double) / 3
             truncation = abs(single - double)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from symasym.base.contexts import own_context, to_mpf
+from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import is_array
 from symasym.drift.drift import Drift
@@ -98,7 +98,7 @@ def _multiplier(drift: Drift, kappa: Fraction, method: str, digits: int) -> Any:
         nearest = None
         for point in turning_points(field, -one, one, context):
             exact = field.taylor(point, one, 4 * digits + 40)
-            taylor = [context.mpf(c.numerator) / c.denominator for c in exact]
+            taylor = [mpf_of(c, context) for c in exact]
             if abs(taylor[0]) < abs(taylor[2]) * context.ldexp(1, -context.prec + 16):
                 # The turning point is known to rounding: exactly on the fold.
                 return context.mpf(1) / 2
@@ -119,6 +119,6 @@ def _multiplier(drift: Drift, kappa: Fraction, method: str, digits: int) -> Any:
             )
         if method == "step" or not context.isfinite(nearest):
             return (1 + context.sign(nearest)) / 2
-        z = context.cbrt(context.mpf(lam.numerator) / lam.denominator) ** 2 * nearest
+        z = context.cbrt(mpf_of(lam, context)) ** 2 * nearest
         there, back = (context.airyai(x) ** 2 + context.airybi(x) ** 2 for x in (z, -z))
         return there / (there + back)

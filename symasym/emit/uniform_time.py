@@ -26,7 +26,7 @@ from symasym.emit.kernels.kernel import Kernel, kernel_of, reached
 from symasym.emit.kernels.transcribe import transcribed
 from symasym.emit.program import Function, Passage, Program, Ready
 from symasym.emit.targets.writing import Written, text
-from symasym.formula import Formula
+from symasym.records import Record
 
 _U = sympy.Symbol("u", real=True)
 # As many as the emitted functions have room for.
@@ -46,7 +46,7 @@ _ABSENT = {
 }
 
 
-def uniform_time(what: Formula, drift: Drift) -> Program:
+def uniform_time(what: Record, drift: Drift) -> Program:
     """T from 0, uniform in what may meet, to order 0."""
     A = sympy.sympify(drift.expression())
     if not A.is_polynomial(_U):

@@ -47,8 +47,8 @@ from symasym.emit.symbolic_sums import (
     X,
     number_of,
 )
-from symasym.formula import Formula
 from symasym.numbers.arithmetic import Digits
+from symasym.records import Record
 
 # Digits that are right in what the coefficients make up.
 _RIGHT = 32
@@ -57,7 +57,7 @@ FAINT = 150
 
 
 def program(
-    what: Formula, drift: Drift, order: int, r: Fraction | None, kappa: float | None
+    what: Record, drift: Drift, order: int, r: Fraction | None, kappa: float | None
 ) -> Program:
     """T from 0 to order `order`; for one r, or for all r > 1 where it is None."""
     if drift.free:
@@ -85,7 +85,7 @@ def program(
 
 
 def _program(
-    what: Formula,
+    what: Record,
     ratio: Ratio,
     names: Names,
     order: int,

@@ -14,6 +14,7 @@ from typing import Any
 
 from symasym.base.errors import AccuracyError
 from symasym.numbers.balls import Profile, exact_ball, flint_module
+from symasym.special.exponentials import ball_quotient
 
 # Cauchy circles have this many times the panel's half-length, so that a Taylor coefficient gains
 # log2(6) = 2.6 bits an order, and a pole may be as near as 6 half-lengths. Between 4 and 8 the
@@ -56,34 +57,15 @@ class Outer:
 
     @cached_property
     def plus(self) -> Any:
-        return exact_ball(self.length) * exp_quotient(-self._exponent, 1)
+        return exact_ball(self.length) * ball_quotient(-self._exponent, 1)
 
     @cached_property
     def minus(self) -> Any:
-        return exact_ball(self.length) * exp_quotient(self._exponent, 1)
+        return exact_ball(self.length) * ball_quotient(self._exponent, 1)
 
     @cached_property
     def nested(self) -> Any:
-        return exact_ball(self.length**2) * exp_quotient(self._exponent, 2)
-
-
-def exp_quotient(x: Any, order: int) -> Any:
-    """(e^x - 1)/x, (e^x - 1 - x)/x^2 for order 2, and so on, also where x is or contains 0."""
-    flint = flint_module()
-    if not abs(x) < 2:
-        if order == 1:
-            return x.expm1() / x
-        return (exp_quotient(x, order - 1) - 1 / flint.arb(order - 1).fac()) / x
-    # Sum of x^k/(k + order)!; what is left out is below |x|^n/(n + order)! e^|x|.
-    terms = flint.ctx.prec // 2 + 8
-    term = 1 / flint.arb(order).fac()
-    total = flint.arb(0)
-    for k in range(terms):
-        total += term
-        term *= x / (k + 1 + order)
-        if abs(term) < flint.arb(2) ** (-flint.ctx.prec - 10):
-            break
-    return total + flint.arb(0, abs(term) * abs(x).exp())
+        return exact_ball(self.length**2) * ball_quotient(self._exponent, 2)
 
 
 @dataclass
@@ -217,8 +199,8 @@ class OuterSlope:
 
     @staticmethod
     def _rate(x: Any, order: int) -> Any:
-        """The derivative of `exp_quotient`."""
-        return exp_quotient(x, order) - order * exp_quotient(x, order + 1)
+        """The derivative of `ball_quotient`."""
+        return ball_quotient(x, order) - order * ball_quotient(x, order + 1)
 
 
 class PanelSlope:

@@ -13,6 +13,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError
 from symasym.drift.taylor_field import ExactField
 from symasym.exact.taylor_recurrences import (
@@ -37,7 +38,7 @@ class Numbers:
         self.lam = self.mpf(lam)
 
     def mpf(self, x: Fraction) -> Any:
-        return self.context.mpf(x.numerator) / x.denominator
+        return mpf_of(x, self.context)
 
     def exponential(self, rise: Fraction) -> Any:
         """exp(-|rise|) to full relative precision, however large `rise` is."""

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from symasym.base.contexts import own_context, to_mpf
+from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
 from symasym.exact.digit_panels import Panel
@@ -99,7 +99,7 @@ def stationary_density(
             _Sweep(drift, mirrored, lam, context).from_infinity(-y if mirrored else y)
             for mirrored in (False, True)
         ]
-        number = context.mpf(lam.numerator) / lam.denominator
+        number = mpf_of(lam, context)
         return plain_formulas.density_of_halves(number, w[0] + w[1])
 
     return _to_digits(compute, dps, log)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 
 _STEPS = 40
@@ -75,7 +76,7 @@ def numbers(name: str, values: Sequence[Any], context: Any) -> list[Any]:
             found.append(context.make_mpf(value._mpf_))
         else:
             rational = exact(f"a coefficient of {name}", value)
-            found.append(context.mpf(rational.numerator) / rational.denominator)
+            found.append(mpf_of(rational, context))
     return found
 
 

@@ -13,7 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, NoReturn
 
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import digits, exact, positive
 from symasym.commands.named import QUANTITIES, named_drift
@@ -286,8 +286,8 @@ def _log_range(key: str, low: Fraction, high: Fraction, count: int) -> Iterator[
     if low <= 0 or high <= 0:
         raise _Refused(key, "a logarithmic range has from and to greater than 0.")
     with own_context(30) as context:
-        first, ratio = context.mpf(low.numerator) / low.denominator, high / low
-        growth = context.log(context.mpf(ratio.numerator) / ratio.denominator)
+        first, ratio = mpf_of(low, context), high / low
+        growth = context.log(mpf_of(ratio, context))
         for k in range(count):
             if k in (0, count - 1):
                 yield number_text(high if k else low)

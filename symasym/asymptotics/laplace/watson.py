@@ -31,6 +31,7 @@ from typing import Any
 
 import numpy as np
 
+from symasym.base.contexts import mpf_of
 from symasym.base.errors import InputError
 from symasym.base.inputs import digits, exact
 
@@ -240,22 +241,18 @@ def _with_digits(f: Any, g: Any, contact: int, beta: Fraction, sides: int, dps: 
     if f[contact] >= 0:
         raise _no_maximum(contact, -f[contact])
     with own_context(dps + 10) as context:
-        a = _number(-f[contact], context)
+        a = mpf_of(-f[contact], context)
         found = []
         for k, d in enumerate(reduced):
             s = (sides * k + beta) / contact
-            value = _scaled(_number(d, context), a, s, sides, contact, context)
+            value = _scaled(mpf_of(d, context), a, s, sides, contact, context)
             found.append(to_mpf(value, dps))
         return found
 
 
 def _scaled(d: Any, a: Any, s: Fraction, sides: int, contact: int, context: Any) -> Any:
-    exponent = _number(s, context)
+    exponent = mpf_of(s, context)
     return d * context.gamma(exponent) * a**-exponent * sides / contact
-
-
-def _number(value: Fraction, context: Any) -> Any:
-    return context.mpf(value.numerator) / value.denominator
 
 
 def _no_maximum(contact: int, a: Any) -> InputError:
@@ -281,7 +278,7 @@ def _ring_of(kinds: set[type]) -> Any:
     if kind is float:
         return float
     if hasattr(kind, "_mpf_") and hasattr(kind, "context"):
-        return lambda x: kind.context.mpf(x.numerator) / x.denominator
+        return lambda x: mpf_of(x, kind.context)
     return None
 
 

@@ -28,7 +28,7 @@ from symasym.asymptotics.weak_noise.answer import require_seen, working_digits
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.critical_points import barriers, whole
 from symasym.asymptotics.weak_noise.series import BEYOND
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift
@@ -86,7 +86,7 @@ def _closed(drift: Drift, values: dict[str, Fraction], request: Request) -> Any:
     r, lam = values["r"], 2 / values["kappa"] ** 2
     with own_context(working_digits(request.digits, lam, r) + 10) as context:
         scene = scene_of(drift, r, values["start"], context)
-        found = scene and scene.time(context.mpf(lam.numerator) / lam.denominator)
+        found = scene and scene.time(mpf_of(lam, context))
         if scene is None or found is None:
             return None
         return _handed(request, *found, (*scene.names, *_TERMS), context)
@@ -139,7 +139,7 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
             )
             return outside / total
 
-        number = context.mpf(lam.numerator) / lam.denominator
+        number = mpf_of(lam, context)
         folds, cut = _apart(folds, number, context)
         value, size = _with_error(share, number, order, float_text(values["kappa"]), context)
         size += 10 * cut * value
@@ -230,7 +230,7 @@ def _analysed(
             sign * float(f.point) for sign, s in zip(signs, sides, strict=True) for f in s.folds
         ]
         require_seen(drift, lam, folds)
-        yield _Scene(context, sides, cuts, context.mpf(r.numerator) / r.denominator, local)
+        yield _Scene(context, sides, cuts, mpf_of(r, context), local)
 
 
 def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
@@ -247,7 +247,7 @@ def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
 
 def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
     """T and its error; that of `local` is its distance from the uniform formula as well."""
-    context, number = scene.context, scene.context.mpf(lam.numerator) / lam.denominator
+    context, number = scene.context, mpf_of(lam, scene.context)
     sides, cut = [], []
     for side in scene.sides:
         folds, cost = _apart(side.folds, number, context)
@@ -332,6 +332,6 @@ def _names(sides: list[Seen], context: Any) -> tuple[str, ...]:
     found = []
     for sign, side in zip((-1, 1), sides, strict=True):
         for fold in side.folds:
-            at = sign * (context.mpf(fold.point.numerator) / fold.point.denominator)
+            at = sign * mpf_of(fold.point, context)
             found.append(f"well and barrier about u = {context.nstr(at, 6)}")
     return (*found, *_TERMS)

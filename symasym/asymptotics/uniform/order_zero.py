@@ -17,6 +17,7 @@ from symasym.asymptotics.coalescence.cubic_map import map_coefficients
 from symasym.asymptotics.uniform.order_zero_sums import Edge, Fold, Place, View, side_at, tail
 from symasym.asymptotics.weak_noise.compose import Sides, time_of
 from symasym.asymptotics.weak_noise.series import Value as Pair
+from symasym.base.contexts import mpf_of
 from symasym.drift.drift import Drift
 from symasym.numbers.factors import Factor, Line, Meeting, Pieces, Zero, pieces_of, seen_from
 from symasym.numbers.quadratic_factor import Pair as Local
@@ -76,7 +77,7 @@ def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | No
     line = Line([float(c) for c in exact], float(x), float(min(r, Fraction(2))))
     if not line.c[-1]:
         return None
-    c = [context.mpf(a.numerator) / a.denominator for a in exact]
+    c = [mpf_of(a, context) for a in exact]
     pieces = pieces_of(line, c, context)
     if pieces is None:
         return None
@@ -97,8 +98,8 @@ class _Whole:
     ) -> None:
         self.line, self.c, self.pieces, self.context = line, c, pieces, context
         self.v = [-a / (k + 1) for k, a in enumerate(c)]
-        self.x = context.mpf(x.numerator) / x.denominator
-        self.r = context.mpf(r.numerator) / r.denominator
+        self.x = mpf_of(x, context)
+        self.r = mpf_of(r, context)
         self.reach = min(self.r, context.one)
         self.middle = min(max(self.x, -self.reach), self.reach)
         self.base = self.potential(self.middle)

@@ -20,6 +20,7 @@ from symasym.asymptotics.weak_noise.compose import (
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint
 from symasym.asymptotics.weak_noise.series import Point, terms
+from symasym.base.contexts import mpf_of
 from symasym.numbers.arithmetic import Digits
 
 __all__ = ["Met", "corrected", "time_at", "whole_at"]
@@ -146,7 +147,7 @@ def _meet(fold: Fold, k: int, sums: list[_Sum], lam: Any, order: int, context: A
     for n, share in enumerate(fold.share[: order + 1]):
         own.nested -= share * lam ** -(n + 1)
     if fold.pair.zeta < 0:
-        middle = context.mpf(fold.point.numerator) / fold.point.denominator
+        middle = mpf_of(fold.point, context)
         own.rising.append(_Share(middle, local.rising * height, context.zero, None))
         own.falling.append(_Share(middle, local.falling / height, context.zero, None))
         own.nested += local.both if fold.onward else context.zero

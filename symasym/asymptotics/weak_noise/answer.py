@@ -43,7 +43,7 @@ from symasym.asymptotics.weak_noise.one_sided import (
 from symasym.asymptotics.weak_noise.optimal_order import chosen, of_log
 from symasym.asymptotics.weak_noise.resolution import unseen, unseen_in
 from symasym.asymptotics.weak_noise.series import Part, Point, Series, Sizes
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
@@ -145,7 +145,7 @@ def _stationary(
     """Critical points of int e^{-lam V} over the line, |phi| outside, and their description."""
     field = ExactField(drift, False, context)
     points = whole(field, order, context)
-    slopes = [_number(abs(field.value(Fraction(side))), context) for side in (-1, 1)]
+    slopes = [mpf_of(abs(field.value(Fraction(side))), context) for side in (-1, 1)]
     wells = [f"well at u = {context.nstr(p.u, 6)}" for p in points if p.kind == "well"]
     return points, slopes, (*wells, "kinks")
 
@@ -276,7 +276,7 @@ def parts(
             error = total.error / total.value
             if best is None or error < best.error:
                 best = Parts(_items(halves, composed, at(n)), total.value, error, n)
-            if error <= _number(allowed, context):
+            if error <= mpf_of(allowed, context):
                 break
     if best is None:
         raise _too_strong(float_text(values["kappa"]), orders[-1])
@@ -317,10 +317,6 @@ def working_digits(digits: int, lam: Fraction, r: Fraction) -> int:
 def digits_lost(r: Fraction, x: Fraction) -> int:
     """Digits that cancel where the way to an end is short: T is as small, its terms are not."""
     return len(str(int(max(r, Fraction(1)) / (r - abs(x))))) - 1
-
-
-def _number(x: Fraction, context: Any) -> Any:
-    return context.mpf(x.numerator) / x.denominator
 
 
 def _most_order(request: Request) -> int:

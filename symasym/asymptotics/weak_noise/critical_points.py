@@ -22,6 +22,7 @@ from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.regular_part import layer_integrals
 from symasym.asymptotics.weak_noise.series import BEYOND, Part, Series, trimmed
 from symasym.asymptotics.weak_noise.slow_manifold import laurent
+from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.landscape import bracketed_zero
 from symasym.drift.taylor_field import ExactField, to_fraction
@@ -99,7 +100,7 @@ class _Builder:
         self.start: tuple[Groups, Groups, bool]
 
     def number(self, x: Any) -> Any:
-        return self.context.mpf(x.numerator) / x.denominator
+        return mpf_of(x, self.context)
 
     def half(self, x: Fraction, r: Fraction, outer: int) -> OneSided:
         one, height = Fraction(1), self.context.zero
@@ -364,7 +365,7 @@ def simple_zeros(
         if not (low and high):
             raise degenerate(edges[k] if low else edges[k - 1])
         if (low > 0) != (high > 0):
-            a, b = (context.mpf(e.numerator) / e.denominator for e in edges[k - 1 : k + 1])
+            a, b = (mpf_of(e, context) for e in edges[k - 1 : k + 1])
             pair = partial(_value_and_slope, field)
             found.append((bracketed_zero(pair, a, b, context), bool(high > 0)))
     return found
@@ -403,7 +404,7 @@ def turning_points(field: ExactField, lo: Fraction, hi: Fraction, context: Any) 
 
 
 def _quotient(a: Any, b: Any, context: Any) -> Any:
-    return context.mpf(a.numerator) / a.denominator / (context.mpf(b.numerator) / b.denominator)
+    return mpf_of(a, context) / mpf_of(b, context)
 
 
 def _value_and_slope(field: ExactField, u: Any) -> tuple[Any, Any]:

@@ -8,11 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-__all__ = ["laurent", "least_square", "number", "primitive", "product", "reciprocal"]
-
-
-def number(x: Any, context: Any) -> Any:
-    return context.mpf(x.numerator) / x.denominator
+__all__ = ["laurent", "least_square", "primitive", "product", "reciprocal"]
 
 
 def laurent(

@@ -9,6 +9,7 @@ import sympy
 
 from symasym.base.errors import InputError
 from symasym.emit import uniform_time
+from symasym.emit.forms import by_name
 from symasym.emit.kernels import airy_magnitude
 from symasym.emit.kernels.exact_c import in_c
 from symasym.emit.program import Body, Passage, Program, Quadrature, Ready, header, in_doubles
@@ -217,9 +218,7 @@ def _integral(function: Ready) -> str:
         raise InputError("C code is emitted for polynomials up to degree 31; give a lower one.")
     # The integrand takes the arguments as an array.
     places = {name: sympy.Symbol(f"p[{k}]", positive=True) for k, name in enumerate(names)}
-    exponent = q.exponent.subs(
-        {s: places[s.name] for s in q.exponent.free_symbols if s.name in places}
-    )
+    exponent = by_name(q.exponent, places)
     lines = [
         f"static double {function.name}_at_(double u, const double *p)",
         "{",
@@ -247,7 +246,7 @@ def _passage(function: Ready) -> str:
             "turns; emit another target."
         )
     places = {name: sympy.Symbol(f"p[{k}]", real=True) for k, name in enumerate(names)}
-    drift = q.drift.subs({s: places[s.name] for s in q.drift.free_symbols if s.name in places})
+    drift = by_name(q.drift, places)
     if not any(s.name.startswith("p[") for s in drift.free_symbols):
         unused = ["    (void)p;"]
     else:

@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import symasym as sa
+from symasym.base.contexts import mpf_of
 from symasym.workshop.problems import Problem
 from symasym.workshop.report import peers
 from symasym.workshop.report.timing import capped, seconds
@@ -92,9 +93,9 @@ def ours(problem: Problem, quick: bool) -> Iterator[Run]:
 
 
 def _mpf(x: Any) -> Any:
-    from mpmath import mpf
+    from mpmath import mp, mpf
 
-    return mpf(x.numerator) / x.denominator if isinstance(x, Fraction) else mpf(x)
+    return mpf_of(x, mp) if isinstance(x, Fraction) else mpf(x)
 
 
 #: Peer -> how one sees that it is here, and what it is called.

@@ -16,6 +16,7 @@ from itertools import accumulate, pairwise
 from typing import Any
 
 import symasym as sa
+from symasym.base.contexts import mpf_of
 
 Polynomial = list[Fraction]
 
@@ -74,8 +75,8 @@ def mpmath_escape_time(
     from mpmath import mp, mpf
 
     with mp.workdps(dps):
-        lam = 2 / (mpf(kappa.numerator) / kappa.denominator) ** 2
-        potentials = _potentials([mpf(x.numerator) / x.denominator for x in c])
+        lam = 2 / mpf_of(kappa, mp) ** 2
+        potentials = _potentials([mpf_of(x, mp) for x in c])
         samples, edges = _samples(c, r), [-r, -1, 1, r]
         climb, high = mpf(_climb(c, r)), mpf(samples[0][1])
         left, right = [(0, -r, -1), (1, -1, 0)], [(1, 0, 1), (2, 1, r)]
@@ -379,9 +380,9 @@ def pari_log_escape_time(
     # The largest exponent was taken out of T, and has no part in gp's digits.
     with mp.workdps(dps + 30):
         lam, climb = 2 / kappa**2, Fraction(_climb(c, float(r)))
-        rise = mpf((lam * climb).numerator) / (lam * climb).denominator
+        rise = mpf_of(lam * climb, mp)
         rest = mpf("".join(done.stdout.split()).replace("E", "e"))
-        return spent, rest + rise + mp.log(mpf(lam.numerator) / lam.denominator)
+        return spent, rest + rise + mp.log(mpf_of(lam, mp))
 
 
 def _polynomial_potentials(c: Polynomial) -> list[Polynomial]:
