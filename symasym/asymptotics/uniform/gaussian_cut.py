@@ -200,7 +200,8 @@ def _cut(seen: _Seen, h: list[Any], count: int, digits: int, context: Any) -> Cu
     rise = _rise(zero)
     t = c.sqrt(2 * abs(rise - seen.height)) * (1 if seen.at > zero.u else -1)
     root = c.sqrt(2 * c.pi)
-    whole = [c / root for c in zero.series.parts[0].coefficients]
+    known = zero.series.parts[0].coefficients
+    whole = [a / root for a in (*known, *[c.zero] * (count - len(known)))]
     # As another zero comes near, this one's own series breaks down, and nothing is to be
     # corrected. The fades leave no trace in any order of 1/lam, since the corrections are of a
     # higher order anyway where they set in; they set in faster than any power.

@@ -26,7 +26,6 @@ from symasym.asymptotics.weak_noise.compose import (
     Composed,
     Found,
     Leaf,
-    Nodes,
     Sum,
     pairs_of,
     plain,
@@ -287,7 +286,7 @@ def _items(
     both: tuple[OneSided, OneSided], composed: Composed, at: Point
 ) -> list[tuple[str, Any, Any]]:
     """Every pair of critical points and the regular part of both sides, times the chance of it."""
-    r, ring, items = composed.r, Nodes(), []
+    r, ring, items = composed.r, composed.ring, []
     shares = composed.sides.shares
     rest = compose.time_with_digits(composed, at).value
     for k, one in enumerate(both):

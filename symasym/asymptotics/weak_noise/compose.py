@@ -349,7 +349,8 @@ class Composed:
     ) -> None:
         self.r = r
         self.slack = lower(both[0].slack, both[1].slack)
-        self.sides = sides_of(both, r, Nodes(rounding))
+        self.ring = Nodes(rounding)
+        self.sides = sides_of(both, r, self.ring)
 
     @cached_property
     def time(self) -> tuple[Node, Node]:

@@ -26,6 +26,7 @@ from symasym.asymptotics.weak_noise.series import (
     lower,
     trimmed,
 )
+from symasym.asymptotics.weak_noise.slow_manifold import laurent, pole_primitive
 from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes
@@ -221,14 +222,8 @@ class Builder:
         psi = self.taylor(u)
         if value is not None:
             psi[0] = value
-        inverse = 1 / psi[0]
-        series = _quotient([1.0], psi, inverse, self.count)
-        found = [series[0]]
-        for _ in range(1, self.count):
-            slope = [-j * series[j] for j in range(1, len(series))]
-            series = _quotient(slope, psi, inverse, len(slope))
-            found.append(series[0])
-        size = _value(self.c_size, abs(u)) * abs(inverse)
+        found = [h[0] for h in laurent(psi, False, self.count, length=self.count)]
+        size = _value(self.c_size, abs(u)) * abs(found[0])
         return Series([Part(1.0, 0, trimmed(found))], _EPS * 4 * self.count * (1 + size))
 
     def flat(self, a: Any) -> Series:
@@ -263,32 +258,18 @@ class Builder:
             return totals, sizes
         for z, rough in zip(self.lines + self.pairs, self.rough + self.rough_pairs, strict=True):
             single = not np.iscomplexobj(z)
-            known = list(self.residues(z))
+            length = 2 * self.count - 1
+            known = list(laurent(self.taylor(z), True, self.count, length=length))
             rounding = [rough * (6 + 4 * k) for k in range(self.count)]
             for side, u in enumerate(self.edges):
                 t = u - z
-                inverse, first = 1 / t, _log(abs(t) if single else t)
-                for k, residues in enumerate(known):
-                    total: Any = 0.0
-                    for j in range(2 * k + 1, 1, -1):
-                        total = (total + residues[j] * (1 / (1 - j))) * inverse
-                    total = total + residues[1] * first
+                first = _log(abs(t) if single else t)
+                for k, series in enumerate(known):
+                    total = pole_primitive(series, k, t, first)
                     here = total if single else 2 * total.real
                     totals[k][side] = totals[k][side] + here
                     sizes[k][side] = sizes[k][side] + abs(total) * rounding[k]
         return totals, sizes
-
-    def residues(self, z: Any) -> Iterator[list[Any]]:
-        """Coefficients of (u - z)^-j in h_1, h_2, ...; the entry 0 is not used."""
-        psi = self.taylor(z)[1:]
-        inverse = 1 / psi[0]
-        length = 2 * self.count - 1
-        series = _quotient([1.0], psi, inverse, length)
-        for k in range(self.count):
-            yield [None, *series[2 * k :: -1]]
-            slope = [(2 * k + 1 - j) * x for j, x in enumerate(series)]
-            if k + 1 < self.count:
-                series = _quotient(slope, psi, inverse, length)
 
     # -- the two sides ----------------------------------------------------------------------
 
@@ -393,21 +374,6 @@ class Builder:
         slope = self.a_plus if sign > 0 else -self.a_minus
         _edge(rising, falling, rank, height, inner, self.flat(slope))
         return 1.0 + 0 * height, height, slope
-
-
-def _quotient(numerator: list[Any], psi: list[Any], inverse: Any, length: int) -> list[Any]:
-    """Power series by the short `psi`, of which `inverse` is 1/psi[0]."""
-    found: list[Any] = []
-    for n in range(length):
-        total: Any = numerator[n] if n < len(numerator) else 0.0
-        for j in range(1, min(n, len(psi) - 1) + 1):
-            if j == 1:
-                total = total - psi[1] * found[n - 1]
-            else:
-                # In place, now that it is not an entry of the numerator any more.
-                total -= psi[j] * found[n - j]
-        found.append(total * inverse)
-    return found
 
 
 def _signed(series: Series, sign: int) -> Series:

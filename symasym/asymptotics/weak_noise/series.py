@@ -422,7 +422,9 @@ class Point:
         later = part.coefficients[first + BEYOND :]
         if not later:
             return near, far
-        x, lead = 1 / self.least, abs(part.coefficients[_leading(part)])
+        # Infinite where Python's own floats raise.
+        x = 1 / (np.float64(self.least) if isinstance(self.least, float) else self.least)
+        lead = abs(part.coefficients[_leading(part)])
         for n, c in enumerate(later, start=1):
             if np.any(near + far * x > self._small * lead * x ** (_leading(part) - first)):
                 break
