@@ -16,7 +16,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
+from symasym.asymptotics.weak_noise.one_sided import (
+    CriticalPoint,
+    OneSided,
+    add_edge,
+    formal_series,
+)
 from symasym.asymptotics.weak_noise.series import (
     BEYOND,
     ROUNDING,
@@ -316,7 +321,13 @@ class Builder:
         if _first(start) >= 1:
             h = self.flat(a_far)
             return OneSided(
-                *_ends(h), True, [], [], nothing, (start, 0 * start, a_far), self.height_rough
+                *formal_series(h),
+                True,
+                [],
+                [],
+                nothing,
+                (start, 0 * start, a_far),
+                self.height_rough,
             )
         rising: list[CriticalPoint] = []
         falling: list[CriticalPoint] = []
@@ -327,7 +338,7 @@ class Builder:
             height = (1 + start) * a_near
             # The height there is -(length) phi, the layer's near edge.
             inner = _signed(self.at_edge[1], sign)
-            _edge(rising, falling, 0, height, h, inner)
+            add_edge(rising, falling, 0, height, h, inner)
         else:
             h = _signed(self.at_edge[1], sign)
         shares = [totals[k][inside_of] - totals[k][1] for k in range(self.count)]
@@ -337,7 +348,7 @@ class Builder:
         outer = Series([Part(1.0, 0, trimmed(shares))], 1.0, wrong)
         rank = self.between(sign, rising, falling, peaks)
         beyond = self.end(sign, rank, rising, falling)
-        return OneSided(*_ends(h), True, rising, falling, outer, beyond, self.height_rough)
+        return OneSided(*formal_series(h), True, rising, falling, outer, beyond, self.height_rough)
 
     def inside(self, sign: int) -> list[int]:
         """Which real zeros lie between the start and the layer's end, from the start on."""
@@ -369,10 +380,10 @@ class Builder:
         height = self.potential(self.edges[1 + sign]) - self.base
         inner = _signed(self.at_edge[1 + sign], sign)
         if not self.beyond:
-            _edge(rising, falling, rank, height, inner, None)
+            add_edge(rising, falling, rank, height, inner, None)
             return None
         slope = self.a_plus if sign > 0 else -self.a_minus
-        _edge(rising, falling, rank, height, inner, self.flat(slope))
+        add_edge(rising, falling, rank, height, inner, self.flat(slope))
         return 1.0 + 0 * height, height, slope
 
 
@@ -381,43 +392,6 @@ def _signed(series: Series, sign: int) -> Series:
         return series
     parts = [Part(p.offset, p.logs, [-c for c in p.coefficients]) for p in series.parts]
     return Series(parts, series.rounding, series.size)
-
-
-def _row(series: Series) -> list[Any]:
-    return series.parts[0].coefficients if series.parts else []
-
-
-def _ends(h: Series) -> tuple[Series, Series]:
-    """The formal series of int e^{lam V} and int e^{-lam V} to the right, from h_k there."""
-    row = _row(h)
-    rising = [c if k % 2 == 0 else -c for k, c in enumerate(row)]
-    return (
-        Series([Part(1.0, 0, rising)] if row else [], h.rounding),
-        Series([Part(1.0, 0, [-c for c in row])] if row else [], h.rounding),
-    )
-
-
-def _edge(
-    rising: list[CriticalPoint],
-    falling: list[CriticalPoint],
-    rank: int,
-    height: Any,
-    left: Series,
-    right: Series | None,
-) -> None:
-    """Both integrals where the drift changes, or ends."""
-    first, second = _row(left), [] if right is None else _row(right)
-    width = max(len(first), len(second))
-    first, second = (row + [0.0] * (width - len(row)) for row in (first, second))
-    change = trimmed([y - x for x, y in zip(first, second, strict=True)])
-    # phi goes on without a jump, so that the first terms of both sides cancel, exactly.
-    if right is not None and change:
-        change[0] = 0.0
-    rough = left.rounding if right is None else higher(left.rounding, right.rounding)
-    changes = _ends(Series([Part(1.0, 0, change)] if change else [], rough))
-    onward = Series([]) if right is None else _ends(right)[0]
-    rising.append(CriticalPoint(rank, height, changes[0], onward))
-    falling.append(CriticalPoint(rank, -height, changes[1], None))
 
 
 __all__ = ["Builder", "Found", "clear_of_zero", "found_of", "structure", "unchanged"]

@@ -18,7 +18,12 @@ from symasym.asymptotics.laplace.watson import (
     negative_power,
     perron_coefficients,
 )
-from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
+from symasym.asymptotics.weak_noise.one_sided import (
+    CriticalPoint,
+    OneSided,
+    add_edge,
+    formal_series,
+)
 from symasym.asymptotics.weak_noise.regular_part import layer_integrals
 from symasym.asymptotics.weak_noise.series import BEYOND, Part, Series, trimmed
 from symasym.asymptotics.weak_noise.slow_manifold import laurent
@@ -97,7 +102,7 @@ class _Builder:
         self.falling: list[CriticalPoint] = []
         self.outer: Groups = [[] for _ in range(self.count)]
         self.least = self.unit = 64 * context.eps
-        self.start: tuple[Groups, Groups, bool]
+        self.start: tuple[Series, Series, bool]
 
     def number(self, x: Any) -> Any:
         return mpf_of(x, self.context)
@@ -117,11 +122,11 @@ class _Builder:
                 "series of an end has no terms; use method='exact'."
             )
         if x >= 1:
-            self.start = self.smooth_start(self.flat(a_plus))
+            self.start = *formal_series(self.flat(a_plus)), True
             return self.done((self.number(x), height, self.number(a_plus)))
         lo, hi = max(x, -one), min(r, one)
         if x < -1:
-            self.start = self.smooth_start(self.flat(a_minus))
+            self.start = *formal_series(self.flat(a_minus)), True
             length = self.number(-one - x)
             self.outer[0].append((length / self.number(a_minus), 1, 0))
             height -= length * self.number(a_minus)
@@ -129,7 +134,7 @@ class _Builder:
         elif self.field.value(x) == 0:
             self.start = self.start_at_zero(x)
         else:
-            self.start = self.smooth_start(self.smooth(lo))
+            self.start = *formal_series(self.smooth(lo)), True
         self.layer(lo, hi, height, outer)
         height -= self.drop(self.number(lo), self.number(hi))
         if r <= 1:
@@ -144,34 +149,25 @@ class _Builder:
             [p._replace(rank=at.index(p.u)) for p in points]
             for points in (self.rising, self.falling)
         )
-        first, second, corner = self.start
-        return OneSided(
-            series_of(first, self.least),
-            series_of(second, self.least),
-            corner,
-            rising,
-            falling,
-            series_of(self.outer, self.unit),
-            beyond,
-        )
+        outer = series_of(self.outer, self.unit)
+        return OneSided(*self.start, rising, falling, outer, beyond)
 
     def drop(self, lo: Any, hi: Any) -> Any:
         return -self.field.potential_rise(lo, hi)
 
     # -- ends and kinks --------------------------------------------------------------------
 
-    def flat(self, a: Fraction) -> list[Any]:
+    def flat(self, a: Fraction) -> Series:
         """h_k beside a straight potential."""
-        return [1 / self.number(a), *[self.context.zero] * (self.count - 1)]
+        return Series([Part(1.0, 0, [1 / self.number(a)])], self.least)
 
-    def smooth(self, u: Fraction) -> list[Any]:
+    def smooth(self, u: Fraction) -> Series:
         """h_k(u) from inside the layer."""
         taylor = [self.number(c) for c in self.field.taylor(u, Fraction(1), self.count + 1)]
-        taylor += [self.context.zero] * (self.count - len(taylor))
-        found = [series[0] for series in laurent(taylor[: self.count], False, self.count)]
+        found = [h[0] for h in laurent(taylor, False, self.count, length=self.count)]
         if not any(found[-BEYOND:]) and any(self.field.taylor(u, Fraction(1), _FLATTEST)[1:]):
             raise self.untold("flat", u)
-        return found
+        return Series([Part(1.0, 0, trimmed(found))], self.least)
 
     def untold(self, shape: str, u: Any) -> AccuracyError:
         place = (-float(u) if self.field.mirrored else float(u)) + 0.0
@@ -195,26 +191,9 @@ class _Builder:
         if bends and all(abs(x) <= small * max(bends) ** power for power, x in last.items()):
             raise self.untold("straight", u)
 
-    def ends(self, h: list[Any]) -> tuple[Groups, Groups]:
-        """The formal series of int e^{lam V} and int e^{-lam V} to the right, from h_k there."""
-        # sigma_{k+1} = sigma_k'/phi for the one, -h_k for the other.
-        rising: Groups = [[((-1) ** k * c, k + 1, 0)] for k, c in enumerate(h)]
-        return rising, [[(-c, k + 1, 0)] for k, c in enumerate(h)]
-
-    def smooth_start(self, h: list[Any]) -> tuple[Groups, Groups, bool]:
-        return *self.ends(h), True
-
-    def edge(
-        self, kind: str, u: Fraction, height: Any, left: list[Any], right: list[Any] | None
-    ) -> None:
+    def edge(self, kind: str, u: Fraction, height: Any, left: Series, right: Series | None) -> None:
         """Both integrals at a point where the drift changes, or ends."""
-        after = right or [self.context.zero] * self.count
-        changes = self.ends([x - y for x, y in zip(after, left, strict=True)])
-        onward = self.ends(after)[0]
-        place = self.number(u)
-        series = [series_of(g, self.least) for g in (*changes, onward)]
-        self.rising.append(CriticalPoint(0, height, series[0], series[2], kind, place))
-        self.falling.append(CriticalPoint(0, -height, series[1], None, kind, place))
+        add_edge(self.rising, self.falling, 0, height, left, right, kind, self.number(u))
 
     # -- inside the layer ------------------------------------------------------------------
 
@@ -234,15 +213,13 @@ class _Builder:
             fall = self.fall(to_fraction(u), barrier)
             weight = [self.context.one, *[self.context.zero] * (len(fall) - 1)]
             found = laplace_coefficients(fall, weight, 2, sides=2)
-            half = self.context.mpf(1) / 2
-            groups: Groups = [[(c, n + half, 0)] for n, c in enumerate(found[: self.count])]
             last = range(self.count - BEYOND, self.count)
             relative = {2 * n: found[n] / found[0] * abs(fall[2]) ** n for n in last}
             self.require_told(to_fraction(u), fall, relative)
             kind, places, sign = (
                 ("barrier", self.rising, 1) if barrier else ("well", self.falling, -1)
             )
-            series = series_of(groups, self.least)
+            series = Series([Part(0.5, 0, trimmed(found[: self.count]))], self.least)
             places.append(CriticalPoint(0, sign * here, series, None, kind, u))
 
     def fall(self, u: Fraction, barrier: bool) -> list[Any]:
@@ -254,7 +231,7 @@ class _Builder:
         zero = self.context.zero
         return [zero, zero, *(sign * c / (k + 2) for k, c in enumerate(taylor[1:count]))]
 
-    def start_at_zero(self, x: Fraction) -> tuple[Groups, Groups, bool]:
+    def start_at_zero(self, x: Fraction) -> tuple[Series, Series, bool]:
         """The start is a well or a barrier: halves of Gaussians, and log(lam) in the outer part.
 
         With V - V(x) = ±s^2/2 and du = (a_0 + a_1 s + …) ds all integrals are known.
@@ -285,7 +262,8 @@ class _Builder:
                 if group < self.count:
                     self.outer[group] += _corner(p * q, i, j, barrier, c)
         self.outer_shift(x, a)
-        return (peak, formal, False) if barrier else (formal, peak, True)
+        own, other = series_of(peak, self.least), series_of(formal, self.least)
+        return (own, other, False) if barrier else (other, own, True)
 
     def outer_shift(self, x: Fraction, a: list[Any]) -> None:
         """The finite part leaves out powers of u - x; `_corner` those of s. This is the change."""

@@ -14,7 +14,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise.series import ROUNDING, Local, Numbers, Part, Series
+from symasym.asymptotics.weak_noise.series import (
+    ROUNDING,
+    Local,
+    Numbers,
+    Part,
+    Series,
+    higher,
+    trimmed,
+)
 from symasym.base.inputs import FloatArray
 
 
@@ -81,6 +89,53 @@ class OneSided(NamedTuple):
         if self.beyond is not None:
             every.append(Series([Part(1.0, 0, [1 / self.beyond[2]])]))
         return every
+
+
+def formal_series(h: Series) -> tuple[Series, Series]:
+    """The formal series of int e^{lam V} and int e^{-lam V} to the right of a point.
+
+    From h_k there (`symasym.asymptotics.weak_noise.slow_manifold`), by repeated integration by
+    parts: sigma_{k+1} = sigma_k'/phi for the one, so that its coefficients are (-1)^(k+1) h_k,
+    and -h_k for the other.
+    """
+    row = _row(h)
+    rising = [c if k % 2 == 0 else -c for k, c in enumerate(row)]
+    return (
+        Series([Part(1.0, 0, rising)] if row else [], h.rounding),
+        Series([Part(1.0, 0, [-c for c in row])] if row else [], h.rounding),
+    )
+
+
+def _row(series: Series) -> list[Numbers]:
+    return series.parts[0].coefficients if series.parts else []
+
+
+def add_edge(
+    rising: list[CriticalPoint],
+    falling: list[CriticalPoint],
+    rank: int,
+    height: Numbers,
+    left: Series,
+    right: Series | None,
+    kind: str = "",
+    u: Any = None,
+) -> None:
+    """Add the contributions of a kink, or of the end where nothing is to the `right`.
+
+    They are the difference of the formal series of its two sides, from h_k on either.
+    """
+    first, second = _row(left), [] if right is None else _row(right)
+    width = max(len(first), len(second))
+    first, second = (row + [0.0] * (width - len(row)) for row in (first, second))
+    change = trimmed([y - x for x, y in zip(first, second, strict=True)])
+    # phi goes on without a jump, so that the first terms of both sides cancel, exactly.
+    if right is not None and change:
+        change[0] = 0.0
+    rough = left.rounding if right is None else higher(left.rounding, right.rounding)
+    changes = formal_series(Series([Part(1.0, 0, change)] if change else [], rough))
+    onward = None if right is None else formal_series(right)[0]
+    rising.append(CriticalPoint(rank, height, changes[0], onward, kind, u))
+    falling.append(CriticalPoint(rank, -height, changes[1], None, kind, u))
 
 
 def _float_series(x: Any) -> Any:
