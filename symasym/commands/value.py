@@ -7,8 +7,8 @@ import json
 import time
 from typing import TYPE_CHECKING, Any
 
-from symasym.commands.named import DRIFTS, named_drift
 from symasym.commands.settings import settings
+from symasym.drift.named import DRIFTS, named_drift
 
 if TYPE_CHECKING:
     from symasym.base.estimate import Estimate

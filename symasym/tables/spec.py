@@ -16,7 +16,8 @@ from typing import Any, NoReturn
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import digits, exact, positive
-from symasym.commands.named import QUANTITIES, named_drift
+from symasym.drift.named import named_drift
+from symasym.methods.table import QUANTITIES
 
 __all__ = ["Spec", "read_spec"]
 
@@ -39,7 +40,7 @@ class Spec:
     drift, expr : str or None
         Name of a ready-made drift, or a formula.
     quantities : tuple of str
-        Keys of `symasym.commands.named.QUANTITIES`.
+        Keys of `symasym.methods.table.QUANTITIES`.
     dps : int
     axes : tuple of (str, tuple of str)
         Each parameter and number with its values as exact texts, the last one varying fastest.

@@ -227,7 +227,8 @@ class Builder:
         psi = self.taylor(u)
         if value is not None:
             psi[0] = value
-        found = [h[0] for h in laurent(psi, False, self.count, length=self.count)]
+        psi = (psi + [0.0] * self.count)[: self.count]
+        found = [h[0] for h in laurent(psi, False, self.count)]
         size = _value(self.c_size, abs(u)) * abs(found[0])
         return Series([Part(1.0, 0, trimmed(found))], _EPS * 4 * self.count * (1 + size))
 
@@ -263,8 +264,8 @@ class Builder:
             return totals, sizes
         for z, rough in zip(self.lines + self.pairs, self.rough + self.rough_pairs, strict=True):
             single = not np.iscomplexobj(z)
-            length = 2 * self.count - 1
-            known = list(laurent(self.taylor(z), True, self.count, length=length))
+            psi = (self.taylor(z) + [0.0] * 2 * self.count)[: 2 * self.count]
+            known = list(laurent(psi, True, self.count))
             rounding = [rough * (6 + 4 * k) for k in range(self.count)]
             for side, u in enumerate(self.edges):
                 t = u - z

@@ -15,7 +15,6 @@ from typing import Any
 
 from symasym.asymptotics.laplace.watson import (
     laplace_coefficients,
-    negative_power,
     perron_coefficients,
 )
 from symasym.asymptotics.weak_noise.one_sided import (
@@ -31,6 +30,7 @@ from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.landscape import bracketed_zero
 from symasym.drift.taylor_field import ExactField, to_fraction
+from symasym.numbers.power_series import power
 
 # A at a zero of its slope, below which that place in float64 is not good enough.
 _BESIDE = Fraction(1, 10**20)
@@ -164,7 +164,8 @@ class _Builder:
     def smooth(self, u: Fraction) -> Series:
         """h_k(u) from inside the layer."""
         taylor = [self.number(c) for c in self.field.taylor(u, Fraction(1), self.count + 1)]
-        found = [h[0] for h in laurent(taylor, False, self.count, length=self.count)]
+        taylor = (taylor + [self.context.zero] * self.count)[: self.count]
+        found = [h[0] for h in laurent(taylor, False, self.count)]
         if not any(found[-BEYOND:]) and any(self.field.taylor(u, Fraction(1), _FLATTEST)[1:]):
             raise self.untold("flat", u)
         return Series([Part(1.0, 0, trimmed(found))], self.least)
@@ -278,7 +279,7 @@ class _Builder:
             change = series[top] * c.log(a[0])
             for j in range(top):
                 p = top - j
-                constant = negative_power(alpha, p, 1, p, c.one)[p] * a[0] ** -p
+                constant = power(alpha, -p, 1, p + 1, c.one)[p] * a[0] ** -p
                 change += series[j] * constant / -p
             self.outer[k].append((-change, k + 1, 0))
 
