@@ -12,6 +12,7 @@ from symasym.asymptotics.laplace.kinks import WORK, Piece, at, difference, numbe
 from symasym.asymptotics.laplace.maxima import grid_of, interior_maxima, on_grid
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
+from symasym.base.inputs import is_name
 
 _LARGE = sympy.Integer(10) ** 6
 
@@ -19,7 +20,7 @@ _LARGE = sympy.Integer(10) ** 6
 def read_integral(f: Any, g: Any, x: Any, a: Any, b: Any, name: str = "g") -> tuple[Any, ...]:
     from symasym.drift.expressions import parse
 
-    symbol = sympy.Symbol(x) if isinstance(x, str) and x.isidentifier() else x
+    symbol = sympy.Symbol(x) if is_name(x) else x
     if not isinstance(symbol, sympy.Symbol):
         raise InputError(f"x is {x!r}; give the variable of integration, a SymPy symbol.")
     names = {symbol.name: symbol}
