@@ -45,6 +45,8 @@ _DEPTH = 60
 _DIGITS = 100_000  # of one number, before or after the point
 _DEGREE = 2_000
 _ROOTED = 2_000  # digits of a number whose root or function is taken
+_GROWING = ("exp", "sinh", "cosh", "sech", "csch", "tanh", "coth")
+_TOWER = 10  # of an exponential of an exponential
 _ARGUMENT = 10_000  # of a function whose value at a whole number is written out
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\w.])"
@@ -179,6 +181,7 @@ class _Reader:
             self._bound(int(size * _bits(base.value)), degree=base.degree * degree)
             if exponent.q != 1:
                 self._rooted(base.value)
+                self._small(exponent, _DEGREE)
             if not base.value.is_Rational and size > _DEGREE:
                 raise self._error(f"has a power above {_DEGREE:,}")
             return _Part(base.value**exponent, base.degree * int(-(-size // 1)))
@@ -246,11 +249,14 @@ class _Reader:
             self._small(arguments[0], _ARGUMENT)
         elif name == "exp" and arguments[0].has(sympy.log):
             self._small(arguments[0], _DEGREE)
+        elif name in _GROWING and not arguments[0].free_symbols:
+            towers = arguments[0].has(sympy.exp, sympy.sinh, sympy.cosh)
+            self._small(arguments[0], _TOWER if towers else _ARGUMENT)
         return _Part(getattr(sympy, name)(*arguments), 0)
 
     def _piecewise(self) -> _Part:
         self._need("(")
-        cases = []
+        cases: list[tuple[_Part, Any]] = []
         while not cases or self._take(","):
             self._need("(")
             value = self._sum()
@@ -284,8 +290,10 @@ class _Reader:
             )
 
     def _small(self, argument: Any, most: int) -> None:
-        if any(abs(x) > most for x in argument.atoms(sympy.Rational)):
-            raise self._error(f"has a number above {most:,} in an exponent or argument")
+        if any(abs(x) > most or x.q > most for x in argument.atoms(sympy.Rational)):
+            raise self._error(
+                f"has a number or denominator above {most:,} in an exponent or argument"
+            )
 
 
 def _bits(value: Any) -> int:
