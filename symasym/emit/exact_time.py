@@ -1,4 +1,4 @@
-"""The exact escape time of a drift, as a program (`symasym.emit.kernels.exact_python`)."""
+"""The exact escape time of a drift, as a program (`symasym.emit.kernels.exact`)."""
 
 from __future__ import annotations
 
@@ -9,11 +9,15 @@ import sympy
 
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
-from symasym.emit.kernels.exact_python import ERROR
 from symasym.emit.program import Function, Passage, Program
 from symasym.records import Record
 
 _U = sympy.Symbol("u", real=True)
+ERROR = (
+    "log T is right to 1e-12, or to 1e-12 of itself where that is larger, for the drift with its "
+    "numbers as doubles; kappa from 1e-8 to 1e8, r from 1e-100 to 1e12, else refused, and also "
+    "where both directions of the computation differ by more"
+)
 
 
 def exact_time(what: Record, drift: Drift) -> Program:

@@ -97,7 +97,7 @@ class Quadrature:
 
 @dataclass(frozen=True)
 class Passage:
-    """log T from 0 with the layer's `drift` in u (see `symasym.emit.kernels.exact_python`).
+    """log T from 0 with the layer's `drift` in u (see `symasym.emit.kernels.exact`).
 
     Attributes
     ----------
