@@ -17,7 +17,7 @@ import numpy as np
 
 from symasym.numbers.quadratic_factor import Pair, pair_of, poly, poly_slope, shifted
 
-__all__ = ["Factor", "Line", "Meeting", "Pieces", "Zero", "pieces_of", "seen_from"]
+__all__ = ["Factor", "Line", "Meeting", "Pieces", "Zero", "divided", "pieces_of", "seen_from"]
 
 _EPS = 2.3e-16
 # As in `symasym.numbers.polynomial_roots`, `.pairs_double` and `.meetings_double`.
@@ -276,8 +276,8 @@ def _refine_factor(factor: Factor, c: list[Any], context: Any) -> bool:
     p, q = -2 * middle, middle * middle - square
     least = context.ldexp(1, -context.prec // 2 - 8)
     for _ in range(_MOST_STEPS):
-        rest, r1, r0 = _divided(c, p, q)
-        _, s1, s0 = _divided(rest, p, q)
+        rest, r1, r0 = divided(c, p, q)
+        _, s1, s0 = divided(rest, p, q)
         det = q * s1 * s1 + s0 * (s0 - p * s1)
         if not det:
             return False
@@ -287,12 +287,12 @@ def _refine_factor(factor: Factor, c: list[Any], context: Any) -> bool:
         if abs(step_p) + abs(step_q) <= least * (1 + abs(p) + abs(q)):
             factor.middle = -p / 2
             factor.square = p * p / 4 - q
-            factor.psi = shifted(_divided(c, p, q)[0], factor.middle)
+            factor.psi = shifted(divided(c, p, q)[0], factor.middle)
             return True
     return False
 
 
-def _divided(c: list[Any], p: Any, q: Any) -> tuple[list[Any], Any, Any]:
+def divided(c: list[Any], p: Any, q: Any) -> tuple[list[Any], Any, Any]:
     """The quotient by u² + p u + q, and the remainder r1 u + r0."""
     if len(c) < 3:
         return [], c[1] if len(c) > 1 else 0 * p, c[0] if c else 0 * p

@@ -19,8 +19,8 @@ import numpy as np
 
 from symasym.asymptotics.uniform.coalescing_pair import Fold, parabola
 from symasym.asymptotics.uniform.gaussian_cut import Cuts, cuts_at, cuts_of
-from symasym.asymptotics.uniform.local_arrays import escape_time as in_float
-from symasym.asymptotics.uniform.order_zero import scene_of
+from symasym.asymptotics.uniform.order_zero import Scene, scene_of
+from symasym.asymptotics.uniform.order_zero import escape_time as in_float
 from symasym.asymptotics.uniform.pairing import Seen, Stretch, folds_of, lost_digits, seen
 from symasym.asymptotics.uniform.pairing_arrays import found_of
 from symasym.asymptotics.uniform.sums import corrected, time_at, whole_at
@@ -82,13 +82,21 @@ def escape_time(
 
 def _closed(drift: Drift, values: dict[str, Fraction], request: Request) -> Any:
     """Order 0 by closed forms; None where they don't tell."""
-    r, lam = values["r"], 2 / values["kappa"] ** 2
-    with own_context(working_digits(request.digits, lam, r) + 10) as context:
-        scene = scene_of(drift, r, values["start"], context)
-        found = scene and scene.time(context.mpf(lam.numerator) / lam.denominator)
-        if scene is None or found is None:
+    lam = 2 / values["kappa"] ** 2
+    with _closed_scene(drift, values["r"], values["start"], lam, request.digits) as scene:
+        time = scene and scene.time(scene.arithmetic.number(lam))
+        if scene is None or time is None:
             return None
-        return _handed(request, *found, (*scene.names, *_TERMS), context)
+        return _handed(request, *time, (*scene.names, *_TERMS), scene.arithmetic.context)
+
+
+@contextmanager
+def _closed_scene(
+    drift: Drift, r: Fraction, x: Fraction, lam: Fraction, digits: int
+) -> Iterator[Scene | None]:
+    """For any lam up to this one."""
+    with own_context(working_digits(digits, lam, r) + 10) as context:
+        yield scene_of(drift, r, x, context)
 
 
 def _handed(request: Request, value: Any, size: Any, names: tuple[str, ...], context: Any) -> Any:
@@ -184,12 +192,25 @@ def _one_by_one(
         rows = np.flatnonzero(group.ravel() == k)
         lam = 2 / Fraction(float(some.numbers["kappa"][rows].min())) ** 2
         place = Fraction(key[-2]), Fraction(key[-1])
+        kappas = {row: Fraction(float(some.numbers["kappa"][row])) for row in rows.tolist()}
+
+        def keep(row: int, value: Any, size: Any, context: Any) -> None:
+            logs[row] = float(context.log(value))
+            errors[row] = float(_log_error(value, size, context))
+
+        if request.order == 0 and not local:
+            with _closed_scene(one, *place, lam, request.digits) as closed:
+                for row in rows.tolist():
+                    time = closed and closed.time(closed.arithmetic.number(2 / kappas[row] ** 2))
+                    if closed is not None and time is not None:
+                        keep(row, time[0], time[1], closed.arithmetic.context)
+                        del kappas[row]
+        if not kappas:
+            continue
         with _analysed(one, *place, lam, request.order, request.digits, local) as scene:
-            for row in rows.tolist():
-                kappa = Fraction(float(some.numbers["kappa"][row]))
+            for row, kappa in kappas.items():
                 value, size = _estimate(scene, 2 / kappa**2, request.order, float_text(kappa))
-                logs[row] = float(scene.context.log(value))
-                errors[row] = float(_log_error(value, size, scene.context))
+                keep(row, value, size, scene.context)
     errors += 4e-16 * (1 + np.abs(logs)) + _rounding(drift, scenes)[rest]
     return logs, errors
 
@@ -199,7 +220,7 @@ def _rounding(drift: Drift, scenes: Scenes) -> FloatArray:
     return found
 
 
-class _Scene(NamedTuple):
+class _Series(NamedTuple):
     """A drift, radius and start, seen to both sides."""
 
     context: Any
@@ -215,7 +236,7 @@ class _Scene(NamedTuple):
 @contextmanager
 def _analysed(
     drift: Drift, r: Fraction, x: Fraction, lam: Fraction, order: int, digits: int, local: bool
-) -> Iterator[_Scene]:
+) -> Iterator[_Series]:
     """For any lam up to this one, to `order` and what tells its error."""
     base = working_digits(digits, lam, r)
     x = _beside_zero(drift, x, base)
@@ -229,7 +250,7 @@ def _analysed(
             sign * float(f.point) for sign, s in zip(signs, sides, strict=True) for f in s.folds
         ]
         require_seen(drift, lam, folds)
-        yield _Scene(context, sides, cuts, context.mpf(r.numerator) / r.denominator, local)
+        yield _Series(context, sides, cuts, context.mpf(r.numerator) / r.denominator, local)
 
 
 def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
@@ -244,7 +265,7 @@ def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
     return x - move if x > 0 else x + move
 
 
-def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
+def _estimate(scene: _Series, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
     """T and its error; that of `local` is its distance from the uniform formula as well."""
     context, number = scene.context, scene.context.mpf(lam.numerator) / lam.denominator
     sides, cut = [], []

@@ -16,8 +16,10 @@ from typing import Any, NamedTuple
 
 from symasym.asymptotics.coalescence.cubic_map import map_coefficients
 from symasym.asymptotics.weak_noise.slow_manifold import laurent
+from symasym.numbers.arithmetic import Digits
 from symasym.numbers.quadratic_factor import Pair, shifted
-from symasym.special.airy_products import airy_functions, by_parts, pair_terms
+from symasym.special.airy import AiryProducts, airy_products
+from symasym.special.airy_products import by_parts, pair_terms
 
 __all__ = ["Airy", "Fold", "airy", "fold_of", "parabola"]
 
@@ -59,7 +61,7 @@ class Fold(NamedTuple):
     bottom: tuple[Any, Any]
     room: Any
     digits: int
-    known: dict[Any, tuple[Any, ...]]
+    known: dict[Any, AiryProducts]
 
 
 def fold_of(
@@ -122,7 +124,7 @@ def airy(fold: Fold, lam: Any, order: int, context: Any) -> Airy:
     c, rows = context, fold.terms[: order + 1]
     if lam not in fold.known:
         with c.workdps(fold.digits):
-            fold.known[lam] = airy_functions(c.cbrt(lam) ** 2 * fold.pair.zeta, c)
+            fold.known[lam] = airy_products(c.cbrt(lam) ** 2 * fold.pair.zeta, Digits(c))
     found = pair_terms(fold.pair.zeta, rows, rows, lam, c, fold.known[lam])
     rising, falling, both = (
         c.fsum(value for value, _ in terms) for terms in (found.rising, found.falling, found.both)

@@ -30,7 +30,8 @@ from typing import Any, NamedTuple
 from symasym.asymptotics.weak_noise.critical_points import BEYOND, Half, Place, wells_and_barriers
 from symasym.asymptotics.weak_noise.slow_manifold import laurent
 from symasym.drift.taylor_field import ExactField
-from symasym.special.airy_digits import dawson
+from symasym.numbers.arithmetic import Digits
+from symasym.special.dawson import dawson
 
 __all__ = ["Corrections", "Cut", "Cuts", "corrections", "cuts_at", "cuts_of"]
 
@@ -292,9 +293,9 @@ def _functions(cut: Cut, lam: Any, context: Any) -> _Functions:
     c = context
     x = abs(cut.t) * c.sqrt(lam / 2)
     side = 1 if cut.t > 0 else -1
-    found = dawson(x, c)
+    found = dawson(x, Digits(c))
     area = (found.area if cut.barrier else _tail_area(x, c)) - (c.euler + c.log(2 * lam)) / 2
-    sigma, falling = c.sqrt(c.pi / (2 * lam)) * found.shade, c.sqrt(2 / lam) * found.value
+    sigma, falling = c.sqrt(c.pi / (2 * lam)) * found.erfcx, c.sqrt(2 / lam) * found.value
     return _Functions(side * sigma, side * falling, area / lam)
 
 

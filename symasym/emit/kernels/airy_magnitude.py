@@ -1,6 +1,6 @@
 """log(Ai^2 + Bi^2) in double precision, as a helper of the emitted files.
 
-The tables are those of `symasym.special.airy_tables`, the function is that of `airy_kernel`;
+The tables are those of `symasym.special.airy`, the function is that of `airy_kernel`;
 with NumPy it is written for arrays.
 """
 
