@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cache, cached_property
+from dataclasses import dataclass
 from typing import Any
 
-from symasym.base.errors import InputError
+from symasym.records import Record, labels
 
 __all__ = ["Formula", "formula", "labels"]
 
 
 @dataclass(frozen=True)
-class Formula:
+class Formula(Record):
     """One derived formula of the paper, as the derivations state it.
 
     Attributes
@@ -34,45 +33,6 @@ class Formula:
     functions : tuple of str
         Names in `symasym.generated.numpy_formulas` and `mpmath_formulas`.
     """
-
-    label: str
-    title: str
-    assumptions: tuple[str, ...]
-    error: str
-    note: str
-    rests_on: tuple[str, ...]
-    trace: tuple[Mapping[str, str], ...] = field(repr=False)
-    functions: tuple[str, ...] = field(repr=False)
-    _data: Mapping[str, Any] = field(repr=False)
-
-    @cached_property
-    def expression(self) -> Any:
-        """The right side as a SymPy expression (a Tuple where there are several)."""
-        return _read(self._data["expression"])
-
-    @cached_property
-    def remainder(self) -> Any:
-        """The order of what is left out, as a SymPy expression; None for an exact formula."""
-        return _read(self._data["remainder"]) if "remainder" in self._data else None
-
-    @property
-    def limit(self) -> str | None:
-        """Where the remainder's order holds, e.g. ``"kappa -> 0"``."""
-        return self._data.get("limit")
-
-    def latex(self) -> str:
-        """``left = right`` in LaTeX, with the order of the remainder."""
-        return str(self._data["latex"])
-
-    @cached_property
-    def code(self) -> list[dict[str, Any]]:
-        """The functions by name: doc, arguments, and the values as SymPy expressions."""
-        from symasym.derivation.results import parts
-
-        return [
-            {**item, "values": tuple(parts(_read(item["expression"])))}
-            for item in self._data["code"]
-        ]
 
     def emit(
         self,
@@ -111,53 +71,4 @@ def formula(label: str) -> Formula:
     >>> formula("folds").rests_on
     ('cubic', 'turning-points', 'beta')
     """
-    if not isinstance(label, str):
-        raise InputError(f"label is {label!r}; give one of symasym.formula.labels().")
-    data = _all()
-    if label in data["definitions"]:
-        raise InputError(f"{label} is not derived: {data['definitions'][label]}")
-    if label not in data["formulas"]:
-        near = [known for known in data["formulas"] if label.split(":")[-1] in known]
-        hint = f"perhaps {near[0]}" if near else "see symasym.formula.labels()"
-        raise InputError(f"{label!r} is no formula; {hint}.")
-    record = data["formulas"][label]
-    return Formula(
-        label=label,
-        title=record["title"],
-        assumptions=tuple(
-            f"{h['statement']} ({h['status']}{': ' + h['where'] if h['where'] else ''})"
-            for h in record["hypotheses"]
-        ),
-        error=record["error"],
-        note=record["note"],
-        rests_on=tuple(record["rests_on"]),
-        trace=tuple(record["steps"]),
-        functions=tuple(record["functions"]),
-        _data=record,
-    )
-
-
-def labels() -> tuple[str, ...]:
-    """Every label that `formula` knows."""
-    return tuple(_all()["formulas"])
-
-
-@cache
-def _all() -> dict[str, Any]:
-    import json
-
-    text = _generated("formulas.json")
-    found: dict[str, Any] = json.loads(text)
-    return found
-
-
-def _read(text: str) -> Any:
-    import sympy
-
-    return sympy.sympify(text)
-
-
-def _generated(name: str) -> str:
-    from importlib import resources
-
-    return resources.files("symasym.generated").joinpath(name).read_text("utf-8")
+    return Formula.of(label)

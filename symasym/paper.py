@@ -1,4 +1,9 @@
-"""The paper's own leading-order formulas, as printed (``method="paper"``)."""
+"""The paper's own leading-order formulas, as printed (``method="paper"``).
+
+T is eq:Ttildesmall with the step eq:S, which is eq:Ttildelarge where there is no well; C the bound
+of section 6.2 (C-bound); P the leading term of eq:Plarge2 where that is below 1, else the lower
+bound behind eq:Psmall2 (L-bound). None but the bounds claims an error.
+"""
 
 from __future__ import annotations
 
@@ -6,48 +11,51 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.base.contexts import own_context, to_mpf
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import InputError, RegionError
-from symasym.base.estimate import Estimate
-from symasym.base.inputs import FloatArray, digits, exact, floats, is_array
+from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import exact_scene, float_scenes, one_scene, require_fits
+from symasym.drift.scenes import Answer, Answers, Request, Scene, Scenes, scene_at
 from symasym.generated import mpmath_formulas, numpy_formulas
 
+if TYPE_CHECKING:
+    from symasym.drift.float_field import Field
+    from symasym.drift.taylor_field import ExactField
 
-def escape_time(
-    drift: Drift, kappa: Any, r: Any, start: Any, *, dps: int | None, log: bool, full: bool
-) -> Any:
-    """eq:Ttildesmall with the step eq:S, which is eq:Ttildelarge where there is no well.
 
-    The paper's assumptions are checked: a crossing region, and no zero of A in
-    (-1, 1) or exactly two, a well before a barrier in the direction of the
-    crossing. The well counts if the barrier lies beyond the start, u = 0.
+def of_scene(scene: Scene, request: Request) -> Answer:
+    """T, C or P of one scene, as the paper has it.
+
+    The paper's assumptions are checked. For T: a crossing region, and no zero of A in (-1, 1) or
+    exactly two, a well before a barrier in the direction of the crossing. The well counts if the
+    barrier lies beyond the start, u = 0.
     """
+    if request.name[-1] == "P":
+        return _occupation(scene, request)
+    _require_start_0(scene.numbers["start"])
+    return Answer(_escape_time(scene, request), None, "none")
+
+
+def of_scenes(scenes: Scenes, request: Request) -> Answers:
+    """The same for many; each occupation by itself."""
+    if request.name[-1] != "P":
+        _require_start_0(scenes.given["start"])
+        return Answers(_log_escape_times(scenes), None, "none")
+    request = request._replace(log=True)
+    each = (_occupation(scene_at(scenes, row), request) for row in range(len(scenes.lam)))
+    return Answers(np.array([float(one.value) for one in each]), None, "none")
+
+
+def _require_start_0(start: Any) -> None:
     if is_array(start) or exact("start", start) != 0:
+        shown = float_text(start) if isinstance(start, Fraction) else start
         raise InputError(
-            f"start is {start}; the paper's formula is for start 0, use method='exact'."
+            f"start is {shown}; the paper's formula is for start 0, use method='exact'."
         )
-    numbers = {"kappa": kappa, "r": r, "start": start}
-    if dps is not None or one_scene(drift, numbers):
-        values = exact_scene(drift, numbers, dps)
-        n = 17 if dps is None else digits(dps)
-        result = _escape_by_digits(drift, values["kappa"], values["r"], n, log or dps is None)
-        if dps is None:
-            return _float_result(np.asarray(float(result)), log, full)
-        return Estimate(result, None, "none", "paper") if full else result
-    return _float_result(_escape_by_floats(drift, kappa, r), log, full)
-
-
-def _float_result(logs: FloatArray, log: bool, full: bool) -> Any:
-    require_fits("the value", logs, log)
-    value: Any = logs if log else np.exp(logs)
-    value = float(value) if value.ndim == 0 else value
-    return Estimate(value, None, "none", "paper") if full else value
 
 
 def _refuse_region(a_minus: Any, a_plus: Any) -> None:
@@ -110,7 +118,7 @@ def well(drift: Drift, context: Any) -> Well:
     if len(points) not in (0, 2) or [p.kind for p in points] not in ([], ["well", "barrier"]):
         _refuse_zeros(len(points))
     field = ExactField(drift, down, context)
-    ahead = _number(field.value(Fraction(1)), context)
+    ahead = mpf_of(field.value(Fraction(1)), context)
     if points:
         u1, u2 = (field.polish(-p.u if down else p.u) for p in points)
         if _well_counts(u1, u2):
@@ -118,22 +126,21 @@ def well(drift: Drift, context: Any) -> Well:
     return Well(ahead)
 
 
-def _escape_by_digits(drift: Drift, kappa: Fraction, r: Fraction, dps: int, log: bool) -> Any:
-    with own_context(dps + 15) as context:
+def _escape_time(scene: Scene, request: Request) -> Any:
+    """T, or its logarithm, to a few more digits than are asked for."""
+    with own_context(request.digits + 15) as context:
         # The exponent 2 V/kappa^2 has as many digits before the point as lam.
-        with context.workprec(context.prec + max(0, _bits(2 / kappa**2))):
-            found = well(drift, context)
-            radius, noise = _number(r, context), _number(kappa, context)
-            if found.barrier is None:
-                total = mpmath_formulas.strong_noise_time(context, radius, found.ahead)
+        with context.workprec(context.prec + max(0, _bits(scene.lam))):
+            crossing = well(scene.drift, context)
+            radius, noise = (mpf_of(scene.numbers[name], context) for name in ("r", "kappa"))
+            if crossing.barrier is None:
+                total = mpmath_formulas.strong_noise_time(context, radius, crossing.ahead)
             else:
-                low, high = found.slopes
+                low, high = crossing.slopes
                 total = mpmath_formulas.weak_noise_time(
-                    context, noise, radius, found.ahead, low, high, found.barrier
+                    context, noise, radius, crossing.ahead, low, high, crossing.barrier
                 )
-        if log:
-            total = context.log(total)
-        return to_mpf(total, dps)
+        return context.log(total) if request.log else total
 
 
 def _bits(x: Fraction) -> int:
@@ -141,14 +148,11 @@ def _bits(x: Fraction) -> int:
     return x.numerator.bit_length() - x.denominator.bit_length() + 1
 
 
-def _number(x: Fraction, context: Any) -> Any:
-    return context.mpf(x.numerator) / x.denominator
-
-
-def _escape_by_floats(drift: Drift, kappa: Any, r: Any) -> FloatArray:
+def _log_escape_times(scenes: Scenes) -> FloatArray:
+    """log T of scenes in float64."""
     from symasym.drift.float_field import field_of
 
-    scenes = float_scenes(drift, {"kappa": kappa, "r": r, "start": 0})
+    drift = scenes.drift
     k, radius = (scenes.numbers[name].reshape(scenes.shape) for name in ("kappa", "r"))
     # The landscape depends on the drift alone: find it once per drift, not per point.
     own = drift.shape
@@ -172,10 +176,10 @@ def _escape_by_floats(drift: Drift, kappa: Any, r: Any) -> FloatArray:
     well_time = numpy_formulas.log_well_term(k, *(x.reshape(own) for x in (low, high, rise)))
     flight = np.log(numpy_formulas.strong_noise_time(radius, field.a_plus[scene].reshape(own)))
     total: FloatArray = np.logaddexp(well_time, flight)
-    return total
+    return total.ravel()
 
 
-def _well_and_barrier(field: Any, scene: Any) -> tuple[FloatArray, FloatArray, Any]:
+def _well_and_barrier(field: Field, scene: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
     """First two zeros of A inside (-1, 1), and how many there are, for each scene."""
     from symasym.drift.float_field import extremes
 
@@ -187,23 +191,23 @@ def _well_and_barrier(field: Any, scene: Any) -> tuple[FloatArray, FloatArray, A
     # A is monotone between neighbouring marks, so a change of sign brackets one zero.
     change = values[:, :-1] * values[:, 1:] < 0
     number = change.sum(axis=1)
-    found = np.full((n, 2), np.nan)
+    zeros = np.full((n, 2), np.nan)
     for which in range(2):
         rows = np.flatnonzero(number > which)
         if not rows.size:
             continue
         column = np.argmax(np.cumsum(change[rows], axis=1) == which + 1, axis=1)
         lo, hi = edges[rows, column], edges[rows, column + 1]
-        found[rows, which] = _bracketed(
+        zeros[rows, which] = _bracketed(
             partial(_phi_at, field, scene[rows]),
             lo,
             hi,
             values[rows, column] > 0,
         )
-    return found[:, 0], found[:, 1], number
+    return zeros[:, 0], zeros[:, 1], number
 
 
-def _phi_at(field: Any, scene: Any, u: FloatArray) -> FloatArray:
+def _phi_at(field: Field, scene: IntArray, u: FloatArray) -> FloatArray:
     result: FloatArray = field.phi(scene, u[:, None])[:, 0]
     return result
 
@@ -218,7 +222,7 @@ def _bracketed(
     return (lo + hi) / 2
 
 
-def _rise(field: Any, scene: Any, lo: FloatArray, hi: FloatArray) -> FloatArray:
+def _rise(field: Field, scene: IntArray, lo: FloatArray, hi: FloatArray) -> FloatArray:
     """V(hi) - V(lo) by Gauss-Legendre."""
     x, w = np.polynomial.legendre.leggauss(16)
     panels = 8
@@ -229,65 +233,26 @@ def _rise(field: Any, scene: Any, lo: FloatArray, hi: FloatArray) -> FloatArray:
     return result
 
 
-def occupation(
-    drift: Drift, kappa: Any, complement: bool, *, dps: int | None, log: bool, full: bool
-) -> Any:
-    """Leading term of eq:Plarge2 where it is below 1, else the bound behind eq:Psmall2.
-
-    The bound is a lower bound on P; as an `Estimate` its error, 1 - P's bound,
-    is of kind ``"bound"``, and that of eq:Plarge2 is of kind ``"none"``.
-    """
-    if dps is None and not one_scene(drift, {"kappa": kappa}):
-        return _occupation_of_arrays(drift, kappa, complement, log, full)
-    values = exact_scene(drift, {"kappa": kappa}, dps)
-    n = 17 if dps is None else digits(dps)
-    with own_context(n + 15) as context:
-        a_minus, a_plus = (_number(Fraction(x), context) for x in drift.ends)
-        noise = _number(values["kappa"], context)
-        large = mpmath_formulas.strong_noise_occupation(context, noise, a_minus, a_plus)
-        small = large >= 1
-        p = _lower_bound(drift, noise, context) if small else large
-        value = 1 - p if complement else p
-        error = 1 - p if small else None
-        if log:
-            error = -context.log(p) if error is not None and not complement else None
+def _occupation(scene: Scene, request: Request) -> Answer:
+    """P, 1 - P or a logarithm: of kind ``"bound"`` where it is one of P, with the error 1 - P."""
+    with own_context(request.digits + 15) as context:
+        a_minus, a_plus = (mpf_of(Fraction(x), context) for x in scene.drift.ends)
+        noise = mpf_of(scene.numbers["kappa"], context)
+        share = mpmath_formulas.strong_noise_occupation(context, noise, a_minus, a_plus)
+        bounded = share >= 1
+        if bounded:
+            share = _lower_bound(scene.drift, noise, context)
+        value = 1 - share if request.complement else share
+        error = 1 - share if bounded else None
+        if request.log:
+            # log(1 - P) has no lower bound.
+            error = -context.log(share) if bounded and not request.complement else None
             value = context.log(value)
-        result = to_mpf(value, n)
-        if error is not None:
-            # Rounding the value must not let the truth out of the interval.
-            slack = abs(value) * max(context.mpf(10) ** -n, 0 if dps else context.mpf(2) ** -52)
-            error = to_mpf((error + slack) * (1 + context.mpf(10) ** -n), n)
-    if dps is None:
-        result, error = (
-            float(result),
-            None if error is None else float(np.nextafter(float(error), 2.0)),
-        )
-    if not full:
-        return result
-    return Estimate(result, error, "none" if error is None else "bound", "paper")
-
-
-def _occupation_of_arrays(drift: Drift, kappa: Any, complement: bool, log: bool, full: bool) -> Any:
-    k = floats("kappa", kappa)
-    shape = drift.shape_with("kappa", k)
-    flat = np.broadcast_to(k, shape).ravel()
-    values = {
-        n: np.broadcast_to(v, shape).ravel() if is_array(v) else v for n, v in drift.values.items()
-    }
-    found = np.array(
-        [
-            occupation(
-                drift.bind(**{n: float(v[i]) if is_array(v) else v for n, v in values.items()}),
-                float(x),
-                complement,
-                dps=None,
-                log=log,
-                full=False,
-            )
-            for i, x in enumerate(flat)
-        ]
-    ).reshape(shape)
-    return Estimate(found, None, "none", "paper") if full else found
+        if error is None:
+            return Answer(value, None, "none")
+        # What rounding here leaves between the value's other end and the truth.
+        error += (1 + abs(value)) * context.mpf(10) ** -(request.digits + 5)
+        return Answer(value, error, "bound")
 
 
 def _lower_bound(drift: Drift, noise: Any, context: Any) -> Any:
@@ -299,12 +264,12 @@ def _lower_bound(drift: Drift, noise: Any, context: Any) -> Any:
     if top > 0:
         # V(1) > 0: the same in the mirrored variable, whose V at the right end is -V(1).
         field, top = ExactField(drift, True, context), -top
-    a_minus, a_plus = (_number(field.value(Fraction(x)), context) for x in (-1, 1))
+    a_minus, a_plus = (mpf_of(field.value(Fraction(x)), context) for x in (-1, 1))
     length = _stays_below(drift, field, context)
     return mpmath_formulas.occupation_bound(context, noise, a_minus, a_plus, length, top)
 
 
-def _stays_below(drift: Drift, field: Any, context: Any) -> Any:
+def _stays_below(drift: Drift, field: ExactField, context: Any) -> Any:
     """The largest L with V(u) <= V(1) for 1 - L <= u <= 1, where V(1) <= V(-1)."""
     side = -1 if field.mirrored else 1
     barriers = sorted(field.polish(side * p.u) for p in drift.barriers())

@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
+from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import exact
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import Request, as_digits, float_scenes, one_scene, require_drift
+from symasym.drift.scenes import (
+    Answer,
+    Request,
+    digits_back,
+    float_scenes,
+    one_scene,
+    require_drift,
+)
+from symasym.methods.driver import answer
 from symasym.plan_arrays import of_arrays, uniform_logs
 
 __all__ = ["Plan", "Term", "plan"]
 
 _WEAK_ORDERS = range(9)
-_STRONG_ORDERS = (0, 1, 2, 4, 8, 16)
+_ORDERS = {"laplace": _WEAK_ORDERS, "strong_noise": (0, 1, 2, 4, 8, 16)}
 # Of rtol, for what is left out; the rest is for the series that are kept.
 _FOR_DROPPED = Fraction(1, 10)
 # Below this, rtol=1e-12 as a float included.
@@ -151,17 +159,8 @@ def _digits_for(allowed: Fraction) -> int:
     return max(20, len(str(int(1 / allowed))) + 8)
 
 
-def automatic(
-    drift: Drift,
-    numbers: dict[str, Any],
-    rtol: Any,
-    request: Request,
-    ask: Callable[..., Any],
-) -> Any:
-    """The quantity of `request` by the cheapest method whose stated error is at most `rtol`.
-
-    `ask(drift, numbers, method, order, **options)` is the public verb.
-    """
+def automatic(drift: Drift, numbers: dict[str, Any], rtol: Any, request: Request) -> Any:
+    """The quantity of `request` by the cheapest method whose stated error is at most `rtol`."""
     allowed = read_rtol(rtol)
     if request.order is not None:
         raise InputError(f"order is {request.order!r}, but method 'auto' chooses it; leave it out.")
@@ -170,48 +169,45 @@ def automatic(
             f"rtol is {rtol}, below what float64 gives (1e-12); pass dps=… for more digits."
         )
     if request.dps is None and not one_scene(drift, numbers):
-        return of_arrays(drift, numbers, allowed, request, ask)
+        return of_arrays(drift, numbers, allowed, request)
     digits = max(_digits_for(allowed), request.dps or 0)
+    wanted = request._replace(dps=digits, full=True)
     if request.name == "T":
-        wanted = request._replace(dps=digits)
-        _, found = _planned(drift, numbers, allowed, wanted, ask, in_float=request.dps is None)
+        found = _planned(drift, numbers, allowed, wanted, in_float=request.dps is None)[1]
     else:
-        found = _cheapest(drift, numbers, allowed, digits, request.log, ask)[0]
+        found = _cheapest(drift, numbers, allowed, wanted)[0]
     request = request._replace(method=found.method, order=found.order)
-    from symasym.base.contexts import own_context
-
     with own_context(digits + 10) as context:
         value, error = (context.make_mpf(x._mpf_) for x in (found.value, found.error))
-        return as_digits(request, value, error, found.error_kind, found.terms, found.dropped)
+        return digits_back(
+            request, Answer(value, error, found.error_kind, found.terms, found.dropped)
+        )
 
 
 def _cheapest(
     drift: Drift,
     numbers: dict[str, Any],
     allowed: Fraction,
-    digits: int,
-    log: bool,
-    ask: Callable[..., Any],
+    request: Request,
+    methods: tuple[str, ...] = ("laplace", "strong_noise"),
 ) -> tuple[Estimate, dict[str, str]]:
     """The first method and order that will do, cheapest first; and why others will not."""
     refused = {}
-    for method, orders in (("laplace", _WEAK_ORDERS), ("strong_noise", _STRONG_ORDERS)):
+    for method in methods:
         best = None
-        for order in orders:
+        for order in _ORDERS[method]:
             try:
-                found = ask(
-                    drift, numbers, method=method, order=order, dps=digits, log=log, full=True
-                )
+                found = answer(drift, numbers, request._replace(method=method, order=order))
             except SymasymError as error:
                 refused[method] = str(error)
                 continue
-            relative = _relative(found, log)
+            relative = _relative(found, request.log)
             if relative <= float(allowed):
                 return found, refused
             best = relative if best is None else min(best, relative)
         if best is not None:
             refused[method] = f"its stated error is {float(best):.2g} at best"
-    return ask(drift, numbers, method="exact", dps=digits, log=log, full=True), refused
+    return answer(drift, numbers, request._replace(method="exact", order=None)), refused
 
 
 def _relative(found: Estimate, log: bool) -> Any:
@@ -227,7 +223,6 @@ def _planned(
     numbers: dict[str, Any],
     allowed: Fraction,
     request: Request,
-    ask: Callable[..., Any] | None = None,
     *,
     in_float: bool,
 ) -> tuple[Plan, Estimate]:
@@ -258,14 +253,8 @@ def _planned(
                 made = Plan("uniform", 0, terms, relative, "estimate", cost, rtol, refused)
                 return made, found
             refused["uniform"] = f"its stated error in float64, order 0, is {relative:.2g}"
-    if ask is None:
-        from symasym.quantities import escape_time
-
-        def ask(drift: Drift, numbers: dict[str, Any], **options: Any) -> Any:
-            return escape_time(drift, **numbers, **options)
-
-    found, more = _cheapest(drift, numbers, allowed, request.dps or 20, request.log, _not_weak(ask))
-    refused |= {name: why for name, why in more.items() if name != "laplace"}
+    found, more = _cheapest(drift, numbers, allowed, request, ("strong_noise",))
+    refused |= more
     cost = _EXACT_COST if found.method == "exact" else _STRONG_COST
     relative = float(_relative(found, request.log))
     terms = _whole(found)
@@ -294,17 +283,6 @@ def _uniform(drift: Drift, numbers: dict[str, Any], log: bool) -> tuple[float, E
                 value = mpmath.exp(value)
                 error = value * relative
     return relative, Estimate(value, error, "estimate", "uniform", 0, _PARTS, _REST)
-
-
-def _not_weak(ask: Callable[..., Any]) -> Callable[..., Any]:
-    """The verb without the method that was found wanting already."""
-
-    def asked(drift: Drift, numbers: dict[str, Any], **options: Any) -> Any:
-        if options["method"] == "laplace":
-            raise AccuracyError("")
-        return ask(drift, numbers, **options)
-
-    return asked
 
 
 def _of_parts(parts: Any, rtol: float, request: Request) -> tuple[Plan, Estimate]:

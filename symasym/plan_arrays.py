@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -13,6 +12,7 @@ from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.float_field import IntArray
 from symasym.drift.scenes import Request, Scenes, as_floats, float_scenes
+from symasym.methods.driver import answer
 
 __all__ = ["of_arrays", "uniform_logs"]
 
@@ -24,7 +24,6 @@ def of_arrays(
     numbers: dict[str, Any],
     allowed: Fraction,
     request: Request,
-    ask: Callable[..., Any],
 ) -> Any:
     """Each element by the first method and order whose stated error is small enough.
 
@@ -50,7 +49,7 @@ def of_arrays(
         # A number that all share stays what it is, so that reading it as a float counts.
         values = {n: scenes.numbers[n][rows] if is_array(x) else x for n, x in numbers.items()}
         if order is None:
-            last = ask(some, values, method=method, dps=None, log=True, full=True)
+            last = answer(some, values, request._replace(method=method, log=True, full=True))
             found = np.atleast_1d(last.value), np.atleast_1d(last.error)
             better = np.ones(len(rows), dtype=bool)
         else:

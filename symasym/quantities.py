@@ -2,35 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from fractions import Fraction
-from functools import partial
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
+from symasym.drift.scenes import Request
+from symasym.methods.driver import answer, require_drift_of
+from symasym.methods.table import QUANTITIES, require_method
 
-from symasym.base.errors import AccuracyError, InputError, RangeError, RegionError
-from symasym.base.estimate import Estimate
-from symasym.base.inputs import FloatArray, digits, exact, is_array
-from symasym.drift.drift import Drift
-from symasym.drift.scenes import (
-    FLOAT_DIGITS,
-    Request,
-    Scenes,
-    exact_scene,
-    float_scenes,
-    input_rounding,
-    one_scene,
-    require_drift,
-    require_fits,
-    rows_of,
-)
+if TYPE_CHECKING:
+    from symasym.drift.drift import Drift
 
 __all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"]
-
-#: Relative error of float64 values (of the logarithm, where that is larger than 1).
-TOLERANCE = 1e-12
-_SCENES_AT_ONCE = 4096
 
 
 def escape_time(
@@ -99,40 +81,8 @@ def escape_time(
     >>> nstr(sa.escape_time(drift, "0.1", 10, dps=40), 40)
     '239803837121.0377700112780486795091847626'
     """
-    _known_method(
-        method, ("exact", "paper", "laplace", "local", "uniform", "strong_noise", "auto"), rtol
-    )
-    require_drift(drift)
-    if method == "auto":
-        numbers = {"kappa": kappa, "r": r, "start": start}
-        return _automatic(
-            escape_time, drift, numbers, rtol, Request("T", method, order, dps, log, full)
-        )
-    if method in ("laplace", "strong_noise"):
-        from symasym.asymptotics.strong_noise import answer as strong_noise
-        from symasym.asymptotics.weak_noise import answer as weak_noise
-
-        request = Request("T", method, order, dps, log, full)
-        expansion = strong_noise if method == "strong_noise" else weak_noise
-        return expansion.escape_time(drift, kappa, r, start, request)
-    if method in ("local", "uniform"):
-        from symasym.asymptotics.uniform import answer as uniform_noise
-
-        request = Request("T", method, order, dps, log, full)
-        return uniform_noise.escape_time(drift, kappa, r, start, request, local=method == "local")
-    _no_order(order, method)
-    if method == "paper":
-        from symasym import paper
-
-        return paper.escape_time(drift, kappa, r, start, dps=dps, log=log, full=full)
-    task = _Task(
-        "T",
-        drift,
-        {"kappa": kappa, "r": r, "start": start},
-        lambda engine, d, v, n, **k: engine.escape_time(d, v["kappa"], v["r"], v["start"], n, **k),
-        lambda engine, field, v: engine.escape_time(field, v["lam"], v["r"], v["start"]),
-    )
-    return _evaluate(task, dps, log, full)
+    request = Request("T", method, order, dps, log, full)
+    return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol)
 
 
 def exit_probability(
@@ -178,33 +128,8 @@ def exit_probability(
     >>> sa.exit_probability(sa.linear(1, 1), "1e-4", 5, log=True)
     -1000000000.0
     """
-    _known_method(method, ("exact", "paper", "laplace", "strong_noise", "bound", "auto"), rtol)
-    if method == "auto":
-        require_drift(drift)
-        numbers = {"kappa": kappa, "r": r, "start": start}
-        request = Request("1 - C" if complement else "C", method, order, dps, log, full)
-        return _automatic(
-            partial(exit_probability, complement=complement), drift, numbers, rtol, request
-        )
-    if method != "exact":
-        from symasym.asymptotics.weak_noise.exit_probability import probability
-
-        require_drift(drift)
-        request = Request("1 - C" if complement else "C", method, order, dps, log, full)
-        return probability(drift, kappa, r, start, complement, request)
-    _no_order(order, method)
-    task = _Task(
-        "C",
-        drift,
-        {"kappa": kappa, "r": r, "start": start},
-        lambda engine, d, v, n, **k: engine.exit_probability(
-            d, v["kappa"], v["r"], v["start"], n, complement=complement, **k
-        ),
-        lambda engine, field, v: engine.exit_probability(
-            field, v["lam"], v["r"], v["start"], complement
-        ),
-    )
-    return _evaluate(task, dps, log, full)
+    request = Request("1 - C" if complement else "C", method, order, dps, log, full)
+    return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol)
 
 
 def occupation(
@@ -248,37 +173,8 @@ def occupation(
     >>> print(f"{sa.occupation(sa.linear(1, -1), '0.01', complement=True, log=True):.12g}")
     -10005.1775351
     """
-    _known_method(method, ("exact", "paper", "laplace", "uniform", "strong_noise", "auto"), rtol)
-    _require_sliding(drift)
-    if method == "auto":
-        request = Request("1 - P" if complement else "P", method, order, dps, log, full)
-        return _automatic(
-            partial(occupation, complement=complement), drift, {"kappa": kappa}, rtol, request
-        )
-    if method in ("laplace", "uniform", "strong_noise"):
-        from symasym.asymptotics.strong_noise import answer as strong_noise
-        from symasym.asymptotics.uniform import answer as uniform_noise
-        from symasym.asymptotics.weak_noise import answer as weak_noise
-
-        request = Request("1 - P" if complement else "P", method, order, dps, log, full)
-        known = {"laplace": weak_noise, "uniform": uniform_noise, "strong_noise": strong_noise}
-        expansion: Any = known[method]
-        return expansion.occupation(drift, kappa, complement, request)
-    _no_order(order, method)
-    if method == "paper":
-        from symasym import paper
-
-        return paper.occupation(drift, kappa, complement, dps=dps, log=log, full=full)
-    task = _Task(
-        "1 - P" if complement else "P",
-        drift,
-        {"kappa": kappa},
-        lambda engine, d, v, n, **k: engine.occupation(
-            d, v["kappa"], n, complement=complement, **k
-        ),
-        lambda engine, field, v: engine.occupation(field, v["lam"], complement),
-    )
-    return _evaluate(task, dps, log, full)
+    request = Request("1 - P" if complement else "P", method, order, dps, log, full)
+    return _asked(drift, {"kappa": kappa}, request, rtol)
 
 
 def stationary_density(
@@ -315,187 +211,28 @@ def stationary_density(
     >>> sa.stationary_density(sa.linear(1, -1), 1, [-0.5, 0.0, 0.5]).round(8)
     array([0.41836647, 0.53719319, 0.41836647])
     """
-    _require_sliding(drift)
-    task = _Task(
-        "p_ss",
-        drift,
-        {"kappa": kappa, "y": y},
-        lambda engine, d, v, n, **k: engine.stationary_density(d, v["kappa"], v["y"], n, **k),
-        lambda engine, field, v: engine.stationary_density(field, v["lam"], v["y"]),
-    )
-    return _evaluate(task, dps, log, full)
+    request = Request("p_ss", "exact", None, dps, log, full)
+    return _asked(drift, {"kappa": kappa, "y": y}, request)
 
 
-# -- what the verbs share -----------------------------------------------------------------
+def call_named(name: str, drift: Drift, numbers: Mapping[str, Any], **options: Any) -> Any:
+    """The quantity of that name, asked with those of `numbers` that it takes.
+
+    `options` are the verb's own.
+    """
+    quantity = QUANTITIES[name]
+    taken = {key: numbers[key] for key in quantity.numbers if key in numbers}
+    if quantity.complement:
+        options["complement"] = True
+    return globals()[quantity.verb](drift, **taken, **options)
 
 
-class _Task(NamedTuple):
-    name: str
-    drift: Drift
-    numbers: dict[str, Any]
-    digits_of: Callable[..., Any]  # engine, drift, numbers, dps, log=…
-    logs_of: Callable[[Any, Any, dict[str, FloatArray]], Any]
+def _asked(drift: Drift, numbers: dict[str, Any], request: Request, rtol: Any = None) -> Any:
+    """The quantity of `request`, by its method or by the cheapest."""
+    require_method(request, rtol)
+    require_drift_of(request.name, drift)
+    if request.method == "auto":
+        from symasym.plan import automatic
 
-
-def _automatic(
-    verb: Callable[..., Any], drift: Drift, numbers: dict[str, Any], rtol: Any, request: Request
-) -> Any:
-    from symasym.plan import automatic
-
-    def ask(drift: Drift, numbers: dict[str, Any], **options: Any) -> Any:
-        return verb(drift, **numbers, **options)
-
-    return automatic(drift, numbers, rtol, request, ask)
-
-
-def _known_method(method: str, known: tuple[str, ...], rtol: Any) -> None:
-    if rtol is not None and method != "auto":
-        raise InputError(
-            f"rtol is {rtol!r}, but method {method!r} has its own error; leave it out, or use "
-            "method='auto'."
-        )
-    if not isinstance(method, str) or method not in known:
-        raise InputError(f"method is {method!r}; this quantity has {', '.join(map(repr, known))}.")
-
-
-def _no_order(order: int | None, method: str) -> None:
-    if order is not None:
-        raise InputError(f"order is {order!r}, but method {method!r} has no order; leave it out.")
-
-
-def _require_sliding(drift: Drift) -> None:
-    require_drift(drift)
-    a_minus, a_plus = drift.ends
-    wrong = ~((np.asarray(a_minus, dtype=float) > 0) & (np.asarray(a_plus, dtype=float) < 0))
-    if wrong.any():
-        first = tuple(np.argwhere(wrong)[0]) if wrong.ndim else ()
-        shown = [float(np.asarray(x, dtype=float)[first]) for x in (a_minus, a_plus)]
-        raise RegionError(
-            f"a- = {shown[0]:.6g} and a+ = {shown[1]:.6g} make no sliding region (a- > 0 > a+), so "
-            "there is no stationary density; ask for escape_time instead."
-        )
-
-
-def _evaluate(task: _Task, dps: int | None, log: bool, full: bool) -> Any:
-    require_drift(task.drift)
-    if dps is not None:
-        return _by_digits(task, digits(dps), log, full)
-    if full and one_scene(task.drift, task.numbers):
-        found = _by_digits(task, FLOAT_DIGITS, log, True)
-        return _rounded_to_float(task.name, found, log)
-    return _by_float(task, log, full)
-
-
-def _by_digits(task: _Task, dps: int, log: bool, full: bool) -> Any:
-    try:
-        return _by_engines(task, dps, log, full)
-    except OverflowError as error:
-        if isinstance(error, RangeError):
-            raise
-        # Widths and counts of panels are planned in float64.
-        numbers = ", ".join(f"{name} = {value}" for name, value in task.numbers.items())
-        raise AccuracyError(
-            f"{numbers} and the drift make 2 |A|/kappa^2 leave the range of float64 (1e308), in "
-            "which the evaluation is planned; rescale the problem."
-        ) from None
-
-
-def _by_engines(task: _Task, dps: int, log: bool, full: bool) -> Any:
-    from mpmath import mpf
-
-    from symasym.exact import ball_sweep
-    from symasym.exact import digits as arbitrary
-
-    values = exact_scene(task.drift, task.numbers, dps)
-    # Where A is no polynomial, ball arithmetic is the faster way as well as the proved one.
-    if ball_sweep.available() and (full or task.drift.exact_coefficients() is None):
-        found = _by_ball(task, values, dps, log)
-        if found:
-            return found if full else found.value
-    result = task.digits_of(arbitrary, task.drift, values, dps, log=log)
-    if not full:
-        return result
-    return Estimate(result, abs(result) * mpf(10) ** -dps, "estimate", "exact", terms=(task.name,))
-
-
-def _by_ball(task: _Task, values: dict[str, Fraction], dps: int, log: bool) -> Estimate | None:
-    from symasym.exact import ball_sweep
-
-    try:
-        enclosure = task.digits_of(ball_sweep, task.drift, values, dps + 3, log=log)
-        value, error = ball_sweep.to_mpf(enclosure, dps)
-    except AccuracyError:
-        return None
-    return Estimate(value, error, "bound", "exact", terms=(task.name,))
-
-
-def _rounded_to_float(name: str, found: Estimate, log: bool) -> Estimate:
-    """The same estimate with float64 numbers, the rounding added to the error."""
-    from mpmath import log as log_of
-    from mpmath import mpf
-
-    if not log:
-        require_fits(name, np.asarray(float(log_of(found.value))), log)
-    value = float(found.value)
-    error = float((abs(mpf(value) - found.value) + found.error) * (1 + mpf(2) ** -40))
-    return Estimate(value, error, found.error_kind, found.method, terms=found.terms)
-
-
-def _by_float(task: _Task, log: bool, full: bool) -> Any:
-    scenes = float_scenes(task.drift, task.numbers)
-    exactly = {n: exact(n, x) for n, x in task.numbers.items() if not is_array(x)}
-    logs = np.empty(scenes.lam.size)
-    errors = np.empty_like(logs)
-    for low in range(0, logs.size, _SCENES_AT_ONCE):
-        part = slice(low, low + _SCENES_AT_ONCE)
-        logs[part], errors[part] = _float_chunk(
-            task,
-            rows_of(scenes, part),
-            {name: x[part] if is_array(x) else x for name, x in scenes.parameters.items()},
-            exactly,
-        )
-    return _shaped(task.name, logs.reshape(scenes.shape), errors.reshape(scenes.shape), log, full)
-
-
-def _float_chunk(
-    task: _Task,
-    scenes: Scenes,
-    parameters: dict[str, Any],
-    exactly: dict[str, Fraction],
-) -> tuple[FloatArray, FloatArray]:
-    from symasym.drift.float_field import field_of
-    from symasym.exact import floats as double
-
-    count = len(scenes.lam)
-    field = field_of(task.drift, parameters, count)
-    with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
-        logs, errors = task.logs_of(double, field, {**scenes.numbers, "lam": scenes.lam})
-        errors = errors + input_rounding(scenes, field.size()[:count])
-    # What float64 cannot promise is found with more digits, one scene at a time.
-    doubtful = ~(errors <= TOLERANCE * np.maximum(1.0, np.abs(logs)))
-    for index in np.flatnonzero(doubtful):
-        values = {n: Fraction(float(x[index])) for n, x in scenes.numbers.items()} | exactly
-        bound = {n: float(x[index]) if is_array(x) else x for n, x in parameters.items()}
-        logs[index] = _accurate_log(task, task.drift.bind(**bound), values)
-        errors[index] = 4e-16 * abs(logs[index])
-    return logs, errors
-
-
-def _accurate_log(task: _Task, drift: Drift, values: dict[str, Fraction]) -> float:
-    from symasym.exact import digits as arbitrary
-
-    return float(task.digits_of(arbitrary, drift, values, 17, log=True))
-
-
-def _shaped(name: str, logs: FloatArray, errors: FloatArray, log: bool, full: bool) -> Any:
-    value: Any = logs
-    error: Any = errors
-    require_fits(name, logs, log)
-    if not log:
-        value = np.exp(logs)
-        error = value * np.expm1(errors + 2e-16)
-    if value.ndim == 0:
-        value, error = float(value), float(error)
-    if not full:
-        return value
-    return Estimate(value, error, "estimate", "exact", terms=(name,))
+        return automatic(drift, numbers, rtol, request)
+    return answer(drift, numbers, request)

@@ -10,13 +10,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.contexts import own_context, to_mpf
+from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
-from symasym.base.inputs import digits, exact, is_array
-from symasym.commands.named import QUANTITIES, call_named, numbers_of
+from symasym.base.inputs import digits, exact
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import FLOAT_DIGITS, exact_scene, float_scenes
+from symasym.drift.scenes import (
+    FLOAT_DIGITS,
+    Request,
+    Scene,
+    float_scenes,
+    read_scene,
+    require_drift,
+    scene_at,
+)
+from symasym.methods.driver import answer, require_drift_of
+from symasym.methods.table import QUANTITIES
 from symasym.numbers.trees import MpmathOps
 
 __all__ = ["Sensitivity", "sensitivity"]
@@ -112,46 +121,34 @@ def sensitivity(
     if quantity not in QUANTITIES:
         known = ", ".join(repr(name) for name in QUANTITIES)
         raise InputError(f"quantity is {quantity!r}; give one of {known}.")
-    if not isinstance(drift, Drift):
-        raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction(…).")
-    drift.require_bound()
+    require_drift(drift)
     numbers = _numbers(quantity, kappa, r, start)
+    require_drift_of(quantity, drift)
     if dps is not None:
         most = _MOST_DIGITS * 2 // 5
         if digits(dps) > most:
             raise InputError(f"dps is {dps}; give a whole number of digits from 1 to {most}.")
-        values = exact_scene(drift, numbers, dps)
-        proved = _by_balls(quantity, drift, values, dps)
-        found = [proved or _of_scene(quantity, drift, values, dps)]
-        return _gathered(quantity, found, None, dps, "bound" if proved else "estimate")
-    shape, scenes = _float_scenes(drift, numbers)
-    if not shape and (proved := _by_balls(quantity, *scenes[0], FLOAT_DIGITS)):
-        return _gathered(quantity, [proved], shape, FLOAT_DIGITS, "bound")
-    found = [_of_scene(quantity, d, values, FLOAT_DIGITS) for d, values in scenes]
-    return _gathered(quantity, found, shape, FLOAT_DIGITS, "estimate")
+        scene = read_scene(drift, numbers, dps)
+        proved = _by_balls(quantity, scene, dps)
+        each = [proved or _by_differences(quantity, scene, dps)]
+        return _gathered(quantity, each, None, dps, "bound" if proved else "estimate")
+    scenes = float_scenes(drift, numbers)
+    if not scenes.shape and (proved := _by_balls(quantity, scene_at(scenes, 0), FLOAT_DIGITS)):
+        return _gathered(quantity, [proved], (), FLOAT_DIGITS, "bound")
+    each = [
+        _by_differences(quantity, scene_at(scenes, row), FLOAT_DIGITS)
+        for row in range(len(scenes.lam))
+    ]
+    return _gathered(quantity, each, scenes.shape, FLOAT_DIGITS, "estimate")
 
 
 def _numbers(quantity: str, kappa: Any, r: Any, start: Any) -> dict[str, Any]:
     given = {"kappa": kappa, "r": r, "start": start}
-    takes = numbers_of(quantity)
+    takes = QUANTITIES[quantity].numbers
     if ("r" in takes) != (r is not None):
         rule = "is missing; give the escape radius" if r is None else "is given, but unused"
         raise InputError(f"r {rule}: {quantity} depends on {', '.join(takes)}.")
     return {name: given[name] for name in takes}
-
-
-def _float_scenes(
-    drift: Drift, numbers: dict[str, Any]
-) -> tuple[tuple[int, ...], list[tuple[Drift, dict[str, Fraction]]]]:
-    """Shape and scenes, with the exact value of each float and of what is no array."""
-    scenes = float_scenes(drift, numbers)
-    known = {name: exact(name, x) for name, x in numbers.items() if not is_array(x)}
-    found = []
-    for k in range(scenes.lam.size):
-        values = {n: known.get(n, Fraction(float(x[k]))) for n, x in scenes.numbers.items()}
-        arrays = {n: float(x[k]) for n, x in scenes.parameters.items() if is_array(x)}
-        found.append((drift.bind(**arrays), values))
-    return scenes.shape, found
 
 
 # -- one scene -------------------------------------------------------------------------------
@@ -164,19 +161,28 @@ class _Slope(NamedTuple):
     error: Any
 
 
-class _Found(NamedTuple):
+class _Slopes(NamedTuple):
+    """log(quantity), its derivatives, and the values of the parameters there."""
+
     log: Any
     slopes: dict[str, _Slope]
     values: dict[str, Fraction]
 
 
-def _of_scene(quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps: int) -> _Found:
+def _log(quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps: int) -> Any:
+    """The exact integral's logarithm to `dps` digits."""
+    return answer(drift, dict(numbers), Request(quantity, "exact", None, dps, True, False))
+
+
+def _by_differences(quantity: str, scene: Scene, dps: int) -> _Slopes:
+    """Derivatives from differences of the exact integrals."""
+    drift, numbers = scene.drift, scene.numbers
     at = {**drift.scalars(), **numbers}
 
     def log_at(name: str, value: Fraction, n: int) -> Any:
         if name in numbers:
-            return call_named(quantity, drift, {**numbers, name: value}, dps=n, log=True)
-        return call_named(quantity, drift.bind(**{name: value}), numbers, dps=n, log=True)
+            return _log(quantity, drift, {**numbers, name: value}, n)
+        return _log(quantity, drift.bind(**{name: value}), numbers, n)
 
     size = _size(drift, numbers)
     slopes = {
@@ -186,28 +192,27 @@ def _of_scene(quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps:
         )
         for name, value in at.items()
     }
-    return _Found(call_named(quantity, drift, numbers, dps=dps, log=True), slopes, at)
+    return _Slopes(_log(quantity, drift, numbers, dps), slopes, at)
 
 
-def _by_balls(
-    quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps: int
-) -> _Found | None:
+def _by_balls(quantity: str, scene: Scene, dps: int) -> _Slopes | None:
     """The same, proved; None where balls are missing or take too long."""
     from symasym.exact import ball_sweep, derivatives
 
     if not ball_sweep.available():
         return None
+    drift, numbers = scene.drift, scene.numbers
     try:
         if "r" in numbers:
-            found = derivatives.log_slopes(quantity, drift, **numbers, dps=dps)
+            balls = derivatives.log_slopes(quantity, drift, **numbers, dps=dps)
         else:
-            found = derivatives.log_slopes_of_occupation(quantity, drift, numbers["kappa"], dps)
+            balls = derivatives.log_slopes_of_occupation(quantity, drift, numbers["kappa"], dps)
     # A derivative of A may be singular where A is not; what is wrong for itself is told later.
     except (AccuracyError, InputError):
         return None
     at = {**drift.scalars(), **numbers}
-    slopes = {name: _Slope(*ball_sweep.to_mpf(found[name], dps + 10)) for name in at}
-    return _Found(call_named(quantity, drift, numbers, dps=dps, log=True), slopes, at)
+    slopes = {name: _Slope(*ball_sweep.to_mpf(balls[name], dps + 10)) for name in at}
+    return _Slopes(_log(quantity, drift, numbers, dps), slopes, at)
 
 
 def _unit(name: str, at: Mapping[str, Fraction]) -> Fraction:
@@ -259,7 +264,7 @@ def _slope(
         h = unit / 10**places
         with own_context(n + 10) as context:
             logs = [context.convert(log_at(x, n)) for x in _nodes(value, h, one_sided)]
-            step = context.mpf(h.numerator) / h.denominator
+            step = mpf_of(h, context)
             single, double = _differences(logs, step, one_sided)
             slope = single + (single - double) / 3
             truncation = abs(single - double)
@@ -310,18 +315,18 @@ def _lacking(context: Any, error: Any, allowed: Any) -> int:
 
 def _gathered(
     quantity: str,
-    found: list[_Found],
+    each: list[_Slopes],
     shape: tuple[int, ...] | None,
     dps: int,
     kind: ErrorKind,
 ) -> Sensitivity:
     """The numbers of all scenes: mpf without a shape, float64 with one."""
     parts: dict[str, dict[str, list[Any]]] = {
-        key: {name: [] for name in found[0].slopes}
+        key: {name: [] for name in each[0].slopes}
         for key in ("derivative", "error", "condition", "log_condition")
     }
     with own_context(dps + 10) as context:
-        for scene in found:
+        for scene in each:
             for name, slope in scene.slopes.items():
                 value = context.convert(slope.value)
                 x = scene.values[name]

@@ -1,4 +1,9 @@
-"""The Stokes multiplier of a well as it is born: a step, or the smooth function behind it."""
+"""The Stokes multiplier of a well as it is born: a step, or the smooth function behind it (eq:S).
+
+Where a well and a barrier coalesce, phi du = (s^2 - zeta) ds takes the pair to the canonical Airy
+form (Chester, Friedman and Ursell), in which the well's exponential is switched on by
+Ai^2 + Bi^2 of Z = lam^(2/3) zeta.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from symasym.base.contexts import own_context, to_mpf
+from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import InputError, SymasymError
-from symasym.base.inputs import is_array
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import exact_scene, float_scenes, one_scene, require_drift
+from symasym.drift.scenes import (
+    FLOAT_DIGITS,
+    Scene,
+    float_scenes,
+    one_scene,
+    read_scene,
+    require_drift,
+    scene_at,
+)
 
 __all__ = ["stokes_multiplier"]
 
@@ -70,35 +82,31 @@ def stokes_multiplier(
     require_drift(drift)
     if method not in _METHODS:
         raise InputError(f"method is {method!r}; give one of {', '.join(map(repr, _METHODS))}.")
-    if dps is None and not one_scene(drift, {"kappa": kappa}):
-        return _of_arrays(drift, kappa, method)
-    values = exact_scene(drift, {"kappa": kappa}, dps)
-    found = _multiplier(drift, values["kappa"], method, 17 if dps is None else dps)
-    return float(found) if dps is None else to_mpf(found, dps)
+    numbers = {"kappa": kappa}
+    if dps is None and not one_scene(drift, numbers):
+        scenes = float_scenes(drift, numbers)
+        each = (scene_at(scenes, row) for row in range(len(scenes.lam)))
+        values = np.array([float(_multiplier(scene, method, FLOAT_DIGITS)) for scene in each])
+        return values.reshape(scenes.shape)
+    scene = read_scene(drift, numbers, dps)
+    if dps is None:
+        return float(_multiplier(scene, method, FLOAT_DIGITS))
+    return to_mpf(_multiplier(scene, method, dps), dps)
 
 
-def _of_arrays(drift: Drift, kappa: Any, method: str) -> Any:
-    scenes = float_scenes(drift, {"kappa": kappa})
-    found = np.empty(len(scenes.lam))
-    for k in range(len(found)):
-        given = {name: float(x[k]) for name, x in scenes.parameters.items() if is_array(x)}
-        one = drift.bind(**given) if given else drift
-        found[k] = float(_multiplier(one, Fraction(float(scenes.numbers["kappa"][k])), method, 17))
-    return found.reshape(scenes.shape)
-
-
-def _multiplier(drift: Drift, kappa: Fraction, method: str, digits: int) -> Any:
+def _multiplier(scene: Scene, method: str, digits: int) -> Any:
+    """G(Z)/(G(Z) + G(-Z)) of the pair that is nearest to its fold."""
     from symasym.asymptotics.weak_noise.critical_points import turning_points
     from symasym.drift.taylor_field import ExactField
     from symasym.numbers.quadratic_factor import split_pair
 
-    lam = 2 / kappa**2
+    drift, lam = scene.drift, scene.lam
     with own_context(2 * digits + len(str(int(lam + 1))) + _GUARD) as context:
         field, one = ExactField(drift, False, context), Fraction(1)
         nearest = None
         for point in turning_points(field, -one, one, context):
             exact = field.taylor(point, one, 4 * digits + 40)
-            taylor = [context.mpf(c.numerator) / c.denominator for c in exact]
+            taylor = [mpf_of(c, context) for c in exact]
             if abs(taylor[0]) < abs(taylor[2]) * context.ldexp(1, -context.prec + 16):
                 # The turning point is known to rounding: exactly on the fold.
                 return context.mpf(1) / 2
@@ -119,6 +127,6 @@ def _multiplier(drift: Drift, kappa: Fraction, method: str, digits: int) -> Any:
             )
         if method == "step" or not context.isfinite(nearest):
             return (1 + context.sign(nearest)) / 2
-        z = context.cbrt(context.mpf(lam.numerator) / lam.denominator) ** 2 * nearest
+        z = context.cbrt(mpf_of(lam, context)) ** 2 * nearest
         there, back = (context.airyai(x) ** 2 + context.airybi(x) ** 2 for x in (z, -z))
         return there / (there + back)

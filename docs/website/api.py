@@ -65,6 +65,10 @@ def _heading(title: str) -> list[str]:
     return [title, "=" * len(title), ""]
 
 
+# What a class has of its own and of a class of the project, and not of str or a NamedTuple.
+_CLASS = ("   :members:", "   :inherited-members: str, tuple", "   :show-inheritance:")
+
+
 def _page(title: str, module: str, names: list[str]) -> str:
     lines = [*_heading(title), f".. currentmodule:: {module}", ""]
     for name in names:
@@ -72,7 +76,7 @@ def _page(title: str, module: str, names: list[str]) -> str:
         if isinstance(value, type) and issubclass(value, Exception):
             lines += [f".. autoexception:: {name}", ""]
         elif inspect.isclass(value):
-            lines += [f".. autoclass:: {name}", "   :members:", "   :show-inheritance:", ""]
+            lines += [f".. autoclass:: {name}", *_CLASS, ""]
         elif callable(value):
             lines += [f".. autofunction:: {name}", ""]
     return "\n".join(lines)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from symasym.commands.derive import derive
-from website import api, curves, definitions, explorer, formulas, identities, plots
+from derivations.derive import derive
+from website import api, curves, definitions, explorer, formulas, identities, layers, plots
 
 
 def all_plots() -> tuple[plots.Plot | plots.Picture, ...]:
@@ -23,4 +23,5 @@ def all_pages(derivations: Path) -> dict[str, str]:
         **plots.files(drawn),
         **api.pages(),
         **explorer.pages(),
+        **layers.pages(),
     }

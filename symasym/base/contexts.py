@@ -30,6 +30,12 @@ def own_context(dps: int) -> Iterator[Any]:
         stack.append(context)
 
 
+def mpf_of(x: Any, context: Any) -> Any:
+    """The rational `x` (int, Fraction or gmpy2's) in mpmath's `context`, rounded as it rounds."""
+    # Not by libmp, which would give an interval context one end, and no enclosure.
+    return context.mpf(x.numerator) / x.denominator
+
+
 def to_mpf(value: Any, dps: int) -> Any:
     """`value`, of any mpmath context, as the caller's kind of mpf, rounded to `dps` digits."""
     import mpmath

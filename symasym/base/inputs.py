@@ -13,6 +13,7 @@ import numpy as np
 from symasym.base.errors import InputError
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
+IntArray = np.ndarray[Any, np.dtype[np.intp]]
 
 # Python refuses to read longer decimal strings by default, and nobody means them.
 _LONGEST_EXPONENT = 100_000
@@ -168,6 +169,14 @@ def digits(dps: Any) -> int:
     return int(dps)
 
 
+def whole(name: str, text: str) -> int:
+    """The whole number that a text says."""
+    try:
+        return int(text)
+    except ValueError:
+        raise InputError(f"{name} is {text!r}; give a whole number.") from None
+
+
 def positive(name: str, value: Fraction) -> Fraction:
     """`value` if it is greater than zero."""
     if value <= 0:
@@ -180,9 +189,16 @@ def float_text(value: Fraction) -> str:
     if value.denominator == 1 and abs(value.numerator) < 10**15:
         return str(value.numerator)
     try:
-        return f"{float(value):.6g}"
+        near = float(value)
     except OverflowError:
-        whole = abs(value.numerator) // value.denominator
-        shift = max(0, whole.bit_length() - 64)
-        power = math.floor(shift * math.log10(2) + math.log10(whole >> shift) + 1e-9)
-        return f"{'-' if value < 0 else ''}1e{power}"
+        return f"{'-' if value < 0 else ''}1e{_power(abs(value))}"
+    if near or not value:
+        return f"{near:.6g}"
+    return f"{'-' if value < 0 else ''}1e-{_power(1 / abs(value))}"
+
+
+def _power(value: Fraction) -> int:
+    """The power of ten of a number beyond the range of float64."""
+    whole = value.numerator // value.denominator
+    shift = max(0, whole.bit_length() - 64)
+    return math.floor(shift * math.log10(2) + math.log10(whole >> shift) + 1e-9)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from symasym.base.contexts import own_context, to_mpf
+from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.inputs import exact, floats, is_array, positive
 from symasym.generated import numpy_formulas, plain_formulas
 
@@ -104,7 +104,7 @@ def _root(x: Fraction) -> Fraction | None:
 
 def _noise(k: Fraction, e: Fraction) -> Any:
     with own_context(_DIGITS + 5) as context:
-        kappa, eps = (context.mpf(x.numerator) / x.denominator for x in (k, e))
+        kappa, eps = (mpf_of(x, context) for x in (k, e))
         from symasym.generated import mpmath_formulas
 
         return to_mpf(mpmath_formulas.scaled_noise(context, kappa, eps), _DIGITS)

@@ -7,8 +7,8 @@ import re
 from typing import Any
 
 from symasym.base.errors import InputError
-from symasym.commands.named import DRIFTS, named_drift
 from symasym.commands.settings import settings
+from symasym.drift.named import DRIFTS, named_drift
 
 
 def add_parser(commands: Any) -> None:

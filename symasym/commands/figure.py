@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import settings, whole
+from symasym.base.inputs import whole
+from symasym.commands.settings import settings
 
 
 def add_parser(subparsers: Any) -> None:

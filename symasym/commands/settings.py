@@ -30,11 +30,3 @@ def settings(pairs: Sequence[str]) -> dict[str, Any]:
             raise InputError(f"{name} is set twice; set it once.")
         values[name] = text
     return values
-
-
-def whole(name: str, text: str) -> int:
-    """A whole number, or an error."""
-    try:
-        return int(text)
-    except ValueError:
-        raise InputError(f"{name} is {text!r}; give a whole number.") from None

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import sympy
 
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.derivation.results import Expansion, Outcome, parts, text
 
 _POOL = 10_000
@@ -165,7 +165,7 @@ class Sampled:
         with own_context(self.digits + 10) as ctx:
             for number in range(self.points):
                 exact = {s: self._draw(s, own) for s in self.ranges}
-                values = {s: ctx.mpf(v.numerator) / v.denominator for s, v in exact.items()}
+                values = {s: mpf_of(v, ctx) for s, v in exact.items()}
                 if number not in self._known:
                     self._known[number] = self._sides(values, ctx)
                 right = self._known[number]
@@ -307,7 +307,7 @@ def _number(value: Any, x: Any, ctx: Any) -> Any:
     if isinstance(value, sympy.Basic):
         return evaluate(value, {}, ctx)
     exact = Fraction(str(value))
-    return ctx.mpf(exact.numerator) / exact.denominator
+    return mpf_of(exact, ctx)
 
 
 @dataclass

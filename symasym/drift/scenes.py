@@ -1,7 +1,13 @@
-"""What all methods share: reading scenes, and handing back their values."""
+"""Scenes as all methods read them, and answers as all methods hand them back.
+
+A scene is a drift phi, the large parameter lam = 2/kappa^2, and the numbers of the quantity asked
+for (r and the start of eq:Ttilde and eq:C, the place y of eq:pss). One scene has exact rationals,
+scenes that broadcast have float64.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -10,7 +16,16 @@ import numpy as np
 from symasym.base.contexts import to_mpf
 from symasym.base.errors import InputError, RangeError
 from symasym.base.estimate import ErrorKind, Estimate
-from symasym.base.inputs import FloatArray, digits, exact, float_text, floats, is_array, positive
+from symasym.base.inputs import (
+    FloatArray,
+    IntArray,
+    digits,
+    exact,
+    float_text,
+    floats,
+    is_array,
+    positive,
+)
 from symasym.drift.drift import Drift
 
 _LARGEST, _SMALLEST = 709.78, -708.39
@@ -22,7 +37,7 @@ FLOAT_DIGITS = 20
 
 
 class Request(NamedTuple):
-    """What is asked for, apart from the scene itself."""
+    """What is asked for, apart from the scene itself; `name` is that of the quantity."""
 
     name: str
     method: str
@@ -36,6 +51,34 @@ class Request(NamedTuple):
         """Digits to compute with: behind a float64 value a few more, for the error beside it."""
         return FLOAT_DIGITS if self.dps is None else self.dps
 
+    @property
+    def complement(self) -> bool:
+        """True for 1 - C and 1 - P."""
+        return self.name.startswith("1 - ")
+
+
+class Scene(NamedTuple):
+    """One scene in exact numbers; `numbers` are the verb's own, in its order."""
+
+    drift: Drift
+    lam: Fraction
+    numbers: dict[str, Fraction]
+
+    @property
+    def r(self) -> Fraction:
+        """The escape radius."""
+        return self.numbers["r"]
+
+    @property
+    def start(self) -> Fraction:
+        """The starting point."""
+        return self.numbers["start"]
+
+    @property
+    def noise(self) -> str:
+        """kappa, for messages."""
+        return float_text(self.numbers["kappa"])
+
 
 class Scenes(NamedTuple):
     """Scenes in float64, flattened; `shape` is that of the answer."""
@@ -46,6 +89,37 @@ class Scenes(NamedTuple):
     parameters: dict[str, Any]
     # What reading a number as a float changed in it, at most.
     moved: dict[str, float]
+    drift: Drift
+    #: The numbers as the caller wrote them.
+    given: dict[str, Any]
+
+    def noise(self, row: Any) -> str:
+        """kappa of one scene, for messages."""
+        return f"{self.numbers['kappa'][row]:.6g}"
+
+
+class Answer(NamedTuple):
+    """The answer of a method for one scene: the value, or its logarithm where that was asked.
+
+    `order` is that of the expansion where it is not the request's own.
+    """
+
+    value: Any
+    error: Any
+    kind: ErrorKind
+    terms: tuple[str, ...] = ()
+    dropped: tuple[str, ...] = ()
+    order: int | None = None
+
+
+class Answers(NamedTuple):
+    """The answer of a method for many scenes: logarithms and their absolute errors."""
+
+    logs: FloatArray
+    errors: FloatArray | None
+    kind: ErrorKind
+    terms: tuple[str, ...] = ()
+    dropped: tuple[str, ...] = ()
 
 
 def read_order(order: Any, default: int, most: int) -> int:
@@ -142,7 +216,37 @@ def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
     }
     lam = flat["kappa"] ** 2
     np.divide(2.0, lam, out=lam)
-    return Scenes(shape, lam, flat, parameters, moved)
+    return Scenes(shape, lam, flat, parameters, moved, drift, numbers)
+
+
+def read_scene(drift: Drift, numbers: dict[str, Any], dps: int | None) -> Scene:
+    """The scene of these numbers, exact and in their ranges."""
+    values = exact_scene(drift, numbers, dps)
+    return Scene(drift, 2 / values["kappa"] ** 2, values)
+
+
+def scene_at(scenes: Scenes, row: Any) -> Scene:
+    """One of the scenes in exact numbers: those of its floats, and what is no array as given."""
+    numbers = {
+        name: Fraction(float(x[row])) if is_array(scenes.given[name]) else exact(name, given)
+        for (name, x), given in zip(scenes.numbers.items(), scenes.given.values(), strict=True)
+    }
+    return Scene(drift_at(scenes, row), 2 / numbers["kappa"] ** 2, numbers)
+
+
+def drift_at(scenes: Scenes, row: Any) -> Drift:
+    """The drift of one of the scenes, its parameters scalars."""
+    arrays = {name: float(x[row]) for name, x in scenes.parameters.items() if is_array(x)}
+    return scenes.drift.bind(**arrays) if arrays else scenes.drift
+
+
+def by_drift(scenes: Scenes, *others: FloatArray) -> Iterator[tuple[Drift, IntArray]]:
+    """Each drift with the rows of its scenes; where `others` are given, these are equal as well."""
+    arrays = [x for x in scenes.parameters.values() if is_array(x)]
+    keys = np.array([*arrays, *others, np.zeros(len(scenes.lam))]).T
+    first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)[1:]
+    for k, row in enumerate(first):
+        yield drift_at(scenes, row), np.flatnonzero(group.ravel() == k)
 
 
 def rows_of(scenes: Scenes, rows: Any) -> Scenes:
@@ -165,6 +269,18 @@ def input_rounding(scenes: Scenes, size: FloatArray) -> FloatArray:
         if name != "kappa" and gap:
             change += gap * (scenes.lam * size + 2 / room)
     return change
+
+
+def floats_back(request: Request, shape: tuple[int, ...], answers: Answers) -> Any:
+    """Logarithms and their errors as what was asked for."""
+    return as_floats(request, shape, *answers)
+
+
+def digits_back(request: Request, answer: Answer) -> Any:
+    """An mpf of enough digits, with its error, as what was asked for."""
+    if answer.order is not None:
+        request = request._replace(order=answer.order)
+    return as_digits(request, *answer[:-1])
 
 
 def as_floats(

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
@@ -182,7 +182,7 @@ class ExactField:
         total_lo = total_hi = self._context.zero
         for k in range(len(self._polynomial) - 1, -1, -1):
             c = self._polynomial[k] / (k + 1)
-            mean = self._context.mpf(c.numerator) / c.denominator
+            mean = mpf_of(c, self._context)
             total_lo, total_hi = total_lo * lo + mean, total_hi * hi + mean
         return total_lo * lo - total_hi * hi
 

@@ -14,18 +14,18 @@ from symasym.base.inputs import is_array
 from symasym.drift.drift import Drift
 from symasym.emit.exact_time import by_powers, critical, exact_time
 from symasym.emit.folding import fold
-from symasym.emit.forms import called, log_form, logaddexp
+from symasym.emit.forms import by_name, called, log_form, logaddexp
 from symasym.emit.program import Case, Function, Program, Quadrature, require_closed
 from symasym.emit.stokes import stokes
 from symasym.emit.uniform_time import uniform_time
-from symasym.formula import Formula, formula
+from symasym.records import Record
 
 # Digits of the numbers that are found by iteration: well and barrier of a general drift.
 _DIGITS = 60
 
 
 def program(
-    what: Formula,
+    what: Record,
     drift: Drift,
     numbers: Mapping[str, Any],
     method: str | None = None,
@@ -79,7 +79,7 @@ def _taken(name: str) -> InputError:
     )
 
 
-def _way(what: Formula, method: str | None, order: Any) -> str:
+def _way(what: Record, method: str | None, order: Any) -> str:
     """Which of the formulas of the escape time is asked for."""
     if method is None and order is None:
         return "exact"
@@ -105,7 +105,7 @@ def _bound(drift: Drift) -> dict[str, Any]:
     }
 
 
-def _program(what: Formula, *functions: Function, **more: Any) -> Program:
+def _program(what: Record, *functions: Function, **more: Any) -> Program:
     return Program(what.label, what.title, functions, assumptions=what.assumptions, **more)
 
 
@@ -115,11 +115,11 @@ _U = sympy.Symbol("u", real=True)
 _NO_NUMBER = "u is not a number"
 
 
-def _phi(what: Formula, drift: Drift) -> Program:
+def _phi(what: Record, drift: Drift) -> Program:
     return _program(what, drift_function(drift))
 
 
-def _potential(what: Formula, drift: Drift) -> Program:
+def _potential(what: Record, drift: Drift) -> Program:
     return _program(what, potential_function(drift))
 
 
@@ -202,7 +202,7 @@ def _tanh_potential(drift: Drift) -> list[tuple[Any, tuple[Any, ...]]]:
 # -- escape time in weak noise -----------------------------------------------------------------
 
 
-def _weak_noise(what: Formula, drift: Drift) -> Program:
+def _weak_noise(what: Record, drift: Drift) -> Program:
     """eq:Ttildesmall with the step eq:S."""
     (item,) = what.code
     if drift.name == "friction":
@@ -223,10 +223,7 @@ def _weak_noise(what: Formula, drift: Drift) -> Program:
     left = () if "barrier" in numbers else ("the well's term, there is no barrier beyond u = 0",)
     value = item["values"][0] if "barrier" in numbers else _without_well(item["values"][0])
     # The logarithm's form first: the numbers hide which factor is an exponential's.
-    case, log = (
-        Case((e.subs({s: numbers[s.name] for s in e.free_symbols if s.name in numbers}),))
-        for e in (value, log_form(value))
-    )
+    case, log = (Case((by_name(e, numbers),)) for e in (value, log_form(value)))
     logs = (log,) if "barrier" in numbers else ()
     about = "T in weak noise, from 0 (eq:Ttildesmall)."
     function = Function(item["name"], about, ("kappa", "r"), (case,), logs)
@@ -237,24 +234,20 @@ def _without_well(value: Any) -> Any:
     return sympy.Add(*(term for term in value.args if not term.has(sympy.exp)))
 
 
-def _friction_weak_noise(what: Formula, value: Any, drift: Drift) -> Program:
+def _friction_weak_noise(what: Record, value: Any, drift: Drift) -> Program:
     """The paper's time for the friction drift: well and barrier in closed form (friction-well)."""
     real = {name: sympy.Symbol(name, real=True) for name in drift.parameters}
     # A crossing downwards is one upwards in the mirror: 1 - z0 changes its sign.
     force = abs(1 - real["z0"])
 
     def derived(label: str, name: str) -> Any:
-        (e,) = next(item["values"] for item in formula(label).code if item["name"] == name)
-        return e.subs({s: real.get(s.name, s) for s in e.free_symbols}).subs(real["z0"], 1 - force)
+        (e,) = Record.of(label).values_of(name)
+        return by_name(e, real).subs(real["z0"], 1 - force)
 
     angle = derived("friction-well", "friction_angle")
     parts = {"a_plus": derived("eq:phifric0", "friction_right")}
     for name in ("slope_well", "slope_barrier", "barrier"):
-        e = derived("friction-well", f"friction_{name}")
-        parts[name] = e.subs({s: angle for s in e.free_symbols if s.name == "omega"})
-
-    def put(e: Any) -> Any:
-        return e.subs({s: parts[s.name] for s in e.free_symbols if s.name in parts})
+        parts[name] = by_name(derived("friction-well", f"friction_{name}"), {"omega": angle})
 
     plain = _without_well(value)
     crossing = parts["a_plus"] > 0
@@ -264,13 +257,13 @@ def _friction_weak_noise(what: Formula, value: Any, drift: Drift) -> Program:
         "T in weak noise, from 0 (eq:Ttildesmall with the step eq:S).",
         ("kappa", "r", *drift.parameters),
         (
-            Case((put(value),), (crossing, *well), "the case with a well"),
-            Case((put(plain),), (crossing,), "the case without a well"),
+            Case((by_name(value, parts),), (crossing, *well), "the case with a well"),
+            Case((by_name(plain, parts),), (crossing,), "the case without a well"),
         ),
         # The logarithm's form first: put in, the slopes hide their signs.
         (
-            Case((put(log_form(value)),), (crossing, *well), "the case with a well"),
-            Case((put(log_form(plain)),), (crossing,), "the case without a well"),
+            Case((by_name(log_form(value), parts),), (crossing, *well), "the case with a well"),
+            Case((by_name(log_form(plain), parts),), (crossing,), "the case without a well"),
         ),
         outside="the drift does not cross (|1 - z0| <= alpha)",
     )
@@ -305,12 +298,9 @@ def _layer_parts(drift: Drift) -> tuple[list[Function], Any, Any, Any]:
         quadrature=_quadrature(drift, -1, sympy.S.NegativeOne, sympy.S.One),
     )
     a_minus, a_plus = (sympy.expand(A.subs(_U, end)) for end in (-1, 1))
-    signs = {"a_minus": a_minus, "a_plus": a_plus}
     V1 = sympy.expand(V.cases[-1].values[0].subs(_U, 1))
-    tails = [
-        e.subs({s: {**signs, "V_1": V1}[s.name] for s in e.free_symbols if s.name != "kappa"})
-        for e in map(log_form, formula("tails").expression)
-    ]
+    known = {"a_minus": a_minus, "a_plus": a_plus, "V_1": V1}
+    tails = [by_name(log_form(e), known) for e in Record.of("tails").expression]
     where = (a_minus > 0, a_plus < 0)
     if sympy.false in where:
         raise InputError(f"{drift!r} does not slide, so that there is no steady state.")
@@ -322,7 +312,7 @@ def _layer_parts(drift: Drift) -> tuple[list[Function], Any, Any, Any]:
     )
 
 
-def _density(what: Formula, drift: Drift) -> Program:
+def _density(what: Record, drift: Drift) -> Program:
     functions, inside, outside, where = _layer_parts(drift)
     free = [sympy.Symbol(name, real=True) for name in drift.free]
     log = -2 * called("V", _U, *free) / _KAPPA**2 - logaddexp(inside, outside)
@@ -344,7 +334,7 @@ def _sliding(
     )
 
 
-def _occupation(what: Formula, drift: Drift) -> Program:
+def _occupation(what: Record, drift: Drift) -> Program:
     functions, inside, outside, where = _layer_parts(drift)
     odds = outside - inside
     return _program(
@@ -355,7 +345,7 @@ def _occupation(what: Formula, drift: Drift) -> Program:
     )
 
 
-def _exit(what: Formula, drift: Drift) -> Program:
+def _exit(what: Record, drift: Drift) -> Program:
     """C, from two integrals of one sign: 0 to r, and -r to 0."""
     lower, upper = sympy.symbols("lower upper", real=True)
     r = sympy.Symbol("r", positive=True)

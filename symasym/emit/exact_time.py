@@ -11,12 +11,12 @@ from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.emit.kernels.exact_python import ERROR
 from symasym.emit.program import Function, Passage, Program
-from symasym.formula import Formula
+from symasym.records import Record
 
 _U = sympy.Symbol("u", real=True)
 
 
-def exact_time(what: Formula, drift: Drift) -> Program:
+def exact_time(what: Record, drift: Drift) -> Program:
     """T from 0, by positive-form and panel-step, in doubles or digits."""
     A = sympy.sympify(drift.expression())
     ends = tuple(sympy.expand(A.subs(_U, end)) for end in (-1, 1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import sympy
@@ -92,6 +93,11 @@ class CalledBase(sympy.Function):  # type: ignore[misc]
 def called(name: str, *arguments: Any) -> Any:
     """A call of the function `name` of the same file."""
     return type(name, (CalledBase,), {})(*arguments)
+
+
+def by_name(e: Any, values: Mapping[str, Any]) -> Any:
+    """`e` with the values in place of the symbols that have their names."""
+    return e.subs({s: values[s.name] for s in e.free_symbols if s.name in values})
 
 
 def removable(e: Any) -> Any:

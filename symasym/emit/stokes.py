@@ -9,14 +9,14 @@ import sympy
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.emit.folding import fold
-from symasym.emit.forms import larger, log1p, log_modulus
+from symasym.emit.forms import by_name, larger, log1p, log_modulus
 from symasym.emit.program import Case, Function, Program
-from symasym.formula import Formula, formula
+from symasym.records import Record
 
 ERROR = "exact, as the share of G(Z) that it is defined to be; in doubles its logarithm to 1e-12"
 
 
-def stokes(what: Formula, drift: Drift) -> Program:
+def stokes(what: Record, drift: Drift) -> Program:
     """G(Z)/(G(Z) + G(-Z)), Z = lam^(2/3) zeta, zeta^(3/2) = 3/4 of the barrier (friction-well).
 
     Past the fold the angle of friction-well is imaginary, and its square, in which zeta is
@@ -32,9 +32,8 @@ def stokes(what: Formula, drift: Drift) -> Program:
     omega = sympy.Symbol("omega", real=True)
 
     def derived(label: str, name: str) -> Any:
-        (e,) = next(item["values"] for item in formula(label).code if item["name"] == name)
-        known = {**real, "omega": omega}
-        return e.subs({s: known.get(s.name, s) for s in e.free_symbols})
+        (e,) = Record.of(label).values_of(name)
+        return by_name(e, {**real, "omega": omega})
 
     angle = derived("friction-well", "friction_angle").subs(real["z0"], 1 - force)
     barrier = derived("friction-well", "friction_barrier")

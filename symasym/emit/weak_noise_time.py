@@ -47,7 +47,7 @@ from symasym.emit.symbolic_sums import (
     as_sum,
     number_of,
 )
-from symasym.formula import Formula
+from symasym.records import Record
 
 # Digits that are right in what the coefficients make up.
 _RIGHT = 32
@@ -56,7 +56,7 @@ FAINT = 150
 
 
 def program(
-    what: Formula, drift: Drift, order: int, r: Fraction | None, kappa: float | None
+    what: Record, drift: Drift, order: int, r: Fraction | None, kappa: float | None
 ) -> Program:
     """T from 0 to order `order`; for one r, or for all r > 1 where it is None."""
     if drift.free:
@@ -84,7 +84,7 @@ def program(
 
 
 def _program(
-    what: Formula,
+    what: Record,
     ratio: Ratio,
     names: Names,
     order: int,

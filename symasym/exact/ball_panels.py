@@ -13,7 +13,9 @@ from operator import mul
 from typing import Any
 
 from symasym.base.errors import AccuracyError
+from symasym.exact.sweep import Deferred, Record
 from symasym.numbers.balls import Profile, exact_ball, flint_module
+from symasym.special.exponentials import ball_quotient
 
 # Cauchy circles have this many times the panel's half-length, so that a Taylor coefficient gains
 # log2(6) = 2.6 bits an order, and a pole may be as near as 6 half-lengths. Between 4 and 8 the
@@ -38,13 +40,54 @@ _MOST_WORK = 7_000_000
 _ANALYTIC = 3
 
 
+class Piece:
+    """A stretch [a, b] of a sweep, in balls, which have no bounds: its numbers unscaled."""
+
+    growth: Any
+    """e^{lam(V(b) - V(a))}"""
+    plus: Any
+    """Integral of e^{lam(V - V(a))}."""
+    minus: Any
+    """Integral of e^{-lam(V - V(a))}."""
+    nested: Any
+    """Integral of e^{lam(V(w) - V(x))} over a < w < x < b."""
+    drift_at_left: Any
+    """A(a)"""
+
+    @property
+    def ceiling(self) -> Any:
+        """More than `nested`, which is most of the work, and which few panels' digits show."""
+        return self.plus * self.minus
+
+    @property
+    def enclosure(self) -> Any:
+        """An enclosure of `nested` that takes no work."""
+        return self.ceiling.union(0)
+
+    def record(self) -> Record:
+        """Its numbers for a sweep."""
+        flint = flint_module()
+        nested = Deferred(
+            lambda: self.growth * self.nested,
+            lambda: self.growth * self.ceiling,
+            flint.arb(2) ** (-flint.ctx.prec - 10),
+            lambda: self.growth * self.enclosure,
+        )
+        plus, minus = Deferred(lambda: self.plus), Deferred(lambda: self.growth * self.minus)
+        return Record(plus, minus, nested, self.growth, 1)
+
+
 @dataclass
-class Outer:
-    """A stretch of constant drift a; growth and integrals as in `Panel`, in closed form."""
+class Outer(Piece):
+    """A stretch of constant drift a, in closed form."""
 
     slope: Any
     lam: Fraction
     length: Fraction
+
+    @property
+    def drift_at_left(self) -> Any:
+        return self.slope
 
     @cached_property
     def _exponent(self) -> Any:
@@ -56,38 +99,19 @@ class Outer:
 
     @cached_property
     def plus(self) -> Any:
-        return exact_ball(self.length) * exp_quotient(-self._exponent, 1)
+        return exact_ball(self.length) * ball_quotient(-self._exponent, 1)
 
     @cached_property
     def minus(self) -> Any:
-        return exact_ball(self.length) * exp_quotient(self._exponent, 1)
+        return exact_ball(self.length) * ball_quotient(self._exponent, 1)
 
     @cached_property
     def nested(self) -> Any:
-        return exact_ball(self.length**2) * exp_quotient(self._exponent, 2)
-
-
-def exp_quotient(x: Any, order: int) -> Any:
-    """(e^x - 1)/x, (e^x - 1 - x)/x^2 for order 2, and so on, also where x is or contains 0."""
-    flint = flint_module()
-    if not abs(x) < 2:
-        if order == 1:
-            return x.expm1() / x
-        return (exp_quotient(x, order - 1) - 1 / flint.arb(order - 1).fac()) / x
-    # Sum of x^k/(k + order)!; what is left out is below |x|^n/(n + order)! e^|x|.
-    terms = flint.ctx.prec // 2 + 8
-    term = 1 / flint.arb(order).fac()
-    total = flint.arb(0)
-    for k in range(terms):
-        total += term
-        term *= x / (k + 1 + order)
-        if abs(term) < flint.arb(2) ** (-flint.ctx.prec - 10):
-            break
-    return total + flint.arb(0, abs(term) * abs(x).exp())
+        return exact_ball(self.length**2) * ball_quotient(self._exponent, 2)
 
 
 @dataclass
-class Panel:
+class Panel(Piece):
     """Taylor models of e^{+-lam(V - V(centre))} on a panel of half-length h, in t = (u - c)/h.
 
     `slope_bound` bounds lam h |A| on the circle |t| = RATIO, so that the exponent
@@ -101,6 +125,10 @@ class Panel:
     half: Fraction
     slope_bound: Any
     terms: int
+
+    @property
+    def drift_at_left(self) -> Any:
+        return self.profile.value(self.center - self.half)
 
     @cached_property
     def _exponent(self) -> Any:
@@ -202,7 +230,7 @@ class Panel:
 
 
 class OuterSlope:
-    """How an `Outer` changes when its drift does at the rate `slope`, per unit of a parameter.
+    """The change of an `Outer` whose drift changes at the rate `slope`, per unit of a parameter.
 
     `growth` is the relative change, the others are those of the integrals.
     """
@@ -217,8 +245,29 @@ class OuterSlope:
 
     @staticmethod
     def _rate(x: Any, order: int) -> Any:
-        """The derivative of `exp_quotient`."""
-        return exp_quotient(x, order) - order * exp_quotient(x, order + 1)
+        """The derivative of `ball_quotient`."""
+        return ball_quotient(x, order) - order * ball_quotient(x, order + 1)
+
+
+class EndSlope:
+    """The same of a piece whose left end, where `rate` is lam A, moves outwards."""
+
+    def __init__(self, piece: Piece, rate: Any) -> None:
+        self._piece = piece
+        self.growth = -rate
+        self._rate = rate
+
+    @property
+    def plus(self) -> Any:
+        return 1 - self._rate * self._piece.plus
+
+    @property
+    def minus(self) -> Any:
+        return 1 + self._rate * self._piece.minus
+
+    @property
+    def nested(self) -> Any:
+        return self._piece.minus
 
 
 class PanelSlope:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from symasym.base.contexts import mpf_of
 from symasym.base.inputs import FloatArray, to_float
 
 _SPLITTER = 134217729.0  # 2^27 + 1
@@ -90,9 +91,7 @@ class DoubleDoubleOps:
         return DoubleDouble(np.asarray(np.pi), np.asarray(1.2246467991473532e-16))
 
     def power(self, base: Any, exponent: Fraction) -> DoubleDouble:
-        return _through_mpmath(
-            lambda c, x: x ** (c.mpf(exponent.numerator) / exponent.denominator), base
-        )
+        return _through_mpmath(lambda c, x: x ** mpf_of(exponent, c), base)
 
     def __getattr__(self, name: str) -> Any:
         return lambda x: _through_mpmath(lambda c, value: getattr(c, name)(value), x)

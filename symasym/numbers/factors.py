@@ -1,7 +1,7 @@
 """The zeros of one polynomial drift by itself, to many digits: simple ones, and pairs as factors.
 
 What is alone and what goes together is decided in float64, as for arrays
-(`symasym.asymptotics.uniform.pair_arrays`); Newton's steps then take a zero, and Bairstow's a
+(`symasym.asymptotics.uniform.pairing_arrays`); Newton's steps then take a zero, and Bairstow's a
 pair, to all digits. A pair's middle and its distance squared are analytic in the coefficients, so
 that both are as exact at a fold as anywhere.
 """
@@ -15,9 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.numbers.quadratic_factor import Pair, pair_of, poly, poly_slope, shifted
+from symasym.numbers.polynomials import divided, poly, poly_slope, shifted
+from symasym.numbers.quadratic_factor import Pair, pair_of
 
-__all__ = ["Factor", "Line", "Meeting", "Pieces", "Zero", "divided", "pieces_of", "seen_from"]
+__all__ = ["Factor", "Line", "Meeting", "Pieces", "Zero", "pieces_of", "seen_from"]
 
 _EPS = 2.3e-16
 # As in `symasym.numbers.polynomial_roots`, `.pairs_double` and `.meetings_double`.
@@ -290,15 +291,3 @@ def _refine_factor(factor: Factor, c: list[Any], context: Any) -> bool:
             factor.psi = shifted(divided(c, p, q)[0], factor.middle)
             return True
     return False
-
-
-def divided(c: list[Any], p: Any, q: Any) -> tuple[list[Any], Any, Any]:
-    """The quotient by u² + p u + q, and the remainder r1 u + r0."""
-    if len(c) < 3:
-        return [], c[1] if len(c) > 1 else 0 * p, c[0] if c else 0 * p
-    work = list(c)
-    for k in range(len(c) - 3, -1, -1):
-        top = work[k + 2]
-        work[k + 1] = work[k + 1] - p * top
-        work[k] = work[k] - q * top
-    return work[2:], work[1], work[0]

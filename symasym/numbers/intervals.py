@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any, Protocol
 
+from symasym.base.contexts import mpf_of
 from symasym.exact import ball_sweep
 from symasym.numbers.balls import exact_ball, flint_module, precision
 
@@ -75,7 +76,7 @@ class _Endpoints:
         self.context.prec = bits
 
     def of(self, value: Fraction) -> Any:
-        return self.context.mpf(value.numerator) / value.denominator
+        return mpf_of(value, self.context)
 
     def about(self, middle: Any, radius: Any) -> Any:
         top = self.size(radius)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from symasym.base.contexts import mpf_of
 from symasym.base.errors import InputError
 from symasym.base.inputs import to_float
 
@@ -84,7 +85,7 @@ class MpmathOps:
         self.context = context
 
     def rational(self, value: Fraction) -> Any:
-        return self.context.mpf(value.numerator) / value.denominator
+        return mpf_of(value, self.context)
 
     def pi(self) -> Any:
         return +self.context.pi

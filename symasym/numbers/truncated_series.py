@@ -7,6 +7,7 @@ from fractions import Fraction
 from operator import mul
 from typing import Any
 
+from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import integer_power
@@ -158,7 +159,7 @@ class JetOps:
         return Jet([0, slope.c[0], *[0] * (self.order - 2)], slope.e, self).__add__(first)
 
     def rational(self, value: Fraction) -> Any:
-        return self.context.mpf(value.numerator) / value.denominator
+        return mpf_of(value, self.context)
 
     def pi(self) -> Any:
         return +self.context.pi

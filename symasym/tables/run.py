@@ -25,7 +25,8 @@ from symasym.base.errors import InputError, OutputError, SymasymError
 from symasym.base.executors import Here
 from symasym.base.files import reference_value, versions, write_bytes
 from symasym.base.inputs import exact
-from symasym.commands.named import call_named, named_drift
+from symasym.drift.named import named_drift
+from symasym.quantities import call_named
 from symasym.tables.spec import Spec
 
 __all__ = ["Outcome", "value_record", "write_table"]
@@ -68,7 +69,7 @@ def value_record(quantity: str, drift: Any, x: Mapping[str, str], dps: int) -> d
     Parameters
     ----------
     quantity : str
-        Of `symasym.commands.named.QUANTITIES`.
+        Of `symasym.methods.table.QUANTITIES`.
     drift : Drift
         Bound.
     x : mapping of str to str

@@ -13,10 +13,11 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, NoReturn
 
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import digits, exact, positive
-from symasym.commands.named import QUANTITIES, named_drift
+from symasym.drift.named import named_drift
+from symasym.methods.table import QUANTITIES
 
 __all__ = ["Spec", "read_spec"]
 
@@ -39,7 +40,7 @@ class Spec:
     drift, expr : str or None
         Name of a ready-made drift, or a formula.
     quantities : tuple of str
-        Keys of `symasym.commands.named.QUANTITIES`.
+        Keys of `symasym.methods.table.QUANTITIES`.
     dps : int
     axes : tuple of (str, tuple of str)
         Each parameter and number with its values as exact texts, the last one varying fastest.
@@ -286,8 +287,8 @@ def _log_range(key: str, low: Fraction, high: Fraction, count: int) -> Iterator[
     if low <= 0 or high <= 0:
         raise _Refused(key, "a logarithmic range has from and to greater than 0.")
     with own_context(30) as context:
-        first, ratio = context.mpf(low.numerator) / low.denominator, high / low
-        growth = context.log(context.mpf(ratio.numerator) / ratio.denominator)
+        first, ratio = mpf_of(low, context), high / low
+        growth = context.log(mpf_of(ratio, context))
         for k in range(count):
             if k in (0, count - 1):
                 yield number_text(high if k else low)

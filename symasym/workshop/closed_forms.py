@@ -6,6 +6,8 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
+from symasym.base.contexts import mpf_of
+
 ClosedForm = Callable[[Any, Any, Any, Any], Any]
 
 
@@ -14,7 +16,7 @@ def constant_drift(a: str) -> dict[str, ClosedForm]:
 
     def number(mp: Any) -> Any:
         exact = Fraction(a)
-        return mp.mpf(exact.numerator) / exact.denominator
+        return mpf_of(exact, mp)
 
     def below(mp: Any, kappa: Any, r: Any, x: Any) -> Any:
         rate = 2 * number(mp) / kappa**2
@@ -42,7 +44,7 @@ def linear_sliding(slope: str) -> dict[str, ClosedForm]:
     """P, 1 - P and the density of A = -slope u, whose potential is a parabola between lines."""
 
     def parts(mp: Any, kappa: Any) -> tuple[Any, Any, Any]:
-        a = mp.mpf(Fraction(slope).numerator) / Fraction(slope).denominator
+        a = mpf_of(Fraction(slope), mp)
         q = a / kappa**2  # lam V = q u^2 up to a constant
         inside = mp.sqrt(mp.pi / q) * mp.erf(mp.sqrt(q))
         return inside, mp.exp(-q) / q, q
@@ -58,7 +60,7 @@ def linear_sliding(slope: str) -> dict[str, ClosedForm]:
     def density(at: str) -> ClosedForm:
         def value(mp: Any, kappa: Any, r: Any, x: Any) -> Any:
             layer, tails, q = parts(mp, kappa)
-            y = abs(mp.mpf(Fraction(at).numerator) / Fraction(at).denominator)
+            y = abs(mpf_of(Fraction(at), mp))
             rise = y * y if y <= 1 else 1 + 2 * (y - 1)
             return mp.exp(-q * rise) / (layer + tails)
 

@@ -19,6 +19,7 @@ from typing import Any
 import mpmath
 
 import symasym as sa
+from symasym.base.contexts import mpf_of
 from symasym.workshop.closed_forms import HALF, ClosedForm, constant_drift, linear_sliding
 
 TAGS = {
@@ -142,7 +143,7 @@ class Problem:
         context = mpmath.MPContext()
         context.dps = 2 * dps + 250  # what the closed forms cancel
         scene = (Fraction(x) for x in (self.kappa, self.r, self.start))
-        numbers = (context.mpf(x.numerator) / x.denominator for x in scene)
+        numbers = (mpf_of(x, context) for x in scene)
         return mpmath.mp.make_mpf(self.closed[quantity](context, *numbers)._mpf_)
 
     def __str__(self) -> str:

@@ -22,12 +22,14 @@ How the accuracy is come by:
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from fractions import Fraction
+from functools import cache
 from itertools import pairwise
 from math import ceil
-from typing import Any
+from typing import Any, NamedTuple
 
+from symasym.base.contexts import to_mpf
 from symasym.base.errors import AccuracyError, InputError, RegionError
 from symasym.numbers.trees import MpmathOps
 
@@ -70,27 +72,16 @@ def escape_time(drift: Any, kappa: Fraction, r: Fraction, start: Fraction, dps: 
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
         grid = _Grid(drift, kappa, [-r, start, r], work, level)
-        mp = grid.mp
-        inner = mp.zero  # integral of e^{-lam V} over the panels so far
-        before = after = mp.zero  # double integral over v < start, v > start
-        s_before = s_after = mp.zero  # integral of e^{lam V} over the same
-        for panel in grid.panels():
-            rising = [mp.exp(x) for x in panel.exponents]
-            falling = [1 / x for x in rising]
-            up_to_v = [inner + x for x in grid.running(panel, falling)]
-            double = grid.integral(panel, [s * x for s, x in zip(rising, up_to_v, strict=True)])
-            single = grid.integral(panel, rising)
-            inner += grid.integral(panel, falling)
-            if panel.left >= start:
-                after, s_after = after + double, s_after + single
-            else:
-                before, s_before = before + double, s_before + single
-        C = s_after / (s_before + s_after)
-        not_C = s_before / (s_before + s_after)
-        time = grid.lam * (not_C * after - C * before)
-        size = grid.lam * (not_C * after + C * before)
-        lost = work if time <= 0 else int(mp.log10(size / time))
-        return time, lost
+        # Left and right of the start: the integral of e^{lam V} over v, and the double integral.
+        single, double = [grid.mp.zero] * 2, [grid.mp.zero] * 2
+        for panel in grid.panels(nested=True):
+            side = int(panel.left >= start)
+            single[side] += panel.rising
+            double[side] += panel.nested
+        not_C, C = (x / sum(single) for x in single)
+        time = grid.lam * (not_C * double[1] - C * double[0])
+        size = grid.lam * (not_C * double[1] + C * double[0])
+        return time, work if time <= 0 else int(grid.mp.log10(size / time))
 
     return _agreed(quadrature, dps)
 
@@ -104,50 +95,25 @@ def exit_probability(drift: Any, kappa: Fraction, r: Fraction, start: Fraction, 
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
         grid = _Grid(drift, kappa, [-r, start, r], work, level)
-        before = after = grid.mp.zero
-        for panel in grid.panels():
-            part = grid.integral(panel, [grid.mp.exp(x) for x in panel.exponents])
-            if panel.left >= start:
-                after += part
-            else:
-                before += part
-        return after / (before + after), 0
+        panels = list(grid.panels())
+        after = sum(panel.rising for panel in panels if panel.left >= start)
+        return after / sum(panel.rising for panel in panels), 0
 
     return _agreed(quadrature, dps)
 
 
 def occupation(drift: Any, kappa: Fraction, dps: int, complement: bool = False) -> Any:
-    """Stationary probability of -1 <= u <= 1, by eq:P; of the rest if `complement`.
+    """Stationary probability of -1 <= u <= 1, by eq:P; with `complement` that of the tails.
 
-    Parameters
-    ----------
-    drift : symasym.Drift
-        Of the sliding region: a- > 0 > a+.
-    kappa : Fraction
-        Scaled noise amplitude.
-    dps : int
-        Decimal digits on which two resolutions must agree.
-    complement : bool
-        Give 1 - P, from the integrals over the tails.
-
-    Returns
-    -------
-    mpf
-        Of mpmath's global context, whose precision is neither used nor changed.
+    The drift must be sliding, a- > 0 > a+; the rest is as in `escape_time`.
     """
     _check(kappa)
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
-        ends = _where_tails_end(drift, kappa, work)
-        grid = _Grid(drift, kappa, list(ends), work, level)
-        inside = outside = grid.mp.zero
-        for panel in grid.panels():
-            part = grid.integral(panel, [grid.mp.exp(-x) for x in panel.exponents])
-            if -1 <= panel.left < 1:
-                inside += part
-            else:
-                outside += part
-        return (outside if complement else inside) / (inside + outside), 0
+        grid = _Grid(drift, kappa, list(_where_tails_end(drift, kappa, work)), work, level)
+        panels = list(grid.panels())
+        part = sum(p.falling for p in panels if (-1 <= p.left < 1) is not complement)
+        return part / sum(p.falling for p in panels), 0
 
     return _agreed(quadrature, dps)
 
@@ -155,32 +121,16 @@ def occupation(drift: Any, kappa: Fraction, dps: int, complement: bool = False) 
 def stationary_density(drift: Any, kappa: Fraction, y: Fraction, dps: int) -> Any:
     """Stationary probability density at `y`, by eq:pss with K such that its integral is 1.
 
-    Parameters
-    ----------
-    drift : symasym.Drift
-        Of the sliding region: a- > 0 > a+.
-    kappa, y : Fraction
-        Scaled noise amplitude and position.
-    dps : int
-        Decimal digits on which two resolutions must agree.
-
-    Returns
-    -------
-    mpf
-        Of mpmath's global context, whose precision is neither used nor changed.
+    The drift must be sliding, a- > 0 > a+; the rest is as in `escape_time`.
     """
     _check(kappa)
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
         low, high = _where_tails_end(drift, kappa, work)
         grid = _Grid(drift, kappa, [min(low, y - 1), y, max(high, y + 1)], work, level)
-        total = grid.mp.zero
-        at_y = grid.mp.nan
-        for panel in grid.panels():
-            if panel.left == y:
-                at_y = grid.mp.exp(-panel.start_exponent)
-            total += grid.integral(panel, [grid.mp.exp(-x) for x in panel.exponents])
-        return at_y / total, 0
+        panels = list(grid.panels())
+        (at_y,) = (grid.mp.exp(-p.exponent) for p in panels if p.left == y)
+        return at_y / sum(p.falling for p in panels), 0
 
     return _agreed(quadrature, dps)
 
@@ -198,9 +148,9 @@ def integral(drift: Any, kappa: Fraction, a: Fraction, b: Fraction, sign: int, d
         total, zero = grid.mp.zero, grid.mp.zero
         for panel in grid.panels():
             if panel.left == -1:
-                zero = panel.start_exponent
+                zero = panel.exponent
             if panel.left >= a:
-                total += grid.integral(panel, [grid.mp.exp(sign * x) for x in panel.exponents])
+                total += panel.rising if sign > 0 else panel.falling
         # V was counted from the left end.
         return total * grid.mp.exp(-sign * zero), 0
 
@@ -218,16 +168,7 @@ def double_integral(
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
         grid = _Grid(drift, kappa, [left, low, high], work, level)
-        inner, total = grid.mp.zero, grid.mp.zero
-        for panel in grid.panels():
-            rising = [grid.mp.exp(x) for x in panel.exponents]
-            falling = [1 / x for x in rising]
-            if panel.left >= low:
-                up_to_v = [inner + x for x in grid.running(panel, falling)]
-                both = [s * x for s, x in zip(rising, up_to_v, strict=True)]
-                total += grid.integral(panel, both)
-            inner += grid.integral(panel, falling)
-        return total, 0
+        return sum(p.nested for p in grid.panels(nested=True) if p.left >= low), 0
 
     return _agreed(quadrature, dps)
 
@@ -243,8 +184,6 @@ def _check(kappa: Fraction, r: Fraction = Fraction(1), start: Fraction = Fractio
 
 def _agreed(quadrature: Callable[[int, int], tuple[Any, int]], dps: int) -> Any:
     """The value of `quadrature` on which two successive levels agree to `dps` digits."""
-    import mpmath
-
     extra = 4
     previous = None
     for level in range(_REFINEMENTS + 1):
@@ -254,11 +193,9 @@ def _agreed(quadrature: Callable[[int, int], tuple[Any, int]], dps: int) -> Any:
             # Where all digits were lost, the count is only a lower bound: hence the loop.
             extra = lost + max(16, lost // 4)
             value, lost = quadrature(dps + extra, level)
-        if previous is not None and abs(value - previous) <= abs(value) * value.context.mpf(10) ** (
-            -dps
-        ):
-            bits = mpmath.libmp.dps_to_prec(dps)
-            return mpmath.mp.make_mpf(mpmath.libmp.mpf_pos(value._mpf_, bits, "n"))
+        close = abs(value) * value.context.mpf(10) ** -dps
+        if previous is not None and abs(value - previous) <= close:
+            return to_mpf(value, dps)
         previous = value
     raise AccuracyError(
         f"quadrature on {_REFINEMENTS + 1} grids gave no two results that agree to {dps} digits; "
@@ -266,6 +203,7 @@ def _agreed(quadrature: Callable[[int, int], tuple[Any, int]], dps: int) -> Any:
     )
 
 
+@cache
 def _context(dps: int) -> Any:
     import mpmath
 
@@ -288,14 +226,14 @@ def _where_tails_end(drift: Any, kappa: Fraction, work: int) -> tuple[Fraction, 
     return -1 - decades / Fraction(float(a_minus)), 1 + decades / Fraction(-float(a_plus))
 
 
-class _Panel:
-    """[left, left + 2 half], and lam V at the Gauss nodes in it."""
+class _Panel(NamedTuple):
+    """Integrals over one panel; V is counted from the left end of the grid."""
 
-    def __init__(self, left: Fraction, half: Any, start_exponent: Any, exponents: Any) -> None:
-        self.left = left
-        self.half = half
-        self.start_exponent = start_exponent
-        self.exponents = exponents
+    left: Fraction
+    exponent: Any  # lam V at the panel's left end
+    rising: Any  # of e^{lam V}
+    falling: Any  # of e^{-lam V}
+    nested: Any  # of e^{lam (V(v) - V(u))}, v in the panel and u from the grid's left end to v
 
 
 class _Grid:
@@ -320,8 +258,7 @@ class _Grid:
                 f"plain quadrature needs {len(self.edges)} panels of {nodes} nodes here; "
                 "take stronger noise, a smaller r or fewer digits."
             )
-        self.nodes, self.weights = _gauss_legendre(self.mp, nodes)
-        self.primitive = _integration_matrix(self.mp, self.nodes, self.weights)
+        self.nodes, self.weights, self.primitive = _rule(work, nodes)
 
     def _evaluate(self, u: Any) -> Any:
         return self.mp.mpf(self.drift.evaluate(u, self.ops))
@@ -371,31 +308,45 @@ class _Grid:
                 "take stronger noise or a smaller r."
             )
 
-    def panels(self) -> Any:
-        """The panels from left to right, with lam V counted from the left end.
+    def panels(self, nested: bool = False) -> Iterator[_Panel]:
+        """The panels from left to right; without `nested` the double integrals are left out.
 
         The paper counts V from -1, but all formulas contain differences of V only.
         """
-        exponent = self.mp.zero
+        mp = self.mp
+        exponent = before = mp.zero
         for a, b in pairwise(self.edges):
-            half = self.ops.rational((b - a) / 2)
-            center = self.ops.rational((a + b) / 2)
+            half, center = (self.ops.rational(x / 2) for x in (b - a, b + a))
             if a >= 1 or b <= -1:
                 slopes = [-self.lam * self.phi(center)] * len(self.nodes)
             else:
                 slopes = [-self.lam * self._evaluate(center + half * t) for t in self.nodes]
-            panel = _Panel(a, half, exponent, None)
-            panel.exponents = [exponent + x for x in self.running(panel, slopes)]
-            yield panel
-            exponent += self.integral(panel, slopes)
+            rising = [mp.exp(exponent + x) for x in self._running(half, slopes)]
+            falling = [1 / x for x in rising]
+            double = mp.zero
+            if nested:
+                up_to_v = [before + x for x in self._running(half, falling)]
+                double = self._whole(half, [s * x for s, x in zip(rising, up_to_v, strict=True)])
+            whole = self._whole(half, falling)
+            yield _Panel(a, exponent, self._whole(half, rising), whole, double)
+            before += whole
+            exponent += self._whole(half, slopes)
 
-    def integral(self, panel: _Panel, values: list[Any]) -> Any:
-        """Integral over the panel, from the values at its nodes."""
-        return panel.half * self.mp.fdot(self.weights, values)
+    def _whole(self, half: Any, values: list[Any]) -> Any:
+        """Integral over a panel, from the values at its nodes."""
+        return half * self.mp.fdot(self.weights, values)
 
-    def running(self, panel: _Panel, values: list[Any]) -> list[Any]:
+    def _running(self, half: Any, values: list[Any]) -> list[Any]:
         """Integrals from the panel's left end to each of its nodes."""
-        return [panel.half * self.mp.fdot(row, values) for row in self.primitive]
+        return [half * self.mp.fdot(row, values) for row in self.primitive]
+
+
+@cache
+def _rule(dps: int, count: int) -> tuple[list[Any], list[Any], list[list[Any]]]:
+    """Nodes, weights and integration matrix of a Gauss rule."""
+    mp = _context(dps)
+    nodes, weights = _gauss_legendre(mp, count)
+    return nodes, weights, _integration_matrix(mp, nodes, weights)
 
 
 def _legendre(mp: Any, count: int, x: Any) -> list[Any]:

@@ -15,13 +15,13 @@ from typing import Any
 
 import derivations
 import symasym as sa
+from derivations.derive import derive
 from derivations.registry import closure, entries
 from derivations.report import names
 from symasym.base import progress
 from symasym.base.errors import InputError
 from symasym.base.files import decimal_text, read_json, versions, write_bytes, write_json
 from symasym.base.inputs import digits
-from symasym.commands.derive import derive
 from symasym.tables.run import value_record
 from symasym.workshop import figures
 from symasym.workshop.derive_ahead import ahead

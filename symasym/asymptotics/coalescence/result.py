@@ -11,7 +11,7 @@ import sympy
 
 from symasym.asymptotics.coalescence.endpoints import BEYOND
 from symasym.asymptotics.laplace.parameters import IntegralParts
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import Estimate
 from symasym.base.inputs import digits, exact, float_text, floats, is_array
@@ -215,9 +215,9 @@ class UniformExpansion(IntegralParts):
         if rational <= 0:
             raise InputError(f"lam is {float_text(rational)}; it must be greater than 0.")
         with own_context(dps + 10) as context:
-            size = context.log10(context.mpf(rational.numerator) / rational.denominator)
+            size = context.log10(mpf_of(rational, context))
             context.dps += max(0, int(size))
-            large = context.mpf(rational.numerator) / rational.denominator
+            large = mpf_of(rational, context)
             total, error = self._sum(large, context)
             # What the sum and its coefficients are rounded to.
             error += abs(total) * context.mpf(10) ** -(dps + 5)

@@ -10,7 +10,7 @@ import numpy as np
 import sympy
 
 from symasym.asymptotics.laplace.kinks import WORK, Piece, at, number
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import InputError
 from symasym.numbers.coefficient_fields import sampled_parameters, vanishes
 from symasym.numbers.trees import MpmathOps, NumpyOps, evaluate_tree
@@ -72,7 +72,7 @@ def same_height(first: Any, second: Any) -> bool:
     """Whether two heights agree to all but the last of the digits they were computed with."""
     with own_context(WORK) as context:
         a, b = context.make_mpf(first._mpf_), context.make_mpf(second._mpf_)
-        tolerance = context.mpf(_EQUAL.numerator) / _EQUAL.denominator
+        tolerance = mpf_of(_EQUAL, context)
         return bool(abs(a - b) <= tolerance * max(1, abs(a)))
 
 

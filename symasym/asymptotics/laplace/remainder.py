@@ -11,7 +11,7 @@ from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import Piece, difference, number
 from symasym.asymptotics.laplace.maxima import same_height
 from symasym.asymptotics.laplace.tail_bounds import Part, boxes
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.numbers.balls import precision
 
 # Terms behind the last one used that are bounded one by one, the others by Cauchy's estimate.
@@ -109,7 +109,7 @@ def _beside(d: Disk, c: Contribution, used: int, lam: Any, context: Any) -> tupl
     """
     both = len(d.sides) == 2
     _, coefficients = c.numbers(40)
-    beta = context.mpf(d.beta.numerator) / d.beta.denominator
+    beta = mpf_of(d.beta, context)
     # On two sides every second coefficient cancels.
     shift = int(d.beta - 1) % 2 if both else 0
     position, total, small = 0, context.mpf(0), context.mpf(0)

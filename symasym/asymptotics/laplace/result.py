@@ -14,7 +14,7 @@ from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import difference, number
 from symasym.asymptotics.laplace.parameters import IntegralParts
-from symasym.base.contexts import own_context, to_mpf
+from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import FloatArray, digits, exact, float_text, floats, is_array
@@ -207,10 +207,10 @@ class LaplaceExpansion(IntegralParts):
                     "digits; pass dps=… to laplace_integral."
                 )
         with own_context(dps + 30) as context:
-            large = context.mpf(rational.numerator) / rational.denominator
+            large = mpf_of(rational, context)
             more = dps + 30 + max(0, int(context.log10(large)))
             context.dps = more
-            large = context.mpf(rational.numerator) / rational.denominator
+            large = mpf_of(rational, context)
             top = context.make_mpf(number(self.height, dps=more)._mpf_)
             total, orders = context.mpf(0), []
             for c in self.contributions:

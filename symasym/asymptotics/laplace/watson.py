@@ -31,8 +31,10 @@ from typing import Any
 
 import numpy as np
 
+from symasym.base.contexts import mpf_of
 from symasym.base.errors import InputError
 from symasym.base.inputs import digits, exact
+from symasym.numbers.power_series import dot, power
 
 __all__ = ["laplace_coefficients", "moment_coefficients", "perron_coefficients"]
 
@@ -92,8 +94,8 @@ def perron_coefficients(
     for k in range(start, len(weights), step):
         # The exponent of the power is -s = -p/q, kept as integers (p an element if beta is).
         p, q = k * denominator + numerator, contact * denominator
-        power = negative_power(alpha, p, q, k, weights[0] * 0 + 1)
-        found.append(_dot(weights[: k + 1], power[::-1]))
+        root = power(alpha, -p, q, k + 1, weights[0] * 0 + 1)
+        found.append(dot(weights[: k + 1], root[::-1]))
     return found
 
 
@@ -133,14 +135,14 @@ def moment_coefficients(
     powers = [[one] + [zero] * (count - 1)]
     for m in range(1, count):
         last = powers[-1]
-        powers.append([_dot(base[: i + 1], last[: i + 1][::-1]) for i in range(count - m)])
+        powers.append([dot(base[: i + 1], last[: i + 1][::-1]) for i in range(count - m)])
     found = []
     for k in range(start, count, step):
         p, q = k * denominator + numerator, contact * denominator
         total, rising = zero, one
         for m in range(k + 1):
             # Sum over j of g[k - j] B[m][j]; then the moment's Gamma(s + m)/Gamma(s) / m!.
-            total = total + rising * _dot(weights[: k - m + 1], powers[m][: k - m + 1][::-1])
+            total = total + rising * dot(weights[: k - m + 1], powers[m][: k - m + 1][::-1])
             rising = rising * (p + q * m) / (-q * (m + 1))
         found.append(total)
     return found
@@ -240,22 +242,18 @@ def _with_digits(f: Any, g: Any, contact: int, beta: Fraction, sides: int, dps: 
     if f[contact] >= 0:
         raise _no_maximum(contact, -f[contact])
     with own_context(dps + 10) as context:
-        a = _number(-f[contact], context)
+        a = mpf_of(-f[contact], context)
         found = []
         for k, d in enumerate(reduced):
             s = (sides * k + beta) / contact
-            value = _scaled(_number(d, context), a, s, sides, contact, context)
+            value = _scaled(mpf_of(d, context), a, s, sides, contact, context)
             found.append(to_mpf(value, dps))
         return found
 
 
 def _scaled(d: Any, a: Any, s: Fraction, sides: int, contact: int, context: Any) -> Any:
-    exponent = _number(s, context)
+    exponent = mpf_of(s, context)
     return d * context.gamma(exponent) * a**-exponent * sides / contact
-
-
-def _number(value: Fraction, context: Any) -> Any:
-    return context.mpf(value.numerator) / value.denominator
 
 
 def _no_maximum(contact: int, a: Any) -> InputError:
@@ -281,7 +279,7 @@ def _ring_of(kinds: set[type]) -> Any:
     if kind is float:
         return float
     if hasattr(kind, "_mpf_") and hasattr(kind, "context"):
-        return lambda x: kind.context.mpf(x.numerator) / x.denominator
+        return lambda x: mpf_of(x, kind.context)
     return None
 
 
@@ -307,19 +305,3 @@ def _read(
             )
         return alpha, weights[:count], (beta.numerator, beta.denominator)
     return alpha, weights[:count], (beta, 1)
-
-
-def negative_power(alpha: list[Any], p: Any, q: int, k: int, one: Any) -> list[Any]:
-    """Coefficients 0..k of (1 + alpha_1 t + ...)^(-p/q), by J. C. P. Miller's recurrence."""
-    power = [one]
-    for n in range(1, k + 1):
-        terms = [(p * j + q * (n - j)) * alpha[j] for j in range(1, n + 1)]
-        power.append(_dot(terms, power[::-1]) / (-q * n))
-    return power
-
-
-def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
-    total = a[0] * b[0]
-    for x, y in zip(a[1:], b[1:], strict=True):
-        total = total + x * y
-    return total

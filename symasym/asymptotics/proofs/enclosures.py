@@ -31,8 +31,9 @@ from symasym.asymptotics.proofs.cells import (
     steepness,
 )
 from symasym.drift.drift import Drift
-from symasym.exact.ball_panels import Outer, exp_quotient
+from symasym.exact.ball_panels import Outer
 from symasym.numbers.balls import exact_ball, flint_module, precision
+from symasym.special.exponentials import ball_quotient
 
 
 class Bounds(NamedTuple):
@@ -222,7 +223,7 @@ def _crude(panels: tuple[Panel, ...], lam: Fraction, sign: int) -> Bounds:
     number, size = exact_ball(sign * lam), exact_ball(lam)
     low = high = flint_module().arb(0)
     for p in panels:
-        line = p.width * exp_quotient(number * p.slope * p.width, 1) * (number * p.height).exp()
+        line = p.width * ball_quotient(number * p.slope * p.width, 1) * (number * p.height).exp()
         bend = (size * p.bend).exp()
         least, most = line / bend, line * bend
         if p.steep > 0 and not size * p.bend < 1:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from symasym.asymptotics.proofs.layer_bounds import Barrier, Edge, Layer, layer_of
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift
@@ -26,6 +26,7 @@ from symasym.drift.scenes import (
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of
 from symasym.numbers.intervals import quotients
+from symasym.special.exponentials import log_quotient
 
 # Bounds further apart say nothing that is worth a number.
 _MOST_RATIO = 3
@@ -212,7 +213,7 @@ def _float_side(
         nonlocal height
         size = np.maximum(length, 0.0)
         y = -lam * a * size
-        parts.append(np.tile(lam * height + np.log(size) + _log_quotient(y), (2, 1)))
+        parts.append(np.tile(lam * height + np.log(size) + log_quotient(y), (2, 1)))
         height = height - a * size
 
     outer(slopes[0], np.minimum(-1.0, r) - x)
@@ -233,14 +234,6 @@ def _layer(drift: Drift, mirrored: bool, low: Fraction, high: Fraction) -> Layer
         return layer_of(drift, mirrored, low, high)
 
 
-def _log_quotient(x: FloatArray) -> FloatArray:
-    """log((e^x - 1)/x)."""
-    size = np.abs(x)
-    safe = np.where(size == 0, 1.0, size)
-    found: FloatArray = np.where(size == 0, 0.0, np.log(-np.expm1(-safe) / safe))
-    return np.maximum(x, 0.0) + found
-
-
 def _float_layer(layer: Layer, lam: FloatArray) -> FloatArray:
     """Logarithms of the lower and the upper bound over the layer, V from its beginning."""
     totals = []
@@ -252,7 +245,7 @@ def _float_layer(layer: Layer, lam: FloatArray) -> FloatArray:
             ]
         )[:, :, None]
         x = lam * np.abs(p[:, 1]) * p[:, 2]
-        pair = np.logaddexp(_log_quotient(x), _log_quotient(-x))
+        pair = np.logaddexp(log_quotient(x), log_quotient(-x))
         middle = lam * p[:, 0] + np.log(p[:, 2]) + pair
         bounds = [
             np.logaddexp.reduce(middle + sign * lam * p[:, 3], axis=0) for sign in (-1.0, 1.0)
@@ -348,7 +341,7 @@ def _paper_log(drift: Drift, values: dict[str, Fraction], complement: bool, cont
         )
 
     def number(x: Fraction) -> Any:
-        return context.mpf(x.numerator) / x.denominator
+        return mpf_of(x, context)
 
     rate = number(a_minus * r / kappa**2)
     if not rate * 3 / 2 >= context.log(4):

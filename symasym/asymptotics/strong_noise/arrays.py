@@ -16,6 +16,7 @@ from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.drift.float_field import Field, IntArray, field_of
 from symasym.drift.scenes import Scenes
+from symasym.special.exponentials import log_quotient, mean_place
 
 # Rounding of one step of the log domain: lam, a product and an exponential or logarithm.
 _UNIT = 1e-15
@@ -151,28 +152,9 @@ def _outer(a: FloatArray, lam: FloatArray, length: FloatArray) -> _Piece:
     """A stretch of constant drift, in closed form."""
     x = lam * a * length
     size = np.log(length)
-    rising, falling = size + _log_quotient(x), size + _log_quotient(-x)
-    stack = [np.tile(part, (3, 1)) for part in (x, rising, falling, size + np.log(_time_share(x)))]
+    rising, falling = size + log_quotient(x), size + log_quotient(-x)
+    stack = [np.tile(part, (3, 1)) for part in (x, rising, falling, size + np.log(mean_place(x)))]
     return _Piece(*stack)
-
-
-def _log_quotient(x: FloatArray) -> FloatArray:
-    """log((e^x - 1)/x)."""
-    size = np.abs(x)
-    safe = np.where(size == 0, 1.0, size)
-    return np.maximum(x, 0.0) + np.where(size == 0, 0.0, np.log(-np.expm1(-safe) / safe))
-
-
-def _time_share(x: FloatArray) -> FloatArray:
-    """(e^x - 1 - x)/(x (e^x - 1)) = 1/x - 1/(e^x - 1)."""
-    small = np.abs(x) < 0.3
-    y = np.where(small, x, 0.0)
-    square = y * y
-    # The Bernoulli numbers over (2k)!; the next is below 1e-15.
-    series = y * (-1 / 12 + square * (1 / 720 + square * (-1 / 30240 + square / 1209600)))
-    z = np.where(small, 1.0, x)
-    far: FloatArray = 1 / z - 1 / np.expm1(np.clip(z, -800.0, 700.0))
-    return np.where(small, 0.5 + series - y * square**4 * 2.0876756987868e-08, far)
 
 
 def _layer(

@@ -27,7 +27,7 @@ from symasym.asymptotics.uniform.sums import corrected, time_at, whole_at
 from symasym.asymptotics.weak_noise.answer import require_seen, working_digits
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.critical_points import BEYOND, barriers, whole
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift
@@ -146,7 +146,7 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
             )
             return outside / total
 
-        number = context.mpf(lam.numerator) / lam.denominator
+        number = mpf_of(lam, context)
         folds, cut = _apart(folds, number, context)
         value, size = _with_error(share, number, order, float_text(values["kappa"]), context)
         size += 10 * cut * value
@@ -250,7 +250,7 @@ def _analysed(
             sign * float(f.point) for sign, s in zip(signs, sides, strict=True) for f in s.folds
         ]
         require_seen(drift, lam, folds)
-        yield _Series(context, sides, cuts, context.mpf(r.numerator) / r.denominator, local)
+        yield _Series(context, sides, cuts, mpf_of(r, context), local)
 
 
 def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
@@ -267,7 +267,7 @@ def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
 
 def _estimate(scene: _Series, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
     """T and its error; that of `local` is its distance from the uniform formula as well."""
-    context, number = scene.context, scene.context.mpf(lam.numerator) / lam.denominator
+    context, number = scene.context, mpf_of(lam, scene.context)
     sides, cut = [], []
     for side in scene.sides:
         folds, cost = _apart(side.folds, number, context)
@@ -352,6 +352,6 @@ def _names(sides: list[Seen], context: Any) -> tuple[str, ...]:
     found = []
     for sign, side in zip((-1, 1), sides, strict=True):
         for fold in side.folds:
-            at = sign * (context.mpf(fold.point.numerator) / fold.point.denominator)
+            at = sign * mpf_of(fold.point, context)
             found.append(f"well and barrier about u = {context.nstr(at, 6)}")
     return (*found, *_TERMS)

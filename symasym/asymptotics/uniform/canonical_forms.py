@@ -33,7 +33,8 @@ import numpy as np
 
 from symasym.asymptotics.coalescence.cubic_map import map_coefficients
 from symasym.numbers.arithmetic import Arithmetic
-from symasym.numbers.quadratic_factor import Pair, poly, shifted
+from symasym.numbers.polynomials import poly, shifted
+from symasym.numbers.quadratic_factor import Pair
 from symasym.special.airy import AiryProducts, airy_products
 from symasym.special.dawson import dawson
 

@@ -29,6 +29,7 @@ from typing import Any, NamedTuple
 
 from symasym.asymptotics.weak_noise.critical_points import BEYOND, Half, Place, wells_and_barriers
 from symasym.asymptotics.weak_noise.slow_manifold import laurent
+from symasym.base.contexts import mpf_of
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
 from symasym.special.dawson import dawson
@@ -119,19 +120,19 @@ def cuts_of(
     if r < 1:
         zeros = _all_zeros(field, x, order, context)
     heights = {p.u: _rise(p) for p in places}
-    heights[_number(x, context)] = context.zero
+    heights[mpf_of(x, context)] = context.zero
     ends = max(-Fraction(1), -r), min(Fraction(1), r)
     found = []
     for p in (ends[0], x, ends[1]):
         inside = abs(p) <= 1 and field.value(p)
-        height = heights[_number(p, context)] if inside else context.zero
+        height = heights[mpf_of(p, context)] if inside else context.zero
         found.append(cuts_at(field, p, height, zeros, order, digits, context) if inside else [])
     return Cuts(*found)
 
 
 def _all_zeros(field: ExactField, x: Fraction, order: int, context: Any) -> list[Place]:
     """Also those beyond the ends, V measured from the start."""
-    start = field.potential_rise(-context.one, _number(x, context))
+    start = field.potential_rise(-context.one, mpf_of(x, context))
     return [
         p._replace(height=p.height - (start if p.kind == "barrier" else -start))
         for p in wells_and_barriers(field, order, context)
@@ -148,10 +149,10 @@ def cuts_at(
     context: Any,
 ) -> list[Cut]:
     """The place `p`, where V is `height`, seen from the zeros left and right of it."""
-    at = _number(p, context)
+    at = mpf_of(p, context)
     zeros = sorted(zeros, key=lambda z: z.u)
     count = order + 1 + BEYOND
-    taylor = [_number(c, context) for c in field.taylor(p, Fraction(1), count)[:count]]
+    taylor = [mpf_of(c, context) for c in field.taylor(p, Fraction(1), count)[:count]]
     taylor += [context.zero] * (count - len(taylor))
     h = [row[0] for row in laurent(taylor, False, count)]
     first = sum(1 for z in zeros if z.u < at)
@@ -216,10 +217,6 @@ def _cut(seen: _Seen, h: list[Any], count: int, digits: int, context: Any) -> Cu
 
 def _fade(n: int, ratio: Any, context: Any) -> Any:
     return context.one if ratio is None else context.gammainc(n + 2, 0, ratio, True)
-
-
-def _number(x: Any, context: Any) -> Any:
-    return context.mpf(x.numerator) / x.denominator
 
 
 # -- at one lam ------------------------------------------------------------------------------------

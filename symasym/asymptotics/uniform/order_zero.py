@@ -37,9 +37,10 @@ from symasym.asymptotics.weak_noise.series import Point
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.arithmetic import FLOATS, Arithmetic, Digits
-from symasym.numbers.factors import Factor, Line, Pieces, divided, pieces_of, seen_from
+from symasym.numbers.factors import Factor, Line, Pieces, pieces_of, seen_from
+from symasym.numbers.polynomials import divided, poly, shifted
 from symasym.numbers.quadratic_factor import Pair as Local
-from symasym.numbers.quadratic_factor import mean_of_values, poly, shifted
+from symasym.numbers.quadratic_factor import mean_of_values
 
 __all__ = ["OrderZero", "Scene", "Together", "escape_time", "factor_pair", "scene_of"]
 

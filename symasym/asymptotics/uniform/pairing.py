@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from symasym.asymptotics.uniform.coalescing_pair import Fold, fold_of
 from symasym.asymptotics.weak_noise.critical_points import BEYOND, Half, Place, half, turning_points
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
@@ -145,9 +145,7 @@ def _chosen(found: list[tuple[Fold, list[Place]]]) -> list[Fold]:
 def _fold(stretch: Stretch, point: Fraction, count: int, places: list[Place]) -> Fold | None:
     """The pair about this zero of phi's slope, if it is one by itself."""
     context = stretch.context
-    taylor = [
-        context.mpf(c.numerator) / c.denominator for c in _taylor(stretch.field, point, count)
-    ]
+    taylor = [mpf_of(c, context) for c in _taylor(stretch.field, point, count)]
     try:
         pair = split_pair(taylor, context)
         fold = fold_of(pair, taylor, point, _height(stretch, point), count, stretch.digits, context)
@@ -156,8 +154,8 @@ def _fold(stretch: Stretch, point: Fraction, count: int, places: list[Place]) ->
     if pair.zeta > 0 and None in [place_at(u, places) for u in zeros_of(fold, context)]:
         return None
     rooms = [_way(stretch, fold, u, places) for u in stretch.cuts]
-    middle = context.mpf(point.numerator) / point.denominator + pair.middle
-    ends = [context.mpf(u.numerator) / u.denominator for u in (stretch.lo, stretch.hi)]
+    middle = mpf_of(point, context) + pair.middle
+    ends = [mpf_of(u, context) for u in (stretch.lo, stretch.hi)]
     # Beyond the layer phi is another function, and the pair none of its own.
     room = min(rooms, default=context.inf) if ends[0] < middle < ends[1] else context.zero
     return fold._replace(room=room)
@@ -166,7 +164,7 @@ def _fold(stretch: Stretch, point: Fraction, count: int, places: list[Place]) ->
 def _way(stretch: Stretch, fold: Fold, cut: Fraction, places: list[Place]) -> Any:
     """How far V goes up and down between a pair and a cut."""
     context = stretch.context
-    point, end = (context.mpf(u.numerator) / u.denominator for u in (fold.point, cut))
+    point, end = (mpf_of(u, context) for u in (fold.point, cut))
     zeros = sorted(
         (p for p in places if p.kind in ("well", "barrier") and (p.u - point) * (p.u - end) < 0),
         key=lambda p: abs(p.u - point),
@@ -181,7 +179,7 @@ def _is_own(fold: Fold, turns: list[Fraction], context: Any) -> bool:
     if fold.pair.zeta > 0:
         return True
     others = [u - fold.point for u in turns if u != fold.point]
-    away = [abs(context.mpf(u.numerator) / u.denominator - fold.pair.middle) for u in others]
+    away = [abs(mpf_of(u, context) - fold.pair.middle) for u in others]
     return all(abs(fold.pair.middle) <= distance for distance in away)
 
 
@@ -194,17 +192,17 @@ def _taylor(field: ExactField, point: Fraction, count: int) -> list[Fraction]:
 def _height(stretch: Stretch, point: Fraction) -> Any:
     """V, from the start."""
     field, x, context = stretch.field, stretch.x, stretch.context
-    a, b = (context.mpf(u.numerator) / u.denominator for u in (stretch.lo, point))
+    a, b = (mpf_of(u, context) for u in (stretch.lo, point))
     rise = field.potential_rise(a, b)
     if x < -1:
         fall = field.value(Fraction(-1)) * (-1 - x)
-        rise -= context.mpf(fall.numerator) / fall.denominator
+        rise -= mpf_of(fall, context)
     return rise
 
 
 def zeros_of(fold: Fold, context: Any) -> tuple[Any, Any]:
     """The two of a real pair."""
-    middle = context.mpf(fold.point.numerator) / fold.point.denominator + fold.pair.middle
+    middle = mpf_of(fold.point, context) + fold.pair.middle
     half_way = context.sqrt(fold.pair.square)
     return middle - half_way, middle + half_way
 

@@ -26,7 +26,8 @@ from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes
 from symasym.numbers.polynomial_roots import Zeros, zeros_of
-from symasym.numbers.quadratic_factor import Pair, pairs_of, poly, shifted
+from symasym.numbers.polynomials import poly, shifted
+from symasym.numbers.quadratic_factor import Pair, pairs_of
 
 __all__ = ["found_of"]
 

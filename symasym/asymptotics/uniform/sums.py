@@ -19,6 +19,7 @@ from symasym.asymptotics.weak_noise.compose import (
     weights_of,
 )
 from symasym.asymptotics.weak_noise.critical_points import Place
+from symasym.base.contexts import mpf_of
 
 __all__ = ["Met", "corrected", "time_at", "whole_at"]
 
@@ -139,7 +140,7 @@ def _meet(fold: Fold, k: int, sums: list[_Sum], lam: Any, order: int, context: A
     for n, share in enumerate(fold.share[: order + 1]):
         own.nested -= share * lam ** -(n + 1)
     if fold.pair.zeta < 0:
-        middle = context.mpf(fold.point.numerator) / fold.point.denominator
+        middle = mpf_of(fold.point, context)
         own.rising.append(_Share(middle, local.rising * height, context.zero, None))
         own.falling.append(_Share(middle, local.falling / height, context.zero, None))
         own.nested += local.both if fold.onward else context.zero

@@ -37,7 +37,7 @@ from symasym.asymptotics.weak_noise.critical_points import Half, Place, half, wh
 from symasym.asymptotics.weak_noise.one_sided import sight_of
 from symasym.asymptotics.weak_noise.optimal_order import Found, chosen, of_log
 from symasym.asymptotics.weak_noise.resolution import unseen, unseen_in
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
@@ -104,7 +104,7 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
     require_seen(drift, lam)
     with own_context(digits + 2 * len(str(int(lam + 1))) + 20) as context:
         stationary = _stationary(drift, order, context)
-        number = context.mpf(lam.numerator) / lam.denominator
+        number = mpf_of(lam, context)
         found = []
         for n in orders:
             outside, total = _outside(stationary, number, n, Exponentials(context))
@@ -142,9 +142,7 @@ def _stationary(drift: Drift, order: int, context: Any) -> _Stationary:
     places = whole(field, order, context)
     slopes = [abs(field.value(Fraction(side))) for side in (-1, 1)]
     heights = places[0].height, places[-1].height
-    ends = tuple(
-        (context.mpf(s.numerator) / s.denominator, h) for s, h in zip(slopes, heights, strict=True)
-    )
+    ends = tuple((mpf_of(s, context), h) for s, h in zip(slopes, heights, strict=True))
     wells = [f"well at u = {context.nstr(p.u, 6)}" for p in places if p.kind == "well"]
     return _Stationary(places, (ends[0], ends[1]), (*wells, "kinks"))
 
@@ -231,7 +229,7 @@ def _answer(
     with own_context(working_digits(digits, lam, values["r"]) + near) as context:
         outer = (digits + 15 + near) * quantity.outer
         halves = _halves(drift, values["r"], values["start"], order, context, outer)
-        number = context.mpf(lam.numerator) / lam.denominator
+        number = mpf_of(lam, context)
         ops, tried = Exponentials(context), {}
         found = []
         for n in orders:
@@ -274,7 +272,7 @@ def parts(
     require_seen(drift, lam)
     near = digits_lost(values["r"], values["start"])
     with own_context(working_digits(digits, lam, values["r"]) + near) as context:
-        ops, number = Exponentials(context), context.mpf(lam.numerator) / lam.denominator
+        ops, number = Exponentials(context), mpf_of(lam, context)
         # No more digits of the outer part than its share of what is allowed.
         outer = len(str(int(1 / allowed))) + 12 + near
         halves = _halves(drift, values["r"], values["start"], orders[-1], context, outer)
@@ -288,7 +286,7 @@ def parts(
             if best is None or error < best.error:
                 items = _items(halves, sides, number, values["r"], n, ops)
                 best = Parts(items, total.value, error, n)
-            if error <= _number(allowed, context):
+            if error <= mpf_of(allowed, context):
                 break
     if best is None:
         raise _too_strong(float_text(values["kappa"]), orders[-1])
@@ -333,10 +331,6 @@ def working_digits(digits: int, lam: Fraction, r: Fraction) -> int:
 def digits_lost(r: Fraction, x: Fraction) -> int:
     """Digits that cancel where the way to an end is short: T is as small, its terms are not."""
     return len(str(int(max(r, Fraction(1)) / (r - abs(x))))) - 1
-
-
-def _number(x: Fraction, context: Any) -> Any:
-    return context.mpf(x.numerator) / x.denominator
 
 
 def _most_order(request: Request) -> int:

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.weak_noise.critical_points import BEYOND, Groups, Half, Place
+from symasym.base.contexts import mpf_of
 from symasym.base.inputs import FloatArray
 from symasym.numbers.log_scaled import LogScaled
 
@@ -138,7 +139,7 @@ class Exponentials:
 
     def number(self, x: Any) -> Any:
         if isinstance(x, Fraction):
-            return self._context.mpf(x.numerator) / x.denominator
+            return mpf_of(x, self._context)
         return x
 
 

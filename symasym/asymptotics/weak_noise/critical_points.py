@@ -15,14 +15,15 @@ from typing import Any, NamedTuple
 
 from symasym.asymptotics.laplace.watson import (
     laplace_coefficients,
-    negative_power,
     perron_coefficients,
 )
 from symasym.asymptotics.weak_noise.regular_part import layer_integrals
 from symasym.asymptotics.weak_noise.slow_manifold import laurent
+from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.landscape import bracketed_zero
 from symasym.drift.taylor_field import ExactField, to_fraction
+from symasym.numbers.power_series import power
 
 #: Orders that are found beyond those that are added up; they tell the error.
 BEYOND = 2
@@ -137,7 +138,7 @@ class _Builder:
         self.start: Start
 
     def number(self, x: Any) -> Any:
-        return self.context.mpf(x.numerator) / x.denominator
+        return mpf_of(x, self.context)
 
     def half(self, x: Fraction, r: Fraction, outer: int) -> Half:
         one, height = Fraction(1), self.context.zero
@@ -321,7 +322,7 @@ class _Builder:
             change = series[top] * c.log(a[0])
             for j in range(top):
                 p = top - j
-                constant = negative_power(alpha, p, 1, p, c.one)[p] * a[0] ** -p
+                constant = power(alpha, -p, 1, p + 1, c.one)[p] * a[0] ** -p
                 change += series[j] * constant / -p
             self.outer[k].append((-change, k + 1, 0))
 
@@ -386,7 +387,7 @@ def simple_zeros(
         if not (low and high):
             raise degenerate(edges[k] if low else edges[k - 1])
         if (low > 0) != (high > 0):
-            a, b = (context.mpf(e.numerator) / e.denominator for e in edges[k - 1 : k + 1])
+            a, b = (mpf_of(e, context) for e in edges[k - 1 : k + 1])
             pair = partial(_value_and_slope, field)
             found.append((bracketed_zero(pair, a, b, context), bool(high > 0)))
     return found
@@ -425,7 +426,7 @@ def turning_points(field: ExactField, lo: Fraction, hi: Fraction, context: Any) 
 
 
 def _quotient(a: Any, b: Any, context: Any) -> Any:
-    return context.mpf(a.numerator) / a.denominator / (context.mpf(b.numerator) / b.denominator)
+    return mpf_of(a, context) / mpf_of(b, context)
 
 
 def _value_and_slope(field: ExactField, u: Any) -> tuple[Any, Any]:

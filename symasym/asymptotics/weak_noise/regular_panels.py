@@ -9,11 +9,11 @@ from typing import Any
 from symasym.asymptotics.weak_noise.slow_manifold import (
     laurent,
     least_square,
-    number,
     primitive,
     product,
     reciprocal,
 )
+from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, SymasymError
 from symasym.drift.taylor_field import ExactField, to_fraction
 from symasym.numbers.quadratic_factor import split_pair
@@ -116,8 +116,8 @@ def _pair_shares(
     small: Any,
     context: Any,
 ) -> list[Any] | None:
-    width = number(half, context)
-    taylor = [number(c, context) for c in field.taylor(centre, half, terms)]
+    width = mpf_of(half, context)
+    taylor = [mpf_of(c, context) for c in field.taylor(centre, half, terms)]
     while len(taylor) > 3 and not taylor[-1]:
         # Its division takes the square of the length.
         taylor.pop()
@@ -193,7 +193,7 @@ def _zero_before(field: ExactField, lo: Fraction, context: Any) -> Fraction | No
         return lo
     if not slope or not 0 < value / slope < _APART:
         return None
-    zero = to_fraction(field.polish(number(lo - value / slope, context)))
+    zero = to_fraction(field.polish(mpf_of(lo - value / slope, context)))
     return zero if max(Fraction(-1), lo - 2 * _APART) < zero < lo else None
 
 
@@ -203,7 +203,7 @@ def _from_zero(
     """Add a panel from `lo` on about a zero before it; how far it reaches from there."""
     gap = lo - zero
     while reach > max(2 * gap, _NARROWEST):
-        if _add(field, zero, reach, True, (number(gap / reach, context), 1), found, context):
+        if _add(field, zero, reach, True, (mpf_of(gap / reach, context), 1), found, context):
             return reach
         reach /= 2
     if gap:
@@ -222,7 +222,7 @@ def _beside_end(
     """Add a panel about a zero, up to the `end` of the range if that is near; where it lies."""
     gap = abs(zero - end)
     while reach > gap:
-        near = -number(gap / reach, context), context.one
+        near = -mpf_of(gap / reach, context), context.one
         if _add(field, zero, reach, True, near if end < zero else (-1, -near[0]), found, context):
             return [end, zero + reach] if end < zero else [zero - reach, end]
         reach /= 2
@@ -291,14 +291,14 @@ def _shares(
     small: Any,
     context: Any,
 ) -> list[Any] | None:
-    taylor = [number(c, context) for c in field.taylor(centre, half, terms)]
+    taylor = [mpf_of(c, context) for c in field.taylor(centre, half, terms)]
     taylor += [context.zero] * (terms - len(taylor))
     if zero:
         taylor[0] = context.zero
     # Where the panel is far too wide, the first coefficients are lost beside the later ones.
     if not taylor[1 if zero else 0]:
         return None
-    width = number(half, context)
+    width = mpf_of(half, context)
     shares = []
     for k, series in enumerate(laurent(taylor, zero, count)):
         if max(abs(c) for c in series[-8:]) > small * max(abs(c) for c in series):

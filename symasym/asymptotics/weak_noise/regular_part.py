@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from symasym.asymptotics.weak_noise.regular_panels import panel_integrals
-from symasym.asymptotics.weak_noise.slow_manifold import laurent, least_square, number, primitive
+from symasym.asymptotics.weak_noise.slow_manifold import laurent, least_square, primitive
+from symasym.base.contexts import mpf_of
 from symasym.drift.taylor_field import ExactField
 
 __all__ = ["layer_integrals"]
@@ -37,10 +38,10 @@ def layer_integrals(
     """
     if field.is_polynomial:
         taylor = field.taylor(Fraction(0), Fraction(1), 0)
-        numbers = [number(c, context) for c in taylor]
+        numbers = [mpf_of(c, context) for c in taylor]
         roots = _roots(numbers, context)
         if roots is not None:
-            found = _by_fractions(numbers, roots, number(lo, context), number(hi, context), count)
+            found = _by_fractions(numbers, roots, mpf_of(lo, context), mpf_of(hi, context), count)
             if found is not None:
                 return found
     return panel_integrals(field, lo, hi, zeros, count, context)

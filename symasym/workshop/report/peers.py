@@ -16,6 +16,7 @@ from itertools import accumulate, pairwise
 from typing import Any
 
 import symasym as sa
+from symasym.base.contexts import mpf_of
 
 Polynomial = list[Fraction]
 
@@ -74,8 +75,8 @@ def mpmath_escape_time(
     from mpmath import mp, mpf
 
     with mp.workdps(dps):
-        lam = 2 / (mpf(kappa.numerator) / kappa.denominator) ** 2
-        potentials = _potentials([mpf(x.numerator) / x.denominator for x in c])
+        lam = 2 / mpf_of(kappa, mp) ** 2
+        potentials = _potentials([mpf_of(x, mp) for x in c])
         samples, edges = _samples(c, r), [-r, -1, 1, r]
         climb, high = mpf(_climb(c, r)), mpf(samples[0][1])
         left, right = [(0, -r, -1), (1, -1, 0)], [(1, 0, 1), (2, 1, r)]
@@ -131,7 +132,9 @@ def mpmath_escape_time(
 # -- Arb --------------------------------------------------------------------------------------
 
 
-def arb_escape_time(c: Polynomial, kappa: Fraction, r: int, dps: int, tuned: bool = False) -> Any:
+def arb_escape_time(
+    c: Polynomial, kappa: Fraction, r: int, dps: int, tuned: bool = False, log: bool = False
+) -> Any:
     """The same by nested `acb.integral` of python-flint: an `arb` that contains the value.
 
     Parameters
@@ -139,25 +142,16 @@ def arb_escape_time(c: Polynomial, kappa: Fraction, r: int, dps: int, tuned: boo
     tuned : bool
         Keep e^{lam (V(v) - V(u))} in one exponential inside the inner integral, where the
         wide balls in v that Arb tries first do less harm.
+    log : bool
+        The logarithm of it.
     """
     import flint
 
     before = flint.ctx.dps
     flint.ctx.dps = dps + 10
     try:
-        return _arb_escape_time(flint, c, kappa, r, dps, tuned)
-    finally:
-        flint.ctx.dps = before
-
-
-def arb_log_escape_time(c: Polynomial, kappa: Fraction, r: int, dps: int) -> Any:
-    """The logarithm of the tuned form, at the same precision."""
-    import flint
-
-    before = flint.ctx.dps
-    flint.ctx.dps = dps + 10
-    try:
-        return _arb_escape_time(flint, c, kappa, r, dps, True).log()
+        time = _arb_escape_time(flint, c, kappa, r, dps, tuned)
+        return time.log() if log else time
     finally:
         flint.ctx.dps = before
 
@@ -379,9 +373,9 @@ def pari_log_escape_time(
     # The largest exponent was taken out of T, and has no part in gp's digits.
     with mp.workdps(dps + 30):
         lam, climb = 2 / kappa**2, Fraction(_climb(c, float(r)))
-        rise = mpf((lam * climb).numerator) / (lam * climb).denominator
+        rise = mpf_of(lam * climb, mp)
         rest = mpf("".join(done.stdout.split()).replace("E", "e"))
-        return spent, rest + rise + mp.log(mpf(lam.numerator) / lam.denominator)
+        return spent, rest + rise + mp.log(mpf_of(lam, mp))
 
 
 def _polynomial_potentials(c: Polynomial) -> list[Polynomial]:

@@ -12,7 +12,7 @@ import numpy as np
 import symasym as sa
 from symasym.exact import ball_sweep
 from symasym.exact import digits as arbitrary
-from symasym.quantities import TOLERANCE
+from symasym.methods.exact import TOLERANCE
 from symasym.workshop import reference_quadrature
 from symasym.workshop.comparing import distance, logarithm, relative
 from symasym.workshop.problems import Problem

@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import symasym as sa
+from symasym.base.contexts import mpf_of
 from symasym.workshop.comparing import relative
 from symasym.workshop.verify.findings import LABELS, Finding, failed
 
@@ -123,7 +124,7 @@ def shortfall(
     kappas: tuple[str, str],
 ) -> Finding:
     """The finding that errors at two noises fall with at least the stated power of kappa."""
-    from mpmath import log, mpf
+    from mpmath import log, mp, mpf
 
     first, second = (mpf(e._mpf_) if hasattr(e, "_mpf_") else mpf(e) for e in errors)
     # Where the series ends the error is exponentially small, or 0: any order is met.
@@ -133,7 +134,7 @@ def shortfall(
     observed = float("inf")
     if first and second:
         # Towards the limit: smaller kappa for weak noise, larger for strong.
-        observed = abs(float(log(mpf(ratio.numerator) / ratio.denominator)))
+        observed = abs(float(log(mpf_of(ratio, mp))))
         observed = float(log(first / second)) / observed
     size = max(0.0, (stated - observed) / SLACK)
     detail = "" if size <= 1 else f"order {observed:.3g} in kappa, where {stated} is stated"

@@ -1,4 +1,4 @@
-"""Drifts and quantities by their names, as commands and files give them."""
+"""Drifts by their names, as commands and files give them."""
 
 from __future__ import annotations
 
@@ -8,39 +8,13 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import whole
+from symasym.base.inputs import whole
 
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift
 
 #: The ready-made ones.
 DRIFTS = ("friction", "linear", "sine", "tanh", "hill", "polynomial")
-
-#: Verb and whether its complement is meant, by the name of the quantity.
-QUANTITIES = {
-    "T": ("escape_time", False),
-    "C": ("exit_probability", False),
-    "1 - C": ("exit_probability", True),
-    "P": ("occupation", False),
-    "1 - P": ("occupation", True),
-}
-
-
-def call_named(quantity: str, drift: Drift, numbers: Mapping[str, Any], **options: Any) -> Any:
-    """The quantity of that name, asked with those of `numbers` that it takes."""
-    import symasym as sa
-
-    verb, complement = QUANTITIES[quantity]
-    taken = {name: numbers[name] for name in numbers_of(quantity) if name in numbers}
-    if complement:
-        options["complement"] = True
-    return getattr(sa, verb)(drift, **taken, **options)
-
-
-def numbers_of(quantity: str) -> tuple[str, ...]:
-    """The numbers of a scene, apart from its drift, on which the quantity depends."""
-    verb, _ = QUANTITIES[quantity]
-    return ("kappa",) if verb == "occupation" else ("kappa", "r", "start")
 
 
 def named_drift(name: str | None, expression: str | None, values: Mapping[str, Any]) -> Drift:
@@ -69,9 +43,9 @@ def named_drift(name: str | None, expression: str | None, values: Mapping[str, A
         return _of_formula(expression).bind(**values)
     if name not in DRIFTS:
         raise InputError(f"{name} is no ready-made drift; they are {', '.join(DRIFTS)}.")
-    import symasym as sa
+    from symasym.drift import friction, smoothings
 
-    make = getattr(sa, name)
+    make = getattr(friction if name == "friction" else smoothings, name)
     known = inspect.signature(make).parameters
     for given in values:
         if given not in known and name != "polynomial":

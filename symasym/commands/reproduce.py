@@ -1,0 +1,45 @@
+"""The command ``symasym reproduce``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+
+def add_parser(commands: Any) -> None:
+    """Add the parser of ``reproduce``."""
+    parser = commands.add_parser(
+        "reproduce",
+        help="make the paper's figures, the reference table and the derivations",
+        description="Make the paper's figures, the reference table and the pages of the "
+        "derivations; what is up to date stays.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("--out", default="build", metavar="DIR", help="output folder (build)")
+    parser.add_argument(
+        "--only", nargs="+", action="extend", metavar="NAME", help="these stages, not all"
+    )
+    parser.add_argument(
+        "--dps", type=int, default=50, metavar="N", help="digits of the reference table (50)"
+    )
+    parser.add_argument("--force", action="store_true", help="make everything again")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """``symasym reproduce``."""
+    from symasym.workshop.reproduce import reproduce, worst_disagreement
+
+    for outcome in reproduce(arguments.out, arguments.only, arguments.dps, arguments.force):
+        files = outcome.stage.told(Path(arguments.out))
+        spent = "up to date" if outcome.seconds is None else f"{outcome.seconds:.1f} s"
+        print(f"{outcome.stage.name}: {files} ({spent})", flush=True)
+    worst = worst_disagreement(arguments.out)
+    if worst is not None:
+        print(
+            f"The paper's formula is farthest from the exact escape time at mu = {worst.mu}, "
+            f"kappa = {worst.kappa}, z0 = {worst.z0}: {float(worst.paper):.6g} instead of "
+            f"{float(worst.exact):.6g}, {100 * worst.relative:.3g} % off "
+            f"(the worst of the {worst.scenes} scenes of the reference table)."
+        )

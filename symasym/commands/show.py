@@ -1,0 +1,70 @@
+"""The command ``symasym show``."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from symasym.base.errors import InputError
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the parser of ``show``."""
+    parser = subparsers.add_parser("show", help="print a formula")
+    parser.add_argument("label", nargs="?", metavar="LABEL", help="such as eq:Ttilde, fr1, folds")
+    parser.add_argument("--all", action="store_true", help="every formula; a document with --latex")
+    parser.add_argument("--latex", action="store_true", help="as LaTeX")
+    parser.add_argument("--steps", action="store_true", help="with the steps of its derivation")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """``symasym show``."""
+    from symasym.formula import formula
+
+    if arguments.all or arguments.label is None:
+        _show_all(arguments)
+        return
+    shown = formula(arguments.label)
+    print(shown.latex() if arguments.latex else pretty(shown))
+    if not arguments.latex:
+        print(f"\n{shown.title}. Error: {shown.error}.")
+        if shown.note:
+            print(f"  here {shown.note}")
+        for line in shown.assumptions:
+            print(f"  supposes: {line}")
+    if arguments.steps:
+        for number, step in enumerate(shown.trace, 1):
+            print(f"{number}. {step['name']} ({step['rule']}; {step['kind']})")
+            if step["reason"]:
+                print(f"   {step['reason']}")
+            print(f"   {step['latex']}")
+
+
+def _show_all(arguments: argparse.Namespace) -> None:
+    from symasym.formula import formula, labels
+
+    if not arguments.all:
+        raise InputError("no formula is named; give a label, or --all.")
+    if arguments.label is not None or arguments.steps:
+        extra = "--steps" if arguments.label is None else arguments.label
+        raise InputError(f"{extra} does not go with --all; leave one of them out.")
+    if arguments.latex:
+        from derivations.sheet import sheet
+
+        print(sheet(), end="")
+        return
+    for label in labels():
+        shown = formula(label)
+        print(f"{label}: {shown.title}\n\n{pretty(shown)}\n")
+
+
+def pretty(shown: Any) -> str:
+    """A formula drawn with characters, as wide as it needs."""
+    import sympy
+
+    text = str(sympy.pretty(shown.expression, use_unicode=True, num_columns=10_000))
+    if shown.remainder is not None:
+        order = str(sympy.pretty(shown.remainder, use_unicode=True, num_columns=10_000))
+        text += f"\n\nup to the order ({shown.limit}) of\n\n{order}"
+    return text

@@ -1,0 +1,177 @@
+"""The verb `emit`: a formula or an expression as a program, and that in a language."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from symasym.base.errors import InputError
+from symasym.emit.folding import fold
+from symasym.emit.program import Case, Function, Program, require_closed
+from symasym.emit.source import Source, check_target, rendered
+from symasym.records import Record
+
+if TYPE_CHECKING:
+    from symasym.drift.drift import Drift
+
+__all__ = ["emit"]
+
+
+def emit(
+    what: Record | Any,
+    target: str = "numpy",
+    parameters: Mapping[str, Any] | None = None,
+    *,
+    drift: Drift | None = None,
+    method: str | None = None,
+    order: int | None = None,
+    name: str = "f",
+) -> Source:
+    """Source code of a formula or an expression.
+
+    Parameters
+    ----------
+    what : Formula, label, or SymPy expression
+        A formula of `symasym.formula` or its label, or an expression of your own: a SymPy
+        expression (Piecewise included) or a tuple of them.
+    target : {"numpy", "mpmath", "python", "c", "javascript", "latex"}
+        Or one that `symasym.emit.add_target` has added.
+    parameters : mapping of str to number, optional
+        Put into the formula exactly (see `symasym.base.inputs.exact`); what vanishes is left out. A
+        float stands for its binary value, ``"-0.4"`` for -2/5.
+    drift : Drift, optional
+        For the formulas that hold a general drift: phi (``"eq:phi"``), V (``"eq:V"``), the escape
+        time (``"eq:Ttilde"``), also in weak noise (``"eq:Ttildesmall"``), the stationary density
+        (``"eq:pss"``) and others. Its free parameters become arguments.
+    method : {"exact", "laplace", "uniform"}, optional
+        Of ``"eq:Ttilde"`` with a drift: T itself (to any number of digits in ``"mpmath"``); its
+        expansion in weak noise, for a bound drift; or the formula that holds through folds, for a
+        polynomial one. As in `symasym.escape_time`.
+    order : int, optional
+        Of the expansion, 0 to 20; 2 where it is left out. The uniform formula has order 0.
+    name : str
+        What to call the function of an expression.
+
+    Returns
+    -------
+    Source
+        A str, with `write` and `load`. In scaled variables, as everywhere.
+
+    Raises
+    ------
+    InputError
+        For an unknown label or target, an unknown or impossible parameter, an expression that
+        holds integrals, general functions, or functions that some language lacks.
+
+    Notes
+    -----
+    Where an exponential could overflow, the logarithm is emitted too, as ``log_NAME``, and the
+    value is its exponential.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> code = sa.emit("eq:Plarge2", "c", parameters={"a_minus": 1, "a_plus": -1})
+    >>> print(code[code.index("double strong") :].rstrip())
+    double strong_noise_occupation(double kappa)
+    {
+        return 2.0/pow(kappa, 2.0);
+    }
+    >>> sa.emit("constant-drift").load().constant_drift_time(0.5, 10, [0, 1e-300, 2.0])
+    array([400., 400.,   5.])
+    """
+    check_target(target)
+    if isinstance(what, str):
+        what = Record.of(what)
+    numbers = _numbers(parameters)
+    if drift is None and (method is not None or order is not None):
+        raise InputError("method and order are for a formula with a drift in it; give drift=….")
+    if isinstance(what, Record):
+        if drift is not None:
+            from symasym.emit.drifts import program as with_drift
+
+            return rendered(with_drift(what, drift, numbers, method, order), target)
+        program = _of_formula(what)
+    else:
+        if drift is not None:
+            raise InputError("drift is for formulas with a label; put it into the expression.")
+        program = _of_expression(what, name)
+    if target != "latex":
+        require_closed(program)
+    return rendered(fold(program, numbers), target)
+
+
+def _numbers(parameters: Mapping[str, Any] | None) -> dict[str, Any]:
+    import sympy
+
+    from symasym.base.inputs import exact
+
+    found = {}
+    for name, value in (parameters or {}).items():
+        number = exact(name, value)
+        found[name] = sympy.Rational(number.numerator, number.denominator)
+    return found
+
+
+def _of_formula(formula: Record) -> Program:
+    """The functions that the derivations emit, or one function of all symbols."""
+    functions = tuple(
+        Function(item["name"], item["doc"], tuple(item["arguments"]), (Case(item["values"]),))
+        for item in formula.code
+    )
+    label = formula.label
+    program = Program(
+        label, formula.title, functions, formula.error, formula.note, formula.assumptions,
+        formula.latex(),
+    )  # fmt: skip
+    if functions:
+        return program
+    return replace(program, functions=(_function(program.name, formula.title, formula.expression),))
+
+
+def _of_expression(what: Any, name: str) -> Program:
+    import sympy
+
+    if isinstance(what, Mapping) or not isinstance(name, str) or not name.isidentifier():
+        raise InputError(f"name is {name!r}; give a name made of letters, digits and _.")
+    try:
+        e = sympy.sympify(what, strict=True)
+    except sympy.SympifyError:
+        raise InputError(
+            f"{what!r} is no formula, label or SymPy expression; give one of these."
+        ) from None
+    function = _function(name, f"{sympy.sstr(e)[:80]}", e)
+    return Program("expression", f"{sympy.sstr(e)[:400]}", (function,))
+
+
+def _function(name: str, doc: str, expression: Any) -> Function:
+    """A function of all symbols; a Piecewise becomes its cases."""
+    import sympy
+
+    from symasym.derivation.results import parts
+
+    values = tuple(parts(expression))
+    arguments = tuple(sorted({s.name for e in values for s in e.free_symbols}))
+    if any(v.is_Relational or v.is_Boolean for v in values):
+        raise InputError(f"{name} is a condition and no number; emit a number.")
+    if len(values) > 1 or not values[0].has(sympy.Piecewise):
+        return Function(name, doc, arguments, (Case(values),))
+    whole = sympy.piecewise_fold(values[0])
+    cases = []
+    for value, condition in whole.args:
+        if value.has(sympy.Piecewise):
+            raise InputError(f"{name} has cases within cases; fold them with piecewise_fold.")
+        if isinstance(condition, sympy.Or):
+            cases += [Case((value,), _all_of(c)) for c in condition.args]
+        else:
+            cases.append(Case((value,), _all_of(condition)))
+    return Function(name, doc, arguments, tuple(cases))
+
+
+def _all_of(condition: Any) -> tuple[Any, ...]:
+    import sympy
+
+    if condition == sympy.true:
+        return ()
+    return tuple(condition.args) if isinstance(condition, sympy.And) else (condition,)

@@ -1,0 +1,102 @@
+"""The exact integrals (eq:Ttilde, eq:C, eq:P, eq:pss), nothing dropped.
+
+Three engines evaluate them: `symasym.exact.floats` in float64 for many scenes at once,
+`symasym.exact.digits` to any number of digits, `symasym.exact.ball_sweep` in balls, whose error is
+proved. What float64 cannot promise to a relative 1e-12 is found with more digits.
+"""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from symasym.base.errors import AccuracyError, RangeError
+from symasym.base.inputs import FloatArray, float_text, is_array
+from symasym.drift.scenes import (
+    Answer,
+    Answers,
+    Request,
+    Scene,
+    Scenes,
+    input_rounding,
+    rows_of,
+    scene_at,
+)
+from symasym.methods.table import quantity_of
+
+__all__ = ["TOLERANCE", "of_scene", "of_scenes"]
+
+#: Relative error of float64 values (of the logarithm, where that is larger than 1).
+TOLERANCE = 1e-12
+_SCENES_AT_ONCE = 4096
+# Behind a float64 value that was in doubt.
+_FLOAT_DIGITS = 17
+
+
+def of_scene(scene: Scene, request: Request) -> Answer:
+    """The value to the request's digits: proved in balls where that is asked for or faster."""
+    from symasym.exact import ball_sweep, digits
+
+    dps = request.digits
+    try:
+        # Where A is no polynomial, ball arithmetic is the faster way as well as the proved one.
+        if ball_sweep.available() and (request.full or scene.drift.exact_coefficients() is None):
+            try:
+                enclosure = _value(ball_sweep, scene, request.name, dps + 3, request.log)
+                return Answer(*ball_sweep.to_mpf(enclosure, dps), "bound", (request.name,))
+            except AccuracyError:
+                pass
+        value = _value(digits, scene, request.name, dps, request.log)
+    except RangeError:
+        raise
+    except OverflowError:
+        # Widths and counts of panels are planned in float64.
+        numbers = ", ".join(f"{name} = {float_text(x)}" for name, x in scene.numbers.items())
+        raise AccuracyError(
+            f"{numbers} and the drift make 2 |A|/kappa^2 leave the range of float64 (1e308), in "
+            "which the evaluation is planned; rescale the problem."
+        ) from None
+    from mpmath import mpf
+
+    return Answer(value, abs(value) * mpf(10) ** -dps, "estimate", (request.name,))
+
+
+def of_scenes(scenes: Scenes, request: Request) -> Answers:
+    """Logarithms right to `TOLERANCE`, and their errors by running analysis."""
+    logs = np.empty(len(scenes.lam))
+    errors = np.empty_like(logs)
+    for low in range(0, len(logs), _SCENES_AT_ONCE):
+        part = slice(low, low + _SCENES_AT_ONCE)
+        parameters = {n: x[part] if is_array(x) else x for n, x in scenes.parameters.items()}
+        some = rows_of(scenes, part)._replace(parameters=parameters)
+        logs[part], errors[part] = _logs(some, request.name)
+    return Answers(logs, errors, "estimate", (request.name,))
+
+
+def _logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
+    from symasym.drift.float_field import field_of
+    from symasym.exact import digits, floats
+
+    quantity = quantity_of(name)
+    count = len(scenes.lam)
+    field = field_of(scenes.drift, scenes.parameters, count)
+    numbers: dict[str, Any] = {n: scenes.numbers[n] for n in quantity.numbers if n != "kappa"}
+    numbers |= {"complement": quantity.complement} if quantity.has_complement else {}
+    with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
+        logs, errors = getattr(floats, quantity.verb)(field, scenes.lam, **numbers)
+        errors = errors + input_rounding(scenes, field.size()[:count])
+    doubtful = ~(errors <= TOLERANCE * np.maximum(1.0, np.abs(logs)))
+    for row in np.flatnonzero(doubtful):
+        logs[row] = float(_value(digits, scene_at(scenes, row), name, _FLOAT_DIGITS, True))
+        errors[row] = 4e-16 * abs(logs[row])
+    return logs, errors
+
+
+def _value(engine: ModuleType, scene: Scene, name: str, dps: int, log: bool) -> Any:
+    """The quantity, or its logarithm, by one of the engines that know digits."""
+    quantity = quantity_of(name)
+    options = {"complement": quantity.complement} if quantity.has_complement else {}
+    verb = getattr(engine, quantity.verb)
+    return verb(scene.drift, **scene.numbers, dps=dps, log=log, **options)

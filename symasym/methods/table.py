@@ -1,0 +1,166 @@
+"""The quantities, and the methods with what each of them answers.
+
+A method is a record of this table. Its home, a module that is loaded when the method is first
+asked, has the steps:
+
+``of_scene(scene, request)``
+    the `Answer` for one scene in exact numbers, to ``request.digits`` digits;
+``of_scenes(scenes, request)``
+    the `Answers` for scenes in float64.
+
+Reading the scene before and handing the answer back after is `symasym.methods.driver`'s.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol, cast
+
+from symasym.base.errors import InputError
+from symasym.drift.drift import Drift
+from symasym.drift.scenes import Answer, Answers, Request, Scene, Scenes, read_order
+
+__all__ = ["METHODS", "QUANTITIES", "Method", "Quantity", "quantity_of", "require_method"]
+
+
+class Quantity(NamedTuple):
+    """A quantity: the verb that asks for it, whether its complement is meant, its numbers."""
+
+    verb: str
+    complement: bool
+    numbers: tuple[str, ...]
+
+    @property
+    def has_complement(self) -> bool:
+        """True for the probabilities."""
+        return self.verb in ("exit_probability", "occupation")
+
+    @property
+    def sliding(self) -> bool:
+        """True where it exists in a sliding region alone: without a radius nothing is left."""
+        return "r" not in self.numbers
+
+
+_ESCAPE = ("kappa", "r", "start")
+
+#: By their names.
+QUANTITIES = {
+    "T": Quantity("escape_time", False, _ESCAPE),
+    "C": Quantity("exit_probability", False, _ESCAPE),
+    "1 - C": Quantity("exit_probability", True, _ESCAPE),
+    "P": Quantity("occupation", False, ("kappa",)),
+    "1 - P": Quantity("occupation", True, ("kappa",)),
+}
+_DENSITY = Quantity("stationary_density", False, ("kappa", "y"))
+
+
+def quantity_of(name: str) -> Quantity:
+    """The quantity of that name, the stationary density ``"p_ss"`` among them."""
+    return QUANTITIES.get(name, _DENSITY)
+
+
+class Home(Protocol):
+    """The steps of a method."""
+
+    def of_scene(self, scene: Scene, request: Request) -> Answer:
+        """The answer for one scene."""
+
+    def of_scenes(self, scenes: Scenes, request: Request) -> Answers:
+        """The answers for many."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method of the table.
+
+    Attributes
+    ----------
+    name : str
+    quantities : tuple of str
+        Names of the quantities that it answers.
+    module : str
+        Its home.
+    orders : tuple of int or None
+        Of an expansion: the order that is taken where none is given, and the highest.
+    optimal : bool
+        The order may be ``"optimal"``: the series diverges.
+    in_float : callable
+        Of a drift and a request: True where one scene is answered in float64, like many.
+    """
+
+    name: str
+    quantities: tuple[str, ...]
+    module: str
+    orders: tuple[int, int] | None = None
+    optimal: bool = False
+    in_float: Callable[[Drift, Request], bool] = lambda drift, request: False
+
+    @property
+    def home(self) -> Home:
+        """The module with its steps."""
+        return cast(Home, importlib.import_module(self.module))
+
+    def with_order(self, request: Request) -> Request:
+        """The request with an order that this method has."""
+        order = request.order
+        if self.orders is None:
+            if order is not None:
+                raise InputError(
+                    f"order is {order!r}, but method {self.name!r} has no order; leave it out."
+                )
+            return request
+        if self.optimal and order == "optimal":
+            return request
+        if self.orders[1] == 0:
+            if order not in (None, 0):
+                raise InputError(
+                    f"order is {order!r}, but method {self.name!r} is of order 0; leave it out, or "
+                    "use method='uniform'."
+                )
+            return request._replace(order=0)
+        return request._replace(order=read_order(order, *self.orders))
+
+
+def _without_error(drift: Drift, request: Request) -> bool:
+    """True where no error is asked for, which the exact value has from more digits."""
+    return not request.full
+
+
+def _unproved(drift: Drift, request: Request) -> bool:
+    """True where no error is asked for, or the drift has no proved one."""
+    from symasym.exact.ball_sweep import available
+
+    return not (request.full and (available() or drift.exact_coefficients() is not None))
+
+
+_ALL = tuple(QUANTITIES)
+_NOISE = "symasym.asymptotics"
+
+#: By their names, in the order in which messages list them.
+METHODS = {
+    method.name: method
+    for method in (
+        Method("exact", (*_ALL, "p_ss"), "symasym.methods.exact", in_float=_without_error),
+        Method("paper", _ALL, "symasym.paper"),
+        Method("laplace", _ALL, "symasym.methods.laplace", (2, 20), optimal=True),
+        Method("local", ("T",), f"{_NOISE}.uniform.answer", (0, 0)),
+        Method("uniform", ("T", "P", "1 - P"), f"{_NOISE}.uniform.answer", (2, 6)),
+        Method("strong_noise", _ALL, f"{_NOISE}.strong_noise.answer", (2, 100), in_float=_unproved),
+        Method("bound", ("C", "1 - C"), f"{_NOISE}.proofs.exit_bounds"),
+    )
+}
+
+
+def require_method(request: Request, rtol: Any = None) -> None:
+    """Raise InputError unless the method answers the quantity, or is ``"auto"``."""
+    method = request.method
+    if rtol is not None and method != "auto":
+        raise InputError(
+            f"rtol is {rtol!r}, but method {method!r} has its own error; leave it out, or use "
+            "method='auto'."
+        )
+    known = [name for name, m in METHODS.items() if request.name in m.quantities] + ["auto"]
+    if not isinstance(method, str) or method not in known:
+        raise InputError(f"method is {method!r}; this quantity has {', '.join(map(repr, known))}.")

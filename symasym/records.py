@@ -1,0 +1,118 @@
+"""The derived formulas of the paper, read from what the derivations wrote (`symasym.generated`).
+
+`Record` is one of them as a value; `symasym.formula` adds to it what its users call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from typing import Any, Self
+
+from symasym.base.errors import InputError
+
+__all__ = ["Record", "labels"]
+
+
+@dataclass(frozen=True)
+class Record:
+    """The statement of one derivation; its attributes are those of `symasym.formula.Formula`."""
+
+    label: str
+    title: str
+    assumptions: tuple[str, ...]
+    error: str
+    note: str
+    rests_on: tuple[str, ...]
+    trace: tuple[Mapping[str, str], ...] = field(repr=False)
+    functions: tuple[str, ...] = field(repr=False)
+    _data: Mapping[str, Any] = field(repr=False)
+
+    @classmethod
+    def of(cls, label: str) -> Self:
+        """The formula of a label.
+
+        Raises
+        ------
+        InputError
+            If there is no such formula, or the label is a definition.
+        """
+        if not isinstance(label, str):
+            raise InputError(f"label is {label!r}; give one of symasym.formula.labels().")
+        data = _all()
+        if label in data["definitions"]:
+            raise InputError(f"{label} is not derived: {data['definitions'][label]}")
+        if label not in data["formulas"]:
+            near = [other for other in data["formulas"] if label.split(":")[-1] in other]
+            hint = f"perhaps {near[0]}" if near else "see symasym.formula.labels()"
+            raise InputError(f"{label!r} is no formula; {hint}.")
+        known = data["formulas"][label]
+        return cls(
+            label=label,
+            title=known["title"],
+            assumptions=tuple(
+                f"{h['statement']} ({h['status']}{': ' + h['where'] if h['where'] else ''})"
+                for h in known["hypotheses"]
+            ),
+            error=known["error"],
+            note=known["note"],
+            rests_on=tuple(known["rests_on"]),
+            trace=tuple(known["steps"]),
+            functions=tuple(known["functions"]),
+            _data=known,
+        )
+
+    @cached_property
+    def expression(self) -> Any:
+        """The right side as a SymPy expression (a Tuple where there are several)."""
+        return _read(self._data["expression"])
+
+    @cached_property
+    def remainder(self) -> Any:
+        """The order of what is left out, as a SymPy expression; None for an exact formula."""
+        return _read(self._data["remainder"]) if "remainder" in self._data else None
+
+    @property
+    def limit(self) -> str | None:
+        """Where the remainder's order holds, e.g. ``"kappa -> 0"``."""
+        return self._data.get("limit")
+
+    def latex(self) -> str:
+        """``left = right`` in LaTeX, with the order of the remainder."""
+        return str(self._data["latex"])
+
+    @cached_property
+    def code(self) -> list[dict[str, Any]]:
+        """The functions by name: doc, arguments, and the values as SymPy expressions."""
+        from symasym.derivation.results import parts
+
+        return [
+            {**item, "values": tuple(parts(_read(item["expression"])))}
+            for item in self._data["code"]
+        ]
+
+    def values_of(self, name: str) -> tuple[Any, ...]:
+        """The values of one of the functions, as SymPy expressions."""
+        return next(item["values"] for item in self.code if item["name"] == name)
+
+
+def labels() -> tuple[str, ...]:
+    """Every label that `formula` knows."""
+    return tuple(_all()["formulas"])
+
+
+@cache
+def _all() -> dict[str, Any]:
+    import json
+    from importlib import resources
+
+    text = resources.files("symasym.generated").joinpath("formulas.json").read_text("utf-8")
+    data: dict[str, Any] = json.loads(text)
+    return data
+
+
+def _read(text: str) -> Any:
+    import sympy
+
+    return sympy.sympify(text)

@@ -1,0 +1,87 @@
+"""Quotients of exponentials that are regular at 0: the phi functions, and what is made of them.
+
+    phi_1(x) = (e^x - 1)/x = int_0^1 e^(x t) dt,
+    phi_2(x) = (e^x - 1 - x)/x² = int_0^1 (1 - t) e^(x t) dt,
+    phi_(k+1)(x) = (phi_k(x) - 1/k!)/x = sum over j of x^j/(j + k + 1)!
+
+(M. Hochbruck, A. Ostermann, Acta Numerica 19 (2010) 209). Over a straight piece of the potential
+the integrals of e^{±lam V} are phi_1 of its rise, and the nested one is phi_2. The closed forms
+cancel near 0, where the series stands.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from symasym.base.inputs import FloatArray
+from symasym.numbers.arithmetic import FLOATS, Arithmetic
+from symasym.numbers.balls import flint_module
+
+__all__ = ["ball_quotient", "log_quotient", "mean_place", "quotients"]
+
+
+def quotients(x: Any, numbers: Arithmetic) -> tuple[Any, Any]:
+    """phi_1(x) and phi_2(x), to a few units of rounding."""
+    # Below 1/2 in size, half a unit of rounding is left out of the series.
+    small = abs(x) < 0.5
+    first = second = numbers.zero * x
+    if numbers.any(small):
+        y = numbers.where(small, x, numbers.zero)
+        for k in range(_terms(numbers.eps), 0, -1):
+            first, second = (1 + y * first) / k, (1 + y * second) / (k + 1)
+    if not numbers.all(small):
+        z = numbers.where(small, numbers.one, x)
+        rise = numbers.expm1(z)
+        first = numbers.where(small, first, rise / z)
+        second = numbers.where(small, second, (rise - z) / z / z)
+    return first, second
+
+
+def _terms(eps: Any) -> int:
+    """The number of terms of the series of phi_1 that are above eps/4 at x = 1/2."""
+    # An mpf's eps may be below every float.
+    bits = 52 if isinstance(eps, float) else -eps._mpf_[2]
+    size, count = 0.0, 0
+    while size > -bits - 2:
+        count += 1
+        size -= math.log2(2 * (count + 1))
+    return count
+
+
+def log_quotient(x: FloatArray) -> FloatArray:
+    """log phi_1(x), also where e^x has no float64."""
+    size = np.abs(x)
+    safe = np.where(size == 0, 1.0, size)
+    return np.maximum(x, 0.0) + np.where(size == 0, 0.0, np.log(-np.expm1(-safe) / safe))
+
+
+def mean_place(x: FloatArray) -> FloatArray:
+    """phi_2(x)/phi_1(x) = 1/x - 1/(e^x - 1): the mean of 1 - t with the weight e^(x t)."""
+    small = np.abs(x) < 0.5
+    first, second = quotients(np.where(small, x, 0.0), FLOATS)
+    z = np.where(small, 1.0, x)
+    beyond = 1 / z - 1 / np.expm1(np.clip(z, -800.0, 700.0))
+    share: FloatArray = np.where(small, second / first, beyond)
+    return share
+
+
+def ball_quotient(x: Any, order: int) -> Any:
+    """A ball of phi_order(x), also where x is or contains 0."""
+    flint = flint_module()
+    if not abs(x) < 2:
+        if order == 1:
+            return x.expm1() / x
+        return (ball_quotient(x, order - 1) - 1 / flint.arb(order - 1).fac()) / x
+    # Sum of x^k/(k + order)!; what is left out is below |x|^n/(n + order)! e^|x|.
+    terms = flint.ctx.prec // 2 + 8
+    term = 1 / flint.arb(order).fac()
+    total = flint.arb(0)
+    for k in range(terms):
+        total += term
+        term *= x / (k + 1 + order)
+        if abs(term) < flint.arb(2) ** (-flint.ctx.prec - 10):
+            break
+    return total + flint.arb(0, abs(term) * abs(x).exp())
