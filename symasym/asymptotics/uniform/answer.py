@@ -19,8 +19,8 @@ import numpy as np
 
 from symasym.asymptotics.uniform.coalescing_pair import Fold, parabola
 from symasym.asymptotics.uniform.gaussian_cut import Cuts, cuts_at, cuts_of
-from symasym.asymptotics.uniform.order_zero import Scene, scene_of
 from symasym.asymptotics.uniform.order_zero import escape_time as in_float
+from symasym.asymptotics.uniform.order_zero_digits import Scene, scene_of
 from symasym.asymptotics.uniform.pairing import Seen, Stretch, folds_of, lost_digits, seen
 from symasym.asymptotics.uniform.pairing_arrays import found_of
 from symasym.asymptotics.uniform.sums import corrected, time_at, whole_at
