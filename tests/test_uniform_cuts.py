@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from strategies import ALL, SAMPLE, powers_of_ten, rationals
 
 import symasym as sa
-from symasym.asymptotics.uniform.gaussian_cut import Cut, corrections
+from symasym.asymptotics.uniform.truncated_gaussian import Truncation, corrections
 from tests.problems import relative
 from tests.test_uniform_noise import off
 
@@ -48,10 +48,10 @@ def test_corrections_against_quadrature(barrier: bool, t: str) -> None:
     sign = 1 if barrier else -1
     # phi = ±s, and du = ds: a_0 = 1 is all there is.
     one = [ctx.one, ctx.zero]
-    cut = Cut(
+    truncation = Truncation(
         barrier, ctx.zero, -sign * end**2 / 2, ctx.zero, end, one, one, ctx.one, [0, 0], 30, {}
     )
-    found = corrections(cut, None, lam, 1, ctx)
+    found = corrections(truncation, None, lam, 1, ctx)
 
     def grown(s: Any, power: int) -> Any:
         """int_0^s e^{power lam v²/2} dv."""
@@ -143,7 +143,7 @@ def test_start_downwards_is_the_mirror_image() -> None:
 
 
 def test_start_barrier_and_kink_at_once() -> None:
-    """Both cuts are exact in the same Gaussian."""
+    """Both truncations are exact in the same Gaussian."""
     drift = sa.friction(3, 1, "-1/100")
     for start in ("0.98", "0.999", "1.01"):
         error, claim = off(drift, "0.1", 10, start=start, method="uniform", order=1)

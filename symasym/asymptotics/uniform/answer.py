@@ -1,11 +1,12 @@
 """Weak noise through the coalescence of wells, barriers and ends: T by uniform approximation.
 
-Laplace's sums (`symasym.asymptotics.weak_noise.answer`) with the places that may meet taken
+Laplace's sums (`symasym.asymptotics.weak_noise.answer`) with coalescing critical points taken
 together: a well and the barrier next to it, also past the fold where they are a complex pair
-(`symasym.asymptotics.uniform.coalescing_pair`), and each of them with the start and with the ends
-of the layer (`symasym.asymptotics.uniform.gaussian_cut`). Their own series stay below the sum, in
-the places and in the outer part; the singular terms cancel there, for which digits are added
-beforehand, so that nothing is lost beside a coalescence.
+(`.coalescing_pair`: the canonical Airy form of Chester, Friedman and Ursell), and each of them with
+the start and with the ends of the layer (`.truncated_gaussian`: Bleistein). Their own series stay
+below the sum, in the places and in the regular part; the singular terms cancel there, for which
+digits are added beforehand, so that nothing is lost beside a coalescence. Order 0 of polynomial A
+has closed forms in which nothing cancels (`.order_zero`), for arrays and for any number of digits.
 """
 
 from __future__ import annotations
@@ -17,13 +18,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.uniform.coalescing_pair import Fold, parabola
-from symasym.asymptotics.uniform.gaussian_cut import Cuts, cuts_at, cuts_of
+from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, parabola
 from symasym.asymptotics.uniform.order_zero import escape_time as in_float
 from symasym.asymptotics.uniform.order_zero_digits import Scene, scene_of
-from symasym.asymptotics.uniform.pairing import Seen, Stretch, folds_of, lost_digits, seen
+from symasym.asymptotics.uniform.pairing import (
+    OneSide,
+    Stretch,
+    coalescing_pairs,
+    lost_digits,
+    seen,
+)
 from symasym.asymptotics.uniform.pairing_arrays import found_of
 from symasym.asymptotics.uniform.sums import corrected, time_at, whole_at
+from symasym.asymptotics.uniform.truncated_gaussian import (
+    Truncations,
+    truncations_at,
+    truncations_of,
+)
 from symasym.asymptotics.weak_noise.answer import require_seen, working_digits
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.critical_points import BEYOND, barriers, whole
@@ -127,29 +138,29 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
         places = whole(field, order, context)
         every = places + barriers(field, order, context)
         stretch = Stretch(field, -one, -one, one, (-one, one), base, context)
-        folds = folds_of(stretch, order, every)
+        folds = coalescing_pairs(stretch, order, every)
         require_seen(drift, lam, [float(f.point) for f in folds])
         slopes = [abs(field.number(context.mpf(side))) for side in (-1, 1)]
         heights = places[0].height, places[-1].height
         zeros = [p for p in every if p.kind in ("well", "barrier")]
         left, right = (
-            cuts_at(field, side * one, -height, zeros, order, base, context)
+            truncations_at(field, side * one, -height, zeros, order, base, context)
             for side, height in zip((-1, 1), heights, strict=True)
         )
 
         def share(number: Any, n: int) -> Any:
             total = whole_at(places, folds, number, n, context)
-            for sign, cuts in ((1, right), (-1, left)):
-                total += sign * corrected(cuts, [], number, n, context).falling
+            for sign, truncations in ((1, right), (-1, left)):
+                total += sign * corrected(truncations, [], number, n, context).falling
             outside = sum(
                 context.exp(number * h) / (number * a) for a, h in zip(slopes, heights, strict=True)
             )
             return outside / total
 
         number = mpf_of(lam, context)
-        folds, cut = _apart(folds, number, context)
+        folds, cost = _apart(folds, number, context)
         value, size = _with_error(share, number, order, float_text(values["kappa"]), context)
-        size += 10 * cut * value
+        size += 10 * cost * value
         if not size < (value if complement else 1 - value):
             raise _too_strong(float_text(values["kappa"]), order)
         if not complement:
@@ -224,13 +235,13 @@ class _Series(NamedTuple):
     """A drift, radius and start, seen to both sides."""
 
     context: Any
-    sides: list[Seen]
-    cuts: Cuts
+    sides: list[OneSide]
+    truncations: Truncations
     radius: Any
     local: bool
 
     def time(self, lam: Any, order: int) -> Any:
-        return time_at(self.sides, self.cuts, self.radius, lam, order, self.context)
+        return time_at(self.sides, self.truncations, self.radius, lam, order, self.context)
 
 
 @contextmanager
@@ -244,13 +255,15 @@ def _analysed(
     with own_context(base + extra) as context:
         left, right = (ExactField(drift, mirrored, context, offset) for mirrored in (True, False))
         sides = seen((left, right), x, r, order, base, context)
-        cuts = cuts_of(right, (sides[0].half, sides[1].half), x, r, order, base, context)
+        truncations = truncations_of(
+            right, (sides[0].half, sides[1].half), x, r, order, base, context
+        )
         signs = (-1, 1)
         folds = [
             sign * float(f.point) for sign, s in zip(signs, sides, strict=True) for f in s.folds
         ]
         require_seen(drift, lam, folds)
-        yield _Series(context, sides, cuts, mpf_of(r, context), local)
+        yield _Series(context, sides, truncations, mpf_of(r, context), local)
 
 
 def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
@@ -268,14 +281,14 @@ def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
 def _estimate(scene: _Series, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
     """T and its error; that of `local` is its distance from the uniform formula as well."""
     context, number = scene.context, mpf_of(lam, scene.context)
-    sides, cut = [], []
+    sides, costs = [], []
     for side in scene.sides:
         folds, cost = _apart(side.folds, number, context)
         sides.append(side._replace(folds=folds))
-        cut.append(cost)
+        costs.append(cost)
     scene = scene._replace(sides=sides)
     value, size = _with_error(scene.time, number, order, kappa, context)
-    size += 10 * max(cut) * value
+    size += 10 * max(costs) * value
     if not size < value:
         raise _too_strong(kappa, order)
     if scene.local:
@@ -286,7 +299,7 @@ def _estimate(scene: _Series, lam: Fraction, order: int, kappa: str) -> tuple[An
     return value, size
 
 
-def _apart(folds: list[Fold], lam: Any, context: Any) -> tuple[list[Fold], Any]:
+def _apart(folds: list[CanonicalPair], lam: Any, context: Any) -> tuple[list[CanonicalPair], Any]:
     """Without complex pairs that the start or an end cuts through, and what either way costs.
 
     Airy functions take a pair's integrals over all of the line. Where the pair is far from the
@@ -295,7 +308,7 @@ def _apart(folds: list[Fold], lam: Any, context: Any) -> tuple[list[Fold], Any]:
     kept, cost = [], context.zero
     for fold in folds:
         if fold.pair.zeta < 0:
-            inside = context.exp(-lam * fold.room)
+            inside = context.exp(-lam * fold.gap)
             outside = context.exp(-lam * 4 * (-fold.pair.zeta) ** context.mpf(1.5) / 3)
             cost = max(cost, min(inside, outside))
             if outside < inside:
@@ -343,12 +356,12 @@ def _log_error(value: Any, size: Any, context: Any) -> Any:
     return -context.log1p(-size / value) if size < value else context.inf
 
 
-def _straightened(side: Seen, context: Any) -> Seen:
+def _straightened(side: OneSide, context: Any) -> OneSide:
     """phi taken as a parabola about each fold: Airy's argument is linear in its height there."""
     return side._replace(folds=[parabola(fold, context) for fold in side.folds])
 
 
-def _names(sides: list[Seen], context: Any) -> tuple[str, ...]:
+def _names(sides: list[OneSide], context: Any) -> tuple[str, ...]:
     found = []
     for sign, side in zip((-1, 1), sides, strict=True):
         for fold in side.folds:
