@@ -19,7 +19,7 @@ from symasym.numbers.arithmetic import Arithmetic, Digits
 from symasym.special.fixed_point import BITS, GUARD, from_fixed
 from symasym.special.tables import DIGITS, Table, table_of
 
-__all__ = ["Dawson", "dawson", "dawson_parts"]
+__all__ = ["Dawson", "dawson", "dawson_parts", "erfcx_area"]
 
 _DAWSON_END = 6.0
 _DAWSON_PIECES = 24
@@ -126,3 +126,22 @@ def _far(x: Any, square: Any, context: Any) -> Dawson:
         from_fixed(value, bits, c) / (2 * x),
         from_fixed(area, bits, c) + c.log(2 * x) + c.euler / 2,
     )
+
+
+def erfcx_area(x: Any, arithmetic: Digits) -> Any:
+    """sqrt(pi) times the integral of e^{y²} erfc(y) from 0 to x."""
+    c = arithmetic.context
+    square = x * x
+    if square > c.prec:
+        # The asymptotic series: its least term is about e^{-x²}.
+        total, term, m = c.log(x) + c.euler / 2 + c.ln2, c.one, 1
+        while True:
+            term *= -(2 * m - 1) / (2 * square)
+            if abs(term) < c.eps:
+                return total
+            total -= term / (2 * m)
+            m += 1
+    # The difference of two numbers of about e^{x²}.
+    with c.workdps(c.dps + int(square * 0.9) + 5):
+        square = x * x
+        return c.pi / 2 * c.erfi(x) - square * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, square)

@@ -34,7 +34,7 @@ from symasym.asymptotics.weak_noise.slow_manifold import laurent
 from symasym.base.contexts import mpf_of
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
-from symasym.special.dawson import dawson
+from symasym.special.dawson import dawson, erfcx_area
 
 __all__ = [
     "Corrections",
@@ -302,27 +302,11 @@ def _functions(truncation: Truncation, lam: Any, context: Any) -> _Functions:
     x = abs(truncation.t) * c.sqrt(lam / 2)
     side = 1 if truncation.t > 0 else -1
     found = dawson(x, Digits(c))
-    area = (found.area if truncation.barrier else _tail_area(x, c)) - (c.euler + c.log(2 * lam)) / 2
+    area = (found.area if truncation.barrier else erfcx_area(x, Digits(c))) - (
+        c.euler + c.log(2 * lam)
+    ) / 2
     sigma, falling = c.sqrt(c.pi / (2 * lam)) * found.erfcx, c.sqrt(2 / lam) * found.value
     return _Functions(side * sigma, side * falling, area / lam)
-
-
-def _tail_area(x: Any, c: Any) -> Any:
-    """sqrt(pi) times the integral of e^{y²} erfc(y) from 0 to x."""
-    square = x * x
-    if square > c.prec:
-        # The asymptotic series: its least term is about e^{-x²}.
-        total, term, m = c.log(x) + c.euler / 2 + c.ln2, c.one, 1
-        while True:
-            term *= -(2 * m - 1) / (2 * square)
-            if abs(term) < c.eps:
-                return total
-            total -= term / (2 * m)
-            m += 1
-    # The difference of two numbers of about e^{x²}.
-    with c.workdps(c.dps + int(square * 0.9) + 5):
-        square = x * x
-        return c.pi / 2 * c.erfi(x) - square * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, square)
 
 
 def product(a: list[Any], b: list[Any], count: int) -> list[Any]:
