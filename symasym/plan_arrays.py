@@ -79,7 +79,7 @@ def _attempt(
 
 def uniform_logs(drift: Drift, scenes: Scenes, index: IntArray) -> tuple[FloatArray, FloatArray]:
     """Order 0 in float64: polynomial A, everything else would cost more than the integral."""
-    from symasym.asymptotics.uniform.local_arrays import escape_time
+    from symasym.asymptotics.uniform.order_zero import escape_time
     from symasym.asymptotics.uniform.pairing_arrays import found_of
     from symasym.asymptotics.weak_noise.arrays import logs_of
 

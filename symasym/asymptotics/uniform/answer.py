@@ -1,11 +1,12 @@
 """Weak noise through the coalescence of wells, barriers and ends: T by uniform approximation.
 
-Laplace's sums (`symasym.asymptotics.weak_noise.answer`) with the places that may meet taken
+Laplace's sums (`symasym.asymptotics.weak_noise.answer`) with coalescing critical points taken
 together: a well and the barrier next to it, also past the fold where they are a complex pair
-(`symasym.asymptotics.uniform.coalescing_pair`), and each of them with the start and with the ends
-of the layer (`symasym.asymptotics.uniform.gaussian_cut`). Their own series stay below the sum, in
-the places and in the outer part; the singular terms cancel there, for which digits are added
-beforehand, so that nothing is lost beside a coalescence.
+(`.coalescing_pair`: the canonical Airy form of Chester, Friedman and Ursell), and each of them with
+the start and with the ends of the layer (`.truncated_gaussian`: Bleistein). Their own series stay
+below the sum, in the places and in the regular part; the singular terms cancel there, for which
+digits are added beforehand, so that nothing is lost beside a coalescence. Order 0 of polynomial A
+has closed forms in which nothing cancels (`.order_zero`), for arrays and for any number of digits.
 """
 
 from __future__ import annotations
@@ -17,13 +18,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.uniform.coalescing_pair import Fold, parabola
-from symasym.asymptotics.uniform.gaussian_cut import Cuts, cuts_at, cuts_of
-from symasym.asymptotics.uniform.local_arrays import escape_time as in_float
-from symasym.asymptotics.uniform.order_zero import scene_of
-from symasym.asymptotics.uniform.pairing import Seen, Stretch, folds_of, lost_digits, seen
+from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, parabola
+from symasym.asymptotics.uniform.order_zero import escape_time as in_float
+from symasym.asymptotics.uniform.order_zero_digits import Scene, scene_of
+from symasym.asymptotics.uniform.pairing import (
+    OneSide,
+    Stretch,
+    coalescing_pairs,
+    lost_digits,
+    seen,
+)
 from symasym.asymptotics.uniform.pairing_arrays import found_of
 from symasym.asymptotics.uniform.sums import corrected, time_at, whole_at
+from symasym.asymptotics.uniform.truncated_gaussian import (
+    Truncations,
+    truncations_at,
+    truncations_of,
+)
 from symasym.asymptotics.weak_noise.answer import require_seen, working_digits
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.critical_points import barriers, whole
@@ -83,13 +94,21 @@ def escape_time(
 
 def _closed(drift: Drift, values: dict[str, Fraction], request: Request) -> Any:
     """Order 0 by closed forms; None where they don't tell."""
-    r, lam = values["r"], 2 / values["kappa"] ** 2
-    with own_context(working_digits(request.digits, lam, r) + 10) as context:
-        scene = scene_of(drift, r, values["start"], context)
-        found = scene and scene.time(mpf_of(lam, context))
-        if scene is None or found is None:
+    lam = 2 / values["kappa"] ** 2
+    with _closed_scene(drift, values["r"], values["start"], lam, request.digits) as scene:
+        time = scene and scene.time(scene.arithmetic.number(lam))
+        if scene is None or time is None:
             return None
-        return _handed(request, *found, (*scene.names, *_TERMS), context)
+        return _handed(request, *time, (*scene.names, *_TERMS), scene.arithmetic.context)
+
+
+@contextmanager
+def _closed_scene(
+    drift: Drift, r: Fraction, x: Fraction, lam: Fraction, digits: int
+) -> Iterator[Scene | None]:
+    """For any lam up to this one."""
+    with own_context(working_digits(digits, lam, r) + 10) as context:
+        yield scene_of(drift, r, x, context)
 
 
 def _handed(request: Request, value: Any, size: Any, names: tuple[str, ...], context: Any) -> Any:
@@ -120,29 +139,29 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
         places = whole(field, order, context)
         every = places + barriers(field, order, context)
         stretch = Stretch(field, -one, -one, one, (-one, one), base, context)
-        folds = folds_of(stretch, order, every)
+        folds = coalescing_pairs(stretch, order, every)
         require_seen(drift, lam, [float(f.point) for f in folds])
         slopes = [abs(field.number(context.mpf(side))) for side in (-1, 1)]
         heights = places[0].height, places[-1].height
         zeros = [p for p in every if p.kind in ("well", "barrier")]
         left, right = (
-            cuts_at(field, side * one, -height, zeros, order, base, context)
+            truncations_at(field, side * one, -height, zeros, order, base, context)
             for side, height in zip((-1, 1), heights, strict=True)
         )
 
         def share(number: Any, n: int) -> Any:
             total = whole_at(places, folds, number, n, context)
-            for sign, cuts in ((1, right), (-1, left)):
-                total += sign * corrected(cuts, [], number, n, context).falling
+            for sign, truncations in ((1, right), (-1, left)):
+                total += sign * corrected(truncations, [], number, n, context).falling
             outside = sum(
                 context.exp(number * h) / (number * a) for a, h in zip(slopes, heights, strict=True)
             )
             return outside / total
 
         number = mpf_of(lam, context)
-        folds, cut = _apart(folds, number, context)
+        folds, cost = _apart(folds, number, context)
         value, size = _with_error(share, number, order, float_text(values["kappa"]), context)
-        size += 10 * cut * value
+        size += 10 * cost * value
         if not size < (value if complement else 1 - value):
             raise _too_strong(float_text(values["kappa"]), order)
         if not complement:
@@ -185,12 +204,25 @@ def _one_by_one(
         rows = np.flatnonzero(group.ravel() == k)
         lam = 2 / Fraction(float(some.numbers["kappa"][rows].min())) ** 2
         place = Fraction(key[-2]), Fraction(key[-1])
+        kappas = {row: Fraction(float(some.numbers["kappa"][row])) for row in rows.tolist()}
+
+        def keep(row: int, value: Any, size: Any, context: Any) -> None:
+            logs[row] = float(context.log(value))
+            errors[row] = float(_log_error(value, size, context))
+
+        if request.order == 0 and not local:
+            with _closed_scene(one, *place, lam, request.digits) as closed:
+                for row in rows.tolist():
+                    time = closed and closed.time(closed.arithmetic.number(2 / kappas[row] ** 2))
+                    if closed is not None and time is not None:
+                        keep(row, time[0], time[1], closed.arithmetic.context)
+                        del kappas[row]
+        if not kappas:
+            continue
         with _analysed(one, *place, lam, request.order, request.digits, local) as scene:
-            for row in rows.tolist():
-                kappa = Fraction(float(some.numbers["kappa"][row]))
+            for row, kappa in kappas.items():
                 value, size = _estimate(scene, 2 / kappa**2, request.order, float_text(kappa))
-                logs[row] = float(scene.context.log(value))
-                errors[row] = float(_log_error(value, size, scene.context))
+                keep(row, value, size, scene.context)
     errors += 4e-16 * (1 + np.abs(logs)) + _rounding(drift, scenes)[rest]
     return logs, errors
 
@@ -200,23 +232,23 @@ def _rounding(drift: Drift, scenes: Scenes) -> FloatArray:
     return found
 
 
-class _Scene(NamedTuple):
+class _Series(NamedTuple):
     """A drift, radius and start, seen to both sides."""
 
     context: Any
-    sides: list[Seen]
-    cuts: Cuts
+    sides: list[OneSide]
+    truncations: Truncations
     radius: Any
     local: bool
 
     def time(self, lam: Any, order: int) -> Any:
-        return time_at(self.sides, self.cuts, self.radius, lam, order, self.context)
+        return time_at(self.sides, self.truncations, self.radius, lam, order, self.context)
 
 
 @contextmanager
 def _analysed(
     drift: Drift, r: Fraction, x: Fraction, lam: Fraction, order: int, digits: int, local: bool
-) -> Iterator[_Scene]:
+) -> Iterator[_Series]:
     """For any lam up to this one, to `order` and what tells its error."""
     base = working_digits(digits, lam, r)
     x = _beside_zero(drift, x, base)
@@ -224,13 +256,15 @@ def _analysed(
     with own_context(base + extra) as context:
         left, right = (ExactField(drift, mirrored, context, offset) for mirrored in (True, False))
         sides = seen((left, right), x, r, order, base, context)
-        cuts = cuts_of(right, (sides[0].half, sides[1].half), x, r, order, base, context)
+        truncations = truncations_of(
+            right, (sides[0].half, sides[1].half), x, r, order, base, context
+        )
         signs = (-1, 1)
         folds = [
             sign * float(f.point) for sign, s in zip(signs, sides, strict=True) for f in s.folds
         ]
         require_seen(drift, lam, folds)
-        yield _Scene(context, sides, cuts, mpf_of(r, context), local)
+        yield _Series(context, sides, truncations, mpf_of(r, context), local)
 
 
 def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
@@ -245,17 +279,17 @@ def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
     return x - move if x > 0 else x + move
 
 
-def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
+def _estimate(scene: _Series, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
     """T and its error; that of `local` is its distance from the uniform formula as well."""
     context, number = scene.context, mpf_of(lam, scene.context)
-    sides, cut = [], []
+    sides, costs = [], []
     for side in scene.sides:
         folds, cost = _apart(side.folds, number, context)
         sides.append(side._replace(folds=folds))
-        cut.append(cost)
+        costs.append(cost)
     scene = scene._replace(sides=sides)
     value, size = _with_error(scene.time, number, order, kappa, context)
-    size += 10 * max(cut) * value
+    size += 10 * max(costs) * value
     if not size < value:
         raise _too_strong(kappa, order)
     if scene.local:
@@ -266,7 +300,7 @@ def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any
     return value, size
 
 
-def _apart(folds: list[Fold], lam: Any, context: Any) -> tuple[list[Fold], Any]:
+def _apart(folds: list[CanonicalPair], lam: Any, context: Any) -> tuple[list[CanonicalPair], Any]:
     """Without complex pairs that the start or an end cuts through, and what either way costs.
 
     Airy functions take a pair's integrals over all of the line. Where the pair is far from the
@@ -275,7 +309,7 @@ def _apart(folds: list[Fold], lam: Any, context: Any) -> tuple[list[Fold], Any]:
     kept, cost = [], context.zero
     for fold in folds:
         if fold.pair.zeta < 0:
-            inside = context.exp(-lam * fold.room)
+            inside = context.exp(-lam * fold.gap)
             outside = context.exp(-lam * 4 * (-fold.pair.zeta) ** context.mpf(1.5) / 3)
             cost = max(cost, min(inside, outside))
             if outside < inside:
@@ -323,12 +357,12 @@ def _log_error(value: Any, size: Any, context: Any) -> Any:
     return -context.log1p(-size / value) if size < value else context.inf
 
 
-def _straightened(side: Seen, context: Any) -> Seen:
+def _straightened(side: OneSide, context: Any) -> OneSide:
     """phi taken as a parabola about each fold: Airy's argument is linear in its height there."""
     return side._replace(folds=[parabola(fold, context) for fold in side.folds])
 
 
-def _names(sides: list[Seen], context: Any) -> tuple[str, ...]:
+def _names(sides: list[OneSide], context: Any) -> tuple[str, ...]:
     found = []
     for sign, side in zip((-1, 1), sides, strict=True):
         for fold in side.folds:

@@ -1,6 +1,6 @@
 """The uniform formula of order 0 for one polynomial drift, written to be emitted.
 
-The closed forms of `symasym.asymptotics.uniform.local_arrays` and `local_numbers`, for one start
+The closed forms of `symasym.asymptotics.uniform.canonical_forms`, for one start
 at 0. Nothing of this is called here: `symasym.emit.uniform_time` writes the functions of this
 module, of `uniform_pairs`, `uniform_zeros` and `airy_kernel` into a file, as they are or, through
 `symasym.emit.kernels.transcribe`, in another language. So they hold floats, whole numbers and
