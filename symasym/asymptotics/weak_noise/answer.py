@@ -163,9 +163,9 @@ def _probability(complement: bool) -> Quantity:
 
 
 def _enclosed_time(drift: Drift, values: dict[str, Fraction], digits: int, order: int) -> Any:
-    from symasym.exact import ball_sweep
+    from symasym.numbers import balls
 
-    if not ball_sweep.available():
+    if not balls.available():
         return None
     from symasym.asymptotics.proofs.enclosures import enclosure
 
@@ -174,9 +174,9 @@ def _enclosed_time(drift: Drift, values: dict[str, Fraction], digits: int, order
 
 
 def _enclosed_share(drift: Drift, values: dict[str, Fraction], digits: int, order: int) -> Any:
-    from symasym.exact import ball_sweep
+    from symasym.numbers import balls
 
-    if not ball_sweep.available():
+    if not balls.available():
         return None
     from symasym.asymptotics.proofs.enclosures import enclosure_outside
 
