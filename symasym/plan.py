@@ -19,6 +19,7 @@ from symasym.drift.scenes import (
     digits_back,
     float_scenes,
     one_scene,
+    read_scene,
     require_drift,
 )
 from symasym.methods.driver import answer
@@ -229,12 +230,12 @@ def _planned(
     """The plan, and the value that it gives, `in_float` if float64 is enough."""
     from symasym.asymptotics.weak_noise import answer as weak_noise
 
-    rtol = float(allowed)
+    rtol, scene = float(allowed), read_scene(drift, numbers, request.dps)
     refused: dict[str, str] = {}
     # Of the exact value; relative to what is found it is larger.
     known = (1 - _FOR_DROPPED) * allowed / (1 + allowed)
     try:
-        parts = weak_noise.parts(drift, numbers, request.digits, _WEAK_ORDERS, known)
+        parts = weak_noise.parts(scene, request.digits, _WEAK_ORDERS, known)
     except SymasymError as error:
         refused["laplace"] = str(error)
     else:

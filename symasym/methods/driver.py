@@ -30,9 +30,7 @@ def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     """
     method = METHODS[request.method]
     request = method.with_order(request)
-    if not hasattr(method.home, "of_scene") or (
-        request.method == "paper" and request.name[-1] == "C"
-    ):
+    if request.method == "strong_noise":
         return _legacy(drift, numbers, request)
     if request.dps is None and (not one_scene(drift, numbers) or method.in_float(drift, request)):
         scenes = float_scenes(drift, numbers)
@@ -43,12 +41,10 @@ def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
 
 def _legacy(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     quantity = quantity_of(request.name)
-    options: dict[str, Any] = {"local": True} if request.method == "local" else {}
+    options: dict[str, Any] = {}
     if quantity.verb != "escape_time":
         options["complement"] = quantity.complement
-    verb: Any = getattr(METHODS[request.method].home, quantity.verb, None)
-    if request.method == "paper":
-        from symasym.asymptotics.proofs.exit_bounds import paper_bound as verb
+    verb = getattr(METHODS[request.method].home, quantity.verb)
     return verb(drift, **numbers, request=request, **options)
 
 

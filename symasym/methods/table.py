@@ -103,7 +103,7 @@ class Method:
         return cast(Home, importlib.import_module(self.module))
 
     def with_order(self, request: Request) -> Request:
-        """The request with an order that this method has."""
+        """The request with an order that this method has; with all of them for ``"optimal"``."""
         order = request.order
         if self.orders is None:
             if order is not None:
@@ -112,7 +112,7 @@ class Method:
                 )
             return request
         if self.optimal and order == "optimal":
-            return request
+            return request._replace(order=range(self.orders[1] + 1))
         if self.orders[1] == 0:
             if order not in (None, 0):
                 raise InputError(
@@ -135,6 +135,9 @@ def _unproved(drift: Drift, request: Request) -> bool:
     return not (request.full and (available() or drift.exact_coefficients() is not None))
 
 
+#: Of kappa^2: the order where none is given, and the highest.
+WEAK_NOISE_ORDERS = (2, 20)
+
 _ALL = tuple(QUANTITIES)
 _NOISE = "symasym.asymptotics"
 
@@ -144,7 +147,7 @@ METHODS = {
     for method in (
         Method("exact", (*_ALL, "p_ss"), "symasym.methods.exact", in_float=_without_error),
         Method("paper", _ALL, "symasym.paper"),
-        Method("laplace", _ALL, "symasym.methods.laplace", (2, 20), optimal=True),
+        Method("laplace", _ALL, "symasym.methods.laplace", WEAK_NOISE_ORDERS, optimal=True),
         Method("local", ("T",), f"{_NOISE}.uniform.answer", (0, 0)),
         Method("uniform", ("T", "P", "1 - P"), f"{_NOISE}.uniform.answer", (2, 6)),
         Method("strong_noise", _ALL, f"{_NOISE}.strong_noise.answer", (2, 100), in_float=_unproved),
