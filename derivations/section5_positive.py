@@ -239,20 +239,20 @@ def constant_panel(d: Any) -> None:
     d.step("V falls: single", "integrate", first, Identity(lambda: single(1)))
     d.step("V rises: single", "integrate", first, Identity(lambda: single(-1)))
     # From the single integral: no square of x, which may be as large as float64 allows.
-    near = Symbol("near", positive=True)
-    down = (near - sympy.exp(-size)) / size
+    int_e = Symbol("int_e", positive=True)
+    down = (int_e - sympy.exp(-size)) / size
     d.step(
         "V falls: double",
         "integrate",
         down,
-        Satisfies(lambda e: {"integral": e.subs(near, first) - double(1)}),
+        Satisfies(lambda e: {"integral": e.subs(int_e, first) - double(1)}),
     )
-    up = (1 - near) / size
+    up = (1 - int_e) / size
     d.step(
         "V rises: double",
         "integrate",
         up,
-        Satisfies(lambda e: {"integral": e.subs(near, first) - double(-1)}),
+        Satisfies(lambda e: {"integral": e.subs(int_e, first) - double(-1)}),
     )
     found = d.step(
         "together",
@@ -260,14 +260,14 @@ def constant_panel(d: Any) -> None:
         (first, down, up),
         Satisfies(
             lambda e: {
-                "near": e[0] - single(1),
-                "falling": e[1].subs(near, e[0]) - double(1),
-                "rising": e[2].subs(near, e[0]) - double(-1),
+                "int_e": e[0] - single(1),
+                "falling": e[1].subs(int_e, e[0]) - double(1),
+                "rising": e[2].subs(int_e, e[0]) - double(-1),
             }
         ),
     )
     d.conclude(
-        sympy.symbols("near both_down both_up"),
+        sympy.symbols("int_e nested_down nested_up"),
         found,
         note="x = lam |a| h; single in units of the width h, double in units of h^2, "
         "scaled as docs/exact.md has it",
@@ -277,7 +277,8 @@ def constant_panel(d: Any) -> None:
 @derives("panel-step", "Carrying sigma and w across a panel", ("positive-form",))
 def panel_step(d: Any) -> None:
     sigma, work, E, F, D, end = _positive("sigma w E F D e")
-    near, far, both, small = _positive("near far both end")
+    int_e, int_inverse, nested = _positive("int_e int_inverse nested")
+    fall, climb = _positive("fall climb")
     S, scale = _positive("S s")
     after = d.step(
         "sigma",
@@ -300,36 +301,29 @@ def panel_step(d: Any) -> None:
         Identity(spent),
         "F, D: integrals of 1/e and of e(v)/e(u) over v < u",
     )
-    # e = `end` where V falls, 1/`end` where it rises.
-    falling = {E: near, F: far / small, D: both / small, end: small}
-    rising = {E: near / small, F: far, D: both, end: 1 / small}
-    for name, scaled, stated in (
+    # One of both scales is 1, so that no number grows with lam.
+    scaled = {E: int_e / climb, F: int_inverse / fall, D: nested / fall, end: fall / climb}
+    grown = int_e + climb * sigma
+    found = d.step(
+        "scaled",
+        "scale",
         (
-            "V falls",
-            falling,
-            (
-                (near + sigma) / small,
-                (sigma * (small * work + rate * far) + rate * both) / (near + sigma),
-            ),
+            grown / fall,
+            # A logarithm of sigma, however large, does not enter w where int_e is nothing beside.
+            (fall * work + rate * int_inverse) / (climb + int_e / sigma) + rate * nested / grown,
         ),
-        (
-            "V rises",
-            rising,
-            (
-                near + sigma * small,
-                (sigma * (work + rate * far) + rate * both) / (near + sigma * small),
-            ),
-        ),
-    ):
-        found = d.step(
-            name,
-            "scale",
-            stated,
-            Identity(lambda scaled=scaled: [after.subs(scaled), later.subs(scaled)]),
-        )
+        Identity(lambda: [after.subs(scaled), later.subs(scaled)]),
+        "e(b) = fall/climb; int_e = climb E, int_inverse = fall F, nested = fall D",
+    )
+    d.step(
+        "from an absorbing end",
+        "take limit",
+        (int_e / fall, rate * nested / int_e),
+        Identity(lambda: [sympy.limit(e, sigma, 0) for e in found]),
+    )
     d.conclude(
         sympy.symbols("sigma_b w_b"),
         found,
-        note="the case where V rises; end = e^{-lam |V(b) - V(a)|}, near, far and both as "
-        "docs/exact.md has them",
+        note="fall = e^{-lam |V(b) - V(a)|} where V falls, climb where it rises, the other is 1; "
+        "int_e, int_inverse and nested as docs/exact.md has them",
     )

@@ -17,6 +17,7 @@ from typing import Any
 from symasym.base.files import write_bytes
 from symasym.workshop.figures import encode
 from symasym.workshop.report import pages, stability
+from symasym.workshop.report.cells import Cell
 from symasym.workshop.report.growth import Grown
 from symasym.workshop.report.measure import Point
 
@@ -69,7 +70,7 @@ def made() -> dict[str, str]:
     """Page -> its text as the kept points have it."""
     measured, stable = (_record(name) for name in ("measured", "stability"))
     points = [Point(**p) for p in measured["points"]]
-    cells = [stability.Cell(**c) for c in stable["cells"]]
+    cells = [Cell(**c) for c in stable["cells"]]
     tables = {
         "when": pages.when(points),
         "reached": pages.reached(points),

@@ -12,18 +12,9 @@ import pytest
 import symasym as sa
 from symasym.asymptotics.uniform import answer as uniform_noise
 from symasym.commands import main as cli
-from symasym.emit.kernels import (
-    airy as airy_kernel,
-)
-from symasym.emit.kernels import (
-    transcribe,
-    uniform_pairs,
-    uniform_roots,
-)
-from symasym.emit.kernels import (
-    uniform as uniform_kernel,
-)
-from symasym.emit.kernels.kernel import Kernel, kernel_of, reached
+from symasym.emit import uniform_time
+from symasym.emit.kernels import transcribe
+from symasym.emit.targets.writing import helpers
 from tests import emitted
 from tests.problems import PROBLEMS
 
@@ -207,15 +198,14 @@ def test_what_has_no_transcription_is_refused():
         "def _f(x: float) -> float:\n    return sorted(x)",
     ):
         with pytest.raises(TypeError, match="no transcription|one by one"):
-            transcribe.transcribed(Kernel({"_f": text}), "c")
+            transcribe.transcribed({"_f": text}, "c")
 
 
 def test_blocks_that_are_not_needed_go_with_what_they_call():
-    kernel = kernel_of(uniform_roots, airy_kernel, uniform_pairs, uniform_kernel)
-    for pairs, many in ((True, True), (True, False), (False, False)):
-        found = reached(kernel, "_log_uniform", {"_PAIRS": pairs, "_MANY": many}).functions
-        assert ("_airy" in found, "_circle" in found) == (pairs, many)
-        text = "\n\n".join(found.values())
+    for degree, pairs, many in ((5, True, True), (3, True, False), (1, False, False)):
+        known = uniform_time._kernel("python", degree)
+        text = "\n\n".join(helpers("_log_uniform(", known))
+        assert ("def _airy(" in text, "def _circle(" in text) == (pairs, many)
         assert "_PAIRS" not in text
         assert "_MANY" not in text
         ast.parse(text)
@@ -239,12 +229,11 @@ def test_whole_numbers_stay_apart_from_others(tmp_path):
 '''
     space: dict = {}
     exec(text, space)
-    kernel = Kernel({"_f": text})
     cases = [(n, x) for n in range(6) for x in (0.5, 2.5, 11.0)]
     want = [space["_f"](*case) for case in cases]
     if not emitted.available("c"):
         lines = [f'    printf("%.17g\\n", f_({n}, {x}));' for n, x in cases]
-        code = transcribe.transcribed(kernel, "c")
+        (code,) = transcribe.transcribed({"_f": text}, "c").values()
         main = "\n".join(["#include <math.h>", "#include <stdio.h>", code, "int main(void)", "{"])
         (tmp_path / "f.c").write_text("\n".join([main, *lines, "    return 0;", "}", ""]))
         emitted._output([emitted.compiler(), "-std=c99", "-Wall", "-Wextra", "-Werror", "-o", "f",
@@ -253,7 +242,7 @@ def test_whole_numbers_stay_apart_from_others(tmp_path):
         assert [float(x) for x in got] == want
     if not emitted.available("javascript"):
         calls = ", ".join(f"f({n}, {x})" for n, x in cases)
-        code = transcribe.transcribed(kernel, "javascript")
+        (code,) = transcribe.transcribed({"_f": text}, "javascript").values()
         (tmp_path / "f.mjs").write_text(f"{code}\nconsole.log([{calls}].join(' '));\n")
         got = emitted._output(["node", "f.mjs"], tmp_path).split()
         assert [float(x) for x in got] == want

@@ -17,22 +17,14 @@ import sympy
 
 import symasym
 import symasym as sa
-from symasym import friction, linear, rescale
+from symasym import friction, rescale
 from symasym.asymptotics.weak_noise import answer as weak_noise
 from symasym.base.contexts import own_context
-from symasym.drift import float_field
-from symasym.exact import (
-    ball_panels,
-    ball_sweep,
-    float_block_panels,
-    float_panels,
-)
-from symasym.exact import (
-    floats as double,
-)
-from symasym.exact.digits import _Sweep
+from symasym.exact import ball_panels, ball_sweep, float_panels, sweep
+from symasym.exact.sweep import Deferred, Record
 from symasym.exact.taylor_recurrences import constant_moments
 from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
+from symasym.numbers.log_positive import LogPositive
 
 ROOT = Path(symasym.__file__).parent
 
@@ -43,10 +35,10 @@ def _exact(rng: random.Random, low: str, high: str) -> Fraction:
 
 
 def _moments(ctx, x, up):
-    """near (= far) and both of a constant drift, from the emitted code at high precision."""
+    """int_e (= int_inverse) and nested of a constant drift, from the emitted code."""
     with ctx.workprec(ctx.prec + 400):
         first = mpmath_formulas.constant_single(ctx, x)
-        name = "constant_both_up" if up else "constant_both_down"
+        name = "constant_nested_up" if up else "constant_nested_down"
         return first, getattr(mpmath_formulas, name)(ctx, x, first)
 
 
@@ -58,10 +50,10 @@ def test_constant_panels_in_float64(direction):
     with own_context(40) as ctx:
         for k, value in enumerate(x):
             exact = ctx.mpf(float(direction * value / 0.75)) * ctx.mpf("0.75")
-            near, both = _moments(ctx, abs(exact), direction < 0)
-            assert float(got.near[k]) == pytest.approx(float(0.75 * near), rel=2e-15)
-            assert got.far[k] == got.near[k]
-            assert float(got.both[k]) == pytest.approx(float(0.5625 * both), rel=4e-15)
+            int_e, nested = _moments(ctx, abs(exact), direction < 0)
+            assert float(got.int_e[k]) == pytest.approx(float(0.75 * int_e), rel=2e-15)
+            assert got.int_inverse[k] == got.int_e[k]
+            assert float(got.nested[k]) == pytest.approx(float(0.5625 * nested), rel=4e-15)
 
 
 def test_constant_panels_at_any_precision():
@@ -69,10 +61,10 @@ def test_constant_panels_at_any_precision():
     with own_context(50) as ctx:
         for _ in range(60):
             x = _exact(rng, "-3", "3") * Fraction(10) ** rng.randint(-20, 3)
-            end, near, both = constant_moments(x, ctx)
+            end, int_e, nested = constant_moments(x, ctx)
             size = ctx.mpf(abs(x).numerator) / abs(x).denominator
             first, second = _moments(ctx, size, x < 0)
-            for got, want in ((near, first), (both, second), (end, ctx.exp(-size))):
+            for got, want in ((int_e, first), (nested, second), (end, ctx.exp(-size))):
                 assert abs(got - want) <= want * ctx.mpf(10) ** -45
 
 
@@ -88,86 +80,75 @@ def test_constant_panels_in_balls():
             )
             outer = ball_panels.Outer(exact_ball(slope), lam, length)
             x = abs(slope * lam * length)
-            near, both = _moments(ctx, ctx.mpf(x.numerator) / x.denominator, slope < 0)
+            int_e, nested = _moments(ctx, ctx.mpf(x.numerator) / x.denominator, slope < 0)
             h = ctx.mpf(length.numerator) / length.denominator
             end = ctx.exp(-ctx.mpf(x.numerator) / x.denominator)
             # In balls the integrals are those of e and 1/e as they stand at the left end.
-            plus, minus = (h * near, h * near / end) if slope > 0 else (h * near / end, h * near)
-            nested = h * h * (both / end if slope > 0 else both)
-            for got, want in ((outer.plus, plus), (outer.minus, minus), (outer.nested, nested)):
+            plus, minus = (
+                (h * int_e, h * int_e / end) if slope > 0 else (h * int_e / end, h * int_e)
+            )
+            double = h * h * (nested / end if slope > 0 else nested)
+            for got, want in ((outer.plus, plus), (outer.minus, minus), (outer.nested, double)):
                 mid, rad = ball_sweep.to_mpf(got, 40)
                 assert abs(ctx.convert(mid) - want) <= ctx.convert(rad) + want * ctx.mpf(10) ** -55
 
 
-class _Panel:
-    """A panel with given numbers."""
-
-    def __init__(self, ctx, rng, up):
-        self.up = up
-        self.near, self.far, self.both = (ctx.mpf(rng.uniform(0.1, 2)) for _ in range(3))
-        self.end = ctx.mpf(rng.uniform(0.01, 1))
-        self.bound, self.both_bound = 3 * self.near + 3 * self.far, 9 * self.both
-
-
-def _carried(ctx, chain, lam):
-    """sigma and w over a chain of panels from (0, 0), by the emitted step."""
-    sigma = w = ctx.zero
-    for panel in chain:
-        step = plain_formulas.carried_up if panel.up else plain_formulas.carried_down
-        sigma, w = step(lam, w, panel.near, panel.far, panel.both, panel.end, sigma)
-    return sigma, w
+def _records(ctx, rng):
+    """Panels with given numbers, V falling or rising."""
+    found = []
+    for _ in range(rng.randint(1, 9)):
+        integrals = [ctx.mpf(rng.uniform(0.1, 2)) for _ in range(3)]
+        # A float exponent, so that the number is the same in logarithms.
+        rise = rng.uniform(-4, 4)
+        end = ctx.exp(-abs(ctx.mpf(rise)))
+        found.append((rise, Record(*integrals, *((1, end) if rise > 0 else (end, 1)))))
+    return found
 
 
-def test_steps_between_panels_at_any_precision(monkeypatch):
+def _unscaled(ctx, records, lam):
+    """sigma and w from S and Y = w S, which are sums of what each panel adds."""
+    S = Y = ctx.zero
+    for _, p in records:
+        growth = p.fall / p.climb
+        Y += lam * (S * p.int_inverse + p.nested) / p.fall
+        S = (S + p.int_e / p.climb) / growth
+    return S, Y / S
+
+
+@pytest.mark.parametrize("deferred", [False, True])
+def test_steps_between_panels_at_any_precision(deferred):
     rng = random.Random(3)
-    sweep = _Sweep(linear(2, 1), False, Fraction(3), mpmath.mp.clone())
-    ctx = sweep._context
-    ctx.prec = 200
-    for _ in range(30):
-        chain = [_Panel(ctx, rng, rng.random() < 0.5) for _ in range(rng.randint(1, 9))]
-        monkeypatch.setattr(sweep._cut, "records", lambda start, end, chain=chain: chain)
-        got = sweep.absorbed(Fraction(-1), Fraction(0))
-        w = sum((t.factor * getattr(t.panel, t.part) for t in got.w), ctx.zero)
-        sigma, want = _carried(ctx, chain, ctx.mpf(3))
-        assert abs(got.sigma - sigma) <= sigma * ctx.mpf(10) ** -55
-        assert abs(w - want) <= want * ctx.mpf(10) ** -55
+    with own_context(60) as ctx:
+        tiny = ctx.ldexp(1, -ctx.prec - 8)
+
+        def put_off(x):
+            return Deferred(lambda: x, lambda: 3 * x, tiny) if deferred else x
+
+        for _ in range(30):
+            chain, lam = _records(ctx, rng), ctx.mpf(3)
+            records = [Record(*map(put_off, p[:3]), *p[3:]) for _, p in chain]
+            sigma, w = sweep.absorbed(records, lam)
+            S, work = _unscaled(ctx, chain, lam)
+            assert abs(sigma - S) <= S * ctx.mpf(10) ** -55
+            assert abs(sweep.known(w + 0) - work) <= work * ctx.mpf(10) ** -55
 
 
 def test_steps_between_panels_in_the_log_domain():
     rng = random.Random(4)
-    drift = linear(2, 1)
-    field = float_field.field_of(drift, {"a_minus": 2.0, "a_plus": 1.0}, 1)
     with own_context(40) as ctx:
         for _ in range(30):
-            chain = [_Panel(ctx, rng, rng.random() < 0.5) for _ in range(rng.randint(1, 9))]
-            rise = np.array([float(-ctx.log(p.end)) * (1 if p.up else -1) for p in chain])
-            for panel, r in zip(chain, rise, strict=True):
-                panel.end = ctx.exp(-abs(ctx.mpf(float(r))))
-            numbers = [np.array([float(getattr(p, n)) for p in chain]) for n in ("near", "far")]
-            both = np.array([float(p.both) for p in chain])
-            count = len(chain)
-            records = float_block_panels.Records(
-                np.zeros(count, dtype=np.intp),
-                np.zeros(count, dtype=np.intp),
-                np.arange(count) / count,
-                float_panels.Moments(rise, *numbers, both),
-                np.zeros(count, dtype=bool),
-                np.zeros(count),
-                np.zeros(count),
-            )
-            found = double._compose(
-                records,
-                np.array([3.0, 1.0]),
-                field,
-                np.full(2, -np.inf),
-                np.full(2, -np.inf),
-            )
-            sigma, w = _carried(ctx, chain, ctx.mpf(3))
-            assert float(found.log_sigma[0]) == pytest.approx(float(ctx.log(sigma)), abs=2e-14)
-            assert float(found.log_w[0]) == pytest.approx(float(ctx.log(w)), abs=2e-14)
-            # The running error analysis covers what the step really loses.
-            assert abs(found.log_w[0] - float(ctx.log(w))) <= found.w_error[0]
-            assert abs(found.log_sigma[0] - float(ctx.log(sigma))) <= found.sigma_error[0]
+            chain, lam = _records(ctx, rng), LogPositive.of(np.array([3.0]))
+            records = []
+            for rise, p in chain:
+                numbers = [LogPositive.of(np.array([float(x)]), np.array([5e-16])) for x in p[:3]]
+                ends = (min(rise, 0.0), min(-rise, 0.0))
+                zero = np.zeros(1)
+                records.append(Record(*numbers, *(LogPositive(np.array([x]), zero) for x in ends)))
+            found = sweep.absorbed(records, lam)
+            for got, want in zip(found, _unscaled(ctx, chain, ctx.mpf(3)), strict=True):
+                assert float(got.log[0]) == pytest.approx(float(ctx.log(want)), abs=2e-14)
+                # The running error analysis covers what the step really loses.
+                assert abs(got.log[0] - float(ctx.log(want))) <= got.error[0]
 
 
 def test_logarithms_of_shares_in_balls():
@@ -223,7 +204,7 @@ def test_friction_in_exact_arithmetic():
 
 def test_formulas_that_were_emitted_are_written_nowhere_else():
     """What holds the paper's results imports them, and has no square root of its own."""
-    for name in ("paper", "friction", "models", "scales"):
+    for name in ("paper", "drift/friction", "drift/models", "base/scales"):
         text = (ROOT / f"{name}.py").read_text(encoding="utf-8")
         tree = ast.parse(text)
         assert any(

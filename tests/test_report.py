@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import runpy
+from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,6 +18,7 @@ from symasym.commands.main import main
 from symasym.exact import ball_sweep
 from symasym.workshop.problems import BY_NAME
 from symasym.workshop.report import growth, methods, pages, peers, stability, timing, write
+from symasym.workshop.report.cells import MOST, Cell
 from symasym.workshop.report.diagrams import heat_maps, work_precision
 from symasym.workshop.report.measure import Known, Point, known, point
 from symasym.workshop.report.methods import Outcome, Run
@@ -120,7 +122,7 @@ def test_pari_is_asked_through_gp(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     climb = peers._climb(peers.coefficients(3, "-0.3"), 10.0)
     wanted = 0.34224224764058850934 + 200 * climb + math.log(200)
     assert float(outcome.log) == pytest.approx(wanted, rel=1e-15)
-    text = peers.pari_program(peers.coefficients(3, "-0.3"), sa.inputs.exact("k", 1), 10, 19)
+    text = peers.pari_program(peers.coefficients(3, "-0.3"), Fraction(1), 10, 19)
     assert text.count("intnum") == 14
     assert "default(realprecision, 19);" in text
 
@@ -177,13 +179,13 @@ def test_stability_over_two_scenes(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     asked = [BY_NAME["k=1e8"], BY_NAME["r=1e12"]]
     monkeypatch.setattr(stability, "scenes", lambda quick: asked)
     monkeypatch.setattr(stability, "others", lambda problem, quick: [])
-    monkeypatch.setattr(stability, "_OURS", [*stability._OURS[:3], ("strong_noise", "order 2")])
+    monkeypatch.setattr(stability, "OURS", [*stability.OURS[:3], ("strong_noise", "order 2")])
     assert main(["report", "--stability", "-o", str(tmp_path)]) == 0
     record = json.loads((tmp_path / "stability.json").read_text())
     cells = {(c["scene"], c["method"], c["setting"]): c for c in record["cells"]}
     exact = cells["k=1e8", "exact", "35 digits"]
     assert exact["claimed"] == pytest.approx(35, abs=0.01)
-    assert 35 <= exact["true"] <= stability.MOST
+    assert 35 <= exact["true"] <= MOST
     assert (
         "Cells of ours that claim more than is true: 0." in (tmp_path / "stability.md").read_text()
     )
@@ -197,10 +199,10 @@ def test_stability_over_two_scenes(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 
 
 def test_a_claim_above_the_truth_is_a_wrong_cell() -> None:
-    cell = stability.Cell("a", "exact", "float64", True, 12.0, 9.0, "bound", "")
+    cell = Cell("a", "exact", "float64", True, 12.0, 9.0, "bound", "")
     assert cell.wrong
-    assert not stability.Cell("a", "exact", "float64", True, 12.0, 12.5, "bound", "").wrong
-    assert not stability.Cell("a", "paper", "", True, None, 1.0, "none", "").wrong
+    assert not Cell("a", "exact", "float64", True, 12.0, 12.5, "bound", "").wrong
+    assert not Cell("a", "paper", "", True, None, 1.0, "none", "").wrong
     panels = heat_maps([cell]).axes
     assert any(p.get_edgecolor()[:3] == (1.0, 0.0, 0.0) for p in panels[0].patches)
 

@@ -213,9 +213,9 @@ def _carried(kappa: Any) -> Any:
         lam = 2 / k**2
         sigma, w = _swept(lam, 0.0)
         end = np.exp(-lam * _rise(1.0))
-        near, far = end * pieces.single(_rise, lam, 0, 1), pieces.single(_rise, -lam, 0, 1)
-        both = pieces.triangle(_fall, lam, 0, 1) / lam
-        found.append(emitted.carried_up(lam, w, near, far, both, end, sigma)[1])
+        int_e, int_inverse = end * pieces.single(_rise, lam, 0, 1), pieces.single(_rise, -lam, 0, 1)
+        nested = pieces.triangle(_fall, lam, 0, 1) / lam
+        found.append(emitted.carried(lam, w, int_e, int_inverse, nested, 1, end, sigma)[1])
     return np.log(found)
 
 

@@ -86,11 +86,6 @@ class Quadrature:
     points: tuple[Any, ...] = ()
     coefficients: tuple[Any, ...] = ()
 
-    @property
-    def over_the_layer(self) -> bool:
-        """Whether it is from -1 to 1."""
-        return bool(self.lower == -1 and self.upper == 1)
-
     def changed(self, change: Callable[[Any], Any]) -> Quadrature:
         """With `change` made to each expression."""
         points, coefficients = (
@@ -327,7 +322,21 @@ def _called(function: Function) -> dict[Any, Any]:
     return {s: sympy.Symbol(name, **s._assumptions_orig) for s, name in names.items()}
 
 
+# What the files' helpers have room for.
+_MOST_DEGREE, _MOST_POINTS = 127, 1024
+
+
+def _require_room(q: Quadrature | Passage) -> None:
+    """Raise InputError where a helper of the file has no room for the drift."""
+    if len(q.coefficients) > _MOST_DEGREE + 1 or len(q.points) > _MOST_POINTS:
+        raise InputError(
+            f"code is emitted for polynomials up to degree {_MOST_DEGREE} and drifts with up to "
+            f"{_MOST_POINTS} zeros and turns; give a lower one."
+        )
+
+
 def _ready_quadrature(function: Function, quadrature: Quadrature, double: bool) -> Ready:
+    _require_room(quadrature)
     parts = (quadrature.exponent, quadrature.lower, quadrature.upper, *quadrature.coefficients)
     symbols = {s for e in parts for s in e.free_symbols}
     named = _inner(function)
@@ -341,6 +350,7 @@ def _ready_quadrature(function: Function, quadrature: Quadrature, double: bool) 
 
 def _ready_passage(function: Function, passage: Passage, double: bool) -> list[Ready]:
     """The logarithm and its exponential, which in digits is computed by itself."""
+    _require_room(passage)
     symbols = {s for e in passage.expressions for s in e.free_symbols}
     named = _inner(function)
     names = {s: sympy.Symbol(named(s.name), **s._assumptions_orig) for s in symbols}

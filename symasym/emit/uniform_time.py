@@ -11,21 +11,11 @@ import sympy
 
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
-from symasym.emit.kernels import (
-    airy as airy_kernel,
-)
-from symasym.emit.kernels import (
-    tables,
-    uniform_pairs,
-    uniform_roots,
-)
-from symasym.emit.kernels import (
-    uniform as uniform_kernel,
-)
-from symasym.emit.kernels.kernel import Kernel, kernel_of, reached
+from symasym.emit.kernels import airy, elementary, tables, uniform, uniform_pairs, uniform_roots
+from symasym.emit.kernels.kernel import kernel_of
 from symasym.emit.kernels.transcribe import transcribed
 from symasym.emit.program import Function, Passage, Program, Ready
-from symasym.emit.targets.writing import Written, text
+from symasym.emit.targets.writing import Written
 from symasym.records import Record
 
 _U = sympy.Symbol("u", real=True)
@@ -83,33 +73,15 @@ def uniform_time(what: Record, drift: Drift) -> Program:
     )  # fmt: skip
 
 
-def ends(passage: Passage, target: str) -> list[list[str]]:
-    """The terms of both drifts beyond the layer, in the target's language."""
-    return [[text(term, target) for term in sympy.Add.make_args(e)] for e in passage.ends]
-
-
-def helper(target: str, functions: list[Ready]) -> dict[str, Written]:
-    """What a file with such functions needs, under the name that it calls."""
+def helpers_of(target: str, functions: list[Ready]) -> dict[str, Written]:
+    """What a file with such functions needs, under the names that it calls."""
     sizes = [len(f.passage.coefficients) for f in functions if f.passage and f.passage.uniform]
-    if not sizes:
-        return {}
-    name = {"c": "log_uniform_", "javascript": "logUniform"}.get(target, "_log_uniform")
-    return {name: _text("python" if target == "numpy" else target, max(sizes) - 1)}
+    return _kernel("python" if target == "numpy" else target, max(sizes) - 1) if sizes else {}
 
 
 @cache
-def _text(target: str, degree: int) -> str:
+def _kernel(target: str, degree: int) -> dict[str, Written]:
     flags = {name: degree >= least for least, name in _NEEDED.items()}
-    modules = (uniform_roots, airy_kernel, uniform_pairs, uniform_kernel)
-    kernel = reached(kernel_of(*modules), "_log_uniform", flags)
-    lines = [tables.written(*one, target) for one in _tables(kernel).items()]
-    if target == "python":
-        return "\n".join([*lines, "", "", "\n\n\n".join(kernel.functions.values()), ""])
-    return "\n".join([*lines, "", transcribed(kernel, target), ""])
-
-
-def _tables(kernel: Kernel) -> dict[str, tuple[float, ...]]:
-    known = dict(tables.dawson())
-    if "_airy" in kernel.functions:
-        known |= tables.airy(True)
-    return known
+    modules = (elementary, uniform_roots, airy, uniform_pairs, uniform)
+    texts = transcribed(kernel_of(*modules, flags=flags), target)
+    return {**tables.helpers_of({**tables.dawson(), **tables.airy(True)}, target), **texts}

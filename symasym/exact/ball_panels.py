@@ -13,6 +13,7 @@ from operator import mul
 from typing import Any
 
 from symasym.base.errors import AccuracyError
+from symasym.exact.sweep import Deferred, Record
 from symasym.numbers.balls import Profile, exact_ball, flint_module
 from symasym.special.exponentials import ball_quotient
 
@@ -39,13 +40,54 @@ _MOST_WORK = 7_000_000
 _ANALYTIC = 3
 
 
+class Piece:
+    """A stretch [a, b] of a sweep, in balls, which have no bounds: its numbers unscaled."""
+
+    growth: Any
+    """e^{lam(V(b) - V(a))}"""
+    plus: Any
+    """Integral of e^{lam(V - V(a))}."""
+    minus: Any
+    """Integral of e^{-lam(V - V(a))}."""
+    nested: Any
+    """Integral of e^{lam(V(w) - V(x))} over a < w < x < b."""
+    drift_at_left: Any
+    """A(a)"""
+
+    @property
+    def ceiling(self) -> Any:
+        """More than `nested`, which is most of the work, and which few panels' digits show."""
+        return self.plus * self.minus
+
+    @property
+    def enclosure(self) -> Any:
+        """An enclosure of `nested` that takes no work."""
+        return self.ceiling.union(0)
+
+    def record(self) -> Record:
+        """Its numbers for a sweep."""
+        flint = flint_module()
+        nested = Deferred(
+            lambda: self.growth * self.nested,
+            lambda: self.growth * self.ceiling,
+            flint.arb(2) ** (-flint.ctx.prec - 10),
+            lambda: self.growth * self.enclosure,
+        )
+        plus, minus = Deferred(lambda: self.plus), Deferred(lambda: self.growth * self.minus)
+        return Record(plus, minus, nested, self.growth, 1)
+
+
 @dataclass
-class Outer:
-    """A stretch of constant drift a; growth and integrals as in `Panel`, in closed form."""
+class Outer(Piece):
+    """A stretch of constant drift a, in closed form."""
 
     slope: Any
     lam: Fraction
     length: Fraction
+
+    @property
+    def drift_at_left(self) -> Any:
+        return self.slope
 
     @cached_property
     def _exponent(self) -> Any:
@@ -69,7 +111,7 @@ class Outer:
 
 
 @dataclass
-class Panel:
+class Panel(Piece):
     """Taylor models of e^{+-lam(V - V(centre))} on a panel of half-length h, in t = (u - c)/h.
 
     `slope_bound` bounds lam h |A| on the circle |t| = RATIO, so that the exponent
@@ -83,6 +125,10 @@ class Panel:
     half: Fraction
     slope_bound: Any
     terms: int
+
+    @property
+    def drift_at_left(self) -> Any:
+        return self.profile.value(self.center - self.half)
 
     @cached_property
     def _exponent(self) -> Any:
@@ -184,7 +230,7 @@ class Panel:
 
 
 class OuterSlope:
-    """How an `Outer` changes when its drift does at the rate `slope`, per unit of a parameter.
+    """The change of an `Outer` whose drift changes at the rate `slope`, per unit of a parameter.
 
     `growth` is the relative change, the others are those of the integrals.
     """
@@ -201,6 +247,27 @@ class OuterSlope:
     def _rate(x: Any, order: int) -> Any:
         """The derivative of `ball_quotient`."""
         return ball_quotient(x, order) - order * ball_quotient(x, order + 1)
+
+
+class EndSlope:
+    """The same of a piece whose left end, where `rate` is lam A, moves outwards."""
+
+    def __init__(self, piece: Piece, rate: Any) -> None:
+        self._piece = piece
+        self.growth = -rate
+        self._rate = rate
+
+    @property
+    def plus(self) -> Any:
+        return 1 - self._rate * self._piece.plus
+
+    @property
+    def minus(self) -> Any:
+        return 1 + self._rate * self._piece.minus
+
+    @property
+    def nested(self) -> Any:
+        return self._piece.minus
 
 
 class PanelSlope:

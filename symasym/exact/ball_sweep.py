@@ -4,16 +4,8 @@ Every function returns a ``flint.arb`` that contains the value: rounding is
 enclosed by Arb, truncation of every series by a Cauchy estimate whose maximum
 is itself bounded in ball arithmetic.
 
-The double integrals are carried panel by panel from an absorbing end (or from
-the tail at infinity) to the point asked for. With s(u) = e^{lam V(u)}, what is
-carried is
-
-    S(x) = int_{-r}^x e^{lam (V(w) - V(x))} dw,
-    Y(x) = lam int_{-r}^x e^{-lam V(u)} int_{-r}^u e^{lam V(w)} dw du,
-
-and the same from the other end in mirrored coordinates. Both obey linear
-updates with positive terms only, so that no digit cancels and a ball's radius
-grows additively, not geometrically, with the number of panels.
+The sweeps are those of `symasym.exact.sweep`, of positive terms only, so that no digit cancels and
+a ball's relative radius grows with the number of panels, not exponentially.
 
 Needs python-flint, which is imported on first use.
 """
@@ -21,12 +13,13 @@ Needs python-flint, which is imported on first use.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 from symasym.base.errors import AccuracyError, InputError, RegionError
+from symasym.exact import sweep
 from symasym.exact.ball_panels import Outer, Panel, cut
+from symasym.exact.sweep import Record, Sum, Swept
 from symasym.generated import plain_formulas
 from symasym.numbers.balls import Profile, exact_ball, flint_module, precision, profile_of
 
@@ -88,11 +81,7 @@ def escape_time(
     check_escape(kappa, r, start)
 
     def compute() -> Any:
-        left, right = _both_sides(drift, kappa, r, start, moments="SY")
-        _add_nested(left, right)
-        time = plain_formulas.escape_time_of_products(
-            left.work, right.work, left.scale, right.scale
-        )
+        time = sweep.escape_time(*_from_both_ends(drift, kappa, r, start))
         return time.log() if log else time
 
     return _refine(compute, dps, scale=large_parameter(kappa) * (1 + r), may_vanish=log)
@@ -120,13 +109,13 @@ def exit_probability(
     check_escape(kappa, r, start)
 
     def compute() -> Any:
-        left, right = _both_sides(drift, kappa, r, start, moments="S")
+        left, right = _from_both_ends(drift, kappa, r, start)
         if complement:
             left, right = right, left
         # Arb's logarithms are methods of its balls, which no emitted code calls.
         if log:
-            return -(left.scale / right.scale).log1p()
-        return plain_formulas.exit_share(left.scale, right.scale)
+            return -(left.sigma / right.sigma).log1p()
+        return plain_formulas.exit_share(left.sigma, right.sigma)
 
     return _refine(compute, dps, scale=large_parameter(kappa) * (1 + r))
 
@@ -160,13 +149,11 @@ def occupation(
     def compute() -> Any:
         profile = profile_of(drift)
         a_minus, a_plus = sliding_slopes(profile)
-        inside = exact_ball(Fraction(0))
-        weight = exact_ball(_ONE)  # e^{-lam V} at the panel's start
-        for panel in cut(profile, lam, -_ONE, _ONE):
-            inside += weight * panel.minus
-            weight /= panel.growth
-        tails = plain_formulas.tail_left(a_minus) + weight * plain_formulas.tail_right(a_plus)
-        outside = tails / exact_ball(lam)
+        records = (panel.record() for panel in cut(profile, lam, -_ONE, _ONE))
+        nothing = Sum(exact_ball(Fraction(0)), 1, ())
+        layer = sweep.in_layer(records, exact_ball(lam), nothing, a_minus)
+        inside = sweep.known(layer.inside)
+        outside = layer.before + plain_formulas.tail_right(a_plus)
         wanted, rest = (outside, inside) if complement else (inside, outside)
         return -(rest / wanted).log1p() if log else plain_formulas.occupation_share(wanted, rest)
 
@@ -200,9 +187,12 @@ def stationary_density(
     def compute() -> Any:
         profile = profile_of(drift)
         sliding_slopes(profile)
-        mass = _mass_before(profile, lam, y) + _mass_before(profile.mirrored(), lam, -y)
-        # `mass` is w/lam.
-        return -mass.log() if log else plain_formulas.density_of_halves(1, mass)
+        found = sweep.density(
+            exact_ball(lam),
+            _w_from_infinity(profile, lam, y),
+            _w_from_infinity(profile.mirrored(), lam, -y),
+        )
+        return found.log() if log else found
 
     return _refine(compute, dps, scale=lam * (1 + abs(y)), may_vanish=log)
 
@@ -335,57 +325,14 @@ def excess_bits(value: Any, dps: int, places: int | None) -> int:
 # -- from one end to a point ---------------------------------------------------------------------
 
 
-@dataclass
-class _Side:
-    """S and Y (see the module's text) at the point reached.
-
-    Y lacks what each of the pieces in `apart` adds to it, `nested` times lam.
-    """
-
-    scale: Any
-    work: Any
-    lam: Any
-    apart: list[Outer | Panel]
-
-
-def _both_sides(
-    drift: Any, kappa: Fraction, r: Fraction, start: Fraction, moments: str
-) -> tuple[_Side, _Side]:
+def _from_both_ends(
+    drift: Any, kappa: Fraction, r: Fraction, start: Fraction
+) -> tuple[Swept, Swept]:
     profile, lam = profile_of(drift), large_parameter(kappa)
     # Both are cut before either is integrated, so that too much work is refused at once.
-    left = pieces_of(profile, lam, -r, start)
-    right = pieces_of(profile.mirrored(), lam, -r, -start)
-    return _carried(left, lam, moments), _carried(right, lam, moments)
-
-
-def _carried(pieces: list[Outer | Panel], lam: Fraction, moments: str) -> _Side:
-    """S and, if asked for, Y from the absorbing end to the end of the last piece."""
-    nothing = exact_ball(Fraction(0))
-    side = _Side(nothing, nothing, exact_ball(lam), pieces if "Y" in moments else [])
-    for panel in pieces:
-        if "Y" in moments:
-            side.work += side.lam * (side.scale * panel.minus)
-        side.scale = (side.scale + panel.plus) / panel.growth
-    return side
-
-
-def _add_nested(left: _Side, right: _Side) -> None:
-    """Complete Y on both sides.
-
-    The nested integrals are most of the work, and few of them are seen in the last digit: each is
-    positive and below the product of its panel's single ones.
-    """
-    flint = flint_module()
-    # Y_left S_right + Y_right S_left is the numerator of T (positive-form), here without them.
-    known = left.work * right.scale + right.work * left.scale
-    unseen = known.abs_lower() * flint.arb(2) ** (-flint.ctx.prec - 10)
-    for side, other in ((left, right), (right, left)):
-        for panel in side.apart:
-            ceiling = side.lam * panel.plus * panel.minus
-            if ceiling * other.scale < unseen:
-                side.work += ceiling.union(0)
-            else:
-                side.work += side.lam * panel.nested
+    left = records_of(pieces_of(profile, lam, -r, start))
+    right = records_of(pieces_of(profile.mirrored(), lam, -r, -start))
+    return sweep.absorbed(left, exact_ball(lam)), sweep.absorbed(right, exact_ball(lam))
 
 
 def pieces_of(profile: Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[Outer | Panel]:
@@ -401,10 +348,13 @@ def pieces_of(profile: Profile, lam: Fraction, a: Fraction, b: Fraction) -> list
     return pieces
 
 
-def _mass_before(profile: Profile, lam: Fraction, y: Fraction) -> Any:
-    """Integral over u < y of e^{lam(V(y) - V(u))}, for a drift that points inwards on the left."""
-    # From -infinity to the first corner, or to y if that comes first, it is 1/(lam a-).
-    mass = plain_formulas.tail_left(profile.value(-_ONE)) / exact_ball(lam)
-    for panel in pieces_of(profile, lam, -_ONE, y):
-        mass = panel.growth * (mass + panel.minus)
-    return mass
+def records_of(pieces: list[Outer | Panel]) -> list[Record]:
+    """The pieces' numbers for a sweep."""
+    return [piece.record() for piece in pieces]
+
+
+def _w_from_infinity(profile: Profile, lam: Fraction, y: Fraction) -> Any:
+    """w at y, nothing being absorbed on the left, where the drift points inwards."""
+    # From -infinity to the first corner, or to y if that comes first, it is 1/a-.
+    w = Sum(plain_formulas.tail_left(profile.value(-_ONE)), 1, ())
+    return sweep.freely(records_of(pieces_of(profile, lam, -_ONE, y)), exact_ball(lam), w)

@@ -1,24 +1,34 @@
 """Proved derivatives of the exact integrals with respect to every parameter.
 
-The sums over panels of `symasym.exact.ball_sweep` are differentiated term by term. A parameter
+The sweeps of `symasym.exact.sweep` with balls that carry their derivatives (`Dual`). A parameter
 changes the drift on every panel (`PanelSlope`, `OuterSlope`); kappa does so as well, since only
-lam phi enters an exponent, and multiplies Y besides; r moves the absorbing ends, where S starts
-from its width. The start has a closed form: with S and Y at the start from both sides,
+lam phi enters an exponent, and multiplies w besides; r moves the absorbing ends (`EndSlope`). The
+start has a closed form: with sigma and w at the start from both sides,
 
-    T = (Y_L S_R + Y_R S_L)/(S_L + S_R),    dT/d(start) = (Y_R - Y_L)/(S_L + S_R).
+    dT/d(start) = (w_R sigma_R - w_L sigma_L)/(sigma_L + sigma_R).
 
 Needs python-flint.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, NamedTuple
 
 from symasym.base.errors import AccuracyError
-from symasym.exact.ball_panels import Outer, OuterSlope, Panel, PanelSlope, cut
+from symasym.exact import sweep
+from symasym.exact.ball_panels import (
+    EndSlope,
+    Outer,
+    OuterSlope,
+    Panel,
+    PanelSlope,
+    Piece,
+    cut,
+)
 from symasym.exact.ball_sweep import (
     check_escape,
     excess_bits,
@@ -27,6 +37,7 @@ from symasym.exact.ball_sweep import (
     refined,
     sliding_slopes,
 )
+from symasym.exact.sweep import Deferred, Scaled, Sum, Swept
 from symasym.generated import plain_formulas
 from symasym.numbers.balls import Profile, exact_ball, flint_module, profile_of
 
@@ -62,7 +73,7 @@ def log_slopes(
     """
     check_escape(kappa, r, start)
     lam, ways = large_parameter(kappa), _ways(drift, kappa)
-    ways["r"] = Way(None, seed=1)
+    ways["r"], ways["start"] = Way(None, ends=True), Way(None)
 
     def compute() -> dict[str, Any]:
         profile = _together(drift, ways)
@@ -70,12 +81,15 @@ def log_slopes(
         right_pieces = pieces_of(profile.mirrored(), lam, -r, -start)
         _refuse_many(len(left_pieces) + len(right_pieces))
         mirrored = [way.mirrored() for way in ways.values()]
-        left = _carried(left_pieces, lam, list(ways.values()), quantity == "T")
-        right = _carried(right_pieces, lam, mirrored, quantity == "T")
-        if quantity != "T":
-            return _shares(left, right, list(ways), quantity == "1 - C")
-        _add_nested(left, right)
-        return _times(left, right, list(ways))
+        left = _swept(left_pieces, lam, list(ways.values()))
+        right = _swept(right_pieces, lam, mirrored)
+        if quantity == "T":
+            return _time(left, right, len(ways)).log_slopes(ways)
+        if quantity == "1 - C":
+            left, right = right, left
+        slopes = plain_formulas.exit_share(left.sigma, right.sigma).log_slopes(ways)
+        towards_left = 1 / right.sigma.value
+        return slopes | {"start": towards_left if quantity == "1 - C" else -towards_left}
 
     return _refined(compute, dps, lam * (1 + r))
 
@@ -88,34 +102,24 @@ def log_slopes_of_occupation(
 
     def compute() -> dict[str, Any]:
         profile = _together(drift, ways)
-        a_minus, a_plus = sliding_slopes(profile)
+        tails = (
+            Dual.of(tail, (way.at_end(side) for way in ways.values()))
+            for side, tail in zip((-1, 1), sliding_slopes(profile), strict=True)
+        )
+        a_minus, a_plus = tails
         panels = cut(profile, lam, Fraction(-1), Fraction(1))
         _refuse_many(len(panels))
-        inside, outside = exact_ball(Fraction(0)), plain_formulas.tail_left(a_minus)
-        weight = exact_ball(Fraction(1))  # e^{-lam V} at the panel's start
-        # Derivatives of the three.
-        inner, outer, weights = ({name: exact_ball(Fraction(0)) for name in ways} for _ in range(3))
-        for panel in panels:
-            inside += weight * panel.minus
-            after = weight / panel.growth
-            for name, way in ways.items():
-                change = way.of(panel)
-                assert change is not None
-                inner[name] += weights[name] * panel.minus + weight * change.minus
-                weights[name] = weights[name] / panel.growth - after * change.growth
-            weight = after
-        outside += weight * plain_formulas.tail_right(a_plus)
-        found = {}
-        for name, way in ways.items():
-            at_left, at_right = way.at_end(-1), way.at_end(1)
-            outer[name] = weight * at_right / a_plus**2 - at_left / a_minus**2
-            outer[name] += weights[name] * plain_formulas.tail_right(a_plus)
-            # Of log(outside/inside); both depend on lam and phi through lam phi alone.
-            ratio = outer[name] / outside - inner[name] / inside
-            within = exact_ball(lam) * inside
-            other = within if quantity == "1 - P" else -outside
-            found[name] = ratio * other / (within + outside)
-        return found
+        records = (
+            _DualPiece(p, tuple(way.of(p, lam, 0, False) for way in ways.values())).record()
+            for p in panels
+        )
+        nothing = Sum(Dual.of(exact_ball(Fraction(0)), ()), 1, ())
+        # Both times depend on lam and phi through lam phi alone.
+        layer = sweep.in_layer(records, exact_ball(lam), nothing, a_minus)
+        inside = sweep.known(layer.inside)
+        outside = layer.before + plain_formulas.tail_right(a_plus)
+        wanted, rest = (outside, inside) if quantity == "1 - P" else (inside, outside)
+        return plain_formulas.occupation_share(wanted, rest).log_slopes(ways)
 
     return _refined(compute, dps, lam)
 
@@ -145,23 +149,28 @@ def _refined(compute: Callable[[], Any], dps: int, scale: Fraction) -> dict[str,
     return found
 
 
+Change = EndSlope | OuterSlope | PanelSlope
+
+
 class Way(NamedTuple):
     """What a parameter changes, per unit of it.
 
-    The drift by `rate` times the one of `profile`; log lam in front of Y by `power`; and the
-    absorbing ends move outwards by `seed`.
+    The drift by `rate` times the one of `profile`, log lam in front of w by `power`, and the
+    absorbing `ends`, outwards.
     """
 
     profile: Profile | None
     rate: Fraction = Fraction(1)
     power: Fraction = Fraction(0)
-    seed: int = 0
+    ends: bool = False
 
     def mirrored(self) -> Way:
         return self._replace(profile=self.profile and self.profile.mirrored())
 
-    def of(self, piece: Outer | Panel, side: int = -1) -> OuterSlope | PanelSlope | None:
+    def of(self, piece: Outer | Panel, lam: Fraction, side: int, first: bool) -> Change | None:
         """The change of a piece, an outer one being left of -1 or right of 1."""
+        if self.ends and first:
+            return EndSlope(piece, exact_ball(lam) * piece.drift_at_left)
         if self.profile is None:
             return None
         if isinstance(piece, Panel):
@@ -199,99 +208,118 @@ class _Together:
         return _Together(self.drift.mirrored(), tuple(c.mirrored() for c in self.changes))
 
 
-@dataclass
-class _Slope:
-    """Derivatives of S and Y."""
+class Dual:
+    """A ball and its derivatives with respect to the parameters, which are coefficients."""
 
-    scale: Any
-    work: Any
+    __slots__ = ("slopes", "value")
+
+    def __init__(self, value: Any, slopes: Any) -> None:
+        self.value, self.slopes = value, slopes
+
+    @classmethod
+    def of(cls, value: Any, slopes: Iterable[Any]) -> Dual:
+        """From balls, or numbers."""
+        return cls(value, flint_module().arb_poly(list(slopes)))
+
+    def mid(self) -> Any:
+        """The midpoint of the value."""
+        return self.value.mid()
+
+    def log_slopes(self, names: Iterable[str]) -> dict[str, Any]:
+        """Derivatives of the logarithm."""
+        return {name: self.slopes[k] / self.value for k, name in enumerate(names)}
+
+    def __add__(self, other: Any) -> Dual:
+        if isinstance(other, Dual):
+            return Dual(self.value + other.value, self.slopes + other.slopes)
+        if isinstance(other, (Deferred, Scaled, Sum)):
+            return NotImplemented
+        return Dual(self.value + other, self.slopes)
+
+    __radd__ = __add__
+
+    def __mul__(self, other: Any) -> Dual:
+        if isinstance(other, Dual):
+            x, y = self.value, other.value
+            return Dual(x * y, self.slopes * y + other.slopes * x)
+        if isinstance(other, (Deferred, Scaled, Sum)):
+            return NotImplemented
+        return Dual(self.value * other, self.slopes * other)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Dual:
+        return self * (1 / other)
+
+    def __rtruediv__(self, other: Any) -> Dual:
+        inverse = 1 / self.value
+        return Dual(other * inverse, self.slopes * (-other * inverse * inverse))
 
 
-@dataclass
-class _Side:
-    """S and Y at the start, their derivatives, and the pieces whose nested integral Y lacks."""
+class _DualPiece(Piece):
+    """A piece and its changes, None being none."""
 
-    scale: Any
-    work: Any
-    lam: Any
-    slopes: list[_Slope]
-    ways: list[Way]
-    apart: list[tuple[Outer | Panel, list[OuterSlope | PanelSlope | None]]]
+    def __init__(self, piece: Piece, changes: tuple[Change | None, ...]) -> None:
+        self._piece, self._changes = piece, changes
 
+    def _dual(self, name: str) -> Dual:
+        slopes = (getattr(change, name) if change else 0 for change in self._changes)
+        return Dual.of(getattr(self._piece, name), slopes)
 
-def _carried(pieces: list[Outer | Panel], lam: Fraction, ways: list[Way], times: bool) -> _Side:
-    """S and, for `times`, Y from the absorbing end to the start."""
-    nothing = exact_ball(Fraction(0))
-    slopes = [_Slope(exact_ball(Fraction(way.seed)), nothing) for way in ways]
-    side = _Side(nothing, nothing, exact_ball(lam), slopes, ways, [])
-    for place, piece in enumerate(pieces):
-        # An outer piece that comes first is on the left, since all begin below 0.
-        changes = [way.of(piece, -1 if place == 0 else 1) for way in ways]
-        before = side.scale
-        side.scale = (before + piece.plus) / piece.growth
-        for slope, way, change in zip(slopes, ways, changes, strict=True):
-            if times:
-                part = (slope.scale + exact_ball(way.power) * before) * piece.minus
-                if change:
-                    part += before * change.minus
-                slope.work += side.lam * part
-            if change:
-                slope.scale = (slope.scale + change.plus) / piece.growth
-                slope.scale -= side.scale * change.growth
-            else:
-                slope.scale = slope.scale / piece.growth
-        if times:
-            side.work += side.lam * before * piece.minus
-            side.apart.append((piece, changes))
-    return side
+    @cached_property
+    def growth(self) -> Any:  # type: ignore[override]
+        relative = self._dual("growth")
+        return Dual(relative.value, relative.slopes * relative.value)
 
+    @cached_property
+    def plus(self) -> Any:  # type: ignore[override]
+        return self._dual("plus")
 
-def _add_nested(left: _Side, right: _Side) -> None:
-    """Complete Y and its derivatives, as `ball` does: what no digit sees is enclosed only."""
-    flint = flint_module()
-    known = left.work * right.scale + right.work * left.scale
-    unseen = known.abs_lower() * flint.arb(2) ** (-flint.ctx.prec - 10)
-    for side, other in ((left, right), (right, left)):
-        for piece, changes in side.apart:
-            ceiling = side.lam * piece.plus * piece.minus
-            steepest = flint.arb(1)
-            for change in changes:
-                if isinstance(change, PanelSlope):
-                    steepest = steepest.max(change.steep)
-            if isinstance(piece, Panel) and ceiling * steepest * other.scale < unseen:
-                nested = ceiling.union(0)
+    @cached_property
+    def minus(self) -> Any:  # type: ignore[override]
+        return self._dual("minus")
+
+    @cached_property
+    def nested(self) -> Any:  # type: ignore[override]
+        return self._dual("nested")
+
+    @property
+    def ceiling(self) -> Any:
+        """More than the nested integral and its changes."""
+        steepest = flint_module().arb(1)
+        for change in self._changes:
+            if isinstance(change, PanelSlope):
+                steepest = steepest.max(change.steep)
+        return self._piece.ceiling * steepest
+
+    @property
+    def enclosure(self) -> Any:
+        ceiling = self._piece.ceiling
+
+        def most(change: Change | None) -> Any:
+            if isinstance(change, PanelSlope):
                 # Over a panel, from -1 to 1, q changes by twice its steepest slope at most.
-                most = flint.arb(0, (2 * ceiling * steepest).upper())
-                moved = [most if change else 0 for change in changes]
-            else:
-                nested = side.lam * piece.nested
-                moved = [side.lam * change.nested if change else 0 for change in changes]
-            side.work += nested
-            for slope, way, more in zip(side.slopes, side.ways, moved, strict=True):
-                slope.work += more + exact_ball(way.power) * nested
+                return flint_module().arb(0, (2 * ceiling * change.steep).upper())
+            return change.nested if change else 0
+
+        return Dual.of(self._piece.enclosure, map(most, self._changes))
 
 
-def _times(left: _Side, right: _Side, names: list[str]) -> dict[str, Any]:
-    """Of log T."""
-    top = left.work * right.scale + right.work * left.scale
-    below = left.scale + right.scale
-    found = {}
-    for name, a, b in zip(names, left.slopes, right.slopes, strict=True):
-        change = (
-            a.work * right.scale + left.work * b.scale + b.work * left.scale + right.work * a.scale
-        )
-        found[name] = change / top - (a.scale + b.scale) / below
-    found["start"] = (right.work - left.work) / top
-    return found
+def _swept(pieces: list[Outer | Panel], lam: Fraction, ways: list[Way]) -> Swept:
+    """sigma and w at the start, from an absorbing end."""
+    rate = Dual.of(exact_ball(lam), (exact_ball(lam * way.power) for way in ways))
+    records = []
+    for k, piece in enumerate(pieces):
+        # An outer piece that comes first is on the left, since all begin below 0.
+        changes = tuple(way.of(piece, lam, 1 if k else -1, k == 0) for way in ways)
+        records.append(_DualPiece(piece, changes).record())
+    return sweep.absorbed(records, rate)
 
 
-def _shares(left: _Side, right: _Side, names: list[str], complement: bool) -> dict[str, Any]:
-    """Of log C, C = S_R/(S_L + S_R), or of log(1 - C)."""
-    below = left.scale + right.scale
-    found = {}
-    for name, a, b in zip(names, left.slopes, right.slopes, strict=True):
-        # d log(S_R/S_L), times the other share.
-        change = b.scale / right.scale - a.scale / left.scale
-        found[name] = change * ((-right.scale if complement else left.scale) / below)
-    found["start"] = 1 / left.scale if complement else -1 / right.scale
-    return found
+def _time(left: Swept, right: Swept, count: int) -> Dual:
+    """T with `count` derivatives, the last with respect to the start."""
+    others = [0] * (count - 1)
+    w_left = left.w * Dual.of(1, [*others, -1 / right.sigma.value])
+    w_right = right.w * Dual.of(1, [*others, 1 / left.sigma.value])
+    time: Dual = sweep.escape_time(Swept(left.sigma, w_left), Swept(right.sigma, w_right))
+    return time

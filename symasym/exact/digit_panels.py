@@ -3,7 +3,7 @@ needed.
 
 In a stiff scene most panels only scale what comes in: their own share is
 below the last digit. Every panel therefore knows `end`, and bounds on the
-rest; `near`, `far` and `both` are found when a sweep asks.
+rest; its integrals are computed when a sweep asks.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import Any
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError
 from symasym.drift.taylor_field import ExactField
+from symasym.exact.sweep import Deferred, Record
 from symasym.exact.taylor_recurrences import (
     beyond_floats,
     constant_moments,
@@ -53,24 +54,33 @@ class Panel:
     Attributes
     ----------
     up : bool
-        Whether V rises; it says which scaling the other numbers have.
+        Whether V rises; it says which scaling the other numbers have (`Record`).
     end : mpf
         exp(-lam |V(b) - V(a)|).
-    floor, bound : mpf
-        ``floor <= near, far <= bound``.
-    both_bound : mpf
-        ``both <= both_bound``.
+    bound : mpf
+        ``int_e, int_inverse <= bound``.
+    nested_bound : mpf
+        ``nested <= nested_bound``.
     """
 
     up: bool
     end: Any
-    floor: Any
     bound: Any
-    both_bound: Any
+    nested_bound: Any
 
-    near: Any
-    far: Any
-    both: Any
+    int_e: Any
+    int_inverse: Any
+    nested: Any
+
+    def record(self, tiny: Any) -> Record:
+        """Its numbers for a sweep, in which a term below `tiny` of the whole is not computed."""
+        return Record(
+            Deferred(lambda: self.int_e, lambda: self.bound, tiny),
+            Deferred(lambda: self.int_inverse, lambda: self.bound, tiny),
+            Deferred(lambda: self.nested, lambda: self.nested_bound, tiny),
+            1 if self.up else self.end,
+            self.end if self.up else 1,
+        )
 
 
 class Constant(Panel):
@@ -81,8 +91,8 @@ class Constant(Panel):
         x = numbers.lam_exact * drift * width
         self.up = x < 0
         self.end, first, second = constant_moments(x, numbers.context)
-        self.near = self.far = self.floor = self.bound = h * first
-        self.both = self.both_bound = h * h * second
+        self.int_e = self.int_inverse = self.bound = h * first
+        self.nested = self.nested_bound = h * h * second
 
 
 def _log_size(x: Any) -> float:
@@ -116,12 +126,12 @@ class Taylor(Panel):
         self.up = rise > 0
         self.end = numbers.exponential(rise)
         spread = context.exp(2 * reach)
-        self.floor, self.bound = self._h / spread, self._h * spread
-        self.both_bound = self._h * self.bound
+        self.bound = self._h * spread
+        self.nested_bound = self._h * self.bound
 
     def _solve(self, source: bool) -> tuple[Any, Any]:
         total, integral = recurrence(self._q, self._denominator, self._bits, self._count, source)
-        # Downwards near, far and both are those of the left end times e(b).
+        # Downwards int_e, int_inverse and nested are those of the left end times e(b).
         unit = self._h * self._numbers.context.ldexp(1, -self._bits)
         if not self.up:
             unit *= self.end
@@ -132,15 +142,15 @@ class Taylor(Panel):
         return self._solve(True)
 
     @property
-    def near(self) -> Any:
+    def int_e(self) -> Any:
         return self._n[0]
 
     @cached_property
-    def far(self) -> Any:
+    def int_inverse(self) -> Any:
         return self._solve(False)[1]
 
     @property
-    def both(self) -> Any:
+    def nested(self) -> Any:
         return self._n[1] * self._h
 
 
@@ -153,8 +163,8 @@ class Slow(Panel):
         The panel is [centre + t0, centre + t1].
     terms : (count, rounds)
         Terms of the Taylor and of the slow series.
-    sizes : (least, most)
-        Bounds on |phi|.
+    least : float
+        A lower bound on |phi|.
     """
 
     def __init__(
@@ -163,7 +173,7 @@ class Slow(Panel):
         field: ExactField,
         edges: tuple[Fraction, Fraction, Fraction],
         terms: tuple[int, int],
-        sizes: tuple[float, float],
+        least: float,
     ) -> None:
         self._numbers, self._field = numbers, field
         self._centre, self._t0, self._t1 = edges
@@ -173,14 +183,12 @@ class Slow(Panel):
         self.up = rise > 0
         # Above 2 prec ln 2 by construction: what a layer leaves at the far end is nothing.
         self.end = numbers.exponential(rise)
-        least, most = sizes
         self.bound = 2 / (numbers.lam * least)
-        self.floor = 1 / (2 * numbers.lam * most)
-        self.both_bound = numbers.mpf(2 * self._half) * self.bound if self.up else self.bound**2
+        self.nested_bound = numbers.mpf(2 * self._half) * self.bound if self.up else self.bound**2
 
     @property
     def cost(self) -> int:
-        """Roughly the number of coefficients that `near` and `far` take."""
+        """Roughly the number of coefficients that `int_e` and `int_inverse` take."""
         return self._rounds**2
 
     def _lam_phi(self, t: Fraction, count: int) -> list[Any]:
@@ -203,15 +211,15 @@ class Slow(Panel):
         return layer(phi, False, self._numbers.context) * self._numbers.mpf(self._half)
 
     @property
-    def near(self) -> Any:
+    def int_e(self) -> Any:
         return self._following if self.up else self._opposing
 
     @property
-    def far(self) -> Any:
+    def int_inverse(self) -> Any:
         return self._opposing if self.up else self._following
 
     @cached_property
-    def both(self) -> Any:
+    def nested(self) -> Any:
         context = self._numbers.context
         if not self.up:
             return self._opposing * self._following

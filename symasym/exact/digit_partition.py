@@ -42,7 +42,7 @@ class Partition:
         # the reach, but guard bits grow with it.
         self.reach = max(16.0, self.bits / 2.5)
 
-    def records(self, start: Fraction, end: Fraction) -> Iterator[Panel]:
+    def panels(self, start: Fraction, end: Fraction) -> Iterator[Panel]:
         """Panels from `start` to `end`, the outside ones in closed form."""
         if start < -1:
             yield self._outer(Rational(-1), min(end, Rational(-1)) - start)
@@ -155,8 +155,7 @@ class Partition:
         # A derivative multiplies the rounding of the n-th coefficient by n/(lam|phi| half).
         if count > 0.7 * scale * least:
             return None
-        most = abs(near[0]) + spread
-        return Slow(self.numbers, self.field, edges, (count, rounds), (least, most))
+        return Slow(self.numbers, self.field, edges, (count, rounds), least)
 
     def _taylor(self, centre: Fraction, t0: Fraction, t1: Fraction) -> Iterator[Panel]:
         """Panels from t0 to t1, each as wide as is cheapest."""

@@ -1,43 +1,27 @@
 """The exact integrals to any number of digits.
 
-The sweeps are those of `symasym.exact.floats` (see docs/exact.md), with the
-unbounded exponents of mpmath in place of logarithms. All rationals stay exact
-until a panel rounds them; a panel's Taylor terms are counted beforehand by
-Cauchy's bound, and every sum is of positive terms, so `dps` digits cost a fixed
-number of guard bits.
+The sweeps of `symasym.exact.sweep` with the unbounded exponents of mpmath. All
+rationals stay exact until a panel rounds them; a panel's Taylor terms are
+counted beforehand by Cauchy's bound, and every sum is of positive terms, so
+`dps` digits cost a fixed number of guard bits.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
-from symasym.exact.digit_panels import Panel
+from symasym.exact import sweep
 from symasym.exact.digit_partition import Partition
+from symasym.exact.sweep import Record, Sum, Swept
 from symasym.generated import mpmath_formulas, plain_formulas
 from symasym.numbers.rationals import Rational
 
 _GUARD = 64
-
-
-class Term(NamedTuple):
-    """factor * part of a sum of positive terms, the part known only by a bound so far."""
-
-    ceiling: Any
-    factor: Any
-    panel: Panel
-    part: str
-
-
-class Absorption(NamedTuple):
-    """End of a sweep: sigma = S/s, and the terms of w."""
-
-    sigma: Any
-    w: list[Term]
 
 
 def escape_time(
@@ -58,9 +42,7 @@ def escape_time(
     """
 
     def compute(n: int, context: Any) -> Any:
-        left, right = _both_sweeps(drift, kappa, r, start, n, context)
-        w = _total(left.w + right.w, context)
-        return plain_formulas.escape_time_of_halves(w, left.sigma, right.sigma)
+        return sweep.escape_time(*_from_both_ends(drift, kappa, r, start, n, context))
 
     return _to_digits(compute, dps, log)
 
@@ -77,7 +59,7 @@ def exit_probability(
 ) -> Any:
     """C of eq:C from `start` (or 1 - C); parameters as in `escape_time`."""
     with own_context(dps) as context:
-        left, right = _both_sweeps(drift, kappa, r, start, dps, context)
+        left, right = _from_both_ends(drift, kappa, r, start, dps, context)
         if complement:
             left, right = right, left
         if log:
@@ -95,12 +77,11 @@ def stationary_density(
 
     def compute(n: int, context: Any) -> Any:
         _precise(context, n)
-        w = [
-            _Sweep(drift, mirrored, lam, context).from_infinity(-y if mirrored else y)
+        w_left, w_right = (
+            _Scene(drift, mirrored, lam, context).from_infinity(-y if mirrored else y)
             for mirrored in (False, True)
-        ]
-        number = mpf_of(lam, context)
-        return plain_formulas.density_of_halves(number, w[0] + w[1])
+        )
+        return sweep.density(mpf_of(lam, context), w_left, w_right)
 
     return _to_digits(compute, dps, log)
 
@@ -111,14 +92,13 @@ def occupation(
     """P of eq:P (or 1 - P); needs a sliding region. Parameters as in `escape_time`."""
     with own_context(dps) as context:
         _precise(context, dps)
-        lam = 2 / kappa**2
-        # Time inside and outside, each per unit of the density at u = 1 (and at -1 for the
-        # other tail), so that neither is a difference.
-        right, left = (
-            _Sweep(drift, mirrored, lam, context).to_the_end() for mirrored in (False, True)
+        scene = _Scene(drift, False, 2 / kappa**2, context)
+        nothing = Sum(context.zero, context.one, ())
+        layer = sweep.in_layer(
+            scene.records(Fraction(-1), Fraction(1)), scene.lam, nothing, scene.drift_at(-1)
         )
-        outside = right.tail_here / right.whole + left.tail_here / left.whole
-        inside = right.inside / right.whole
+        inside = sweep.known(layer.inside)
+        outside = layer.before + plain_formulas.tail_right(scene.drift_at(1))
         wanted, rest = (outside, inside) if complement else (inside, outside)
         if log:
             share = mpmath_formulas.log_occupation_share(context, wanted, rest)
@@ -146,95 +126,43 @@ def _precise(context: Any, dps: int) -> None:
     context.prec = int(dps * 3.3219281) + _GUARD
 
 
-def _both_sweeps(
+def _from_both_ends(
     drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, context: Any
-) -> tuple[Absorption, Absorption]:
+) -> tuple[Swept, Swept]:
     _precise(context, dps)
     lam = 2 / kappa**2
-    sweeps = [_Sweep(drift, mirrored, lam, context) for mirrored in (False, True)]
-    return sweeps[0].absorbed(-r, start), sweeps[1].absorbed(-r, -start)
+    left, right = (_Scene(drift, mirrored, lam, context) for mirrored in (False, True))
+    return left.absorbed(-r, start), right.absorbed(-r, -start)
 
 
-def _total(terms: list[Term], context: Any) -> Any:
-    """The sum, the largest terms first, so that those below its last digit are never found."""
-    total = context.zero
-    tiny = context.ldexp(context.one, -context.prec - 16)
-    for term in sorted(terms, key=lambda term: term.ceiling, reverse=True):
-        if term.ceiling < total * tiny:
-            break
-        total += term.factor * getattr(term.panel, term.part)
-    return total
-
-
-class _Tail(NamedTuple):
-    """At u = 1, in units of 1/density there: time inside, in the tail beyond, and in all."""
-
-    inside: Any
-    tail_here: Any
-    whole: Any
-
-
-class _Sweep:
-    """Sweeps from the left over one scene."""
+class _Scene:
+    """One scene, or its mirror image, to be swept from the left."""
 
     def __init__(self, drift: Drift, mirrored: bool, lam: Fraction, context: Any) -> None:
         field = ExactField(drift, mirrored, context)
         if not field.is_polynomial:
             # Rounding of phi enters the exponents multiplied by lam.
             context.prec += max(0, lam.numerator.bit_length() - lam.denominator.bit_length())
-        self._cut = Partition(field, Rational(lam), context)
+        self._partition = Partition(field, Rational(lam), context)
         self._field, self._context = field, context
-        self._lam = self._cut.numbers.lam
-        self._tiny = context.ldexp(context.one, -context.prec - 12)
+        self.lam = self._partition.numbers.lam
+        self._tiny = context.ldexp(context.one, -context.prec - 16)
 
-    def absorbed(self, start: Fraction, end: Fraction) -> Absorption:
+    def drift_at(self, u: int) -> Any:
+        """phi there."""
+        return self._partition.numbers.mpf(self._field.value(Rational(u)))
+
+    def records(self, start: Fraction, end: Fraction) -> Iterator[Record]:
+        """The panels' numbers from `start` to `end`."""
+        for panel in self._partition.panels(Rational(start), Rational(end)):
+            yield panel.record(self._tiny)
+
+    def absorbed(self, start: Fraction, end: Fraction) -> Swept:
         """sigma and w at `end`, absorbed at `start`."""
-        sigma, steps = self._context.zero, []
-        for panel in self._cut.records(Rational(start), Rational(end)):
-            # Down: sigma' e = near + sigma; up: sigma' = near + sigma/e (see `panels`).
-            entering = sigma * panel.end if panel.up else sigma
-            grown = entering
-            if panel.bound > entering * self._tiny:
-                grown = entering + panel.near
-            share = sigma / grown
-            kept = share if panel.up else share * panel.end
-            steps.append((panel, kept, self._lam * share, self._lam / grown))
-            sigma = grown if panel.up else grown / panel.end
-        return Absorption(sigma, self._unrolled(steps))
+        return sweep.absorbed(self.records(start, end), self.lam)
 
-    def _unrolled(self, steps: list[tuple[Panel, Any, Any, Any]]) -> list[Term]:
-        """w as the sum of what each panel adds, scaled by the panels after it.
-
-        A step is (panel, factor on the incoming w, factor on far, factor on both).
-        """
-        terms, scale = [], self._context.one
-        for panel, kept, far, both in reversed(steps):
-            for part, factor, bound in (
-                ("far", scale * far, panel.bound),
-                ("both", scale * both, panel.both_bound),
-            ):
-                if factor:
-                    terms.append(Term(factor * bound, factor, panel, part))
-            scale *= kept
-        return terms
-
-    def free(self, start: Fraction, end: Fraction, w: Any) -> Any:
-        """w at `end` from `w` at `start`, nothing absorbed."""
-        steps, zero = [], self._context.zero
-        for panel in self._cut.records(Rational(start), Rational(end)):
-            kept = 1 / panel.end if panel.up else panel.end
-            steps.append((panel, kept, self._lam * (kept if panel.up else 1), zero))
-            w *= kept
-        return w + _total(self._unrolled(steps), self._context)
-
-    def from_infinity(self, end: Fraction) -> Any:
+    def from_infinity(self, end: Fraction) -> Sum:
         """w at `end` with nothing absorbed on the left (needs a- > 0)."""
         # Left of -1, w = 1/a- everywhere.
-        before = plain_formulas.tail_left(self._cut.numbers.mpf(self._field.value(Rational(-1))))
-        return self.free(Rational(-1), end, before) if end > -1 else before
-
-    def to_the_end(self) -> _Tail:
-        """The whole of space seen from u = 1, split into the layer and the tails."""
-        beyond = plain_formulas.tail_right(self._cut.numbers.mpf(self._field.value(Rational(1))))
-        inside = self.free(Rational(-1), Rational(1), self._context.zero)
-        return _Tail(inside, beyond, self.from_infinity(Rational(1)) + beyond)
+        w = Sum(plain_formulas.tail_left(self.drift_at(-1)), self._context.one, ())
+        return sweep.freely(self.records(Fraction(-1), end), self.lam, w) if end > -1 else w

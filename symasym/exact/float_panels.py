@@ -5,14 +5,14 @@ e(b), the integrals of e and 1/e, and the double integral of e(w)/e(x) over
 w < x. Which scalings of them stay of moderate size depends on the sign of
 V(b) - V(a), so a panel is recorded by four numbers per direction:
 
-===== ============================ ============================
-field down, V(b) <= V(a)           up, V(b) > V(a)
-===== ============================ ============================
-rise  lam (V(b) - V(a))            the same
-near  int e                        int e / e(b)
-far   e(b) int 1/e                 int 1/e
-both  e(b) int int e(w)/e(x)       int int e(w)/e(x)
-===== ============================ ============================
+=========== ============================ ============================
+field       down, V(b) <= V(a)           up, V(b) > V(a)
+=========== ============================ ============================
+rise        lam (V(b) - V(a))            the same
+int_e       int e                        int e / e(b)
+int_inverse e(b) int 1/e                 int 1/e
+nested      e(b) int int e(w)/e(x)       int int e(w)/e(x)
+=========== ============================ ============================
 
 All are positive and none grows with lam, so nothing cancels or overflows.
 """
@@ -26,10 +26,12 @@ import numpy as np
 
 from symasym.base.inputs import FloatArray
 from symasym.generated.numpy_formulas import (
-    constant_both_down,
-    constant_both_up,
+    constant_nested_down,
+    constant_nested_up,
     constant_single,
 )
+from symasym.numbers.arithmetic import FLOATS
+from symasym.special.exponentials import quotients
 
 #: Largest lam |V(b) - V(a)| (roughly) of a panel that samples the exponential:
 #: beyond it the ratio e^8 of largest to smallest sample costs rounding digits.
@@ -47,9 +49,9 @@ class Moments(NamedTuple):
     """The record of a panel (see the module's table); `rise` may be as large as lam."""
 
     rise: FloatArray
-    near: FloatArray
-    far: FloatArray
-    both: FloatArray
+    int_e: FloatArray
+    int_inverse: FloatArray
+    nested: FloatArray
 
 
 class Rule(NamedTuple):
@@ -159,14 +161,14 @@ def sampled(exponents: FloatArray, h: FloatArray) -> tuple[Moments, np.ndarray]:
     up = rise > 0
     end = np.exp(-np.abs(rise))
     down_end = np.where(up, 1.0, end)
-    near, far = rising @ rule.weights, falling @ rule.weights
-    resolved = _resolved(rising, near) & _resolved(falling, far)
-    near = near * h * np.where(up, end, 1.0)
-    far = far * h * down_end
+    int_e, int_inverse = rising @ rule.weights, falling @ rule.weights
+    resolved = _resolved(rising, int_e) & _resolved(falling, int_inverse)
+    int_e = int_e * h * np.where(up, end, 1.0)
+    int_inverse = int_inverse * h * down_end
     falling *= rising @ (rule.integrate * rule.weights[:, None]).T
     # A product with ones is several times faster than a sum over so short an axis.
-    both = (falling @ np.ones(NODES)) * h * h * down_end
-    return Moments(rise, near, far, both), resolved
+    nested = (falling @ np.ones(NODES)) * h * h * down_end
+    return Moments(rise, int_e, int_inverse, nested), resolved
 
 
 def slow_terms(lam_phi: FloatArray, h: FloatArray) -> FloatArray:
@@ -228,30 +230,14 @@ def constant(lam_a: FloatArray, h: FloatArray) -> Moments:
     first = np.where(x == 0, 1.0, constant_single(np.where(x == 0, 1.0, x)))
     small = x < 0.5
     safe, single = np.where(small, 1.0, x), np.where(small, 1.0, first)
-    # Both lose digits for small x: Taylor there.
-    up_form, down_form = constant_both_up(safe, single), constant_both_down(safe, single)
-    series = np.zeros_like(x)
-    y = np.where(small, x, 0.0)
-    for k in range(18, 1, -1):
-        series = 1.0 / _FACTORIAL[k] - y * series
-    up_series = series
-    down_series = np.exp(-y) * _positive_series(y)
+    # Both lose digits for small x.
+    up_form, down_form = constant_nested_up(safe, single), constant_nested_down(safe, single)
+    phi_1, phi_2 = quotients(np.where(small, -x, 0.0), FLOATS)
     up = lam_a < 0
     second = np.where(
-        up, np.where(small, up_series, up_form), np.where(small, down_series, down_form)
+        up, np.where(small, phi_2, up_form), np.where(small, phi_1 - phi_2, down_form)
     )
     return Moments(np.where(up, x, -x), h * first, h * first, h * h * second)
-
-
-_FACTORIAL = np.cumprod(np.concatenate(([1.0], np.arange(1.0, 20.0))))
-
-
-def _positive_series(y: FloatArray) -> FloatArray:
-    """(e^y - 1 - y)/y^2 for 0 <= y < 1/2."""
-    total = np.zeros_like(y)
-    for k in range(18, 1, -1):
-        total = 1.0 / _FACTORIAL[k] + y * total
-    return total
 
 
 def merge(moments: Moments, k: np.ndarray, count: np.ndarray) -> Moments:
@@ -265,13 +251,13 @@ def merge(moments: Moments, k: np.ndarray, count: np.ndarray) -> Moments:
         Place of a panel in its run, and the length of that run. A run's
         exponents must stay within the range of float64.
     """
-    rise, near, far, both = moments
+    rise, int_e, int_inverse, nested = moments
     up = rise > 0
     # One scaling for all: integrals of e and 1/e as they stand at the left end.
     shrink = np.exp(np.abs(rise))
     grow = np.where(up, shrink, 1.0)
     back = np.where(up, 1.0, shrink)
-    e_int, inverse_int, double = near * grow, far * back, both * back
+    e_int, inverse_int, double = int_e * grow, int_inverse * back, nested * back
     while (count > 1).any():
         left = np.flatnonzero(k % 2 == 0)
         paired = k[left] + 1 < count[left]
@@ -302,20 +288,20 @@ def merge_slow(
     """
     if not slow_panel.any():
         return np.arange(len(scene)), moments
-    rise, near, far, both = moments
+    rise, int_e, int_inverse, nested = moments
     up = rise > 0
     joins = np.zeros(len(scene), dtype=bool)
     joins[1:] = slow_panel[1:] & slow_panel[:-1] & (scene[1:] == scene[:-1]) & (up[1:] == up[:-1])
     first = np.flatnonzero(~joins)
     last = np.append(first[1:], len(scene)) - 1
     product = np.zeros(len(scene))
-    product[1:] = np.where(joins[1:], near[:-1] * far[1:], 0.0)
-    summed = np.add.reduceat(both + product, first)
+    product[1:] = np.where(joins[1:], int_e[:-1] * int_inverse[1:], 0.0)
+    summed = np.add.reduceat(nested + product, first)
     single = first == last
     up = up[first]
     return first, Moments(
         np.add.reduceat(rise, first),
-        np.where(up, near[last], near[first]),
-        np.where(up, far[first], far[last]),
-        np.where(up | single, summed, near[first] * far[last]),
+        np.where(up, int_e[last], int_e[first]),
+        np.where(up, int_inverse[first], int_inverse[last]),
+        np.where(up | single, summed, int_e[first] * int_inverse[last]),
     )

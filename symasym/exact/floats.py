@@ -1,177 +1,28 @@
 """float64 values of the exact integrals, for many scenes at once.
 
-With s = exp(lam V) and S(x) = int_{-r}^x s, a sweep from the left carries
-sigma = S/s, whose inverse is the rate of the scale function, and w, the time
-per unit of that rate. From the left (L) and, mirrored, from the right (R),
-
-    T = (w_L + w_R)/(1/sigma_L + 1/sigma_R),    C = 1/(1 + sigma_L/sigma_R),
-
-which is eq:Ttilde with eq:C, every term positive (derived as positive-form).
-Panels are sampled where lam V varies by a few units and replaced by their
-layers where it varies by hundreds, so the cost does not grow with lam.
+The sweeps of `symasym.exact.sweep` in logarithms (`symasym.numbers.log_positive`), which carry
+bounds on their errors. Panels are sampled where lam V varies by a few units and replaced by their
+layers where it varies by hundreds (`symasym.exact.float_panels`), so the cost does not grow with
+lam.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import Field, IntArray
-from symasym.exact import float_panels
+from symasym.exact import float_panels, sweep
 from symasym.exact.float_block_panels import Records, merged, records_of
 from symasym.exact.float_blocks import MILD, partition
-from symasym.exact.float_panels import Moments
-from symasym.generated import numpy_formulas as formulas
+from symasym.exact.sweep import InLayer, Record, Swept
+from symasym.generated import plain_formulas
+from symasym.numbers.log_positive import LogPositive
 
 _ULP = 3e-16  # of a logarithm, its sum included
-
-
-class Sweep(NamedTuple):
-    """End of sweeps from the left: log sigma and log w, with their absolute errors.
-
-    Scenes that were given up have an infinite error.
-    """
-
-    log_sigma: FloatArray
-    log_w: FloatArray
-    sigma_error: FloatArray
-    w_error: FloatArray
-
-
-def sweep(
-    field: Field,
-    lam: FloatArray,
-    start: FloatArray,
-    end: FloatArray,
-    free: bool,
-    from_nothing: bool = False,
-) -> Sweep:
-    """Sweep every scene of `field` from `start` to `end`.
-
-    Parameters
-    ----------
-    field : Field
-    lam, start, end : arrays of shape (scenes,)
-        `start` is -r, where the process is absorbed, or -inf with `free`.
-    free : bool
-        No absorption: w alone, as for a stationary density (needs a- > 0).
-    from_nothing : bool
-        With `free`, leave out what lies left of u = -1.
-    """
-    outside = _outer_left(field, lam, start, end, free)
-    blocks, anchors = partition(field, lam, np.maximum(start, -1.0), np.minimum(end, 1.0))
-    inside, failed = records_of(field, lam, blocks, anchors)
-    right = np.flatnonzero(end > 1.0)
-    beyond = float_panels.constant(
-        lam[right] * field.a_plus[right], end[right] - np.maximum(1.0, start[right])
-    )
-    every = Records.joined(
-        [
-            Records.exactly(outside[0], -1, outside[1]),
-            inside,
-            Records.exactly(right, np.iinfo(np.intp).max, beyond),
-        ]
-    )
-    records = merged(every.sorted())
-    log_sigma = np.full(len(lam), np.inf if free else -np.inf)
-    log_w = np.full(len(lam), -np.inf)
-    if free and not from_nothing:
-        # Left of u = -1, w is 1/a- everywhere.
-        log_w = formulas.log_tail_left(field.a_minus)
-    found = _compose(records, lam, field, log_sigma, log_w)
-    bad = failed | np.isnan(found.log_w) | np.isnan(found.log_sigma)
-    return found._replace(
-        sigma_error=np.where(bad, np.inf, found.sigma_error),
-        w_error=np.where(bad, np.inf, found.w_error),
-    )
-
-
-def _outer_left(
-    field: Field, lam: FloatArray, start: FloatArray, end: FloatArray, free: bool
-) -> tuple[IntArray, Moments]:
-    if free:
-        return np.empty(0, dtype=np.intp), float_panels.constant(np.empty(0), np.empty(0))
-    chosen = np.flatnonzero(start < -1.0)
-    width = np.minimum(end[chosen], -1.0) - start[chosen]
-    return chosen, float_panels.constant(lam[chosen] * field.a_minus[chosen], width)
-
-
-def _compose(
-    records: Records,
-    lam: FloatArray,
-    field: Field,
-    log_sigma: FloatArray,
-    log_w: FloatArray,
-) -> Sweep:
-    """Carry sigma and w through each scene's records, in order, in the log domain.
-
-    A running error analysis goes along: the logarithms may pass through values
-    far larger than the result, and each addition of logarithms forgets the
-    error of the smaller term.
-    """
-    total = len(lam)
-    scene, moments = records.scene, records.moments
-    count = np.bincount(scene, minlength=total)
-    by_count = np.argsort(-count, kind="stable")
-    first = np.cumsum(count) - count
-    log_lam = np.log(lam[by_count])
-    # A record is good to about 20 ulp, and to the rounding of phi in its exponent where phi
-    # is not taken about a nearby centre.
-    rounding = lam * field.size()
-    local = 5e-15 + 8e-18 * np.where(rounding < MILD, rounding, 1e3)[by_count]
-    log_sigma, log_w = log_sigma[by_count], log_w[by_count]
-    with np.errstate(divide="ignore"):
-        log_near, log_far, log_both = (np.log(m) for m in moments[1:])
-    sigma_error, w_error = np.zeros(total), np.zeros(total)
-    still = np.searchsorted(-count[by_count], -np.arange(count.max(initial=0)), side="left")
-    for k in range(count.max(initial=0)):
-        n = still[k]
-        at = first[by_count[:n]] + k
-        rise, near = moments.rise[at], log_near[at]
-        far, both = log_far[at] + log_lam[:n], log_both[at] + log_lam[:n]
-        sigma, w = log_sigma[:n], log_w[:n]
-        up = rise > 0
-        # Down: sigma' e = near + sigma; up: sigma' = near + sigma/e (see panels).
-        entering = np.where(up, sigma - rise, sigma)
-        grown = np.logaddexp(near, entering)
-        before = np.where(up, w, w + rise)
-        carried = np.logaddexp(before, far)
-        # Upwards the share is sigma/sigma': adding `rise` to `entering - grown` would
-        # cancel where sigma is forgotten, so that case takes the quotient as it is.
-        share = entering - grown
-        kept = ~up | (entering > near)
-        share = np.where(kept, np.where(up, share + rise, share), sigma - grown)
-        share = np.where(sigma == np.inf, np.where(up, rise, 0.0), share)
-        log_w[:n] = np.logaddexp(share + carried, both - grown)
-        log_sigma[:n] = np.where(up, grown, grown - rise)
-
-        step = _ULP * np.abs(rise) + records.shift[at]
-        own = local[:n] + records.local[at]
-        old = sigma_error[:n]
-        e_in = old + step + _ULP * _finite(sigma)
-        p = _weight(entering, grown)
-        e_grown = p * e_in + (1 - p) * own
-        e_before = w_error[:n] + np.where(up, 0.0, step) + _ULP * _finite(w)
-        e_carried = _weight(before, carried) * e_before + own
-        e_share = np.where(kept, (1 - p) * e_in + np.where(up, step, 0.0), old + e_grown)
-        q = _weight(share + carried, log_w[:n])
-        w_error[:n] = q * (e_share + e_carried) + (1 - q) * (own + e_grown)
-        sigma_error[:n] = e_grown + np.where(up, 0.0, step)
-    result = np.empty((4, total))
-    result[:, by_count] = log_sigma, log_w, sigma_error, w_error
-    return Sweep(*result)
-
-
-def _finite(x: FloatArray) -> FloatArray:
-    return np.where(np.isfinite(x), np.abs(x), 0.0)
-
-
-def _weight(part: FloatArray, whole: FloatArray) -> FloatArray:
-    """exp(part - whole), with 1 for infinities."""
-    difference = part - whole
-    return np.exp(np.minimum(np.where(np.isnan(difference), 0.0, difference), 0.0))
 
 
 class Logs(NamedTuple):
@@ -182,7 +33,7 @@ class Logs(NamedTuple):
 
 
 def escape_time(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray) -> Logs:
-    """log T (eq:Ttilde) of each scene.
+    """log T (eq:Ttilde) of each scene; the error of a scene that was given up is infinite.
 
     Parameters
     ----------
@@ -190,80 +41,145 @@ def escape_time(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray)
         Each scene and, after all of them, each mirror image.
     lam, r, start : arrays of shape (scenes,)
     """
-    left, right = _both(field, lam, r, start)
-    w, rate = formulas.log_escape_parts(left.log_w, right.log_w, left.log_sigma, right.log_sigma)
-    share, part = _weight(left.log_w, w), _weight(-left.log_sigma, rate)
-    error = (
-        share * left.w_error
-        + (1 - share) * right.w_error
-        + part * left.sigma_error
-        + (1 - part) * right.sigma_error
-        + _ULP * (np.abs(w) + np.abs(rate))
-    )
-    return Logs(w - rate, error)
+    left, right, failed = _from_both_ends(field, lam, r, start)
+    return _logs(sweep.escape_time(left, right), failed)
 
 
 def exit_probability(
     field: Field, lam: FloatArray, r: FloatArray, start: FloatArray, complement: bool
 ) -> Logs:
     """log C (eq:C), or log(1 - C); parameters as in `escape_time`."""
-    left, right = _both(field, lam, r, start)
+    left, right, failed = _from_both_ends(field, lam, r, start)
     if complement:
         left, right = right, left
-    error = (
-        left.sigma_error
-        + right.sigma_error
-        + _ULP * (np.abs(left.log_sigma) + np.abs(right.log_sigma))
-    )
-    value = formulas.log_exit_share_of_logs(left.log_sigma, right.log_sigma)
-    # log C = -log(1 + e^odds), whose derivative is C - 1.
-    return Logs(value, error * -np.expm1(value))
+    return _logs(plain_formulas.exit_share(left.sigma, right.sigma), failed)
 
 
 def stationary_density(field: Field, lam: FloatArray, y: FloatArray) -> Logs:
     """log p_ss(y) (eq:pss) of each scene, which must slide."""
-    left, right = _halves(_swept(field, lam, y, free=True))
-    w = np.logaddexp(left.log_w, right.log_w)
-    share = _weight(left.log_w, w)
-    error = share * left.w_error + (1 - share) * right.w_error + _ULP * np.abs(w)
-    return Logs(np.log(lam) - w, error)
+    n = len(lam)
+    end = np.concatenate((y, -y))
+    rate = LogPositive.of(np.tile(lam, 2))
+    panels = _panels(field, np.tile(lam, 2), np.full(2 * n, -np.inf), end)
+    (w,) = panels.through(
+        lambda w, p, lam: (sweep.carried_freely(w[0], p, lam),),
+        (LogPositive.of(plain_formulas.tail_left(field.a_minus)),),
+        rate,
+    )
+    return _logs(sweep.density(rate[:n], w[:n], w[n:]), _either(panels.failed))
 
 
 def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
     """log P (eq:P), or log(1 - P), of each scene, which must slide."""
     n = len(lam)
-    doubled = np.tile(lam, 2)
-    end = np.ones(2 * n)
-    whole = sweep(field, doubled, -np.inf * end, end, free=True)
-    tail = formulas.log_tail_right(field.a_plus)
-    everything = np.logaddexp(whole.log_w, tail)
-    share = _weight(whole.log_w, everything)
-    error = share * whole.w_error + _ULP * np.abs(everything)
-    near_tail, far_tail = (tail - everything)[:n], (tail - everything)[n:]
-    outside = np.logaddexp(near_tail, far_tail)
-    part = _weight(near_tail, outside)
-    outside_error = part * error[:n] + (1 - part) * error[n:]
-    layer = sweep(field, doubled, -np.inf * end, end, free=True, from_nothing=True)
-    inside = layer.log_w[:n] - everything[:n]
-    inside_error = layer.w_error[:n] + error[:n] + _ULP * np.abs(layer.log_w[:n])
-    wanted, rest = (outside, inside) if complement else (inside, outside)
-    # As log(1/(1 + odds)) the value keeps its relative precision where it is close to 1.
-    value = formulas.log_occupation_share_of_logs(wanted, rest)
-    return Logs(value, (inside_error + outside_error) * -np.expm1(value))
-
-
-def _both(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray) -> tuple[Sweep, Sweep]:
-    doubled = np.tile(lam, 2)
-    return _halves(
-        sweep(field, doubled, -np.tile(r, 2), np.concatenate((start, -start)), free=False)
+    one = np.ones(n)
+    panels = _panels(field, lam, -one, one)
+    nothing = LogPositive.of(np.zeros(n))
+    before = LogPositive.of(plain_formulas.tail_left(field.a_minus[:n]))
+    times = panels.through(
+        lambda state, p, lam: sweep.carried_in_layer(InLayer(*state), p, lam),
+        (nothing, before),
+        LogPositive.of(lam),
     )
+    inside, before = times
+    outside = before + LogPositive.of(plain_formulas.tail_right(field.a_plus[:n]))
+    wanted, rest = (outside, inside) if complement else (inside, outside)
+    return _logs(plain_formulas.occupation_share(wanted, rest), panels.failed)
 
 
-def _swept(field: Field, lam: FloatArray, y: FloatArray, free: bool) -> Sweep:
-    doubled = np.tile(lam, 2)
-    return sweep(field, doubled, np.full(2 * len(lam), -np.inf), np.concatenate((y, -y)), free=free)
+def _logs(found: LogPositive, failed: np.ndarray) -> Logs:
+    bad = failed | np.isnan(found.log) | np.isnan(found.error)
+    return Logs(np.asarray(found.log), np.where(bad, np.inf, found.error))
 
 
-def _halves(both: Sweep) -> tuple[Sweep, Sweep]:
-    n = len(both.log_w) // 2
-    return Sweep(*(x[:n] for x in both)), Sweep(*(x[n:] for x in both))
+def _either(failed: np.ndarray) -> np.ndarray:
+    """Scenes of which one side failed."""
+    result: np.ndarray = failed.reshape(2, -1).any(axis=0)
+    return result
+
+
+def _from_both_ends(
+    field: Field, lam: FloatArray, r: FloatArray, start: FloatArray
+) -> tuple[Swept, Swept, np.ndarray]:
+    """sigma and w at the start from the left and from the right, and which scenes failed."""
+    n, rates = len(lam), np.tile(lam, 2)
+    panels = _panels(field, rates, -np.tile(r, 2), np.concatenate((start, -start)))
+    unknown = LogPositive.of(np.full(2 * n, np.nan))
+    sigma, w = panels.through(
+        lambda state, p, lam: sweep.carried(Swept(*state), p, lam),
+        (unknown, unknown),
+        LogPositive.of(rates),
+        sweep.first,
+    )
+    return Swept(sigma[:n], w[:n]), Swept(sigma[n:], w[n:]), _either(panels.failed)
+
+
+class _Panels(NamedTuple):
+    """Panels of many scenes, the first of each scene at `at`; and the scenes that were given up."""
+
+    records: Record
+    at: IntArray
+    count: IntArray
+    failed: np.ndarray
+
+    def through(
+        self,
+        step: Callable[[tuple[LogPositive, ...], Record, LogPositive], tuple[LogPositive, ...]],
+        start: tuple[LogPositive, ...],
+        lam: LogPositive,
+        first: Callable[[Record, LogPositive], tuple[LogPositive, ...]] | None = None,
+    ) -> tuple[LogPositive, ...]:
+        """The numbers that `step` makes of those at the `start`, one panel of each scene at once.
+
+        The first panel takes the step `first` where that is given.
+        """
+        # Scenes with more panels come first: those with a k-th one are the first of all.
+        order = np.argsort(-self.count, kind="stable")
+        lam, at, count = lam[order], self.at[order], self.count[order]
+        state = tuple(x[order] for x in start)
+        for k in range(count.max(initial=0)):
+            n = int(np.searchsorted(-count, -k, side="left"))
+            panel = Record(*(x[at[:n] + k] for x in self.records))
+            if first and k == 0:
+                changed = first(panel, lam[:n])
+            else:
+                changed = step(tuple(x[:n] for x in state), panel, lam[:n])
+            state = tuple(x.followed_by(y[n:]) for x, y in zip(changed, state, strict=True))
+        back = np.argsort(order)
+        return tuple(x[back] for x in state)
+
+
+def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -> _Panels:
+    """Panels from `start` to `end`; from u = -1 where `start` is -inf."""
+    left = np.flatnonzero(np.isfinite(start) & (start < -1.0))
+    before = float_panels.constant(
+        lam[left] * field.a_minus[left], np.minimum(end[left], -1.0) - start[left]
+    )
+    blocks, anchors = partition(field, lam, np.maximum(start, -1.0), np.minimum(end, 1.0))
+    inside, failed = records_of(field, lam, blocks, anchors)
+    right = np.flatnonzero(end > 1.0)
+    beyond = float_panels.constant(
+        lam[right] * field.a_plus[right], end[right] - np.maximum(1.0, start[right])
+    )
+    every = Records.joined(
+        [
+            Records.exactly(left, -1, before),
+            inside,
+            Records.exactly(right, np.iinfo(np.intp).max, beyond),
+        ]
+    )
+    records = merged(every.sorted())
+    count = np.bincount(records.scene, minlength=len(lam))
+    # A panel is good to about 20 ulp, and to the rounding of phi in its exponent where phi
+    # is not taken about a nearby centre.
+    rounding = lam * field.size()[: len(lam)]
+    local = 5e-15 + 8e-18 * np.where(rounding < MILD, rounding, 1e3)
+    own = local[records.scene] + records.local
+    rise = records.moments.rise
+    moved = _ULP * np.abs(rise) + records.shift
+    logs = Record(
+        *(LogPositive.of(m, own) for m in records.moments[1:]),
+        LogPositive(np.minimum(rise, 0.0), np.where(rise > 0, 0.0, moved)),
+        LogPositive(np.minimum(-rise, 0.0), np.where(rise > 0, moved, 0.0)),
+    )
+    return _Panels(logs, np.cumsum(count) - count, count, failed)

@@ -16,8 +16,8 @@ from typing import Any
 
 from symasym.base.contexts import mpf_of
 from symasym.generated.mpmath_formulas import (
-    constant_both_down,
-    constant_both_up,
+    constant_nested_down,
+    constant_nested_up,
     constant_single,
 )
 
@@ -227,7 +227,7 @@ def _divide(numerator: list[Any], ratio: list[Any], bits: int) -> list[Any]:
 
 
 def constant_moments(x: Fraction, context: Any) -> tuple[Any, Any, Any]:
-    """exp(-|x|), and near (= far) and both per width and width^2, of a panel of constant drift.
+    """exp(-|x|), and int_e (= int_inverse) and nested per width and width^2, of a constant drift.
 
     Parameters
     ----------
@@ -244,5 +244,5 @@ def constant_moments(x: Fraction, context: Any) -> tuple[Any, Any, Any]:
         y = mpf_of(size, context)
         end = context.exp(-y)
         first = constant_single(context, y)
-        second = (constant_both_up if x < 0 else constant_both_down)(context, y, first)
+        second = (constant_nested_up if x < 0 else constant_nested_down)(context, y, first)
     return end, first, second

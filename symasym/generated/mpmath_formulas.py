@@ -109,32 +109,33 @@ def log_tail_right(ctx: Any, a_plus: Any) -> Any:
 
 
 def constant_single(ctx: Any, x: Any) -> Any:
-    """near = far, per width (constant-panel)."""
+    """int_e = int_inverse, per width (constant-panel)."""
     return (-ctx.expm1(-x))/x
 
 
-def constant_both_down(ctx: Any, x: Any, near: Any) -> Any:
-    """both where V falls, per width^2 (constant-panel)."""
-    return (near - ctx.exp(-x))/x
+def constant_nested_down(ctx: Any, x: Any, int_e: Any) -> Any:
+    """nested where V falls, per width^2 (constant-panel)."""
+    return (int_e - ctx.exp(-x))/x
 
 
-def constant_both_up(ctx: Any, x: Any, near: Any) -> Any:
-    """both where V rises, per width^2 (constant-panel)."""
-    return (1 - near)/x
+def constant_nested_up(ctx: Any, x: Any, int_e: Any) -> Any:
+    """nested where V rises, per width^2 (constant-panel)."""
+    return (1 - int_e)/x
 
 
-def carried_down(
-    ctx: Any, lam: Any, w: Any, near: Any, far: Any, both: Any, end: Any, sigma: Any
+def carried(
+    ctx: Any, lam: Any, w: Any, int_e: Any, int_inverse: Any, nested: Any, fall: Any, climb: Any, sigma: Any
 ) -> Any:
-    """sigma and w after a panel where V falls (panel-step)."""
-    return (near + sigma)/end, (both*lam + sigma*(end*w + far*lam))/(near + sigma)
+    """sigma and w after a panel (panel-step)."""
+    return (
+        (int_e + climb*sigma)/fall, (fall*w + int_inverse*lam)/(climb + int_e/sigma) +
+        lam*nested/(int_e + climb*sigma)
+    )
 
 
-def carried_up(
-    ctx: Any, lam: Any, w: Any, near: Any, far: Any, both: Any, end: Any, sigma: Any
-) -> Any:
-    """sigma and w after a panel where V rises (panel-step)."""
-    return near + end*sigma, (both*lam + sigma*(w + far*lam))/(near + end*sigma)
+def absorbed(ctx: Any, lam: Any, int_e: Any, nested: Any, fall: Any) -> Any:
+    """sigma and w after a panel that begins at an absorbing end (panel-step)."""
+    return int_e/fall, lam*nested/int_e
 
 
 def constant_drift_time(ctx: Any, kappa: Any, r: Any, a: Any) -> Any:

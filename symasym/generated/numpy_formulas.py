@@ -106,28 +106,33 @@ def log_tail_right(a_plus: Any) -> Any:
 
 
 def constant_single(x: Any) -> Any:
-    """near = far, per width (constant-panel)."""
+    """int_e = int_inverse, per width (constant-panel)."""
     return (-np.expm1(-x))/x
 
 
-def constant_both_down(x: Any, near: Any) -> Any:
-    """both where V falls, per width^2 (constant-panel)."""
-    return (near - np.exp(-x))/x
+def constant_nested_down(x: Any, int_e: Any) -> Any:
+    """nested where V falls, per width^2 (constant-panel)."""
+    return (int_e - np.exp(-x))/x
 
 
-def constant_both_up(x: Any, near: Any) -> Any:
-    """both where V rises, per width^2 (constant-panel)."""
-    return (1 - near)/x
+def constant_nested_up(x: Any, int_e: Any) -> Any:
+    """nested where V rises, per width^2 (constant-panel)."""
+    return (1 - int_e)/x
 
 
-def carried_down(lam: Any, w: Any, near: Any, far: Any, both: Any, end: Any, sigma: Any) -> Any:
-    """sigma and w after a panel where V falls (panel-step)."""
-    return (near + sigma)/end, (both*lam + sigma*(end*w + far*lam))/(near + sigma)
+def carried(
+    lam: Any, w: Any, int_e: Any, int_inverse: Any, nested: Any, fall: Any, climb: Any, sigma: Any
+) -> Any:
+    """sigma and w after a panel (panel-step)."""
+    return (
+        (int_e + climb*sigma)/fall, (fall*w + int_inverse*lam)/(climb + int_e/sigma) +
+        lam*nested/(int_e + climb*sigma)
+    )
 
 
-def carried_up(lam: Any, w: Any, near: Any, far: Any, both: Any, end: Any, sigma: Any) -> Any:
-    """sigma and w after a panel where V rises (panel-step)."""
-    return near + end*sigma, (both*lam + sigma*(w + far*lam))/(near + end*sigma)
+def absorbed(lam: Any, int_e: Any, nested: Any, fall: Any) -> Any:
+    """sigma and w after a panel that begins at an absorbing end (panel-step)."""
+    return int_e/fall, lam*nested/int_e
 
 
 def constant_drift_time(kappa: Any, r: Any, a: Any) -> Any:

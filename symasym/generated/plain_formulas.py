@@ -51,14 +51,19 @@ def tail_right(a_plus: Any) -> Any:
     return -1/a_plus
 
 
-def carried_down(lam: Any, w: Any, near: Any, far: Any, both: Any, end: Any, sigma: Any) -> Any:
-    """sigma and w after a panel where V falls (panel-step)."""
-    return (near + sigma)/end, (both*lam + sigma*(end*w + far*lam))/(near + sigma)
+def carried(
+    lam: Any, w: Any, int_e: Any, int_inverse: Any, nested: Any, fall: Any, climb: Any, sigma: Any
+) -> Any:
+    """sigma and w after a panel (panel-step)."""
+    return (
+        (int_e + climb*sigma)/fall, (fall*w + int_inverse*lam)/(climb + int_e/sigma) +
+        lam*nested/(int_e + climb*sigma)
+    )
 
 
-def carried_up(lam: Any, w: Any, near: Any, far: Any, both: Any, end: Any, sigma: Any) -> Any:
-    """sigma and w after a panel where V rises (panel-step)."""
-    return near + end*sigma, (both*lam + sigma*(w + far*lam))/(near + end*sigma)
+def absorbed(lam: Any, int_e: Any, nested: Any, fall: Any) -> Any:
+    """sigma and w after a panel that begins at an absorbing end (panel-step)."""
+    return int_e/fall, lam*nested/int_e
 
 
 def saddle_first(V2: Any, V3: Any, V4: Any) -> Any:

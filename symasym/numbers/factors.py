@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.numbers.quadratic_factor import Pair, pair_of, poly, poly_slope, shifted
+from symasym.numbers.polynomials import divided, poly, poly_slope, shifted
+from symasym.numbers.quadratic_factor import Pair, pair_of
 
 __all__ = ["Factor", "Line", "Meeting", "Pieces", "Zero", "pieces_of", "seen_from"]
 
@@ -276,8 +277,8 @@ def _refine_factor(factor: Factor, c: list[Any], context: Any) -> bool:
     p, q = -2 * middle, middle * middle - square
     least = context.ldexp(1, -context.prec // 2 - 8)
     for _ in range(_MOST_STEPS):
-        rest, r1, r0 = _divided(c, p, q)
-        _, s1, s0 = _divided(rest, p, q)
+        rest, r1, r0 = divided(c, p, q)
+        _, s1, s0 = divided(rest, p, q)
         det = q * s1 * s1 + s0 * (s0 - p * s1)
         if not det:
             return False
@@ -287,18 +288,6 @@ def _refine_factor(factor: Factor, c: list[Any], context: Any) -> bool:
         if abs(step_p) + abs(step_q) <= least * (1 + abs(p) + abs(q)):
             factor.middle = -p / 2
             factor.square = p * p / 4 - q
-            factor.psi = shifted(_divided(c, p, q)[0], factor.middle)
+            factor.psi = shifted(divided(c, p, q)[0], factor.middle)
             return True
     return False
-
-
-def _divided(c: list[Any], p: Any, q: Any) -> tuple[list[Any], Any, Any]:
-    """The quotient by u² + p u + q, and the remainder r1 u + r0."""
-    if len(c) < 3:
-        return [], c[1] if len(c) > 1 else 0 * p, c[0] if c else 0 * p
-    work = list(c)
-    for k in range(len(c) - 3, -1, -1):
-        top = work[k + 2]
-        work[k + 1] = work[k + 1] - p * top
-        work[k] = work[k] - q * top
-    return work[2:], work[1], work[0]

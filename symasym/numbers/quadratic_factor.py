@@ -14,6 +14,7 @@ import numpy as np
 
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
+from symasym.numbers.polynomials import poly, poly_slope, shifted
 
 _STEPS = 40
 
@@ -171,28 +172,6 @@ def tiny(context: Any) -> Any:
 
 def everywhere(condition: Any) -> bool:
     return bool(np.all(condition))
-
-
-def poly(c: list[Any], x: Any) -> Any:
-    if len(c) < 2:
-        return 0 * x + c[0] if c else 0 * x
-    total = c[-1] * x + c[-2]
-    for a in c[-3::-1]:
-        total = total * x + a
-    return total
-
-
-def poly_slope(c: list[Any], x: Any) -> Any:
-    return poly([k * a for k, a in enumerate(c)][1:], x)
-
-
-def shifted(c: list[Any], by: Any) -> list[Any]:
-    """Taylor coefficients at `by` of the polynomial with coefficients c."""
-    c = list(c)
-    for start in range(len(c) - 1):
-        for j in range(len(c) - 2, start - 1, -1):
-            c[j] = c[j] + by * c[j + 1]
-    return c
 
 
 def _shifted_in(context: Any, c: list[Any], by: Any) -> list[Any]:

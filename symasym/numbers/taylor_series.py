@@ -12,6 +12,7 @@ from typing import Any
 import sympy
 
 from symasym.base.errors import InputError
+from symasym.numbers.power_series import exponential, power, product, rotation
 from symasym.numbers.trees import FUNCTIONS, evaluate_tree
 
 
@@ -48,15 +49,7 @@ class Series:
     def __mul__(self, other: Any) -> Series:
         if not isinstance(other, Series):
             return Series([x * other for x in self.c], self.ring)
-        n = len(self.c)
-        first, last = _support(self.c), _support(other.c)
-        c = [self.ring.rational(Fraction(0))] * n
-        for i in first:
-            for j in last:
-                if i + j >= n:
-                    break
-                c[i + j] = c[i + j] + self.c[i] * other.c[j]
-        return Series(c, self.ring)
+        return Series(product(self.c, other.c), self.ring)
 
     __rmul__ = __mul__
 
@@ -79,36 +72,17 @@ class Series:
         else:
             p, q = exponent, 1
             start = self.ring.power(lead, exponent)
-        support = _support(self.c)
-        y = [start]
-        for n in range(1, len(self.c)):
-            total = self.ring.rational(Fraction(0))
-            for j in support:
-                if 0 < j <= n:
-                    total = total + (p * j - q * (n - j)) * self.c[j] * y[n - j]
-            y.append(total / (lead * (q * n)))
-        return Series(y, self.ring)
+        return Series(power(self.c, p, q, len(self.c), start), self.ring)
 
     def times_slope(self, start: Any) -> Series:
         """y with y' = y times this series' derivative and y[0] = start: the exponential."""
-        y = [start]
-        support = [j for j in _support(self.c) if j]
-        for n in range(1, len(self.c)):
-            total = self.ring.rational(Fraction(0))
-            for j in support:
-                if j <= n:
-                    total = total + j * self.c[j] * y[n - j]
-            y.append(total / n)
-        return Series(y, self.ring)
+        return Series(exponential(self.c, len(self.c), start), self.ring)
 
     def integrated(self, slope: Series, start: Any) -> Series:
         """y with y' = slope times this series' derivative and y[0] = start."""
-        rise = Series(
-            [j * x for j, x in enumerate(self.c)][1:] + [self.ring.rational(Fraction(0))],
-            self.ring,
-        )
-        product = rise * slope
-        return Series([start] + [x / (n + 1) for n, x in enumerate(product.c[:-1])], self.ring)
+        rise = [j * x for j, x in enumerate(self.c)][1:]
+        terms = product(rise, slope.c) if rise else []
+        return Series([start, *(x / (n + 1) for n, x in enumerate(terms))], self.ring)
 
 
 class SeriesOps:
@@ -149,14 +123,8 @@ class SeriesOps:
 
 def _pair(x: Series, ring: Any, names: tuple[str, str], sign: int) -> tuple[Series, Series]:
     """(sin, cos) with sign -1 or (sinh, cosh) with sign 1."""
-    s, c = ([ring.call(name, x.c[0])] for name in names)
-    support = [j for j in _support(x.c) if j]
-    for n in range(1, len(x.c)):
-        zero = ring.rational(Fraction(0))
-        up = sum((j * x.c[j] * c[n - j] for j in support if j <= n), zero)
-        down = sum((j * x.c[j] * s[n - j] for j in support if j <= n), zero)
-        s.append(up / n)
-        c.append(sign * down / n)
+    first = ring.call(names[0], x.c[0]), ring.call(names[1], x.c[0])
+    s, c = rotation(x.c, len(x.c), first, sign)
     return Series(s, ring), Series(c, ring)
 
 
@@ -371,11 +339,6 @@ def _whole(value: Any, ring: Any) -> int | None:
             return None
         return int(expression)
     return value.numerator if value.denominator == 1 else None
-
-
-def _support(c: list[Any]) -> list[int]:
-    """Indices whose coefficient is not an exact zero: series of polynomials are mostly zeros."""
-    return [k for k, x in enumerate(c) if x != 0]
 
 
 def _integer_power(base: Any, exponent: int) -> Any:

@@ -26,6 +26,8 @@ from mpmath import mp, mpf
 import symasym as sa
 from symasym.base.files import write_bytes
 from symasym.workshop.report import peers
+from symasym.workshop.report.pages import table
+from symasym.workshop.report.pages import time_text as _time
 from symasym.workshop.report.timing import (
     capped,
     interleaved,
@@ -69,18 +71,6 @@ class Part(NamedTuple):
 
 def _number(x: float) -> str:
     return f"{x:,.0f}" if x >= 100 else f"{x:.3g}"
-
-
-def _time(x: float) -> str:
-    for unit, size in (("s", 1.0), ("ms", 1e-3)):
-        if x >= size:
-            return f"{x / size:.3g} {unit}"
-    return f"{x * 1e6:.3g} µs"
-
-
-def _table(head: list[str], rows: list[list[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
 
 
 def _friction(z0: Any = "-0.3", mu: Any = 3) -> sa.Drift:
@@ -140,7 +130,7 @@ def thirty_digits(options: argparse.Namespace) -> Part:
     text = [
         "T at mu = 3, alpha = 1, z0 = -3/10, r = 10, from 0. Right digits are counted against a "
         "ball of 45 digits that `exact/ball_sweep.py` proves.",
-        _table(["kappa", "by", "time", "times ours", "right digits"], lines),
+        table(["kappa", "by", "time", "times ours", "right digits"], lines),
         _pari(),
     ]
     if not options.long:
@@ -201,7 +191,7 @@ def many_digits(options: argparse.Namespace) -> Part:
         ],
         [
             "The same scene at kappa = 0.3.",
-            _table(["digits", "time", "over 30 digits"], cells),
+            table(["digits", "time", "over 30 digits"], cells),
             f"The steepest step between neighbours has the exponent {max(steps):.2f}.",
         ],
     )
@@ -301,14 +291,12 @@ def grid(options: argparse.Namespace) -> Part:
             f"0.2, 0.5, 1, mu = 3 and 1/2. `dblquad` was run on {len(sample)} of them, as many for "
             "each kappa, and its time scaled up; errors are relative (absolute where log T is "
             "below 1), against 25 digits, the worst of those points.",
-            _table(
-                ["by", "all points", "times ours", "worst error", "points with warnings"], cells
-            ),
+            table(["by", "all points", "times ours", "worst error", "points with warnings"], cells),
             f"A point takes us {per_kappa}.",
             f"Our calls take {samples:,} exponentials, {samples / points:.0f} a point, "
             f"{t_exp / samples * 1e9:.2f} ns each in arrays of the same sizes "
             f"({_time(t_exp)} in all, of {_time(t_again)}). Where the time goes:",
-            _table(["stage", "share"], parts),
+            table(["stage", "share"], parts),
         ],
     )
 
@@ -371,7 +359,7 @@ def stiffness(options: argparse.Namespace) -> Part:
         [
             "mu = 3, r = 10, z0 = -3/10 or 1,000 values from -2 to -1e-6; in brackets the ratio to "
             "kappa = 0.1.",
-            _table(["kappa", *ways], cells),
+            table(["kappa", *ways], cells),
         ],
     )
 
@@ -427,7 +415,7 @@ def weak_noise(options: argparse.Namespace) -> Part:
     text = [
         "z0 = -3/10, mu = 3, kappa from 0.005 to 0.06; 800 drifts: z0 from -0.45 to -0.2, mu = "
         f"2.5 and 3, kappa up to 0.02. Exact: {_time(exact / 1e4)} a kappa.",
-        _table(["kappas", "by hand", "weak noise", "with errors", "ratio", "with errors"], cells),
+        table(["kappas", "by hand", "weak noise", "with errors", "ratio", "with errors"], cells),
         f"10,000 drifts with one kappa each, order 5: {_time(each / 1e4)} a drift. The first call "
         f"of a process with an array, modules that it loads included: {_time(first)}.",
     ]
@@ -467,7 +455,7 @@ def uniform(options: argparse.Namespace) -> Part:
     (same,) = interleaved(lambda: sa.escape_time(one, "0.05", R, dps=50), runs=3)
     rows.append(Row("exact over uniform, order 0, 50 digits, kappa = 0.05", same / fifty, 3, True))
     head = ["100,000 points", "uniform", "with errors", "exact", "over `np.exp`", "exact over it"]
-    return Part(rows, [_table(head, cells)])
+    return Part(rows, [table(head, cells)])
 
 
 _FIRST = """
@@ -532,7 +520,7 @@ def measured(options: argparse.Namespace) -> str:
         rows += found.rows
         seen = f"Load average {before} before, {load()} after."
         texts.append("\n\n".join([f"### {title}", *found.text, seen]))
-    summary = _table(["ratio", "measured", "target", "met"], [row.cells() for row in rows])
+    summary = table(["ratio", "measured", "target", "met"], [row.cells() for row in rows])
     return "\n\n".join([machine(), summary, *texts])
 
 

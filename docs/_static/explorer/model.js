@@ -26,7 +26,8 @@ function region(alpha, z0) {
 /** Zeros of phi in (-1, 1), in order: a well where phi falls, a barrier where it rises. */
 function criticalPoints(mu, alpha, z0) {
   const coefficients = emitted["eq:phifric0"].friction_coefficients(mu, alpha, z0);
-  const zeros = emitted["eq:pss"].zeros(coefficients);
+  const zeros = [];
+  emitted["eq:pss"].zeros(coefficients, coefficients.length, -1, 1, zeros);
   return zeros.map((u, k) => {
     const before = (u + (k ? zeros[k - 1] : -1)) / 2;
     const kind = emitted["eq:phi"].phi(before, mu, alpha, z0) > 0 ? "well" : "barrier";

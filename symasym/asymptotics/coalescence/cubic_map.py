@@ -32,18 +32,17 @@ from typing import Any
 
 import numpy as np
 
-from symasym.asymptotics.laplace.watson import negative_power, perron_coefficients
+from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
+from symasym.numbers.polynomials import poly, poly_slope, shifted
+from symasym.numbers.power_series import composed, power, product
 from symasym.numbers.quadratic_factor import (
     Pair,
     everywhere,
     mean_of_values,
     not_alone,
     numbers,
-    poly,
-    poly_slope,
     rows,
-    shifted,
     split_pair,
     tiny,
 )
@@ -206,48 +205,41 @@ def _jets(
         steep = [zero, zero, *(-x / (k + 2) for k, x in enumerate(slope))]
         weight = [one] if g is None else shifted([x + zero for x in g], side * half)
         weight = (weight + [zero] * count)[:count]
-        d = perron_coefficients(steep, weight, 2)
-        # v² a = t² side root (1 + side t/(3 root)) joins its variable v to t = s - side root, and
-        # side t is a series in w = s² - zeta: root (sqrt(1 + w/zeta) - 1).
-        along = [zero, *(x * root for x in _binomial(one / pair.zeta, 1, 2, count + 1)[1:])]
-        stretch = _binomial_of([x / (3 * root) for x in along], count + 1)
         # The branch of u' that p_0 + q_0 s has.
         front = complex_root(2 * root / (-2 * side * steep[2]))
-        v = [side * front * x for x in _product(along, stretch, count + 1)]
-        total = [zero] * count
-        for x in reversed(d):
-            total = _product(total, v, count)
-            total[0] = total[0] + x
-        # g du/dw, of which p_k + q_k s divides by ds/dw = 1/(2 s).
-        slope_v = [(k + 1) * x for k, x in enumerate(v[1:])]
-        sides.append(_product(total, slope_v, count))
-    # g du/dw = (P + s Q)/(2 s) at s, and -(P - s Q)/(2 s) at -s.
+        d = perron_coefficients(steep, weight, 2)
+        sides.append(slope_by_square(d, side, 1 / root, front, count, one))
+    even, odd = both_saddles(sides, 1 / root, one)
+    return [((p * root).real, q.real) for p, q in zip(even, odd, strict=True)][1:]
+
+
+def both_saddles(sides: list[list[Any]], r: Any, one: Any) -> tuple[list[Any], list[Any]]:
+    """P/sqrt(zeta) and Q, series in w = s² - zeta, of g u' = P + Q s, from g du/dw at ±sqrt(zeta).
+
+    g du/dw = (P + s Q)/(2 s) at s, and -(P - s Q)/(2 s) at -s; r = 1/sqrt(zeta).
+    """
     plus, minus = sides
     odd = [x + y for x, y in zip(plus, minus, strict=True)]
-    rise = [x * root for x in _binomial(one / pair.zeta, 1, 2, count)]
-    even = _product([x - y for x, y in zip(plus, minus, strict=True)], rise, count)
-    return [(p.real, q.real) for p, q in zip(even, odd, strict=True)][1:]
+    rise = [x * r ** (2 * k) for k, x in enumerate(_root_series(len(odd), one))]
+    return product([x - y for x, y in zip(plus, minus, strict=True)], rise), odd
 
 
-def _binomial(x: Any, p: int, q: int, count: int) -> list[Any]:
-    """Coefficients of (1 + x w)^(p/q)."""
-    found = [0 * x + 1]
-    for k in range(1, count):
-        found.append(found[-1] * x * (p - q * (k - 1)) / (q * k))
-    return found
+def slope_by_square(d: list[Any], side: int, r: Any, front: Any, count: int, one: Any) -> list[Any]:
+    """g du/dw at the saddle s = side/r, from its reduced coefficients d; w = s² - 1/r².
+
+    front is u' in units of the saddle's own variable v: a t² = v² in the exponent, t = u - u(s).
+    """
+    # v² = front^-2 y² (1 + y side r/3), y = s - side/r; side y = (sqrt(1 + w r²) - 1)/r.
+    roots = _root_series(count + 1, one)
+    along = [0 * one, *(x * r ** (2 * k - 1) for k, x in enumerate(roots) if k)]
+    stretch = power([one, *(x * r / 3 for x in along[1:])], 1, 2, count + 1, one)
+    v = [side * front * x for x in product(along, stretch)]
+    return product(composed(d, v, count), [(k + 1) * x for k, x in enumerate(v[1:])])
 
 
-def _binomial_of(x: list[Any], count: int) -> list[Any]:
-    """(1 + x)^(1/2) for a series x without a constant."""
-    return negative_power([x[0] + 1, *x[1:]], -1, 2, count - 1, x[0] * 0 + 1)
-
-
-def _product(a: list[Any], b: list[Any], count: int) -> list[Any]:
-    found = [0 * a[0]] * count
-    for i, x in enumerate(a[:count]):
-        for j, y in enumerate(b[: count - i]):
-            found[i + j] = found[i + j] + x * y
-    return found
+def _root_series(count: int, one: Any) -> list[Any]:
+    """Coefficients of sqrt(1 + w)."""
+    return power([one, one], 1, 2, count, one)
 
 
 def _circle(

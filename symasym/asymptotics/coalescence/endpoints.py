@@ -27,6 +27,8 @@ from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.numbers.coefficient_fields import NumberRing
+from symasym.numbers.polynomials import poly
+from symasym.numbers.power_series import product
 from symasym.numbers.taylor_series import NotAnalytic, algebraic, taylor
 
 #: One term of a part: its value at lam, and a size that has no zeros by chance.
@@ -80,9 +82,31 @@ def end_coefficients(
             f"the slope of f = {piece.f} is zero at the end {x} = {end}, where f is not largest; "
             "move the end."
         )
-    d = perron_coefficients(f[: count + 1], g, 1)
-    steep = -unit * f[1]
+    return end_series(f, g, unit)
+
+
+def end_series(f: list[Any], g: list[Any], unit: Any = 1) -> list[Any]:
+    """Watson's coefficients c_n at an end from Taylor coefficients on its side, as many as g's."""
+    d, steep = perron_coefficients(f[: len(g) + 1], g, 1), -unit * f[1]
     return [y * math.factorial(n) / steep ** (n + 1) for n, y in enumerate(d)]
+
+
+def saddle_rows(d: list[Any], alpha: Any, count: int) -> list[list[Any]]:
+    """Taylor coefficients of G_0, ..., G_(count - 1) in v, from those of G."""
+    row, rows = list(d), []
+    for _ in range(count):
+        rows.append(row)
+        row = [(k + 1) * y / (2 * alpha) for k, y in enumerate(row[2:])]
+    return rows
+
+
+def beyond_erfc(c: list[Any], a: list[Any], alpha: Any, v: Any) -> list[Any]:
+    """b_n at an end away from the saddle: c_n of the end's own less those of ½ erfc times a_n."""
+    # ½ erfc(v sqrt(lam alpha)) has (-1)^m (1/2)_m (alpha v²)^-m/(2 alpha v), DLMF 7.12.1.
+    tail = [1 / (2 * alpha * v)]
+    for m in range(len(c) - 1):
+        tail.append(-tail[-1] * (2 * m + 1) / (2 * alpha * v * v))
+    return [y - z for y, z in zip(c, product(a, tail, len(c)), strict=True)]
 
 
 @dataclass(frozen=True)
@@ -233,15 +257,7 @@ class _Local:
         top = max(abs(y) for y in self.d[:4]) or max(abs(y) for y in self.d)
         rates = [(abs(y) / top) ** (ring.context.mpf(1) / k) for k, y in enumerate(self.d) if k > 3]
         self._rate = max(rates) if top else ring.context.mpf(0)
-        self.a = [row[0] for row in self._rows()]
-
-    def _rows(self) -> list[list[Any]]:
-        """Taylor coefficients of G_0, G_1, ..."""
-        row, found = list(self.d), []
-        for _ in range(self._count):
-            found.append(row)
-            row = [(k + 1) * y / (2 * self.alpha) for k, y in enumerate(row[2:])]
-        return found
+        self.a = [row[0] for row in saddle_rows(self.d, self.alpha, self._count)]
 
     def _end(self, end: Any) -> tuple[Any, list[Any], Any]:
         context = self._ring.context
@@ -255,8 +271,8 @@ class _Local:
             if n <= _LONGEST:
                 if n > len(self.d):
                     self._expand(n)
-                b = [_horner(row[1:], v) / (2 * self.alpha) for row in self._rows()]
-                return v, b, height
+                rows = saddle_rows(self.d, self.alpha, self._count)
+                return v, [poly(row[1:], v) / (2 * self.alpha) for row in rows], height
         return v, self._matched(where, v), height
 
     def _distance(self, where: Any, height: Any) -> Any:
@@ -266,7 +282,7 @@ class _Local:
         ratios = [y / self.f[2] for y in self.f[2:]]
         size = max((abs(y * t**k) for k, y in enumerate(ratios) if k > len(ratios) // 2), default=0)
         if size < context.mpf(2) ** -context.prec:
-            return t * context.sqrt(_horner(ratios, t))
+            return t * context.sqrt(poly(ratios, t))
         drop = (self.height - height) / self.alpha
         if not drop > 0:
             raise AccuracyError(
@@ -280,15 +296,4 @@ class _Local:
         part, context = self._part, self._ring.context
         unit = context.mpf(1)
         c = end_coefficients(part.piece, part.x, where, 1, self._count, unit, self._ring)
-        # Of ½ erfc: (-1)^m (1/2)_m (alpha v²)^(-m)/(2 alpha v).
-        tail = [1 / (2 * self.alpha * v)]
-        for m in range(self._count - 1):
-            tail.append(-tail[-1] * (2 * m + 1) / (2 * self.alpha * v * v))
-        return [y - sum(self.a[n - m] * tail[m] for m in range(n + 1)) for n, y in enumerate(c)]
-
-
-def _horner(c: list[Any], x: Any) -> Any:
-    total = 0 * x
-    for y in reversed(c):
-        total = total * x + y
-    return total
+        return beyond_erfc(c, self.a, self.alpha, v)

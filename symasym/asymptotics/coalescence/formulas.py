@@ -9,8 +9,10 @@ from typing import Any
 
 import sympy
 
+from symasym.asymptotics.coalescence.cubic_map import both_saddles, slope_by_square
+from symasym.asymptotics.coalescence.endpoints import beyond_erfc, end_series, saddle_rows
 from symasym.asymptotics.laplace.kinks import number
-from symasym.asymptotics.laplace.watson import negative_power, perron_coefficients
+from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
 from symasym.numbers.coefficient_fields import ExpressionRing, sampled_parameters
 from symasym.numbers.taylor_series import NotAnalytic, taylor
@@ -113,12 +115,9 @@ def _pair_coefficients(
         alpha = [ring.one, *(gens[f"a{mark}{j}"] for j in range(1, count))]
         weights = [gens[f"c{mark}{j}"] for j in range(count)]
         d = perron_coefficients([ring.zero, ring.zero, *alpha], weights, 2)
-        sides.append(_side(d, side, gens["R"], gens[f"W{mark}"], count, ring))
-    plus, minus = sides
-    # (P + s Q)/(2 s) and -(P - s Q)/(2 s), as in the cubic map; P without its factor sqrt(zeta).
-    q = [y + z for y, z in zip(plus, minus, strict=True)]
-    rise = [y * gens["R"] ** (2 * k) for k, y in enumerate(_binomial(1, 2, count, ring))]
-    p = _product([y - z for y, z in zip(plus, minus, strict=True)], rise, count, ring)
+        front = gens[f"W{mark}"]
+        sides.append(slope_by_square(d, side, gens["R"], front, count, ring.one))
+    p, q = both_saddles(sides, gens["R"], ring.one)
     swap = {sympy.Symbol(name): value for name, value in values.items()}
     p, q = ([y.as_expr().xreplace(swap) for y in row] for row in (p, q))
     pq = [(root * y, z) for y, z in zip(p, q, strict=True)]
@@ -144,34 +143,6 @@ def taylor_of(expression: Any, x: Any, point: Any, count: int) -> list[Any]:
         raise InputError(f"{expression} has no Taylor series at {x} = {point}.") from None
 
 
-def _side(d: list[Any], side: int, r: Any, w: Any, count: int, ring: Any) -> list[Any]:
-    """g du/dw at one saddle, r = zeta^(-1/2)."""
-    base = _binomial(1, 2, count + 1, ring)
-    along = [ring.zero, *(y * r ** (2 * k - 1) for k, y in enumerate(base) if k)]
-    stretch = negative_power([ring.one, *(y * r / 3 for y in along[1:])], -1, 2, count, ring.one)
-    v = [side * w * y for y in _product(along, stretch, count + 1, ring)]
-    total = [ring.zero] * count
-    for y in reversed(d):
-        total = _product(total, v, count, ring)
-        total[0] = total[0] + y
-    return _product(total, [(k + 1) * y for k, y in enumerate(v[1:])], count, ring)
-
-
-def _binomial(p: int, q: int, count: int, ring: Any) -> list[Any]:
-    found = [ring.one]
-    for k in range(1, count):
-        found.append(found[-1] * (p - q * (k - 1)) / (q * k))
-    return found
-
-
-def _product(a: list[Any], b: list[Any], count: int, ring: Any) -> list[Any]:
-    found = [ring.zero] * count
-    for i, y in enumerate(a[:count]):
-        for j, z in enumerate(b[: count - i]):
-            found[i + j] = found[i + j] + y * z
-    return found
-
-
 def end_formula(
     f: Any, g: Any, x: Any, lo: Any, hi: Any, order: int, lam: Any, saddles: Any
 ) -> Any:
@@ -182,10 +153,7 @@ def end_formula(
     weight = taylor_of(g, x, point, count + 1)
     alpha = -at_saddle[2]
     d = perron_coefficients([sympy.Integer(0)] * 2 + at_saddle[2:], weight, 2)
-    a = []
-    for _ in range(order):
-        a.append(d[0])
-        d = [(k + 1) * y / (2 * alpha) for k, y in enumerate(d[2:])]
+    a = [row[0] for row in saddle_rows(d, alpha, order)]
     share, edges = [], sympy.Integer(0)
     for side, end in ((1, lo), (-1, hi)):
         if end.is_infinite:
@@ -195,17 +163,9 @@ def end_formula(
         # Its sign is t's on both sides: v is analytic there.
         v = t * sympy.sqrt((at_saddle[0] - here[0]) / (alpha * t**2))
         share.append((side, v))
-        c = perron_coefficients(here[: order + 1], taylor_of(g, x, end, max(order, 2))[:order], 1)
-        tail = 1 / (2 * alpha * v)
-        tails = []
-        for m in range(order):
-            tails.append(tail)
-            tail = -tail * (2 * m + 1) / (2 * alpha * v**2)
-        inner = sympy.Integer(0)
-        for n, y in enumerate(c):
-            own = y * sympy.factorial(n) / (-here[1]) ** (n + 1)
-            inner += (own - sum(a[n - m] * tails[m] for m in range(n + 1))) * lam ** (-n - 1)
-        edges += side * sympy.exp(lam * here[0]) * inner
+        c = end_series(here, taylor_of(g, x, end, max(order, 2))[:order])
+        inner = [y * lam ** (-n - 1) for n, y in enumerate(beyond_erfc(c, a, alpha, v))]
+        edges += side * sympy.exp(lam * here[0]) * sum(inner)
     scale = sympy.sqrt(lam * alpha)
     part = sympy.Integer(1)
     if len(share) == 2:

@@ -29,6 +29,7 @@ from symasym.asymptotics.laplace.kinks import Piece, at, number
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
 from symasym.numbers.coefficient_fields import NumberRing
+from symasym.numbers.power_series import product
 from symasym.special.airy_products import Rows, Term, by_parts, pair_terms, product_rows
 
 _FAR = (10**2, 10**4, 10**6)
@@ -110,19 +111,12 @@ class IteratedPart:
         if onward and not left_out:
             parts.append(pair.both)
         nothing = [(context.zero, context.zero)] * count
-        down = [] if left_out else [(-level, pair.falling)]
-        up = [] if left_out else [(level, pair.rising)]
-        if low:
-            height, first, second = low
-            first, second = (_series(row, lam) for row in (first, second))
-            parts.append(_product(first, second, context.one))
-            parts += [_product(first, row, context.exp(lam * (y - height))) for y, row in up]
-        if high:
-            height, last = high
-            row = _series(last, lam)
-            parts += [_product(other, row, context.exp(lam * (y + height))) for y, other in down]
-        if low and high:
-            parts.append(_product(first, row, context.exp(lam * (high[0] - low[0]))))
+        low, high = (
+            (end[0], *(_series(row, lam) for row in end[1:])) if end else () for end in (low, high)
+        )
+        both = None if left_out else (pair.falling, pair.rising)
+        for exponent, inner, outer in end_products(level, both, low, high):
+            parts.append(_product(inner, outer, context.exp(lam * exponent)))
         found = []
         for terms in zip(nothing, *parts, strict=True):
             found.append((sum(v for v, _ in terms), sum(s for _, s in terms)))
@@ -208,19 +202,32 @@ class IteratedPart:
         return found
 
 
+def end_products(
+    level: Any, pair: tuple[Any, Any] | None, low: tuple[Any, ...], high: tuple[Any, ...]
+) -> list[tuple[Any, Any, Any]]:
+    """(exponent over lam, inner, outer) of each product in which an end has a part.
+
+    `pair` holds the expansions of int g e^{-lam f} and int h e^{lam f} at the pair of points about
+    the height `level`, `low` the height of the lower end and the same two there, `high` the height
+    of the upper end and that of int h e^{lam f}.
+    """
+    inner = [] if pair is None else [(-level, pair[0])]
+    products = []
+    if low:
+        products.append((0 * level, low[1], low[2]))
+        if pair is not None:
+            products.append((level - low[0], low[1], pair[1]))
+        inner.append((-low[0], low[1]))
+    if high:
+        products += [(exponent + high[0], row, high[1]) for exponent, row in inner]
+    return products
+
+
 def _series(c: list[Any], lam: Any) -> list[Term]:
     return [(y * lam ** (-n - 1), abs(y) * lam ** (-n - 1)) for n, y in enumerate(c)]
 
 
 def _product(first: list[Term], second: list[Term], factor: Any) -> list[Term]:
     """Terms of the product of two sums, in the order of their powers of 1/lam."""
-    found = []
-    for n in range(min(len(first), len(second))):
-        pairs = [(first[i], second[n - i]) for i in range(n + 1)]
-        found.append(
-            (
-                factor * sum(a[0] * b[0] for a, b in pairs),
-                factor * sum(a[1] * b[1] for a, b in pairs),
-            )
-        )
-    return found
+    rows = [product([x[j] for x in first], [y[j] for y in second]) for j in (0, 1)]
+    return [(factor * value, factor * size) for value, size in zip(*rows, strict=True)]

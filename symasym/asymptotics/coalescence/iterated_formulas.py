@@ -10,9 +10,11 @@ from typing import Any
 
 import sympy
 
+from symasym.asymptotics.coalescence.endpoints import end_series
 from symasym.asymptotics.coalescence.formulas import taylor_of, two_saddles
-from symasym.asymptotics.laplace.watson import perron_coefficients
+from symasym.asymptotics.coalescence.iterated import end_products
 from symasym.base.errors import InputError
+from symasym.numbers.power_series import product
 from symasym.special.airy_products import product_rows
 
 Series = list[Any]
@@ -38,34 +40,26 @@ def iterated_formula(
 
     def single(rows: Any, step: int) -> Series:
         bi, slope = sympy.airybi(z) / third, sympy.airybiprime(z) / third**2
-        return [sympy.pi * (a * bi + step * b * slope) for a, b in rows]
+        return [
+            sympy.pi * (step * lam) ** -n * (a * bi + step * b * slope)
+            for n, (a, b) in enumerate(rows)
+        ]
 
-    signed = [((-1) ** n * a, (-1) ** n * b) for n, (a, b) in enumerate(falling)]
-    down, up = [(-level, single(signed, -1))], [(level, single(rising, 1))]
-    pairs = []
+    def end(phase: Any, weight: Any, at: Any, side: int) -> Series:
+        steep = [side**k * y for k, y in enumerate(taylor_of(phase, x, at, order + 2))]
+        row = [side**k * y for k, y in enumerate(taylor_of(weight, x, at, max(order, 2))[:order])]
+        return [y * lam ** (-n - 1) for n, y in enumerate(end_series(steep, row))]
+
+    low: tuple[Any, ...] = ()
+    high: tuple[Any, ...] = ()
     if not lo.is_infinite:
-        height = f.xreplace({x: lo})
-        first, second = _end(-f, g, x, lo, 1, order), _end(f, h, x, lo, 1, order)
-        pairs.append((0, first, 2, second))
-        pairs += [(y - height, first, 1, row) for y, row in up]
-        down.append((-height, first))
+        low = f.xreplace({x: lo}), end(-f, g, lo, 1), end(f, h, lo, 1)
     if not hi.is_infinite:
-        height, last = f.xreplace({x: hi}), _end(f, h, x, hi, -1, order)
-        pairs += [(height + y, row, 1 if row is down[0][1] else 2, last) for y, row in down]
-    for exponent, one, power, other in pairs:
-        series = sum(
-            one[i] * other[n - i] * lam ** (-n - power) for n in range(order) for i in range(n + 1)
-        )
-        total += sympy.exp(lam * exponent) * series
+        high = f.xreplace({x: hi}), end(f, h, hi, -1)
+    pair = single(falling, -1), single(rising, 1)
+    for exponent, inner, outer in end_products(level, pair, low, high):
+        total += sympy.exp(lam * exponent) * sum(product(inner, outer))
     return total
-
-
-def _end(f: Any, g: Any, x: Any, end: Any, side: int, order: int) -> Series:
-    """Of int g e^{lam f} from the end to its side, over e^{lam f(end)}/lam."""
-    steep = [side**k * y for k, y in enumerate(taylor_of(f, x, end, order + 2))]
-    weight = [side**k * y for k, y in enumerate(taylor_of(g, x, end, max(order, 2))[:order])]
-    d = perron_coefficients(steep[: order + 1], weight, 1)
-    return [y * sympy.factorial(n) / (-steep[1]) ** (n + 1) for n, y in enumerate(d)]
 
 
 def _outer(f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any, order: int) -> Series:

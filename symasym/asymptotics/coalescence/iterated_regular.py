@@ -22,10 +22,10 @@ import sympy
 
 from symasym.asymptotics.coalescence.endpoints import series_of
 from symasym.asymptotics.coalescence.saddle_pair import Nearby, root_test
-from symasym.asymptotics.weak_noise.slow_manifold import laurent
 from symasym.base.errors import AccuracyError
 from symasym.numbers.coefficient_fields import NumberRing
-from symasym.numbers.quadratic_factor import poly, shifted
+from symasym.numbers.polynomials import poly, shifted
+from symasym.numbers.power_series import laurent
 
 #: A path from t = 0 to 1, and its derivative.
 Path = Callable[[Any], tuple[Any, Any]]

@@ -34,6 +34,7 @@ import numpy as np
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import InputError
 from symasym.base.inputs import digits, exact
+from symasym.numbers.power_series import dot, power
 
 __all__ = ["laplace_coefficients", "moment_coefficients", "perron_coefficients"]
 
@@ -93,8 +94,8 @@ def perron_coefficients(
     for k in range(start, len(weights), step):
         # The exponent of the power is -s = -p/q, kept as integers (p an element if beta is).
         p, q = k * denominator + numerator, contact * denominator
-        power = negative_power(alpha, p, q, k, weights[0] * 0 + 1)
-        found.append(_dot(weights[: k + 1], power[::-1]))
+        root = power(alpha, -p, q, k + 1, weights[0] * 0 + 1)
+        found.append(dot(weights[: k + 1], root[::-1]))
     return found
 
 
@@ -134,14 +135,14 @@ def moment_coefficients(
     powers = [[one] + [zero] * (count - 1)]
     for m in range(1, count):
         last = powers[-1]
-        powers.append([_dot(base[: i + 1], last[: i + 1][::-1]) for i in range(count - m)])
+        powers.append([dot(base[: i + 1], last[: i + 1][::-1]) for i in range(count - m)])
     found = []
     for k in range(start, count, step):
         p, q = k * denominator + numerator, contact * denominator
         total, rising = zero, one
         for m in range(k + 1):
             # Sum over j of g[k - j] B[m][j]; then the moment's Gamma(s + m)/Gamma(s) / m!.
-            total = total + rising * _dot(weights[: k - m + 1], powers[m][: k - m + 1][::-1])
+            total = total + rising * dot(weights[: k - m + 1], powers[m][: k - m + 1][::-1])
             rising = rising * (p + q * m) / (-q * (m + 1))
         found.append(total)
     return found
@@ -304,19 +305,3 @@ def _read(
             )
         return alpha, weights[:count], (beta.numerator, beta.denominator)
     return alpha, weights[:count], (beta, 1)
-
-
-def negative_power(alpha: list[Any], p: Any, q: int, k: int, one: Any) -> list[Any]:
-    """Coefficients 0..k of (1 + alpha_1 t + ...)^(-p/q), by J. C. P. Miller's recurrence."""
-    power = [one]
-    for n in range(1, k + 1):
-        terms = [(p * j + q * (n - j)) * alpha[j] for j in range(1, n + 1)]
-        power.append(_dot(terms, power[::-1]) / (-q * n))
-    return power
-
-
-def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
-    total = a[0] * b[0]
-    for x, y in zip(a[1:], b[1:], strict=True):
-        total = total + x * y
-    return total

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 from symasym.asymptotics.laplace.watson import (
     laplace_coefficients,
-    negative_power,
     perron_coefficients,
 )
 from symasym.asymptotics.weak_noise.regular_part import layer_integrals
@@ -24,6 +23,7 @@ from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.landscape import bracketed_zero
 from symasym.drift.taylor_field import ExactField, to_fraction
+from symasym.numbers.power_series import power
 
 #: Orders that are found beyond those that are added up; they tell the error.
 BEYOND = 2
@@ -322,7 +322,7 @@ class _Builder:
             change = series[top] * c.log(a[0])
             for j in range(top):
                 p = top - j
-                constant = negative_power(alpha, p, 1, p, c.one)[p] * a[0] ** -p
+                constant = power(alpha, -p, 1, p + 1, c.one)[p] * a[0] ** -p
                 change += series[j] * constant / -p
             self.outer[k].append((-change, k + 1, 0))
 

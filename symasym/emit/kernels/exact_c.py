@@ -7,10 +7,8 @@ from symasym.emit.kernels.exact_python import POINTS, tables
 _C = """/* Radau's points in (0, 1], and their weights. */
 TABLES
 
-typedef double drift_(double u, const double *p);
-
 typedef struct {
-    drift_ *drift;
+    function_ *drift;
     const double *p, *ends;
     double rough, lam;
     double within[RADAU][RADAU], last[2][RADAU];
@@ -205,12 +203,12 @@ static int points_(double end, const double *zeros, int count, double *points)
 
 /* log T from 0, where `drift` is that of the layer and `ends` are those beyond it. */
 static double log_time_(
-    drift_ *drift, const double *p, const double *ends, double rough, const double *zeros,
+    function_ *drift, const double *p, const double *ends, double rough, const double *zeros,
     int count, double kappa, double r)
 {
     scene_ s;
     swept_ left, right;
-    double points[140], time, rate, loose;
+    double points[1032], time, rate, loose;
     int count_left, count_right;
     if (!(kappa >= 1e-8 && kappa <= 1e8 && r >= 1e-100 && r <= 1e12))
         return NAN;

@@ -159,7 +159,7 @@ function sweep(drift, ends, rough, lam, points) {
 }
 
 /** log T from 0, where `drift` is that of the layer and `ends` are those beyond it. */
-function logTime(drift, ends, rough, zeros, kappa, r) {
+function logTime(drift, ends, rough, zeros, count, kappa, r) {
   if (!(kappa >= 1e-8 && kappa <= 1e8 && r >= 1e-100 && r <= 1e12)) {
     const told = `kappa is ${kappa}, r is ${r}`;
     throw new RangeError(`${told}; give kappa in 1e-8..1e8 and r in 1e-100..1e12`);
@@ -170,7 +170,8 @@ function logTime(drift, ends, rough, zeros, kappa, r) {
     throw new RangeError(`${told}; give parameters for which it is below 1e100`);
   }
   const lam = 2 / kappa ** 2;
-  const marks = [...new Set([-1, 0, 1, ...zeros].filter((m) => Math.abs(m) < r).map((m) => m + 0))];
+  const known = [-1, 0, 1, ...zeros.slice(0, count)].filter((m) => Math.abs(m) < r);
+  const marks = [...new Set(known.map((m) => m + 0))];
   marks.sort((a, b) => a - b);
   const before = marks.filter((m) => m <= 0);
   const behind = marks.filter((m) => m >= 0).reverse();

@@ -156,7 +156,7 @@ def _sweep(drift, ends, rough, lam, points):
     return sigma, w, loose_sigma, loose, most_slip, most_wrong
 
 
-def _log_time(drift, ends, rough, zeros, kappa, r):
+def _log_time(drift, ends, rough, zeros, count, kappa, r):
     """log T from 0, where `drift` is that of the layer and `ends` are those beyond it."""
     if not (1e-8 <= kappa <= 1e8 and 1e-100 <= r <= 1e12):
         told = f"kappa is {kappa}, r is {r}"
@@ -165,7 +165,7 @@ def _log_time(drift, ends, rough, zeros, kappa, r):
         told = f"the drift is {ends[0]} and {ends[1]} at the layer's ends, {rough / 4e-16} in size"
         raise ValueError(f"{told}; give parameters for which it is below 1e100")
     lam = 2 / kappa**2
-    marks = sorted({0.0, *(float(m) for m in (-1, *zeros, 1) if abs(m) < r)})
+    marks = sorted({0.0, *(float(m) for m in (-1, *zeros[:count], 1) if abs(m) < r)})
     left = _sweep(drift, ends, rough, lam, [-r, *(m for m in marks if m <= 0)])
     right = _sweep(drift, ends, rough, lam, [r, *(m for m in reversed(marks) if m >= 0)])
     time, rate = _logaddexp(left[1], right[1]), _logaddexp(-left[0], -right[0])

@@ -1,59 +1,45 @@
-"""Functions in Python that are written into a file, as text: which of them, and what of each."""
+"""Functions in Python that are written into a file: their text, and their names in a language."""
 
 from __future__ import annotations
 
 import ast
 import inspect
 import re
+from collections.abc import Mapping
 from types import ModuleType
-from typing import NamedTuple
 
-__all__ = ["Kernel", "kernel_of", "reached", "table_name"]
-
-
-class Kernel(NamedTuple):
-    """Text of functions in Python, by name and in an order in which they can be defined."""
-
-    functions: dict[str, str]
+__all__ = ["kernel_of", "named"]
 
 
-def kernel_of(*modules: ModuleType) -> Kernel:
-    """The functions of the modules, those that are called before those that call them."""
-    found = {}
+def kernel_of(*modules: ModuleType, flags: Mapping[str, bool] | None = None) -> dict[str, str]:
+    """The text of each function of the modules, without the blocks whose flag is off."""
+    texts = {}
     for module in modules:
-        text = inspect.getsource(module)
-        lines = text.splitlines()
-        for node in ast.parse(text).body:
+        source = inspect.getsource(module)
+        lines = source.splitlines()
+        for node in ast.parse(source).body:
             if isinstance(node, ast.FunctionDef):
-                rows = lines[node.lineno - 1 : node.end_lineno]
-                found[node.name] = "\n".join(rows).replace("  # fmt: skip", "")
-    return Kernel(found)
+                text = "\n".join(lines[node.lineno - 1 : node.end_lineno])
+                # A function's type has no name where the text is read.
+                text = text.replace("  # fmt: skip", "").replace(": Curve", "")
+                texts[node.name] = _without(text, flags or {})
+    return texts
 
 
-def reached(kernel: Kernel, first: str, flags: dict[str, bool]) -> Kernel:
-    """What `first` calls, without the blocks whose flag is off."""
-    texts = {name: _without(text, flags) for name, text in kernel.functions.items()}
-    wanted, waiting = set(), [first]
-    while waiting:
-        name = waiting.pop()
-        if name not in wanted:
-            wanted.add(name)
-            waiting += [n for n in texts if re.search(rf"\b{n}\(", texts[name])]
-    return Kernel({name: text for name, text in texts.items() if name in wanted})
-
-
-def _without(text: str, flags: dict[str, bool]) -> str:
+def _without(text: str, flags: Mapping[str, bool]) -> str:
     """The text with its ``if _FLAG:`` blocks kept without their first line, or left out."""
     for name, kept in flags.items():
-        while found := re.search(rf"^( *)if {name}:\n((?:\1 .*\n|\n)+)", f"{text}\n", re.MULTILINE):
-            inner = re.sub(r"^    ", "", found[2], flags=re.MULTILINE) if kept else ""
-            text = (text[: found.start()] + inner + f"{text}\n"[found.end() :]).rstrip("\n")
+        while block := re.search(rf"^( *)if {name}:\n((?:\1 .*\n|\n)+)", f"{text}\n", re.MULTILINE):
+            inner = re.sub(r"^    ", "", block[2], flags=re.MULTILINE) if kept else ""
+            text = (text[: block.start()] + inner + f"{text}\n"[block.end() :]).rstrip("\n")
     return text
 
 
-def table_name(name: str, target: str) -> str:
-    """A table's, or a function's, name in the language."""
-    first, *rest = name.strip("_").lower().split("_")
+def named(name: str, target: str) -> str:
+    """The name of a table or a function of a kernel in the language."""
+    if target not in ("c", "javascript"):
+        return name
+    first, *more = name.strip("_").lower().split("_")
     if target == "c":
-        return "_".join([first, *rest, ""])
-    return "".join([first, *(part.capitalize() for part in rest)])
+        return "_".join([first, *more, ""])
+    return "".join([first, *(part.capitalize() for part in more)])

@@ -5,16 +5,27 @@ The library and the files it writes so hold the same numbers.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from functools import cache
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache, partial
 
-from symasym.emit.kernels.kernel import table_name
+from symasym.emit.kernels.kernel import named
 from symasym.special import airy_tables
 
 #: Ai² + Bi², Ai'² + Bi'², Bi and Bi' of those that the library has.
 _PRODUCTS = (0, 2, 3, 4)
 #: In place of Bi and Bi', below: real and imaginary parts without their turning.
 _BELOW = (0, 2, 3, 4, 5, 6)
+#: Gauss-Legendre, 16 points: those on the right, and their weights.
+GAUSS = {
+    "_GAUSS_X": (
+        0.09501250983763744, 0.2816035507792589, 0.45801677765722737, 0.6178762444026438,
+        0.755404408355003, 0.8656312023878318, 0.9445750230732326, 0.9894009349916499,
+    ),
+    "_GAUSS_W": (
+        0.1894506104550685, 0.18260341504492358, 0.16915651939500254, 0.14959598881657674,
+        0.12462897125553388, 0.09515851168249279, 0.062253523938647894, 0.027152459411754096,
+    ),
+}  # fmt: skip
 
 
 @cache
@@ -42,7 +53,7 @@ def _flat(table: airy_tables.Table, chosen: Iterable[int]) -> tuple[float, ...]:
 
 def written(name: str, values: Sequence[float], target: str) -> str:
     """A constant of "python", "c" or "javascript"."""
-    own = name if target == "python" else table_name(name, target)
+    own = name if target == "python" else named(name, target)
     opening, closing, indent = {
         "python": (f"{own} = (", ")", "    "),
         "c": (f"static const double {own}[{len(values)}] = {{", "};", "    "),
@@ -51,4 +62,12 @@ def written(name: str, values: Sequence[float], target: str) -> str:
     rows = [", ".join(map(repr, values[k : k + 4])) for k in range(0, len(values), 4)]
     # C has no comma behind the last.
     inside = ",\n".join(f"{indent}{row}" for row in rows)
-    return f"{opening}\n{inside}\n{closing}"
+    return f"{opening}\n{inside}\n{closing}\n"
+
+
+def helpers_of(tables: Mapping[str, Sequence[float]], target: str) -> dict[str, Callable[[], str]]:
+    """The constants under the names that the language calls them by."""
+    return {
+        named(name, target): partial(written, name, values, target)
+        for name, values in tables.items()
+    }

@@ -1,31 +1,37 @@
 """Functions of a small part of Python, as text, in C or in JavaScript.
 
-That part: floats, whole numbers, lists of fixed length; assignments, `for` over a range, `while`,
-`if`, `return`, `break`, `continue`; arithmetic, comparisons, `math`, `abs`, `min`, `max`. Names
-begin with an underscore where they are those of functions or of tables. Whole numbers are seen from
-their first value, or from an annotation; conditions are whole numbers. Nothing else is let pass.
+That part: floats, whole numbers, lists of fixed length, functions of one number that are handed
+on; assignments, `for` over a range, `while`, `if`, `return`, `break`, `continue`; arithmetic,
+comparisons, `math`, `abs`, `min`, `max`. Names begin with an underscore where they are those of
+functions or of tables. Whole numbers are seen from their first value, or from an annotation;
+conditions are whole numbers. An argument without annotation is a function of one number: in C
+such a function has what it needs beside that number in an array. Nothing else is let pass.
 """
 
 from __future__ import annotations
 
 import ast
-from typing import Any
+from collections.abc import Mapping
 
-from symasym.emit.kernels.kernel import Kernel
 from symasym.emit.kernels.transcribe_expressions import SIGNS, Expressions, Names
 from symasym.emit.targets.writing import comment, heading, wrapped
 
 __all__ = ["transcribed"]
 
+#: The type of a function of one number in C, in files that hand one on.
+FUNCTION_IN_C = "typedef double function_(double u, const double *p);\n"
 
-def transcribed(kernel: Kernel, target: str) -> str:
-    """All functions in "c" or "javascript"."""
-    trees = {name: _function(text) for name, text in kernel.functions.items()}
+
+def transcribed(texts: Mapping[str, str], target: str) -> dict[str, str]:
+    """Name in the language -> text, for "c" and "javascript"; elsewhere as they are."""
+    if target not in ("c", "javascript"):
+        return {name: f"{text}\n" for name, text in texts.items()}
+    trees = {name: _function(text) for name, text in texts.items()}
     names = Names(trees, target)
-    return "\n\n".join(
-        "\n".join(_Writer(tree, kernel.functions[name], names).lines())
+    return {
+        names.functions[name]: "\n".join([*_Writer(tree, texts[name], names).lines(), ""])
         for name, tree in trees.items()
-    )
+    }
 
 
 def _function(text: str) -> ast.FunctionDef:
@@ -43,7 +49,7 @@ class _Writer(Expressions):
         self.text = text.splitlines()
         self.deeper = "    " if self.c else "  "
         for a in tree.args.args:
-            kind = ast.unparse(a.annotation) if a.annotation else ""
+            kind = ast.unparse(a.annotation) if a.annotation else "function"
             self.kind[a.arg] = {"float": "double", "int": "int"}.get(kind, kind)
         self.arguments = set(self.kind)
         for s in (n for n in ast.walk(tree) if isinstance(n, ast.For)):
@@ -78,6 +84,9 @@ class _Writer(Expressions):
         changed = self.names.changed[self.tree.name]
         listed = []
         for a in self.arguments_in_order():
+            if self.kind[a] == "function":
+                listed.append(f"function_ *{a}, const double *{a}_p")
+                continue
             const = "const " if "list" in self.kind[a] and a not in changed else ""
             listed.append(f"{const}{kinds.get(self.kind[a], f'{self.kind[a]} ')}{a}")
         result = {"float": "double", "int": "int", "None": "void"}[ast.unparse(self.tree.returns)]  # type: ignore[arg-type]
@@ -286,7 +295,7 @@ def _sets(s: ast.stmt, name: str) -> bool:
     if not isinstance(s, ast.Assign):
         return False
     (target,) = s.targets
-    targets: list[Any] = list(target.elts) if isinstance(target, ast.Tuple) else [target]
+    targets: list[ast.expr] = list(target.elts) if isinstance(target, ast.Tuple) else [target]
     return any(isinstance(t, ast.Name) and t.id == name for t in targets)
 
 

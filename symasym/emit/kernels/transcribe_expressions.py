@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import math
 
-from symasym.emit.kernels.kernel import table_name
+from symasym.emit.kernels.kernel import named
 
 
 class Names:
@@ -15,7 +15,7 @@ class Names:
         self.trees, self.target = trees, target
         local = {n.id for t in trees.values() for n in ast.walk(t) if isinstance(n, ast.Name)}
         local |= {a.arg for t in trees.values() for a in t.args.args}
-        self.functions = {name: table_name(name, target) for name in trees}
+        self.functions = {name: named(name, target) for name in trees}
         for name, called in self.functions.items():
             # A list may have the name of the function that fills it.
             if target == "javascript" and called in local:
@@ -113,8 +113,10 @@ class Expressions:
                 return str(int(e.value)), 9
             return repr(e.value), 9
         if isinstance(e, ast.Name):
+            if self.c and self.kind.get(e.id) == "function":
+                return f"{e.id}, {e.id}_p", 9
             # A table, or a name.
-            return (table_name(e.id, self.names.target) if e.id.startswith("_") else e.id), 9
+            return (named(e.id, self.names.target) if e.id.startswith("_") else e.id), 9
         if isinstance(e, ast.Attribute):
             return self._constant(e.attr), 9
         if isinstance(e, ast.Subscript):
@@ -178,6 +180,11 @@ class Expressions:
         name = e.func.id
         if name in self.names.functions:
             return f"{self.names.functions[name]}({', '.join(args)})"
+        if self.kind.get(name) == "function":
+            return f"{name}({args[0]}, {name}_p)" if self.c else f"{name}({args[0]})"
+        if name.startswith("_") and hasattr(math, name[1:]):
+            # What Python needs a function of its own for.
+            return f"{'' if self.c else 'Math.'}{name[1:]}({args[0]})"
         if name == "int":
             return f"(int)({args[0]})" if self.c else f"Math.trunc({args[0]})"
         if name == "abs":

@@ -14,11 +14,10 @@ from __future__ import annotations
 
 import math
 
-from symasym.emit.kernels.airy import _horner
+from symasym.emit.kernels.elementary import _horner
 from symasym.emit.kernels.uniform_pairs import _choose, _pairs, _past, _together
 from symasym.emit.kernels.uniform_roots import (
     _added,
-    _at,
     _clear,
     _complex,
     _lines,
@@ -291,7 +290,7 @@ def _side(
         high_value[highs] = -1 / (slope * lam)
         highs += 1
     else:
-        height, value = _potential(c, n, sign * reach), sign / _at(c, n, sign * reach) / lam
+        height, value = _potential(c, n, sign * reach), sign / _horner(c, 0, n, sign * reach) / lam
         high_rank[highs] = 100
         high_height[highs] = height
         high_value[highs] = -value
@@ -307,7 +306,7 @@ def _side(
         total += high_value[k] * math.exp(lam * (high_height[k] - top))
     found[0] = top
     found[1] = total
-    found[2] = total + sign / _at(c, n, 0.0) / lam * math.exp(-lam * top)
+    found[2] = total + sign / _horner(c, 0, n, 0.0) / lam * math.exp(-lam * top)
     # In a second pass all that counts is added, in units of the highest.
     top, total = 0.0, 0.0
     for turn in range(2):

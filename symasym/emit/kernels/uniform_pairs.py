@@ -172,7 +172,7 @@ def _together(rows: list[float], at: int, lam: float, found: list[float]) -> Non
     b = -rows[at + 2] * odd / (2 * a * norm)
     third = math.cbrt(lam)
     small = 1 / third
-    _airy(third * third * rows[at + 3], airy)
+    _airy(third * third * rows[at + 3], 4, airy)
     even = a * airy[2] * math.pi * small
     odd = b * airy[3] * math.pi * small * small
     found[0] = even + odd

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from symasym.emit.kernels.elementary import _horner, _zeros
+
 # Put in when a file is written.
 _PAIRS = _MANY = True
 
@@ -19,14 +21,6 @@ def _added(terms: list[float], n: int) -> float:
             rest += terms[k] - after + total
         total = after
     return total + rest
-
-
-def _at(c: list[float], n: int, u: float) -> float:
-    """The drift."""
-    total = 0.0
-    for k in range(n - 1, -1, -1):
-        total = total * u + c[k]
-    return total
 
 
 def _slope(c: list[float], n: int, u: float) -> float:
@@ -53,40 +47,13 @@ def _shift(c: list[float], n: int, by: float) -> None:
 
 
 def _lines(c: list[float], n: int, found: list[float]) -> int:
-    """All real zeros at which the sign changes, ascending: one between two of the slope."""
-    slope, marks = [0.0] * 13, [0.0] * 13
-    if n < 2:
-        return 0
-    if c[n - 1] == 0.0:
-        return _lines(c, n - 1, found)
+    """All real zeros at which the sign changes, ascending."""
     bound = 0.0
+    while n > 1 and c[n - 1] == 0.0:
+        n -= 1
     for k in range(1, n):
-        slope[k - 1] = k * c[k]
         bound = max(bound, abs(c[k - 1] / c[n - 1]))
-    marks_count = _lines(slope, n - 1, marks)
-    count = 0
-    a = -1.0 - bound
-    for k in range(marks_count + 1):
-        b = 1.0 + bound
-        if k < marks_count:
-            b = marks[k]
-        next_a = b
-        low: int = _at(c, n, a) > 0
-        high: int = _at(c, n, b) > 0
-        if low != high:
-            for _ in range(2000):
-                m = (a + b) / 2
-                if not a < m < b:
-                    break
-                now: int = _at(c, n, m) > 0
-                if now == low:
-                    a = m
-                else:
-                    b = m
-            found[count] = (a + b) / 2
-            count += 1
-        a = next_a
-    return count
+    return _zeros(c, n, -1.0 - bound, 1.0 + bound, found)
 
 
 def _newton(c: list[float], n: int, x: list[float], y: list[float], k: int) -> None:
@@ -232,4 +199,4 @@ def _clear(c: list[float], n: int, u: float) -> int:
     size = 0.0
     for k in range(n - 1, -1, -1):
         size = size * abs(u) + abs(c[k])
-    return 1 if abs(_at(c, n, u)) > 1e-7 * size else 0
+    return 1 if abs(_horner(c, 0, n, u)) > 1e-7 * size else 0

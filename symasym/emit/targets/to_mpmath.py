@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 from symasym.emit.kernels.exact_mpmath import ERROR, TIME
-from symasym.emit.program import Program, Ready, header
-from symasym.emit.targets.to_python import ZEROS, block, integral
+from symasym.emit.program import Passage, Program, Ready, header
+from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.targets.writing import (
     comment,
     heading,
     helpers,
     refusal,
     signature_doc,
-    text,
     wrapped,
 )
 
@@ -50,6 +49,7 @@ def _digits(function, dps, *arguments):
         before = found
     raise ArithmeticError("the digits cancel; the value may be exactly 0")
 '''
+MPMATH = Language("mpmath", first="ctx, ")
 HELPERS = {
     "_rule": '''def _rule(ctx):
     """Fejer's quadrature on (-1, 1): points and weights."""
@@ -61,9 +61,10 @@ HELPERS = {
         for t in angles
     ]
 ''',
-    "_log_integral": '''def _log_integral(ctx, g, points):
-    """Logarithm of the integral of e^g; g is monotone between the points."""
-    points, rule = [ctx.mpf(p) for p in points], _rule(ctx)
+    "_log_integral": '''def _log_integral(ctx, g, marks, count, lower, upper):
+    """Logarithm of the integral of e^g; g is monotone between -1, the marks and 1."""
+    inside = (p for p in (-1, *marks[:count], 1) if lower < p < upper)
+    points, rule = [ctx.mpf(p) for p in (lower, *inside, upper)], _rule(ctx)
     top = max(map(g, points))
     # The exponent's own rounding: no halving gets below it.
     noise = (1 + abs(top)) * ctx.mpf(10) ** (3 - ctx.dps)
@@ -84,7 +85,6 @@ HELPERS = {
 
     return top + ctx.log(sum(total(a, b, 0) for a, b in zip(points, points[1:])))
 ''',
-    "_zeros": ZEROS,
     "_time": TIME,
     "_exprel": '''def _exprel(ctx, x):
     return ctx.one if x == 0 else ctx.expm1(x) / x
@@ -120,7 +120,8 @@ HELPERS = {
 def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n\n".join(_function(f) for f in functions)
-    used = helpers(code, HELPERS)
+    python = helpers_of("python")
+    used = helpers(code, {**HELPERS, "_horner": python["_horner"], "_zeros": python["_zeros"]})
     more = 'dps: digits that are right. Numbers are exact: 0.1 is a binary fraction, "0.1" is 1/10'
     if any(f.passage for f in functions):
         program = replace(program, error=ERROR)
@@ -136,11 +137,11 @@ def _function(function: Ready) -> str:
     names = list(function.arguments)
     inner = heading(f"def _{function.name}", ["ctx", *names], ":")
     if function.quadrature:
-        inner += integral(function, "mpmath")
+        inner += MPMATH.integral(function, function.quadrature)
     if function.passage:
-        inner += _passage(function)
+        inner += _passage(function, function.passage)
     for body in function.bodies:
-        inner += block(body, "mpmath")
+        inner += MPMATH.block(body)
     if function.bodies and function.bodies[-1].conditions:
         inner += refusal(function)
     outer = [
@@ -156,17 +157,13 @@ def _function(function: Ready) -> str:
     return "\n".join([*inner, "", "", *outer])
 
 
-def _passage(function: Ready) -> list[str]:
+def _passage(function: Ready, q: Passage) -> list[str]:
     """The body of an escape time: its drift, where that is zero, its value or its logarithm."""
-    q = function.passage
-    assert q is not None
-    listed = ", ".join(text(x, "mpmath") for x in q.coefficients or q.points)
-    zeros = f"_zeros([{listed}])" if q.coefficients else f"[{listed}]"
-    ends = ", ".join(text(e, "mpmath") for e in q.ends)
     degree = len(q.coefficients) - 1
-    value = f"ctx, drift, ({ends}), {degree}, {text(q.size, 'mpmath')}, {zeros}, kappa, r"
-    lines = ["", "    def drift(u):", *wrapped("return ", text(q.drift, "mpmath"), " " * 8), ""]
+    drift, size = MPMATH.passed(function, q.drift), MPMATH.text(q.size)
+    value = f"{drift}, ends, {degree}, {size}, marks[:count], kappa, r"
+    lines = [*MPMATH.listed("ends", list(map(MPMATH.text, q.ends))), *MPMATH.marks(q)]
     if function.exp_of:
-        return [*lines, *wrapped("return _time", value, "    ", brackets="()")]
+        return [*lines, *MPMATH.returned(value, "    ", "_time")]
     lines += wrapped("found = _time", value, "    ", brackets="()")
     return [*lines, "    return ctx.log(found)"]

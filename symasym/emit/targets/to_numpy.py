@@ -3,32 +3,55 @@
 from __future__ import annotations
 
 from symasym.emit import uniform_time
-from symasym.emit.kernels import airy_magnitude
 from symasym.emit.kernels.exact_python import in_numpy
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
-from symasym.emit.targets.to_python import ZEROS, block, integral, log_integral, passage
+from symasym.emit.targets.language import Language, helpers_of
+from symasym.emit.targets.to_python import floats, passage
 from symasym.emit.targets.writing import (
     Written,
     comment,
     heading,
     helpers,
     signature_doc,
-    text,
     told,
     wrapped,
 )
 
+NUMPY = Language("numpy")
+
+_LOG_MODULUS = '''def _rows(rows, t):
+    total = 0.0
+    for row in rows[::-1]:
+        total = total * t + row
+    return total
+
+
+def _log_modulus(x):
+    """log(Ai(x)^2 + Bi(x)^2)."""
+    x = np.asarray(x, dtype=np.float64)
+    # Both forms at every x, each within its own range.
+    near, size = np.clip(x, -8, 8), np.maximum(np.abs(x), 8)
+    piece = np.minimum((2 * (near + 8)).astype(int), 31)
+    table = np.reshape(_AIRY_NEAR, (32, 13)).T
+    inside = _rows(table[:, piece], 2 * (2 * (near + 8) - piece) - 1)
+    root = np.sqrt(size)
+    t = 16 * np.sqrt(8) / (size * root) - 1
+    outside = np.where(x > 0, _rows(_AIRY_ABOVE, t), _rows(_AIRY_BELOW, t)) / root
+    above = np.maximum(x, 0)
+    # Left out of the tables where x > 1.
+    rise = np.where(x >= 1, 4 * above * np.sqrt(above) / 3, 0)
+    return (np.log(np.where(np.abs(x) <= 8, inside, outside)) + rise)[()]
+'''
+# What is for arrays here, and for numbers in the kernels.
 HELPERS: dict[str, Written] = {
-    "_log_integral": log_integral(
-        "np",
-        "np.array([",
-        "])",
-        """        left, right = np.exp(g(m - h * _X) - top), np.exp(g(m + h * _X) - top)
-        return h * np.dot(_W, left + right)""",
-    ),
-    "_zeros": ZEROS,
+    "_panel": '''def _panel(g, a, b, top):
+    """The integral of e^(g - top) by Gauss-Legendre, 16 points."""
+    m, h, points = (a + b) / 2, (b - a) / 2, np.array(_GAUSS_X)
+    left, right = np.exp(g(m - h * points) - top), np.exp(g(m + h * points) - top)
+    return h * np.dot(_GAUSS_W, left + right)
+''',
     "_log_time": in_numpy(),
-    "_log_modulus": airy_magnitude.in_numpy,
+    "_log_modulus": _LOG_MODULUS,
     "_each": '''def _each(function, *arguments):
     """A function of numbers, called once for each set of them that is there."""
     arrays = np.broadcast_arrays(*_floats(*arguments))
@@ -82,13 +105,14 @@ HELPERS: dict[str, Written] = {
 def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n\n".join(_function(f) for f in functions)
-    used = helpers(code, {**HELPERS, **uniform_time.helper("numpy", functions)})
+    known = {**helpers_of("python"), **HELPERS}
+    used = helpers(code, {**known, **uniform_time.helpers_of("numpy", functions)})
     top = comment(
         header(program, in_doubles(functions), "Arguments are numbers or arrays that broadcast."),
         "#",
     )
     # One scene at a time is computed with numbers.
-    first = ["import math", ""] if "math.nan" in code else []
+    first = ["import math", ""] if any("math." in part for part in (code, *used)) else []
     start = [*top, "", *first, "import numpy as np", "", ""]
     return "\n".join([*start, "\n\n".join([*used, ""]) + code, ""])
 
@@ -105,13 +129,17 @@ def _function(function: Ready) -> str:
         return "\n".join([*head, *wrapped(first, names, " " * 8, end=")", brackets="()")])
     if function.quadrature or function.passage:
         inner = heading(f"def _{function.name}", list(function.arguments), ":")
-        body = (integral if function.quadrature else passage)(function, "numpy")
+        if function.quadrature:
+            body = NUMPY.integral(function, function.quadrature)
+        else:
+            assert function.passage is not None
+            body = [*floats(names), *passage(function, function.passage, NUMPY)]
         each = wrapped("return _each", f"_{function.name}, {names}", "    ", brackets="()")
         return "\n".join([*inner, *body, "", "", *head, *each])
     if len(function.bodies) == 1 and not function.bodies[0].conditions:
         listed = f"[{names}]" if len(function.arguments) == 1 else names
         start = wrapped(f"{listed} = _floats", names, "    ", brackets="()") if names else []
-        return "\n".join([*head, *start, *block(function.bodies[0], "numpy")])
+        return "\n".join([*head, *start, *NUMPY.block(function.bodies[0])])
     return _in_cases(function, head, names)
 
 
@@ -124,7 +152,7 @@ def _in_cases(function: Ready, head: list[str], names: str) -> str:
         name = f"_{function.name}_{number}"
         lines = heading(f"def {name}", list(function.arguments), ":")
         bare = Body((), body.shared, body.values)
-        parts.append("\n".join([*lines, *block(bare, "numpy")]))
-        asked = "".join(f"lambda {names}: {text(c, 'numpy')}, " for c in body.conditions).rstrip()
+        parts.append("\n".join([*lines, *NUMPY.block(bare)]))
+        asked = "".join(f"lambda {names}: {NUMPY.text(c)}, " for c in body.conditions).rstrip()
         call += wrapped("", f"({asked}), {name}", "        ", end=",", brackets="()")
     return "\n\n\n".join([*parts, "\n".join([*head, *call, "    )"])])

@@ -12,7 +12,7 @@ import symasym as sa
 from symasym.base.contexts import mpf_of
 from symasym.workshop.problems import Problem
 from symasym.workshop.report import peers
-from symasym.workshop.report.timing import capped, seconds
+from symasym.workshop.report.timing import capped
 
 
 class Outcome(NamedTuple):
@@ -98,18 +98,18 @@ def _mpf(x: Any) -> Any:
     return mpf_of(x, mp) if isinstance(x, Fraction) else mpf(x)
 
 
-#: Peer -> how one sees that it is here, and what it is called.
-_PEERS: dict[str, tuple[Callable[[], bool], str]] = {
-    "mpmath.quad": (lambda: True, "nested, split at the kinks, scaled"),
-    "dblquad": (lambda: importlib.util.find_spec("scipy") is not None, "SciPy, split, scaled"),
-    "Arb": (lambda: importlib.util.find_spec("flint") is not None, "nested acb.integral"),
-    "PARI": (lambda: shutil.which("gp") is not None, "nested intnum by `gp`, split, scaled"),
+#: Peer -> whether it is here.
+_PEERS: dict[str, Callable[[], bool]] = {
+    "mpmath.quad": lambda: True,
+    "dblquad": lambda: importlib.util.find_spec("scipy") is not None,
+    "Arb": lambda: importlib.util.find_spec("flint") is not None,
+    "PARI": lambda: shutil.which("gp") is not None,
 }
 
 
 def missing() -> list[str]:
     """Peers that are not installed."""
-    return [name for name, (here, _) in _PEERS.items() if not here()]
+    return [name for name, here in _PEERS.items() if not here()]
 
 
 def others(problem: Problem, quick: bool) -> Iterator[Run]:
@@ -142,7 +142,8 @@ def others(problem: Problem, quick: bool) -> Iterator[Run]:
         def call() -> Outcome:
             from symasym.exact.ball_sweep import to_mpf
 
-            return Outcome(*to_mpf(peers.arb_log_escape_time(c, kappa, radius, dps), dps), "bound")
+            ball = peers.arb_escape_time(c, kappa, radius, dps, tuned=True, log=True)
+            return Outcome(*to_mpf(ball, dps), "bound")
 
         return Run("Arb", f"{dps} digits", call, False)
 
@@ -186,6 +187,3 @@ def attempt(run: Run, limit: float) -> tuple[float, Outcome | None, str]:
     if found is None:
         return spent, None, f"stopped after {limit:g} s"
     return spent, found, ""
-
-
-__all__ = ["Outcome", "Run", "attempt", "missing", "others", "ours", "seconds"]

@@ -30,10 +30,20 @@ def time_text(x: float) -> str:
     return f"{x * 1e6:.3g} µs"
 
 
-def table(head: list[str], rows: list[list[str]]) -> str:
+def table(names: list[str], rows: list[list[str]]) -> str:
     """A Markdown table."""
-    lines = [head, ["---"] * len(head), *rows]
+    lines = [names, ["---"] * len(names), *rows]
     return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
+
+
+def head(title: str, command: str, machine: str, missing: list[str]) -> list[str]:
+    """The blocks that every page begins with."""
+    gone = ", ".join(missing)
+    return [
+        f"# {title}",
+        f"Made by `{command}`, and nothing in it is typed by hand. {machine}",
+        f"Not installed, and left out: {gone}." if gone else "Every peer was installed.",
+    ]
 
 
 def when(points: list[Point]) -> str:
@@ -78,13 +88,13 @@ def _error_cell(best: Point) -> str:
 
 def refusals(points: list[Point]) -> str:
     """What gave no value, and why."""
-    rows = [
-        # What to do about it is of no use here.
-        [p.scene, p.method, p.setting, p.reason.split(";")[0].replace("|", "\\|")]
-        for p in points
-        if p.reason
-    ]
+    rows = [[p.scene, p.method, p.setting, cause(p.reason)] for p in points if p.reason]
     return table(["scene", "method", "setting", "why there is no value"], rows) if rows else ""
+
+
+def cause(reason: str) -> str:
+    """A reason as a cell; what to do about it is of no use there."""
+    return reason.split(";")[0].replace("|", "\\|")
 
 
 def lies(points: list[Point]) -> list[Point]:
@@ -137,11 +147,8 @@ def page(
     ours = [p for p in wrong if p.ours]
     others = [p for p in wrong if not p.ours]
     told = ", ".join(f"{p.method} {p.setting} ({p.scene})" for p in others)
-    gone = ", ".join(missing)
     blocks = [
-        "# Error against run time, measured",
-        f"Made by `{command}`, and nothing in it is typed by hand. {machine}",
-        f"Not installed, and left out: {gone}." if gone else "Every peer was installed.",
+        *head("Error against run time, measured", command, machine, missing),
         "Errors are relative ones of T (absolute ones of log T), against a reference of 120 "
         "digits. Times are the least of several runs, in processor time.",
         table(["scene", "what", "reference"], [[n, *t.split(" | ")] for n, t in scenes.items()]),

@@ -132,7 +132,9 @@ def mpmath_escape_time(
 # -- Arb --------------------------------------------------------------------------------------
 
 
-def arb_escape_time(c: Polynomial, kappa: Fraction, r: int, dps: int, tuned: bool = False) -> Any:
+def arb_escape_time(
+    c: Polynomial, kappa: Fraction, r: int, dps: int, tuned: bool = False, log: bool = False
+) -> Any:
     """The same by nested `acb.integral` of python-flint: an `arb` that contains the value.
 
     Parameters
@@ -140,25 +142,16 @@ def arb_escape_time(c: Polynomial, kappa: Fraction, r: int, dps: int, tuned: boo
     tuned : bool
         Keep e^{lam (V(v) - V(u))} in one exponential inside the inner integral, where the
         wide balls in v that Arb tries first do less harm.
+    log : bool
+        The logarithm of it.
     """
     import flint
 
     before = flint.ctx.dps
     flint.ctx.dps = dps + 10
     try:
-        return _arb_escape_time(flint, c, kappa, r, dps, tuned)
-    finally:
-        flint.ctx.dps = before
-
-
-def arb_log_escape_time(c: Polynomial, kappa: Fraction, r: int, dps: int) -> Any:
-    """The logarithm of the tuned form, at the same precision."""
-    import flint
-
-    before = flint.ctx.dps
-    flint.ctx.dps = dps + 10
-    try:
-        return _arb_escape_time(flint, c, kappa, r, dps, True).log()
+        time = _arb_escape_time(flint, c, kappa, r, dps, tuned)
+        return time.log() if log else time
     finally:
         flint.ctx.dps = before
 

@@ -9,50 +9,16 @@ from typing import Any
 
 import symasym as sa
 from symasym.base import progress
-from symasym.base.files import versions, write_bytes, write_json
 from symasym.workshop.problems import PROBLEMS, Problem
+from symasym.workshop.report.cells import MOST, OURS, Cell, columns
+from symasym.workshop.report.diagrams import heat_maps
 from symasym.workshop.report.measure import Point, known, point
 from symasym.workshop.report.methods import Run, missing, others, ours
-from symasym.workshop.report.pages import lies, table
-from symasym.workshop.report.timing import capped, load, machine
+from symasym.workshop.report.pages import cause, head, lies, table
+from symasym.workshop.report.publish import publish
+from symasym.workshop.report.timing import capped, load, measured_on
 
-#: What is asked of ours: (method, setting).
-_OURS = (
-    ("exact", "float64"),
-    ("exact, arrays", "float64"),
-    ("exact", "35 digits"),
-    ("exact, proved", "15 digits"),
-    ("laplace", "order 2"),
-    ("uniform", "order 2"),
-    ("local", "leading order"),
-    ("strong_noise", "order 2"),
-    ("paper", "leading order"),
-    ("auto", "rtol 1e-6"),
-)
 _LIMITS = {True: 5.0, False: 60.0}
-#: No more digits than these are told apart.
-MOST = 40.0
-
-
-@dataclass
-class Cell:
-    """A method on a scene: digits of log T (of T where log T is below 1)."""
-
-    scene: str
-    method: str
-    setting: str
-    ours: bool
-    claimed: float | None
-    true: float | None
-    kind: str
-    reason: str
-
-    @property
-    def wrong(self) -> bool:
-        """Whether more digits are claimed than are right."""
-        if self.claimed is None or self.true is None:
-            return False
-        return self.true < min(self.claimed, MOST) - 1e-6
 
 
 def scenes(quick: bool) -> list[Problem]:
@@ -84,7 +50,7 @@ def cells(quick: bool) -> tuple[list[Cell], list[Point]]:
 
 def _runs(problem: Problem, quick: bool) -> list[Run]:
     own = {(run.method, run.setting): run for run in ours(problem, False)}
-    return [*(own[key] for key in _OURS if key in own), *others(problem, True)]
+    return [*(own[key] for key in OURS if key in own), *others(problem, True)]
 
 
 @dataclass
@@ -131,17 +97,6 @@ def _finite(x: Any) -> float:
     return min(float(x), 1e300)
 
 
-def columns(found: list[Cell]) -> list[tuple[str, str]]:
-    """The methods with their settings, ours first."""
-    first = sorted(found, key=lambda c: (not c.ours, _place(c)))
-    return list(dict.fromkeys((c.method, c.setting) for c in first))
-
-
-def _place(cell: Cell) -> int:
-    key = (cell.method, cell.setting)
-    return _OURS.index(key) if key in _OURS else len(_OURS)
-
-
 def _digits(error: float | None, size: float) -> float | None:
     if error is None:
         return None
@@ -158,31 +113,22 @@ def report(folder: str | Path, quick: bool = False) -> tuple[list[Point], list[P
     paths : list of Path
         The files.
     """
-    from symasym.workshop.figures.style import encode
-    from symasym.workshop.report.diagrams import heat_maps
-
     before = load()
     found, points = cells(quick)
     numbers = conditions(quick)
-    where = f"{machine()} Load average {before} before, {load()} after."
+    where = measured_on(before)
     command = "symasym report --stability" + (" --quick" if quick else "")
-    out = Path(folder)
-    figure = heat_maps(found)
-    files = {f"stability.{kind}": encode(figure, kind) for kind in ("png", "svg")}
-    files["stability.md"] = page(found, numbers, missing(), where, command).encode()
-    for name, content in files.items():
-        write_bytes(out / name, content)
-    record: dict[str, Any] = {
-        "command": command,
-        "machine": where,
-        "versions": versions("numpy", "mpmath", "gmpy2", "python-flint", "scipy"),
-        "missing peers": missing(),
+    record = {
         "cells": [asdict(cell) for cell in found],
         "conditions": [asdict(number) for number in numbers],
     }
-    write_json(out / "stability.json", record)
-    own = [p for p in lies(points) if p.ours]
-    return own, [*(out / name for name in files), out / "stability.json"]
+    paths = publish(
+        Path(folder),
+        {"stability.md": page(found, numbers, missing(), where, command).encode()},
+        {"stability": heat_maps(found)},
+        ("stability.json", command, where, record),
+    )
+    return [p for p in lies(points) if p.ours], paths
 
 
 def summary(found: list[Cell]) -> str:
@@ -196,8 +142,8 @@ def summary(found: list[Cell]) -> str:
         cell = "–" if least is None else f"{max(least, 0.0):.1f}"
         row = [method, setting, str(len(values)), str(len(own) - len(values)), cell]
         rows.append([*row, str(len(wrong)), ", ".join(wrong)])
-    head = ["method", "setting", "values", "none", "fewest right digits", "claimed > true", "where"]
-    return table(head, rows)
+    names = ["method", "setting", "values", "none", "fewest right digits", "claimed > true"]
+    return table([*names, "where"], rows)
 
 
 def page(
@@ -205,30 +151,22 @@ def page(
 ) -> str:
     """The whole page."""
     ours_wrong = sum(c.wrong for c in found if c.ours)
-    return (
-        "\n\n".join(
-            [
-                "# Numerical stability",
-                f"Made by `{command}`, and nothing in it is typed by hand. {where}",
-                f"Not installed, and left out: {', '.join(gone)}."
-                if gone
-                else "Every peer was installed.",
-                "Digits claimed and digits true of log T (of T where log T is below 1), over "
-                "the extreme scenes of the table of problems. A quadrature claims the digits it "
-                "was asked for. References are proved, or two precisions of 120 and 160 digits "
-                "agree.",
-                f"Cells of ours that claim more than is true: {ours_wrong}.",
-                "![digits claimed and true](stability.svg)",
-                summary(found),
-                "## Condition numbers",
-                "Of T and, behind the stroke, of log T: the relative change of the value over that "
-                "of the parameter, from exact derivatives (`sa.sensitivity`). Digits lost with a "
-                "rounded parameter are the problem's; digits lost beyond them are a method's.",
-                _condition_table(numbers),
-            ]
-        )
-        + "\n"
-    )
+    blocks = [
+        *head("Numerical stability", command, where, gone),
+        "Digits claimed and digits true of log T (of T where log T is below 1), over "
+        "the extreme scenes of the table of problems. A quadrature claims the digits it "
+        "was asked for. References are proved, or two precisions of 120 and 160 digits "
+        "agree.",
+        f"Cells of ours that claim more than is true: {ours_wrong}.",
+        "![digits claimed and true](stability.svg)",
+        summary(found),
+        "## Condition numbers",
+        "Of T and, behind the stroke, of log T: the relative change of the value over that "
+        "of the parameter, from exact derivatives (`sa.sensitivity`). Digits lost with a "
+        "rounded parameter are the problem's; digits lost beyond them are a method's.",
+        _condition_table(numbers),
+    ]
+    return "\n\n".join(blocks) + "\n"
 
 
 def _condition_table(numbers: list[Condition]) -> str:
@@ -236,6 +174,5 @@ def _condition_table(numbers: list[Condition]) -> str:
     rows = []
     for c in numbers:
         cells = [f"{c.of_T[n]:.2g} / {c.of_log_T[n]:.2g}" if n in c.of_T else "–" for n in names]
-        reason = c.reason.split(";")[0].replace("|", "\\|")
-        rows.append([c.scene, *cells, reason])
+        rows.append([c.scene, *cells, cause(c.reason)])
     return table(["scene", *names, "why there are none"], rows)

@@ -141,3 +141,8 @@ def machine() -> str:
         f"Python {platform.python_version()}, {', '.join(map(_version, packages))}; "
         f"mpmath computes with {BACKEND}."
     )
+
+
+def measured_on(before: str) -> str:
+    """The machine, with the load before the measurement and now."""
+    return f"{machine()} Load average {before} before, {load()} after."

@@ -7,18 +7,16 @@ import io
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
 
 from symasym.base import progress
-from symasym.base.files import versions, write_bytes, write_json
 from symasym.workshop.report import growth
 from symasym.workshop.report.measure import Point, known, point
 from symasym.workshop.report.methods import missing, others, ours
 from symasym.workshop.report.pages import page
+from symasym.workshop.report.publish import publish
 from symasym.workshop.report.scenes import chosen, told
-from symasym.workshop.report.timing import load, machine
+from symasym.workshop.report.timing import load, measured_on
 
-_LIBRARIES = ("numpy", "mpmath", "gmpy2", "python-flint", "scipy", "sympy", "matplotlib")
 #: Seconds after which a method is stopped.
 LIMITS = {True: 10.0, False: 120.0}
 
@@ -76,35 +74,26 @@ def report(
     paths : list of Path
         The files.
     """
-    from symasym.workshop.figures.style import encode
     from symasym.workshop.report import diagrams
 
     before = load()
     points, grown, about = measured(names, quick)
-    where = f"{machine()} Load average {before} before, {load()} after."
+    where = measured_on(before)
     command = "symasym report" + (" --quick" if quick else "")
     command += "".join(f" --scene {name}" for name in names or ())
-    out = Path(folder)
     text = page(points, grown, about, missing(), where, command)
-    files = {"report.md": text.encode(), "points.csv": _csv(points)}
-    for name, figure in (
-        ("work-precision", diagrams.work_precision(points)),
-        ("growth", diagrams.growth(grown)),
-    ):
-        files |= {f"{name}.{kind}": encode(figure, kind) for kind in ("png", "svg")}
-    for name, content in files.items():
-        write_bytes(out / name, content)
-    record: dict[str, Any] = {
-        "command": command,
-        "machine": where,
-        "versions": versions(*_LIBRARIES),
-        "missing peers": missing(),
+    record = {
         "scenes": about,
         "points": [asdict(p) for p in points],
         "growth": [asdict(g) for g in grown],
     }
-    write_json(out / "points.json", record)
-    return points, [*(out / name for name in files), out / "points.json"]
+    paths = publish(
+        Path(folder),
+        {"report.md": text.encode(), "points.csv": _csv(points)},
+        {"work-precision": diagrams.work_precision(points), "growth": diagrams.growth(grown)},
+        ("points.json", command, where, record),
+    )
+    return points, paths
 
 
 def _csv(points: list[Point]) -> bytes:

@@ -1,0 +1,283 @@
+r"""Sweeps over panels, from an end of the scene to a point, and what two of them make together.
+
+With s = e^{lam V} and S(x) = int_{-r}^x s, a sweep from the left carries
+
+    sigma = S/s,    w = (lam s/S) int_{-r}^x S/s,
+
+whose inverse is the rate of the scale function and the time per unit of that rate. Across a panel
+[a, b], on which e(x) = e^{lam (V(x) - V(a))}, both change by the derived step `panel-step`; from
+the left (L) and, in mirrored coordinates, from the right (R) they are put together by
+`positive-form` (eq:Ttilde, eq:C) and `positive-density` (eq:pss, eq:P):
+
+    T = (w_L + w_R)/(1/sigma_L + 1/sigma_R),    C = 1/(1 + sigma_L/sigma_R),
+    p_ss = lam/(w_L + w_R),                     P = 1/(1 + outside/inside).
+
+Every term is positive, so nothing cancels, in whatever arithmetic. All of that is emitted
+(`symasym.generated.plain_formulas`) and called here with numbers of any kind: logarithms with
+their errors (`symasym.numbers.log_positive`), mpf, balls, and balls with their derivatives. A
+panel's integral that costs much may be a `Deferred` one, and w a `Sum` of them: most panels of a
+stiff scene only scale what comes in, and their own share is below the last digit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from symasym.generated import plain_formulas
+
+__all__ = [
+    "Deferred",
+    "InLayer",
+    "Record",
+    "Sum",
+    "Swept",
+    "absorbed",
+    "carried",
+    "carried_in_layer",
+    "carried_freely",
+    "density",
+    "escape_time",
+    "first",
+    "freely",
+    "in_layer",
+]
+
+
+class Record(NamedTuple):
+    """A panel's numbers: e(b) = fall/climb, and its integrals in those scales.
+
+    `fall` is e(b) where V falls and `climb` is 1/e(b) where V rises, the other being 1, so that
+    nothing grows with lam; numbers without bounds may take any two.
+
+    =========== ===============================
+    int_e       climb int e
+    int_inverse fall int 1/e
+    nested      fall int int_{w < x} e(w)/e(x)
+    =========== ===============================
+    """
+
+    int_e: Any
+    int_inverse: Any
+    nested: Any
+    fall: Any
+    climb: Any
+
+
+class Swept(NamedTuple):
+    """sigma and w at the point reached."""
+
+    sigma: Any
+    w: Any
+
+
+class InLayer(NamedTuple):
+    """Stationary time inside the layer and left of it, as w at the point reached."""
+
+    inside: Any
+    before: Any
+
+
+# -- one panel -------------------------------------------------------------------------------------
+
+
+def first(p: Record, lam: Any) -> Swept:
+    """sigma and w after a panel that begins at an absorbing end."""
+    return Swept(*plain_formulas.absorbed(lam, known(p.int_e), p.nested, p.fall))
+
+
+def carried(before: Swept, p: Record, lam: Any) -> Swept:
+    """sigma and w after a panel."""
+    return Swept(
+        *plain_formulas.carried(
+            lam, before.w, p.int_e, p.int_inverse, p.nested, p.fall, p.climb, before.sigma
+        )
+    )
+
+
+def carried_freely(w: Any, p: Record, lam: Any) -> Any:
+    """w after a panel, nothing being absorbed: beside an infinite sigma two integrals are 0."""
+    return plain_formulas.carried(lam, w, 0, p.int_inverse, 0, p.fall, p.climb, 1)[1]
+
+
+def carried_in_layer(before: InLayer, p: Record, lam: Any) -> InLayer:
+    """Time inside the layer and before it, after a panel."""
+    inside = carried_freely(before.inside, p, lam)
+    return InLayer(inside, p.fall * before.before / p.climb)
+
+
+# -- all panels, in order --------------------------------------------------------------------------
+
+
+def absorbed(records: Iterable[Record], lam: Any) -> Swept:
+    """sigma and w after the panels, the first of which begins at an absorbing end."""
+    remaining = iter(records)
+    state = first(next(remaining), lam)
+    for p in remaining:
+        state = carried(state, p, lam)
+    return state
+
+
+def freely(records: Iterable[Record], lam: Any, w: Any) -> Any:
+    """w after the panels from `w` before them, nothing being absorbed."""
+    for p in records:
+        w = carried_freely(w, p, lam)
+    return w
+
+
+def in_layer(records: Iterable[Record], lam: Any, nothing: Any, a_minus: Any) -> InLayer:
+    """Stationary time inside [-1, 1], whose panels these are, and left of it, as w at u = 1."""
+    state = InLayer(nothing, plain_formulas.tail_left(a_minus))
+    for p in records:
+        state = carried_in_layer(state, p, lam)
+    return state
+
+
+# -- both sides ------------------------------------------------------------------------------------
+
+
+def escape_time(left: Swept, right: Swept) -> Any:
+    """T from both sides of the start (eq:Ttilde)."""
+    w = known(left.w + right.w)
+    return plain_formulas.escape_time_of_halves(w, left.sigma, right.sigma)
+
+
+def density(lam: Any, w_left: Any, w_right: Any) -> Any:
+    """p_ss from both sides of a point (eq:pss)."""
+    return plain_formulas.density_of_halves(lam, known(w_left + w_right))
+
+
+# -- numbers that cost much ------------------------------------------------------------------------
+
+
+def known(x: Any) -> Any:
+    """The number that `x` is or stands for."""
+    return x.value if isinstance(x, (Deferred, Sum)) else x
+
+
+class Deferred:
+    """A positive number, of which a bound may be known, to be computed when it counts.
+
+    Parameters
+    ----------
+    compute, bound : callables without arguments
+        The number, and a bound.
+    tiny : number
+        The share of a sum that changes no digit asked for.
+    enclosure : callable, optional
+        What stands for the number where it changes no digit; without it, nothing does.
+    """
+
+    def __init__(
+        self,
+        compute: Callable[[], Any],
+        bound: Callable[[], Any] | None = None,
+        tiny: Any = 0,
+        enclosure: Callable[[], Any] | None = None,
+    ) -> None:
+        self._compute, self._bound, self.tiny, self.enclosure = compute, bound, tiny, enclosure
+
+    @cached_property
+    def bound(self) -> Any:
+        return self._bound() if self._bound else None
+
+    @cached_property
+    def value(self) -> Any:
+        return self._compute()
+
+    def __mul__(self, other: Any) -> Scaled:
+        return Scaled(self, other)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Scaled:
+        return Scaled(self, 1 / other)
+
+    def __add__(self, other: Any) -> Any:
+        return Scaled(self, 1) + other
+
+    __radd__ = __add__
+
+
+class Scaled:
+    """A deferred number times a known one."""
+
+    __slots__ = ("factor", "of")
+
+    def __init__(self, of: Deferred, factor: Any) -> None:
+        self.of, self.factor = of, factor
+
+    def size(self) -> Any:
+        """A bound."""
+        return _middle(self.factor) * _middle(self.of.bound)
+
+    def __mul__(self, other: Any) -> Scaled:
+        return Scaled(self.of, self.factor * other)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Scaled:
+        return Scaled(self.of, self.factor / other)
+
+    def __add__(self, other: Any) -> Any:
+        """A sum with a known number is known at once, with any other it is a `Sum`."""
+        if isinstance(other, (Scaled, Sum)):
+            return Sum(0, 1, (self,)) + other
+        of = self.of
+        if of.bound is not None and self.size() < _middle(other) * of.tiny:
+            return other + self.factor * of.enclosure() if of.enclosure else other
+        return other + self.factor * self.of.value
+
+    __radd__ = __add__
+
+
+class Sum:
+    """number + factor * (the parts), of which those that count are computed, the largest first."""
+
+    __slots__ = ("factor", "number", "parts")
+
+    def __init__(self, number: Any, factor: Any, parts: tuple[Scaled | Sum, ...]) -> None:
+        self.number, self.factor, self.parts = number, factor, parts
+
+    def __mul__(self, other: Any) -> Sum:
+        return Sum(self.number * other, self.factor * other, self.parts)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Sum:
+        return Sum(self.number / other, self.factor / other, self.parts)
+
+    def __add__(self, other: Any) -> Sum:
+        if isinstance(other, Sum):
+            parts = tuple(Sum(0, x.factor, x.parts) for x in (self, other) if x.parts)
+            return Sum(self.number + other.number, 1, parts)
+        if isinstance(other, Scaled):
+            return self + Sum(0, 1, (other,))
+        return Sum(self.number + other, self.factor, self.parts)
+
+    __radd__ = __add__
+
+    @property
+    def value(self) -> Any:
+        total, terms, waiting = self.number, [], [(self.factor, part) for part in self.parts]
+        while waiting:
+            factor, part = waiting.pop()
+            if isinstance(part, Sum):
+                waiting += [(factor * part.factor, inner) for inner in part.parts]
+            elif part.of.bound is None:
+                total = total + factor * (part.factor * part.of.value)
+            else:
+                term = part * factor
+                terms.append((term.size(), term))
+        for size, term in sorted(terms, key=lambda pair: pair[0], reverse=True):
+            if not size < _middle(total) * term.of.tiny:
+                total = total + term.factor * term.of.value
+            elif term.of.enclosure:
+                total = total + term.factor * term.of.enclosure()
+        return total
+
+
+def _middle(x: Any) -> Any:
+    """A number by which terms are put in order: the midpoint of a ball."""
+    return x.mid() if hasattr(x, "mid") else x

@@ -1,0 +1,154 @@
+"""Truncated power series as lists of their coefficients, in any arithmetic.
+
+c[0] + c[1] t + ... + c[n - 1] t^(n - 1) + O(t^n), over floats, rows of arrays (one column a scene),
+Fractions, mpf, balls, or elements of a SymPy field. Powers, exponentials and what follows from
+them solve a differential equation of first order, y' a = b y, coefficient by coefficient
+(J. C. P. Miller's recurrence; P. Henrici, Applied and Computational Complex Analysis 1, section
+1.6; Knuth, The Art of Computer Programming 2, section 4.7), so that nothing is composed.
+
+Sums of products of mpf are rounded once, which takes a quarter of the time; coefficients that are
+exactly zero, as most of a polynomial's, are passed over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+__all__ = [
+    "composed",
+    "dot",
+    "exponential",
+    "laurent",
+    "power",
+    "product",
+    "quotient",
+    "reciprocal",
+    "rotation",
+]
+
+Coefficients = Sequence[Any]
+
+
+def dot(a: Coefficients, b: Coefficients, nothing: Any = 0) -> Any:
+    """The sum of a[k] b[k]; `nothing` if there are none."""
+    if not a:
+        return nothing
+    context = getattr(a[0], "context", None) or getattr(b[0], "context", None)
+    if context is not None:
+        return context.fdot(zip(a, b, strict=True))
+    total = a[0] * b[0]
+    for x, y in zip(a[1:], b[1:], strict=True):
+        total = total + x * y
+    return total
+
+
+def _support(c: Coefficients, first: int = 0) -> list[int]:
+    """Indices from `first` on whose coefficient is not exactly zero."""
+    return [k for k in range(first, len(c)) if isinstance(c[k], np.ndarray) or c[k] != 0]
+
+
+def product(a: Coefficients, b: Coefficients, count: int | None = None) -> list[Any]:
+    """The first `count` coefficients of a b, as many as both determine by default."""
+    count = min(len(a), len(b)) if count is None else count
+    support = _support(a[:count])
+    if len(support) == count <= len(b):
+        return [dot(a[: n + 1], b[n::-1]) for n in range(count)]
+    nothing, found = 0 * a[0] * b[0], []
+    for n in range(count):
+        terms = [j for j in support if 0 <= n - j < len(b)]
+        found.append(dot([a[j] for j in terms], [b[n - j] for j in terms], nothing))
+    return found
+
+
+def quotient(a: Coefficients, b: Coefficients, count: int) -> list[Any]:
+    """The first `count` coefficients of a/b, b[0] not zero."""
+    inverse, support = 1 / b[0], _support(b[:count], 1)
+    found: list[Any] = []
+    for n in range(count):
+        terms = [j for j in support if j <= n]
+        taken = dot([b[j] for j in terms], [found[n - j] for j in terms])
+        found.append(((a[n] if n < len(a) else 0) - taken) * inverse)
+    return found
+
+
+def reciprocal(c: Coefficients) -> list[Any]:
+    """As many coefficients of 1/c, c[0] not zero."""
+    return quotient([1], c, len(c))
+
+
+def composed(outer: Coefficients, inner: Coefficients, count: int) -> list[Any]:
+    """The first `count` coefficients of outer(inner(t)), inner[0] = 0, by Horner's rule."""
+    total = [0 * inner[0]] * count
+    for c in reversed(outer):
+        total = product(total, inner, count)
+        total[0] = total[0] + c
+    return total
+
+
+def power(c: Coefficients, p: Any, q: int, count: int, first: Any) -> list[Any]:
+    """The first `count` coefficients of c^(p/q); `first` is c[0]^(p/q).
+
+    p and q are integers, or p an element of the arithmetic and q = 1.
+    """
+    support, found = _support(c[:count], 1), [first]
+    for n in range(1, count):
+        terms = [j for j in support if j <= n]
+        weighted = [(p * j - q * (n - j)) * c[j] for j in terms]
+        total = dot(weighted, [found[n - j] for j in terms], 0 * first)
+        found.append(total / (c[0] * (q * n)))
+    return found
+
+
+def exponential(c: Coefficients, count: int, first: Any) -> list[Any]:
+    """The first `count` coefficients of e^c times a constant; `first` is the first."""
+    slopes, found = _slopes(c, count), [first]
+    for n in range(1, count):
+        found.append(_next(slopes, found, n, 0 * first) / n)
+    return found
+
+
+def rotation(
+    c: Coefficients, count: int, first: tuple[Any, Any], sign: int
+) -> tuple[list[Any], list[Any]]:
+    """sin c and cos c (`sign` -1) or sinh c and cosh c (1), from both values at c[0]."""
+    slopes, (s, k) = _slopes(c, count), ([value] for value in first)
+    for n in range(1, count):
+        up, down = (_next(slopes, row, n, 0 * first[0]) / n for row in (k, s))
+        s.append(up)
+        k.append(sign * down)
+    return s, k
+
+
+def _slopes(c: Coefficients, count: int) -> list[tuple[int, Any]]:
+    return [(j, j * c[j]) for j in _support(c[:count], 1)]
+
+
+def _next(slopes: list[tuple[int, Any]], known: list[Any], n: int, nothing: Any) -> Any:
+    """Coefficient n - 1 of c' times the series that is known to order n - 1."""
+    terms = [(s, known[n - j]) for j, s in slopes if j <= n]
+    return dot([s for s, _ in terms], [y for _, y in terms], nothing)
+
+
+def laurent(
+    phi: Coefficients, zero: bool, count: int, weight: Coefficients | None = None
+) -> Iterator[list[Any]]:
+    """The series of h_1 = g/phi, h_(k + 1) = -h_k'/phi, up to h_count; g = 1 without a `weight`.
+
+    Integration by parts of int g e^(±lam V), V' = -phi, leaves the h_k as coefficients of lam^-k;
+    with alternating signs they are the slow manifold of M' = g - lam phi M. If `zero`, phi[0]
+    counts as 0 and the series are those of h_k t^(2k - 1); else each is a coefficient shorter than
+    the one before.
+    """
+    inverse = reciprocal(phi[1:] if zero else phi)
+    last = inverse if weight is None else product(weight, inverse)
+    yield last
+    for k in range(1, count):
+        if zero:
+            slope = [(2 * k - 1 - j) * c for j, c in enumerate(last)]
+        else:
+            slope = [-j * c for j, c in enumerate(last)][1:]
+        last = product(slope, inverse)
+        yield last
