@@ -11,11 +11,13 @@ import numpy as np
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
-from symasym.base.inputs import exact
+from symasym.base.inputs import FloatArray, IntArray, exact, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     Answer,
     Request,
+    Scenes,
+    as_floats,
     digits_back,
     float_scenes,
     one_scene,
@@ -23,11 +25,12 @@ from symasym.drift.scenes import (
     require_drift,
 )
 from symasym.methods.driver import answer
-from symasym.plan_arrays import of_arrays, uniform_logs
 
 __all__ = ["Plan", "Term", "plan"]
 
 _WEAK_ORDERS = range(9)
+# Of the weak-noise series in float64, where an order costs little.
+_ARRAY_ORDERS = (0, 1, 2, 4, 8)
 _ORDERS = {"laplace": _WEAK_ORDERS, "strong_noise": (0, 1, 2, 4, 8, 16)}
 # Of rtol, for what is left out; the rest is for the series that are kept.
 _FOR_DROPPED = Fraction(1, 10)
@@ -170,7 +173,7 @@ def automatic(drift: Drift, numbers: dict[str, Any], rtol: Any, request: Request
             f"rtol is {rtol}, below what float64 gives (1e-12); pass dps=… for more digits."
         )
     if request.dps is None and not one_scene(drift, numbers):
-        return of_arrays(drift, numbers, allowed, request)
+        return _of_arrays(drift, numbers, allowed, request)
     digits = max(_digits_for(allowed), request.dps or 0)
     wanted = request._replace(dps=digits, full=True)
     if request.name == "T":
@@ -274,7 +277,7 @@ def _uniform(drift: Drift, numbers: dict[str, Any], log: bool) -> tuple[float, E
     """The uniform formula of order 0, as for arrays; its relative error, infinite if refused."""
     import mpmath
 
-    logs, errors = uniform_logs(drift, float_scenes(drift, numbers), np.zeros(1, dtype=np.intp))
+    logs, errors = _uniform_logs(drift, float_scenes(drift, numbers), np.zeros(1, dtype=np.intp))
     relative = float(np.expm1(errors[0])) * (1 + 1e-12)
     value = error = mpmath.mpf(0)
     if relative < np.inf:
@@ -319,3 +322,76 @@ def _of_parts(parts: Any, rtol: float, request: Request) -> tuple[Plan, Estimate
     found = Estimate(value, error, "estimate", "laplace", parts.order, kept, left)
     made = Plan("laplace", parts.order, tuple(terms), float(relative), "estimate", cost, rtol, {})
     return made, found
+
+
+# -- arrays, each scene by the cheapest method in float64 whose error will do ----------------------
+
+
+def _of_arrays(
+    drift: Drift,
+    numbers: dict[str, Any],
+    allowed: Fraction,
+    request: Request,
+) -> Any:
+    """Each element by the first method and order whose stated error is small enough.
+
+    Strong noise takes longer than the exact integral in arrays, so that it is left out.
+    """
+    from symasym.asymptotics.weak_noise.arrays import index_of, own_shapes
+
+    scenes = float_scenes(drift, numbers)
+    logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
+    given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
+    shapes = own_shapes(drift, numbers, scenes) if request.name[-1] != "P" else [drift.shape]
+    index = index_of(shapes, scenes.shape)
+    # Of a value, not of its logarithm.
+    most = np.log1p(float(allowed)) * (1 - 1e-12)
+    plans: list[tuple[str, int | None]] = [("laplace", n) for n in _ARRAY_ORDERS]
+    plans += [("uniform", 0)] * (request.name == "T") + [("exact", None)]
+    used = []
+    for method, order in plans:
+        rows = np.flatnonzero(~(errors <= most))
+        if not rows.size:
+            break
+        some = drift.bind(**{name: x[rows] for name, x in given.items()}) if given else drift
+        # A number that all share stays what it is, so that reading it as a float counts.
+        values = {n: scenes.numbers[n][rows] if is_array(x) else x for n, x in numbers.items()}
+        if order is None:
+            last = answer(some, values, request._replace(method=method, log=True, full=True))
+            found = np.atleast_1d(last.value), np.atleast_1d(last.error)
+            better = np.ones(len(rows), dtype=bool)
+        else:
+            found = _attempt(some, values, request.name, method, order, index[rows])
+            better = found[1] <= most
+        logs[rows[better]], errors[rows[better]] = found[0][better], found[1][better]
+        if better.any():
+            used.append(method if order is None else f"{method}, order {order}")
+    request = request._replace(method="auto")
+    return as_floats(request, scenes.shape, logs, errors, "estimate", tuple(used), ())
+
+
+def _attempt(
+    drift: Drift, numbers: dict[str, Any], name: str, method: str, order: int, index: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Logarithms and their errors by one method, infinite errors where it refuses."""
+    from symasym.asymptotics.weak_noise import answer as weak_noise
+
+    scenes = float_scenes(drift, numbers)
+    try:
+        if method == "laplace":
+            return weak_noise.array_logs(drift, scenes, name, order, index)
+        return _uniform_logs(drift, scenes, index)
+    except SymasymError:
+        return np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
+
+
+def _uniform_logs(drift: Drift, scenes: Scenes, index: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Order 0 in float64: polynomial A, everything else would cost more than the integral."""
+    from symasym.asymptotics.uniform.local_arrays import escape_time
+    from symasym.asymptotics.uniform.pairing_arrays import found_of
+    from symasym.asymptotics.weak_noise.arrays import logs_of
+
+    logs, errors = logs_of(
+        drift, scenes, [], (0,), escape_time, None, True, find=found_of, index=index
+    )
+    return logs, np.where(errors >= 0, errors, np.inf)
