@@ -24,7 +24,7 @@ from symasym.drift.scenes import (
     read_scene,
     require_drift,
 )
-from symasym.methods.driver import answer
+from symasym.methods.table import answer
 
 __all__ = ["Plan", "Term", "plan"]
 

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from symasym.drift.scenes import Request
-from symasym.methods.driver import answer, require_drift_of
-from symasym.methods.table import QUANTITIES, require_method
+from symasym.methods.table import QUANTITIES, answer, require_drift_of, require_method
 
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift

@@ -24,8 +24,7 @@ from symasym.drift.scenes import (
     require_drift,
     scene_at,
 )
-from symasym.methods.driver import answer, require_drift_of
-from symasym.methods.table import QUANTITIES
+from symasym.methods.table import QUANTITIES, answer, require_drift_of
 from symasym.numbers.trees import MpmathOps
 
 __all__ = ["Sensitivity", "sensitivity"]
