@@ -11,7 +11,7 @@ import numpy as np
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
-from symasym.base.inputs import FloatArray, IntArray, exact, is_array
+from symasym.base.inputs import FloatArray, IntArray, Number, exact, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     Answer,
@@ -111,7 +111,7 @@ class Plan:
     __repr__ = __str__
 
 
-def plan(drift: Drift, kappa: Any, r: Any, rtol: Any = 1e-6, *, start: Any = 0) -> Plan:
+def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: Number = 0) -> Plan:
     """The terms of T that this scene needs, those left out, and the bound on each.
 
     Parameters
@@ -149,7 +149,7 @@ def plan(drift: Drift, kappa: Any, r: Any, rtol: Any = 1e-6, *, start: Any = 0) 
     return _planned(drift, numbers, allowed, request, in_float=True)[0]
 
 
-def read_rtol(rtol: Any) -> Fraction:
+def read_rtol(rtol: Number | None) -> Fraction:
     """rtol as an exact number between 0 and 1."""
     if rtol is None:
         raise InputError('method is "auto", which needs the relative error allowed; give rtol=….')
@@ -163,7 +163,7 @@ def _digits_for(allowed: Fraction) -> int:
     return max(20, len(str(int(1 / allowed))) + 8)
 
 
-def automatic(drift: Drift, numbers: dict[str, Any], rtol: Any, request: Request) -> Any:
+def automatic(drift: Drift, numbers: dict[str, Any], rtol: Number | None, request: Request) -> Any:
     """The quantity of `request` by the cheapest method whose stated error is at most `rtol`."""
     allowed = read_rtol(rtol)
     if request.order is not None:

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple, Protocol, cast
 import numpy as np
 
 from symasym.base.errors import InputError, RegionError
+from symasym.base.inputs import Number
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     Answer,
@@ -180,7 +181,7 @@ METHODS = {
 }
 
 
-def require_method(request: Request, rtol: Any = None) -> None:
+def require_method(request: Request, rtol: Number | None = None) -> None:
     """Raise InputError unless the method answers the quantity, or is ``"auto"``."""
     method = request.method
     if rtol is not None and method != "auto":
