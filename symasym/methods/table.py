@@ -202,7 +202,7 @@ def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     """
     method = METHODS[request.method]
     request = method.with_order(request)
-    if request.method == "strong_noise":
+    if not hasattr(method.home, "of_scene"):
         return _legacy(drift, numbers, request)
     if request.dps is None and (not one_scene(drift, numbers) or method.in_float(drift, request)):
         scenes = float_scenes(drift, numbers)
