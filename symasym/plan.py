@@ -8,17 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from symasym.base.contexts import own_context
+from symasym.base.contexts import own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import FloatArray, IntArray, Number, exact, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     Answer,
+    Answers,
     Request,
     Scenes,
+    as_digits,
     as_floats,
-    digits_back,
     float_scenes,
     one_scene,
     read_scene,
@@ -183,7 +184,7 @@ def automatic(drift: Drift, numbers: dict[str, Any], rtol: Number | None, reques
     request = request._replace(method=found.method, order=found.order)
     with own_context(digits + 10) as context:
         value, error = (context.make_mpf(x._mpf_) for x in (found.value, found.error))
-        return digits_back(
+        return as_digits(
             request, Answer(value, error, found.error_kind, found.terms, found.dropped)
         )
 
@@ -275,17 +276,16 @@ def _whole(found: Estimate) -> tuple[Term, ...]:
 
 def _uniform(drift: Drift, numbers: dict[str, Any], log: bool) -> tuple[float, Estimate]:
     """The uniform formula of order 0, as for arrays; its relative error, infinite if refused."""
-    import mpmath
-
     logs, errors = _uniform_logs(drift, float_scenes(drift, numbers), np.zeros(1, dtype=np.intp))
     relative = float(np.expm1(errors[0])) * (1 + 1e-12)
-    value = error = mpmath.mpf(0)
-    if relative < np.inf:
-        with mpmath.workdps(30):
-            value, error = mpmath.mpf(logs[0]), mpmath.mpf(errors[0])
+    with own_context(30) as context:
+        value = error = context.mpf(0)
+        if relative < np.inf:
+            value, error = context.mpf(logs[0]), context.mpf(errors[0])
             if not log:
-                value = mpmath.exp(value)
+                value = context.exp(value)
                 error = value * relative
+        value, error = to_mpf(value, 30), to_mpf(error, 30)
     return relative, Estimate(value, error, "estimate", "uniform", 0, _PARTS, _REST)
 
 
@@ -367,7 +367,7 @@ def _of_arrays(
         if better.any():
             used.append(method if order is None else f"{method}, order {order}")
     request = request._replace(method="auto")
-    return as_floats(request, scenes.shape, logs, errors, "estimate", tuple(used), ())
+    return as_floats(request, scenes.shape, Answers(logs, errors, "estimate", tuple(used)))
 
 
 def _attempt(

@@ -20,10 +20,11 @@ import symasym as sa
 from symasym import friction, rescale
 from symasym.asymptotics.weak_noise import answer as weak_noise
 from symasym.base.contexts import own_context
-from symasym.exact import ball_panels, ball_sweep, float_panels, sweep
+from symasym.exact import ball_panels, float_panels, sweep
 from symasym.exact.sweep import Deferred, Record
 from symasym.exact.taylor_recurrences import constant_moments
 from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
+from symasym.numbers import balls
 from symasym.numbers.log_positive import LogPositive
 
 ROOT = Path(symasym.__file__).parent
@@ -89,7 +90,7 @@ def test_constant_panels_in_balls():
             )
             double = h * h * (nested / end if slope > 0 else nested)
             for got, want in ((outer.plus, plus), (outer.minus, minus), (outer.nested, double)):
-                mid, rad = ball_sweep.to_mpf(got, 40)
+                mid, rad = balls.to_mpf(got, 40)
                 assert abs(ctx.convert(mid) - want) <= ctx.convert(rad) + want * ctx.mpf(10) ** -55
 
 

@@ -28,9 +28,9 @@ def prover(scene: Scene, request: Request) -> Callable[[int], Any] | None:
 
 
 def _bounds(scene: Scene, request: Request, order: int) -> Any:
-    from symasym.exact import ball_sweep
+    from symasym.numbers import balls
 
-    if not ball_sweep.available():
+    if not balls.available():
         return None
     from symasym.asymptotics.proofs.enclosures import enclosure, enclosure_outside
 

@@ -29,9 +29,9 @@ from symasym.drift.scenes import (
     Request,
     Scene,
     Scenes,
-    digits_back,
+    as_digits,
+    as_floats,
     float_scenes,
-    floats_back,
     one_scene,
     read_order,
     read_scene,
@@ -154,10 +154,10 @@ def _without_error(drift: Drift, request: Request) -> bool:
 
 
 def _unproved(drift: Drift, request: Request) -> bool:
-    """True where no error is asked for, or the drift has no proved one."""
-    from symasym.exact.ball_sweep import available
+    """True where no error is asked for, or none can be proved."""
+    from symasym.numbers import balls
 
-    return not (request.full and (available() or drift.exact_coefficients() is not None))
+    return not (request.full and balls.available())
 
 
 #: Of kappa^2: the order where none is given, and the highest.
@@ -202,22 +202,11 @@ def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
     """
     method = METHODS[request.method]
     request = method.with_order(request)
-    if not hasattr(method.home, "of_scene"):
-        return _legacy(drift, numbers, request)
     if request.dps is None and (not one_scene(drift, numbers) or method.in_float(drift, request)):
         scenes = float_scenes(drift, numbers)
-        return floats_back(request, scenes.shape, method.home.of_scenes(scenes, request))
+        return as_floats(request, scenes.shape, method.home.of_scenes(scenes, request))
     scene = read_scene(drift, numbers, request.dps)
-    return digits_back(request, method.home.of_scene(scene, request))
-
-
-def _legacy(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
-    quantity = quantity_of(request.name)
-    options: dict[str, Any] = {}
-    if quantity.verb != "escape_time":
-        options["complement"] = quantity.complement
-    verb = getattr(METHODS[request.method].home, quantity.verb)
-    return verb(drift, **numbers, request=request, **options)
+    return as_digits(request, method.home.of_scene(scene, request))
 
 
 def require_drift_of(name: str, drift: Drift) -> None:

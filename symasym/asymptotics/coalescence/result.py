@@ -194,9 +194,9 @@ class UniformExpansion(IntegralParts):
     def _by_float(self, lam: Any, log: bool, full: bool) -> Any:
         found = self._by_digits(lam, _FLOAT_DIGITS, log, True)
         kind = complex if hasattr(found.value, "_mpc_") else float
-        size = abs(found.value)
         with own_context(15) as context:
-            logarithm = context.log(context.mpf(size)) if size else context.mpf(0)
+            size = abs(context.convert(found.value))
+            logarithm = context.log(size) if size else context.mpf(0)
             if not log and not -708.39 < logarithm < 709.78:
                 raise RangeError(
                     f"the integral's logarithm is {float(logarithm):.6g}, beyond float64; "
@@ -205,7 +205,9 @@ class UniformExpansion(IntegralParts):
         rounded = kind(found.value)
         if not full:
             return rounded
-        error = float((abs(rounded - found.value) + found.error) * (1 + 2.0**-40))
+        with own_context(2 * _FLOAT_DIGITS) as context:
+            shift = abs(context.convert(rounded) - context.convert(found.value))
+            error = float((shift + context.convert(found.error)) * (1 + context.mpf(2) ** -40))
         return Estimate(rounded, error, "estimate", "uniform", self.order, found.terms)
 
     def _by_digits(self, lam: Any, dps: int, log: bool, full: bool) -> Any:

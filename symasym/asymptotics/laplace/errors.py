@@ -40,9 +40,9 @@ class ErrorModel:
     @cached_property
     def proof(self) -> Any:
         """A `symasym.asymptotics.laplace.remainder.Proof`, or None."""
-        from symasym.exact import ball_sweep
+        from symasym.numbers import balls
 
-        if not ball_sweep.available():
+        if not balls.available():
             return None
         from symasym.asymptotics.laplace.remainder import prove
 

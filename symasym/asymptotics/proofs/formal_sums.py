@@ -9,12 +9,11 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.laplace.cauchy_disk import NotProved
 from symasym.asymptotics.proofs.dominance import Key, Labels, key_of
 from symasym.asymptotics.weak_noise.compose import sides_of, time_of
 from symasym.asymptotics.weak_noise.critical_points import Half
-from symasym.numbers.balls import exact_ball, flint_module
-from symasym.numbers.taylor_models import Model, Range, Small, Term
+from symasym.numbers.balls import NotProved, exact_ball, flint_module
+from symasym.numbers.taylor_models import Model, Range, SmallTerm, SmallTerms
 
 # Digits of the expansion's coefficients that are trusted, of those they are computed with.
 _LOST = 20
@@ -190,7 +189,7 @@ def _height(x: Any, ops: Formal) -> Any:
     return ops.ball(x) + flint_module().arb(0, ops.radius.upper())
 
 
-def split(found: Sum, labels: Labels, over: Range) -> tuple[Key, Model, Small]:
+def split(found: Sum, labels: Labels, over: Range) -> tuple[Key, Model, SmallTerms]:
     """What has the largest exponent, and all else relative to its exponential."""
     flint = flint_module()
     parts = {key: p for key, p in found.parts.items() if p}
@@ -202,7 +201,7 @@ def split(found: Sum, labels: Labels, over: Range) -> tuple[Key, Model, Small]:
     for key, powers in parts.items():
         if key != best:
             gap = (top - labels.height(key)).lower()
-            small += [Term(abs(c).upper(), p, gap) for p, c in powers.items()]
+            small += [SmallTerm(abs(c).upper(), p, gap) for p, c in powers.items()]
     powers = parts[best]
     first = min(powers)
     kept = tuple(powers.get(first + k, flint.arb(0)) for k in range(over.terms))
