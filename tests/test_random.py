@@ -79,7 +79,7 @@ def check_witness(scene: tuple[sa.Drift, Fraction, Fraction, Fraction]) -> None:
     assert abs(found - wanted) <= mpmath.mpf(10) ** -15 * abs(wanted)
 
 
-FEW = settings(SAMPLE, max_examples=12)
+FEW = settings(SAMPLE, max_examples=8)
 KINDS = {"ready-made": drifts(), "narrow": narrow()}
 # A scene with a narrow feature takes seconds.
 SAMPLES = {"ready-made": SAMPLE, "narrow": FEW}

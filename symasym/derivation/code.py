@@ -29,7 +29,7 @@ _KNOWN = {
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a language writes a call: the names of its own functions, and of a file's helpers."""
+    """The syntax of a call: the names of a language's own functions, and of a file's helpers."""
 
     prefix: str
     names: Mapping[str, str] = field(default_factory=dict)

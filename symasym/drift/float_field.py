@@ -18,6 +18,7 @@ from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import Disc, tame
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
+from symasym.numbers.polynomial_roots import real_parts
 
 if TYPE_CHECKING:
     from symasym.numbers.truncated_series import JetOps
@@ -164,29 +165,8 @@ def _zeros_of(c: FloatArray) -> FloatArray:
     for d in range(1, degree + 1):
         rows = np.flatnonzero(effective == d)
         if rows.size:
-            found[rows, :d] = _polished(c[rows, : d + 1])
+            found[rows, :d] = real_parts(c[rows, : d + 1].T).T
     return found
-
-
-def _polished(c: FloatArray) -> FloatArray:
-    """Real parts of the zeros of the rows of `c`, ascending powers, last entry not zero."""
-    rows, d = c.shape[0], c.shape[1] - 1
-    companion = np.zeros((rows, d, d))
-    companion[:, np.arange(1, d), np.arange(d - 1)] = 1.0
-    with np.errstate(over="ignore"):
-        companion[:, :, -1] = np.clip(-c[:, :-1] / c[:, -1:], -1e150, 1e150)
-    roots = np.linalg.eigvals(companion)
-    for _ in range(3):
-        value = np.zeros_like(roots)
-        slope = np.zeros_like(roots)
-        for k in range(d, -1, -1):
-            slope = slope * roots + value
-            value = value * roots + c[:, k : k + 1]
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            step = value / slope
-        good = np.isfinite(step) & (np.abs(step) < 1e-3 * (1 + np.abs(roots)))
-        roots = roots - np.where(good, step, 0.0)
-    return np.real(roots)
 
 
 class AnalyticField:

@@ -223,7 +223,7 @@ def _times_exp(factor: Any, line: Any) -> Any:
 
 
 def _all_below(lines: list[Any], others: list[Any], far: float = 0.0) -> bool:
-    """Whether the least of `lines` is `far` below the least of `others` for all r > 1."""
+    """True where the least of `lines` is `far` below the least of `others` for all r > 1."""
     if not lines:
         return False
 

@@ -179,7 +179,7 @@ def _rounded_down(x: float) -> float:
 
 
 def _told(halves: tuple[Half, Half], order: int, r: Fraction | None, most: float) -> str:
-    """What the next two orders say of the error."""
+    """The error estimate from the next two orders, as a sentence."""
     at, told = r or Fraction(10), []
     with own_context(30) as context:
         for kappa in (most / 2, most / 4, most / 8):
@@ -194,7 +194,7 @@ def _told(halves: tuple[Half, Half], order: int, r: Fraction | None, most: float
 def _in_doubles(
     found: Program, kappa: float, halves: tuple[Half, Half], r: Fraction | None, order: int
 ) -> bool:
-    """Whether the emitted code has 1e-13 of log T there.
+    """True where the emitted code has 1e-13 of log T.
 
     Raises
     ------

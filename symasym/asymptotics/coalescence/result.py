@@ -1,4 +1,8 @@
-"""The result of a uniform expansion: its parts added up at any lam, with an error."""
+"""The result of a uniform expansion: its parts added up at any lam, with an error.
+
+Each part brings its terms in powers of 1/lam with a size that has no zeros by chance (the modulus
+functions of DLMF 9.8 in place of Ai); the truncation error is estimated from the next terms.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,7 @@ import numpy as np
 import sympy
 
 from symasym.asymptotics.coalescence.endpoints import BEYOND
-from symasym.asymptotics.laplace.parameters import IntegralParts
+from symasym.asymptotics.laplace.result import IntegralParts
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import Estimate
@@ -26,7 +30,7 @@ _NAMES = {
 
 @dataclass(frozen=True, repr=False)
 class UniformExpansion(IntegralParts):
-    """An expansion of the integral of g(x) e^(lam f(x)) that holds as critical points meet.
+    """An expansion of the integral of g(x) e^(lam f(x)) that holds as critical points coalesce.
 
     Or, with g a pair (g, h), of the iterated integral of g(u) h(v) e^(lam (f(v) - f(u))), u < v.
 
@@ -105,12 +109,12 @@ class UniformExpansion(IntegralParts):
         ----------
         lam : Symbol or str
         saddles : sequence of Expr, optional
-            The zeros of f' that meet each other or an end, where SymPy doesn't find them.
+            The zeros of f' that coalesce with each other or an end, where SymPy doesn't find them.
 
         Returns
         -------
         Expr
-            0/0 where the points meet: numbers near that come from `bind` and `evaluate`.
+            0/0 where the points coalesce: numbers near that come from `bind` and `evaluate`.
 
         Raises
         ------
