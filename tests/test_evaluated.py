@@ -245,7 +245,7 @@ def test_weak_noise_series_of_wells_and_barriers(drift):
                 derivatives = (sympy.diff(slope, u, k) for k in range(1, 6))
                 at = mirror * place.u
                 V = [sign * ctx.mpf(A.subs(u, at).evalf(50)) for A in derivatives]
-                leading, one, two = (sum(c for c, _, _ in place.groups[n]) for n in range(3))
+                leading, one, two = place.series.parts[0].coefficients[:3]
                 for found, wanted in (
                     (leading, ctx.sqrt(2 * ctx.pi / V[0])),
                     (one / leading, plain_formulas.saddle_first(*V[:3])),

@@ -214,3 +214,11 @@ def test_zeros(degree: int) -> None:
         for z in known:
             assert np.abs(np.array(mine) - z).min() < 1e-6 * (1 + abs(z))
     assert found.apart.mean() > 0.97
+
+
+def test_optimal_order_where_powers_overflow() -> None:
+    # 1/lam = 5e-17, whose 20th power no float64 holds.
+    drift = sa.friction(3, 1, "-0.4")
+    one = sa.escape_time(drift, 1e-8, 10, method="laplace", order="optimal", log=True)
+    many = sa.escape_time(drift, [1e-8, 2e-8], 10, method="laplace", order="optimal", log=True)
+    assert many[0] == pytest.approx(one, rel=1e-14)

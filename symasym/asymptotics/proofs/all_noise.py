@@ -325,8 +325,8 @@ class Proof:
         return (worst.max(rest) / 2 ** (order + 1)).upper()
 
     def _expansion(self, top: Any) -> tuple[Sum, Sum]:
-        ops = Formal(self._cells.labels, self._digits, top)
-        return expansion(self._halves, self._r, self._order, ops)
+        ops = Formal(self._cells.labels, self._digits, self._order, top)
+        return expansion(self._halves, self._r, ops)
 
     def _quotients(self, sums: tuple[Sum, Sum], top: Any) -> list[_Quotient]:
         found = []

@@ -26,7 +26,8 @@ from symasym.asymptotics.uniform.pairing_arrays import found_of
 from symasym.asymptotics.uniform.sums import corrected, time_at, whole_at
 from symasym.asymptotics.weak_noise.answer import require_seen, working_digits
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
-from symasym.asymptotics.weak_noise.critical_points import BEYOND, barriers, whole
+from symasym.asymptotics.weak_noise.critical_points import barriers, whole
+from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, float_text, is_array

@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise import compose_arrays
-from symasym.asymptotics.weak_noise.one_sided import Numbers
-from symasym.asymptotics.weak_noise.series import Point
+from symasym.asymptotics.weak_noise import compose
+from symasym.asymptotics.weak_noise.series import Numbers, Point
 from symasym.base.inputs import FloatArray
 from symasym.special.airy_tables import airy_products, dawson
 
@@ -72,7 +71,7 @@ class _Point(Point):
         self.known: dict[Any, dict[str, tuple[Any, Any]]] = {}
 
     @cached_property
-    def third(self) -> FloatArray:
+    def third(self) -> Any:
         """lam^(1/3), which takes as long as ten multiplications."""
         return np.cbrt(self.lam)
 
@@ -190,12 +189,12 @@ def _shelf(slope: Numbers | None, point: _Point) -> tuple[Any, Any]:
     return length * first, length * length * second
 
 
-def escape_time(views: compose_arrays.Views, at: Point) -> tuple[FloatArray, Any]:
+def escape_time(composed: compose.Composed, at: Point) -> tuple[FloatArray, Any]:
     """log T, and its relative error (None without `at.errors`)."""
-    point = _Point(at, views.r)
-    log, error = compose_arrays.escape_time(views, point)
+    point = _Point(at, composed.r)
+    log, error = compose.escape_time(composed, point)
     if error is not None:
         # What the start or an end cuts off a complex pair.
-        error = _FACTOR * error + 20 * np.exp(-point.lam * views.slack)
+        error = _FACTOR * error + 20 * np.exp(-point.lam * composed.slack)
         error = np.where(error < 1, -np.log1p(-np.minimum(error, 0.999)), np.inf)
     return log, error

@@ -11,7 +11,7 @@ import numpy as np
 
 from symasym.asymptotics.coalescence.cubic_map import map_coefficients
 from symasym.asymptotics.uniform.local_arrays import Edge, Fold
-from symasym.asymptotics.weak_noise.one_sided import Numbers
+from symasym.asymptotics.weak_noise.series import Numbers
 from symasym.base.inputs import FloatArray
 from symasym.numbers.quadratic_factor import Pair, poly, shifted
 

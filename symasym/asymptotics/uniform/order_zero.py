@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 
 from symasym.asymptotics.coalescence.cubic_map import map_coefficients
 from symasym.asymptotics.uniform.order_zero_sums import Edge, Fold, Place, View, side_at, tail
-from symasym.asymptotics.weak_noise.compose import Pair, Sides, time_of
+from symasym.asymptotics.weak_noise.compose import Sides, time_of
+from symasym.asymptotics.weak_noise.series import Value as Pair
 from symasym.base.contexts import mpf_of
 from symasym.drift.drift import Drift
 from symasym.numbers.factors import Factor, Line, Meeting, Pieces, Zero, pieces_of, seen_from

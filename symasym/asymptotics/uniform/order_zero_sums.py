@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.weak_noise.compose import Pair, Side
+from symasym.asymptotics.weak_noise.compose import Side
+from symasym.asymptotics.weak_noise.series import Value as Pair
 from symasym.special.airy_digits import airy_products, dawson
 
 __all__ = ["Edge", "Fold", "Place", "View", "side_at", "tail"]

@@ -11,7 +11,9 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from symasym.asymptotics.uniform.coalescing_pair import Fold, fold_of
-from symasym.asymptotics.weak_noise.critical_points import BEYOND, Half, Place, half, turning_points
+from symasym.asymptotics.weak_noise.critical_points import half, turning_points
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
+from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, SymasymError
 from symasym.drift.drift import Drift
@@ -24,7 +26,7 @@ __all__ = ["Seen", "Stretch", "folds_of", "lost_digits", "place_at", "seen", "ze
 class Seen(NamedTuple):
     """One side of the start, with the pairs whose turning point is in it."""
 
-    half: Half
+    half: OneSided
     folds: list[Fold]
 
 
@@ -108,14 +110,14 @@ def seen(
     ]
 
 
-def folds_of(stretch: Stretch, order: int, places: list[Place]) -> list[Fold]:
+def folds_of(stretch: Stretch, order: int, places: list[CriticalPoint]) -> list[Fold]:
     """The pairs in it, no place in two of them: in that with which it meets first."""
     return _chosen(_candidates(stretch, order, places))
 
 
 def _candidates(
-    stretch: Stretch, order: int, places: list[Place]
-) -> list[tuple[Fold, list[Place]]]:
+    stretch: Stretch, order: int, places: list[CriticalPoint]
+) -> list[tuple[Fold, list[CriticalPoint]]]:
     """Every pair, and its places, left to right."""
     field, context = stretch.field, stretch.context
     found = []
@@ -130,19 +132,21 @@ def _candidates(
     return found
 
 
-def _chosen(found: list[tuple[Fold, list[Place]]]) -> list[Fold]:
+def _chosen(found: list[tuple[Fold, list[CriticalPoint]]]) -> list[Fold]:
     taken: list[Any] = []
     chosen = []
     for fold, own in sorted(found, key=lambda f: abs(f[0].pair.zeta)):
         # Seen from both sides a place has one and the same coefficients.
-        if any(p.groups is groups for p in own for groups in taken):
+        if any(p.series is series for p in own for series in taken):
             continue
-        taken += [p.groups for p in own]
+        taken += [p.series for p in own]
         chosen.append(fold)
     return sorted(chosen, key=lambda f: f.point)
 
 
-def _fold(stretch: Stretch, point: Fraction, count: int, places: list[Place]) -> Fold | None:
+def _fold(
+    stretch: Stretch, point: Fraction, count: int, places: list[CriticalPoint]
+) -> Fold | None:
     """The pair about this zero of phi's slope, if it is one by itself."""
     context = stretch.context
     taylor = [mpf_of(c, context) for c in _taylor(stretch.field, point, count)]
@@ -161,7 +165,7 @@ def _fold(stretch: Stretch, point: Fraction, count: int, places: list[Place]) ->
     return fold._replace(room=room)
 
 
-def _way(stretch: Stretch, fold: Fold, cut: Fraction, places: list[Place]) -> Any:
+def _way(stretch: Stretch, fold: Fold, cut: Fraction, places: list[CriticalPoint]) -> Any:
     """How far V goes up and down between a pair and a cut."""
     context = stretch.context
     point, end = (mpf_of(u, context) for u in (fold.point, cut))
@@ -207,7 +211,7 @@ def zeros_of(fold: Fold, context: Any) -> tuple[Any, Any]:
     return middle - half_way, middle + half_way
 
 
-def place_at(u: Any, places: list[Place]) -> Place | None:
+def place_at(u: Any, places: list[CriticalPoint]) -> CriticalPoint | None:
     """The well or barrier at `u`."""
     for place in places:
         # Neighbours in a pair are much farther apart than what rounding leaves.

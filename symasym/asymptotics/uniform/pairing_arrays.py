@@ -23,7 +23,8 @@ from symasym.asymptotics.weak_noise.critical_point_arrays import (
     structure,
     unchanged,
 )
-from symasym.asymptotics.weak_noise.one_sided import Joint, Series, Sight, Spot, mapped
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, Joint, OneSided, mapped
+from symasym.asymptotics.weak_noise.series import Series
 from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes
@@ -159,7 +160,11 @@ class _Builder(Builder):
         return _Meeting(fold, pair, side * found.point, side, onward, members, height)
 
     def between(
-        self, sign: int, rising: list[Spot], falling: list[Spot], peaks: dict[int, Series]
+        self,
+        sign: int,
+        rising: list[CriticalPoint],
+        falling: list[CriticalPoint],
+        peaks: dict[int, Series],
     ) -> int:
         inside = self.inside(sign)
         for rank, k in enumerate(inside, start=1):
@@ -168,7 +173,9 @@ class _Builder(Builder):
                 height = self.potential(z) - self.base
                 barrier = bool(self.slope(z)[0] > 0)
                 spots = rising if barrier else falling
-                spots.append(Spot(rank, height if barrier else -height, self.peak(k), None))
+                spots.append(
+                    CriticalPoint(rank, height if barrier else -height, self.peak(k), None)
+                )
         for m in self.meetings:
             if m.side == sign:
                 self.together(m, inside, rising, falling)
@@ -177,7 +184,11 @@ class _Builder(Builder):
         return len(inside) + 1
 
     def together(
-        self, m: _Meeting, inside: list[int], rising: list[Spot], falling: list[Spot]
+        self,
+        m: _Meeting,
+        inside: list[int],
+        rising: list[CriticalPoint],
+        falling: list[CriticalPoint],
     ) -> None:
         low, high = self.ranks(m, inside)
         rise = 2 / 3 * np.maximum(m.fold.zeta, 0.0) ** 1.5
@@ -185,8 +196,8 @@ class _Builder(Builder):
         well, barrier = (low, high) if m.onward else (high, low)
         both = FoldPart(m.fold, "both") if m.onward else None
         self.joint.append(Joint(well, barrier, 2 * rise, both))
-        rising.append(Spot(barrier, height + rise, FoldPart(m.fold, "rising"), None))
-        falling.append(Spot(well, rise - height, FoldPart(m.fold, "falling"), None))
+        rising.append(CriticalPoint(barrier, height + rise, FoldPart(m.fold, "rising"), None))
+        falling.append(CriticalPoint(well, rise - height, FoldPart(m.fold, "falling"), None))
 
     def ranks(self, m: _Meeting, inside: list[int]) -> tuple[Any, Any]:
         """Of its two zeros, from the start on; between two ranks for a complex pair."""
@@ -200,7 +211,7 @@ class _Builder(Builder):
 
     def side(
         self, sign: int, totals: list[Any], sizes: list[Any], peaks: dict[int, Series]
-    ) -> Sight:
+    ) -> OneSided:
         self.joint: list[Joint] = []
         sight = super().side(sign, totals, sizes, peaks)
         return sight._replace(joint=self.joint, slack=self.slack)
@@ -208,7 +219,7 @@ class _Builder(Builder):
     # -- the end ------------------------------------------------------------------------------
 
     def end(
-        self, sign: int, rank: int, rising: list[Spot], falling: list[Spot]
+        self, sign: int, rank: int, rising: list[CriticalPoint], falling: list[CriticalPoint]
     ) -> tuple[Any, Any, Any] | None:
         cut = self.cuts[sign]
         if cut is None:
@@ -219,8 +230,8 @@ class _Builder(Builder):
         height = barrier.height - cut.edge.t**2 / 2
         onward = EdgePart(cut.edge, "onward")
         self.joint.append(Joint(-1, -1, 0.0, EdgePart(cut.edge, "both")))
-        rising.append(Spot(rank, height, EdgePart(cut.edge, "rising"), onward))
-        falling.append(Spot(rank, -height, EdgePart(cut.edge, "falling"), None))
+        rising.append(CriticalPoint(rank, height, EdgePart(cut.edge, "rising"), onward))
+        falling.append(CriticalPoint(rank, -height, EdgePart(cut.edge, "falling"), None))
         return None
 
     def cut(self, sign: int) -> _Cut | None:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from symasym.asymptotics.weak_noise.regular_panels import panel_integrals
-from symasym.asymptotics.weak_noise.slow_manifold import laurent, least_square, primitive
+from symasym.asymptotics.weak_noise.slow_manifold import laurent, least_square, pole_primitive
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.taylor_field import ExactField
@@ -111,11 +111,11 @@ def _by_fractions(c: list[Any], roots: list[Any], lo: Any, hi: Any, count: int) 
         taylor[0] = context.zero
         taylor += [context.zero] * (2 * count - len(taylor))
         twice = 1 if isinstance(root, context.mpf) else 2
-        near, far = lo - root, hi - root
+        ends = []
+        for t, sign in ((hi - root, 1), (lo - root, -1)):
+            log = (context.log(abs(t)) if twice == 1 else context.log(t)) if t else t
+            ends.append((t, log, sign))
         for k, series in enumerate(laurent(taylor, True, count)):
-            total = context.zero
-            for j in range(1, 2 * k + 2):
-                residue = series[2 * k + 1 - j]
-                total += residue * (primitive(far, j, context) - primitive(near, j, context))
-            found[k] += twice * context.re(total)
+            for t, log, sign in ends:
+                found[k] += twice * sign * context.re(pole_primitive(series, k, t, log))
     return found
