@@ -249,6 +249,8 @@ def function(
     signature = ", ".join([*first, *(f"{a}: Any" for a in shown)])
     head = f"def {name}({signature}) -> Any:"
     if len(head) > 100:
+        if len(signature) > 96:
+            signature = signature.replace(", ", ",\n    ") + ","
         head = f"def {name}(\n    {signature}\n) -> Any:"
     body = code(expression, target, names)
     if len(body) > 88:
