@@ -107,7 +107,8 @@ NAMES: dict[Any, str] = {
 class PaperDerivation(Derivation):
     """A derivation that may take up the results of those it rests on.
 
-    `build` gives the derivation of a label (`derivations.registry.build`); without it none is used.
+    `build` gives the derivation of a label, `holds` the truth of the numbers of a counterexample,
+    by its name in `derivations.evidence`.
     """
 
     def __init__(
@@ -115,14 +116,16 @@ class PaperDerivation(Derivation):
         label: str,
         title: str,
         rests_on: tuple[str, ...],
-        build: Callable[[str], Derivation] | None = None,
+        build: Callable[[str], Derivation],
+        holds: Callable[[str], bool],
     ) -> None:
         super().__init__(label, title, rests_on, dict(NAMES))
         self._build = build
+        self.holds = holds
 
     def use(self, label: str) -> Any:
         """The result of another derivation, which must be among `rests_on`."""
-        if label not in self.rests_on or self._build is None:
+        if label not in self.rests_on:
             raise ValueError(f"{self.label} uses {label} without resting on it.")
         result = self._build(label).result
         if result is None:

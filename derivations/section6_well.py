@@ -256,20 +256,18 @@ def _third(k: Any, ctx: Any) -> Any:
     ("eq:secondTerm", "eq:fourthTerm2", "other-pieces", "C-bound"),
 )
 def small(d: Any) -> None:
-    from derivations import evidence
-
     d.suppose("u1 and u2 simple and apart, u2 apart from 0 and 1: several kappa each")
     d.suppose(
         "it holds up to the fold",
         "fails",
         "friction, mu = 3, z0 = -777/1000, kappa = 1/10",
-        lambda: evidence.near_fold().holds(),
+        lambda: d.holds("near_fold"),
     )
     d.suppose(
         "it holds up to u2 = 1",
         "fails",
         "friction, mu = 3, z0 = -1/10000, kappa = 1/10",
-        lambda: evidence.near_edge().holds(),
+        lambda: d.holds("near_edge"),
     )
     formula = d.step(
         "sum",

@@ -20,7 +20,8 @@ import numpy as np
 
 from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, parabola
 from symasym.asymptotics.uniform.order_zero import escape_time as in_float
-from symasym.asymptotics.uniform.order_zero_digits import Scene, scene_of
+from symasym.asymptotics.uniform.order_zero_digits import Scene as ClosedScene
+from symasym.asymptotics.uniform.order_zero_digits import scene_of
 from symasym.asymptotics.uniform.pairing import (
     OneSide,
     Stretch,
@@ -45,58 +46,42 @@ from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.float_field import IntArray
 from symasym.drift.scenes import (
+    Answer,
+    Answers,
     Request,
+    Scene,
     Scenes,
-    as_digits,
-    as_floats,
-    exact_scene,
-    float_scenes,
-    one_scene,
-    read_order,
+    by_drift,
     rows_of,
 )
 from symasym.drift.taylor_field import ExactField
 
-__all__ = ["escape_time", "occupation"]
+__all__ = ["of_scene", "of_scenes"]
 
-DEFAULT_ORDER = 2
-MOST_ORDER = 6
 # Of lam, where the next terms are looked at.
 _BESIDE = (1, 0.8, 0.64)
 _TERMS = ("wells, barriers, start, ends, kinks and the part between",)
 _DROPPED = ("higher orders of every series, in the error",)
 
 
-def escape_time(
-    drift: Drift, kappa: Any, r: Any, start: Any, request: Request, *, local: bool = False
-) -> Any:
-    """T to the order that `request` asks for; `local`: with the fold's own Airy functions."""
-    order = 0 if local else read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
-    if local and request.order not in (None, 0):
-        raise InputError(
-            f"order is {request.order!r}, but method 'local' is of order 0; leave it out, or use "
-            "method='uniform'."
-        )
-    numbers = {"kappa": kappa, "r": r, "start": start}
-    request = request._replace(order=order)
-    if request.dps is None and not one_scene(drift, numbers):
-        return _of_arrays(drift, numbers, request, local)
-    values = exact_scene(drift, numbers, request.dps)
+def of_scene(asked: Scene, request: Request) -> Answer:
+    """T, or 1 - P and P; by the method ``"local"`` with the fold's own Airy functions."""
+    if request.name[-1] == "P":
+        return _occupation(asked, request)
+    local, order, lam = request.method == "local", request.order, asked.lam
     if order == 0 and not local:
-        found = _closed(drift, values, request)
-        if found is not None:
-            return found
-    lam = 2 / values["kappa"] ** 2
-    with _analysed(drift, values["r"], values["start"], lam, order, request.digits, local) as scene:
-        value, size = _estimate(scene, lam, order, float_text(values["kappa"]))
+        answer = _closed(asked, request)
+        if answer is not None:
+            return answer
+    with _analysed(asked.drift, asked.r, asked.start, lam, order, request.digits, local) as scene:
+        value, size = _estimate(scene, lam, order, asked.noise)
         return _handed(request, value, size, _names(scene.sides, scene.context), scene.context)
 
 
-def _closed(drift: Drift, values: dict[str, Fraction], request: Request) -> Any:
+def _closed(asked: Scene, request: Request) -> Answer | None:
     """Order 0 by closed forms; None where they don't tell."""
-    lam = 2 / values["kappa"] ** 2
-    with _closed_scene(drift, values["r"], values["start"], lam, request.digits) as scene:
-        time = scene and scene.time(scene.arithmetic.number(lam))
+    with _closed_scene(asked.drift, asked.r, asked.start, asked.lam, request.digits) as scene:
+        time = scene and scene.time(scene.arithmetic.number(asked.lam))
         if scene is None or time is None:
             return None
         return _handed(request, *time, (*scene.names, *_TERMS), scene.arithmetic.context)
@@ -105,31 +90,25 @@ def _closed(drift: Drift, values: dict[str, Fraction], request: Request) -> Any:
 @contextmanager
 def _closed_scene(
     drift: Drift, r: Fraction, x: Fraction, lam: Fraction, digits: int
-) -> Iterator[Scene | None]:
+) -> Iterator[ClosedScene | None]:
     """For any lam up to this one."""
     with own_context(working_digits(digits, lam, r) + 10) as context:
         yield scene_of(drift, r, x, context)
 
 
-def _handed(request: Request, value: Any, size: Any, names: tuple[str, ...], context: Any) -> Any:
+def _handed(
+    request: Request, value: Any, size: Any, names: tuple[str, ...], context: Any
+) -> Answer:
     if request.log:
         size = _log_error(value, size, context)
         value = context.log(value)
     size += abs(value) * context.mpf(10) ** -(request.digits + 5)
-    return as_digits(request, value, size, "estimate", names, _DROPPED)
+    return Answer(value, size, "estimate", names, _DROPPED)
 
 
-def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> Any:
+def _occupation(asked: Scene, request: Request) -> Answer:
     """1 - P, or P, of one sliding scene, through folds of wells inside the layer."""
-    order = read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
-    request = request._replace(order=order)
-    numbers = {"kappa": kappa}
-    if request.dps is None and not one_scene(drift, numbers):
-        raise InputError(
-            "arrays have no uniform 1 - P; give one scene at a time, or use method='laplace'."
-        )
-    values = exact_scene(drift, numbers, request.dps)
-    lam = 2 / values["kappa"] ** 2
+    drift, lam, order, complement = asked.drift, asked.lam, request.order, request.complement
     digits = request.digits
     base = working_digits(digits, lam, Fraction(1))
     one = Fraction(1)
@@ -160,10 +139,10 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
 
         number = mpf_of(lam, context)
         folds, cost = _apart(folds, number, context)
-        value, size = _with_error(share, number, order, float_text(values["kappa"]), context)
+        value, size = _with_error(share, number, order, asked.noise, context)
         size += 10 * cost * value
         if not size < (value if complement else 1 - value):
-            raise _too_strong(float_text(values["kappa"]), order)
+            raise _too_strong(asked.noise, order)
         if not complement:
             value = 1 - value
         if request.log:
@@ -171,14 +150,18 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
             value = context.log(value)
         size += abs(value) * context.mpf(10) ** -(digits + 5)
         wells = [f"well at u = {context.nstr(p.u, 6)}" for p in places if p.kind == "well"]
-        return as_digits(request, value, size, "estimate", (*wells, "folds and kinks"), _DROPPED)
+        return Answer(value, size, "estimate", (*wells, "folds and kinks"), _DROPPED)
 
 
-def _of_arrays(drift: Drift, numbers: dict[str, Any], request: Request, local: bool) -> Any:
+def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """Order 0 of polynomials in float64 where that is enough; the others one by one."""
-    scenes = float_scenes(drift, numbers)
+    if request.name[-1] == "P":
+        raise InputError(
+            "arrays have no uniform 1 - P; give one scene at a time, or use method='laplace'."
+        )
+    drift, local = scenes.drift, request.method == "local"
     if request.order == 0 and not local:
-        shapes = own_shapes(drift, numbers, scenes)
+        shapes = own_shapes(drift, scenes.given, scenes)
         logs, errors = logs_of(
             drift, scenes, shapes, (0,), in_float, None, request.full, found_of, smooth=True
         )
@@ -187,23 +170,19 @@ def _of_arrays(drift: Drift, numbers: dict[str, Any], request: Request, local: b
     rest = np.flatnonzero(~(errors < np.inf))
     if rest.size:
         logs[rest], errors[rest] = _one_by_one(drift, scenes, rest, request, local)
-    return as_floats(request, scenes.shape, logs, errors, "estimate", _TERMS, _DROPPED)
+    return Answers(logs, errors, "estimate", _TERMS, _DROPPED)
 
 
 def _one_by_one(
     drift: Drift, scenes: Scenes, rest: IntArray, request: Request, local: bool
 ) -> tuple[FloatArray, FloatArray]:
     """One analysis for each drift, radius and start; each kappa is then a few sums."""
-    given = {name: x[rest] for name, x in scenes.parameters.items() if is_array(x)}
-    some = rows_of(scenes, rest)
-    keys = np.array([*given.values(), some.numbers["r"], some.numbers["start"]]).T
-    unique, group = np.unique(keys, axis=0, return_inverse=True)
+    given = {name: x[rest] if is_array(x) else x for name, x in scenes.parameters.items()}
+    some = rows_of(scenes, rest)._replace(parameters=given)
     logs, errors = np.empty(len(rest)), np.empty(len(rest))
-    for k, key in enumerate(unique.tolist()):
-        one = drift.bind(**dict(zip(given, key, strict=False))) if given else drift
-        rows = np.flatnonzero(group.ravel() == k)
+    for one, rows in by_drift(some, some.numbers["r"], some.numbers["start"]):
         lam = 2 / Fraction(float(some.numbers["kappa"][rows].min())) ** 2
-        place = Fraction(key[-2]), Fraction(key[-1])
+        r, x = (Fraction(float(some.numbers[name][rows[0]])) for name in ("r", "start"))
         kappas = {row: Fraction(float(some.numbers["kappa"][row])) for row in rows.tolist()}
 
         def keep(row: int, value: Any, size: Any, context: Any) -> None:
@@ -211,7 +190,7 @@ def _one_by_one(
             errors[row] = float(_log_error(value, size, context))
 
         if request.order == 0 and not local:
-            with _closed_scene(one, *place, lam, request.digits) as closed:
+            with _closed_scene(one, r, x, lam, request.digits) as closed:
                 for row in rows.tolist():
                     time = closed and closed.time(closed.arithmetic.number(2 / kappas[row] ** 2))
                     if closed is not None and time is not None:
@@ -219,7 +198,7 @@ def _one_by_one(
                         del kappas[row]
         if not kappas:
             continue
-        with _analysed(one, *place, lam, request.order, request.digits, local) as scene:
+        with _analysed(one, r, x, lam, request.order, request.digits, local) as scene:
             for row, kappa in kappas.items():
                 value, size = _estimate(scene, 2 / kappa**2, request.order, float_text(kappa))
                 keep(row, value, size, scene.context)
