@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from derivations import evidence, evidence_text
@@ -44,6 +45,11 @@ class Erratum:
     affects: str
     derivation: str
     counterexample: Callable[[], Evidence] | None = None
+
+    def __post_init__(self) -> None:
+        # Seconds each, and asked for by every page that shows them.
+        if self.counterexample is not None:
+            object.__setattr__(self, "counterexample", cache(self.counterexample))
 
 
 ERRATA: tuple[Erratum, ...] = (

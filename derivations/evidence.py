@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from derivations.numerics import Scene, pieces, well_integral
+from derivations.numerics import Scene, pieces, split_pieces, well_integral
 from symasym.base.contexts import own_context
 
 
@@ -285,8 +285,6 @@ def near_fold() -> Evidence:
         k, r = ctx.mpf("0.1"), ctx.mpf(10)
         true = pieces(ctx, scene, k, r).T
         # Same integral by the four pieces, as the form that holds through the fold.
-        from derivations.section6_crossing import split_pieces
-
         return Evidence(
             "T",
             {"mu": "3", "alpha": "1", "z0": "-777/1000", "kappa": "1/10", "r": "10"},
@@ -301,8 +299,6 @@ def near_edge() -> Evidence:
     """T with the barrier at the edge u = 1, z0 = -1/10000."""
     scene = friction("-1/10000")
     with own_context(40) as ctx:
-        from derivations.section6_crossing import split_pieces
-
         k, r = ctx.mpf("0.1"), ctx.mpf(10)
         return Evidence(
             "T",

@@ -6,6 +6,7 @@ the engines of `symasym.exact`, whose tests may therefore lean on it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -173,18 +174,18 @@ class Pieces:
         return self.lam * ((1 - self.C) * self.J0 - self.C * self.J1)
 
 
+def _weights(ctx: Any, scene: Scene, lam: Any) -> tuple[Callable[[Any], Any], ...]:
+    """e^{lam V} and e^{-lam V} as functions of u."""
+    return lambda x: ctx.exp(lam * scene.V(ctx, x)), lambda x: ctx.exp(-lam * scene.V(ctx, x))
+
+
 def pieces(ctx: Any, scene: Scene, kappa: Any, r: Any) -> Pieces:
     """The four integrals, outside [-1, 1] in closed form; for kappa of 0.01 and more, r >= 1."""
     lam = 2 / ctx.mpf(kappa) ** 2
     r = ctx.mpf(r)
     am, ap = scene.end(ctx, -1), scene.end(ctx, 1)
 
-    def up(x: Any) -> Any:
-        return ctx.exp(lam * scene.V(ctx, x))
-
-    def down(x: Any) -> Any:
-        return ctx.exp(-lam * scene.V(ctx, x))
-
+    up, down = _weights(ctx, scene, lam)
     width = min(ctx.mpf(1) / 4, 2 / ctx.sqrt(lam))
     left_decay = (1 - ctx.exp(-lam * am * (r - 1))) / (lam * am)
     left = uniform(ctx, -1, 0, width)
@@ -200,6 +201,23 @@ def pieces(ctx: Any, scene: Scene, kappa: Any, r: Any) -> Pieces:
     I1 = (ctx.exp(lam * am * (r - 1)) - 1) / (lam * am) + integral(ctx, up, left)
     I0 = integral(ctx, up, right) + top * right_decay
     return Pieces(I0, I1, J0, J1, lam)
+
+
+def split_pieces(ctx: Any, scene: Scene, k: Any, r: Any) -> list[Any]:
+    """The four pieces of eq:fourPieces, times lam; for kappa that is not small."""
+    lam = 2 / k**2
+    am, ap = scene.end(ctx, -1), scene.end(ctx, 1)
+    width = min(ctx.mpf(1) / 4, 2 / ctx.sqrt(lam))
+
+    up, down = _weights(ctx, scene, lam)
+    left = (1 - ctx.exp(-lam * am * (r - 1))) / (lam * am)
+    right = (1 - ctx.exp(-lam * ap * (r - 1))) / (lam * ap)
+    before = integral(ctx, down, uniform(ctx, -1, 0, width))
+    second, inside = nested(ctx, up, down, uniform(ctx, 0, 1, width), before)
+    first = left * integral(ctx, up, uniform(ctx, 0, 1, width))
+    third = up(ctx.mpf(1)) * right * (left + inside)
+    fourth = ((r - 1) - right) / (lam * ap)
+    return [lam * x for x in (first, second, third, fourth)]
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,15 @@ def on_bends(reference: Any, ranges: dict[Any, Any]) -> Sampled:
     )
 
 
+def on_exponentials(e: Any, f: Any, g: Any, s: Any, k: Any) -> Any:
+    """`e` with e^{s a} and e^{k a} in place of f(a) and g(a).
+
+    Iterated integrals become Laplace transforms of their domains: where two are equal for all
+    rates s and k, their domains are.
+    """
+    return e.replace(f, lambda a: sympy.exp(s * a)).replace(g, lambda a: sympy.exp(k * a)).doit()
+
+
 @derives("eq:tilder", "The scaled radius", ("eq:tildexykappa",))
 def scaled_radius(d: Any) -> None:
     y = Symbol("y", real=True)
@@ -204,17 +213,9 @@ def escape_time(d: Any) -> None:
     )
 
     def same_domain(order: Any) -> dict[str, Any]:
-        # On exponentials of free rates the two iterated integrals are Laplace transforms of
-        # their domains, so that equality for all rates is equality of the domains.
-        def transform(e: Any) -> Any:
-            return (
-                e.replace(f, lambda a: sympy.exp(s * a))
-                .replace(g, lambda a: sympy.exp(k * a))
-                .doit()
-            )
-
         first = Integral(Integral(f(u) * g(v), (v, u, r)), (u, -r, r))
-        return {"same domain": sympy.expand(transform(order) - transform(first))}
+        gap = on_exponentials(order, f, g, s, k) - on_exponentials(first, f, g, s, k)
+        return {"same domain": sympy.expand(gap)}
 
     d.step(
         "order of integration",

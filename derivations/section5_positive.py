@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import sympy
@@ -9,7 +10,7 @@ from sympy import Function, Integral, Symbol
 
 from derivations.paper import V, a_minus, a_plus_sliding, lam, r, u, v, x
 from derivations.registry import derives
-from derivations.section5_escape import I0, I1, J0, J1
+from derivations.section5_escape import I0, I1, J0, J1, on_exponentials
 from derivations.section6_sliding import V_1, N
 from symasym.derivation import Identity, Satisfies
 
@@ -36,11 +37,7 @@ def positive_form(d: Any) -> None:
     p, q = _positive("p q")
     m, K_left, K_right, scale = _positive("m K_left K_right s")
 
-    def transform(e: Any) -> Any:
-        # See eq:Ttilde: exponentials of free rates decide equality of domains.
-        return (
-            e.replace(f, lambda a: sympy.exp(p * a)).replace(g, lambda a: sympy.exp(q * a)).doit()
-        )
+    transform = partial(on_exponentials, f=f, g=g, s=p, k=q)
 
     def same(original: Any) -> Satisfies:
         return Satisfies(

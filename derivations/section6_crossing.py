@@ -9,10 +9,10 @@ from typing import Any
 import sympy
 from sympy import Function, Integral, Symbol
 
-from derivations.numerics import Scene, integral, nested, pieces, uniform
+from derivations.numerics import Scene, pieces, split_pieces
 from derivations.paper import C, V, a_minus, a_plus, kappa, lam, r, u, v
 from derivations.registry import derives
-from derivations.section5_escape import I0, J0, J1, SCENE, on_bends
+from derivations.section5_escape import I0, J0, J1, SCENE, on_bends, on_exponentials
 from symasym.derivation import (
     Bound,
     Expansion,
@@ -190,12 +190,7 @@ def four_pieces(d: Any) -> None:
     def over(u_range: tuple[Any, Any], v_range: tuple[Any, Any]) -> Any:
         return Integral(Integral(f(u) * g(v), (u, *u_range)), (v, *v_range))
 
-    def transform(e: Any) -> Any:
-        # See eq:Ttilde: exponentials of free rates decide equality of domains.
-        return (
-            e.replace(f, lambda a: sympy.exp(s * a)).replace(g, lambda a: sympy.exp(k * a)).doit()
-        )
-
+    transform = partial(on_exponentials, f=f, g=g, s=s, k=k)
     whole = over((-r, v), (0, r))
     four = d.step(
         "split",
@@ -223,28 +218,6 @@ def four_pieces(d: Any) -> None:
 def strong_pieces(k: Any, ctx: Any) -> list[Any]:
     """The four pieces of the scene, times lam, at r = kappa^4."""
     return split_pieces(ctx, SCENE, k, k**4)
-
-
-def split_pieces(ctx: Any, scene: Scene, k: Any, r: Any) -> list[Any]:
-    """The four pieces of eq:fourPieces, times lam; for kappa that is not small."""
-    lam = 2 / k**2
-    am, ap = scene.end(ctx, -1), scene.end(ctx, 1)
-    width = min(ctx.mpf(1) / 4, 2 / ctx.sqrt(lam))
-
-    def up(x: Any) -> Any:
-        return ctx.exp(lam * scene.V(ctx, x))
-
-    def down(x: Any) -> Any:
-        return ctx.exp(-lam * scene.V(ctx, x))
-
-    left = (1 - ctx.exp(-lam * am * (r - 1))) / (lam * am)
-    right = (1 - ctx.exp(-lam * ap * (r - 1))) / (lam * ap)
-    before = integral(ctx, down, uniform(ctx, -1, 0, width))
-    second, inside = nested(ctx, up, down, uniform(ctx, 0, 1, width), before)
-    first = left * integral(ctx, up, uniform(ctx, 0, 1, width))
-    third = up(ctx.mpf(1)) * right * (left + inside)
-    fourth = ((r - 1) - right) / (lam * ap)
-    return [lam * x for x in (first, second, third, fourth)]
 
 
 @derives(

@@ -8,10 +8,9 @@ from typing import Any
 import sympy
 from sympy import Symbol
 
-from derivations.numerics import Scene, around, integral, well_integral
+from derivations.numerics import Scene, around, integral, split_pieces, well_integral
 from derivations.paper import a_plus, eps, kappa, r, t
 from derivations.registry import derives
-from derivations.section6_crossing import split_pieces
 from derivations.section6_well import A1, V_1, WEAK, D, at_scene, prefactor
 from symasym.derivation import Expansion, Identity, Order, Satisfies
 

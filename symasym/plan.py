@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from symasym.base.contexts import own_context
+from symasym.base.contexts import own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import exact
@@ -271,17 +271,16 @@ def _whole(found: Estimate) -> tuple[Term, ...]:
 
 def _uniform(drift: Drift, numbers: dict[str, Any], log: bool) -> tuple[float, Estimate]:
     """The uniform formula of order 0, as for arrays; its relative error, infinite if refused."""
-    import mpmath
-
     logs, errors = uniform_logs(drift, float_scenes(drift, numbers), np.zeros(1, dtype=np.intp))
     relative = float(np.expm1(errors[0])) * (1 + 1e-12)
-    value = error = mpmath.mpf(0)
-    if relative < np.inf:
-        with mpmath.workdps(30):
-            value, error = mpmath.mpf(logs[0]), mpmath.mpf(errors[0])
+    with own_context(30) as context:
+        value = error = context.mpf(0)
+        if relative < np.inf:
+            value, error = context.mpf(logs[0]), context.mpf(errors[0])
             if not log:
-                value = mpmath.exp(value)
+                value = context.exp(value)
                 error = value * relative
+        value, error = to_mpf(value, 30), to_mpf(error, 30)
     return relative, Estimate(value, error, "estimate", "uniform", 0, _PARTS, _REST)
 
 

@@ -75,7 +75,7 @@ class Record:
 
     @property
     def limit(self) -> str | None:
-        """Where the remainder's order holds, e.g. ``"kappa -> 0"``."""
+        """The limit in which the remainder's order holds, e.g. ``"kappa -> 0"``."""
         return self._data.get("limit")
 
     def latex(self) -> str:

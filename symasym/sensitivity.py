@@ -197,21 +197,22 @@ def _by_differences(quantity: str, scene: Scene, dps: int) -> _Slopes:
 
 def _by_balls(quantity: str, scene: Scene, dps: int) -> _Slopes | None:
     """The same, proved; None where balls are missing or take too long."""
-    from symasym.exact import ball_sweep, derivatives
+    from symasym.exact import derivatives
+    from symasym.numbers import balls
 
-    if not ball_sweep.available():
+    if not balls.available():
         return None
     drift, numbers = scene.drift, scene.numbers
     try:
         if "r" in numbers:
-            balls = derivatives.log_slopes(quantity, drift, **numbers, dps=dps)
+            enclosed = derivatives.log_slopes(quantity, drift, **numbers, dps=dps)
         else:
-            balls = derivatives.log_slopes_of_occupation(quantity, drift, numbers["kappa"], dps)
+            enclosed = derivatives.log_slopes_of_occupation(quantity, drift, numbers["kappa"], dps)
     # A derivative of A may be singular where A is not; what is wrong for itself is told later.
     except (AccuracyError, InputError):
         return None
     at = {**drift.scalars(), **numbers}
-    slopes = {name: _Slope(*ball_sweep.to_mpf(balls[name], dps + 10)) for name in at}
+    slopes = {name: _Slope(*balls.to_mpf(enclosed[name], dps + 10)) for name in at}
     return _Slopes(_log(quantity, drift, numbers, dps), slopes, at)
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import symasym as sa
 
 SAMPLE = settings(
-    max_examples=40,
+    max_examples=24,
     derandomize=True,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],

@@ -42,7 +42,7 @@ def rational(x: Any) -> F:
 
 def assert_meets(enclosure: Any, value: Any, dps: int) -> None:
     """`value`, known to `dps` digits, and the ball agree; the ball is as narrow as it says."""
-    middle, radius = (rational(x) for x in ball_sweep.to_mpf(enclosure, dps + 10))
+    middle, radius = (rational(x) for x in balls.to_mpf(enclosure, dps + 10))
     known = rational(value)
     assert radius <= abs(middle) / F(10) ** dps
     assert abs(middle - known) <= radius + abs(known) / F(10) ** dps
@@ -361,15 +361,15 @@ def test_to_mpf_covers_the_ball() -> None:
             x += flint.arb(0, rng.random() * 10.0 ** rng.randint(-40, 5))
             x *= flint.arb(2) ** rng.randint(-5000, 5000)
         dps = rng.randint(1, 60)
-        middle, radius = (rational(part) for part in ball_sweep.to_mpf(x, dps))
+        middle, radius = (rational(part) for part in balls.to_mpf(x, dps))
         with flint.ctx.workprec(20_000):
             low, high = rational(x.mid() - x.rad()), rational(x.mid() + x.rad())
         assert middle - radius <= low <= high <= middle + radius
         assert abs(middle - rational(x.mid())) <= abs(middle) / F(10) ** (dps - 1)
     assert mpmath.mp.prec == before
-    assert isinstance(ball_sweep.to_mpf(flint.arb(1), 5)[0], mpmath.mpf)
+    assert isinstance(balls.to_mpf(flint.arb(1), 5)[0], mpmath.mpf)
     with pytest.raises(AccuracyError, match="not finite"):
-        ball_sweep.to_mpf(flint.arb.nan(), 5)
+        balls.to_mpf(flint.arb.nan(), 5)
 
 
 def test_flint_context_is_put_back() -> None:
@@ -454,8 +454,8 @@ def test_a_sign_that_needs_more_precision() -> None:
 
 
 def test_without_flint(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert ball_sweep.available()
+    assert balls.available()
     monkeypatch.setitem(sys.modules, "flint", None)
-    assert not ball_sweep.available()
+    assert not balls.available()
     with pytest.raises(AccuracyError, match="pip install python-flint"):
         ball_sweep.escape_time(smoothings.linear(1, -2), F(1), F(2), F(0), 10)

@@ -14,11 +14,12 @@ from strategies import ALL, SAMPLE, scenes
 import symasym as sa
 from symasym.asymptotics.proofs.layer_bounds import layer_of
 from symasym.exact import ball_sweep
+from symasym.numbers import balls
 from symasym.numbers.balls import precision
 from symasym.workshop import reference_quadrature
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, relative
 
-needs_flint = pytest.mark.skipif(not ball_sweep.available(), reason="python-flint is not installed")
+needs_flint = pytest.mark.skipif(not balls.available(), reason="python-flint is not installed")
 FRICTION = sa.friction(3, 1, "-0.3")
 BOUND: dict[str, Any] = {"method": "bound"}
 LAPLACE: dict[str, Any] = {"method": "laplace"}

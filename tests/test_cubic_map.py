@@ -100,7 +100,10 @@ def test_no_step_where_the_way_changes():
     with own_context(40) as context:
         pair = split_pair(drift("1/50"), context)
         radius = module._radius(pair, None, context)
-        both = [way(pair, radius, None, COUNT, context) for way in (module._circle, module._jets)]
+        both = [
+            way(pair, radius, None, COUNT, context)
+            for way in (module._around_both, module._at_each_zero)
+        ]
         for first, second in zip(*both, strict=True):
             for x, y in zip(first, second, strict=True):
                 assert abs(x - y) <= abs(y) * context.mpf(10) ** -32

@@ -14,7 +14,7 @@ from symasym.asymptotics.uniform import answer as uniform_noise
 from symasym.commands import main as cli
 from symasym.emit import uniform_time
 from symasym.emit.kernels import transcribe
-from symasym.emit.targets.writing import helpers
+from symasym.emit.writing import helpers
 from tests import emitted
 from tests.problems import PROBLEMS
 

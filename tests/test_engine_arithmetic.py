@@ -1,4 +1,4 @@
-"""Arithmetic below the engines: double-doubles, jets, Taylor recurrences."""
+"""Arithmetic below the engines: double-doubles, truncated Taylor series, Taylor recurrences."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from symasym.exact.taylor_recurrences import (
     terms_needed,
 )
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
-from symasym.numbers.truncated_series import Jet, JetOps
+from symasym.numbers.truncated_series import SeriesOps, TruncatedSeries
 
 
 def context(dps: int) -> Any:
@@ -89,9 +89,9 @@ def test_double_double_functions(name: str) -> None:
     assert abs(mp.mpf(float(pi.hi)) + float(pi.lo) - mp.pi) < 1e-31
 
 
-# -- jets ----------------------------------------------------------------------------------------
+# -- truncated Taylor series ----------------------------------------------------------------------
 
-JET_FUNCTIONS: dict[str, Callable[[Any, Any], Any]] = {
+FUNCTIONS: dict[str, Callable[[Any, Any], Any]] = {
     "exp": lambda u, f: f.exp(u / 2 - 1),
     "log": lambda u, f: f.log(u + 3),
     "sqrt": lambda u, f: f.sqrt(u + 2),
@@ -118,15 +118,15 @@ JET_FUNCTIONS: dict[str, Callable[[Any, Any], Any]] = {
 
 def jet_and_series(name: str, centre: F, scale: F, order: int, dps: int) -> tuple[Any, Any, Any]:
     mp, fine = context(dps), context(2 * dps + 60)
-    ops = JetOps(order, mp)
-    jet = JET_FUNCTIONS[name](ops.variable(centre, scale), ops)
+    ops = SeriesOps(order, mp)
+    series = FUNCTIONS[name](ops.variable(centre, scale), ops)
     point = fine.mpf(centre.numerator) / centre.denominator
     step = fine.mpf(scale.numerator) / scale.denominator
-    plain = fine.taylor(lambda u: JET_FUNCTIONS[name](u, fine), point, order - 1)
-    return Jet.fractions(jet, ops), [c * step**k for k, c in enumerate(plain)], fine
+    plain = fine.taylor(lambda u: FUNCTIONS[name](u, fine), point, order - 1)
+    return TruncatedSeries.fractions(series, ops), [c * step**k for k, c in enumerate(plain)], fine
 
 
-@pytest.mark.parametrize("name", JET_FUNCTIONS)
+@pytest.mark.parametrize("name", FUNCTIONS)
 @pytest.mark.parametrize("centre", ["-1", "0", "1/3", "1"])
 def test_jets_are_taylor_series(name: str, centre: str) -> None:
     found, wanted, mp = jet_and_series(name, F(centre), F(1, 8), 10, 30)
@@ -135,7 +135,7 @@ def test_jets_are_taylor_series(name: str, centre: str) -> None:
         assert abs(mp.mpf(value.numerator) / value.denominator - exact) <= largest * 1e-28
 
 
-@pytest.mark.parametrize("name", JET_FUNCTIONS)
+@pytest.mark.parametrize("name", FUNCTIONS)
 def test_jets_of_a_wide_variable_keep_their_digits(name: str) -> None:
     # beyond the radius of convergence the coefficients grow; the first ones must survive
     found, wanted, mp = jet_and_series(name, F(1, 3), F(4), 12, 30)
@@ -146,24 +146,31 @@ def test_jets_of_a_wide_variable_keep_their_digits(name: str) -> None:
 
 def test_powers_of_jets() -> None:
     mp = context(40)
-    ops = JetOps(6, mp)
+    ops = SeriesOps(6, mp)
     u = ops.variable(F(1, 2))
     for exponent in (F(1, 3), F(-2, 3), F(5, 2)):
-        found = Jet.coefficients_of(ops.power(u + 1, exponent), ops)
+        found = TruncatedSeries.coefficients_of(ops.power(u + 1, exponent), ops)
         power = mp.mpf(exponent.numerator) / exponent.denominator
         for k, value in enumerate(found):
             wanted = mp.binomial(power, k) * mp.mpf("1.5") ** (power - k)
             assert abs(value - wanted) < 1e-38
     cube, inverse = u**3, u**-2
-    assert [F(x) for x in Jet.fractions(cube, ops)] == [F(1, 8), F(3, 4), F(3, 2), 1, 0, 0]
-    for k, value in enumerate(Jet.coefficients_of(inverse, ops)):
+    assert [F(x) for x in TruncatedSeries.fractions(cube, ops)] == [
+        F(1, 8),
+        F(3, 4),
+        F(3, 2),
+        1,
+        0,
+        0,
+    ]
+    for k, value in enumerate(TruncatedSeries.coefficients_of(inverse, ops)):
         assert abs(value - (-1) ** k * (k + 1) * mp.mpf(2) ** (k + 2)) < 1e-35
-    assert Jet.coefficients_of(u**0, ops) == [1, 0, 0, 0, 0, 0]
-    assert Jet.coefficients_of(mp.mpf(3), ops) == [3, 0, 0, 0, 0, 0]
+    assert TruncatedSeries.coefficients_of(u**0, ops) == [1, 0, 0, 0, 0, 0]
+    assert TruncatedSeries.coefficients_of(mp.mpf(3), ops) == [3, 0, 0, 0, 0, 0]
 
 
 def test_jets_refuse_what_is_not_real_or_not_finite() -> None:
-    ops = JetOps(5, context(20))
+    ops = SeriesOps(5, context(20))
     u = ops.variable(F(0))
     for make in (
         lambda: 1 / u,

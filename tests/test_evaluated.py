@@ -20,10 +20,11 @@ import symasym as sa
 from symasym import friction, rescale
 from symasym.asymptotics.weak_noise import answer as weak_noise
 from symasym.base.contexts import own_context
-from symasym.exact import ball_panels, ball_sweep, float_panels, sweep
+from symasym.exact import ball_panels, float_panels, sweep
 from symasym.exact.sweep import Deferred, Record
 from symasym.exact.taylor_recurrences import constant_moments
 from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
+from symasym.numbers import balls
 from symasym.numbers.log_positive import LogPositive
 
 ROOT = Path(symasym.__file__).parent
@@ -89,7 +90,7 @@ def test_constant_panels_in_balls():
             )
             double = h * h * (nested / end if slope > 0 else nested)
             for got, want in ((outer.plus, plus), (outer.minus, minus), (outer.nested, double)):
-                mid, rad = ball_sweep.to_mpf(got, 40)
+                mid, rad = balls.to_mpf(got, 40)
                 assert abs(ctx.convert(mid) - want) <= ctx.convert(rad) + want * ctx.mpf(10) ** -55
 
 
@@ -244,7 +245,7 @@ def test_weak_noise_series_of_wells_and_barriers(drift):
                 derivatives = (sympy.diff(slope, u, k) for k in range(1, 6))
                 at = mirror * place.u
                 V = [sign * ctx.mpf(A.subs(u, at).evalf(50)) for A in derivatives]
-                leading, one, two = (sum(c for c, _, _ in place.groups[n]) for n in range(3))
+                leading, one, two = place.series.parts[0].coefficients[:3]
                 for found, wanted in (
                     (leading, ctx.sqrt(2 * ctx.pi / V[0])),
                     (one / leading, plain_formulas.saddle_first(*V[:3])),

@@ -108,7 +108,7 @@ def test_pixels_and_paths_are_the_same_in_every_run(kind: str) -> None:
 def test_drawing_leaves_matplotlib_as_it_was() -> None:
     code = (
         "import sys, matplotlib as m; before = m.rcParams.copy()\n"
-        "from symasym import figures; figures.encode(figures.fric2(5), 'png')\n"
+        "from symasym.workshop import figures; figures.encode(figures.fric2(5), 'png')\n"
         "assert m.rcParams.copy() == before\n"
         "assert 'matplotlib.pyplot' not in sys.modules"
     )

@@ -200,9 +200,9 @@ def test_the_caller_s_precision_is_left_alone() -> None:
 
 
 def test_without_flint_there_is_an_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
-    from symasym.exact import ball_sweep
+    from symasym.numbers import balls
 
-    monkeypatch.setattr(ball_sweep, "available", lambda: False)
+    monkeypatch.setattr(balls, "available", lambda: False)
     result = sa.laplace_integral("log(x) - x", 1, x, 0, "oo", 3)
     found = result.evaluate(500, dps=25, full=True)
     assert found.error_kind == result.error_kind == "estimate"

@@ -55,19 +55,19 @@ def balls(problem: Problem, dps: int) -> dict[str, Any]:
 
 @pytest.mark.parametrize("problem", later(ASKED, "stiff", "weak", "extreme", "narrow"))
 def test_proved_balls_contain_the_values(problem: Problem) -> None:
-    if not ball_sweep.available():
+    if not balls.available():
         pytest.skip("python-flint is not installed")
     for quantity, enclosure in balls(problem, 25).items():
         value = reference(problem.name, quantity)
         if value is None:
             continue
-        middle, radius = ball_sweep.to_mpf(enclosure, 60)
+        middle, radius = balls.to_mpf(enclosure, 60)
         assert distance(value, middle) <= radius, quantity
         assert radius <= abs(middle) * mpmath.mpf("1.01e-25"), quantity
 
 
 def test_balls_cover_most_of_the_table() -> None:
-    if not ball_sweep.available():
+    if not balls.available():
         pytest.skip("python-flint is not installed")
     mild = [p for p in answered() if p.tags & {"moderate", "strong"}]
     refused = []
@@ -166,7 +166,7 @@ def test_claimed_errors_hold(problem: Problem) -> None:
 def test_kinds_of_error() -> None:
     drift = sa.friction(3, 1, "-0.3")
     strong, stiff = (sa.escape_time(drift, k, 10, dps=20, full=True) for k in ("0.3", "1e-6"))
-    assert strong.error_kind == ("bound" if ball_sweep.available() else "estimate")
+    assert strong.error_kind == ("bound" if balls.available() else "estimate")
     assert stiff.error_kind == "estimate"
     many = sa.escape_time(drift, [0.3, 1.0], 10, full=True)
     assert many.error_kind == "estimate"

@@ -15,9 +15,10 @@ from strategies import ALL, SAMPLE, drifts, narrow, powers_of_ten, rationals, sc
 import symasym as sa
 from symasym.exact import ball_sweep
 from symasym.exact import digits as arbitrary
+from symasym.numbers import balls
 from symasym.workshop import reference_quadrature
 
-needs_flint = pytest.mark.skipif(not ball_sweep.available(), reason="python-flint is not installed")
+needs_flint = pytest.mark.skipif(not balls.available(), reason="python-flint is not installed")
 
 
 def gap(found: float, wanted: Any) -> float:
@@ -56,10 +57,10 @@ def check_balls(scene: tuple[sa.Drift, Fraction, Fraction, Fraction], dps: int) 
     found = arbitrary.escape_time(drift, kappa, r, start, dps)
     share = arbitrary.exit_probability(drift, kappa, r, start, dps)
     try:
-        middle, radius = ball_sweep.to_mpf(
+        middle, radius = balls.to_mpf(
             ball_sweep.escape_time(drift, kappa, r, start, dps + 5), dps + 10
         )
-        chance, spread = ball_sweep.to_mpf(
+        chance, spread = balls.to_mpf(
             ball_sweep.exit_probability(drift, kappa, r, start, dps + 5), dps + 10
         )
     except sa.AccuracyError:
@@ -78,7 +79,7 @@ def check_witness(scene: tuple[sa.Drift, Fraction, Fraction, Fraction]) -> None:
     assert abs(found - wanted) <= mpmath.mpf(10) ** -15 * abs(wanted)
 
 
-FEW = settings(SAMPLE, max_examples=12)
+FEW = settings(SAMPLE, max_examples=8)
 KINDS = {"ready-made": drifts(), "narrow": narrow()}
 # A scene with a narrow feature takes seconds.
 SAMPLES = {"ready-made": SAMPLE, "narrow": FEW}

@@ -17,12 +17,12 @@ from symasym.asymptotics.proofs import all_noise, dominance
 from symasym.asymptotics.proofs.all_noise import Proof
 from symasym.asymptotics.proofs.formal_sums import Formal, Sum, expansion
 from symasym.base.contexts import own_context
-from symasym.exact import ball_sweep
+from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, flint_module, precision
-from symasym.numbers.taylor_models import Model, Range, Term, supremum
+from symasym.numbers.taylor_models import Model, Range, SmallTerm, supremum
 from symasym.workshop import reference_quadrature
 
-pytestmark = pytest.mark.skipif(not ball_sweep.available(), reason="python-flint is not installed")
+pytestmark = pytest.mark.skipif(not balls.available(), reason="python-flint is not installed")
 FRICTION = sa.friction(3, 1, "-0.3")
 SHARES = [Fraction(1), Fraction(1, 2), Fraction(1, 20)]
 
@@ -221,10 +221,10 @@ def test_models_hold_what_they_are_made_of() -> None:
             for model, value in (*cases, (up / down, one / two), (down / up, two / one)):
                 sum_ = sum(c * y**k for k, c in enumerate(model.coefficients))
                 gap = abs(value / y**model.power - sum_)
-                assert gap <= model.rest * y**3
+                assert gap <= model.tail_bound * y**3
                 assert model.least() <= value / y**model.power <= model.largest()
                 # Not vacuous: the next coefficient is of the rest's size.
-                assert model.rest < 10
+                assert model.tail_bound < 10
 
 
 def test_a_quotient_has_the_rest_of_its_own() -> None:
@@ -235,14 +235,14 @@ def test_a_quotient_has_the_rest_of_its_own() -> None:
         y = top
         value = (1 + y + y**2) / (2 + y)
         gap = abs(value - sum(c * y**k for k, c in enumerate(found.coefficients)))
-        assert 0 < gap <= found.rest * y**3 < 2 * gap
+        assert 0 < gap <= found.tail_bound * y**3 < 2 * gap
 
 
 def test_the_largest_of_an_exponential() -> None:
     flint = flint_module()
     with precision(128):
         for power, gap, low, top in ((3, "0.1", 0, "0.5"), (6, "2", "0.1", "0.3"), (-1, "1", 0, 1)):
-            term = Term(flint.arb(2), 1, flint.arb(gap))
+            term = SmallTerm(flint.arb(2), 1, flint.arb(gap))
             found = float(supremum([term], power, flint.arb(low), flint.arb(top)))
             ends = float(low), float(top)
             ys = [ends[0] + (ends[1] - ends[0]) * k / 4000 for k in range(1, 4001)]
@@ -261,7 +261,7 @@ def test_the_expansion_is_the_one_that_is_evaluated(scene: Any) -> None:
     with precision(400), own_context(50) as context:
         labels = proof._cells.labels
         top = exact_ball(kappa) / flint_module().arb(2).sqrt()
-        sums = expansion(proof._halves, proof._r, order, Formal(labels, 90, top))
+        sums = expansion(proof._halves, proof._r, Formal(labels, 90, order, top))
         value = _at(sums[0], labels, top) / _at(sums[1], labels, top) / top**2
         found = context.mpf(value.log().mid().str(45, radius=False))
         assert abs(found - wanted) < abs(wanted) * context.mpf(10) ** -20
@@ -277,7 +277,7 @@ def test_a_lesser_well_is_in_the_errors(kappa: str) -> None:
         found = all_noise._Evaluation(proof._cells, Range(top, 12))
         model, errors = found.main(proof._leading)
         algebraic = sum(c * top**k for k, c in enumerate(model.coefficients))
-        off = model.rest * top**12 / algebraic
+        off = model.tail_bound * top**12 / algebraic
         exponent = proof._cells.labels.height(proof._leading.key) / top**2
         main = algebraic * top ** (model.power - 2) * exponent.exp()
         exact = sa.escape_time(drift, kappa, 3, start=start, dps=30)

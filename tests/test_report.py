@@ -15,7 +15,7 @@ import pytest
 
 import symasym as sa
 from symasym.commands.main import main
-from symasym.exact import ball_sweep
+from symasym.numbers import balls
 from symasym.workshop.problems import BY_NAME
 from symasym.workshop.report import growth, methods, pages, peers, stability, timing, write
 from symasym.workshop.report.cells import MOST, Cell
@@ -47,7 +47,7 @@ def test_every_scene_is_in_the_table_and_starts_at_0() -> None:
 
 
 def test_references_are_proved_where_they_can_be() -> None:
-    if not ball_sweep.available():
+    if not balls.available():
         pytest.skip("python-flint is not installed")
     truth = known(BY_NAME["friction k=0.3"])
     assert truth.proved

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -48,6 +49,20 @@ def made(out: Path, **options: object) -> list[str]:
     return [outcome.stage.name for outcome in outcomes if outcome.seconds is not None]
 
 
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("whole")
+
+
+@pytest.fixture
+def whole(coarse: None, store: Path, tmp_path: Path) -> Path:
+    """A folder in which everything was made, once for all tests that begin with one."""
+    if not any(store.iterdir()):
+        assert made(store) == STAGES
+    shutil.copytree(store, tmp_path, dirs_exist_ok=True)
+    return tmp_path
+
+
 def files(out: Path) -> set[str]:
     """Of all stages but the derivations, whose folder has a cache besides."""
     return {name for name in os.listdir(out) if name not in (".stamps.json", "derivations")}
@@ -57,8 +72,8 @@ def pages(out: Path) -> set[str]:
     return {p.name for p in (out / "derivations").iterdir() if p.is_file()}
 
 
-def test_a_second_run_makes_nothing(tmp_path: Path) -> None:
-    assert made(tmp_path) == STAGES
+def test_a_second_run_makes_nothing(whole: Path) -> None:
+    tmp_path = whole
     assert files(tmp_path) == FILES
     assert pages(tmp_path) == PAGES
     assert made(tmp_path) == []
@@ -66,9 +81,9 @@ def test_a_second_run_makes_nothing(tmp_path: Path) -> None:
 
 
 def test_only_what_is_missing_or_stale_is_made(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    whole: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made(tmp_path)
+    tmp_path = whole
     (tmp_path / "fric1.svg").unlink()
     assert made(tmp_path) == ["fric1"]
     (tmp_path / "fric2.png").write_bytes(b"someone else's")
@@ -108,9 +123,8 @@ def test_derivations_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
         assert {record["reused"] for record in trace["derivations"]} == {reused}
 
 
-def test_derivations_are_checked_beside_the_other_stages(tmp_path: Path) -> None:
-    made(tmp_path)
-    trace = json.loads((tmp_path / "derivations" / "trace.json").read_text())
+def test_derivations_are_checked_beside_the_other_stages(whole: Path) -> None:
+    trace = json.loads((whole / "derivations" / "trace.json").read_text())
     assert all(record["reused"] for record in trace["derivations"])
     assert all(step["passed"] for record in trace["derivations"] for step in record["steps"])
 
@@ -142,11 +156,13 @@ def test_a_derivation_that_fails_ends_the_job(
     assert ".stamps.json" not in os.listdir(tmp_path)
 
 
-def test_files_are_the_same_in_every_run(tmp_path: Path) -> None:
-    for folder in ("a", "b"):
-        made(tmp_path / folder)
+def test_files_are_the_same_in_every_run(
+    whole: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    again = tmp_path_factory.mktemp("again")
+    made(again)
     for name in FILES | {f"derivations/{page}" for page in PAGES - {"trace.json"}}:
-        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+        assert (whole / name).read_bytes() == (again / name).read_bytes()
 
 
 def test_every_module_and_style_is_part_of_the_source(

@@ -12,7 +12,7 @@ from mpmath import mp, mpf
 
 import symasym as sa
 from symasym.base.errors import AccuracyError, InputError
-from symasym.exact import ball_sweep
+from symasym.numbers import balls
 from symasym.workshop import reference_quadrature
 
 slopes = importlib.import_module("symasym.sensitivity")
@@ -195,7 +195,7 @@ def test_bad_input(arguments: Any, told: str) -> None:
 
 
 def test_differences_that_do_not_settle_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ball_sweep, "available", lambda: False)
+    monkeypatch.setattr(balls, "available", lambda: False)
     monkeypatch.setattr(slopes, "_MOST_DIGITS", 20)
     with pytest.raises(AccuracyError, match="do not settle"):
         sa.sensitivity(sa.linear(1, 1), 1, 2, dps=8)

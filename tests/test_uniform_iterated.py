@@ -12,7 +12,7 @@ import sympy
 from mpmath import mp
 
 import symasym as sa
-from symasym.asymptotics.coalescence.iterated_regular import OuterPart
+from symasym.asymptotics.coalescence.iterated_regular import RegularPart
 from symasym.asymptotics.coalescence.saddle_pair import nearby_pair
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError, SymasymError
@@ -127,7 +127,7 @@ def test_outer_part_of_a_complex_pair() -> None:
     with own_context(20) as context:
         near = nearby_pair(-f, weights, X, context.zero, 5, context)
         ends = context.mpf(-1), context.mpf(3) / 2
-        outer = OuterPart(f, weights, X, ends, near, 2, context)
+        outer = RegularPart(f, weights, X, ends, near, 2, context)
         found = [float(x + y) for x, y in zip(outer.past_both(), outer.share(), strict=True)]
     slope = sympy.diff(f, X)
     integrands = [-weights[1] / slope, weights[1] * sympy.diff(f, X, 2) / slope**3]

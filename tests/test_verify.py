@@ -25,6 +25,7 @@ from symasym.exact import ball_sweep
 from symasym.exact import digits as arbitrary
 from symasym.exact import floats as double
 from symasym.generated import mpmath_formulas, numpy_formulas
+from symasym.numbers import balls
 from symasym.workshop.verify import Verification, verify
 from symasym.workshop.verify import tasks as tasks_module
 from symasym.workshop.verify.findings import Finding, ratio
@@ -151,7 +152,7 @@ def test_a_broken_float64_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_broken_ball_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    if not ball_sweep.available():
+    if not balls.available():
         pytest.skip("python-flint is not installed")
     import flint
 

@@ -170,7 +170,8 @@ def test_claimed_error_covers_the_true_one(problem: Problem) -> None:
     kappas = (problem.kappa, "1/4", "3/100") if "analytic" not in problem.tags else ("1/10",)
     for kappa in kappas:
         scene = drift, kappa, problem.r, problem.start
-        check_scene(scene, orders, kappa != "1/4", arrays=kappa != "3/100")
+        some = orders if kappa == problem.kappa else orders[::2]
+        check_scene(scene, some, kappa != "1/4", arrays=kappa != "3/100")
 
 
 @pytest.mark.parametrize(
@@ -391,6 +392,8 @@ def test_finite_part_of_a_zero_by_hand() -> None:
 def test_corner_against_quadrature(barrier: bool, lam: int) -> None:
     """The double integral up to a large s, less the powers and the logarithm it grows with."""
     with own_context(20) as c:
+        # Its nodes s are the same for every i.
+        known: dict[tuple[int, Any], Any] = {}
         for i, j in [(i, j) for i in range(4) for j in range(4)]:
             terms, found = [c.one / lam], c.zero
             for m in range(12):
@@ -404,9 +407,14 @@ def test_corner_against_quadrature(barrier: bool, lam: int) -> None:
                     lambda x: (s + x) ** j * c.exp(-lam * x * (s + x / 2)), [0, 1, 3, 8, c.inf]
                 )
 
+            def kept(s: Any, j: int = j, inner: Any = inner) -> Any:
+                if (j, s) not in known:
+                    known[j, s] = inner(s)
+                return known[j, s]
+
             edge = c.mpf(8)
             with c.workdps(15):
-                total = c.quad(lambda s, i=i: s**i * inner(s), [0, 1, 2, 4, edge])
+                total = c.quad(lambda s, i=i: s**i * kept(s), [0, 1, 2, 4, edge])
             for m, coefficient in enumerate(terms):
                 power = i + j - 1 - 2 * m
                 if power == -1:
@@ -436,7 +444,8 @@ def test_places_against_laplace_integral() -> None:
             other = sa.laplace_integral(sign * V, 1, u, near - width, near + width, order=5)
             value = other.evaluate(1e6, dps=25, log=True)
             lam = context.mpf(10) ** 6
-            mine = sum(c * lam**-p for group in place.groups[:5] for c, p, _ in group)
+            (part,) = place.series.parts
+            mine = sum(c * lam ** -(part.offset + n) for n, c in enumerate(part.coefficients[:5]))
             found = context.log(mine) + lam * place.height
             assert relative(found, value) < 1e-20
 

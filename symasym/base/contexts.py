@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -28,6 +29,18 @@ def own_context(dps: int) -> Iterator[Any]:
         yield context
     finally:
         stack.append(context)
+
+
+def float_with_error(value: Any, error: Any) -> tuple[float, float]:
+    """`value`, an mpf, as a float; `error` with what that rounds off, rounded up."""
+    from mpmath import libmp
+
+    rounded = float(value)
+    # Differences without a precision are exact in libmp; only the sum rounds.
+    shift = libmp.mpf_abs(libmp.mpf_sub(value._mpf_, libmp.from_float(rounded)))
+    total = libmp.to_float(libmp.mpf_add(error._mpf_, shift, 53, "u"))
+    # to_float rounds to nearest, and flushes what is below the range to 0.
+    return rounded, math.nextafter(total, math.inf)
 
 
 def mpf_of(x: Any, context: Any) -> Any:

@@ -51,9 +51,12 @@ class Estimate:
 
 
 def _shown(value: Any, digits: int) -> str:
-    from mpmath import mpf, nstr
+    from mpmath import libmp
 
-    return str(value) if hasattr(value, "shape") else str(nstr(mpf(value), digits))
+    if hasattr(value, "shape"):
+        return str(value)
+    exactly = value._mpf_ if hasattr(value, "_mpf_") else libmp.from_float(float(value))
+    return str(libmp.to_str(exactly, digits))
 
 
 def _text_with_error(value: Any, error: Any) -> tuple[str, str]:
@@ -81,6 +84,9 @@ def _text_with_error(value: Any, error: Any) -> tuple[str, str]:
 
 def _wider(first: str, second: str) -> str:
     """An error of both parts from two, each of which holds that of the whole."""
-    from mpmath import mpf, nstr
+    from mpmath import nstr
 
-    return str(nstr((mpf(first) + mpf(second)) * mpf("1.006"), 3))
+    from symasym.base.contexts import own_context
+
+    with own_context(15) as context:
+        return str(nstr((context.mpf(first) + context.mpf(second)) * context.mpf("1.006"), 3))

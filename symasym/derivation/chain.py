@@ -90,7 +90,7 @@ class Step:
 
 @dataclass(frozen=True)
 class StepRecord:
-    """What a run leaves of a step, in plain text and LaTeX."""
+    """The record of a step after a run, in plain text and LaTeX."""
 
     name: str
     rule: str
@@ -105,7 +105,7 @@ class StepRecord:
 
 
 def _states(stated: Any, result: Any) -> bool:
-    """Whether a step's result is `result`, or has it as one of its pieces."""
+    """True where a step's result is `result`, or has it as one of its pieces."""
     if stated is result or stated == result:
         return True
     return isinstance(stated, tuple) and any(_states(piece, result) for piece in stated)

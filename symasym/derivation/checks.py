@@ -15,7 +15,7 @@ from symasym.derivation.results import Outcome, parts, text
 
 
 class Check(Protocol):
-    """What a step carries: `run` decides about a stated result."""
+    """The check that a step carries: `run` decides about a stated result."""
 
     kind: ClassVar[str]
 

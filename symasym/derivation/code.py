@@ -29,7 +29,7 @@ _KNOWN = {
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a language writes a call: the names of its own functions, and of a file's helpers."""
+    """The syntax of a call: the names of a language's own functions, and of a file's helpers."""
 
     prefix: str
     names: Mapping[str, str] = field(default_factory=dict)
@@ -249,6 +249,8 @@ def function(
     signature = ", ".join([*first, *(f"{a}: Any" for a in shown)])
     head = f"def {name}({signature}) -> Any:"
     if len(head) > 100:
+        if len(signature) > 96:
+            signature = signature.replace(", ", ",\n    ") + ","
         head = f"def {name}(\n    {signature}\n) -> Any:"
     body = code(expression, target, names)
     if len(body) > 88:

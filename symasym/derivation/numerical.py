@@ -328,5 +328,5 @@ class Together:
         return Outcome(bool(details), "; ".join(details))
 
     def how(self) -> str:
-        """What each of them does."""
+        """The effect of each of them."""
         return "; ".join(check.how() for check in self.checks)

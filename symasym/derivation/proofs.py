@@ -135,7 +135,7 @@ def zero_by(expression: Any) -> str | None:
 
 
 def sign_by(expression: Any, strict: bool) -> str | None:
-    """How `expression` is seen to be >= 0 (> 0 if `strict`) from its form, or None."""
+    """The reason for which `expression` is >= 0 (> 0 if `strict`) by its form, or None."""
     forms = (
         ("as it stands", lambda e: e),
         ("factored", sympy.factor),

@@ -1,4 +1,4 @@
-"""What a step can state: expressions, expansions with their order, inequalities."""
+"""Results that a step can state: expressions, expansions with their order, inequalities."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import sympy
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a check found. `passed` is False as well where nothing could be decided.
+    """The outcome of a check. `passed` is False as well where nothing could be decided.
 
     Attributes
     ----------

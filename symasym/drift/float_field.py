@@ -18,14 +18,16 @@ from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import Disc, tame
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
+from symasym.numbers.polynomial_roots import real_parts
+from symasym.numbers.polynomials import poly
 
 if TYPE_CHECKING:
-    from symasym.numbers.truncated_series import JetOps
+    from symasym.numbers.truncated_series import SeriesOps
 
 #: Where the size of A is first looked at.
 _GRID = np.cos(np.pi * np.arange(33) / 32)
 
-#: Jets are taken in units of no less than about 2^-60: their coefficients must fit float64.
+#: Units of truncated Taylor series, in bits, so that their coefficients fit float64.
 _FINEST = 50
 
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
@@ -63,7 +65,7 @@ class Field(Protocol):
         ...
 
     def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> Disc | None:
-        """What A makes of complex discs, one per entry; None where A is a polynomial."""
+        """Discs that hold A's values on complex discs, one per entry; None for a polynomial."""
         ...
 
     def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
@@ -119,10 +121,8 @@ class PolynomialField:
 
     def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
         c = self._c[:, scene]
-        total = np.broadcast_to(c[-1][:, None], u.shape)
-        for coefficient in c[-2::-1]:
-            total = total * u + coefficient[:, None]
-        return total
+        value: FloatArray = poly(list(c[:, :, None]), u)
+        return value
 
     def series(self, scene: IntArray) -> FloatArray:
         result: FloatArray = self._c[:, scene]
@@ -164,33 +164,12 @@ def _zeros_of(c: FloatArray) -> FloatArray:
     for d in range(1, degree + 1):
         rows = np.flatnonzero(effective == d)
         if rows.size:
-            found[rows, :d] = _polished(c[rows, : d + 1])
+            found[rows, :d] = real_parts(c[rows, : d + 1].T).T
     return found
 
 
-def _polished(c: FloatArray) -> FloatArray:
-    """Real parts of the zeros of the rows of `c`, ascending powers, last entry not zero."""
-    rows, d = c.shape[0], c.shape[1] - 1
-    companion = np.zeros((rows, d, d))
-    companion[:, np.arange(1, d), np.arange(d - 1)] = 1.0
-    with np.errstate(over="ignore"):
-        companion[:, :, -1] = np.clip(-c[:, :-1] / c[:, -1:], -1e150, 1e150)
-    roots = np.linalg.eigvals(companion)
-    for _ in range(3):
-        value = np.zeros_like(roots)
-        slope = np.zeros_like(roots)
-        for k in range(d, -1, -1):
-            slope = slope * roots + value
-            value = value * roots + c[:, k : k + 1]
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            step = value / slope
-        good = np.isfinite(step) & (np.abs(step) < 1e-3 * (1 + np.abs(roots)))
-        roots = roots - np.where(good, step, 0.0)
-    return np.real(roots)
-
-
 class AnalyticField:
-    """A is any analytic function; a stiff scene pays for a few Taylor jets at 40 digits."""
+    """A is any analytic function; a stiff scene pays for a few Taylor series at 40 digits."""
 
     ORDER = 16
 
@@ -274,24 +253,24 @@ class AnalyticField:
         return self.zeros(scene)
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
-        from symasym.numbers.truncated_series import JetOps
+        from symasym.numbers.truncated_series import SeriesOps
 
         rows, radii = [], []
         with own_context(45) as context:
-            ops = JetOps(self.ORDER, context)
+            ops = SeriesOps(self.ORDER, context)
             for s, c in zip(scene, centre, strict=True):
                 row = self._taylor_of_one(int(s), float(c), ops)
                 rows.append(row)
                 radii.append(_trust(row))
         return np.array(rows), self._tamed(scene, centre, np.array(rows), np.array(radii))
 
-    def _taylor_of_one(self, scene: int, centre: float, ops: JetOps) -> FloatArray:
-        """Taylor coefficients, from a jet in units of 2^-shift.
+    def _taylor_of_one(self, scene: int, centre: float, ops: SeriesOps) -> FloatArray:
+        """Taylor coefficients, from a series in units of 2^-shift.
 
-        A jet's digits are relative to its largest coefficient, so beside a narrow feature
+        A series's digits are relative to its largest coefficient, so beside a narrow feature
         the unit shrinks until that is not one of the last.
         """
-        from symasym.numbers.truncated_series import Jet
+        from symasym.numbers.truncated_series import TruncatedSeries
 
         sign = int(self.sign[scene])
         values = {
@@ -302,8 +281,8 @@ class AnalyticField:
         shift = 0
         while True:
             point = ops.variable(Fraction(sign * centre), Fraction(sign, 1 << shift))
-            jet = self._drift.evaluate_values(point, values, ops)
-            scaled = Jet.coefficients_of(jet, ops)
+            series = self._drift.evaluate_values(point, values, ops)
+            scaled = TruncatedSeries.coefficients_of(series, ops)
             lead = ops.context.mag(max(self._size[scene], abs(scaled[0])))
             # What is lost can swamp the first coefficients, never the last ones.
             rate = max(

@@ -106,16 +106,16 @@ def _kind(multiplicity: int, rising: bool) -> str:
 def _of_analytic(drift: Drift) -> list[CriticalPoint]:
     import mpmath
 
-    from symasym.numbers.truncated_series import Jet, JetOps
+    from symasym.numbers.truncated_series import SeriesOps, TruncatedSeries
 
     order = 8
     with own_context(_DIGITS + 20) as context:
 
         def taylor(u: Any, count: int = 3) -> list[Any]:
-            # A jet's digits are relative to its largest coefficient, so no more than needed.
-            ops = JetOps(count, context)
+            # A series's digits are relative to its largest coefficient, so no more than needed.
+            ops = SeriesOps(count, context)
             point = ops.variable(u)
-            return Jet.coefficients_of(drift.evaluate(point, ops), ops)
+            return TruncatedSeries.coefficients_of(drift.evaluate(point, ops), ops)
 
         scale = max(abs(taylor(context.mpf(k) / 8)[0]) for k in range(-8, 9))
         if scale == 0:
@@ -134,9 +134,13 @@ def _of_analytic(drift: Drift) -> list[CriticalPoint]:
                 root = bracketed_zero(lambda x: taylor(x)[:2], edges[k - 1], edges[k], context)
                 found.append(CriticalPoint(mpmath.mp.make_mpf(root._mpf_), 1, _kind(1, high > 0)))
             if k < len(edges) - 1 and abs(high) <= small:
-                jet = taylor(edges[k], order)
+                series = taylor(edges[k], order)
                 multiplicity = next(
-                    (m for m in range(1, order) if abs(jet[m]) > scale * context.mpf(10) ** (-20)),
+                    (
+                        m
+                        for m in range(1, order)
+                        if abs(series[m]) > scale * context.mpf(10) ** (-20)
+                    ),
                     0,
                 )
                 if not multiplicity:
@@ -148,7 +152,7 @@ def _of_analytic(drift: Drift) -> list[CriticalPoint]:
                     CriticalPoint(
                         mpmath.mp.make_mpf(edges[k]._mpf_),
                         multiplicity,
-                        _kind(multiplicity, jet[multiplicity] > 0),
+                        _kind(multiplicity, series[multiplicity] > 0),
                     )
                 )
         return found

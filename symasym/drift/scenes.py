@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.contexts import to_mpf
+from symasym.base.contexts import float_with_error, to_mpf
 from symasym.base.errors import InputError, RangeError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
@@ -330,25 +330,21 @@ def as_digits(
     else:
         if not request.log:
             _fits(request.name, value)
-        rounded = mpmath.mp.make_mpf(libmp.from_float(float(value)))
-    # Differences without a precision are exact in libmp; only the sum of the errors rounds.
-    shift = libmp.mpf_abs(libmp.mpf_sub(value._mpf_, rounded._mpf_))
-    total = None if error is None else libmp.mpf_add(error._mpf_, shift, 53, "u")
-    if dps is not None:
-        if not request.full:
-            return rounded
-        total = None if total is None else mpmath.mp.make_mpf(total)
-    else:
-        rounded = float(rounded)
-        if not request.full:
-            return rounded
-        if total is not None:
-            # to_float rounds to nearest, and flushes what is below the range to 0.
-            total = float(np.nextafter(libmp.to_float(total), np.inf))
+        rounded = float(value)
+    if not request.full:
+        return rounded
+    total = None
+    if error is not None and dps is None:
+        rounded, total = float_with_error(value, error)
+    elif error is not None:
+        # Differences without a precision are exact in libmp; only the sum of the errors rounds.
+        shift = libmp.mpf_abs(libmp.mpf_sub(value._mpf_, rounded._mpf_))
+        total = mpmath.mp.make_mpf(libmp.mpf_add(error._mpf_, shift, 53, "u"))
     return Estimate(rounded, total, kind, request.method, request.order, terms, dropped)
 
 
 def _fits(name: str, value: Any) -> None:
+    """Raise unless `value`, an mpf, is a float."""
     from mpmath import libmp
 
     if not value:

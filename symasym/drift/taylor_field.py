@@ -14,9 +14,10 @@ from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import DiscOps, tame
+from symasym.numbers.polynomials import poly, shifted
 from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import MpmathOps
-from symasym.numbers.truncated_series import Jet, JetOps
+from symasym.numbers.truncated_series import SeriesOps, TruncatedSeries
 
 _MOST_EXTRA_BITS = 4096
 
@@ -60,10 +61,7 @@ class ExactField:
     def value(self, u: Fraction) -> Fraction:
         """phi(u), to working precision where it is not rational."""
         if self._polynomial is not None:
-            total = Rational(0)
-            for c in reversed(self._polynomial):
-                total = total * u + c
-            return total
+            return Rational(poly(self._polynomial, u))
         if abs(u) == 1 and (known := self._drift.end(self._sign * int(u))) is not None:
             return self._sign * known + self._offset
         ops = MpmathOps(self._context)
@@ -92,16 +90,13 @@ class ExactField:
     def taylor(self, centre: Fraction, scale: Fraction, order: int) -> list[Fraction]:
         """Coefficients of phi(centre + scale s) in s; all of them for a polynomial."""
         if self._polynomial is not None:
-            work = list(self._polynomial)
-            degree = len(work) - 1
-            for lowest in range(degree):
-                for k in range(degree - 1, lowest - 1, -1):
-                    work[k] += work[k + 1] * centre
-            return [c * scale**k for k, c in enumerate(work)]
+            return [c * scale**k for k, c in enumerate(shifted(self._polynomial, centre))]
         with self._context.workprec(self._context.prec + self._extra_bits):
-            ops = JetOps(order, self._context)
-            jet = self._drift.evaluate(ops.variable(self._sign * centre, self._sign * scale), ops)
-        found = [self._sign * c for c in Jet.fractions(jet, ops)]
+            ops = SeriesOps(order, self._context)
+            series = self._drift.evaluate(
+                ops.variable(self._sign * centre, self._sign * scale), ops
+            )
+        found = [self._sign * c for c in TruncatedSeries.fractions(series, ops)]
         found[0] += self._offset
         return found
 
@@ -124,12 +119,8 @@ class ExactField:
         if centre not in self._about:
             # About a zero of A these floats keep their relative precision.
             self._about[centre] = self.taylor(centre, Rational(1), 0)
-        work = [float(c) for c in self._about[centre]]
-        middle, degree = float((t0 + t1) / 2), len(work) - 1
-        for lowest in range(degree):
-            for k in range(degree - 1, lowest - 1, -1):
-                work[k] += work[k + 1] * middle
-        return [c * half**k for k, c in enumerate(work)]
+        about = shifted([float(c) for c in self._about[centre]], float((t0 + t1) / 2))
+        return [c * half**k for k, c in enumerate(about)]
 
     def integral(self, centre: Fraction, t0: Fraction, t1: Fraction, order: int) -> Fraction:
         """int phi over [centre + t0, centre + t1]."""
@@ -144,10 +135,8 @@ class ExactField:
         found = self._edges.get((centre, t))
         if found is None:
             c = self._about.get(centre) or self.taylor(centre, Rational(1), 0)
-            found = Rational(0)
-            for k in range(len(c) - 1, -1, -1):
-                found = found * t + c[k] / (k + 1)
-            found = self._edges[centre, t] = found * t
+            found = t * poly([x / (k + 1) for k, x in enumerate(c)], t)
+            self._edges[centre, t] = found
         return found
 
     def number(self, u: Any) -> Any:
@@ -158,10 +147,10 @@ class ExactField:
 
     def slope(self, u: Any) -> Any:
         """phi'(u) for an mpf u inside (-1, 1)."""
-        ops = JetOps(2, self._context)
+        ops = SeriesOps(2, self._context)
         point = ops.variable(self._sign * u)
         # The mirror image changes both the sign of A and that of du.
-        return Jet.coefficients_of(self._drift.evaluate(point, ops), ops)[1]
+        return TruncatedSeries.coefficients_of(self._drift.evaluate(point, ops), ops)[1]
 
     def polish(self, u: Any) -> Any:
         """The simple zero of A near the mpf u, by Newton to working precision."""
@@ -179,12 +168,8 @@ class ExactField:
             edges = self._tame_edges(lo, hi)
             pieces = (self._context.quad(self.number, pair) for pair in pairwise(edges))
             return -self._context.fsum(pieces)
-        total_lo = total_hi = self._context.zero
-        for k in range(len(self._polynomial) - 1, -1, -1):
-            c = self._polynomial[k] / (k + 1)
-            mean = mpf_of(c, self._context)
-            total_lo, total_hi = total_lo * lo + mean, total_hi * hi + mean
-        return total_lo * lo - total_hi * hi
+        means = [mpf_of(c / (k + 1), self._context) for k, c in enumerate(self._polynomial)]
+        return poly(means, lo) * lo - poly(means, hi) * hi
 
     def _tame_edges(self, lo: Any, hi: Any) -> list[Any]:
         """[lo, hi] cut so that nothing narrower than a piece hides in it."""

@@ -80,7 +80,7 @@ def _taken(name: str) -> InputError:
 
 
 def _way(what: Record, method: str | None, order: Any) -> str:
-    """Which of the formulas of the escape time is asked for."""
+    """The method of the escape time that is asked for, ``"exact"`` by default."""
     if method is None and order is None:
         return "exact"
     if what.label != "eq:Ttilde":

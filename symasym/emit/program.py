@@ -1,4 +1,4 @@
-"""What is emitted, before a language: functions, their cases, what was left out."""
+"""Programs: functions and their cases before they are written in a language."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Case:
 
     @property
     def symbols(self) -> set[Any]:
-        """What the values, the conditions and the shared parts need."""
+        """The symbols that the values, the conditions and the shared parts are made of."""
         parts = (*self.values, *self.conditions, *(e for _, e in self.shared))
         return {s for e in parts for s in e.free_symbols} - {s for s, _ in self.shared}
 
@@ -129,7 +129,7 @@ class Passage:
 
     @property
     def rough(self) -> Any:
-        """What rounding makes of the drift in doubles, absolute."""
+        """The absolute rounding error of the drift in doubles."""
         return rounded(sympy.Float("4e-16", 20) * self.size)
 
     @property
@@ -195,7 +195,7 @@ class Ready:
 
     @property
     def count(self) -> int:
-        """How many values it returns."""
+        """The number of values it returns."""
         return len(self.bodies[0].values) if self.bodies else 1
 
 
@@ -412,7 +412,7 @@ def header(program: Program, *more: str) -> list[str]:
 
 
 def in_doubles(functions: Iterable[Ready]) -> str:
-    """What is said of double precision, and of logarithms where there are some."""
+    """A sentence on double precision, and on logarithms where there are some."""
     if not any(function.exp_of for function in functions):
         return "In double precision."
     return (

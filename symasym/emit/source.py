@@ -1,4 +1,4 @@
-"""What `emit` returns: text that can be written, and loaded where Python or C can."""
+"""Source code as a value: it can be written, and loaded where Python or C can."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def add_target(name: str, render: Callable[[Program, list[Ready]], str], dialect
         From a `Program` and its functions in double precision (a list of `Ready`) to the text of
         the file.
     dialect : Dialect
-        How the language writes a call, for `symasym.emit.targets.writing.text`.
+        How the language writes a call, for `symasym.emit.writing.text`.
 
     Raises
     ------

@@ -12,8 +12,8 @@ from typing import Any
 
 import sympy
 
-from symasym.asymptotics.weak_noise.compose import gathered
-from symasym.asymptotics.weak_noise.critical_points import Groups, Half, Place, Start
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
+from symasym.asymptotics.weak_noise.series import Part, Series, terms
 from symasym.emit.forms import larger
 
 #: Digits of the coefficients.
@@ -34,62 +34,51 @@ class Names:
         self.order, self._context, self._size = order, context, context.mpf(size)
         self.series: list[tuple[Any, Any]] = []
 
-    def named(self, name: str, groups: Groups) -> Groups:
+    def named(self, name: str, series: Any) -> Series:
         """A series of one term, the symbol; of none where it vanishes."""
-        groups = [self._without_rounding(group) for group in gathered(groups[: self.order + 1])]
-        if not any(groups):
-            return []
+        parts = [self._without_rounding(part) for part in series.parts] if terms(series) else []
+        if not any(c for part in parts for c in part.coefficients):
+            return Series([])
         symbol = sympy.Symbol(name, real=True)
-        self.series.append((symbol, _horner([t for group in groups for t in group])))
-        return [[(symbol, 0, 0)]]
+        self.series.append((symbol, sum((_horner(part) for part in parts), sympy.S.Zero)))
+        return Series([Part(0.0, 0, [symbol])])
 
-    def _without_rounding(self, group: list[tuple[Any, Any, int]]) -> list[tuple[Any, Any, int]]:
-        return [t for t in group if abs(t[0]) * self._size ** float(t[1]) > NOTHING]
+    def _without_rounding(self, part: Part) -> Part:
+        kept = [
+            c if c and abs(c) * self._size ** (part.offset + n) > NOTHING else 0
+            for n, c in enumerate(part.coefficients[: self.order + 1])
+        ]
+        return part._replace(coefficients=kept)
 
-    def half(self, one: Half, side: str) -> Half:
+    def half(self, one: OneSided, side: str) -> OneSided:
         """One side with symbols for its series."""
 
-        def places(found: Iterable[Place], what: str) -> list[Place]:
+        def points(known: Iterable[CriticalPoint], what: str) -> list[CriticalPoint]:
             return [
                 p._replace(
-                    groups=self.named(f"{p.kind}_{what}{side}_{k}", p.groups),
+                    series=self.named(f"{p.kind}_{what}{side}_{k}", p.series),
                     onward=self.named(f"{p.kind}_onward_{side}_{k}", p.onward),
                 )
-                for k, p in enumerate(found, 1)
+                for k, p in enumerate(known, 1)
             ]
 
-        start = Start(
-            self.named(f"start_rising_{side}", one.start.rising),
-            self.named(f"start_falling_{side}", one.start.falling),
-            one.start.corner,
-        )
         return one._replace(
-            start=start,
-            rising=places(one.rising, ""),
-            falling=places(one.falling, "falling_"),
+            rising_start=self.named(f"start_rising_{side}", one.rising_start),
+            falling_start=self.named(f"start_falling_{side}", one.falling_start),
+            rising=points(one.rising, ""),
+            falling=points(one.falling, "falling_"),
             outer=self.named(f"between_{side}", one.outer),
-            unit=sympy.S.Zero,
         )
 
 
-def _horner(terms: list[tuple[Any, Any, int]]) -> Any:
-    """Sum of c lam^-p log(lam)^q in x = 1/lam, lowest power taken out."""
-    total = sympy.S.Zero
-    for logs in (0, 1):
-        for part in (0, 1):
-            chosen = {
-                int(2 * p): number_of(c)
-                for c, p, q in terms
-                if q == logs and int(2 * p) % 2 == part
-            }
-            if not chosen:
-                continue
-            low, high = min(chosen), max(chosen)
-            inner = sympy.S.Zero
-            for power in range(high, low - 1, -2):
-                inner = inner * X + chosen.get(power, 0)
-            total += X ** sympy.Rational(low, 2) * inner * sympy.log(LAM) ** logs
-    return total
+def _horner(part: Part) -> Any:
+    """The part in x = 1/lam, lowest power taken out."""
+    kept = list(part.coefficients)
+    low = next((n for n, c in enumerate(kept) if c), len(kept))
+    inner = sympy.S.Zero
+    for c in reversed(kept[low:]):
+        inner = inner * X + number_of(c)
+    return X ** sympy.Rational(part.offset + low) * inner * sympy.log(LAM) ** part.logs
 
 
 def number_of(x: Any) -> Any:
@@ -101,18 +90,17 @@ def number_of(x: Any) -> Any:
 
 
 class Symbolic:
-    """Stands for `Exponentials`: errors vanish, exponentials are kept apart."""
+    """The ring of these sums for `weak_noise.compose`."""
 
-    unit = 0
+    rounding = 0.0
 
-    def exp(self, x: Any) -> Sum:
-        return Sum([(sympy.expand(x / LAM), sympy.S.One)])
+    def leaf(self, height: Any, series: Series, rough: Any = 0.0) -> Sum:
+        """One symbol, or a number over lam, times e^{lam height}."""
+        factor = sum((X ** sympy.Rational(p.offset) * p.coefficients[0] for p in series.parts), 0)
+        return Sum([(sympy.expand(number_of(height)), sympy.sympify(factor))])
 
-    def log(self, x: Any) -> Any:
-        return sympy.log(x)
-
-    def left_out(self, last: Any, later: Any) -> Any:
-        return sympy.S.Zero
+    def total(self, terms: list[Any]) -> Any:
+        return sum(terms, Sum([]))
 
     def number(self, x: Any) -> Any:
         return number_of(x)
@@ -223,7 +211,7 @@ def _times_exp(factor: Any, line: Any) -> Any:
 
 
 def _all_below(lines: list[Any], others: list[Any], far: float = 0.0) -> bool:
-    """Whether the least of `lines` is `far` below the least of `others` for all r > 1."""
+    """True where the least of `lines` is `far` below the least of `others` for all r > 1."""
     if not lines:
         return False
 

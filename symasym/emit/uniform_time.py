@@ -15,7 +15,7 @@ from symasym.emit.kernels import airy, elementary, tables, uniform, uniform_pair
 from symasym.emit.kernels.kernel import kernel_of
 from symasym.emit.kernels.transcribe import transcribed
 from symasym.emit.program import Function, Passage, Program, Ready
-from symasym.emit.targets.writing import Written
+from symasym.emit.writing import Written
 from symasym.records import Record
 
 _U = sympy.Symbol("u", real=True)
@@ -74,7 +74,7 @@ def uniform_time(what: Record, drift: Drift) -> Program:
 
 
 def helpers_of(target: str, functions: list[Ready]) -> dict[str, Written]:
-    """What a file with such functions needs, under the names that it calls."""
+    """The helpers of a file with such functions, by the names that it calls."""
     sizes = [len(f.passage.coefficients) for f in functions if f.passage and f.passage.uniform]
     return _kernel("python" if target == "numpy" else target, max(sizes) - 1) if sizes else {}
 

@@ -18,15 +18,17 @@ import sympy
 
 from symasym.asymptotics.weak_noise.answer import MOST_ORDER
 from symasym.asymptotics.weak_noise.compose import (
-    Exponentials,
-    Pair,
+    Composed,
+    Found,
     Sides,
+    mean_time,
     side_of,
-    sides_of,
-    time_of,
+    time_with_digits,
 )
-from symasym.asymptotics.weak_noise.critical_points import Half, half
+from symasym.asymptotics.weak_noise.critical_points import half
+from symasym.asymptotics.weak_noise.one_sided import OneSided
 from symasym.asymptotics.weak_noise.resolution import unseen
+from symasym.asymptotics.weak_noise.series import Point, added
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.drift import Drift
@@ -41,12 +43,11 @@ from symasym.emit.symbolic_sums import (
     Names,
     R,
     Ratio,
-    Sum,
     Symbolic,
     X,
-    as_sum,
     number_of,
 )
+from symasym.numbers.arithmetic import Digits
 from symasym.records import Record
 
 # Digits that are right in what the coefficients make up.
@@ -139,15 +140,19 @@ def read_order(order: Any) -> int:
 _RADII = tuple(Fraction(x) for x in ("1.001", "2", "10", "1000"))
 
 
-def _time(halves: tuple[Half, Half], kappa: float, r: Fraction, order: int, context: Any) -> Pair:
-    """T and its claimed error; an infinite one where nothing is sure."""
+def _time(
+    halves: tuple[OneSided, OneSided], kappa: float, r: Fraction, order: int, context: Any
+) -> Found:
+    """T and its claimed error."""
+    arithmetic = Digits(context)
     lam = context.mpf(2) / context.mpf(kappa) ** 2
-    sides = sides_of(halves, lam, r, order, Exponentials(context))
-    value, error = time_of(sides, lam)
-    return Pair(value, 2 * error if sides.sure() and error < value / 2 else context.inf)
+    composed = Composed(halves, arithmetic.number(r), 64 * context.eps)
+    return time_with_digits(composed, Point(lam, order, True, None, arithmetic))
 
 
-def _reach(drift: Drift, halves: tuple[Half, Half], order: int, r: Fraction | None) -> float:
+def _reach(
+    drift: Drift, halves: tuple[OneSided, OneSided], order: int, r: Fraction | None
+) -> float:
     """The kappa up to which the next orders are smaller than the value."""
     radii = _RADII if r is None else (r,)
     with own_context(30) as context:
@@ -156,7 +161,7 @@ def _reach(drift: Drift, halves: tuple[Half, Half], order: int, r: Fraction | No
             if unseen(drift, 2 / kappa**2, ()):
                 return False
             found = (_time(halves, kappa, radius, order, context) for radius in radii)
-            return all(error < value for value, error in found)
+            return all(time.sure for time in found)
 
         kappa, factor = 1e-3, 1.5
         while not holds(kappa):
@@ -179,13 +184,14 @@ def _rounded_down(x: float) -> float:
     return float(f"{math.floor(x / unit * (1 + 1e-12)) * unit:.2g}")
 
 
-def _told(halves: tuple[Half, Half], order: int, r: Fraction | None, most: float) -> str:
-    """What the next two orders say of the error."""
+def _told(halves: tuple[OneSided, OneSided], order: int, r: Fraction | None, most: float) -> str:
+    """The error estimate from the next two orders, as a sentence."""
     at, told = r or Fraction(10), []
     with own_context(30) as context:
         for kappa in (most / 2, most / 4, most / 8):
-            value, error = _time(halves, kappa, at, order, context)
-            told.append(f"{float(error / value):.1e} at kappa = {kappa:.3g}")
+            time = _time(halves, kappa, at, order, context)
+            relative = float(time.error / time.value) if time.sure else math.inf
+            told.append(f"{relative:.1e} at kappa = {kappa:.3g}")
     return (
         "an estimate, twice the size of the next two orders of each series, is for r = "
         f"{float(at):.4g}: {', '.join(told)}"
@@ -193,9 +199,9 @@ def _told(halves: tuple[Half, Half], order: int, r: Fraction | None, most: float
 
 
 def _in_doubles(
-    found: Program, kappa: float, halves: tuple[Half, Half], r: Fraction | None, order: int
+    found: Program, kappa: float, halves: tuple[OneSided, OneSided], r: Fraction | None, order: int
 ) -> bool:
-    """Whether the emitted code has 1e-13 of log T there.
+    """True where the emitted code has 1e-13 of log T.
 
     Raises
     ------
@@ -225,27 +231,23 @@ def _in_doubles(
     return True
 
 
-def _composed(halves: tuple[Half, Half], names: Names, r: Fraction | None) -> Ratio:
+def _composed(halves: tuple[OneSided, OneSided], names: Names, r: Fraction | None) -> Ratio:
     """T/lam, by the sums that evaluate it."""
     ops = Symbolic()
     radius = 1 + BEYOND_1 if r is None else number_of(r)
-    both = (
-        names.named(f"start_{kind}", [a + b for a, b in zip(*pair, strict=True)])
-        for kind, pair in (
-            ("rising", [one.start.rising for one in halves]),
-            ("falling", [one.start.falling for one in halves]),
+    one, other = halves
+    rising, falling = (
+        ops.leaf(0.0, names.named(f"start_{kind}", series))
+        for kind, series in (
+            ("rising", added(one.rising_start, other.rising_start)),
+            ("falling", added(one.falling_start, other.falling_start)),
         )
     )
-    unit = ops.exp(sympy.S.Zero)
-    rising, falling = (Pair(unit * (groups[0][0][0] if groups else 0), Sum([])) for groups in both)
     left, right = (
-        side_of(names.half(one, side), LAM, radius, 0, ops)
+        side_of(names.half(one, side), radius, ops)
         for one, side in zip(halves, ("left", "right"), strict=True)
     )
-    found = time_of(
-        Sides(left, right, rising, falling, halves[0].start.corner), as_sum(sympy.S.One)
-    )
-    ratio = found.value
+    ratio = mean_time(Sides(left, right, rising, falling, one.corner))
     assert isinstance(ratio, Ratio)
     return ratio
 

@@ -158,7 +158,7 @@ class Panel(Piece):
         return left + cut, right + cut
 
     def _tail(self, bound: Any) -> Any:
-        """What terms - 1 Taylor terms leave out on |t| <= 1 of a function below `bound`.
+        """The truncation error of terms - 1 Taylor terms on |t| <= 1, of a function below `bound`.
 
         One term fewer than were computed, because `integral` drops the last one.
         """

@@ -24,27 +24,16 @@ from symasym.generated import plain_formulas
 from symasym.numbers.balls import Profile, exact_ball, flint_module, precision, profile_of
 
 __all__ = [
-    "available",
     "escape_time",
     "exit_probability",
     "occupation",
     "stationary_density",
-    "to_mpf",
 ]
 
 _ONE = Fraction(1)
 _LOG2_10 = 3.3219280948873626
 
 _ATTEMPTS = 8
-
-
-def available() -> bool:
-    """Whether python-flint can be imported, which everything else here needs."""
-    try:
-        import flint  # noqa: F401
-    except ImportError:
-        return False
-    return True
 
 
 def escape_time(
@@ -195,40 +184,6 @@ def stationary_density(
         return found.log() if log else found
 
     return _refine(compute, dps, scale=lam * (1 + abs(y)), may_vanish=log)
-
-
-def to_mpf(ball: Any, dps: int) -> tuple[Any, Any]:
-    """Midpoint, rounded to `dps` digits, and a radius that covers the rounding as well.
-
-    Parameters
-    ----------
-    ball : flint.arb
-        A finite enclosure.
-    dps : int
-        Decimal digits of the midpoint.
-
-    Returns
-    -------
-    tuple of mpf
-        ``(mid, rad)`` such that [mid - rad, mid + rad] contains the ball. The precision
-        of mpmath's global context is neither used nor changed.
-    """
-    import mpmath
-    from mpmath import libmp
-
-    if not ball.is_finite():
-        raise AccuracyError("the ball is not finite and has no midpoint; enclose the value first.")
-
-    def exact(number: Any) -> Any:
-        mantissa, exponent = number.man_exp()
-        return libmp.from_man_exp(int(mantissa), int(exponent))
-
-    center = exact(ball.mid())
-    rounded = libmp.mpf_pos(center, libmp.dps_to_prec(dps), "n")
-    # Differences without a precision are exact in libmp; only the sum of the two errors rounds.
-    shift = libmp.mpf_abs(libmp.mpf_sub(center, rounded))
-    radius = libmp.mpf_add(exact(ball.rad()), shift, 53, "u")
-    return mpmath.mp.make_mpf(rounded), mpmath.mp.make_mpf(radius)
 
 
 # -- arguments ---------------------------------------------------------------------------------

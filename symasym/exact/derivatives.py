@@ -87,9 +87,11 @@ def log_slopes(
             return _time(left, right, len(ways)).log_slopes(ways)
         if quantity == "1 - C":
             left, right = right, left
-        slopes = plain_formulas.exit_share(left.sigma, right.sigma).log_slopes(ways)
+        share: Dual = plain_formulas.exit_share(left.sigma, right.sigma)
         towards_left = 1 / right.sigma.value
-        return slopes | {"start": towards_left if quantity == "1 - C" else -towards_left}
+        return share.log_slopes(ways) | {
+            "start": towards_left if quantity == "1 - C" else -towards_left
+        }
 
     return _refined(compute, dps, lam * (1 + r))
 
@@ -119,7 +121,8 @@ def log_slopes_of_occupation(
         inside = sweep.known(layer.inside)
         outside = layer.before + plain_formulas.tail_right(a_plus)
         wanted, rest = (outside, inside) if quantity == "1 - P" else (inside, outside)
-        return plain_formulas.occupation_share(wanted, rest).log_slopes(ways)
+        share: Dual = plain_formulas.occupation_share(wanted, rest)
+        return share.log_slopes(ways)
 
     return _refined(compute, dps, lam)
 
@@ -153,7 +156,7 @@ Change = EndSlope | OuterSlope | PanelSlope
 
 
 class Way(NamedTuple):
-    """What a parameter changes, per unit of it.
+    """Changes of a scene per unit of a parameter.
 
     The drift by `rate` times the one of `profile`, log lam in front of w by `power`, and the
     absorbing `ends`, outwards.
@@ -249,7 +252,8 @@ class Dual:
     __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Dual:
-        return self * (1 / other)
+        inverse: Dual | Any = 1 / other
+        return self * inverse
 
     def __rtruediv__(self, other: Any) -> Dual:
         inverse = 1 / self.value
@@ -267,20 +271,20 @@ class _DualPiece(Piece):
         return Dual.of(getattr(self._piece, name), slopes)
 
     @cached_property
-    def growth(self) -> Any:  # type: ignore[override]
+    def growth(self) -> Any:
         relative = self._dual("growth")
         return Dual(relative.value, relative.slopes * relative.value)
 
     @cached_property
-    def plus(self) -> Any:  # type: ignore[override]
+    def plus(self) -> Any:
         return self._dual("plus")
 
     @cached_property
-    def minus(self) -> Any:  # type: ignore[override]
+    def minus(self) -> Any:
         return self._dual("minus")
 
     @cached_property
-    def nested(self) -> Any:  # type: ignore[override]
+    def nested(self) -> Any:
         return self._dual("nested")
 
     @property

@@ -1,4 +1,4 @@
-"""How the arbitrary-precision sweeps cut [-r, r] into panels (see `taylor_recurrences`)."""
+"""The panels of [-r, r] for any number of digits (see `taylor_recurrences`)."""
 
 from __future__ import annotations
 

@@ -13,6 +13,7 @@ from symasym.drift.float_field import Field, IntArray
 from symasym.exact import float_panels
 from symasym.exact.float_blocks import Anchors, Blocks, hidden, is_direct, phi_at
 from symasym.exact.float_panels import REACH, SLOWNESS, Moments
+from symasym.numbers.polynomials import shifted
 
 _SAMPLES_PER_BLOCK = 32  # panels merged before the log domain is entered: e^(32 REACH) < 1e112
 _PANELS_AT_ONCE = 1024  # stays in cache, and below the size at which BLAS starts threads
@@ -171,7 +172,7 @@ def _rounding(field: Field, blocks: Blocks, anchors: Anchors, ready: np.ndarray)
 def is_slow(
     low: FloatArray, high: FloatArray, lam_phi: FloatArray, lam_h: FloatArray, h: FloatArray
 ) -> np.ndarray:
-    """Where the slow series of `panels.slow` holds to rounding; low <= phi <= high."""
+    """Blocks on which the slow series holds to rounding; low <= phi <= high."""
     smallest = np.maximum(low, -high)
     candidate = lam_h * smallest > 40.0
     if not candidate.any():
@@ -251,10 +252,7 @@ def _exponents(
     if series is None:
         phi = phi_at(field, pieces, anchors, float_panels.gauss().nodes)
         return float_panels.exponents_of_values(scale[:, None] * phi)
-    c = list(series)
-    for lowest in range(len(c) - 1):
-        for k in range(len(c) - 2, lowest - 1, -1):
-            c[k] = c[k] + c[k + 1] * pieces.t0
+    c = shifted(list(series), pieces.t0)
     for k in range(len(c)):
         c[k] = c[k] * scale
         scale = scale * h

@@ -1,4 +1,4 @@
-"""Where the float64 engine cuts [-1, 1]: blocks about Taylor expansions, and the drift on them."""
+"""Blocks of [-1, 1] in float64, about Taylor expansions of the drift, and the drift on them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from symasym.drift.float_field import Field, IntArray
 from symasym.exact import float_panels
 from symasym.exact.float_panels import REACH, SLOWNESS
 from symasym.numbers.complex_balls import tame
+from symasym.numbers.polynomials import poly
 
 #: lam |A| up to which positions are measured from u = 0.
 MILD = 5e3
@@ -158,11 +159,7 @@ def phi_at(field: Field, blocks: Blocks, anchors: Anchors, nodes: FloatArray) ->
         result[far] = field.phi(blocks.scene[far], u)
     if near.any():
         c = anchors.coefficients[blocks.anchor[near]]
-        x = t[near]
-        total = np.broadcast_to(c[:, -1:], x.shape)
-        for k in range(c.shape[1] - 2, -1, -1):
-            total = total * x + c[:, k : k + 1]
-        result[near] = total
+        result[near] = poly(list(c.T[:, :, None]), t[near])
     return result
 
 

@@ -139,7 +139,7 @@ def _last_coefficients() -> FloatArray:
 
 
 def _resolved(values: FloatArray, mean: FloatArray) -> np.ndarray:
-    """Where the last Legendre coefficients say that the integral is right to rounding."""
+    """Panels whose last Legendre coefficients say that the integral is right to rounding."""
     tail = np.abs(values @ _last_coefficients())
     found: np.ndarray = tail @ np.ones(4) <= RESOLUTION * mean
     return found

@@ -94,7 +94,8 @@ def _logs(found: LogPositive, failed: np.ndarray) -> Logs:
 
 def _either(failed: np.ndarray) -> np.ndarray:
     """Scenes of which one side failed."""
-    result: np.ndarray = failed.reshape(2, -1).any(axis=0)
+    n = len(failed) // 2
+    result: np.ndarray = failed[:n] | failed[n:]
     return result
 
 
@@ -115,11 +116,11 @@ def _from_both_ends(
 
 
 class _Panels(NamedTuple):
-    """Panels of many scenes, the first of each scene at `at`; and the scenes that were given up."""
+    """Panels of many scenes, of each from `place` on; and the scenes that were given up."""
 
     records: Record
-    at: IntArray
-    count: IntArray
+    place: IntArray
+    number: IntArray
     failed: np.ndarray
 
     def through(
@@ -134,8 +135,8 @@ class _Panels(NamedTuple):
         The first panel takes the step `first` where that is given.
         """
         # Scenes with more panels come first: those with a k-th one are the first of all.
-        order = np.argsort(-self.count, kind="stable")
-        lam, at, count = lam[order], self.at[order], self.count[order]
+        order = np.argsort(-self.number, kind="stable")
+        lam, at, count = lam[order], self.place[order], self.number[order]
         state = tuple(x[order] for x in start)
         for k in range(count.max(initial=0)):
             n = int(np.searchsorted(-count, -k, side="left"))
@@ -177,9 +178,12 @@ def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -
     own = local[records.scene] + records.local
     rise = records.moments.rise
     moved = _ULP * np.abs(rise) + records.shift
+    _, int_e, int_inverse, nested = records.moments
     logs = Record(
-        *(LogPositive.of(m, own) for m in records.moments[1:]),
-        LogPositive(np.minimum(rise, 0.0), np.where(rise > 0, 0.0, moved)),
-        LogPositive(np.minimum(-rise, 0.0), np.where(rise > 0, moved, 0.0)),
+        LogPositive.of(int_e, own),
+        LogPositive.of(int_inverse, own),
+        LogPositive.of(nested, own),
+        fall=LogPositive(np.minimum(rise, 0.0), np.where(rise > 0, 0.0, moved)),
+        climb=LogPositive(np.minimum(-rise, 0.0), np.where(rise > 0, moved, 0.0)),
     )
     return _Panels(logs, np.cumsum(count) - count, count, failed)

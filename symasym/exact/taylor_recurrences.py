@@ -44,7 +44,7 @@ def terms_needed(growth: Sequence[float], bits: float, logs: Sequence[float] = (
 
 
 def beyond_floats(count: int) -> bool:
-    """Whether so many powers of every ratio of `terms_needed` leave float64's range."""
+    """True where so many powers of every ratio of `terms_needed` leave float64's range."""
     return count * math.log(_RATIOS[0]) > _RANGE
 
 

@@ -124,7 +124,15 @@ def constant_nested_up(ctx: Any, x: Any, int_e: Any) -> Any:
 
 
 def carried(
-    ctx: Any, lam: Any, w: Any, int_e: Any, int_inverse: Any, nested: Any, fall: Any, climb: Any, sigma: Any
+    ctx: Any,
+    lam: Any,
+    w: Any,
+    int_e: Any,
+    int_inverse: Any,
+    nested: Any,
+    fall: Any,
+    climb: Any,
+    sigma: Any,
 ) -> Any:
     """sigma and w after a panel (panel-step)."""
     return (

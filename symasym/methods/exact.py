@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.scenes import (
@@ -25,6 +26,7 @@ from symasym.drift.scenes import (
     scene_at,
 )
 from symasym.methods.table import quantity_of
+from symasym.numbers import balls
 
 __all__ = ["TOLERANCE", "of_scene", "of_scenes"]
 
@@ -42,10 +44,10 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     dps = request.digits
     try:
         # Where A is no polynomial, ball arithmetic is the faster way as well as the proved one.
-        if ball_sweep.available() and (request.full or scene.drift.exact_coefficients() is None):
+        if balls.available() and (request.full or scene.drift.exact_coefficients() is None):
             try:
                 enclosure = _value(ball_sweep, scene, request.name, dps + 3, request.log)
-                return Answer(*ball_sweep.to_mpf(enclosure, dps), "bound", (request.name,))
+                return Answer(*balls.to_mpf(enclosure, dps), "bound", (request.name,))
             except AccuracyError:
                 pass
         value = _value(digits, scene, request.name, dps, request.log)
@@ -58,9 +60,9 @@ def of_scene(scene: Scene, request: Request) -> Answer:
             f"{numbers} and the drift make 2 |A|/kappa^2 leave the range of float64 (1e308), in "
             "which the evaluation is planned; rescale the problem."
         ) from None
-    from mpmath import mpf
-
-    return Answer(value, abs(value) * mpf(10) ** -dps, "estimate", (request.name,))
+    with own_context(15) as context:
+        error = abs(context.make_mpf(value._mpf_)) * context.mpf(10) ** -dps
+    return Answer(value, error, "estimate", (request.name,))
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:

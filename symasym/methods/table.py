@@ -129,10 +129,10 @@ def _without_error(drift: Drift, request: Request) -> bool:
 
 
 def _unproved(drift: Drift, request: Request) -> bool:
-    """True where no error is asked for, or the drift has no proved one."""
-    from symasym.exact.ball_sweep import available
+    """True where no error is asked for, or none can be proved."""
+    from symasym.numbers import balls
 
-    return not (request.full and (available() or drift.exact_coefficients() is not None))
+    return not (request.full and balls.available())
 
 
 _ALL = tuple(QUANTITIES)

@@ -14,6 +14,19 @@ from symasym.base.errors import AccuracyError
 _lock = threading.RLock()
 
 
+class NotProved(Exception):
+    """A step of a proof does not go through; an estimate remains possible."""
+
+
+def available() -> bool:
+    """True if python-flint can be imported, which every proof needs."""
+    try:
+        import flint  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
 def flint_module() -> Any:
     try:
         import flint
@@ -41,6 +54,40 @@ def precision(bits: int) -> Iterator[None]:
 def exact_ball(value: Fraction) -> Any:
     flint = flint_module()
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
+
+
+def to_mpf(ball: Any, dps: int) -> tuple[Any, Any]:
+    """Midpoint, rounded to `dps` digits, and a radius that covers the rounding as well.
+
+    Parameters
+    ----------
+    ball : flint.arb
+        A finite enclosure.
+    dps : int
+        Decimal digits of the midpoint.
+
+    Returns
+    -------
+    tuple of mpf
+        ``(mid, rad)`` such that [mid - rad, mid + rad] contains the ball. The precision
+        of mpmath's global context is neither used nor changed.
+    """
+    import mpmath
+    from mpmath import libmp
+
+    if not ball.is_finite():
+        raise AccuracyError("the ball is not finite and has no midpoint; enclose the value first.")
+
+    def exact(number: Any) -> Any:
+        mantissa, exponent = number.man_exp()
+        return libmp.from_man_exp(int(mantissa), int(exponent))
+
+    center = exact(ball.mid())
+    rounded = libmp.mpf_pos(center, libmp.dps_to_prec(dps), "n")
+    # Differences without a precision are exact in libmp; only the sum of the two errors rounds.
+    shift = libmp.mpf_abs(libmp.mpf_sub(center, rounded))
+    radius = libmp.mpf_add(exact(ball.rad()), shift, 53, "u")
+    return mpmath.mp.make_mpf(rounded), mpmath.mp.make_mpf(radius)
 
 
 class Profile(Protocol):

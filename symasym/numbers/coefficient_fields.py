@@ -1,6 +1,6 @@
-"""Where Taylor coefficients live: rationals, a field over parameters, or mpf.
+"""The fields of Taylor coefficients: rationals, rational functions of parameters, or mpf.
 
-A ring brings its constants to `symasym.numbers.taylor_series`: exp(c), sin(c), c^e of a constant
+A field brings its constants to `symasym.numbers.taylor_series`: exp(c), sin(c), c^e of a constant
 term c. In exact work every irrational constant (sqrt(2), exp(p), sin(c)) becomes a generator of a
 field of rational functions, in which arithmetic is canonical and fast, and which is turned back
 into SymPy's expressions at the end. Relations between generators are then forgotten, so zero is
@@ -22,7 +22,7 @@ from symasym.numbers.trees import MpmathOps, evaluate_tree
 _SAMPLES = 12
 
 
-class ExpressionRing:
+class ExpressionField:
     """SymPy expressions, remembering each constant that was asked for."""
 
     def __init__(self) -> None:
@@ -51,11 +51,11 @@ class ExpressionRing:
         return vanishes(sympy.sympify(element))
 
     def negligible(self, element: Any, others: list[Any]) -> bool:
-        """Whether it is zero, in numbers beside the other coefficients of its series."""
+        """True if it is zero, in numbers beside the other coefficients of its series."""
         return self.is_zero(element)
 
 
-class FieldRing:
+class FunctionField:
     """Rational functions over the rationals, generators for parameters and irrational constants."""
 
     def __init__(self, constants: Iterable[Any]) -> None:
@@ -119,7 +119,7 @@ class MissingConstant(Exception):
         self.value = value
 
 
-class NumberRing:
+class RealField:
     """mpf of one context. What is below most of the digits is zero: points are roots, rounded."""
 
     def __init__(self, context: Any) -> None:
@@ -163,7 +163,7 @@ class NumberRing:
 
 
 def vanishes(expression: Any) -> bool:
-    """Whether an expression is zero: by numbers where it is not, by SymPy where it is."""
+    """True if an expression is zero: by numbers where it is not, by SymPy where it is."""
     expression = sympy.sympify(expression)
     if expression.is_Rational:
         return bool(expression == 0)
@@ -193,7 +193,7 @@ def sampled_parameters(symbols: Any, count: int = _SAMPLES) -> list[dict[Any, An
 
 
 def sign_of(expression: Any) -> tuple[int | None, bool]:
-    """The sign of an expression, and whether the assumptions alone decide it.
+    """The sign of an expression, and True if the assumptions alone decide it.
 
     Undecided by assumptions, it is the sign at sampled parameters; None if those differ.
     """
@@ -216,7 +216,7 @@ def sign_of(expression: Any) -> tuple[int | None, bool]:
 
 
 def _generators(node: Any, names: dict[Any, Any]) -> None:
-    """Collect what the field needs a generator for."""
+    """Add to `names` a generator for each parameter and irrational constant of `node`."""
     if node.is_Rational:
         return
     if node.is_Add or node.is_Mul:

@@ -15,6 +15,7 @@ import numpy as np
 
 from symasym.base.contexts import mpf_of
 from symasym.base.inputs import FloatArray, to_float
+from symasym.numbers.polynomials import shifted
 
 _SPLITTER = 134217729.0  # 2^27 + 1
 
@@ -119,13 +120,8 @@ def shift(coefficients: list[DoubleDouble], centre: FloatArray) -> list[FloatArr
     Each is rounded to float64 only at the end, so a coefficient that vanishes
     at the centre keeps its full relative precision down to 1e-32.
     """
-    work = list(coefficients)
-    degree = len(work) - 1
-    x = DoubleDouble.of(centre)
-    for lowest in range(degree):
-        for k in range(degree - 1, lowest - 1, -1):
-            work[k] = work[k] + work[k + 1] * x
-    return [np.broadcast_to(c.hi + c.lo, np.shape(centre)) for c in work]
+    about = shifted(coefficients, DoubleDouble.of(centre))
+    return [np.broadcast_to(c.hi + c.lo, np.shape(centre)) for c in about]
 
 
 def _two_sum(a: Any, b: Any) -> tuple[Any, Any]:

@@ -8,13 +8,13 @@ that both are as exact at a fold as anywhere.
 
 from __future__ import annotations
 
-import cmath
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.numbers.polynomial_roots import refined, zeros_of
 from symasym.numbers.polynomials import divided, poly, poly_slope, shifted
 from symasym.numbers.quadratic_factor import Pair, pair_of
 
@@ -22,7 +22,7 @@ __all__ = ["Factor", "Line", "Meeting", "Pieces", "Zero", "pieces_of", "seen_fro
 
 _EPS = 2.3e-16
 # As in `symasym.numbers.polynomial_roots`, `.pairs_double` and `.meetings_double`.
-_REAL, _SAME, _ROUGHEST = 1e-9, 1e-6, 1e-10
+_SAME, _ROUGHEST = 1e-6, 1e-10
 # |A| at an edge beside its largest term, below which float64 doesn't tell on which side a zero is.
 _NEAREST, _NEAREST_END = 1e-7, 1e-11
 _MOST_STEPS = 12
@@ -136,39 +136,16 @@ class _Roots(NamedTuple):
             nearest = _NEAREST_END if abs(u) == 1 else _NEAREST
             if not abs(poly(line.c, u)) > nearest * size:
                 return None
-        found = _zeros(line.c)
-        real = sorted(z.real for z in found if abs(z.imag) < _REAL * (1 + abs(z)))
-        above = [z for z in found if z.imag >= _REAL * (1 + abs(z))]
-        return cls(real, above) if len(real) + 2 * len(above) == len(found) else None
+        return cls.all_of(line.c)
 
-
-def _zeros(c: list[float]) -> list[complex]:
-    degree = len(c) - 1
-    if degree == 0:
-        return []
-    if degree == 1:
-        return [complex(-c[0] / c[1])]
-    if degree == 2:
-        half, product = c[1] / (-2 * c[2]), c[0] / c[2]
-        root = cmath.sqrt(half * half - product)
-        first = half + (-root if half < 0 else root)
-        return [first, product / first if first else 0j]
-    matrix = np.zeros((degree, degree))
-    matrix[np.arange(1, degree), np.arange(degree - 1)] = 1.0
-    matrix[:, -1] = [-x / c[-1] for x in c[:-1]]
-    if not np.isfinite(matrix).all():
-        raise OverflowError
-    return [_polished(c, z) for z in np.linalg.eigvals(matrix).tolist()]
-
-
-def _polished(c: list[float], z: complex) -> complex:
-    for _ in range(3):
-        value, slope = poly(c, z), poly_slope(c, z)
-        step = value / slope if slope else 0.0
-        if not abs(step) < 1e-3 * (1 + abs(z)):
-            break
-        z -= step
-    return z
+    @classmethod
+    def all_of(cls, c: list[float]) -> _Roots | None:
+        zeros = zeros_of(np.array(c)[:, None])
+        if not zeros.complete[0]:
+            return None
+        real = int(zeros.real[0])
+        above = [complex(row[0]) for row in zeros.pairs[: (len(c) - 1 - real) // 2]]
+        return cls(zeros.values[:real, 0].tolist(), above)
 
 
 def _roughness(c: list[float], z: complex, roots: _Roots) -> float:
@@ -187,8 +164,10 @@ def _meetings(line: Line, roots: _Roots) -> tuple[list[Meeting], float]:
     if len(line.c) < 3:
         return [], float("inf")
     _, start, reach = line.edges
-    slopes = [k * x for k, x in enumerate(line.c)][1:]
-    turning = [z.real for z in _zeros(slopes) if abs(z.imag) < _REAL * (1 + abs(z))]
+    slope = _Roots.all_of([k * x for k, x in enumerate(line.c)][1:])
+    if slope is None:
+        raise OverflowError
+    turning = slope.real
     found, slack = [], float("inf")
     for point in turning:
         if not (abs(point) < reach and point != start):
@@ -253,22 +232,12 @@ def _room(line: Line, meeting: Meeting) -> float:
 
 
 def _refine(zero: Zero, c: list[Any], context: Any) -> bool:
-    """Newton's steps; the last is that of the slope, too."""
-    u, least = context.mpf(zero.rough), context.ldexp(1, -context.prec // 2 - 8)
-    for _ in range(_MOST_STEPS):
-        value = slope = context.zero
-        for x in reversed(c):
-            slope = slope * u + value
-            value = value * u + x
-        if not slope:
-            return False
-        step = value / slope
-        u -= step
-        if abs(step) <= least * (1 + abs(u)):
-            zero.u = u
-            zero.slope = poly_slope(c, u)
-            return True
-    return False
+    """Set the zero's place and slope; False where Newton's steps fail."""
+    zero.u = refined(c, context.mpf(zero.rough), context)
+    if zero.u is None:
+        return False
+    zero.slope = poly_slope(c, zero.u)
+    return True
 
 
 def _refine_factor(factor: Factor, c: list[Any], context: Any) -> bool:

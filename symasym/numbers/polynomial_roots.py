@@ -1,7 +1,13 @@
-"""All zeros of many polynomials of one degree at once, in float64."""
+"""All zeros of many polynomials of one degree at once in float64, and one to any digits.
+
+Degree 2 by the formula that does not cancel, 3 by Viete's cosines or Cardano's sum, higher ones as
+eigenvalues of the companion matrix; then Newton's steps (W. H. Press et al., Numerical Recipes,
+sections 5.6 and 9.5).
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -71,6 +77,22 @@ def zeros_of(c: FloatArray) -> Zeros:
     return Zeros(values, real, _chosen(found, above), apart & complete, complete)
 
 
+def refined(c: Sequence[Any], z: Any, context: Any) -> Any:
+    """The simple zero near `z` to all digits of the context, None where Newton's steps fail."""
+    last, falling = False, list(c[::-1])
+    for _ in range(context.prec.bit_length() + 8):
+        value, slope = context.polyval(falling, z, derivative=True)
+        if not slope:
+            return None
+        step = value / slope
+        z -= step
+        if last:
+            return z
+        # The step after the one that has half of the digits has all of them.
+        last = abs(step) <= context.ldexp(1 + abs(z), -context.prec // 2 - 8)
+    return None
+
+
 def _chosen(found: Any, above: Any) -> list[Any]:
     """Those above the real axis first, as many as there may be."""
     half = len(found) // 2
@@ -84,6 +106,15 @@ def _chosen(found: Any, above: Any) -> list[Any]:
     return list(np.take_along_axis(found, at, axis=0)[:half])
 
 
+def real_parts(c: FloatArray) -> FloatArray:
+    """Real parts of all zeros of the columns of `c`, the last not 0, be it ever so small."""
+    with np.errstate(all="ignore"):
+        zeros = _companion(c, 1e150)
+        for _ in range(3):
+            zeros = _newton(c, zeros)
+    return np.real(zeros)
+
+
 def _newton(c: FloatArray, z: Any) -> Any:
     value, slope = c[-1] + 0 * z, 0 * z
     for row in c[-2::-1]:
@@ -94,13 +125,14 @@ def _newton(c: FloatArray, z: Any) -> Any:
     return z - np.where(good, step, 0.0)
 
 
-def _companion(c: FloatArray) -> Any:
+def _companion(c: FloatArray, most: float = np.inf) -> Any:
+    """Eigenvalues of the companion matrices, whose entries are clipped at `most`."""
     degree, count = len(c) - 1, c.shape[1]
     if degree == 1:
-        return (-c[0] / c[1] + 0j)[None]
+        return (np.clip(-c[0] / c[1], -most, most) + 0j)[None]
     matrix = np.zeros((count, degree, degree))
     matrix[:, np.arange(1, degree), np.arange(degree - 1)] = 1.0
-    last = -c[:-1] / c[-1]
+    last = np.clip(-c[:-1] / c[-1], -most, most)
     fine = np.isfinite(last).all(axis=0)
     matrix[:, :, -1] = np.where(fine, last, 0.0).T
     return np.where(fine, np.linalg.eigvals(matrix).T, np.nan)

@@ -32,15 +32,21 @@ __all__ = [
 Coefficients = Sequence[Any]
 
 
-def dot(a: Coefficients, b: Coefficients, nothing: Any = 0) -> Any:
-    """The sum of a[k] b[k]; `nothing` if there are none."""
-    if not a:
+def dot(a: Coefficients, b: Coefficients) -> Any:
+    """The sum of a[k] b[k]."""
+    return _sum(list(zip(a, b, strict=True)), 0)
+
+
+def _sum(pairs: list[tuple[Any, Any]], nothing: Any) -> Any:
+    """The sum of all products; `nothing` if there are none."""
+    if len(pairs) > 2:
+        context = getattr(pairs[0][0], "context", None) or getattr(pairs[0][1], "context", None)
+        if context is not None:
+            return context.fdot(pairs)
+    if not pairs:
         return nothing
-    context = getattr(a[0], "context", None) or getattr(b[0], "context", None)
-    if context is not None:
-        return context.fdot(zip(a, b, strict=True))
-    total = a[0] * b[0]
-    for x, y in zip(a[1:], b[1:], strict=True):
+    total = pairs[0][0] * pairs[0][1]
+    for x, y in pairs[1:]:
         total = total + x * y
     return total
 
@@ -53,14 +59,16 @@ def _support(c: Coefficients, first: int = 0) -> list[int]:
 def product(a: Coefficients, b: Coefficients, count: int | None = None) -> list[Any]:
     """The first `count` coefficients of a b, as many as both determine by default."""
     count = min(len(a), len(b)) if count is None else count
-    support = _support(a[:count])
-    if len(support) == count <= len(b):
-        return [dot(a[: n + 1], b[n::-1]) for n in range(count)]
-    nothing, found = 0 * a[0] * b[0], []
-    for n in range(count):
-        terms = [j for j in support if 0 <= n - j < len(b)]
-        found.append(dot([a[j] for j in terms], [b[n - j] for j in terms], nothing))
-    return found
+    others = _support(b[:count])
+    rows: list[list[tuple[Any, Any]]] = [[] for _ in range(count)]
+    for j in _support(a[:count]):
+        x = a[j]
+        for k in others:
+            if j + k >= count:
+                break
+            rows[j + k].append((x, b[k]))
+    nothing = 0 * a[0] * b[0]
+    return [_sum(row, nothing) for row in rows]
 
 
 def quotient(a: Coefficients, b: Coefficients, count: int) -> list[Any]:
@@ -68,9 +76,18 @@ def quotient(a: Coefficients, b: Coefficients, count: int) -> list[Any]:
     inverse, support = 1 / b[0], _support(b[:count], 1)
     found: list[Any] = []
     for n in range(count):
-        terms = [j for j in support if j <= n]
-        taken = dot([b[j] for j in terms], [found[n - j] for j in terms])
-        found.append(((a[n] if n < len(a) else 0) - taken) * inverse)
+        pairs = [(b[j], found[n - j]) for j in support if j <= n]
+        total: Any = a[n] if n < len(a) else 0
+        if isinstance(inverse, np.ndarray):
+            for k, (x, y) in enumerate(pairs):
+                if k:
+                    # In place, now that it is not an entry of a any more.
+                    total -= x * y
+                else:
+                    total = total - x * y
+        elif pairs:
+            total = total - _sum(pairs, 0)
+        found.append(total * inverse)
     return found
 
 
@@ -95,10 +112,8 @@ def power(c: Coefficients, p: Any, q: int, count: int, first: Any) -> list[Any]:
     """
     support, found = _support(c[:count], 1), [first]
     for n in range(1, count):
-        terms = [j for j in support if j <= n]
-        weighted = [(p * j - q * (n - j)) * c[j] for j in terms]
-        total = dot(weighted, [found[n - j] for j in terms], 0 * first)
-        found.append(total / (c[0] * (q * n)))
+        pairs = [((p * j - q * (n - j)) * c[j], found[n - j]) for j in support if j <= n]
+        found.append(_sum(pairs, 0 * first) / (c[0] * (q * n)))
     return found
 
 
@@ -128,8 +143,7 @@ def _slopes(c: Coefficients, count: int) -> list[tuple[int, Any]]:
 
 def _next(slopes: list[tuple[int, Any]], known: list[Any], n: int, nothing: Any) -> Any:
     """Coefficient n - 1 of c' times the series that is known to order n - 1."""
-    terms = [(s, known[n - j]) for j, s in slopes if j <= n]
-    return dot([s for s, _ in terms], [y for _, y in terms], nothing)
+    return _sum([(s, known[n - j]) for j, s in slopes if j <= n], nothing)
 
 
 def laurent(
@@ -142,13 +156,14 @@ def laurent(
     counts as 0 and the series are those of h_k t^(2k - 1); else each is a coefficient shorter than
     the one before.
     """
-    inverse = reciprocal(phi[1:] if zero else phi)
-    last = inverse if weight is None else product(weight, inverse)
+    # Divided by phi, which is short where it is a polynomial, not times 1/phi.
+    psi = phi[1:] if zero else phi
+    last = reciprocal(psi) if weight is None else quotient(weight, psi, min(len(weight), len(psi)))
     yield last
     for k in range(1, count):
         if zero:
             slope = [(2 * k - 1 - j) * c for j, c in enumerate(last)]
         else:
             slope = [-j * c for j, c in enumerate(last)][1:]
-        last = product(slope, inverse)
+        last = quotient(slope, psi, len(slope))
         yield last

@@ -1,7 +1,10 @@
 """Two neighbouring zeros of an analytic function, split off as a factor.
 
-phi = (y² - D) psi(y), y from half-way between the zeros, D of either sign. Both critical values of
-the integral of phi are then explicit sums in D, without a difference of nearly equal numbers.
+phi = (y² - D) psi(y), y from half-way between the zeros, D of either sign: the Weierstrass
+polynomial of degree two. Its middle and D solve the two equations that the even and the odd part of
+phi vanish at y² = D, by Newton's method as Bairstow's for polynomials. Both are analytic in phi's
+coefficients where the zeros themselves are not. Both critical values of the integral of phi are
+then explicit sums in D, without a difference of nearly equal numbers.
 """
 
 from __future__ import annotations
@@ -15,6 +18,21 @@ import numpy as np
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.numbers.polynomials import poly, poly_slope, shifted
+
+__all__ = [
+    "Pair",
+    "everywhere",
+    "mean_of_values",
+    "not_alone",
+    "numbers",
+    "pair_of",
+    "pairs_of",
+    "poly",
+    "rows",
+    "shifted",
+    "split_pair",
+    "tiny",
+]
 
 _STEPS = 40
 

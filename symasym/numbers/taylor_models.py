@@ -1,16 +1,18 @@
-"""Functions of y = lam^(-1/2) near 0, for all y of a range at once: polynomials, and their rests.
+"""Taylor models in y = lam^(-1/2), for all 0 < y <= top at once.
 
-A `Model` is y^v (c_0 + c_1 y + …) with a bound of what is left out, relative to y^(v + terms). A
-`Small` is a sum of C y^p e^(-delta/y^2), which no power of y sees. All in balls.
+A `Model` is y^v (c_0 + c_1 y + … + c_{n-1} y^{n-1}) with a bound of the complement, relative to
+y^(v + n); sums, products and quotients carry that bound along (K. Makino, M. Berz, Taylor models
+and other validated functional inclusion methods, Int. J. Pure Appl. Math. 4 (2003) 379). A
+`SmallTerms` is a sum of C y^p e^(-gap/y^2), which no power of y sees. All in balls.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.laplace.cauchy_disk import NotProved
-from symasym.numbers.balls import flint_module
+from symasym.numbers.balls import NotProved, flint_module
 
 # Parts of the range on each of which a polynomial is bounded.
 _PARTS = 12
@@ -24,11 +26,11 @@ class Range(NamedTuple):
 
 
 class Model(NamedTuple):
-    """|f - y^power sum c_k y^k| <= rest y^(power + terms), on the whole of `over`."""
+    """|f - y^power sum c_k y^k| <= tail_bound y^(power + terms), on the whole of `over`."""
 
     power: int
     coefficients: tuple[Any, ...]
-    rest: Any
+    tail_bound: Any
     over: Range
 
     def __add__(self, other: Model) -> Model:  # type: ignore[override]
@@ -38,16 +40,16 @@ class Model(NamedTuple):
         moved = (*[0] * shift, *other.coefficients)
         sums = [a + b for a, b in zip(self.coefficients, moved, strict=False)]
         lost = _sizes(moved[self.over.terms :], self.over.top)
-        rest = self.rest + lost + other.rest * self.over.top**shift
-        return self._replace(coefficients=tuple(sums), rest=rest.upper())
+        tail = self.tail_bound + lost + other.tail_bound * self.over.top**shift
+        return self._replace(coefficients=tuple(sums), tail_bound=tail.upper())
 
     def __mul__(self, other: Model) -> Model:  # type: ignore[override]
         flint, count, top = flint_module(), self.over.terms, self.over.top
         product = flint.arb_poly(list(self.coefficients)) * flint.arb_poly(list(other.coefficients))
-        found = [product[k] for k in range(2 * count)]
-        rest = _sizes(found[count:], top)
-        rest += self.largest() * other.rest + (other.polynomial_size()) * self.rest
-        return Model(self.power + other.power, tuple(found[:count]), rest.upper(), self.over)
+        all_terms = [product[k] for k in range(2 * count)]
+        tail = _sizes(all_terms[count:], top)
+        tail += self.largest() * other.tail_bound + (other.polynomial_size()) * self.tail_bound
+        return Model(self.power + other.power, tuple(all_terms[:count]), tail.upper(), self.over)
 
     def __truediv__(self, other: Model) -> Model:
         """The quotient; NotProved where the divisor is not shown to be positive."""
@@ -65,8 +67,8 @@ class Model(NamedTuple):
         product = flint.arb_poly(quotient) * flint.arb_poly(list(other.coefficients))
         lost = _sizes([product[k] for k in range(count, 2 * count)], top)
         size = _largest(quotient, top)
-        rest = (lost + self.rest + size * other.rest) / least
-        return Model(self.power - other.power, tuple(quotient), rest.upper(), self.over)
+        tail = (lost + self.tail_bound + size * other.tail_bound) / least
+        return Model(self.power - other.power, tuple(quotient), tail.upper(), self.over)
 
     def least(self) -> Any:
         """A positive lower bound of y^(-power) f; NotProved where there is none."""
@@ -75,7 +77,7 @@ class Model(NamedTuple):
         low = flint.arb("inf")
         for part in _parts(flint.arb(0), top):
             low = low.min(_value(self.coefficients, part).lower())
-        low = (low - self.rest * top**count).lower()
+        low = (low - self.tail_bound * top**count).lower()
         if not low > 0:
             raise NotProved
         return low
@@ -85,15 +87,15 @@ class Model(NamedTuple):
 
     def largest(self) -> Any:
         """An upper bound of |y^(-power) f|."""
-        return (self.polynomial_size() + self.rest * self.over.top**self.over.terms).upper()
+        return (self.polynomial_size() + self.tail_bound * self.over.top**self.over.terms).upper()
 
     def tail(self, first: int, low: Any) -> Any:
         """The largest |f y^(-power) - its first terms|/y^first for low <= y <= top."""
         beyond = _largest(self.coefficients[first:], self.over.top, low)
-        return (beyond + self.rest * self.over.top ** (self.over.terms - first)).upper()
+        return (beyond + self.tail_bound * self.over.top ** (self.over.terms - first)).upper()
 
 
-class Term(NamedTuple):
+class SmallTerm(NamedTuple):
     """size y^power e^(-gap/y^2)."""
 
     size: Any
@@ -101,10 +103,10 @@ class Term(NamedTuple):
     gap: Any
 
 
-Small = tuple[Term, ...]
+SmallTerms = tuple[SmallTerm, ...]
 
 
-def supremum(terms: Iterable[Term], power: int, low: Any, top: Any) -> Any:
+def supremum(terms: Iterable[SmallTerm], power: int, low: Any, top: Any) -> Any:
     """An upper bound of sum |terms| y^(-power) for low <= y <= top."""
     total = flint_module().arb(0)
     for size, own, gap in terms:
@@ -122,11 +124,8 @@ def supremum(terms: Iterable[Term], power: int, low: Any, top: Any) -> Any:
 
 def _parts(low: Any, top: Any) -> list[Any]:
     width = (top - low) / _PARTS
-    found = []
-    for k in range(_PARTS):
-        a, b = low + k * width, low + (k + 1) * width
-        found.append(a.union(b))
-    return found
+    edges = [low + k * width for k in range(_PARTS + 1)]
+    return [a.union(b) for a, b in pairwise(edges)]
 
 
 def _value(coefficients: Sequence[Any], y: Any) -> Any:
@@ -138,10 +137,10 @@ def _value(coefficients: Sequence[Any], y: Any) -> Any:
 
 def _largest(coefficients: Sequence[Any], top: Any, low: Any = 0) -> Any:
     flint = flint_module()
-    found = flint.arb(0)
+    most = flint.arb(0)
     for part in _parts(flint.arb(low), top):
-        found = found.max(abs(_value(coefficients, part)).upper())
-    return found
+        most = most.max(abs(_value(coefficients, part)).upper())
+    return most
 
 
 def _sizes(coefficients: Sequence[Any], top: Any) -> Any:

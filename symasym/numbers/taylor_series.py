@@ -1,6 +1,7 @@
 """Taylor series, and series with one power in front, of an expression at a point.
 
-Coefficients live in a ring of `symasym.numbers.coefficient_fields`; a `Series` is a list of them.
+Coefficients are elements of a field of `symasym.numbers.coefficient_fields`; the arithmetic of the
+series is that of `symasym.numbers.power_series`.
 """
 
 from __future__ import annotations

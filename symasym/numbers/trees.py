@@ -4,7 +4,7 @@ A model writes its drift once, as `evaluate(u, p, ops)`; `ops` brings what the
 number type of `u` needs for it: `rational(value)`, `pi()`, `power(base, exponent)`
 and the elementary functions by the names in `FUNCTIONS`. This module holds the
 types that the layers above share: rationals, NumPy, SymPy, and mpmath contexts.
-The Taylor jets and the balls bring their own, beside their engines.
+The truncated Taylor series and the balls bring their own, beside their engines.
 """
 
 from __future__ import annotations

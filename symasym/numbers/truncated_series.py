@@ -13,7 +13,7 @@ from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import integer_power
 
 
-class Jet:
+class TruncatedSeries:
     """(c[0] + c[1] s + ... + c[n-1] s^(n-1)) 2^e with integers c.
 
     One exponent for all coefficients makes a product of series a product of
@@ -23,18 +23,20 @@ class Jet:
 
     __slots__ = ("c", "e", "ops")
 
-    def __init__(self, c: list[int], e: int, ops: JetOps) -> None:
+    def __init__(self, c: list[int], e: int, ops: SeriesOps) -> None:
         excess = max(abs(x) for x in c).bit_length() - ops.bits - 16
         if excess > 0:
             c, e = [x >> excess for x in c], e + excess
         self.c, self.e, self.ops = c, e, ops
 
-    def __neg__(self) -> Jet:
-        return Jet([-x for x in self.c], self.e, self.ops)
+    def __neg__(self) -> TruncatedSeries:
+        return TruncatedSeries([-x for x in self.c], self.e, self.ops)
 
-    def __add__(self, other: Any) -> Jet:
-        term: Jet = other if isinstance(other, Jet) else self.ops.constant(other)
-        fine, coarse = sorted((self, term), key=lambda jet: jet.e)
+    def __add__(self, other: Any) -> TruncatedSeries:
+        term: TruncatedSeries = (
+            other if isinstance(other, TruncatedSeries) else self.ops.constant(other)
+        )
+        fine, coarse = sorted((self, term), key=lambda series: series.e)
         if not any(coarse.c):
             return fine
         # Up to `bits` places are kept below the coarser unit, so that a small term beside a
@@ -43,29 +45,29 @@ class Jet:
         drop = max(0, shift - self.ops.bits)
         rise = shift - drop
         c = [(x >> drop) + (y << rise) for x, y in zip(fine.c, coarse.c, strict=True)]
-        return Jet(c, fine.e + drop, self.ops)
+        return TruncatedSeries(c, fine.e + drop, self.ops)
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> Jet:
+    def __sub__(self, other: Any) -> TruncatedSeries:
         return self.__add__(-other)
 
-    def __rsub__(self, other: Any) -> Jet:
+    def __rsub__(self, other: Any) -> TruncatedSeries:
         return (-self).__add__(other)
 
-    def __mul__(self, other: Any) -> Jet:
-        if not isinstance(other, Jet):
+    def __mul__(self, other: Any) -> TruncatedSeries:
+        if not isinstance(other, TruncatedSeries):
             mantissa, exponent = _parts(self.ops.context.mpf(other))
-            return Jet([x * mantissa for x in self.c], self.e + exponent, self.ops)
+            return TruncatedSeries([x * mantissa for x in self.c], self.e + exponent, self.ops)
         a, backwards = self.c, other.c[::-1]
         n = len(a)
         c = [_dot(a, backwards[n - 1 - k :]) for k in range(n)]
-        return Jet(c, self.e + other.e, self.ops)
+        return TruncatedSeries(c, self.e + other.e, self.ops)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Jet:
-        if not isinstance(other, Jet):
+    def __truediv__(self, other: Any) -> TruncatedSeries:
+        if not isinstance(other, TruncatedSeries):
             return self.__mul__(1 / self.ops.context.mpf(other))
         b, lead = other.c[1:], other.c[0]
         if not lead:
@@ -75,15 +77,15 @@ class Jet:
         recent: list[int] = []
         for x in self.c:
             recent.insert(0, ((x << shift) - _dot(b, recent)) // lead)
-        return Jet(recent[::-1], self.e - other.e - shift, self.ops)
+        return TruncatedSeries(recent[::-1], self.e - other.e - shift, self.ops)
 
-    def __rtruediv__(self, other: Any) -> Jet:
+    def __rtruediv__(self, other: Any) -> TruncatedSeries:
         return self.ops.constant(other) / self
 
-    def __pow__(self, exponent: int) -> Jet:
+    def __pow__(self, exponent: int) -> TruncatedSeries:
         if exponent == 0:
             return self.ops.constant(1)
-        power: Jet = integer_power(self, abs(exponent))
+        power: TruncatedSeries = integer_power(self, abs(exponent))
         return power if exponent > 0 else 1 / power
 
     def head(self) -> Any:
@@ -94,23 +96,23 @@ class Jet:
         """k c[k], k from 1."""
         return [k * x for k, x in enumerate(self.c)][1:]
 
-    def derivative(self) -> Jet:
+    def derivative(self) -> TruncatedSeries:
         """The derivative, its last coefficient unknown and set to zero."""
-        return Jet([*self.slopes(), 0], self.e, self.ops)
+        return TruncatedSeries([*self.slopes(), 0], self.e, self.ops)
 
     @staticmethod
-    def fractions(value: Any, ops: JetOps) -> list[Fraction]:
-        """Coefficients of a Jet, or of a number that turned out constant."""
-        jet = value if isinstance(value, Jet) else ops.constant(value)
-        if jet.e >= 0:
-            return [Rational(x << jet.e) for x in jet.c]
-        return [Rational(x, 1 << -jet.e) for x in jet.c]
+    def fractions(value: Any, ops: SeriesOps) -> list[Fraction]:
+        """Coefficients of a TruncatedSeries, or of a number that turned out constant."""
+        series = value if isinstance(value, TruncatedSeries) else ops.constant(value)
+        if series.e >= 0:
+            return [Rational(x << series.e) for x in series.c]
+        return [Rational(x, 1 << -series.e) for x in series.c]
 
     @staticmethod
-    def coefficients_of(value: Any, ops: JetOps) -> list[Any]:
+    def coefficients_of(value: Any, ops: SeriesOps) -> list[Any]:
         """The same as mpf."""
-        jet = value if isinstance(value, Jet) else ops.constant(value)
-        return [ops.context.ldexp(ops.context.mpf(x), jet.e) for x in jet.c]
+        series = value if isinstance(value, TruncatedSeries) else ops.constant(value)
+        return [ops.context.ldexp(ops.context.mpf(x), series.e) for x in series.c]
 
 
 def _dot(a: Sequence[int], b: Sequence[int]) -> int:
@@ -128,8 +130,8 @@ def _parts(x: Any) -> tuple[int, int]:
     return (-int(mantissa) if sign else int(mantissa)), int(exponent)
 
 
-class JetOps:
-    """Elementary functions of jets, by the differential equation each satisfies.
+class SeriesOps:
+    """Elementary functions of truncated Taylor series, by the differential equation each satisfies.
 
     Parameters
     ----------
@@ -143,20 +145,22 @@ class JetOps:
         self.order, self.context = order, context
         self.bits = context.prec + 32
 
-    def constant(self, value: Any) -> Jet:
+    def constant(self, value: Any) -> TruncatedSeries:
         if hasattr(value, "_mpc_"):
             raise InputError("A is complex on [-1, 1]; give an A that is real there.")
         mantissa, exponent = _parts(self.context.mpf(value))
         room = max(0, self.bits - mantissa.bit_length())
-        return Jet([mantissa << room] + [0] * (self.order - 1), exponent - room, self)
+        return TruncatedSeries([mantissa << room] + [0] * (self.order - 1), exponent - room, self)
 
-    def variable(self, centre: Any, scale: Fraction = Fraction(1)) -> Jet:
-        """The jet of u = centre + scale s; `centre` a Fraction or an mpf."""
+    def variable(self, centre: Any, scale: Fraction = Fraction(1)) -> TruncatedSeries:
+        """The series of u = centre + scale s; `centre` a Fraction or an mpf."""
         first = self.rational(centre) if hasattr(centre, "denominator") else centre
         if self.order == 1:
             return self.constant(first)
         slope = self.constant(self.rational(scale))
-        return Jet([0, slope.c[0], *[0] * (self.order - 2)], slope.e, self).__add__(first)
+        return TruncatedSeries([0, slope.c[0], *[0] * (self.order - 2)], slope.e, self).__add__(
+            first
+        )
 
     def rational(self, value: Fraction) -> Any:
         return mpf_of(value, self.context)
@@ -176,14 +180,14 @@ class JetOps:
             raise AttributeError(name)
 
         def apply(x: Any) -> Any:
-            if not isinstance(x, Jet):
+            if not isinstance(x, TruncatedSeries):
                 return getattr(self.context, name)(x)
             return rule(x, self)
 
         return apply
 
     def power(self, x: Any, exponent: Fraction) -> Any:
-        if not isinstance(x, Jet):
+        if not isinstance(x, TruncatedSeries):
             return x ** self.rational(exponent)
         p, q, n_terms = exponent.numerator, exponent.denominator, self.order
         lead, first = x.c[0], x.head() ** self.rational(exponent)
@@ -194,29 +198,31 @@ class JetOps:
         for n in range(1, n_terms):
             weights = [(p * k - q * (n - k)) * x.c[k] for k in range(1, n + 1)]
             recent.insert(0, _dot(weights, recent) // (n * q * lead))
-        return Jet(recent[::-1], e, self)
+        return TruncatedSeries(recent[::-1], e, self)
 
 
 def _scaled(value: int, e: int) -> int:
     return value << e if e >= 0 else value >> -e
 
 
-def _from_derivative(first: Any, derivative: Jet) -> Jet:
-    """The jet with constant term `first` and this derivative."""
+def _from_derivative(first: Any, derivative: TruncatedSeries) -> TruncatedSeries:
+    """The series with constant term `first` and this derivative."""
     ops = derivative.ops
     rest = [x // (k + 1) for k, x in enumerate(derivative.c[:-1])]
-    return Jet([0, *rest], derivative.e, ops).__add__(first)
+    return TruncatedSeries([0, *rest], derivative.e, ops).__add__(first)
 
 
-def _exp(x: Jet, ops: JetOps) -> Jet:
+def _exp(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
     slopes, start = x.slopes(), ops.constant(ops.context.exp(x.head()))
     recent = [start.c[0]]
     for n in range(1, ops.order):
         recent.insert(0, _scaled(_dot(slopes, recent), x.e) // n)
-    return Jet(recent[::-1], start.e, ops)
+    return TruncatedSeries(recent[::-1], start.e, ops)
 
 
-def _circular(x: Jet, ops: JetOps, sign: int) -> tuple[Jet, Jet]:
+def _circular(
+    x: TruncatedSeries, ops: SeriesOps, sign: int
+) -> tuple[TruncatedSeries, TruncatedSeries]:
     """(sin, cos) for sign -1, (sinh, cosh) for sign +1."""
     slopes, context = x.slopes(), ops.context
     names = ("sin", "cos") if sign < 0 else ("sinh", "cosh")
@@ -228,18 +234,18 @@ def _circular(x: Jet, ops: JetOps, sign: int) -> tuple[Jet, Jet]:
         c_next = sign * _scaled(_dot(slopes, s), x.e) // n
         s.insert(0, s_next)
         c.insert(0, c_next)
-    return Jet(s[::-1], e, ops), Jet(c[::-1], e, ops)
+    return TruncatedSeries(s[::-1], e, ops), TruncatedSeries(c[::-1], e, ops)
 
 
-def _log(x: Jet, ops: JetOps) -> Jet:
+def _log(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
     return _from_derivative(ops.context.log(x.head()), x.derivative() / x)
 
 
-def _quotient(pair: tuple[Jet, Jet]) -> Jet:
+def _quotient(pair: tuple[TruncatedSeries, TruncatedSeries]) -> TruncatedSeries:
     return pair[0] / pair[1]
 
 
-def _tanh(x: Jet, ops: JetOps) -> Jet:
+def _tanh(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
     # sinh/cosh would lose the saturated tail; y' = (1 - y^2) x' keeps it.
     slopes, context, e = x.slopes(), ops.context, -ops.bits
     y = [ops.fixed(context.tanh(x.head()), e)]
@@ -247,13 +253,15 @@ def _tanh(x: Jet, ops: JetOps) -> Jet:
     for n in range(1, ops.order):
         y.insert(0, _scaled(_dot(slopes, complement), x.e) // n)
         complement.insert(0, -_scaled(_dot(y, y[::-1]), e))
-    return Jet(y[::-1], e, ops)
+    return TruncatedSeries(y[::-1], e, ops)
 
 
-def _inverse(name: str, inside: Callable[[Jet], Jet], root: bool) -> Callable[[Jet, JetOps], Jet]:
+def _inverse(
+    name: str, inside: Callable[[TruncatedSeries], TruncatedSeries], root: bool
+) -> Callable[[TruncatedSeries, SeriesOps], TruncatedSeries]:
     """The inverse function whose derivative is x'/inside or x'/sqrt(inside)."""
 
-    def rule(x: Jet, ops: JetOps) -> Jet:
+    def rule(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
         below = inside(x)
         if root:
             below = ops.power(below, Fraction(1, 2))
@@ -262,7 +270,7 @@ def _inverse(name: str, inside: Callable[[Jet], Jet], root: bool) -> Callable[[J
     return rule
 
 
-def _erf(x: Jet, ops: JetOps) -> Jet:
+def _erf(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
     scale = 2 / ops.context.sqrt(ops.context.pi)
     slope = _exp(-(x * x), ops) * x.derivative() * scale
     return _from_derivative(ops.context.erf(x.head()), slope)
@@ -270,7 +278,7 @@ def _erf(x: Jet, ops: JetOps) -> Jet:
 
 _asin = _inverse("asin", lambda x: 1 - x * x, True)
 
-_RULES: dict[str, Callable[[Jet, JetOps], Any]] = {
+_RULES: dict[str, Callable[[TruncatedSeries, SeriesOps], Any]] = {
     "exp": _exp,
     "log": _log,
     "sqrt": lambda x, ops: ops.power(x, Fraction(1, 2)),

@@ -1,7 +1,7 @@
-"""Two coalescing critical points mapped to those of a cubic (Chester, Friedman and Ursell).
+"""Two coalescing critical points mapped to those of a cubic: the canonical Airy form.
 
 For phi with two zeros m ± h beside each other, h² = D of either sign, there are one real zeta and
-one analytic change of variable with
+one analytic change of variable with (Chester, Friedman and Ursell 1957; DLMF 2.4(v), 36.12)
 
     phi du = (s² - zeta) ds,        u'(s) g(u(s)) = sum_k (p_k + q_k s) (s² - zeta)^k.
 
@@ -18,9 +18,9 @@ What is done here so that nothing cancels:
 
       p_k = (1/2πi) ∮ g s dy/(s² - zeta)^(k+1),    q_k = (1/2πi) ∮ g dy/(s² - zeta)^(k+1),
 
-  which doesn't see whether there are one or two. The trapezoidal rule converges geometrically;
+  analytic in D whether the zeros are two or one. The trapezoidal rule converges geometrically;
   on half as many points it tells its own error.
-- Zeros so far apart that no good circle is left between them and the next singularity are seen
+- Zeros so far apart that no good circle is left between them and the next singularity are taken
   one by one: g u' as a series at each, even and odd parts taken. That loses less than two digits
   for each k there, which are added to the precision beforehand.
 """
@@ -132,7 +132,7 @@ def cubic_map(
 def map_coefficients(
     pair: Pair, count: int, context: Any, g: list[Any] | None
 ) -> list[tuple[Any, Any]]:
-    """What `cubic_map` gives, of a pair that is known, without guard digits of its own."""
+    """(p_k, q_k) of `cubic_map` for a pair that is split off, without guard digits of its own."""
     found = []
     if g is not None:
         g = shifted(g, pair.middle)
@@ -164,12 +164,12 @@ def _higher(pair: Pair, g: list[Any] | None, count: int, context: Any) -> list[t
         if radius == context.inf:
             return [(0 * pair.zeta, 0 * pair.zeta)] * (count - 1)
         near = context.sqrt(abs(pair.square)) <= _NEAR_DIGITS * radius
-        return (_circle if near else _jets)(pair, radius, g, count, context)
+        return (_around_both if near else _at_each_zero)(pair, radius, g, count, context)
     shape = np.shape(pair.zeta)
     near = np.ravel(np.sqrt(abs(pair.square)) <= _NEAR_FLOAT * radius)
     finite = np.isfinite(np.ravel(radius))
     found = np.zeros((count - 1, 2, near.size))
-    for way, chosen in ((_circle, near & finite), (_jets, ~near & finite)):
+    for way, chosen in ((_around_both, near & finite), (_at_each_zero, ~near & finite)):
         if chosen.any():
             part = _chosen(pair, chosen)
             weight = None if g is None else [np.ravel(x + 0 * pair.zeta)[chosen] for x in g]
@@ -189,7 +189,7 @@ def _chosen(pair: Pair, scenes: Any) -> Pair:
     )
 
 
-def _jets(
+def _at_each_zero(
     pair: Pair, radius: Any, g: list[Any] | None, count: int, context: Any
 ) -> list[tuple[Any, Any]]:
     """From the series at each of two zeros that are apart."""
@@ -242,7 +242,7 @@ def _root_series(count: int, one: Any) -> list[Any]:
     return power([one, one], 1, 2, count, one)
 
 
-def _circle(
+def _around_both(
     pair: Pair, radius: Any, g: list[Any] | None, count: int, context: Any
 ) -> list[tuple[Any, Any]]:
     """Cauchy integrals around both zeros."""

@@ -1,7 +1,8 @@
-"""Ends of an integral, and a saddle near one: error functions that stay valid as they meet.
+"""Endpoint contributions, and a saddle near an endpoint: error functions through the coalescence.
 
 In the variable v of the saddle, f = f_max - alpha v² and g dx = G(v) dv, the integral from an end
-v_e on is (Bleistein; R. Wong, Asymptotic Approximations of Integrals, VII.3)
+v_e on is (N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353; R. Wong, Asymptotic Approximations of
+Integrals, VII.3; DLMF 2.3(iii) for the end by itself)
 
     e^(lam f_max) sqrt(pi/(lam alpha)) ½ erfc(v_e sqrt(lam alpha)) sum_n a_n lam^(-n)
     + e^(lam f_end) sum_n b_n lam^(-n-1).
@@ -26,7 +27,7 @@ from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
-from symasym.numbers.coefficient_fields import NumberRing
+from symasym.numbers.coefficient_fields import RealField
 from symasym.numbers.polynomials import poly
 from symasym.numbers.power_series import product
 from symasym.numbers.taylor_series import NotAnalytic, algebraic, taylor
@@ -47,7 +48,7 @@ _GUARD = 10
 
 
 def series_of(name: str, expression: Any, x: Any, point: Any, side: int, n: int, ring: Any) -> Any:
-    """Taylor coefficients, or the sentence that says there are none."""
+    """Taylor coefficients of the expression; InputError where it has none."""
     try:
         return taylor(expression, x, point, side, n, ring).c
     except NotAnalytic:
@@ -111,7 +112,7 @@ def beyond_erfc(c: list[Any], a: list[Any], alpha: Any, v: Any) -> list[Any]:
 
 @dataclass(frozen=True)
 class EndPart:
-    """What a finite end adds where nothing is stationary near it.
+    """The endpoint contribution of a finite end where f has no saddle near it (Watson's lemma).
 
     side is 1 at the lower end and -1 at the upper one; unit is 1, or i for an oscillating integral.
     """
@@ -130,7 +131,7 @@ class EndPart:
         return [(y, abs(y)) for y in values]
 
     def _coefficients(self, count: int, context: Any) -> tuple[Any, list[Any]]:
-        ring = NumberRing(context)
+        ring = RealField(context)
         unit = context.j if self.oscillating else context.mpf(1)
         height = series_of("f", self.piece.f, self.x, self.end, 1, 2, ring)[0]
         c = end_coefficients(self.piece, self.x, self.end, self.side, count, unit, ring)
@@ -138,7 +139,7 @@ class EndPart:
 
 
 def kept(part: Any, count: int, context: Any, compute: Any) -> Any:
-    """What `compute` gives, remembered by digits in steps of ten: neighbouring lam share it."""
+    """The numbers of `compute`, kept by digits in steps of ten: neighbouring lam share them."""
     dps = -(-context.dps // 10) * 10
     known = part.__dict__.setdefault("_known", {})
     if (count, dps) not in known:
@@ -158,9 +159,9 @@ def _into(context: Any, value: Any) -> Any:
 
 @dataclass(frozen=True)
 class SaddlePart:
-    """A maximum of f, inside or beyond the ends, with the ends it can meet.
+    """A maximum of f, inside or beyond the ends, with the ends it can coalesce with.
 
-    lower and upper are None where nothing is near: then the integral sees all of that side. Or a
+    lower and upper are None where no end is near: then the integral is over all of that side. Or a
     minimum, which adds nothing by itself, with one end: then erfc's odd part stands for it.
     """
 
@@ -233,7 +234,7 @@ class _Local:
 
     def __init__(self, part: SaddlePart, count: int, context: Any) -> None:
         self._part, self._count = part, count
-        self._ring = NumberRing(context)
+        self._ring = RealField(context)
         self.point = self._ring.expression(refined(part.piece, part.x, part.point, self._ring))
         self._expand(2 * count + 12)
         self.ends: list[tuple[int, Any, list[Any], Any]] = []

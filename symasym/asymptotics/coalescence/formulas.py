@@ -1,6 +1,8 @@
-"""Uniform expansions as formulas, in SymPy's airyai, airyaiprime and erfc.
+"""Uniform expansions as formulas: Chester-Friedman-Ursell and Bleistein in SymPy's functions.
 
-They hold beside the coalescence: at it they are 0/0, and numbers come from `bind` and `evaluate`.
+airyai, airyaiprime and erfc stand with coefficients in closed form. These hold beside the
+coalescence: at it they are 0/0, and numbers come from `bind` and `evaluate`. The algebra is that of
+the numbers, over SymPy's elements: `.cubic_map` (both saddles), `.endpoints` (ends).
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from symasym.asymptotics.coalescence.endpoints import beyond_erfc, end_series, s
 from symasym.asymptotics.laplace.kinks import number
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
-from symasym.numbers.coefficient_fields import ExpressionRing, sampled_parameters
+from symasym.numbers.coefficient_fields import ExpressionField, sampled_parameters
 from symasym.numbers.taylor_series import NotAnalytic, taylor
 from symasym.special.airy_products import by_parts
 
@@ -138,7 +140,7 @@ def _direction(low: Any, high: Any) -> Any:
 
 def taylor_of(expression: Any, x: Any, point: Any, count: int) -> list[Any]:
     try:
-        return list(taylor(expression, x, point, 1, count, ExpressionRing()).c)
+        return list(taylor(expression, x, point, 1, count, ExpressionField()).c)
     except NotAnalytic:
         raise InputError(f"{expression} has no Taylor series at {x} = {point}.") from None
 

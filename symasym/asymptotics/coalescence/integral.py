@@ -1,4 +1,9 @@
-"""Uniform expansions of one integral: what is read, which points meet, what is added up."""
+"""Uniform expansions of one integral: its coalescing critical points, and the parts of its sum.
+
+Two coalescing saddles give Airy functions (C. Chester, B. Friedman, F. Ursell, Proc. Camb. Phil.
+Soc. 53 (1957) 599), a saddle near an end or a kink the complementary error function (N. Bleistein,
+Comm. Pure Appl. Math. 19 (1966) 353); DLMF 2.4(v), 2.4(vi).
+"""
 
 from __future__ import annotations
 
@@ -35,19 +40,19 @@ _LARGE = sympy.Integer(10) ** 6
 def uniform_integral(
     f: Any, g: Any, x: Any, a: Any, b: Any, order: int = 3, *, near: Any = None
 ) -> UniformExpansion:
-    """Expansion of the integral of g(x) e^(lam f(x)), uniform as its critical points meet.
+    """Expansion of the integral of g(x) e^(lam f(x)), uniform as its critical points coalesce.
 
     Parameters
     ----------
     f, g : Expr, str or number
-        What f is tells which points may meet:
+        What f is tells which points may coalesce:
 
-        - f real, a < b real: its maxima, inside or beyond, meet ends and kinks (`Abs`, `Max`,
+        - f real, a < b real: its maxima, inside or beyond, run into ends and kinks (`Abs`, `Max`,
           `Piecewise`, ...). Complementary error functions.
-        - f imaginary, a < b real: two stationary points of f meet, or leave the real axis.
+        - f imaginary, a < b real: two stationary points of f coalesce, or leave the real axis.
           Airy functions; both points of the pair are inside, and no other is.
         - f real, a and b conjugate complex infinities such as ``oo - I*pi`` and ``oo + I*pi``: two
-          real saddles meet, or leave the real axis; the path runs between the valleys beside
+          real saddles coalesce, or leave the real axis; the path runs between the valleys beside
           them. Airy functions.
 
         g is real, up to a constant factor. Both have Taylor series at the points that count.
@@ -110,10 +115,9 @@ def uniform_integral(
     >>> print(law.bind(c="-1/4").evaluate(20, dps=20))
     0.308419621286275
     """
-    if isinstance(order, bool) or not isinstance(order, (int, np.integer)):
+    whole = isinstance(order, (int, np.integer)) and not isinstance(order, bool)
+    if not (whole and 1 <= order <= _MOST):
         raise InputError(f"order is {order!r}; give a number of terms from 1 to {_MOST}.")
-    if not 1 <= order <= _MOST:
-        raise InputError(f"order is {order}; give a number of terms from 1 to {_MOST}.")
     if isinstance(g, (tuple, list, sympy.Tuple)):
         return _iterated(f, g, x, a, b, int(order), near)
     kind, formula, weight, factor, symbol, lo, hi = read_integral(f, g, x, a, b)
@@ -234,9 +238,9 @@ def _real_parts(f: Any, g: Any, x: Any, lo: Any, hi: Any) -> list[Any]:
 
 
 def _piece_parts(piece: Piece, slope: Any, x: Any, inside: list[Any]) -> list[Any]:
-    """The saddles of one piece with the ends they can meet, and the other ends."""
+    """The saddles of one piece with the ends they can coalesce with, and the other ends."""
     parts: list[Any] = []
-    met: dict[int, Any] = {}
+    beside: dict[int, Any] = {}
     # Ways to take an end without the maximum it belongs to.
     apart: dict[int, list[Any]] = {}
     for end, side in ((piece.lo, 1), (piece.hi, -1)):
@@ -247,7 +251,7 @@ def _piece_parts(piece: Piece, slope: Any, x: Any, inside: list[Any]) -> list[An
         rise = at(slope, x, end) * side
         if abs(rise) < _FLAT:
             if at(sympy.diff(slope, x), x, end) < 0:
-                met[side] = end
+                beside[side] = end
             else:
                 parts.append(SaddlePart(piece, x, end, **{name: end}, minimum=True))
             continue
@@ -257,7 +261,7 @@ def _piece_parts(piece: Piece, slope: Any, x: Any, inside: list[Any]) -> list[An
         if least is not None:
             ways.append(SaddlePart(piece, x, least, **{name: end}, minimum=True))
         if rise > 0 and inside:
-            met[side] = inside[0] if side == 1 else inside[-1]
+            beside[side] = inside[0] if side == 1 else inside[-1]
             if least is not None:
                 apart[side] = ways
             continue
@@ -265,7 +269,7 @@ def _piece_parts(piece: Piece, slope: Any, x: Any, inside: list[Any]) -> list[An
         if most is not None:
             ways.append(SaddlePart(piece, x, most, **{name: end}))
         parts.append(BestOf(tuple((way,) for way in ways)))
-    lower, upper = met.get(1), met.get(-1)
+    lower, upper = beside.get(1), beside.get(-1)
     for point in {str(p): p for p in (*inside, lower, upper) if p is not None}.values():
         ends = {1: piece.lo if point is lower else None, -1: piece.hi if point is upper else None}
         parts.append(_with_ends(piece, x, point, ends, apart))

@@ -1,16 +1,17 @@
-"""The double integral over u < v of g(u) h(v) e^{lam (f(v) - f(u))} as two points of f meet.
+"""The double integral over u < v of g(u) h(v) e^{lam (f(v) - f(u))} as two saddles coalesce.
 
 The inner integral up to v has a part without exponential, and a constant times e^{lam f(v)} from
 the lower end, and from the minimum of f where v has passed it. Integrated over v the first is the
-outer part (`symasym.asymptotics.coalescence.iterated_regular`); the second brings the maximum and
-the upper end. Minimum and maximum are taken together (`symasym.special.airy_products`), so that
+regular part (`symasym.asymptotics.coalescence.iterated_regular`); the second brings the maximum
+and the upper end. Minimum and maximum are taken together, in canonical Airy form (Chester, Friedman
+and Ursell 1957; DLMF 9.11.4, `symasym.special.airy_products`), so that
 
-    I = both + outer + (end a) (max) + (min) (end b) + (end a) (end b) + (end a)²,
+    I = nested + regular + (end a) (max) + (min) (end b) + (end a) (end b) + (end a)²,
 
-the products without those in which v would come first, and each end by its own series. The outer
-part is that on a path past both points at one side. Far past their meeting, where the ends are
-nearer than the complex pair, what is left of the pair is an algebraic share in the outer part, and
-the path is the real line.
+the products without those in which v would come first, and each end by its own series. The
+regular part is that on a path past both points on one side. Far past their coalescence, where the
+ends are nearer than the complex pair, what is left of the pair is an algebraic contribution to the
+regular part, and the path is the real line.
 """
 
 from __future__ import annotations
@@ -22,25 +23,25 @@ import sympy
 
 from symasym.asymptotics.coalescence.cubic_map import map_coefficients
 from symasym.asymptotics.coalescence.endpoints import end_coefficients, kept, series_of
-from symasym.asymptotics.coalescence.iterated_regular import OuterPart
+from symasym.asymptotics.coalescence.iterated_regular import RegularPart
 from symasym.asymptotics.coalescence.reading import closest_pair, require_alone, require_no_pole
 from symasym.asymptotics.coalescence.saddle_pair import nearby_pair
 from symasym.asymptotics.laplace.kinks import Piece, at, number
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
-from symasym.numbers.coefficient_fields import NumberRing
+from symasym.numbers.coefficient_fields import RealField
 from symasym.numbers.power_series import product
 from symasym.special.airy_products import Rows, Term, by_parts, pair_terms, product_rows
 
 _FAR = (10**2, 10**4, 10**6)
-# Digits that the outer part, where nothing cancels, can do without.
+# Digits that the regular part, where nothing cancels, can do without.
 _SPARE = 3
 
 
 def iterated_parts(
     f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any, near: Any
 ) -> list[IteratedPart]:
-    """What there is to add up, or the sentence that says why the integral is refused."""
+    """The parts of the integral, or the sentence that says why it is refused."""
     piece = Piece(lo, hi, f, g)
     for e in (g, h):
         require_no_pole(Piece(lo, hi, f, e), x)
@@ -84,7 +85,7 @@ def _require_fall(f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any) -> None:
 
 @dataclass(frozen=True)
 class IteratedPart:
-    """All of the integral; `point` is the zero of f'' at the pair."""
+    """The whole integral; `point` is the zero of f'' at the pair."""
 
     f: Any
     g: Any
@@ -93,21 +94,21 @@ class IteratedPart:
     point: Any
     lo: Any
     hi: Any
-    _outer: dict[Any, Any] = field(default_factory=dict, compare=False)
+    _regular: dict[Any, Any] = field(default_factory=dict, compare=False)
 
     def coefficients(self, count: int, context: Any) -> tuple[Any, list[tuple[Any, ...]]]:
-        """zeta, and what stands with the products of Airy functions and in the outer part."""
+        """zeta, and the coefficients of the products of Airy functions and of the regular part."""
         zeta, onward, _, falling, rising, _, _ = self._pair(count, context)
         front = context.pi**2 if onward else context.zero
         rows = [[front * y for y in row] for row in product_rows(falling, rising)]
-        outer = self._outer_of(count, False, context.dps, context)
+        outer = self._regular_rows(count, False, context.dps, context)
         return zeta, [(*row, y) for row, y in zip(rows, outer, strict=True)]
 
     def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
         zeta, onward, level, falling, rising, low, high = kept(self, count, context, self._pair)
         pair = pair_terms(zeta, falling, rising, lam, context)
-        cut, left_out = self._cut(zeta, level, low, high, lam, context)
-        parts = [self._of_outer(lam, count, left_out, context)]
+        truncated, left_out = self._truncation(zeta, level, low, high, lam, context)
+        parts = [self._regular_terms(lam, count, left_out, context)]
         if onward and not left_out:
             parts.append(pair.both)
         nothing = [(context.zero, context.zero)] * count
@@ -120,7 +121,7 @@ class IteratedPart:
         found = []
         for terms in zip(nothing, *parts, strict=True):
             found.append((sum(v for v, _ in terms), sum(s for _, s in terms)))
-        scale = cut * sum((size for _, size in found[:1]), context.zero)
+        scale = truncated * sum((size for _, size in found[:1]), context.zero)
         return [(value, size + scale) for value, size in found]
 
     # -- what does not depend on lam ---------------------------------------------------------------
@@ -140,7 +141,7 @@ class IteratedPart:
         return (pair.zeta, bool(pair.sign > 0), level, *rows, low, high)
 
     def _ends(self, count: int, context: Any) -> tuple[Any, Any]:
-        ring = NumberRing(context)
+        ring = RealField(context)
         down, up = Piece(self.lo, self.hi, -self.f, self.g), Piece(self.lo, self.hi, self.f, self.h)
 
         def row(piece: Piece, end: Any, side: int) -> list[Any]:
@@ -158,44 +159,44 @@ class IteratedPart:
 
     # -- at one lam --------------------------------------------------------------------------------
 
-    def _cut(
+    def _truncation(
         self, zeta: Any, level: Any, low: Any, high: Any, lam: Any, context: Any
     ) -> tuple[Any, bool]:
-        """What ends cost that cut through a complex pair, and whether it is better left out.
+        """The relative truncation error of a complex pair beside an end; True to leave it out.
 
         Airy functions take the pair's integrals over all of the line; without them its
         exponentials are missing, which are small where it is far from the real line.
         """
         if zeta >= 0 or not (low or high):
             return context.zero, False
-        room = min(abs(end[0] - level) for end in (low, high) if end)
-        inside = context.exp(-lam * room)
+        gap = min(abs(end[0] - level) for end in (low, high) if end)
+        inside = context.exp(-lam * gap)
         outside = context.exp(-lam * 4 * (-zeta) ** context.mpf(1.5) / 3)
         return min(inside, outside), bool(outside < inside)
 
-    def _of_outer(self, lam: Any, count: int, on_line: bool, context: Any) -> list[Term]:
+    def _regular_terms(self, lam: Any, count: int, on_line: bool, context: Any) -> list[Term]:
         # lam has brought digits of its own for the exponents.
         digits = context.dps - max(0, int(context.log10(lam))) - _SPARE
-        outer = self._outer_of(count, on_line, digits, context)
+        outer = self._regular_rows(count, on_line, digits, context)
         rows = [y * lam ** (-k - 1) for k, y in enumerate(outer)]
         return [(y, abs(y)) for y in rows]
 
-    def _outer_of(self, count: int, on_line: bool, digits: int, context: Any) -> list[Any]:
+    def _regular_rows(self, count: int, on_line: bool, digits: int, context: Any) -> list[Any]:
         key = count, on_line, -(-digits // 10) * 10
-        if key not in self._outer:
+        if key not in self._regular:
             with own_context(key[2]) as inner:
-                self._outer[key] = self._integrals(count, on_line, inner)
-        return [context.make_mpf(y._mpf_) for y in self._outer[key]]
+                self._regular[key] = self._integrals(count, on_line, inner)
+        return [context.make_mpf(y._mpf_) for y in self._regular[key]]
 
     def _integrals(self, count: int, on_line: bool, context: Any) -> list[Any]:
         weights = self.g, self.h
         near = nearby_pair(-self.f, weights, self.x, self.point, 2 * count - 1, context)
-        ring = NumberRing(context)
+        ring = RealField(context)
         ends = [
             context.make_mpf(number(end)._mpf_) if end.is_infinite else ring.expression(end)
             for end in (self.lo, self.hi)
         ]
-        outer = OuterPart(self.f, weights, self.x, (ends[0], ends[1]), near, count, context)
+        outer = RegularPart(self.f, weights, self.x, (ends[0], ends[1]), near, count, context)
         found = outer.past_both()
         if on_line:
             found = [y + z for y, z in zip(found, outer.share(), strict=True)]

@@ -1,7 +1,8 @@
-"""Iterated integrals through a coalescence as formulas, in SymPy's Airy functions.
+"""Iterated integrals through a coalescence as formulas, in products of SymPy's Airy functions.
 
 As in `symasym.asymptotics.coalescence.formulas` they hold beside the coalescence, where both
-points of f are real. The outer part is an antiderivative of a rational function, its real part.
+points of f are real. The regular part is the real part of an antiderivative of a rational function:
+Hadamard's finite part.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ def iterated_formula(
         (sympy.airyai(z) * sympy.airyaiprime(z) + sympy.airybi(z) * sympy.airybiprime(z)) / lam,
         (sympy.airyaiprime(z) ** 2 + sympy.airybiprime(z) ** 2) / third**4,
     )
-    total = sum(y * lam ** (-k - 1) for k, y in enumerate(_outer(f, g, h, x, lo, hi, order)))
+    total = sum(y * lam ** (-k - 1) for k, y in enumerate(_regular(f, g, h, x, lo, hi, order)))
     if direction == 1:
         for n, row in enumerate(product_rows(falling, rising)):
             inner = sum(c * y for c, y in zip(row, functions, strict=True))
@@ -62,7 +63,7 @@ def iterated_formula(
     return total
 
 
-def _outer(f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any, order: int) -> Series:
+def _regular(f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any, order: int) -> Series:
     """Finite parts of the integrals of h m_k, m_1 = -g/f', m_(k+1) = m_k'/f'."""
     slope = sympy.diff(f, x)
     m, found = sympy.together(-g / slope), []

@@ -1,10 +1,10 @@
-"""The outer part of an iterated integral: where u and v are close to each other.
+"""The regular part of an iterated integral, where u and v are close to each other.
 
 M(v) = e^{lam f(v)} int^v g e^{-lam f} solves M' = g + lam f' M, and besides exponentials it is
-m_1/lam + m_2/lam² + ... with phi = -f', m_1 = g/phi and m_(k+1) = -m_k'/phi. Here the integrals
-of h m_k are found on a path past both zeros of a pair at one side: their real part is Hadamard's
-finite part where the zeros are real, and does not notice their meeting. On the path no m_k is
-large, so that nothing cancels.
+m_1/lam + m_2/lam² + ... with phi = -f', m_1 = g/phi and m_(k+1) = -m_k'/phi (the slow manifold of
+that equation). Here the integrals of h m_k are taken on a path past both zeros of a pair on one
+side: their real part is Hadamard's finite part where the zeros are real, and is analytic through
+their coalescence. On the path no m_k is large, so that nothing cancels.
 
 The path is the real line with half circles above the zeros, wide ones: both zeros, and no other
 singularity, are below one half circle, or each has its own. Every piece is bisected until the last
@@ -23,7 +23,7 @@ import sympy
 from symasym.asymptotics.coalescence.endpoints import series_of
 from symasym.asymptotics.coalescence.saddle_pair import Nearby, root_test
 from symasym.base.errors import AccuracyError
-from symasym.numbers.coefficient_fields import NumberRing
+from symasym.numbers.coefficient_fields import RealField
 from symasym.numbers.polynomials import poly, shifted
 from symasym.numbers.power_series import laurent
 
@@ -37,7 +37,7 @@ _MOST_PANELS = 200
 _ORDERS = 30
 
 
-class OuterPart:
+class RegularPart:
     """Integrals of h m_k, k = 1 to `count`, at one precision; `ends` are infinite or mpf."""
 
     def __init__(
@@ -52,7 +52,7 @@ class OuterPart:
     ) -> None:
         self._slope, self._weights, self._x = sympy.diff(f, x), weights, x
         self._ends, self._near, self._count, self._context = ends, near, count, context
-        self._ring = NumberRing(context)
+        self._ring = RealField(context)
         # As many points as digits, or nearly: a panel is then as long as it is far from zeros.
         degree = 4 + max(0, int(context.dps / 20).bit_length())
         self._rule = [tuple(context.convert(y) for y in row) for row in _rule(degree, context.prec)]
@@ -64,7 +64,7 @@ class OuterPart:
         ]
         pair = near.pair
         self._middle, self._half = near.point + pair.middle, context.sqrt(abs(pair.square))
-        self._free = self._room(self._middle, pair.psi, near.weights)
+        self._free = self._free_radius(self._middle, pair.psi, near.weights)
         self._together = self._half <= _NEAR * self._free
 
     def past_both(self) -> list[Any]:
@@ -83,7 +83,7 @@ class OuterPart:
         zero = self._middle + context.j * self._half
         radius = self._half / 2
         if not self._together:
-            radius = min(radius, self._room(zero, *self._series_at(zero)) / 2)
+            radius = min(radius, self._free_radius(zero, *self._series_at(zero)) / 2)
         last: list[Any] = []
         while size <= 4096:
             total, sizes = [context.zero] * self._count, [context.zero] * self._count
@@ -111,7 +111,7 @@ class OuterPart:
             return [(self._middle, radius)]
         found = []
         for zero in (self._middle - half, self._middle + half):
-            free = min(2 * half, self._room(zero, *self._series_at(zero)))
+            free = min(2 * half, self._free_radius(zero, *self._series_at(zero)))
             found.append((zero, free * 2 / 5))
         return found
 
@@ -123,7 +123,7 @@ class OuterPart:
         ]
         return rows[0][1:], rows[1:]
 
-    def _room(self, middle: Any, rest: list[Any], weights: list[list[Any]]) -> Any:
+    def _free_radius(self, middle: Any, rest: list[Any], weights: list[list[Any]]) -> Any:
         """A radius within which `rest` has no zero, all series converge and no end lies."""
         context = self._context
         found = min([abs(end - middle) for end in self._ends] + [context.inf])
@@ -184,10 +184,10 @@ class OuterPart:
     def _values(self, v: Any) -> list[Any]:
         """h m_k at a point off the zeros."""
         n = self._count
-        slope, g, h = (self._jet(k, v, count) for k, count in ((0, n), (1, n), (2, 1)))
+        slope, g, h = (self._taylor(k, v, count) for k, count in ((0, n), (1, n), (2, 1)))
         return [h[0] * row[0] for row in laurent([-c for c in slope], False, n, g)]
 
-    def _jet(self, which: int, v: Any, count: int) -> list[Any]:
+    def _taylor(self, which: int, v: Any, count: int) -> list[Any]:
         """Taylor coefficients of f', g or h."""
         row, context = self._polynomials[which], self._context
         if row is None:

@@ -1,4 +1,9 @@
-"""What an integral with critical points that meet is made of, and which of them meet."""
+"""The integrand of a uniform expansion read, and the pair of its saddles that coalesces.
+
+A pair of saddles coalesces where f' and f'' vanish together. Beside it, about the zero c of f'',
+f' = f_1 + f_3 (x - c)²/2 + ..., so that the pair lies near x = c ± sqrt(-2 f_1/f_3): real, or
+conjugate complex.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +12,13 @@ from typing import Any
 import numpy as np
 import sympy
 
-from symasym.asymptotics.laplace.integral import require_known
+from symasym.asymptotics.laplace.integral import (
+    require_exponent,
+    require_free_ends,
+    require_known,
+    require_real_ends,
+    variable,
+)
 from symasym.asymptotics.laplace.kinks import WORK, Piece, at, difference, number
 from symasym.asymptotics.laplace.maxima import grid_of, interior_maxima, on_grid
 from symasym.base.contexts import own_context
@@ -19,9 +30,7 @@ _LARGE = sympy.Integer(10) ** 6
 def read_integral(f: Any, g: Any, x: Any, a: Any, b: Any, name: str = "g") -> tuple[Any, ...]:
     from symasym.drift.expressions import parse
 
-    symbol = sympy.Symbol(x) if isinstance(x, str) and x.isidentifier() else x
-    if not isinstance(symbol, sympy.Symbol):
-        raise InputError(f"x is {x!r}; give the variable of integration, a SymPy symbol.")
+    symbol = variable(x)
     names = {symbol.name: symbol}
     formula, weight, lo, hi = (
         parse(name, value, names) for name, value in (("f", f), (name, g), ("a", a), ("b", b))
@@ -34,11 +43,7 @@ def read_integral(f: Any, g: Any, x: Any, a: Any, b: Any, name: str = "g") -> tu
         require_valleys(lo, hi)
     if formula.has(sympy.I, sympy.zoo, sympy.nan):
         raise InputError(f"f = {f} is neither real nor imaginary; give one or the other.")
-    if not formula.has(symbol):
-        raise InputError(
-            f"f = {f} does not contain {symbol}, so the exponential is constant; give an f that "
-            f"depends on {symbol}."
-        )
+    require_exponent(formula, symbol)
     if weight == 0:
         raise InputError(f"{name} is 0, so the integral is; give one that is not.")
     factor, weight = weight.as_independent(symbol, as_Add=False)
@@ -46,15 +51,9 @@ def read_integral(f: Any, g: Any, x: Any, a: Any, b: Any, name: str = "g") -> tu
         raise InputError(
             f"{name} = {g} is not a constant times a real function; split it into parts."
         )
-    for which, end in (("a", lo), ("b", hi)):
-        if end.has(symbol):
-            raise InputError(f"{which} = {end} contains {symbol}; give an end free of it.")
-    if kind != "contour" and not (lo.free_symbols or hi.free_symbols):
-        for which, end in (("a", lo), ("b", hi)):
-            if end.is_extended_real is False or end.has(sympy.I):
-                raise InputError(f"{which} = {end} is not real; give a real end or ±oo.")
-        if not number(lo) < number(hi):
-            raise InputError(f"a is {lo} and b is {hi}; a must be less than b.")
+    require_free_ends(lo, hi, symbol)
+    if kind != "contour":
+        require_real_ends(lo, hi)
     if kind != "real":
         require_smooth(symbol, {"f": formula, name: weight})
     return kind, formula, weight, factor, symbol, lo, hi
@@ -104,7 +103,7 @@ def require_no_pole(piece: Piece, x: Any) -> None:
 
 
 def closest_pair(piece: Piece, x: Any, near: Any, shown: Any) -> tuple[Any, Any]:
-    """Where f' has the extremum with the closest pair of zeros, and a quarter of their distance².
+    """The zero of f'' amid the closest pair of saddles, and a quarter of their distance squared.
 
     The latter is negative for a complex pair.
     """
@@ -127,8 +126,8 @@ def closest_pair(piece: Piece, x: Any, near: Any, shown: Any) -> tuple[Any, Any]
                 found.append((-2 * first / third, point))
     if not found:
         raise InputError(
-            f"f = {shown} has no two saddles that could meet between {piece.lo} and {piece.hi}; "
-            "give near=… beside them."
+            f"f = {shown} has no two saddles that could coalesce between {piece.lo} and "
+            f"{piece.hi}; give near=… beside them."
         )
     spread, point = min(found, key=lambda pair: abs(pair[0]))
     return point, spread

@@ -1,4 +1,8 @@
-"""The result of a uniform expansion: its parts added up at any lam, with an error."""
+"""The result of a uniform expansion: its parts added up at any lam, with an error.
+
+Each part brings its terms in powers of 1/lam with a size that has no zeros by chance (the modulus
+functions of DLMF 9.8 in place of Ai); the truncation error is estimated from the next terms.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,7 @@ import numpy as np
 import sympy
 
 from symasym.asymptotics.coalescence.endpoints import BEYOND
-from symasym.asymptotics.laplace.parameters import IntegralParts
+from symasym.asymptotics.laplace.result import IntegralParts
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import Estimate
@@ -26,7 +30,7 @@ _NAMES = {
 
 @dataclass(frozen=True, repr=False)
 class UniformExpansion(IntegralParts):
-    """An expansion of the integral of g(x) e^(lam f(x)) that holds as critical points meet.
+    """An expansion of the integral of g(x) e^(lam f(x)) that holds as critical points coalesce.
 
     Or, with g a pair (g, h), of the iterated integral of g(u) h(v) e^(lam (f(v) - f(u))), u < v.
 
@@ -105,12 +109,12 @@ class UniformExpansion(IntegralParts):
         ----------
         lam : Symbol or str
         saddles : sequence of Expr, optional
-            The zeros of f' that meet each other or an end, where SymPy doesn't find them.
+            The zeros of f' that coalesce with each other or an end, where SymPy doesn't find them.
 
         Returns
         -------
         Expr
-            0/0 where the points meet: numbers near that come from `bind` and `evaluate`.
+            0/0 where the points coalesce: numbers near that come from `bind` and `evaluate`.
 
         Raises
         ------
@@ -194,9 +198,9 @@ class UniformExpansion(IntegralParts):
     def _by_float(self, lam: Any, log: bool, full: bool) -> Any:
         found = self._by_digits(lam, _FLOAT_DIGITS, log, True)
         kind = complex if hasattr(found.value, "_mpc_") else float
-        size = abs(found.value)
         with own_context(15) as context:
-            logarithm = context.log(context.mpf(size)) if size else context.mpf(0)
+            size = abs(context.convert(found.value))
+            logarithm = context.log(size) if size else context.mpf(0)
             if not log and not -708.39 < logarithm < 709.78:
                 raise RangeError(
                     f"the integral's logarithm is {float(logarithm):.6g}, beyond float64; "
@@ -205,7 +209,9 @@ class UniformExpansion(IntegralParts):
         rounded = kind(found.value)
         if not full:
             return rounded
-        error = float((abs(rounded - found.value) + found.error) * (1 + 2.0**-40))
+        with own_context(2 * _FLOAT_DIGITS) as context:
+            shift = abs(context.convert(rounded) - context.convert(found.value))
+            error = float((shift + context.convert(found.error)) * (1 + context.mpf(2) ** -40))
         return Estimate(rounded, error, "estimate", "uniform", self.order, found.terms)
 
     def _by_digits(self, lam: Any, dps: int, log: bool, full: bool) -> Any:

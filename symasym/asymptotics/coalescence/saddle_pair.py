@@ -18,7 +18,7 @@ from symasym.asymptotics.coalescence.endpoints import Term, kept, series_of
 from symasym.asymptotics.laplace.expansion import refined
 from symasym.asymptotics.laplace.kinks import Piece
 from symasym.base.errors import AccuracyError
-from symasym.numbers.coefficient_fields import NumberRing
+from symasym.numbers.coefficient_fields import RealField
 from symasym.numbers.quadratic_factor import Pair, split_pair
 from symasym.special.airy_products import by_parts
 
@@ -86,7 +86,7 @@ def nearby_pair(
 
     From as many coefficients as `count` pairs of the cubic map and the digits ask for.
     """
-    ring = NumberRing(context)
+    ring = RealField(context)
     # refined finds zeros of a derivative: here of f''.
     curved = Piece(-sympy.oo, sympy.oo, sympy.diff(f, x), sympy.Integer(1))
     point = ring.expression(refined(curved, x, point, ring))

@@ -1,4 +1,4 @@
-"""Around one maximum, proved in balls: what bounds the remainder of Watson's lemma.
+"""Cauchy's estimate around one maximum, proved in balls: it bounds Watson's lemma's remainder.
 
 With h = f(p) - f(p + t) and u = h^(1/mu) = t W(t), suppose that in a polygon around t = 0 f and
 G = g t^(1 - beta) are analytic and h/t^mu has no zero. Let rho be the least |u| on its boundary
@@ -27,7 +27,7 @@ import sympy
 from symasym.asymptotics.laplace.kinks import Piece, number
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
-from symasym.numbers.balls import BallOps, exact_ball, flint_module
+from symasym.numbers.balls import BallOps, NotProved, exact_ball, flint_module
 from symasym.numbers.trees import NumpyOps, evaluate_tree
 
 #: The neighbourhood that is transformed reaches to u = THETA rho.
@@ -37,10 +37,6 @@ _STEPS = 96
 _DEEPEST = 7
 # Half-width of the interval in which a rounded zero of f' is shown to lie, relatively.
 _ROOT = Fraction(1, 10**45)
-
-
-class NotProved(Exception):
-    """A step of the proof does not go through; an estimate remains possible."""
 
 
 @dataclass(frozen=True)
@@ -188,7 +184,7 @@ def _scale(f: list[Any], contact: int) -> float:
 
 @dataclass
 class _Surroundings:
-    """What is asked about f and G off the real axis; all points are relative to the maximum."""
+    """f and G off the real axis; all points are relative to the maximum."""
 
     f: Any
     smooth: Any
@@ -239,7 +235,7 @@ class _Surroundings:
         return evaluate_tree(self.f, {self.x: self.center + t}, BallOps())
 
     def winds_once(self, t: Any) -> bool:
-        """Whether h seems to have its zero at t = 0 only inside the closed curve."""
+        """True if h seems to have its zero at t = 0 only inside the closed curve."""
         with np.errstate(all="ignore"):
             ratio = self._drops(t) / t**self.contact
             steps = np.angle(np.roll(ratio, -1) / ratio)
@@ -361,7 +357,7 @@ def _box(a: complex, b: complex) -> Any:
 
 
 def _analytic(around: _Surroundings, corners: Any) -> bool:
-    """Whether f and G are finite, so analytic (`BallOps`), on squares that cover the polygon."""
+    """True if f and G are finite, so analytic (`BallOps`), on squares that cover the polygon."""
     flint = flint_module()
     reach = np.abs(corners)
     reach = np.maximum(np.maximum(reach, np.roll(reach, 1)), np.roll(reach, -1))
@@ -384,7 +380,7 @@ def _analytic(around: _Surroundings, corners: Any) -> bool:
 
 
 def _outside(re: float, im: float, half: float, reach: Any) -> bool:
-    """Whether a square lies outside the polygon, by the farthest corner in the angle it fills."""
+    """True if a square lies outside the polygon, by the farthest corner in the angle it fills."""
     near = math.hypot(max(abs(re) - half, 0.0), max(abs(im) - half, 0.0))
     if near > reach.max():
         return True
@@ -401,7 +397,7 @@ def _outside(re: float, im: float, half: float, reach: Any) -> bool:
 def _reach(
     around: _Surroundings, sign: int, end: Any, radius: float, rho: float
 ) -> tuple[Fraction | None, float]:
-    """How far the transformed part goes, and h there from below."""
+    """The end of the transformed part (None: of the piece), and h there from below."""
     top, center = around.top, around.center
 
     def drop(t: Any) -> Any:

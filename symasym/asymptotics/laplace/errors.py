@@ -12,7 +12,7 @@ from symasym.asymptotics.laplace.maxima import Peak
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
-from symasym.numbers.coefficient_fields import NumberRing
+from symasym.numbers.coefficient_fields import RealField
 from symasym.numbers.taylor_series import algebraic, taylor
 
 # Terms behind the last one used that are looked at.
@@ -40,9 +40,9 @@ class ErrorModel:
     @cached_property
     def proof(self) -> Any:
         """A `symasym.asymptotics.laplace.remainder.Proof`, or None."""
-        from symasym.exact import ball_sweep
+        from symasym.numbers import balls
 
-        if not ball_sweep.available():
+        if not balls.available():
             return None
         from symasym.asymptotics.laplace.remainder import prove
 
@@ -130,7 +130,7 @@ def _size(piece: Piece, x: Any, point: Any, side: str) -> Any:
 
     sign = -1 if side == "left" else 1
     with own_context(_DIGITS + 20) as context:
-        ring = NumberRing(context)
+        ring = RealField(context)
         try:
             contact, _ = contact_of(piece, x, point, sign, ring)
             f = taylor(piece.f, x, point, sign, contact + _LEADING + 4, ring).c

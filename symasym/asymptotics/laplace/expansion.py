@@ -1,4 +1,15 @@
-"""The expansion at one maximum: Taylor series there, contact order, coefficients."""
+"""The expansion at one maximum of f: Taylor series there, order of contact, coefficients.
+
+With f = f(p) - a t^mu (1 + ...) and g = t^(beta - 1) (g_0 + g_1 t + ...) in the distance t from the
+maximum p, on one side or on both, its contribution is
+
+    e^(lam f(p)) sum over k of c_k lam^(-(k + beta)/mu)
+
+(Laplace's method by Watson's lemma; DLMF 2.3(ii), 2.3(iii); A. Erdelyi, Asymptotic Expansions,
+section 2.4). On both sides of a smooth maximum the terms with k + beta - 1 odd cancel. The
+coefficients are those of `symasym.asymptotics.laplace.watson`, in a coefficient field of
+`symasym.numbers.coefficient_fields`: exact, with parameters, or rounded.
+"""
 
 from __future__ import annotations
 
@@ -9,14 +20,14 @@ from typing import Any
 import sympy
 
 from symasym.asymptotics.laplace.kinks import Piece, number
-from symasym.asymptotics.laplace.watson import moment_coefficients, perron_coefficients
+from symasym.asymptotics.laplace.watson import moment, moment_coefficients, perron_coefficients
 from symasym.base.contexts import own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.numbers.coefficient_fields import (
-    ExpressionRing,
-    FieldRing,
+    ExpressionField,
+    FunctionField,
     MissingConstant,
-    NumberRing,
+    RealField,
     sign_of,
 )
 from symasym.numbers.taylor_series import NotAnalytic, Series, algebraic, taylor
@@ -37,7 +48,7 @@ class Contribution:
     ----------
     point : Expr or mpf
     side : {"both", "left", "right"}
-        From where the integral sees the maximum.
+        The side of the maximum that the interval, or the piece, has.
     height : Expr or mpf
         f there.
     contact : int
@@ -66,7 +77,7 @@ class Contribution:
 
     @property
     def exact(self) -> bool:
-        """Whether the coefficients are SymPy expressions, not rounded numbers."""
+        """True if the coefficients are SymPy expressions, False if they are rounded numbers."""
         return isinstance(self.coefficients[0], sympy.Basic)
 
     def numbers(self, dps: int) -> tuple[list[Any], list[Any]]:
@@ -82,7 +93,7 @@ class Contribution:
                 a, value = number(self.scale, dps=more), number(d, dps=more)
                 s = context.make_mpf(s._mpf_)
                 sides = 2 if self.side == "both" else 1
-                found.append(value * sides * context.gamma(s) / self.contact * a**-s)
+                found.append(value * sides * moment(s, a, self.contact, context.gamma))
         return exponents, found
 
     def first(self, count: int) -> Contribution:
@@ -98,7 +109,7 @@ class Contribution:
 def expand(
     piece: Piece, x: Any, point: Any, side: str, order: int, *, digits: int | None, check: bool
 ) -> tuple[list[Contribution], list[str]]:
-    """Contributions of one maximum seen from `side`, and the conditions that were used.
+    """Contributions of one maximum on `side`, and the conditions that were used.
 
     `digits` None asks for exact coefficients. With `check`, both ways of `coefficients` are
     taken and compared.
@@ -107,7 +118,7 @@ def expand(
         return _exactly(piece, x, point, side, order, check)
     # A digit or so is lost an order, in Taylor coefficients and in their sums.
     with own_context(digits + 20 + 2 * order) as context:
-        ring = NumberRing(context)
+        ring = RealField(context)
         point = refined(piece, x, point, ring)
         found, conditions = _in_ring(ring, piece, x, point, side, order, check)
         return [_rounded(c, digits) for c in found], conditions
@@ -135,12 +146,12 @@ def refined(piece: Piece, x: Any, point: Any, ring: Any) -> Any:
 def _exactly(
     piece: Piece, x: Any, point: Any, side: str, order: int, check: bool
 ) -> tuple[list[Contribution], list[str]]:
-    scout = ExpressionRing()
+    scout = ExpressionField()
     _in_ring(scout, piece, x, point, side, 1, False)
     constants = list(scout.constants)
     for _ in range(30):
         try:
-            return _in_ring(FieldRing(constants), piece, x, point, side, order, check)
+            return _in_ring(FunctionField(constants), piece, x, point, side, order, check)
         except MissingConstant as missing:
             constants.append(missing.value)
     raise AccuracyError(
@@ -150,10 +161,10 @@ def _exactly(
 
 
 def irrational_constants(piece: Piece, x: Any, point: Any, side: str) -> bool:
-    """Whether exact coefficients would carry constants such as sqrt(2) or exp(1/3)."""
-    scout = ExpressionRing()
+    """True if exact coefficients would carry constants such as sqrt(2) or exp(1/3)."""
+    scout = ExpressionField()
     _in_ring(scout, piece, x, point, side, 1, False)
-    return any(not g.is_Symbol for g in FieldRing(scout.constants).generators)
+    return any(not g.is_Symbol for g in FunctionField(scout.constants).generators)
 
 
 def _rounded(c: Contribution, digits: int) -> Contribution:
@@ -274,15 +285,10 @@ def _contribution(
     plain = tuple(ring.to_expression(d) for d in reduced)
     sides = 2 if side == "both" else 1
     if isinstance(a, sympy.Basic):
-        factors = [sides * sympy.gamma(s) / (contact * a**s) for s in exponents]
+        factors = [sides * moment(s, a, contact, sympy.gamma) for s in exponents]
     else:
-        factors = [
-            sides
-            * ring.context.gamma(number(s, dps=ring.context.dps))
-            / contact
-            * a ** -number(s, dps=ring.context.dps)
-            for s in exponents
-        ]
+        rounded = [number(s, dps=ring.context.dps) for s in exponents]
+        factors = [sides * moment(s, a, contact, ring.context.gamma) for s in rounded]
     return Contribution(
         point=point,
         side=side,
@@ -310,7 +316,7 @@ def _sign(value: Any) -> tuple[int | None, bool]:
 def _require_agreement(first: list[Any], second: list[Any], ring: Any) -> None:
     for k, (a, b) in enumerate(zip(first, second, strict=True)):
         gap = a - b
-        if isinstance(ring, NumberRing):
+        if isinstance(ring, RealField):
             # Of all digits carried, the orders may cost a quarter.
             agree = abs(gap) <= max(abs(a), abs(b), 1) * ring.context.mpf(10) ** (
                 -ring.context.dps * 3 // 4

@@ -1,4 +1,11 @@
-"""Laplace's method for one integral: what is read, where f is largest, what is added up."""
+"""Laplace's method for int g(x) e^(lam f(x)) dx over [a, b] as lam grows.
+
+The integral is, to all powers of 1/lam, the sum of the contributions of the points where f is
+largest (`.maxima`): interior maxima, ends, and kinks (`.kinks`), each with its own expansion
+(`.expansion`). Smaller maxima are exponentially small beside them. Theorem and conditions: DLMF
+2.3(ii), 2.3(iii); A. Erdelyi, Asymptotic Expansions, section 2.4; F. W. J. Olver, Asymptotics and
+Special Functions, chapter 3.
+"""
 
 from __future__ import annotations
 
@@ -166,9 +173,7 @@ def laplace_integral(
 def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, Any, Any, Any, Any]:
     from symasym.drift.expressions import parse
 
-    symbol = sympy.Symbol(x) if isinstance(x, str) and x.isidentifier() else x
-    if not isinstance(symbol, sympy.Symbol):
-        raise InputError(f"x is {x!r}; give the variable of integration, a SymPy symbol.")
+    symbol = variable(x)
     # Strings name x without assumptions; what counts is the name.
     names = {symbol.name: symbol}
     found = []
@@ -181,18 +186,9 @@ def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, Any, Any, Any, A
             )
         found.append(expression)
     formula, weight, lo, hi = found
-    for name, end in (("a", lo), ("b", hi)):
-        if end.has(symbol):
-            raise InputError(f"{name} = {end} contains {symbol}; give an end free of it.")
-        if end.is_real is False and not end.is_infinite:
-            raise InputError(f"{name} = {end} is not real; give a real end or ±oo.")
-    if not formula.has(symbol):
-        raise InputError(
-            f"f = {formula} does not contain {symbol}, so the exponential is constant; give an f "
-            f"that depends on {symbol}."
-        )
-    if not (lo.free_symbols or hi.free_symbols) and not number(lo) < number(hi):
-        raise InputError(f"a is {lo} and b is {hi}; a must be less than b.")
+    require_free_ends(lo, hi, symbol)
+    require_exponent(formula, symbol)
+    require_real_ends(lo, hi)
     for name, end, wrong in (("a", lo, symbol.is_nonnegative), ("b", hi, symbol.is_nonpositive)):
         below = end.is_negative if name == "a" else end.is_positive
         if wrong and below:
@@ -203,6 +199,39 @@ def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, Any, Any, Any, A
     if weight == 0:
         raise InputError("g is 0, so the integral is; give a g that is not.")
     return formula, weight, symbol, lo, hi
+
+
+def variable(x: Any) -> Any:
+    """The variable of integration as a symbol."""
+    symbol = sympy.Symbol(x) if isinstance(x, str) and x.isidentifier() else x
+    if not isinstance(symbol, sympy.Symbol):
+        raise InputError(f"x is {x!r}; give the variable of integration, a SymPy symbol.")
+    return symbol
+
+
+def require_exponent(f: Any, x: Any) -> None:
+    """Refuse an f without x."""
+    if not f.has(x):
+        raise InputError(
+            f"f = {f} does not contain {x}, so the exponential is constant; give an f that "
+            f"depends on {x}."
+        )
+
+
+def require_free_ends(lo: Any, hi: Any, x: Any) -> None:
+    """Refuse ends that contain x."""
+    for name, end in (("a", lo), ("b", hi)):
+        if end.has(x):
+            raise InputError(f"{name} = {end} contains {x}; give an end free of it.")
+
+
+def require_real_ends(lo: Any, hi: Any) -> None:
+    """Refuse ends that are neither real nor ±oo, or not in their order."""
+    for name, end in (("a", lo), ("b", hi)):
+        if end.is_extended_real is False or end.has(sympy.I):
+            raise InputError(f"{name} = {end} is not real; give a real end or ±oo.")
+    if not (lo.free_symbols or hi.free_symbols) and not number(lo) < number(hi):
+        raise InputError(f"a is {lo} and b is {hi}; a must be less than b.")
 
 
 def require_known(name: str, expression: Any, x: Any) -> None:

@@ -1,4 +1,9 @@
-"""Cutting an integral where its integrand is only piecewise smooth."""
+"""The integral cut at its kinks, where f or g is only piecewise smooth.
+
+Kinks are the zeros of what stands in Abs, sign and Heaviside, the crossings of the arguments of Max
+and Min, and the ends of a Piecewise's conditions. Between two of them every such function is one of
+its branches, and Laplace's method takes each kink as an endpoint on either side (DLMF 2.3(iii)).
+"""
 
 from __future__ import annotations
 

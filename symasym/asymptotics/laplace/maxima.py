@@ -1,4 +1,11 @@
-"""Where f is largest on an interval."""
+"""The maxima of f on an interval: interior ones, ends and kinks, and which of them is highest.
+
+An interior maximum is a zero of f' at which its sign changes from + to -: of a polynomial or
+rational f' all are isolated exactly; of others those between sign changes on a grid are bisected,
+and recognised where they are a rational, its multiple of pi, its square root or its logarithm. An
+end or a kink is a maximum where f falls on every side that it has. At infinite ends f has to fall,
+and g not to grow faster than e^(lam f) falls.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +49,7 @@ class Peak:
 
     @property
     def smooth(self) -> bool:
-        """Whether one pair of expressions holds on both sides."""
+        """True if one pair of expressions f, g holds on both sides."""
         return self.left is not None and self.left is self.right
 
 
@@ -69,7 +76,7 @@ def vanishes_identically(slope: Any, x: Any) -> bool:
 
 
 def same_height(first: Any, second: Any) -> bool:
-    """Whether two heights agree to all but the last of the digits they were computed with."""
+    """True if two heights agree to all but the last of the digits they were computed with."""
     with own_context(WORK) as context:
         a, b = context.make_mpf(first._mpf_), context.make_mpf(second._mpf_)
         tolerance = mpf_of(_EQUAL, context)
@@ -150,7 +157,7 @@ def _solved(piece: Piece, x: Any) -> list[Any]:
 
 
 def interior_maxima(piece: Piece, slope: Any, x: Any) -> list[Any]:
-    """Interior points where f' goes from + to -."""
+    """The interior points at which f' changes its sign from + to -."""
     exact = _polynomial_roots(piece, slope, x)
     if exact is not None:
         return exact
@@ -317,7 +324,7 @@ def _limit(piece: Piece, x: Any, end: Any, side: int) -> Any:
 
 
 def _falls(piece: Piece, x: Any, end: Any, side: int) -> bool:
-    """Whether f decreases away from the end into the piece."""
+    """True if f decreases away from the end into the piece."""
     here = _limit(piece, x, end, side)
     lo, hi = number(piece.lo), number(piece.hi)
     with own_context(WORK) as context:

@@ -1,4 +1,15 @@
-"""Proved bounds of |I - sum| for all large lam, from `disk` and `rest`."""
+"""Proved bounds of |I - sum| for all large lam: Watson's lemma's remainder, and the complement.
+
+With I = int g e^{lam f} and e^{lam f(p)} taken out, beside a maximum p the integral is
+
+    int_0^{u_0} e^{-lam u^mu} u^{beta - 1} sum_k F_k u^k du,    |F_k| <= M rho^{-k}
+
+(`cauchy_disk`). What the first n terms leave out is: the next few terms, which are known; the tail
+of a geometric series (Cauchy's estimate), M rho^{-m} Gamma((m + beta)/mu) lam^{-(m + beta)/mu} over
+mu (1 - THETA); and what each term has beyond u_0, an incomplete gamma function Gamma(s, lam u_0^mu)
+(DLMF 8.10.1). Away from the maxima the integrand is exponentially small (`tail_bounds`). For
+Watson's lemma and its error see F. W. J. Olver, Asymptotics and Special Functions, chapter 3.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +17,13 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from symasym.asymptotics.laplace.cauchy_disk import THETA, Disk, NotProved, disk
+from symasym.asymptotics.laplace.cauchy_disk import THETA, Disk, disk
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import Piece, difference, number
 from symasym.asymptotics.laplace.maxima import same_height
 from symasym.asymptotics.laplace.tail_bounds import Part, boxes
 from symasym.base.contexts import mpf_of, own_context
-from symasym.numbers.balls import precision
+from symasym.numbers.balls import NotProved, precision
 
 # Terms behind the last one used that are bounded one by one, the others by Cauchy's estimate.
 _EXPLICIT = 4
@@ -34,7 +45,7 @@ class Proof:
     gaps : list of mpf
         How far those are below.
     parts : list of Part
-        The rest of the interval.
+        The complement: the interval without what is beside the maxima.
     """
 
     disks: list[Disk]
@@ -82,7 +93,8 @@ class Proof:
         """What is of a power of lam, and what is exponentially small."""
         algebraic, small = context.mpf(0), context.mpf(0)
         for d, c, used in zip(self.disks, self.contributions, orders, strict=False):
-            powers, beyond = _beside(d, c, used, lam, context)
+            with precision(_bits(len(d.coefficients))):
+                powers, beyond = _beside(d, c, used, lam, context)
             algebraic += powers
             small += beyond
         for c, gap in zip(self.others, self.gaps, strict=True):
@@ -98,6 +110,11 @@ class Proof:
                 return context.inf, context.inf
             small += weight * context.exp(-lam * drop) / divisor
         return algebraic * (1 + _SAFETY), small * (1 + _SAFETY)
+
+
+def _bits(count: int) -> int:
+    """Arb's precision for a disk of so many coefficients."""
+    return 128 + 12 * count
 
 
 def _beside(d: Disk, c: Contribution, used: int, lam: Any, context: Any) -> tuple[Any, Any]:
@@ -181,17 +198,17 @@ def prove(
             if not use:
                 continue
             count = orders * (2 if side == "both" else 1) + 1
-            with precision(128 + 12 * count):
+            with precision(_bits(count)):
                 disks.append(disk(piece, x, point, side, c.contact, c.beta, count))
         taken = [o for o, use in zip(origins, kept, strict=True) if use]
-        parts = _rest(pieces, x, taken, disks, top)
+        parts = _complement(pieces, x, taken, disks, top)
     except (NotProved, OverflowError, ZeroDivisionError):
         return None
     gaps = [difference(top, number(c.height)) for c in others]
     return Proof(disks, main, others, gaps, parts)
 
 
-def _rest(
+def _complement(
     pieces: tuple[Piece, ...],
     x: Any,
     origins: list[tuple[Piece, Any, str]],

@@ -13,8 +13,7 @@ import sympy
 from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import difference, number
-from symasym.asymptotics.laplace.parameters import IntegralParts
-from symasym.base.contexts import mpf_of, own_context, to_mpf
+from symasym.base.contexts import float_with_error, mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import FloatArray, digits, exact, float_text, floats, is_array
@@ -22,6 +21,42 @@ from symasym.numbers.double_double import two_product
 
 _FLOAT_DIGITS = 20
 _SHOWN_DIGITS = 40
+
+
+class IntegralParts:
+    """The integral itself; the expansions say what is made of it."""
+
+    f: Any
+    g: Any
+    x: Any
+    a: Any
+    b: Any
+
+    @property
+    def parameters(self) -> tuple[Any, ...]:
+        """Free symbols besides x."""
+        parts = (self.f, self.g, self.a, self.b)
+        free = set().union(*(part.free_symbols for part in parts)) - {self.x}
+        return tuple(sorted(free, key=str))
+
+    def _with_numbers(self, values: dict[str, Any]) -> tuple[Any, Any, Any, Any, Any]:
+        """(f, g, x, a, b) with exact numbers for these parameters."""
+        names = {str(symbol): symbol for symbol in self.parameters}
+        swap = {}
+        for name, value in values.items():
+            if name not in names:
+                known = ", ".join(names) or "none"
+                raise InputError(f"{name} is not a parameter of the integral ({known}).")
+            rational = exact(name, value)
+            swap[names[name]] = sympy.Rational(rational.numerator, rational.denominator)
+        f, g, a, b = (part.xreplace(swap) for part in (self.f, self.g, self.a, self.b))
+        return f, g, self.x, a, b
+
+    def _require_bound(self) -> None:
+        if self.parameters:
+            raise InputError(
+                f"{', '.join(map(str, self.parameters))} have no value; call bind(…) first."
+            )
 
 
 @dataclass(frozen=True, repr=False)
@@ -179,20 +214,19 @@ class LaplaceExpansion(IntegralParts):
         return found.order, found.terms, found.dropped
 
     def _by_float(self, lam: Any, log: bool, full: bool) -> Any:
-        from mpmath import log as log_of
-        from mpmath import mpf
-
         found = self._by_digits(lam, _FLOAT_DIGITS, log, full)
         value = found.value if full else found
-        if not log and value and not -708.39 < float(log_of(abs(value))) < 709.78:
-            raise RangeError(
-                f"the integral's logarithm is {float(log_of(abs(value))):.6g}, beyond float64; "
-                "pass log=True or dps=…."
-            )
+        if not log and value:
+            with own_context(15) as context:
+                size = float(context.log(abs(context.make_mpf(value._mpf_))))
+            if not -708.39 < size < 709.78:
+                raise RangeError(
+                    f"the integral's logarithm is {size:.6g}, beyond float64; "
+                    "pass log=True or dps=…."
+                )
         if not full:
             return float(value)
-        rounded = float(value)
-        error = float((abs(mpf(rounded) - value) + found.error) * (1 + mpf(2) ** -40))
+        rounded, error = float_with_error(value, found.error)
         return Estimate(rounded, error, found.error_kind, "laplace", *self._told(found))
 
     def _by_digits(self, lam: Any, dps: int, log: bool, full: bool) -> Any:
@@ -293,7 +327,7 @@ class LaplaceExpansion(IntegralParts):
         return f"LaplaceExpansion({self})"
 
     def _error_text(self) -> str:
-        from mpmath import mpf, nstr
+        from mpmath import nstr
 
         if self.error_kind == "none":
             return "none claimed while parameters are free"
@@ -301,7 +335,11 @@ class LaplaceExpansion(IntegralParts):
         if statement is None:
             return f"{self.error_kind}, given by evaluate(lam, full=True)"
         # Three digits, rounded upwards.
-        k, start = (nstr(value * mpf("1.006"), 3) for value in (statement[0], statement[2]))
+        with own_context(15) as context:
+            k, start = (
+                nstr(context.make_mpf(value._mpf_) * context.mpf("1.006"), 3)
+                for value in (statement[0], statement[2])
+            )
         return f"at most {k} times that for lam >= {start} (bound)"
 
 
@@ -309,7 +347,7 @@ def _sympy(value: Any) -> Any:
     if isinstance(value, sympy.Basic):
         return value
     return (
-        sympy.Float(str(value), _SHOWN_DIGITS) if hasattr(value, "_mpf_") else sympy.sympify(value)
+        sympy.Float(value._mpf_, _SHOWN_DIGITS) if hasattr(value, "_mpf_") else sympy.sympify(value)
     )
 
 

@@ -1,7 +1,9 @@
-"""Bounds of the integral away from the maxima, in interval arithmetic.
+"""Bounds of int |g| e^{lam (f - f(p))} away from the maxima p, in interval arithmetic.
 
-Every box contributes a weight times e^(-lam drop): the weight bounds the integral of |g| over the
-box, drop is how far f stays below its maximum there.
+On a box where f <= f(p) - drop and int |g| <= weight, it is at most weight e^{-lam drop}. From X to
+infinity, with (log |g|)' + lam f' <= gamma - c lam there, it is at most
+|g(X)| e^{-lam drop}/(c lam - gamma), drop = f(p) - f(X); with x times the derivative in place of
+it, X times that (algebraic decay).
 """
 
 from __future__ import annotations
@@ -9,14 +11,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import mpmath
 import sympy
-from mpmath import libmp
 
-from symasym.asymptotics.laplace.cauchy_disk import NotProved, without_power
+from symasym.asymptotics.laplace.cauchy_disk import without_power
 from symasym.asymptotics.laplace.kinks import Piece, number
-from symasym.numbers.real_intervals import IntervalOps
-from symasym.numbers.trees import evaluate_tree
+from symasym.numbers.balls import NotProved
+from symasym.numbers.extended_intervals import enclosure
 
 _MOST_BOXES = 3000
 _DEEPEST = 40
@@ -26,20 +26,6 @@ _MORE = 1 + 1e-12
 #: weight, drop, c, gamma: the integral is at most weight e^(-lam drop) / (c lam - gamma),
 #: where a box has c = 0 and gamma = -1.
 Part = tuple[float, float, float, float]
-
-
-def enclosure(expression: Any, x: Any, lo: float, hi: float) -> tuple[float, float] | None:
-    """Floats between which the expression lies on [lo, hi], None where that is not known."""
-    iv = mpmath.iv
-    try:
-        found = iv.mpf(evaluate_tree(expression, {x: iv.mpf([lo, hi])}, IntervalOps()))
-    except Exception:  # iv raises whatever its parts do outside a function's domain
-        return None
-    # By the raw ends: mpf() would round them to whatever precision the caller works at.
-    low, high = (libmp.to_float(end) for end in found._mpi_)
-    if math.isnan(low) or math.isnan(high):
-        return None
-    return math.nextafter(low, -math.inf), math.nextafter(high, math.inf)
 
 
 def boxes(piece: Piece, x: Any, lo: float, hi: float, top: float, gap: float) -> list[Part]:

@@ -1,11 +1,11 @@
-"""Coefficients of Laplace's method from Taylor coefficients, in any arithmetic.
+"""Coefficients of Watson's lemma at a maximum from Taylor coefficients, in any arithmetic.
 
 On one side of a maximum, with t >= 0 the distance from it,
 
     f = f[0] - a t^mu (1 + alpha_1 t + alpha_2 t^2 + ...),    a = -f[mu] > 0,
     g = t^(beta - 1) (g[0] + g[1] t + ...),
 
-and Watson's lemma gives
+and Watson's lemma (DLMF 2.3(ii), 2.4(i)), in the variable v with f = f[0] - a v^mu, gives
 
     int g e^(lam f) dt ~ e^(lam f[0]) sum_k c_k lam^(-(k + beta)/mu),
     c_k = d_k Gamma((k + beta)/mu) / (mu a^((k + beta)/mu)).
@@ -25,7 +25,7 @@ elements of a SymPy field, or the rows of a float64 array, one column a scene.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -225,13 +225,17 @@ def laplace_coefficients(
     exponents = [(sides * k + power) / contact for k in range(len(reduced))]
     if hasattr(a, "_mpf_"):
         context = a.context
-        return [
-            _scaled(d, a, s, sides, contact, context)
-            for d, s in zip(reduced, exponents, strict=True)
-        ]
+        rounded = [mpf_of(s, context) for s in exponents]
+        scale = [sides * moment(s, a, contact, context.gamma) for s in rounded]
+        return [d * x for d, x in zip(reduced, scale, strict=True)]
     a = np.asarray(a, dtype=float)
-    scale = [sides * math.gamma(s) / contact * a ** -float(s) for s in exponents]
-    return np.array([np.asarray(d, dtype=float) * s for d, s in zip(reduced, scale, strict=True)])
+    scale = [sides * moment(float(s), a, contact, math.gamma) for s in exponents]
+    return np.array([np.asarray(d, dtype=float) * x for d, x in zip(reduced, scale, strict=True)])
+
+
+def moment(s: Any, a: Any, contact: int, gamma: Callable[[Any], Any]) -> Any:
+    """int_0^oo t^(mu s - 1) e^(-a t^mu) dt = Gamma(s)/(mu a^s), which d_k is multiplied by."""
+    return gamma(s) / (contact * a**s)
 
 
 def _with_digits(f: Any, g: Any, contact: int, beta: Fraction, sides: int, dps: int) -> list[Any]:
@@ -245,15 +249,10 @@ def _with_digits(f: Any, g: Any, contact: int, beta: Fraction, sides: int, dps: 
         a = mpf_of(-f[contact], context)
         found = []
         for k, d in enumerate(reduced):
-            s = (sides * k + beta) / contact
-            value = _scaled(mpf_of(d, context), a, s, sides, contact, context)
+            s = mpf_of((sides * k + beta) / contact, context)
+            value = sides * mpf_of(d, context) * moment(s, a, contact, context.gamma)
             found.append(to_mpf(value, dps))
         return found
-
-
-def _scaled(d: Any, a: Any, s: Fraction, sides: int, contact: int, context: Any) -> Any:
-    exponent = mpf_of(s, context)
-    return d * context.gamma(exponent) * a**-exponent * sides / contact
 
 
 def _no_maximum(contact: int, a: Any) -> InputError:
@@ -272,7 +271,7 @@ def _elements(*sequences: Any) -> list[list[Any]]:
 
 
 def _ring_of(kinds: set[type]) -> Any:
-    """How an exact number enters the arithmetic of `kinds`; None if their own operators do it."""
+    """The map of exact numbers into the arithmetic of `kinds`; None if their own operators do."""
     if not kinds:
         return Fraction
     kind: Any = next(iter(kinds))
@@ -296,7 +295,7 @@ def _read(
             f"needs at least {contact + 1} of f and 1 of g."
         )
     count = min(len(steep) - contact, len(weights))
-    alpha = [x / steep[contact] for x in steep[contact : contact + count]]
+    alpha = [1, *(x / steep[contact] for x in steep[contact + 1 : contact + count])]
     if isinstance(beta, (int, float, str, Fraction)):
         beta = exact("beta", beta)
         if beta <= 0:

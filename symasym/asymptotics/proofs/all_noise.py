@@ -10,17 +10,18 @@ See docs/weak-noise-bounds.md.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.laplace.cauchy_disk import THETA, NotProved
+from symasym.asymptotics.laplace.cauchy_disk import THETA
 from symasym.asymptotics.proofs.cells import Cell, Peak, landscape
 from symasym.asymptotics.proofs.dominance import (
     Dominance,
     Group,
     Leading,
-    Sharp,
+    LeadingCell,
     Well,
     below_height,
     key_of,
@@ -31,8 +32,8 @@ from symasym.base.contexts import own_context
 from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
-from symasym.numbers.balls import exact_ball, flint_module, precision
-from symasym.numbers.taylor_models import Model, Range, Small, Term, supremum
+from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
+from symasym.numbers.taylor_models import Model, Range, SmallTerm, SmallTerms, supremum
 
 # Digits of all balls here, and for each order: few are lost, as exponentials are taken relative to
 # the largest.
@@ -54,18 +55,18 @@ class _Evaluation:
 
     def __init__(self, found: Dominance, over: Range) -> None:
         self.found, self.over = found, over
-        self._integrals: dict[int, tuple[Model, Small]] = {}
+        self._integrals: dict[int, tuple[Model, SmallTerms]] = {}
         self._least: dict[int, Any] = {}
         # With the group itself, so that its id is not given to another.
         self._most: dict[int, tuple[Group, Any]] = {}
 
-    def integral(self, sharp: Sharp) -> tuple[Model, Small]:
+    def integral(self, leading: LeadingCell) -> tuple[Model, SmallTerms]:
         """Over one cell, without its factor e^{lam height}."""
-        if sharp.cell not in self._integrals:
-            self._integrals[sharp.cell] = self._integral(self.found.cells[sharp.cell])
-        return self._integrals[sharp.cell]
+        if leading.cell not in self._integrals:
+            self._integrals[leading.cell] = self._integral(self.found.cells[leading.cell])
+        return self._integrals[leading.cell]
 
-    def _integral(self, cell: Cell) -> tuple[Model, Small]:
+    def _integral(self, cell: Cell) -> tuple[Model, SmallTerms]:
         if cell.peak is not None:
             return _peak(cell.peak, self.over)
         assert cell.slope is not None
@@ -73,21 +74,21 @@ class _Evaluation:
         size = 1 / exact_ball(abs(cell.slope))
         fall = exact_ball(abs(cell.slope) * (cell.stop - cell.start))
         coefficients = (size, *[flint.arb(0)] * (self.over.terms - 1))
-        return Model(2, coefficients, flint.arb(0), self.over), (Term(size, 2, fall),)
+        return Model(2, coefficients, flint.arb(0), self.over), (SmallTerm(size, 2, fall),)
 
-    def sum_of(self, group: Group) -> tuple[Model, Small]:
-        models = [self.integral(s) for s in group.sharp]
+    def sum_of(self, group: Group) -> tuple[Model, SmallTerms]:
+        models = [self.integral(s) for s in group.leading]
         total, small = models[0]
         for model, more in models[1:]:
             total, small = total + model, small + more
         return total, small + group.others
 
-    def least(self, sharp: Sharp) -> tuple[Any, int]:
+    def least(self, leading: LeadingCell) -> tuple[Any, int]:
         """Of y^(-power) times the integral over a cell, and that power."""
-        model, small = self.integral(sharp)
-        if sharp.cell not in self._least:
-            self._least[sharp.cell] = _surely(model, small, self.over)
-        return self._least[sharp.cell], model.power
+        model, small = self.integral(leading)
+        if leading.cell not in self._least:
+            self._least[leading.cell] = _surely(model, small, self.over)
+        return self._least[leading.cell], model.power
 
     def most(self, group: Group) -> tuple[Any, int]:
         """Of y^(-power) times the integral over a group, and that power."""
@@ -98,10 +99,10 @@ class _Evaluation:
         found: tuple[Any, int] = self._most[id(group)][1]
         return found
 
-    def main(self, found: Leading) -> tuple[Model, Small]:
+    def main(self, found: Leading) -> tuple[Model, SmallTerms]:
         """T/(lam e^{lam E}): what dominates, and all else relative to that."""
         total: Model | None = None
-        parts: list[Small] = []
+        parts: list[SmallTerms] = []
         for well in found.wells:
             model, small = self._product(well)
             parts.append(small)
@@ -110,7 +111,7 @@ class _Evaluation:
         least = total.least()
         height = self.found.labels.height(found.key)
         rest = []
-        for size, own, exponent, under, above in found.lesser:
+        for size, own, exponent, under, above in found.subdominant:
             power = own - total.power
             if under is not None:
                 divisor, less = self.least(under)
@@ -118,20 +119,20 @@ class _Evaluation:
             for group in above:
                 factor, more = self.most(group)
                 size, power = size * factor, power + more
-            rest.append(Term((size / least).upper(), power, (height - exponent).lower()))
+            rest.append(SmallTerm((size / least).upper(), power, (height - exponent).lower()))
         # Each well's own error is relative to its own positive share, so to the sum as well.
         joined = max_of(parts, self.over)
         return total, joined + merged(rest)
 
-    def _product(self, well: Well) -> tuple[Model, Small]:
-        weight, small = self.integral(well.sharp)
+    def _product(self, well: Well) -> tuple[Model, SmallTerms]:
+        weight, small = self.integral(well.leading)
         a, m, b = well.outer, well.between, well.behind
         found = self.found.denominator(a, m, b)
         assert found is not None
         label, alone = found
         errors = [relative(weight, small)]
         below: Model | None = None
-        lost: list[Term] = []
+        lost: list[SmallTerm] = []
         height = self.found.labels.heights[label]
         for group in (a, m, b):
             if group.label == label:
@@ -154,13 +155,13 @@ class _Evaluation:
             errors.append(_inverse(relative(below, tuple(lost)), self.over))
         else:
             least = _surely(*under, self.over)
-            shifted = [Term(t.size / least, t.power - under[0].power, t.gap) for t in lost]
+            shifted = [SmallTerm(t.size / least, t.power - under[0].power, t.gap) for t in lost]
             errors.append(_inverse(tuple(shifted), self.over))
         return numerator, together(errors, self.over)
 
 
-def _peak(peak: Peak, over: Range) -> tuple[Model, Small]:
-    """`symasym.asymptotics.proofs.enclosures._laplace` for a range, without its factor."""
+def _peak(peak: Peak, over: Range) -> tuple[Model, SmallTerms]:
+    """The series of `enclosures._laplace` for a range of noise, without its factor."""
     flint, d = flint_module(), peak.disk
     step, sides = 2 // d.contact, len(d.sides)
     used = -(-over.terms // step)
@@ -183,7 +184,7 @@ class _Quotient(NamedTuple):
     """T/T_N: what is algebraic, and the size of the rest relative to that."""
 
     model: Model
-    errors: Small
+    errors: SmallTerms
 
 
 def _least_of(found: list[_Quotient], low: Any, top: Any, order: int) -> Any:
@@ -196,25 +197,25 @@ def _least_of(found: list[_Quotient], low: Any, top: Any, order: int) -> Any:
     return least
 
 
-def _beyond(size: Any, s: Fraction, drop: Any, over: Range) -> Term:
+def _beyond(size: Any, s: Fraction, drop: Any, over: Range) -> SmallTerm:
     """size lam^-s Gamma(s, z)/Gamma(s) with z = lam drop: what one term has beyond the cell."""
     flint, power, least = flint_module(), exact_ball(s), drop / over.top**2
     steep = 1 - (power - 1) / least
     if steep > 0.5:
         # (t/z)^(s - 1) <= e^((s - 1)(t - z)/z) for t >= z; without it for s <= 1.
         size *= drop ** (power - 1) / power.gamma() / (steep if s > 1 else 1)
-        return Term(size.upper(), 2, drop.lower())
+        return SmallTerm(size.upper(), 2, drop.lower())
     # t^(s - 1) e^-t <= e^(-(1 - a) z) t^(s - 1) e^(-a t) for t >= z, for every a between 0 and 1.
     a = flint.arb((power / least.max(2 * power)).mid())
-    return Term((size * a**-power).upper(), int(2 * s), ((1 - a) * drop).lower())
+    return SmallTerm((size * a**-power).upper(), int(2 * s), ((1 - a) * drop).lower())
 
 
-def relative(model: Model, small: Small) -> Small:
+def relative(model: Model, small: SmallTerms) -> SmallTerms:
     least = model.least()
-    return tuple(Term((t.size / least).upper(), t.power - model.power, t.gap) for t in small)
+    return tuple(SmallTerm((t.size / least).upper(), t.power - model.power, t.gap) for t in small)
 
 
-def _surely(model: Model, small: Small, over: Range) -> Any:
+def _surely(model: Model, small: SmallTerms, over: Range) -> Any:
     """A positive lower bound of y^(-power) (model + small)."""
     found = (model.least() - supremum(small, model.power, flint_module().arb(0), over.top)).lower()
     if not found > 0:
@@ -222,7 +223,7 @@ def _surely(model: Model, small: Small, over: Range) -> Any:
     return found
 
 
-def _inverse(small: Small, over: Range) -> Small:
+def _inverse(small: SmallTerms, over: Range) -> SmallTerms:
     """Of 1/(1 + e) - 1."""
     most = supremum(small, 0, flint_module().arb(0), over.top)
     if not most < 1:
@@ -230,10 +231,10 @@ def _inverse(small: Small, over: Range) -> Small:
     return tuple(t._replace(size=(t.size / (1 - most)).upper()) for t in small)
 
 
-def together(errors: Sequence[Small], over: Range) -> Small:
+def together(errors: Sequence[SmallTerms], over: Range) -> SmallTerms:
     """Of (1 + e_1)(1 + e_2) … - 1."""
     flint = flint_module()
-    found: list[Term] = []
+    found: list[SmallTerm] = []
     grown = flint.arb(1)
     for small in errors:
         found += [t._replace(size=(t.size * grown).upper()) for t in small]
@@ -241,16 +242,16 @@ def together(errors: Sequence[Small], over: Range) -> Small:
     return tuple(found)
 
 
-def max_of(parts: Sequence[Small], over: Range) -> Small:
+def max_of(parts: Sequence[SmallTerms], over: Range) -> SmallTerms:
     """One that bounds each of several."""
     if len(parts) == 1:
         return parts[0]
     return tuple(t for part in parts for t in part)
 
 
-def merged(terms: Sequence[Term]) -> Small:
+def merged(terms: Sequence[SmallTerm]) -> SmallTerms:
     """Fewer terms: one for each power, and for each power of two of the gap."""
-    found: dict[tuple[int, int], Term] = {}
+    found: dict[tuple[int, int], SmallTerm] = {}
     for t in terms:
         if not t.gap > 0:
             raise NotProved
@@ -258,7 +259,9 @@ def merged(terms: Sequence[Term]) -> Small:
             continue
         place = t.power, int(float(t.gap.log()) * 4)
         old = found.get(place)
-        found[place] = t if old is None else Term(t.size + old.size, t.power, t.gap.min(old.gap))
+        found[place] = (
+            t if old is None else SmallTerm(t.size + old.size, t.power, t.gap.min(old.gap))
+        )
     return tuple(found.values())
 
 
@@ -297,11 +300,12 @@ class Proof:
     def _bits(self) -> int:
         return 4 * self._digits
 
-    def constant(self, kappa: Fraction) -> Any:
-        """K for all noise up to kappa, a ball's upper end; None where it is not proved."""
+    def constant(self, kappa: Fraction) -> float | None:
+        """K for all noise up to kappa, rounded up; None where it is not proved."""
         with precision(self._bits()):
             try:
-                return self._constant(exact_ball(kappa) / flint_module().arb(2).sqrt())
+                found = self._constant(exact_ball(kappa) / flint_module().arb(2).sqrt())
+                return math.nextafter(float(found.upper()), math.inf)
             except (NotProved, ZeroDivisionError):
                 return None
 
@@ -321,8 +325,8 @@ class Proof:
         return (worst.max(rest) / 2 ** (order + 1)).upper()
 
     def _expansion(self, top: Any) -> tuple[Sum, Sum]:
-        ops = Formal(self._cells.labels, self._digits, top)
-        return expansion(self._halves, self._r, self._order, ops)
+        ops = Formal(self._cells.labels, self._digits, self._order, top)
+        return expansion(self._halves, self._r, ops)
 
     def _quotients(self, sums: tuple[Sum, Sum], top: Any) -> list[_Quotient]:
         found = []

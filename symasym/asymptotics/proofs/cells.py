@@ -1,7 +1,7 @@
 """[-r, r] cut into cells that do not depend on lam: peaks of V, straight stretches, panels.
 
-For `symasym.asymptotics.proofs.enclosures` and `weak_noise_range`. All that is said of a cell is
-proved in balls; where the cells lie decides about tightness alone.
+For `symasym.asymptotics.proofs.enclosures` and `all_noise`. All that is said of a cell is proved in
+balls; where the cells lie decides about tightness alone.
 """
 
 from __future__ import annotations
@@ -14,14 +14,15 @@ from typing import Any, NamedTuple
 
 import sympy
 
-from symasym.asymptotics.laplace.cauchy_disk import Disk, NotProved, disk
+from symasym.asymptotics.laplace.cauchy_disk import Disk, disk
 from symasym.asymptotics.laplace.kinks import Piece
+from symasym.asymptotics.proofs.panels import Panel
 from symasym.asymptotics.weak_noise.critical_points import simple_zeros
 from symasym.base.contexts import own_context
 from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
-from symasym.numbers.balls import exact_ball, flint_module, precision
+from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
 
 # Terms behind those of the expansion that are enclosed one by one, the others by Cauchy's estimate.
 _EXPLICIT = 4
@@ -33,20 +34,6 @@ _FINEST = 12
 # Digits of a peak's place; the proof takes a neighbourhood of 1e-45 of it.
 _DIGITS = 80
 _LESS = 1 - Fraction(1, 10**9)
-
-
-class Panel(NamedTuple):
-    """V within `bend` of the line from `height` with `slope`, on a stretch of this width.
-
-    `ends` are V there; `steep` is a lower bound of |V'|, at least 0.
-    """
-
-    width: Any
-    height: Any
-    slope: Any
-    bend: Any
-    ends: tuple[Any, Any]
-    steep: Any
 
 
 class Peak(NamedTuple):

@@ -9,10 +9,9 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.laplace.cauchy_disk import NotProved
 from symasym.asymptotics.proofs.cells import Cell, Landscape, steepness
-from symasym.numbers.balls import exact_ball, flint_module
-from symasym.numbers.taylor_models import Small, Term
+from symasym.numbers.balls import NotProved, exact_ball, flint_module
+from symasym.numbers.taylor_models import SmallTerm, SmallTerms
 
 Key = tuple[tuple[int, int], ...]
 
@@ -74,7 +73,7 @@ def _near(a: Fraction | None, b: Fraction | None) -> bool:
     return a is not None and b is not None and abs(a + b) < Fraction(1, 10**40)
 
 
-class Sharp(NamedTuple):
+class LeadingCell(NamedTuple):
     """A cell whose integral is known as a series: its label, and its number."""
 
     label: int
@@ -89,21 +88,21 @@ class Size(NamedTuple):
     top: Any
 
 
-def below_height(sizes: Sequence[Size], height: Any) -> Small:
-    return tuple(Term(s.size, s.power, (height - s.top).lower()) for s in sizes)
+def below_height(sizes: Sequence[Size], height: Any) -> SmallTerms:
+    return tuple(SmallTerm(s.size, s.power, (height - s.top).lower()) for s in sizes)
 
 
 class Group(NamedTuple):
     """int e^{lam V} over some cells: those at its largest height, and the others.
 
-    `label` is None where the highest of it is not sharp; `others` is relative to its height. `top`
-    is V's upper bound, `length` that of the cells; `sizes`, of curved and straight cells, bound
-    the whole: see `below_height`.
+    `label` is None where the highest of it is not leading; `others` is relative to its height.
+    `top` is V's upper bound, `length` that of the cells; `sizes`, of curved and straight cells,
+    bound the whole: see `below_height`.
     """
 
     label: int | None
-    sharp: tuple[Sharp, ...]
-    others: Small
+    leading: tuple[LeadingCell, ...]
+    others: SmallTerms
     top: Any
     sizes: tuple[Size, ...]
     length: Any
@@ -112,14 +111,14 @@ class Group(NamedTuple):
 class Well(NamedTuple):
     """A well that dominates; what is to its outer side, between it and the start, and behind."""
 
-    sharp: Sharp
+    leading: LeadingCell
     outer: Group
     between: Group
     behind: Group
     key: Key
 
 
-class Lesser(NamedTuple):
+class Subdominant(NamedTuple):
     """size y^power e^{lam exponent} times integrals over `above`, over that over the cell `under`.
 
     The integrals are without their own exponentials.
@@ -128,7 +127,7 @@ class Lesser(NamedTuple):
     size: Any
     power: int
     exponent: Any
-    under: Sharp | None
+    under: LeadingCell | None
     above: tuple[Group, ...]
 
 
@@ -136,7 +135,7 @@ class Leading(NamedTuple):
     """T/lam = sum over the wells, and what is exponentially smaller than that."""
 
     wells: tuple[Well, ...]
-    lesser: tuple[Lesser, ...]
+    subdominant: tuple[Subdominant, ...]
     key: Key
 
 
@@ -152,15 +151,15 @@ class Dominance:
         self.bottoms = [low - base for low, _ in spans]
         self.sizes = [exact_ball(c.stop - c.start) for c in self.cells]
         self._groups: dict[Any, tuple[set[int], Group]] = {}
-        self.high: dict[int, Sharp] = {}
-        self.low: dict[int, Sharp] = {}
+        self.high: dict[int, LeadingCell] = {}
+        self.low: dict[int, LeadingCell] = {}
         for k, cell in enumerate(self.cells):
             if cell.slope is not None:
                 value, place = _straight_top(cell)
-                self.high[k] = Sharp(self.labels.of(None, place, value), k)
+                self.high[k] = LeadingCell(self.labels.of(None, place, value), k)
             elif cell.peak is not None:
                 p = cell.peak
-                made = Sharp(self.labels.of(p.height, p.middle, p.exact), k)
+                made = LeadingCell(self.labels.of(p.height, p.middle, p.exact), k)
                 (self.high if p.sign > 0 else self.low)[k] = made
 
     def group(self, indices: Sequence[int], loose: Sequence[int] = ()) -> Group:
@@ -176,12 +175,12 @@ class Dominance:
             return Group(None, (), (), top, sizes, length)
         first = self.high[max(heights, key=lambda k: heights[k].mid())]
         at = self.labels.heights[first.label]
-        sharp = tuple(self.high[k] for k in heights if self.high[k].label == first.label)
-        used = {s.cell for s in sharp}
+        leading = tuple(self.high[k] for k in heights if self.high[k].label == first.label)
+        used = {s.cell for s in leading}
         others = below_height(self._sizes([k for k in everything if k not in used]), at)
         if not all(t.gap > 0 for t in others):
             return Group(None, (), (), top, sizes, length)
-        return Group(first.label, sharp, others, at, sizes, length)
+        return Group(first.label, leading, others, at, sizes, length)
 
     def _sizes(self, indices: Sequence[int]) -> tuple[Size, ...]:
         """Curved cells are bounded by their lengths, straight ones by lam^-1/|slope|."""
@@ -216,25 +215,25 @@ class Dominance:
         most = max(range(len(wells)), key=lambda i: exponents[i].mid())
         key = wells[most].key
         main = tuple(w for w in wells if w.key == key)
-        cells = {w.sharp.cell for w in main}
-        lesser = []
+        cells = {w.leading.cell for w in main}
+        subdominant = []
         # Away from the start on both sides, so that what lies outside shrinks.
         at = self.found.place
         for k in (*range(at - 1, -1, -1), *range(at, len(self.cells))):
             if k not in cells:
-                lesser.append(self._falling(k))
-            lesser.append(self._nested(k))
-        return Leading(main, tuple(lesser), key)
+                subdominant.append(self._falling(k))
+            subdominant.append(self._nested(k))
+        return Leading(main, tuple(subdominant), key)
 
-    def _well(self, sharp: Sharp) -> Well | None:
-        outer, between, behind, own = self.sides(sharp.cell)
+    def _well(self, leading: LeadingCell) -> Well | None:
+        outer, between, behind, own = self.sides(leading.cell)
         a, m, b = self.group(outer), self.group(between, own), self.group(behind, own)
         key = self.denominator(a, m, b)
         if key is None:
             return None
         label, alone = key
-        # What is cancelled by the denominator need not be sharp, but it is.
-        parts = [(sharp.label, -1)]
+        # What is cancelled by the denominator need not be leading, but it is.
+        parts = [(leading.label, -1)]
         for group, cancels in ((a, alone is a), (b, alone is b)):
             if cancels:
                 parts.append((label, 1))
@@ -242,7 +241,7 @@ class Dominance:
                 return None
             else:
                 parts.append((group.label, 1))
-        return Well(sharp, a, m, b, key_of([*parts, (label, -1)]))
+        return Well(leading, a, m, b, key_of([*parts, (label, -1)]))
 
     def denominator(self, a: Group, m: Group, b: Group) -> tuple[int, Group | None] | None:
         """The label of what is largest of the three; the group, if it is one of a and b alone."""
@@ -256,7 +255,7 @@ class Dominance:
         alone = best if len(same) == 1 and best is not m else None
         return label, alone
 
-    def _falling(self, k: int) -> Lesser:
+    def _falling(self, k: int) -> Subdominant:
         """int e^{-lam V} over cell k times A B/(A + M + B), from above."""
         outer, between, behind, own = self.sides(k)
         one, two = self._above(outer, ()), self._above(behind, own)
@@ -269,7 +268,7 @@ class Dominance:
         ]
         return min(choices, key=_exponent)
 
-    def _nested(self, k: int) -> Lesser:
+    def _nested(self, k: int) -> Subdominant:
         """The double integral over cell k times the chance to be on the start's other side."""
         at, inside = self.found.place, self.found.inside
         size = self.sizes[k] ** 2, 0
@@ -294,13 +293,13 @@ class Dominance:
             ]
         return min(choices, key=_exponent)
 
-    def _height(self, sharp: Sharp) -> Any:
-        return self.labels.heights[sharp.label]
+    def _height(self, leading: LeadingCell) -> Any:
+        return self.labels.heights[leading.label]
 
     def _above(self, indices: Sequence[int], own: Sequence[int]) -> Group:
         """A group that holds these cells, and perhaps more; few are made."""
-        sharp = tuple(k for k in indices if k in self.high)
-        key = sharp, tuple(own), bool(indices) and indices[0] < self.found.place
+        leading = tuple(k for k in indices if k in self.high)
+        key = leading, tuple(own), bool(indices) and indices[0] < self.found.place
         known = self._groups.get(key)
         if known is None or known[1].label is None or not set(indices) <= known[0]:
             known = set(indices), self.group(indices, own)
@@ -308,18 +307,20 @@ class Dominance:
         return known[1]
 
 
-def _over(bound: tuple[Any, int], exponent: Any, under: Sharp | None, *above: Group) -> Lesser:
+def _over(
+    bound: tuple[Any, int], exponent: Any, under: LeadingCell | None, *above: Group
+) -> Subdominant:
     size, power = bound
     for group in above:
         exponent = exponent + group.top
         if group.label is None:
             # By lengths: straight cells of any slope are no longer than that.
             size = size * group.length
-    sharp = tuple(group for group in above if group.label is not None)
-    return Lesser(size, power, exponent, under, sharp)
+    leading = tuple(group for group in above if group.label is not None)
+    return Subdominant(size, power, exponent, under, leading)
 
 
-def _exponent(choice: Lesser) -> Any:
+def _exponent(choice: Subdominant) -> Any:
     return choice.exponent.mid() if choice.exponent.is_finite() else flint_module().arb("-inf")
 
 

@@ -23,27 +23,16 @@ from symasym.asymptotics.laplace.cauchy_disk import THETA
 from symasym.asymptotics.proofs.cells import (
     Cell,
     Landscape,
-    Panel,
     Peak,
     Stationary,
     landscape,
     stationary,
     steepness,
 )
+from symasym.asymptotics.proofs.panels import Bounds, between_lines
 from symasym.drift.drift import Drift
 from symasym.exact.ball_panels import Outer
 from symasym.numbers.balls import exact_ball, flint_module, precision
-from symasym.special.exponentials import ball_quotient
-
-
-class Bounds(NamedTuple):
-    """A positive number lies between these two."""
-
-    low: Any
-    high: Any
-
-    def __add__(self, other: Bounds) -> Bounds:  # type: ignore[override]
-        return Bounds((self.low + other.low).lower(), (self.high + other.high).upper())
 
 
 def enclosure(
@@ -184,7 +173,7 @@ def _three(outer: Bounds, between: Bounds, other: Bounds) -> Bounds:
 def _shares(cell: Cell, lam: Fraction) -> _Shares:
     if cell.slope is not None:
         return _straight(cell, cell.slope, lam)
-    rising, falling = _crude(cell.panels, lam, 1), _crude(cell.panels, lam, -1)
+    rising, falling = between_lines(cell.panels, lam, 1), between_lines(cell.panels, lam, -1)
     if cell.peak is not None:
         sharp = _laplace(cell.peak, lam)
         if cell.peak.sign > 0:
@@ -202,7 +191,7 @@ def _shares(cell: Cell, lam: Fraction) -> _Shares:
 
 def _falling(cell: Cell, lam: Fraction) -> Bounds:
     """int e^{-lam V} over a cell inside the layer."""
-    crude = _crude(cell.panels, lam, -1)
+    crude = between_lines(cell.panels, lam, -1)
     return crude if cell.peak is None else _both(crude, _laplace(cell.peak, lam))
 
 
@@ -217,22 +206,6 @@ def _straight(cell: Cell, slope: Fraction, lam: Fraction) -> _Shares:
     factor = (exact_ball(lam) * cell.height).exp()
     values = (stretch.plus * factor, stretch.minus / factor, stretch.nested, mirrored.nested)
     return _Shares(*(Bounds(v.lower(), v.upper()) for v in values))
-
-
-def _crude(panels: tuple[Panel, ...], lam: Fraction, sign: int) -> Bounds:
-    number, size = exact_ball(sign * lam), exact_ball(lam)
-    low = high = flint_module().arb(0)
-    for p in panels:
-        line = p.width * ball_quotient(number * p.slope * p.width, 1) * (number * p.height).exp()
-        bend = (size * p.bend).exp()
-        least, most = line / bend, line * bend
-        if p.steep > 0 and not size * p.bend < 1:
-            # Monotone: between the values at its ends.
-            first, last = (number * v for v in p.ends)
-            least = least.max(p.width * first.min(last).exp())
-            most = most.min(p.width.min(1 / (size * p.steep)) * first.max(last).exp())
-        low, high = low + least, high + most
-    return Bounds(low.lower().max(flint_module().arb(0)), high.upper())
 
 
 def _laplace(peak: Peak, lam: Fraction) -> Bounds:

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from symasym.asymptotics.proofs.layer_bounds import Barrier, Edge, Layer, layer_of
+from symasym.asymptotics.proofs.layer_bounds import Barrier, Edge, Layer, Region, layer_of
+from symasym.asymptotics.proofs.panels import Bounds, between_lines
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray, float_text, is_array
@@ -25,8 +26,7 @@ from symasym.drift.scenes import (
 )
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of
-from symasym.numbers.intervals import quotients
-from symasym.special.exponentials import log_quotient
+from symasym.special.exponentials import ball_quotient, log_quotient
 
 # Bounds further apart say nothing that is worth a number.
 _MOST_RATIO = 3
@@ -56,9 +56,9 @@ def exit_probability(
             raise _too_far(float_text(values["kappa"]))
         if request.log:
             low, high = _log(wanted[0], other[1]), _log(wanted[1], other[0])
-        from symasym.exact import ball_sweep
+        from symasym.numbers import balls
 
-        middle, radius = ball_sweep.to_mpf(low.union(high), digits + 10)
+        middle, radius = balls.to_mpf(low.union(high), digits + 10)
     return as_digits(request, middle, radius, "bound", _TERMS, ())
 
 
@@ -90,7 +90,7 @@ def _side(drift: Drift, mirrored: bool, r: Fraction, x: Fraction, lam: Fraction)
 
     def outer(side: int, length: Fraction) -> Any:
         fall = -profile.value(Fraction(side)) * exact_ball(length)
-        first = quotients(factor * fall, _Number())[0]
+        first = ball_quotient(factor * fall, 1)
         return (factor * height).exp() * exact_ball(length) * first, height + fall
 
     if x < -1:
@@ -100,7 +100,7 @@ def _side(drift: Drift, mirrored: bool, r: Fraction, x: Fraction, lam: Fraction)
         layer = layer_of(drift, mirrored, max(x, -one), min(r, one))
         scale = (factor * height).exp()
         for region in layer.regions:
-            below, above = _region(region, factor)
+            below, above = _region(region, lam)
             low, high = low + scale * below, high + scale * above
         height = height + layer.end
     if r > 1:
@@ -109,55 +109,66 @@ def _side(drift: Drift, mirrored: bool, r: Fraction, x: Fraction, lam: Fraction)
     return low, high
 
 
-class _Number:
-    """Arb as `quotients` wants it."""
-
-    def __init__(self) -> None:
-        from symasym.numbers.intervals import _Balls
-
-        self._balls = _Balls(flint_module().ctx.prec)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._balls, name)
-
-
-def _region(region: Any, lam: Any) -> tuple[Any, Any]:
-    zero = exact_ball(Fraction(0))
-    low = high = zero
-    for panel in region.panels:
-        x = abs(lam * panel.slope * panel.half)
-        rising, falling = (quotients(s * x, _Number())[0] for s in (1, -1))
-        middle = (lam * panel.height).exp() * panel.half * (rising + falling)
-        low = low + middle * (-lam * panel.bend).exp()
-        high = high + middle * (lam * panel.bend).exp()
+def _region(region: Region, exactly: Fraction) -> Bounds:
+    """int e^{lam V}: by its panels and, where V is largest, by Laplace's method as well."""
+    low, high = between_lines(region.panels, exactly, 1)
+    lam = exact_ball(exactly)
     peak = region.peak
     if peak is None:
-        return low, high
-    scale = (lam * peak.height).exp()
-    below, above = (_edge if isinstance(peak, Edge) else _barrier)(peak, lam)
+        return Bounds(low, high)
+    lead, least, most = _by_laplace(peak, lam, _Balls())
+    scale = (lam * peak.height).exp() * lead
     # max and min of balls enclose those of what is in them.
-    return low.max(scale * below), high.min(scale * above)
+    return Bounds(low.max(scale * least), high.min(scale * most))
 
 
-def _edge(peak: Any, lam: Any) -> tuple[Any, Any]:
-    lead, next_ = 1 / (lam * peak.slope), peak.bend / lam**2
-    return lead * (1 - (-lam * peak.fall).exp()) - next_, lead + next_
+def _by_laplace(peak: Edge | Barrier, lam: Any, numbers: Any) -> tuple[Any, Any, Any]:
+    """Laplace's leading term of int e^{lam (V - height)} over a window, and bounds of its share."""
+    number, above = numbers.number, numbers.above
+    if isinstance(peak, Edge):
+        slope, bend = number(peak.slope), above(peak.bend)
+        lost = bend * slope / lam
+        return 1 / (lam * slope), -numbers.expm1(-lam * number(peak.fall)) - lost, 1 + lost
+    c, cubic, quartic = number(peak.curvature), above(abs(peak.cubic)), above(peak.quartic)
+    reach, gap = number(peak.reach), above(peak.gap)
+    lead = numbers.sqrt(numbers.pi / (lam * c))
+    tail = numbers.exp(-lam * c * reach**2) / (lam * c * reach)
+    less = c - cubic * reach - quartic * reach**2
+    most = (15 * cubic**2 / less + 12 * quartic) / (16 * less**2 * numbers.sqrt(less))
+    low = 1 - 3 * quartic / (4 * lam * c**2) - (tail + 2 * gap) / lead
+    return lead, low, 1 + numbers.sqrt(c) * most / lam + 2 * gap / lead
 
 
-def _barrier(peak: Any, lam: Any) -> tuple[Any, Any]:
-    pi = flint_module().arb.pi()
-    c, reach = peak.curvature, peak.reach
-    lead = (pi / (lam * c)).sqrt()
-    tail = (-lam * c * reach**2).exp() / (lam * c * reach)
-    low = lead * (1 - _ratio(3, 4) * peak.quartic / (lam * c**2)) - tail - 2 * peak.gap
-    less = c - abs(peak.cubic) * reach - peak.quartic * reach**2
-    more = _ratio(15, 16) * peak.cubic**2 * less ** _ratio(-7, 2)
-    more = more + _ratio(3, 4) * peak.quartic * less ** _ratio(-5, 2)
-    return low, lead + pi.sqrt() * more / lam ** _ratio(3, 2) + 2 * peak.gap
+class _Balls:
+    """What `_by_laplace` asks of numbers; a ball's upper end is the ball's own business."""
+
+    def __init__(self) -> None:
+        self.pi = flint_module().arb.pi()
+
+    def number(self, x: Any) -> Any:
+        return x
+
+    above = number
+
+    def sqrt(self, x: Any) -> Any:
+        return x.sqrt()
+
+    def exp(self, x: Any) -> Any:
+        return x.exp()
+
+    def expm1(self, x: Any) -> Any:
+        return x.expm1()
 
 
-def _ratio(p: int, q: int) -> Any:
-    return exact_ball(Fraction(p, q))
+class _Floats:
+    """The same in float64."""
+
+    pi, number = np.pi, float
+    sqrt, exp, expm1 = np.sqrt, np.exp, np.expm1
+
+    @staticmethod
+    def above(x: Any) -> float:
+        return float(np.nextafter(float(x.upper()), np.inf))
 
 
 # -- many scenes, in float64 -----------------------------------------------------------------------
@@ -218,9 +229,10 @@ def _float_side(
 
     outer(slopes[0], np.minimum(-1.0, r) - x)
     if low < high:
-        layer = _layer(drift, mirrored, low, high)
-        parts.append(_float_layer(layer, lam) + lam * height)
-        height = height + float(layer.end)
+        with precision(128):
+            layer = layer_of(drift, mirrored, low, high)
+            parts.append(_float_layer(layer, lam) + lam * height)
+            height = height + float(layer.end)
     outer(slopes[1], (r - np.maximum(x, 1.0)) * (r > 1))
     return (
         np.logaddexp(np.logaddexp(parts[0], parts[1]), parts[-1])
@@ -229,56 +241,27 @@ def _float_side(
     )
 
 
-def _layer(drift: Drift, mirrored: bool, low: Fraction, high: Fraction) -> Layer:
-    with precision(128):
-        return layer_of(drift, mirrored, low, high)
-
-
 def _float_layer(layer: Layer, lam: FloatArray) -> FloatArray:
     """Logarithms of the lower and the upper bound over the layer, V from its beginning."""
     totals = []
     for region in layer.regions:
-        p = np.array(
-            [
-                [_up(x) if k == 3 else float(x) for k, x in enumerate(panel)]
-                for panel in region.panels
-            ]
-        )[:, :, None]
-        x = lam * np.abs(p[:, 1]) * p[:, 2]
-        pair = np.logaddexp(log_quotient(x), log_quotient(-x))
-        middle = lam * p[:, 0] + np.log(p[:, 2]) + pair
-        bounds = [
-            np.logaddexp.reduce(middle + sign * lam * p[:, 3], axis=0) for sign in (-1.0, 1.0)
+        panels = [
+            (float(p.width), float(p.height), float(p.slope), _Floats.above(p.bend))
+            for p in region.panels
         ]
+        width, start, slope, bend = np.array(panels).T[:, :, None]
+        line = lam * start + np.log(width) + log_quotient(lam * slope * width)
+        bounds = [np.logaddexp.reduce(line + s * lam * bend, axis=0) for s in (-1.0, 1.0)]
         if region.peak is not None:
-            below, above = _float_peak(region.peak, lam)
-            bounds = [np.fmax(bounds[0], below), np.fmin(bounds[1], above)]
+            lead, least, most = _by_laplace(region.peak, lam, _Floats())
+            top = lam * float(region.peak.height) + np.log(lead)
+            bounds = [
+                np.fmax(bounds[0], top + np.log(least)),
+                np.fmin(bounds[1], top + np.log(most)),
+            ]
         totals.append(np.array(bounds))
     found: FloatArray = np.logaddexp.reduce(np.array(totals), axis=0)
     return found
-
-
-def _up(x: Any) -> float:
-    return float(np.nextafter(float(x.upper()), np.inf))
-
-
-def _float_peak(peak: Edge | Barrier, lam: FloatArray) -> tuple[FloatArray, FloatArray]:
-    height = lam * float(peak.height)
-    if isinstance(peak, Edge):
-        slope, bend = float(peak.slope), _up(peak.bend)
-        lead = 1 / (lam * slope)
-        low = -np.expm1(-lam * float(peak.fall)) - bend * slope / lam
-        high = 1 + bend * slope / lam
-    else:
-        c, cubic, quartic = float(peak.curvature), _up(abs(peak.cubic)), _up(peak.quartic)
-        reach, gap = float(peak.reach), _up(peak.gap)
-        lead = np.sqrt(np.pi / (lam * c))
-        tail = np.exp(-lam * c * reach**2) / (lam * c * reach)
-        less = c - cubic * reach - quartic * reach**2
-        more = 15 / 16 * cubic**2 * less**-3.5 + 0.75 * quartic * less**-2.5
-        low = 1 - 0.75 * quartic / (lam * c**2) - (tail + 2 * gap) / lead
-        high = 1 + np.sqrt(c) * more / lam + 2 * gap / lead
-    return height + np.log(lead) + np.log(low), height + np.log(lead) + np.log(high)
 
 
 # -- the paper's bound -----------------------------------------------------------------------------
@@ -362,8 +345,8 @@ def _highest(drift: Drift, mirrored: bool) -> Fraction:
         top = base
         for region in layer_of(drift, mirrored, Fraction(0), Fraction(1)).regions:
             for panel in region.panels:
-                reach = abs(panel.slope) * panel.half + panel.bend
-                top = top.max(base + panel.height + reach)
+                end = panel.height + panel.slope * panel.width
+                top = top.max(base + panel.height.max(end) + panel.bend)
         mantissa, exponent = top.upper().man_exp()
         return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.laplace.cauchy_disk import NotProved
 from symasym.asymptotics.proofs.dominance import Key, Labels, key_of
-from symasym.asymptotics.weak_noise.compose import sides_of, time_of
-from symasym.asymptotics.weak_noise.critical_points import Half
-from symasym.numbers.balls import exact_ball, flint_module
-from symasym.numbers.taylor_models import Model, Range, Small, Term
+from symasym.asymptotics.weak_noise.compose import mean_time, sides_of
+from symasym.asymptotics.weak_noise.one_sided import OneSided
+from symasym.asymptotics.weak_noise.series import Series
+from symasym.numbers.balls import NotProved, exact_ball, flint_module
+from symasym.numbers.taylor_models import Model, Range, SmallTerm, SmallTerms
 
 # Digits of the expansion's coefficients that are trusted, of those they are computed with.
 _LOST = 20
@@ -72,8 +72,6 @@ class Sum:
         return self + -_sum(other)
 
     def __mul__(self, other: Any) -> Any:
-        if isinstance(other, Height):
-            return other
         found: dict[Key, Powers] = {}
         for first, mine in self.parts.items():
             for second, theirs in _sum(other).parts.items():
@@ -101,20 +99,6 @@ class Sum:
         ((power, value),) = powers.items()
         return Sum({tuple((label, -n) for label, n in key): {-power: 1 / value}})
 
-    def __pow__(self, exponent: Any) -> Sum:
-        ((key, powers),) = self.parts.items()
-        ((power, _),) = powers.items()
-        twice = 2 * exponent.number()
-        assert (key, power) == ((), -2)  # it is lam
-        return Sum({(): {-int(float(twice)): flint_module().arb(1)}})
-
-    def __abs__(self) -> Sum:
-        """Only sizes of errors ask for it, and there are none here."""
-        return Sum({})
-
-    def __lt__(self, other: Any) -> bool:
-        return False
-
 
 def _sum(x: Any) -> Sum:
     if isinstance(x, Sum):
@@ -123,30 +107,38 @@ def _sum(x: Any) -> Sum:
 
 
 class Formal:
-    """Formal sums with what `weak_noise.compose` asks of numbers; `top` is the largest y."""
+    """The ring of formal sums for `weak_noise.compose`; `top` is the largest y."""
 
-    unit = 0
+    rounding = 0.0
 
-    def __init__(self, labels: Labels, digits: int, top: Any) -> None:
-        self._labels, self._top = labels, top
+    def __init__(self, labels: Labels, digits: int, order: int, top: Any) -> None:
+        self._labels, self._order, self._top = labels, order, top
         self.radius = flint_module().arb(10) ** (_LOST - digits)
 
-    def exp(self, x: Any) -> Sum:
-        one = flint_module().arb(1)
-        if isinstance(x, Height):
-            label = self._labels.find(x.sign * x.value)
-            return Sum({key_of([(label, x.sign)]): {0: one}})
-        assert not x.parts
-        return Sum({(): {0: one}})
+    def leaf(self, height: Any, series: Series, rough: Any = 0.0) -> Sum:
+        key: Key = ()
+        if isinstance(height, Height):
+            label = self._labels.find(height.sign * height.value)
+            key = key_of([(label, height.sign)])
+        powers: Powers = {}
+        for part in series.parts:
+            for n, c in enumerate(part.coefficients[: self._order + 1]):
+                if not c:
+                    continue
+                power, value = int(2 * (part.offset + n)), self.number(c).number()
+                for _ in range(part.logs):
+                    power, value = power - 1, value * self._log()
+                powers[power] = powers[power] + value if power in powers else value
+        return Sum({key: powers} if powers else {})
 
-    def log(self, lam: Any) -> Sum:
+    def total(self, terms: list[Sum]) -> Sum:
+        return sum(terms, Sum({}))
+
+    def _log(self) -> Any:
         """log(lam) = -2 log(y), as c/y with |c| <= 2 y |log(y)|."""
         flint = flint_module()
         most = (2 / flint.arb(1).exp()).max(2 * self._top * self._top.log())
-        return Sum({(): {-1: flint.arb(0, most.upper())}})
-
-    def left_out(self, last: Any, later: Any) -> int:
-        return 0
+        return flint.arb(0, most.upper())
 
     def number(self, x: Any) -> Any:
         if isinstance(x, (Sum, Height)):
@@ -163,17 +155,16 @@ class Formal:
         return value + flint.arb(0, (abs(value) * self.radius).upper())
 
 
-def expansion(halves: tuple[Half, Half], r: Fraction, order: int, ops: Formal) -> tuple[Sum, Sum]:
+def expansion(both: tuple[OneSided, OneSided], r: Fraction, ops: Formal) -> tuple[Sum, Sum]:
     """T_N/lam as a quotient."""
-    lam = Sum({(): {-2: flint_module().arb(1)}})
-    taken = tuple(_with_heights(one, ops) for one in halves)
-    found = time_of(sides_of((taken[0], taken[1]), lam, r, order, ops), lam).value
+    left, right = (_with_heights(one, ops) for one in both)
+    found = mean_time(sides_of((left, right), ops.number(r), ops))
     if not isinstance(found, Quotient):
         raise NotProved
-    return found.over / lam, found.under
+    return found.over, found.under
 
 
-def _with_heights(one: Half, ops: Formal) -> Half:
+def _with_heights(one: OneSided, ops: Formal) -> OneSided:
     beyond = one.beyond
     if beyond is not None:
         u, height, slope = beyond
@@ -190,7 +181,7 @@ def _height(x: Any, ops: Formal) -> Any:
     return ops.ball(x) + flint_module().arb(0, ops.radius.upper())
 
 
-def split(found: Sum, labels: Labels, over: Range) -> tuple[Key, Model, Small]:
+def split(found: Sum, labels: Labels, over: Range) -> tuple[Key, Model, SmallTerms]:
     """What has the largest exponent, and all else relative to its exponential."""
     flint = flint_module()
     parts = {key: p for key, p in found.parts.items() if p}
@@ -202,7 +193,7 @@ def split(found: Sum, labels: Labels, over: Range) -> tuple[Key, Model, Small]:
     for key, powers in parts.items():
         if key != best:
             gap = (top - labels.height(key)).lower()
-            small += [Term(abs(c).upper(), p, gap) for p, c in powers.items()]
+            small += [SmallTerm(abs(c).upper(), p, gap) for p, c in powers.items()]
     powers = parts[best]
     first = min(powers)
     kept = tuple(powers.get(first + k, flint.arb(0)) for k in range(over.terms))

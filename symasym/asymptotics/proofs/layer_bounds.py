@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.asymptotics.proofs.panels import Panel
 from symasym.drift.drift import Drift
 from symasym.numbers.balls import BallOps, exact_ball, flint_module, profile_of
 
@@ -25,15 +26,6 @@ _WIDEST = Fraction(1, 32)
 _NARROWEST = Fraction(1, 2**16)
 _MOST_PANELS = 300
 _SAMPLES = 2001
-
-
-class Panel(NamedTuple):
-    """V within `bend` of the line height + slope t on a panel of half-length `half`."""
-
-    height: Any
-    slope: Any
-    half: Any
-    bend: Any
 
 
 class Edge(NamedTuple):
@@ -157,8 +149,10 @@ def _panels(
         down = rest + sum((c * (-h) ** (k + 1) / (k + 1) for k, c in enumerate(local)), rest)
         up = sum((c * h ** (k + 1) / (k + 1) for k, c in enumerate(local)), rest)
         middle = height + down  # V(center) - V(lo) = -int A, which is `down` from the centre
-        panels.append(Panel(middle, -local[0], h, bend))
-        height = middle - up
+        ends = height, middle - up
+        zero = flint.arb(0)  # V need not be monotone
+        panels.append(Panel(2 * h, middle + local[0] * h, -local[0], bend, ends, zero))
+        height = ends[1]
     return panels, height
 
 

@@ -1,4 +1,4 @@
-"""The error of the weak-noise expansion of T, proved for all noise below a given one."""
+"""|T/T_N - 1| <= K kappa^{2N + 2} for all 0 < kappa <= kappa_0, proved (`all_noise`)."""
 
 from __future__ import annotations
 
@@ -128,8 +128,8 @@ def weak_noise_bound(
     >>> print(f"{found.error('0.001'):.2g}")
     2.3e-12
     """
-    from symasym.asymptotics.laplace.cauchy_disk import NotProved
     from symasym.asymptotics.proofs.all_noise import Proof
+    from symasym.numbers.balls import NotProved
 
     require_drift(drift)
     if kappa0 is not None and rtol is not None:
@@ -157,7 +157,7 @@ def weak_noise_bound(
     if constant is None:
         where, why = f"up to kappa0 = {float_text(given)}", "or the noise is too strong"
         raise _not_proved(where, why, "give a smaller kappa0, or leave it out")
-    return RangeBound(_upwards(constant), given, most)
+    return RangeBound(constant, given, most)
 
 
 def _not_proved(where: str, why: str, instead: str) -> AccuracyError:
@@ -174,7 +174,7 @@ def _largest(proof: Any, rtol: Fraction, order: int) -> RangeBound:
         constant = proof.constant(kappa)
         if constant is None:
             return None
-        found = RangeBound(_upwards(constant), kappa, order)
+        found = RangeBound(constant, kappa, order)
         return found if found.error(kappa) <= rtol else None
 
     high, best = _LARGEST, None
@@ -195,7 +195,3 @@ def _largest(proof: Any, rtol: Fraction, order: int) -> RangeBound:
         else:
             best = found
     return best
-
-
-def _upwards(constant: Any) -> float:
-    return math.nextafter(float(constant.upper()) * (1 + 1e-15), math.inf)

@@ -1,114 +1,61 @@
 """Strong noise: expansions in lam = 2/kappa^2 that hold uniformly in r/kappa^2.
 
-Inside the layer e^{lam V} is expanded in powers of lam; outside it everything
-is closed form, and its exponentials, with that of V(1) - V(-1), are kept. The
-sweeps are those of docs/exact.md, so that all terms are positive but those of
-the expansion itself.
+Inside the layer e^{lam V} is expanded in powers of lam (`sweep.layer`); outside
+it everything is closed form, and its exponentials, with that of V(1) - V(-1),
+are kept. The sweeps are those of docs/exact.md, so that all terms are positive
+but those of the expansion itself.
 
-What N terms leave out of a layer integral is the next term, which is known,
-and a rest below length * x^{N+2}/(N+2)! e^x with x = lam (max V - min V). Both
-are carried through the sweep: the error is proved.
+What N terms leave out of a layer integral is the next term, which is known, and
+a tail that is bounded. Both are carried through the sweep in balls: the error
+is proved.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from fractions import Fraction
-from typing import Any, NamedTuple
+from functools import cache
+from typing import Any
 
 import numpy as np
 
-from symasym.asymptotics.strong_noise.moments import Moments, moments
+from symasym.asymptotics.strong_noise import sweep
+from symasym.asymptotics.strong_noise.moments import moments
+from symasym.asymptotics.strong_noise.sweep import Side, Stretch, after, layer, odds, weights
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError
-from symasym.base.inputs import FloatArray, float_text
-from symasym.drift.drift import Drift
-from symasym.drift.scenes import (
-    Request,
-    as_digits,
-    as_floats,
-    exact_scene,
-    float_scenes,
-    input_rounding,
-    one_scene,
-    read_order,
-)
-from symasym.exact import ball_sweep
-from symasym.numbers.intervals import Intervals, intervals, quotients
+from symasym.base.inputs import FloatArray
+from symasym.drift.scenes import Answer, Answers, Request, Scene, Scenes, input_rounding
+from symasym.numbers import balls
+from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of, to_mpf
+from symasym.numbers.extended_intervals import ExtendedInterval, Undefined
+from symasym.special.exponentials import ball_quotient
 
-DEFAULT_ORDER = 2
-MOST_ORDER = 100
 _ATTEMPTS = 7
 
 
-def escape_time(drift: Drift, kappa: Any, r: Any, start: Any, request: Request) -> Any:
-    """T of eq:Ttilde to the order that `request` asks for; any region, any start."""
-
-    def combined(left: _Side, right: _Side, number: Intervals) -> Any:
-        time = (left.work * right.scale + right.work * left.scale) / (left.scale + right.scale)
-        return number.log(time) if request.log else time
-
-    return _answer(drift, {"kappa": kappa, "r": r, "start": start}, request, combined)
-
-
-def exit_probability(
-    drift: Drift, kappa: Any, r: Any, start: Any, complement: bool, request: Request
-) -> Any:
-    """C of eq:C, or 1 - C, to the order that `request` asks for; any region, any start."""
-
-    def combined(left: _Side, right: _Side, number: Intervals) -> Any:
-        ratio = right.scale / left.scale if complement else left.scale / right.scale
-        return _share(ratio, request.log, number)
-
-    numbers = {"kappa": kappa, "r": r, "start": start}
-    return _answer(drift, numbers, request, combined, complement)
-
-
-def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> Any:
-    """P of eq:P, or 1 - P, to the order that `request` asks for; sliding only."""
-
-    def combined(left: _Side, right: _Side, number: Intervals) -> Any:
-        ratio = right.scale / left.scale if complement else left.scale / right.scale
-        return _share(ratio, request.log, number)
-
-    return _answer(drift, {"kappa": kappa}, request, combined, complement)
-
-
-def _share(ratio: Any, log: bool, number: Intervals) -> Any:
-    """part/(part + rest) of ratio = rest/part."""
-    return -number.log1p(ratio) if log else 1 / (1 + ratio)
-
-
-def _answer(
-    drift: Drift,
-    numbers: dict[str, Any],
-    request: Request,
-    combined: Callable[[_Side, _Side, Intervals], Any],
-    complement: bool = False,
-) -> Any:
-    order = read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
-    request = request._replace(order=order)
-    terms = tuple(f"lam^{k} of the layer" for k in range(order + 1))
-    dropped = (f"lam^{order + 1} of the layer and beyond, bounded by the error",)
-    scalar = one_scene(drift, numbers)
-    if request.dps is None and not (scalar and request.full and _provable(drift)):
-        from symasym.asymptotics.strong_noise import arrays as strong_noise_double
-
-        scenes = float_scenes(drift, numbers)
-        logs, errors, size = strong_noise_double.logs(
-            drift, scenes, request.name[-1], complement, order
+def of_scene(scene: Scene, request: Request) -> Answer:
+    """The expansion to the order of `request`, its error proved; any region, any start."""
+    if not balls.available():
+        raise AccuracyError(
+            "the digits of this expansion are proved with python-flint, which is not installed; "
+            "install it with pip install python-flint, or use method='exact'."
         )
-        errors = errors + input_rounding(scenes, size)
-        _require_small(scenes.numbers["kappa"], errors, order)
-        return as_floats(request, scenes.shape, logs, errors, "estimate", terms, dropped)
-    values = exact_scene(drift, numbers, request.dps)
-    digits = request.digits
-    value, error = _enclosed(drift, values, digits, order, request.log, combined)
-    return as_digits(request, value, error, "bound", terms, dropped)
+    return Answer(*_enclosed(scene, request), "bound", *_terms(request.order))
 
 
-def _provable(drift: Drift) -> bool:
-    return ball_sweep.available() or drift.exact_coefficients() is not None
+def of_scenes(scenes: Scenes, request: Request) -> Answers:
+    """The same in float64, with an estimate of rounding."""
+    from symasym.asymptotics.strong_noise.arrays import logs
+
+    value, errors, size = logs(scenes, request.name[-1], request.complement, request.order)
+    errors = errors + input_rounding(scenes, size)
+    _require_small(scenes.numbers["kappa"], errors, request.order)
+    return Answers(value, errors, "estimate", *_terms(request.order))
+
+
+def _terms(order: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    terms = tuple(f"lam^{k} of the layer" for k in range(order + 1))
+    return terms, (f"lam^{order + 1} of the layer and beyond, bounded by the error",)
 
 
 def _require_small(kappa: FloatArray, errors: FloatArray, order: int) -> None:
@@ -125,54 +72,117 @@ def _too_weak(kappa: str, order: int) -> AccuracyError:
     )
 
 
-# -- digits ----------------------------------------------------------------------------------------
+# -- one scene, in balls ---------------------------------------------------------------------------
 
 
 class _Negative(Exception):
     """A truncated integral of something positive is negative: the noise is far too weak."""
 
 
-class _Side(NamedTuple):
-    """S and its time at the point reached, both in units of e^{lam V} there (as in ball_sweep)."""
+class _Balls:
+    """Enclosures of the whole series, or (not `whole`) of the terms that are kept."""
 
-    scale: Any
-    work: Any
+    def __init__(self, whole: bool) -> None:
+        self._whole = whole
+
+    def tail(self, x: Any, count: int) -> Any:
+        following = x**count / flint_module().arb(count).fac()
+        ratio = x / (count + 1)
+        # Below a geometric series, and below e^x.
+        return following * (x.exp().min(1 / (1 - ratio)) if ratio < 1 else x.exp())
+
+    def exponential(self, x: Any) -> Any:
+        return x.exp()
+
+    def truncated(self, terms: list[Any], tail: Any, size: Any, x: Any) -> Any:
+        if self._whole:
+            value, reach, most = sum(terms[1:], terms[0]), tail * size, x.exp()
+            low, high = (value - reach).max(size / most), (value + reach).min(size * most)
+            return ExtendedInterval(low, high)
+        kept = sum(terms[1:-1], terms[0])
+        if kept < 0:
+            raise _Negative
+        return kept
 
 
-class _Piece(NamedTuple):
-    """g = e^{lam (V(a) - V(b))} of a stretch [a, b] and its integrals."""
+class _Stretches:
+    """The stretches of one scene, at Arb's precision `bits`."""
 
-    g: Any
-    near: Any
-    far: Any
-    nested: Any
+    def __init__(self, scene: Scene, order: int, bits: int) -> None:
+        self._scene, self._order, self._bits = scene, order, bits
+        self._lam = exact_ball(scene.lam)
+        self._outer = cache(self._outer_stretch)
+
+    def quantity(self, request: Request, number: _Balls) -> Any:
+        """A ball of what is asked for."""
+        log = request.log
+        if request.name[-1] == "T":
+            time = ExtendedInterval.of(sweep.escape_time(*self.sides(number)))
+            return time.image(lambda x: x.log() if log else x)
+        if request.name[-1] == "P":
+            both = self.weights(number)
+        else:
+            left, right = self.sides(number)
+            both = left.scale, right.scale
+        against = ExtendedInterval.of(odds(*both, request.complement))
+        return -against.image(lambda x: x.log1p() if log else -1 / (1 + x))
+
+    def sides(self, number: _Balls) -> tuple[Side, Side]:
+        r, start = self._scene.r, self._scene.start
+        return self._swept(False, r, start, number), self._swept(True, r, -start, number)
+
+    def _swept(self, mirrored: bool, r: Fraction, x: Fraction, number: _Balls) -> Side:
+        one, side = Fraction(1), None
+        stretches = []
+        if r > 1:
+            stretches.append(self._outer(mirrored, -1, min(-one, x) + r))
+        if x > -1:
+            stretches.append(self._layer(mirrored, max(-one, -r), min(x, one), number))
+        if x > 1:
+            stretches.append(self._outer(mirrored, 1, x - 1))
+        for stretch in stretches:
+            side = after(side, stretch, self._lam)
+        assert side is not None
+        return side
+
+    def weights(self, number: _Balls) -> tuple[Any, Any]:
+        stretch = self._layer(False, Fraction(-1), Fraction(1), number)
+        slopes = self._slope(False, -1), -self._slope(False, 1)
+        return weights(slopes, stretch, self._lam)
+
+    def _slope(self, mirrored: bool, side: int) -> Any:
+        sign = -1 if mirrored else 1
+        known = self._scene.drift.end(sign * side)
+        if known is not None:
+            return exact_ball(sign * known)
+        return sign * profile_of(self._scene.drift).value(Fraction(sign * side))
+
+    def _outer_stretch(self, mirrored: bool, side: int, length: Fraction) -> Stretch:
+        x = self._slope(mirrored, side) * exact_ball(self._scene.lam * length)
+        size, rising, g = exact_ball(length), ball_quotient(x, 1), x.exp()
+        return Stretch(g, size * rising, size * rising / g, size * ball_quotient(x, 2) / rising)
+
+    def _layer(self, mirrored: bool, a: Fraction, b: Fraction, number: _Balls) -> Stretch:
+        found = moments(self._scene.drift, mirrored, a, b, self._order + 1, self._bits)
+        return layer(found, self._lam, self._order, number)
 
 
-def _enclosed(
-    drift: Drift,
-    values: dict[str, Fraction],
-    digits: int,
-    order: int,
-    log: bool,
-    combined: Callable[[_Side, _Side, Intervals], Any],
-) -> tuple[Any, Any]:
+def _enclosed(scene: Scene, request: Request) -> tuple[Any, Any]:
     """The expansion's value and a bound of what it and the rounding leave out."""
-    lam = 2 / values["kappa"] ** 2
-    exponent = lam * (1 + values.get("r", Fraction(0))) * 64
+    digits, order, log = request.digits, request.order, request.log
+    exponent = scene.lam * (1 + scene.numbers.get("r", Fraction(0))) * 64
     bits = int(digits * 3.33) + 64 + int(exponent).bit_length()
     for _ in range(_ATTEMPTS):
-        with intervals(bits) as number, own_context(digits + 10) as context:
-            pieces = _Pieces(drift, values, lam, order, number)
+        with precision(bits), own_context(digits + 10) as context:
+            parts = _Stretches(scene, order, bits)
 
             def enclosure(
-                whole: bool, pieces: _Pieces = pieces, number: Intervals = number
+                whole: bool, parts: _Stretches = parts, bits: int = bits
             ) -> tuple[Any, Any] | None:
-                sides = pieces.sides(whole)
                 try:
-                    found = number.middle(combined(*sides, number))
-                except (AccuracyError, ArithmeticError, ValueError):
-                    return None  # an interval that contains 0, or all numbers
-                return found
+                    return to_mpf(parts.quantity(request, _Balls(whole)), int(bits / 3.3) + 5)
+                except (AccuracyError, ZeroDivisionError, Undefined):
+                    return None  # what contains 0, or all numbers
 
             unit = context.mpf(10) ** -digits
             try:
@@ -191,105 +201,4 @@ def _enclosed(
             if not error < (context.log(2) if log else abs(value)):
                 break
             return value, error
-    raise _too_weak(float_text(values["kappa"]), order)
-
-
-class _Pieces:
-    """The stretches of one scene, in intervals."""
-
-    def __init__(
-        self,
-        drift: Drift,
-        values: dict[str, Fraction],
-        lam: Fraction,
-        order: int,
-        number: Intervals,
-    ) -> None:
-        self._drift, self._values, self._order = drift, values, order
-        self._number, self._lam = number, lam
-        self._profiles: dict[bool, Any] = {}
-        self._moments: dict[bool, Moments] = {}
-
-    def sides(self, whole: bool) -> tuple[_Side, _Side]:
-        """Both sweeps up to the start; with what is left out enclosed if `whole`."""
-        if "r" not in self._values:
-            return self._stationary(whole)
-        r, start = self._values["r"], self._values["start"]
-        return self._swept(False, r, start, whole), self._swept(True, r, -start, whole)
-
-    def _swept(self, mirrored: bool, r: Fraction, x: Fraction, whole: bool) -> _Side:
-        number, one = self._number, Fraction(1)
-        scale = work = number.of(Fraction(0))
-        pieces = []
-        if r > 1:
-            pieces.append(self._outer(mirrored, -1, min(-one, x) + r))
-        if x > -1:
-            pieces.append(self._layer(mirrored, max(-one, -r), min(x, one), whole))
-        if x > 1:
-            pieces.append(self._outer(mirrored, 1, x - 1))
-        lam = number.of(self._lam)
-        for piece in pieces:
-            work = work + lam * (scale * piece.far + piece.nested)
-            scale = scale * piece.g + piece.near
-        return _Side(scale, work)
-
-    def _stationary(self, whole: bool) -> tuple[_Side, _Side]:
-        """Weights of the outside and of the inside, e^{-lam V} integrated."""
-        number = self._number
-        layer = self._layer(False, Fraction(-1), Fraction(1), whole)
-        slopes = self._slope(False, -1), -self._slope(False, 1)
-        outside = (1 / slopes[0] + layer.g / slopes[1]) / number.of(self._lam)
-        return _Side(outside, None), _Side(layer.far, None)
-
-    def _slope(self, mirrored: bool, side: int) -> Any:
-        sign = -1 if mirrored else 1
-        known = self._drift.end(sign * side)
-        if known is not None:
-            return self._number.of(sign * known)
-        from symasym.numbers.balls import profile_of
-
-        return sign * profile_of(self._drift).value(Fraction(sign * side))
-
-    def _outer(self, mirrored: bool, side: int, length: Fraction) -> _Piece:
-        number = self._number
-        x = self._slope(mirrored, side) * number.of(self._lam * length)
-        first, second = quotients(x, number)
-        size = number.of(length)
-        return _Piece(number.exp(x), size * first, size * first, size * size * second)
-
-    def _layer(self, mirrored: bool, a: Fraction, b: Fraction, whole: bool) -> _Piece:
-        number, order = self._number, self._order
-        if mirrored not in self._moments:
-            self._moments[mirrored] = moments(
-                self._drift, mirrored, a, b, order + 1, self._number.bits
-            )
-        found = self._moments[mirrored]
-        lam, length = number.of(self._lam), _in(number, found.length)
-        x = lam * _in(number, found.spread)
-        powers = [number.of(Fraction(1))]
-        for _ in range(order + 1):
-            powers.append(powers[-1] * lam)
-        rest = x
-        for k in range(2, order + 3):
-            rest = rest * x / k
-        rest = rest * number.exp(x) if not x < order + 3 else rest / (1 - x / (order + 3))
-
-        def total(values: list[Any], size: Any) -> Any:
-            count = order + 2 if whole else order + 1
-            parts = [_in(number, v) * p for v, p in zip(values[:count], powers, strict=False)]
-            result = sum(parts[1:], parts[0])
-            if not whole and result < 0:
-                raise _Negative
-            return number.about(result, rest * size) if whole else result
-
-        return _Piece(
-            number.exp(lam * _in(number, found.drop)),
-            total(found.near, length),
-            total(found.far, length),
-            total(found.nested, length * length / 2),
-        )
-
-
-def _in(number: Intervals, value: Any) -> Any:
-    """A rational as an interval; an interval as it is."""
-    return number.of(value) if isinstance(value, Fraction) or hasattr(value, "numer") else value
+    raise _too_weak(scene.noise, order)

@@ -26,17 +26,24 @@ from symasym.asymptotics.uniform.canonical_forms import (
     regular_share,
     truncated_gaussian,
 )
-from symasym.asymptotics.weak_noise import compose_arrays
+from symasym.asymptotics.weak_noise import compose
 from symasym.asymptotics.weak_noise.critical_point_arrays import Builder, first
-from symasym.asymptotics.weak_noise.one_sided import Joint, Series, Sight, Spot
-from symasym.asymptotics.weak_noise.series import Point
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, Joint, OneSided
+from symasym.asymptotics.weak_noise.series import Point, Series
 from symasym.base.inputs import FloatArray
-from symasym.numbers.arithmetic import FLOATS
 from symasym.numbers.factors import seen_from
 from symasym.numbers.polynomials import divided, poly, shifted
 from symasym.numbers.quadratic_factor import Pair as Local
 
-__all__ = ["Apart", "OrderZero", "Together", "escape_time", "factor_pair", "with_left_out"]
+__all__ = [
+    "Apart",
+    "LocalPoint",
+    "OrderZero",
+    "Together",
+    "escape_time",
+    "factor_pair",
+    "with_left_out",
+]
 
 _EPS = 2.3e-16
 # The error of the composite where pair and end come together is in no next term.
@@ -163,7 +170,11 @@ class OrderZero(Builder):
         return Together(form, pair, side * point, side, onward, members, height)
 
     def between(
-        self, sign: int, rising: list[Spot], falling: list[Spot], peaks: dict[int, Series]
+        self,
+        sign: int,
+        rising: list[CriticalPoint],
+        falling: list[CriticalPoint],
+        peaks: dict[int, Series],
     ) -> int:
         inside = self.inside(sign)
         for rank, k in enumerate(inside, start=1):
@@ -172,7 +183,9 @@ class OrderZero(Builder):
                 height = self.potential(z) - self.base
                 barrier = bool(first(self.slope(z)) > 0)
                 spots = rising if barrier else falling
-                spots.append(Spot(rank, height if barrier else -height, self.peak(k), None))
+                spots.append(
+                    CriticalPoint(rank, height if barrier else -height, self.peak(k), None)
+                )
         for pair in self.together:
             if pair.side == sign:
                 self.add(pair, inside, rising, falling)
@@ -181,7 +194,11 @@ class OrderZero(Builder):
         return len(inside) + 1
 
     def add(
-        self, pair: Together, inside: list[int], rising: list[Spot], falling: list[Spot]
+        self,
+        pair: Together,
+        inside: list[int],
+        rising: list[CriticalPoint],
+        falling: list[CriticalPoint],
     ) -> None:
         """Both integrals over a pair, and the double one in place of their product."""
         low, high = self.ranks(pair, inside)
@@ -190,8 +207,10 @@ class OrderZero(Builder):
         well, barrier = (low, high) if pair.onward else (high, low)
         both = AiryIntegral(pair.form, "both") if pair.onward else None
         self.joint.append(Joint(well, barrier, 2 * rise, both))
-        rising.append(Spot(barrier, height + rise, AiryIntegral(pair.form, "rising"), None))
-        falling.append(Spot(well, rise - height, AiryIntegral(pair.form, "falling"), None))
+        rising.append(
+            CriticalPoint(barrier, height + rise, AiryIntegral(pair.form, "rising"), None)
+        )
+        falling.append(CriticalPoint(well, rise - height, AiryIntegral(pair.form, "falling"), None))
 
     def drop_of(self, pair: Together) -> Any:
         """V from the barrier down to the well; 0 for a complex pair."""
@@ -211,7 +230,7 @@ class OrderZero(Builder):
 
     def side(
         self, sign: int, totals: list[Any], sizes: list[Any], peaks: dict[int, Series]
-    ) -> Sight:
+    ) -> OneSided:
         self.joint: list[Joint] = []
         sight = super().side(sign, totals, sizes, peaks)
         return sight._replace(joint=self.joint, slack=self.slack)
@@ -219,7 +238,7 @@ class OrderZero(Builder):
     # -- the end ------------------------------------------------------------------------------
 
     def end(
-        self, sign: int, rank: int, rising: list[Spot], falling: list[Spot]
+        self, sign: int, rank: int, rising: list[CriticalPoint], falling: list[CriticalPoint]
     ) -> tuple[Any, Any, Any] | None:
         before = self.before_end[sign]
         if before is None:
@@ -231,8 +250,8 @@ class OrderZero(Builder):
         height = barrier.height - gaussian.t**2 / 2
         onward = TruncatedIntegral(gaussian, "onward")
         self.joint.append(Joint(-1, -1, 0.0, TruncatedIntegral(gaussian, "both")))
-        rising.append(Spot(rank, height, TruncatedIntegral(gaussian, "rising"), onward))
-        falling.append(Spot(rank, -height, TruncatedIntegral(gaussian, "falling"), None))
+        rising.append(CriticalPoint(rank, height, TruncatedIntegral(gaussian, "rising"), onward))
+        falling.append(CriticalPoint(rank, -height, TruncatedIntegral(gaussian, "falling"), None))
         return None
 
     def barrier_before(self, sign: int) -> _BeforeEnd | None:
@@ -322,13 +341,11 @@ def factor_pair(c: Sequence[Any], middle: Any, square: Any, psi: list[Any] | Non
     return Local(zero, square, psi, 1, square, zero, zero)
 
 
-# -- many scenes in float64 ------------------------------------------------------------------------
+# -- at lam ----------------------------------------------------------------------------------------
 
 
-class _ArrayPoint(Point):
+class LocalPoint(Point):
     """With r, and the local integrals that have been found at this lam."""
-
-    arithmetic = FLOATS
 
     def __init__(self, at: Point, r: Any) -> None:
         vars(self).update(vars(at))
@@ -336,17 +353,17 @@ class _ArrayPoint(Point):
         self.known: dict[Any, Any] = {}
 
     @cached_property
-    def third(self) -> FloatArray:
+    def third(self) -> Any:
         """lam^(1/3), which takes as long as ten multiplications."""
-        return np.cbrt(self.lam)
+        return self.arithmetic.cbrt(self.lam)
 
 
-def escape_time(views: compose_arrays.Views, at: Point) -> tuple[FloatArray, Any]:
+def escape_time(composed: compose.Composed, at: Point) -> tuple[FloatArray, Any]:
     """log T, and its relative error (None without `at.errors`)."""
-    point = _ArrayPoint(at, views.r)
-    log, error = compose_arrays.escape_time(views, point)
+    point = LocalPoint(at, composed.r)
+    log, error = compose.escape_time(composed, point)
     if error is not None:
-        error = with_left_out(error, np.exp(-point.lam * views.slack))
+        error = with_left_out(error, np.exp(-point.lam * composed.slack))
         error = np.where(error < 1, -np.log1p(-np.minimum(error, 0.999)), np.inf)
     return log, error
 

@@ -11,20 +11,30 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, canonical_pair
-from symasym.asymptotics.weak_noise.critical_points import BEYOND, Half, Place, half, turning_points
+from symasym.asymptotics.weak_noise.critical_points import half, turning_points
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
+from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.quadratic_factor import split_pair
 
-__all__ = ["OneSide", "Stretch", "coalescing_pairs", "lost_digits", "place_at", "seen", "zeros_of"]
+__all__ = [
+    "SideWithPairs",
+    "Stretch",
+    "coalescing_pairs",
+    "lost_digits",
+    "place_at",
+    "seen",
+    "zeros_of",
+]
 
 
-class OneSide(NamedTuple):
+class SideWithPairs(NamedTuple):
     """One side of the start, with the pairs whose turning point is in it."""
 
-    half: Half
+    half: OneSided
     folds: list[CanonicalPair]
 
 
@@ -86,7 +96,7 @@ def seen(
     order: int,
     digits: int,
     context: Any,
-) -> list[OneSide]:
+) -> list[SideWithPairs]:
     """What lies left of `x`, in the mirror, and right of it; no place in two of the pairs."""
     halves = [
         half(field, place, r, order, context, context.dps)
@@ -103,19 +113,21 @@ def seen(
         found.append(_candidates(stretch, order, places[k] + behind))
     chosen = _chosen(found[0] + found[1])
     return [
-        OneSide(one, [fold for fold, _ in own if any(fold is c for c in chosen)])
+        SideWithPairs(one, [fold for fold, _ in own if any(fold is c for c in chosen)])
         for one, own in zip(halves, found, strict=True)
     ]
 
 
-def coalescing_pairs(stretch: Stretch, order: int, places: list[Place]) -> list[CanonicalPair]:
+def coalescing_pairs(
+    stretch: Stretch, order: int, places: list[CriticalPoint]
+) -> list[CanonicalPair]:
     """The pairs in it, no place in two of them: in that with which it meets first."""
     return _chosen(_candidates(stretch, order, places))
 
 
 def _candidates(
-    stretch: Stretch, order: int, places: list[Place]
-) -> list[tuple[CanonicalPair, list[Place]]]:
+    stretch: Stretch, order: int, places: list[CriticalPoint]
+) -> list[tuple[CanonicalPair, list[CriticalPoint]]]:
     """Every pair, and its places, left to right."""
     field, context = stretch.field, stretch.context
     found = []
@@ -130,20 +142,20 @@ def _candidates(
     return found
 
 
-def _chosen(found: list[tuple[CanonicalPair, list[Place]]]) -> list[CanonicalPair]:
+def _chosen(found: list[tuple[CanonicalPair, list[CriticalPoint]]]) -> list[CanonicalPair]:
     taken: list[Any] = []
     chosen = []
     for fold, own in sorted(found, key=lambda f: abs(f[0].pair.zeta)):
-        # OneSide from both sides a place has one and the same coefficients.
-        if any(p.groups is groups for p in own for groups in taken):
+        # SideWithPairs from both sides a place has one and the same coefficients.
+        if any(p.series is series for p in own for series in taken):
             continue
-        taken += [p.groups for p in own]
+        taken += [p.series for p in own]
         chosen.append(fold)
     return sorted(chosen, key=lambda f: f.point)
 
 
 def _fold(
-    stretch: Stretch, point: Fraction, count: int, places: list[Place]
+    stretch: Stretch, point: Fraction, count: int, places: list[CriticalPoint]
 ) -> CanonicalPair | None:
     """The pair about this zero of phi's slope, if it is one by itself."""
     context = stretch.context
@@ -165,7 +177,9 @@ def _fold(
     return fold._replace(gap=gap)
 
 
-def _climb(stretch: Stretch, fold: CanonicalPair, cut: Fraction, places: list[Place]) -> Any:
+def _climb(
+    stretch: Stretch, fold: CanonicalPair, cut: Fraction, places: list[CriticalPoint]
+) -> Any:
     """How far V goes up and down between a pair and a cut."""
     context = stretch.context
     point, end = (mpf_of(u, context) for u in (fold.point, cut))
@@ -211,7 +225,7 @@ def zeros_of(fold: CanonicalPair, context: Any) -> tuple[Any, Any]:
     return middle - half_way, middle + half_way
 
 
-def place_at(u: Any, places: list[Place]) -> Place | None:
+def place_at(u: Any, places: list[CriticalPoint]) -> CriticalPoint | None:
     """The well or barrier at `u`."""
     for place in places:
         # Neighbours in a pair are much farther apart than what rounding leaves.

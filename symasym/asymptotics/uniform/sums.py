@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, airy
-from symasym.asymptotics.uniform.pairing import OneSide, place_at, zeros_of
+from symasym.asymptotics.uniform.pairing import SideWithPairs, place_at, zeros_of
 from symasym.asymptotics.uniform.truncated_gaussian import (
     Corrections,
     Truncation,
@@ -14,17 +14,19 @@ from symasym.asymptotics.uniform.truncated_gaussian import (
     corrections,
 )
 from symasym.asymptotics.weak_noise.compose import (
-    Exponentials,
-    Pair,
+    Leaf,
+    Nodes,
     Side,
     Sides,
-    outer_part,
-    series_of,
-    time_of,
-    weights_of,
+    mean_time,
+    plain,
+    regular_part,
+    rising_of,
 )
-from symasym.asymptotics.weak_noise.critical_points import Place
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint
+from symasym.asymptotics.weak_noise.series import Point, terms
 from symasym.base.contexts import mpf_of
+from symasym.numbers.arithmetic import Digits
 
 __all__ = ["Member", "corrected", "time_at", "whole_at"]
 
@@ -36,20 +38,27 @@ class _Share:
     u: Any
     value: Any
     onward: Any
-    place: Place | None
+    place: CriticalPoint | None
 
 
 class _Sum:
     """One side of the start at one lam: its places' shares, and what is known of their pairs."""
 
-    def __init__(self, side: OneSide, lam: Any, r: Any, order: int, ops: Any) -> None:
-        self.half = side.half
-        self.rising, self.falling = (
-            [_Share(place.u, share.value, onward.value, place) for place, share, onward in found]
-            for found in weights_of(side.half, lam, r, order, ops)
-        )
-        self.nested = outer_part(side.half, lam, r, order, ops).value
-        self.starts = [series_of(g, lam, order, ops).value for g in side.half.start[:2]]
+    def __init__(self, side: SideWithPairs, r: Any, at: Point) -> None:
+        self.half, ring, none = side.half, Nodes(), 0 * at.lam
+
+        def onward(p: CriticalPoint) -> Any:
+            return plain(Leaf(p.height, p.onward), at)[0] if terms(p.onward) else none
+
+        points = [(p, leaf) for p, leaf in rising_of(side.half, r, ring)]
+        self.rising = [_Share(p.u, plain(x, at)[0] + none, onward(p), p) for p, x in points]
+        self.falling = [
+            _Share(p.u, plain(Leaf(p.height, p.series), at)[0] + none, none, p)
+            for p in side.half.falling
+        ]
+        self.nested = plain(regular_part(side.half, r, ring), at)[0] + none
+        starts = side.half.rising_start, side.half.falling_start
+        self.starts = [plain(Leaf(0.0, g), at)[0] + none for g in starts]
 
     def all(self) -> list[_Share]:
         return self.rising + self.falling
@@ -92,15 +101,15 @@ class _Sum:
                 elif up.u == down.u:
                     self.nested += down.value * up.onward
         scale = sum((up.value for up in self.rising), 0 * self.nested)
-        return Side(Pair(scale, 0), Pair(self.nested, 0), *(Pair(x, 0) for x in self.starts))
+        return Side(scale, self.nested, *self.starts)
 
 
 def time_at(
-    sides: list[OneSide], truncations: Truncations, r: Any, lam: Any, order: int, context: Any
+    sides: list[SideWithPairs], truncations: Truncations, r: Any, lam: Any, order: int, context: Any
 ) -> Any:
     """T at one lam; `r` as a number of the context."""
-    ops = Exponentials(context)
-    sums = [_Sum(one, lam, r, order, ops) for one in sides]
+    at = Point(lam, order, False, None, Digits(context))
+    sums = [_Sum(one, r, at) for one in sides]
     members: list[Member] = []
     for k, one in enumerate(sides):
         for fold in one.folds:
@@ -113,10 +122,8 @@ def time_at(
     sums[0].correct(right, start, left, -1)
     sums[1].correct(left, start, right, 1)
     low, high = (part.side() for part in sums)
-    rising, falling = low.rising.value + high.rising.value, low.falling.value + high.falling.value
-    corner = sides[0].half.start.corner
-    whole = Sides(low, high, Pair(rising, 0), Pair(falling, 0), corner)
-    return time_of(whole, lam).value
+    rising, falling = low.rising + high.rising, low.falling + high.falling
+    return lam * mean_time(Sides(low, high, rising, falling, sides[0].half.corner))
 
 
 class Member(NamedTuple):
@@ -214,10 +221,10 @@ def corrected(
 
 
 def whole_at(
-    places: list[Place], folds: list[CanonicalPair], lam: Any, order: int, context: Any
+    places: list[CriticalPoint], folds: list[CanonicalPair], lam: Any, order: int, context: Any
 ) -> Any:
     """int e^{-lam V} over all u, with Laplace's series at the kinks."""
-    ops, left_out = Exponentials(context), []
+    at, left_out = Point(lam, order, False, None, Digits(context)), []
     total = context.zero
     for fold in folds:
         total += airy(fold, lam, order, context).falling * context.exp(-lam * fold.height)
@@ -225,6 +232,5 @@ def whole_at(
             left_out += [p for u in zeros_of(fold, context) if (p := place_at(u, places))]
     for place in places:
         if not any(place is p for p in left_out):
-            factor = context.exp(lam * place.height)
-            total += series_of(place.groups, lam, order, ops).value * factor
+            total += plain(Leaf(place.height, place.series), at)[0]
     return total

@@ -29,7 +29,9 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.weak_noise.critical_points import BEYOND, Half, Place, wells_and_barriers
+from symasym.asymptotics.weak_noise.critical_points import wells_and_barriers
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
+from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.asymptotics.weak_noise.slow_manifold import laurent
 from symasym.base.contexts import mpf_of
 from symasym.drift.taylor_field import ExactField
@@ -109,7 +111,7 @@ class Corrections(NamedTuple):
 
 def truncations_of(
     field: ExactField,
-    halves: tuple[Half, Half],
+    halves: tuple[OneSided, OneSided],
     x: Fraction,
     r: Fraction,
     order: int,
@@ -141,7 +143,7 @@ def truncations_of(
     return Truncations(*found)
 
 
-def _all_zeros(field: ExactField, x: Fraction, order: int, context: Any) -> list[Place]:
+def _all_zeros(field: ExactField, x: Fraction, order: int, context: Any) -> list[CriticalPoint]:
     """Also those beyond the ends, V measured from the start."""
     start = field.potential_rise(-context.one, mpf_of(x, context))
     return [
@@ -154,7 +156,7 @@ def truncations_at(
     field: ExactField,
     p: Fraction,
     height: Any,
-    zeros: list[Place],
+    zeros: list[CriticalPoint],
     order: int,
     digits: int,
     context: Any,
@@ -181,9 +183,9 @@ def truncations_at(
 class _Neighbours(NamedTuple):
     """A zero, those next to it on p's side and on the other, and p with V there."""
 
-    zero: Place
-    beside: Place | None
-    behind: Place | None
+    zero: CriticalPoint
+    beside: CriticalPoint | None
+    behind: CriticalPoint | None
     at: Any
     height: Any
 
@@ -195,11 +197,11 @@ class _Neighbours(NamedTuple):
         """The same from p to the zero beyond it."""
         return None if self.beside is None else self._ratio(self.height, self.beside)
 
-    def _ratio(self, height: Any, other: Place) -> Any:
+    def _ratio(self, height: Any, other: CriticalPoint) -> Any:
         return _FADE * abs(height - _rise(other)) / abs(self.height - _rise(self.zero))
 
 
-def _rise(place: Place) -> Any:
+def _rise(place: CriticalPoint) -> Any:
     """V there, from the start."""
     return -place.height if place.kind == "well" else place.height
 
@@ -210,7 +212,8 @@ def _cut(seen: _Neighbours, h: list[Any], count: int, digits: int, context: Any)
     rise = _rise(zero)
     t = c.sqrt(2 * abs(rise - seen.height)) * (1 if seen.at > zero.u else -1)
     root = c.sqrt(2 * c.pi)
-    whole = [group[0][0] / root for group in zero.groups]
+    known = zero.series.parts[0].coefficients
+    whole = [a / root for a in (*known, *[c.zero] * (count - len(known)))]
     # As another zero comes near, this one's own series breaks down, and nothing is to be
     # corrected. The fades leave no trace in any order of 1/lam, since the corrections are of a
     # higher order anyway where they set in; they set in faster than any power.

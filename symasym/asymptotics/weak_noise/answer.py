@@ -15,28 +15,33 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise import compose_arrays
+from symasym.asymptotics.weak_noise import compose
 from symasym.asymptotics.weak_noise.arrays import Evaluate, logs_of, own_shapes
 from symasym.asymptotics.weak_noise.compose import (
-    Exponentials,
-    FloatExponentials,
-    Pair,
-    Sides,
-    outer_part,
-    sides_of,
-    time_of,
-    weight_of,
-    weights_of,
+    Composed,
+    Found,
+    Leaf,
+    Sum,
+    pairs_of,
+    plain,
+    regular_part,
+    rising_of,
 )
-from symasym.asymptotics.weak_noise.critical_points import Half, Place, half, whole
-from symasym.asymptotics.weak_noise.one_sided import sight_of
-from symasym.asymptotics.weak_noise.optimal_order import Found, chosen, of_log
+from symasym.asymptotics.weak_noise.critical_points import half, whole
+from symasym.asymptotics.weak_noise.one_sided import (
+    CriticalPoint,
+    OneSided,
+    float_point,
+    in_float,
+)
+from symasym.asymptotics.weak_noise.optimal_order import chosen, of_log
 from symasym.asymptotics.weak_noise.resolution import unseen, unseen_in
+from symasym.asymptotics.weak_noise.series import Part, Point, Series, Sizes
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray, exact, float_text, is_array
@@ -53,6 +58,7 @@ from symasym.drift.scenes import (
     read_order,
 )
 from symasym.drift.taylor_field import ExactField
+from symasym.numbers.arithmetic import Digits
 
 DEFAULT_ORDER = 2
 MOST_ORDER = 20
@@ -65,14 +71,14 @@ _DROPPED = ("higher orders of every series, in the error",)
 
 
 class Quantity(NamedTuple):
-    """What is asked for: from the sides and lam; its logarithm, where 1 - value is tiny.
+    """What is asked for: with digits, its logarithm where 1 - value is tiny, and in float64.
 
     `outer` says whether it needs the double integrals; `enclosed` gives proved bounds of it
     (see `symasym.asymptotics.proofs.enclosures`).
     """
 
-    value: Callable[[Sides, Any], Pair]
-    log: Callable[[Sides, Any], Any] | None
+    with_digits: Callable[[Composed, Point], Found]
+    log: Callable[[Composed, Point], Any] | None
     outer: bool
     in_float: Evaluate
     enclosed: Callable[..., Any] | None = None
@@ -103,12 +109,15 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
     lam = 2 / values["kappa"] ** 2
     require_seen(drift, lam)
     with own_context(digits + 2 * len(str(int(lam + 1))) + 20) as context:
-        stationary = _stationary(drift, order, context)
-        number = mpf_of(lam, context)
+        points, slopes, terms = _stationary(drift, order, context)
+        arithmetic = Digits(context)
+        number = arithmetic.number(lam)
+        outside, whole_line = _expressions(points, slopes)
         found = []
         for n in orders:
-            outside, total = _outside(stationary, number, n, Exponentials(context))
-            share = outside / total.value
+            at = Point(number, n, True, None, arithmetic)
+            total = at.value_of(whole_line)
+            share = plain(outside / whole_line, at)[0]
             error = 2 * share * total.error / total.value
             sure = error < share and (complement or error < 1 - share)
             found.append(Found(share, error, n, bool(sure)))
@@ -126,64 +135,37 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
         error += abs(value) * context.mpf(10) ** -(digits + 5)
         request = request._replace(order=order)
         dropped = _BOUNDED if kind == "bound" else _DROPPED
-        return as_digits(request, value, error, kind, stationary.terms, dropped)
+        return as_digits(request, value, error, kind, terms, dropped)
 
 
-class _Stationary(NamedTuple):
-    """Places of int e^{-lam V}, what lies outside (slopes and V there), and their description."""
-
-    places: list[Place]
-    outside: tuple[tuple[Any, Any], tuple[Any, Any]]
-    terms: tuple[str, ...]
-
-
-def _stationary(drift: Drift, order: int, context: Any) -> _Stationary:
+def _stationary(
+    drift: Drift, order: int, context: Any
+) -> tuple[list[CriticalPoint], list[Any], tuple[str, ...]]:
+    """Critical points of int e^{-lam V} over the line, |phi| outside, and their description."""
     field = ExactField(drift, False, context)
-    places = whole(field, order, context)
-    slopes = [abs(field.value(Fraction(side))) for side in (-1, 1)]
-    heights = places[0].height, places[-1].height
-    ends = tuple((mpf_of(s, context), h) for s, h in zip(slopes, heights, strict=True))
-    wells = [f"well at u = {context.nstr(p.u, 6)}" for p in places if p.kind == "well"]
-    return _Stationary(places, (ends[0], ends[1]), (*wells, "kinks"))
+    points = whole(field, order, context)
+    slopes = [mpf_of(abs(field.value(Fraction(side))), context) for side in (-1, 1)]
+    wells = [f"well at u = {context.nstr(p.u, 6)}" for p in points if p.kind == "well"]
+    return points, slopes, (*wells, "kinks")
 
 
-def _outside(found: _Stationary, lam: Any, order: int, ops: Any) -> tuple[Any, Pair]:
+def _expressions(points: list[CriticalPoint], slopes: list[Any]) -> tuple[Sum, Sum]:
     """int e^{-lam V} over |u| > 1, and over all u."""
-    unit = ops.exp(0 * lam)
-    total = Pair(0 * unit, 0 * unit)
-    for place in found.places:
-        total = total + weight_of(place, lam, order, ops)[0]
-    outside = 0 * unit
-    for slope, height in found.outside:
-        outside = outside + ops.exp(lam * ops.number(height)) * (1 / (lam * ops.number(slope)))
-    return outside, total
+    ends = zip((points[0].height, points[-1].height), slopes, strict=True)
+    outside = [Leaf(height, Series([Part(1.0, 0, [1 / slope])])) for height, slope in ends]
+    return Sum(list(outside)), Sum([Leaf(p.height, p.series) for p in points])
 
 
 def _probability(complement: bool) -> Quantity:
-    def split(sides: Sides) -> tuple[Any, Any]:
-        shares = [side.scale.value + side.rising.value for side in (sides.left, sides.right)]
-        return (shares[0], shares[1]) if complement else (shares[1], shares[0])
-
-    def value(sides: Sides, lam: Any) -> Pair:
-        part, rest = (sides.left, sides.right) if complement else (sides.right, sides.left)
-        total = sides.total()
-        share, other = (x / total for x in split(sides))
-        error = abs(other) * part.scale.error + abs(share) * rest.scale.error
-        error = error + part.rising.error + sides.rising.error
-        return Pair(share, error / total)
-
-    def logarithm(sides: Sides, ops: Any) -> Any:
-        part, rest = split(sides)
-        return -ops.log1p(rest / part)
-
-    in_float = partial(compose_arrays.exit_probability, complement)
-    return Quantity(value, logarithm, False, in_float)
+    value = partial(compose.probability_with_digits, complement)
+    log = partial(compose.log_probability, complement)
+    return Quantity(value, log, False, partial(compose.exit_probability, complement))
 
 
 def _enclosed_time(drift: Drift, values: dict[str, Fraction], digits: int, order: int) -> Any:
-    from symasym.exact import ball_sweep
+    from symasym.numbers import balls
 
-    if not ball_sweep.available():
+    if not balls.available():
         return None
     from symasym.asymptotics.proofs.enclosures import enclosure
 
@@ -192,9 +174,9 @@ def _enclosed_time(drift: Drift, values: dict[str, Fraction], digits: int, order
 
 
 def _enclosed_share(drift: Drift, values: dict[str, Fraction], digits: int, order: int) -> Any:
-    from symasym.exact import ball_sweep
+    from symasym.numbers import balls
 
-    if not ball_sweep.available():
+    if not balls.available():
         return None
     from symasym.asymptotics.proofs.enclosures import enclosure_outside
 
@@ -202,7 +184,7 @@ def _enclosed_share(drift: Drift, values: dict[str, Fraction], digits: int, orde
 
 
 _QUANTITIES = {
-    "T": Quantity(time_of, None, True, compose_arrays.escape_time, _enclosed_time),
+    "T": Quantity(compose.time_with_digits, None, True, compose.escape_time, _enclosed_time),
     "C": _probability(False),
     "1 - C": _probability(True),
 }
@@ -229,14 +211,8 @@ def _answer(
     with own_context(working_digits(digits, lam, values["r"]) + near) as context:
         outer = (digits + 15 + near) * quantity.outer
         halves = _halves(drift, values["r"], values["start"], order, context, outer)
-        number = mpf_of(lam, context)
-        ops, tried = Exponentials(context), {}
-        found = []
-        for n in orders:
-            tried[n] = sides = sides_of(halves, number, values["r"], n, ops)
-            value, error = quantity.value(sides, number)
-            sure = sides.sure() and error < value / 2
-            found.append(Found(value, 2 * error, n, bool(sure)))
+        composed, at = _with_digits(halves, lam, values["r"], context)
+        found = [quantity.with_digits(composed, at(n)) for n in orders]
         prove = None
         if quantity.enclosed is not None:
             prove = partial(quantity.enclosed, drift, values, digits)
@@ -245,13 +221,28 @@ def _answer(
             raise _too_strong(float_text(values["kappa"]), order)
         (value, size, order, _), kind = taken
         if request.log:
-            log = quantity.log(tried[order], ops) if quantity.log else None
+            log = quantity.log(composed, at(order)) if quantity.log else None
             size = of_log(size / value, kind, context)
             value = context.log(value) if log is None else log
         size += abs(value) * context.mpf(10) ** -(digits + 5)
         request = request._replace(order=order)
         dropped = _BOUNDED if kind == "bound" else _DROPPED
         return as_digits(request, value, size, kind, _terms(halves, context), dropped)
+
+
+def _with_digits(
+    both: tuple[OneSided, OneSided], lam: Fraction, r: Fraction, context: Any
+) -> tuple[Composed, Callable[[int], Point]]:
+    """The expressions of one scene, and its lam with the values found there, for every order."""
+    arithmetic = Digits(context)
+    composed = Composed(both, arithmetic.number(r), 64 * context.eps)
+    number = arithmetic.number(lam)
+
+    @cache
+    def at(order: int) -> Point:
+        return Point(number, order, True, None, arithmetic)
+
+    return composed, at
 
 
 class Parts(NamedTuple):
@@ -272,20 +263,18 @@ def parts(
     require_seen(drift, lam)
     near = digits_lost(values["r"], values["start"])
     with own_context(working_digits(digits, lam, values["r"]) + near) as context:
-        ops, number = Exponentials(context), mpf_of(lam, context)
         # No more digits of the outer part than its share of what is allowed.
         outer = len(str(int(1 / allowed))) + 12 + near
         halves = _halves(drift, values["r"], values["start"], orders[-1], context, outer)
+        composed, at = _with_digits(halves, lam, values["r"], context)
         best: Parts | None = None
         for n in orders:
-            sides = sides_of(halves, number, values["r"], n, ops)
-            total = time_of(sides, number)
-            if not (sides.sure() and total.error < total.value / 2):
+            total = compose.time_with_digits(composed, at(n))
+            if not total.sure:
                 continue
-            error = 2 * total.error / total.value
+            error = total.error / total.value
             if best is None or error < best.error:
-                items = _items(halves, sides, number, values["r"], n, ops)
-                best = Parts(items, total.value, error, n)
+                best = Parts(_items(halves, composed, at(n)), total.value, error, n)
             if error <= mpf_of(allowed, context):
                 break
     if best is None:
@@ -294,33 +283,29 @@ def parts(
 
 
 def _items(
-    halves: tuple[Half, Half], sides: Sides, lam: Any, r: Any, order: int, ops: Any
+    both: tuple[OneSided, OneSided], composed: Composed, at: Point
 ) -> list[tuple[str, Any, Any]]:
-    """Every pair of places and the outer part of both sides, times the chance to be there."""
-    total, found = sides.total(), []
-    shares = [side.scale.value + side.rising.value for side in (sides.left, sides.right)]
-    rest = time_of(sides, lam).value
-    for k, one in enumerate(halves):
-        front = lam * shares[1 - k] / total
-        sign = 2 * k - 1
-        chance = "" if k else "C times "
-        rising, falling = weights_of(one, lam, r, order, ops)
-        for low, weight, _ in falling:
-            for high, share, onward in rising:
-                if high.u is None or high.u >= low.u:
-                    pair = weight * (onward if high.u == low.u else share)
-                    name = f"{chance}{_named(low, sign, r)} with {_named(high, sign, r)}"
-                    found.append((name, front * pair.value, front * pair.error))
-        outer = outer_part(one, lam, r, order, ops)
+    """Every pair of critical points and the regular part of both sides, times the chance of it."""
+    r, ring, items = composed.r, composed.ring, []
+    shares = composed.sides.shares
+    rest = compose.time_with_digits(composed, at).value
+    for k, one in enumerate(both):
+        front = at.lam * plain(shares[1 - k] / composed.sides.total, at)[0]
+        sign, chance = 2 * k - 1, "" if k else "C times "
+        for low, high, pair in pairs_of(one, rising_of(one, r, ring), ring):
+            value, error = plain(pair, at)
+            name = f"{chance}{_named(low, sign, r)} with {_named(high, sign, r)}"
+            items.append((name, front * value, front * error))
+        value, error = plain(regular_part(one, r, ring), at)
         where = f"{chance}the part between, {'right' if k else 'left'}"
-        found.append((where, front * outer.value, front * outer.error))
-    rest -= sum(value for _, value, _ in found)
-    found.append(("the start's own share", rest, 0 * rest))
-    return found
+        items.append((where, front * value, front * error))
+    rest -= sum(value for _, value, _ in items)
+    items.append(("the start's own share", rest, 0 * rest))
+    return items
 
 
-def _named(place: Place, sign: int, r: Any) -> str:
-    return f"{place.kind} at {sign * float(r if place.u is None else place.u):.4g}"
+def _named(point: CriticalPoint, sign: int, r: Any) -> str:
+    return f"{point.kind} at {sign * float(r if point.u is None else point.u):.4g}"
 
 
 def working_digits(digits: int, lam: Fraction, r: Fraction) -> int:
@@ -360,13 +345,13 @@ def _too_strong(kappa: str, order: int) -> AccuracyError:
 
 def _halves(
     drift: Drift, r: Fraction, x: Fraction, order: int, context: Any, outer: int
-) -> tuple[Half, Half]:
+) -> tuple[OneSided, OneSided]:
     """Left, mirrored, and right."""
     left = half(ExactField(drift, True, context), -x, r, order, context, outer)
     return left, half(ExactField(drift, False, context), x, r, order, context, outer)
 
 
-def _terms(halves: tuple[Half, Half], context: Any) -> tuple[str, ...]:
+def _terms(halves: tuple[OneSided, OneSided], context: Any) -> tuple[str, ...]:
     found = []
     for side, one in zip((-1, 1), halves, strict=True):
         for place in one.rising + one.falling:
@@ -417,7 +402,7 @@ def _array_logs(
         outer = 30 * quantity.outer
         with own_context(40) as context:
             found = _halves(one, Fraction(radius), place, orders[-1], context, outer)
-            return sight_of(found[0]), sight_of(found[1])
+            return in_float(found[0]), in_float(found[1])
 
     with_digits = analyse if many else None
     logs, errors = logs_of(
@@ -479,20 +464,25 @@ def _occupation_logs(
     keys = np.array([*given.values(), np.zeros(len(scenes.lam))]).T
     unique, group = np.unique(keys, axis=0, return_inverse=True)
     logs, errors = np.empty(len(scenes.lam)), np.full(len(scenes.lam), np.inf)
-    ops = FloatExponentials()
     for k in range(len(unique)):
         rows = np.flatnonzero(group.ravel() == k)
         first = {name: float(x[rows[0]]) for name, x in given.items()}
         with own_context(40) as context:
-            found = _stationary(drift.bind(**first) if first else drift, orders[-1], context)
-        lam = scenes.lam[rows]
-        top = max(abs(float(p.height)) for p in found.places)
+            one = drift.bind(**first) if first else drift
+            points, slopes, _ = _stationary(one, orders[-1], context)
+            points = list(map(float_point, points))
+            outside, whole_line = _expressions(points, [float(slope) for slope in slopes])
+        lam, sizes = scenes.lam[rows], Sizes(p.series for p in points)
+        top = max(abs(p.height) for p in points)
         with np.errstate(all="ignore"):
             for n in orders:
-                outside, total = _outside(found, lam, n, ops)
-                relative = 2 * np.exp(total.error.log() - total.value.log())
-                relative = np.where(relative < _MOST_FLOAT, relative, np.inf)
-                share = outside.log() - total.value.log()
+                at = Point(lam, n, True, sizes)
+                total = at.value_of(whole_line)
+                relative = 2 * (total.error / total.value)
+                known = (relative >= 0) & (relative < _MOST_FLOAT)
+                relative = np.where(known, relative, np.inf)
+                rise = lam * (outside.height - whole_line.height)
+                share = np.log(at.value_of(outside).value / total.value) + rise
                 relative = relative + 1e-14 * (8 + lam * top)
                 if not complement:
                     # log(1 - share), and how it changes.

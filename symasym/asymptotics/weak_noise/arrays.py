@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise.compose_arrays import Views
+from symasym.asymptotics.weak_noise.compose import Composed
 from symasym.asymptotics.weak_noise.critical_point_arrays import Found, found_of
 from symasym.asymptotics.weak_noise.interpolation import columns, of_one
-from symasym.asymptotics.weak_noise.one_sided import Sight, first_of, mapped
+from symasym.asymptotics.weak_noise.one_sided import OneSided, first_of, mapped
 from symasym.asymptotics.weak_noise.series import Point, Sizes
 from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.drift import Drift
@@ -34,8 +34,8 @@ _SMALL = 1e-3
 # The same where logarithms may be interpolated: by a factor 30.
 _SMALL_SMOOTH = 0.03
 
-Sights = tuple[Sight, Sight]
-Evaluate = Callable[[Views, Point], tuple[FloatArray, Any]]
+Sights = tuple[OneSided, OneSided]
+Evaluate = Callable[[Composed, Point], tuple[FloatArray, Any]]
 Analyse = Callable[[dict[str, float], float, float], Sights]
 Find = Callable[[PolynomialScenes, int], Iterator[Found]]
 
@@ -198,11 +198,11 @@ def _filled(
         sights = first_of(sights)
     # A radius that all scenes share keeps its exponents shared as well.
     first = float(r.flat[0])
-    sizes = Sizes(sights)
-    shared = Views(sights, first) if r.strides == (0,) or (r == first).all() else None
+    sizes = _sizes(sights)
+    shared = Composed(sights, first) if r.strides == (0,) or (r == first).all() else None
 
     def at(part: Any, order: int, wanted: bool) -> tuple[FloatArray, Any]:
-        views = Views(sights, r[part]) if shared is None else shared
+        views = Composed(sights, r[part]) if shared is None else shared
         return evaluate(views, Point(lam[part], order, wanted, sizes))
 
     if one and len(orders) == 1 and not full and len(lam) > 4 * _PROBES:
@@ -240,13 +240,13 @@ def _filled(
 
 
 def _between(
-    sights: Sights, lam: FloatArray, views: Views, order: int, evaluate: Evaluate
+    sights: Sights, lam: FloatArray, views: Composed, order: int, evaluate: Evaluate
 ) -> tuple[FloatArray, FloatArray, Any] | None:
     """Logarithms in columns by interpolation, errors told from "too large", and where it is good.
 
     None where it doesn't pay.
     """
-    count, sizes = lam.shape[1], Sizes(sights)
+    count, sizes = lam.shape[1], _sizes(sights)
 
     def at(some: FloatArray, wanted: bool) -> tuple[FloatArray, Any]:
         most = _AT_ONCE if wanted else _WITHOUT_ERRORS
@@ -281,7 +281,11 @@ def _best(at: Callable[[int, bool], tuple[FloatArray, Any]], orders: Any) -> tup
     return log, wrong
 
 
-def _heights(sight: Sight) -> list[Any]:
+def _sizes(sights: Sights) -> Sizes:
+    return Sizes([series for one in sights for series in one.all_series()])
+
+
+def _heights(sight: OneSided) -> list[Any]:
     return [sight.rough, *(spot.height for spot in sight.rising + sight.falling)]
 
 

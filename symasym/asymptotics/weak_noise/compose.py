@@ -1,280 +1,536 @@
-"""Places, pairs of places and the outer part at a given lam, added up, with what is left out.
+"""T, C and 1 - P from one-sided expansions: sums of e^{lam height} times series, composed.
 
-With S_R, D_R and their mirror images (`symasym.asymptotics.weak_noise.answer`); in an mpmath
-context or, for arrays of lam, in float64.
+With S the integral of e^{lam V} over one side of the start and D that of
+e^{lam (V(v) - V(u))} over u < v there (both without what the start itself contributes),
+
+    T = lam (L D_R + R D_L + M)/(L + R),     C = R/(L + R),
+
+where L, R are S with the start's own contribution and M is that of the start to D
+(`mean_time`). S is a sum over critical points of e^{lam V}, D one over pairs of them, and of the
+regular part.
+
+The same composition runs on numbers and on formal sums of exponentials (`Ring`). On numbers it
+builds an expression (`Node`) whose heights, the exponents over lam, are known before any lam is:
+a sum is a mantissa times e^{lam height} with the largest height of its terms, so that one
+exponential a term is enough, and none where it would be 1 or too small to count; a series is
+evaluated only where its weight counts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from fractions import Fraction
-from itertools import pairwise
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial, reduce
+from operator import add
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise.critical_points import BEYOND, Groups, Half, Place
-from symasym.base.contexts import mpf_of
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
+from symasym.asymptotics.weak_noise.series import (
+    MOST_ROUGH,
+    ROUNDING,
+    Local,
+    Numbers,
+    Part,
+    Point,
+    Series,
+    Value,
+    added,
+    counts,
+    higher,
+    lower,
+    nonzero,
+    plus,
+    terms,
+    times,
+)
 from symasym.base.inputs import FloatArray
-from symasym.numbers.log_scaled import LogScaled
 
-# Ratio of two neighbouring terms beyond which a series is taken to have stopped falling.
-_MOST_FALL = Fraction(3, 4)
-#: Terms before the next two from whose ratios one tells how these fall.
-LOOK_BACK = 3
-
-
-class Pair(NamedTuple):
-    """A value and the size of what its series leaves out."""
-
-    value: Any
-    error: Any
-
-    def __add__(self, other: Pair) -> Pair:  # type: ignore[override]
-        return Pair(self.value + other.value, self.error + other.error)
-
-    def __mul__(self, other: Pair) -> Pair:  # type: ignore[override]
-        cross = self.error * (abs(other.value) + other.error) + abs(self.value) * other.error
-        return Pair(self.value * other.value, cross)
+#: Rounding of lam, of a product with it, and of an exponential.
+ULP = 1.2e-15
+# The rank of the end at r.
+_END = 1 << 30
+# A relative error of a value beyond which nothing is said.
+_MOST = 0.4
 
 
-class Side(NamedTuple):
-    """One side of the start at a given lam: S and D without the start's own share, and that.
-
-    `rising` and `falling` are the start's shares of int e^{lam V} and int e^{-lam V}.
-    """
-
-    scale: Pair
-    nested: Pair
-    rising: Pair
-    falling: Pair
+# -- expressions on numbers ------------------------------------------------------------------------
 
 
-class Sides(NamedTuple):
-    """Both sides, and the start's shares of both together, which all but cancel."""
+class Node:
+    """An expression with a height: its value at lam is in units of e^{lam height}."""
 
-    left: Side
-    right: Side
-    rising: Pair
-    falling: Pair
-    corner: bool
+    height: Numbers = 0.0
 
-    def total(self) -> Any:
-        """int e^{lam V} over both sides."""
-        return self.left.scale.value + self.right.scale.value + self.rising.value
+    def evaluated(self, at: Point) -> Value:
+        """The value at lam, in units of e^{lam height}."""
+        raise NotImplementedError
 
-    def sure(self) -> Any:
-        """Whether that is known to half of itself."""
-        error = self.left.scale.error + self.right.scale.error + self.rising.error
-        return error < self.total() * 0.5
+    def __add__(self, other: Node) -> Node:
+        return Sum([self, other])
 
+    def __sub__(self, other: Node) -> Node:
+        return Sum([self, -other])
 
-def time_of(sides: Sides, lam: Any) -> Pair:
-    """lam (L D_R + R D_L)/(L + R), the start's own share of each taken out.
+    def __mul__(self, other: Node) -> Node:
+        return _Product(self, other)
 
-    With l, m the start's shares of int e^{lam V} and int e^{-lam V} to the right, those to the
-    left are -l and -m, so that m drops out, and l from L + R: written so, errors of the two
-    series, which are large beside a zero of A, do not count where they cancel.
-    """
-    left, right = sides.left, sides.right
-    behind = left.scale.value + left.rising.value
-    ahead = right.scale.value + right.rising.value
-    total = sides.total()
-    if sides.corner:
-        product = behind * ahead
-        extra = Pair(product * sides.falling.value, abs(product) * sides.falling.error)
-        slope = behind * sides.falling.value, ahead * sides.falling.value
-    else:
-        one = right.falling * right.scale
-        two = left.falling * left.scale
-        wrong = abs(behind) * one.error + abs(ahead) * two.error
-        extra = Pair(behind * one.value + ahead * two.value, wrong)
-        slope = two.value, one.value
-    value = behind * right.nested.value + ahead * left.nested.value + extra.value
-    # Beside a zero of A a side's share is as good as unknown, and may well be negative.
-    error = abs(behind) * right.nested.error + abs(ahead) * left.nested.error + extra.error
-    gap = right.nested.value - left.nested.value
-    # How the value changes with what is left, right, and at the start of e^{lam V}.
-    error = error + left.scale.error * abs(ahead * (gap + slope[1])) / total
-    error = error + right.scale.error * abs(behind * (gap - slope[0])) / total
-    error = error + right.rising.error * abs(gap + slope[1] - slope[0])
-    error = error + sides.rising.error * (abs(gap) + abs(slope[0]) + abs(slope[1]))
-    return Pair(lam * value / total, lam * error / total)
+    def __truediv__(self, other: Node) -> Node:
+        return _Share(self, other)
+
+    def __neg__(self) -> Node:
+        return _Changed(self, lambda x: Value(-x.value, x.error))
+
+    def __abs__(self) -> Node:
+        return _Changed(self, lambda x: Value(x.size, 0.0))
+
+    def known(self) -> Node:
+        """The same without its error."""
+        return _Changed(self, lambda x: Value(x.value, 0.0 if x.error is not None else None))
+
+    def error(self) -> Node:
+        """Its error as a value."""
+        return _Changed(self, lambda x: Value(x.error, 0.0))
 
 
-class Exponentials:
-    """e^{lam height} in an mpmath context."""
+class Leaf(Node):
+    """e^{lam height} times a series; `rough` is the rounding of the height."""
 
-    def __init__(self, context: Any) -> None:
-        self._context = context
-        # Places are known to a few units, and sums of theirs may cancel.
-        self.unit = 64 * context.eps
-        self._fall = self.number(_MOST_FALL)
+    def __init__(self, height: Numbers, series: Series | Local, rough: Numbers = 0.0) -> None:
+        self.height, self.series, self.rough = height, series, rough
 
-    def exp(self, x: Any) -> Any:
-        return self._context.exp(x)
+    def evaluated(self, at: Point) -> Value:
+        return at.series(self.series, self.rough)
 
-    def log(self, x: Any) -> Any:
-        return self._context.log(x)
 
-    def log1p(self, x: Any) -> Any:
-        return self._context.log1p(x)
+class Constant(Node):
+    """A value with its error, at height 0."""
 
-    def left_out(self, last: list[Any], later: Iterable[Any]) -> Any:
-        """What follows: the `last` two over 1 - q, q the largest ratio of neighbours in `last`."""
-        total, ratio = sum(last[-BEYOND:], self._context.zero), self._context.zero
-        small = self.unit * max(last)
-        if total <= small:
-            # These vanish: the first that does not tells.
-            for size in later:
-                total += size
-                if size > small:
-                    break
-        for before, after in pairwise(last):
-            if before:
-                ratio = max(ratio, after / before)
-            elif after:
-                ratio = self._fall
-        return total / (1 - min(ratio, self._fall))
+    def __init__(self, value: Any, error: Any = 0.0) -> None:
+        self.value = Value(value, error)
+
+    def evaluated(self, at: Point) -> Value:
+        return self.value
+
+
+class _Changed(Node):
+    def __init__(self, node: Node, change: Callable[[Value], Value]) -> None:
+        self.node, self.change, self.height = node, change, node.height
+        self._shares: dict[int, _Share] = {}
+
+    def __truediv__(self, other: Node) -> Node:
+        # Divided once, however often it is asked for.
+        return self._shares.setdefault(id(other), _Share(self, other))
+
+    def evaluated(self, at: Point) -> Value:
+        return self.change(at.value_of(self.node))
+
+
+class _Product(Node):
+    def __init__(self, a: Node, b: Node, height: Numbers | None = None) -> None:
+        self.a, self.b = a, b
+        self.height = plus(a.height, b.height) if height is None else height
+
+    def evaluated(self, at: Point) -> Value:
+        return at.value_of(self.a) * at.value_of(self.b)
+
+    def __truediv__(self, other: Node) -> Node:
+        return _Product(self.a / other, self.b)
+
+
+class Sum(Node):
+    """A sum in units of its largest term's exponential; the height is at least 0."""
+
+    def __init__(self, terms: list[Node], height: Numbers | None = None) -> None:
+        self.terms = terms
+        if height is None:
+            height = 0.0
+            for term in terms:
+                height = higher(height, term.height)
+        self.height = height
+
+    def evaluated(self, at: Point) -> Value:
+        return at.total((t.height - self.height, partial(_value, t)) for t in self.terms)
+
+    def __truediv__(self, other: Node) -> Node:
+        return Sum([term / other for term in self.terms])
+
+
+def _value(node: Node, at: Point) -> Value:
+    return at.value_of(node)
+
+
+class _Share(Node):
+    """One side's part of the total, without error."""
+
+    def __init__(self, part: Node, total: Node) -> None:
+        self.part, self.total, self.height = part, total, part.height - total.height
+
+    def evaluated(self, at: Point) -> Value:
+        part, total = at.value_of(self.part), at.value_of(self.total)
+        value = part.value
+        if counts(value):
+            value = 1.0 if value is total.value else value / total.value
+        return Value(value, None if total.error is None else 0.0)
+
+
+class Ring(Protocol):
+    """Sums of exponentials in some arithmetic, with +, -, * and / of their own."""
+
+    #: Relative rounding of a coefficient.
+    rounding: Any
 
     def number(self, x: Any) -> Any:
-        if isinstance(x, Fraction):
-            return mpf_of(x, self._context)
+        """A number of the expansion in this arithmetic."""
+
+    def leaf(self, height: Any, series: Any, rough: Any = 0.0) -> Any:
+        """e^{lam height} times the series."""
+
+    def total(self, terms: list[Any]) -> Any:
+        """The sum."""
+
+
+class Nodes:
+    """The ring of expressions on numbers."""
+
+    leaf, total = Leaf, Sum
+
+    def __init__(self, rounding: Any = ROUNDING) -> None:
+        self.rounding = rounding
+
+    def number(self, x: Any) -> Any:
         return x
 
 
-class FloatExponentials:
-    """The same for arrays of floats."""
-
-    unit = 1e-15
-
-    def exp(self, x: FloatArray) -> LogScaled:
-        return LogScaled(np.ones_like(x), x)
-
-    def log(self, x: FloatArray) -> FloatArray:
-        return np.log(x)
-
-    def left_out(self, last: list[FloatArray], later: Iterable[FloatArray]) -> FloatArray:
-        total, ratio = sum(last[-BEYOND:], np.zeros_like(last[-1])), np.zeros_like(last[-1])
-        small = self.unit * np.max(last, axis=0)
-        if (total <= small).all():
-            for size in later:
-                total = total + size
-                if (size > small).any():
-                    break
-        for before, after in pairwise(last):
-            known = before > 0
-            here = np.where(known, after / np.where(known, before, 1.0), after > 0)
-            ratio = np.maximum(ratio, here)
-        found: FloatArray = total / (1 - np.minimum(ratio, float(_MOST_FALL)))
-        return found
-
-    def number(self, x: Any) -> Any:
-        return x if isinstance(x, np.ndarray) else float(x)
+def _total(terms: list[Any]) -> Any:
+    return Sum(terms) if isinstance(terms[0], Node) else reduce(add, terms)
 
 
-def sides_of(halves: tuple[Half, Half], lam: Any, r: Any, order: int, ops: Any) -> Sides:
-    left, right = (side_of(one, lam, r, order, ops) for one in halves)
-    starts = [one.start for one in halves]
-    both = (
-        [a + b for a, b in zip(*pair, strict=True)]
-        for pair in ([s.rising for s in starts], [s.falling for s in starts])
-    )
-    unit = ops.exp(0 * lam)
-    rising, falling = (_times(series_of(gathered(g), lam, order, ops), unit) for g in both)
-    return Sides(left, right, rising, falling, starts[0].corner)
+# -- composition -----------------------------------------------------------------------------------
 
 
-def gathered(groups: Groups) -> Groups:
-    """Terms of one power added up, before any is evaluated."""
-    found: Groups = []
-    for group in groups:
-        sums: dict[Any, Any] = {}
-        for c, p, q in group:
-            sums[p, q] = sums.get((p, q), 0) + c
-        found.append([(c, *key) for key, c in sums.items()])
-    return found
+class Side(NamedTuple):
+    """S and D of one side without the start's contributions, and those.
+
+    `rising` and `falling` are the start's contributions to int e^{lam V} and int e^{-lam V}.
+    """
+
+    scale: Any
+    nested: Any
+    rising: Any
+    falling: Any
 
 
-def _times(series: Pair, factor: Any) -> Pair:
-    return Pair(series.value * factor, series.error * factor)
+@dataclass
+class Sides:
+    """Both sides, and the start's contributions of both together, which all but cancel."""
+
+    left: Side
+    right: Side
+    rising: Any
+    falling: Any
+    corner: bool
+
+    @cached_property
+    def total(self) -> Any:
+        """int e^{lam V} over both sides."""
+        return _total([self.left.scale, self.right.scale, self.rising])
+
+    def sure(self) -> Any:
+        """Whether that is known to half of itself, where the parts are values."""
+        return self.total.error < self.total.value * 0.5
+
+    @cached_property
+    def shares(self) -> tuple[Any, Any]:
+        """int e^{lam V} over either side with the start's contribution, its error left out."""
+        left, right = (_total([side.scale, side.rising]) for side in (self.left, self.right))
+        return (left.known(), right.known()) if isinstance(left, Node) else (left, right)
 
 
-def side_of(one: Half, lam: Any, r: Any, order: int, ops: Any) -> Side:
-    """One side at `lam`, with the end at `r` where that is beyond the layer."""
-    rising, falling = weights_of(one, lam, r, order, ops)
-    unit = ops.exp(0 * lam)
-    scale = rising.pop()[1] if one.beyond is not None else Pair(0 * unit, 0 * unit)
-    nested = _times(outer_part(one, lam, r, order, ops), unit)
-    # From right to left: what e^{lam V} has to the right of each place of e^{-lam V}.
-    for place, share, onward in reversed(rising):
-        while falling and falling[-1][0].u > place.u:
-            nested = nested + falling.pop()[1] * scale
-        if falling and falling[-1][0].u == place.u:
-            nested = nested + falling.pop()[1] * (scale + onward)
-        scale = scale + share
-    for _, share, _ in falling:
-        nested = nested + share * scale
-    starts = (_times(series_of(g, lam, order, ops), unit) for g in one.start[:2])
-    return Side(scale, nested, *starts)
-
-
-def outer_part(one: Half, lam: Any, r: Any, order: int, ops: Any) -> Pair:
-    """What lies between the places, in the layer and beyond it."""
-    found = series_of(one.outer, lam, order, ops, ops.number(one.unit))
-    if one.beyond is None:
-        return found
-    u, _, slope = (ops.number(x) for x in one.beyond)
-    return Pair(found.value + (ops.number(r) - u) / (slope * lam), found.error)
-
-
-def weights_of(
-    one: Half, lam: Any, r: Any, order: int, ops: Any
-) -> tuple[list[tuple[Place, Pair, Pair]], list[tuple[Place, Pair, Pair]]]:
-    """The places of e^{lam V} and of e^{-lam V} with their shares and onward ones."""
-    rising = list(one.rising)
+def rising_of(one: OneSided, r: Any, ring: Ring) -> list[tuple[CriticalPoint, Any]]:
+    """The critical points of e^{lam V} with what they contribute, the end beyond the layer last."""
+    points = [(p, ring.leaf(p.height, p.series, one.rough)) for p in one.rising]
     if one.beyond is not None:
-        u, height, slope = (ops.number(x) for x in one.beyond)
-        height = height - slope * (ops.number(r) - u)
-        rising.append(Place("end", None, height, [[(-1 / slope, 1, 0)]], []))
-    first, second = (
-        [(p, *weight_of(p, lam, order, ops)) for p in places] for places in (rising, one.falling)
+        u, height, slope = (ring.number(x) for x in one.beyond)
+        fall = slope * (r - u)
+        rough = one.rough
+        if nonzero(rough):
+            rough = rough + ULP * (abs(height) + abs(fall))
+        series = Series([Part(1.0, 0, [-1 / slope])], ring.rounding)
+        end = CriticalPoint(_END, height - fall, series, None, "end")
+        points.append((end, ring.leaf(end.height, series, rough)))
+    return points
+
+
+def regular_part(one: OneSided, r: Any, ring: Ring) -> Any:
+    """The regular part of D, in the layer and beyond it."""
+    inside = ring.leaf(0.0, one.outer)
+    if one.beyond is None:
+        return inside
+    u, _, slope = (ring.number(x) for x in one.beyond)
+    return ring.total([inside, ring.leaf(0.0, Series([Part(1.0, 0, [(r - u) / slope])]))])
+
+
+def pairs_of(
+    one: OneSided, rising: list[tuple[CriticalPoint, Any]], ring: Ring
+) -> Iterator[tuple[CriticalPoint, CriticalPoint, Any]]:
+    """Products of each critical point of e^{-lam V} with those of e^{lam V} from it on."""
+    together = {(joint.falling, joint.rising) for joint in one.joint}
+    kinks = [p for p, _ in rising if terms(p.onward)]
+    onward = {p.rank: ring.leaf(p.height, p.onward, one.rough) for p in kinks}
+    for low in one.falling:
+        own = ring.leaf(low.height, low.series, one.rough)
+        for high, share in rising:
+            if high.rank == low.rank and high.rank in onward:
+                beyond = onward[high.rank]
+                # At one and the same point the heights are each other's negatives.
+                pair = _Product(own, beyond, 0.0) if isinstance(own, Node) else own * beyond
+                yield low, high, pair
+            elif (
+                high.rank > low.rank
+                and terms(high.series)
+                and (low.rank, high.rank) not in together
+            ):
+                yield low, high, own * share
+
+
+def side_of(one: OneSided, r: Any, ring: Ring) -> Side:
+    """One side composed, with the end at `r` where that is beyond the layer."""
+    rising = rising_of(one, r, ring)
+    nested = [pair for _, _, pair in pairs_of(one, rising, ring)]
+    nested += [ring.leaf(j.height, j.local) for j in one.joint if j.local is not None]
+    return Side(
+        ring.total([share for _, share in rising]),
+        ring.total([*nested, regular_part(one, r, ring)]),
+        ring.leaf(0.0, one.rising_start),
+        ring.leaf(0.0, one.falling_start),
     )
-    return first, second
 
 
-def weight_of(place: Place, lam: Any, order: int, ops: Any) -> tuple[Pair, Pair]:
-    """The place's share of its own integral, and its `onward`."""
-    factor = ops.exp(lam * ops.number(place.height))
-    share, onward = (
-        _times(series_of(g, lam, order, ops), factor) for g in (place.groups, place.onward)
+def sides_of(both: tuple[OneSided, OneSided], r: Any, ring: Ring) -> Sides:
+    """Both sides composed; what the start contributes to both is added up before it is valued."""
+    left, right = both
+    rising = added(left.rising_start, right.rising_start)
+    falling = added(left.falling_start, right.falling_start)
+    return Sides(
+        side_of(left, r, ring),
+        side_of(right, r, ring),
+        ring.leaf(0.0, rising),
+        ring.leaf(0.0, falling),
+        left.corner,
     )
-    return share, onward
 
 
-def series_of(groups: Groups, lam: Any, order: int, ops: Any, unit: Any = 0) -> Pair:
-    """The first order + 1 groups, and the size of what follows, judged by the next two."""
-    sums, size = [], 0 * lam
+def mean_time(sides: Sides) -> Any:
+    """T/lam, with the start's own contributions taken out of S and D.
 
-    def added(group: Any) -> tuple[Any, Any]:
-        total, largest = 0 * lam, 0 * lam
-        for c, p, q in group:
-            term = ops.number(c) * lam ** -ops.number(p)
-            term = term * ops.log(lam) if q else term
-            total, largest = total + term, largest + abs(term)
-        return total, largest
+    With l, m the start's contributions to int e^{lam V} and int e^{-lam V} to the right, those to
+    the left are -l and -m, so that m drops out, and l from L + R: written so, errors of the two
+    series, which are large beside a zero of A, do not count where they cancel.
+    """
+    left, right = sides.left, sides.right
+    behind, ahead = sides.shares
+    if sides.corner:
+        start = [behind * (ahead * sides.falling)]
+    else:
+        start = [behind * (right.falling * right.scale), ahead * (left.falling * left.scale)]
+    return _total([behind * right.nested, ahead * left.nested, *start]) / sides.total
 
-    known = order + 1 + BEYOND
-    for group in groups[:known]:
-        total, largest = added(group)
-        sums.append(total)
-        size = size + largest
-    # A straight stretch has one term, and a place with nothing to its right has none.
-    sums += [0 * lam] * (known - len(sums))
-    value = sum(sums[: order + 1], 0 * lam)
-    first = next((n for n, group in enumerate(groups) if any(c for c, _, _ in group)), 0)
-    # Where the terms hardly fall any more, as many more are as large before they rise. One of the
-    # next two may be small by chance: then those before them tell how they fall.
-    last = [abs(s) for s in sums[max(min(first, order + 1), order + 1 - LOOK_BACK) :]]
-    left_out = ops.left_out(last, (abs(added(group)[0]) for group in groups[known:]))
-    return Pair(value, left_out + max(unit, ops.unit) * size)
+
+class Composed:
+    """The expressions for T and C on numbers, before lam."""
+
+    def __init__(
+        self,
+        both: tuple[OneSided, OneSided],
+        r: Numbers,
+        rounding: Any = ROUNDING,
+    ) -> None:
+        self.r = r
+        self.slack = lower(both[0].slack, both[1].slack)
+        self.ring = Nodes(rounding)
+        self.sides = sides_of(both, r, self.ring)
+
+    @cached_property
+    def time(self) -> tuple[Node, Node]:
+        """T/lam and its error."""
+        return _time(self.sides)
+
+    @cached_property
+    def probabilities(self) -> tuple[_Probability, _Probability]:
+        """Those of leaving on the left and on the right."""
+        left, right = self.sides.left, self.sides.right
+        behind, ahead = self.sides.shares
+        return (
+            _probability(self.sides, (right, left), (ahead, behind)),
+            _probability(self.sides, (left, right), (behind, ahead)),
+        )
+
+    @cached_property
+    def rough(self) -> list[Numbers]:
+        """The rounding of either side's steepest height."""
+        return [
+            next((t.rough for t in reversed(side.scale.terms)), 0.0)
+            for side in (self.sides.left, self.sides.right)
+        ]
+
+
+def _time(sides: Sides) -> tuple[Node, Node]:
+    """T/lam, and its error: its own and what errors of S and of the start make of it."""
+    left, right, total = sides.left, sides.right, sides.total
+    value = mean_time(sides)
+    behind, ahead = sides.shares
+    if sides.corner:
+        slopes = behind * sides.falling, ahead * sides.falling
+    else:
+        slopes = left.falling * left.scale, right.falling * right.scale
+    # How T changes with S on the left, on the right, and with the start's contributions.
+    gap = right.nested - left.nested
+    errors = [
+        value.error(),
+        left.scale.error() * (abs((ahead / total) * (gap + slopes[1])) / total),
+        right.scale.error() * (abs((behind / total) * (gap - slopes[0])) / total),
+        (abs(gap + slopes[1] - slopes[0]) / total) * right.rising.error(),
+        ((abs(gap) + abs(slopes[0]) + abs(slopes[1])) / total) * sides.rising.error(),
+    ]
+    return value, Sum(errors, value.height)
+
+
+class _Probability(NamedTuple):
+    """One side's share of the total: its part, the other side's, and the part's error."""
+
+    part: Node
+    rest: Node
+    value: Node
+    other: Node
+    error: Node
+
+
+def _probability(
+    sides: Sides, ordered: tuple[Side, Side], shares: tuple[Node, Node]
+) -> _Probability:
+    (part, rest), total = ordered, sides.total
+    own, other = (share / total for share in shares)
+    errors = [
+        part.scale.error() * abs(other),
+        rest.scale.error() * abs(own),
+        part.rising.error(),
+        sides.rising.error(),
+    ]
+    return _Probability(*shares, own, other, Sum(errors, part.scale.height))
+
+
+# -- at lam, with digits ---------------------------------------------------------------------------
+
+
+class Found(NamedTuple):
+    """An expansion's value at one order and its estimated error, if that is to be trusted."""
+
+    value: Any
+    error: Any
+    order: int
+    sure: bool
+
+
+def plain(node: Node, at: Point) -> tuple[Any, Any]:
+    """The value and the error, the exponential included."""
+    found, factor = at.value_of(node), at.exp(at.lam * node.height)
+    return found.value * factor, None if found.error is None else found.error * factor
+
+
+def time_with_digits(composed: Composed, at: Point) -> Found:
+    """T at one lam."""
+    (value, _), (error, _) = (plain(node, at) for node in composed.time)
+    return _found(composed, at, at.lam * value, at.lam * error)
+
+
+def probability_with_digits(complement: bool, composed: Composed, at: Point) -> Found:
+    """C or 1 - C at one lam."""
+    p = composed.probabilities[complement]
+    error = plain(p.error / composed.sides.total, at)[0]
+    return _found(composed, at, plain(p.value, at)[0], error)
+
+
+def log_probability(complement: bool, composed: Composed, at: Point) -> Any:
+    """log C or log(1 - C) at one lam, right where that is tiny."""
+    p = composed.probabilities[complement]
+    part, rest = plain(p.part, at)[0], plain(p.rest, at)[0]
+    return -at.arithmetic.log1p(rest / part)
+
+
+def time_of(sides: Sides, lam: Any) -> Value:
+    """T and its error at one lam, from values of both sides at it."""
+    at = Point(lam, 0, True)
+
+    def constant(x: Value) -> Node:
+        return Constant(x.value, x.error)
+
+    left, right = (Side(*map(constant, side)) for side in (sides.left, sides.right))
+    starts = constant(sides.rising), constant(sides.falling)
+    value, error = _time(Sides(left, right, *starts, sides.corner))
+    return Value(lam * at.value_of(value).value, lam * at.value_of(error).value)
+
+
+def _found(composed: Composed, at: Point, value: Any, error: Any) -> Found:
+    total = at.value_of(composed.sides.total)
+    sure = 2 * total.error < total.value and 2 * error < value
+    return Found(value, 2 * error, at.order, bool(sure))
+
+
+# -- at lam, in float64 ----------------------------------------------------------------------------
+
+
+def escape_time(composed: Composed, at: Point) -> tuple[FloatArray, Any]:
+    """log T, and its relative error (None without `at.errors`; infinite where nothing is sure)."""
+    value, wrong = composed.time
+    mean = at.value_of(value).value
+    log = at.log(mean * at.lam)
+    rise = at.lam * value.height if counts(value.height) else 0.0
+    log = plus(log, rise)
+    if not at.errors:
+        return log, None
+    relative = 2 * (at.value_of(wrong).value / mean)
+    return log, _sure(composed, at, relative, ULP * plus(abs(log), rise))
+
+
+def exit_probability(complement: bool, composed: Composed, at: Point) -> tuple[FloatArray, Any]:
+    """log C or log(1 - C), and its relative error, as `escape_time`."""
+    p = composed.probabilities[complement]
+    rise = at.lam * (p.rest.height - p.part.height)
+    part, rest = at.value_of(p.part).value, at.value_of(p.rest).value
+    log = -np.logaddexp(0.0, np.log(rest / part) + rise)
+    if not at.errors:
+        return log, None
+    rounding = abs(log)
+    below = at.decay(p.other.height)
+    if counts(below):
+        rounding = rounding + times(at.value_of(p.other).size, below) * abs(rise)
+    relative = 2 * (at.value_of(p.error).value / part)
+    return log, _sure(composed, at, relative, ULP * rounding)
+
+
+def _sure(composed: Composed, at: Point, relative: Any, rounding: Any) -> Any:
+    """The error of a logarithm; infinite unless the total is known to half of itself."""
+    total = at.value_of(composed.sides.total)
+    value, error = total.value, total.error
+    known = None
+    clear = np.max(error) < 0.5 * np.min(value)
+    if not (clear and np.min(relative) >= 0 and np.max(relative) < _MOST):
+        known = (error < value * 0.5) & (relative >= 0) & (relative < _MOST)
+        relative = np.minimum(relative, 0.9)
+    found = relative / (1.0 - relative)
+    found = found + rounding
+    found += 8 * ULP
+    # A barrier and a well of one side, the other side, and the two sides' sum.
+    rough = higher(*(_too_rough(at, x) for x in composed.rough))
+    found = plus(found, 4 * rough)
+    return found if known is None else np.where(known, found, np.inf)
+
+
+def _too_rough(at: Point, steep: Numbers) -> Any:
+    """Rounding of the exponents that the errors leave out because it is too large for them."""
+    if isinstance(steep, float) and steep * at.most < MOST_ROUGH:
+        return 0.0
+    rough = at.lam * steep
+    return np.where(rough < MOST_ROUGH, 0.0, rough)

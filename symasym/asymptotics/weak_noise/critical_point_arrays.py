@@ -16,9 +16,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise.critical_points import BEYOND
-from symasym.asymptotics.weak_noise.one_sided import ROUNDING, Part, Series, Sight, Spot, trimmed
-from symasym.asymptotics.weak_noise.series import higher, lower
+from symasym.asymptotics.weak_noise.one_sided import (
+    CriticalPoint,
+    OneSided,
+    add_edge,
+    formal_series,
+)
+from symasym.asymptotics.weak_noise.series import (
+    BEYOND,
+    ROUNDING,
+    Part,
+    Series,
+    higher,
+    lower,
+    trimmed,
+)
+from symasym.asymptotics.weak_noise.slow_manifold import laurent, pole_primitive
 from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes
@@ -41,7 +54,7 @@ class Found(NamedTuple):
     """The two sides of these scenes, left and right."""
 
     rows: IntArray
-    sights: tuple[Sight, Sight]
+    sights: tuple[OneSided, OneSided]
 
 
 def _single(x: Any) -> Any:
@@ -217,14 +230,9 @@ class Builder:
         psi = self.taylor(u)
         if value is not None:
             psi[0] = value
-        inverse = 1 / psi[0]
-        series = _quotient([1.0], psi, inverse, self.count)
-        found = [series[0]]
-        for _ in range(1, self.count):
-            slope = [-j * series[j] for j in range(1, len(series))]
-            series = _quotient(slope, psi, inverse, len(slope))
-            found.append(series[0])
-        size = _value(self.c_size, abs(u)) * abs(inverse)
+        psi = (psi + [0.0] * self.count)[: self.count]
+        found = [h[0] for h in laurent(psi, False, self.count)]
+        size = _value(self.c_size, abs(u)) * abs(found[0])
         return Series([Part(1.0, 0, trimmed(found))], _EPS * 4 * self.count * (1 + size))
 
     def flat(self, a: Any) -> Series:
@@ -259,39 +267,25 @@ class Builder:
             return totals, sizes
         for z, rough in zip(self.lines + self.pairs, self.rough + self.rough_pairs, strict=True):
             single = not np.iscomplexobj(z)
-            known = list(self.residues(z))
+            psi = (self.taylor(z) + [0.0] * 2 * self.count)[: 2 * self.count]
+            known = list(laurent(psi, True, self.count))
             rounding = [rough * (6 + 4 * k) for k in range(self.count)]
             for side, u in enumerate(self.edges):
                 t = u - z
-                inverse, first = 1 / t, _log(abs(t) if single else t)
-                for k, residues in enumerate(known):
-                    total: Any = 0.0
-                    for j in range(2 * k + 1, 1, -1):
-                        total = (total + residues[j] * (1 / (1 - j))) * inverse
-                    total = total + residues[1] * first
+                first = _log(abs(t) if single else t)
+                for k, series in enumerate(known):
+                    total = pole_primitive(series, k, t, first)
                     here = total if single else 2 * total.real
                     totals[k][side] = totals[k][side] + here
                     sizes[k][side] = sizes[k][side] + abs(total) * rounding[k]
         return totals, sizes
-
-    def residues(self, z: Any) -> Iterator[list[Any]]:
-        """Coefficients of (u - z)^-j in h_1, h_2, ...; the entry 0 is not used."""
-        psi = self.taylor(z)[1:]
-        inverse = 1 / psi[0]
-        length = 2 * self.count - 1
-        series = _quotient([1.0], psi, inverse, length)
-        for k in range(self.count):
-            yield [None, *series[2 * k :: -1]]
-            slope = [(2 * k + 1 - j) * x for j, x in enumerate(series)]
-            if k + 1 < self.count:
-                series = _quotient(slope, psi, inverse, length)
 
     # -- the two sides ----------------------------------------------------------------------
 
     def potential(self, u: Any) -> Any:
         return _value(self.v, u) * u
 
-    def sights(self) -> tuple[Sight, Sight]:
+    def sights(self) -> tuple[OneSided, OneSided]:
         totals, sizes = self.primitives()
         middle = self.edges[1]
         outside = 0.0 * middle
@@ -320,7 +314,7 @@ class Builder:
 
     def side(
         self, sign: int, totals: list[Any], sizes: list[Any], peaks: dict[int, Series]
-    ) -> Sight:
+    ) -> OneSided:
         """What lies right of the start, or, in the mirror, left of it."""
         a_near, a_far = self.a_minus, self.a_plus
         if sign < 0:
@@ -330,11 +324,17 @@ class Builder:
         nothing = Series([])
         if first(start) >= 1:
             h = self.flat(a_far)
-            return Sight(
-                *_ends(h), True, [], [], nothing, (start, 0 * start, a_far), self.height_rough
+            return OneSided(
+                *formal_series(h),
+                True,
+                [],
+                [],
+                nothing,
+                (start, 0 * start, a_far),
+                self.height_rough,
             )
-        rising: list[Spot] = []
-        falling: list[Spot] = []
+        rising: list[CriticalPoint] = []
+        falling: list[CriticalPoint] = []
         extra: Any = 0.0
         if first(start) < -1:
             h = self.flat(a_near)
@@ -342,7 +342,7 @@ class Builder:
             height = (1 + start) * a_near
             # The height there is -(length) phi, the layer's near edge.
             inner = _signed(self.at_edge[1], sign)
-            _edge(rising, falling, 0, height, h, inner)
+            add_edge(rising, falling, 0, height, h, inner)
         else:
             h = _signed(self.at_edge[1], sign)
         shares = [totals[k][inside_of] - totals[k][1] for k in range(self.count)]
@@ -352,7 +352,7 @@ class Builder:
         outer = Series([Part(1.0, 0, trimmed(shares))], 1.0, wrong)
         rank = self.between(sign, rising, falling, peaks)
         beyond = self.end(sign, rank, rising, falling)
-        return Sight(*_ends(h), True, rising, falling, outer, beyond, self.height_rough)
+        return OneSided(*formal_series(h), True, rising, falling, outer, beyond, self.height_rough)
 
     def inside(self, sign: int) -> list[int]:
         """Which real zeros lie between the start and the layer's end, from the start on."""
@@ -361,7 +361,11 @@ class Builder:
         return [k for k in order if low < first(self.lines[k]) < high]
 
     def between(
-        self, sign: int, rising: list[Spot], falling: list[Spot], peaks: dict[int, Series]
+        self,
+        sign: int,
+        rising: list[CriticalPoint],
+        falling: list[CriticalPoint],
+        peaks: dict[int, Series],
     ) -> int:
         """Add wells and barriers; returns the rank of what comes next."""
         inside = self.inside(sign)
@@ -370,36 +374,21 @@ class Builder:
             height = self.potential(z) - self.base
             barrier = first(self.slope(z)) > 0
             spots = rising if barrier else falling
-            spots.append(Spot(rank, height if barrier else -height, peaks[k], None))
+            spots.append(CriticalPoint(rank, height if barrier else -height, peaks[k], None))
         return len(inside) + 1
 
     def end(
-        self, sign: int, rank: int, rising: list[Spot], falling: list[Spot]
+        self, sign: int, rank: int, rising: list[CriticalPoint], falling: list[CriticalPoint]
     ) -> tuple[Any, Any, Any] | None:
         """Add the end of the layer, or r before it; returns what lies beyond."""
         height = self.potential(self.edges[1 + sign]) - self.base
         inner = _signed(self.at_edge[1 + sign], sign)
         if not self.beyond:
-            _edge(rising, falling, rank, height, inner, None)
+            add_edge(rising, falling, rank, height, inner, None)
             return None
         slope = self.a_plus if sign > 0 else -self.a_minus
-        _edge(rising, falling, rank, height, inner, self.flat(slope))
+        add_edge(rising, falling, rank, height, inner, self.flat(slope))
         return 1.0 + 0 * height, height, slope
-
-
-def _quotient(numerator: list[Any], psi: list[Any], inverse: Any, length: int) -> list[Any]:
-    """Power series by the short `psi`, of which `inverse` is 1/psi[0]."""
-    found: list[Any] = []
-    for n in range(length):
-        total: Any = numerator[n] if n < len(numerator) else 0.0
-        for j in range(1, min(n, len(psi) - 1) + 1):
-            if j == 1:
-                total = total - psi[1] * found[n - 1]
-            else:
-                # In place, now that it is not an entry of the numerator any more.
-                total -= psi[j] * found[n - j]
-        found.append(total * inverse)
-    return found
 
 
 def _signed(series: Series, sign: int) -> Series:
@@ -407,43 +396,6 @@ def _signed(series: Series, sign: int) -> Series:
         return series
     parts = [Part(p.offset, p.logs, [-c for c in p.coefficients]) for p in series.parts]
     return Series(parts, series.rounding, series.size)
-
-
-def _row(series: Series) -> list[Any]:
-    return series.parts[0].coefficients if series.parts else []
-
-
-def _ends(h: Series) -> tuple[Series, Series]:
-    """The formal series of int e^{lam V} and int e^{-lam V} to the right, from h_k there."""
-    row = _row(h)
-    rising = [c if k % 2 == 0 else -c for k, c in enumerate(row)]
-    return (
-        Series([Part(1.0, 0, rising)] if row else [], h.rounding),
-        Series([Part(1.0, 0, [-c for c in row])] if row else [], h.rounding),
-    )
-
-
-def _edge(
-    rising: list[Spot],
-    falling: list[Spot],
-    rank: int,
-    height: Any,
-    left: Series,
-    right: Series | None,
-) -> None:
-    """Both integrals where the drift changes, or ends."""
-    first, second = _row(left), [] if right is None else _row(right)
-    width = max(len(first), len(second))
-    first, second = (row + [0.0] * (width - len(row)) for row in (first, second))
-    change = trimmed([y - x for x, y in zip(first, second, strict=True)])
-    # phi goes on without a jump, so that the first terms of both sides cancel, exactly.
-    if right is not None and change:
-        change[0] = 0.0
-    rough = left.rounding if right is None else higher(left.rounding, right.rounding)
-    changes = _ends(Series([Part(1.0, 0, change)] if change else [], rough))
-    onward = Series([]) if right is None else _ends(right)[0]
-    rising.append(Spot(rank, height, changes[0], onward))
-    falling.append(Spot(rank, -height, changes[1], None))
 
 
 __all__ = ["Builder", "Found", "clear_of_zero", "first", "found_of", "structure", "unchanged"]

@@ -11,22 +11,26 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 from symasym.asymptotics.laplace.watson import (
     laplace_coefficients,
     perron_coefficients,
 )
+from symasym.asymptotics.weak_noise.one_sided import (
+    CriticalPoint,
+    OneSided,
+    add_edge,
+    formal_series,
+)
 from symasym.asymptotics.weak_noise.regular_part import layer_integrals
+from symasym.asymptotics.weak_noise.series import BEYOND, Part, Series, trimmed
 from symasym.asymptotics.weak_noise.slow_manifold import laurent
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.landscape import bracketed_zero
 from symasym.drift.taylor_field import ExactField, to_fraction
 from symasym.numbers.power_series import power
-
-#: Orders that are found beyond those that are added up; they tell the error.
-BEYOND = 2
 
 # A at a zero of its slope, below which that place in float64 is not good enough.
 _BESIDE = Fraction(1, 10**20)
@@ -39,51 +43,14 @@ _FLATTEST = 64
 Groups = list[list[tuple[Any, Any, int]]]
 
 
-class Place(NamedTuple):
-    """e^{lam height} times a series; `onward` is that of e^{lam V} to the right of a kink alone."""
-
-    kind: str
-    u: Any
-    height: Any
-    groups: Groups
-    onward: Groups
-
-
-class Start(NamedTuple):
-    """Series of e^{lam V} and of e^{-lam V} to the right of the start, V measured from it.
-
-    `corner` tells whether their product is part of the double integral, which at a
-    barrier the outer part has already.
-    """
-
-    rising: Groups
-    falling: Groups
-    corner: bool
-
-
-class Half(NamedTuple):
-    """One side of the start, seen from it to the right; the end is left out if r > 1.
-
-    Attributes
-    ----------
-    start : Start
-    rising, falling : list of Place
-        Beyond the start, of e^{lam V} and of e^{-lam V}; heights are those of the exponent.
-    outer : Groups
-        Of int h du (see `symasym.asymptotics.weak_noise.regular_part`), without that beyond the
-        layer.
-    unit : mpf
-        Relative rounding of its coefficients.
-    beyond : tuple or None
-        (u, V(u), phi) where the straight part beyond the layer begins, which ends at r.
-    """
-
-    start: Start
-    rising: list[Place]
-    falling: list[Place]
-    outer: Groups
-    unit: Any
-    beyond: tuple[Any, Any, Any] | None
+def series_of(groups: Groups, unit: Any) -> Series:
+    """The series of terms (c, p, q), known to the relative rounding `unit`."""
+    parts: dict[tuple[float, int], list[Any]] = {}
+    for n, group in enumerate(groups):
+        for c, p, q in group:
+            row = parts.setdefault((float(p) - n, q), [0.0] * len(groups))
+            row[n] += c
+    return Series([Part(*key, row) for key, c in parts.items() if (row := trimmed(c))], unit)
 
 
 def half(
@@ -94,7 +61,7 @@ def half(
     context: Any,
     outer: int,
     told: bool = True,
-) -> Half:
+) -> OneSided:
     """What lies right of `x`, the outer part to `outer` digits; `r` counts only where below 1.
 
     Where the next terms have to tell the error (`told`), zeros of A where they vanish are refused.
@@ -102,7 +69,7 @@ def half(
     return _Builder(field, order, context, told).half(x, r, outer)
 
 
-def whole(field: ExactField, order: int, context: Any) -> list[Place]:
+def whole(field: ExactField, order: int, context: Any) -> list[CriticalPoint]:
     """Of int e^{-lam V} over the whole line where it converges, V measured from -1."""
     builder, one = _Builder(field, order, context), Fraction(1)
     ends = [builder.flat(field.value(side * one)) for side in (-1, 1)]
@@ -113,14 +80,14 @@ def whole(field: ExactField, order: int, context: Any) -> list[Place]:
     return builder.falling
 
 
-def barriers(field: ExactField, order: int, context: Any) -> list[Place]:
+def barriers(field: ExactField, order: int, context: Any) -> list[CriticalPoint]:
     """Those of [-1, 1], V measured from -1."""
     builder = _Builder(field, order, context)
     builder.layer(Fraction(-1), Fraction(1), context.zero, 0)
     return builder.rising
 
 
-def wells_and_barriers(field: ExactField, order: int, context: Any) -> list[Place]:
+def wells_and_barriers(field: ExactField, order: int, context: Any) -> list[CriticalPoint]:
     """All of [-1, 1], left to right, V measured from -1."""
     builder = _Builder(field, order, context)
     builder.layer(Fraction(-1), Fraction(1), context.zero, 0)
@@ -131,16 +98,16 @@ class _Builder:
     def __init__(self, field: ExactField, order: int, context: Any, told: bool = True) -> None:
         self.field, self.context, self.told = field, context, told
         self.count = order + 1 + BEYOND
-        self.rising: list[Place] = []
-        self.falling: list[Place] = []
+        self.rising: list[CriticalPoint] = []
+        self.falling: list[CriticalPoint] = []
         self.outer: Groups = [[] for _ in range(self.count)]
-        self.unit = 64 * context.eps
-        self.start: Start
+        self.least = self.unit = 64 * context.eps
+        self.start: tuple[Series, Series, bool]
 
     def number(self, x: Any) -> Any:
         return mpf_of(x, self.context)
 
-    def half(self, x: Fraction, r: Fraction, outer: int) -> Half:
+    def half(self, x: Fraction, r: Fraction, outer: int) -> OneSided:
         one, height = Fraction(1), self.context.zero
         a_minus, a_plus = (self.field.value(side * one) for side in (-1, 1))
         if not (a_minus and a_plus):
@@ -155,11 +122,11 @@ class _Builder:
                 "series of an end has no terms; use method='exact'."
             )
         if x >= 1:
-            self.start = self.smooth_start(self.flat(a_plus))
+            self.start = *formal_series(self.flat(a_plus)), True
             return self.done((self.number(x), height, self.number(a_plus)))
         lo, hi = max(x, -one), min(r, one)
         if x < -1:
-            self.start = self.smooth_start(self.flat(a_minus))
+            self.start = *formal_series(self.flat(a_minus)), True
             length = self.number(-one - x)
             self.outer[0].append((length / self.number(a_minus), 1, 0))
             height -= length * self.number(a_minus)
@@ -167,7 +134,7 @@ class _Builder:
         elif self.field.value(x) == 0:
             self.start = self.start_at_zero(x)
         else:
-            self.start = self.smooth_start(self.smooth(lo))
+            self.start = *formal_series(self.smooth(lo)), True
         self.layer(lo, hi, height, outer)
         height -= self.drop(self.number(lo), self.number(hi))
         if r <= 1:
@@ -176,26 +143,32 @@ class _Builder:
         self.edge("kink", hi, height, self.smooth(hi), self.flat(a_plus))
         return self.done((self.number(hi), height, self.number(a_plus)))
 
-    def done(self, beyond: tuple[Any, Any, Any] | None) -> Half:
-        return Half(self.start, self.rising, self.falling, self.outer, self.unit, beyond)
+    def done(self, beyond: tuple[Any, Any, Any] | None) -> OneSided:
+        at = sorted({p.u for p in self.rising + self.falling})
+        rising, falling = (
+            [p._replace(rank=at.index(p.u)) for p in points]
+            for points in (self.rising, self.falling)
+        )
+        outer = series_of(self.outer, self.unit)
+        return OneSided(*self.start, rising, falling, outer, beyond)
 
     def drop(self, lo: Any, hi: Any) -> Any:
         return -self.field.potential_rise(lo, hi)
 
     # -- ends and kinks --------------------------------------------------------------------
 
-    def flat(self, a: Fraction) -> list[Any]:
+    def flat(self, a: Fraction) -> Series:
         """h_k beside a straight potential."""
-        return [1 / self.number(a), *[self.context.zero] * (self.count - 1)]
+        return Series([Part(1.0, 0, [1 / self.number(a)])], self.least)
 
-    def smooth(self, u: Fraction) -> list[Any]:
+    def smooth(self, u: Fraction) -> Series:
         """h_k(u) from inside the layer."""
         taylor = [self.number(c) for c in self.field.taylor(u, Fraction(1), self.count + 1)]
-        taylor += [self.context.zero] * (self.count - len(taylor))
-        found = [series[0] for series in laurent(taylor[: self.count], False, self.count)]
+        taylor = (taylor + [self.context.zero] * self.count)[: self.count]
+        found = [h[0] for h in laurent(taylor, False, self.count)]
         if not any(found[-BEYOND:]) and any(self.field.taylor(u, Fraction(1), _FLATTEST)[1:]):
             raise self.untold("flat", u)
-        return found
+        return Series([Part(1.0, 0, trimmed(found))], self.least)
 
     def untold(self, shape: str, u: Any) -> AccuracyError:
         place = (-float(u) if self.field.mirrored else float(u)) + 0.0
@@ -219,25 +192,9 @@ class _Builder:
         if bends and all(abs(x) <= small * max(bends) ** power for power, x in last.items()):
             raise self.untold("straight", u)
 
-    def ends(self, h: list[Any]) -> tuple[Groups, Groups]:
-        """The formal series of int e^{lam V} and int e^{-lam V} to the right, from h_k there."""
-        # sigma_{k+1} = sigma_k'/phi for the one, -h_k for the other.
-        rising: Groups = [[((-1) ** k * c, k + 1, 0)] for k, c in enumerate(h)]
-        return rising, [[(-c, k + 1, 0)] for k, c in enumerate(h)]
-
-    def smooth_start(self, h: list[Any]) -> Start:
-        return Start(*self.ends(h), True)
-
-    def edge(
-        self, kind: str, u: Fraction, height: Any, left: list[Any], right: list[Any] | None
-    ) -> None:
+    def edge(self, kind: str, u: Fraction, height: Any, left: Series, right: Series | None) -> None:
         """Both integrals at a point where the drift changes, or ends."""
-        after = right or [self.context.zero] * self.count
-        changes = self.ends([x - y for x, y in zip(after, left, strict=True)])
-        onward = self.ends(after)[0]
-        place = self.number(u)
-        self.rising.append(Place(kind, place, height, changes[0], onward))
-        self.falling.append(Place(kind, place, -height, changes[1], []))
+        add_edge(self.rising, self.falling, 0, height, left, right, kind, self.number(u))
 
     # -- inside the layer ------------------------------------------------------------------
 
@@ -257,15 +214,14 @@ class _Builder:
             fall = self.fall(to_fraction(u), barrier)
             weight = [self.context.one, *[self.context.zero] * (len(fall) - 1)]
             found = laplace_coefficients(fall, weight, 2, sides=2)
-            half = self.context.mpf(1) / 2
-            groups: Groups = [[(c, n + half, 0)] for n, c in enumerate(found[: self.count])]
             last = range(self.count - BEYOND, self.count)
             relative = {2 * n: found[n] / found[0] * abs(fall[2]) ** n for n in last}
             self.require_told(to_fraction(u), fall, relative)
             kind, places, sign = (
                 ("barrier", self.rising, 1) if barrier else ("well", self.falling, -1)
             )
-            places.append(Place(kind, u, sign * here, groups, []))
+            series = Series([Part(0.5, 0, trimmed(found[: self.count]))], self.least)
+            places.append(CriticalPoint(0, sign * here, series, None, kind, u))
 
     def fall(self, u: Fraction, barrier: bool) -> list[Any]:
         """Taylor coefficients of -|V - V(u)| about a zero of A."""
@@ -276,7 +232,7 @@ class _Builder:
         zero = self.context.zero
         return [zero, zero, *(sign * c / (k + 2) for k, c in enumerate(taylor[1:count]))]
 
-    def start_at_zero(self, x: Fraction) -> Start:
+    def start_at_zero(self, x: Fraction) -> tuple[Series, Series, bool]:
         """The start is a well or a barrier: halves of Gaussians, and log(lam) in the outer part.
 
         With V - V(x) = ±s^2/2 and du = (a_0 + a_1 s + …) ds all integrals are known.
@@ -307,7 +263,8 @@ class _Builder:
                 if group < self.count:
                     self.outer[group] += _corner(p * q, i, j, barrier, c)
         self.outer_shift(x, a)
-        return Start(peak, formal, False) if barrier else Start(formal, peak, True)
+        own, other = series_of(peak, self.least), series_of(formal, self.least)
+        return (own, other, False) if barrier else (other, own, True)
 
     def outer_shift(self, x: Fraction, a: list[Any]) -> None:
         """The finite part leaves out powers of u - x; `_corner` those of s. This is the change."""

@@ -1,132 +1,169 @@
-"""What lies left and right of a start, as float64 arrays: series, heights and their rounding.
+"""The one-sided expansion of the integrals of e^{±lam V}: a value that every later stage receives.
 
-The same contents as `symasym.asymptotics.weak_noise.critical_points.Half`, one entry of each array
-a drift, for drifts whose wells, barriers and kinks come in the same order. A sight that was found
-with more digits, one drift at a time, takes the same form (`sight_of`).
+Each is a sum over critical points: interior maxima of the exponent with Laplace's series; the
+start and the end with the formal series of an endpoint; and the kinks u = -1 and 1 with the
+difference of that series' two sides. Numbers are those of one drift with any digits, or float64,
+one of a drift or an array over drifts whose critical points come in the same order.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import is_dataclass, replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise.critical_points import Groups, Half
+from symasym.asymptotics.weak_noise.series import (
+    ROUNDING,
+    Local,
+    Numbers,
+    Part,
+    Series,
+    higher,
+    trimmed,
+)
 from symasym.base.inputs import FloatArray
 
-#: Of a coefficient, and of the sum that is made of it; what cancels in sums of series has it left.
-ROUNDING = 1e-15
 
-#: A number of each drift, or one of all.
-Numbers = Any
+class CriticalPoint(NamedTuple):
+    """e^{lam height} times a series; `rank` tells the order from the start on.
 
+    `onward` is, at a kink of e^{lam V}, the endpoint series of the integral to its right alone.
+    """
 
-class Part(NamedTuple):
-    """lam^-offset log(lam)^logs (c[0] + c[1]/lam + ...); coefficients that are missing are 0."""
-
-    offset: float
-    logs: int
-    coefficients: list[Numbers]
-
-
-class Series(NamedTuple):
-    """A sum of parts, each known to `rounding`: of its value, or where given of its `terms`."""
-
-    parts: list[Part]
-    rounding: Numbers = 0.0
-    # Coefficients as large as what cancels in those of the first part.
-    size: list[Numbers] | None = None
-
-
-class Local(Protocol):
-    """A function of lam that is no power series (`symasym.asymptotics.uniform.canonical_forms`)."""
-
-    def at(self, point: Any) -> tuple[Any, Any]:
-        """The value and its error."""
-
-
-class Spot(NamedTuple):
-    """e^{lam height} times a series; `rank` tells the order from the start on."""
-
-    rank: int
+    rank: Any
     height: Numbers
-    series: Series | Local
-    onward: Series | Local | None
+    series: Any  # Series | Local
+    onward: Any  # Series | Local | None
+    kind: str = ""
+    u: Any = None
 
 
 class Joint(NamedTuple):
     """What takes the place of the product of the shares at two ranks, falling and rising."""
 
-    falling: int
-    rising: int
+    falling: Any
+    rising: Any
     height: Numbers
     local: Local | None
 
 
-class Sight(NamedTuple):
-    """One side of the start (see `symasym.asymptotics.weak_noise.critical_points.Half`).
+class OneSided(NamedTuple):
+    """What lies on one side of the start, seen from it to the right; the end is left out if r > 1.
 
-    `beyond` is (length up to r, V where the straight part begins, phi) without r itself:
-    the length is r - `beyond[0]`. `rough` is the rounding of every height. `joint` are places that
-    meet, and `slack` tells what that costs: e^{-lam slack} of the value.
+    Attributes
+    ----------
+    rising_start, falling_start : Series
+        Of e^{lam V} and of e^{-lam V} to the right of the start, V measured from it.
+    corner : bool
+        Whether their product is part of the double integral, which at a barrier the regular part
+        has already.
+    rising, falling : list of CriticalPoint
+        Beyond the start, of e^{lam V} and of e^{-lam V}; heights are those of the exponent.
+    outer : Series
+        The regular part (`symasym.asymptotics.weak_noise.regular_part`), in the layer.
+    beyond : tuple or None
+        (u, V(u), phi) where the straight part beyond the layer begins, which ends at r.
+    rough : rounding of every height, 0 where digits are to spare
+    joint : pairs of critical points that coalesce
+    slack : what that costs, e^{-lam slack} of the value
     """
 
     rising_start: Series
     falling_start: Series
     corner: bool
-    rising: list[Spot]
-    falling: list[Spot]
+    rising: list[CriticalPoint]
+    falling: list[CriticalPoint]
     outer: Series
-    beyond: tuple[Numbers, Numbers, Numbers] | None
-    rough: Numbers
+    beyond: tuple[Any, Any, Any] | None
+    rough: Numbers = 0.0
     joint: list[Joint] = []
     slack: Numbers = np.inf
 
-
-def trimmed(coefficients: list[Numbers]) -> list[Numbers]:
-    """Without zeros at the end."""
-    found = list(coefficients)
-    while found and not (found[-1].any() if isinstance(found[-1], np.ndarray) else found[-1]):
-        found.pop()
-    return found
-
-
-def series_of(groups: Groups) -> Series:
-    """A series that was found with more digits than float64 has."""
-    parts: dict[tuple[float, int], list[float]] = {}
-    for n, group in enumerate(groups):
-        for c, p, q in group:
-            row = parts.setdefault((float(p) - n, q), [0.0] * len(groups))
-            row[n] += float(c)
-    taken = [Part(*key, found) for key, row in parts.items() if (found := trimmed(row))]
-    return Series(taken, ROUNDING)
+    def all_series(self) -> list[Series]:
+        """Every power series of this side."""
+        points = self.rising + self.falling
+        every = [self.rising_start, self.falling_start, self.outer]
+        every += [x for p in points for x in (p.series, p.onward) if isinstance(x, Series)]
+        if self.beyond is not None:
+            every.append(Series([Part(1.0, 0, [1 / self.beyond[2]])]))
+        return every
 
 
-def sight_of(half: Half) -> Sight:
-    """`half`, found with more digits than float64 has, as a sight of one drift."""
-    at = sorted({place.u for place in half.rising + half.falling})
-    rising, falling = (
-        [
-            Spot(at.index(p.u), float(p.height), series_of(p.groups), series_of(p.onward))
-            for p in places
-        ]
-        for places in (half.rising, half.falling)
+def formal_series(h: Series) -> tuple[Series, Series]:
+    """The formal series of int e^{lam V} and int e^{-lam V} to the right of a point.
+
+    From h_k there (`symasym.asymptotics.weak_noise.slow_manifold`), by repeated integration by
+    parts: sigma_{k+1} = sigma_k'/phi for the one, so that its coefficients are (-1)^(k+1) h_k,
+    and -h_k for the other.
+    """
+    row = _row(h)
+    rising = [c if k % 2 == 0 else -c for k, c in enumerate(row)]
+    return (
+        Series([Part(1.0, 0, rising)] if row else [], h.rounding),
+        Series([Part(1.0, 0, [-c for c in row])] if row else [], h.rounding),
     )
-    # Heights cancel each other in pairs of places.
-    rough = 3e-16 * max([abs(p.height) for p in rising + falling], default=0.0)
-    beyond = None if half.beyond is None else tuple(float(x) for x in half.beyond)
-    start = half.start
-    return Sight(
-        series_of(start.rising),
-        series_of(start.falling),
-        start.corner,
-        rising,
-        falling,
-        series_of(half.outer),
-        beyond,  # type: ignore[arg-type]
-        rough,
+
+
+def _row(series: Series) -> list[Numbers]:
+    return series.parts[0].coefficients if series.parts else []
+
+
+def add_edge(
+    rising: list[CriticalPoint],
+    falling: list[CriticalPoint],
+    rank: int,
+    height: Numbers,
+    left: Series,
+    right: Series | None,
+    kind: str = "",
+    u: Any = None,
+) -> None:
+    """Add the contributions of a kink, or of the end where nothing is to the `right`.
+
+    They are the difference of the formal series of its two sides, from h_k on either.
+    """
+    first, second = _row(left), [] if right is None else _row(right)
+    width = max(len(first), len(second))
+    first, second = (row + [0.0] * (width - len(row)) for row in (first, second))
+    change = trimmed([y - x for x, y in zip(first, second, strict=True)])
+    # phi goes on without a jump, so that the first terms of both sides cancel, exactly.
+    if right is not None and change:
+        change[0] = 0.0
+    rough = left.rounding if right is None else higher(left.rounding, right.rounding)
+    changes = formal_series(Series([Part(1.0, 0, change)] if change else [], rough))
+    onward = None if right is None else formal_series(right)[0]
+    rising.append(CriticalPoint(rank, height, changes[0], onward, kind, u))
+    falling.append(CriticalPoint(rank, -height, changes[1], None, kind, u))
+
+
+def _float_series(x: Any) -> Any:
+    if not isinstance(x, Series):
+        return x
+    parts = [p._replace(coefficients=[float(c) for c in p.coefficients]) for p in x.parts]
+    return Series(parts, ROUNDING)
+
+
+def float_point(p: CriticalPoint) -> CriticalPoint:
+    """A critical point that was computed with more digits than float64 has, in float64."""
+    return p._replace(
+        height=float(p.height), series=_float_series(p.series), onward=_float_series(p.onward)
+    )
+
+
+def in_float(one: OneSided) -> OneSided:
+    """An expansion that was computed with more digits than float64 has, in float64."""
+    rising, falling = (list(map(float_point, points)) for points in (one.rising, one.falling))
+    return one._replace(
+        rising_start=_float_series(one.rising_start),
+        falling_start=_float_series(one.falling_start),
+        outer=_float_series(one.outer),
+        rising=rising,
+        falling=falling,
+        beyond=one.beyond and tuple(float(x) for x in one.beyond),  # type: ignore[arg-type]
+        # Heights cancel each other in pairs of critical points.
+        rough=3e-16 * max([abs(p.height) for p in rising + falling], default=0.0),
     )
 
 
@@ -147,20 +184,3 @@ def mapped(found: Any, change: Callable[[FloatArray], Any]) -> Any:
 def first_of(found: Any) -> Any:
     """The same with the arrays' first entries: NumPy is quicker with plain numbers."""
     return mapped(found, lambda x: float(x.ravel()[0]))
-
-
-def added(a: Series, b: Series) -> Series:
-    """The sum, of terms that may cancel."""
-    keys = {(p.offset, p.logs): p.coefficients for p in a.parts}
-    for part in b.parts:
-        mine = keys.get((part.offset, part.logs), [])
-        width = max(len(mine), len(part.coefficients))
-        rows = [row + [0.0] * (width - len(row)) for row in (mine, part.coefficients)]
-        keys[part.offset, part.logs] = [x + y for x, y in zip(*rows, strict=True)]
-    rounding = np.maximum(a.rounding, b.rounding)
-    parts = [Part(*key, row) for key, values in keys.items() if (row := trimmed(values))]
-    size = a.size if a.size is not None else b.size
-    return Series(parts, rounding, size)
-
-
-__all__ = ["FloatArray", "Joint", "Local", "Part", "Series", "Sight", "Spot"]

@@ -3,18 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
+from symasym.asymptotics.weak_noise.compose import Found
 from symasym.base.estimate import ErrorKind
-
-
-class Found(NamedTuple):
-    """An expansion's value at one order and its estimated error, if that is to be trusted."""
-
-    value: Any
-    error: Any
-    order: int
-    sure: bool
 
 
 def chosen(

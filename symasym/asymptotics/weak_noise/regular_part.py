@@ -18,9 +18,13 @@ from typing import Any
 import numpy as np
 
 from symasym.asymptotics.weak_noise.regular_panels import panel_integrals
-from symasym.asymptotics.weak_noise.slow_manifold import laurent, least_square, primitive
+from symasym.asymptotics.weak_noise.slow_manifold import laurent, least_square, pole_primitive
 from symasym.base.contexts import mpf_of
+from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.taylor_field import ExactField
+from symasym.numbers.polynomial_roots import refined
+from symasym.numbers.polynomials import shifted
+from symasym.numbers.quadratic_factor import split_pair
 
 __all__ = ["layer_integrals"]
 
@@ -80,20 +84,16 @@ def _roots(exact: list[Any], context: Any) -> list[Any] | None:
 
 
 def _close_pair(c: list[Any], middle: float, context: Any) -> list[Any] | None:
-    """The two zeros beside that of the slope; float64 has only half of the digits of each."""
+    """The two zeros about `middle`; float64 has only half of the digits of each."""
     x = context.mpf(middle)
-    for _ in range(context.prec.bit_length() + 4):
-        about = _shifted(c, x)
-        step = about[1] / (2 * about[2])
-        x -= step
-        if abs(step) <= context.ldexp(1 + abs(x), -context.prec // 2 - 8):
-            about = _shifted(c, x)
-            square = -about[0] / about[2]
-            if abs(square) <= least_square(context):
-                return None
-            apart = context.sqrt(square)
-            return [x - apart, x + apart]
-    return None
+    try:
+        pair = split_pair(shifted(c, x), context)
+    except (AccuracyError, InputError):
+        return None
+    if abs(pair.square) <= least_square(context):
+        return None
+    apart = context.sqrt(pair.square)
+    return [x + pair.middle - apart, x + pair.middle + apart]
 
 
 def _by_fractions(c: list[Any], roots: list[Any], lo: Any, hi: Any, count: int) -> list[Any] | None:
@@ -104,43 +104,18 @@ def _by_fractions(c: list[Any], roots: list[Any], lo: Any, hi: Any, count: int) 
     for rough in roots:
         if context.im(rough) < 0:
             continue
-        root = _polished(c, rough, context)
+        root = refined(c, rough, context)
         if root is None:
             return None
-        taylor = _shifted(c, root)[: 2 * count]
+        taylor = shifted(c, root)[: 2 * count]
         taylor[0] = context.zero
         taylor += [context.zero] * (2 * count - len(taylor))
         twice = 1 if isinstance(root, context.mpf) else 2
-        near, far = lo - root, hi - root
+        ends = []
+        for t, sign in ((hi - root, 1), (lo - root, -1)):
+            log = (context.log(abs(t)) if twice == 1 else context.log(t)) if t else t
+            ends.append((t, log, sign))
         for k, series in enumerate(laurent(taylor, True, count)):
-            total = context.zero
-            for j in range(1, 2 * k + 2):
-                residue = series[2 * k + 1 - j]
-                total += residue * (primitive(far, j, context) - primitive(near, j, context))
-            found[k] += twice * context.re(total)
+            for t, log, sign in ends:
+                found[k] += twice * sign * context.re(pole_primitive(series, k, t, log))
     return found
-
-
-def _polished(c: list[Any], x: Any, context: Any) -> Any:
-    """The simple zero near `x` by Newton, real where that is."""
-    last = False
-    for _ in range(context.prec.bit_length() + 8):
-        value, slope = context.polyval(c[::-1], x, derivative=True)
-        if not slope:
-            return None
-        step = value / slope
-        x -= step
-        if last:
-            return x
-        # The step after the one that has half of the digits has all of them.
-        last = abs(step) <= context.ldexp(1 + abs(x), -context.prec // 2 - 8)
-    return None
-
-
-def _shifted(c: list[Any], centre: Any) -> list[Any]:
-    work = list(c)
-    degree = len(work) - 1
-    for lowest in range(degree):
-        for k in range(degree - 1, lowest - 1, -1):
-            work[k] = work[k] + work[k + 1] * centre
-    return work

@@ -1,7 +1,12 @@
-"""Series in 1/lam at many lam at once, in float64, each with what it leaves out.
+"""Series in 1/lam with their truncation error, over any arithmetic: float64 arrays, or digits.
+
+A series is a sum of parts lam^-offset log(lam)^logs (c_0 + c_1/lam + ...). Its value to order N has
+the terms up to c_N. Its truncation error is judged by the next two, (|c_{N+1}| + |c_{N+2}|/lam)
+lam^-(N+1) over 1 - q, where terms fall by a factor q, at most 3/4: an estimate, as such series
+diverge (R. B. Dingle, Asymptotic Expansions, 1973, ch. XXI).
 
 Every pass over an array costs about as much as any other, so that passes are what is saved:
-powers and exponentials of one array of lam are found once, the next two terms of a series by
+powers and exponentials of one array of lam are computed once, the next two terms of a series by
 one short Horner scheme, and a factor 1 or a term 0, which are plain numbers, cost nothing.
 """
 
@@ -10,19 +15,81 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise.critical_points import BEYOND
-from symasym.asymptotics.weak_noise.one_sided import Local, Numbers, Part, Series, Sight
 from symasym.base.inputs import FloatArray
+from symasym.numbers.arithmetic import FLOATS, Arithmetic
+
+#: Orders of every series that are computed beyond those that are added up; they tell the error.
+BEYOND = 2
+#: Of a coefficient, and of the sum that is made of it; what cancels in sums of series has it left.
+ROUNDING = 1e-15
+
+#: A number of each drift, or one of all.
+Numbers = Any
+
+
+class Part(NamedTuple):
+    """lam^-offset log(lam)^logs (c[0] + c[1]/lam + ...); coefficients that are missing are 0."""
+
+    offset: float
+    logs: int
+    coefficients: list[Numbers]
+
+
+class Series(NamedTuple):
+    """A sum of parts, each known to `rounding`: of its value, or where given of its `terms`."""
+
+    parts: list[Part]
+    rounding: Numbers = 0.0
+    # Coefficients as large as what cancels in those of the first part.
+    size: list[Numbers] | None = None
+
+
+class Local(Protocol):
+    """A function of lam that is no power series (`symasym.asymptotics.uniform.canonical_forms`)."""
+
+    def at(self, point: Any) -> tuple[Any, Any]:
+        """The value and its error."""
+
+
+def nonzero(x: Numbers) -> bool:
+    """Whether any entry is not 0."""
+    return bool(x.any()) if isinstance(x, np.ndarray) else bool(x)
+
+
+def terms(series: Series | Local | None) -> bool:
+    """Whether there is a series, and it has terms."""
+    return series is not None and not (isinstance(series, Series) and not series.parts)
+
+
+def trimmed(coefficients: list[Numbers]) -> list[Numbers]:
+    """The coefficients without zeros at the end."""
+    kept = list(coefficients)
+    while kept and not nonzero(kept[-1]):
+        kept.pop()
+    return kept
+
+
+def added(a: Series, b: Series) -> Series:
+    """The sum of two series, whose terms may cancel."""
+    keys = {(p.offset, p.logs): p.coefficients for p in a.parts}
+    for part in b.parts:
+        mine = keys.get((part.offset, part.logs), [])
+        width = max(len(mine), len(part.coefficients))
+        rows = [row + [0.0] * (width - len(row)) for row in (mine, part.coefficients)]
+        keys[part.offset, part.logs] = [x + y for x, y in zip(*rows, strict=True)]
+    rounding = higher(a.rounding, b.rounding)
+    parts = [Part(*key, row) for key, values in keys.items() if (row := trimmed(values))]
+    size = a.size if a.size is not None else b.size
+    return Series(parts, rounding, size)
+
 
 _MOST_FALL = 0.75
-# Beside the largest term, below which one vanishes.
-_ULP = 1e-15
 # Terms before the next two whose ratios count: one of these two may be small by chance.
-LOOK_BACK = 3
+_LOOK_BACK = 3
 # Beyond this a term is below 1e-16 of the rest if its coefficients are no larger; they may be by
 # so much, with lam^2 for what the powers of lam make up, and beside a zero of A by far more.
 _FAINT = 37.0
@@ -34,16 +101,19 @@ MOST_ROUGH = 0.1
 
 
 def plus(a: Any, b: Any) -> Any:
+    """a + b, at no cost where one of them is plainly 0."""
     if isinstance(b, float) and b == 0:
         return a
     return b if isinstance(a, float) and a == 0 else a + b
 
 
 def counts(weight: Any) -> bool:
+    """Whether a weight is not plainly 0."""
     return not (isinstance(weight, float) and weight == 0)
 
 
 def times(a: Any, b: Any) -> Any:
+    """a b, at no cost where one of them is plainly 0 or 1."""
     if isinstance(b, float):
         if b == 0 or b == 1:
             return a if b else 0.0
@@ -53,80 +123,82 @@ def times(a: Any, b: Any) -> Any:
 
 
 def absolute(a: Any) -> Any:
-    """Mostly, nothing is negative; then it is the same array."""
+    """|a|: mostly, nothing is negative; then it is the same array."""
     return a if isinstance(a, np.ndarray) and a.min() >= 0 else abs(a)
 
 
-def largest(heights: list[Numbers]) -> Numbers:
-    """The largest; 0 is always among them."""
-    top: Numbers = 0.0
-    for height in heights:
-        top = higher(top, height)
-    return top
-
-
 def higher(a: Numbers, b: Numbers) -> Numbers:
-    if isinstance(a, float) and isinstance(b, float):
-        return max(a, b)
-    return np.maximum(a, b)
+    """The larger of two numbers, or of each entry."""
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return np.maximum(a, b)
+    return max(a, b)
 
 
 def lower(a: Numbers, b: Numbers) -> Numbers:
-    if isinstance(a, float) and isinstance(b, float):
-        return min(a, b)
-    return np.minimum(a, b)
+    """The smaller of two numbers, or of each entry."""
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return np.minimum(a, b)
+    return min(a, b)
 
 
-class Value(NamedTuple):
-    """A sum at every lam and its error; of a series, which products are made of, also |value|.
+class Value:
+    """A value at every lam and its error, None where no errors are asked for."""
 
-    Where no errors are asked for both are None.
-    """
+    __slots__ = ("_size", "error", "value")
 
-    value: Any
-    size: Any
-    error: Any
+    def __init__(self, value: Any, error: Any) -> None:
+        self.value, self.error = value, error
+        self._size: Any = None
 
-    def __mul__(self, other: Value) -> Value:  # type: ignore[override]
+    @property
+    def size(self) -> Any:
+        """|value|."""
+        if self._size is None:
+            self._size = absolute(self.value)
+        return self._size
+
+    def __add__(self, other: Value) -> Value:
+        error = None if self.error is None else plus(self.error, other.error)
+        return Value(plus(self.value, other.value), error)
+
+    def __mul__(self, other: Value) -> Value:
         value = times(self.value, other.value)
         if self.error is None:
-            return Value(value, None, None)
-        cross = times(self.error, plus(other.size, other.error))
-        return Value(value, None, plus(cross, times(self.size, other.error)))
+            return Value(value, None)
+        cross: Any = 0.0
+        if counts(self.error):
+            cross = times(self.error, plus(other.size, other.error))
+        if counts(other.error):
+            cross = plus(cross, times(self.size, other.error))
+        return Value(value, cross)
 
 
 def _leading(part: Part) -> int:
     """The number of its first term."""
-    return next((n for n, c in enumerate(part.coefficients) if np.any(c)), 0)
+    return next((n for n, c in enumerate(part.coefficients) if nonzero(c)), 0)
 
 
 def _ratio(before: Any, after: Any) -> Any:
     """Of two sizes; infinite over 0."""
-    if isinstance(before, float) and isinstance(after, float):
+    if not (isinstance(before, np.ndarray) or isinstance(after, np.ndarray)):
         return after / before if before else (np.inf if after else 0.0)
     known = before > 0
     return np.where(known, after / np.where(known, before, 1.0), np.where(after > 0, np.inf, 0.0))
 
 
 class Sizes:
-    """How far apart the terms of all series of two sights are, apart from their exponentials.
+    """How far apart the terms of some series in float64 are, apart from their exponentials.
 
     A formal series of the start may have coefficients of 1e140 beside a zero of A, and no
     exponential is small then unless it is compared with them.
     """
 
-    def __init__(self, sights: tuple[Sight, Sight]) -> None:
+    def __init__(self, all_series: Iterable[Series]) -> None:
         # Logarithms: each term with its number, the largest of all drifts, and the least first one.
         self._terms: list[tuple[int, float]] = []
         self._first = np.inf
-        for one in sights:
-            spots = one.rising + one.falling
-            found = [one.rising_start, one.falling_start, one.outer]
-            found += [x for p in spots for x in (p.series, p.onward) if isinstance(x, Series)]
-            if one.beyond is not None:
-                found.append(Series([Part(1.0, 0, [1 / one.beyond[2]])]))
-            for part in (part for series in found for part in series.parts):
-                self._add(part)
+        for part in (part for series in all_series for part in series.parts):
+            self._add(part)
 
     def _add(self, part: Part) -> None:
         first = True
@@ -152,71 +224,102 @@ class Sizes:
 
 
 #: A height, at most 0, and how to find what goes with its exponential.
-Term = tuple[Numbers, Callable[[], Value]]
+Term = tuple[Numbers, Callable[["Point"], Value]]
 
 
 class Point:
-    """Powers and exponentials of one array of lam, and what has been found at it."""
+    """Powers and exponentials of lam, an array of it or one number, and the values found there.
 
-    def __init__(self, lam: FloatArray, order: int, errors: bool, sizes: Sizes) -> None:
-        self.lam, self.order, self.errors = lam, order, errors
+    Without `sizes` no exponential is left out for being small.
+    """
+
+    def __init__(
+        self,
+        lam: Any,
+        order: int,
+        errors: bool,
+        sizes: Sizes | None = None,
+        arithmetic: Arithmetic = FLOATS,
+    ) -> None:
+        self.lam, self.order, self.errors, self.arithmetic = lam, order, errors, arithmetic
         self.x = 1.0 / lam
-        self.least, self.most = float(lam.min()), float(lam.max())
-        larger = max(_LARGER, _FACTORS * sizes.spread(self.least, order))
-        powers = 2 * abs(float(np.log(self.most))) + 2 * abs(float(np.log(self.least)))
-        self.faint = -_FAINT - larger - powers
-        self._powers: dict[float, FloatArray] = {1.0: self.x}
-        self._decays: dict[float, Any] = {}
+        if isinstance(lam, np.ndarray):
+            self.least, self.most = float(lam.min()), float(lam.max())
+        else:
+            self.least = self.most = lam
+        self.faint = -np.inf
+        if sizes is not None:
+            larger = max(_LARGER, _FACTORS * sizes.spread(self.least, order))
+            powers = 2 * abs(float(np.log(self.most))) + 2 * abs(float(np.log(self.least)))
+            self.faint = -_FAINT - larger - powers
+        # Beside the largest term, below which one vanishes.
+        self._small = 4 * arithmetic.eps
+        self._powers: dict[float, Any] = {1.0: self.x}
+        self._decays: dict[Any, Any] = {}
         self._rough: dict[int, tuple[Any, Any]] = {}
-        self._known: dict[int, tuple[Series | Local, Value]] = {}
+        self._values: dict[int, tuple[Any, Value]] = {}
 
-    def power(self, offset: float) -> FloatArray:
+    def value_of(self, node: Any) -> Value:
+        """The value of an expression (`symasym.asymptotics.weak_noise.compose`), found once."""
+        known = self._values.get(id(node))
+        if known is None:
+            known = self._values[id(node)] = node, node.evaluated(self)
+        return known[1]
+
+    def power(self, offset: float) -> Any:
         """lam^-offset."""
-        found = self._powers.get(offset)
-        if found is None:
+        known = self._powers.get(offset)
+        if known is None:
             if offset <= 0.5:
-                found = np.sqrt(self.x) if offset else np.ones_like(self.x)
+                known = self.arithmetic.sqrt(self.x) if offset else self.x * 0.0 + 1.0
             else:
                 low = offset % 1 or float(int(offset) // 2)
-                found = self.power(low) * self.power(offset - low)
-            self._powers[offset] = found
-        return found
+                known = self.power(low) * self.power(offset - low)
+            self._powers[offset] = known
+        return known
 
     @cached_property
-    def logs(self) -> FloatArray:
-        found: FloatArray = np.log(self.lam)
-        return found
+    def logs(self) -> Any:
+        """log(lam)."""
+        return self.arithmetic.log(self.lam)
 
     def decay(self, gap: Numbers) -> Any:
         """e^{lam gap} for gap <= 0; plainly 1 where gap is 0, and 0 where nothing is left."""
-        if not isinstance(gap, float):
+        if isinstance(gap, np.ndarray):
             if gap.size > 1:
                 return self._decays_of(gap)
             gap = float(gap.flat[0])
-        found = self._decays.get(gap)
-        if found is None:
+        known = self._decays.get(gap)
+        if known is None:
             if gap == 0:
-                found = 1.0
+                known = 1.0
             elif not gap * self.least > self.faint:
-                found = 0.0
+                known = 0.0
             else:
-                found = self.lam * gap
-                np.exp(found, out=found)
-            self._decays[gap] = found
-        return found
+                known = self.exp(self.lam * gap)
+            self._decays[gap] = known
+        return known
+
+    def exp(self, x: Any) -> Any:
+        """e^x; an array `x` is overwritten."""
+        return np.exp(x, out=x) if isinstance(x, np.ndarray) else self.arithmetic.exp(x)
+
+    def log(self, x: Any) -> Any:
+        """log(x); an array `x` is overwritten."""
+        return np.log(x, out=x) if isinstance(x, np.ndarray) else self.arithmetic.log(x)
 
     def total(self, terms: Iterable[Term]) -> Value:
-        """What terms make together; those too small to count are not evaluated."""
+        """The sum of terms; those too small to count are not evaluated."""
         value: Any = 0.0
         error: Any = 0.0 if self.errors else None
         for height, find in terms:
             weight = self.decay(height)
             if counts(weight):
-                found = find()
-                value = plus(value, times(found.value, weight))
+                term = find(self)
+                value = plus(value, times(term.value, weight))
                 if self.errors:
-                    error = plus(error, times(found.error, weight))
-        return Value(value, None, error)
+                    error = plus(error, times(term.error, weight))
+        return Value(value, error)
 
     def _decays_of(self, gap: FloatArray) -> Any:
         if not gap.any():
@@ -231,50 +334,40 @@ class Point:
         # With the number itself, so that its id is not given to another.
         known = self._rough.get(id(rough))
         if known is None:
-            found = self.lam * rough
-            if not found.max() < MOST_ROUGH:
-                found = np.where(found < MOST_ROUGH, found, 0.0)
-            known = self._rough[id(rough)] = rough, found
+            moved = self.lam * rough
+            if not moved.max() < MOST_ROUGH:
+                moved = np.where(moved < MOST_ROUGH, moved, 0.0)
+            known = self._rough[id(rough)] = rough, moved
         return known[1]
 
     # -- series ------------------------------------------------------------------------------
 
     def series(self, series: Series | Local, rough: Numbers = 0.0) -> Value:
-        """The first order + 1 terms; the error is the following and rounding.
+        """The first order + 1 terms; the error is that of truncation and rounding.
 
-        `rough` is that of the height of the exponential that the series goes with.
+        `rough` is the rounding of the height of the exponential that the series goes with.
         """
-        known = self._known.get(id(series))
-        if known is None:
-            known = self._known[id(series)] = series, self._evaluated(series, rough)
-        return known[1]
-
-    def _evaluated(self, series: Series | Local, rough: Numbers) -> Value:
-        if isinstance(series, Series):
-            return self._series(series, rough)
-        value, error = series.at(self)
-        if not self.errors:
-            return Value(value, None, None)
-        size = absolute(value)
-        return Value(value, size, plus(error, times(size, self._rounding(rough))))
-
-    def _series(self, series: Series, rough: Numbers) -> Value:
-        value: Any = 0.0
+        if not isinstance(series, Series):
+            value, error = series.at(self)
+            found = Value(value, error)
+            if self.errors:
+                found.error = plus(error, times(found.size, self._rounding(rough)))
+            return found
+        value = 0.0
         for part in series.parts:
             front = self._front(part, self._horner(part.coefficients[: self.order + 1]))
             value = plus(value, front)
-        if not self.errors:
-            return Value(value, None, None)
-        size = absolute(value)
-        weight = self._rounding(rough)
-        if series.size is None:
-            weight = plus(weight, series.rounding)
-        error = plus(self._left_out(series.parts), times(size, weight))
-        if series.size is not None:
-            part = series.parts[0] if series.parts else Part(1.0, 0, [])
-            cancels = self._front(part, self._horner(series.size[: self.order + 1]))
-            error = plus(error, times(cancels, series.rounding))
-        return Value(value, size, error)
+        found = Value(value, None)
+        if self.errors:
+            weight = self._rounding(rough)
+            if series.size is None:
+                weight = plus(weight, series.rounding)
+            found.error = plus(self._truncation(series.parts), times(found.size, weight))
+            if series.size is not None:
+                part = series.parts[0] if series.parts else Part(1.0, 0, [])
+                cancels = self._front(part, self._horner(series.size[: self.order + 1]))
+                found.error = plus(found.error, times(cancels, series.rounding))
+        return found
 
     def _front(self, part: Part, value: Any) -> Any:
         if isinstance(value, float) and value == 0:
@@ -294,29 +387,29 @@ class Point:
             total += coefficients[0]
         return total
 
-    def _left_out(self, parts: list[Part]) -> Any:
+    def _truncation(self, parts: list[Part]) -> Any:
         """The next two terms over 1 - q where terms fall by a factor q, at most 3/4."""
         if len(parts) == 1 and not parts[0].logs:
-            return self._tail(parts[0])
+            return self._truncation_of_one(parts[0])
         first = min((_leading(part) for part in parts), default=0)
         last = []
-        for n in range(max(first, self.order + 1 - LOOK_BACK), self.order + 1 + BEYOND):
+        for n in range(max(first, self.order + 1 - _LOOK_BACK), self.order + 1 + BEYOND):
             term: Any = 0.0
             for part in parts:
                 term = term + self._term(part, n)
             last.append(abs(term))
-        left_out = sum(last[-BEYOND:])
+        error = sum(last[-BEYOND:])
         longest = max((len(part.coefficients) for part in parts), default=0)
         for n in range(self.order + 1 + BEYOND, longest):
-            if np.any(left_out > _ULP * last[0]):
+            if np.any(error > self._small * last[0]):
                 break
-            left_out = left_out + abs(sum(self._term(part, n) for part in parts))
-        if not np.any(left_out):
+            error = error + abs(sum(self._term(part, n) for part in parts))
+        if not nonzero(error):
             return 0.0
         ratio: Any = 0.0
         for before, after in pairwise(last):
             ratio = higher(ratio, _ratio(before, after))
-        return left_out / (1 - np.minimum(ratio, _MOST_FALL))
+        return error / (1 - lower(ratio, _MOST_FALL))
 
     def _term(self, part: Part, n: int) -> Any:
         if n >= len(part.coefficients):
@@ -329,19 +422,21 @@ class Point:
         later = part.coefficients[first + BEYOND :]
         if not later:
             return near, far
-        x, lead = 1 / self.least, abs(part.coefficients[_leading(part)])
+        # Infinite where Python's own floats raise.
+        x = 1 / (np.float64(self.least) if isinstance(self.least, float) else self.least)
+        lead = abs(part.coefficients[_leading(part)])
         for n, c in enumerate(later, start=1):
-            if np.any(near + far * x > _ULP * lead * x ** (_leading(part) - first)):
+            if np.any(near + far * x > self._small * lead * x ** (_leading(part) - first)):
                 break
             far = far + abs(c) * x**n
         return near, far
 
-    def _tail(self, part: Part) -> Any:
+    def _truncation_of_one(self, part: Part) -> Any:
         """The same for one part: its terms are numbers times powers, q one times 1/lam."""
         first = self.order + 1
         if len(part.coefficients) <= first:
             return 0.0
-        low = max(min(_leading(part), first), first - LOOK_BACK)
+        low = max(min(_leading(part), first), first - _LOOK_BACK)
         sizes = [abs(c) for c in part.coefficients[low : first + BEYOND]]
         sizes += [0.0] * (first + BEYOND - low - len(sizes))
         near, far = sizes[-BEYOND:]
@@ -349,7 +444,7 @@ class Point:
         for before, after in pairwise(sizes):
             q = higher(q, _ratio(before, after))
         near, far = self._first_of_later(part, near, far)
-        least, most = (q, q) if isinstance(q, float) else (float(q.min()), float(q.max()))
+        least, most = (float(q.min()), float(q.max())) if isinstance(q, np.ndarray) else (q, q)
         total = self.x * far
         total += near
         if least >= _MOST_FALL * self.most:
@@ -358,7 +453,7 @@ class Point:
             rest = self.x * -q
             rest += 1
             if most > _MOST_FALL * self.least:
-                np.maximum(rest, 1 - _MOST_FALL, out=rest)
+                rest = higher(rest, 1 - _MOST_FALL)
             total /= rest
         total *= self.power(part.offset + first)
         return total

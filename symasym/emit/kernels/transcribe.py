@@ -14,7 +14,7 @@ import ast
 from collections.abc import Mapping
 
 from symasym.emit.kernels.transcribe_expressions import SIGNS, Expressions, Names
-from symasym.emit.targets.writing import comment, heading, wrapped
+from symasym.emit.writing import comment, heading, wrapped
 
 __all__ = ["transcribed"]
 
@@ -222,7 +222,7 @@ class _Writer(Expressions):
         return wrapped(first, self._value(value), indent, end=";", deeper=self.deeper)
 
     def _value(self, e: ast.expr, double: bool = False) -> str:
-        """What is assigned: a condition as a whole number."""
+        """The value that is assigned, a condition as a whole number."""
         text = self.code(e, double)
         return (
             f"Number({text})" if isinstance(e, (ast.Compare, ast.BoolOp)) and not self.c else text
@@ -283,13 +283,13 @@ def _direct(s: ast.stmt) -> list[list[ast.stmt]]:
 
 
 def _in_head(s: ast.stmt, name: str) -> bool:
-    """Whether a compound statement has the name in its condition or range."""
+    """True where a compound statement has the name in its condition or range."""
     head = [getattr(s, part) for part in ("test", "iter") if hasattr(s, part)]
     return any(isinstance(n, ast.Name) and n.id == name for e in head for n in ast.walk(e))
 
 
 def _sets(s: ast.stmt, name: str) -> bool:
-    """Whether the statement is itself an assignment to the name."""
+    """True for an assignment to the name itself."""
     if isinstance(s, ast.AnnAssign):
         return isinstance(s.target, ast.Name) and s.target.id == name
     if not isinstance(s, ast.Assign):
@@ -308,7 +308,7 @@ def _often(tree: ast.FunctionDef) -> set[str]:
 
 
 def _whole_at_first(writer: _Writer, name: str) -> bool:
-    """Whether a name's first value is a whole number."""
+    """True where a name's first value is a whole number."""
     for s in (n for n in ast.walk(writer.tree) if isinstance(n, ast.stmt) and _sets(n, name)):
         if isinstance(s, ast.AnnAssign):
             return True

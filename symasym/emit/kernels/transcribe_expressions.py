@@ -9,7 +9,7 @@ from symasym.emit.kernels.kernel import named
 
 
 class Names:
-    """What the functions and their types are called in one language."""
+    """The names of the functions in one language, and the lists each of them changes."""
 
     def __init__(self, trees: dict[str, ast.FunctionDef], target: str) -> None:
         self.trees, self.target = trees, target
@@ -76,7 +76,7 @@ class Expressions:
         self.kind: dict[str, str] = {}
 
     def whole(self, e: ast.expr) -> bool:
-        """Whether a value is a whole number."""
+        """True for a value that is a whole number."""
         if isinstance(e, ast.Constant):
             return isinstance(e.value, int)
         if isinstance(e, ast.Name):

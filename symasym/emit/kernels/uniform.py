@@ -1,8 +1,10 @@
 """The uniform formula of order 0 for one polynomial drift, written to be emitted.
 
-The closed forms of `symasym.asymptotics.uniform.canonical_forms`, for one start
-at 0. Nothing of this is called here: `symasym.emit.uniform_time` writes the functions of this
-module, of `uniform_pairs`, `uniform_zeros` and `airy_kernel` into a file, as they are or, through
+The canonical Airy form of two coalescing zeros of the drift (Chester, Friedman, Ursell), the
+truncated Gaussian of a barrier before an end (Bleistein) and the leading terms of Laplace's method
+elsewhere, for one start at 0: the closed forms of `symasym.asymptotics.uniform`. Nothing of this is
+called here: `symasym.emit.uniform_time` writes the functions of this module, of `uniform_pairs`,
+`uniform_roots`, `elementary` and `airy` into a file, as they are or, through
 `symasym.emit.kernels.transcribe`, in another language. So they hold floats, whole numbers and
 lists of fixed length only, and what stands under `_PAIRS` (the drift may have a pair of zeros) or
 `_MANY` (two pairs of complex ones) is left out where a drift does not need it.

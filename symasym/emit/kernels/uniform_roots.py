@@ -162,7 +162,7 @@ def _rough(
     c: list[float], n: int, lines: list[float], real: int, owner: list[int], rows: list[float],
     count: int, x: list[float], y: list[float], above: int,
 ) -> float:  # fmt: skip
-    """What rounding does to the zeros that are in no pair, in units of their distances."""
+    """The rounding error of the zeros that are in no pair, in units of their distances."""
     worst = 0.0
     for k in range(real + above):
         re, im = lines[k] if k < real else 0.0, 0.0
@@ -195,7 +195,7 @@ def _rough(
 
 
 def _clear(c: list[float], n: int, u: float) -> int:
-    """Whether the drift there is not near a zero."""
+    """1 where the drift is not beside a zero, else 0."""
     size = 0.0
     for k in range(n - 1, -1, -1):
         size = size * abs(u) + abs(c[k])

@@ -1,4 +1,4 @@
-"""What the targets with functions write alike, each in its own syntax.
+"""The parts of a file that all targets with functions have, each in its own syntax.
 
 A `Language` is that syntax: how a constant is given, a case asked for, a value returned, and how a
 function of u is handed to a helper of the file. From it `block` writes a case, `integral` and
@@ -18,7 +18,7 @@ from symasym.emit.kernels import airy, elementary, guarded, tables
 from symasym.emit.kernels.kernel import kernel_of, named
 from symasym.emit.kernels.transcribe import FUNCTION_IN_C, transcribed
 from symasym.emit.program import Body, Passage, Quadrature, Ready
-from symasym.emit.targets.writing import Written, text, wrapped
+from symasym.emit.writing import Written, text, wrapped
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class Language:
         return [*lines, *([f"{self.deeper}}}"] if body.conditions and curly else [])]
 
     def marks(self, q: Quadrature | Passage) -> list[str]:
-        """Where the drift is zero in the layer: `marks`, and how many."""
+        """Lines that give the zeros of the drift in the layer as `marks`, and their `count`."""
         if not q.coefficients:
             count = str(len(q.points))
             return [
@@ -123,7 +123,7 @@ class Language:
         ]
 
     def passed(self, function: Ready, e: Any) -> str:
-        """What hands a helper the function of u that `e` is; C has it beside the function."""
+        """The argument that hands a helper `e` as a function of u; C has that apart."""
         own = f"{self.function}{self.text(e)}" if self.function else f"{function.name}_at_, p"
         return f"{self.first}{own}"
 

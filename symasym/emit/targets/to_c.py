@@ -13,7 +13,7 @@ from symasym.emit.forms import by_name
 from symasym.emit.kernels.exact_c import in_c
 from symasym.emit.program import Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
-from symasym.emit.targets.writing import (
+from symasym.emit.writing import (
     comment,
     heading,
     helpers,

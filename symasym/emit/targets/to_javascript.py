@@ -6,7 +6,7 @@ from symasym.emit import uniform_time
 from symasym.emit.kernels.exact_javascript import in_javascript
 from symasym.emit.program import Passage, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
-from symasym.emit.targets.writing import comment, heading, helpers, signature_doc, told, wrapped
+from symasym.emit.writing import comment, heading, helpers, signature_doc, told, wrapped
 
 JAVASCRIPT = Language(
     "javascript", "  ", ";", "const ", "const ", "const ", several="[]", function="(u) => "

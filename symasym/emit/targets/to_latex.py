@@ -9,7 +9,7 @@ import sympy
 
 from symasym.emit.forms import as_printed
 from symasym.emit.program import Function, Program, Ready, header
-from symasym.emit.targets.writing import comment
+from symasym.emit.writing import comment
 
 NAMES = {
     "slope_well": "A'(u_1)",

@@ -7,7 +7,7 @@ from dataclasses import replace
 from symasym.emit.kernels.exact_mpmath import ERROR, TIME
 from symasym.emit.program import Passage, Program, Ready, header
 from symasym.emit.targets.language import Language, helpers_of
-from symasym.emit.targets.writing import (
+from symasym.emit.writing import (
     comment,
     heading,
     helpers,

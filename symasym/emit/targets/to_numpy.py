@@ -7,7 +7,7 @@ from symasym.emit.kernels.exact_python import in_numpy
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.targets.to_python import floats, passage
-from symasym.emit.targets.writing import (
+from symasym.emit.writing import (
     Written,
     comment,
     heading,

@@ -6,7 +6,7 @@ from symasym.emit import uniform_time
 from symasym.emit.kernels.exact_python import in_python
 from symasym.emit.program import Passage, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
-from symasym.emit.targets.writing import (
+from symasym.emit.writing import (
     comment,
     heading,
     helpers,

@@ -10,6 +10,7 @@ from typing import Any
 import symasym as sa
 from symasym.base.contexts import own_context
 from symasym.exact import ball_sweep
+from symasym.numbers import balls
 from symasym.workshop.problems import Problem
 from symasym.workshop.report.methods import Outcome, Run, attempt
 from symasym.workshop.report.timing import calls
@@ -61,7 +62,7 @@ def known(problem: Problem) -> Known:
         try:
             kappa, r, start = (Fraction(x) for x in (problem.kappa, problem.r, problem.start))
             enclosure = ball_sweep.escape_time(problem.make(), kappa, r, start, dps, log=True)
-            value, radius = ball_sweep.to_mpf(enclosure, dps + 10)
+            value, radius = balls.to_mpf(enclosure, dps + 10)
             return Known(value, radius, True)
         except (sa.AccuracyError, ImportError):
             pass

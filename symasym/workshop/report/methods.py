@@ -140,7 +140,7 @@ def others(problem: Problem, quick: bool) -> Iterator[Run]:
 
     def arb_run(dps: int) -> Run:
         def call() -> Outcome:
-            from symasym.exact.ball_sweep import to_mpf
+            from symasym.numbers.balls import to_mpf
 
             ball = peers.arb_escape_time(c, kappa, radius, dps, tuned=True, log=True)
             return Outcome(*to_mpf(ball, dps), "bound")

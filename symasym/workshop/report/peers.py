@@ -294,8 +294,8 @@ def weak_noise_log_time(z0: str, r: float, order: int) -> Callable[[Any], Any]:
         (kink,) = (p for p in side.rising if p.kind == "kink")
         climb, fall = float(well.height + barrier.height), float(barrier.height - kink.height)
         low, high, edge, outer = (
-            [float(sum(c for c, _, _ in group)) for group in groups[: order + 1]]
-            for groups in (well.groups, barrier.groups, kink.groups, side.outer)
+            [float(c) for c in series.parts[0].coefficients[: order + 1]]
+            for series in (well.series, barrier.series, kink.series, side.outer)
         )
         assert side.beyond is not None
         u, _, slope = side.beyond

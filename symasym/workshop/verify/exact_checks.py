@@ -13,6 +13,7 @@ import symasym as sa
 from symasym.exact import ball_sweep
 from symasym.exact import digits as arbitrary
 from symasym.methods.exact import TOLERANCE
+from symasym.numbers import balls
 from symasym.workshop import reference_quadrature
 from symasym.workshop.comparing import distance, logarithm, relative
 from symasym.workshop.problems import Problem
@@ -43,7 +44,7 @@ def quadrature(problem: Problem, full: bool) -> Iterator[Finding]:
                 continue
             found = asked_of(engine, problem, quantity)(dps + 5)
             if name == "ball":
-                found = ball_sweep.to_mpf(found, dps + 10)[0]
+                found = balls.to_mpf(found, dps + 10)[0]
             yield compared(
                 label(quantity), name, "quadrature", relative(found, wanted), allowed, where
             )

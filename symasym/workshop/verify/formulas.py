@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from functools import partial
 from typing import Any
 
 import symasym as sa
 from symasym.base.contexts import own_context
 from symasym.generated import mpmath_formulas as of
 from symasym.generated import numpy_formulas
-from symasym.numbers.trees import MpmathOps
 from symasym.workshop import reference_quadrature
 from symasym.workshop.comparing import relative
+from symasym.workshop.verify.field import Field
 from symasym.workshop.verify.findings import Finding, compared
 from symasym.workshop.verify.orders import shortfall
 
@@ -33,8 +32,7 @@ def _both(
 ) -> Iterator[Finding]:
     """An emitted function, with mpmath and with NumPy, against a number."""
     with own_context(_DPS + 12) as mp:
-        ops = MpmathOps(mp)
-        given = {k: ops.rational(v) for k, v in arguments.items()}
+        given = {k: mp.convert(v) for k, v in arguments.items()}
         found = getattr(of, name)(mp, **given)
         float_found = getattr(numpy_formulas, name)(**{k: float(v) for k, v in arguments.items()})
         if part >= 0:
@@ -53,7 +51,7 @@ def _outer() -> Iterator[Finding]:
     drift, kappa, r = sa.friction(*_DRIFT), _K(1, 2), _K(3)
     piece = reference_quadrature.double_integral(drift, kappa, _K(1), _K(1), r, _DPS + 2)
     with own_context(_DPS + 12) as mp:
-        wanted = mp.make_mpf(piece._mpf_) * MpmathOps(mp).rational(2 / kappa**2)
+        wanted = mp.convert(piece) * mp.convert(2 / kappa**2)
         arguments = {"kappa": kappa, "r": r, "a_plus": Fraction(drift.ends[1])}
         yield from _both("eq:fourthTerm", "outer_piece", arguments, wanted, "kappa = 1/2, r = 3")
 
@@ -63,12 +61,9 @@ def _layer() -> Iterator[Finding]:
     layer = reference_quadrature.integral(drift, kappa, _K(-1), _K(1), -1, _DPS + 5)
     wanted = reference_quadrature.occupation(drift, kappa, _DPS + 2)
     with own_context(_DPS + 12) as mp:
-        ops = MpmathOps(mp)
-        top = -mp.quad(lambda u: drift.evaluate(u, ops), [-1, 0, 1])
-        ends = [ops.rational(Fraction(x)) for x in drift.ends]
-        found = of.occupation_from_layer(
-            mp, ops.rational(kappa), ends[0], ends[1], mp.make_mpf(layer._mpf_), top
-        )
+        field = Field(drift, mp)
+        ends, top = field.ends, field.rise(-1, 0, 1)
+        found = of.occupation_from_layer(mp, mp.convert(kappa), *ends, mp.convert(layer), top)
         gap = relative(found, wanted)
         name = "occupation_from_layer, digits"
         yield compared("eq:P2", name, "quadrature", gap, _ALLOWED, "tanh, kappa = 2/3")
@@ -84,13 +79,9 @@ def _potentials() -> Iterator[Finding]:
     drift = sa.friction(*_DRIFT)
     mu, alpha, z0 = (Fraction(x) for x in _DRIFT)
     with own_context(_DPS + 12) as mp:
-        ops = MpmathOps(mp)
-
-        def phi(u: Any) -> Any:
-            return drift.evaluate(min(max(u, -mp.one), mp.one), ops)
-
+        phi = Field(drift, mp).phi
         for u, side in ((_K(-5, 2), "left"), (_K(3, 10), "inside"), (_K(7, 3), "right")):
-            edges = [-1, *([1] if u > 1 else []), ops.rational(u)]
+            edges = [-1, *([1] if u > 1 else []), mp.convert(u)]
             wanted = -mp.quad(phi, edges)
             arguments = {"u": u, "alpha": alpha, "z0": z0}
             if side == "inside":
@@ -99,21 +90,15 @@ def _potentials() -> Iterator[Finding]:
             yield from _both("eq:Vfric", f"friction_potential_{side}", arguments, wanted, where)
             if side != "inside":
                 ends = [Fraction(x) for x in drift.ends]
-                edge = (
-                    {"u": u, "a_minus": ends[0]}
-                    if side == "left"
-                    else {
-                        "u": u,
-                        "a_plus": ends[1],
-                        "V1": 2 * z0 - 2,
-                    }
-                )
-                yield from _both("eq:V2", f"potential_{side}", edge, wanted, where)
+                edge = {"a_plus": ends[1], "V1": 2 * z0 - 2}
+                if side == "left":
+                    edge = {"a_minus": ends[0]}
+                yield from _both("eq:V2", f"potential_{side}", {"u": u, **edge}, wanted, where)
         for u, side in ((_K(-1), "left"), (_K(1, 3), "inside"), (_K(1), "right")):
             arguments = {"alpha": alpha, "z0": z0}
             if side == "inside":
                 arguments |= {"u": u, "mu": mu}
-            wanted = phi(ops.rational(u))
+            wanted = phi(u)
             yield from _both("eq:phifric0", f"friction_{side}", arguments, wanted, f"u = {u}")
 
 
@@ -146,14 +131,14 @@ def _slopes() -> Iterator[Finding]:
     """fr1: the slope of A; eq:Tsmall: where the well's term is as large as the flight."""
     drift = sa.friction(*_DRIFT)
     with own_context(_DPS + 30) as mp:
-        ops = MpmathOps(mp)
+        field = Field(drift, mp)
         for u in (_K(-1, 3), _K(9, 10)):
-            wanted = mp.diff(partial(_drift_at, drift, ops), ops.rational(u))
+            wanted = field.slope(mp.convert(u))
             arguments = {"u": u, "mu": _K(3), "alpha": _K(1)}
             yield from _both("fr1", "friction_slope", arguments, wanted, f"u = {u}")
-        points, r = _landscape(drift, mp), mp.mpf(1000)
-        flight = r / ops.rational(Fraction(drift.ends[1]))
-        kappa = of.well_edge(mp, r, ops.rational(Fraction(drift.ends[1])), **points)
+        points, r = _landscape(field), mp.mpf(1000)
+        flight = r / field.ends[1]
+        kappa = of.well_edge(mp, r, field.ends[1], **points)
         gap = relative(of.well_term(mp, kappa, **points), flight)
         yield compared("eq:Tsmall", "well_edge", "both terms equal", gap, _ALLOWED, "r = 1000")
 
@@ -168,8 +153,8 @@ def _without_C() -> Iterator[Finding]:
         for low in (_K(0), -r)
     )
     with own_context(_DPS + 12) as mp:
-        T, C, J0, J1 = (mp.make_mpf(x._mpf_) for x in (time, share, right, left))
-        lam = MpmathOps(mp).rational(2 / kappa**2)
+        T, C, J0, J1 = (mp.convert(x) for x in (time, share, right, left))
+        lam = mp.convert(2 / kappa**2)
         gap = relative(lam * J0 - T, C * lam * (J0 + J1))
         where = "kappa = 2, r = 2"
         yield compared("eq:TtildeCzero", "quadrature", "what is left out", gap, 1e-15, where)
@@ -195,17 +180,14 @@ def leading(name: str, full: bool) -> Iterator[Finding]:
     yield from _LEADING[name]()
 
 
-def _landscape(drift: sa.Drift, mp: Any) -> dict[str, Any]:
-    ops = MpmathOps(mp)
-    well, barrier = (mp.convert(points[0].u) for points in (drift.wells(), drift.barriers()))
-    roots = [mp.findroot(lambda u: drift.evaluate(u, ops), u) for u in (well, barrier)]
-    slopes = [mp.diff(lambda u: drift.evaluate(u, ops), u) for u in roots]
-    rise = -mp.quad(lambda u: drift.evaluate(u, ops), roots)
-    return {"slope_well": slopes[0], "slope_barrier": slopes[1], "barrier": rise}
-
-
-def _drift_at(drift: sa.Drift, ops: Any, u: Any) -> Any:
-    return drift.evaluate(u, ops)
+def _landscape(field: Field) -> dict[str, Any]:
+    roots = [field.zero(points[0].u) for points in (field.drift.wells(), field.drift.barriers())]
+    slopes = [field.slope(u) for u in roots]
+    return {
+        "slope_well": slopes[0],
+        "slope_barrier": slopes[1],
+        "barrier": field.rise(*roots),
+    }
 
 
 def _well() -> Iterator[Finding]:
@@ -216,19 +198,16 @@ def _well() -> Iterator[Finding]:
         noise = Fraction(kappa)
         piece = reference_quadrature.double_integral(drift, noise, _K(-1), _K(0), _K(1), _FEW)
         with own_context(40) as mp:
-            ops = MpmathOps(mp)
-            wanted = mp.make_mpf(piece._mpf_) * ops.rational(2 / noise**2)
-            points = _landscape(drift, mp)
-            found = of.well_term(mp, ops.rational(noise), **points)
+            field = Field(drift, mp)
+            wanted = mp.convert(piece) * mp.convert(2 / noise**2)
+            found = of.well_term(mp, mp.convert(noise), **_landscape(field))
             errors["well_term"].append(relative(found, wanted))
             correction = mp.one
             for kind, sign in (("wells", 1), ("barriers", -1)):
                 u = mp.convert(getattr(drift, kind)()[0].u)
                 # Derivatives of V = -integral of A; for a barrier of -V.
-                derivatives = [
-                    -sign * mp.diff(partial(_drift_at, drift, ops), u, n) for n in (1, 2, 3)
-                ]
-                correction += of.saddle_correction(mp, ops.rational(noise), *derivatives)
+                derivatives = [-sign * field.slope(u, n) for n in (1, 2, 3)]
+                correction += of.saddle_correction(mp, mp.convert(noise), *derivatives)
             errors["with saddle_correction"].append(relative(found * correction, wanted))
     for name, pair in errors.items():
         stated = 2 if name == "well_term" else 4
@@ -244,20 +223,15 @@ def _large() -> Iterator[Finding]:
         noise = Fraction(kappa)
         exact = sa.escape_time(drift, noise, r, dps=50)
         with own_context(60) as mp:
-            ops = MpmathOps(mp)
-            T = mp.make_mpf(exact._mpf_)
-            a_minus, a_plus = (ops.rational(Fraction(x)) for x in drift.ends)
-            first = of.strong_noise_time(mp, ops.rational(r), a_plus)
+            T, a_minus, a_plus = mp.convert(exact), *Field(drift, mp).ends
             # V(1) of this drift: 2 (z0 - 1)
-            top = ops.rational(2 * (Fraction(_DRIFT[2]) - 1))
-            both = of.strong_noise_time_next(
-                mp, ops.rational(noise), ops.rational(r), a_minus, a_plus, top
-            )
+            radius, top = mp.convert(r), mp.convert(2 * (Fraction(_DRIFT[2]) - 1))
+            first = of.strong_noise_time(mp, radius, a_plus)
+            both = of.strong_noise_time_next(mp, mp.convert(noise), radius, a_minus, a_plus, top)
             errors["strong_noise_time"].append(abs(T - first))
             errors["strong_noise_time_next"].append(abs(T - both))
     for name, stated in (("strong_noise_time", -2), ("strong_noise_time_next", 2)):
-        found = shortfall("eq:Ttildelarge", name, "r = 1e9", errors[name], stated, kappas)
-        yield found
+        yield shortfall("eq:Ttildelarge", name, "r = 1e9", errors[name], stated, kappas)
 
 
 def _outside() -> Iterator[Finding]:
@@ -267,16 +241,11 @@ def _outside() -> Iterator[Finding]:
     for kappa in _WEAK:
         exact = sa.occupation(drift, kappa, complement=True, dps=40)
         with own_context(50) as mp:
-            ops = MpmathOps(mp)
-
-            def A(u: Any, ops: Any = ops) -> Any:
-                return drift.evaluate(u, ops)
-
-            well = mp.findroot(A, mp.convert(drift.wells()[0].u))
-            low, top = -mp.quad(A, [-1, well]), -mp.quad(A, [-1, well, 1])
-            ends = [ops.rational(Fraction(x)) for x in drift.ends]
-            noise = ops.rational(Fraction(kappa))
-            found = of.weak_noise_outside(mp, noise, ends[0], ends[1], top, low, -mp.diff(A, well))
+            field = Field(drift, mp)
+            well = field.zero(drift.wells()[0].u)
+            low, top = field.rise(-1, well), field.rise(-1, well, 1)
+            noise, bend = mp.convert(Fraction(kappa)), -field.slope(well)
+            found = of.weak_noise_outside(mp, noise, *field.ends, top, low, bend)
             errors.append(relative(found, exact))
     yield shortfall("eq:Psmall2", "weak_noise_outside", "tanh(1, -2, 3)", errors, 2, _WEAK)
 
@@ -289,19 +258,13 @@ def _behind() -> Iterator[Finding]:
         noise = Fraction(kappa)
         piece = reference_quadrature.double_integral(drift, noise, _K(-1), _K(0), _K(1), _FEW)
         with own_context(40) as mp:
-            ops = MpmathOps(mp)
-
-            def A(u: Any, ops: Any = ops) -> Any:
-                return drift.evaluate(u, ops)
-
-            well = mp.mpf(-4) / 5
+            field, well = Field(drift, mp), mp.mpf(-4) / 5
             # What does not come from the well is the flight, of order one.
-            low, start = -mp.quad(A, [-1, well]), -mp.quad(A, [-1, 0])
-            found = of.behind_barrier_term(
-                mp, ops.rational(noise), A(mp.zero), mp.diff(A, well), start, low
-            )
-            wanted = mp.make_mpf(piece._mpf_) * ops.rational(2 / noise**2)
-            flight = mp.quad(lambda u: 1 / A(u), [0, 1])
+            low, start = field.rise(-1, well), field.rise(-1, 0)
+            here, slope = field.A(mp.zero), field.slope(well)
+            found = of.behind_barrier_term(mp, mp.convert(noise), here, slope, start, low)
+            wanted = mp.convert(piece) * mp.convert(2 / noise**2)
+            flight = mp.quad(lambda u, A=field.A: 1 / A(u), [0, 1])
             errors.append(abs(wanted - found - flight) / max(found, flight))
     yield shortfall("eq:S", "behind_barrier_term", "from 0", errors, 2, _WEAK)
 
@@ -312,19 +275,15 @@ def _bounds() -> Iterator[Finding]:
         drift, where = sa.friction(3, 1, z0), f"z0 = {z0}, kappa = {kappa}"
         exact = reference_quadrature.exit_probability(drift, Fraction(kappa), _K(10), _K(0), 12)
         with own_context(30) as mp:
-            ops = MpmathOps(mp)
-            ends = [ops.rational(Fraction(x)) for x in drift.ends]
-            noise = ops.rational(Fraction(kappa))
-            bound = of.exit_bound(mp, noise, mp.mpf(10), ends[0], ends[1])
-            value = mp.make_mpf(exact._mpf_)
+            noise, value = mp.convert(Fraction(kappa)), mp.convert(exact)
+            bound = of.exit_bound(mp, noise, mp.mpf(10), *Field(drift, mp).ends)
             yield compared("C-bound", "exit_bound", "upper bound", value, bound, where)
     for kappa in ("1/2", "1", "4"):
         exact = reference_quadrature.occupation(sa.linear(1, -1), Fraction(kappa), 12)
         with own_context(30) as mp:
             # V = (u^2 - 1)/2 <= 0 = V(1) on the whole layer, so that L = 2.
-            noise = MpmathOps(mp).rational(Fraction(kappa))
+            noise, value = mp.convert(Fraction(kappa)), mp.convert(exact)
             bound = of.occupation_bound(mp, noise, mp.one, -mp.one, mp.mpf(2), mp.zero)
-            value = mp.make_mpf(exact._mpf_)
             where = f"linear(1, -1), kappa = {kappa}"
             yield compared("L-bound", "occupation_bound", "lower bound", bound, value, where)
 

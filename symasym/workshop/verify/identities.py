@@ -8,9 +8,9 @@ from typing import Any
 
 import symasym as sa
 from symasym.base.contexts import own_context
-from symasym.numbers.trees import MpmathOps
 from symasym.workshop.comparing import relative
 from symasym.workshop.problems import Problem
+from symasym.workshop.verify.field import Field
 from symasym.workshop.verify.findings import Finding, compared, label
 
 _DPS = 30
@@ -30,7 +30,7 @@ def sums(problem: Problem, full: bool) -> Iterator[Finding]:
         where = f"{problem.name}, {one} + ({other})"
         pair = [asked[name](dps=_DPS) for name in (one, other)]
         with own_context(_DPS + 20) as mp:
-            total = sum((mp.make_mpf(x._mpf_) for x in pair), mp.zero)
+            total = sum((mp.convert(x) for x in pair), mp.zero)
             gap = abs(total - 1)
             yield compared(label(one), "digits", "sum is 1", gap, mp.mpf(10) ** -_DPS, where)
             # e^log of what may be below float64's range, in a context that has no such end.
@@ -58,7 +58,7 @@ def symmetries(problem: Problem, full: bool) -> Iterator[Finding]:
             where = f"{problem.name}, {quantity}"
             times = factor if quantity == "T" else 1
             with own_context(_DPS + 20) as mp:
-                here, there = (mp.make_mpf(ask(dps=_DPS)._mpf_) for ask in (own, changed))
+                here, there = (mp.convert(ask(dps=_DPS)) for ask in (own, changed))
                 gap = relative(there * times, here)
                 yield compared(label(quantity), "digits", name, gap, 2.1 * 10.0**-_DPS, where)
                 logs = [mp.mpf(ask(log=True)) for ask in (own, changed)]
@@ -139,22 +139,16 @@ def _residual(
     while dps <= _MOST_DIGITS:
         values = [ask(u, dps) for u in (x - h, x, x + h)]
         with own_context(dps + 20) as mp:
-            ops = MpmathOps(mp)
-            low, middle, high = (mp.make_mpf(v._mpf_) for v in values)
-            step, noise = ops.rational(h), ops.rational(kappa * kappa / 2)
+            low, middle, high = (mp.convert(v) for v in values)
+            step, noise = mp.convert(h), mp.convert(kappa * kappa / 2)
             bend = noise * (high - 2 * middle + low) / step**2
-            push = _phi(drift, x, mp) * (high - low) / (2 * step)
+            push = Field(drift, mp).phi(x) * (high - low) / (2 * step)
             size = abs(bend) + abs(push) + abs(right_side)
             lost = noise * max(abs(low), abs(high)) / step**2 * mp.mpf(10) ** -dps
             if lost < size * mp.mpf(10) ** -15:
                 return abs(bend + push - right_side) / size
         dps *= 3
     return None
-
-
-def _phi(drift: sa.Drift, u: Fraction, mp: Any) -> Any:
-    ops = MpmathOps(mp)
-    return drift.evaluate(ops.rational(min(max(u, Fraction(-1)), Fraction(1))), ops)
 
 
 def _abel(
@@ -173,11 +167,9 @@ def _abel(
         yield Finding("eq:C", "digits", "Wronskian", None, where)
         return
     with own_context(60) as mp:
-        ops = MpmathOps(mp)
         # Both places are inside the layer.
-        rise = -mp.quad(lambda u: drift.evaluate(u, ops), [ops.rational(u) for u in places])
-        wanted = mp.exp(ops.rational(2 / kappa**2) * rise)
-        one, other = (mp.make_mpf(w._mpf_) for w in found)
+        wanted = mp.exp(mp.convert(2 / kappa**2) * Field(drift, mp).rise(*places))
+        one, other = (mp.convert(w) for w in found)
         gap = abs(other / one / wanted - 1)
         yield compared("eq:C", "digits", "Wronskian", gap, _RESIDUAL, where)
 
@@ -189,8 +181,8 @@ def _wronskian(
     while dps <= most:
         values = [[ask(x, dps) for x in (u - h, u, u + h)] for ask in (below, above)]
         with own_context(dps + 20) as mp:
-            C, D = ([mp.make_mpf(v._mpf_) for v in row] for row in values)
-            step = MpmathOps(mp).rational(2 * h)
+            C, D = ([mp.convert(v) for v in row] for row in values)
+            step = mp.convert(2 * h)
             slopes = [(row[2] - row[0]) / step for row in (C, D)]
             found = C[1] * slopes[1] - slopes[0] * D[1]
             lost = max(C[1], D[1]) * mp.mpf(10) ** -dps / step

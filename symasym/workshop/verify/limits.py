@@ -8,7 +8,7 @@ from typing import Any
 
 import symasym as sa
 from symasym.base.contexts import own_context
-from symasym.numbers.trees import MpmathOps
+from symasym.workshop.verify.field import Field
 from symasym.workshop.verify.findings import Finding, compared
 from symasym.workshop.verify.orders import shortfall
 
@@ -35,9 +35,7 @@ def strong(name: str, full: bool) -> Iterator[Finding]:
             free = {"T": (r * r - x * x) / k**2, "C": share, "1-C": 1 - share}
             for quantity, value in free.items():
                 found = _escape(drift, quantity, kappa, r, x)
-                errors[quantity].append(
-                    abs(mp.make_mpf(found._mpf_) / MpmathOps(mp).rational(value) - 1)
-                )
+                errors[quantity].append(abs(mp.convert(found) / mp.convert(value) - 1))
         for quantity, pair in errors.items():
             formula = "eq:Ttilde" if quantity == "T" else "eq:C"
             where = f"{name}, {quantity}, kappa -> oo"
@@ -51,17 +49,16 @@ def weak(name: str, full: bool) -> Iterator[Finding]:
     kappas = ("1e-3", "5e-4")
     where = f"{name}, T, kappa -> 0"
     with own_context(_DPS + 10) as mp:
-        ops = MpmathOps(mp)
-        times = [mp.make_mpf(_escape(drift, "T", k, r, Fraction(0))._mpf_) for k in kappas]
+        times = [mp.convert(_escape(drift, "T", k, r, Fraction(0))) for k in kappas]
         if climb is None:
-            side = 1 if drift.ends[1] > 0 else -1
-            flight = mp.quad(lambda u: 1 / drift.evaluate(side * u, ops), [0, 1]) * side
-            flight += (3 - mp.one) / abs(ops.rational(Fraction(drift.ends[side > 0])))
+            side, field = 1 if drift.ends[1] > 0 else -1, Field(drift, mp)
+            flight = mp.quad(lambda u: 1 / field.A(side * u), [0, 1]) * side
+            flight += (3 - mp.one) / abs(field.ends[side > 0])
             errors = [abs(t / flight - 1) for t in times]
             found = shortfall("eq:Ttilde", "digits", where, errors, 2, kappas)
             yield found._replace(check="limit")
             return
-        noises = [ops.rational(Fraction(k) ** 2 / 2) for k in kappas]
+        noises = [mp.convert(Fraction(k) ** 2 / 2) for k in kappas]
         # log T = climb/noise + O(log): Kramers' exponent.
         for noise, time in zip(noises, times, strict=True):
             gap = abs(noise * mp.log(time) - climb(mp))
@@ -69,7 +66,7 @@ def weak(name: str, full: bool) -> Iterator[Finding]:
         if drift.region == "sliding":
             outside = [sa.occupation(drift, k, complement=True, dps=_DPS) for k in kappas]
             for noise, share in zip(noises, outside, strict=True):
-                depth = -noise * mp.log(mp.make_mpf(share._mpf_))
+                depth = -noise * mp.log(mp.convert(share))
                 gap = abs(depth - _depth(drift, mp))
                 room = 5 * noise * -mp.log(noise)
                 yield compared("eq:P", "digits", "limit", gap, room, f"{name}, 1-P, kappa -> 0")
@@ -81,31 +78,28 @@ def far(name: str, full: bool) -> Iterator[Finding]:
     a_minus, a_plus = (Fraction(x) for x in drift.ends)
     where = f"{name}, r -> oo"
     with own_context(_DPS + 10) as mp:
-        ops = MpmathOps(mp)
         radii = (Fraction(60), Fraction(61))
         times, shares = (
-            [mp.make_mpf(_escape(drift, q, kappa, r, Fraction(0))._mpf_) for r in radii]
+            [mp.convert(_escape(drift, q, kappa, r, Fraction(0))) for r in radii]
             for q in ("T", "C")
         )
         if a_minus * a_plus > 0:
-            growth, wanted = times[1] - times[0], 1 / abs(ops.rational(a_plus))
+            growth, wanted = times[1] - times[0], 1 / abs(mp.convert(a_plus))
             if a_plus < 0:
-                wanted = 1 / abs(ops.rational(a_minus))
+                wanted = 1 / abs(mp.convert(a_minus))
             gap = abs(growth / wanted - 1)
             yield compared("eq:Ttilde", "digits", "limit", gap, 1e-12, f"{where}, T")
             behind = a_minus if a_plus > 0 else a_plus
             quantity = "C" if a_plus > 0 else "1-C"
             if quantity == "1-C":
-                shares = [
-                    mp.make_mpf(_escape(drift, "1-C", kappa, r, Fraction(0))._mpf_) for r in radii
-                ]
+                shares = [mp.convert(_escape(drift, "1-C", kappa, r, Fraction(0))) for r in radii]
             slope = -mp.log(shares[1] / shares[0]) / 2
-            gap = abs(slope / abs(ops.rational(behind)) - 1)
+            gap = abs(slope / abs(mp.convert(behind)) - 1)
             yield compared("eq:C", "digits", "limit", gap, 1e-12, f"{where}, {quantity}")
         else:
             easier = min(abs(a_minus), abs(a_plus))
             slope = mp.log(times[1] / times[0]) / 2
-            gap = abs(slope / ops.rational(easier) - 1)
+            gap = abs(slope / mp.convert(easier) - 1)
             yield compared("eq:Ttilde", "digits", "limit", gap, 1e-12, f"{where}, T")
 
 
@@ -123,15 +117,11 @@ def _climb(drift: sa.Drift) -> Any:
         return None
 
     def height(mp: Any) -> Any:
-        (well,) = drift.wells()
-        low = mp.convert(well.u)
+        (well,), field = drift.wells(), Field(drift, mp)
         if a_minus * a_plus > 0:
             (barrier,) = drift.barriers()
-            return _rise(drift, low, mp.convert(barrier.u), mp)
-        ops = MpmathOps(mp)
-        left = _rise(drift, low, -mp.one, mp) + 2 * ops.rational(abs(a_minus))
-        right = _rise(drift, low, mp.one, mp) + 2 * ops.rational(abs(a_plus))
-        return min(left, right)
+            return field.rise(well.u, barrier.u)
+        return min(field.rise(well.u, side) + 2 * abs(field.ends[side > 0]) for side in (-1, 1))
 
     return height
 
@@ -139,9 +129,4 @@ def _climb(drift: sa.Drift) -> Any:
 def _depth(drift: sa.Drift, mp: Any) -> Any:
     """V at the lower edge of the layer, from its well."""
     (well,) = drift.wells()
-    return min(_rise(drift, mp.convert(well.u), side * mp.one, mp) for side in (-1, 1))
-
-
-def _rise(drift: sa.Drift, a: Any, b: Any, mp: Any) -> Any:
-    ops = MpmathOps(mp)
-    return -mp.quad(lambda u: drift.evaluate(u, ops), [a, b])
+    return min(Field(drift, mp).rise(well.u, side) for side in (-1, 1))

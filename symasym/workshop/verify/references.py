@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import symasym as sa
 from symasym.base.contexts import own_context
 from symasym.exact import ball_sweep
+from symasym.numbers import balls
 from symasym.workshop.problems import BY_NAME, Problem
 from symasym.workshop.verify.random_scenes import random_scene
 
@@ -47,7 +48,7 @@ def provable(problem: Problem) -> bool:
     """Whether a proof takes well below a second: not too weak noise, nothing narrow."""
     hard = {"slow", "narrow", "extreme", "stiff", "refused"}
     return (
-        ball_sweep.available()
+        balls.available()
         and Fraction(problem.kappa) >= Fraction(1, 10)
         and not (problem.tags & hard)
     )
@@ -72,7 +73,7 @@ def _found(problem: Problem, quantity: str) -> Reference:
     if provable(problem):
         try:
             enclosure = asked_of(ball_sweep, problem, quantity)(_DPS)
-            return Reference(*ball_sweep.to_mpf(enclosure, _DPS + 15), True)
+            return Reference(*balls.to_mpf(enclosure, _DPS + 15), True)
         except sa.AccuracyError:
             pass
     value = problem.questions()[quantity](dps=_DPS + 15)

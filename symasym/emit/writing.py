@@ -1,4 +1,4 @@
-"""What the languages share: printing an expression, finding which helpers a file needs."""
+"""Text of expressions, lines and comments in any language, and the helpers a file needs."""
 
 from __future__ import annotations
 
@@ -134,6 +134,6 @@ def told(function: Ready, form: str) -> str:
 
 
 def refusal(function: Ready) -> list[str]:
-    """What Python raises where no case holds."""
+    """The lines that raise in Python where no case holds."""
     lines = [f'f"{told(function, "{NAME}")}"', f'"{function.outside}"']
     return ["    raise ValueError(", *(f"        {line}" for line in lines), "    )"]
