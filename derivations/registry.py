@@ -91,6 +91,6 @@ def build(label: str) -> Any:
     from derivations.paper import PaperDerivation
 
     entry = entries()[label]
-    derivation = PaperDerivation(label, entry.title, entry.rests_on)
+    derivation = PaperDerivation(label, entry.title, entry.rests_on, build)
     getattr(importlib.import_module(entry.module), entry.function)(derivation)
     return derivation

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any
 
 import sympy
 from sympy import Symbol
 
+from derivations.numerics import WELL as SCENE
 from derivations.numerics import Scene, around, integral, well_integral
 from derivations.paper import V, a_minus, a_plus, kappa, lam, phi, r, t, u, u1, u2
 from derivations.registry import derives
 from symasym.derivation import Expansion, Identity, Order
 
-# A(u) = 3 (u + 1/5)(u - 3/5)(u + 2): well at -1/5, barrier at 3/5, everything rational.
-SCENE = Scene((Fraction(-18, 25), Fraction(-69, 25), Fraction(24, 5), Fraction(3)))
 D = Symbol("D", positive=True)
 A1, A2 = Symbol("A_1", negative=True), Symbol("A_2", positive=True)
 V_1, V_2 = Symbol("V_u1", real=True), Symbol("V_u2", real=True)

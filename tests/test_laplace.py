@@ -315,7 +315,7 @@ y = sympy.Symbol("y")
         ((-x, 1, x, 0, x), "contains x"),
         ((-(nu**2), 1, nu, -1, 1), "by its own assumptions"),
         ((-x, 0, x, 0, 1), "g is 0"),
-        (("-x**", 1, x, 0, 1), "which SymPy cannot read"),
+        (("-x**", 1, x, 0, 1), "which ends where a number or name"),
         ((-x, [1], x, 0, 1), "give a SymPy expression"),
         ((-x, 1, 3, 0, 1), "variable of integration"),
         ((-x, 1, x, 0, 1, 0), "order is 0"),

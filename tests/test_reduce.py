@@ -135,7 +135,7 @@ def test_surface_coordinate_is_solved_for():
         ({"at": {"q": 0}}, "at names q, which is no coordinate"),
         ({"at": {"y": 1, "z": 0}}, "not on the surface"),
         ({"switch": y**2}, "grad h is 0"),
-        ({"F": ("1/2 - 3*s/2", "z +")}, "SymPy cannot read"),
+        ({"F": ("1/2 - 3*s/2", "z +")}, "ends where a number or name"),
     ],
 )
 def test_refusals_name_the_fault(change, message):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from numbers import Rational
@@ -17,6 +18,11 @@ IntArray = np.ndarray[Any, np.dtype[np.intp]]
 
 # Python refuses to read longer decimal strings by default, and nobody means them.
 _LONGEST_EXPONENT = 100_000
+
+
+def is_name(value: object) -> bool:
+    """True for a name that any language takes: ASCII letters, digits and _, a letter first."""
+    return isinstance(value, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,59}", value) is not None
 
 
 def is_array(value: object) -> bool:

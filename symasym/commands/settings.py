@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from symasym.base.errors import InputError
+from symasym.base.inputs import is_name
 
 
 def settings(pairs: Sequence[str]) -> dict[str, Any]:
@@ -24,7 +25,7 @@ def settings(pairs: Sequence[str]) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for pair in pairs:
         name, equals, text = pair.partition("=")
-        if not equals or not name.isidentifier():
+        if not equals or not is_name(name):
             raise InputError(f"--set is {pair!r}; write it as NAME=NUMBER, for example mu=3.")
         if name in values:
             raise InputError(f"{name} is set twice; set it once.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from fractions import Fraction
 from itertools import count
 from typing import Any
@@ -11,13 +10,11 @@ import sympy
 
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
-from symasym.base.inputs import exact
-from symasym.drift import models
+from symasym.base.inputs import exact, is_name
+from symasym.drift import grammar, models
 from symasym.numbers.complex_balls import DiscOps
 from symasym.numbers.trees import MpmathOps, evaluate_tree
 
-#: Letters that SymPy would read as its own functions and sets.
-_OUR_NAMES = {n: sympy.Symbol(n) for n in ("S", "N", "C", "O", "Q", "E1", "beta", "gamma", "zeta")}
 _DEEPEST = 120
 _OVERLAP = Fraction(9, 16)  # half would let neighbouring discs touch only
 
@@ -39,7 +36,7 @@ def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
     return models.Expression(formula, symbol)
 
 
-def parse(name: str, given: Any, names: dict[str, Any] = _OUR_NAMES) -> Any:
+def parse(name: str, given: Any, names: dict[str, Any] | None = None) -> Any:
     """A SymPy expression from what a caller wrote, floats and decimals exact.
 
     Parameters
@@ -51,7 +48,7 @@ def parse(name: str, given: Any, names: dict[str, Any] = _OUR_NAMES) -> Any:
         What these names mean in a string.
     """
     if isinstance(given, str):
-        expression = _parse_text(name, given, names)
+        expression = grammar.read(name, given, names)
     elif isinstance(given, Fraction):
         expression = _rational(given)
     else:
@@ -63,22 +60,6 @@ def parse(name: str, given: Any, names: dict[str, Any] = _OUR_NAMES) -> Any:
     if not isinstance(expression, sympy.Expr):
         raise InputError(f"{name} is {given!r}; give a SymPy expression, a number or a string.")
     return exactly(expression)
-
-
-def _parse_text(name: str, given: str, names: dict[str, Any]) -> Any:
-    from sympy.parsing.sympy_parser import parse_expr, rationalize, standard_transformations
-
-    if re.search(r"[eE][+-]?\d{6}", given):
-        raise InputError(f"{name} is {given!r}, whose exponent is too long; rescale the problem.")
-    try:
-        return parse_expr(
-            given, local_dict=dict(names), transformations=(*standard_transformations, rationalize)
-        )
-    except Exception as error:  # SymPy's parser raises whatever Python's tokenizer does
-        raise InputError(
-            f"{name} is {given!r}, which SymPy cannot read ({type(error).__name__}); "
-            "write it like 1/2 - u + 3*u**3."
-        ) from None
 
 
 def exactly(expression: Any) -> Any:
@@ -93,7 +74,7 @@ def _rational(value: Fraction) -> Any:
 
 def _symbol(formula: Any, u: Any) -> Any:
     if u is not None:
-        symbol = sympy.Symbol(u) if isinstance(u, str) and u.isidentifier() else u
+        symbol = sympy.Symbol(u) if is_name(u) else u
         if not isinstance(symbol, sympy.Symbol):
             raise InputError(f"u is {u!r}; give the SymPy Symbol or the name of A's variable.")
         return symbol

@@ -174,19 +174,16 @@ def reduce(
 def _reader(known: Mapping[str, Any]) -> Any:
     """A function that reads an expression, strings with exact decimals."""
     import sympy
-    from sympy.parsing.sympy_parser import parse_expr, rationalize, standard_transformations
+
+    from symasym.drift import grammar
 
     def read(name: str, given: Any) -> Any:
         try:
             if isinstance(given, str):
-                expression = parse_expr(
-                    given,
-                    local_dict=dict(known),
-                    transformations=(*standard_transformations, rationalize),
-                )
+                expression = grammar.read(name, given, known)
             else:
-                expression = sympy.nsimplify(sympy.sympify(given), rational=True)
-        except Exception as error:  # SymPy's parser raises whatever Python's tokenizer does
+                expression = sympy.nsimplify(sympy.sympify(given, strict=True), rational=True)
+        except (sympy.SympifyError, TypeError, AttributeError) as error:
             raise InputError(
                 f"{name} has an entry {given!r}, which SymPy cannot read ({type(error).__name__}); "
                 "write it like 1/2 - z."

@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
+from symasym.base.inputs import is_name
 from symasym.emit.folding import fold
-from symasym.emit.program import Case, Function, Program, require_closed
+from symasym.emit.program import TAKEN, Case, Function, Program, require_closed
 from symasym.emit.source import Source, check_target, rendered
 from symasym.records import Record
 
@@ -133,7 +134,7 @@ def _of_formula(formula: Record) -> Program:
 def _of_expression(what: Any, name: str) -> Program:
     import sympy
 
-    if isinstance(what, Mapping) or not isinstance(name, str) or not name.isidentifier():
+    if isinstance(what, Mapping) or not is_name(name) or name in TAKEN:
         raise InputError(f"name is {name!r}; give a name made of letters, digits and _.")
     try:
         e = sympy.sympify(what, strict=True)

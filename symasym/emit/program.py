@@ -15,7 +15,7 @@ from symasym.base.errors import InputError
 from symasym.emit.forms import log_form, removable, rounded, stable
 
 # Words that one of the languages has taken, or that the emitted files use themselves.
-_TAKEN = frozenset(
+TAKEN = frozenset(
     re.findall(
         r"\w+",
         """auto break case char const continue default do double else enum extern float for goto
@@ -50,7 +50,7 @@ def identifier(name: str) -> str:
     plain = re.sub(r"\W", "_", name, flags=re.ASCII).lstrip("_") or "x"
     if plain[0].isdigit():
         plain = f"f{plain}"
-    return f"{plain}_" if plain in _TAKEN else plain
+    return f"{plain}_" if plain in TAKEN else plain
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import Any
 
 from symasym.base.errors import InputError, OutputError
 from symasym.base.files import write_bytes
+from symasym.base.inputs import is_name
 from symasym.derivation.code import DIALECTS, Dialect
 from symasym.emit.program import Program, Ready
 from symasym.emit.targets import to_c, to_javascript, to_latex, to_mpmath, to_numpy, to_python
@@ -52,7 +53,7 @@ def add_target(name: str, render: Callable[[Program, list[Ready]], str], dialect
     -----
     docs/extending.md adds a language in this way, and runs its files.
     """
-    if name in TARGETS or not isinstance(name, str) or not name.isidentifier():
+    if name in TARGETS or not is_name(name):
         raise InputError(
             f"target is {name!r}; give a name of letters and digits, and none of "
             f"{', '.join(TARGETS)}."

@@ -21,7 +21,7 @@ from symasym.asymptotics.laplace.kinks import Piece, cut, difference, number
 from symasym.asymptotics.laplace.maxima import Peak, highest, no_maximum, peaks, symbolic_peak
 from symasym.asymptotics.laplace.result import LaplaceExpansion, short
 from symasym.base.errors import InputError
-from symasym.base.inputs import digits
+from symasym.base.inputs import digits, is_name
 from symasym.numbers.trees import FUNCTIONS
 
 __all__ = ["laplace_integral"]
@@ -203,7 +203,7 @@ def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, Any, Any, Any, A
 
 def variable(x: Any) -> Any:
     """The variable of integration as a symbol."""
-    symbol = sympy.Symbol(x) if isinstance(x, str) and x.isidentifier() else x
+    symbol = sympy.Symbol(x) if is_name(x) else x
     if not isinstance(symbol, sympy.Symbol):
         raise InputError(f"x is {x!r}; give the variable of integration, a SymPy symbol.")
     return symbol

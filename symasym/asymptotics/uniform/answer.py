@@ -22,7 +22,7 @@ from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, parabola
 from symasym.asymptotics.uniform.order_zero import escape_time as in_float
 from symasym.asymptotics.uniform.order_zero_digits import Scene, scene_of
 from symasym.asymptotics.uniform.pairing import (
-    SideWithPairs,
+    OneSide,
     Stretch,
     coalescing_pairs,
     lost_digits,
@@ -236,7 +236,7 @@ class _Series(NamedTuple):
     """A drift, radius and start, seen to both sides."""
 
     context: Any
-    sides: list[SideWithPairs]
+    sides: list[OneSide]
     truncations: Truncations
     radius: Any
     local: bool
@@ -357,12 +357,12 @@ def _log_error(value: Any, size: Any, context: Any) -> Any:
     return -context.log1p(-size / value) if size < value else context.inf
 
 
-def _straightened(side: SideWithPairs, context: Any) -> SideWithPairs:
+def _straightened(side: OneSide, context: Any) -> OneSide:
     """phi taken as a parabola about each fold: Airy's argument is linear in its height there."""
     return side._replace(folds=[parabola(fold, context) for fold in side.folds])
 
 
-def _names(sides: list[SideWithPairs], context: Any) -> tuple[str, ...]:
+def _names(sides: list[OneSide], context: Any) -> tuple[str, ...]:
     found = []
     for sign, side in zip((-1, 1), sides, strict=True):
         for fold in side.folds:

@@ -31,19 +31,12 @@ from symasym.asymptotics.weak_noise.critical_point_arrays import Builder, first
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, Joint, OneSided
 from symasym.asymptotics.weak_noise.series import Point, Series
 from symasym.base.inputs import FloatArray
+from symasym.numbers.arithmetic import FLOATS
 from symasym.numbers.factors import seen_from
 from symasym.numbers.polynomials import divided, poly, shifted
 from symasym.numbers.quadratic_factor import Pair as Local
 
-__all__ = [
-    "Apart",
-    "LocalPoint",
-    "OrderZero",
-    "Together",
-    "escape_time",
-    "factor_pair",
-    "with_left_out",
-]
+__all__ = ["Apart", "OrderZero", "Together", "escape_time", "factor_pair", "with_left_out"]
 
 _EPS = 2.3e-16
 # The error of the composite where pair and end come together is in no next term.
@@ -341,11 +334,13 @@ def factor_pair(c: Sequence[Any], middle: Any, square: Any, psi: list[Any] | Non
     return Local(zero, square, psi, 1, square, zero, zero)
 
 
-# -- at lam ----------------------------------------------------------------------------------------
+# -- many scenes in float64 ------------------------------------------------------------------------
 
 
-class LocalPoint(Point):
+class _ArrayPoint(Point):
     """With r, and the local integrals that have been found at this lam."""
+
+    arithmetic = FLOATS
 
     def __init__(self, at: Point, r: Any) -> None:
         vars(self).update(vars(at))
@@ -355,12 +350,12 @@ class LocalPoint(Point):
     @cached_property
     def third(self) -> Any:
         """lam^(1/3), which takes as long as ten multiplications."""
-        return self.arithmetic.cbrt(self.lam)
+        return np.cbrt(self.lam)
 
 
 def escape_time(composed: compose.Composed, at: Point) -> tuple[FloatArray, Any]:
     """log T, and its relative error (None without `at.errors`)."""
-    point = LocalPoint(at, composed.r)
+    point = _ArrayPoint(at, composed.r)
     log, error = compose.escape_time(composed, point)
     if error is not None:
         error = with_left_out(error, np.exp(-point.lam * composed.slack))

@@ -9,19 +9,14 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.uniform.order_zero import (
-    Apart,
-    LocalPoint,
-    OrderZero,
-    factor_pair,
-    with_left_out,
-)
-from symasym.asymptotics.weak_noise.compose import Composed, time_with_digits
+from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair, with_left_out
+from symasym.asymptotics.weak_noise.compose import Side, Sides, time_of
 from symasym.asymptotics.weak_noise.critical_point_arrays import Builder
-from symasym.asymptotics.weak_noise.one_sided import OneSided
-from symasym.asymptotics.weak_noise.series import BEYOND, Point, Series
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
+from symasym.asymptotics.weak_noise.series import BEYOND, Series, Value, added
 from symasym.drift.drift import Drift
 from symasym.numbers.arithmetic import Arithmetic, Digits
 from symasym.numbers.factors import Factor, Line, Pieces, pieces_of, seen_from
@@ -34,28 +29,113 @@ __all__ = ["Scene", "scene_of"]
 _MOST_DEGREE = 12
 # Coefficients beyond these are left to the general path, so that float64 has their powers.
 _LARGEST = 1e20
+# Ratio of two neighbouring terms beyond which a series is taken to have stopped falling.
+_MOST_FALL = 0.75
 # A relative error beyond which nothing is said.
 _MOST = 0.4
+
+
+class _DigitsPoint:
+    """One lam and the numbers made of it."""
+
+    errors = True
+
+    def __init__(self, lam: Any, r: Any, arithmetic: Digits) -> None:
+        self.lam, self.r, self.arithmetic = lam, r, arithmetic
+        self.x, self.third = 1 / lam, arithmetic.cbrt(lam)
+        self.known: dict[Any, Any] = {}
+        self.weights: dict[Any, Any] = {}
+        self.root, self.small = arithmetic.sqrt(self.x), float(self.x)
+
+    def value(self, series: Any, height: Any = None) -> Value:
+        """A series or local integral times e^{lam height}, and what it leaves out."""
+        if not isinstance(series, Series):
+            pair = Value(*series.at(self))
+        elif not series.parts:
+            return Value(self.arithmetic.zero, self.arithmetic.zero)
+        else:
+            (part,) = series.parts
+            front = self.x if part.offset == 1 else self.root
+            sizes = [abs(float(c)) * self.small**n for n, c in enumerate(part.coefficients)]
+            pair = Value(part.coefficients[0] * front, _left_out(sizes) * front)
+        if height is None or not height:
+            return pair
+        factor = self.weight(height)
+        return Value(pair.value * factor, pair.error * factor)
+
+    def weight(self, height: Any) -> Any:
+        """e^{lam height}; one exponential serves both signs."""
+        size = abs(height)
+        if size not in self.weights:
+            self.weights[size] = self.arithmetic.exp(self.lam * size)
+        return self.weights[size] if height > 0 else 1 / self.weights[size]
+
+
+def _left_out(sizes: list[float]) -> float:
+    """What follows the first term: the others over 1 - q, q the largest ratio of neighbours."""
+    known = sizes[next((k for k, size in enumerate(sizes) if size), 0) :]
+    ratio = max((after / before for before, after in pairwise(known) if before), default=0.0)
+    return sum(sizes[1:]) / (1 - min(ratio, _MOST_FALL))
+
+
+def _side(one: OneSided, point: _DigitsPoint) -> Side:
+    """One side of the start, composed of its places' shares."""
+    zero = Value(point.arithmetic.zero, point.arithmetic.zero)
+    rising = [(spot.rank, point.value(spot.series, spot.height), spot) for spot in one.rising]
+    nested, scale = point.value(one.outer), zero
+    if one.beyond is not None:
+        u, height, slope = one.beyond
+        nested = Value(nested.value + (point.r - u) / slope * point.x, nested.error)
+        last = CriticalPoint(1 << 30, height - slope * (point.r - u), Series([]), None)
+        # What is beyond the end goes on from its series, formally.
+        share = point.weight(last.height) / (-slope) * point.x
+        rising.append((last.rank, Value(share, 0 * share), last))
+    taken = {(joint.falling, joint.rising) for joint in one.joint}
+    for low in one.falling:
+        weight = point.value(low.series, low.height)
+        for rank, share, high in rising:
+            if rank < low.rank or (low.rank, rank) in taken:
+                continue
+            if rank > low.rank:
+                nested = nested + weight * share
+            elif high.onward is not None:
+                nested = nested + weight * point.value(high.onward, -low.height)
+    for joint in one.joint:
+        if joint.local is not None:
+            nested = nested + point.value(joint.local, joint.height)
+    for _, share, _ in rising:
+        scale = scale + share
+    return Side(scale, nested, point.value(one.rising_start), point.value(one.falling_start))
 
 
 class Scene(NamedTuple):
     """A drift, start and radius, ready for any lam."""
 
     arithmetic: Digits
-    composed: Composed
+    sides: tuple[OneSided, OneSided]
+    r: Any
     names: list[str]
 
     def time(self, lam: Any) -> tuple[Any, Any] | None:
         """T and its error at this lam; None where these forms do not serve."""
-        c, composed = self.arithmetic, self.composed
-        point = LocalPoint(Point(lam, 0, True, None, c), composed.r)
-        found = time_with_digits(composed, point)
-        relative = found.error / found.value if found.value > 0 else c.inf
-        if not (found.sure and relative < _MOST):
+        c, point = self.arithmetic, _DigitsPoint(lam, self.r, self.arithmetic)
+        left, right = (_side(one, point) for one in self.sides)
+        rising, falling = (
+            point.value(added(*pair))
+            for pair in zip(*((s.rising_start, s.falling_start) for s in self.sides), strict=True)
+        )
+        sides = Sides(left, right, rising, falling, self.sides[0].corner)
+        if not sides.sure():
             return None
-        left_out = c.exp(-lam * composed.slack) if composed.slack < math.inf else c.zero
+        time = time_of(sides, lam)
+        value, error = time.value, time.error
+        relative = 2 * error / value if value > 0 else c.inf
+        if not relative < _MOST:
+            return None
+        slack = min(one.slack for one in self.sides)
+        left_out = c.exp(-lam * slack) if slack < math.inf else c.zero
         wrong = with_left_out(relative / (1 - relative), left_out)
-        return (found.value, wrong * found.value) if wrong < 1 else None
+        return (value, wrong * value) if wrong < 1 else None
 
 
 def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | None:
@@ -75,31 +155,9 @@ def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | No
         return None
     try:
         one = _of_pieces(c, pieces, x, r, arithmetic)
-        left, right = map(_unrounded, one.sights())
-        composed = Composed((left, right), arithmetic.number(r), 0.0)
-        return Scene(arithmetic, composed, _names(one))
+        return Scene(arithmetic, one.sights(), arithmetic.number(r), _names(one))
     except ArithmeticError:
         return None
-
-
-def _unrounded(one: OneSided) -> OneSided:
-    """The expansion without float64's rounding of heights and series."""
-
-    def series(x: Any) -> Any:
-        return Series(x.parts) if isinstance(x, Series) else x
-
-    rising, falling = (
-        [p._replace(series=series(p.series), onward=series(p.onward)) for p in points]
-        for points in (one.rising, one.falling)
-    )
-    return one._replace(
-        rising_start=series(one.rising_start),
-        falling_start=series(one.falling_start),
-        rising=rising,
-        falling=falling,
-        outer=series(one.outer),
-        rough=0.0,
-    )
 
 
 def _of_pieces(

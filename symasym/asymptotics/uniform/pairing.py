@@ -20,18 +20,10 @@ from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.quadratic_factor import split_pair
 
-__all__ = [
-    "SideWithPairs",
-    "Stretch",
-    "coalescing_pairs",
-    "lost_digits",
-    "place_at",
-    "seen",
-    "zeros_of",
-]
+__all__ = ["OneSide", "Stretch", "coalescing_pairs", "lost_digits", "place_at", "seen", "zeros_of"]
 
 
-class SideWithPairs(NamedTuple):
+class OneSide(NamedTuple):
     """One side of the start, with the pairs whose turning point is in it."""
 
     half: OneSided
@@ -96,7 +88,7 @@ def seen(
     order: int,
     digits: int,
     context: Any,
-) -> list[SideWithPairs]:
+) -> list[OneSide]:
     """What lies left of `x`, in the mirror, and right of it; no place in two of the pairs."""
     halves = [
         half(field, place, r, order, context, context.dps)
@@ -113,7 +105,7 @@ def seen(
         found.append(_candidates(stretch, order, places[k] + behind))
     chosen = _chosen(found[0] + found[1])
     return [
-        SideWithPairs(one, [fold for fold, _ in own if any(fold is c for c in chosen)])
+        OneSide(one, [fold for fold, _ in own if any(fold is c for c in chosen)])
         for one, own in zip(halves, found, strict=True)
     ]
 
@@ -146,7 +138,7 @@ def _chosen(found: list[tuple[CanonicalPair, list[CriticalPoint]]]) -> list[Cano
     taken: list[Any] = []
     chosen = []
     for fold, own in sorted(found, key=lambda f: abs(f[0].pair.zeta)):
-        # SideWithPairs from both sides a place has one and the same coefficients.
+        # OneSide from both sides a place has one and the same coefficients.
         if any(p.series is series for p in own for series in taken):
             continue
         taken += [p.series for p in own]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, airy
-from symasym.asymptotics.uniform.pairing import SideWithPairs, place_at, zeros_of
+from symasym.asymptotics.uniform.pairing import OneSide, place_at, zeros_of
 from symasym.asymptotics.uniform.truncated_gaussian import (
     Corrections,
     Truncation,
@@ -44,21 +44,20 @@ class _Share:
 class _Sum:
     """One side of the start at one lam: its places' shares, and what is known of their pairs."""
 
-    def __init__(self, side: SideWithPairs, r: Any, at: Point) -> None:
-        self.half, ring, none = side.half, Nodes(), 0 * at.lam
+    def __init__(self, side: OneSide, r: Any, at: Point) -> None:
+        self.half, none = side.half, 0 * at.lam
 
-        def onward(p: CriticalPoint) -> Any:
-            return plain(Leaf(p.height, p.onward), at)[0] if terms(p.onward) else none
+        def value(height: Any, series: Any) -> Any:
+            return plain(Leaf(height, series), at)[0] + none if terms(series) else none
 
-        points = [(p, leaf) for p, leaf in rising_of(side.half, r, ring)]
-        self.rising = [_Share(p.u, plain(x, at)[0] + none, onward(p), p) for p, x in points]
-        self.falling = [
-            _Share(p.u, plain(Leaf(p.height, p.series), at)[0] + none, none, p)
-            for p in side.half.falling
+        rising = [p for p, _ in rising_of(side.half, r, Nodes())]
+        self.rising = [
+            _Share(p.u, value(p.height, p.series), value(p.height, p.onward), p) for p in rising
         ]
-        self.nested = plain(regular_part(side.half, r, ring), at)[0] + none
+        self.falling = [_Share(p.u, value(p.height, p.series), none, p) for p in side.half.falling]
+        self.nested = plain(regular_part(side.half, r, Nodes()), at)[0] + none
         starts = side.half.rising_start, side.half.falling_start
-        self.starts = [plain(Leaf(0.0, g), at)[0] + none for g in starts]
+        self.starts = [value(0.0, series) for series in starts]
 
     def all(self) -> list[_Share]:
         return self.rising + self.falling
@@ -105,7 +104,7 @@ class _Sum:
 
 
 def time_at(
-    sides: list[SideWithPairs], truncations: Truncations, r: Any, lam: Any, order: int, context: Any
+    sides: list[OneSide], truncations: Truncations, r: Any, lam: Any, order: int, context: Any
 ) -> Any:
     """T at one lam; `r` as a number of the context."""
     at = Point(lam, order, False, None, Digits(context))

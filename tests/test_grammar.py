@@ -1,0 +1,171 @@
+"""Text is never code: what strangers can hand in is parsed, bounded, and answered in a sentence."""
+
+from __future__ import annotations
+
+import random
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sympy
+
+import symasym as sa
+from symasym.commands.main import main
+from symasym.drift import grammar
+
+U, A = sympy.symbols("u a")
+
+READ = {
+    "1/2 - 2*u + a*u**3": sympy.Rational(1, 2) - 2 * U + A * U**3,
+    "0.1 - u^3": sympy.Rational(1, 10) - U**3,
+    "-u**2": -(U**2),
+    "-2**-1": -sympy.Rational(1, 2),
+    "2**3**2": sympy.Integer(512),
+    "u - 1 - 2": U - 3,
+    "8/2/2*u": 2 * U,
+    "1.5e-3*u": sympy.Rational(3, 2000) * U,
+    "exp(-u)*cos(2*u + a) - u/3": sympy.exp(-U) * sympy.cos(2 * U + A) - U / 3,
+    "ln(E) + sqrt(4) + pi": 3 + sympy.pi,
+    "Piecewise((2*u, u < 0), (-u, True))": sympy.Piecewise((2 * U, U < 0), (-U, True)),
+    "Max(u, -2*u)": sympy.Max(U, -2 * U),
+    "oo - I*pi": sympy.oo - sympy.I * sympy.pi,
+    "S*u + N": sympy.Symbol("S") * U + sympy.Symbol("N"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", READ)
+def test_what_a_text_means(text: str) -> None:
+    assert grammar.read("A", text) == READ[text]
+
+
+#: Code, and texts whose value would fill the memory or take for ever.
+CODE = [
+    "__import__('os').system('touch hacked')", "().__class__.__base__", "u.__class__", "[u][0]",
+    "eval('1')", "exec(u)", "open(u)", "lambda: u", "(lambda u: u)(1)", "u if u else 1", "u; u",
+    "u = 1", "u := 1", "print(u)", "Symbol(u)", "sympify(u)", "Function(u)", "f'{u}'", "'a'", "u@u",
+    "`id`", "$(id)", "{u}", "<script>", "../../etc", "u\x00", "ü", "u!", "0x10", "1_000", "1..2",
+]  # fmt: skip
+HUGE = [
+    "9**9**9", "9**9**9**9", "1e999999999", "*".join(["1e99999"] * 9),
+    "(" * 3000 + "u" + ")" * 3000,
+    "u**(10**9)", "(((u+1)**50)**50)**50", "2**(u*10**12)", "exp(10**12*log(2))", "gamma(10**9)",
+    "sqrt(10**90000+7)", "tan(10**90000)", "2**(10**9+1/2)", "(1+sqrt(2))**(10**9)", "u" * 20_000,
+    "*".join(["(u+1)**90"] * 30), "7**" * 50 + "7", "1" * 9_000,
+]  # fmt: skip
+WRONG = ["", " ", "u +", "*", "sin", "sin()", "sin(u, u)", "(u", "u)", "1.2.3", "u == 1",
+         "Max(I, 2)", "Piecewise((1, u))", "u u", "2 u", ","]  # fmt: skip
+
+
+@contextmanager
+def seconds(count: int) -> Iterator[None]:
+    """Fail where it takes for ever (a busy machine is no failure)."""
+
+    def late(*_: Any) -> None:
+        raise AssertionError("no answer")
+
+    signal.signal(signal.SIGALRM, late)
+    signal.alarm(count)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+
+
+def _command(text: str) -> None:
+    code = main(["value", "escape-time", "--expr", text, "--kappa", "1", "--r", "2"])
+    if code:
+        raise sa.InputError("told by the command.")
+
+
+def _table(text: str) -> None:
+    quoted = text.replace("\\", "\\\\").replace('"', '\\"').replace("\x00", "\\u0000")
+    Path("t.toml").write_text(
+        f'quantities = ["T"]\ndps = 15\nkappa = "1"\nr = "2"\nexpr = "{quoted}"\n'
+    )
+    code = main(["table", "t.toml", "-o", "t.jsonl"])
+    if code:
+        raise sa.InputError("told by the command.")
+
+
+ENTRIES: dict[str, Callable[[str], Any]] = {
+    "Drift": lambda t: sa.Drift(t),
+    "a_minus": lambda t: sa.Drift("u", a_minus=t),
+    "laplace f": lambda t: sa.laplace_integral(t, 1, "x", 0, 1),
+    "laplace g": lambda t: sa.laplace_integral("-x**2", t, "x", 0, 1),
+    "laplace end": lambda t: sa.laplace_integral("-x**2", 1, "x", t, 1),
+    "laplace variable": lambda t: sa.laplace_integral("-x**2", 1, t, 0, 1),
+    "uniform f": lambda t: sa.uniform_integral(t, 1, "x", 0, 1),
+    "reduce": lambda t: sa.reduce(
+        (t, "y - 1"), ("-1", "y - 1"), ("-s", "y - 1"), ((0, 1), (0, 0)), ("y", "z"), at={"z": 0}
+    ),
+    "bind": lambda t: sa.Drift("u*a").bind(a=t),
+    "friction": lambda t: sa.friction(t, 1, 0),
+    "kappa": lambda t: sa.escape_time(sa.linear(), t, 1),
+    "label": lambda t: sa.formula(t),
+    "emit": lambda t: sa.emit(t),
+    "target": lambda t: sa.emit("eq:T", t),
+    "name": lambda t: sa.emit(U + 1, name=t),
+    "command": _command,
+    "table": _table,
+}
+
+
+@pytest.mark.parametrize("entry", ENTRIES)
+def test_hostile_text_is_answered_in_a_sentence(entry, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    texts = [*CODE, *HUGE]
+    if entry == "name":
+        texts += ["lambda", "double", "u" * 100]
+    if entry in ("bind", "friction", "kappa"):  # which are numbers for Python, too
+        texts = [t for t in texts if t != "1_000" and not t.isdigit()]
+    for text in texts:
+        with seconds(20), pytest.raises((sa.SymasymError, SystemExit)):
+            ENTRIES[entry](text)
+    assert {p.name for p in tmp_path.iterdir()} <= {"t.toml"}
+
+
+@pytest.mark.parametrize("text", [*CODE, *HUGE, *WRONG])
+def test_the_sentence_names_what_is_wrong(text: str) -> None:
+    with seconds(10), pytest.raises(sa.InputError) as caught:
+        grammar.read("A", text)
+    message = str(caught.value)
+    assert message.startswith("A ")
+    assert message.endswith(".")
+    assert "\n" not in message
+    assert len(message) < 600
+
+
+_WORDS = [*"uabxIE+-*/^(),.0123456789<>=", "**", "pi", "oo", "1e9", "1e-99", "Piecewise", "True",
+          *grammar.FUNCTIONS, "__class__", "import", "lambda", "'", '"', "[", "]", " "]  # fmt: skip
+
+
+def _random_text(draw: random.Random) -> str:
+    return "".join(draw.choice(_WORDS) for _ in range(draw.randrange(1, 30)))
+
+
+def _random_formula(draw: random.Random, depth: int) -> str:
+    """A text that is mostly a formula, with numbers of any size."""
+    if depth == 0 or draw.random() < 0.2:
+        return draw.choice(["u", "a", "2", "1/3", "10", "1e30", "1e-9", "123456789", "pi", "0.5"])
+    parts = [_random_formula(draw, depth - 1) for _ in range(2)]
+    kind = draw.randrange(6)
+    if kind == 5:
+        return f"{draw.choice(list(grammar.FUNCTIONS))}({parts[0]})"
+    return f"({parts[0]}){draw.choice(['+', '-', '*', '/', '**'])}({parts[1]})"
+
+
+@pytest.mark.parametrize("count", [600, pytest.param(10_000, marks=pytest.mark.slow)])
+def test_random_text(count: int) -> None:
+    draw, read = random.Random(4), 0
+    for number in range(count):
+        text = _random_formula(draw, 4) if number % 2 else _random_text(draw)
+        with seconds(20):
+            try:
+                grammar.read("A", text)
+                read += 1
+            except sa.InputError:
+                pass
+    assert read > count / 5
