@@ -10,11 +10,16 @@ from numbers import Rational
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from symasym.base.errors import InputError
 
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
+#: What a caller may write for a number, and for a number or an array of them; numbers of mpmath
+#: and SymPy, which have no types, as well.
+Number = int | float | str | Fraction | Decimal
+Numbers = ArrayLike | Fraction | Decimal
 
 # Python refuses to read longer decimal strings by default, and nobody means them.
 _LONGEST_EXPONENT = 100_000

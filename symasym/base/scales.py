@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
-from symasym.base.inputs import exact, floats, is_array, positive
+from symasym.base.inputs import Numbers, exact, floats, is_array, positive
 from symasym.generated import numpy_formulas, plain_formulas
 
 __all__ = ["Scales", "rescale"]
@@ -34,7 +34,7 @@ class Scales:
     time: Any
 
 
-def rescale(eps: Any, kappa: Any, r: Any = 1) -> Scales:
+def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
     """Scale noise amplitude and radius by the width of the switch (eq:tildexykappa, eq:tilder).
 
     Parameters
