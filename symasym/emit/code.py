@@ -6,9 +6,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import sympy
+
 from symasym.base.errors import InputError
-from symasym.base.inputs import is_name
+from symasym.base.inputs import exact, is_name
 from symasym.emit.folding import fold
+from symasym.emit.forms import quotients
 from symasym.emit.program import TAKEN, Case, Function, Program, require_closed
 from symasym.emit.source import Source, check_target, rendered
 from symasym.records import Record
@@ -104,15 +107,7 @@ def emit(
 
 
 def _numbers(parameters: Mapping[str, Any] | None) -> dict[str, Any]:
-    import sympy
-
-    from symasym.base.inputs import exact
-
-    found = {}
-    for name, value in (parameters or {}).items():
-        number = exact(name, value)
-        found[name] = sympy.Rational(number.numerator, number.denominator)
-    return found
+    return quotients({name: exact(name, value) for name, value in (parameters or {}).items()})
 
 
 def _of_formula(formula: Record) -> Program:
@@ -132,8 +127,6 @@ def _of_formula(formula: Record) -> Program:
 
 
 def _of_expression(what: Any, name: str) -> Program:
-    import sympy
-
     if isinstance(what, Mapping) or not is_name(name) or name in TAKEN:
         raise InputError(f"name is {name!r}; give a name made of letters, digits and _.")
     try:
@@ -148,8 +141,6 @@ def _of_expression(what: Any, name: str) -> Program:
 
 def _function(name: str, doc: str, expression: Any) -> Function:
     """A function of all symbols; a Piecewise becomes its cases."""
-    import sympy
-
     from symasym.derivation.results import parts
 
     values = tuple(parts(expression))
@@ -171,8 +162,6 @@ def _function(name: str, doc: str, expression: Any) -> Function:
 
 
 def _all_of(condition: Any) -> tuple[Any, ...]:
-    import sympy
-
     if condition == sympy.true:
         return ()
     return tuple(condition.args) if isinstance(condition, sympy.And) else (condition,)

@@ -14,9 +14,9 @@ from symasym.base.inputs import is_array
 from symasym.drift.drift import Drift
 from symasym.emit.exact_time import by_powers, critical, exact_time
 from symasym.emit.folding import fold
-from symasym.emit.forms import by_name, called, log_form, logaddexp
-from symasym.emit.program import Case, Function, Program, Quadrature, require_closed
-from symasym.emit.stokes import stokes
+from symasym.emit.forms import by_name, called, log_form, logaddexp, quotients
+from symasym.emit.program import Case, Function, Program, Quadrature, by_logarithm, require_closed
+from symasym.emit.stokes import FRICTION, of_friction, stokes
 from symasym.emit.uniform_time import uniform_time
 from symasym.records import Record
 
@@ -70,7 +70,7 @@ def program(
     error = found.error or what.error
     found = replace(found, title=f"{what.title}, for {drift!r}", error=error)
     found = fold(require_closed(found), rest)
-    return replace(found, folded={**found.folded, **_bound(drift), **own})
+    return replace(found, folded={**found.folded, **quotients(drift.values), **own})
 
 
 def _taken(name: str) -> InputError:
@@ -96,13 +96,6 @@ def _way(what: Record, method: str | None, order: Any) -> str:
     elif method != "laplace" and order is not None:
         raise InputError("order is for method='laplace'; the exact time has none.")
     return method or "exact"
-
-
-def _bound(drift: Drift) -> dict[str, Any]:
-    return {
-        name: sympy.Rational(value.numerator, value.denominator)
-        for name, value in drift.values.items()
-    }
 
 
 def _program(what: Record, *functions: Function, **more: Any) -> Program:
@@ -155,7 +148,7 @@ def _cases(e: Any) -> list[tuple[Any, tuple[Any, ...]]]:
 
 def _values(drift: Drift) -> list[Any]:
     value: dict[str, Any] = {name: sympy.Symbol(name, real=True) for name in drift.free}
-    value |= _bound(drift)
+    value |= quotients(drift.values)
     return [value[name] for name in drift.parameters]
 
 
@@ -236,22 +229,15 @@ def _without_well(value: Any) -> Any:
 
 def _friction_weak_noise(what: Record, value: Any, drift: Drift) -> Program:
     """The paper's time for the friction drift: well and barrier in closed form (friction-well)."""
-    real = {name: sympy.Symbol(name, real=True) for name in drift.parameters}
-    # A crossing downwards is one upwards in the mirror: 1 - z0 changes its sign.
-    force = abs(1 - real["z0"])
-
-    def derived(label: str, name: str) -> Any:
-        (e,) = Record.of(label).values_of(name)
-        return by_name(e, real).subs(real["z0"], 1 - force)
-
-    angle = derived("friction-well", "friction_angle")
-    parts = {"a_plus": derived("eq:phifric0", "friction_right")}
+    angle = of_friction("friction-well", "friction_angle")
+    parts = {"a_plus": of_friction("eq:phifric0", "friction_right")}
     for name in ("slope_well", "slope_barrier", "barrier"):
-        parts[name] = by_name(derived("friction-well", f"friction_{name}"), {"omega": angle})
+        parts[name] = by_name(of_friction("friction-well", f"friction_{name}"), {"omega": angle})
 
     plain = _without_well(value)
     crossing = parts["a_plus"] > 0
-    well = (real["mu"] > sympy.Rational(1, 2), derived("beta", "friction_breakaway") > force)
+    force, breakaway = abs(1 - FRICTION["z0"]), of_friction("beta", "friction_breakaway")
+    well = (FRICTION["mu"] > sympy.Rational(1, 2), breakaway > force)
     function = Function(
         "weak_noise_time",
         "T in weak noise, from 0 (eq:Ttildesmall with the step eq:S).",
@@ -267,7 +253,7 @@ def _friction_weak_noise(what: Record, value: Any, drift: Drift) -> Program:
         ),
         outside="the drift does not cross (|1 - z0| <= alpha)",
     )
-    return fold(_program(what, function), _bound(drift))
+    return fold(_program(what, function), quotients(drift.values))
 
 
 # -- integrals --------------------------------------------------------------------------------
@@ -324,14 +310,8 @@ def _sliding(
     name: str, about: str, log: Any, where: tuple[Any, ...], drift: Drift, *first: str
 ) -> Function:
     """A function that exists where the drift slides, from its logarithm."""
-    return Function(
-        name,
-        about,
-        (*first, "kappa", *drift.free),
-        (Case((sympy.exp(log),), where),),
-        (Case((log,), where),),
-        outside="the drift does not slide (a- > 0 > a+)",
-    )
+    outside = "the drift does not slide (a- > 0 > a+)"
+    return by_logarithm(name, about, (*first, "kappa", *drift.free), log, where, outside=outside)
 
 
 def _occupation(what: Record, drift: Drift) -> Program:
@@ -361,13 +341,7 @@ def _exit(what: Record, drift: Drift) -> Program:
         called("log_scale", *ends, _KAPPA, *free) for ends in ((-r, sympy.S.Zero), (0, r))
     )
     functions = [
-        Function(
-            name,
-            about,
-            ("kappa", "r", *drift.free),
-            (Case((sympy.exp(log),)),),
-            (Case((log,)),),
-        )
+        by_logarithm(name, about, ("kappa", "r", *drift.free), log)
         for name, about, log in (
             ("exit_probability", "C, leaving through -r from 0 (eq:C).", -_softplus(left - right)),
             ("complement", "1 - C (eq:C).", -_softplus(right - left)),

@@ -100,6 +100,11 @@ def by_name(e: Any, values: Mapping[str, Any]) -> Any:
     return e.subs({s: values[s.name] for s in e.free_symbols if s.name in values})
 
 
+def quotients(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values, which are fractions, as rational numbers of SymPy."""
+    return {name: sympy.Rational(x.numerator, x.denominator) for name, x in values.items()}
+
+
 def removable(e: Any) -> Any:
     """`e` without the poles that only its way of writing has, such as tanh(a x)/a at a = 0."""
     for b in sorted(e.free_symbols, key=str):

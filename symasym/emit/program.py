@@ -5,9 +5,9 @@ from __future__ import annotations
 import keyword
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import sympy
 
@@ -72,8 +72,33 @@ class Case:
         return {s for e in parts for s in e.free_symbols} - {s for s, _ in self.shared}
 
 
+@dataclass(frozen=True, kw_only=True)
+class _OfDrift:
+    """What is computed from a drift: its zeros in the layer, or coefficients to find them from."""
+
+    points: tuple[Any, ...] = ()
+    coefficients: tuple[Any, ...] = ()
+
+    @property
+    def expressions(self) -> tuple[Any, ...]:
+        """All of them, of every attribute."""
+        values = (getattr(self, f.name) for f in fields(self))
+        listed = (e for v in values for e in (v if isinstance(v, tuple) else (v,)))
+        return tuple(e for e in listed if isinstance(e, sympy.Basic))
+
+    def changed(self, change: Callable[[Any], Any]) -> Self:
+        """With `change` made to each expression."""
+        known = ((f.name, getattr(self, f.name)) for f in fields(self))
+        new = {
+            name: tuple(map(change, e)) if isinstance(e, tuple) else change(e)
+            for name, e in known
+            if isinstance(e, tuple | sympy.Basic)
+        }
+        return replace(self, **new)
+
+
 @dataclass(frozen=True)
-class Quadrature:
+class Quadrature(_OfDrift):
     """The logarithm of the integral of e^exponent over u from lower to upper.
 
     The exponent is monotone between -1, 1, and `points` or the zeros of the polynomial of
@@ -83,20 +108,10 @@ class Quadrature:
     exponent: Any
     lower: Any
     upper: Any
-    points: tuple[Any, ...] = ()
-    coefficients: tuple[Any, ...] = ()
-
-    def changed(self, change: Callable[[Any], Any]) -> Quadrature:
-        """With `change` made to each expression."""
-        points, coefficients = (
-            tuple(change(e) for e in part) for part in (self.points, self.coefficients)
-        )
-        ends = change(self.lower), change(self.upper)
-        return Quadrature(change(self.exponent), *ends, points, coefficients)
 
 
 @dataclass(frozen=True)
-class Passage:
+class Passage(_OfDrift):
     """log T from 0 with the layer's `drift` in u (see `symasym.emit.kernels.exact`).
 
     Attributes
@@ -106,8 +121,6 @@ class Passage:
         The drift beyond the layer.
     size : expression
         How large the drift's terms are, and how much it moves as u does.
-    points, coefficients : tuple of expressions
-        The drift's zeros in the layer; or its coefficients, of which the file finds them.
     uniform : bool
         Whether it is the uniform formula of order 0; `coefficients` and `ends` are enough for it.
     """
@@ -115,26 +128,12 @@ class Passage:
     drift: Any
     ends: tuple[Any, ...]
     size: Any
-    points: tuple[Any, ...] = ()
-    coefficients: tuple[Any, ...] = ()
     uniform: bool = False
-
-    def changed(self, change: Callable[[Any], Any]) -> Passage:
-        """With `change` made to each expression."""
-        ends, points, coefficients = (
-            tuple(change(e) for e in part) for part in (self.ends, self.points, self.coefficients)
-        )
-        size = change(self.size)
-        return Passage(change(self.drift), ends, size, points, coefficients, self.uniform)
 
     @property
     def rough(self) -> Any:
         """The absolute rounding error of the drift in doubles."""
         return rounded(sympy.Float("4e-16", 20) * self.size)
-
-    @property
-    def expressions(self) -> tuple[Any, ...]:
-        return (self.drift, *self.ends, self.size, *self.points, *self.coefficients)
 
 
 @dataclass(frozen=True)
@@ -166,6 +165,15 @@ class Function:
     def symbols(self) -> set[Any]:
         """Every symbol in the cases and their conditions."""
         return {s for case in self.cases for s in case.symbols}
+
+
+def by_logarithm(
+    name: str, doc: str, arguments: tuple[str, ...], log: Any, where: tuple[Any, ...] = (),
+    shared: tuple[tuple[Any, Any], ...] = (), outside: str = Function.outside,
+) -> Function:  # fmt: skip
+    """The function e^log with its logarithm, of one case."""
+    whole, own = ((Case((e,), where, shared=shared),) for e in (sympy.exp(log), log))
+    return Function(name, doc, arguments, whole, own, outside)
 
 
 @dataclass(frozen=True)
@@ -262,11 +270,8 @@ def ready(program: Program, double: bool) -> list[Ready]:
     found: list[Ready] = []
     own = {function.name for function in program.functions}
     for function in program.functions:
-        if function.quadrature is not None:
-            found.append(_ready_quadrature(function, function.quadrature, double))
-            continue
-        if function.passage is not None:
-            found += _ready_passage(function, function.passage, double)
+        if held := function.quadrature or function.passage:
+            found += _ready_of_drift(function, held, double)
             continue
         function = replace(
             function,
@@ -326,45 +331,37 @@ def _called(function: Function) -> dict[Any, Any]:
 _MOST_DEGREE, _MOST_POINTS = 127, 1024
 
 
-def _require_room(q: Quadrature | Passage) -> None:
-    """Raise InputError where a helper of the file has no room for the drift."""
-    if len(q.coefficients) > _MOST_DEGREE + 1 or len(q.points) > _MOST_POINTS:
+def _ready_of_drift(function: Function, held: Quadrature | Passage, double: bool) -> list[Ready]:
+    """An integral; of an escape time the logarithm, and its exponential.
+
+    In digits that is computed by itself.
+
+    Raises
+    ------
+    InputError
+        If a helper of the file has no room for the drift.
+    """
+    if len(held.coefficients) > _MOST_DEGREE + 1 or len(held.points) > _MOST_POINTS:
         raise InputError(
             f"code is emitted for polynomials up to degree {_MOST_DEGREE} and drifts with up to "
             f"{_MOST_POINTS} zeros and turns; give a lower one."
         )
-
-
-def _ready_quadrature(function: Function, quadrature: Quadrature, double: bool) -> Ready:
-    _require_room(quadrature)
-    parts = (quadrature.exponent, quadrature.lower, quadrature.upper, *quadrature.coefficients)
-    symbols = {s for e in parts for s in e.free_symbols}
     named = _inner(function)
+    symbols = {s for e in held.expressions for s in e.free_symbols}
     names = {s: sympy.Symbol(named(s.name), **s._assumptions_orig) for s in symbols}
-    quadrature = quadrature.changed(lambda e: e.subs(names, simultaneous=True))
+    held = held.changed(lambda e: e.subs(names, simultaneous=True))
     if double:
-        quadrature = quadrature.changed(rounded)
+        held = held.changed(rounded)
     arguments = tuple(map(named, function.arguments))
-    return Ready(function.name, function.doc, arguments, (), quadrature=quadrature)
-
-
-def _ready_passage(function: Function, passage: Passage, double: bool) -> list[Ready]:
-    """The logarithm and its exponential, which in digits is computed by itself."""
-    _require_room(passage)
-    symbols = {s for e in passage.expressions for s in e.free_symbols}
-    named = _inner(function)
-    names = {s: sympy.Symbol(named(s.name), **s._assumptions_orig) for s in symbols}
-    passage = passage.changed(lambda e: e.subs(names, simultaneous=True))
-    if double:
-        passage = passage.changed(rounded)
-    arguments = tuple(map(named, function.arguments))
+    if isinstance(held, Quadrature):
+        return [Ready(function.name, function.doc, arguments, (), quadrature=held)]
     log = f"log_{function.name}"
     about = f"Natural logarithm of `{function.name}`."
     return [
-        Ready(log, about, arguments, (), function.outside, passage=passage),
+        Ready(log, about, arguments, (), function.outside, passage=held),
         Ready(
             function.name, function.doc, arguments, (), function.outside, exp_of=log,
-            passage=None if double else passage,
+            passage=None if double else held,
         ),
     ]  # fmt: skip
 

@@ -32,7 +32,7 @@ from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
-from symasym.emit.program import Case, Function, Program
+from symasym.emit.program import Program, by_logarithm
 from symasym.emit.source import rendered
 from symasym.emit.symbolic_sums import (
     BEYOND_1,
@@ -108,14 +108,8 @@ def _program(
     if faint:
         at = f"kappa = {kappa}" if kappa else f"any kappa up to {most}"
         left_out.append(f"{faint} products of places below e^-{FAINT} of the rest for {at}")
-    function = Function(
-        "weak_noise_time",
-        f"T from 0 in weak noise, to order {order} in kappa^2.",
-        ("kappa", "r"),
-        (Case((sympy.exp(log),), where, shared=kept),),
-        (Case((log,), where, shared=kept),),
-        outside=outside,
-    )
+    about = f"T from 0 in weak noise, to order {order} in kappa^2."
+    function = by_logarithm("weak_noise_time", about, ("kappa", "r"), log, where, kept, outside)
     return Program(
         what.label, what.title, (function,), assumptions=what.assumptions,
         left_out=tuple(left_out), digits=_RIGHT,
