@@ -100,7 +100,7 @@ def cluster(address: str) -> Iterator[Executor]:
             f"the scheduler's address is {address!r}; give its host and port, such as "
             "tcp://127.0.0.1:8786."
         )
-    # What it logs of a lost connection is told in one sentence below.
+    # What it logs of a lost connection is said in one sentence below.
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     connect: Any = distributed.Client
     try:

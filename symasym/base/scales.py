@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
-from symasym.base.inputs import exact, floats, is_array, positive
+from symasym.base.inputs import Numbers, exact, floats, is_array, positive
 from symasym.generated import numpy_formulas, plain_formulas
 
 __all__ = ["Scales", "rescale"]
@@ -34,7 +34,7 @@ class Scales:
     time: Any
 
 
-def rescale(eps: Any, kappa: Any, r: Any = 1) -> Scales:
+def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
     """Scale noise amplitude and radius by the width of the switch (eq:tildexykappa, eq:tilder).
 
     Parameters
@@ -96,6 +96,7 @@ def rescale(eps: Any, kappa: Any, r: Any = 1) -> Scales:
 
 
 def _root(x: Fraction) -> Fraction | None:
+    """The square root of a rational where it is rational, else None."""
     from math import isqrt
 
     root = Fraction(isqrt(x.numerator), isqrt(x.denominator))
@@ -103,6 +104,7 @@ def _root(x: Fraction) -> Fraction | None:
 
 
 def _noise(k: Fraction, e: Fraction) -> Any:
+    """k/sqrt(e) as an mpf, right to 60 digits (eq:tildexykappa)."""
     with own_context(_DIGITS + 5) as context:
         kappa, eps = (mpf_of(x, context) for x in (k, e))
         from symasym.generated import mpmath_formulas

@@ -11,7 +11,7 @@ import sympy
 
 from symasym.derivation.checks import compare
 from symasym.derivation.proofs import random_value, sign_by
-from symasym.derivation.results import Inequality, Outcome, text
+from symasym.derivation.results import Inequality, Outcome, Statement, text
 
 
 @dataclass
@@ -46,8 +46,8 @@ class Bound:
     on: str = "all values the symbols may take"
     kind: ClassVar[str] = "inequality"
 
-    def run(self, result: Any, rng: random.Random) -> Outcome:
-        """Check the certificate or the meeting point, then prove the sign."""
+    def run(self, result: Statement, rng: random.Random) -> Outcome:
+        """Check the certificate or the point of equality, then prove the sign."""
         if not isinstance(result, Inequality):
             return Outcome(False, "the result is no inequality")
         if self.slack is None and not self.meets:
@@ -70,7 +70,7 @@ class Bound:
                 )
             slack = certificate
         if self.meets:
-            gap = self._at_meeting(slack)
+            gap = self._at_equality(slack)
             if gap != 0:
                 return Outcome(
                     False,
@@ -111,12 +111,14 @@ class Bound:
                 return Outcome(False, "the inequality is false", left, right, shown)
         return None
 
-    def _at_meeting(self, slack: Any) -> Any:
+    def _at_equality(self, slack: sympy.Expr) -> Any:
+        """The difference of both sides at the point of equality, simplified."""
         for symbol, value in self.meets.items():
             slack = sympy.limit(slack, symbol, value)
         return sympy.simplify(slack)
 
-    def _sign(self, slack: Any, strict: bool) -> str | None:
+    def _sign(self, slack: sympy.Expr, strict: bool) -> str | None:
+        """The reason for which the difference is >= 0 (> 0 if `strict`) on the range, or None."""
         if self.monotone is not None:
             symbol, start = self.monotone
             if sympy.simplify(slack.subs(symbol, start)) != 0:

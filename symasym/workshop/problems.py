@@ -14,13 +14,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mpmath
 
 import symasym as sa
 from symasym.base.contexts import mpf_of
 from symasym.workshop.closed_forms import HALF, ClosedForm, constant_drift, linear_sliding
+
+if TYPE_CHECKING:
+    from symasym.base.inputs import Number
+
 
 TAGS = {
     # the drift
@@ -104,6 +108,7 @@ class Problem:
 
     @property
     def slides(self) -> bool:
+        """True where a stationary state exists."""
         return "sliding" in self.tags
 
     def questions(self) -> dict[str, Callable[..., Any]]:
@@ -166,15 +171,18 @@ def _scene(
     closed: dict[str, ClosedForm] | None = None,
     note: str = "",
 ) -> Problem:
+    """A problem, its tags as one text."""
     own = frozenset(tag.strip() for tag in tags.split(","))
     return Problem(name, make, kappa, r, start, own, closed or {}, note)
 
 
-def _friction(mu: Any = 3, alpha: Any = 1, z0: Any = "-0.3") -> Callable[[], sa.Drift]:
+def _friction(mu: Number = 3, alpha: Number = 1, z0: Number = "-0.3") -> Callable[[], sa.Drift]:
+    """The drift of the friction oscillator."""
     return lambda: sa.friction(mu, alpha, z0)
 
 
 def _fold(gap: str) -> Callable[[], sa.Drift]:
+    """The friction oscillator at a distance of z0 from its fold."""
     return _friction(z0=FOLD + Fraction(gap))
 
 

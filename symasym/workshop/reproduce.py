@@ -170,6 +170,7 @@ def worst_disagreement(out: str | Path = "build") -> Disagreement | None:
     found = [record for record in table["values"] if "paper" in record]
 
     def relative(record: dict[str, Any]) -> Any:
+        """The distance of the paper's value from the exact one, relative to the latter."""
         return abs(mp.mpf(record["paper"]) / mp.mpf(record["mid"]) - 1)
 
     worst = max(found, key=relative)
@@ -185,6 +186,7 @@ def worst_disagreement(out: str | Path = "build") -> Disagreement | None:
 
 
 def _chosen(only: Iterable[str] | None) -> list[Stage]:
+    """The stages named, in their order; all of them without names."""
     stages = _stages()
     if only is None:
         return stages
@@ -211,11 +213,13 @@ def _derivation_hash() -> str:
 
 
 def _folder_hash(folder: Path) -> str:
+    """A hash over the Python files of a folder."""
     parts = sorted(p for p in folder.rglob("*") if p.suffix in {".py", ".mplstyle"})
     return _hash(*(text for p in parts for text in (p.name.encode(), p.read_bytes())))
 
 
 def _stamps(folder: Path) -> dict[str, Any]:
+    """The stamps of the stages that were made in a folder."""
     found = read_json(folder / _STAMPS)
     return found if isinstance(found, dict) else {}
 
@@ -235,6 +239,7 @@ def _stamp(stage: Stage, folder: Path, dps: int) -> dict[str, Any]:
 
 
 def _hash(*parts: bytes) -> str:
+    """A hash of texts, each by itself."""
     found = hashlib.sha256()
     for part in parts:
         found.update(hashlib.sha256(part).digest())
@@ -245,6 +250,7 @@ def _hash(*parts: bytes) -> str:
 
 
 def _figure(name: str) -> Stage:
+    """The stage that draws one figure."""
     kinds = ("png", "svg")
 
     def make(folder: Path, dps: int, step: Callable[[], object]) -> None:
@@ -257,6 +263,7 @@ def _figure(name: str) -> Stage:
 
 
 def _table(folder: Path, dps: int, step: Callable[[], object]) -> None:
+    """Write the reference table."""
     values = [
         record for mu, kappa in figures.DRAWN for record in _curve_records(mu, kappa, dps, step)
     ]
@@ -271,6 +278,7 @@ def _table(folder: Path, dps: int, step: Callable[[], object]) -> None:
 def _curve_records(
     mu: str, kappa: str, dps: int, step: Callable[[], object]
 ) -> Iterator[dict[str, Any]]:
+    """The values of one curve: T, with the paper's beside it, and C at each z0."""
     scales = sa.rescale(eps=figures.EPS, kappa=kappa, r=figures.R)
     family = sa.friction(mu=mu, alpha=figures.ALPHA)
     for z0 in Z0:
@@ -293,10 +301,12 @@ def _labels() -> list[str]:
 
 
 def _derive(folder: Path, dps: int, step: Callable[[], object]) -> None:
+    """Write the pages of every derivation."""
     derive(_labels(), folder / _DERIVATIONS, step=step)
 
 
 def _derived(folder: Path) -> str:
+    """A line on the derivations that were written, for the terminal."""
     trace = read_json(folder / _DERIVATIONS / "trace.json")
     found = trace["derivations"] if isinstance(trace, dict) else []
     steps = sum(len(record["steps"]) for record in found)
@@ -304,6 +314,7 @@ def _derived(folder: Path) -> str:
 
 
 def _stages() -> list[Stage]:
+    """Every stage, in order."""
     labels = closure(_labels())
     pages = tuple(f"{_DERIVATIONS}/{name}" for name in names(labels))
     return [
