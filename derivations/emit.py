@@ -1,4 +1,4 @@
-"""What the derivations emit: `symasym/generated/`, committed and compared by a test.
+"""The code and data that the derivations emit: `symasym/generated/`, compared by a test.
 
 ``python -m derivations.emit`` writes it afresh.
 """
@@ -393,7 +393,7 @@ def module(target: str) -> str:
 
 
 def named(stated: Any) -> tuple[dict[Any, str], list[Any]]:
-    """What the symbols of an expression are called in code, and the order they come in."""
+    """Names of the symbols of an expression in code, and the symbols in the order of arguments."""
     symbols = {s for e in parts(stated) for s in e.free_symbols}
     names = {s: NAMES.get(s.name, s.name) for s in symbols}
     return names, sorted(symbols, key=lambda s: ORDER.index(names[s]))
@@ -419,7 +419,7 @@ def statement(item: Emitted) -> dict[str, Any]:
 
 
 def formulas() -> str:
-    """What `sa.formula` reads: every derivation's statement, without the outcome of its checks."""
+    """The data of `sa.formula`: every derivation's statement, without its checks' outcome."""
     records = {}
     for label in closure(entries()):
         derivation = build(label)

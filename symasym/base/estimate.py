@@ -16,7 +16,7 @@ ErrorKind = Literal["bound", "estimate", "none"]
 
 @dataclass(frozen=True, repr=False)
 class Estimate:
-    """What a verb returns with ``full=True``.
+    """The result of a verb with ``full=True``.
 
     Attributes
     ----------

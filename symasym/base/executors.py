@@ -1,4 +1,4 @@
-"""Where batches of work are done: here, in processes of this machine, or on a cluster."""
+"""Executors of batches of work: in this thread, in processes of this machine, or on a cluster."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ class Here(Executor):
     """Does the work in this thread, when it is submitted."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """The call's result, in a future that is done."""
         done: Future[Any] = Future()
         done.set_result(fn(*args, **kwargs))
         return done
@@ -71,6 +72,7 @@ def _attend() -> None:
     assert parent is not None
 
     def watch() -> None:
+        """End this process when its parent ends."""
         parent.join()
         os._exit(1)
 

@@ -35,6 +35,7 @@ def add_parser(commands: Commands) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> None:
+    """``symasym emit``."""
     import symasym as sa
 
     values, drift = settings(arguments.set), None

@@ -1,4 +1,4 @@
-"""What ``--set NAME=X`` says on a command line."""
+"""The option ``--set NAME=X`` of a command line."""
 
 from __future__ import annotations
 

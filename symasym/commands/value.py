@@ -59,6 +59,7 @@ def add_parser(commands: Commands) -> None:
 
 
 def _order(text: str) -> int | str:
+    """An order as a number, or ``"optimal"``."""
     return text if text == "optimal" else int(text)
 
 

@@ -66,6 +66,7 @@ class Identity:
 
     @cached_property
     def _reference(self) -> list[Any]:
+        """The pieces of the reference, worked out once."""
         return parts(self.reference() if callable(self.reference) else self.reference)
 
     def run(self, result: Statement, rng: random.Random) -> Outcome:

@@ -124,12 +124,14 @@ class Printer(StrPrinter):  # type: ignore[misc]
         return symbol
 
     def _print_Symbol(self, expr: Expr) -> str:
+        """The name given to a symbol, else its own without the mark before an index."""
         if expr in self.names:
             return str(self.names[expr])
         name = str(expr.name)
         return name.replace("_", "") if "_" in name and name[-1].isdigit() else name
 
     def _print_Pi(self, expr: Expr) -> str:
+        """The target's pi."""
         if self.target == "plain":
             raise NotEmittable("pi is no number of every arithmetic.")
         return f"{self.dialect.prefix}pi"

@@ -117,6 +117,7 @@ def _quadrature(
     nodes = [(ctx.convert(x), ctx.convert(weight)) for x, weight in rule]
 
     def integrate(at: dict[Any, Any]) -> Any:
+        """The integral at these numbers, on panels between whole numbers."""
         a, b = lower(at), upper(at)
         kinks = [ctx.mpf(k) for k in range(-9, 10) if min(a, b) < k < max(a, b)]
         points = [a, *(kinks if a <= b else kinks[::-1]), b]

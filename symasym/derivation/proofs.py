@@ -42,6 +42,7 @@ def concrete(expressions: list[Any], rng: random.Random) -> list[Any]:
         numbers = [sympy.Rational(rng.randint(-40, 40), 37) for _ in range(9)]
 
         def polynomial(*arguments: sympy.Expr, numbers: list[Any] = numbers) -> Any:
+            """A polynomial of degree 3 in each argument, with a product of all."""
             total = numbers[0]
             for index, argument in enumerate(arguments):
                 total += sum(numbers[(index * 4 + k) % 8 + 1] * argument**k for k in range(1, 4))

@@ -74,6 +74,7 @@ def exactly(expression: sympy.Expr) -> Any:
 
 
 def _rational(value: Fraction) -> Any:
+    """A Fraction as SymPy's."""
     return sympy.Rational(value.numerator, value.denominator)
 
 
@@ -170,6 +171,7 @@ def potential(A: sympy.Expr) -> Any:
 
 
 def _integral(A: sympy.Expr, v: sympy.Symbol, upper: sympy.Expr) -> Any:
+    """The integral of A over (v, upper), in closed form where SymPy has one."""
     antiderivative = sympy.integrate(A, v)
     if antiderivative.has(sympy.Integral, sympy.Piecewise):
         return sympy.Integral(A, (v, -1, upper))

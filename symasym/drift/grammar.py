@@ -109,6 +109,7 @@ class _Reader:
         return [*tokens, ("end", "")]
 
     def _error(self, why: str) -> InputError:
+        """An error that shows the text."""
         shown = self.text if len(self.text) <= 80 else self.text[:77] + "..."
         return InputError(f"{self.name} is {shown!r}, which {why}; write it like 1/2 - u + 3*u**3.")
 

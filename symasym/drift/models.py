@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, exact
 from symasym.generated.plain_formulas import friction_coefficients
-from symasym.numbers.trees import Operations, call, evaluate_tree, integer_power
+from symasym.numbers.trees import Operand, Operations, call, evaluate_tree, integer_power
 
 if TYPE_CHECKING:
     pass
@@ -27,7 +27,7 @@ Values = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Model:
-    """What every model has; `coefficients` is None where A is no polynomial.
+    """Base of every model; `coefficients` is None where A is no polynomial.
 
     `positive` and `not_negative` name the parameters with such a range.
     """
@@ -45,7 +45,7 @@ class Model:
         """Names of the parameters, in order."""
         raise NotImplementedError
 
-    def evaluate(self, u: Any, p: Values, ops: Operations) -> Any:
+    def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
         """A(u), every parameter in `p` being of the type of `u`."""
         coefficients = self.coefficients(p, ops)
         assert coefficients is not None
@@ -81,6 +81,7 @@ class Friction(Model):
     not_negative: ClassVar[tuple[str, ...]] = ("mu",)
 
     def coefficients(self, p: Values, ops: Operations) -> list[Any]:
+        """The cubic's coefficients (eq:phifric0), of one type and shape."""
         # A coefficient that is the number 0 becomes one of the others' type and shape.
         return [c + 0 * p["z0"] for c in friction_coefficients(p["mu"], p["alpha"], p["z0"])]
 
@@ -94,6 +95,7 @@ class Linear(Model):
         return ("a_minus", "a_plus")
 
     def coefficients(self, p: Values, ops: Operations) -> list[Any]:
+        """(a+ + a-)/2 and (a+ - a-)/2."""
         return [(p["a_plus"] + p["a_minus"]) / 2, (p["a_plus"] - p["a_minus"]) / 2]
 
 
@@ -108,6 +110,7 @@ class Polynomial(Model):
         return tuple(f"c{k}" for k in range(self.degree + 1))
 
     def coefficients(self, p: Values, ops: Operations) -> list[Any]:
+        """The parameters themselves."""
         return [p[name] for name in self.parameters]
 
 
@@ -121,7 +124,8 @@ class Sine(Model):
     def parameters(self) -> tuple[str, ...]:
         return ("a_minus", "a_plus", "b")
 
-    def evaluate(self, u: Any, p: Values, ops: Operations) -> Any:
+    def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
+        """(a+ + a-)/2 + (a+ - a-) u/2 + b sin(k pi u)."""
         middle, half = (p["a_plus"] + p["a_minus"]) / 2, (p["a_plus"] - p["a_minus"]) / 2
         return middle + half * u + p["b"] * call(ops, "sin", u * (self.waves * ops.pi()))
 
@@ -136,7 +140,8 @@ class Tanh(Model):
 
     positive: ClassVar[tuple[str, ...]] = ("steepness",)
 
-    def evaluate(self, u: Any, p: Values, ops: Operations) -> Any:
+    def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
+        """(a+ + a-)/2 + (a+ - a-)/2 tanh(s u)/tanh(s), s the steepness."""
         middle, half = (p["a_plus"] + p["a_minus"]) / 2, (p["a_plus"] - p["a_minus"]) / 2
         slope = p["steepness"]
         return middle + half * (call(ops, "tanh", u * slope) / call(ops, "tanh", slope))
@@ -154,7 +159,8 @@ class Hill(Model):
 
     positive: ClassVar[tuple[str, ...]] = ("K",)
 
-    def evaluate(self, u: Any, p: Values, ops: Operations) -> Any:
+    def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
+        """a- + (a+ - a-) x^n (1 + K^n)/(K^n + x^n), x = (1+u)/2."""
         x_n = integer_power((u + 1) / 2, self.n)
         k_n = integer_power(p["K"], self.n)
         switch = (x_n * (k_n + 1)) / (x_n + k_n)
@@ -176,7 +182,8 @@ class Expression(Model):
         """The parameters' values by symbol."""
         return {s: p[s.name] for s in self.formula.free_symbols - {self.u}}
 
-    def evaluate(self, u: Any, p: Values, ops: Operations) -> Any:
+    def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
+        """The formula by its tree, exact until the arithmetic rounds; a constant of u's shape."""
         return evaluate_tree(self.formula, {self.u: u, **self._values(p)}, ops) + 0 * u
 
     def end(self, p: Values, side: int) -> Any:
@@ -203,6 +210,7 @@ class Expression(Model):
         return None if poly is None else [sympy.sympify(c) for c in poly.all_coeffs()[::-1]]
 
     def coefficients(self, p: Values, ops: Operations) -> list[Any] | None:
+        """Coefficients in powers of u where SymPy finds A a polynomial, else None."""
         if self._powers is None:
             return None
         return [evaluate_tree(c, self._values(p), ops) for c in self._powers]

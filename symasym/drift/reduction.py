@@ -21,7 +21,7 @@ Reader: TypeAlias = "Callable[[str, Expr | str | float], Expr]"
 
 @dataclass(frozen=True)
 class Reduction:
-    """What `reduce` returns; unpacks as ``drift, amplitude``.
+    """The result of `reduce`; unpacks as ``drift, amplitude``.
 
     Attributes
     ----------

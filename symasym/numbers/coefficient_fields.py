@@ -56,6 +56,7 @@ class ExpressionField:
         return self.expression(symbol)
 
     def expression(self, value: sympy.Expr) -> Any:
+        """The expression itself, remembered as a constant."""
         self.constants.append(value)
         return value
 
@@ -83,6 +84,7 @@ class FunctionField:
     """Rational functions over the rationals, generators for parameters and irrational constants."""
 
     def __init__(self, constants: Iterable[Any]) -> None:
+        """Set up the field of everything that these constants are made of."""
         names: dict[Any, Any] = {}
         for constant in constants:
             _generators(sympy.sympify(constant), names)
@@ -179,6 +181,7 @@ class RealField:
         return getattr(self.context, name)(element)
 
     def power(self, element: Element, exponent: Element) -> Any:
+        """A power whose exponent is a rational or a number."""
         if isinstance(exponent, Fraction):
             exponent = self.rational(exponent)
         return element**exponent

@@ -1,4 +1,4 @@
-"""Where a drift can hide something: its range over complex balls.
+"""The range of a drift over complex balls, which shows what samples of it can miss.
 
 Samples cannot tell a smooth function from one with a needle between them; a
 bound on a complex ball can, since whatever is narrow on the real line is huge,
@@ -164,6 +164,7 @@ class ComplexBallOps:
         return self._where_real(value, abs(value) * (self.real.power(reach, abs(exponent)) - 1))
 
     def sqrt(self, x: ComplexBall | Number) -> ComplexBall:
+        """The square root."""
         return self.power(x, Fraction(1, 2))
 
     def log(self, x: ComplexBall | Number) -> ComplexBall:
@@ -173,15 +174,19 @@ class ComplexBallOps:
         return self._where_real(self.real.log(z.centre), self.real.log(reach))
 
     def sin(self, x: ComplexBall | Number) -> ComplexBall:
+        """sin z (see `_wave`)."""
         return self._wave(x, "sin", "cos")
 
     def cos(self, x: ComplexBall | Number) -> ComplexBall:
+        """cos z."""
         return self._wave(x, "cos", "sin")
 
     def sinh(self, x: ComplexBall | Number) -> ComplexBall:
+        """sinh z."""
         return self._wave(x, "sinh", "cosh")
 
     def cosh(self, x: ComplexBall | Number) -> ComplexBall:
+        """cosh z."""
         return self._wave(x, "cosh", "sinh")
 
     def _wave(self, x: ComplexBall | Number, name: str, slope: str) -> ComplexBall:
@@ -232,6 +237,7 @@ class ComplexBallOps:
         return self._where_real(getattr(self.real, name)(z.centre), z.radius * steepest)
 
     def __getattr__(self, name: str) -> Any:
+        """The inverse functions, by their derivatives."""
         if name not in FUNCTIONS:
             raise AttributeError(name)
         slopes: dict[str, Callable[[Any], Any]] = {

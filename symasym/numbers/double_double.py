@@ -96,9 +96,11 @@ class DoubleDoubleOps:
         return DoubleDouble.of(value)
 
     def pi(self) -> DoubleDouble:
+        """pi to 32 digits."""
         return DoubleDouble(np.asarray(np.pi), np.asarray(1.2246467991473532e-16))
 
     def power(self, base: DoubleDouble | Floats, exponent: Fraction) -> DoubleDouble:
+        """A rational power."""
         return _through_mpmath(lambda c, x: x ** mpf_of(exponent, c), base)
 
     def __getattr__(self, name: str) -> Any:

@@ -40,10 +40,16 @@ class Operations(Protocol):
     def power(self, base: Any, exponent: Fraction, /) -> Any: ...
 
 
-class Factor(Protocol):
-    """A number of any type that multiplies its like."""
+class Operand(Protocol):
+    """A number of any type with + - * /, such as u in a drift's formula."""
 
+    def __add__(self, other: Any, /) -> Any: ...
+    def __radd__(self, other: Any, /) -> Any: ...
+    def __sub__(self, other: Any, /) -> Any: ...
+    def __rsub__(self, other: Any, /) -> Any: ...
     def __mul__(self, other: Any, /) -> Any: ...
+    def __rmul__(self, other: Any, /) -> Any: ...
+    def __truediv__(self, other: Any, /) -> Any: ...
 
 
 class NotRational(Exception):
@@ -108,6 +114,7 @@ class MpmathOps:
         self.context = context
 
     def rational(self, value: Fraction) -> Any:
+        """The rational, rounded as the context rounds."""
         return mpf_of(value, self.context)
 
     def pi(self) -> Any:
@@ -146,7 +153,7 @@ class SympyOps:
         return getattr(sympy, name)
 
 
-def call(ops: Operations, name: str, x: Any) -> Any:
+def call(ops: Operations, name: str, x: Operand) -> Any:
     """The elementary function `name`, one of `FUNCTIONS`, of `x`."""
     return getattr(ops, name)(x)
 
@@ -162,6 +169,7 @@ def evaluate_tree(expression: Expr, values: dict[Any, Any], ops: Operations) -> 
     known: dict[Any, Any] = dict(values)
 
     def walk(node: Expr) -> Any:
+        """The value of a node, worked out once."""
         if node not in known:
             known[node] = value_of(node)
         return known[node]
@@ -211,7 +219,7 @@ def evaluate_tree(expression: Expr, values: dict[Any, Any], ops: Operations) -> 
     return walk(sympy.sympify(expression))
 
 
-def integer_power(base: Factor, exponent: int) -> Any:
+def integer_power(base: Operand, exponent: int) -> Any:
     """``base**exponent`` for `exponent` >= 1 by squaring, for types without ``**``."""
     result: Any = None
     while exponent:

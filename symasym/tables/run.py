@@ -49,7 +49,7 @@ _BEGINNING = b'{"table": '
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a table.
+    """The outcome of a table.
 
     Attributes
     ----------

@@ -33,7 +33,7 @@ _LOG_DIGITS = 6
 
 @dataclass(frozen=True)
 class Spec:
-    """What a table holds.
+    """The contents of a table.
 
     Attributes
     ----------
@@ -345,4 +345,5 @@ def _line_of(text: str, wanted: str) -> int:
 
 
 def _plain(key: str) -> str:
+    """A key without quotes and spaces."""
     return re.sub(r"[\"'\s]", "", key)

@@ -1,4 +1,4 @@
-"""What is known in closed form, as functions of an mpmath context and kappa, r, start in it."""
+"""Values known in closed form, as functions of an mpmath context and kappa, r, start in it."""
 
 from __future__ import annotations
 
@@ -73,6 +73,7 @@ def linear_sliding(slope: str) -> dict[str, ClosedForm]:
         """The stationary density at a point."""
 
         def value(mp: MPContext, kappa: mpf, r: mpf, x: mpf) -> Any:
+            """e^{-lam V} at the point over its integral."""
             layer, tails, q = parts(mp, kappa)
             y = abs(mpf_of(Fraction(at), mp))
             rise = y * y if y <= 1 else 1 + 2 * (y - 1)

@@ -1,4 +1,4 @@
-"""How far two numbers are apart, free of any global precision."""
+"""Distances between two numbers, free of any global precision."""
 
 from __future__ import annotations
 

@@ -257,6 +257,7 @@ class _Grid:
     def __init__(
         self, drift: Drift, kappa: Fraction, marks: list[Fraction], work: int, level: int
     ) -> None:
+        """Cut the interval at `marks` and the kinks, and make the rule of this level."""
         self.mp = _context(work)
         self.ops = MpmathOps(self.mp)
         self.drift = drift

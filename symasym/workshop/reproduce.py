@@ -63,8 +63,8 @@ class Stage:
     sources: Callable[[], str] = lambda: _source_hash()
     report: Callable[[Path], str] | None = None
 
-    def told(self, folder: Path) -> str:
-        """What was made, for the terminal."""
+    def summary(self, folder: Path) -> str:
+        """The names of the files, or what the stage reports of them."""
         if self.report is not None:
             return self.report(folder)
         return ", ".join(str(folder / name) for name in self.files)
@@ -72,7 +72,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a stage; `seconds` is None where its files were up to date."""
+    """The outcome of a stage; `seconds` is None where its files were up to date."""
 
     stage: Stage
     seconds: float | None
@@ -80,7 +80,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Disagreement:
-    """Where the paper's formula is farthest from the exact value, relative to the latter."""
+    """The scene at which the paper's formula is farthest, relatively, from the exact value."""
 
     mu: str
     kappa: str
@@ -167,13 +167,13 @@ def worst_disagreement(out: str | Path = "build") -> Disagreement | None:
     table = read_json(Path(out) / _TABLE)
     if table is None:
         return None
-    found = [record for record in table["values"] if "paper" in record]
+    compared = [record for record in table["values"] if "paper" in record]
 
     def relative(record: dict[str, Any]) -> Any:
         """The distance of the paper's value from the exact one, relative to the latter."""
         return abs(mp.mpf(record["paper"]) / mp.mpf(record["mid"]) - 1)
 
-    worst = max(found, key=relative)
+    worst = max(compared, key=relative)
     return Disagreement(
         mu=worst["x"]["mu"],
         kappa=worst["physical"]["kappa"],
@@ -181,7 +181,7 @@ def worst_disagreement(out: str | Path = "build") -> Disagreement | None:
         paper=worst["paper"],
         exact=worst["mid"],
         relative=float(relative(worst)),
-        scenes=len(found),
+        scenes=len(compared),
     )
 
 
@@ -220,8 +220,8 @@ def _folder_hash(folder: Path) -> str:
 
 def _stamps(folder: Path) -> dict[str, Any]:
     """The stamps of the stages that were made in a folder."""
-    found = read_json(folder / _STAMPS)
-    return found if isinstance(found, dict) else {}
+    stamps = read_json(folder / _STAMPS)
+    return stamps if isinstance(stamps, dict) else {}
 
 
 def _stamp(stage: Stage, folder: Path, dps: int) -> dict[str, Any]:
@@ -240,10 +240,10 @@ def _stamp(stage: Stage, folder: Path, dps: int) -> dict[str, Any]:
 
 def _hash(*parts: bytes) -> str:
     """A hash of texts, each by itself."""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for part in parts:
-        found.update(hashlib.sha256(part).digest())
-    return found.hexdigest()
+        digest.update(hashlib.sha256(part).digest())
+    return digest.hexdigest()
 
 
 # -- stages ----------------------------------------------------------------------------------
@@ -254,6 +254,7 @@ def _figure(name: str) -> Stage:
     kinds = ("png", "svg")
 
     def make(folder: Path, dps: int, step: Callable[[], object]) -> None:
+        """Draw the figure and write its files."""
         figure = figures.FIGURES[name]()
         for kind in kinds:
             write_bytes(folder / f"{name}.{kind}", figures.encode(figure, kind))
@@ -308,9 +309,9 @@ def _derive(folder: Path, dps: int, step: Callable[[], object]) -> None:
 def _derived(folder: Path) -> str:
     """A line on the derivations that were written, for the terminal."""
     trace = read_json(folder / _DERIVATIONS / "trace.json")
-    found = trace["derivations"] if isinstance(trace, dict) else []
-    steps = sum(len(record["steps"]) for record in found)
-    return f"{folder / _DERIVATIONS}, {len(found)} derivations whose {steps} checks pass"
+    derived = trace["derivations"] if isinstance(trace, dict) else []
+    steps = sum(len(record["steps"]) for record in derived)
+    return f"{folder / _DERIVATIONS}, {len(derived)} derivations whose {steps} checks pass"
 
 
 def _stages() -> list[Stage]:
