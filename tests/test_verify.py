@@ -141,8 +141,8 @@ def test_a_broken_evaluator_is_found(
 def test_a_broken_float64_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     right = double.escape_time
 
-    def wrong(*args: Any) -> Any:
-        found = right(*args)
+    def wrong(*args: Any, **named: Any) -> Any:
+        found = right(*args, **named)
         return found._replace(value=found.value + 1e-10)
 
     monkeypatch.setattr(double, "escape_time", wrong)

@@ -67,7 +67,7 @@ class Inequality:
         """True for < and >."""
         return self.relation in ("<", ">")
 
-    def slack(self) -> Any:
+    def difference(self) -> Any:
         """The larger side less the smaller."""
         if self.relation in ("<=", "<"):
             return self.right - self.left
