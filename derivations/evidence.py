@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from derivations.numerics import Scene, pieces, split_pieces, well_integral
+from derivations.numerics import WELL, Scene, pieces, split_pieces, well_integral
 from symasym.base.contexts import own_context
 
 
@@ -236,10 +236,8 @@ def _measured_order(relative: Any) -> Any:
 
 def well_order() -> Evidence:
     """The measured order of the correction to the well's term."""
-    from derivations.section6_well import SCENE
-
     order = _measured_order(
-        lambda ctx, k: well_integral(ctx, SCENE, k) / well_term(ctx, SCENE, k) - 1
+        lambda ctx, k: well_integral(ctx, WELL, k) / well_term(ctx, WELL, k) - 1
     )
     return Evidence(
         "order of the relative correction",

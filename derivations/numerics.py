@@ -85,6 +85,10 @@ class Scene:
         return (a + b) / 2
 
 
+#: A = 3 (u + 1/5)(u - 3/5)(u + 2): a well at -1/5, a barrier at 3/5, everything rational.
+WELL = Scene((Fraction(-18, 25), Fraction(-69, 25), Fraction(24, 5), Fraction(3)))
+
+
 _KNOWN: dict[tuple[Scene, int], list[Any]] = {}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import sympy
@@ -104,18 +105,29 @@ NAMES: dict[Any, str] = {
 
 
 class PaperDerivation(Derivation):
-    """A derivation that may take up the results of those it rests on."""
+    """A derivation that may take up the results of those it rests on.
 
-    def __init__(self, label: str, title: str, rests_on: tuple[str, ...]) -> None:
+    `build` gives the derivation of a label, `holds` the truth of the numbers of a counterexample,
+    by its name in `derivations.evidence`.
+    """
+
+    def __init__(
+        self,
+        label: str,
+        title: str,
+        rests_on: tuple[str, ...],
+        build: Callable[[str], Derivation],
+        holds: Callable[[str], bool],
+    ) -> None:
         super().__init__(label, title, rests_on, dict(NAMES))
+        self._build = build
+        self.holds = holds
 
     def use(self, label: str) -> Any:
         """The result of another derivation, which must be among `rests_on`."""
-        from derivations.registry import build
-
         if label not in self.rests_on:
             raise ValueError(f"{self.label} uses {label} without resting on it.")
-        result = build(label).result
+        result = self._build(label).result
         if result is None:
             raise ValueError(f"{label} has concluded nothing.")
         return result

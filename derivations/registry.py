@@ -91,6 +91,13 @@ def build(label: str) -> Any:
     from derivations.paper import PaperDerivation
 
     entry = entries()[label]
-    derivation = PaperDerivation(label, entry.title, entry.rests_on)
+    derivation = PaperDerivation(label, entry.title, entry.rests_on, build, holds)
     getattr(importlib.import_module(entry.module), entry.function)(derivation)
     return derivation
+
+
+def holds(name: str) -> bool:
+    """True if the counterexample of that name in `derivations.evidence` holds."""
+    # By name, since the counterexamples use the sections, which name them here.
+    evidence = importlib.import_module("derivations.evidence")
+    return bool(getattr(evidence, name)().holds())

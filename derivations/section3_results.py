@@ -131,20 +131,18 @@ def t_small(d: Any) -> None:
     D = Symbol("D", positive=True)
     A1, A2 = Symbol("A_1", negative=True), Symbol("A_2", positive=True)
     prefactor = 2 * sympy.pi / sympy.sqrt(-A1 * A2)
-    from derivations import evidence
-
     d.suppose("a well at u1 and a barrier at u2 > 0, with V(u2) - V(u1) = D")
     d.suppose(
         "drift < 0 on some interval is enough for T > O(r)",
         "fails",
         "A = 3/10 + 2 u + 3 u^2, kappa = 1/20",
-        lambda: evidence.harmless_well().holds(),
+        lambda: d.holds("harmless_well"),
     )
     d.suppose(
         "kappa << sqrt(eps) is enough for T > O(r)",
         "fails",
         "friction, mu = 3, z0 = -2/5, kappa = 3/10, r = 10^12",
-        lambda: evidence.far_radius().holds(),
+        lambda: d.holds("far_radius"),
     )
     large = Symbol("X", positive=True)
 

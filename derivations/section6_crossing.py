@@ -42,7 +42,7 @@ def bound_on_C(d: Any) -> None:
         "V_max <= Delta r, as printed, is enough",
         "fails",
         "A = 3 (u + 19/20)(u - 3/5), kappa = 1/5, r = 10, Delta = 1/4: C is far above the bound",
-        _printed_condition_fails,
+        lambda: d.holds("C_hypothesis"),
     )
     d.step(
         "left integral",
@@ -154,12 +154,6 @@ def bound_on_C(d: Any) -> None:
         final,
         "an upper bound, for r >= 4, V_max <= a- r/4 and exp(3 a- r/(2 kappa^2)) >= 4",
     )
-
-
-def _printed_condition_fails() -> bool:
-    from derivations.evidence import C_hypothesis
-
-    return C_hypothesis().holds()
 
 
 @derives("eq:TtildeCzero", "The mean escape time without the terms of C", ("eq:Ttilde", "C-bound"))

@@ -17,13 +17,11 @@ from symasym.derivation import Expansion, Identity, Order, Satisfies
 
 @derives("eq:S", "The Stokes multiplier: with, without and behind the barrier", ("eq:Ttildesmall",))
 def stokes(d: Any) -> None:
-    from derivations import evidence
-
     d.suppose(
         "without u2 > 0 no term is exponentially large",
         "fails",
         "A = 4 (u + 4/5)(u + 1/10), kappa = 1/20, start at 0",
-        lambda: evidence.behind_barrier().holds(),
+        lambda: d.holds("behind_barrier"),
     )
     start_drift = Symbol("phi_0", positive=True)
     smooth = Scene((Fraction(2, 3), Fraction(1, 2)))

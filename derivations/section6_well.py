@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any
 
 import sympy
 from sympy import Symbol
 
+from derivations.numerics import WELL as SCENE
 from derivations.numerics import Scene, around, integral, well_integral
 from derivations.paper import V, a_minus, a_plus, kappa, lam, phi, r, t, u, u1, u2
 from derivations.registry import derives
 from symasym.derivation import Expansion, Identity, Order
 
-# A(u) = 3 (u + 1/5)(u - 3/5)(u + 2): well at -1/5, barrier at 3/5, everything rational.
-SCENE = Scene((Fraction(-18, 25), Fraction(-69, 25), Fraction(24, 5), Fraction(3)))
 D = Symbol("D", positive=True)
 A1, A2 = Symbol("A_1", negative=True), Symbol("A_2", positive=True)
 V_1, V_2 = Symbol("V_u1", real=True), Symbol("V_u2", real=True)
@@ -258,20 +256,18 @@ def _third(k: Any, ctx: Any) -> Any:
     ("eq:secondTerm", "eq:fourthTerm2", "other-pieces", "C-bound"),
 )
 def small(d: Any) -> None:
-    from derivations import evidence
-
     d.suppose("u1 and u2 simple and apart, u2 apart from 0 and 1: several kappa each")
     d.suppose(
         "it holds up to the fold",
         "fails",
         "friction, mu = 3, z0 = -777/1000, kappa = 1/10",
-        lambda: evidence.near_fold().holds(),
+        lambda: d.holds("near_fold"),
     )
     d.suppose(
         "it holds up to u2 = 1",
         "fails",
         "friction, mu = 3, z0 = -1/10000, kappa = 1/10",
-        lambda: evidence.near_edge().holds(),
+        lambda: d.holds("near_edge"),
     )
     formula = d.step(
         "sum",

@@ -36,13 +36,21 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     """
     if request.name[-1] == "P":
         return _occupation(scene, request)
+    if request.name[-1] == "C":
+        from symasym.asymptotics.proofs.exit_bounds import paper_bound
+
+        return paper_bound(scene, request)
     _require_start_0(scene.numbers["start"])
     return Answer(_escape_time(scene, request), None, "none")
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """The same for many; each occupation by itself."""
-    if request.name[-1] != "P":
+    if request.name[-1] == "C":
+        from symasym.asymptotics.proofs.exit_bounds import paper_bounds
+
+        return paper_bounds(scenes, request)
+    if request.name == "T":
         _require_start_0(scenes.given["start"])
         return Answers(_log_escape_times(scenes), None, "none")
     request = request._replace(log=True)
@@ -242,6 +250,10 @@ def _occupation(scene: Scene, request: Request) -> Answer:
         bounded = share >= 1
         if bounded:
             share = _lower_bound(scene.drift, noise, context)
+            # As many digits of 1 - P.
+            with context.workprec(context.prec - min(0, context.mag(1 - share))):
+                noise = mpf_of(scene.numbers["kappa"], context)
+                share = _lower_bound(scene.drift, noise, context)
         value = 1 - share if request.complement else share
         error = 1 - share if bounded else None
         if request.log:

@@ -11,22 +11,27 @@ import numpy as np
 from symasym.base.contexts import own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
-from symasym.base.inputs import exact
+from symasym.base.inputs import FloatArray, IntArray, Number, exact, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     Answer,
+    Answers,
     Request,
-    digits_back,
+    Scenes,
+    as_digits,
+    as_floats,
     float_scenes,
     one_scene,
+    read_scene,
     require_drift,
 )
-from symasym.methods.driver import answer
-from symasym.plan_arrays import of_arrays, uniform_logs
+from symasym.methods.table import answer
 
 __all__ = ["Plan", "Term", "plan"]
 
 _WEAK_ORDERS = range(9)
+# Of the weak-noise series in float64, where an order costs little.
+_ARRAY_ORDERS = (0, 1, 2, 4, 8)
 _ORDERS = {"laplace": _WEAK_ORDERS, "strong_noise": (0, 1, 2, 4, 8, 16)}
 # Of rtol, for what is left out; the rest is for the series that are kept.
 _FOR_DROPPED = Fraction(1, 10)
@@ -107,7 +112,7 @@ class Plan:
     __repr__ = __str__
 
 
-def plan(drift: Drift, kappa: Any, r: Any, rtol: Any = 1e-6, *, start: Any = 0) -> Plan:
+def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: Number = 0) -> Plan:
     """The terms of T that this scene needs, those left out, and the bound on each.
 
     Parameters
@@ -145,7 +150,7 @@ def plan(drift: Drift, kappa: Any, r: Any, rtol: Any = 1e-6, *, start: Any = 0) 
     return _planned(drift, numbers, allowed, request, in_float=True)[0]
 
 
-def read_rtol(rtol: Any) -> Fraction:
+def read_rtol(rtol: Number | None) -> Fraction:
     """rtol as an exact number between 0 and 1."""
     if rtol is None:
         raise InputError('method is "auto", which needs the relative error allowed; give rtol=….')
@@ -159,7 +164,7 @@ def _digits_for(allowed: Fraction) -> int:
     return max(20, len(str(int(1 / allowed))) + 8)
 
 
-def automatic(drift: Drift, numbers: dict[str, Any], rtol: Any, request: Request) -> Any:
+def automatic(drift: Drift, numbers: dict[str, Any], rtol: Number | None, request: Request) -> Any:
     """The quantity of `request` by the cheapest method whose stated error is at most `rtol`."""
     allowed = read_rtol(rtol)
     if request.order is not None:
@@ -169,7 +174,7 @@ def automatic(drift: Drift, numbers: dict[str, Any], rtol: Any, request: Request
             f"rtol is {rtol}, below what float64 gives (1e-12); pass dps=… for more digits."
         )
     if request.dps is None and not one_scene(drift, numbers):
-        return of_arrays(drift, numbers, allowed, request)
+        return _of_arrays(drift, numbers, allowed, request)
     digits = max(_digits_for(allowed), request.dps or 0)
     wanted = request._replace(dps=digits, full=True)
     if request.name == "T":
@@ -179,7 +184,7 @@ def automatic(drift: Drift, numbers: dict[str, Any], rtol: Any, request: Request
     request = request._replace(method=found.method, order=found.order)
     with own_context(digits + 10) as context:
         value, error = (context.make_mpf(x._mpf_) for x in (found.value, found.error))
-        return digits_back(
+        return as_digits(
             request, Answer(value, error, found.error_kind, found.terms, found.dropped)
         )
 
@@ -229,12 +234,12 @@ def _planned(
     """The plan, and the value that it gives, `in_float` if float64 is enough."""
     from symasym.asymptotics.weak_noise import answer as weak_noise
 
-    rtol = float(allowed)
+    rtol, scene = float(allowed), read_scene(drift, numbers, request.dps)
     refused: dict[str, str] = {}
     # Of the exact value; relative to what is found it is larger.
     known = (1 - _FOR_DROPPED) * allowed / (1 + allowed)
     try:
-        parts = weak_noise.parts(drift, numbers, request.digits, _WEAK_ORDERS, known)
+        parts = weak_noise.parts(scene, request.digits, _WEAK_ORDERS, known)
     except SymasymError as error:
         refused["laplace"] = str(error)
     else:
@@ -271,7 +276,7 @@ def _whole(found: Estimate) -> tuple[Term, ...]:
 
 def _uniform(drift: Drift, numbers: dict[str, Any], log: bool) -> tuple[float, Estimate]:
     """The uniform formula of order 0, as for arrays; its relative error, infinite if refused."""
-    logs, errors = uniform_logs(drift, float_scenes(drift, numbers), np.zeros(1, dtype=np.intp))
+    logs, errors = _uniform_logs(drift, float_scenes(drift, numbers), np.zeros(1, dtype=np.intp))
     relative = float(np.expm1(errors[0])) * (1 + 1e-12)
     with own_context(30) as context:
         value = error = context.mpf(0)
@@ -317,3 +322,76 @@ def _of_parts(parts: Any, rtol: float, request: Request) -> tuple[Plan, Estimate
     found = Estimate(value, error, "estimate", "laplace", parts.order, kept, left)
     made = Plan("laplace", parts.order, tuple(terms), float(relative), "estimate", cost, rtol, {})
     return made, found
+
+
+# -- arrays, each scene by the cheapest method in float64 whose error will do ----------------------
+
+
+def _of_arrays(
+    drift: Drift,
+    numbers: dict[str, Any],
+    allowed: Fraction,
+    request: Request,
+) -> Any:
+    """Each element by the first method and order whose stated error is small enough.
+
+    Strong noise takes longer than the exact integral in arrays, so that it is left out.
+    """
+    from symasym.asymptotics.weak_noise.arrays import index_of, own_shapes
+
+    scenes = float_scenes(drift, numbers)
+    logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
+    given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
+    shapes = own_shapes(drift, numbers, scenes) if request.name[-1] != "P" else [drift.shape]
+    index = index_of(shapes, scenes.shape)
+    # Of a value, not of its logarithm.
+    most = np.log1p(float(allowed)) * (1 - 1e-12)
+    plans: list[tuple[str, int | None]] = [("laplace", n) for n in _ARRAY_ORDERS]
+    plans += [("uniform", 0)] * (request.name == "T") + [("exact", None)]
+    used = []
+    for method, order in plans:
+        rows = np.flatnonzero(~(errors <= most))
+        if not rows.size:
+            break
+        some = drift.bind(**{name: x[rows] for name, x in given.items()}) if given else drift
+        # A number that all share stays what it is, so that reading it as a float counts.
+        values = {n: scenes.numbers[n][rows] if is_array(x) else x for n, x in numbers.items()}
+        if order is None:
+            last = answer(some, values, request._replace(method=method, log=True, full=True))
+            found = np.atleast_1d(last.value), np.atleast_1d(last.error)
+            better = np.ones(len(rows), dtype=bool)
+        else:
+            found = _attempt(some, values, request.name, method, order, index[rows])
+            better = found[1] <= most
+        logs[rows[better]], errors[rows[better]] = found[0][better], found[1][better]
+        if better.any():
+            used.append(method if order is None else f"{method}, order {order}")
+    request = request._replace(method="auto")
+    return as_floats(request, scenes.shape, Answers(logs, errors, "estimate", tuple(used)))
+
+
+def _attempt(
+    drift: Drift, numbers: dict[str, Any], name: str, method: str, order: int, index: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Logarithms and their errors by one method, infinite errors where it refuses."""
+    from symasym.asymptotics.weak_noise import answer as weak_noise
+
+    scenes = float_scenes(drift, numbers)
+    try:
+        if method == "laplace":
+            return weak_noise.array_logs(drift, scenes, name, order, index)
+        return _uniform_logs(drift, scenes, index)
+    except SymasymError:
+        return np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
+
+
+def _uniform_logs(drift: Drift, scenes: Scenes, index: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Order 0 in float64: polynomial A, everything else would cost more than the integral."""
+    from symasym.asymptotics.uniform.order_zero import escape_time
+    from symasym.asymptotics.uniform.pairing_arrays import found_of
+    from symasym.asymptotics.weak_noise.arrays import logs_of
+
+    logs, errors = logs_of(
+        drift, scenes, [], (0,), escape_time, None, True, find=found_of, index=index
+    )
+    return logs, np.where(errors >= 0, errors, np.inf)

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from symasym.drift.scenes import Request
-from symasym.methods.driver import answer, require_drift_of
-from symasym.methods.table import QUANTITIES, require_method
+from symasym.methods.table import QUANTITIES, answer, require_drift_of, require_method
 
 if TYPE_CHECKING:
+    from symasym.base.inputs import Number, Numbers
     from symasym.drift.drift import Drift
 
 __all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"]
@@ -17,16 +17,16 @@ __all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"
 
 def escape_time(
     drift: Drift,
-    kappa: Any,
-    r: Any,
+    kappa: Numbers,
+    r: Numbers,
     *,
-    start: Any = 0,
+    start: Numbers = 0,
     method: str = "exact",
-    order: int | None = None,
+    order: int | str | None = None,
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
-    rtol: Any = None,
+    rtol: Number | None = None,
 ) -> Any:
     """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region).
 
@@ -87,17 +87,17 @@ def escape_time(
 
 def exit_probability(
     drift: Drift,
-    kappa: Any,
-    r: Any,
+    kappa: Numbers,
+    r: Numbers,
     *,
-    start: Any = 0,
+    start: Numbers = 0,
     complement: bool = False,
     method: str = "exact",
-    order: int | None = None,
+    order: int | str | None = None,
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
-    rtol: Any = None,
+    rtol: Number | None = None,
 ) -> Any:
     """Probability C of leaving ``|u| < r`` through -r (eq:C).
 
@@ -134,15 +134,15 @@ def exit_probability(
 
 def occupation(
     drift: Drift,
-    kappa: Any,
+    kappa: Numbers,
     *,
     complement: bool = False,
     method: str = "exact",
-    order: int | None = None,
+    order: int | str | None = None,
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
-    rtol: Any = None,
+    rtol: Number | None = None,
 ) -> Any:
     """Stationary probability P of ``|u| <= 1`` (eq:P); the region must be sliding.
 
@@ -179,8 +179,8 @@ def occupation(
 
 def stationary_density(
     drift: Drift,
-    kappa: Any,
-    y: Any,
+    kappa: Numbers,
+    y: Numbers,
     *,
     dps: int | None = None,
     log: bool = False,
@@ -227,7 +227,9 @@ def call_named(name: str, drift: Drift, numbers: Mapping[str, Any], **options: A
     return globals()[quantity.verb](drift, **taken, **options)
 
 
-def _asked(drift: Drift, numbers: dict[str, Any], request: Request, rtol: Any = None) -> Any:
+def _asked(
+    drift: Drift, numbers: dict[str, Any], request: Request, rtol: Number | None = None
+) -> Any:
     """The quantity of `request`, by its method or by the cheapest."""
     require_method(request, rtol)
     require_drift_of(request.name, drift)

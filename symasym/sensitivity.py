@@ -13,7 +13,7 @@ import numpy as np
 from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
-from symasym.base.inputs import digits, exact
+from symasym.base.inputs import Numbers, digits, exact
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     FLOAT_DIGITS,
@@ -24,8 +24,7 @@ from symasym.drift.scenes import (
     require_drift,
     scene_at,
 )
-from symasym.methods.driver import answer, require_drift_of
-from symasym.methods.table import QUANTITIES
+from symasym.methods.table import QUANTITIES, answer, require_drift_of
 from symasym.numbers.trees import MpmathOps
 
 __all__ = ["Sensitivity", "sensitivity"]
@@ -65,10 +64,10 @@ class Sensitivity:
 
 def sensitivity(
     drift: Drift,
-    kappa: Any,
-    r: Any = None,
+    kappa: Numbers,
+    r: Numbers | None = None,
     *,
-    start: Any = 0,
+    start: Numbers = 0,
     quantity: str = "T",
     dps: int | None = None,
 ) -> Sensitivity:
@@ -142,7 +141,7 @@ def sensitivity(
     return _gathered(quantity, each, scenes.shape, FLOAT_DIGITS, "estimate")
 
 
-def _numbers(quantity: str, kappa: Any, r: Any, start: Any) -> dict[str, Any]:
+def _numbers(quantity: str, kappa: Numbers, r: Numbers | None, start: Numbers) -> dict[str, Any]:
     given = {"kappa": kappa, "r": r, "start": start}
     takes = QUANTITIES[quantity].numbers
     if ("r" in takes) != (r is not None):

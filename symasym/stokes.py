@@ -14,6 +14,7 @@ import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import InputError, SymasymError
+from symasym.base.inputs import Numbers
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     FLOAT_DIGITS,
@@ -32,7 +33,7 @@ _GUARD = 15
 
 
 def stokes_multiplier(
-    drift: Drift, kappa: Any, *, method: str = "uniform", dps: int | None = None
+    drift: Drift, kappa: Numbers, *, method: str = "uniform", dps: int | None = None
 ) -> Any:
     """Share of a well's exponential in T, from 0 before the fold to 1 beyond it (eq:Ttildesmall).
 

@@ -173,36 +173,36 @@ def test_a_broken_ball_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_an_error_that_is_claimed_too_small_is_found(
     monkeypatch: pytest.MonkeyPatch, module: Any, method: str, task: tuple[str, str]
 ) -> None:
-    right = module.escape_time
+    right = module.of_scene
 
     def proud(*args: Any) -> Any:
         found = right(*args)
-        return sa.Estimate(found.value, found.error / 10**6, found.error_kind, found.method)
+        return found._replace(error=found.error / 10**6)
 
-    monkeypatch.setattr(module, "escape_time", proud)
+    monkeypatch.setattr(module, "of_scene", proud)
     found = failures(task)
     assert {evaluator for evaluator, _ in found} >= {method}
 
 
 def test_a_wrong_bound_of_C_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = exit_bounds.exit_probability
+    right = exit_bounds.of_scene
 
     def wrong(*args: Any) -> Any:
         found = right(*args)
-        return sa.Estimate(found.value * 3, found.error, "bound", "bound")
+        return found._replace(value=found.value * 3)
 
-    monkeypatch.setattr(exit_bounds, "exit_probability", wrong)
+    monkeypatch.setattr(exit_bounds, "of_scene", wrong)
     assert ("bound", "honesty (bound)") in failures(("honesty", SCENE))
 
 
 def test_a_paper_that_claims_an_error_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = paper.escape_time
+    right = paper.of_scene
 
-    def proud(*args: Any, **named: Any) -> Any:
-        found = right(*args, **named)
-        return sa.Estimate(found.value, found.value / 1000, "estimate", "paper")
+    def proud(*args: Any) -> Any:
+        found = right(*args)
+        return found._replace(error=found.value / 1000, kind="estimate")
 
-    monkeypatch.setattr(paper, "escape_time", proud)
+    monkeypatch.setattr(paper, "of_scene", proud)
     assert ("paper", "honesty (estimate)") in failures(("honesty", "friction k=0.3"))
 
 

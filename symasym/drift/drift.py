@@ -10,7 +10,7 @@ import numpy as np
 
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import FloatArray, exact, float_text, floats, is_array
-from symasym.drift import models
+from symasym.drift import landscape, models
 from symasym.numbers.complex_balls import ComplexBall, ComplexBallOps
 from symasym.numbers.trees import FractionOps, NotRational, NumpyOps, SympyOps
 
@@ -388,26 +388,22 @@ class Drift:
         u : float or array_like
             Scaled position, broadcast with the parameters.
         """
-        from symasym.drift.landscape import potential_at
+        return landscape.potential_at(self, floats("u", u))
 
-        return potential_at(self, floats("u", u))
-
-    def critical_points(self) -> list[Any]:
+    def critical_points(self) -> list[landscape.CriticalPoint]:
         """Zeros of A in (-1, 1), left to right, with multiplicity and stability.
 
         Returns
         -------
         list of symasym.drift.landscape.CriticalPoint
         """
-        from symasym.drift.landscape import critical_points
+        return landscape.critical_points(self)
 
-        return critical_points(self)
-
-    def wells(self) -> list[Any]:
+    def wells(self) -> list[landscape.CriticalPoint]:
         """Local minima of V in (-1, 1), left to right, as critical points."""
         return [point for point in self.critical_points() if point.kind == "well"]
 
-    def barriers(self) -> list[Any]:
+    def barriers(self) -> list[landscape.CriticalPoint]:
         """Local maxima of V in (-1, 1), left to right, as critical points."""
         return [point for point in self.critical_points() if point.kind == "barrier"]
 

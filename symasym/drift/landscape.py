@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -15,11 +15,36 @@ from symasym.base.inputs import FloatArray
 from symasym.generated.numpy_formulas import potential_left, potential_right
 from symasym.numbers.complex_balls import ComplexBall, tame
 
-if TYPE_CHECKING:
-    from symasym.drift.drift import Drift
-
 _DIGITS = 60
 _NARROWEST = 1e-12
+
+
+class Switch(Protocol):
+    """A(u) of a smoothed switch, in the arithmetics in which it is looked at here.
+
+    `symasym.drift.drift.Drift` is one.
+    """
+
+    def scalars(self) -> dict[str, Fraction]:
+        """The exact parameter values; an error if some are free or arrays."""
+
+    def exact_coefficients(self) -> list[Fraction] | None:
+        """Rational coefficients in ascending powers; None if A is no such polynomial."""
+
+    def evaluate(self, u: Any, ops: Any) -> Any:
+        """A(u) in the arithmetic of `ops`."""
+
+    def evaluate_float(self, u: FloatArray, values: dict[str, FloatArray] | None = None) -> Any:
+        """A(u) in float64."""
+
+    def spread(self, centre: FloatArray, radius: FloatArray) -> ComplexBall:
+        """The complex balls that hold A on complex balls."""
+
+    def float_values(self) -> dict[str, FloatArray]:
+        """The parameter values in float64."""
+
+    def shape_with(self, name: str, array: FloatArray) -> tuple[int, ...]:
+        """Common shape of the parameters and an argument."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +72,7 @@ class CriticalPoint:
         return self.kind == "well"
 
 
-def critical_points(drift: Drift) -> list[CriticalPoint]:
+def critical_points(drift: Switch) -> list[CriticalPoint]:
     """Zeros of A in (-1, 1), left to right; exact for polynomials, else to 50 digits.
 
     Raises
@@ -103,7 +128,7 @@ def _kind(multiplicity: int, rising: bool) -> str:
     return "barrier" if rising else "well"
 
 
-def _of_analytic(drift: Drift) -> list[CriticalPoint]:
+def _of_analytic(drift: Switch) -> list[CriticalPoint]:
     import mpmath
 
     from symasym.numbers.truncated_series import SeriesOps, TruncatedSeries
@@ -267,7 +292,7 @@ def _proxies(
 
 
 def _minus_integral(
-    drift: Drift, inside: FloatArray, values: dict[str, Any], panels: int
+    drift: Switch, inside: FloatArray, values: dict[str, Any], panels: int
 ) -> FloatArray:
     """-int A from -1 to `inside` on so many Gauss-Legendre panels."""
     x, w = np.polynomial.legendre.leggauss(12)
@@ -280,7 +305,7 @@ def _minus_integral(
     return total
 
 
-def potential_at(drift: Drift, u: FloatArray) -> Any:
+def potential_at(drift: Switch, u: FloatArray) -> Any:
     """V in float64 with V(-1) = 0, by Gauss-Legendre on panels short enough for any A."""
     values = drift.float_values()
     shape = drift.shape_with("u", u)

@@ -271,34 +271,14 @@ def input_rounding(scenes: Scenes, size: FloatArray) -> FloatArray:
     return change
 
 
-def floats_back(request: Request, shape: tuple[int, ...], answers: Answers) -> Any:
+def as_floats(request: Request, shape: tuple[int, ...], answers: Answers) -> Any:
     """Logarithms and their errors as what was asked for."""
-    return as_floats(request, shape, *answers)
-
-
-def digits_back(request: Request, answer: Answer) -> Any:
-    """An mpf of enough digits, with its error, as what was asked for."""
-    if answer.order is not None:
-        request = request._replace(order=answer.order)
-    return as_digits(request, *answer[:-1])
-
-
-def as_floats(
-    request: Request,
-    shape: tuple[int, ...],
-    logs: FloatArray,
-    errors: FloatArray | None,
-    kind: ErrorKind,
-    terms: tuple[str, ...],
-    dropped: tuple[str, ...],
-) -> Any:
-    """Logarithms and their errors as what was asked for."""
-    logs = logs.reshape(shape)
+    logs = answers.logs.reshape(shape)
     value: Any = logs
     error: Any = None
-    if request.full and errors is not None:
+    if request.full and answers.errors is not None:
         # A logarithm close to 0 may have underflowed.
-        error = errors.reshape(shape) + 1e-300
+        error = answers.errors.reshape(shape) + 1e-300
     require_fits(request.name, logs, request.log)
     if not request.log:
         value = np.exp(logs)
@@ -309,22 +289,18 @@ def as_floats(
         value, error = float(value), None if error is None else float(error)
     if not request.full:
         return value
-    return Estimate(value, error, kind, request.method, request.order, terms, dropped)
+    order = None if isinstance(request.order, range) else request.order
+    return Estimate(
+        value, error, answers.kind, request.method, order, answers.terms, answers.dropped
+    )
 
 
-def as_digits(
-    request: Request,
-    value: Any,
-    error: Any,
-    kind: ErrorKind,
-    terms: tuple[str, ...],
-    dropped: tuple[str, ...],
-) -> Any:
+def as_digits(request: Request, answer: Answer) -> Any:
     """An mpf of enough digits, with its error, as what was asked for."""
     import mpmath
     from mpmath import libmp
 
-    dps = request.dps
+    dps, value, error = request.dps, answer.value, answer.error
     if dps is not None:
         rounded = to_mpf(value, dps)
     else:
@@ -340,7 +316,10 @@ def as_digits(
         # Differences without a precision are exact in libmp; only the sum of the errors rounds.
         shift = libmp.mpf_abs(libmp.mpf_sub(value._mpf_, rounded._mpf_))
         total = mpmath.mp.make_mpf(libmp.mpf_add(error._mpf_, shift, 53, "u"))
-    return Estimate(rounded, total, kind, request.method, request.order, terms, dropped)
+    order = request.order if answer.order is None else answer.order
+    return Estimate(
+        rounded, total, answer.kind, request.method, order, answer.terms, answer.dropped
+    )
 
 
 def _fits(name: str, value: Any) -> None:

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 import sympy
 
-from symasym.asymptotics.weak_noise.answer import MOST_ORDER
 from symasym.asymptotics.weak_noise.compose import (
     Composed,
     Found,
@@ -126,12 +125,12 @@ def _program(
 
 def read_order(order: Any) -> int:
     """`order`, 2 where it is None."""
-    from symasym.asymptotics.weak_noise.answer import DEFAULT_ORDER
     from symasym.drift.scenes import read_order as read
+    from symasym.methods.table import WEAK_NOISE_ORDERS
 
     if order == "optimal":
         raise InputError("order is 'optimal', which depends on kappa; give a number.")
-    return read(order, DEFAULT_ORDER, MOST_ORDER)
+    return read(order, *WEAK_NOISE_ORDERS)
 
 
 # -- where it holds ------------------------------------------------------------------------------

@@ -1,5 +1,40 @@
-"""Laplace's method (weak noise)."""
+"""Laplace's method for weak noise, its error proved where that can be had.
 
-from symasym.asymptotics.weak_noise.answer import escape_time, exit_probability, occupation
+The expansion is `symasym.asymptotics.weak_noise.answer`'s, the bounds of what it leaves out are
+`symasym.asymptotics.proofs.enclosures`', of T and of 1 - P.
+"""
 
-__all__ = ["escape_time", "exit_probability", "occupation"]
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from symasym.asymptotics.weak_noise import answer as weak_noise
+from symasym.asymptotics.weak_noise.answer import of_scenes
+from symasym.drift.scenes import Answer, Request, Scene
+
+__all__ = ["of_scene", "of_scenes"]
+
+
+def of_scene(scene: Scene, request: Request) -> Answer:
+    """The expansion of one scene; of kind ``"bound"`` where its error is proved."""
+    return weak_noise.of_scene(scene, request, prover(scene, request))
+
+
+def prover(scene: Scene, request: Request) -> Callable[[int], Any] | None:
+    """What gives proved bounds at an order, or None; None for C."""
+    return None if request.name[-1] == "C" else partial(_bounds, scene, request)
+
+
+def _bounds(scene: Scene, request: Request, order: int) -> Any:
+    from symasym.numbers import balls
+
+    if not balls.available():
+        return None
+    from symasym.asymptotics.proofs.enclosures import enclosure, enclosure_outside
+
+    drift, kappa, digits = scene.drift, scene.numbers["kappa"], request.digits
+    if request.name == "T":
+        return enclosure(drift, kappa, scene.r, scene.start, order, digits)
+    return enclosure_outside(drift, kappa, order, digits)

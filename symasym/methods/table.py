@@ -1,4 +1,4 @@
-"""The quantities, and the methods with what each of them answers.
+"""The quantities, the methods with what each of them answers, and the driver of all of them.
 
 A method is a record of this table. Its home, a module that is loaded when the method is first
 asked, has the steps:
@@ -8,7 +8,7 @@ asked, has the steps:
 ``of_scenes(scenes, request)``
     the `Answers` for scenes in float64.
 
-Reading the scene before and handing the answer back after is `symasym.methods.driver`'s.
+Reading the scene before and handing the answer back after is the one driver's, `answer`.
 """
 
 from __future__ import annotations
@@ -18,11 +18,36 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, cast
 
-from symasym.base.errors import InputError
-from symasym.drift.drift import Drift
-from symasym.drift.scenes import Answer, Answers, Request, Scene, Scenes, read_order
+import numpy as np
 
-__all__ = ["METHODS", "QUANTITIES", "Method", "Quantity", "quantity_of", "require_method"]
+from symasym.base.errors import InputError, RegionError
+from symasym.base.inputs import Number
+from symasym.drift.drift import Drift
+from symasym.drift.scenes import (
+    Answer,
+    Answers,
+    Request,
+    Scene,
+    Scenes,
+    as_digits,
+    as_floats,
+    float_scenes,
+    one_scene,
+    read_order,
+    read_scene,
+    require_drift,
+)
+
+__all__ = [
+    "METHODS",
+    "QUANTITIES",
+    "Method",
+    "Quantity",
+    "answer",
+    "quantity_of",
+    "require_drift_of",
+    "require_method",
+]
 
 
 class Quantity(NamedTuple):
@@ -103,7 +128,7 @@ class Method:
         return cast(Home, importlib.import_module(self.module))
 
     def with_order(self, request: Request) -> Request:
-        """The request with an order that this method has."""
+        """The request with an order that this method has; with all of them for ``"optimal"``."""
         order = request.order
         if self.orders is None:
             if order is not None:
@@ -112,7 +137,7 @@ class Method:
                 )
             return request
         if self.optimal and order == "optimal":
-            return request
+            return request._replace(order=range(self.orders[1] + 1))
         if self.orders[1] == 0:
             if order not in (None, 0):
                 raise InputError(
@@ -135,6 +160,9 @@ def _unproved(drift: Drift, request: Request) -> bool:
     return not (request.full and balls.available())
 
 
+#: Of kappa^2: the order where none is given, and the highest.
+WEAK_NOISE_ORDERS = (2, 20)
+
 _ALL = tuple(QUANTITIES)
 _NOISE = "symasym.asymptotics"
 
@@ -144,7 +172,7 @@ METHODS = {
     for method in (
         Method("exact", (*_ALL, "p_ss"), "symasym.methods.exact", in_float=_without_error),
         Method("paper", _ALL, "symasym.paper"),
-        Method("laplace", _ALL, "symasym.methods.laplace", (2, 20), optimal=True),
+        Method("laplace", _ALL, "symasym.methods.laplace", WEAK_NOISE_ORDERS, optimal=True),
         Method("local", ("T",), f"{_NOISE}.uniform.answer", (0, 0)),
         Method("uniform", ("T", "P", "1 - P"), f"{_NOISE}.uniform.answer", (2, 6)),
         Method("strong_noise", _ALL, f"{_NOISE}.strong_noise.answer", (2, 100), in_float=_unproved),
@@ -153,7 +181,7 @@ METHODS = {
 }
 
 
-def require_method(request: Request, rtol: Any = None) -> None:
+def require_method(request: Request, rtol: Number | None = None) -> None:
     """Raise InputError unless the method answers the quantity, or is ``"auto"``."""
     method = request.method
     if rtol is not None and method != "auto":
@@ -164,3 +192,34 @@ def require_method(request: Request, rtol: Any = None) -> None:
     known = [name for name, m in METHODS.items() if request.name in m.quantities] + ["auto"]
     if not isinstance(method, str) or method not in known:
         raise InputError(f"method is {method!r}; this quantity has {', '.join(map(repr, known))}.")
+
+
+def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
+    """The quantity of `request` by its method: a float, an array, an mpf or an `Estimate`.
+
+    One scene is read in exact numbers, arrays and what a method does faster in float64 are read
+    as floats.
+    """
+    method = METHODS[request.method]
+    request = method.with_order(request)
+    if request.dps is None and (not one_scene(drift, numbers) or method.in_float(drift, request)):
+        scenes = float_scenes(drift, numbers)
+        return as_floats(request, scenes.shape, method.home.of_scenes(scenes, request))
+    scene = read_scene(drift, numbers, request.dps)
+    return as_digits(request, method.home.of_scene(scene, request))
+
+
+def require_drift_of(name: str, drift: Drift) -> None:
+    """Raise unless the drift is bound, and slides where the quantity `name` needs that."""
+    require_drift(drift)
+    if not quantity_of(name).sliding:
+        return
+    a_minus, a_plus = drift.ends
+    wrong = ~((np.asarray(a_minus, dtype=float) > 0) & (np.asarray(a_plus, dtype=float) < 0))
+    if wrong.any():
+        first = tuple(np.argwhere(wrong)[0]) if wrong.ndim else ()
+        shown = [float(np.asarray(x, dtype=float)[first]) for x in (a_minus, a_plus)]
+        raise RegionError(
+            f"a- = {shown[0]:.6g} and a+ = {shown[1]:.6g} make no sliding region (a- > 0 > a+), so "
+            "there is no stationary density; ask for escape_time instead."
+        )

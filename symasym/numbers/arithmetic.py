@@ -14,6 +14,7 @@ own. What Python's operators do for both (+, -, *, /, ** of whole numbers, `abs`
 
 from __future__ import annotations
 
+import math
 from typing import Any, Protocol
 
 import numpy as np
@@ -28,6 +29,9 @@ Test = Any
 class Arithmetic(Protocol):
     """Numbers of one kind and their elementary functions."""
 
+    #: The mpmath context; None for float64.
+    context: Any
+    bits: int
     eps: Number
     zero: Number
     one: Number
@@ -43,6 +47,7 @@ class Arithmetic(Protocol):
     def expm1(self, x: Number) -> Number: ...
     def log(self, x: Number) -> Number: ...
     def log1p(self, x: Number) -> Number: ...
+    def gamma(self, p: int, q: int = 1) -> Number: ...
     def atan2(self, y: Number, x: Number) -> Number: ...
     def maximum(self, a: Number, b: Number) -> Number: ...
     def minimum(self, a: Number, b: Number) -> Number: ...
@@ -54,6 +59,8 @@ class Arithmetic(Protocol):
 class _Floats:
     """float64 arrays, all scenes at once; a single scene is an array of one, or a float."""
 
+    context = None
+    bits = 53
     eps = 2.0**-52
     zero, one, inf = 0.0, 1.0, float("inf")
     pi, euler = float(np.pi), float(np.euler_gamma)
@@ -72,6 +79,10 @@ class _Floats:
     def rational(self, p: int, q: int = 1) -> float:
         """The float nearest to p/q."""
         return p / q
+
+    def gamma(self, p: int, q: int = 1) -> float:
+        """Gamma(p/q)."""
+        return math.gamma(p / q)
 
     def number(self, x: Any) -> Any:
         """`x` itself if it is an array, else the float nearest to it."""
@@ -92,7 +103,7 @@ class Digits:
     """The numbers of one mpmath context, at its precision."""
 
     def __init__(self, context: Any) -> None:
-        self.context = context
+        self.context, self.bits = context, context.prec
         self.eps, self.zero, self.one, self.inf = (
             +context.eps,
             context.zero,
@@ -100,14 +111,31 @@ class Digits:
             context.inf,
         )
         self.pi, self.euler = +context.pi, +context.euler
-        self.sqrt, self.cbrt, self.exp = context.sqrt, context.cbrt, context.exp
-        self.expm1, self.log, self.log1p = context.expm1, context.log, context.log1p
+        self.cbrt, self.exp, self.expm1 = context.cbrt, context.exp, context.expm1
+        self.log1p = context.log1p
         self.atan2 = context.atan2
         self.maximum, self.minimum = max, min
+        self._gammas: dict[tuple[int, int], Any] = {}
 
     def rational(self, p: int, q: int = 1) -> Any:
         """p/q, rounded once."""
         return self.context.mpf(p) / q
+
+    def sqrt(self, x: Any) -> Any:
+        """As NumPy's of real numbers: no complex one is made."""
+        return self.context.nan if x._mpf_[0] else self.context.sqrt(x)
+
+    def log(self, x: Any) -> Any:
+        """As NumPy's of real numbers."""
+        if x._mpf_[1]:
+            return self.context.nan if x._mpf_[0] else self.context.log(x)
+        return x if x else -self.inf
+
+    def gamma(self, p: int, q: int = 1) -> Any:
+        """Gamma(p/q)."""
+        if (p, q) not in self._gammas:
+            self._gammas[p, q] = self.context.gamma(self.rational(p, q))
+        return self._gammas[p, q]
 
     def number(self, x: Any) -> Any:
         """`x` in this context: a float or an mpf as it is, a rational rounded."""

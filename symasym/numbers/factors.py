@@ -1,7 +1,7 @@
 """The zeros of one polynomial drift by itself, to many digits: simple ones, and pairs as factors.
 
 What is alone and what goes together is decided in float64, as for arrays
-(`symasym.asymptotics.uniform.pair_arrays`); Newton's steps then take a zero, and Bairstow's a
+(`symasym.asymptotics.uniform.pairing_arrays`); Newton's steps then take a zero, and Bairstow's a
 pair, to all digits. A pair's middle and its distance squared are analytic in the coefficients, so
 that both are as exact at a fold as anywhere.
 """

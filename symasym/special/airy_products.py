@@ -18,6 +18,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from symasym.numbers.arithmetic import Digits
+from symasym.special.airy import AiryProducts, airy_products
+
 #: A value, and a size that has no zeros by chance.
 Term = tuple[Any, Any]
 #: (a_n, b_n), without their powers of 1/lam.
@@ -62,26 +65,23 @@ def product_rows(falling: Rows, rising: Rows) -> list[tuple[Any, Any, Any]]:
     return found
 
 
-def airy_functions(z: Any, context: Any) -> tuple[Any, ...]:
-    """Ai, Bi, Ai' and Bi'."""
-    ai, bi = context.airyai, context.airybi
-    return ai(z), bi(z), ai(z, derivative=1), bi(z, derivative=1)
-
-
 def pair_terms(
     zeta: Any,
     falling: Rows,
     rising: Rows,
     lam: Any,
     context: Any,
-    known: tuple[Any, ...] | None = None,
+    known: AiryProducts | None = None,
 ) -> PairTerms:
-    """All terms that the rows determine; `known` are the Airy functions at Z, if they are."""
+    """All terms that the rows determine; `known` are the products at Z, if they are."""
     third = context.cbrt(lam)
     z = third**2 * zeta
-    ai, bi, ai1, bi1 = airy_functions(z, context) if known is None else known
+    airy = airy_products(z, Digits(context)) if known is None else known
+    growth = context.exp(2 * z * context.sqrt(z) / 3) if z > 0 else context.one
+    squares, cross, slopes = (growth * growth * y for y in airy[:3])
+    bi, bi1 = growth * airy.bi, growth * airy.bi_slope
     # The modulus functions have no zeros.
-    modulus = context.hypot(ai, bi), context.hypot(ai1, bi1)
+    modulus = context.sqrt(squares), context.sqrt(slopes)
 
     def single(rows: Rows, step: int) -> list[Term]:
         found = []
@@ -92,7 +92,7 @@ def pair_terms(
             found.append((front * step**n * value, front * size))
         return found
 
-    functions = ai**2 + bi**2, (ai * ai1 + bi * bi1) / third, (ai1**2 + bi1**2) / third**2
+    functions = squares, cross / third, slopes / third**2
     both = []
     for n, row in enumerate(product_rows(falling, rising)):
         front = context.pi**2 * lam**-n / third**2

@@ -12,17 +12,18 @@ from symasym.asymptotics.proofs.layer_bounds import Barrier, Edge, Layer, Region
 from symasym.asymptotics.proofs.panels import Bounds, between_lines
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
-from symasym.base.inputs import FloatArray, float_text, is_array
+from symasym.base.inputs import FloatArray, float_text
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
+    Answer,
+    Answers,
     Request,
-    as_digits,
-    as_floats,
-    exact_scene,
-    float_scenes,
+    Scene,
+    Scenes,
+    by_drift,
     input_rounding,
-    one_scene,
     rows_of,
+    scene_at,
 )
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of
@@ -31,35 +32,30 @@ from symasym.special.exponentials import ball_quotient, log_quotient
 # Bounds further apart say nothing that is worth a number.
 _MOST_RATIO = 3
 _UNIT = 1e-15
+_PAPER_TERMS = ("eq:C, C-bound",)
+_PAPER_NOTE = ("C lies between 0 and the value",)
 _TERMS = ("lower and upper bound of the integrals on both sides of the start",)
 
 
-def exit_probability(
-    drift: Drift, kappa: Any, r: Any, start: Any, complement: bool, request: Request
-) -> Any:
+def of_scene(scene: Scene, request: Request) -> Answer:
     """The middle of two bounds of C (or 1 - C), with half their distance as the error."""
-    numbers = {"kappa": kappa, "r": r, "start": start}
-    if not one_scene(drift, numbers) and request.dps is None:
-        return _of_arrays(drift, numbers, complement, request)
-    values = exact_scene(drift, numbers, request.dps)
-    lam = 2 / values["kappa"] ** 2
-    digits = request.digits
+    drift, lam, values, digits = scene.drift, scene.lam, scene.numbers, request.digits
     exponent = int(lam * (1 + values["r"]) * 1024)
     bits = int(digits * 3.33) + 80 + 2 * exponent.bit_length()
     flint_module()
     with precision(bits):
         left = _side(drift, True, values["r"], -values["start"], lam)
         right = _side(drift, False, values["r"], values["start"], lam)
-        wanted, other = (left, right) if complement else (right, left)
+        wanted, other = (left, right) if request.complement else (right, left)
         low, high = _probability(wanted[0], other[1]), _probability(wanted[1], other[0])
         if not high < _MOST_RATIO * low:
-            raise _too_far(float_text(values["kappa"]))
+            raise _too_far(scene.noise)
         if request.log:
             low, high = _log(wanted[0], other[1]), _log(wanted[1], other[0])
         from symasym.numbers import balls
 
         middle, radius = balls.to_mpf(low.union(high), digits + 10)
-    return as_digits(request, middle, radius, "bound", _TERMS, ())
+    return Answer(middle, radius, "bound", _TERMS)
 
 
 def _probability(part: Any, rest: Any) -> Any:
@@ -174,28 +170,21 @@ class _Floats:
 # -- many scenes, in float64 -----------------------------------------------------------------------
 
 
-def _of_arrays(drift: Drift, numbers: dict[str, Any], complement: bool, request: Request) -> Any:
+def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """One analysis of the layer for each drift, radius below 1 and start; vectorised over lam."""
-    scenes = float_scenes(drift, numbers)
     flint_module()
-    given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
     r, start = scenes.numbers["r"], scenes.numbers["start"]
     ends = np.minimum(r, 1.0), np.clip(start, -1.0, 1.0)
-    keys = np.array([*given.values(), *ends]).T
-    unique, group = np.unique(keys, axis=0, return_inverse=True)
     logs, errors = np.empty(len(r)), np.empty(len(r))
     steepest = np.zeros(len(r))
-    for k in range(len(unique)):
-        rows = np.flatnonzero(group.ravel() == k)
-        first = {name: float(x[rows[0]]) for name, x in given.items()}
-        one = drift.bind(**first) if first else drift
+    for one, rows in by_drift(scenes, *ends):
         with np.errstate(all="ignore"):
             steepest[rows] = np.abs(one.evaluate_float(np.linspace(-1, 1, 65))).max()
             left, right = (
                 _float_side(one, side < 0, r[rows], side * start[rows], scenes.lam[rows])
                 for side in (-1, 1)
             )
-            wanted, other = (left, right) if complement else (right, left)
+            wanted, other = (left, right) if request.complement else (right, left)
             # log C = -log(1 + sigma_L/sigma_R); the ends of the one from opposite ends of both.
             ratios = other[[1, 0]] - wanted
             ends_of_log = -np.logaddexp(0.0, ratios[:2])
@@ -205,8 +194,8 @@ def _of_arrays(drift: Drift, numbers: dict[str, Any], complement: bool, request:
         errors[rows] = (ends_of_log[1] - ends_of_log[0]) / 2 + slack
     bad = np.flatnonzero(~(errors < np.log(_MOST_RATIO) / 2))
     if bad.size:
-        raise _too_far(f"{scenes.numbers['kappa'][bad[0]]:.6g}")
-    return as_floats(request, scenes.shape, logs, errors, "bound", _TERMS, ())
+        raise _too_far(scenes.noise(bad[0]))
+    return Answers(logs, errors, "bound", _TERMS)
 
 
 def _float_side(
@@ -267,9 +256,7 @@ def _float_layer(layer: Layer, lam: FloatArray) -> FloatArray:
 # -- the paper's bound -----------------------------------------------------------------------------
 
 
-def paper_bound(
-    drift: Drift, kappa: Any, r: Any, start: Any, complement: bool, request: Request
-) -> Any:
+def paper_bound(scene: Scene, request: Request) -> Answer:
     """The bound of the paper's section 6.2, 2 a- (1/a+ + 2/kappa^2) e^{-r a-/kappa^2}.
 
     Of C for a drift to the right, and mirrored of 1 - C for one to the left. What
@@ -277,25 +264,35 @@ def paper_bound(
     [0, 1] and e^{3 a- r/(2 kappa^2)} >= 4. It lies between 0 and the value, which is
     the error; its logarithm has none.
     """
-    numbers = {"kappa": kappa, "r": r, "start": start}
-    if request.dps is None and not one_scene(drift, numbers):
-        return _paper_of_arrays(drift, numbers, complement, request)
-    values = exact_scene(drift, numbers, request.dps)
-    digits = request.digits
-    with own_context(digits + 15) as context:
-        value = _paper_log(drift, values, complement, context)
-        if not request.log:
-            with context.workprec(context.prec + max(0, int(context.mag(value)))):
-                value = context.exp(_paper_log(drift, values, complement, context))
-        note = ("C lies between 0 and the value",)
+    with own_context(request.digits + 15) as context:
+        value = _paper_log(scene, request.complement, context)
         if request.log:
-            return as_digits(request, value, None, "none", ("eq:C, C-bound",), note)
-        return as_digits(request, value, value, "bound", ("eq:C, C-bound",), note)
+            return Answer(value, None, "none", _PAPER_TERMS, _PAPER_NOTE)
+        with context.workprec(context.prec + max(0, int(context.mag(value)))):
+            value = context.exp(_paper_log(scene, request.complement, context))
+        return Answer(value, value, "bound", _PAPER_TERMS, _PAPER_NOTE)
 
 
-def _paper_log(drift: Drift, values: dict[str, Fraction], complement: bool, context: Any) -> Any:
+def paper_bounds(scenes: Scenes, request: Request) -> Answers:
+    """The same for many: the condition in exact arithmetic, scene by scene."""
+    logs = np.empty(len(scenes.lam))
+    with own_context(25) as context:
+        for one, rows in by_drift(scenes):
+            for row in rows:
+                scene = scene_at(scenes, row)._replace(drift=one)
+                logs[row] = float(_paper_log(scene, request.complement, context))
+    if request.log:
+        return Answers(logs, None, "none", _PAPER_TERMS, _PAPER_NOTE)
+    # As wide as the value itself: from 0 to it.
+    errors = np.log(2.0) + 4 * _UNIT * (1 + np.abs(logs))
+    return Answers(logs, errors, "bound", _PAPER_TERMS, _PAPER_NOTE)
+
+
+def _paper_log(scene: Scene, complement: bool, context: Any) -> Any:
+    """Logarithm of the bound, where its conditions hold."""
     from symasym.base.errors import InputError, RegionError
 
+    drift, values = scene.drift, scene.numbers
     if values["start"] != 0:
         raise InputError(
             f"start is {float_text(values['start'])}; the paper's bound is for start 0, use "
@@ -349,27 +346,3 @@ def _highest(drift: Drift, mirrored: bool) -> Fraction:
                 top = top.max(base + panel.height.max(end) + panel.bend)
         mantissa, exponent = top.upper().man_exp()
         return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
-
-
-def _paper_of_arrays(
-    drift: Drift, numbers: dict[str, Any], complement: bool, request: Request
-) -> Any:
-    """The condition in exact arithmetic, scene by scene; one analysis for each drift."""
-    scenes = float_scenes(drift, numbers)
-    given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
-    logs, drifts = np.empty(len(scenes.lam)), {}
-    with own_context(25) as context:
-        for k in range(len(logs)):
-            key = tuple(float(x[k]) for x in given.values())
-            if key not in drifts:
-                chosen = dict(zip(given, key, strict=True))
-                drifts[key] = drift.bind(**chosen) if chosen else drift
-            values = {name: Fraction(float(x[k])) for name, x in scenes.numbers.items()}
-            logs[k] = float(_paper_log(drifts[key], values, complement, context))
-    slack = 4 * _UNIT * (1 + np.abs(logs))
-    note = ("C lies between 0 and the value",)
-    if request.log:
-        return as_floats(request, scenes.shape, logs, None, "none", ("eq:C, C-bound",), note)
-    # As wide as the value itself: from 0 to it.
-    errors = np.log(2.0) + slack
-    return as_floats(request, scenes.shape, logs, errors, "bound", ("eq:C, C-bound",), note)

@@ -1,11 +1,12 @@
 """Weak noise through the coalescence of wells, barriers and ends: T by uniform approximation.
 
-Laplace's sums (`symasym.asymptotics.weak_noise.answer`) with the places that may meet taken
+Laplace's sums (`symasym.asymptotics.weak_noise.answer`) with coalescing critical points taken
 together: a well and the barrier next to it, also past the fold where they are a complex pair
-(`symasym.asymptotics.uniform.coalescing_pair`), and each of them with the start and with the ends
-of the layer (`symasym.asymptotics.uniform.gaussian_cut`). Their own series stay below the sum, in
-the places and in the outer part; the singular terms cancel there, for which digits are added
-beforehand, so that nothing is lost beside a coalescence.
+(`.coalescing_pair`: the canonical Airy form of Chester, Friedman and Ursell), and each of them with
+the start and with the ends of the layer (`.truncated_gaussian`: Bleistein). Their own series stay
+below the sum, in the places and in the regular part; the singular terms cancel there, for which
+digits are added beforehand, so that nothing is lost beside a coalescence. Order 0 of polynomial A
+has closed forms in which nothing cancels (`.order_zero`), for arrays and for any number of digits.
 """
 
 from __future__ import annotations
@@ -17,13 +18,24 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.uniform.coalescing_pair import Fold, parabola
-from symasym.asymptotics.uniform.gaussian_cut import Cuts, cuts_at, cuts_of
-from symasym.asymptotics.uniform.local_arrays import escape_time as in_float
-from symasym.asymptotics.uniform.order_zero import scene_of
-from symasym.asymptotics.uniform.pairing import Seen, Stretch, folds_of, lost_digits, seen
+from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, parabola
+from symasym.asymptotics.uniform.order_zero import escape_time as in_float
+from symasym.asymptotics.uniform.order_zero_digits import Scene as ClosedScene
+from symasym.asymptotics.uniform.order_zero_digits import scene_of
+from symasym.asymptotics.uniform.pairing import (
+    OneSide,
+    Stretch,
+    coalescing_pairs,
+    lost_digits,
+    seen,
+)
 from symasym.asymptotics.uniform.pairing_arrays import found_of
 from symasym.asymptotics.uniform.sums import corrected, time_at, whole_at
+from symasym.asymptotics.uniform.truncated_gaussian import (
+    Truncations,
+    truncations_at,
+    truncations_of,
+)
 from symasym.asymptotics.weak_noise.answer import require_seen, working_digits
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.critical_points import barriers, whole
@@ -34,83 +46,69 @@ from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.float_field import IntArray
 from symasym.drift.scenes import (
+    Answer,
+    Answers,
     Request,
+    Scene,
     Scenes,
-    as_digits,
-    as_floats,
-    exact_scene,
-    float_scenes,
-    one_scene,
-    read_order,
+    by_drift,
     rows_of,
 )
 from symasym.drift.taylor_field import ExactField
 
-__all__ = ["escape_time", "occupation"]
+__all__ = ["of_scene", "of_scenes"]
 
-DEFAULT_ORDER = 2
-MOST_ORDER = 6
 # Of lam, where the next terms are looked at.
 _BESIDE = (1, 0.8, 0.64)
 _TERMS = ("wells, barriers, start, ends, kinks and the part between",)
 _DROPPED = ("higher orders of every series, in the error",)
 
 
-def escape_time(
-    drift: Drift, kappa: Any, r: Any, start: Any, request: Request, *, local: bool = False
-) -> Any:
-    """T to the order that `request` asks for; `local`: with the fold's own Airy functions."""
-    order = 0 if local else read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
-    if local and request.order not in (None, 0):
-        raise InputError(
-            f"order is {request.order!r}, but method 'local' is of order 0; leave it out, or use "
-            "method='uniform'."
-        )
-    numbers = {"kappa": kappa, "r": r, "start": start}
-    request = request._replace(order=order)
-    if request.dps is None and not one_scene(drift, numbers):
-        return _of_arrays(drift, numbers, request, local)
-    values = exact_scene(drift, numbers, request.dps)
+def of_scene(asked: Scene, request: Request) -> Answer:
+    """T, or 1 - P and P; by the method ``"local"`` with the fold's own Airy functions."""
+    if request.name[-1] == "P":
+        return _occupation(asked, request)
+    local, order, lam = request.method == "local", request.order, asked.lam
     if order == 0 and not local:
-        found = _closed(drift, values, request)
-        if found is not None:
-            return found
-    lam = 2 / values["kappa"] ** 2
-    with _analysed(drift, values["r"], values["start"], lam, order, request.digits, local) as scene:
-        value, size = _estimate(scene, lam, order, float_text(values["kappa"]))
+        answer = _closed(asked, request)
+        if answer is not None:
+            return answer
+    with _analysed(asked.drift, asked.r, asked.start, lam, order, request.digits, local) as scene:
+        value, size = _estimate(scene, lam, order, asked.noise)
         return _handed(request, value, size, _names(scene.sides, scene.context), scene.context)
 
 
-def _closed(drift: Drift, values: dict[str, Fraction], request: Request) -> Any:
+def _closed(asked: Scene, request: Request) -> Answer | None:
     """Order 0 by closed forms; None where they don't tell."""
-    r, lam = values["r"], 2 / values["kappa"] ** 2
-    with own_context(working_digits(request.digits, lam, r) + 10) as context:
-        scene = scene_of(drift, r, values["start"], context)
-        found = scene and scene.time(mpf_of(lam, context))
-        if scene is None or found is None:
+    with _closed_scene(asked.drift, asked.r, asked.start, asked.lam, request.digits) as scene:
+        time = scene and scene.time(scene.arithmetic.number(asked.lam))
+        if scene is None or time is None:
             return None
-        return _handed(request, *found, (*scene.names, *_TERMS), context)
+        return _handed(request, *time, (*scene.names, *_TERMS), scene.arithmetic.context)
 
 
-def _handed(request: Request, value: Any, size: Any, names: tuple[str, ...], context: Any) -> Any:
+@contextmanager
+def _closed_scene(
+    drift: Drift, r: Fraction, x: Fraction, lam: Fraction, digits: int
+) -> Iterator[ClosedScene | None]:
+    """For any lam up to this one."""
+    with own_context(working_digits(digits, lam, r) + 10) as context:
+        yield scene_of(drift, r, x, context)
+
+
+def _handed(
+    request: Request, value: Any, size: Any, names: tuple[str, ...], context: Any
+) -> Answer:
     if request.log:
         size = _log_error(value, size, context)
         value = context.log(value)
     size += abs(value) * context.mpf(10) ** -(request.digits + 5)
-    return as_digits(request, value, size, "estimate", names, _DROPPED)
+    return Answer(value, size, "estimate", names, _DROPPED)
 
 
-def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> Any:
+def _occupation(asked: Scene, request: Request) -> Answer:
     """1 - P, or P, of one sliding scene, through folds of wells inside the layer."""
-    order = read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
-    request = request._replace(order=order)
-    numbers = {"kappa": kappa}
-    if request.dps is None and not one_scene(drift, numbers):
-        raise InputError(
-            "arrays have no uniform 1 - P; give one scene at a time, or use method='laplace'."
-        )
-    values = exact_scene(drift, numbers, request.dps)
-    lam = 2 / values["kappa"] ** 2
+    drift, lam, order, complement = asked.drift, asked.lam, request.order, request.complement
     digits = request.digits
     base = working_digits(digits, lam, Fraction(1))
     one = Fraction(1)
@@ -120,31 +118,31 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
         places = whole(field, order, context)
         every = places + barriers(field, order, context)
         stretch = Stretch(field, -one, -one, one, (-one, one), base, context)
-        folds = folds_of(stretch, order, every)
+        folds = coalescing_pairs(stretch, order, every)
         require_seen(drift, lam, [float(f.point) for f in folds])
         slopes = [abs(field.number(context.mpf(side))) for side in (-1, 1)]
         heights = places[0].height, places[-1].height
         zeros = [p for p in every if p.kind in ("well", "barrier")]
         left, right = (
-            cuts_at(field, side * one, -height, zeros, order, base, context)
+            truncations_at(field, side * one, -height, zeros, order, base, context)
             for side, height in zip((-1, 1), heights, strict=True)
         )
 
         def share(number: Any, n: int) -> Any:
             total = whole_at(places, folds, number, n, context)
-            for sign, cuts in ((1, right), (-1, left)):
-                total += sign * corrected(cuts, [], number, n, context).falling
+            for sign, truncations in ((1, right), (-1, left)):
+                total += sign * corrected(truncations, [], number, n, context).falling
             outside = sum(
                 context.exp(number * h) / (number * a) for a, h in zip(slopes, heights, strict=True)
             )
             return outside / total
 
         number = mpf_of(lam, context)
-        folds, cut = _apart(folds, number, context)
-        value, size = _with_error(share, number, order, float_text(values["kappa"]), context)
-        size += 10 * cut * value
+        folds, cost = _apart(folds, number, context)
+        value, size = _with_error(share, number, order, asked.noise, context)
+        size += 10 * cost * value
         if not size < (value if complement else 1 - value):
-            raise _too_strong(float_text(values["kappa"]), order)
+            raise _too_strong(asked.noise, order)
         if not complement:
             value = 1 - value
         if request.log:
@@ -152,14 +150,18 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
             value = context.log(value)
         size += abs(value) * context.mpf(10) ** -(digits + 5)
         wells = [f"well at u = {context.nstr(p.u, 6)}" for p in places if p.kind == "well"]
-        return as_digits(request, value, size, "estimate", (*wells, "folds and kinks"), _DROPPED)
+        return Answer(value, size, "estimate", (*wells, "folds and kinks"), _DROPPED)
 
 
-def _of_arrays(drift: Drift, numbers: dict[str, Any], request: Request, local: bool) -> Any:
+def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """Order 0 of polynomials in float64 where that is enough; the others one by one."""
-    scenes = float_scenes(drift, numbers)
+    if request.name[-1] == "P":
+        raise InputError(
+            "arrays have no uniform 1 - P; give one scene at a time, or use method='laplace'."
+        )
+    drift, local = scenes.drift, request.method == "local"
     if request.order == 0 and not local:
-        shapes = own_shapes(drift, numbers, scenes)
+        shapes = own_shapes(drift, scenes.given, scenes)
         logs, errors = logs_of(
             drift, scenes, shapes, (0,), in_float, None, request.full, found_of, smooth=True
         )
@@ -168,29 +170,38 @@ def _of_arrays(drift: Drift, numbers: dict[str, Any], request: Request, local: b
     rest = np.flatnonzero(~(errors < np.inf))
     if rest.size:
         logs[rest], errors[rest] = _one_by_one(drift, scenes, rest, request, local)
-    return as_floats(request, scenes.shape, logs, errors, "estimate", _TERMS, _DROPPED)
+    return Answers(logs, errors, "estimate", _TERMS, _DROPPED)
 
 
 def _one_by_one(
     drift: Drift, scenes: Scenes, rest: IntArray, request: Request, local: bool
 ) -> tuple[FloatArray, FloatArray]:
     """One analysis for each drift, radius and start; each kappa is then a few sums."""
-    given = {name: x[rest] for name, x in scenes.parameters.items() if is_array(x)}
-    some = rows_of(scenes, rest)
-    keys = np.array([*given.values(), some.numbers["r"], some.numbers["start"]]).T
-    unique, group = np.unique(keys, axis=0, return_inverse=True)
+    given = {name: x[rest] if is_array(x) else x for name, x in scenes.parameters.items()}
+    some = rows_of(scenes, rest)._replace(parameters=given)
     logs, errors = np.empty(len(rest)), np.empty(len(rest))
-    for k, key in enumerate(unique.tolist()):
-        one = drift.bind(**dict(zip(given, key, strict=False))) if given else drift
-        rows = np.flatnonzero(group.ravel() == k)
+    for one, rows in by_drift(some, some.numbers["r"], some.numbers["start"]):
         lam = 2 / Fraction(float(some.numbers["kappa"][rows].min())) ** 2
-        place = Fraction(key[-2]), Fraction(key[-1])
-        with _analysed(one, *place, lam, request.order, request.digits, local) as scene:
-            for row in rows.tolist():
-                kappa = Fraction(float(some.numbers["kappa"][row]))
+        r, x = (Fraction(float(some.numbers[name][rows[0]])) for name in ("r", "start"))
+        kappas = {row: Fraction(float(some.numbers["kappa"][row])) for row in rows.tolist()}
+
+        def keep(row: int, value: Any, size: Any, context: Any) -> None:
+            logs[row] = float(context.log(value))
+            errors[row] = float(_log_error(value, size, context))
+
+        if request.order == 0 and not local:
+            with _closed_scene(one, r, x, lam, request.digits) as closed:
+                for row in rows.tolist():
+                    time = closed and closed.time(closed.arithmetic.number(2 / kappas[row] ** 2))
+                    if closed is not None and time is not None:
+                        keep(row, time[0], time[1], closed.arithmetic.context)
+                        del kappas[row]
+        if not kappas:
+            continue
+        with _analysed(one, r, x, lam, request.order, request.digits, local) as scene:
+            for row, kappa in kappas.items():
                 value, size = _estimate(scene, 2 / kappa**2, request.order, float_text(kappa))
-                logs[row] = float(scene.context.log(value))
-                errors[row] = float(_log_error(value, size, scene.context))
+                keep(row, value, size, scene.context)
     errors += 4e-16 * (1 + np.abs(logs)) + _rounding(drift, scenes)[rest]
     return logs, errors
 
@@ -200,23 +211,23 @@ def _rounding(drift: Drift, scenes: Scenes) -> FloatArray:
     return found
 
 
-class _Scene(NamedTuple):
+class _Series(NamedTuple):
     """A drift, radius and start, seen to both sides."""
 
     context: Any
-    sides: list[Seen]
-    cuts: Cuts
+    sides: list[OneSide]
+    truncations: Truncations
     radius: Any
     local: bool
 
     def time(self, lam: Any, order: int) -> Any:
-        return time_at(self.sides, self.cuts, self.radius, lam, order, self.context)
+        return time_at(self.sides, self.truncations, self.radius, lam, order, self.context)
 
 
 @contextmanager
 def _analysed(
     drift: Drift, r: Fraction, x: Fraction, lam: Fraction, order: int, digits: int, local: bool
-) -> Iterator[_Scene]:
+) -> Iterator[_Series]:
     """For any lam up to this one, to `order` and what tells its error."""
     base = working_digits(digits, lam, r)
     x = _beside_zero(drift, x, base)
@@ -224,13 +235,15 @@ def _analysed(
     with own_context(base + extra) as context:
         left, right = (ExactField(drift, mirrored, context, offset) for mirrored in (True, False))
         sides = seen((left, right), x, r, order, base, context)
-        cuts = cuts_of(right, (sides[0].half, sides[1].half), x, r, order, base, context)
+        truncations = truncations_of(
+            right, (sides[0].half, sides[1].half), x, r, order, base, context
+        )
         signs = (-1, 1)
         folds = [
             sign * float(f.point) for sign, s in zip(signs, sides, strict=True) for f in s.folds
         ]
         require_seen(drift, lam, folds)
-        yield _Scene(context, sides, cuts, mpf_of(r, context), local)
+        yield _Series(context, sides, truncations, mpf_of(r, context), local)
 
 
 def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
@@ -245,17 +258,17 @@ def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
     return x - move if x > 0 else x + move
 
 
-def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
+def _estimate(scene: _Series, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
     """T and its error; that of `local` is its distance from the uniform formula as well."""
     context, number = scene.context, mpf_of(lam, scene.context)
-    sides, cut = [], []
+    sides, costs = [], []
     for side in scene.sides:
         folds, cost = _apart(side.folds, number, context)
         sides.append(side._replace(folds=folds))
-        cut.append(cost)
+        costs.append(cost)
     scene = scene._replace(sides=sides)
     value, size = _with_error(scene.time, number, order, kappa, context)
-    size += 10 * max(cut) * value
+    size += 10 * max(costs) * value
     if not size < value:
         raise _too_strong(kappa, order)
     if scene.local:
@@ -266,7 +279,7 @@ def _estimate(scene: _Scene, lam: Fraction, order: int, kappa: str) -> tuple[Any
     return value, size
 
 
-def _apart(folds: list[Fold], lam: Any, context: Any) -> tuple[list[Fold], Any]:
+def _apart(folds: list[CanonicalPair], lam: Any, context: Any) -> tuple[list[CanonicalPair], Any]:
     """Without complex pairs that the start or an end cuts through, and what either way costs.
 
     Airy functions take a pair's integrals over all of the line. Where the pair is far from the
@@ -275,7 +288,7 @@ def _apart(folds: list[Fold], lam: Any, context: Any) -> tuple[list[Fold], Any]:
     kept, cost = [], context.zero
     for fold in folds:
         if fold.pair.zeta < 0:
-            inside = context.exp(-lam * fold.room)
+            inside = context.exp(-lam * fold.gap)
             outside = context.exp(-lam * 4 * (-fold.pair.zeta) ** context.mpf(1.5) / 3)
             cost = max(cost, min(inside, outside))
             if outside < inside:
@@ -323,12 +336,12 @@ def _log_error(value: Any, size: Any, context: Any) -> Any:
     return -context.log1p(-size / value) if size < value else context.inf
 
 
-def _straightened(side: Seen, context: Any) -> Seen:
+def _straightened(side: OneSide, context: Any) -> OneSide:
     """phi taken as a parabola about each fold: Airy's argument is linear in its height there."""
     return side._replace(folds=[parabola(fold, context) for fold in side.folds])
 
 
-def _names(sides: list[Seen], context: Any) -> tuple[str, ...]:
+def _names(sides: list[OneSide], context: Any) -> tuple[str, ...]:
     found = []
     for sign, side in zip((-1, 1), sides, strict=True):
         for fold in side.folds:

@@ -1,4 +1,6 @@
-"""What a well and a barrier make of weak noise as they meet.
+"""The canonical Airy form of a well and a barrier that coalesce, to every order.
+
+The uniform expansion of Chester, Friedman and Ursell, of both integrals and the double one.
 
 Laplace's series of each is singular where they meet; here the integrals over both together are
 known in closed form to every order. With phi du = (s² - zeta) ds
@@ -16,13 +18,16 @@ from typing import Any, NamedTuple
 
 from symasym.asymptotics.coalescence.cubic_map import map_coefficients
 from symasym.asymptotics.weak_noise.slow_manifold import laurent
-from symasym.numbers.quadratic_factor import Pair, shifted
-from symasym.special.airy_products import airy_functions, by_parts, pair_terms
+from symasym.numbers.arithmetic import Digits
+from symasym.numbers.polynomials import shifted
+from symasym.numbers.quadratic_factor import Pair
+from symasym.special.airy import AiryProducts, airy_products
+from symasym.special.airy_products import by_parts, pair_terms
 
-__all__ = ["Airy", "Fold", "airy", "fold_of", "parabola"]
+__all__ = ["Airy", "CanonicalPair", "airy", "canonical_pair", "parabola"]
 
 
-class Fold(NamedTuple):
+class CanonicalPair(NamedTuple):
     """A well and a barrier, real or a complex pair.
 
     Attributes
@@ -39,7 +44,7 @@ class Fold(NamedTuple):
         Of a complex pair in the outer part's integrals of h_k along the real line.
     level : mpf
         V at the point.
-    room : mpf
+    gap : mpf
         How far V is from `height` where the line is cut off; infinite if nowhere.
     bottom : (mpf, mpf)
         phi and half its curvature at the point, with the sign that makes the curvature positive.
@@ -57,12 +62,12 @@ class Fold(NamedTuple):
     share: list[Any]
     level: Any
     bottom: tuple[Any, Any]
-    room: Any
+    gap: Any
     digits: int
-    known: dict[Any, tuple[Any, ...]]
+    known: dict[Any, AiryProducts]
 
 
-def fold_of(
+def canonical_pair(
     pair: Pair,
     taylor: list[Any],
     point: Fraction,
@@ -70,7 +75,7 @@ def fold_of(
     count: int,
     digits: int,
     context: Any,
-) -> Fold:
+) -> CanonicalPair:
     """`taylor` are those of phi about `point`, where V is `height`; to `count` orders.
 
     The map needs `digits`; the share in the outer part is to cancel, and has all of them.
@@ -87,10 +92,12 @@ def fold_of(
         share = _share(pair, taylor, count, context)
     bottom = pair.sign * taylor[0], pair.sign * taylor[2]
     middle = height - pair.level
-    return Fold(point, pair, onward, middle, terms, share, height, bottom, context.inf, digits, {})
+    return CanonicalPair(
+        point, pair, onward, middle, terms, share, height, bottom, context.inf, digits, {}
+    )
 
 
-def parabola(fold: Fold, context: Any) -> Fold:
+def parabola(fold: CanonicalPair, context: Any) -> CanonicalPair:
     """With phi = c_0 + c_2 (u - point)²: u' = p = c_2^(-1/3) and zeta = -c_0 p, linear in c_0."""
     low, bend = fold.bottom
     p = 1 / context.cbrt(bend)
@@ -111,18 +118,18 @@ def _share(pair: Pair, taylor: list[Any], count: int, context: Any) -> list[Any]
 
 
 class Airy(NamedTuple):
-    """Local integrals of a `Fold` at one lam, with `order` terms; heights are left out."""
+    """Local integrals of a `CanonicalPair` at one lam, with `order` terms; heights are left out."""
 
     rising: Any
     falling: Any
     both: Any
 
 
-def airy(fold: Fold, lam: Any, order: int, context: Any) -> Airy:
+def airy(fold: CanonicalPair, lam: Any, order: int, context: Any) -> Airy:
     c, rows = context, fold.terms[: order + 1]
     if lam not in fold.known:
         with c.workdps(fold.digits):
-            fold.known[lam] = airy_functions(c.cbrt(lam) ** 2 * fold.pair.zeta, c)
+            fold.known[lam] = airy_products(c.cbrt(lam) ** 2 * fold.pair.zeta, Digits(c))
     found = pair_terms(fold.pair.zeta, rows, rows, lam, c, fold.known[lam])
     rising, falling, both = (
         c.fsum(value for value, _ in terms) for terms in (found.rising, found.falling, found.both)

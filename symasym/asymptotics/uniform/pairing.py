@@ -1,4 +1,4 @@
-"""Which wells meet which barriers in weak noise, and the digits that cancel there.
+"""The pairs of wells and barriers that coalesce in weak noise, and the digits that cancel there.
 
 Found for both sides of the start (`symasym.asymptotics.weak_noise.critical_points`); a pair may
 have one in each.
@@ -10,7 +10,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.uniform.coalescing_pair import Fold, fold_of
+from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, canonical_pair
 from symasym.asymptotics.weak_noise.critical_points import half, turning_points
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.series import BEYOND
@@ -20,14 +20,14 @@ from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.quadratic_factor import split_pair
 
-__all__ = ["Seen", "Stretch", "folds_of", "lost_digits", "place_at", "seen", "zeros_of"]
+__all__ = ["OneSide", "Stretch", "coalescing_pairs", "lost_digits", "place_at", "seen", "zeros_of"]
 
 
-class Seen(NamedTuple):
+class OneSide(NamedTuple):
     """One side of the start, with the pairs whose turning point is in it."""
 
     half: OneSided
-    folds: list[Fold]
+    folds: list[CanonicalPair]
 
 
 def lost_digits(drift: Drift, order: int, digits: int, x: Fraction) -> tuple[int, Fraction]:
@@ -88,7 +88,7 @@ def seen(
     order: int,
     digits: int,
     context: Any,
-) -> list[Seen]:
+) -> list[OneSide]:
     """What lies left of `x`, in the mirror, and right of it; no place in two of the pairs."""
     halves = [
         half(field, place, r, order, context, context.dps)
@@ -105,19 +105,21 @@ def seen(
         found.append(_candidates(stretch, order, places[k] + behind))
     chosen = _chosen(found[0] + found[1])
     return [
-        Seen(one, [fold for fold, _ in own if any(fold is c for c in chosen)])
+        OneSide(one, [fold for fold, _ in own if any(fold is c for c in chosen)])
         for one, own in zip(halves, found, strict=True)
     ]
 
 
-def folds_of(stretch: Stretch, order: int, places: list[CriticalPoint]) -> list[Fold]:
+def coalescing_pairs(
+    stretch: Stretch, order: int, places: list[CriticalPoint]
+) -> list[CanonicalPair]:
     """The pairs in it, no place in two of them: in that with which it meets first."""
     return _chosen(_candidates(stretch, order, places))
 
 
 def _candidates(
     stretch: Stretch, order: int, places: list[CriticalPoint]
-) -> list[tuple[Fold, list[CriticalPoint]]]:
+) -> list[tuple[CanonicalPair, list[CriticalPoint]]]:
     """Every pair, and its places, left to right."""
     field, context = stretch.field, stretch.context
     found = []
@@ -132,11 +134,11 @@ def _candidates(
     return found
 
 
-def _chosen(found: list[tuple[Fold, list[CriticalPoint]]]) -> list[Fold]:
+def _chosen(found: list[tuple[CanonicalPair, list[CriticalPoint]]]) -> list[CanonicalPair]:
     taken: list[Any] = []
     chosen = []
     for fold, own in sorted(found, key=lambda f: abs(f[0].pair.zeta)):
-        # Seen from both sides a place has one and the same coefficients.
+        # OneSide from both sides a place has one and the same coefficients.
         if any(p.series is series for p in own for series in taken):
             continue
         taken += [p.series for p in own]
@@ -146,26 +148,30 @@ def _chosen(found: list[tuple[Fold, list[CriticalPoint]]]) -> list[Fold]:
 
 def _fold(
     stretch: Stretch, point: Fraction, count: int, places: list[CriticalPoint]
-) -> Fold | None:
+) -> CanonicalPair | None:
     """The pair about this zero of phi's slope, if it is one by itself."""
     context = stretch.context
     taylor = [mpf_of(c, context) for c in _taylor(stretch.field, point, count)]
     try:
         pair = split_pair(taylor, context)
-        fold = fold_of(pair, taylor, point, _height(stretch, point), count, stretch.digits, context)
+        fold = canonical_pair(
+            pair, taylor, point, _height(stretch, point), count, stretch.digits, context
+        )
     except SymasymError:
         return None
     if pair.zeta > 0 and None in [place_at(u, places) for u in zeros_of(fold, context)]:
         return None
-    rooms = [_way(stretch, fold, u, places) for u in stretch.cuts]
+    gaps = [_climb(stretch, fold, u, places) for u in stretch.cuts]
     middle = mpf_of(point, context) + pair.middle
     ends = [mpf_of(u, context) for u in (stretch.lo, stretch.hi)]
     # Beyond the layer phi is another function, and the pair none of its own.
-    room = min(rooms, default=context.inf) if ends[0] < middle < ends[1] else context.zero
-    return fold._replace(room=room)
+    gap = min(gaps, default=context.inf) if ends[0] < middle < ends[1] else context.zero
+    return fold._replace(gap=gap)
 
 
-def _way(stretch: Stretch, fold: Fold, cut: Fraction, places: list[CriticalPoint]) -> Any:
+def _climb(
+    stretch: Stretch, fold: CanonicalPair, cut: Fraction, places: list[CriticalPoint]
+) -> Any:
     """How far V goes up and down between a pair and a cut."""
     context = stretch.context
     point, end = (mpf_of(u, context) for u in (fold.point, cut))
@@ -178,7 +184,7 @@ def _way(stretch: Stretch, fold: Fold, cut: Fraction, places: list[CriticalPoint
     return sum((abs(b - a) for a, b in pairwise(way)), context.zero)
 
 
-def _is_own(fold: Fold, turns: list[Fraction], context: Any) -> bool:
+def _is_own(fold: CanonicalPair, turns: list[Fraction], context: Any) -> bool:
     """Whether no other turning point is nearer to a complex pair, which may be found from both."""
     if fold.pair.zeta > 0:
         return True
@@ -204,7 +210,7 @@ def _height(stretch: Stretch, point: Fraction) -> Any:
     return rise
 
 
-def zeros_of(fold: Fold, context: Any) -> tuple[Any, Any]:
+def zeros_of(fold: CanonicalPair, context: Any) -> tuple[Any, Any]:
     """The two of a real pair."""
     middle = mpf_of(fold.point, context) + fold.pair.middle
     half_way = context.sqrt(fold.pair.square)

@@ -1,43 +1,40 @@
-"""Places of polynomial drifts in float64, with those that may meet taken together, to order 0.
+"""Pairs of zeros of many polynomial drifts that may coalesce, and the drifts by their structure.
 
-As `symasym.asymptotics.weak_noise.critical_point_arrays`, for zeros of A however close to each
-other or to the layer's end. A pair is split off as a quadratic factor, so that its middle and its
-distance, real or not, are as exact as A's coefficients are.
+In float64, for order 0 (`symasym.asymptotics.uniform.order_zero`). A pair is split off as a
+quadratic factor, so that its middle and its distance, real or not, are as exact as A's coefficients
+are.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.uniform.local_arrays import Edge, EdgePart, Fold, FoldPart
-from symasym.asymptotics.uniform.local_numbers import edge_of, fold_of, past
-from symasym.asymptotics.uniform.pair_arrays import Pairs, key_of, pairs_beside
+from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair
 from symasym.asymptotics.weak_noise.critical_point_arrays import (
-    Builder,
     Found,
     clear_of_zero,
     structure,
     unchanged,
 )
-from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, Joint, OneSided, mapped
-from symasym.asymptotics.weak_noise.series import Series
+from symasym.asymptotics.weak_noise.one_sided import mapped
 from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes
 from symasym.numbers.polynomial_roots import Zeros, zeros_of
-from symasym.numbers.quadratic_factor import Pair, poly, shifted
+from symasym.numbers.polynomials import poly, shifted
+from symasym.numbers.quadratic_factor import Pair, pairs_of
 
 __all__ = ["found_of"]
 
 _AT_ONCE = 4096
-_EPS = 2.3e-16
 _LARGEST_KEY = 2.0**62
-# Zeros of A whose rounding, relative to their distances, is more than this are not used.
-_ROUGHEST = 1e-10
+# Zeros that were found in two ways, at a double one.
+_SAME = 1e-6
 
 
 def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
@@ -67,12 +64,8 @@ def _found(scenes: Scenes) -> Iterator[Found]:
         members = rows[group == k]
         for low in range(0, len(members), _AT_ONCE):
             part = members[low : low + _AT_ONCE]
-            builder = _Builder(
-                scenes.take(part),
-                zeros.take(part),
-                mapped(pairs, itemgetter(part)),
-                slack[part],
-            )
+            some = mapped(pairs, itemgetter(part))
+            builder = _of_columns(scenes.take(part), zeros.take(part), some, slack[part])
             sights = builder.sights()
             sure = builder.sure()
             if sure.all():
@@ -92,213 +85,200 @@ def _numbered(keys: list[IntArray]) -> IntArray:
     return group
 
 
-# -- one structure ---------------------------------------------------------------------------------
+def _of_columns(scenes: Scenes, zeros: Zeros, pairs: list[Pairs], slack: FloatArray) -> OrderZero:
+    """The columns of one structure."""
+    one = OrderZero(scenes, zeros, 0, unchanged)
+    one.edges, one.slack = np.array(one.edges), slack
+    good = [p for p in pairs if p.good[0]]
+    one.together = []
+    for key, p in enumerate(good, start=2):
+        side = -1 if p.point[0] < one.edges[1][0] else 1
+        low = int(p.first[0])
+        members = (low, low + 1) if low >= 0 else ()
+        one.together.append(one.of_pair(key, p.pair, p.point, side, members))
+    taken = {int(p.above[0]) for p in good}
+    one.apart = [
+        Apart(factor_pair(one.c, z.real, -(z.imag**2)), z.real, one.rough_pairs[j])
+        for j, z in enumerate(one.pairs)
+        if j not in taken
+    ]
+    return one.prepared()
 
 
-class _Meeting(NamedTuple):
-    """A pair of this structure; the members' places in `lines` where they are real."""
+# -- pairs -----------------------------------------------------------------------------------------
 
-    fold: Fold
+
+class Pairs(NamedTuple):
+    """About one turning point of many drifts, in the orientation of the side where it lies.
+
+    Attributes
+    ----------
+    pair : Pair
+    point : array
+        Where phi was expanded.
+    good : array
+        Whether there is a pair by itself that Airy functions are to take.
+    first, above : array of int
+        Which real zero is the first of the two, or which complex one it is; else -1.
+    """
+
     pair: Pair
     point: FloatArray
-    side: int
-    onward: bool
-    members: tuple[int, ...]
-    height: FloatArray
+    good: Any
+    first: IntArray
+    above: IntArray
 
 
-class _Cut(NamedTuple):
-    """A barrier next to the end: its place in `lines`, and their distance."""
+def pairs_beside(scenes: Scenes, zeros: Zeros) -> tuple[list[Pairs], FloatArray]:
+    """Those to be taken together, and what leaving others out costs: e^{-lam slack}."""
+    with np.errstate(all="ignore"):
+        slack = np.full(len(scenes.r), np.inf)
+        pairs = list(_candidates(scenes, zeros, slack))
+        for found in pairs:
+            slack = np.minimum(slack, _beside(scenes, found))
+        _choose(pairs)
+    return pairs, slack
 
-    edge: Edge
-    barrier: int
-    gap: FloatArray
+
+def _candidates(scenes: Scenes, zeros: Zeros, slack: FloatArray) -> Iterator[Pairs]:
+    """The two zeros about each turning point of A on one side of the start.
+
+    Lowers the slack by complex pairs that are so far that they are left out.
+    """
+    degree = len(scenes.c) - 1
+    reach = np.minimum(scenes.r, 1.0)
+    start = np.clip(scenes.start, -reach, reach)
+    if degree < 2:
+        return
+    turning = zeros_of(scenes.c[1:] * np.arange(1, degree + 1)[:, None])
+    for k, point in enumerate(turning.values):
+        inside = (k < turning.real) & (np.abs(point) < reach) & (point != start)
+        if inside.any():
+            inside &= _near(scenes, zeros, turning.values, np.where(inside, point, 0.0), slack)
+        if inside.any():
+            found = _pairs(scenes, zeros, np.where(inside, point, 0.0), inside, start)
+            # A complex pair may be found from several turning points, and is the nearest one's.
+            middle = found.point + np.where(point < start, -1.0, 1.0) * found.pair.middle
+            nearest = np.abs(turning.values - middle).min(axis=0)
+            own = np.abs(point - middle) <= nearest * (1 + _SAME)
+            found.good[:] &= own | (found.first >= 0)
+            yield found
 
 
-class _Builder(Builder):
-    """Scenes of one structure, to order 0, with what tells the size of order 1."""
+def _near(
+    scenes: Scenes, zeros: Zeros, turning: FloatArray, point: FloatArray, slack: FloatArray
+) -> Any:
+    """Where a pair may be found that is not left out; this is cheaper than to look for it."""
+    reach = np.minimum(scenes.r, 1.0)
+    start = np.clip(scenes.start, -reach, reach)
+    end = np.where(point < start, -reach, reach)
+    found = np.zeros(len(point), dtype=bool)
+    for low, high in pairwise(zeros.values):
+        found |= (low - _SAME < point) & (point < high + _SAME) & (high < np.inf)
+    v = [-row / (k + 1) for k, row in enumerate(scenes.c)]
+    for z in zeros.pairs:
+        nearest = np.abs(turning - z.real).min(axis=0)
+        own = (np.abs(point - z.real) <= nearest * (1 + 1e-3) + _SAME) & (z.imag < np.inf)
+        level = poly(v, z) * z
+        room, fall = _room(scenes, level.real, start, end, z.real), 2 * np.abs(level.imag)
+        far = own & (fall > room * (1 + _SAME) + _SAME)
+        slack[far] = np.minimum(slack[far], fall[far])
+        found |= own & ~far
+    return found
 
-    def __init__(self, scenes: Scenes, zeros: Zeros, pairs: list[Pairs], slack: FloatArray) -> None:
-        super().__init__(scenes, zeros, 0, unchanged)
-        self.edges = np.array(self.edges)
-        self.slack = slack
-        self.known: dict[int, Series] = {}
-        good = [found for found in pairs if found.good[0]]
-        self.meetings = [self.meeting(key, found) for key, found in enumerate(good, start=2)]
-        self.complex = [int(found.above[0]) for found in good if found.above[0] >= 0]
-        self.single = [
-            k for k in range(len(self.lines)) if not any(k in m.members for m in self.meetings)
-        ]
-        self.cuts = {sign: self.cut(sign) for sign in (-1, 1)}
 
-    def sure(self) -> Any:
-        """Where rounding is small."""
-        worst = np.zeros_like(self.start)
-        for k in self.single:
-            worst = np.maximum(worst, self.rough[k])
-        for j, rough in enumerate(self.rough_pairs):
-            if j not in self.complex:
-                worst = np.maximum(worst, rough)
-        return worst < _ROUGHEST
+def _room(
+    scenes: Scenes, height: FloatArray, start: FloatArray, end: FloatArray, middle: FloatArray
+) -> FloatArray:
+    """How far V is from this height where the line is cut off; 0 for a pair that is beyond."""
+    v = [-row / (k + 1) for k, row in enumerate(scenes.c)]
+    room = np.full(len(start), np.inf)
+    for cut, there in ((start, np.abs(scenes.start) < 1), (end, scenes.r < 1)):
+        room = np.where(there, np.minimum(room, np.abs(poly(v, cut) * cut - height)), room)
+    # Beyond the layer phi is another function, and the pair none of its own.
+    within = (np.minimum(start, end) < middle) & (middle < np.maximum(start, end))
+    return np.where(within, room, 0.0)
 
-    def peak(self, k: int) -> Series:
-        if k not in self.known:
-            self.known[k] = super().peak(k)
-        return self.known[k]
 
-    # -- pairs --------------------------------------------------------------------------------
+def _pairs(
+    scenes: Scenes, zeros: Zeros, point: FloatArray, inside: Any, start: FloatArray
+) -> Pairs:
+    """What splits off at `point`, if its zeros are among the known ones."""
+    count = len(point)
+    rows = np.flatnonzero(inside)
+    one, two, *rest = (np.zeros(count) for _ in range(6))
+    psi = [np.zeros(count) for _ in range(len(scenes.c) - 2)]
+    pair = Pair(one, two, psi, *rest)
+    good = np.zeros(count, dtype=bool)
+    # Seen in the mirror, phi(u) becomes -phi(-u).
+    side = np.where(point[rows] < start[rows], -1.0, 1.0)
+    taylor = shifted(list(scenes.c[:, rows]), point[rows])
+    taylor = [row * (side if j % 2 == 0 else 1.0) for j, row in enumerate(taylor)]
+    found, alone = pairs_of(taylor)
+    good[rows] = alone
+    for name in ("middle", "square", "sign", "zeta", "slope", "level"):
+        getattr(pair, name)[rows] = getattr(found, name)
+    for mine, row in zip(psi, found.psi, strict=True):
+        mine[rows] = row
+    middle = point.copy()
+    middle[rows] += side * found.middle
+    first, above = np.full(count, -1), np.full(count, -1)
+    for k in range(len(zeros.values) - 1):
+        low, high = zeros.values[k], zeros.values[k + 1]
+        same = np.abs(low + high - 2 * middle) + np.abs((high - low) ** 2 - 4 * pair.square)
+        known = ((low > start) & (high < 1)) | ((low > -1) & (high < start))
+        known &= (np.abs(low) < scenes.r) & (np.abs(high) < scenes.r)
+        first = np.where(known & (same < _SAME), k, first)
+    for k, z in enumerate(zeros.pairs):
+        same = np.abs(z.real - middle) + np.abs(z.imag**2 + pair.square)
+        known = 2 * k < len(zeros.values) - zeros.real
+        above = np.where(known & (same < _SAME), k, above)
+    above = np.where(first >= 0, -1, above)
+    return Pairs(pair, point, good & ((first >= 0) | (above >= 0)), first, above)
 
-    def meeting(self, key: int, found: Pairs) -> _Meeting:
-        side = -1 if found.point[0] < self.edges[1][0] else 1
-        pair = found.pair
-        onward = bool(pair.sign[0] > 0)
-        rough = _EPS * poly(self.c_size, np.abs(found.point))
-        fold = fold_of(key, pair, rough)
-        height = self.potential(found.point) - pair.level
-        first = int(found.first[0])
-        members = (first, first + 1) if first >= 0 else ()
-        return _Meeting(fold, pair, side * found.point, side, onward, members, height)
 
-    def between(
-        self,
-        sign: int,
-        rising: list[CriticalPoint],
-        falling: list[CriticalPoint],
-        peaks: dict[int, Series],
-    ) -> int:
-        inside = self.inside(sign)
-        for rank, k in enumerate(inside, start=1):
-            if k in self.single:
-                z = self.lines[k]
-                height = self.potential(z) - self.base
-                barrier = bool(self.slope(z)[0] > 0)
-                spots = rising if barrier else falling
-                spots.append(
-                    CriticalPoint(rank, height if barrier else -height, self.peak(k), None)
-                )
-        for m in self.meetings:
-            if m.side == sign:
-                self.together(m, inside, rising, falling)
-        rising.sort(key=lambda spot: spot.rank)
-        falling.sort(key=lambda spot: spot.rank)
-        return len(inside) + 1
+def _choose(pairs: list[Pairs]) -> None:
+    """Each real zero goes with the neighbour that it meets first."""
+    if len(pairs) < 2:
+        return
+    gaps = np.array([np.where(p.good & (p.first >= 0), np.abs(p.pair.zeta), np.inf) for p in pairs])
+    firsts = np.array([p.first for p in pairs])
+    chosen = np.zeros(gaps.shape, dtype=bool)
+    columns = np.arange(gaps.shape[1])
+    for _ in pairs:
+        best = gaps.argmin(axis=0)
+        some = gaps[best, columns] < np.inf
+        chosen[best[some], columns[some]] = True
+        near = np.abs(firsts - firsts[best, columns]) <= 1
+        gaps[near & some] = np.inf
+    for p, mine in zip(pairs, chosen, strict=True):
+        p.good[:] &= mine | (p.first < 0)
 
-    def together(
-        self,
-        m: _Meeting,
-        inside: list[int],
-        rising: list[CriticalPoint],
-        falling: list[CriticalPoint],
-    ) -> None:
-        low, high = self.ranks(m, inside)
-        rise = 2 / 3 * np.maximum(m.fold.zeta, 0.0) ** 1.5
-        height = m.height - self.base
-        well, barrier = (low, high) if m.onward else (high, low)
-        both = FoldPart(m.fold, "both") if m.onward else None
-        self.joint.append(Joint(well, barrier, 2 * rise, both))
-        rising.append(CriticalPoint(barrier, height + rise, FoldPart(m.fold, "rising"), None))
-        falling.append(CriticalPoint(well, rise - height, FoldPart(m.fold, "falling"), None))
 
-    def ranks(self, m: _Meeting, inside: list[int]) -> tuple[Any, Any]:
-        """Of its two zeros, from the start on; between two ranks for a complex pair."""
-        if m.members:
-            low, high = sorted(inside.index(k) + 1 for k in m.members)
-            return low, high
-        before = sum(1 for k in inside if m.side * self.lines[k][0] < m.point[0])
-        pairs = [other for other in self.meetings if not other.members and other.side == m.side]
-        place = sum(1 for other in pairs if other.point[0] <= m.point[0]) / (len(pairs) + 1)
-        return before + place, before + place
+def _beside(scenes: Scenes, found: Pairs) -> FloatArray:
+    """Leave out complex pairs that are cut through; e^{-lam slack} is what either way costs.
 
-    def side(
-        self, sign: int, totals: list[Any], sizes: list[Any], peaks: dict[int, Series]
-    ) -> OneSided:
-        self.joint: list[Joint] = []
-        sight = super().side(sign, totals, sizes, peaks)
-        return sight._replace(joint=self.joint, slack=self.slack)
+    Airy functions take the integrals over all of the line. Where the start or an end cuts through
+    the pair and it is far from the real line, the outer part alone has all that counts.
+    """
+    reach = np.minimum(scenes.r, 1.0)
+    start = np.clip(scenes.start, -reach, reach)
+    side = np.where(found.point < start, -1.0, 1.0)
+    v = [-row / (k + 1) for k, row in enumerate(scenes.c)]
+    height = poly(v, found.point) * found.point - found.pair.level
+    middle = found.point + side * found.pair.middle
+    room = _room(scenes, height, start, side * reach, middle)
+    fall = 4 / 3 * np.maximum(-found.pair.zeta, 0.0) ** 1.5
+    cuts = found.good & (found.pair.zeta < 0)
+    found.good[:] &= ~cuts | (fall <= room)
+    slack: FloatArray = np.where(cuts, np.maximum(room, fall), np.inf)
+    return slack
 
-    # -- the end ------------------------------------------------------------------------------
 
-    def end(
-        self, sign: int, rank: int, rising: list[CriticalPoint], falling: list[CriticalPoint]
-    ) -> tuple[Any, Any, Any] | None:
-        cut = self.cuts[sign]
-        if cut is None:
-            return super().end(sign, rank, rising, falling)
-        # A complex pair may be between them.
-        last = self.inside(sign).index(cut.barrier) + 1
-        barrier = next(spot for spot in rising if spot.rank == last)
-        height = barrier.height - cut.edge.t**2 / 2
-        onward = EdgePart(cut.edge, "onward")
-        self.joint.append(Joint(-1, -1, 0.0, EdgePart(cut.edge, "both")))
-        rising.append(CriticalPoint(rank, height, EdgePart(cut.edge, "rising"), onward))
-        falling.append(CriticalPoint(rank, -height, EdgePart(cut.edge, "falling"), None))
-        return None
-
-    def cut(self, sign: int) -> _Cut | None:
-        """The barrier next to the end, if there is one."""
-        inside = self.inside(sign) if abs(self.start[0]) < 1 or (sign * self.start[0] < 0) else []
-        if not inside:
-            return None
-        last = inside[-1]
-        m = next((m for m in self.meetings if last in m.members), None)
-        barrier = m.onward if m else bool(self.slope(self.lines[last])[0] > 0)
-        if not barrier:
-            return None
-        place, drop = sign * self.lines[last], None
-        if m is not None:
-            place = m.point + m.pair.middle + np.sqrt(np.maximum(m.pair.square, 0.0))
-            drop = 4 / 3 * np.maximum(m.fold.zeta, 0.0) ** 1.5
-        elif len(inside) > 1:
-            drop = self.potential(self.lines[last]) - self.potential(self.lines[inside[-2]])
-        reach = np.abs(self.edges[1 + sign])
-        slope = None
-        if self.beyond:
-            slope = self.a_plus if sign > 0 else -self.a_minus
-        coefficients = [row * (sign if j % 2 == 0 else 1.0) for j, row in enumerate(self.c)]
-        # All that is singular in the gap is a function of this one number, and cancels as such.
-        psi, gap = shifted(coefficients, place)[1:], reach - place
-        row = self.peak(last).parts[0].coefficients
-        ratio = np.abs(row[1] / row[0]) if len(row) > 1 else 0.0
-        edge = edge_of(sign, psi, gap, drop, ratio, slope)
-        return _Cut(edge, last, gap)
-
-    # -- the outer part -----------------------------------------------------------------------
-
-    def primitives(self) -> tuple[list[Any], list[Any]]:
-        """Of 1/phi on a path past all pairs, and of order 1, at the three edges."""
-        if self.degree == 0:
-            return super().primitives()
-        total = np.zeros_like(self.edges)
-        size = np.zeros_like(self.edges)
-        gaps: dict[tuple[int, int], FloatArray] = {}
-        for sign, cut in self.cuts.items():
-            if cut is not None:
-                gaps[1 + sign, cut.barrier] = cut.gap
-        for k in self.single:
-            for at, u in enumerate(self.edges):
-                distance = gaps.get((at, k), u - self.lines[k])
-                part = np.log(np.abs(distance)) / self.slope(self.lines[k])
-                total[at] += part
-                size[at] += np.abs(part) * (6 * self.rough[k])
-        for j, z in enumerate(self.pairs):
-            if j in self.complex:
-                continue
-            part = 2 * (np.log(self.edges - z) / self.slope(z)).real
-            total += part
-            size += np.abs(part) * (6 * self.rough_pairs[j])
-        for m in self.meetings:
-            for at, u in enumerate(self.edges):
-                gap = next((gaps[at, k] for k in m.members if (at, k) in gaps), None)
-                beyond = at == 1 + m.side
-                first, second = past(m.pair, m.side * u - m.point - m.pair.middle, beyond, gap)
-                total[at] += first + second
-                size[at] += (np.abs(first) + np.abs(second)) * (64 * _EPS)
-        # Order 1 is the derivative of -1/(2 phi²), of which start and end may cancel by chance.
-        order_one = 0.5 / poly(list(self.c), self.edges) ** 2
-        order_one[1] = -order_one[1]
-        for sign, cut in self.cuts.items():
-            if cut is not None:
-                # At a barrier's end it goes with the edge.
-                order_one[1 + sign] = 0.0
-        none = np.zeros_like(total)
-        return [total, order_one, none], [size, np.abs(order_one) * 1e-10, none]
+def key_of(scenes: Scenes, zeros: Zeros, found: Pairs) -> IntArray:
+    """One number for each way in which the pair may lie."""
+    right = found.point > np.clip(scenes.start, -1, 1)
+    below = (zeros.values < found.point).sum(axis=0)
+    key = (found.first + 1) * 16 + found.above + 1
+    key = ((key * 16 + np.where(found.above >= 0, below, 0)) * 2 + right) * 2
+    return np.where(found.good, key + (found.pair.sign > 0) + 1, 0)

@@ -1,13 +1,18 @@
-"""The uniform sums at one lam: places, pairs that meet, what cuts through them, the outer part."""
+"""The uniform sums at one lam: places, pairs that meet, what truncates them, the outer part."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from symasym.asymptotics.uniform.coalescing_pair import Fold, airy
-from symasym.asymptotics.uniform.gaussian_cut import Corrections, Cut, Cuts, corrections
-from symasym.asymptotics.uniform.pairing import Seen, place_at, zeros_of
+from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, airy
+from symasym.asymptotics.uniform.pairing import OneSide, place_at, zeros_of
+from symasym.asymptotics.uniform.truncated_gaussian import (
+    Corrections,
+    Truncation,
+    Truncations,
+    corrections,
+)
 from symasym.asymptotics.weak_noise.compose import (
     Leaf,
     Nodes,
@@ -23,7 +28,7 @@ from symasym.asymptotics.weak_noise.series import Point, terms
 from symasym.base.contexts import mpf_of
 from symasym.numbers.arithmetic import Digits
 
-__all__ = ["Met", "corrected", "time_at", "whole_at"]
+__all__ = ["Member", "corrected", "time_at", "whole_at"]
 
 
 @dataclass
@@ -39,21 +44,20 @@ class _Share:
 class _Sum:
     """One side of the start at one lam: its places' shares, and what is known of their pairs."""
 
-    def __init__(self, side: Seen, r: Any, at: Point) -> None:
-        self.half, ring, none = side.half, Nodes(), 0 * at.lam
+    def __init__(self, side: OneSide, r: Any, at: Point) -> None:
+        self.half, none = side.half, 0 * at.lam
 
-        def onward(p: CriticalPoint) -> Any:
-            return plain(Leaf(p.height, p.onward), at)[0] if terms(p.onward) else none
+        def value(height: Any, series: Any) -> Any:
+            return plain(Leaf(height, series), at)[0] + none if terms(series) else none
 
-        points = [(p, leaf) for p, leaf in rising_of(side.half, r, ring)]
-        self.rising = [_Share(p.u, plain(x, at)[0] + none, onward(p), p) for p, x in points]
-        self.falling = [
-            _Share(p.u, plain(Leaf(p.height, p.series), at)[0] + none, none, p)
-            for p in side.half.falling
+        rising = [p for p, _ in rising_of(side.half, r, Nodes())]
+        self.rising = [
+            _Share(p.u, value(p.height, p.series), value(p.height, p.onward), p) for p in rising
         ]
-        self.nested = plain(regular_part(side.half, r, ring), at)[0] + none
+        self.falling = [_Share(p.u, value(p.height, p.series), none, p) for p in side.half.falling]
+        self.nested = plain(regular_part(side.half, r, Nodes()), at)[0] + none
         starts = side.half.rising_start, side.half.falling_start
-        self.starts = [plain(Leaf(0.0, g), at)[0] + none for g in starts]
+        self.starts = [value(0.0, series) for series in starts]
 
     def all(self) -> list[_Share]:
         return self.rising + self.falling
@@ -68,7 +72,7 @@ class _Sum:
         zeros = [x for x in self.all() if x.place and x.place.kind in ("well", "barrier")]
         return min(zeros, key=lambda x: x.u, default=None)
 
-    def cut(self, near: Corrections, start: Corrections, far: Corrections, sign: int) -> None:
+    def correct(self, near: Corrections, start: Corrections, far: Corrections, sign: int) -> None:
         """Corrections at the start and at the ends of the layer; `sign` is -1 in the mirror."""
         ends = self.ends()
         if not ends:
@@ -99,32 +103,34 @@ class _Sum:
         return Side(scale, self.nested, *self.starts)
 
 
-def time_at(sides: list[Seen], cuts: Cuts, r: Any, lam: Any, order: int, context: Any) -> Any:
+def time_at(
+    sides: list[OneSide], truncations: Truncations, r: Any, lam: Any, order: int, context: Any
+) -> Any:
     """T at one lam; `r` as a number of the context."""
     at = Point(lam, order, False, None, Digits(context))
     sums = [_Sum(one, r, at) for one in sides]
-    met: list[Met] = []
+    members: list[Member] = []
     for k, one in enumerate(sides):
         for fold in one.folds:
-            met += _meet(fold, k, sums, lam, order, context)
-    beside = cuts.start
+            members += _meet(fold, k, sums, lam, order, context)
+    beside = truncations.start
     if not beside:
-        beside = cuts.left if sums[1].ends() else cuts.right
-    met = [m for one in met for m in _weighed(one, beside, context)]
-    left, start, right = (corrected(found, met, lam, order, context) for found in cuts)
-    sums[0].cut(right, start, left, -1)
-    sums[1].cut(left, start, right, 1)
+        beside = truncations.left if sums[1].ends() else truncations.right
+    members = [m for one in members for m in _weighed(one, beside, context)]
+    left, start, right = (corrected(found, members, lam, order, context) for found in truncations)
+    sums[0].correct(right, start, left, -1)
+    sums[1].correct(left, start, right, 1)
     low, high = (part.side() for part in sums)
     rising, falling = low.rising + high.rising, low.falling + high.falling
     return lam * mean_time(Sides(low, high, rising, falling, sides[0].half.corner))
 
 
-class Met(NamedTuple):
+class Member(NamedTuple):
     """A well or barrier of a pair, the share that the sums take for it, and what of that counts.
 
-    The share changes sides as the start passes, and then its cut is to be of the same size, also
-    that of a kink which the start reaches. Any other is of the place's own series, which is better
-    where a pair meets the end.
+    The share changes sides as the start passes, and then its truncation is to be of the same size,
+    also that of a kink which the start reaches. Any other is of the place's own series, which is
+    better where a pair comes to the end.
     """
 
     u: Any
@@ -132,16 +138,22 @@ class Met(NamedTuple):
     weight: Any
 
 
-def _weighed(met: Met, beside: list[Cut], context: Any) -> list[Met]:
+def _weighed(member: Member, beside: list[Truncation], context: Any) -> list[Member]:
     """With its weight where it is next to the start."""
-    return [met._replace(weight=cut.keep) for cut in beside if _same(met, cut, context)]
+    return [
+        member._replace(weight=truncation.keep)
+        for truncation in beside
+        if _same(member, truncation, context)
+    ]
 
 
-def _same(met: Met, cut: Cut, context: Any) -> bool:
-    return bool(abs(met.u - cut.zero) <= context.eps**0.75)
+def _same(member: Member, truncation: Truncation, context: Any) -> bool:
+    return bool(abs(member.u - truncation.zero) <= context.eps**0.75)
 
 
-def _meet(fold: Fold, k: int, sums: list[_Sum], lam: Any, order: int, context: Any) -> list[Met]:
+def _meet(
+    fold: CanonicalPair, k: int, sums: list[_Sum], lam: Any, order: int, context: Any
+) -> list[Member]:
     """Take the pair, seen from side k, together; returns its members."""
     local, height, own = airy(fold, lam, order, context), context.exp(lam * fold.height), sums[k]
     for n, share in enumerate(fold.share[: order + 1]):
@@ -164,7 +176,7 @@ def _meet(fold: Fold, k: int, sums: list[_Sum], lam: Any, order: int, context: A
             part -= _beyond(well, behind, lam, context)
         sums[well_side].nested += gain * part
     members = ((well_side, well), (barrier_side, barrier))
-    return [Met(x.u if side else -x.u, x.value, 0) for side, x in members]
+    return [Member(x.u if side else -x.u, x.value, 0) for side, x in members]
 
 
 def _found(u: Any, k: int, sums: list[_Sum]) -> tuple[int, _Share]:
@@ -190,23 +202,25 @@ def _beyond(well: _Share, top: _Share | None, lam: Any, context: Any) -> Any:
     return context.erfc(context.sqrt(lam * depth)) / 2
 
 
-def corrected(cuts: list[Cut], met: list[Met], lam: Any, order: int, context: Any) -> Corrections:
+def corrected(
+    truncations: list[Truncation], members: list[Member], lam: Any, order: int, context: Any
+) -> Corrections:
     """Of all zeros that cut through one place."""
     found = [Corrections(*[context.zero] * 3)]
-    for cut in cuts:
+    for truncation in truncations:
         share = None
-        for one in met:
-            if _same(one, cut, context):
-                sign = -1 if cut.barrier else 1
+        for one in members:
+            if _same(one, truncation, context):
+                sign = -1 if truncation.barrier else 1
                 # V is 0 at the start.
-                weight = one.weight * context.exp(-((lam * cut.height) ** 2))
-                share = one.value * context.exp(sign * lam * cut.rise), weight
-        found.append(corrections(cut, share, lam, order, context))
+                weight = one.weight * context.exp(-((lam * truncation.height) ** 2))
+                share = one.value * context.exp(sign * lam * truncation.rise), weight
+        found.append(corrections(truncation, share, lam, order, context))
     return Corrections(*(sum(parts, context.zero) for parts in zip(*found, strict=True)))
 
 
 def whole_at(
-    places: list[CriticalPoint], folds: list[Fold], lam: Any, order: int, context: Any
+    places: list[CriticalPoint], folds: list[CanonicalPair], lam: Any, order: int, context: Any
 ) -> Any:
     """int e^{-lam V} over all u, with Laplace's series at the kinks."""
     at, left_out = Point(lam, order, False, None, Digits(context)), []

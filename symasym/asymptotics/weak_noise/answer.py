@@ -47,21 +47,10 @@ from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.float_field import IntArray
-from symasym.drift.scenes import (
-    Request,
-    Scenes,
-    as_digits,
-    as_floats,
-    exact_scene,
-    float_scenes,
-    one_scene,
-    read_order,
-)
+from symasym.drift.scenes import Answer, Answers, Request, Scene, Scenes, by_drift
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
 
-DEFAULT_ORDER = 2
-MOST_ORDER = 20
 # Relative error of arrays beyond which they are refused: log 2 of the logarithm.
 _MOST_FLOAT = 0.4
 # Exact values that cost as much as the analysis of one drift with more digits, 10 to 250 ms.
@@ -73,40 +62,57 @@ _DROPPED = ("higher orders of every series, in the error",)
 class Quantity(NamedTuple):
     """What is asked for: with digits, its logarithm where 1 - value is tiny, and in float64.
 
-    `outer` says whether it needs the double integrals; `enclosed` gives proved bounds of it
-    (see `symasym.asymptotics.proofs.enclosures`).
+    `outer` says whether it needs the double integrals.
     """
 
     with_digits: Callable[[Composed, Point], Found]
     log: Callable[[Composed, Point], Any] | None
     outer: bool
     in_float: Evaluate
-    enclosed: Callable[..., Any] | None = None
 
 
-def escape_time(drift: Drift, kappa: Any, r: Any, start: Any, request: Request) -> Any:
-    """T to the order that `request` asks for; any region with simple zeros, any start."""
-    return _answer(drift, kappa, r, start, request, _QUANTITIES["T"])
+#: Proved bounds at an order, or None.
+Prove = Callable[[int], Any]
 
 
-def exit_probability(
-    drift: Drift, kappa: Any, r: Any, start: Any, complement: bool, request: Request
-) -> Any:
-    """C, or 1 - C, to the order that `request` asks for."""
-    quantity = _QUANTITIES["1 - C" if complement else "C"]
-    return _answer(drift, kappa, r, start, request, quantity)
+def of_scene(scene: Scene, request: Request, prove: Prove | None = None) -> Answer:
+    """T, C or P, or a complement, to the request's order, any start; its error by `prove` if given.
+
+    With several orders the one whose error is smallest is taken.
+    """
+    if request.name[-1] == "P":
+        return _occupation(scene, request, prove)
+    return _answer(scene, request, prove)
 
 
-def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> Any:
+def of_scenes(scenes: Scenes, request: Request) -> Answers:
+    """The same for many scenes in float64: one analysis for each drift and start."""
+    orders = _orders(request)
+    if request.name[-1] == "P":
+        logs, errors = _occupation_logs(scenes.drift, scenes, request.complement, orders)
+        terms = ("wells and kinks",)
+    else:
+        start, quantity = scenes.given["start"], _QUANTITIES[request.name]
+        shapes = own_shapes(scenes.drift, scenes.given, scenes)
+        exactly = None if is_array(start) else exact("start", start)
+        logs, errors = _array_logs(
+            scenes.drift, scenes, shapes, orders, quantity, request.full, exactly
+        )
+        terms = ("wells, barriers, start, ends, kinks and the part between",)
+    _require_small(scenes.numbers["kappa"], logs, errors, orders[-1], request.log)
+    return Answers(logs, errors, "estimate", terms, _DROPPED)
+
+
+def _orders(request: Request) -> Sequence[int]:
+    return request.order if isinstance(request.order, range) else (request.order,)
+
+
+def _occupation(scene: Scene, request: Request, prove: Prove | None) -> Answer:
     """1 - P = int_{|u| > 1} e^{-lam V}/int e^{-lam V}, or P; sliding only."""
-    best, order = request.order == "optimal", _most_order(request)
-    orders = range(order + 1) if best else (order,)
-    numbers = {"kappa": kappa}
-    if request.dps is None and not one_scene(drift, numbers):
-        return _occupation_of_arrays(drift, numbers, complement, request, orders)
-    values = exact_scene(drift, numbers, request.dps)
+    drift, lam, complement = scene.drift, scene.lam, request.complement
+    orders = _orders(request)
+    order = orders[-1]
     digits = request.digits
-    lam = 2 / values["kappa"] ** 2
     require_seen(drift, lam)
     with own_context(digits + 2 * len(str(int(lam + 1))) + 20) as context:
         points, slopes, terms = _stationary(drift, order, context)
@@ -121,21 +127,19 @@ def occupation(drift: Drift, kappa: Any, complement: bool, request: Request) -> 
             error = 2 * share * total.error / total.value
             sure = error < share and (complement or error < 1 - share)
             found.append(Found(share, error, n, bool(sure)))
-        prove = partial(_enclosed_share, drift, values, digits)
         taken = chosen(found, prove, request.full, context)
         if taken is None:
-            raise _too_strong(float_text(values["kappa"]), order)
+            raise _too_strong(scene.noise, order)
         (share, error, order, _), kind = taken
         value = share if complement else 1 - share
         if not error < value:
-            raise _too_strong(float_text(values["kappa"]), order)
+            raise _too_strong(scene.noise, order)
         if request.log:
             error = of_log(error / value, kind, context)
             value = context.log(share) if complement else context.log1p(-share)
         error += abs(value) * context.mpf(10) ** -(digits + 5)
-        request = request._replace(order=order)
         dropped = _BOUNDED if kind == "bound" else _DROPPED
-        return as_digits(request, value, error, kind, terms, dropped)
+        return Answer(value, error, kind, terms, dropped, order)
 
 
 def _stationary(
@@ -162,50 +166,18 @@ def _probability(complement: bool) -> Quantity:
     return Quantity(value, log, False, partial(compose.exit_probability, complement))
 
 
-def _enclosed_time(drift: Drift, values: dict[str, Fraction], digits: int, order: int) -> Any:
-    from symasym.numbers import balls
-
-    if not balls.available():
-        return None
-    from symasym.asymptotics.proofs.enclosures import enclosure
-
-    scene = values["kappa"], values["r"], values["start"]
-    return enclosure(drift, *scene, order, digits)
-
-
-def _enclosed_share(drift: Drift, values: dict[str, Fraction], digits: int, order: int) -> Any:
-    from symasym.numbers import balls
-
-    if not balls.available():
-        return None
-    from symasym.asymptotics.proofs.enclosures import enclosure_outside
-
-    return enclosure_outside(drift, values["kappa"], order, digits)
-
-
 _QUANTITIES = {
-    "T": Quantity(compose.time_with_digits, None, True, compose.escape_time, _enclosed_time),
+    "T": Quantity(compose.time_with_digits, None, True, compose.escape_time),
     "C": _probability(False),
     "1 - C": _probability(True),
 }
 
 
-def _answer(
-    drift: Drift,
-    kappa: Any,
-    r: Any,
-    start: Any,
-    request: Request,
-    quantity: Quantity,
-) -> Any:
-    best, order = request.order == "optimal", _most_order(request)
-    orders = range(order + 1) if best else (order,)
-    numbers = {"kappa": kappa, "r": r, "start": start}
-    if request.dps is None and not one_scene(drift, numbers):
-        return _of_arrays(drift, numbers, request, orders, quantity)
-    values = exact_scene(drift, numbers, request.dps)
-    digits = request.digits
-    lam = 2 / values["kappa"] ** 2
+def _answer(scene: Scene, request: Request, prove: Prove | None) -> Answer:
+    """T, C or 1 - C of one scene."""
+    quantity, orders = _QUANTITIES[request.name], _orders(request)
+    drift, lam, values, digits = scene.drift, scene.lam, scene.numbers, request.digits
+    order = orders[-1]
     require_seen(drift, lam)
     near = digits_lost(values["r"], values["start"])
     with own_context(working_digits(digits, lam, values["r"]) + near) as context:
@@ -213,21 +185,17 @@ def _answer(
         halves = _halves(drift, values["r"], values["start"], order, context, outer)
         composed, at = _with_digits(halves, lam, values["r"], context)
         found = [quantity.with_digits(composed, at(n)) for n in orders]
-        prove = None
-        if quantity.enclosed is not None:
-            prove = partial(quantity.enclosed, drift, values, digits)
         taken = chosen(found, prove, request.full, context)
         if taken is None:
-            raise _too_strong(float_text(values["kappa"]), order)
+            raise _too_strong(scene.noise, order)
         (value, size, order, _), kind = taken
         if request.log:
             log = quantity.log(composed, at(order)) if quantity.log else None
             size = of_log(size / value, kind, context)
             value = context.log(value) if log is None else log
         size += abs(value) * context.mpf(10) ** -(digits + 5)
-        request = request._replace(order=order)
         dropped = _BOUNDED if kind == "bound" else _DROPPED
-        return as_digits(request, value, size, kind, _terms(halves, context), dropped)
+        return Answer(value, size, kind, _terms(halves, context), dropped, order)
 
 
 def _with_digits(
@@ -254,12 +222,9 @@ class Parts(NamedTuple):
     order: int
 
 
-def parts(
-    drift: Drift, numbers: dict[str, Any], digits: int, orders: range, allowed: Fraction
-) -> Parts:
+def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
     """T in parts, to the first of `orders` whose stated error is small enough, or the best."""
-    values = exact_scene(drift, numbers, digits)
-    lam = 2 / values["kappa"] ** 2
+    drift, lam, values = scene.drift, scene.lam, scene.numbers
     require_seen(drift, lam)
     near = digits_lost(values["r"], values["start"])
     with own_context(working_digits(digits, lam, values["r"]) + near) as context:
@@ -318,12 +283,6 @@ def digits_lost(r: Fraction, x: Fraction) -> int:
     return len(str(int(max(r, Fraction(1)) / (r - abs(x))))) - 1
 
 
-def _most_order(request: Request) -> int:
-    if request.order == "optimal":
-        return MOST_ORDER
-    return read_order(request.order, DEFAULT_ORDER, MOST_ORDER)
-
-
 def require_seen(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
     """Raise AccuracyError where A bends faster than the noise can tell, but at the folds."""
     # Noise beyond the range of float64 is weak.
@@ -361,23 +320,6 @@ def _terms(halves: tuple[OneSided, OneSided], context: Any) -> tuple[str, ...]:
 
 
 # -- many scenes, in float64 -----------------------------------------------------------------------
-
-
-def _of_arrays(
-    drift: Drift,
-    numbers: dict[str, Any],
-    request: Request,
-    orders: Any,
-    quantity: Quantity,
-) -> Any:
-    scenes = float_scenes(drift, numbers)
-    shapes = own_shapes(drift, numbers, scenes)
-    start = None if is_array(numbers["start"]) else exact("start", numbers["start"])
-    logs, errors = _array_logs(drift, scenes, shapes, orders, quantity, request.full, start)
-    _require_small(scenes.numbers["kappa"], logs, errors, orders[-1], request.log)
-    request = request._replace(order=orders[-1] if len(orders) == 1 else None)
-    terms = ("wells, barriers, start, ends, kinks and the part between",)
-    return as_floats(request, scenes.shape, logs, errors, "estimate", terms, _DROPPED)
 
 
 def _array_logs(
@@ -446,29 +388,12 @@ def _require_small(
         )
 
 
-def _occupation_of_arrays(
-    drift: Drift, numbers: dict[str, Any], complement: bool, request: Request, orders: Any
-) -> Any:
-    scenes = float_scenes(drift, numbers)
-    logs, errors = _occupation_logs(drift, scenes, complement, orders)
-    _require_small(scenes.numbers["kappa"], logs, errors, orders[-1], request.log)
-    request = request._replace(order=orders[-1] if len(orders) == 1 else None)
-    terms = ("wells and kinks",)
-    return as_floats(request, scenes.shape, logs, errors, "estimate", terms, _DROPPED)
-
-
 def _occupation_logs(
     drift: Drift, scenes: Scenes, complement: bool, orders: Any
 ) -> tuple[FloatArray, FloatArray]:
-    given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
-    keys = np.array([*given.values(), np.zeros(len(scenes.lam))]).T
-    unique, group = np.unique(keys, axis=0, return_inverse=True)
     logs, errors = np.empty(len(scenes.lam)), np.full(len(scenes.lam), np.inf)
-    for k in range(len(unique)):
-        rows = np.flatnonzero(group.ravel() == k)
-        first = {name: float(x[rows[0]]) for name, x in given.items()}
+    for one, rows in by_drift(scenes):
         with own_context(40) as context:
-            one = drift.bind(**first) if first else drift
             points, slopes, _ = _stationary(one, orders[-1], context)
             points = list(map(float_point, points))
             outside, whole_line = _expressions(points, [float(slope) for slope in slopes])

@@ -35,6 +35,7 @@ from symasym.asymptotics.weak_noise.slow_manifold import laurent, pole_primitive
 from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes
+from symasym.numbers.arithmetic import FLOATS, Arithmetic
 from symasym.numbers.polynomial_roots import Zeros, zeros_of
 
 # Drifts at once: with a quarter of them NumPy's cost per call doubles the time; twice as many
@@ -140,8 +141,8 @@ def structure(scenes: Scenes, zeros: Zeros) -> IntArray:
     return found
 
 
-def _first(x: Any) -> float:
-    return x if isinstance(x, float) else float(x[0])
+def first(x: Any) -> Any:
+    return x[0] if isinstance(x, np.ndarray) else x
 
 
 def _log(x: Any) -> Any:
@@ -152,6 +153,8 @@ def _log(x: Any) -> Any:
 
 class Builder:
     """Scenes of one structure: every number is an array, or that of one scene alone."""
+
+    arithmetic: Arithmetic = FLOATS
 
     def __init__(
         self, scenes: Scenes, zeros: Zeros, order: int, only: Callable[[Any], Any]
@@ -247,8 +250,8 @@ class Builder:
                 total: Any = 0.0
                 for j, x in enumerate(alpha[:m], start=1):
                     total = total + (p * j + 2 * (m - j)) * (x * power[m - j])
-                power.append(total * (-0.5 / m))
-            found.append(power[-1] * (math.gamma(n + 0.5) * a ** -(n + 0.5)))
+                power.append(total / (-2 * m))
+            found.append(power[-1] * (self.arithmetic.gamma(2 * n + 1, 2) * a ** -(n + 0.5)))
         # Higher coefficients depend on the zeros' distances by higher powers.
         rounding = 8 * (self.count + self.degree) * self.rough[k]
         return Series([Part(0.5, 0, found)], rounding)
@@ -287,9 +290,9 @@ class Builder:
         middle = self.edges[1]
         outside = 0.0 * middle
         start = self.start
-        if _first(start) < -1:
+        if first(start) < -1:
             outside = (start + 1) * self.a_minus
-        if _first(start) > 1:
+        if first(start) > 1:
             outside = (start - 1) * self.a_plus
         # V from the start on.
         self.base = self.potential(middle) - outside
@@ -297,13 +300,13 @@ class Builder:
         self.height_rough = _EPS * ((self.degree + 3) * self.height_size + 2 * abs(outside))
         # The same numbers on both sides of a kink, whose first terms cancel.
         known = [self.a_minus if self.beyond else None, None, self.a_plus if self.beyond else None]
-        if abs(_first(start)) >= 1:
-            known[1] = self.a_minus if _first(start) < 0 else self.a_plus
+        if abs(first(start)) >= 1:
+            known[1] = self.a_minus if first(start) < 0 else self.a_plus
         self.at_edge = [self.smooth(u, a) for u, a in zip(self.edges, known, strict=True)]
         peaks = {}
         low, _, high = self.edges
         for k, z in enumerate(self.lines):
-            if _first(low) < _first(z) < _first(high):
+            if first(low) < first(z) < first(high):
                 peaks[k] = self.peak(k)
         left = self.side(-1, totals, sizes, peaks)
         right = self.side(1, totals, sizes, peaks)
@@ -319,7 +322,7 @@ class Builder:
         start = sign * self.start
         inside_of = 2 if sign > 0 else 0
         nothing = Series([])
-        if _first(start) >= 1:
+        if first(start) >= 1:
             h = self.flat(a_far)
             return OneSided(
                 *formal_series(h),
@@ -333,7 +336,7 @@ class Builder:
         rising: list[CriticalPoint] = []
         falling: list[CriticalPoint] = []
         extra: Any = 0.0
-        if _first(start) < -1:
+        if first(start) < -1:
             h = self.flat(a_near)
             extra = (-1 - start) / a_near
             height = (1 + start) * a_near
@@ -353,9 +356,9 @@ class Builder:
 
     def inside(self, sign: int) -> list[int]:
         """Which real zeros lie between the start and the layer's end, from the start on."""
-        low, high = sorted((_first(self.edges[1]), _first(self.edges[1 + sign])))
+        low, high = sorted((first(self.edges[1]), first(self.edges[1 + sign])))
         order = range(len(self.lines)) if sign > 0 else reversed(range(len(self.lines)))
-        return [k for k in order if low < _first(self.lines[k]) < high]
+        return [k for k in order if low < first(self.lines[k]) < high]
 
     def between(
         self,
@@ -369,7 +372,7 @@ class Builder:
         for rank, k in enumerate(inside, start=1):
             z = self.lines[k]
             height = self.potential(z) - self.base
-            barrier = _first(self.slope(z)) > 0
+            barrier = first(self.slope(z)) > 0
             spots = rising if barrier else falling
             spots.append(CriticalPoint(rank, height if barrier else -height, peaks[k], None))
         return len(inside) + 1
@@ -395,4 +398,4 @@ def _signed(series: Series, sign: int) -> Series:
     return Series(parts, series.rounding, series.size)
 
 
-__all__ = ["Builder", "Found", "clear_of_zero", "found_of", "structure", "unchanged"]
+__all__ = ["Builder", "Found", "clear_of_zero", "first", "found_of", "structure", "unchanged"]

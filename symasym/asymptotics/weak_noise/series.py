@@ -49,7 +49,7 @@ class Series(NamedTuple):
 
 
 class Local(Protocol):
-    """A function of lam that is no power series (`symasym.asymptotics.uniform.local_arrays`)."""
+    """A function of lam that is no power series (`symasym.asymptotics.uniform.canonical_forms`)."""
 
     def at(self, point: Any) -> tuple[Any, Any]:
         """The value and its error."""

@@ -1,6 +1,6 @@
 """Products of Airy functions in doubles, to be emitted (see `symasym.emit.kernels.uniform`).
 
-They are evaluated from the tables of `symasym.special.airy_tables`, as there.
+They are evaluated from the tables of `symasym.special.airy`, as there.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Tables of `symasym.special.airy_tables` as constants of an emitted file.
+"""Tables of `symasym.special.airy` and `.dawson` as constants of an emitted file.
 
 The library and the files it writes so hold the same numbers.
 """
@@ -9,7 +9,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
 
 from symasym.emit.kernels.kernel import named
-from symasym.special import airy_tables
+from symasym.special.airy import airy_parts
+from symasym.special.dawson import dawson_parts
+from symasym.special.tables import Table
 
 #: Ai² + Bi², Ai'² + Bi'², Bi and Bi' of those that the library has.
 _PRODUCTS = (0, 2, 3, 4)
@@ -31,7 +33,7 @@ GAUSS = {
 @cache
 def airy(products: bool) -> dict[str, tuple[float, ...]]:
     """Name -> numbers, of all `products` or of Ai² + Bi² alone."""
-    near, below, above = airy_tables.airy_parts()
+    near, below, above = airy_parts()
     return {
         "_AIRY_NEAR": _flat(near, _PRODUCTS if products else (0,)),
         "_AIRY_BELOW": _flat(below, _BELOW if products else (0,)),
@@ -42,11 +44,11 @@ def airy(products: bool) -> dict[str, tuple[float, ...]]:
 @cache
 def dawson() -> dict[str, tuple[float, ...]]:
     """Name -> numbers, of e^{x²} erfc(x), Dawson's integral and that one's integral."""
-    near, beyond = airy_tables.dawson_parts()
+    near, beyond = dawson_parts()
     return {"_DAWSON_NEAR": _flat(near, range(3)), "_DAWSON_BEYOND": _flat(beyond, range(3))}
 
 
-def _flat(table: airy_tables.Table, chosen: Iterable[int]) -> tuple[float, ...]:
+def _flat(table: Table, chosen: Iterable[int]) -> tuple[float, ...]:
     """Function by function, piece by piece, ascending powers."""
     return tuple(float(x) for k in chosen for x in table.coefficients[k].T.ravel())
 

@@ -1,4 +1,6 @@
-"""Where a start, a kink or an end cuts through the Gaussian of a well or barrier.
+"""The truncated Gaussian: a start, a kink or an end beside a well or barrier, to every order.
+
+Bleistein's uniform expansion of a saddle near an endpoint, of both integrals and the double one.
 
 About a zero z of phi, V = V(z) -+ t²/2 at a barrier or well, du = g(t) dt, integrations by parts
 
@@ -33,15 +35,23 @@ from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.asymptotics.weak_noise.slow_manifold import laurent
 from symasym.base.contexts import mpf_of
 from symasym.drift.taylor_field import ExactField
-from symasym.special.airy_digits import dawson
+from symasym.numbers.arithmetic import Digits
+from symasym.special.dawson import dawson, erfcx_area
 
-__all__ = ["Corrections", "Cut", "Cuts", "corrections", "cuts_at", "cuts_of"]
+__all__ = [
+    "Corrections",
+    "Truncation",
+    "Truncations",
+    "corrections",
+    "truncations_at",
+    "truncations_of",
+]
 
 # Any number would do for every order; this is about the best for friction with mu = 3.
 _FADE = 8
 
 
-class Cut(NamedTuple):
+class Truncation(NamedTuple):
     """A place p of A's layer seen from one zero of A.
 
     Attributes
@@ -79,12 +89,12 @@ class Cut(NamedTuple):
     known: dict[Any, _Functions]
 
 
-class Cuts(NamedTuple):
+class Truncations(NamedTuple):
     """At the start, if that is in the layer, and at the ends of the part that is looked at."""
 
-    left: list[Cut]
-    start: list[Cut]
-    right: list[Cut]
+    left: list[Truncation]
+    start: list[Truncation]
+    right: list[Truncation]
 
 
 class Corrections(NamedTuple):
@@ -99,7 +109,7 @@ class Corrections(NamedTuple):
     outer: Any
 
 
-def cuts_of(
+def truncations_of(
     field: ExactField,
     halves: tuple[OneSided, OneSided],
     x: Fraction,
@@ -107,7 +117,7 @@ def cuts_of(
     order: int,
     digits: int,
     context: Any,
-) -> Cuts:
+) -> Truncations:
     """What the zeros of A next to the start `x` and to the layer's ends do there.
 
     `field` is not mirrored; `halves` lie left, in the mirror, and right.
@@ -127,8 +137,10 @@ def cuts_of(
     for p in (ends[0], x, ends[1]):
         inside = abs(p) <= 1 and field.value(p)
         height = heights[mpf_of(p, context)] if inside else context.zero
-        found.append(cuts_at(field, p, height, zeros, order, digits, context) if inside else [])
-    return Cuts(*found)
+        found.append(
+            truncations_at(field, p, height, zeros, order, digits, context) if inside else []
+        )
+    return Truncations(*found)
 
 
 def _all_zeros(field: ExactField, x: Fraction, order: int, context: Any) -> list[CriticalPoint]:
@@ -140,7 +152,7 @@ def _all_zeros(field: ExactField, x: Fraction, order: int, context: Any) -> list
     ]
 
 
-def cuts_at(
+def truncations_at(
     field: ExactField,
     p: Fraction,
     height: Any,
@@ -148,7 +160,7 @@ def cuts_at(
     order: int,
     digits: int,
     context: Any,
-) -> list[Cut]:
+) -> list[Truncation]:
     """The place `p`, where V is `height`, seen from the zeros left and right of it."""
     at = mpf_of(p, context)
     zeros = sorted(zeros, key=lambda z: z.u)
@@ -163,12 +175,12 @@ def cuts_at(
             beside, behind = (
                 zeros[j] if 0 <= j < len(zeros) else None for j in (k + toward, k - toward)
             )
-            one = _Seen(zeros[k], beside, behind, at, height)
+            one = _Neighbours(zeros[k], beside, behind, at, height)
             rows.append(_cut(one, h, count, digits, context))
     return rows
 
 
-class _Seen(NamedTuple):
+class _Neighbours(NamedTuple):
     """A zero, those next to it on p's side and on the other, and p with V there."""
 
     zero: CriticalPoint
@@ -194,7 +206,7 @@ def _rise(place: CriticalPoint) -> Any:
     return -place.height if place.kind == "well" else place.height
 
 
-def _cut(seen: _Seen, h: list[Any], count: int, digits: int, context: Any) -> Cut:
+def _cut(seen: _Neighbours, h: list[Any], count: int, digits: int, context: Any) -> Truncation:
     c, zero = context, seen.zero
     barrier = zero.kind == "barrier"
     rise = _rise(zero)
@@ -214,7 +226,7 @@ def _cut(seen: _Seen, h: list[Any], count: int, digits: int, context: Any) -> Cu
     formal = [(-1) ** k * y if barrier else -y for k, y in enumerate(h)]
     series = [(y - z) * f for y, z, f in zip(formal, shaded, beside, strict=True)]
     keep = beside[-1] * behind[-1]
-    return Cut(barrier, zero.u, seen.height, rise, t, peak, whole, keep, series, digits, {})
+    return Truncation(barrier, zero.u, seen.height, rise, t, peak, whole, keep, series, digits, {})
 
 
 def _fade(n: int, ratio: Any, context: Any) -> Any:
@@ -235,38 +247,38 @@ def shade(t: Any, count: int, context: Any) -> list[Any]:
 
 
 def corrections(
-    cut: Cut, share: tuple[Any, Any] | None, lam: Any, order: int, context: Any
+    truncation: Truncation, share: tuple[Any, Any] | None, lam: Any, order: int, context: Any
 ) -> Corrections:
     """At one lam; `share` is what the sums take for the zero's Gaussian, over e^{+-lam rise}.
 
     With the weight of its difference to the Laplace series; None if there is none.
     """
     c, terms = context, order + 1
-    if lam not in cut.known:
-        with c.workdps(cut.digits):
-            cut.known[lam] = _functions(cut, lam, c)
-    functions = cut.known[lam]
-    down = [(-1) ** n * a for n, a in enumerate(cut.peak)]
-    back = [(-1) ** k * b for k, b in enumerate(cut.series)]
-    odd = odd_powers(cut.t, terms, c)
-    shaded = product(cut.peak, shade(cut.t, terms, c), terms)
+    if lam not in truncation.known:
+        with c.workdps(truncation.digits):
+            truncation.known[lam] = _functions(truncation, lam, c)
+    functions = truncation.known[lam]
+    down = [(-1) ** n * a for n, a in enumerate(truncation.peak)]
+    back = [(-1) ** k * b for k, b in enumerate(truncation.series)]
+    odd = odd_powers(truncation.t, terms, c)
+    shaded = product(truncation.peak, shade(truncation.t, terms, c), terms)
     slow = product(down, odd, terms)
-    a, a_down = power_sum(cut.peak[:terms], lam), power_sum(down[:terms], lam)
+    a, a_down = power_sum(truncation.peak[:terms], lam), power_sum(down[:terms], lam)
     if share is not None:
-        own = power_sum(cut.whole[:terms], lam)
+        own = power_sum(truncation.whole[:terms], lam)
         a += share[1] * (share[0] * c.sqrt(lam / (2 * c.pi)) - own)
     sigma = a * functions.sigma - power_sum(shaded, lam) / lam
     dawson = a_down * functions.dawson - power_sum(slow, lam) / lam
-    weights = product(cut.peak, down, terms)
-    up, low = c.exp(lam * cut.height), c.exp(-lam * cut.height)
-    if cut.barrier:
-        formal = _log_series(cut.t, terms, 1, c)
+    weights = product(truncation.peak, down, terms)
+    up, low = c.exp(lam * truncation.height), c.exp(-lam * truncation.height)
+    if truncation.barrier:
+        formal = _log_series(truncation.t, terms, 1, c)
         outer = power_sum(weights, lam) * functions.area
         outer -= power_sum(product(weights, formal, terms), lam) / lam
-        outer -= a_down * functions.dawson * power_sum(cut.series[:terms], lam) / lam
-        outer += power_sum(product(slow, cut.series, order), lam) / lam**2
+        outer -= a_down * functions.dawson * power_sum(truncation.series[:terms], lam) / lam
+        outer += power_sum(product(slow, truncation.series, order), lam) / lam**2
         return Corrections(up * sigma, low * dawson, outer)
-    formal = _log_series(cut.t, terms, -1, c)
+    formal = _log_series(truncation.t, terms, -1, c)
     # All orders of both: what is lost at the zero is a product as well.
     outer = a * a_down * functions.area - power_sum(product(weights, formal, terms), lam) / lam
     outer += a * functions.sigma * power_sum(back[:terms], lam) / lam
@@ -288,32 +300,16 @@ class _Functions(NamedTuple):
     area: Any
 
 
-def _functions(cut: Cut, lam: Any, context: Any) -> _Functions:
+def _functions(truncation: Truncation, lam: Any, context: Any) -> _Functions:
     c = context
-    x = abs(cut.t) * c.sqrt(lam / 2)
-    side = 1 if cut.t > 0 else -1
-    found = dawson(x, c)
-    area = (found.area if cut.barrier else _tail_area(x, c)) - (c.euler + c.log(2 * lam)) / 2
-    sigma, falling = c.sqrt(c.pi / (2 * lam)) * found.shade, c.sqrt(2 / lam) * found.value
+    x = abs(truncation.t) * c.sqrt(lam / 2)
+    side = 1 if truncation.t > 0 else -1
+    found = dawson(x, Digits(c))
+    area = (found.area if truncation.barrier else erfcx_area(x, Digits(c))) - (
+        c.euler + c.log(2 * lam)
+    ) / 2
+    sigma, falling = c.sqrt(c.pi / (2 * lam)) * found.erfcx, c.sqrt(2 / lam) * found.value
     return _Functions(side * sigma, side * falling, area / lam)
-
-
-def _tail_area(x: Any, c: Any) -> Any:
-    """sqrt(pi) times the integral of e^{y²} erfc(y) from 0 to x."""
-    square = x * x
-    if square > c.prec:
-        # The asymptotic series: its least term is about e^{-x²}.
-        total, term, m = c.log(x) + c.euler / 2 + c.ln2, c.one, 1
-        while True:
-            term *= -(2 * m - 1) / (2 * square)
-            if abs(term) < c.eps:
-                return total
-            total -= term / (2 * m)
-            m += 1
-    # The difference of two numbers of about e^{x²}.
-    with c.workdps(c.dps + int(square * 0.9) + 5):
-        square = x * x
-        return c.pi / 2 * c.erfi(x) - square * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, square)
 
 
 def product(a: list[Any], b: list[Any], count: int) -> list[Any]:

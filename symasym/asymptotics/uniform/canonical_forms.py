@@ -1,0 +1,376 @@
+"""A coalescing pair, and a barrier before an end, at order 0 without cancellation.
+
+**The pair** (Chester, Friedman, Ursell). phi = (y² - D) psi(y) about two neighbouring zeros; with
+phi du = (s² - zeta) ds and u'(s) = a + b s, Z = lam^(2/3) zeta, the integrals over both zeros are,
+up to their heights,
+
+    int e^{±lam V} = pi (a Bi(Z) lam^(-1/3) ± b Bi'(Z) lam^(-2/3)),
+    int int e^{lam (V(v) - V(u))}
+        = pi² (a² (Ai² + Bi²)(Z) lam^(-2/3) - b² (Ai'² + Bi'²)(Z) lam^(-4/3))
+
+(`symasym.special.airy_products`; DLMF 9.11.4), and the regular part is a finite part past both.
+
+**The truncated Gaussian** (Bleistein). phi = x psi(x) from a barrier on, with an end at x = g. With
+t²/2 = V(0) - V(g), peak = psi(0)^(-1/2), rest = 1/phi(g) - peak/t, the integrals from the end on
+are
+
+    int e^{lam V} = -(peak sigma + rest/lam),   int e^{-lam V} = peak D + rest/lam,
+
+sigma and D the complementary error function and Dawson's integral, scaled (DLMF 7.2), each in
+units of e^{±lam V(g)}. Near a well the peak is faded out, so that nothing is singular when pair and
+end come together.
+
+What is singular at a coalescence is combined beforehand, so nothing is subtracted there and one
+text serves float64 arrays and any number of digits. Each value comes with the size of order 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.asymptotics.coalescence.cubic_map import map_coefficients
+from symasym.numbers.arithmetic import Arithmetic
+from symasym.numbers.polynomials import poly, shifted
+from symasym.numbers.quadratic_factor import Pair
+from symasym.special.airy import AiryProducts, airy_products
+from symasym.special.dawson import dawson
+
+__all__ = [
+    "AiryForm", "AiryIntegral", "Truncated", "TruncatedIntegral", "airy_form", "regular_share",
+    "truncated_gaussian",
+]  # fmt: skip
+
+#: An array over the scenes, or the number of one.
+Number = Any
+
+# How fast the peak's share is faded out as a well comes near: any number would do for every order.
+_FADE = 8
+# For the size of order 1, zeros closer than this (by the layer's width) are taken to be so far
+# apart: it hardly depends on the distance there, and is not lost to rounding.
+_APART = 0.03
+# Ratios below which a series is taken in place of a function's difference.
+_SMALL, _SMALL_RATIO = 0.1, 1e-4
+
+
+class AiryForm(NamedTuple):
+    """A well and a barrier, u' = a + b s + ..., with the sizes of order 1 of a and b.
+
+    `rough` is the rounding of `zeta`, which is as large beside the coalescence as anywhere.
+    """
+
+    key: int
+    zeta: Number
+    a: Number
+    b: Number
+    next_a: Number
+    next_b: Number
+    rough: Number
+
+
+class Truncated(NamedTuple):
+    """A barrier before an end, seen from it.
+
+    Attributes
+    ----------
+    t : sqrt(2 (V(barrier) - V(end)))
+    peak : the barrier's leading coefficient
+    rest : 1/phi(end) - peak/t, without its cancellation
+    next_peak : order 1 of the barrier, relative to `peak`
+    next_rest : order 1 of `rest`
+    slope : phi beyond the end, or None where nothing is beyond
+    """
+
+    key: int
+    t: Number
+    peak: Number
+    rest: Number
+    next_peak: Number
+    next_rest: Number
+    slope: Number | None
+
+
+# -- from phi's coefficients -----------------------------------------------------------------------
+
+
+def airy_form(
+    key: int, pair: Pair, rough: Number, arithmetic: Arithmetic, in_float: Pair | None = None
+) -> AiryForm:
+    """The canonical form of a pair; `rough` is the rounding of A there.
+
+    The size of order 1 is found from `in_float`, if given, the same pair in float64.
+    """
+    ((a, b),) = map_coefficients(pair, 1, arithmetic.context, None)
+    # s runs against u where phi is negative outside: du = u' ds with it.
+    onward, where = pair.sign > 0, arithmetic.where
+    a, b = where(onward, a, -a), where(onward, b, -b)
+    moved = rough / (pair.psi[0] * pair.slope**2)
+    return AiryForm(key, pair.zeta, a, b, *_next_terms(in_float or pair), moved)
+
+
+def regular_share(
+    pair: Pair, taken: bool, arithmetic: Arithmetic
+) -> Callable[[Number, Number | None], tuple[Number, Number]]:
+    """The two parts of a primitive of the pair's share of 1/phi, a function of y and `gap`.
+
+    Of a pair that is `taken` together the real part past both zeros, which has no jump; of another
+    complex one along the real line. y counts from its middle, `gap` from the barrier, if known.
+    """
+    c, even, odd = arithmetic, poly(pair.psi[0::2], pair.square), poly(pair.psi[1::2], pair.square)
+    norm = even * even - odd * odd * pair.square
+    alpha, beta = pair.sign * even / norm, -pair.sign * odd / norm
+
+    def parts(y: Number, gap: Number | None) -> tuple[Number, Number]:
+        if gap is not None:
+            # From the barrier, at y = root + gap.
+            root = c.sqrt(c.maximum(pair.square, c.zero))
+            twice = c.maximum(2 * root, c.eps**18)
+            log = c.log(gap * (gap + twice))
+            return -alpha * c.log1p(twice / gap) / twice, beta / 2 * log
+        log = c.log(abs(y * y - pair.square))
+        if not taken:
+            root = c.sqrt(-pair.square)
+            return -alpha * c.atan2(root, y) / root, beta / 2 * log
+        sign = c.where(y < 0, -1, 1)
+        return -sign * alpha * _turn(pair.square, abs(y), c), beta / 2 * log
+
+    return parts
+
+
+def _turn(square: Number, y: Number, c: Arithmetic) -> Number:
+    """artanh(root/y)/root, root² = square, and atan for square < 0; y > 0."""
+    q = square / (y * y)
+    small = abs(q) < _SMALL_RATIO
+    series = 0 * q
+    if c.any(small):
+        for k in range(c.bits // 13 + 1, -1, -1):
+            series = series * q + c.rational(1, 2 * k + 1)
+        series = series / y
+        if c.all(small):
+            return series
+    safe = c.where(small, 1, c.sqrt(abs(square)))
+    real = c.log(abs((y + safe) / (y - safe))) / 2
+    return c.where(small, series, c.where(square > 0, real, c.atan2(safe, y)) / safe)
+
+
+def _next_terms(pair: Pair) -> tuple[Number, Number]:
+    """a_1 and b_1 in float64, from the series at both zeros; only their size counts."""
+    least = _APART**2
+    square = np.where(np.abs(pair.square) < least, least, pair.square)
+    mean = poly([3 * x / ((2 * k + 1) * (2 * k + 3)) for k, x in enumerate(pair.psi[0::2])], square)
+    zeta = square * np.cbrt(mean) ** 2
+    half, root = np.sqrt(square + 0j), np.sqrt(zeta + 0j)
+    slopes = [_series_at(pair.psi, sign * half, sign * root) for sign in (1, -1)]
+    b = (slopes[0][0] - slopes[1][0]) / (2 * root)
+    one, two = (
+        3 * w3 / (2 * sign * root) - (2 * w2 - b) / (4 * zeta)
+        for sign, (_, w2, w3) in zip((1, -1), slopes, strict=True)
+    )
+    return (one + two).real / 2, ((one - two) / (2 * root)).real
+
+
+def _series_at(psi: list[Any], y: Any, s: Any) -> tuple[Any, Any, Any]:
+    """u(s) about a zero: the first three coefficients."""
+    c = shifted([row + 0 * y for row in psi], y)
+    c += [0 * y] * (3 - len(c))
+    f1, f2, f3 = 2 * y * c[0], c[0] + 2 * y * c[1], c[1] + 2 * y * c[2]
+    w1 = np.sqrt(2 * s / f1)
+    # The branch that is positive where both zeros coalesce.
+    w1 = np.where(w1.real < 0, -w1, w1)
+    w2 = (1 / 3 - f2 * w1**3 / 3) / (f1 * w1)
+    w3 = -(f1 * w2**2 / 2 + f2 * w1**2 * w2 + f3 * w1**4 / 4) / (f1 * w1)
+    return w1, w2, w3
+
+
+def truncated_gaussian(
+    key: int,
+    psi: list[Number],
+    gap: Number,
+    drop: Number | None,
+    ratio: Number,
+    slope: Number | None,
+    arithmetic: Arithmetic,
+) -> Truncated:
+    """Of phi = x psi(x) from the barrier on, with its end at x = gap.
+
+    `drop` is V from the barrier down to the well before it, `ratio` the next term of the barrier's
+    own series.
+    """
+    c = arithmetic
+    keep: Any = c.zero
+    keep_next: Any = c.zero
+    if drop is not None:
+        # As the well comes near the barrier, its own series breaks down, and is faded out.
+        rho = _FADE * drop / (gap * gap * _area(psi, gap))
+        fade = c.exp(-rho)
+        keep = (1 + rho) * fade
+        keep_next = keep + rho * rho / 2 * fade
+        ratio = c.where(rho > 1e-6, ratio, c.zero)
+    bottom = c.maximum(psi[0], c.eps**6)
+    whole = 1 / c.sqrt(bottom)
+    t = gap * c.sqrt(2 * _area(psi, gap))
+    rest = _rest(bottom, psi, gap, c) + whole / t * keep
+    if drop is not None:
+        rest = c.where(keep > 0.5, 1 / (gap * poly(psi, gap)) - whole * (1 - keep) / t, rest)
+    peak = whole * (1 - keep)
+    # Order 1 hardly depends on where the end is, close to the barrier.
+    far = c.maximum(gap, c.number(_APART))
+    t_far = far * c.sqrt(2 * _area(psi, far))
+    value = far * poly(psi, far)
+    bend = poly([(k + 1) * x for k, x in enumerate(psi)], far)
+    next_peak = ratio * (1 - keep_next)
+    next_rest = -bend / value**3 - whole * next_peak / t_far + peak / t_far**3
+    return Truncated(key, t, peak, rest, next_peak, abs(next_rest), slope)
+
+
+def _area(psi: list[Number], x: Number) -> Number:
+    """int_0^1 y psi(x y) dy: V falls by x² times that."""
+    return poly([a / (k + 2) for k, a in enumerate(psi)], x)
+
+
+def _rest(bottom: Number, psi: list[Number], gap: Number, c: Arithmetic) -> Number:
+    """1/(gap psi(gap)) - 1/sqrt(psi(0) 2 area)/gap."""
+    if len(psi) == 1:
+        return 0 * gap
+    end = poly(psi, gap)
+    mean = c.sqrt(2 * _area(psi, gap) * bottom)
+    first = poly([2 * a / (k + 3) for k, a in enumerate(psi[1:])], gap)
+    second = poly(psi[1:], gap)
+    return (first * bottom - 2 * bottom * second - gap * second**2) / (end * mean * (end + mean))
+
+
+# -- at one lam, or many ---------------------------------------------------------------------------
+
+
+class AiryIntegral(NamedTuple):
+    """One of 'rising', 'falling' and 'both'; heights are left out."""
+
+    form: AiryForm
+    part: str
+
+    def at(self, point: Any) -> tuple[Number, Number]:
+        """The value and the size of order 1 at the point's lam (None without its errors)."""
+        both = self.part == "both"
+        key = self.form.key, both
+        if key not in point.known:
+            point.known[key] = _double(self.form, point) if both else _single(self.form, point)
+        value: tuple[Number, Number] = point.known[key][self.part]
+        return value
+
+
+def _airy(f: AiryForm, point: Any, single: bool) -> tuple[Number, AiryProducts]:
+    """Airy's argument and the products that the single or the double integrals need."""
+    key = f.key, "airy"
+    if key not in point.known:
+        z = point.third * point.third * f.zeta
+        products = airy_products(
+            z, point.arithmetic, single or point.errors, point.errors or not single
+        )
+        if not point.errors:
+            return z, products
+        point.known[key] = z, products
+    known: tuple[Number, AiryProducts] = point.known[key]
+    return known
+
+
+def _single(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
+    """int e^{lam V} and int e^{-lam V}."""
+    c, third = point.arithmetic, point.third
+    small = 1 / third
+    z, airy = _airy(f, point, True)
+    bi, slope = airy.bi * (c.pi * small), airy.bi_slope * (c.pi * small * small)
+    up, down = f.a * bi + f.b * slope, f.a * bi - f.b * slope
+    if not point.errors:
+        return {"rising": (up, None), "falling": (down, None)}
+    wrong = abs(f.next_a) * point.x * abs(bi) + abs(f.next_b) * point.x * abs(slope)
+    # Off the real line a pair leaves both integrals to the start and the ends, the further the
+    # more; but those have it in no order of their series.
+    size = abs(f.a) * c.sqrt(airy.squares) + abs(f.b) * small * c.sqrt(airy.slopes)
+    lost = third * third * f.rough * (1 + c.sqrt(abs(z)))
+    wrong = wrong + c.pi * small * size * (lost - c.expm1(c.minimum(z, c.zero)))
+    return {"rising": (up, wrong), "falling": (down, wrong)}
+
+
+def _double(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
+    """The double integral over both."""
+    c, third = point.arithmetic, point.third
+    small = 1 / third
+    z, airy = _airy(f, point, False)
+    squares, slopes = airy.squares, airy.slopes * (small * small)
+    unit = (c.pi * small) ** 2
+    both = unit * (f.a * f.a * squares - f.b * f.b * slopes)
+    if not point.errors:
+        return {"both": (both, None)}
+    next_a, next_b = abs(f.next_a) * point.x, abs(f.next_b) * point.x
+    # Order 1 has the cross term alone, which may vanish; its parts do not.
+    cross = abs(airy.cross) * small
+    missed = 2 * (abs(f.a) * next_b + next_a * abs(f.b)) * cross
+    missed = missed + next_a * next_a * squares + next_b * next_b * slopes
+    # log(Ai² + Bi²) has a slope of 2 sqrt(Z) above, and of 1/(2 Z) below.
+    slope = c.where(z > 0, 2 * c.sqrt(c.maximum(z, c.zero)) + 1, 1 / (1 + abs(z)))
+    lost = third * third * f.rough * slope
+    return {"both": (both, unit * missed + lost * both)}
+
+
+class TruncatedIntegral(NamedTuple):
+    """One of 'rising', 'falling', 'onward' and 'both' at the end; heights are left out."""
+
+    gaussian: Truncated
+    part: str
+
+    def at(self, point: Any) -> tuple[Number, Number]:
+        """The value and the size of order 1 at the point's lam (None without its errors)."""
+        key = self.gaussian.key
+        if key not in point.known:
+            point.known[key] = _truncated(self.gaussian, point)
+        value: tuple[Number, Number] = point.known[key][self.part]
+        return value
+
+
+def _truncated(e: Truncated, point: Any) -> dict[str, tuple[Number, Number]]:
+    """All four; what lies beyond the end is included."""
+    c, lam, x = point.arithmetic, point.lam, point.x
+    root = c.sqrt(lam)
+    near = dawson(e.t * root * c.sqrt(c.rational(1, 2)), c)
+    tail = e.peak * near.erfcx * c.sqrt(c.pi / 2) / root
+    slow = e.peak * near.value * c.sqrt(c.rational(2)) / root
+    rest = e.rest * x
+    straight, beyond = _straight(e.slope, point)
+    rising = straight - tail - rest
+    falling = slow + rest
+    # int F less its own logarithm, which the regular part has.
+    area = near.area - (c.euler + c.log(2 * lam)) / 2 - c.log(e.t)
+    both = e.peak * e.peak * area * x - slow * rest + beyond
+    values = {"rising": rising, "falling": falling, "onward": straight, "both": both}
+    if not point.errors:
+        return {part: (value, None) for part, value in values.items()}
+    wrong, miss = abs(e.next_peak) * x, abs(e.next_rest) * x * x
+    errors = {
+        "rising": tail * wrong + miss,
+        "falling": slow * wrong + miss,
+        "onward": 0.0,
+        "both": rest * rest / 2 + slow * (wrong * abs(rest) + miss),
+    }
+    return {part: (value, errors[part]) for part, value in values.items()}
+
+
+def _straight(slope: Number | None, point: Any) -> tuple[Number, Number]:
+    """int_1^r e^{-lam slope (u - 1)} du, and the double integral beyond the end."""
+    c = point.arithmetic
+    if slope is None:
+        return c.zero, c.zero
+    length = point.r - 1
+    y = point.lam * slope * length
+    small = abs(y) < _SMALL
+    first: Any = c.zero
+    second: Any = c.zero
+    if c.any(small):
+        for k in range(c.bits // 6 + 1, -1, -1):
+            first, second = (1 - y * first) / (k + 1), (1 - y * second) / (k + 2)
+    safe = c.where(small, c.one, y)
+    fall = c.expm1(-safe)
+    first = c.where(small, first, -fall / safe)
+    second = c.where(small, second, (safe + fall) / (safe * safe))
+    return length * first, length * length * second

@@ -1,0 +1,266 @@
+"""Products of Airy functions, for float64 arrays and to any number of digits.
+
+Ai² + Bi², Ai Ai' + Bi Bi', Ai'² + Bi'², Bi and Bi' (DLMF 9.2, 9.8), each with its exponential
+taken out where Z > 0. Arrays take them from tables (`symasym.special.tables`) in Z, and in
+1/|Z|^(3/2) beyond those; an mpf takes the power series of DLMF 9.4 in integers of fixed point, as
+long as they converge faster than the asymptotic ones (DLMF 9.7(ii)) are good: what cancels in them
+is known beforehand, and added to the bits.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from mpmath import libmp
+
+from symasym.base.inputs import FloatArray
+from symasym.numbers.arithmetic import Arithmetic, Digits
+from symasym.special.fixed_point import BITS, GUARD, from_fixed
+from symasym.special.tables import Exact, Table, table_of
+
+__all__ = ["AiryProducts", "airy_parts", "airy_products"]
+
+# Airy's oscillation and growth over a piece of 1/2 need 13 coefficients up to here.
+_AIRY_END = 8.0
+_AIRY_PIECES = 32
+_TERMS = 13
+# From here on e^{(4/3) Z^(3/2)} is taken out of the table and not of its value.
+_AIRY_SCALED = 1.0
+# sqrt(2/3): where the expansion parameter 1/Z^(3/2) is largest.
+_FAR_TERMS = 14
+
+
+class AiryProducts(NamedTuple):
+    """Times e^{-(4/3) Z^(3/2)} where Z > 0, the last two times its root.
+
+    Attributes
+    ----------
+    squares : Ai² + Bi²
+    cross : Ai Ai' + Bi Bi'
+    slopes : Ai'² + Bi'²
+    bi, bi_slope : Bi and Bi'
+    """
+
+    squares: FloatArray
+    cross: FloatArray
+    slopes: FloatArray
+    bi: FloatArray
+    bi_slope: FloatArray
+
+
+def airy_products(
+    z: Any, arithmetic: Arithmetic, single: bool = True, double: bool = True
+) -> AiryProducts:
+    """The products at every Z; relative errors are a few units of rounding.
+
+    `single`: Bi and Bi'; `double`: the others. What is not wanted is left empty in arrays.
+    """
+    if isinstance(arithmetic, Digits):
+        return _of_digits(z, arithmetic.context)
+    return _of_arrays(np.asarray(z), single, double)
+
+
+# -- arrays --------------------------------------------------------------------------------------
+
+
+def _products(z: Any, c: Any) -> tuple[Any, ...]:
+    ai, bi, ai1, bi1 = c.airyai(z), c.airybi(z), c.airyai(z, 1), c.airybi(z, 1)
+    fall = c.exp(-2 * z ** c.mpf(1.5) / 3) if z > _AIRY_SCALED else c.one
+    found = ai * ai + bi * bi, ai * ai1 + bi * bi1, ai1 * ai1 + bi1 * bi1
+    return (*(x * fall**2 for x in found), bi * fall, bi1 * fall)
+
+
+def _beyond(sign: int) -> Exact:
+    """Without their powers of |Z|, in (8/|Z|)^(3/2) from 0 to 1."""
+
+    def found(t: Any, c: Any) -> tuple[Any, ...]:
+        size = _AIRY_END / c.cbrt(t) ** 2
+        z, root = sign * size, c.sqrt(size)
+        ai, bi, ai1, bi1 = c.airyai(z), c.airybi(z), c.airyai(z, 1), c.airybi(z, 1)
+        xi = 2 * size * root / 3
+        fall = c.exp(-xi) if sign > 0 else c.one
+        powers = root, c.one if sign > 0 else size * root, 1 / root
+        squares = ai * ai + bi * bi, ai * ai1 + bi * bi1, ai1 * ai1 + bi1 * bi1
+        scaled = [x * fall**2 * y for x, y in zip(squares, powers, strict=True)]
+        half = c.sqrt(root)
+        if sign > 0:
+            return (*scaled, bi * fall * half, bi1 * fall / half)
+        # Bi + i Ai and its slope, without their turning.
+        turn = c.expj(xi + c.pi / 4)
+        whole, slope = (bi + 1j * ai) * half * turn**-1, (bi1 + 1j * ai1) / half * turn**-1
+        return (*scaled, whole.real, whole.imag, slope.real, slope.imag)
+
+    return found
+
+
+@lru_cache(maxsize=1)
+def airy_parts() -> tuple[Table, Table, Table]:
+    """Near 0, in (8/|Z|)^(3/2) below, and above; also what `symasym.emit.kernels.tables` writes."""
+    near = table_of(_products, -_AIRY_END, _AIRY_END, _AIRY_PIECES, _TERMS)
+    below, above = (table_of(_beyond(s), 0.0, 1.0, 1, _FAR_TERMS) for s in (-1, 1))
+    return near, below, above
+
+
+def _of_arrays(z: FloatArray, single: bool, double: bool) -> AiryProducts:
+    near, below, above = airy_parts()
+    chosen = [k for k in range(5) if (single if k > 2 else double)]
+    low, high = float(z.min(initial=np.inf)), float(z.max(initial=-np.inf))
+    found = [np.empty(0)] * 5
+    if low >= -_AIRY_END and high <= _AIRY_END:
+        for k, x in zip(chosen, _near(near, z, low, high, chosen), strict=True):
+            found[k] = x
+        return AiryProducts(*found)
+    for k in chosen:
+        found[k] = np.empty_like(z)
+    middle = np.abs(z) <= _AIRY_END
+    if middle.any():
+        part = _near(near, z[middle], -_AIRY_END, _AIRY_END, chosen)
+        for k, x in zip(chosen, part, strict=True):
+            found[k][middle] = x
+    for sign, table in ((-1, below), (1, above)):
+        rows = sign * z > _AIRY_END
+        if rows.any():
+            part = _beyond_table(table, sign, np.abs(z[rows]), chosen)
+            for k, x in zip(chosen, part, strict=True):
+                found[k][rows] = x
+    return AiryProducts(*found)
+
+
+def _near(
+    table: Table, z: FloatArray, low: float, high: float, chosen: list[int]
+) -> list[FloatArray]:
+    found = table(z, chosen)
+    if high > 0 and low < _AIRY_SCALED:
+        # Where the table has the exponential, it is taken out here.
+        part = np.where(z < _AIRY_SCALED, np.maximum(z, 0.0), 0.0)
+        fall = np.exp(part * np.sqrt(part) * (-2 / 3))
+        twice = fall * fall
+        found = [x * (fall if k > 2 else twice) for k, x in zip(chosen, found, strict=True)]
+    return found
+
+
+def _beyond_table(table: Table, sign: int, size: FloatArray, chosen: list[int]) -> list[FloatArray]:
+    root = np.sqrt(size)
+    cube = size * root
+    t, half = _AIRY_END**1.5 / cube, np.sqrt(root)
+    found: list[FloatArray] = []
+    if 0 in chosen:
+        squares, cross, slopes = table(t, range(3))
+        found += [squares / root, cross if sign > 0 else cross / cube, slopes * root]
+    if 3 not in chosen:
+        return found
+    if sign > 0:
+        bi, slope = table(t, (3, 4))
+    else:
+        turn = cube * (2 / 3) + np.pi / 4
+        cosine, sine = np.cos(turn), np.sin(turn)
+        real, imaginary, slope_real, slope_imaginary = table(t, range(3, 7))
+        bi = real * cosine - imaginary * sine
+        slope = slope_real * cosine - slope_imaginary * sine
+    return [*found, bi / half, slope * half]
+
+
+# -- digits --------------------------------------------------------------------------------------
+
+
+def _of_digits(z: Any, context: Any) -> AiryProducts:
+    """At one mpf; relative errors are a few units of rounding."""
+    xi = 2 * abs(z) * context.sqrt(abs(z)) / 3
+    # The asymptotic series are good to e^{-2 xi}.
+    if 2 * xi * BITS > context.prec + GUARD:
+        return _far(z, xi, context)
+    f, f1, g, g1 = _two_series(z, int(xi * BITS) if z < 0 else 0, context)
+    root, one, two = _at_zero(context)
+    if z > 0:
+        fall = context.exp(-xi)
+        one, two = one * fall, two * fall
+    f, f1, g, g1 = one * f, one * f1, two * g, two * g1
+    return AiryProducts(
+        4 * (f * f + f * g + g * g),
+        4 * (f * f1 + g * g1) + 2 * (f * g1 + f1 * g),
+        4 * (f1 * f1 + f1 * g1 + g1 * g1),
+        root * (f + g),
+        root * (f1 + g1),
+    )
+
+
+def _two_series(z: Any, cancelling: int, context: Any) -> tuple[Any, Any, Any, Any]:
+    """f, f', g, g' of DLMF 9.4.1, all of positive terms for Z > 0."""
+    bits = context.prec + cancelling + GUARD
+    with context.workprec(bits):
+        cube = libmp.to_fixed((z * z * z)._mpf_, bits)
+    one = libmp.MPZ(1) << bits
+    a = b = f = g = g1 = one
+    f1, k = 0 * one, 0
+    while a or b:
+        k += 3
+        f1 += a // (k - 1)
+        a = (a * cube >> bits) // (k * (k - 1))
+        b = (b * cube >> bits) // (k * (k + 1))
+        f += a
+        g += b
+        g1 += (k + 1) * b
+        # Shifted to the right, what is negative ends at -1.
+        if -2 < a < 2 and -2 < b < 2:
+            break
+    f, f1, g, g1 = (from_fixed(x, bits, context) for x in (f, f1, g, g1))
+    return f, z * z * f1, z * g, g1
+
+
+def _at_zero(context: Any) -> tuple[Any, Any, Any]:
+    """sqrt(3), Ai(0) and -Ai'(0)."""
+    prec = -64 * (-context.prec // 64)
+    root, one, two = (context.make_mpf(x) for x in _at_zero_to(prec))
+    return root, one, two
+
+
+@lru_cache(maxsize=8)
+def _at_zero_to(prec: int) -> tuple[Any, ...]:
+    from symasym.base.contexts import own_context
+
+    with own_context(15) as c:
+        c.prec = prec + 16
+        gamma, root = c.gamma(c.mpf(1) / 3), c.sqrt(3)
+        one = root * gamma / (2 * c.pi * c.cbrt(9))
+        return tuple(x._mpf_ for x in (root, one, 1 / (2 * c.pi * root * one)))
+
+
+def _far(z: Any, xi: Any, context: Any) -> AiryProducts:
+    """DLMF 9.7(ii); for Z > 0 what Ai adds is below the last digit."""
+    c, size = context, abs(z)
+    sums = _sums(xi, 1 if z > 0 else -1, context)
+    root = c.sqrt(size)
+    half = c.sqrt(root)
+    if z > 0:
+        front = 1 / c.sqrt(c.pi)
+        bi = front * (sums[0] + sums[1]) / half
+        slope = front * (sums[2] + sums[3]) * half
+        return AiryProducts(bi * bi, bi * slope, slope * slope, bi, slope)
+    p, q, r, s = sums
+    cosine, sine = c.cos_sin(xi - c.pi / 4)
+    return AiryProducts(
+        (p * p + q * q) / (c.pi * root),
+        (q * r - p * s) / c.pi,
+        (r * r + s * s) * root / c.pi,
+        (cosine * q - sine * p) / (half * c.sqrt(c.pi)),
+        (cosine * r + sine * s) * half / c.sqrt(c.pi),
+    )
+
+
+def _sums(xi: Any, sign: int, context: Any) -> tuple[Any, ...]:
+    """Even and odd terms of sum u_k/xi^k and of sum v_k/xi^k, each with powers of `sign`."""
+    bits = context.prec + GUARD
+    step = libmp.to_fixed((1 / (216 * xi))._mpf_, bits)
+    u = libmp.MPZ(1) << bits
+    sums = [u, 0 * u, u, 0 * u]
+    k = 0
+    while u:
+        k += 1
+        u = (u * step >> bits) * ((6 * k - 5) * (6 * k - 3) * (6 * k - 1)) // (k * (2 * k - 1))
+        v = (6 * k + 1) * u // (1 - 6 * k)
+        turned = sign ** (k // 2)
+        sums[k % 2] += turned * u
+        sums[2 + k % 2] += turned * v
+    return tuple(from_fixed(x, bits, context) for x in sums)

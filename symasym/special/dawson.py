@@ -1,0 +1,147 @@
+"""Dawson's integral, its integral, and the complementary error function, scaled.
+
+F(x) = e^{-x²} int_0^x e^{y²} dy (DLMF 7.2(ii)), 2 int_0^x F, and e^{x²} erfc(x), for x >= 0.
+Arrays take them from tables (`symasym.special.tables`), in 1/x² beyond those; an mpf takes the
+power series of DLMF 7.6 in integers of fixed point, or the asymptotic ones (DLMF 7.12) where these
+are good.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from mpmath import libmp
+
+from symasym.base.inputs import FloatArray
+from symasym.numbers.arithmetic import Arithmetic, Digits
+from symasym.special.fixed_point import BITS, GUARD, from_fixed
+from symasym.special.tables import DIGITS, Table, table_of
+
+__all__ = ["Dawson", "dawson", "dawson_parts", "erfcx_area"]
+
+_DAWSON_END = 6.0
+_DAWSON_PIECES = 24
+_TERMS, _FAR_TERMS = 13, 14
+
+
+class Dawson(NamedTuple):
+    """For x >= 0.
+
+    Attributes
+    ----------
+    erfcx : e^{x²} erfc(x)
+    value : Dawson's integral F(x)
+    area : twice the integral of F from 0 to x
+    """
+
+    erfcx: FloatArray
+    value: FloatArray
+    area: FloatArray
+
+
+def dawson(x: Any, arithmetic: Arithmetic) -> Dawson:
+    """The three functions at every x >= 0."""
+    if isinstance(arithmetic, Digits):
+        return _of_digits(x, arithmetic.context)
+    return _of_arrays(np.asarray(x))
+
+
+def _dawsons(x: Any, c: Any) -> tuple[Any, ...]:
+    shade = c.exp(x * x) * c.erfc(x)
+    value = c.sqrt(c.pi) / 2 * c.exp(-x * x) * c.erfi(x)
+    return shade, value, x * x * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, -x * x)
+
+
+def _dawsons_beyond(t: Any, c: Any) -> tuple[Any, ...]:
+    """Without their powers of x, the area without its logarithm, in (6/x)² from 0 to 1."""
+    x = _DAWSON_END / c.sqrt(t)
+    with c.workdps(2 * DIGITS):
+        shade, value, area = _dawsons(x, c)
+        return shade * x, value * x, area - c.log(x) - (c.euler + c.log(4)) / 2
+
+
+@lru_cache(maxsize=1)
+def dawson_parts() -> tuple[Table, Table]:
+    """Near 0, and in (6/x)^2 beyond; also what `symasym.emit.kernels.tables` writes."""
+    near = table_of(_dawsons, 0.0, _DAWSON_END, _DAWSON_PIECES, _TERMS)
+    return near, table_of(_dawsons_beyond, 0.0, 1.0, 1, _FAR_TERMS)
+
+
+def _of_arrays(x: FloatArray) -> Dawson:
+    near, beyond = dawson_parts()
+    found = np.empty((3, *x.shape))
+    rows = x <= _DAWSON_END
+    if rows.any():
+        found[:, rows] = near(x[rows])
+    if not rows.all():
+        far = x[~rows]
+        shade, value, area = beyond((_DAWSON_END / far) ** 2)
+        area = area + np.log(far) + (np.euler_gamma + np.log(4.0)) / 2
+        found[:, ~rows] = shade / far, value / far, area
+    return Dawson(*found)
+
+
+def _of_digits(x: Any, context: Any) -> Dawson:
+    square = x * x
+    if square * BITS > context.prec + GUARD:
+        return _far(x, square, context)
+    bits = context.prec + int(square * BITS) + GUARD
+    with context.workprec(bits):
+        double = libmp.to_fixed((2 * x * x)._mpf_, bits)
+    term = libmp.MPZ(1) << bits
+    # Of (-2 x²)^k/(2k + 1)!!, even and odd k, and of the same over k + 1.
+    even, odd, area, k = term, 0 * term, term, 0
+    while term:
+        term = (term * double >> bits) // (2 * k + 3)
+        odd += term
+        area -= term // (k + 2)
+        term = (term * double >> bits) // (2 * k + 5)
+        even += term
+        k += 2
+        area += term // (k + 1)
+    value = x * from_fixed(even - odd, bits, context)
+    with context.workprec(bits):
+        # Both are e^{x²}, nearly, and a small difference.
+        whole = 2 * x * from_fixed(even + odd, bits, context) / context.sqrt(context.pi)
+        shade = context.exp(x * x) - whole
+    return Dawson(+shade, value, square * from_fixed(area, bits, context))
+
+
+def _far(x: Any, square: Any, context: Any) -> Dawson:
+    bits = context.prec + GUARD
+    step = libmp.to_fixed((1 / (2 * square))._mpf_, bits)
+    term = libmp.MPZ(1) << bits
+    shade, value, area, k = term, term, 0 * term, 0
+    while term:
+        k += 1
+        term = (term * step >> bits) * (2 * k - 1)
+        value += term
+        shade += -term if k % 2 else term
+        area -= term // (2 * k)
+    c = context
+    return Dawson(
+        from_fixed(shade, bits, c) / (x * c.sqrt(c.pi)),
+        from_fixed(value, bits, c) / (2 * x),
+        from_fixed(area, bits, c) + c.log(2 * x) + c.euler / 2,
+    )
+
+
+def erfcx_area(x: Any, arithmetic: Digits) -> Any:
+    """sqrt(pi) times the integral of e^{y²} erfc(y) from 0 to x."""
+    c = arithmetic.context
+    square = x * x
+    if square > c.prec:
+        # The asymptotic series: its least term is about e^{-x²}.
+        total, term, m = c.log(x) + c.euler / 2 + c.ln2, c.one, 1
+        while True:
+            term *= -(2 * m - 1) / (2 * square)
+            if abs(term) < c.eps:
+                return total
+            total -= term / (2 * m)
+            m += 1
+    # The difference of two numbers of about e^{x²}.
+    with c.workdps(c.dps + int(square * 0.9) + 5):
+        square = x * x
+        return c.pi / 2 * c.erfi(x) - square * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, square)
