@@ -109,7 +109,7 @@ def test_bound_needs_a_certificate_or_a_meeting_point():
 
 
 def test_bound_that_meets_and_grows():
-    check = Bound(monotone=(x, 0), meets={x: 0}, on="x > 0")
+    check = Bound(monotone=(x, 0), equality={x: 0}, on="x > 0")
     assert passes(check, Inequality(log(1 + x), "<=", x))
     assert not passes(check, Inequality(log(1 + x), "<=", x + 1))
     assert not passes(check, Inequality(log(1 + x), "<=", x / 2))
@@ -117,7 +117,7 @@ def test_bound_that_meets_and_grows():
 
 def test_bound_by_root_count():
     y = Symbol("y", real=True)
-    check = Bound(roots=(y, -1, 1), meets={y: 1}, on="-1 < y < 1")
+    check = Bound(roots=(y, -1, 1), equality={y: 1}, on="-1 < y < 1")
     assert passes(check, Inequality(y**2, "<=", sympy.S.One))
     assert not passes(check, Inequality(y**2, "<=", y))
 

@@ -1,4 +1,4 @@
-"""Checks of inequalities: a certificate, or an exact proof with a point where both sides meet."""
+"""Checks of inequalities: a certificate, or an exact proof with a point of equality."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Bound:
         Substitutions that put the range into the assumptions, such as
         ``{mu: Rational(1, 2) + positive}``; made in both sides (and in `difference`)
         before anything else.
-    meets : mapping, optional
+    equality : mapping, optional
         A point (or for one symbol a limit) where the two sides are equal, so
         that no constant of the bound can be changed. Needed without `difference`,
         since a bound that is merely true can be anything.
@@ -42,7 +42,7 @@ class Bound:
     monotone: tuple[Any, Any] | None = None
     roots: tuple[Any, Any, Any] | None = None
     given: Mapping[Any, Any] = field(default_factory=dict)
-    meets: Mapping[Any, Any] = field(default_factory=dict)
+    equality: Mapping[Any, Any] = field(default_factory=dict)
     on: str = "all values the symbols may take"
     kind: ClassVar[str] = "inequality"
 
@@ -50,8 +50,8 @@ class Bound:
         """Check the certificate or the point of equality, then prove the sign."""
         if not isinstance(result, Inequality):
             return Outcome(False, "the result is no inequality")
-        if self.difference is None and not self.meets:
-            return Outcome(False, "no certificate and no point where both sides meet")
+        if self.difference is None and not self.equality:
+            return Outcome(False, "no certificate and no point of equality")
         given = dict(self.given)
         difference = sympy.sympify(result.difference()).subs(given)
         violated = self._violation(result, rng)
@@ -69,15 +69,15 @@ class Bound:
                     outcome.point,
                 )
             difference = certificate
-        if self.meets:
+        if self.equality:
             gap = self._at_equality(difference)
             if gap != 0:
                 return Outcome(
                     False,
-                    "the sides do not meet where they should",
+                    "the sides are not equal where they should be",
                     text(result.left),
                     text(result.right),
-                    f"{dict(self.meets)}, gap {gap}",
+                    f"{dict(self.equality)}, gap {gap}",
                 )
         way = self._sign(difference, result.strict)
         if way is None:
@@ -113,7 +113,7 @@ class Bound:
 
     def _at_equality(self, difference: sympy.Expr) -> Any:
         """The difference of both sides at the point of equality, simplified."""
-        for symbol, value in self.meets.items():
+        for symbol, value in self.equality.items():
             difference = sympy.limit(difference, symbol, value)
         return sympy.simplify(difference)
 
@@ -137,5 +137,5 @@ class Bound:
     def how(self) -> str:
         """One line on how it is proved."""
         way = "by a certificate" if self.difference is not None else "by an exact proof of the sign"
-        met = ", with equality where stated" if self.meets else ""
+        met = ", with equality where stated" if self.equality else ""
         return f"proved {way}{met}; on {self.on}"

@@ -7,7 +7,7 @@ eq:Ttilde is added up in its printed form, H(v) - C and all.
 
 How the accuracy is come by:
 
-- The interval is cut at -1, 1 and the start, where the integrands have corners or
+- The interval is cut at -1, 1 and the start, where the integrands have kinks or
   jumps, and then into panels on which lam V changes by at most a few units.
 - An integral up to v is the sum over the whole panels before v plus the integral of
   the interpolating polynomial through the Gauss nodes of v's own panel.
@@ -16,7 +16,7 @@ How the accuracy is come by:
 - In the sliding region the tails run to infinity; they are cut where e^{-lam V} has
   fallen below the working precision.
 - Everything is done twice, on panels half as long with more nodes. If the two
-  results differ, a third time, and so on; never is a result returned that was not met
+  results differ, a third time, and so on; never is a result returned that was not reached
   twice.
 """
 
@@ -84,7 +84,7 @@ def escape_time(drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps
         single, double = [grid.mp.zero] * 2, [grid.mp.zero] * 2
         for panel in grid.panels(nested=True):
             side = int(panel.left >= start)
-            single[side] += panel.rising
+            single[side] += panel.int_e
             double[side] += panel.nested
         not_C, C = (x / sum(single) for x in single)
         time = grid.lam * (not_C * double[1] - C * double[0])
@@ -105,8 +105,8 @@ def exit_probability(drift: Drift, kappa: Fraction, r: Fraction, start: Fraction
         """C on one grid."""
         grid = _Grid(drift, kappa, [-r, start, r], work, level)
         panels = list(grid.panels())
-        after = sum(panel.rising for panel in panels if panel.left >= start)
-        return after / sum(panel.rising for panel in panels), 0
+        after = sum(panel.int_e for panel in panels if panel.left >= start)
+        return after / sum(panel.int_e for panel in panels), 0
 
     return _agreed(quadrature, dps)
 
@@ -122,8 +122,8 @@ def occupation(drift: Drift, kappa: Fraction, dps: int, complement: bool = False
         """P or 1 - P on one grid."""
         grid = _Grid(drift, kappa, list(_where_tails_end(drift, kappa, work)), work, level)
         panels = list(grid.panels())
-        part = sum(p.falling for p in panels if (-1 <= p.left < 1) is not complement)
-        return part / sum(p.falling for p in panels), 0
+        part = sum(p.int_inverse for p in panels if (-1 <= p.left < 1) is not complement)
+        return part / sum(p.int_inverse for p in panels), 0
 
     return _agreed(quadrature, dps)
 
@@ -141,7 +141,7 @@ def stationary_density(drift: Drift, kappa: Fraction, y: Fraction, dps: int) -> 
         grid = _Grid(drift, kappa, [min(low, y - 1), y, max(high, y + 1)], work, level)
         panels = list(grid.panels())
         (at_y,) = (grid.mp.exp(-p.exponent) for p in panels if p.left == y)
-        return at_y / sum(p.falling for p in panels), 0
+        return at_y / sum(p.int_inverse for p in panels), 0
 
     return _agreed(quadrature, dps)
 
@@ -162,7 +162,7 @@ def integral(drift: Drift, kappa: Fraction, a: Fraction, b: Fraction, sign: int,
             if panel.left == -1:
                 zero = panel.exponent
             if panel.left >= a:
-                total += panel.rising if sign > 0 else panel.falling
+                total += panel.int_e if sign > 0 else panel.int_inverse
         # V was counted from the left end.
         return total * grid.mp.exp(-sign * zero), 0
 
@@ -246,8 +246,8 @@ class _Panel(NamedTuple):
 
     left: Fraction
     exponent: Any  # lam V at the panel's left end
-    rising: Any  # of e^{lam V}
-    falling: Any  # of e^{-lam V}
+    int_e: Any  # of e^{lam V}
+    int_inverse: Any  # of e^{-lam V}
     nested: Any  # of e^{lam (V(v) - V(u))}, v in the panel and u from the grid's left end to v
 
 
@@ -262,13 +262,13 @@ class _Grid:
         self.ops = MpmathOps(self.mp)
         self.drift = drift
         self.lam = self.ops.rational(2 / kappa**2)
-        self.corners = {Fraction(x): self._evaluate(self.mp.mpf(x)) for x in (-1, 1)}
+        self.kinks = {Fraction(x): self._evaluate(self.mp.mpf(x)) for x in (-1, 1)}
         self.most_growth = self.mp.mpf(4) / 2**level
         self.widest = Fraction(1, 4 * 2**level)
         # e^{2t} on [-1, 1] is integrated to n digits by about n/2 + 10 nodes, while n < 200.
         nodes = int(work * 0.55) + 14 + 6 * level
-        corners = [x for x in self.corners if min(marks) < x < max(marks)]
-        self.edges = self._cut(sorted({*marks, *corners}))
+        kinks = [x for x in self.kinks if min(marks) < x < max(marks)]
+        self.edges = self._cut(sorted({*marks, *kinks}))
         if len(self.edges) * nodes**2 > _MOST_MULTIPLICATIONS:
             raise AccuracyError(
                 f"plain quadrature needs {len(self.edges)} panels of {nodes} nodes here; "
@@ -283,9 +283,9 @@ class _Grid:
     def phi(self, u: mpf) -> Any:
         """eq:phi."""
         if u <= -1:
-            return self.corners[Fraction(-1)]
+            return self.kinks[Fraction(-1)]
         if u >= 1:
-            return self.corners[Fraction(1)]
+            return self.kinks[Fraction(1)]
         return self._evaluate(u)
 
     def _cut(self, marks: list[Fraction]) -> list[Fraction]:
@@ -339,14 +339,14 @@ class _Grid:
                 slopes = [-self.lam * self.phi(center)] * len(self.nodes)
             else:
                 slopes = [-self.lam * self._evaluate(center + half * t) for t in self.nodes]
-            rising = [mp.exp(exponent + x) for x in self._running(half, slopes)]
-            falling = [1 / x for x in rising]
+            int_e = [mp.exp(exponent + x) for x in self._running(half, slopes)]
+            int_inverse = [1 / x for x in int_e]
             double = mp.zero
             if nested:
-                up_to_v = [before + x for x in self._running(half, falling)]
-                double = self._whole(half, [s * x for s, x in zip(rising, up_to_v, strict=True)])
-            whole = self._whole(half, falling)
-            yield _Panel(a, exponent, self._whole(half, rising), whole, double)
+                up_to_v = [before + x for x in self._running(half, int_inverse)]
+                double = self._whole(half, [s * x for s, x in zip(int_e, up_to_v, strict=True)])
+            whole = self._whole(half, int_inverse)
+            yield _Panel(a, exponent, self._whole(half, int_e), whole, double)
             before += whole
             exponent += self._whole(half, slopes)
 
