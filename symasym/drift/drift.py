@@ -11,16 +11,16 @@ import numpy as np
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import FloatArray, exact, float_text, floats, is_array
 from symasym.drift import landscape, models
-from symasym.numbers.complex_balls import Disc, DiscOps
+from symasym.numbers.complex_balls import ComplexBall, ComplexBallOps
 from symasym.numbers.trees import FractionOps, NotRational, NumpyOps, SympyOps
 
 __all__ = ["Drift"]
 
 _NUMPY = NumpyOps()
-_DISCS = DiscOps(_NUMPY)
-# Rounding a million times too large leaves the range in which discs themselves are rounded,
+_BALLS = ComplexBallOps(_NUMPY)
+# Rounding a million times too large leaves the range in which balls themselves are rounded,
 # and is still small enough to be linear.
-_ROUNDED = DiscOps(_NUMPY, 2.0**-33)
+_ROUNDED = ComplexBallOps(_NUMPY, 2.0**-33)
 
 
 class Drift:
@@ -201,20 +201,20 @@ class Drift:
 
     def spread(
         self, centre: FloatArray, radius: FloatArray, values: dict[str, FloatArray] | None = None
-    ) -> Disc:
-        """What A makes of complex discs, in float64 (see `symasym.numbers.complex_balls`)."""
+    ) -> ComplexBall:
+        """What A makes of complex balls, in float64 (see `symasym.numbers.complex_balls`)."""
         values = self.float_values() if values is None else values
         with np.errstate(all="ignore"):
-            found = self._model.evaluate(_DISCS.disc(centre, radius), values, _DISCS)
-        # A constant becomes a disc, of the shape asked for.
-        shaped: Disc = _DISCS.disc(0.0 * centre, 0.0 * radius) + found
+            found = self._model.evaluate(_BALLS.ball(centre, radius), values, _BALLS)
+        # A constant becomes a ball, of the shape asked for.
+        shaped: ComplexBall = _BALLS.ball(0.0 * centre, 0.0 * radius) + found
         return shaped
 
     def rounding(self, u: FloatArray, values: dict[str, FloatArray]) -> FloatArray:
         """Bound on the error of `evaluate_float`, rounding `u` and the parameters included."""
         with np.errstate(all="ignore"):
-            found = self._model.evaluate(_ROUNDED.disc(u, 0.0 * u), values, _ROUNDED)
-            radius = (_ROUNDED.disc(0.0 * u, 0.0 * u) + found).radius * 2.0**-20
+            found = self._model.evaluate(_ROUNDED.ball(u, 0.0 * u), values, _ROUNDED)
+            radius = (_ROUNDED.ball(0.0 * u, 0.0 * u) + found).radius * 2.0**-20
         result: FloatArray = np.where(np.isnan(radius), np.inf, radius)
         return result
 

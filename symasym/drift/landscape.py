@@ -13,7 +13,7 @@ from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.generated.numpy_formulas import potential_left, potential_right
-from symasym.numbers.complex_balls import Disc, tame
+from symasym.numbers.complex_balls import ComplexBall, tame
 
 _DIGITS = 60
 _NARROWEST = 1e-12
@@ -37,8 +37,8 @@ class Switch(Protocol):
     def evaluate_float(self, u: FloatArray, values: dict[str, FloatArray] | None = None) -> Any:
         """A(u) in float64."""
 
-    def spread(self, centre: FloatArray, radius: FloatArray) -> Disc:
-        """The complex discs that A makes of discs."""
+    def spread(self, centre: FloatArray, radius: FloatArray) -> ComplexBall:
+        """The complex balls that hold A on complex balls."""
 
     def float_values(self) -> dict[str, FloatArray]:
         """The parameter values in float64."""
@@ -239,7 +239,7 @@ def bracketed_zero(pair: Callable[[Any], Sequence[Any]], lo: Any, hi: Any, conte
 
 
 def float_marks(
-    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], Disc]
+    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], ComplexBall]
 ) -> list[float]:
     """Zeros and extremes of a smooth function on [-1, 1], in float64, by Chebyshev proxies.
 
@@ -248,7 +248,7 @@ def float_marks(
     function : callable
         Takes and returns a float64 array.
     spread : callable
-        What the function makes of discs, given their centres and radii.
+        What the function makes of balls, given their centres and radii.
     """
     marks: list[float] = []
     for lo, hi, series in _proxies(function, spread):
@@ -262,7 +262,7 @@ def float_marks(
 
 
 def _proxies(
-    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], Disc]
+    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], ComplexBall]
 ) -> list[tuple[float, float, FloatArray]]:
     """Pieces of [-1, 1] with Chebyshev coefficients that have died out, down to rounding."""
     degree = 32
