@@ -18,13 +18,12 @@ import sympy
 
 from symasym.asymptotics.weak_noise.compose import (
     Composed,
-    Found,
     Sides,
     mean_time,
     side_of,
-    time_with_digits,
 )
 from symasym.asymptotics.weak_noise.critical_points import half
+from symasym.asymptotics.weak_noise.evaluation import Found, time_with_digits
 from symasym.asymptotics.weak_noise.one_sided import OneSided
 from symasym.asymptotics.weak_noise.resolution import unseen
 from symasym.asymptotics.weak_noise.series import Point, added

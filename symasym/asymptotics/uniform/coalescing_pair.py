@@ -17,9 +17,9 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from symasym.asymptotics.coalescence.cubic_map import map_coefficients
-from symasym.asymptotics.weak_noise.slow_manifold import laurent
 from symasym.numbers.arithmetic import Digits
 from symasym.numbers.polynomials import shifted
+from symasym.numbers.power_series import laurent
 from symasym.numbers.quadratic_factor import Pair
 from symasym.special.airy import AiryProducts, airy_products
 from symasym.special.airy_products import by_parts, pair_terms

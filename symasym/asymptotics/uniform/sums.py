@@ -19,10 +19,10 @@ from symasym.asymptotics.weak_noise.compose import (
     Side,
     Sides,
     mean_time,
-    plain,
     regular_part,
     rising_of,
 )
+from symasym.asymptotics.weak_noise.evaluation import plain
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint
 from symasym.asymptotics.weak_noise.series import Point, terms
 from symasym.base.contexts import mpf_of

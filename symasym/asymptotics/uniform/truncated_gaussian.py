@@ -32,10 +32,10 @@ from typing import Any, NamedTuple
 from symasym.asymptotics.weak_noise.critical_points import wells_and_barriers
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.series import BEYOND
-from symasym.asymptotics.weak_noise.slow_manifold import laurent
 from symasym.base.contexts import mpf_of
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
+from symasym.numbers.power_series import laurent
 from symasym.special.dawson import dawson, erfcx_area
 
 __all__ = [

@@ -20,26 +20,33 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise import compose
 from symasym.asymptotics.weak_noise.arrays import Evaluate, logs_of, own_shapes
 from symasym.asymptotics.weak_noise.compose import (
     Composed,
-    Found,
     Leaf,
     Sum,
     pairs_of,
-    plain,
     regular_part,
     rising_of,
 )
 from symasym.asymptotics.weak_noise.critical_points import half, whole
+from symasym.asymptotics.weak_noise.evaluation import (
+    Found,
+    chosen,
+    escape_time,
+    exit_probability,
+    log_probability,
+    of_log,
+    plain,
+    probability_with_digits,
+    time_with_digits,
+)
 from symasym.asymptotics.weak_noise.one_sided import (
     CriticalPoint,
     OneSided,
     float_point,
     in_float,
 )
-from symasym.asymptotics.weak_noise.optimal_order import chosen, of_log
 from symasym.asymptotics.weak_noise.resolution import unseen, unseen_in
 from symasym.asymptotics.weak_noise.series import Part, Point, Series, Sizes
 from symasym.base.contexts import mpf_of, own_context
@@ -161,13 +168,13 @@ def _expressions(points: list[CriticalPoint], slopes: list[Any]) -> tuple[Sum, S
 
 
 def _probability(complement: bool) -> Quantity:
-    value = partial(compose.probability_with_digits, complement)
-    log = partial(compose.log_probability, complement)
-    return Quantity(value, log, False, partial(compose.exit_probability, complement))
+    value = partial(probability_with_digits, complement)
+    log = partial(log_probability, complement)
+    return Quantity(value, log, False, partial(exit_probability, complement))
 
 
 _QUANTITIES = {
-    "T": Quantity(compose.time_with_digits, None, True, compose.escape_time),
+    "T": Quantity(time_with_digits, None, True, escape_time),
     "C": _probability(False),
     "1 - C": _probability(True),
 }
@@ -234,7 +241,7 @@ def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
         composed, at = _with_digits(halves, lam, values["r"], context)
         best: Parts | None = None
         for n in orders:
-            total = compose.time_with_digits(composed, at(n))
+            total = time_with_digits(composed, at(n))
             if not total.sure:
                 continue
             error = total.error / total.value
@@ -253,7 +260,7 @@ def _items(
     """Every pair of critical points and the regular part of both sides, times the chance of it."""
     r, ring, items = composed.r, composed.ring, []
     shares = composed.sides.shares
-    rest = compose.time_with_digits(composed, at).value
+    rest = time_with_digits(composed, at).value
     for k, one in enumerate(both):
         front = at.lam * plain(shares[1 - k] / composed.sides.total, at)[0]
         sign, chance = 2 * k - 1, "" if k else "C times "
@@ -338,13 +345,11 @@ def _array_logs(
     A start that all scenes share is `exactly` that, since it may lie on a zero of A.
     """
 
-    def analyse(given: dict[str, float], radius: float, start: float) -> Any:
-        one = drift.bind(**given) if given else drift
-        place = Fraction(start) if exactly is None else exactly
-        outer = 30 * quantity.outer
+    def analyse(one: Drift, radius: float, start: float) -> tuple[OneSided, OneSided]:
+        x, outer = Fraction(start) if exactly is None else exactly, 30 * quantity.outer
         with own_context(40) as context:
-            found = _halves(one, Fraction(radius), place, orders[-1], context, outer)
-            return in_float(found[0]), in_float(found[1])
+            left, right = _halves(one, Fraction(radius), x, orders[-1], context, outer)
+            return in_float(left), in_float(right)
 
     with_digits = analyse if many else None
     logs, errors = logs_of(

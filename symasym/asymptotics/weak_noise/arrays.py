@@ -19,7 +19,7 @@ from symasym.drift.drift import Drift
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes as PolynomialScenes
 from symasym.drift.polynomial_scenes import scenes_of
-from symasym.drift.scenes import Scenes, input_rounding, rows_of
+from symasym.drift.scenes import Scenes, by_drift, input_rounding, rows_of
 
 # Scenes at once: the work arrays of one step, about twenty with errors and ten without, stay in
 # the second-level cache, and below what the C library gives back to the system at every step.
@@ -36,7 +36,7 @@ _SMALL_SMOOTH = 0.03
 
 Sights = tuple[OneSided, OneSided]
 Evaluate = Callable[[Composed, Point], tuple[FloatArray, Any]]
-Analyse = Callable[[dict[str, float], float, float], Sights]
+Analyse = Callable[[Drift, float, float], Sights]
 Find = Callable[[PolynomialScenes, int], Iterator[Found]]
 
 
@@ -73,12 +73,12 @@ def logs_of(
     What `find` does not find in float64 goes to `analyse`, or is left with infinite errors. An
     error that all scenes share may come as an array of one.
     """
-    each = [_drifts(scenes, shapes)] if index is None else list(_grouped(scenes, index))
-    # One drift has all scenes, or none.
-    size = 0 if index is None and each[0].rows is None else len(scenes.lam)
-    logs, errors = np.full(size, np.nan), np.full(size, np.inf)
+    logs = errors = np.empty(0)
     with np.errstate(all="ignore"):
-        for drifts in each:
+        for drifts in _grouped(scenes, index_of(shapes, scenes.shape) if index is None else index):
+            # One drift has all scenes, or none.
+            if drifts.rows is not None and not logs.size:
+                logs, errors = (np.full(len(scenes.lam), x) for x in (np.nan, np.inf))
             for chosen, sights in _all_sights(drift, scenes, drifts, orders[-1], analyse, find):
                 if drifts.rows is None:
                     some: Any = slice(None)
@@ -115,17 +115,11 @@ def index_of(shapes: list[tuple[int, ...]], shape: tuple[int, ...]) -> IntArray:
     return np.broadcast_to(count.reshape(own), shape).ravel()
 
 
-def _drifts(scenes: Scenes, shapes: list[tuple[int, ...]]) -> Drifts:
-    index = index_of(shapes, scenes.shape)
-    count = int(index[-1]) + 1 if len(index) else 1
-    rows = None
-    if count > 1:
-        rows = np.argsort(index, kind="stable").reshape(count, -1)
-    return _drifts_of(scenes, rows)
-
-
 def _grouped(scenes: Scenes, index: IntArray) -> Iterator[Drifts]:
     """Drifts with about as many scenes each; what one has less it has several times."""
+    if not len(index) or (index == index[0]).all():
+        yield _drifts_of(scenes, None)
+        return
     order = np.argsort(index, kind="stable")
     first = np.flatnonzero(np.diff(index[order], prepend=-1))
     count = np.diff(first, append=len(order))
@@ -168,15 +162,11 @@ def _all_sights(
     rest = np.flatnonzero(left)
     if analyse is None or not rest.size:
         return
-    columns = [*drifts.parameters.values(), drifts.radius, drifts.start]
-    unique, first, group = np.unique(
-        np.array([x[rest] for x in columns]).T, axis=0, return_index=True, return_inverse=True
-    )
-    for k in range(len(unique)):
-        one = rest[first[k]]
-        given = {name: float(x[one]) for name, x in drifts.parameters.items()}
-        sights = analyse(given, float(drifts.radius[one]), float(drifts.start[one]))
-        yield rest[group.ravel() == k], sights
+    radius, start = drifts.radius[rest], drifts.start[rest]
+    given = {name: x[rest] for name, x in drifts.parameters.items()}
+    some = scenes._replace(parameters={**scenes.parameters, **given}, lam=start)
+    for one, rows in by_drift(some, radius, start):
+        yield rest[rows], analyse(one, float(radius[rows[0]]), float(start[rows[0]]))
 
 
 def _apart(rows: IntArray, sights: Sights) -> Iterator[tuple[IntArray, Sights]]:

@@ -24,11 +24,8 @@ from functools import cached_property, partial, reduce
 from operator import add
 from typing import Any, NamedTuple, Protocol
 
-import numpy as np
-
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.series import (
-    MOST_ROUGH,
     ROUNDING,
     Local,
     Numbers,
@@ -43,16 +40,12 @@ from symasym.asymptotics.weak_noise.series import (
     nonzero,
     plus,
     terms,
-    times,
 )
-from symasym.base.inputs import FloatArray
 
 #: Rounding of lam, of a product with it, and of an exponential.
 ULP = 1.2e-15
 # The rank of the end at r.
 _END = 1 << 30
-# A relative error of a value beyond which nothing is said.
-_MOST = 0.4
 
 
 # -- expressions on numbers ------------------------------------------------------------------------
@@ -421,44 +414,6 @@ def _probability(
     return _Probability(*shares, own, other, Sum(errors, part.scale.height))
 
 
-# -- at lam, with digits ---------------------------------------------------------------------------
-
-
-class Found(NamedTuple):
-    """An expansion's value at one order and its estimated error, if that is to be trusted."""
-
-    value: Any
-    error: Any
-    order: int
-    sure: bool
-
-
-def plain(node: Node, at: Point) -> tuple[Any, Any]:
-    """The value and the error, the exponential included."""
-    found, factor = at.value_of(node), at.exp(at.lam * node.height)
-    return found.value * factor, None if found.error is None else found.error * factor
-
-
-def time_with_digits(composed: Composed, at: Point) -> Found:
-    """T at one lam."""
-    (value, _), (error, _) = (plain(node, at) for node in composed.time)
-    return _found(composed, at, at.lam * value, at.lam * error)
-
-
-def probability_with_digits(complement: bool, composed: Composed, at: Point) -> Found:
-    """C or 1 - C at one lam."""
-    p = composed.probabilities[complement]
-    error = plain(p.error / composed.sides.total, at)[0]
-    return _found(composed, at, plain(p.value, at)[0], error)
-
-
-def log_probability(complement: bool, composed: Composed, at: Point) -> Any:
-    """log C or log(1 - C) at one lam, right where that is tiny."""
-    p = composed.probabilities[complement]
-    part, rest = plain(p.part, at)[0], plain(p.rest, at)[0]
-    return -at.arithmetic.log1p(rest / part)
-
-
 def time_of(sides: Sides, lam: Any) -> Value:
     """T and its error at one lam, from values of both sides at it."""
     at = Point(lam, 0, True)
@@ -470,67 +425,3 @@ def time_of(sides: Sides, lam: Any) -> Value:
     starts = constant(sides.rising), constant(sides.falling)
     value, error = _time(Sides(left, right, *starts, sides.corner))
     return Value(lam * at.value_of(value).value, lam * at.value_of(error).value)
-
-
-def _found(composed: Composed, at: Point, value: Any, error: Any) -> Found:
-    total = at.value_of(composed.sides.total)
-    sure = 2 * total.error < total.value and 2 * error < value
-    return Found(value, 2 * error, at.order, bool(sure))
-
-
-# -- at lam, in float64 ----------------------------------------------------------------------------
-
-
-def escape_time(composed: Composed, at: Point) -> tuple[FloatArray, Any]:
-    """log T, and its relative error (None without `at.errors`; infinite where nothing is sure)."""
-    value, wrong = composed.time
-    mean = at.value_of(value).value
-    log = at.log(mean * at.lam)
-    rise = at.lam * value.height if counts(value.height) else 0.0
-    log = plus(log, rise)
-    if not at.errors:
-        return log, None
-    relative = 2 * (at.value_of(wrong).value / mean)
-    return log, _sure(composed, at, relative, ULP * plus(abs(log), rise))
-
-
-def exit_probability(complement: bool, composed: Composed, at: Point) -> tuple[FloatArray, Any]:
-    """log C or log(1 - C), and its relative error, as `escape_time`."""
-    p = composed.probabilities[complement]
-    rise = at.lam * (p.rest.height - p.part.height)
-    part, rest = at.value_of(p.part).value, at.value_of(p.rest).value
-    log = -np.logaddexp(0.0, np.log(rest / part) + rise)
-    if not at.errors:
-        return log, None
-    rounding = abs(log)
-    below = at.decay(p.other.height)
-    if counts(below):
-        rounding = rounding + times(at.value_of(p.other).size, below) * abs(rise)
-    relative = 2 * (at.value_of(p.error).value / part)
-    return log, _sure(composed, at, relative, ULP * rounding)
-
-
-def _sure(composed: Composed, at: Point, relative: Any, rounding: Any) -> Any:
-    """The error of a logarithm; infinite unless the total is known to half of itself."""
-    total = at.value_of(composed.sides.total)
-    value, error = total.value, total.error
-    known = None
-    clear = np.max(error) < 0.5 * np.min(value)
-    if not (clear and np.min(relative) >= 0 and np.max(relative) < _MOST):
-        known = (error < value * 0.5) & (relative >= 0) & (relative < _MOST)
-        relative = np.minimum(relative, 0.9)
-    found = relative / (1.0 - relative)
-    found = found + rounding
-    found += 8 * ULP
-    # A barrier and a well of one side, the other side, and the two sides' sum.
-    rough = higher(*(_too_rough(at, x) for x in composed.rough))
-    found = plus(found, 4 * rough)
-    return found if known is None else np.where(known, found, np.inf)
-
-
-def _too_rough(at: Point, steep: Numbers) -> Any:
-    """Rounding of the exponents that the errors leave out because it is too large for them."""
-    if isinstance(steep, float) and steep * at.most < MOST_ROUGH:
-        return 0.0
-    rough = at.lam * steep
-    return np.where(rough < MOST_ROUGH, 0.0, rough)

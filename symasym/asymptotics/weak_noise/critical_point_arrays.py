@@ -22,6 +22,7 @@ from symasym.asymptotics.weak_noise.one_sided import (
     add_edge,
     formal_series,
 )
+from symasym.asymptotics.weak_noise.regular_part import pole_primitive
 from symasym.asymptotics.weak_noise.series import (
     BEYOND,
     ROUNDING,
@@ -31,12 +32,12 @@ from symasym.asymptotics.weak_noise.series import (
     lower,
     trimmed,
 )
-from symasym.asymptotics.weak_noise.slow_manifold import laurent, pole_primitive
 from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes
 from symasym.numbers.arithmetic import FLOATS, Arithmetic
 from symasym.numbers.polynomial_roots import Zeros, zeros_of
+from symasym.numbers.power_series import laurent
 
 # Drifts at once: with a quarter of them NumPy's cost per call doubles the time; twice as many
 # are no quicker and take twice the memory.

@@ -25,12 +25,11 @@ from symasym.asymptotics.weak_noise.one_sided import (
 )
 from symasym.asymptotics.weak_noise.regular_part import layer_integrals
 from symasym.asymptotics.weak_noise.series import BEYOND, Part, Series, trimmed
-from symasym.asymptotics.weak_noise.slow_manifold import laurent
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.landscape import bracketed_zero
 from symasym.drift.taylor_field import ExactField, to_fraction
-from symasym.numbers.power_series import power
+from symasym.numbers.power_series import laurent, power
 
 # A at a zero of its slope, below which that place in float64 is not good enough.
 _BESIDE = Fraction(1, 10**20)

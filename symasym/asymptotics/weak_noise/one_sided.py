@@ -94,7 +94,7 @@ class OneSided(NamedTuple):
 def formal_series(h: Series) -> tuple[Series, Series]:
     """The formal series of int e^{lam V} and int e^{-lam V} to the right of a point.
 
-    From h_k there (`symasym.asymptotics.weak_noise.slow_manifold`), by repeated integration by
+    From h_k there (`symasym.asymptotics.weak_noise.regular_part`), by repeated integration by
     parts: sigma_{k+1} = sigma_k'/phi for the one, so that its coefficients are (-1)^(k+1) h_k,
     and -h_k for the other.
     """
