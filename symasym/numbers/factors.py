@@ -10,13 +10,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from symasym.numbers.polynomial_roots import refined, zeros_of
 from symasym.numbers.polynomials import divided, poly, poly_slope, shifted
 from symasym.numbers.quadratic_factor import Pair, pair_of
+
+if TYPE_CHECKING:
+    from mpmath.ctx_mp import MPContext
 
 __all__ = ["Factor", "Line", "Meeting", "Pieces", "Zero", "pieces_of", "seen_from"]
 
@@ -37,6 +40,7 @@ class Line(NamedTuple):
 
     @property
     def edges(self) -> tuple[float, float, float]:
+        """-r, the start and r, each moved to the nearest point of the layer."""
         reach = min(self.r, 1.0)
         return -reach, min(max(self.start, -reach), reach), reach
 
@@ -85,7 +89,7 @@ def seen_from(c: list[Any], side: int) -> list[Any]:
     return [x * side if j % 2 == 0 else x for j, x in enumerate(c)]
 
 
-def pieces_of(line: Line, exact: list[Any], context: Any) -> Pieces | None:
+def pieces_of(line: Line, exact: list[Any], context: MPContext) -> Pieces | None:
     """`exact` are A's coefficients in `context`; None where float64 doesn't tell the structure."""
     try:
         return _pieces_of(line, exact, context)
@@ -94,7 +98,8 @@ def pieces_of(line: Line, exact: list[Any], context: Any) -> Pieces | None:
         return None
 
 
-def _pieces_of(line: Line, exact: list[Any], context: Any) -> Pieces | None:
+def _pieces_of(line: Line, exact: list[Any], context: MPContext) -> Pieces | None:
+    """The zeros and factors to all digits; None where float64 does not tell the structure."""
     roots = _Roots.of(line)
     if roots is None:
         return None
@@ -140,6 +145,7 @@ class _Roots(NamedTuple):
 
     @classmethod
     def all_of(cls, c: list[float]) -> _Roots | None:
+        """All zeros of a polynomial; None where some were missed."""
         zeros = zeros_of(np.array(c)[:, None])
         if not zeros.complete[0]:
             return None
@@ -149,14 +155,14 @@ class _Roots(NamedTuple):
 
 
 def _roughness(c: list[float], z: complex, roots: _Roots) -> float:
-    """What rounding A does to this zero, in units of its distance to the next."""
+    """The relative rounding bound of the zero z, in units of its distance to the next."""
     moved = poly([abs(x) for x in c], abs(z)) / abs(poly_slope(c, z))
     near = 1 + abs(z)
     for w in [*roots.real, *roots.above, *(w.conjugate() for w in roots.above)]:
         if w != z:
             near = min(near, abs(z - w))
-    found: float = _EPS * (1 + moved / near)
-    return found
+    rounding: float = _EPS * (1 + moved / near)
+    return rounding
 
 
 def _meetings(line: Line, roots: _Roots) -> tuple[list[Meeting], float]:
@@ -168,7 +174,7 @@ def _meetings(line: Line, roots: _Roots) -> tuple[list[Meeting], float]:
     if slope is None:
         raise OverflowError
     turning = slope.real
-    found, slack = [], float("inf")
+    pairs, slack = [], float("inf")
     for point in turning:
         if not (abs(point) < reach and point != start):
             continue
@@ -180,17 +186,17 @@ def _meetings(line: Line, roots: _Roots) -> tuple[list[Meeting], float]:
             slack = min(slack, max(room, fall))
             if fall > room:
                 continue
-        found.append(meeting)
+        pairs.append(meeting)
     # Each real zero goes with the neighbour that it meets first.
     chosen: list[Meeting] = []
-    for m in sorted(found, key=lambda m: abs(m.pair.zeta)):
+    for m in sorted(pairs, key=lambda m: abs(m.pair.zeta)):
         if all(not set(m.members or ()) & set(other.members or ()) for other in chosen):
             chosen.append(m)
     return chosen, slack
 
 
 def _meeting(line: Line, roots: _Roots, point: float, turning: list[float]) -> Meeting | None:
-    """What splits off at `point`, if its zeros are among the known ones."""
+    """The pair that splits off at `point`, if its zeros are among the known ones."""
     _, start, reach = line.edges
     side = -1 if point < start else 1
     pair = pair_of(seen_from(shifted(line.c, point), side))
@@ -214,7 +220,7 @@ def _meeting(line: Line, roots: _Roots, point: float, turning: list[float]) -> M
 
 
 def _room(line: Line, meeting: Meeting) -> float:
-    """How far the nearest cut of the line is from a complex pair, in V."""
+    """The change of V from a complex pair to the nearest cut of the line."""
     _, start, reach = line.edges
     v = [0.0, *(-x / (k + 1) for k, x in enumerate(line.c))]
     height = poly(v, meeting.point) - meeting.pair.level
@@ -231,7 +237,7 @@ def _room(line: Line, meeting: Meeting) -> float:
 # -- to all digits ---------------------------------------------------------------------------------
 
 
-def _refine(zero: Zero, c: list[Any], context: Any) -> bool:
+def _refine(zero: Zero, c: list[Any], context: MPContext) -> bool:
     """Set the zero's place and slope; False where Newton's steps fail."""
     zero.u = refined(c, context.mpf(zero.rough), context)
     if zero.u is None:
@@ -240,7 +246,7 @@ def _refine(zero: Zero, c: list[Any], context: Any) -> bool:
     return True
 
 
-def _refine_factor(factor: Factor, c: list[Any], context: Any) -> bool:
+def _refine_factor(factor: Factor, c: list[Any], context: MPContext) -> bool:
     """Bairstow's steps for u² + p u + q."""
     middle, square = (context.mpf(x) for x in factor.rough)
     p, q = -2 * middle, middle * middle - square

@@ -16,17 +16,25 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
+from symasym.numbers.arithmetic import Number
 from symasym.numbers.balls import BallOps, exact_ball, flint_module, profile_of
+
+if TYPE_CHECKING:
+    from flint import arb, arb_poly, fmpq, fmpq_poly
 
 _RATIO = 4
 _PANELS = 32
 _MOST_PANELS = 4096
 # Exact rationals grow with degree times digits; beyond, balls are faster.
 _MOST_EXACT = 40_000
+
+
+#: A function on a stretch, in the form that the stretch's own `Primitives` take.
+Function = Any
 
 
 class Moments(NamedTuple):
@@ -49,18 +57,18 @@ class Primitives(Protocol):
     one: Any
     rate: Any
 
-    def primitive(self, f: Any) -> tuple[Any, Any]:
+    def primitive(self, f: Function) -> tuple[Any, Any]:
         """The integral of f dt from the left end, as a function; its value at the right end."""
 
-    def area(self, f: Any) -> Any:
+    def area(self, f: Function) -> Any:
         """The integral of f du over the stretch."""
 
-    def times_slope(self, f: Any) -> Any:
+    def times_slope(self, f: Function) -> Any:
         """A f du/dt."""
 
 
 def moments_of(
-    stretch: Primitives, order: int, unit: Any
+    stretch: Primitives, order: int, unit: Number
 ) -> tuple[Any, list[Any], list[Any], list[Any]]:
     """V(a) - V(b) and the three lists of `Moments`, up to `order`; `unit` is the number 1."""
     int_e, nested = _iterated(stretch, *stretch.primitive(stretch.rate), order)
@@ -68,7 +76,9 @@ def moments_of(
     return falls[1], int_e, int_inverse[: order + 1], nested
 
 
-def _iterated(stretch: Primitives, f: Any, end: Any, order: int) -> tuple[list[Any], list[Any]]:
+def _iterated(
+    stretch: Primitives, f: Function, end: Number, order: int
+) -> tuple[list[Any], list[Any]]:
     """f_k at the right end and the integral of f_k for k = 0..order, from f_0 = f."""
     ends, areas = [end], [stretch.area(f)]
     for _ in range(order):
@@ -92,21 +102,23 @@ class _Polynomials:
     Those longer than `cap`, if there is one, are cut, and what is cut encloses.
     """
 
-    def __init__(self, panels: list[_Panel], kind: Any, cap: int = 0) -> None:
+    def __init__(self, panels: list[_Panel], kind: type, cap: int = 0) -> None:
         self._panels, self._cap = panels, cap
         self.one = [kind([1]) for _ in panels]
         self.rate = [kind([panel.rate]) for panel in panels]
 
     def primitive(self, f: list[Any]) -> tuple[list[Any], Any]:
-        found, value = [], 0
+        """The integral of f dt from the left end, as a function; its value at the right end."""
+        integrals, value = [], 0
         for panel, part in zip(self._panels, f, strict=True):
             whole = part.integral()
             whole += value - whole(panel.begin)
-            found.append(self._cut(whole) if self._cap else whole)
-            value = found[-1](1)
-        return found, value
+            integrals.append(self._cut(whole) if self._cap else whole)
+            value = integrals[-1](1)
+        return integrals, value
 
     def area(self, f: list[Any]) -> Any:
+        """The integral of f du over the stretch."""
         total = 0
         for panel, part in zip(self._panels, f, strict=True):
             whole = part.integral()
@@ -114,9 +126,11 @@ class _Polynomials:
         return total
 
     def times_slope(self, f: list[Any]) -> list[Any]:
+        """A f du/dt."""
         return [panel.slope * part for panel, part in zip(self._panels, f, strict=True)]
 
-    def _cut(self, f: Any) -> Any:
+    def _cut(self, f: arb_poly) -> Any:
+        """The polynomial to `cap` coefficients, a ball for the others."""
         flint = flint_module()
         c = f.coeffs()
         if len(c) <= self._cap:
@@ -144,8 +158,8 @@ def moments(drift: Drift, mirrored: bool, a: Fraction, b: Fraction, order: int, 
     Examples
     --------
     >>> import symasym as sa
-    >>> found = moments(sa.polynomial(1), False, Fraction(-1), Fraction(1), 2, 53)
-    >>> [x.str(5, radius=False) for x in found.int_inverse]  # of (u + 1)^k/k!
+    >>> known = moments(sa.polynomial(1), False, Fraction(-1), Fraction(1), 2, 53)
+    >>> [x.str(5, radius=False) for x in known.int_inverse]  # of (u + 1)^k/k!
     ['2.0000', '2.0000', '1.3333']
     """
     coefficients = drift.exact_coefficients()
@@ -167,10 +181,11 @@ def moments(drift: Drift, mirrored: bool, a: Fraction, b: Fraction, order: int, 
 
 
 def _fmpq(x: Fraction) -> Any:
+    """The fraction as flint's."""
     return flint_module().fmpq(x.numerator, x.denominator)
 
 
-def _spread(local: Any, length: Any) -> Any:
+def _spread(local: fmpq_poly, length: fmpq) -> Any:
     """An upper bound of max V - min V, from V at `_PANELS` places and the largest slope between."""
     flint, scale = flint_module(), flint_module().fmpq(1, _PANELS)
     potential = (local * -length).integral()
@@ -243,14 +258,15 @@ def _of_analytic(
     return Moments(length, drop, int_e, int_inverse, nested, spread)
 
 
-def _on(drift: Drift, place: Any) -> Any:
+def _on(drift: Drift, place: arb) -> Any:
+    """A ball of A on a ball, not finite where A has a pole there."""
     try:
         return flint_module().arb(drift.evaluate(place, BallOps()))
     except ZeroDivisionError:
         return flint_module().arb.nan()
 
 
-def _widened(values: list[Any], size: Any, shift: Any, spread: Any) -> list[Any]:
+def _widened(values: list[Any], size: arb, shift: arb, spread: arb) -> list[Any]:
     """Moments of V from those of a potential that differs by `shift` at most.
 
     `size` is the moment of order 0. The k-th power of a difference of V changes by

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, canonical_pair
 from symasym.asymptotics.weak_noise.critical_points import half, turning_points
@@ -19,6 +19,10 @@ from symasym.base.errors import AccuracyError, SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.quadratic_factor import split_pair
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 __all__ = ["OneSide", "Stretch", "coalescing_pairs", "lost_digits", "place_at", "seen", "zeros_of"]
 
@@ -57,6 +61,7 @@ def lost_digits(drift: Drift, order: int, digits: int, x: Fraction) -> tuple[int
 
 def _log10(x: Fraction) -> float:
     # Digits of the parts, since x may be beyond float64.
+    """log10 of x, to about 0.3."""
     return 0.30103 * (x.numerator.bit_length() - x.denominator.bit_length())
 
 
@@ -75,7 +80,7 @@ class Stretch(NamedTuple):
     context: Any
 
     def has(self, point: Fraction) -> bool:
-        """Whether it has the point; one of two that meet at the start has that."""
+        """True if it has the point; one of two that coalesce at the start has that."""
         if point == self.lo == self.x:
             return not self.field.mirrored
         return self.lo < point < self.hi
@@ -87,26 +92,26 @@ def seen(
     r: Fraction,
     order: int,
     digits: int,
-    context: Any,
+    context: MPContext,
 ) -> list[OneSide]:
-    """What lies left of `x`, in the mirror, and right of it; no place in two of the pairs."""
+    """The expansions left of `x`, mirrored, and right of it; no critical point in two pairs."""
     halves = [
         half(field, place, r, order, context, context.dps)
         for field, place in zip(fields, (-x, x), strict=True)
     ]
     places = [one.rising + one.falling for one in halves]
-    found = []
+    pairs = []
     for k, (field, place) in enumerate(zip(fields, (-x, x), strict=True)):
         lo, hi = max(place, Fraction(-1)), min(r, Fraction(1))
         # Beyond u = 1 the line goes on, so that a kink is no cut.
         cuts = tuple(u for u in (lo, hi) if abs(u) < 1)
         stretch = Stretch(field, place, lo, hi, cuts, digits, context)
         behind = [p._replace(u=-p.u) for p in places[1 - k] if p.u is not None]
-        found.append(_candidates(stretch, order, places[k] + behind))
-    chosen = _chosen(found[0] + found[1])
+        pairs.append(_candidates(stretch, order, places[k] + behind))
+    chosen = _chosen(pairs[0] + pairs[1])
     return [
         OneSide(one, [fold for fold, _ in own if any(fold is c for c in chosen)])
-        for one, own in zip(halves, found, strict=True)
+        for one, own in zip(halves, pairs, strict=True)
     ]
 
 
@@ -122,7 +127,7 @@ def _candidates(
 ) -> list[tuple[CanonicalPair, list[CriticalPoint]]]:
     """Every pair, and its places, left to right."""
     field, context = stretch.field, stretch.context
-    found = []
+    pairs = []
     turns = turning_points(field, Fraction(-1), Fraction(1), context)
     for point in turns:
         if stretch.has(point):
@@ -130,14 +135,15 @@ def _candidates(
             if fold is not None and _is_own(fold, turns, context):
                 real = zeros_of(fold, context) if fold.pair.zeta > 0 else ()
                 own = [p for u in real if (p := place_at(u, places)) is not None]
-                found.append((fold, own))
-    return found
+                pairs.append((fold, own))
+    return pairs
 
 
-def _chosen(found: list[tuple[CanonicalPair, list[CriticalPoint]]]) -> list[CanonicalPair]:
+def _chosen(pairs: list[tuple[CanonicalPair, list[CriticalPoint]]]) -> list[CanonicalPair]:
+    """The pairs that coalesce first, no critical point in two of them, from left to right."""
     taken: list[Any] = []
     chosen = []
-    for fold, own in sorted(found, key=lambda f: abs(f[0].pair.zeta)):
+    for fold, own in sorted(pairs, key=lambda f: abs(f[0].pair.zeta)):
         # OneSide from both sides a place has one and the same coefficients.
         if any(p.series is series for p in own for series in taken):
             continue
@@ -172,7 +178,7 @@ def _fold(
 def _climb(
     stretch: Stretch, fold: CanonicalPair, cut: Fraction, places: list[CriticalPoint]
 ) -> Any:
-    """How far V goes up and down between a pair and a cut."""
+    """The total variation of V between a pair and a cut."""
     context = stretch.context
     point, end = (mpf_of(u, context) for u in (fold.point, cut))
     zeros = sorted(
@@ -184,8 +190,8 @@ def _climb(
     return sum((abs(b - a) for a, b in pairwise(way)), context.zero)
 
 
-def _is_own(fold: CanonicalPair, turns: list[Fraction], context: Any) -> bool:
-    """Whether no other turning point is nearer to a complex pair, which may be found from both."""
+def _is_own(fold: CanonicalPair, turns: list[Fraction], context: MPContext) -> bool:
+    """True where no other turning point is nearer to a complex pair, which both may find."""
     if fold.pair.zeta > 0:
         return True
     others = [u - fold.point for u in turns if u != fold.point]
@@ -194,9 +200,10 @@ def _is_own(fold: CanonicalPair, turns: list[Fraction], context: Any) -> bool:
 
 
 def _taylor(field: ExactField, point: Fraction, count: int) -> list[Fraction]:
+    """Taylor coefficients of phi at the point, at least three."""
     terms = 4 * count + 40
-    found = field.taylor(point, Fraction(1), terms)
-    return list(found) + [Fraction(0)] * (3 - len(found))
+    taylor = field.taylor(point, Fraction(1), terms)
+    return list(taylor) + [Fraction(0)] * (3 - len(taylor))
 
 
 def _height(stretch: Stretch, point: Fraction) -> Any:
@@ -210,14 +217,14 @@ def _height(stretch: Stretch, point: Fraction) -> Any:
     return rise
 
 
-def zeros_of(fold: CanonicalPair, context: Any) -> tuple[Any, Any]:
+def zeros_of(fold: CanonicalPair, context: MPContext) -> tuple[Any, Any]:
     """The two of a real pair."""
     middle = mpf_of(fold.point, context) + fold.pair.middle
     half_way = context.sqrt(fold.pair.square)
     return middle - half_way, middle + half_way
 
 
-def place_at(u: Any, places: list[CriticalPoint]) -> CriticalPoint | None:
+def place_at(u: mpf, places: list[CriticalPoint]) -> CriticalPoint | None:
     """The well or barrier at `u`."""
     for place in places:
         # Neighbours in a pair are much farther apart than what rounding leaves.

@@ -27,7 +27,7 @@ the zero. Two places near the same zero are served as well: the formulas are exa
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.weak_noise.critical_points import wells_and_barriers
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
@@ -37,6 +37,10 @@ from symasym.drift.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
 from symasym.numbers.power_series import laurent
 from symasym.special.dawson import dawson, erfcx_area
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 __all__ = [
     "Corrections",
@@ -116,9 +120,9 @@ def truncations_of(
     r: Fraction,
     order: int,
     digits: int,
-    context: Any,
+    context: MPContext,
 ) -> Truncations:
-    """What the zeros of A next to the start `x` and to the layer's ends do there.
+    """The truncated Gaussians at the start `x` and at the layer's ends, of the zeros next to them.
 
     `field` is not mirrored; `halves` lie left, in the mirror, and right.
     """
@@ -133,17 +137,19 @@ def truncations_of(
     heights = {p.u: _rise(p) for p in places}
     heights[mpf_of(x, context)] = context.zero
     ends = max(-Fraction(1), -r), min(Fraction(1), r)
-    found = []
+    rows = []
     for p in (ends[0], x, ends[1]):
         inside = abs(p) <= 1 and field.value(p)
         height = heights[mpf_of(p, context)] if inside else context.zero
-        found.append(
+        rows.append(
             truncations_at(field, p, height, zeros, order, digits, context) if inside else []
         )
-    return Truncations(*found)
+    return Truncations(*rows)
 
 
-def _all_zeros(field: ExactField, x: Fraction, order: int, context: Any) -> list[CriticalPoint]:
+def _all_zeros(
+    field: ExactField, x: Fraction, order: int, context: MPContext
+) -> list[CriticalPoint]:
     """Also those beyond the ends, V measured from the start."""
     start = field.potential_rise(-context.one, mpf_of(x, context))
     return [
@@ -155,11 +161,11 @@ def _all_zeros(field: ExactField, x: Fraction, order: int, context: Any) -> list
 def truncations_at(
     field: ExactField,
     p: Fraction,
-    height: Any,
+    height: mpf,
     zeros: list[CriticalPoint],
     order: int,
     digits: int,
-    context: Any,
+    context: MPContext,
 ) -> list[Truncation]:
     """The place `p`, where V is `height`, seen from the zeros left and right of it."""
     at = mpf_of(p, context)
@@ -190,14 +196,15 @@ class _Neighbours(NamedTuple):
     height: Any
 
     def behind_ratio(self) -> Any:
-        """How far V goes from the zero to that behind it, to how far it goes to p."""
+        """The change of V from the zero to that behind it, over that to p, times a constant."""
         return None if self.behind is None else self._ratio(_rise(self.zero), self.behind)
 
     def beside_ratio(self) -> Any:
         """The same from p to the zero beyond it."""
         return None if self.beside is None else self._ratio(self.height, self.beside)
 
-    def _ratio(self, height: Any, other: CriticalPoint) -> Any:
+    def _ratio(self, height: mpf, other: CriticalPoint) -> Any:
+        """The change of V from `height` to another zero, in the same units."""
         return _FADE * abs(height - _rise(other)) / abs(self.height - _rise(self.zero))
 
 
@@ -206,7 +213,10 @@ def _rise(place: CriticalPoint) -> Any:
     return -place.height if place.kind == "well" else place.height
 
 
-def _cut(seen: _Neighbours, h: list[Any], count: int, digits: int, context: Any) -> Truncation:
+def _cut(
+    seen: _Neighbours, h: list[Any], count: int, digits: int, context: MPContext
+) -> Truncation:
+    """The Gaussian of one zero truncated at p, with h_k at p for what is analytic."""
     c, zero = context, seen.zero
     barrier = zero.kind == "barrier"
     rise = _rise(zero)
@@ -229,25 +239,26 @@ def _cut(seen: _Neighbours, h: list[Any], count: int, digits: int, context: Any)
     return Truncation(barrier, zero.u, seen.height, rise, t, peak, whole, keep, series, digits, {})
 
 
-def _fade(n: int, ratio: Any, context: Any) -> Any:
+def _fade(n: int, ratio: mpf | None, context: MPContext) -> Any:
+    """The blending weight of the n-th coefficient: P(n + 2, ratio), 1 where no zero is near."""
     return context.one if ratio is None else context.gammainc(n + 2, 0, ratio, True)
 
 
 # -- at one lam ------------------------------------------------------------------------------------
 
 
-def odd_powers(t: Any, count: int, context: Any) -> list[Any]:
+def odd_powers(t: mpf, count: int, context: MPContext) -> list[Any]:
     """D = sum of these times lam^-(m+1)."""
     return [context.fac2(2 * m - 1) / t ** (2 * m + 1) for m in range(count)]
 
 
-def shade(t: Any, count: int, context: Any) -> list[Any]:
+def shade(t: mpf, count: int, context: MPContext) -> list[Any]:
     """The same of sigma."""
     return [(-1) ** m * y for m, y in enumerate(odd_powers(t, count, context))]
 
 
 def corrections(
-    truncation: Truncation, share: tuple[Any, Any] | None, lam: Any, order: int, context: Any
+    truncation: Truncation, share: tuple[Any, Any] | None, lam: mpf, order: int, context: MPContext
 ) -> Corrections:
     """At one lam; `share` is what the sums take for the zero's Gaussian, over e^{+-lam rise}.
 
@@ -286,7 +297,7 @@ def corrections(
     return Corrections(-up * dawson, -low * sigma, -outer)
 
 
-def _log_series(t: Any, terms: int, sign: int, context: Any) -> list[Any]:
+def _log_series(t: mpf, terms: int, sign: int, context: MPContext) -> list[Any]:
     """Of the integral of D (sign 1) or sigma (-1), times lam."""
     rest = [-context.fac2(2 * m - 1) * sign**m / (2 * m * t ** (2 * m)) for m in range(1, terms)]
     return [context.log(abs(t)), *rest]
@@ -300,21 +311,24 @@ class _Functions(NamedTuple):
     area: Any
 
 
-def _functions(truncation: Truncation, lam: Any, context: Any) -> _Functions:
+def _functions(truncation: Truncation, lam: mpf, context: MPContext) -> _Functions:
+    """sigma, D and their integrals at one lam (DLMF 7.2, 7.8)."""
     c = context
     x = abs(truncation.t) * c.sqrt(lam / 2)
     side = 1 if truncation.t > 0 else -1
-    found = dawson(x, Digits(c))
-    area = (found.area if truncation.barrier else erfcx_area(x, Digits(c))) - (
+    values = dawson(x, Digits(c))
+    area = (values.area if truncation.barrier else erfcx_area(x, Digits(c))) - (
         c.euler + c.log(2 * lam)
     ) / 2
-    sigma, falling = c.sqrt(c.pi / (2 * lam)) * found.erfcx, c.sqrt(2 / lam) * found.value
+    sigma, falling = c.sqrt(c.pi / (2 * lam)) * values.erfcx, c.sqrt(2 / lam) * values.value
     return _Functions(side * sigma, side * falling, area / lam)
 
 
 def product(a: list[Any], b: list[Any], count: int) -> list[Any]:
+    """The first `count` coefficients of the product of two series."""
     return [sum(a[i] * b[k - i] for i in range(k + 1)) for k in range(count)]
 
 
-def power_sum(c: list[Any], lam: Any) -> Any:
+def power_sum(c: list[Any], lam: mpf) -> Any:
+    """sum c_k lam^-k."""
     return sum((x * lam**-k for k, x in enumerate(c)), 0 * lam)

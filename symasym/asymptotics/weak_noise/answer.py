@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cache, partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -57,6 +57,10 @@ from symasym.drift.float_field import IntArray
 from symasym.drift.scenes import Answer, Answers, Request, Scene, Scenes, by_drift
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 # Relative error of arrays beyond which they are refused: log 2 of the logarithm.
 _MOST_FLOAT = 0.4
@@ -111,6 +115,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
 
 
 def _orders(request: Request) -> Sequence[int]:
+    """The orders among which the best is taken, ascending."""
     return request.order if isinstance(request.order, range) else (request.order,)
 
 
@@ -126,15 +131,15 @@ def _occupation(scene: Scene, request: Request, prove: Prove | None) -> Answer:
         arithmetic = Digits(context)
         number = arithmetic.number(lam)
         outside, whole_line = _expressions(points, slopes)
-        found = []
+        expanded = []
         for n in orders:
             at = Point(number, n, True, None, arithmetic)
             total = at.value_of(whole_line)
             share = plain(outside / whole_line, at)[0]
             error = 2 * share * total.error / total.value
             sure = error < share and (complement or error < 1 - share)
-            found.append(Found(share, error, n, bool(sure)))
-        taken = chosen(found, prove, request.full, context)
+            expanded.append(Found(share, error, n, bool(sure)))
+        taken = chosen(expanded, prove, request.full, context)
         if taken is None:
             raise _too_strong(scene.noise, order)
         (share, error, order, _), kind = taken
@@ -150,7 +155,7 @@ def _occupation(scene: Scene, request: Request, prove: Prove | None) -> Answer:
 
 
 def _stationary(
-    drift: Drift, order: int, context: Any
+    drift: Drift, order: int, context: MPContext
 ) -> tuple[list[CriticalPoint], list[Any], tuple[str, ...]]:
     """Critical points of int e^{-lam V} over the line, |phi| outside, and their description."""
     field = ExactField(drift, False, context)
@@ -168,6 +173,7 @@ def _expressions(points: list[CriticalPoint], slopes: list[Any]) -> tuple[Sum, S
 
 
 def _probability(complement: bool) -> Quantity:
+    """C, or with `complement` 1 - C, as a quantity (eq:C)."""
     value = partial(probability_with_digits, complement)
     log = partial(log_probability, complement)
     return Quantity(value, log, False, partial(exit_probability, complement))
@@ -191,8 +197,8 @@ def _answer(scene: Scene, request: Request, prove: Prove | None) -> Answer:
         outer = (digits + 15 + near) * quantity.outer
         halves = _halves(drift, values["r"], values["start"], order, context, outer)
         composed, at = _with_digits(halves, lam, values["r"], context)
-        found = [quantity.with_digits(composed, at(n)) for n in orders]
-        taken = chosen(found, prove, request.full, context)
+        expanded = [quantity.with_digits(composed, at(n)) for n in orders]
+        taken = chosen(expanded, prove, request.full, context)
         if taken is None:
             raise _too_strong(scene.noise, order)
         (value, size, order, _), kind = taken
@@ -206,9 +212,9 @@ def _answer(scene: Scene, request: Request, prove: Prove | None) -> Answer:
 
 
 def _with_digits(
-    both: tuple[OneSided, OneSided], lam: Fraction, r: Fraction, context: Any
+    both: tuple[OneSided, OneSided], lam: Fraction, r: Fraction, context: MPContext
 ) -> tuple[Composed, Callable[[int], Point]]:
-    """The expressions of one scene, and its lam with the values found there, for every order."""
+    """The expressions of one scene, and its lam with the values at it, for every order."""
     arithmetic = Digits(context)
     composed = Composed(both, arithmetic.number(r), 64 * context.eps)
     number = arithmetic.number(lam)
@@ -276,7 +282,7 @@ def _items(
     return items
 
 
-def _named(point: CriticalPoint, sign: int, r: Any) -> str:
+def _named(point: CriticalPoint, sign: int, r: mpf) -> str:
     return f"{point.kind} at {sign * float(r if point.u is None else point.u):.4g}"
 
 
@@ -291,7 +297,7 @@ def digits_lost(r: Fraction, x: Fraction) -> int:
 
 
 def require_seen(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
-    """Raise AccuracyError where A bends faster than the noise can tell, but at the folds."""
+    """Raise AccuracyError where A varies too fast for the noise (`resolution`), but at folds."""
     # Noise beyond the range of float64 is weak.
     if lam < 10**300 and unseen(drift, float(lam), folds):
         raise AccuracyError(
@@ -302,6 +308,7 @@ def require_seen(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> No
 
 
 def _too_strong(kappa: str, order: int) -> AccuracyError:
+    """The refusal of a scene whose truncation error is as large as its value."""
     return AccuracyError(
         f"kappa is {kappa}, where the noise is too strong, or a well, a barrier or the start too "
         f"close to another or to an end, for Laplace's method with order={order}: the next terms "
@@ -310,20 +317,21 @@ def _too_strong(kappa: str, order: int) -> AccuracyError:
 
 
 def _halves(
-    drift: Drift, r: Fraction, x: Fraction, order: int, context: Any, outer: int
+    drift: Drift, r: Fraction, x: Fraction, order: int, context: MPContext, outer: int
 ) -> tuple[OneSided, OneSided]:
     """Left, mirrored, and right."""
     left = half(ExactField(drift, True, context), -x, r, order, context, outer)
     return left, half(ExactField(drift, False, context), x, r, order, context, outer)
 
 
-def _terms(halves: tuple[OneSided, OneSided], context: Any) -> tuple[str, ...]:
-    found = []
+def _terms(halves: tuple[OneSided, OneSided], context: MPContext) -> tuple[str, ...]:
+    """The wells and barriers of both sides in words, and what else is in T."""
+    words = []
     for side, one in zip((-1, 1), halves, strict=True):
         for place in one.rising + one.falling:
             if place.kind in ("well", "barrier"):
-                found.append(f"{place.kind} at u = {context.nstr(side * place.u, 6)}")
-    return (*sorted(found), "start, ends, kinks and the part between")
+                words.append(f"{place.kind} at u = {context.nstr(side * place.u, 6)}")
+    return (*sorted(words), "start, ends, kinks and the part between")
 
 
 # -- many scenes, in float64 -----------------------------------------------------------------------
@@ -333,7 +341,7 @@ def _array_logs(
     drift: Drift,
     scenes: Scenes,
     shapes: list[tuple[int, ...]],
-    orders: Any,
+    orders: Sequence[int],
     quantity: Quantity,
     everywhere: bool,
     exactly: Fraction | None = None,
@@ -379,6 +387,7 @@ def array_logs(
 def _require_small(
     kappa: FloatArray, logs: FloatArray, errors: FloatArray, order: int, log: bool
 ) -> None:
+    """Raise AccuracyError where an error is infinite or leaves no digit of the value."""
     if errors.max() <= np.log(2):
         return
     bad = np.flatnonzero(~(errors < np.inf))
@@ -394,8 +403,9 @@ def _require_small(
 
 
 def _occupation_logs(
-    drift: Drift, scenes: Scenes, complement: bool, orders: Any
+    drift: Drift, scenes: Scenes, complement: bool, orders: Sequence[int]
 ) -> tuple[FloatArray, FloatArray]:
+    """Logarithms of P or 1 - P and their errors, by Laplace at each well (`_occupation`)."""
     logs, errors = np.empty(len(scenes.lam)), np.full(len(scenes.lam), np.inf)
     for one, rows in by_drift(scenes):
         with own_context(40) as context:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from operator import itemgetter
 from typing import Any, NamedTuple
@@ -56,7 +56,7 @@ def logs_of(
     drift: Drift,
     scenes: Scenes,
     shapes: list[tuple[int, ...]],
-    orders: Any,
+    orders: Sequence[int],
     evaluate: Evaluate,
     analyse: Analyse | None,
     full: bool,
@@ -86,13 +86,13 @@ def logs_of(
                     some = drifts.rows[chosen].T
                     if _single(sights):
                         some = some.ravel()
-                found, wrong = _filled(
+                values, wrong = _filled(
                     sights, rows_of(scenes, some), orders, evaluate, full, smooth
                 )
                 if drifts.rows is None:
-                    logs, errors = found, wrong
+                    logs, errors = values, wrong
                 else:
-                    logs[some], errors[some] = found, wrong
+                    logs[some], errors[some] = values, wrong
         if not errors.size:
             logs, errors = (np.full(len(scenes.lam), x) for x in (np.nan, np.inf))
         errors = errors + rounding_of_places(drift, scenes)
@@ -132,6 +132,7 @@ def _grouped(scenes: Scenes, index: IntArray) -> Iterator[Drifts]:
 
 
 def _drifts_of(scenes: Scenes, rows: IntArray | None) -> Drifts:
+    """The first scene of every drift as what tells it from the others."""
     first = np.zeros(1, dtype=np.intp) if rows is None else rows[:, 0]
     r, start = scenes.numbers["r"], scenes.numbers["start"]
     given = {n: x[first] for n, x in scenes.parameters.items() if is_array(x)}
@@ -153,12 +154,12 @@ def _all_sights(
     values = {**scenes.parameters, **drifts.parameters}
     known = scenes_of(drift, values, drifts.start, drifts.radius)
     if known is not None:
-        for found in find(known, order):
-            left[found.rows] = False
-            if drifts.rows is not None and len(found.rows) > 1 and drifts.rows.shape[1] > _MANY:
-                yield from _apart(found.rows, found.sights)
+        for built in find(known, order):
+            left[built.rows] = False
+            if drifts.rows is not None and len(built.rows) > 1 and drifts.rows.shape[1] > _MANY:
+                yield from _apart(built.rows, built.sights)
             else:
-                yield found.rows, found.sights
+                yield built.rows, built.sights
     rest = np.flatnonzero(left)
     if analyse is None or not rest.size:
         return
@@ -170,17 +171,23 @@ def _all_sights(
 
 
 def _apart(rows: IntArray, sights: Sights) -> Iterator[tuple[IntArray, Sights]]:
+    """The expansions of many drifts one by one."""
     for k in range(len(rows)):
         yield rows[k : k + 1], mapped(sights, itemgetter(slice(k, k + 1)))
 
 
 def _single(sights: Sights) -> bool:
-    """Whether they are those of one drift."""
+    """True for the expansions of one drift."""
     return not any(np.size(height) > 1 for sight in sights for height in _heights(sight))
 
 
 def _filled(
-    sights: Sights, scenes: Scenes, orders: Any, evaluate: Evaluate, full: bool, smooth: bool
+    sights: Sights,
+    scenes: Scenes,
+    orders: Sequence[int],
+    evaluate: Evaluate,
+    full: bool,
+    smooth: bool,
 ) -> tuple[FloatArray, FloatArray]:
     """Scenes in columns, one a drift of `sights`, or all of one drift."""
     one, lam, r = scenes.lam.ndim == 1, scenes.lam, scenes.numbers["r"]
@@ -191,7 +198,7 @@ def _filled(
     sizes = _sizes(sights)
     shared = Composed(sights, first) if r.strides == (0,) or (r == first).all() else None
 
-    def at(part: Any, order: int, wanted: bool) -> tuple[FloatArray, Any]:
+    def at(part: slice | IntArray, order: int, wanted: bool) -> tuple[FloatArray, Any]:
         views = Composed(sights, r[part]) if shared is None else shared
         return evaluate(views, Point(lam[part], order, wanted, sizes))
 
@@ -249,15 +256,17 @@ def _between(
         logs, errors = zip(*(evaluate(views, point) for point in points), strict=True)
         return np.concatenate(logs), np.concatenate(errors) if wanted else None
 
-    found = columns(at, lam[:, 0])
-    if found is None:
+    curves = columns(at, lam[:, 0])
+    if curves is None:
         return None
-    logs, worst, good = found
+    logs, worst, good = curves
     good &= worst < _SMALL_SMOOTH
     return logs, np.broadcast_to(worst, lam.shape).copy(), good
 
 
-def _best(at: Callable[[int, bool], tuple[FloatArray, Any]], orders: Any) -> tuple[Any, Any]:
+def _best(
+    at: Callable[[int, bool], tuple[FloatArray, Any]], orders: Sequence[int]
+) -> tuple[Any, Any]:
     """At each scene that order whose error is smallest."""
     log, wrong = at(orders[0], True)
     if len(orders) == 1 and wrong.max() < np.inf:
@@ -265,17 +274,19 @@ def _best(at: Callable[[int, bool], tuple[FloatArray, Any]], orders: Any) -> tup
     known = wrong < np.inf
     log, wrong = np.where(known, log, np.nan), np.where(known, wrong, np.inf)
     for n in orders[1:]:
-        found, error = at(n, True)
+        logs, error = at(n, True)
         better = error < wrong
-        log, wrong = np.where(better, found, log), np.where(better, error, wrong)
+        log, wrong = np.where(better, logs, log), np.where(better, error, wrong)
     return log, wrong
 
 
 def _sizes(sights: Sights) -> Sizes:
+    """The sizes of the terms of all series of both sides."""
     return Sizes([series for one in sights for series in one.all_series()])
 
 
 def _heights(sight: OneSided) -> list[Any]:
+    """All heights of one side, and their rounding."""
     return [sight.rough, *(spot.height for spot in sight.rising + sight.falling)]
 
 
@@ -287,12 +298,12 @@ def _probes(lam: FloatArray) -> IntArray:
     inner = spread[1:-1]
     steps = np.linspace(0, len(lam) - 1, 16 * _PROBES).astype(np.intp)
     some = steps[np.searchsorted(np.sort(lam[steps]), inner).clip(0, len(steps) - 1)]
-    found: IntArray = np.concatenate(([low, high], some))
-    return found
+    rows: IntArray = np.concatenate(([low, high], some))
+    return rows
 
 
 def rounding_of_places(drift: Drift, scenes: Scenes) -> Any:
-    """What reading r and start as floats changes in log T, at most."""
+    """The change of log T when r and the start are read as floats, at most."""
     if not any(gap for name, gap in scenes.moved.items() if name != "kappa"):
         return 0.0
     grid = np.linspace(-1, 1, 65)

@@ -41,6 +41,7 @@ from symasym.asymptotics.weak_noise.series import (
     plus,
     terms,
 )
+from symasym.numbers.arithmetic import Number
 
 #: Rounding of lam, of a product with it, and of an exponential.
 ULP = 1.2e-15
@@ -100,7 +101,7 @@ class Leaf(Node):
 class Constant(Node):
     """A value with its error, at height 0."""
 
-    def __init__(self, value: Any, error: Any = 0.0) -> None:
+    def __init__(self, value: Numbers, error: Numbers = 0.0) -> None:
         self.value = Value(value, error)
 
     def evaluated(self, at: Point) -> Value:
@@ -151,6 +152,7 @@ class Sum(Node):
 
 
 def _value(node: Node, at: Point) -> Value:
+    """The value of a node at lam."""
     return at.value_of(node)
 
 
@@ -174,10 +176,10 @@ class Ring(Protocol):
     #: Relative rounding of a coefficient.
     rounding: Any
 
-    def number(self, x: Any) -> Any:
+    def number(self, x: Numbers) -> Any:
         """A number of the expansion in this arithmetic."""
 
-    def leaf(self, height: Any, series: Any, rough: Any = 0.0) -> Any:
+    def leaf(self, height: Numbers, series: Any, rough: Numbers = 0.0) -> Any:
         """e^{lam height} times the series."""
 
     def total(self, terms: list[Any]) -> Any:
@@ -189,14 +191,15 @@ class Nodes:
 
     leaf, total = Leaf, Sum
 
-    def __init__(self, rounding: Any = ROUNDING) -> None:
+    def __init__(self, rounding: Numbers = ROUNDING) -> None:
         self.rounding = rounding
 
-    def number(self, x: Any) -> Any:
+    def number(self, x: Numbers) -> Any:
         return x
 
 
 def _total(terms: list[Any]) -> Any:
+    """The sum, of nodes as one node."""
     return Sum(terms) if isinstance(terms[0], Node) else reduce(add, terms)
 
 
@@ -231,7 +234,7 @@ class Sides:
         return _total([self.left.scale, self.right.scale, self.rising])
 
     def sure(self) -> Any:
-        """Whether that is known to half of itself, where the parts are values."""
+        """True where that is known to half of itself; the parts are values here."""
         return self.total.error < self.total.value * 0.5
 
     @cached_property
@@ -241,7 +244,7 @@ class Sides:
         return (left.known(), right.known()) if isinstance(left, Node) else (left, right)
 
 
-def rising_of(one: OneSided, r: Any, ring: Ring) -> list[tuple[CriticalPoint, Any]]:
+def rising_of(one: OneSided, r: Numbers, ring: Ring) -> list[tuple[CriticalPoint, Any]]:
     """The critical points of e^{lam V} with what they contribute, the end beyond the layer last."""
     points = [(p, ring.leaf(p.height, p.series, one.rough)) for p in one.rising]
     if one.beyond is not None:
@@ -256,7 +259,7 @@ def rising_of(one: OneSided, r: Any, ring: Ring) -> list[tuple[CriticalPoint, An
     return points
 
 
-def regular_part(one: OneSided, r: Any, ring: Ring) -> Any:
+def regular_part(one: OneSided, r: Numbers, ring: Ring) -> Any:
     """The regular part of D, in the layer and beyond it."""
     inside = ring.leaf(0.0, one.outer)
     if one.beyond is None:
@@ -288,7 +291,7 @@ def pairs_of(
                 yield low, high, own * share
 
 
-def side_of(one: OneSided, r: Any, ring: Ring) -> Side:
+def side_of(one: OneSided, r: Numbers, ring: Ring) -> Side:
     """One side composed, with the end at `r` where that is beyond the layer."""
     rising = rising_of(one, r, ring)
     nested = [pair for _, _, pair in pairs_of(one, rising, ring)]
@@ -301,7 +304,7 @@ def side_of(one: OneSided, r: Any, ring: Ring) -> Side:
     )
 
 
-def sides_of(both: tuple[OneSided, OneSided], r: Any, ring: Ring) -> Sides:
+def sides_of(both: tuple[OneSided, OneSided], r: Numbers, ring: Ring) -> Sides:
     """Both sides composed; what the start contributes to both is added up before it is valued."""
     left, right = both
     rising = added(left.rising_start, right.rising_start)
@@ -338,7 +341,7 @@ class Composed:
         self,
         both: tuple[OneSided, OneSided],
         r: Numbers,
-        rounding: Any = ROUNDING,
+        rounding: Numbers = ROUNDING,
     ) -> None:
         self.r = r
         self.slack = lower(both[0].slack, both[1].slack)
@@ -403,6 +406,7 @@ class _Probability(NamedTuple):
 def _probability(
     sides: Sides, ordered: tuple[Side, Side], shares: tuple[Node, Node]
 ) -> _Probability:
+    """One side's share of int e^{lam V}, C on the right (eq:C), and the error of its part."""
     (part, rest), total = ordered, sides.total
     own, other = (share / total for share in shares)
     errors = [
@@ -414,7 +418,7 @@ def _probability(
     return _Probability(*shares, own, other, Sum(errors, part.scale.height))
 
 
-def time_of(sides: Sides, lam: Any) -> Value:
+def time_of(sides: Sides, lam: Number) -> Value:
     """T and its error at one lam, from values of both sides at it."""
     at = Point(lam, 0, True)
 

@@ -25,8 +25,11 @@ from symasym.asymptotics.weak_noise.series import (
 )
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray
+from symasym.numbers.arithmetic import Number
 
 if TYPE_CHECKING:
+    from mpmath.ctx_mp import MPContext
+
     pass
 
 # A relative error of a value beyond which nothing is said.
@@ -47,18 +50,18 @@ class Found(NamedTuple):
 
 def plain(node: Node, at: Point) -> tuple[Any, Any]:
     """The value and the error, the exponential included."""
-    found, factor = at.value_of(node), at.exp(at.lam * node.height)
-    return found.value * factor, None if found.error is None else found.error * factor
+    scaled, factor = at.value_of(node), at.exp(at.lam * node.height)
+    return scaled.value * factor, None if scaled.error is None else scaled.error * factor
 
 
 def time_with_digits(composed: Composed, at: Point) -> Found:
-    """T at one lam."""
+    """T at one lam (eq:Ttilde)."""
     (value, _), (error, _) = (plain(node, at) for node in composed.time)
     return _found(composed, at, at.lam * value, at.lam * error)
 
 
 def probability_with_digits(complement: bool, composed: Composed, at: Point) -> Found:
-    """C or 1 - C at one lam."""
+    """C or 1 - C at one lam (eq:C)."""
     p = composed.probabilities[complement]
     error = plain(p.error / composed.sides.total, at)[0]
     return _found(composed, at, plain(p.value, at)[0], error)
@@ -71,7 +74,8 @@ def log_probability(complement: bool, composed: Composed, at: Point) -> Any:
     return -at.arithmetic.log1p(rest / part)
 
 
-def _found(composed: Composed, at: Point, value: Any, error: Any) -> Found:
+def _found(composed: Composed, at: Point, value: Number, error: Number) -> Found:
+    """The value with twice its truncation error; sure where that and the total allow it."""
     total = at.value_of(composed.sides.total)
     sure = 2 * total.error < total.value and 2 * error < value
     return Found(value, 2 * error, at.order, bool(sure))
@@ -81,22 +85,22 @@ def _found(composed: Composed, at: Point, value: Any, error: Any) -> Found:
 
 
 def chosen(
-    found: list[Found],
+    expanded: list[Found],
     prove: Callable[[int], Any] | None,
     full: bool,
-    context: Any,
+    context: MPContext,
 ) -> tuple[Found, ErrorKind] | None:
     """The best order, its error proved where that is asked for or where no estimate is sure.
 
     None where neither is known. `prove` gives bounds in balls, or None, for an order.
     """
-    sure = [f for f in found if f.sure]
+    sure = [f for f in expanded if f.sure]
     best = [min(sure, key=lambda f: f.error)] if sure else []
     bounds = None
     if prove is not None and (full or not sure):
-        bounds = prove((best or found)[-1].order)
+        bounds = prove((best or expanded)[-1].order)
     if bounds is not None:
-        proved = [f._replace(error=_distance(bounds, f.value, context)) for f in best or found]
+        proved = [f._replace(error=_distance(bounds, f.value, context)) for f in best or expanded]
         # What is refused unless it is proved has to be as good as what is not; where the bounds
         # are far apart, as without a well, a good estimate says more.
         most = max(best[0].value / 100, min(best[0].value, 100 * best[0].error)) if sure else None
@@ -106,14 +110,14 @@ def chosen(
     return (best[0], "estimate") if sure else None
 
 
-def of_log(relative: Any, kind: ErrorKind, context: Any) -> Any:
+def of_log(relative: Number, kind: ErrorKind, context: MPContext) -> Any:
     """The error of a logarithm from the relative one of the value, below 1."""
     if kind == "bound":
         return -context.log1p(-relative) * (1 + context.mpf(10) ** (8 - context.dps))
     return relative / (1 - relative / 2)
 
 
-def _distance(bounds: Any, value: Any, context: Any) -> Any:
+def _distance(bounds: Any, value: Number, context: MPContext) -> Any:
     """The farther of two proved bounds from the value."""
     low, high = (
         context.mpf(int(mantissa)) * context.mpf(2) ** int(exponent)
@@ -156,7 +160,7 @@ def exit_probability(complement: bool, composed: Composed, at: Point) -> tuple[F
     return log, _sure(composed, at, relative, ULP * rounding)
 
 
-def _sure(composed: Composed, at: Point, relative: Any, rounding: Any) -> Any:
+def _sure(composed: Composed, at: Point, relative: Number, rounding: Number) -> Any:
     """The error of a logarithm; infinite unless the total is known to half of itself."""
     total = at.value_of(composed.sides.total)
     value, error = total.value, total.error
@@ -165,13 +169,13 @@ def _sure(composed: Composed, at: Point, relative: Any, rounding: Any) -> Any:
     if not (clear and np.min(relative) >= 0 and np.max(relative) < _MOST):
         known = (error < value * 0.5) & (relative >= 0) & (relative < _MOST)
         relative = np.minimum(relative, 0.9)
-    found = relative / (1.0 - relative)
-    found = found + rounding
-    found += 8 * ULP
+    wrong = relative / (1.0 - relative)
+    wrong = wrong + rounding
+    wrong += 8 * ULP
     # A barrier and a well of one side, the other side, and the two sides' sum.
     rough = higher(*(_too_rough(at, x) for x in composed.rough))
-    found = plus(found, 4 * rough)
-    return found if known is None else np.where(known, found, np.inf)
+    wrong = plus(wrong, 4 * rough)
+    return wrong if known is None else np.where(known, wrong, np.inf)
 
 
 def _too_rough(at: Point, steep: Numbers) -> Any:

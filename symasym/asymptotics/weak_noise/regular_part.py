@@ -20,12 +20,16 @@ import numpy as np
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.drift.taylor_field import ExactField, to_fraction
+from symasym.numbers.arithmetic import Number
 from symasym.numbers.polynomial_roots import refined
 from symasym.numbers.polynomials import shifted
 from symasym.numbers.power_series import laurent, product, reciprocal
 from symasym.numbers.quadratic_factor import split_pair
 
 if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
     pass
 
 __all__ = ["layer_integrals", "panel_integrals", "pole_primitive"]
@@ -40,7 +44,12 @@ _NARROWEST = Fraction(1, 2**12)
 
 
 def layer_integrals(
-    field: ExactField, lo: Fraction, hi: Fraction, zeros: Sequence[Any], count: int, context: Any
+    field: ExactField,
+    lo: Fraction,
+    hi: Fraction,
+    zeros: Sequence[Any],
+    count: int,
+    context: MPContext,
 ) -> list[Any]:
     """Finite parts of int h_k over [lo, hi] inside [-1, 1], k = 1 to `count`.
 
@@ -52,13 +61,15 @@ def layer_integrals(
         numbers = [mpf_of(c, context) for c in taylor]
         roots = _roots(numbers, context)
         if roots is not None:
-            found = _by_fractions(numbers, roots, mpf_of(lo, context), mpf_of(hi, context), count)
-            if found is not None:
-                return found
+            integrals = _by_fractions(
+                numbers, roots, mpf_of(lo, context), mpf_of(hi, context), count
+            )
+            if integrals is not None:
+                return integrals
     return panel_integrals(field, lo, hi, zeros, count, context)
 
 
-def pole_primitive(series: list[Any], k: int, t: Any, log: Any) -> Any:
+def pole_primitive(series: list[Any], k: int, t: Number, log: Number) -> Any:
     """A primitive at t of h_{k+1}'s poles, from its coefficients times t^(2k + 1).
 
     `log` is log(t) or log|t|; nothing at t = 0, the finite part.
@@ -72,7 +83,7 @@ def pole_primitive(series: list[Any], k: int, t: Any, log: Any) -> Any:
     return total + series[2 * k] * log
 
 
-def primitive(t: Any, j: int, context: Any) -> Any:
+def primitive(t: Number, j: int, context: MPContext) -> Any:
     """A primitive of t^-j; nothing at t = 0, the finite part."""
     if t == 0:
         return context.zero
@@ -81,7 +92,7 @@ def primitive(t: Any, j: int, context: Any) -> Any:
     return t ** (1 - j) / (1 - j)
 
 
-def least_square(context: Any) -> Any:
+def least_square(context: MPContext) -> Any:
     """Below this rounding decides whether two zeros are real."""
     return context.ldexp(1, 24 - context.prec)
 
@@ -89,7 +100,7 @@ def least_square(context: Any) -> Any:
 # -- polynomials: partial fractions ----------------------------------------------------------------
 
 
-def _roots(exact: list[Any], context: Any) -> list[Any] | None:
+def _roots(exact: list[Any], context: MPContext) -> list[Any] | None:
     """All zeros, roughly, or None where more than two are too close to each other."""
     c = np.array([float(x) for x in exact])
     trimmed = np.trim_zeros(c / np.abs(c).max(), "b")
@@ -100,12 +111,12 @@ def _roots(exact: list[Any], context: Any) -> list[Any] | None:
     if not np.isfinite(roots).all():
         return None
     close = np.abs(roots[:, None] - roots) <= _CLUSTER * np.maximum(1, np.abs(roots))
-    found: list[Any] = []
+    rough: list[Any] = []
     for k, root in enumerate(roots):
         others = np.flatnonzero(close[k])
         if len(others) == 1:
             real = abs(root.imag) < 1e-9 * (1 + abs(root))
-            found.append(context.mpf(root.real) if real else context.mpc(complex(root)))
+            rough.append(context.mpf(root.real) if real else context.mpc(complex(root)))
         elif len(others) > 2:
             return None
         elif others[0] == k:
@@ -114,11 +125,11 @@ def _roots(exact: list[Any], context: Any) -> list[Any] | None:
             pair = _close_pair(exact, middle.real, context) if abs(middle.imag) < 1e-9 else None
             if pair is None:
                 return None
-            found += pair
-    return found
+            rough += pair
+    return rough
 
 
-def _close_pair(c: list[Any], middle: float, context: Any) -> list[Any] | None:
+def _close_pair(c: list[Any], middle: float, context: MPContext) -> list[Any] | None:
     """The two zeros about `middle`; float64 has only half of the digits of each."""
     x = context.mpf(middle)
     try:
@@ -131,15 +142,19 @@ def _close_pair(c: list[Any], middle: float, context: Any) -> list[Any] | None:
     return [x + pair.middle - apart, x + pair.middle + apart]
 
 
-def _by_fractions(c: list[Any], roots: list[Any], lo: Any, hi: Any, count: int) -> list[Any] | None:
+def _by_fractions(c: list[Any], roots: list[Any], lo: mpf, hi: mpf, count: int) -> list[Any] | None:
+    """Finite parts by partial fractions: at each zero of A the poles of h_k, as series there.
+
+    None where a zero can't be refined. Zeros come with their conjugates, so that half are enough.
+    """
     context = lo.context
     if not roots:
         return [(hi - lo) / c[0], *[context.zero] * (count - 1)]
-    found = [context.zero] * count
-    for rough in roots:
-        if context.im(rough) < 0:
+    totals = [context.zero] * count
+    for z in roots:
+        if context.im(z) < 0:
             continue
-        root = refined(c, rough, context)
+        root = refined(c, z, context)
         if root is None:
             return None
         taylor = shifted(c, root)[: 2 * count]
@@ -152,25 +167,34 @@ def _by_fractions(c: list[Any], roots: list[Any], lo: Any, hi: Any, count: int) 
             ends.append((t, log, sign))
         for k, series in enumerate(laurent(taylor, True, count)):
             for t, log, sign in ends:
-                found[k] += twice * sign * context.re(pole_primitive(series, k, t, log))
-    return found
+                totals[k] += twice * sign * context.re(pole_primitive(series, k, t, log))
+    return totals
 
 
 # -- Taylor panels ---------------------------------------------------------------------------------
 
 
 def panel_integrals(
-    field: ExactField, lo: Fraction, hi: Fraction, zeros: Sequence[Any], count: int, context: Any
+    field: ExactField,
+    lo: Fraction,
+    hi: Fraction,
+    zeros: Sequence[Any],
+    count: int,
+    context: MPContext,
 ) -> list[Any]:
-    found = [context.zero] * count
+    """Finite parts of int h_k over [lo, hi], k = 1 to `count`, for any A by Taylor panels.
+
+    One panel is about each zero of A, or each close pair of them, the others halved as is needed.
+    """
+    totals = [context.zero] * count
     marks = [lo, *(to_fraction(z) for z in zeros), hi]
     cuts = [lo]
     before = _zero_before(field, lo, context)
     if before is not None:
-        reach = _from_zero(field, before, lo, (marks[1] - before) / 2, found, context)
+        reach = _from_zero(field, before, lo, (marks[1] - before) / 2, totals, context)
         cuts = [before + reach] if reach else [lo]
     alone = []
-    for start, end in _about_pairs(field, marks, found, context):
+    for start, end in _about_pairs(field, marks, totals, context):
         cuts += [start, end]
         alone += [z for z in marks[1:-1] if start < z < end]
     inside = [z for z in marks[1:-1] if z not in alone]
@@ -179,24 +203,24 @@ def panel_integrals(
         others = [u for u in (*marks, *cuts) if u != zero]
         end = lo if zero - lo < hi - zero else hi
         reach = min(abs(zero - u) for u in others if u != end) / 2
-        cuts += _beside_end(field, zero, reach, end, found, context)
+        cuts += _beside_end(field, zero, reach, end, totals, context)
     cuts = sorted([*cuts, hi])
     whole = [(cuts[k], cuts[k + 1]) for k in range(0, len(cuts), 2)]
     waiting = list(whole)
     for _ in range(_MOST_PANELS):
         if not waiting:
-            return found
+            return totals
         a, b = waiting.pop()
         middle = (a + b) / 2
         if b - a < _NARROWEST and (a, b) not in whole:
             raise _too_narrow(field, a)
-        if not _add(field, middle, (b - a) / 2, False, (-1, 1), found, context):
+        if not _add(field, middle, (b - a) / 2, False, (-1, 1), totals, context):
             waiting += [(a, middle), (middle, b)]
     raise _too_narrow(field, waiting[-1][0])
 
 
 def _about_pairs(
-    field: ExactField, marks: list[Fraction], found: list[Any], context: Any
+    field: ExactField, marks: list[Fraction], totals: list[Any], context: MPContext
 ) -> list[tuple[Fraction, Fraction]]:
     """Add a panel about each two zeros, real or complex, that are close; where the panels are."""
     panels: list[tuple[Fraction, Fraction]] = []
@@ -215,7 +239,7 @@ def _about_pairs(
         ]
         reach = min([abs(u - mark) / 2 for u in edges] + [Fraction(1, 4)])
         while reach > near / 3:
-            if _add_pair(field, mark, reach, found, context):
+            if _add_pair(field, mark, reach, totals, context):
                 panels.append((mark - reach, mark + reach))
                 break
             reach = reach * 3 / 4
@@ -223,19 +247,19 @@ def _about_pairs(
 
 
 def _add_pair(
-    field: ExactField, centre: Fraction, half: Fraction, found: list[Any], context: Any
+    field: ExactField, centre: Fraction, half: Fraction, totals: list[Any], context: MPContext
 ) -> bool:
     """Add the integrals over centre ± half, where phi = (y² - D) psi; False if too wide.
 
     h_k = g_k/(y² - D)^(2k - 1), g_1 = 1/psi, with every g_k a power series: nothing is singular
     as D vanishes but, for a complex pair, the share of its zeros.
     """
-    terms = int(context.prec / 1.2) + 2 * len(found) + 8
+    terms = int(context.prec / 1.2) + 2 * len(totals) + 8
     small = context.ldexp(1, -context.prec + 16)
-    with _finer(context, len(found), terms):
-        shares = _pair_shares(field, centre, half, len(found), terms, small, context)
+    with _finer(context, len(totals), terms):
+        shares = _pair_shares(field, centre, half, len(totals), terms, small, context)
     for k, share in enumerate(shares or ()):
-        found[k] += share
+        totals[k] += share
     return shares is not None
 
 
@@ -245,9 +269,10 @@ def _pair_shares(
     half: Fraction,
     count: int,
     terms: int,
-    small: Any,
-    context: Any,
+    small: mpf,
+    context: MPContext,
 ) -> list[Any] | None:
+    """The integrals that `_add_pair` adds, k = 1 to `count`; None if the panel is too wide."""
     width = mpf_of(half, context)
     taylor = [mpf_of(c, context) for c in field.taylor(centre, half, terms)]
     while len(taylor) > 3 and not taylor[-1]:
@@ -283,7 +308,7 @@ def _pair_shares(
 
 
 def _pair_integrals(
-    square: Any, ends: tuple[Any, Any], count: int, power: int, context: Any
+    square: mpf, ends: tuple[Any, Any], count: int, power: int, context: MPContext
 ) -> list[Any]:
     """int y^j (y² - D)^-power over the ends, j < count: finite parts, D = square.
 
@@ -318,7 +343,7 @@ def _pair_integrals(
     return rows[-1][:count]
 
 
-def _zero_before(field: ExactField, lo: Fraction, context: Any) -> Fraction | None:
+def _zero_before(field: ExactField, lo: Fraction, context: MPContext) -> Fraction | None:
     """A simple zero of A just before the range, or at its beginning."""
     value, slope = field.taylor(lo, Fraction(1), 2)[:2]
     if value == 0:
@@ -330,12 +355,17 @@ def _zero_before(field: ExactField, lo: Fraction, context: Any) -> Fraction | No
 
 
 def _from_zero(
-    field: ExactField, zero: Fraction, lo: Fraction, reach: Fraction, found: list[Any], context: Any
+    field: ExactField,
+    zero: Fraction,
+    lo: Fraction,
+    reach: Fraction,
+    totals: list[Any],
+    context: MPContext,
 ) -> Fraction | None:
     """Add a panel from `lo` on about a zero before it; how far it reaches from there."""
     gap = lo - zero
     while reach > max(2 * gap, _NARROWEST):
-        if _add(field, zero, reach, True, (mpf_of(gap / reach, context), 1), found, context):
+        if _add(field, zero, reach, True, (mpf_of(gap / reach, context), 1), totals, context):
             return reach
         reach /= 2
     if gap:
@@ -348,17 +378,17 @@ def _beside_end(
     zero: Fraction,
     reach: Fraction,
     end: Fraction,
-    found: list[Any],
-    context: Any,
+    totals: list[Any],
+    context: MPContext,
 ) -> list[Fraction]:
     """Add a panel about a zero, up to the `end` of the range if that is near; where it lies."""
     gap = abs(zero - end)
     while reach > gap:
         near = -mpf_of(gap / reach, context), context.one
-        if _add(field, zero, reach, True, near if end < zero else (-1, -near[0]), found, context):
+        if _add(field, zero, reach, True, near if end < zero else (-1, -near[0]), totals, context):
             return [end, zero + reach] if end < zero else [zero - reach, end]
         reach /= 2
-    reach = _about_zero(field, zero, min(reach, gap / 2), (-1, 1), found, context)
+    reach = _about_zero(field, zero, min(reach, gap / 2), (-1, 1), totals, context)
     return [zero - reach, zero + reach]
 
 
@@ -367,11 +397,11 @@ def _about_zero(
     zero: Fraction,
     reach: Fraction,
     sides: tuple[int, int],
-    found: list[Any],
-    context: Any,
+    totals: list[Any],
+    context: MPContext,
 ) -> Fraction:
     """Add a panel about a zero of A, and return how far it reaches."""
-    while not _add(field, zero, reach, True, sides, found, context):
+    while not _add(field, zero, reach, True, sides, totals, context):
         reach /= 2
         if reach < _NARROWEST:
             raise _too_narrow(field, zero)
@@ -379,6 +409,7 @@ def _about_zero(
 
 
 def _too_narrow(field: ExactField, u: Fraction) -> AccuracyError:
+    """The refusal of a drift that needs too many panels beside u."""
     place = -float(u) if field.mirrored else float(u)
     return AccuracyError(
         f"A varies too fast, or nearly vanishes, beside u = {place:.6g} for the weak-noise "
@@ -392,22 +423,22 @@ def _add(
     half: Fraction,
     zero: bool,
     sides: tuple[Any, Any],
-    found: list[Any],
-    context: Any,
+    totals: list[Any],
+    context: MPContext,
 ) -> bool:
     """Add the integrals over centre + half [sides]; False, and nothing added, if too wide."""
     if not half:
         return True
-    terms = int(context.prec / 1.4) + 2 * len(found) + 8
+    terms = int(context.prec / 1.4) + 2 * len(totals) + 8
     small = context.ldexp(1, -context.prec + 16)
-    with _finer(context, len(found), terms):
-        shares = _shares(field, centre, half, zero, sides, len(found), terms, small, context)
+    with _finer(context, len(totals), terms):
+        shares = _shares(field, centre, half, zero, sides, len(totals), terms, small, context)
     for k, share in enumerate(shares or ()):
-        found[k] += share
+        totals[k] += share
     return shares is not None
 
 
-def _finer(context: Any, count: int, terms: int) -> Any:
+def _finer(context: MPContext, count: int, terms: int) -> Any:
     """Bits for h_count: each derivative makes rounding larger by the number of the coefficient."""
     return context.workprec(context.prec + (count - 1) * terms.bit_length())
 
@@ -420,9 +451,10 @@ def _shares(
     sides: tuple[int, int],
     count: int,
     terms: int,
-    small: Any,
-    context: Any,
+    small: mpf,
+    context: MPContext,
 ) -> list[Any] | None:
+    """The integrals that `_add` adds, k = 1 to `count`; None if the panel is too wide."""
     taylor = [mpf_of(c, context) for c in field.taylor(centre, half, terms)]
     taylor += [context.zero] * (terms - len(taylor))
     if zero:

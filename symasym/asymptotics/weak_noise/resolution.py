@@ -25,7 +25,7 @@ _AT_ONCE = 512
 
 
 def unseen(drift: Drift, lam: float, folds: Sequence[float] = ()) -> bool:
-    """Whether A bends too fast for this noise, but at the folds; never for a polynomial."""
+    """True where A varies too fast for this noise, but at the folds; never for a polynomial."""
     if drift.exact_coefficients() is not None:
         return False
     u = np.linspace(-1, 1, _POINTS)
@@ -36,12 +36,12 @@ def unseen(drift: Drift, lam: float, folds: Sequence[float] = ()) -> bool:
 
 def unseen_in(drift: Drift, scenes: Scenes) -> Any:
     """The same, for each scene."""
-    found = np.zeros(len(scenes.lam), dtype=bool)
+    unresolved = np.zeros(len(scenes.lam), dtype=bool)
     first = {n: float(x.flat[0]) if is_array(x) else x for n, x in scenes.parameters.items()}
-    if not len(found) or drift.bind(**first).exact_coefficients() is not None:
-        return found
+    if not len(unresolved) or drift.bind(**first).exact_coefficients() is not None:
+        return unresolved
     u = np.linspace(-1, 1, _POINTS)
-    for low in range(0, len(found), _AT_ONCE):
+    for low in range(0, len(unresolved), _AT_ONCE):
         part = slice(low, low + _AT_ONCE)
         lam = scenes.lam[part]
         values = {
@@ -50,11 +50,16 @@ def unseen_in(drift: Drift, scenes: Scenes) -> Any:
         }
         with np.errstate(all="ignore"):
             phi = np.broadcast_to(drift.evaluate_float(u, values), (len(lam), _POINTS))
-        found[part] = _bends(phi, lam)
-    return found
+        unresolved[part] = _bends(phi, lam)
+    return unresolved
 
 
 def _bends(phi: FloatArray, lam: FloatArray, folds: Sequence[float] = ()) -> Any:
+    """True for each row of phi that |phi'|/(lam phi^2) shows to vary too fast.
+
+    Near a zero of phi, within e^{±3}, phi is instead to be nearly its tangent where the Gaussian
+    is wide.
+    """
     step = 2 / (_POINTS - 1)
     slope = np.gradient(phi, step, axis=1)
     # By trapezoids, exact where phi is its tangent: at a zero that decides what is near.
