@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["Factor", "Line", "Meeting", "Pieces", "Zero", "pieces_of", "seen_from"]
 
 _EPS = 2.3e-16
-# As in `symasym.numbers.polynomial_roots`, `.pairs_double` and `.meetings_double`.
+# As in `symasym.numbers.polynomial_roots` and `symasym.asymptotics.uniform.pairing_arrays`.
 _SAME, _ROUGHEST = 1e-6, 1e-10
 # |A| at an edge beside its largest term, below which float64 doesn't tell on which side a zero is.
 _NEAREST, _NEAREST_END = 1e-7, 1e-11
@@ -166,7 +166,7 @@ def _roughness(c: list[float], z: complex, roots: _Roots) -> float:
 
 
 def _meetings(line: Line, roots: _Roots) -> tuple[list[Meeting], float]:
-    """The pairs about turning points of A, and the slack (see `pairs_double`)."""
+    """The pairs about turning points of A, and the least gap of complex ones left out."""
     if len(line.c) < 3:
         return [], float("inf")
     _, start, reach = line.edges
@@ -238,7 +238,7 @@ def _room(line: Line, meeting: Meeting) -> float:
 
 
 def _refine(zero: Zero, c: list[Any], context: MPContext) -> bool:
-    """Set the zero's place and slope; False where Newton's steps fail."""
+    """Set the zero and the slope at it; False where Newton's steps fail."""
     zero.u = refined(c, context.mpf(zero.rough), context)
     if zero.u is None:
         return False

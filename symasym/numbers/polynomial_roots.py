@@ -18,7 +18,7 @@ from symasym.numbers.arithmetic import Number
 if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
-# Zeros closer than this are not told apart well enough for partial fractions.
+# Zeros closer than this are not separated well enough for partial fractions.
 _CLUSTER = 1e-3
 # An imaginary part below this, after Newton's steps, is rounding.
 _REAL = 1e-9

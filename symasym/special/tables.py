@@ -40,9 +40,8 @@ class Table(NamedTuple):
     def __call__(self, x: FloatArray, chosen: Sequence[int] | None = None) -> list[FloatArray]:
         """The functions (all, or those `chosen`) at `x` inside [low, high]."""
         pieces = self.coefficients[0].shape[1]
-        place = (x - self.low) * (pieces / (self.high - self.low))
-        piece = np.minimum(place.astype(np.intp), pieces - 1)
-        t = place
+        t = (x - self.low) * (pieces / (self.high - self.low))
+        piece = np.minimum(t.astype(np.intp), pieces - 1)
         t -= piece
         t *= 2
         t -= 1

@@ -264,9 +264,9 @@ def merged(terms: Sequence[SmallTerm]) -> SmallTerms:
             raise NotProved
         if not t.gap.is_finite():
             continue
-        place = t.power, int(float(t.gap.log()) * 4)
-        old = bounds.get(place)
-        bounds[place] = (
+        key = t.power, int(float(t.gap.log()) * 4)
+        old = bounds.get(key)
+        bounds[key] = (
             t if old is None else SmallTerm(t.size + old.size, t.power, t.gap.min(old.gap))
         )
     return tuple(bounds.values())
@@ -294,7 +294,7 @@ class Proof:
             fields = ExactField(drift, True, context), ExactField(drift, False, context)
             try:
                 left, right = (
-                    half(field, side * start, r, order, context, 30, told=False)
+                    half(field, side * start, r, order, context, 30, estimated=False)
                     for side, field in zip((-1, 1), fields, strict=True)
                 )
             except SymasymError:

@@ -34,7 +34,7 @@ _EXPLICIT = 4
 _CELLS = 32
 _PANELS = 16
 _FINEST = 12
-# Digits of a peak's place; the proof takes a neighbourhood of 1e-45 of it.
+# Digits of a peak's position; the proof takes a neighbourhood of 1e-45 of it.
 _DIGITS = 80
 _LESS = 1 - Fraction(1, 10**9)
 
@@ -42,7 +42,7 @@ _LESS = 1 - Fraction(1, 10**9)
 class Peak(NamedTuple):
     """A barrier or an end (sign 1) or a well (-1): V there, and how far V has gone at the edges.
 
-    `middle` is its place, or within 1e-45 of it, and then `exact`, its height, is None.
+    `middle` is its position, or within 1e-45 of it, and then `exact`, its height, is None.
     """
 
     sign: int
@@ -78,13 +78,13 @@ def steepness(cell: Cell) -> tuple[int, Any]:
 
 
 class Landscape(NamedTuple):
-    """The cells, left to right; the start is where cell number `place` begins, or inside it.
+    """The cells, left to right; the start is where cell number `start_cell` begins, or inside it.
 
     `origin` is V at the start, measured from V(-1).
     """
 
     cells: tuple[Cell, ...]
-    place: int
+    start_cell: int
     inside: bool
     origin: Fraction
 
@@ -200,10 +200,10 @@ def _cut(
     cells.sort(key=lambda c: c.start)
     if any(c.stop != d.start for c, d in pairwise(cells)):
         raise NotProved
-    place = next(k for k, c in enumerate(cells) if c.stop > x)
+    first = next(k for k, c in enumerate(cells) if c.stop > x)
     beside = min(max(x, -one), one)
     origin = layer.at(beside) - (x - beside) * slopes[0 if x < 0 else 1]
-    return Landscape(tuple(cells), place, cells[place].start < x, origin)
+    return Landscape(tuple(cells), first, cells[first].start < x, origin)
 
 
 def _inside(

@@ -44,13 +44,13 @@ class Labels:
             height = exact_ball(exact)
         else:
             height = height - exact_ball(self._origin)
-        for label, (known, (place, value)) in enumerate(
+        for label, (known, (point, value)) in enumerate(
             zip(self.heights, self._known, strict=True)
         ):
             if not known.overlaps(height):
                 continue
-            same = exact == value if exact is not None and value is not None else middle == place
-            mirrored = self._even and None not in (place, middle) and _near(place, middle)
+            same = exact == value if exact is not None and value is not None else middle == point
+            mirrored = self._even and None not in (point, middle) and _near(point, middle)
             if not (same or mirrored):
                 # As good as equal, but not shown to be.
                 raise NotProved
@@ -161,8 +161,8 @@ class Dominance:
         self.low: dict[int, LeadingCell] = {}
         for k, cell in enumerate(self.cells):
             if cell.slope is not None:
-                value, place = _straight_top(cell)
-                self.high[k] = LeadingCell(self.labels.of(None, place, value), k)
+                value, point = _straight_top(cell)
+                self.high[k] = LeadingCell(self.labels.of(None, point, value), k)
             elif cell.peak is not None:
                 p = cell.peak
                 made = LeadingCell(self.labels.of(p.height, p.middle, p.exact), k)
@@ -204,7 +204,7 @@ class Dominance:
 
     def sides(self, k: int) -> tuple[Sequence[int], Sequence[int], Sequence[int], Sequence[int]]:
         """Outer side of cell k, between it and the start, behind the start, and the start's own."""
-        at, inside, n = self.landscape.place, self.landscape.inside, len(self.cells)
+        at, inside, n = self.landscape.start_cell, self.landscape.inside, len(self.cells)
         first = at + 1 if inside else at
         own = [at] if inside and k != at else []
         if k >= first:
@@ -225,7 +225,7 @@ class Dominance:
         cells = {w.leading.cell for w in main}
         subdominant = []
         # Away from the start on both sides, so that what lies outside shrinks.
-        at = self.landscape.place
+        at = self.landscape.start_cell
         for k in (*range(at - 1, -1, -1), *range(at, len(self.cells))):
             if k not in cells:
                 subdominant.append(self._falling(k))
@@ -278,7 +278,7 @@ class Dominance:
 
     def _nested(self, k: int) -> Subdominant:
         """The double integral over cell k times the chance to be on the start's other side."""
-        at, inside = self.landscape.place, self.landscape.inside
+        at, inside = self.landscape.start_cell, self.landscape.inside
         size = self.sizes[k] ** 2, 0
         rise = self.tops[k] - self.bottoms[k]
         cell = self.cells[k]
@@ -308,7 +308,7 @@ class Dominance:
     def _above(self, indices: Sequence[int], own: Sequence[int]) -> Group:
         """A group that holds these cells, and perhaps more; few are made."""
         leading = tuple(k for k in indices if k in self.high)
-        key = leading, tuple(own), bool(indices) and indices[0] < self.landscape.place
+        key = leading, tuple(own), bool(indices) and indices[0] < self.landscape.start_cell
         known = self._groups.get(key)
         if known is None or known[1].label is None or not set(indices) <= known[0]:
             known = set(indices), self.group(indices, own)

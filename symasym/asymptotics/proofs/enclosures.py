@@ -115,7 +115,7 @@ def _time(cut: Landscape, lam: Fraction) -> Bounds | None:
     rising = [c.rising for c in cells]
     left = list(accumulate(rising, initial=none))
     right = list(accumulate(rising[::-1], initial=none))[::-1]
-    at = cut.place
+    at = cut.start_cell
     total = none
     own = rising[at] if cut.inside else none
     first = at + 1 if cut.inside else at
@@ -219,7 +219,7 @@ def _straight(cell: Cell, slope: Fraction, lam: Fraction) -> _Shares:
 
 
 def _laplace(peak: Peak, lam: Fraction) -> Bounds:
-    """int e^{sign lam V} over the peak's cell: the best of all places to cut its series."""
+    """int e^{sign lam V} over the peak's cell: cut off at its best term."""
     d, number = peak.disk, exact_ball(lam)
     factor = (exact_ball(peak.sign * lam) * peak.height).exp()
     sides = len(d.sides)
@@ -238,7 +238,7 @@ def _laplace(peak: Peak, lam: Fraction) -> Bounds:
         after = exact_ball(s + Fraction(1, d.contact))
         tail = size * ratio ** (k + 1) * after.gamma() * number**-after
         left_out = (tail * sides / exact_ball(1 - Fraction(THETA))).upper()
-        # Where the series diverges, the last term known is not the best place to cut it.
+        # Where the series diverges, the last term known need not be where to cut it off.
         if left_out < least:
             best, least = total, left_out
     low, high = (factor * (best - least)).lower(), (factor * (best + least)).upper()

@@ -199,10 +199,10 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
             # log C = -log(1 + sigma_L/sigma_R); the ends of the one from opposite ends of both.
             ratios = other[[1, 0]] - wanted
             ends_of_log = -np.logaddexp(0.0, ratios[:2])
-            slack = _UNIT * 8 * (8 + np.abs(other).max(axis=0) + np.abs(wanted).max(axis=0))
-            slack = slack + input_rounding(rows_of(scenes, rows), steepest[rows])
+            rounding = _UNIT * 8 * (8 + np.abs(other).max(axis=0) + np.abs(wanted).max(axis=0))
+            rounding = rounding + input_rounding(rows_of(scenes, rows), steepest[rows])
         logs[rows] = ends_of_log.mean(axis=0)
-        errors[rows] = (ends_of_log[1] - ends_of_log[0]) / 2 + slack
+        errors[rows] = (ends_of_log[1] - ends_of_log[0]) / 2 + rounding
     bad = np.flatnonzero(~(errors < np.log(_MOST_RATIO) / 2))
     if bad.size:
         raise _too_far(scenes.noise(bad[0]))

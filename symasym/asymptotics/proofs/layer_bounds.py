@@ -44,7 +44,7 @@ class Edge(NamedTuple):
 class Barrier(NamedTuple):
     """V = height - curvature t^2 - cubic t^3 - …, |fourth-order term| <= quartic t^4, |t| <= reach.
 
-    `gap` is what the place of the barrier is uncertain by.
+    `gap` is the uncertainty of the barrier's position.
     """
 
     height: Any
@@ -84,13 +84,13 @@ class _Drift:
             values = self._sign * self._drift.evaluate_float(self._sign * u)
         return np.broadcast_to(values, u.shape)
 
-    def taylor(self, place: arb, terms: int) -> list[Any]:
-        """Taylor coefficients at any point of the ball `place`."""
+    def taylor(self, ball: arb, terms: int) -> list[Any]:
+        """Taylor coefficients at any point of the ball `ball`."""
         flint = flint_module()
         before = flint.ctx.cap
         flint.ctx.cap = terms
         try:
-            line = flint.arb_series([self._sign * place, self._sign], terms)
+            line = flint.arb_series([self._sign * ball, self._sign], terms)
             series = self._sign * flint.arb_series(self._drift.evaluate(line, BallOps()), terms)
         except (ZeroDivisionError, ValueError):
             # A divisor that may be 0 in the ball.
@@ -141,8 +141,8 @@ def _panels(
         lo, hi = waiting.pop()
         center, half = (lo + hi) / 2, (hi - lo) / 2
         h = exact_ball(half)
-        place = flint.arb(exact_ball(center), h.abs_upper())
-        wide = field.taylor(place, field.terms + 1)
+        ball = flint.arb(exact_ball(center), h.abs_upper())
+        wide = field.taylor(ball, field.terms + 1)
         bend = wide[1].abs_upper() * h * h / 2
         if half > _NARROWEST:
             gap = 0.0 if top is None else top - float(height.mid()) - float(abs(wide[0]).mid() * h)
@@ -163,12 +163,12 @@ def _panels(
 
 
 def _windows(field: _Drift, a: Fraction, b: Fraction) -> list[Any]:
-    """(left, right, maker of the peak) of each place where V may be largest."""
+    """(left, right, maker of the peak) of each point where V may be largest."""
     barriers = _rises(field.floats, a, b)
     windows: list[Any] = []
-    places = [a, *barriers, b]
+    points = [a, *barriers, b]
     for k, b_hat in enumerate(barriers, start=1):
-        before, after = b_hat - places[k - 1], places[k + 1] - b_hat
+        before, after = b_hat - points[k - 1], points[k + 1] - b_hat
         room = min(before if k == 1 else before / 2, after if k == len(barriers) else after / 2)
         window = _barrier_window(field, b_hat, room * Fraction(15, 16))
         if window:
@@ -200,8 +200,8 @@ def _edge_window(field: _Drift, end: Fraction, room: Fraction, side: int) -> Any
         bend, parts = flint.arb(0), 16
         for k in range(parts):
             center = end + side * length * Fraction(2 * k + 1, 2 * parts)
-            place = flint.arb(exact_ball(center), exact_ball(length / (2 * parts)).abs_upper())
-            value, derivative = field.taylor(place, 2)
+            ball = flint.arb(exact_ball(center), exact_ball(length / (2 * parts)).abs_upper())
+            value, derivative = field.taylor(ball, 2)
             if not abs(value) > slope / 2:
                 break
             bend = bend.max((abs(derivative) / abs(value) ** 3).abs_upper())
@@ -235,8 +235,8 @@ def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
         quartic, parts = flint.arb(0), 16
         for k in range(parts):
             middle = center - reach + reach * Fraction(2 * k + 1, parts)
-            place = flint.arb(exact_ball(middle), exact_ball(reach / parts + gap).abs_upper())
-            quartic = quartic.max((field.taylor(place, 4)[3] / 4).abs_upper())
+            ball = flint.arb(exact_ball(middle), exact_ball(reach / parts + gap).abs_upper())
+            quartic = quartic.max((field.taylor(ball, 4)[3] / 4).abs_upper())
         r = exact_ball(reach)
         if abs(cubic) * r + quartic * r * r < curvature / 2:
             break
@@ -248,8 +248,8 @@ def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
         # V(root) from the window's left end, by A's Taylor series at the centre with its rest.
         """The peak, from V at both ends of the window."""
         half = exact_ball(reach)
-        place = flint.arb(exact_ball(center - reach / 2), (half / 2).abs_upper())
-        wide = field.taylor(place, 2 * field.terms + 1)[-1]
+        ball = flint.arb(exact_ball(center - reach / 2), (half / 2).abs_upper())
+        wide = field.taylor(ball, 2 * field.terms + 1)[-1]
         series = field.taylor(exact_ball(center), 2 * field.terms)
         rest = flint.arb(0, (wide * half ** (2 * field.terms + 1)).abs_upper())
         fall = sum((c * (-half) ** (k + 1) / (k + 1) for k, c in enumerate(series)), rest)
@@ -274,14 +274,14 @@ def _rises(floats: Callable[[Any], Any], a: Fraction, b: Fraction) -> list[Fract
                 lo = middle
             else:
                 hi = middle
-        place = Fraction(float((lo + hi) / 2))
-        if a < place < b:
-            zeros.append(place)
+        ball = Fraction(float((lo + hi) / 2))
+        if a < ball < b:
+            zeros.append(ball)
     return zeros
 
 
 def rough_barriers(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> list[Fraction]:
-    """Places where A rises through 0 in (a, b), in float64."""
+    """Points where A rises through 0 in (a, b), in float64."""
     sign = -1 if mirrored else 1
 
     def floats(u: FloatArray) -> Any:
@@ -292,7 +292,7 @@ def rough_barriers(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> li
 
 
 def _root(field: _Drift, near: Fraction) -> tuple[Fraction, Fraction] | None:
-    """A place and a distance within which A changes sign, proved; None if it is no simple zero."""
+    """A point and a distance within which A changes sign, proved; None if it is no simple zero."""
     flint = flint_module()
     x, bits = near, flint.ctx.prec // 2
     for _ in range(8):

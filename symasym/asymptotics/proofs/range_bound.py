@@ -167,7 +167,7 @@ def _not_proved(where: str, why: str, instead: str) -> AccuracyError:
     """The refusal of a range for which dominance was not proved."""
     return AccuracyError(
         "that simple wells and barriers, or wells and ends, dominate was not proved "
-        f"{where}: another place is too close, {why}; {instead}."
+        f"{where}: another critical point is too close, {why}; {instead}."
     )
 
 

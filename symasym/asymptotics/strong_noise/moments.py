@@ -186,7 +186,7 @@ def _fmpq(x: Fraction) -> Any:
 
 
 def _spread(local: fmpq_poly, length: fmpq) -> Any:
-    """An upper bound of max V - min V, from V at `_PANELS` places and the largest slope between."""
+    """An upper bound of max V - min V, from V at `_PANELS` points and the largest slope between."""
     flint, scale = flint_module(), flint_module().fmpq(1, _PANELS)
     potential = (local * -length).integral()
     low = high = flint.fmpq(0)
@@ -223,7 +223,7 @@ def _of_analytic(
     terms = bits // 2 + 6  # each is worth log2(_RATIO) = 2 bits
     ratio = flint.arb(_RATIO)
     panels, missed = [], flint.arb(0)
-    low = high = place = flint.arb(0)
+    low = high = level = flint.arb(0)
     for center, half, bound in pieces:
         with_cap = flint.ctx.cap
         flint.ctx.cap = terms
@@ -243,9 +243,9 @@ def _of_analytic(
         size = abs(_on(drift, sign * spread_ball))
         reach = (exact_ball(half) * (size if size.is_finite() else bound)).abs_upper()
         fall = slope.integral()
-        middle = place - (fall(0) - fall(-1))
+        middle = level - (fall(0) - fall(-1))
         low, high = (middle - reach).min(low), (middle + reach).max(high)
-        place = place - (fall(1) - fall(-1))
+        level = level - (fall(1) - fall(-1))
     shift = (missed * exact_ball(b - a)).abs_upper()
     spread = (high - low + 2 * shift).abs_upper()
     drop, *lists = moments_of(_Polynomials(panels, flint.arb_poly, terms + 8), order, flint.arb(1))
@@ -258,10 +258,10 @@ def _of_analytic(
     return Moments(length, drop, int_e, int_inverse, nested, spread)
 
 
-def _on(drift: Drift, place: arb) -> Any:
+def _on(drift: Drift, ball: arb) -> Any:
     """A ball of A on a ball, not finite where A has a pole there."""
     try:
-        return flint_module().arb(drift.evaluate(place, BallOps()))
+        return flint_module().arb(drift.evaluate(ball, BallOps()))
     except ZeroDivisionError:
         return flint_module().arb.nan()
 

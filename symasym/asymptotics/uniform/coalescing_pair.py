@@ -2,12 +2,12 @@
 
 The uniform expansion of Chester, Friedman and Ursell, of both integrals and the double one.
 
-Laplace's series of each is singular where they meet; here the integrals over both together are
+Laplace's series of each is singular where they coalesce; here the integrals over both together are
 known in closed form to every order. With phi du = (s² - zeta) ds
 (`symasym.asymptotics.coalescence.cubic_map`) u'(s) is the weight of both integrals, Bi and Bi'
 stand in the single ones, and Ai² + Bi² and its kin in the double one
 (`symasym.special.airy_products`). What is left over by the integrations by parts has no
-exponential, and is the outer part.
+exponential, and is the regular part.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ class CanonicalPair(NamedTuple):
         The zero of phi's slope between them.
     pair : Pair
     onward : bool
-        Whether the well comes first, seen from the start.
+        True where the well comes first from the start on.
     height : mpf
         Mean of V over both, from the start.
     terms : list of (a_k, b_k)
     share : list
-        Of a complex pair in the outer part's integrals of h_k along the real line.
+        Of a complex pair in the regular part's integrals of h_k along the real line.
     level : mpf
         V at the point.
     gap : mpf

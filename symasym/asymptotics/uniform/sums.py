@@ -1,4 +1,4 @@
-"""The uniform sums at one lam: places, pairs that meet, what truncates them, the outer part."""
+"""The uniform sums at one lam: critical points, coalescing pairs, truncations, regular part."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ __all__ = ["Member", "corrected", "time_at", "whole_at"]
 
 @dataclass
 class _Share:
-    """A place's value at one lam; `u` is None for the end at r, `place` for what has no series."""
+    """A contribution at one lam; `u` is None for the end at r, `point` for what has no series."""
 
     u: Any
     value: Any
     onward: Any
-    place: CriticalPoint | None
+    point: CriticalPoint | None
 
 
 class _Sum:
-    """One side of the start at one lam: its places' shares, and what is known of their pairs."""
+    """One side of the start at one lam: its contributions, and what is known of their pairs."""
 
     def __init__(self, side: OneSide, r: mpf, at: Point) -> None:
         self.half, none = side.half, 0 * at.lam
@@ -69,12 +69,12 @@ class _Sum:
 
     def ends(self) -> list[Any]:
         """Those of the layer that are seen."""
-        kinks = [x.u for x in self.rising if x.place and x.place.kind in ("end", "kink")]
+        kinks = [x.u for x in self.rising if x.point and x.point.kind in ("end", "kink")]
         return sorted(u for u in kinks if u is not None)
 
     def nearest(self) -> _Share | None:
         """The well or barrier next to the start."""
-        zeros = [x for x in self.all() if x.place and x.place.kind in ("well", "barrier")]
+        zeros = [x for x in self.all() if x.point and x.point.kind in ("well", "barrier")]
         return min(zeros, key=lambda x: x.u, default=None)
 
     def correct(self, near: Corrections, start: Corrections, far: Corrections, sign: int) -> None:
@@ -89,7 +89,7 @@ class _Sum:
         self.nested += far.outer - (start.outer if len(ends) == 1 else near.outer)
         for u, change, after in at_ends:
             for up in self.rising:
-                if up.u == u and up.place is not None:
+                if up.u == u and up.point is not None:
                     up.value += sign * after * change.rising
                     if after > 0:
                         up.onward += sign * change.rising
@@ -135,7 +135,7 @@ class Member(NamedTuple):
     """A well or barrier of a pair, the share that the sums take for it, and what of that counts.
 
     The share changes sides as the start passes, and then its truncation is to be of the same size,
-    also that of a kink which the start reaches. Any other is of the place's own series, which is
+    also that of a kink which the start reaches. Any other is of the point's own series, which is
     better where a pair comes to the end.
     """
 
@@ -189,9 +189,9 @@ def _meet(
 def _found(u: mpf, k: int, sums: list[_Sum]) -> tuple[int, _Share]:
     """The share of the well or barrier at `u` seen from side k, and the side where it is."""
     for side, at in ((k, u), (1 - k, -u)):
-        place = place_at(at, [x.place for x in sums[side].all() if x.place is not None])
-        if place is not None:
-            return side, next(x for x in sums[side].all() if x.place is place)
+        point = place_at(at, [x.point for x in sums[side].all() if x.point is not None])
+        if point is not None:
+            return side, next(x for x in sums[side].all() if x.point is point)
     raise AssertionError
 
 
@@ -201,10 +201,10 @@ def _beyond(well: _Share, top: _Share | None, lam: mpf, context: MPContext) -> A
     What a pair has beyond the product of its members is lost as the start passes the well, and
     all of it when the start reaches the barrier behind, `top`.
     """
-    assert well.place is not None
-    depth = max(well.place.height, context.zero)
-    if top is not None and top.place is not None:
-        way = abs(top.place.height)
+    assert well.point is not None
+    depth = max(well.point.height, context.zero)
+    if top is not None and top.point is not None:
+        way = abs(top.point.height)
         depth *= (way + depth) / way
     return context.erfc(context.sqrt(lam * depth)) / 2
 
@@ -212,7 +212,7 @@ def _beyond(well: _Share, top: _Share | None, lam: mpf, context: MPContext) -> A
 def corrected(
     truncations: list[Truncation], members: list[Member], lam: mpf, order: int, context: MPContext
 ) -> Corrections:
-    """Of all zeros that cut through one place."""
+    """The corrections of all zeros whose Gaussians one point truncates."""
     shares = [Corrections(*[context.zero] * 3)]
     for truncation in truncations:
         share = None
@@ -227,7 +227,7 @@ def corrected(
 
 
 def whole_at(
-    places: list[CriticalPoint],
+    points: list[CriticalPoint],
     folds: list[CanonicalPair],
     lam: mpf,
     order: int,
@@ -239,8 +239,8 @@ def whole_at(
     for fold in folds:
         total += airy(fold, lam, order, context).falling * context.exp(-lam * fold.height)
         if fold.pair.zeta > 0:
-            left_out += [p for u in zeros_of(fold, context) if (p := place_at(u, places))]
-    for place in places:
-        if not any(place is p for p in left_out):
-            total += plain(Leaf(place.height, place.series), at)[0]
+            left_out += [p for u in zeros_of(fold, context) if (p := place_at(u, points))]
+    for point in points:
+        if not any(point is p for p in left_out):
+            total += plain(Leaf(point.height, point.series), at)[0]
     return total

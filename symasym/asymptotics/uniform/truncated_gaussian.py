@@ -8,20 +8,20 @@ About a zero z of phi, V = V(z) -+ t²/2 at a barrier or well, du = g(t) dt, int
     e^{lam t²/2} g = a~ e^{lam t²/2} + (e^{lam t²/2} B~)',
 
 with a = sum a_n lam^-n of the whole Gaussian, B = sum b_k(t) lam^-(k+1), and a~, B~ with -lam. All
-integrals up to a place t are then those of parabolas: with
+integrals up to a point t are then those of parabolas: with
 
     sigma = e^{lam t²/2} int_t^inf e^{-lam s²/2} ds, and its mirror image for t < 0 (erfc),
     D = e^{-lam t²/2} int_0^t e^{lam s²/2} ds (Dawson's integral),
 
 the integral of e^{lam V} from t on is e^{lam V} (a sigma + B) beside a barrier and
 -e^{lam V} (a~ D + B~) beside a well, a primitive of e^{-lam V} is e^{-lam V} (a~ D + B~)
-or -e^{-lam V} (a sigma + B), and one of the outer part M = e^{lam V} int e^{-lam V} is
+or -e^{-lam V} (a sigma + B), and one of the regular part M = e^{lam V} int e^{-lam V} is
 
     a a~ int D - a~ B D + ...,      -a a~ int sigma - a B~ sigma + ...,
 
 where what is left out is analytic. Laplace's sums have the same with the asymptotic series of
 sigma, D and their integrals; `corrections` are the differences, which cancel what is singular at
-the zero. Two places near the same zero are served as well: the formulas are exact for both.
+the zero. Two points near the same zero are served as well: the formulas are exact for both.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ _FADE = 8
 
 
 class Truncation(NamedTuple):
-    """A place p of A's layer seen from one zero of A.
+    """A point p of A's layer seen from one zero of A.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class Corrections(NamedTuple):
     """To be added to Laplace's sums.
 
     `rising` to the integral of e^{lam V} from p to the right, `falling` to that of e^{-lam V} up to
-    p, and `outer` to that of the outer part up to p.
+    p, and `outer` to that of the regular part up to p.
     """
 
     rising: Any
@@ -126,15 +126,15 @@ def truncations_of(
 
     `field` is not mirrored; `halves` lie left, in the mirror, and right.
     """
-    places = [
-        place._replace(u=sign * place.u)
+    points = [
+        point._replace(u=sign * point.u)
         for sign, one in zip((-1, 1), halves, strict=True)
-        for place in one.rising + [p for p in one.falling if p.kind == "well"]
+        for point in one.rising + [p for p in one.falling if p.kind == "well"]
     ]
-    zeros = [p for p in places if p.kind in ("well", "barrier")]
+    zeros = [p for p in points if p.kind in ("well", "barrier")]
     if r < 1:
         zeros = _all_zeros(field, x, order, context)
-    heights = {p.u: _rise(p) for p in places}
+    heights = {p.u: _rise(p) for p in points}
     heights[mpf_of(x, context)] = context.zero
     ends = max(-Fraction(1), -r), min(Fraction(1), r)
     rows = []
@@ -167,7 +167,7 @@ def truncations_at(
     digits: int,
     context: MPContext,
 ) -> list[Truncation]:
-    """The place `p`, where V is `height`, seen from the zeros left and right of it."""
+    """The point `p`, where V is `height`, seen from the zeros left and right of it."""
     at = mpf_of(p, context)
     zeros = sorted(zeros, key=lambda z: z.u)
     count = order + 1 + BEYOND
@@ -208,9 +208,9 @@ class _Neighbours(NamedTuple):
         return _FADE * abs(height - _rise(other)) / abs(self.height - _rise(self.zero))
 
 
-def _rise(place: CriticalPoint) -> Any:
+def _rise(point: CriticalPoint) -> Any:
     """V there, from the start."""
-    return -place.height if place.kind == "well" else place.height
+    return -point.height if point.kind == "well" else point.height
 
 
 def _cut(

@@ -5,8 +5,8 @@ and their mirror images S_L, D_L,
 
     T = lam (S_L D_R + S_R D_L)/(S_L + S_R),     C = S_R/(S_L + S_R).
 
-S is a sum over places (`symasym.asymptotics.weak_noise.critical_points`), D one over pairs of
-places, a place of e^{-lam V} left of one of e^{lam V}, and of the outer part. Nothing that is
+S is a sum over critical points (`symasym.asymptotics.weak_noise.critical_points`), D one over
+pairs of them, one of e^{-lam V} left of one of e^{lam V}, and of the regular part. Nothing that is
 exponentially small is left out; what is left out is, in every series, of higher order
 in 1/lam, and the next two orders tell how much.
 """
@@ -47,7 +47,7 @@ from symasym.asymptotics.weak_noise.one_sided import (
     float_point,
     in_float,
 )
-from symasym.asymptotics.weak_noise.resolution import unseen, unseen_in
+from symasym.asymptotics.weak_noise.resolution import unresolved, unresolved_in
 from symasym.asymptotics.weak_noise.series import Part, Point, Series, Sizes
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
@@ -125,7 +125,7 @@ def _occupation(scene: Scene, request: Request, prove: Prove | None) -> Answer:
     orders = _orders(request)
     order = orders[-1]
     digits = request.digits
-    require_seen(drift, lam)
+    require_resolved(drift, lam)
     with own_context(digits + 2 * len(str(int(lam + 1))) + 20) as context:
         points, slopes, terms = _stationary(drift, order, context)
         arithmetic = Digits(context)
@@ -191,7 +191,7 @@ def _answer(scene: Scene, request: Request, prove: Prove | None) -> Answer:
     quantity, orders = _QUANTITIES[request.name], _orders(request)
     drift, lam, values, digits = scene.drift, scene.lam, scene.numbers, request.digits
     order = orders[-1]
-    require_seen(drift, lam)
+    require_resolved(drift, lam)
     near = digits_lost(values["r"], values["start"])
     with own_context(working_digits(digits, lam, values["r"]) + near) as context:
         outer = (digits + 15 + near) * quantity.outer
@@ -238,10 +238,10 @@ class Parts(NamedTuple):
 def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
     """T in parts, to the first of `orders` whose stated error is small enough, or the best."""
     drift, lam, values = scene.drift, scene.lam, scene.numbers
-    require_seen(drift, lam)
+    require_resolved(drift, lam)
     near = digits_lost(values["r"], values["start"])
     with own_context(working_digits(digits, lam, values["r"]) + near) as context:
-        # No more digits of the outer part than its share of what is allowed.
+        # No more digits of the regular part than its share of what is allowed.
         outer = len(str(int(1 / allowed))) + 12 + near
         halves = _halves(drift, values["r"], values["start"], orders[-1], context, outer)
         composed, at = _with_digits(halves, lam, values["r"], context)
@@ -296,13 +296,13 @@ def digits_lost(r: Fraction, x: Fraction) -> int:
     return len(str(int(max(r, Fraction(1)) / (r - abs(x))))) - 1
 
 
-def require_seen(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
+def require_resolved(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
     """Raise AccuracyError where A varies too fast for the noise (`resolution`), but at folds."""
     # Noise beyond the range of float64 is weak.
-    if lam < 10**300 and unseen(drift, float(lam), folds):
+    if lam < 10**300 and unresolved(drift, float(lam), folds):
         raise AccuracyError(
             f"kappa is {float(2 / lam) ** 0.5:.6g}, where the noise is too strong for a drift that "
-            "bends this fast: no term of Laplace's method would tell its error; use "
+            "varies this fast: no term of Laplace's method estimates its error; use "
             "method='exact' or 'strong_noise'."
         )
 
@@ -328,9 +328,9 @@ def _terms(halves: tuple[OneSided, OneSided], context: MPContext) -> tuple[str, 
     """The wells and barriers of both sides in words, and what else is in T."""
     words = []
     for side, one in zip((-1, 1), halves, strict=True):
-        for place in one.rising + one.falling:
-            if place.kind in ("well", "barrier"):
-                words.append(f"{place.kind} at u = {context.nstr(side * place.u, 6)}")
+        for point in one.rising + one.falling:
+            if point.kind in ("well", "barrier"):
+                words.append(f"{point.kind} at u = {context.nstr(side * point.u, 6)}")
     return (*sorted(words), "start, ends, kinks and the part between")
 
 
@@ -363,7 +363,7 @@ def _array_logs(
     logs, errors = logs_of(
         drift, scenes, shapes, orders, quantity.in_float, with_digits, everywhere, index=index
     )
-    unknown = unseen_in(drift, scenes)
+    unknown = unresolved_in(drift, scenes)
     return logs, np.where(unknown, np.inf, errors) if unknown.any() else errors
 
 
@@ -431,4 +431,4 @@ def _occupation_logs(
                 better = relative < errors[rows]
                 logs[rows] = np.where(better, share, logs[rows])
                 errors[rows] = np.where(better, relative, errors[rows])
-    return logs, np.where(unseen_in(drift, scenes), np.inf, errors)
+    return logs, np.where(unresolved_in(drift, scenes), np.inf, errors)

@@ -1,4 +1,4 @@
-"""Weak noise for arrays of scenes: each drift's places once, then all its kappa and r."""
+"""Weak noise for arrays of scenes: each drift's expansions once, then all its kappa and r."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ _AT_ONCE = 4096
 _WITHOUT_ERRORS = 12288
 # More values of kappa than that for one drift are taken apart from other drifts'.
 _MANY = 256
-# Where errors are not asked for, they are looked at in so many places; the refusal
+# Where errors are not asked for, they are looked at for so many scenes; the refusal
 # of a scene is for errors 1e3 times larger than is let pass so.
 _PROBES = 192
 _SMALL = 1e-3
 # The same where logarithms may be interpolated: by a factor 30.
 _SMALL_SMOOTH = 0.03
 
-Sights = tuple[OneSided, OneSided]
+Expansions = tuple[OneSided, OneSided]
 Evaluate = Callable[[Composed, Point], tuple[FloatArray, Any]]
-Analyse = Callable[[Drift, float, float], Sights]
+Analyse = Callable[[Drift, float, float], Expansions]
 Find = Callable[[PolynomialScenes, int], Iterator[Found]]
 
 
 class Drifts(NamedTuple):
-    """What distinguishes the places: parameters, start and r where it is inside the layer.
+    """What tells one expansion from another: parameters, start and r where it is inside the layer.
 
     `rows[i]` are the scenes of the i-th; None where one drift has all.
     """
@@ -64,10 +64,10 @@ def logs_of(
     index: IntArray | None = None,
     smooth: bool = False,
 ) -> tuple[FloatArray, FloatArray]:
-    """Logarithms and their errors; errors are only told from "too large" unless `full`.
+    """Logarithms and their errors; errors are only known not to be too large unless `full`.
 
     Which scenes have a drift, start and radius in common follows from the `shapes` of these, or
-    is told by `index`, a number for each (see `index_of`). `smooth`: logarithms may be
+    follows from `index`, a number for each (see `index_of`). `smooth`: logarithms may be
     interpolated between values of lam, where one costs so much that it pays.
 
     What `find` does not find in float64 goes to `analyse`, or is left with infinite errors. An
@@ -79,15 +79,15 @@ def logs_of(
             # One drift has all scenes, or none.
             if drifts.rows is not None and not logs.size:
                 logs, errors = (np.full(len(scenes.lam), x) for x in (np.nan, np.inf))
-            for chosen, sights in _all_sights(drift, scenes, drifts, orders[-1], analyse, find):
+            for chosen, sides in _all_expansions(drift, scenes, drifts, orders[-1], analyse, find):
                 if drifts.rows is None:
                     some: Any = slice(None)
                 else:
                     some = drifts.rows[chosen].T
-                    if _single(sights):
+                    if _single(sides):
                         some = some.ravel()
                 values, wrong = _filled(
-                    sights, rows_of(scenes, some), orders, evaluate, full, smooth
+                    sides, rows_of(scenes, some), orders, evaluate, full, smooth
                 )
                 if drifts.rows is None:
                     logs, errors = values, wrong
@@ -100,7 +100,7 @@ def logs_of(
 
 
 def own_shapes(drift: Drift, numbers: dict[str, Any], scenes: Scenes) -> list[tuple[int, ...]]:
-    """Shapes of what distinguishes the places: parameters, start, and r inside the layer."""
+    """Shapes of what the expansions depend on: parameters, start, and r inside the layer."""
     shapes = [np.shape(x) for x in (*drift.values.values(), numbers["start"]) if is_array(x)]
     if is_array(numbers["r"]) and (scenes.numbers["r"] <= 1).any():
         shapes.append(np.shape(numbers["r"]))
@@ -141,14 +141,14 @@ def _drifts_of(scenes: Scenes, rows: IntArray | None) -> Drifts:
     return Drifts(given, start[first], radius, rows)
 
 
-def _all_sights(
+def _all_expansions(
     drift: Drift,
     scenes: Scenes,
     drifts: Drifts,
     order: int,
     analyse: Analyse | None,
     find: Find,
-) -> Iterator[tuple[IntArray, Sights]]:
+) -> Iterator[tuple[IntArray, Expansions]]:
     """In float64 where that is enough, else one by one with more digits."""
     left = np.ones(len(drifts.start), dtype=bool)
     values = {**scenes.parameters, **drifts.parameters}
@@ -170,36 +170,36 @@ def _all_sights(
         yield rest[rows], analyse(one, float(radius[rows[0]]), float(start[rows[0]]))
 
 
-def _apart(rows: IntArray, sights: Sights) -> Iterator[tuple[IntArray, Sights]]:
+def _apart(rows: IntArray, sides: Expansions) -> Iterator[tuple[IntArray, Expansions]]:
     """The expansions of many drifts one by one."""
     for k in range(len(rows)):
-        yield rows[k : k + 1], mapped(sights, itemgetter(slice(k, k + 1)))
+        yield rows[k : k + 1], mapped(sides, itemgetter(slice(k, k + 1)))
 
 
-def _single(sights: Sights) -> bool:
+def _single(sides: Expansions) -> bool:
     """True for the expansions of one drift."""
-    return not any(np.size(height) > 1 for sight in sights for height in _heights(sight))
+    return not any(np.size(height) > 1 for side in sides for height in _heights(side))
 
 
 def _filled(
-    sights: Sights,
+    sides: Expansions,
     scenes: Scenes,
     orders: Sequence[int],
     evaluate: Evaluate,
     full: bool,
     smooth: bool,
 ) -> tuple[FloatArray, FloatArray]:
-    """Scenes in columns, one a drift of `sights`, or all of one drift."""
+    """Scenes in columns, one a drift of `sides`, or all of one drift."""
     one, lam, r = scenes.lam.ndim == 1, scenes.lam, scenes.numbers["r"]
-    if one and not isinstance(sights[0].rough, float):
-        sights = first_of(sights)
+    if one and not isinstance(sides[0].rough, float):
+        sides = first_of(sides)
     # A radius that all scenes share keeps its exponents shared as well.
     first = float(r.flat[0])
-    sizes = _sizes(sights)
-    shared = Composed(sights, first) if r.strides == (0,) or (r == first).all() else None
+    sizes = _sizes(sides)
+    shared = Composed(sides, first) if r.strides == (0,) or (r == first).all() else None
 
     def at(part: slice | IntArray, order: int, wanted: bool) -> tuple[FloatArray, Any]:
-        views = Composed(sights, r[part]) if shared is None else shared
+        views = Composed(sides, r[part]) if shared is None else shared
         return evaluate(views, Point(lam[part], order, wanted, sizes))
 
     if one and len(orders) == 1 and not full and len(lam) > 4 * _PROBES:
@@ -218,14 +218,14 @@ def _filled(
                 logs[part] = at(part, orders[0], False)[0]
             return logs, np.array([error.max()])
     if smooth and not (one or full) and shared is not None and (lam == lam[:, :1]).all():
-        between = _between(sights, lam, shared, orders[0], evaluate)
+        between = _between(sides, lam, shared, orders[0], evaluate)
         if between is not None:
             logs, errors, good = between
             if not good.all():
                 rest = np.flatnonzero(~good)
                 some = rows_of(scenes, (slice(None), rest))
-                sights = mapped(sights, itemgetter(rest))
-                left = _filled(sights, some, orders, evaluate, full, False)
+                sides = mapped(sides, itemgetter(rest))
+                left = _filled(sides, some, orders, evaluate, full, False)
                 logs[:, rest], errors[:, rest] = left
             return logs, errors
     logs, errors = np.empty(lam.shape), np.empty(lam.shape)
@@ -237,13 +237,13 @@ def _filled(
 
 
 def _between(
-    sights: Sights, lam: FloatArray, views: Composed, order: int, evaluate: Evaluate
+    sides: Expansions, lam: FloatArray, views: Composed, order: int, evaluate: Evaluate
 ) -> tuple[FloatArray, FloatArray, Any] | None:
-    """Logarithms in columns by interpolation, errors told from "too large", and where it is good.
+    """Logarithms in columns by interpolation, the largest errors, and where it is good.
 
     None where it doesn't pay.
     """
-    count, sizes = lam.shape[1], _sizes(sights)
+    count, sizes = lam.shape[1], _sizes(sides)
 
     def at(some: FloatArray, wanted: bool) -> tuple[FloatArray, Any]:
         most = _AT_ONCE if wanted else _WITHOUT_ERRORS
@@ -280,14 +280,14 @@ def _best(
     return log, wrong
 
 
-def _sizes(sights: Sights) -> Sizes:
+def _sizes(sides: Expansions) -> Sizes:
     """The sizes of the terms of all series of both sides."""
-    return Sizes([series for one in sights for series in one.all_series()])
+    return Sizes([series for one in sides for series in one.all_series()])
 
 
-def _heights(sight: OneSided) -> list[Any]:
+def _heights(side: OneSided) -> list[Any]:
     """All heights of one side, and their rounding."""
-    return [sight.rough, *(spot.height for spot in sight.rising + sight.falling)]
+    return [side.rough, *(point.height for point in side.rising + side.falling)]
 
 
 def _probes(lam: FloatArray) -> IntArray:

@@ -1,5 +1,5 @@
-"""The places of `symasym.asymptotics.weak_noise.critical_points` for many polynomial drifts at
-once, in float64.
+"""The expansions of `symasym.asymptotics.weak_noise.critical_points` for many polynomial drifts
+at once, in float64.
 
 Drifts are taken together where their zeros of A, the start and the radius come in the same
 order. Everything is found once for both sides, since seen in the mirror h_k(u) becomes
@@ -70,7 +70,7 @@ def unchanged(x: Numbers) -> Any:
 
 
 def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
-    """The places of all scenes that float64 is enough for, chunk by chunk."""
+    """The expansions of all scenes that float64 is enough for, chunk by chunk."""
     degree = np.where(scenes.c != 0, np.arange(len(scenes.c))[:, None], 0).max(axis=0)
     for d in np.unique(degree):
         rows = np.flatnonzero(degree == d)
@@ -269,7 +269,7 @@ class Builder:
         rounding = 8 * (self.count + self.degree) * self.rough[k]
         return Series([Part(0.5, 0, terms)], rounding)
 
-    # -- the outer part ---------------------------------------------------------------------
+    # -- the regular part ---------------------------------------------------------------------
 
     def primitives(self) -> tuple[list[Any], list[Any]]:
         """Primitives of h_1, h_2, ... at each of the edges, and what is rounded in them."""
@@ -311,7 +311,7 @@ class Builder:
             outside = (start - 1) * self.a_plus
         # V from the start on.
         self.base = self.potential(middle) - outside
-        # Horner's rounding at both places; products with lam are rounded elsewhere.
+        # Horner's rounding at both points; products with lam are rounded elsewhere.
         self.height_rough = _EPS * ((self.degree + 3) * self.height_size + 2 * abs(outside))
         # The same numbers on both sides of a kink, whose first terms cancel.
         known = [self.a_minus if self.beyond else None, None, self.a_plus if self.beyond else None]
@@ -388,8 +388,8 @@ class Builder:
             z = self.lines[k]
             height = self.potential(z) - self.base
             barrier = first(self.slope(z)) > 0
-            spots = rising if barrier else falling
-            spots.append(CriticalPoint(rank, height if barrier else -height, peaks[k], None))
+            points = rising if barrier else falling
+            points.append(CriticalPoint(rank, height if barrier else -height, peaks[k], None))
         return len(inside) + 1
 
     def end(

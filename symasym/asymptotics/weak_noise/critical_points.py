@@ -1,6 +1,6 @@
-"""Where the integrals of e^{lam V} and e^{-lam V} from a start x on come from in weak noise.
+"""Critical points of the integrals of e^{lam V} and e^{-lam V} from a start x on, in weak noise.
 
-Each is a sum over places: the maxima of the exponent, with Laplace's series; the start
+Each is a sum over critical points: the maxima of the exponent, with Laplace's series; the start
 and the end, with the formal series of an end, whatever the sign of the slope there; and
 u = -1 and 1, with the difference of that series' two sides, since A's derivatives jump.
 Where the exponent has a minimum nothing is added: the exponentials that the two sides of
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
-# A at a zero of its slope, below which that place in float64 is not good enough.
+# A at a zero of its slope, below which that point in float64 is not good enough.
 _BESIDE = Fraction(1, 10**20)
 # Two turning points of A closer than this are one, found twice.
 _SAME = Fraction(1, 10**9)
@@ -63,14 +63,14 @@ def half(
     order: int,
     context: MPContext,
     outer: int,
-    told: bool = True,
+    estimated: bool = True,
 ) -> OneSided:
     """The one-sided expansion right of `x`; `r` counts only where below 1.
 
-    The regular part is to `outer` digits. Where the next terms have to tell the error (`told`),
-    zeros of A where they vanish are refused.
+    The regular part is to `outer` digits. Where the next terms have to give the error
+    (`estimated`), zeros of A where they vanish are refused.
     """
-    return _Builder(field, order, context, told).half(x, r, outer)
+    return _Builder(field, order, context, estimated).half(x, r, outer)
 
 
 def whole(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
@@ -95,14 +95,14 @@ def wells_and_barriers(field: ExactField, order: int, context: MPContext) -> lis
     """All of [-1, 1], left to right, V measured from -1."""
     builder = _Builder(field, order, context)
     builder.layer(Fraction(-1), Fraction(1), context.zero, 0)
-    return sorted(builder.rising + builder.falling, key=lambda place: place.u)
+    return sorted(builder.rising + builder.falling, key=lambda point: point.u)
 
 
 class _Builder:
     def __init__(
-        self, field: ExactField, order: int, context: MPContext, told: bool = True
+        self, field: ExactField, order: int, context: MPContext, estimated: bool = True
     ) -> None:
-        self.field, self.context, self.told = field, context, told
+        self.field, self.context, self.estimated = field, context, estimated
         self.count = order + 1 + BEYOND
         self.rising: list[CriticalPoint] = []
         self.falling: list[CriticalPoint] = []
@@ -177,18 +177,18 @@ class _Builder:
         taylor = (taylor + [self.context.zero] * self.count)[: self.count]
         h = [row[0] for row in laurent(taylor, False, self.count)]
         if not any(h[-BEYOND:]) and any(self.field.taylor(u, Fraction(1), _FLATTEST)[1:]):
-            raise self.untold("flat", u)
+            raise self.no_estimate("flat", u)
         return Series([Part(1.0, 0, trimmed(h))], self.least)
 
-    def untold(self, shape: str, u: Fraction) -> AccuracyError:
+    def no_estimate(self, shape: str, u: Fraction) -> AccuracyError:
         """The refusal of a point where the series' next terms vanish."""
-        place = (-float(u) if self.field.mirrored else float(u)) + 0.0
+        point = (-float(u) if self.field.mirrored else float(u)) + 0.0
         return AccuracyError(
-            f"A is {shape} to order {self.count} at u = {place:.6g}, where the series' next terms "
+            f"A is {shape} to order {self.count} at u = {point:.6g}, where the series' next terms "
             "vanish and do not tell its error; give another order, or use method='exact'."
         )
 
-    def require_told(self, u: Fraction, fall: list[Any], last: dict[int, Any]) -> None:
+    def require_estimate(self, u: Fraction, fall: list[Any], last: dict[int, Any]) -> None:
         """Refuse a zero of A where the `last` terms, by their powers of 1/length, all but vanish.
 
         But not where A is straight and has no others.
@@ -196,12 +196,12 @@ class _Builder:
         c = self.context
         # A zero that is not rational leaves some rounding.
         small = c.ldexp(1, -c.prec // 2)
-        if not self.told or any(abs(x) > small for x in last.values()):
+        if not self.estimated or any(abs(x) > small for x in last.values()):
             return
         more = [abs(self.number(x)) for x in self.field.taylor(u, Fraction(1), _FLATTEST)[2:]]
-        bends = [(x / abs(2 * fall[2])) ** (c.one / j) for j, x in enumerate(more, start=1) if x]
-        if bends and all(abs(x) <= small * max(bends) ** power for power, x in last.items()):
-            raise self.untold("straight", u)
+        rates = [(x / abs(2 * fall[2])) ** (c.one / j) for j, x in enumerate(more, start=1) if x]
+        if rates and all(abs(x) <= small * max(rates) ** power for power, x in last.items()):
+            raise self.no_estimate("straight", u)
 
     def edge(self, kind: str, u: Fraction, height: mpf, left: Series, right: Series | None) -> None:
         """Both integrals at a point where the drift changes, or ends."""
@@ -210,14 +210,14 @@ class _Builder:
     # -- inside the layer ------------------------------------------------------------------
 
     def layer(self, lo: Fraction, hi: Fraction, height: mpf, outer: int) -> None:
-        """The wells and barriers of [lo, hi] and, where it is wanted, the outer part."""
+        """The wells and barriers of [lo, hi] and, where it is wanted, the regular part."""
         zeros = simple_zeros(self.field, lo, hi, self.context)
         if outer:
-            places = [u for u, _ in zeros]
+            points = [u for u, _ in zeros]
             # Taylor panels take a number of terms that grows with the digits.
             with self.context.workdps(min(outer, self.context.dps)):
                 self.unit = self.context.eps * 2**24
-                integrals = layer_integrals(self.field, lo, hi, places, self.count, self.context)
+                integrals = layer_integrals(self.field, lo, hi, points, self.count, self.context)
             for k, value in enumerate(integrals):
                 self.outer[k].append((value, k + 1, 0))
         for u, barrier in zeros:
@@ -227,12 +227,12 @@ class _Builder:
             terms = laplace_coefficients(fall, weight, 2, sides=2)
             last = range(self.count - BEYOND, self.count)
             relative = {2 * n: terms[n] / terms[0] * abs(fall[2]) ** n for n in last}
-            self.require_told(to_fraction(u), fall, relative)
-            kind, places, sign = (
+            self.require_estimate(to_fraction(u), fall, relative)
+            kind, points, sign = (
                 ("barrier", self.rising, 1) if barrier else ("well", self.falling, -1)
             )
             series = Series([Part(0.5, 0, trimmed(terms[: self.count]))], self.least)
-            places.append(CriticalPoint(0, sign * here, series, None, kind, u))
+            points.append(CriticalPoint(0, sign * here, series, None, kind, u))
 
     def fall(self, u: Fraction, barrier: bool) -> list[Any]:
         """Taylor coefficients of -|V - V(u)| about a zero of A."""
@@ -244,7 +244,7 @@ class _Builder:
         return [zero, zero, *(sign * c / (k + 2) for k, c in enumerate(taylor[1:count]))]
 
     def start_at_zero(self, x: Fraction) -> tuple[Series, Series, bool]:
-        """The start is a well or a barrier: halves of Gaussians, and log(lam) in the outer part.
+        """The start is a well or a barrier: halves of Gaussians, and log(lam) in the regular part.
 
         With V - V(x) = ±s^2/2 and du = (a_0 + a_1 s + …) ds all integrals are known.
         """
@@ -259,7 +259,7 @@ class _Builder:
         half = c.mpf(1) / 2
         a = [d * abs(slope) ** (-half * (i + 1)) for i, d in enumerate(reduced[: 2 * self.count])]
         last = range(2 * (self.count - BEYOND), 2 * self.count)
-        self.require_told(x, fall, {i: reduced[i] / reduced[0] for i in last})
+        self.require_estimate(x, fall, {i: reduced[i] / reduced[0] for i in last})
         peak: Groups = [[] for _ in range(self.count)]
         formal: Groups = [[] for _ in range(self.count)]
         for i, coefficient in enumerate(a):
@@ -300,7 +300,7 @@ def _corner(weight: mpf, i: int, j: int, barrier: bool, c: MPContext) -> list[tu
 
     With e^{lam (t^2 - s^2)/2} at a barrier; at a well t > s and the other sign: what the
     whole half of the well counts too much. The Mellin transform in s at its pole, whose
-    residue is the logarithm. For a well i and j change places, and the sign.
+    residue is the logarithm. For a well i and j are exchanged, and the sign changes.
     """
     sign = 1 if barrier else -1
     if not barrier:

@@ -3,7 +3,7 @@
 The stated error is twice the truncation error that `compose` carries through T and C, and is sure
 only where int e^{lam V} is known to half of itself. An asymptotic series is best cut off where
 that error is least (optimal truncation: R. B. Dingle, Asymptotic Expansions, 1973, ch. I); bounds
-take the estimate's place where they are proved.
+replace the estimate where they are proved.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ __all__ = ["columns", "of_one"]
 Values = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 _TERMS = 8
-# Bits of a float64's mantissa; the first few of them tell a piece, the others the place in it.
+# Bits of a float64's mantissa; the first few of them tell a piece, the others where in it.
 _MANTISSA = 52
 _FEWEST_BITS, _MOST_BITS = 4, 7
 _ONE = 0x3FF << _MANTISSA
@@ -76,7 +76,7 @@ def _fit(f: Values, low: int, high: int, bits: int) -> tuple[FloatArray, FloatAr
 
 
 def _evaluated(powers: FloatArray, low: int, bits: int, lam: FloatArray) -> FloatArray:
-    """The pieces' polynomials at every lam, whose bits tell the piece and the place in it."""
+    """The pieces' polynomials at every lam, whose bits give the piece and the offset in it."""
     shift = _MANTISSA - bits
     rest = (1 << shift) - 1
     values = np.empty_like(lam)
@@ -113,8 +113,8 @@ def _to_powers(count: int) -> FloatArray:
 def _to_chebyshev(count: int) -> FloatArray:
     # By angles: a recurrence in the nodes would lose digits with the square of the degree.
     """The matrix from values at Chebyshev nodes to Chebyshev coefficients (discrete cosines)."""
-    degree, place = np.arange(count)[:, None], 2 * np.arange(count)[::-1] + 1
-    matrix: FloatArray = np.cos(degree * place % (4 * count) * (np.pi / (2 * count))) * (2 / count)
+    degree, node = np.arange(count)[:, None], 2 * np.arange(count)[::-1] + 1
+    matrix: FloatArray = np.cos(degree * node % (4 * count) * (np.pi / (2 * count))) * (2 / count)
     matrix[0] /= 2
     return matrix
 
@@ -124,7 +124,7 @@ def columns(
 ) -> tuple[FloatArray, FloatArray, Any] | None:
     """f, of many drifts at once in columns, at every lam; largest errors; where that is good.
 
-    f is told whether to find errors. None where there are too few of lam for it to pay.
+    f(lam, True) has errors as well. None where there are too few of lam for it to pay.
     """
     low, high = float(np.log(lam.min())), float(np.log(lam.max()))
     count = _LEAST_DEGREE + int(_DEGREE * (high - low))

@@ -42,7 +42,7 @@ class CriticalPoint(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """What takes the place of the product of the shares at two ranks, falling and rising."""
+    """What replaces the product of the shares at two ranks, falling and rising."""
 
     falling: Any
     rising: Any

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = ["layer_integrals", "panel_integrals", "pole_primitive"]
 
-# Zeros closer than this are not told apart well enough for partial fractions.
+# Zeros closer than this are not separated well enough for partial fractions.
 _CLUSTER = 1e-5
 # Half the distance of two zeros up to which one panel is about both.
 _APART = Fraction(1, 20)
@@ -410,9 +410,9 @@ def _about_zero(
 
 def _too_narrow(field: ExactField, u: Fraction) -> AccuracyError:
     """The refusal of a drift that needs too many panels beside u."""
-    place = -float(u) if field.mirrored else float(u)
+    point = -float(u) if field.mirrored else float(u)
     return AccuracyError(
-        f"A varies too fast, or nearly vanishes, beside u = {place:.6g} for the weak-noise "
+        f"A varies too fast, or nearly vanishes, beside u = {point:.6g} for the weak-noise "
         "series; use method='exact'."
     )
 
