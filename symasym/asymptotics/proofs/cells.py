@@ -21,7 +21,7 @@ from symasym.asymptotics.weak_noise.critical_points import simple_zeros
 from symasym.base.contexts import own_context
 from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
-from symasym.drift.taylor_field import ExactField
+from symasym.drift.taylor_field import ExactField, to_fraction
 from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
 
 if TYPE_CHECKING:
@@ -266,7 +266,7 @@ def _plain(x: Fraction) -> Fraction:
 
 def _near(zero: mpf) -> Fraction:
     """The rational that a zero seems to be; `disk` proves what is made of it."""
-    return _exactly(zero).limit_denominator(10**12)
+    return _plain(to_fraction(zero)).limit_denominator(10**12)
 
 
 class _Draft(NamedTuple):
@@ -297,7 +297,7 @@ def _draft(
         exact = None
     contact = 1 if side != "both" and exact in ends else 2
     lo, hi = (_rational(e) for e in ends)
-    middle = _exactly(point) if exact is None else exact
+    middle = _plain(to_fraction(point)) if exact is None else exact
     piece = Piece(lo, hi, sympy.expand_mul(sign * layer.about(middle)), sympy.Integer(1))
     count = (order + 1 + _EXPLICIT) * contact + 1
     with precision(128 + 12 * count):
@@ -342,9 +342,3 @@ def _peak_cell(layer: _Layer, draft: _Draft) -> Cell:
     panels = layer.panels(draft.start, draft.stop, _PANELS)
     peak = Peak(draft.sign, draft.height, draft.disk, tuple(drops), draft.middle, draft.exact)
     return Cell(draft.start, draft.stop, panels, peak, None, None, None)
-
-
-def _exactly(zero: mpf) -> Fraction:
-    """The mpf as a Fraction."""
-    sign, mantissa, exponent, _ = zero._mpf_
-    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent) * (-1 if sign else 1)

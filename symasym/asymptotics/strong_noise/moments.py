@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
@@ -33,8 +33,8 @@ _MOST_PANELS = 4096
 _MOST_EXACT = 40_000
 
 
-#: A function on a stretch, in the form that the stretch's own `Primitives` take.
-Function = Any
+#: A function on a stretch: an array of values, or a list of polynomials.
+Function = TypeVar("Function")
 
 
 class Moments(NamedTuple):
@@ -48,27 +48,27 @@ class Moments(NamedTuple):
     spread: Any
 
 
-class Primitives(Protocol):
+class Primitives(Protocol[Function]):
     """Functions on a stretch, as values or polynomials in a variable t on each panel of it.
 
     `one` is the function 1, `rate` is du/dt.
     """
 
-    one: Any
-    rate: Any
+    one: Function
+    rate: Function
 
-    def primitive(self, f: Function) -> tuple[Any, Any]:
+    def primitive(self, f: Function) -> tuple[Function, Any]:
         """The integral of f dt from the left end, as a function; its value at the right end."""
 
     def area(self, f: Function) -> Any:
         """The integral of f du over the stretch."""
 
-    def times_slope(self, f: Function) -> Any:
+    def times_slope(self, f: Function) -> Function:
         """A f du/dt."""
 
 
 def moments_of(
-    stretch: Primitives, order: int, unit: Number
+    stretch: Primitives[Function], order: int, unit: Number
 ) -> tuple[Any, list[Any], list[Any], list[Any]]:
     """V(a) - V(b) and the three lists of `Moments`, up to `order`; `unit` is the number 1."""
     int_e, nested = _iterated(stretch, *stretch.primitive(stretch.rate), order)
@@ -77,7 +77,7 @@ def moments_of(
 
 
 def _iterated(
-    stretch: Primitives, f: Function, end: Number, order: int
+    stretch: Primitives[Function], f: Function, end: Number, order: int
 ) -> tuple[list[Any], list[Any]]:
     """f_k at the right end and the integral of f_k for k = 0..order, from f_0 = f."""
     ends, areas = [end], [stretch.area(f)]
