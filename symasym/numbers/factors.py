@@ -21,7 +21,7 @@ from symasym.numbers.quadratic_factor import Pair, pair_of
 if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
-__all__ = ["Factor", "Line", "Meeting", "Pieces", "Zero", "pieces_of", "seen_from"]
+__all__ = ["Factor", "Line", "Coalescence", "Pieces", "Zero", "pieces_of", "seen_from"]
 
 _EPS = 2.3e-16
 # As in `symasym.numbers.polynomial_roots` and `symasym.asymptotics.uniform.pairing_arrays`.
@@ -55,7 +55,7 @@ class Zero:
 
 
 @dataclass
-class Meeting:
+class Coalescence:
     """A pair that Airy functions take, seen from the start: the turning point, side and factor."""
 
     point: float
@@ -67,10 +67,10 @@ class Meeting:
 
 @dataclass
 class Factor:
-    """(u - middle)² - square, and A over it in powers of u - middle; `meeting` if it is one."""
+    """(u - middle)² - square, and A over it in powers of u - middle; `coalescence` if it is one."""
 
     rough: tuple[float, float]
-    meeting: Meeting | None
+    coalescence: Coalescence | None
     middle: Any = None
     square: Any = None
     psi: Any = None
@@ -103,14 +103,14 @@ def _pieces_of(line: Line, exact: list[Any], context: MPContext) -> Pieces | Non
     roots = _Roots.of(line)
     if roots is None:
         return None
-    meetings, slack = _meetings(line, roots)
-    taken = {k for m in meetings for k in m.members or ()}
-    complexes = {m.above: m for m in meetings if m.members is None}
+    pairs, slack = _pairs(line, roots)
+    taken = {k for m in pairs for k in m.members or ()}
+    complexes = {m.above: m for m in pairs if m.members is None}
     zeros = [Zero(z) for k, z in enumerate(roots.real) if k not in taken]
     factors = []
     for k, z in enumerate(roots.above):
         factors.append(Factor((z.real, -(z.imag**2)), complexes.get(k)))
-    for m in meetings:
+    for m in pairs:
         if m.members is not None:
             low, high = (roots.real[k] for k in m.members)
             factors.append(Factor(((low + high) / 2, (high - low) ** 2 / 4), m))
@@ -165,7 +165,7 @@ def _roughness(c: list[float], z: complex, roots: _Roots) -> float:
     return rounding
 
 
-def _meetings(line: Line, roots: _Roots) -> tuple[list[Meeting], float]:
+def _pairs(line: Line, roots: _Roots) -> tuple[list[Coalescence], float]:
     """The pairs about turning points of A, and the least gap of complex ones left out."""
     if len(line.c) < 3:
         return [], float("inf")
@@ -178,24 +178,26 @@ def _meetings(line: Line, roots: _Roots) -> tuple[list[Meeting], float]:
     for point in turning:
         if not (abs(point) < reach and point != start):
             continue
-        meeting = _meeting(line, roots, point, turning)
-        if meeting is None:
+        coalescence = _coalescence(line, roots, point, turning)
+        if coalescence is None:
             continue
-        if meeting.pair.zeta < 0:
-            room, fall = _room(line, meeting), 4 / 3 * (-meeting.pair.zeta) ** 1.5
+        if coalescence.pair.zeta < 0:
+            room, fall = _room(line, coalescence), 4 / 3 * (-coalescence.pair.zeta) ** 1.5
             slack = min(slack, max(room, fall))
             if fall > room:
                 continue
-        pairs.append(meeting)
+        pairs.append(coalescence)
     # Each real zero goes with the neighbour that it meets first.
-    chosen: list[Meeting] = []
+    chosen: list[Coalescence] = []
     for m in sorted(pairs, key=lambda m: abs(m.pair.zeta)):
         if all(not set(m.members or ()) & set(other.members or ()) for other in chosen):
             chosen.append(m)
     return chosen, slack
 
 
-def _meeting(line: Line, roots: _Roots, point: float, turning: list[float]) -> Meeting | None:
+def _coalescence(
+    line: Line, roots: _Roots, point: float, turning: list[float]
+) -> Coalescence | None:
     """The pair that splits off at `point`, if its zeros are among the known ones."""
     _, start, reach = line.edges
     side = -1 if point < start else 1
@@ -208,25 +210,25 @@ def _meeting(line: Line, roots: _Roots, point: float, turning: list[float]) -> M
         if not (low_end < low and high < high_end and max(-low, high) < line.r):
             continue
         if abs(low + high - 2 * middle) + abs((high - low) ** 2 - 4 * pair.square) < _SAME:
-            return Meeting(point, side, pair, (k, k + 1), -1)
+            return Coalescence(point, side, pair, (k, k + 1), -1)
     # A complex pair may be found from several turning points, and is the nearest one's.
     nearest = min(abs(u - middle) for u in turning)
     if abs(point - middle) > nearest * (1 + _SAME):
         return None
     for k, z in enumerate(roots.above):
         if abs(z.real - middle) + abs(z.imag**2 + pair.square) < _SAME:
-            return Meeting(point, side, pair, None, k)
+            return Coalescence(point, side, pair, None, k)
     return None
 
 
-def _room(line: Line, meeting: Meeting) -> float:
+def _room(line: Line, coalescence: Coalescence) -> float:
     """The change of V from a complex pair to the nearest cut of the line."""
     _, start, reach = line.edges
     v = [0.0, *(-x / (k + 1) for k, x in enumerate(line.c))]
-    height = poly(v, meeting.point) - meeting.pair.level
-    end = meeting.side * reach
+    height = poly(v, coalescence.point) - coalescence.pair.level
+    end = coalescence.side * reach
     # Beyond the layer phi is another function, and the pair none of its own.
-    middle = meeting.point + meeting.side * meeting.pair.middle
+    middle = coalescence.point + coalescence.side * coalescence.pair.middle
     if not min(start, end) < middle < max(start, end):
         return 0.0
     cuts = [start] if abs(line.start) < 1 else []

@@ -49,7 +49,7 @@ def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
             some = scenes.take(rows)
             some = some._replace(c=some.c[: d + 1])
             for found in _found(some):
-                yield Found(rows[found.rows], found.sights)
+                yield Found(rows[found.rows], found.sides)
 
 
 def _found(scenes: Scenes) -> Iterator[Found]:
@@ -66,12 +66,12 @@ def _found(scenes: Scenes) -> Iterator[Found]:
             part = members[low : low + _AT_ONCE]
             some = mapped(pairs, itemgetter(part))
             builder = _of_columns(scenes.take(part), zeros.take(part), some, slack[part])
-            sights = builder.sights()
+            sides = builder.expansions()
             sure = builder.sure()
             if sure.all():
-                yield Found(part, sights)
+                yield Found(part, sides)
             elif sure.any():
-                yield Found(part[sure], mapped(sights, itemgetter(sure)))
+                yield Found(part[sure], mapped(sides, itemgetter(sure)))
 
 
 def _numbered(keys: list[IntArray]) -> IntArray:

@@ -157,9 +157,9 @@ def _all_expansions(
         for built in find(known, order):
             left[built.rows] = False
             if drifts.rows is not None and len(built.rows) > 1 and drifts.rows.shape[1] > _MANY:
-                yield from _apart(built.rows, built.sights)
+                yield from _apart(built.rows, built.sides)
             else:
-                yield built.rows, built.sights
+                yield built.rows, built.sides
     rest = np.flatnonzero(left)
     if analyse is None or not rest.size:
         return

@@ -56,7 +56,7 @@ class Found(NamedTuple):
     """The two sides of these scenes, left and right."""
 
     rows: IntArray
-    sights: tuple[OneSided, OneSided]
+    sides: tuple[OneSided, OneSided]
 
 
 def _single(x: Numbers) -> Any:
@@ -93,19 +93,19 @@ def _built(rows: IntArray, scenes: Scenes, zeros: Zeros, order: int) -> Found | 
     if len(rows) == 1:
         try:
             builder = Builder(scenes, zeros, order, _single)
-            sure = builder.roughest() < _ROUGHEST and builder.told()
-            return Found(rows, builder.sights()) if sure else None
+            sure = builder.roughest() < _ROUGHEST and builder.estimated()
+            return Found(rows, builder.expansions()) if sure else None
         except (ArithmeticError, ValueError):
             # Python refuses what NumPy makes infinite.
             pass
     builder = Builder(scenes, zeros, order, unchanged)
-    sure = np.broadcast_to((builder.roughest() < _ROUGHEST) & builder.told(), rows.shape)
+    sure = np.broadcast_to((builder.roughest() < _ROUGHEST) & builder.estimated(), rows.shape)
     if not sure.any():
         return None
     if not sure.all():
         chosen = np.flatnonzero(sure)
         builder = Builder(scenes.take(chosen), zeros.take(chosen), order, unchanged)
-    return Found(rows[sure], builder.sights())
+    return Found(rows[sure], builder.expansions())
 
 
 def _edges(scenes: Scenes) -> FloatArray:
@@ -207,7 +207,7 @@ class Builder:
             worst = higher(worst, rough)
         return np.where(np.isfinite(worst), worst, np.inf)
 
-    def told(self) -> Any:
+    def estimated(self) -> Any:
         """True where the next two terms of every series tell its error: A not straight or flat
         there.
         """
@@ -299,7 +299,7 @@ class Builder:
         """V(u), with V(0) = 0."""
         return _value(self.v, u) * u
 
-    def sights(self) -> tuple[OneSided, OneSided]:
+    def expansions(self) -> tuple[OneSided, OneSided]:
         """The one-sided expansions to the left, mirrored, and to the right of the start."""
         totals, sizes = self.primitives()
         middle = self.edges[1]
