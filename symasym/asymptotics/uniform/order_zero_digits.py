@@ -155,7 +155,7 @@ def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | No
         return None
     try:
         one = _of_pieces(c, pieces, x, r, arithmetic)
-        return Scene(arithmetic, one.expansions(), arithmetic.number(r), _names(one))
+        return Scene(arithmetic, one.sights(), arithmetic.number(r), _names(one))
     except ArithmeticError:
         return None
 

@@ -66,12 +66,12 @@ def _found(scenes: Scenes) -> Iterator[Found]:
             part = members[low : low + _AT_ONCE]
             some = mapped(pairs, itemgetter(part))
             builder = _of_columns(scenes.take(part), zeros.take(part), some, slack[part])
-            sides = builder.expansions()
+            sights = builder.sights()
             sure = builder.sure()
             if sure.all():
-                yield Found(part, sides)
+                yield Found(part, sights)
             elif sure.any():
-                yield Found(part[sure], mapped(sides, itemgetter(sure)))
+                yield Found(part[sure], mapped(sights, itemgetter(sure)))
 
 
 def _numbered(keys: list[IntArray]) -> IntArray:
