@@ -18,15 +18,14 @@ import sympy
 
 from symasym.asymptotics.weak_noise.compose import (
     Composed,
-    Found,
     Sides,
     mean_time,
     side_of,
-    time_with_digits,
 )
 from symasym.asymptotics.weak_noise.critical_points import half
+from symasym.asymptotics.weak_noise.evaluation import Found, time_with_digits
 from symasym.asymptotics.weak_noise.one_sided import OneSided
-from symasym.asymptotics.weak_noise.resolution import unseen
+from symasym.asymptotics.weak_noise.resolution import unresolved
 from symasym.asymptotics.weak_noise.series import Point, added
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
@@ -66,7 +65,7 @@ def program(
     with own_context(DIGITS) as context:
         sides = [
             half(ExactField(drift, mirrored, context), Fraction(0), r or Fraction(2), order,
-                 context, DIGITS, told=False)
+                 context, DIGITS, estimated=False)
             for mirrored in (True, False)
         ]  # fmt: skip
         halves = sides[0], sides[1]
@@ -151,7 +150,7 @@ def _reach(
     with own_context(30) as context:
 
         def holds(kappa: float) -> bool:
-            if unseen(drift, 2 / kappa**2, ()):
+            if unresolved(drift, 2 / kappa**2, ()):
                 return False
             found = (_time(halves, kappa, radius, order, context) for radius in radii)
             return all(time.sure for time in found)

@@ -172,10 +172,10 @@ def _of_pieces(
     reach = min(arithmetic.number(r), one)
     self.edges = [-reach, min(max(self.start, -reach), reach), reach]
     self.v, self.height_size = [-a / k for k, a in enumerate(c, start=1)], zero
-    met = [f for f in pieces.factors if f.meeting is not None]
+    met = [f for f in pieces.factors if f.coalescence is not None]
     real: list[tuple[Any, Factor | None]] = [(z.u, None) for z in pieces.zeros]
     for f in met:
-        if f.meeting and f.meeting.members:
+        if f.coalescence and f.coalescence.members:
             half = arithmetic.sqrt(max(f.square, zero))
             real += [(f.middle - half, f), (f.middle + half, f)]
     real.sort(key=lambda pair: pair[0])
@@ -185,15 +185,15 @@ def _of_pieces(
     self.slack = pieces.slack
     self.together = []
     for key, f in enumerate(met, start=2):
-        assert f.meeting is not None
+        assert f.coalescence is not None
         members = tuple(k for k, (_, own) in enumerate(real) if own is f)
-        side = f.meeting.side
+        side = f.coalescence.side
         pair = _local(f, side, arithmetic)
-        self.together.append(self.of_pair(key, pair, f.middle, side, members, f.meeting.pair))
+        self.together.append(self.of_pair(key, pair, f.middle, side, members, f.coalescence.pair))
     self.apart = [
         Apart(factor_pair(c, f.middle, f.square, f.psi), f.middle, zero)
         for f in pieces.factors
-        if f.meeting is None
+        if f.coalescence is None
     ]
     return self.prepared()
 

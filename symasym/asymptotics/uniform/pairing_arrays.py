@@ -49,7 +49,7 @@ def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
             some = scenes.take(rows)
             some = some._replace(c=some.c[: d + 1])
             for found in _found(some):
-                yield Found(rows[found.rows], found.sights)
+                yield Found(rows[found.rows], found.sides)
 
 
 def _found(scenes: Scenes) -> Iterator[Found]:
