@@ -139,7 +139,10 @@ class Scene(NamedTuple):
 
 
 def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | None:
-    """None where A is no polynomial, or float64 doesn't tell in which order its zeros are."""
+    """None where A is no polynomial, or float64 doesn't tell in which order its zeros are.
+
+    None as well for a start beside a barrier.
+    """
     exact = drift.exact_coefficients()
     if exact is None or len(exact) > _MOST_DEGREE + 1:
         return None
@@ -155,6 +158,8 @@ def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | No
         return None
     try:
         one = _of_pieces(c, pieces, x, r, arithmetic)
+        if one.beside_a_barrier():
+            return None
         return Scene(arithmetic, one.sights(), arithmetic.number(r), _names(one))
     except ArithmeticError:
         return None
