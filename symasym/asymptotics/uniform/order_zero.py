@@ -116,6 +116,17 @@ class OrderZero(Builder):
         self.before_end = {sign: self.barrier_before(sign) for sign in (-1, 1)}
         return self
 
+    def beside_a_barrier(self) -> bool:
+        """Whether a zero of A lies uphill from a start in the layer: the nearest is a barrier.
+
+        The start truncates its Gaussian, and a well behind the start has no canonical Airy form
+        with it. Both are in the series of `.truncated_gaussian` and `.sums` alone.
+        """
+        start = first(self.start)
+        if abs(start) > 1:
+            return False
+        return bool(self.inside(-1 if first(poly(self.c, self.edges[1])) > 0 else 1))
+
     def sure(self) -> Any:
         """Where rounding is small."""
         worst = np.zeros_like(self.start)

@@ -66,6 +66,8 @@ def _found(scenes: Scenes) -> Iterator[Found]:
             part = members[low : low + _AT_ONCE]
             some = mapped(pairs, itemgetter(part))
             builder = _of_columns(scenes.take(part), zeros.take(part), some, slack[part])
+            if builder.beside_a_barrier():
+                break
             sights = builder.sights()
             sure = builder.sure()
             if sure.all():
