@@ -19,7 +19,7 @@ from typing import Any
 from symasym.base.errors import AccuracyError, InputError, RegionError
 from symasym.exact import sweep
 from symasym.exact.ball_panels import Outer, Panel, cut
-from symasym.exact.sweep import Record, Sum, Swept
+from symasym.exact.sweep import Record, Swept
 from symasym.generated import plain_formulas
 from symasym.numbers.balls import Profile, exact_ball, flint_module, precision, profile_of
 
@@ -139,11 +139,8 @@ def occupation(
         profile = profile_of(drift)
         a_minus, a_plus = sliding_slopes(profile)
         records = (panel.record() for panel in cut(profile, lam, -_ONE, _ONE))
-        nothing = Sum(exact_ball(Fraction(0)), 1, ())
-        layer = sweep.in_layer(records, exact_ball(lam), nothing, a_minus)
-        inside = sweep.known(layer.inside)
-        outside = layer.before + plain_formulas.tail_right(a_plus)
-        wanted, rest = (outside, inside) if complement else (inside, outside)
+        layer = sweep.in_layer(records, exact_ball(lam), a_minus)
+        wanted, rest = sweep.layer_times(layer, plain_formulas.tail_right(a_plus), complement)
         return -(rest / wanted).log1p() if log else plain_formulas.occupation_share(wanted, rest)
 
     return _refine(compute, dps, scale=lam)
@@ -310,6 +307,5 @@ def records_of(pieces: list[Outer | Panel]) -> list[Record]:
 
 def _w_from_infinity(profile: Profile, lam: Fraction, y: Fraction) -> Any:
     """w at y, nothing being absorbed on the left, where the drift points inwards."""
-    # From -infinity to the first corner, or to y if that comes first, it is 1/a-.
-    w = Sum(plain_formulas.tail_left(profile.value(-_ONE)), 1, ())
-    return sweep.freely(records_of(pieces_of(profile, lam, -_ONE, y)), exact_ball(lam), w)
+    records = records_of(pieces_of(profile, lam, -_ONE, y))
+    return sweep.from_infinity(records, exact_ball(lam), profile.value(-_ONE))

@@ -115,13 +115,10 @@ def log_slopes_of_occupation(
             _DualPiece(p, tuple(way.of(p, lam, 0, False) for way in ways.values())).record()
             for p in panels
         )
-        nothing = Sum(Dual.of(exact_ball(Fraction(0)), ()), 1, ())
         # Both times depend on lam and phi through lam phi alone.
-        layer = sweep.in_layer(records, exact_ball(lam), nothing, a_minus)
-        inside = sweep.known(layer.inside)
-        outside = layer.before + plain_formulas.tail_right(a_plus)
-        wanted, rest = (outside, inside) if quantity == "1 - P" else (inside, outside)
-        share: Dual = plain_formulas.occupation_share(wanted, rest)
+        layer = sweep.in_layer(records, exact_ball(lam), a_minus)
+        times = sweep.layer_times(layer, plain_formulas.tail_right(a_plus), quantity == "1 - P")
+        share: Dual = plain_formulas.occupation_share(*times)
         return share.log_slopes(ways)
 
     return _refined(compute, dps, lam)

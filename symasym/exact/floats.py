@@ -16,8 +16,7 @@ import numpy as np
 from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import Field, IntArray
 from symasym.exact import float_panels, sweep
-from symasym.exact.float_block_panels import Records, merged, records_of
-from symasym.exact.float_blocks import MILD, partition
+from symasym.exact.float_blocks import MILD, Records, merged, partition, records_of
 from symasym.exact.sweep import InLayer, Record, Swept
 from symasym.generated import plain_formulas
 from symasym.numbers.log_positive import LogPositive
@@ -76,14 +75,13 @@ def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
     panels = _panels(field, lam, -one, one)
     nothing = LogPositive.of(np.zeros(n))
     before = LogPositive.of(plain_formulas.tail_left(field.a_minus[:n]))
-    times = panels.through(
+    layer = panels.through(
         lambda state, p, lam: sweep.carried_in_layer(InLayer(*state), p, lam),
         (nothing, before),
         LogPositive.of(lam),
     )
-    inside, before = times
-    outside = before + LogPositive.of(plain_formulas.tail_right(field.a_plus[:n]))
-    wanted, rest = (outside, inside) if complement else (inside, outside)
+    after = LogPositive.of(plain_formulas.tail_right(field.a_plus[:n]))
+    wanted, rest = sweep.layer_times(InLayer(*layer), after, complement)
     return _logs(plain_formulas.occupation_share(wanted, rest), panels.failed)
 
 

@@ -41,7 +41,9 @@ __all__ = [
     "escape_time",
     "first",
     "freely",
+    "from_infinity",
     "in_layer",
+    "layer_times",
 ]
 
 
@@ -126,9 +128,14 @@ def freely(records: Iterable[Record], lam: Any, w: Any) -> Any:
     return w
 
 
-def in_layer(records: Iterable[Record], lam: Any, nothing: Any, a_minus: Any) -> InLayer:
+def from_infinity(records: Iterable[Record], lam: Any, a_minus: Any) -> Any:
+    """w after the panels from u = -1 on, nothing being absorbed: left of them it is 1/a-."""
+    return freely(records, lam, Sum(plain_formulas.tail_left(a_minus), 1, ()))
+
+
+def in_layer(records: Iterable[Record], lam: Any, a_minus: Any) -> InLayer:
     """Stationary time inside [-1, 1], whose panels these are, and left of it, as w at u = 1."""
-    state = InLayer(nothing, plain_formulas.tail_left(a_minus))
+    state = InLayer(Sum(0, 1, ()), plain_formulas.tail_left(a_minus))
     for p in records:
         state = carried_in_layer(state, p, lam)
     return state
@@ -146,6 +153,12 @@ def escape_time(left: Swept, right: Swept) -> Any:
 def density(lam: Any, w_left: Any, w_right: Any) -> Any:
     """p_ss from both sides of a point (eq:pss)."""
     return plain_formulas.density_of_halves(lam, known(w_left + w_right))
+
+
+def layer_times(layer: InLayer, tail_right: Any, complement: bool) -> tuple[Any, Any]:
+    """Stationary times inside the layer and outside it, or those outside and inside (eq:P)."""
+    inside, outside = known(layer.inside), layer.before + tail_right
+    return (outside, inside) if complement else (inside, outside)
 
 
 # -- numbers that cost much ------------------------------------------------------------------------
