@@ -328,9 +328,44 @@ def expression(item: Emitted) -> Any:
 
 
 _HEADERS = {
-    "numpy": "import numpy as np\n",
-    "mpmath": "",
-    "plain": "",
+    "numpy": """\
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from symasym.base.inputs import Floats
+""",
+    "mpmath": """\
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+""",
+    "plain": """\
+from typing import Any, Protocol
+
+
+class Ratios(Protocol):
+    \"""Numbers of one kind that are added, multiplied and divided, as positive ones may be.\"""
+
+    def __add__(self, other: Any, /) -> Any: ...
+    def __radd__(self, other: Any, /) -> Any: ...
+    def __mul__(self, other: Any, /) -> Any: ...
+    def __rmul__(self, other: Any, /) -> Any: ...
+    def __truediv__(self, other: Any, /) -> Any: ...
+    def __rtruediv__(self, other: Any, /) -> Any: ...
+
+
+class Field(Ratios, Protocol):
+    \"""Numbers of one kind: floats or arrays of them, rationals, mpf, balls, expressions.\"""
+
+    def __neg__(self) -> Any: ...
+    def __sub__(self, other: Any, /) -> Any: ...
+    def __rsub__(self, other: Any, /) -> Any: ...
+    def __pow__(self, other: int, /) -> Any: ...
+""",
 }
 _TEXTS = {
     "numpy": "Formulas in float64, for arrays that broadcast together.",
@@ -346,7 +381,7 @@ def module(target: str) -> str:
         'derivations: do not edit.\n"""\n',
         "# A formatter must not touch what a test compares.\n# fmt: off\n\n"
         "from __future__ import annotations\n",
-        f"from typing import Any\n{chr(10) if _HEADERS[target] else ''}{_HEADERS[target]}",
+        _HEADERS[target],
     ]
     for item in EMITTED:
         if target == "plain" and not item.plain:

@@ -7,19 +7,25 @@ import re
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from numbers import Rational
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symasym.base.errors import InputError
 
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from sympy import Expr
+
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
-#: What a caller may write for a number, and for a number or an array of them; numbers of mpmath
-#: and SymPy, which have no types, as well.
-Number = int | float | str | Fraction | Decimal
-Numbers = ArrayLike | Fraction | Decimal
+#: A value in float64, or an array of them.
+Floats: TypeAlias = float | FloatArray
+#: What `exact` reads: every number that stands for one rational.
+Number: TypeAlias = "int | float | str | Fraction | Decimal | np.generic | mpf | Expr"
+#: What `floats` reads: a number, or an array of them.
+Numbers: TypeAlias = "Number | ArrayLike"
 
 # Python refuses to read longer decimal strings by default, and nobody means them.
 _LONGEST_EXPONENT = 100_000

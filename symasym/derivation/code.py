@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -14,6 +15,8 @@ from symasym.derivation.results import parts
 
 #: "plain" has no functions at all: + - * / and whole powers, for any arithmetic.
 TARGETS = ("numpy", "mpmath", "plain")
+# The type of an argument in each, which the head of an emitted module imports or defines.
+_NUMBERS = {"numpy": "Floats", "mpmath": "mpf", "plain": "Ratios"}
 # SymPy's name of a function -> the name it goes by here (and in C).
 _KNOWN = {
     **{name: name for name in ("exp", "log", "tanh", "sin", "cos", "asin", "acos", "atan")},
@@ -245,14 +248,21 @@ def function(
     missing = {s for e in parts(expression) for s in e.free_symbols} - set(arguments)
     if missing:
         raise NotEmittable(f"{name} needs {', '.join(sorted(map(str, missing)))} as arguments.")
-    first = ["ctx: Any"] if target == "mpmath" else []
-    signature = ", ".join([*first, *(f"{a}: Any" for a in shown)])
-    head = f"def {name}({signature}) -> Any:"
+    body = code(expression, target, names)
+    number = returned = _NUMBERS[target]
+    if target == "plain" and re.search(r"-(?!\d)|\*\*", body):
+        number = "Field"
+    if target != "mpmath":
+        returned = "Any"
+    elif len(parts(expression)) > 1:
+        returned = f"tuple[{number}, ...]"
+    first = ["ctx: MPContext"] if target == "mpmath" else []
+    signature = ", ".join([*first, *(f"{a}: {number}" for a in shown)])
+    head = f"def {name}({signature}) -> {returned}:"
     if len(head) > 100:
         if len(signature) > 96:
             signature = signature.replace(", ", ",\n    ") + ","
-        head = f"def {name}(\n    {signature}\n) -> Any:"
-    body = code(expression, target, names)
+        head = f"def {name}(\n    {signature}\n) -> {returned}:"
     if len(body) > 88:
         # Lines are broken at spaces; a long product has none of its own.
         spaced = body if len(max(body.split(), key=len)) < 80 else body.replace(")*", ") * ")
