@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,10 @@ from symasym.drift.scenes import (
 )
 from symasym.methods.table import QUANTITIES, answer, require_drift_of
 from symasym.numbers.trees import MpmathOps
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 __all__ = ["Sensitivity", "sensitivity"]
 
@@ -168,7 +172,7 @@ class _Slopes(NamedTuple):
     values: dict[str, Fraction]
 
 
-def _log(quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps: int) -> Any:
+def _log(quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps: int) -> mpf:
     """The exact integral's logarithm to `dps` digits."""
     return answer(drift, dict(numbers), Request(quantity, "exact", None, dps, True, False))
 
@@ -178,7 +182,7 @@ def _by_differences(quantity: str, scene: Scene, dps: int) -> _Slopes:
     drift, numbers = scene.drift, scene.numbers
     at = {**drift.scalars(), **numbers}
 
-    def log_at(name: str, value: Fraction, n: int) -> Any:
+    def log_at(name: str, value: Fraction, n: int) -> mpf:
         if name in numbers:
             return _log(quantity, drift, {**numbers, name: value}, n)
         return _log(quantity, drift.bind(**{name: value}), numbers, n)
@@ -291,7 +295,7 @@ def _nodes(value: Fraction, h: Fraction, one_sided: bool) -> list[Fraction]:
     return [value + k * h for k in ((0, 1, 2, 4) if one_sided else (-2, -1, 1, 2))]
 
 
-def _differences(logs: list[Any], h: Any, one_sided: bool) -> tuple[Any, Any]:
+def _differences(logs: list[Any], h: mpf, one_sided: bool) -> tuple[Any, Any]:
     """Two values of the derivative, with errors of order h^2 and (2h)^2."""
     if one_sided:
         here, one, two, four = logs
@@ -305,7 +309,7 @@ def _exponent(x: Fraction) -> int:
     return (x.numerator.bit_length() - x.denominator.bit_length() - 1) * 30103 // 100_000
 
 
-def _lacking(context: Any, error: Any, allowed: Any) -> int:
+def _lacking(context: MPContext, error: mpf, allowed: mpf) -> int:
     """Digits by which `error` is too large."""
     return int(context.ceil(context.log10(error / allowed))) + 1
 
@@ -352,7 +356,7 @@ def _gathered(
     )
 
 
-def _plain(value: Any, shape: tuple[int, ...] | None, dps: int) -> Any:
+def _plain(value: mpf, shape: tuple[int, ...] | None, dps: int) -> mpf:
     return to_mpf(value, dps) if shape is None else float(value)
 
 

@@ -88,7 +88,7 @@ def field_of(drift: Drift, values: dict[str, Any], count: int) -> Field:
     return PolynomialField(shaped)
 
 
-def _double_double(value: Any, count: int) -> DoubleDouble:
+def _double_double(value: Fraction | FloatArray, count: int) -> DoubleDouble:
     return DoubleDouble.of(value).broadcast_to((count,))
 
 
@@ -97,8 +97,8 @@ def extremes(field: Field, scene: IntArray) -> FloatArray:
 
     Between neighbours, and the ends, A is monotone. Rows are padded with 1.
     """
-    found: FloatArray = np.clip(np.nan_to_num(field.turning(scene), nan=1.0), -1.0, 1.0)
-    return np.sort(found, axis=1)
+    turning: FloatArray = np.clip(np.nan_to_num(field.turning(scene), nan=1.0), -1.0, 1.0)
+    return np.sort(turning, axis=1)
 
 
 class PolynomialField:
@@ -156,7 +156,7 @@ class PolynomialField:
 def _zeros_of(c: FloatArray) -> FloatArray:
     """Real parts of the zeros of polynomials, ascending powers in rows; padded with nan."""
     degree = c.shape[1] - 1
-    found = np.full((len(c), max(degree, 1)), np.nan)
+    zeros = np.full((len(c), max(degree, 1)), np.nan)
     scale = np.abs(c).max(axis=1, keepdims=True)
     c = c / np.where(scale == 0, 1.0, scale)
     # A leading coefficient below rounding sends its zero far outside [-1, 1].
@@ -164,8 +164,8 @@ def _zeros_of(c: FloatArray) -> FloatArray:
     for d in range(1, degree + 1):
         rows = np.flatnonzero(effective == d)
         if rows.size:
-            found[rows, :d] = real_parts(c[rows, : d + 1].T).T
-    return found
+            zeros[rows, :d] = real_parts(c[rows, : d + 1].T).T
+    return zeros
 
 
 class AnalyticField:
@@ -229,8 +229,8 @@ class AnalyticField:
     def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> Disc:
         sign = self.sign[scene]
         values = {name: value[scene] for name, value in self._values.items()}
-        found: Disc = sign * self._drift.spread(sign * centre, radius, values)
-        return found
+        image: Disc = sign * self._drift.spread(sign * centre, radius, values)
+        return image
 
     def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
         values = {name: value[scene][:, None] for name, value in self._values.items()}

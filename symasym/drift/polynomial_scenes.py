@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.inputs import FloatArray
+from symasym.base.inputs import FloatArray, IntArray
 from symasym.drift.drift import Drift
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
 
@@ -22,7 +22,7 @@ class Scenes(NamedTuple):
     start: FloatArray
     r: FloatArray
 
-    def take(self, rows: Any) -> Scenes:
+    def take(self, rows: slice | IntArray) -> Scenes:
         return Scenes(self.c[:, rows], *(x[rows] for x in self[1:]))
 
 

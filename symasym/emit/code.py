@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,8 @@ from symasym.emit.source import Source, check_target, rendered
 from symasym.records import Record
 
 if TYPE_CHECKING:
+    from sympy import Expr
+
     from symasym.drift.drift import Drift
 
 __all__ = ["emit"]
@@ -108,11 +110,11 @@ def _numbers(parameters: Mapping[str, Any] | None) -> dict[str, Any]:
 
     from symasym.base.inputs import exact
 
-    found = {}
+    numbers = {}
     for name, value in (parameters or {}).items():
         number = exact(name, value)
-        found[name] = sympy.Rational(number.numerator, number.denominator)
-    return found
+        numbers[name] = sympy.Rational(number.numerator, number.denominator)
+    return numbers
 
 
 def _of_formula(formula: Record) -> Program:
@@ -131,7 +133,7 @@ def _of_formula(formula: Record) -> Program:
     return replace(program, functions=(_function(program.name, formula.title, formula.expression),))
 
 
-def _of_expression(what: Any, name: str) -> Program:
+def _of_expression(what: Expr | Sequence[Expr], name: str) -> Program:
     import sympy
 
     if isinstance(what, Mapping) or not is_name(name) or name in TAKEN:
@@ -146,7 +148,7 @@ def _of_expression(what: Any, name: str) -> Program:
     return Program("expression", f"{sympy.sstr(e)[:400]}", (function,))
 
 
-def _function(name: str, doc: str, expression: Any) -> Function:
+def _function(name: str, doc: str, expression: Expr | Sequence[Expr]) -> Function:
     """A function of all symbols; a Piecewise becomes its cases."""
     import sympy
 
@@ -170,7 +172,7 @@ def _function(name: str, doc: str, expression: Any) -> Function:
     return Function(name, doc, arguments, tuple(cases))
 
 
-def _all_of(condition: Any) -> tuple[Any, ...]:
+def _all_of(condition: Expr) -> tuple[Any, ...]:
     import sympy
 
     if condition == sympy.true:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy
@@ -12,6 +12,9 @@ from symasym.drift.drift import Drift
 from symasym.emit.kernels.exact_python import ERROR
 from symasym.emit.program import Function, Passage, Program
 from symasym.records import Record
+
+if TYPE_CHECKING:
+    from sympy import Expr
 
 _U = sympy.Symbol("u", real=True)
 
@@ -45,7 +48,7 @@ def exact_time(what: Record, drift: Drift) -> Program:
     )
 
 
-def by_powers(e: Any, zero: int | None = None) -> Any:
+def by_powers(e: Expr, zero: int | None = None) -> Expr:
     """A polynomial in u by Horner's rule, around a known zero where it has one."""
     if not e.is_polynomial(_U):
         return e

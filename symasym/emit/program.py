@@ -7,12 +7,15 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy
 
 from symasym.base.errors import InputError
 from symasym.emit.forms import log_form, removable, rounded, stable
+
+if TYPE_CHECKING:
+    from sympy import Expr
 
 # Words that one of the languages has taken, or that the emitted files use themselves.
 TAKEN = frozenset(
@@ -128,7 +131,7 @@ class Passage:
         return Passage(change(self.drift), ends, size, points, coefficients, self.uniform)
 
     @property
-    def rough(self) -> Any:
+    def rough(self) -> Expr:
         """The absolute rounding error of the drift in doubles."""
         return rounded(sympy.Float("4e-16", 20) * self.size)
 
@@ -259,14 +262,14 @@ def require_closed(program: Program) -> Program:
 
 def ready(program: Program, double: bool) -> list[Ready]:
     """The functions of a program with shared parts taken out, logarithms before their values."""
-    found: list[Ready] = []
+    functions: list[Ready] = []
     own = {function.name for function in program.functions}
     for function in program.functions:
         if function.quadrature is not None:
-            found.append(_ready_quadrature(function, function.quadrature, double))
+            functions.append(_ready_quadrature(function, function.quadrature, double))
             continue
         if function.passage is not None:
-            found += _ready_passage(function, function.passage, double)
+            functions += _ready_passage(function, function.passage, double)
             continue
         function = replace(
             function,
@@ -277,18 +280,18 @@ def ready(program: Program, double: bool) -> list[Ready]:
         log = f"log_{function.name}"
         if function.logs and log not in own:
             about = f"Natural logarithm of `{function.name}`."
-            found.append(_ready(replace(function, name=log, doc=about, cases=function.logs), names,
-                                double))  # fmt: skip
+            logarithm = replace(function, name=log, doc=about, cases=function.logs)
+            functions.append(_ready(logarithm, names, double))
         if function.logs and double:
             arguments = _ready(replace(function, cases=function.logs), names, double).arguments
-            found.append(Ready(function.name, function.doc, arguments, (), exp_of=log))
+            functions.append(Ready(function.name, function.doc, arguments, (), exp_of=log))
         else:
-            found.append(_ready(function, names, double))
-    taken = [function.name for function in found]
+            functions.append(_ready(function, names, double))
+    taken = [function.name for function in functions]
     for name in taken:
         if taken.count(name) > 1:
             raise InputError(f"two functions would be called {name}; emit them one by one.")
-    return found
+    return functions
 
 
 def _stably(case: Case) -> Case:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import sympy
 
@@ -12,6 +12,9 @@ from symasym.emit.folding import fold
 from symasym.emit.forms import by_name, larger, log1p, log_modulus
 from symasym.emit.program import Case, Function, Program
 from symasym.records import Record
+
+if TYPE_CHECKING:
+    from sympy import Expr
 
 ERROR = "exact, as the share of G(Z) that it is defined to be; in doubles its logarithm to 1e-12"
 
@@ -31,7 +34,7 @@ def stokes(what: Record, drift: Drift) -> Program:
     force = abs(1 - real["z0"])
     omega = sympy.Symbol("omega", real=True)
 
-    def derived(label: str, name: str) -> Any:
+    def derived(label: str, name: str) -> Expr:
         (e,) = Record.of(label).values_of(name)
         return by_name(e, {**real, "omega": omega})
 
@@ -74,7 +77,7 @@ def stokes(what: Record, drift: Drift) -> Program:
         tuple(cases),
         outside="no well is born (mu <= 1/2)",
     )
-    found = Program(
+    emitted = Program(
         what.label, what.title, (function,), ERROR, assumptions=what.assumptions,
         left_out=("the step of the paper, in place of which this is",),
     )  # fmt: skip
@@ -82,4 +85,4 @@ def stokes(what: Record, drift: Drift) -> Program:
         name: sympy.Rational(value.numerator, value.denominator)
         for name, value in drift.values.items()
     }
-    return fold(found, given)
+    return fold(emitted, given)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy
@@ -49,6 +49,9 @@ from symasym.emit.symbolic_sums import (
 from symasym.numbers.arithmetic import Digits
 from symasym.records import Record
 
+if TYPE_CHECKING:
+    from mpmath.ctx_mp import MPContext
+
 # Digits that are right in what the coefficients make up.
 _RIGHT = 32
 # What stays below e^-150 of the rest is nothing in 32 digits, whatever its factor.
@@ -75,12 +78,12 @@ def program(
     most = _reach(drift, halves, order, r)
     # Where the places' sums cancel, doubles may tell less than the expansion does.
     for _ in range(40):
-        found = _program(what, ratio, names, order, r, kappa, most)
-        if kappa is not None or _in_doubles(found, most, halves, r, order):
+        emitted = _program(what, ratio, names, order, r, kappa, most)
+        if kappa is not None or _in_doubles(emitted, most, halves, r, order):
             break
         most = _rounded_down(most / 2)
     error = f"relative O(kappa^{2 * order + 2}); {_told(halves, order, r, most)}"
-    return replace(found, error=error)
+    return replace(emitted, error=error)
 
 
 def _program(
@@ -123,7 +126,7 @@ def _program(
     )  # fmt: skip
 
 
-def read_order(order: Any) -> int:
+def read_order(order: int | str | None) -> int:
     """`order`, 2 where it is None."""
     from symasym.drift.scenes import read_order as read
     from symasym.methods.table import WEAK_NOISE_ORDERS
@@ -140,7 +143,7 @@ _RADII = tuple(Fraction(x) for x in ("1.001", "2", "10", "1000"))
 
 
 def _time(
-    halves: tuple[OneSided, OneSided], kappa: float, r: Fraction, order: int, context: Any
+    halves: tuple[OneSided, OneSided], kappa: float, r: Fraction, order: int, context: MPContext
 ) -> Found:
     """T and its claimed error."""
     arithmetic = Digits(context)
@@ -159,8 +162,8 @@ def _reach(
         def holds(kappa: float) -> bool:
             if unseen(drift, 2 / kappa**2, ()):
                 return False
-            found = (_time(halves, kappa, radius, order, context) for radius in radii)
-            return all(time.sure for time in found)
+            times = (_time(halves, kappa, radius, order, context) for radius in radii)
+            return all(time.sure for time in times)
 
         kappa, factor = 1e-3, 1.5
         while not holds(kappa):

@@ -10,12 +10,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from operator import mul
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import AccuracyError
 from symasym.exact.sweep import Deferred, Record
 from symasym.numbers.balls import Profile, exact_ball, flint_module
 from symasym.special.exponentials import ball_quotient
+
+if TYPE_CHECKING:
+    from flint import arb, arb_series
 
 # Cauchy circles have this many times the panel's half-length, so that a Taylor coefficient gains
 # log2(6) = 2.6 bits an order, and a pole may be as near as 6 half-lengths. Between 4 and 8 the
@@ -127,7 +130,7 @@ class Panel(Piece):
     terms: int
 
     @property
-    def drift_at_left(self) -> Any:
+    def drift_at_left(self) -> arb:
         return self.profile.value(self.center - self.half)
 
     @cached_property
@@ -138,7 +141,7 @@ class Panel(Piece):
         series = self.profile.series(self.center, self.half, self.terms)
         return (-exact_ball(self.lam * self.half)) * series.integral()
 
-    def _complete(self, series: Any) -> Any:
+    def _complete(self, series: arb_series) -> arb_series:
         """`series`, unless coefficients are missing, which would be read as 0."""
         if series.prec < self.terms:
             raise AccuracyError(
@@ -157,7 +160,7 @@ class Panel(Piece):
         cut = self._tail(self.slope_bound * RATIO)
         return left + cut, right + cut
 
-    def _tail(self, bound: Any) -> Any:
+    def _tail(self, bound: arb) -> Any:
         """The truncation error of terms - 1 Taylor terms on |t| <= 1, of a function below `bound`.
 
         One term fewer than were computed, because `integral` drops the last one.
@@ -213,7 +216,7 @@ class Panel(Piece):
         bound = reach * (self.slope_bound * reach).exp()
         return exact_ball(self.half**2) * (integral + 2 * self._tail(bound))
 
-    def _integral_by_recurrence(self, start: Any) -> Any:
+    def _integral_by_recurrence(self, start: arb) -> arb:
         """Integral of m over the panel, where m' = 1 - E' m, E the exponent, m(0) = `start`.
 
         m is e^{-E} times the running integral of e^E; where E' has few coefficients this takes
@@ -235,7 +238,7 @@ class OuterSlope:
     `growth` is the relative change, the others are those of the integrals.
     """
 
-    def __init__(self, outer: Outer, slope: Any) -> None:
+    def __init__(self, outer: Outer, slope: arb) -> None:
         exponent = outer.slope * exact_ball(outer.lam * outer.length)
         change = slope * exact_ball(outer.lam * outer.length)
         self.growth = -change
@@ -244,7 +247,7 @@ class OuterSlope:
         self.nested = exact_ball(outer.length**2) * self._rate(exponent, 2) * change
 
     @staticmethod
-    def _rate(x: Any, order: int) -> Any:
+    def _rate(x: arb, order: int) -> Any:
         """The derivative of `ball_quotient`."""
         return ball_quotient(x, order) - order * ball_quotient(x, order + 1)
 
@@ -252,7 +255,7 @@ class OuterSlope:
 class EndSlope:
     """The same of a piece whose left end, where `rate` is lam A, moves outwards."""
 
-    def __init__(self, piece: Piece, rate: Any) -> None:
+    def __init__(self, piece: Piece, rate: arb) -> None:
         self._piece = piece
         self.growth = -rate
         self._rate = rate
@@ -290,7 +293,7 @@ class PanelSlope:
         self._q = q - left
         self._reach = self.steep * (RATIO + 1)
 
-    def _weighted(self, series: Any) -> tuple[Any, Any]:
+    def _weighted(self, series: arb_series) -> tuple[Any, Any]:
         """q times e^E or e^-E, and the tail of that."""
         panel = self._panel
         flint_module().ctx.cap = panel.terms
@@ -327,7 +330,7 @@ class PanelSlope:
         return exact_ball(panel.half**2) * (_over_panel(product) + 2 * panel._tail(bound))
 
 
-def _at_ends(series: Any) -> tuple[Any, Any]:
+def _at_ends(series: arb_series) -> tuple[Any, Any]:
     """A series as a polynomial, at -1 and 1."""
     zero = flint_module().arb(0)
     coefficients = series.coeffs()
@@ -335,7 +338,7 @@ def _at_ends(series: Any) -> tuple[Any, Any]:
     return even - odd, even + odd
 
 
-def _over_panel(series: Any) -> Any:
+def _over_panel(series: arb_series) -> arb:
     """Integral from -1 to 1 of a series, its last term left out."""
     return 2 * sum(series.integral().coeffs()[1::2], flint_module().arb(0))
 
@@ -349,24 +352,24 @@ def cut(profile: Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[Panel
     slowness = _ANALYTIC if profile.terms() is None else 1
     most_panels = max(16, _MOST_WORK // (slowness * terms * (bits // 64 + 1)))
     _refuse_hopeless(profile, lam, a, b, most_panels * most_growth)
-    waiting, found = [(a, b)], list[Panel]()
+    waiting, panels = [(a, b)], list[Panel]()
     narrowest = (b - a) * _NARROWEST
     while waiting:
         left, right = waiting.pop()
         center, half = (left + right) / 2, (right - left) / 2
         slope_bound = exact_ball(lam * half) * profile.bound(center, RATIO * half)
         if slope_bound * RATIO < most_growth:
-            found.append(Panel(profile, lam, center, half, slope_bound, terms))
+            panels.append(Panel(profile, lam, center, half, slope_bound, terms))
             continue
         if half < narrowest:
             raise AccuracyError(
                 f"no proved bound of A was found near u = {float(center):.6g}, where it may not "
                 "be analytic; ask for dps without a ball."
             )
-        if len(found) + len(waiting) >= most_panels:
+        if len(panels) + len(waiting) >= most_panels:
             raise _too_much_work(lam)
         waiting += [(center, right), (left, center)]
-    return found
+    return panels
 
 
 def _refuse_hopeless(

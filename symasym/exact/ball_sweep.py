@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import AccuracyError, InputError, RegionError
 from symasym.exact import sweep
@@ -22,6 +22,11 @@ from symasym.exact.ball_panels import Outer, Panel, cut
 from symasym.exact.sweep import Record, Swept
 from symasym.generated import plain_formulas
 from symasym.numbers.balls import Profile, exact_ball, flint_module, precision, profile_of
+
+if TYPE_CHECKING:
+    from flint import arb
+
+    from symasym.drift.drift import Drift
 
 __all__ = [
     "escape_time",
@@ -37,7 +42,7 @@ _ATTEMPTS = 8
 
 
 def escape_time(
-    drift: Any, kappa: Fraction, r: Fraction, start: Fraction, dps: int, *, log: bool = False
+    drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, *, log: bool = False
 ) -> Any:
     """Mean time to leave (-r, r) from `start` (eq:Ttilde), proved.
 
@@ -77,7 +82,7 @@ def escape_time(
 
 
 def exit_probability(
-    drift: Any,
+    drift: Drift,
     kappa: Fraction,
     r: Fraction,
     start: Fraction,
@@ -110,7 +115,7 @@ def exit_probability(
 
 
 def occupation(
-    drift: Any, kappa: Fraction, dps: int, complement: bool = False, *, log: bool = False
+    drift: Drift, kappa: Fraction, dps: int, complement: bool = False, *, log: bool = False
 ) -> Any:
     """Stationary probability P of the layer, -1 <= u <= 1 (eq:P), proved; 1 - P if `complement`.
 
@@ -147,7 +152,7 @@ def occupation(
 
 
 def stationary_density(
-    drift: Any, kappa: Fraction, y: Fraction, dps: int, *, log: bool = False
+    drift: Drift, kappa: Fraction, y: Fraction, dps: int, *, log: bool = False
 ) -> Any:
     """Stationary probability density at `y` (eq:pss, normalised), proved.
 
@@ -173,12 +178,12 @@ def stationary_density(
     def compute() -> Any:
         profile = profile_of(drift)
         sliding_slopes(profile)
-        found = sweep.density(
+        density = sweep.density(
             exact_ball(lam),
             _w_from_infinity(profile, lam, y),
             _w_from_infinity(profile.mirrored(), lam, -y),
         )
-        return found.log() if log else found
+        return density.log() if log else density
 
     return _refine(compute, dps, scale=lam * (1 + abs(y)), may_vanish=log)
 
@@ -258,7 +263,7 @@ def _refine(
     )
 
 
-def excess_bits(value: Any, dps: int, places: int | None) -> int:
+def excess_bits(value: arb, dps: int, places: int | None) -> int:
     """Bits by which a ball is too wide for `dps` digits or, if given, `places`; 0 if it is good."""
     if not value.is_finite():
         return 1 << 62
@@ -278,7 +283,7 @@ def excess_bits(value: Any, dps: int, places: int | None) -> int:
 
 
 def _from_both_ends(
-    drift: Any, kappa: Fraction, r: Fraction, start: Fraction
+    drift: Drift, kappa: Fraction, r: Fraction, start: Fraction
 ) -> tuple[Swept, Swept]:
     profile, lam = profile_of(drift), large_parameter(kappa)
     # Both are cut before either is integrated, so that too much work is refused at once.

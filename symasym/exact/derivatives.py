@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.base.errors import AccuracyError
 from symasym.exact import sweep
@@ -41,6 +41,11 @@ from symasym.exact.sweep import Deferred, Scaled, Sum, Swept
 from symasym.generated import plain_formulas
 from symasym.numbers.balls import Profile, exact_ball, flint_module, profile_of
 
+if TYPE_CHECKING:
+    from flint import arb, arb_poly, arb_series
+
+    from symasym.drift.drift import Drift
+
 __all__ = ["log_slopes", "log_slopes_of_occupation"]
 
 # Panels of a scene beyond which differences are found in less time.
@@ -49,7 +54,7 @@ _MOST_PANELS = 300
 
 def log_slopes(
     quantity: str,
-    drift: Any,
+    drift: Drift,
     kappa: Fraction,
     r: Fraction,
     start: Fraction,
@@ -97,7 +102,7 @@ def log_slopes(
 
 
 def log_slopes_of_occupation(
-    quantity: str, drift: Any, kappa: Fraction, dps: int
+    quantity: str, drift: Drift, kappa: Fraction, dps: int
 ) -> dict[str, Any]:
     """The same of ``"P"`` and ``"1 - P"``, for each parameter and kappa; the region is sliding."""
     lam, ways = large_parameter(kappa), _ways(drift, kappa)
@@ -124,13 +129,13 @@ def log_slopes_of_occupation(
     return _refined(compute, dps, lam)
 
 
-def _ways(drift: Any, kappa: Fraction) -> dict[str, Way]:
+def _ways(drift: Drift, kappa: Fraction) -> dict[str, Way]:
     ways = {name: Way(profile_of(drift.derivative(name))) for name in drift.parameters}
     ways["kappa"] = Way(profile_of(drift), -2 / kappa, -2 / kappa)
     return ways
 
 
-def _together(drift: Any, ways: dict[str, Way]) -> Profile:
+def _together(drift: Drift, ways: dict[str, Way]) -> Profile:
     return _Together(profile_of(drift), tuple(w.profile for w in ways.values() if w.profile))
 
 
@@ -142,11 +147,11 @@ def _refuse_many(panels: int) -> None:
 
 
 def _refined(compute: Callable[[], Any], dps: int, scale: Fraction) -> dict[str, Any]:
-    def missing_bits(found: dict[str, Any]) -> int:
-        return max(excess_bits(ball, dps, dps) for ball in found.values())
+    def missing_bits(slopes: dict[str, Any]) -> int:
+        return max(excess_bits(ball, dps, dps) for ball in slopes.values())
 
-    found: dict[str, Any] = refined(compute, dps, scale=scale, missing_bits=missing_bits)
-    return found
+    slopes: dict[str, Any] = refined(compute, dps, scale=scale, missing_bits=missing_bits)
+    return slopes
 
 
 Change = EndSlope | OuterSlope | PanelSlope
@@ -190,7 +195,7 @@ class _Together:
     drift: Profile
     changes: tuple[Profile, ...]
 
-    def value(self, u: Fraction) -> Any:
+    def value(self, u: Fraction) -> arb:
         return self.drift.value(u)
 
     def bound(self, center: Fraction, radius: Fraction) -> Any:
@@ -198,7 +203,7 @@ class _Together:
             return self.drift.bound(center, radius)
         return flint_module().arb.nan()
 
-    def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
+    def series(self, center: Fraction, half: Fraction, terms: int) -> arb_series:
         return self.drift.series(center, half, terms)
 
     def terms(self) -> int | None:
@@ -213,15 +218,15 @@ class Dual:
 
     __slots__ = ("slopes", "value")
 
-    def __init__(self, value: Any, slopes: Any) -> None:
+    def __init__(self, value: arb, slopes: arb_poly) -> None:
         self.value, self.slopes = value, slopes
 
     @classmethod
-    def of(cls, value: Any, slopes: Iterable[Any]) -> Dual:
+    def of(cls, value: arb, slopes: Iterable[Any]) -> Dual:
         """From balls, or numbers."""
         return cls(value, flint_module().arb_poly(list(slopes)))
 
-    def mid(self) -> Any:
+    def mid(self) -> arb:
         """The midpoint of the value."""
         return self.value.mid()
 
@@ -229,7 +234,7 @@ class Dual:
         """Derivatives of the logarithm."""
         return {name: self.slopes[k] / self.value for k, name in enumerate(names)}
 
-    def __add__(self, other: Any) -> Dual:
+    def __add__(self, other: Dual | arb | int) -> Dual:
         if isinstance(other, Dual):
             return Dual(self.value + other.value, self.slopes + other.slopes)
         if isinstance(other, (Deferred, Scaled, Sum)):
@@ -238,7 +243,7 @@ class Dual:
 
     __radd__ = __add__
 
-    def __mul__(self, other: Any) -> Dual:
+    def __mul__(self, other: Dual | arb | int) -> Dual:
         if isinstance(other, Dual):
             x, y = self.value, other.value
             return Dual(x * y, self.slopes * y + other.slopes * x)
@@ -248,11 +253,11 @@ class Dual:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Dual:
+    def __truediv__(self, other: Dual | arb | int) -> Dual:
         inverse: Dual | Any = 1 / other
         return self * inverse
 
-    def __rtruediv__(self, other: Any) -> Dual:
+    def __rtruediv__(self, other: arb | int) -> Dual:
         inverse = 1 / self.value
         return Dual(other * inverse, self.slopes * (-other * inverse * inverse))
 
@@ -268,20 +273,20 @@ class _DualPiece(Piece):
         return Dual.of(getattr(self._piece, name), slopes)
 
     @cached_property
-    def growth(self) -> Any:
+    def growth(self) -> Dual:
         relative = self._dual("growth")
         return Dual(relative.value, relative.slopes * relative.value)
 
     @cached_property
-    def plus(self) -> Any:
+    def plus(self) -> Dual:
         return self._dual("plus")
 
     @cached_property
-    def minus(self) -> Any:
+    def minus(self) -> Dual:
         return self._dual("minus")
 
     @cached_property
-    def nested(self) -> Any:
+    def nested(self) -> Dual:
         return self._dual("nested")
 
     @property
@@ -294,7 +299,7 @@ class _DualPiece(Piece):
         return self._piece.ceiling * steepest
 
     @property
-    def enclosure(self) -> Any:
+    def enclosure(self) -> Dual:
         ceiling = self._piece.ceiling
 
         def most(change: Change | None) -> Any:
@@ -319,8 +324,8 @@ def _swept(pieces: list[Outer | Panel], lam: Fraction, ways: list[Way]) -> Swept
 
 def _time(left: Swept, right: Swept, count: int) -> Dual:
     """T with `count` derivatives, the last with respect to the start."""
-    others = [0] * (count - 1)
-    w_left = left.w * Dual.of(1, [*others, -1 / right.sigma.value])
-    w_right = right.w * Dual.of(1, [*others, 1 / left.sigma.value])
+    one, others = exact_ball(Fraction(1)), [0] * (count - 1)
+    w_left = left.w * Dual.of(one, [*others, -1 / right.sigma.value])
+    w_right = right.w * Dual.of(one, [*others, 1 / left.sigma.value])
     time: Dual = sweep.escape_time(Swept(left.sigma, w_left), Swept(right.sigma, w_right))
     return time

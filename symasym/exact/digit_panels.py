@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
 from operator import mul
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError
@@ -27,6 +27,10 @@ from symasym.generated.mpmath_formulas import (
 )
 from symasym.numbers.rationals import Rational
 
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
 _RATIOS = [1.4 * 1.4**k for k in range(14)]
 # Exponents of e in float64.
 _RANGE = 700
@@ -35,12 +39,12 @@ _RANGE = 700
 class Numbers:
     """One context's view of rationals."""
 
-    def __init__(self, lam: Fraction, context: Any) -> None:
+    def __init__(self, lam: Fraction, context: MPContext) -> None:
         self.context = context
         self.lam_exact = lam
         self.lam = self.mpf(lam)
 
-    def mpf(self, x: Fraction) -> Any:
+    def mpf(self, x: Fraction) -> mpf:
         return mpf_of(x, self.context)
 
     def exponential(self, rise: Fraction) -> Any:
@@ -74,7 +78,7 @@ class Panel:
     int_inverse: Any
     nested: Any
 
-    def record(self, tiny: Any) -> Record:
+    def record(self, tiny: mpf) -> Record:
         """Its numbers for a sweep, in which a term below `tiny` of the whole is not computed."""
         return Record(
             Deferred(lambda: self.int_e, lambda: self.bound, tiny),
@@ -97,7 +101,7 @@ class Constant(Panel):
         self.nested = self.nested_bound = h * h * second
 
 
-def _log_size(x: Any) -> float:
+def _log_size(x: Fraction) -> float:
     """At least log |x|, also where x is no float64."""
     if not x:
         return -math.inf
@@ -144,15 +148,15 @@ class Taylor(Panel):
         return self._solve(True)
 
     @property
-    def int_e(self) -> Any:
+    def int_e(self) -> mpf:
         return self._n[0]
 
     @cached_property
-    def int_inverse(self) -> Any:
+    def int_inverse(self) -> mpf:
         return self._solve(False)[1]
 
     @property
-    def nested(self) -> Any:
+    def nested(self) -> mpf:
         return self._n[1] * self._h
 
 
@@ -201,27 +205,27 @@ class Slow(Panel):
         )
 
     @cached_property
-    def _following(self) -> Any:
+    def _following(self) -> mpf:
         """The solution that follows the drift, at the right end."""
         phi = self._lam_phi(self._t1, self._rounds + 1)
         return layer(phi, True, self._numbers.context) * self._numbers.mpf(self._half)
 
     @cached_property
-    def _opposing(self) -> Any:
+    def _opposing(self) -> mpf:
         """The solution that opposes the drift, at the left end."""
         phi = self._lam_phi(self._t0, self._rounds + 1)
         return layer(phi, False, self._numbers.context) * self._numbers.mpf(self._half)
 
     @property
-    def int_e(self) -> Any:
+    def int_e(self) -> mpf:
         return self._following if self.up else self._opposing
 
     @property
-    def int_inverse(self) -> Any:
+    def int_inverse(self) -> mpf:
         return self._opposing if self.up else self._following
 
     @cached_property
-    def nested(self) -> Any:
+    def nested(self) -> mpf:
         context = self._numbers.context
         if not self.up:
             return self._opposing * self._following
@@ -230,13 +234,13 @@ class Slow(Panel):
         half = self._numbers.mpf(self._half)
         return half * half * self._whole() - half * first * self._opposing
 
-    def _whole(self) -> Any:
+    def _whole(self) -> mpf:
         count = self._count
         for _ in range(4):
             phi = self._lam_phi((self._t0 + self._t1) / 2, count)
-            found = slow_integral(phi, count, self._rounds, True, self._numbers.context)
-            if found is not None:
-                return found
+            integral = slow_integral(phi, count, self._rounds, True, self._numbers.context)
+            if integral is not None:
+                return integral
             count *= 2
         raise AccuracyError(
             f"the Taylor series of A at u = {float(self._centre + self._t0):.6g} converges too "
@@ -337,7 +341,7 @@ def recurrence(
     return total, integral
 
 
-def _short(q: list[int], denominator: int, one: Any, count: int, source: bool) -> tuple[Any, Any]:
+def _short(q: list[int], denominator: int, one: int, count: int, source: bool) -> tuple[Any, Any]:
     """`recurrence` for a cubic drift at most, unrolled: a sum over a deque costs as much again."""
     q0, q1, q2, q3 = [*q, 0, 0, 0][:4]
     b = c = d = 0 * one
@@ -366,7 +370,7 @@ def context_integer(value: int) -> Any:
     return MPZ(value)
 
 
-def layer(phi: list[Any], alternate: bool, context: Any) -> Any:
+def layer(phi: list[Any], alternate: bool, context: MPContext) -> mpf:
     """A layer-free solution at one point, in units of the length that `phi` is scaled by.
 
     Parameters
@@ -385,7 +389,9 @@ def layer(phi: list[Any], alternate: bool, context: Any) -> Any:
     return total / phi[0] / (1 << bits)
 
 
-def slow_integral(phi: list[Any], count: int, rounds: int, alternate: bool, context: Any) -> Any:
+def slow_integral(
+    phi: list[Any], count: int, rounds: int, alternate: bool, context: MPContext
+) -> mpf | None:
     """The integral of a layer-free solution over s from -1 to 1, the panel's half width being 1.
 
     Parameters
@@ -429,7 +435,7 @@ def _slow_terms(phi: list[Any], count: int, rounds: int, bits: int) -> Iterator[
         yield term
 
 
-def _fixed(x: Any, bits: int) -> Any:
+def _fixed(x: mpf, bits: int) -> Any:
     """mpf to fixed point."""
     from mpmath.libmp import to_fixed
 
@@ -447,7 +453,7 @@ def _divide(numerator: list[Any], ratio: list[Any], bits: int) -> list[Any]:
     return result
 
 
-def constant_moments(x: Fraction, context: Any) -> tuple[Any, Any, Any]:
+def constant_moments(x: Fraction, context: MPContext) -> tuple[Any, Any, Any]:
     """exp(-|x|), and int_e (= int_inverse) and nested per width and width^2, of a constant drift.
 
     Parameters

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,6 +34,10 @@ from symasym.generated import mpmath_formulas, plain_formulas
 from symasym.numbers.complex_balls import tame
 from symasym.numbers.rationals import Rational
 
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
 _GUARD = 64
 _MILD_PANELS = 48
 _MOST_PIECES = 12
@@ -43,7 +47,7 @@ _DEEPEST = 400
 
 def escape_time(
     drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, *, log: bool = False
-) -> Any:
+) -> mpf:
     """T of eq:Ttilde from `start`, as an mpf right to `dps` digits.
 
     Parameters
@@ -58,7 +62,7 @@ def escape_time(
         places where it nearly vanishes).
     """
 
-    def compute(n: int, context: Any) -> Any:
+    def compute(n: int, context: MPContext) -> mpf:
         return sweep.escape_time(*_from_both_ends(drift, kappa, r, start, n, context))
 
     return _to_digits(compute, dps, log)
@@ -73,7 +77,7 @@ def exit_probability(
     complement: bool = False,
     *,
     log: bool = False,
-) -> Any:
+) -> mpf:
     """C of eq:C from `start` (or 1 - C); parameters as in `escape_time`."""
     with own_context(dps) as context:
         left, right = _from_both_ends(drift, kappa, r, start, dps, context)
@@ -88,11 +92,11 @@ def exit_probability(
 
 def stationary_density(
     drift: Drift, kappa: Fraction, y: Fraction, dps: int, *, log: bool = False
-) -> Any:
+) -> mpf:
     """p_ss(y) of eq:pss; needs a sliding region. Parameters as in `escape_time`."""
     lam = 2 / kappa**2
 
-    def compute(n: int, context: Any) -> Any:
+    def compute(n: int, context: MPContext) -> mpf:
         _precise(context, n)
         w_left, w_right = (
             _swept_scene(drift, mirrored, lam, context).from_infinity(-y if mirrored else y)
@@ -105,7 +109,7 @@ def stationary_density(
 
 def occupation(
     drift: Drift, kappa: Fraction, dps: int, complement: bool = False, *, log: bool = False
-) -> Any:
+) -> mpf:
     """P of eq:P (or 1 - P); needs a sliding region. Parameters as in `escape_time`."""
     with own_context(dps) as context:
         _precise(context, dps)
@@ -121,7 +125,7 @@ def occupation(
         return to_mpf(share, dps)
 
 
-def _to_digits(compute: Callable[[int, Any], Any], dps: int, log: bool) -> Any:
+def _to_digits(compute: Callable[[int, Any], Any], dps: int, log: bool) -> mpf:
     """The value, or its logarithm with more digits of the value where that is close to 1."""
     extra = 0
     while True:
@@ -136,12 +140,12 @@ def _to_digits(compute: Callable[[int, Any], Any], dps: int, log: bool) -> Any:
         extra = min(lost, dps) + 8
 
 
-def _precise(context: Any, dps: int) -> None:
+def _precise(context: MPContext, dps: int) -> None:
     context.prec = int(dps * 3.3219281) + _GUARD
 
 
 def _from_both_ends(
-    drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, context: Any
+    drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, context: MPContext
 ) -> tuple[Swept, Swept]:
     _precise(context, dps)
     lam = 2 / kappa**2
@@ -149,7 +153,7 @@ def _from_both_ends(
     return left.absorbed(-r, start), right.absorbed(-r, -start)
 
 
-def _swept_scene(drift: Drift, mirrored: bool, lam: Fraction, context: Any) -> Partition:
+def _swept_scene(drift: Drift, mirrored: bool, lam: Fraction, context: MPContext) -> Partition:
     """The scene, or its mirror image, to be swept from the left."""
     field = ExactField(drift, mirrored, context)
     if not field.is_polynomial:
@@ -169,7 +173,7 @@ class Partition:
         Its precision is the relative precision of the records.
     """
 
-    def __init__(self, field: ExactField, lam: Fraction, context: Any) -> None:
+    def __init__(self, field: ExactField, lam: Fraction, context: MPContext) -> None:
         self.field, self.lam = field, lam
         self.numbers = Numbers(lam, context)
         self.bits = context.prec
@@ -179,7 +183,7 @@ class Partition:
         self.reach = max(16.0, self.bits / 2.5)
         self._tiny = context.ldexp(context.one, -context.prec - 16)
 
-    def drift_at(self, u: int) -> Any:
+    def drift_at(self, u: int) -> mpf:
         """phi(u)."""
         return self.numbers.mpf(self.field.value(Rational(u)))
 
@@ -236,8 +240,8 @@ class Partition:
     def _zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
         """Short dyadic approximations, finer than any layer, of the zeros of A inside."""
         bits = 40 + max(0, places(1 / (1 + self.lam)))
-        found = sorted({dyadic(x, bits) for x in self.field.zeros(lo, hi)})
-        return [x for x in found if lo < x < hi]
+        zeros = sorted({dyadic(x, bits) for x in self.field.zeros(lo, hi)})
+        return [x for x in zeros if lo < x < hi]
 
     def _block(self, centre: Fraction, t0: Fraction, t1: Fraction, depth: int) -> Iterator[Panel]:
         """A block by layers where that is exact to working precision, else by Taylor panels."""

@@ -37,7 +37,7 @@ class Blocks(NamedTuple):
     t0: FloatArray
     t1: FloatArray
 
-    def take(self, index: Any) -> Blocks:
+    def take(self, index: slice | np.ndarray) -> Blocks:
         fields: list[Any] = [field[index] for field in self]
         return Blocks(*fields)
 
@@ -329,8 +329,8 @@ def _digest(
         shift = rounding[slowly]
         # Layers see the drift at the ends only.
         local = shift / (lam_h * np.maximum(low, -high))[slowly]
-        found = float_panels.slow(lam_phi[slowly], h[slowly])
-        done.append(Records(*chosen[:2], chosen.t0, found, slowly[slowly], shift, local))
+        layers = float_panels.slow(lam_phi[slowly], h[slowly])
+        done.append(Records(*chosen[:2], chosen.t0, layers, slowly[slowly], shift, local))
     if few.any():
         chosen = blocks.take(few)
         moments, good = _sampled_blocks(field, lam, chosen, anchors, count[few].astype(np.intp))
@@ -415,14 +415,14 @@ def _sampled_blocks(
     pieces = Blocks(
         blocks.scene[owner], blocks.part[owner], blocks.anchor[owner], t0, t0 + width[owner]
     )
-    found = []
+    chunks = []
     for low in range(0, len(owner), _PANELS_AT_ONCE):
         chunk = pieces.take(slice(low, low + _PANELS_AT_ONCE))
         h = width[owner[low : low + _PANELS_AT_ONCE]]
-        found.append(float_panels.sampled(_exponents(field, lam, chunk, h, anchors), h))
-    moments = Moments(*(np.concatenate(m) for m in zip(*(f[0] for f in found), strict=True)))
+        chunks.append(float_panels.sampled(_exponents(field, lam, chunk, h, anchors), h))
+    moments = Moments(*(np.concatenate(m) for m in zip(*(f[0] for f in chunks), strict=True)))
     resolved = np.logical_and.reduceat(
-        np.concatenate([f[1] for f in found]), np.flatnonzero(k == 0)
+        np.concatenate([f[1] for f in chunks]), np.flatnonzero(k == 0)
     )
     return float_panels.merge(moments, k, count[owner]), resolved
 

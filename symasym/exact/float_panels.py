@@ -141,8 +141,8 @@ def _last_coefficients() -> FloatArray:
 def _resolved(values: FloatArray, mean: FloatArray) -> np.ndarray:
     """Panels whose last Legendre coefficients say that the integral is right to rounding."""
     tail = np.abs(values @ _last_coefficients())
-    found: np.ndarray = tail @ np.ones(4) <= RESOLUTION * mean
-    return found
+    resolved: np.ndarray = tail @ np.ones(4) <= RESOLUTION * mean
+    return resolved
 
 
 def sampled(exponents: FloatArray, h: FloatArray) -> tuple[Moments, np.ndarray]:

@@ -85,9 +85,9 @@ def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
     return _logs(plain_formulas.occupation_share(wanted, rest), panels.failed)
 
 
-def _logs(found: LogPositive, failed: np.ndarray) -> Logs:
-    bad = failed | np.isnan(found.log) | np.isnan(found.error)
-    return Logs(np.asarray(found.log), np.where(bad, np.inf, found.error))
+def _logs(quantity: LogPositive, failed: np.ndarray) -> Logs:
+    bad = failed | np.isnan(quantity.log) | np.isnan(quantity.error)
+    return Logs(np.asarray(quantity.log), np.where(bad, np.inf, quantity.error))
 
 
 def _either(failed: np.ndarray) -> np.ndarray:

@@ -23,9 +23,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.generated import plain_formulas
+from symasym.numbers.arithmetic import Number
+
+if TYPE_CHECKING:
+    from symasym.generated.plain_formulas import Ratios
 
 __all__ = [
     "Deferred",
@@ -84,12 +88,12 @@ class InLayer(NamedTuple):
 # -- one panel -------------------------------------------------------------------------------------
 
 
-def first(p: Record, lam: Any) -> Swept:
+def first(p: Record, lam: Ratios) -> Swept:
     """sigma and w after a panel that begins at an absorbing end."""
     return Swept(*plain_formulas.absorbed(lam, known(p.int_e), p.nested, p.fall))
 
 
-def carried(before: Swept, p: Record, lam: Any) -> Swept:
+def carried(before: Swept, p: Record, lam: Ratios) -> Swept:
     """sigma and w after a panel."""
     return Swept(
         *plain_formulas.carried(
@@ -98,12 +102,12 @@ def carried(before: Swept, p: Record, lam: Any) -> Swept:
     )
 
 
-def carried_freely(w: Any, p: Record, lam: Any) -> Any:
+def carried_freely(w: Number, p: Record, lam: Ratios) -> Any:
     """w after a panel, nothing being absorbed: beside an infinite sigma two integrals are 0."""
     return plain_formulas.carried(lam, w, 0, p.int_inverse, 0, p.fall, p.climb, 1)[1]
 
 
-def carried_in_layer(before: InLayer, p: Record, lam: Any) -> InLayer:
+def carried_in_layer(before: InLayer, p: Record, lam: Ratios) -> InLayer:
     """Time inside the layer and before it, after a panel."""
     inside = carried_freely(before.inside, p, lam)
     return InLayer(inside, p.fall * before.before / p.climb)
@@ -112,7 +116,7 @@ def carried_in_layer(before: InLayer, p: Record, lam: Any) -> InLayer:
 # -- all panels, in order --------------------------------------------------------------------------
 
 
-def absorbed(records: Iterable[Record], lam: Any) -> Swept:
+def absorbed(records: Iterable[Record], lam: Ratios) -> Swept:
     """sigma and w after the panels, the first of which begins at an absorbing end."""
     remaining = iter(records)
     state = first(next(remaining), lam)
@@ -121,19 +125,19 @@ def absorbed(records: Iterable[Record], lam: Any) -> Swept:
     return state
 
 
-def freely(records: Iterable[Record], lam: Any, w: Any) -> Any:
+def freely(records: Iterable[Record], lam: Ratios, w: Number) -> Any:
     """w after the panels from `w` before them, nothing being absorbed."""
     for p in records:
         w = carried_freely(w, p, lam)
     return w
 
 
-def from_infinity(records: Iterable[Record], lam: Any, a_minus: Any) -> Any:
+def from_infinity(records: Iterable[Record], lam: Ratios, a_minus: Ratios) -> Any:
     """w after the panels from u = -1 on, nothing being absorbed: left of them it is 1/a-."""
     return freely(records, lam, Sum(plain_formulas.tail_left(a_minus), 1, ()))
 
 
-def in_layer(records: Iterable[Record], lam: Any, a_minus: Any) -> InLayer:
+def in_layer(records: Iterable[Record], lam: Ratios, a_minus: Ratios) -> InLayer:
     """Stationary time inside [-1, 1], whose panels these are, and left of it, as w at u = 1."""
     state = InLayer(Sum(0, 1, ()), plain_formulas.tail_left(a_minus))
     for p in records:
@@ -150,12 +154,12 @@ def escape_time(left: Swept, right: Swept) -> Any:
     return plain_formulas.escape_time_of_halves(w, left.sigma, right.sigma)
 
 
-def density(lam: Any, w_left: Any, w_right: Any) -> Any:
+def density(lam: Ratios, w_left: Number, w_right: Number) -> Any:
     """p_ss from both sides of a point (eq:pss)."""
     return plain_formulas.density_of_halves(lam, known(w_left + w_right))
 
 
-def layer_times(layer: InLayer, tail_right: Any, complement: bool) -> tuple[Any, Any]:
+def layer_times(layer: InLayer, tail_right: Number, complement: bool) -> tuple[Any, Any]:
     """Stationary times inside the layer and outside it, or those outside and inside (eq:P)."""
     inside, outside = known(layer.inside), layer.before + tail_right
     return (outside, inside) if complement else (inside, outside)
@@ -164,7 +168,7 @@ def layer_times(layer: InLayer, tail_right: Any, complement: bool) -> tuple[Any,
 # -- numbers that cost much ------------------------------------------------------------------------
 
 
-def known(x: Any) -> Any:
+def known(x: Number) -> Any:
     """The number that `x` is or stands for."""
     return x.value if isinstance(x, (Deferred, Sum)) else x
 
@@ -186,7 +190,7 @@ class Deferred:
         self,
         compute: Callable[[], Any],
         bound: Callable[[], Any] | None = None,
-        tiny: Any = 0,
+        tiny: Ratios = 0,
         enclosure: Callable[[], Any] | None = None,
     ) -> None:
         self._compute, self._bound, self.tiny, self.enclosure = compute, bound, tiny, enclosure
@@ -199,15 +203,15 @@ class Deferred:
     def value(self) -> Any:
         return self._compute()
 
-    def __mul__(self, other: Any) -> Scaled:
+    def __mul__(self, other: Ratios) -> Scaled:
         return Scaled(self, other)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Scaled:
+    def __truediv__(self, other: Ratios) -> Scaled:
         return Scaled(self, 1 / other)
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Number) -> Any:
         return Scaled(self, 1) + other
 
     __radd__ = __add__
@@ -218,22 +222,22 @@ class Scaled:
 
     __slots__ = ("factor", "of")
 
-    def __init__(self, of: Deferred, factor: Any) -> None:
+    def __init__(self, of: Deferred, factor: Ratios) -> None:
         self.of, self.factor = of, factor
 
     def size(self) -> Any:
         """A bound."""
         return _middle(self.factor) * _middle(self.of.bound)
 
-    def __mul__(self, other: Any) -> Scaled:
+    def __mul__(self, other: Ratios) -> Scaled:
         return Scaled(self.of, self.factor * other)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Scaled:
+    def __truediv__(self, other: Ratios) -> Scaled:
         return Scaled(self.of, self.factor / other)
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Number) -> Any:
         """A sum with a known number is known at once, with any other it is a `Sum`."""
         if isinstance(other, (Scaled, Sum)):
             return Sum(0, 1, (self,)) + other
@@ -250,18 +254,18 @@ class Sum:
 
     __slots__ = ("factor", "number", "parts")
 
-    def __init__(self, number: Any, factor: Any, parts: tuple[Scaled | Sum, ...]) -> None:
+    def __init__(self, number: Ratios, factor: Ratios, parts: tuple[Scaled | Sum, ...]) -> None:
         self.number, self.factor, self.parts = number, factor, parts
 
-    def __mul__(self, other: Any) -> Sum:
+    def __mul__(self, other: Ratios) -> Sum:
         return Sum(self.number * other, self.factor * other, self.parts)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Sum:
+    def __truediv__(self, other: Ratios) -> Sum:
         return Sum(self.number / other, self.factor / other, self.parts)
 
-    def __add__(self, other: Any) -> Sum:
+    def __add__(self, other: Number) -> Sum:
         if isinstance(other, Sum):
             parts = tuple(Sum(0, x.factor, x.parts) for x in (self, other) if x.parts)
             return Sum(self.number + other.number, 1, parts)
@@ -291,6 +295,6 @@ class Sum:
         return total
 
 
-def _middle(x: Any) -> Any:
+def _middle(x: Number) -> Any:
     """A number by which terms are put in order: the midpoint of a ball."""
     return x.mid() if hasattr(x, "mid") else x
