@@ -155,6 +155,7 @@ class Drift:
         return drift
 
     def _check_range(self, name: str, value: Fraction | FloatArray) -> None:
+        """Raise InputError for a value outside its parameter's range."""
         strict = name in self._model.positive
         if not strict and name not in self._model.not_negative:
             return
@@ -212,7 +213,7 @@ class Drift:
     def spread(
         self, centre: FloatArray, radius: FloatArray, values: dict[str, FloatArray] | None = None
     ) -> Disc:
-        """What A makes of complex discs, in float64 (see `symasym.numbers.complex_balls`)."""
+        """Complex balls of float64 that hold A on these (see `symasym.numbers.complex_balls`)."""
         values = self.float_values() if values is None else values
         with np.errstate(all="ignore"):
             image = self._model.evaluate(_DISCS.disc(centre, radius), values, _DISCS)
@@ -433,6 +434,7 @@ class Drift:
 
 
 def _region(a_minus: Fraction | float, a_plus: Fraction | float) -> str:
+    """The word of section 4 for the signs of a- and a+; RegionError at a tangency."""
     for name, value in (("a-", a_minus), ("a+", a_plus)):
         if value == 0:
             raise RegionError(

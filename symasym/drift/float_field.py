@@ -1,4 +1,4 @@
-"""The drift as the float64 engine sees it: many scenes at once, each seen from the left.
+"""The drift in float64 for many scenes at once, each to be swept from the left.
 
 The engine only sweeps left to right; a sweep from the right is a sweep of the
 mirrored drift -A(-u). Both fields below therefore hold each scene with a sign.
@@ -106,6 +106,7 @@ class PolynomialField:
 
     def __init__(self, coefficients: list[DoubleDouble]) -> None:
         def both(k: int, c: DoubleDouble) -> DoubleDouble:
+            """A coefficient of all scenes, and of their mirror images -A(-u)."""
             mirrored = c if k % 2 else -c
             return DoubleDouble(
                 np.concatenate((c.hi, mirrored.hi)), np.concatenate((c.lo, mirrored.lo))
@@ -120,15 +121,18 @@ class PolynomialField:
         self.a_minus, self.a_plus = shift(doubled, ends)[0].reshape(2, -1)
 
     def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        """Drift at `u`, by Horner's rule."""
         c = self._c[:, scene]
         value: FloatArray = poly(list(c[:, :, None]), u)
         return value
 
     def series(self, scene: IntArray) -> FloatArray:
+        """Coefficients of A in ascending powers, one column for each scene."""
         result: FloatArray = self._c[:, scene]
         return result
 
     def size(self) -> FloatArray:
+        """Sum of the moduli of the coefficients of A."""
         result: FloatArray = np.abs(self._c).sum(axis=0)
         return result
 
@@ -142,13 +146,16 @@ class PolynomialField:
         return np.zeros_like(u)  # what `size` says counts for all panels
 
     def zeros(self, scene: IntArray) -> FloatArray:
+        """Real parts of the zeros of A."""
         return _zeros_of(self._c[:, scene].T)
 
     def turning(self, scene: IntArray) -> FloatArray:
+        """Real parts of the zeros of A'."""
         k = np.arange(1, len(self._c))
         return _zeros_of(k * self._c[1:, scene].T) if k.size else np.full((len(scene), 1), np.nan)
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Taylor coefficients in double-doubles, right at any distance."""
         local = shift([c[scene] for c in self._pairs], centre)
         return np.array(local).T, np.full(len(scene), np.inf)
 
@@ -194,6 +201,7 @@ class AnalyticField:
             mine[:count], mirrored[count:] = end, -end
 
     def _end(self, side: int) -> Any:
+        """A(side), exact where it is rational, else in double-doubles."""
         if not self._drift.shape and not self._drift.free:
             return self._drift.ends[side > 0]
         known = self._drift.exact_end(self._pairs, side)
@@ -203,6 +211,7 @@ class AnalyticField:
         return self._drift.evaluate_values(one, self._pairs, DoubleDoubleOps())
 
     def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        """Drift at `u`, in double precision as the model writes it."""
         sign = self.sign[scene][:, None]
         values = {name: value[scene][:, None] for name, value in self._values.items()}
         with np.errstate(all="ignore"):
@@ -227,6 +236,7 @@ class AnalyticField:
         np.maximum.at(self._size, scene, size)
 
     def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> Disc:
+        """Complex balls that hold A on the balls of these centres and radii."""
         sign = self.sign[scene]
         values = {name: value[scene] for name, value in self._values.items()}
         image: Disc = sign * self._drift.spread(sign * centre, radius, values)
@@ -237,6 +247,7 @@ class AnalyticField:
         return self._drift.rounding(self.sign[scene][:, None] * u, values)
 
     def zeros(self, scene: IntArray) -> FloatArray:
+        """Zeros and extremes of A on [-1, 1], by Chebyshev proxies."""
         from symasym.drift.landscape import float_marks
 
         rows = [
@@ -253,6 +264,7 @@ class AnalyticField:
         return self.zeros(scene)
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Taylor coefficients, from series at 45 digits, and how far they are good."""
         from symasym.numbers.truncated_series import SeriesOps
 
         rows, radii = [], []

@@ -84,7 +84,7 @@ def critical_points(drift: Switch) -> list[CriticalPoint]:
     ------
     AccuracyError
         If A vanishes identically, or to 50 digits at an extreme that cannot be
-        told from a tangency.
+        distinguished from a tangency.
     """
     drift.scalars()
     coefficients = drift.exact_coefficients()
@@ -94,6 +94,7 @@ def critical_points(drift: Switch) -> list[CriticalPoint]:
 
 
 def _of_polynomial(coefficients: list[Fraction]) -> list[CriticalPoint]:
+    """Critical points from the real roots of the irreducible factors of A."""
     import sympy
 
     if not any(coefficients):
@@ -120,6 +121,7 @@ def _of_polynomial(coefficients: list[Fraction]) -> list[CriticalPoint]:
 
 
 def _mpf(value: Expr) -> mpf:
+    """A real algebraic number to 60 digits, of mpmath's global context."""
     import mpmath
     import sympy
 
@@ -128,12 +130,16 @@ def _mpf(value: Expr) -> mpf:
 
 
 def _kind(multiplicity: int, rising: bool) -> str:
+    """Name of a zero of A from its order and the sign of the first derivative that is not 0."""
     if multiplicity % 2 == 0:
         return "inflection"
     return "barrier" if rising else "well"
 
 
 def _of_analytic(drift: Switch) -> list[CriticalPoint]:
+    """Critical points of an analytic A: one in each bracket between neighbouring zeros of A', and
+    those zeros of A' at which A vanishes to 60 digits.
+    """
     import mpmath
 
     from symasym.numbers.truncated_series import SeriesOps, TruncatedSeries
@@ -142,6 +148,7 @@ def _of_analytic(drift: Switch) -> list[CriticalPoint]:
     with own_context(_DIGITS + 20) as context:
 
         def taylor(u: mpf, count: int = 3) -> list[Any]:
+            """The first Taylor coefficients of A at u."""
             # A series's digits are relative to its largest coefficient, so no more than needed.
             ops = SeriesOps(count, context)
             point = ops.variable(u)
@@ -189,6 +196,7 @@ def _of_analytic(drift: Switch) -> list[CriticalPoint]:
 
 
 def _distinct(points: list[Any], context: MPContext) -> list[Any]:
+    """Sorted points, of those within 1e-14 of each other the first."""
     kept: list[Any] = []
     for x in points:
         # A zero of high order is found by Newton to a fraction of the digits only.
@@ -255,7 +263,7 @@ def float_marks(
     function : callable
         Takes and returns a float64 array.
     spread : callable
-        What the function makes of discs, given their centres and radii.
+        The images of complex disks, given their centres and radii.
     """
     marks: list[float] = []
     for lo, hi, series in _proxies(function, spread):

@@ -23,6 +23,7 @@ class Scenes(NamedTuple):
     r: FloatArray
 
     def take(self, rows: slice | IntArray) -> Scenes:
+        """Some of the scenes."""
         return Scenes(self.c[:, rows], *(x[rows] for x in self[1:]))
 
 
@@ -45,6 +46,7 @@ def scenes_of(
 
 
 def _exact_scene(drift: Drift, start: FloatArray, r: FloatArray) -> Scenes | None:
+    """The scene of a drift with rational coefficients, each rounded once; None of any other."""
     known = drift.exact_coefficients()
     if known is None or len(known) > _MOST_DEGREE + 1:
         return None

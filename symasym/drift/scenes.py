@@ -1,8 +1,8 @@
 """Scenes as all methods read them, and answers as all methods hand them back.
 
 A scene is a drift phi, the large parameter lam = 2/kappa^2, and the numbers of the quantity asked
-for (r and the start of eq:Ttilde and eq:C, the place y of eq:pss). One scene has exact rationals,
-scenes that broadcast have float64.
+for (r and the start of eq:Ttilde and eq:C, the position y of eq:pss). One scene has exact
+rationals, scenes that broadcast have float64.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ def require_drift(drift: object) -> None:
 
 
 def one_scene(drift: Drift, numbers: dict[str, Any]) -> bool:
-    """Whether nothing is an array."""
+    """True where nothing is an array."""
     return not drift.shape and not any(is_array(x) for x in numbers.values())
 
 
@@ -261,9 +261,9 @@ def rows_of(scenes: Scenes, rows: slice | IntArray | tuple[slice | IntArray, ...
 
 
 def input_rounding(scenes: Scenes, size: FloatArray) -> FloatArray:
-    """What reading an exact place as a float changes in a logarithm, at most."""
+    """A bound on the change of a logarithm where exact numbers are read as floats."""
     change = np.zeros_like(scenes.lam)
-    # A logarithm changes with the place no faster than lam |phi|, or as one comes close to an
+    # A logarithm changes with a position no faster than lam |phi|, or as one comes close to an
     # absorbing end. The rounding of kappa is counted with that of lam.
     room: Any = np.inf
     if "r" in scenes.numbers:

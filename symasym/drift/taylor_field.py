@@ -60,6 +60,7 @@ class ExactField:
 
     @property
     def is_polynomial(self) -> bool:
+        """True where A is a polynomial with rational coefficients."""
         return self._polynomial is not None
 
     def value(self, u: Fraction) -> Fraction:
@@ -79,7 +80,7 @@ class ExactField:
         return np.broadcast_to(values, u.shape)
 
     def spread(self, centre: Fraction, radius: Fraction) -> mpf:
-        """A bound on the change of A over this complex disc, maybe infinite."""
+        """A bound on the change of A over this complex disk, maybe infinite."""
         bits = 64 + max(0, radius.denominator.bit_length() - radius.numerator.bit_length())
         with own_context(1) as context:
             context.prec = bits
@@ -190,7 +191,7 @@ class ExactField:
         return edges
 
     def zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
-        """Zeros of A in (lo, hi), and the places where it comes near zero, refined by Newton."""
+        """Zeros of A in (lo, hi), and real parts of zeros close to it, refined by Newton."""
         if self._polynomial is not None:
             scale = max(abs(c) for c in self._polynomial) or Rational(1)
             c = np.array([float(x / scale) for x in self._polynomial])
@@ -204,7 +205,7 @@ class ExactField:
         return [self._refined(Rational(x)) for x in rough if lo < x < hi]
 
     def monotone_marks(self) -> list[float]:
-        """Places in float64 between which A is monotone."""
+        """Points in float64 between which A is monotone."""
         if self._polynomial is None:
             from symasym.drift.landscape import float_marks
 
@@ -217,6 +218,7 @@ class ExactField:
         return [self._sign * x for x in marks]
 
     def _refined(self, x: Fraction) -> Fraction:
+        """The zero of A near x by Newton's method, or x where A' is too small for it."""
         bits = self._context.prec
         for _ in range(12):
             value, slope = self.taylor(x, Rational(1), 2)[:2]

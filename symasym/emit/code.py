@@ -106,6 +106,7 @@ def emit(
 
 
 def _numbers(parameters: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The parameters as exact SymPy rationals."""
     import sympy
 
     from symasym.base.inputs import exact
@@ -134,6 +135,7 @@ def _of_formula(formula: Record) -> Program:
 
 
 def _of_expression(what: Expr | Sequence[Expr], name: str) -> Program:
+    """The program of an expression or a tuple of them."""
     import sympy
 
     if isinstance(what, Mapping) or not is_name(name) or name in TAKEN:
@@ -173,6 +175,7 @@ def _function(name: str, doc: str, expression: Expr | Sequence[Expr]) -> Functio
 
 
 def _all_of(condition: Expr) -> tuple[Any, ...]:
+    """The conditions of a conjunction, none for true."""
     import sympy
 
     if condition == sympy.true:

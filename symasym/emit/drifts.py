@@ -77,6 +77,7 @@ def program(
 
 
 def _taken(name: str) -> InputError:
+    """The error for a drift's parameter with the name of an argument."""
     return InputError(
         f"the drift has a free parameter {name}, and so has the formula; rename it, or bind it."
     )
@@ -102,6 +103,7 @@ def _way(what: Record, method: str | None, order: int | str | None) -> str:
 
 
 def _bound(drift: Drift) -> dict[str, Any]:
+    """The drift's bound parameters as SymPy rationals."""
     return {
         name: sympy.Rational(value.numerator, value.denominator)
         for name, value in drift.values.items()
@@ -109,6 +111,7 @@ def _bound(drift: Drift) -> dict[str, Any]:
 
 
 def _program(what: Record, *functions: Function, **more: Any) -> Program:
+    """A program with the formula's label, title and assumptions."""
     return Program(what.label, what.title, functions, assumptions=what.assumptions, **more)
 
 
@@ -119,10 +122,12 @@ _NO_NUMBER = "u is not a number"
 
 
 def _phi(what: Record, drift: Drift) -> Program:
+    """phi(u), piecewise (eq:phi)."""
     return _program(what, drift_function(drift))
 
 
 def _potential(what: Record, drift: Drift) -> Program:
+    """V(u), piecewise (eq:V)."""
     return _program(what, potential_function(drift))
 
 
@@ -150,6 +155,7 @@ def potential_function(drift: Drift) -> Function:
 
 
 def _cases(e: Expr) -> list[tuple[Any, tuple[Any, ...]]]:
+    """Value and conditions of each piece of phi or V."""
     if not isinstance(e, sympy.Piecewise):  # a constant drift
         return [(e, ())]
     # The last case is no default: what is no number has no value.
@@ -157,6 +163,7 @@ def _cases(e: Expr) -> list[tuple[Any, tuple[Any, ...]]]:
 
 
 def _values(drift: Drift) -> list[Any]:
+    """The parameters in order: symbols where they are free, rationals where bound."""
     value: dict[str, Any] = {name: sympy.Symbol(name, real=True) for name in drift.free}
     value |= _bound(drift)
     return [value[name] for name in drift.parameters]
@@ -234,6 +241,7 @@ def _weak_noise(what: Record, drift: Drift) -> Program:
 
 
 def _without_well(value: Expr) -> Expr:
+    """The terms of a sum without an exponential."""
     return sympy.Add(*(term for term in value.args if not term.has(sympy.exp)))
 
 
@@ -316,6 +324,7 @@ def _layer_parts(drift: Drift) -> tuple[list[Function], Any, Any, Any]:
 
 
 def _density(what: Record, drift: Drift) -> Program:
+    """p_ss(u) = e^(-lam V)/(sum of the integrals inside and outside the layer) (eq:pss)."""
     functions, inside, outside, where = _layer_parts(drift)
     free = [sympy.Symbol(name, real=True) for name in drift.free]
     log = -2 * called("V", _U, *free) / _KAPPA**2 - logaddexp(inside, outside)
@@ -338,6 +347,7 @@ def _sliding(
 
 
 def _occupation(what: Record, drift: Drift) -> Program:
+    """P and 1 - P from the logarithms of the integrals inside and outside (eq:P2)."""
     functions, inside, outside, where = _layer_parts(drift)
     odds = outside - inside
     return _program(

@@ -10,7 +10,7 @@ import sympy
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.emit.kernels.exact_python import ERROR
-from symasym.emit.program import Function, Passage, Program
+from symasym.emit.program import FirstPassage, Function, Program
 from symasym.records import Record
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def exact_time(what: Record, drift: Drift) -> Program:
         inside = np.linspace(-1, 1, 1001)
         values = np.abs(drift.evaluate_float(inside))
         size = sympy.Float(values.max() + np.abs(np.gradient(values, inside)).max(), 20)
-    passage = Passage(by_powers(A), ends, size, **known)
+    passage = FirstPassage(by_powers(A), ends, size, **known)
     function = Function(
         "escape_time",
         "T from 0 to |u| = r (eq:Ttilde).",
@@ -59,6 +59,7 @@ def by_powers(e: Expr, zero: int | None = None) -> Expr:
 
 
 def critical(drift: Drift) -> tuple[Any, ...]:
+    """The zeros of A in the layer, to double precision."""
     if drift.free:
         raise InputError(
             f"the wells of {drift!r} have no closed form in {', '.join(drift.free)}; bind them, or "

@@ -57,6 +57,9 @@ def fold(program: Program, parameters: Mapping[str, Any]) -> Program:
 def _folded(
     function: Function, numbers: Mapping[Any, Any], given: str
 ) -> tuple[Function | None, list[str]]:
+    """The function with the numbers in it, None where it has no value; and what is dropped, in
+    sentences.
+    """
     if function.quadrature is not None or function.passage is not None:
         return function, []
     gone: list[str] = []
@@ -101,6 +104,7 @@ def _settled(conditions: tuple[Any, ...], numbers: Mapping[Any, Any]) -> tuple[A
 
 
 def _without_value(e: Expr) -> bool:
+    """True of an expression that is infinite or not real."""
     if e.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
         return True
     return bool(

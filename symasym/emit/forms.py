@@ -73,6 +73,7 @@ class larger(sympy.Function):  # type: ignore[misc]
     is_real = True
 
     def _latex(self, printer: LatexPrinter, exp: str | None = None) -> str:
+        """The maximum in LaTeX."""
         return rf"\max({', '.join(printer._print(a) for a in self.args)})"
 
 
@@ -88,6 +89,7 @@ class CalledBase(sympy.Function):  # type: ignore[misc]
     is_real = True
 
     def _latex(self, printer: LatexPrinter, exp: str | None = None) -> str:
+        """The call in upright letters."""
         name = type(self).__name__.replace("_", r"\_")
         inside = ", ".join(printer._print(a) for a in self.args)
         call = rf"\mathrm{{{name}}}({inside})"

@@ -99,7 +99,7 @@ class Quadrature:
 
 
 @dataclass(frozen=True)
-class Passage:
+class FirstPassage:
     """log T from 0 with the layer's `drift` in u (see `symasym.emit.kernels.exact_python`).
 
     Attributes
@@ -122,13 +122,13 @@ class Passage:
     coefficients: tuple[Any, ...] = ()
     uniform: bool = False
 
-    def changed(self, change: Callable[[Any], Any]) -> Passage:
+    def changed(self, change: Callable[[Any], Any]) -> FirstPassage:
         """With `change` made to each expression."""
         ends, points, coefficients = (
             tuple(change(e) for e in part) for part in (self.ends, self.points, self.coefficients)
         )
         size = change(self.size)
-        return Passage(change(self.drift), ends, size, points, coefficients, self.uniform)
+        return FirstPassage(change(self.drift), ends, size, points, coefficients, self.uniform)
 
     @property
     def rough(self) -> Expr:
@@ -137,6 +137,7 @@ class Passage:
 
     @property
     def expressions(self) -> tuple[Any, ...]:
+        """All expressions of the formula."""
         return (self.drift, *self.ends, self.size, *self.points, *self.coefficients)
 
 
@@ -163,7 +164,7 @@ class Function:
     logs: tuple[Case, ...] = ()
     outside: str = "no case of the formula holds there"
     quadrature: Quadrature | None = None
-    passage: Passage | None = None
+    passage: FirstPassage | None = None
 
     @property
     def symbols(self) -> set[Any]:
@@ -194,7 +195,7 @@ class Ready:
     outside: str = ""
     exp_of: str = ""
     quadrature: Quadrature | None = None
-    passage: Passage | None = None
+    passage: FirstPassage | None = None
 
     @property
     def count(self) -> int:
@@ -295,6 +296,7 @@ def ready(program: Program, double: bool) -> list[Ready]:
 
 
 def _stably(case: Case) -> Case:
+    """The case without removable poles."""
     return replace(case, values=tuple(removable(value) for value in case.values))
 
 
@@ -329,7 +331,7 @@ def _called(function: Function) -> dict[Any, Any]:
 _MOST_DEGREE, _MOST_POINTS = 127, 1024
 
 
-def _require_room(q: Quadrature | Passage) -> None:
+def _require_room(q: Quadrature | FirstPassage) -> None:
     """Raise InputError where a helper of the file has no room for the drift."""
     if len(q.coefficients) > _MOST_DEGREE + 1 or len(q.points) > _MOST_POINTS:
         raise InputError(
@@ -339,6 +341,7 @@ def _require_room(q: Quadrature | Passage) -> None:
 
 
 def _ready_quadrature(function: Function, quadrature: Quadrature, double: bool) -> Ready:
+    """The logarithm of an integral with its arguments named as the language allows."""
     _require_room(quadrature)
     parts = (quadrature.exponent, quadrature.lower, quadrature.upper, *quadrature.coefficients)
     symbols = {s for e in parts for s in e.free_symbols}
@@ -351,7 +354,7 @@ def _ready_quadrature(function: Function, quadrature: Quadrature, double: bool) 
     return Ready(function.name, function.doc, arguments, (), quadrature=quadrature)
 
 
-def _ready_passage(function: Function, passage: Passage, double: bool) -> list[Ready]:
+def _ready_passage(function: Function, passage: FirstPassage, double: bool) -> list[Ready]:
     """The logarithm and its exponential, which in digits is computed by itself."""
     _require_room(passage)
     symbols = {s for e in passage.expressions for s in e.free_symbols}
@@ -373,6 +376,7 @@ def _ready_passage(function: Function, passage: Passage, double: bool) -> list[R
 
 
 def _ready(function: Function, names: dict[Any, Any], double: bool) -> Ready:
+    """The cases with common subexpressions shared, in doubles with constants rounded."""
     used = {s.name for s in function.symbols}
     arguments = tuple(identifier(name) for name in function.arguments if name in used)
     bodies = []

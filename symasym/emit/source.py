@@ -164,6 +164,7 @@ def rendered(program: Program, target: str) -> Source:
 
 
 def _compiled(program: Program, functions: list[Ready]) -> SimpleNamespace:
+    """The functions of a shared library made by the system's C compiler."""
     compiler = to_c.compiler()
     if compiler is None:
         raise InputError(
@@ -186,6 +187,7 @@ def _compiled(program: Program, functions: list[Ready]) -> SimpleNamespace:
 
 
 def _callable(library: ctypes.CDLL, function: Ready) -> Callable[..., float | tuple[float, ...]]:
+    """A function of the library that takes floats and gives one, or a tuple."""
     entry = library[function.name]
     many = function.count > 1
     entry.argtypes = [ctypes.c_double] * len(function.arguments) + (
@@ -194,6 +196,7 @@ def _callable(library: ctypes.CDLL, function: Ready) -> Callable[..., float | tu
     entry.restype = None if many else ctypes.c_double
 
     def call(*arguments: float) -> float | tuple[float, ...]:
+        """The value or values of the C function."""
         if not many:
             return float(entry(*arguments))
         out = (ctypes.c_double * function.count)()

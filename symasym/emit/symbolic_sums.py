@@ -49,6 +49,7 @@ class Names:
         return Series([Part(0.0, 0, [symbol])])
 
     def _without_rounding(self, part: Part) -> Part:
+        """The part without coefficients that are 0 but for rounding."""
         kept = [
             c if c and abs(c) * self._size ** (part.offset + n) > NOTHING else 0
             for n, c in enumerate(part.coefficients[: self.order + 1])
@@ -59,6 +60,7 @@ class Names:
         """One side with symbols for its series."""
 
         def points(known: Iterable[CriticalPoint], what: str) -> list[CriticalPoint]:
+            """The critical points with symbols for their series."""
             return [
                 p._replace(
                     series=self.named(f"{p.kind}_{what}{side}_{k}", p.series),
@@ -87,6 +89,7 @@ def _horner(part: Part) -> Expr:
 
 
 def number_of(x: Expr | Fraction | mpf | int) -> Expr:
+    """A SymPy number: exact for a rational, else to 50 digits."""
     if isinstance(x, sympy.Basic | int):
         return sympy.sympify(x)
     if isinstance(x, Fraction):
@@ -105,9 +108,11 @@ class Symbolic:
         return Sum([(sympy.expand(number_of(height)), sympy.sympify(factor))])
 
     def total(self, terms: list[Any]) -> Sum:
+        """The sum of the terms."""
         return sum(terms, Sum([]))
 
     def number(self, x: Expr | Fraction | mpf | int) -> Expr:
+        """A SymPy number."""
         return number_of(x)
 
 
@@ -153,6 +158,7 @@ class Sum:
 
 
 def as_sum(x: Sum | Expr | int) -> Sum:
+    """A sum as it is, a number as a sum of one term."""
     return x if isinstance(x, Sum) else Sum([(sympy.S.Zero, sympy.sympify(x))])
 
 
@@ -165,6 +171,7 @@ def _line(height: Expr) -> tuple[Any, Any]:
 
 
 def _nothing(height: Expr) -> bool:
+    """True of a height that is 0 for all r."""
     return _line(height) == (0, 0)
 
 
@@ -211,6 +218,7 @@ class Ratio:
 
 
 def _times_exp(factor: Expr, line: Expr) -> Expr:
+    """factor e^(lam line)."""
     level, slope = _line(line)
     return factor * sympy.exp(LAM * (level + slope * BEYOND_1))
 
@@ -221,6 +229,7 @@ def _all_below(lines: list[Any], others: list[Any], far: float = 0.0) -> bool:
         return False
 
     def below(h: Expr, k: Expr) -> bool:
+        """True where h <= k - far for all r > 1."""
         level, slope = _line(k - h)
         return bool(level >= far and slope >= 0)
 
@@ -237,6 +246,7 @@ def _highest(heights: list[Any]) -> list[Any]:
 
 
 def _largest(values: list[Any]) -> Expr:
+    """The maximum of the values, as nested calls of `larger`."""
     largest = values[0]
     for value in values[1:]:
         largest = larger(largest, value)
@@ -244,5 +254,6 @@ def _largest(values: list[Any]) -> Expr:
 
 
 def _least(lines: list[Any]) -> Expr:
+    """The minimum of the lines, as nested calls of `larger`."""
     parts = [level + slope * BEYOND_1 for level, slope in map(_line, lines)]
     return parts[0] if len(parts) == 1 else -_largest([-part for part in parts])

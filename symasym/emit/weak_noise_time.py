@@ -95,6 +95,7 @@ def _program(
     kappa: float | None,
     most: float,
 ) -> Program:
+    """log(N/D) of the composition as a program, valid for kappa up to `most`."""
     log, faint = ratio.log(FAINT / (2 / (kappa or most) ** 2))
     log = sympy.log(LAM) + log
     shared = [(X, KAPPA**2 / 2), (LAM, 2 / KAPPA**2), (BEYOND_1, R - 1), *names.series]
@@ -188,15 +189,15 @@ def _rounded_down(x: float) -> float:
 
 def _told(halves: tuple[OneSided, OneSided], order: int, r: Fraction | None, most: float) -> str:
     """The error estimate from the next two orders, as a sentence."""
-    at, told = r or Fraction(10), []
+    at, stated = r or Fraction(10), []
     with own_context(30) as context:
         for kappa in (most / 2, most / 4, most / 8):
             time = _time(halves, kappa, at, order, context)
             relative = float(time.error / time.value) if time.sure else math.inf
-            told.append(f"{relative:.1e} at kappa = {kappa:.3g}")
+            stated.append(f"{relative:.1e} at kappa = {kappa:.3g}")
     return (
         "an estimate, twice the size of the next two orders of each series, is for r = "
-        f"{float(at):.4g}: {', '.join(told)}"
+        f"{float(at):.4g}: {', '.join(stated)}"
     )
 
 

@@ -80,6 +80,7 @@ def wrapped(
 
 
 def _broken(code: str, width: int) -> list[str]:
+    """Lines of at most `width` characters."""
     return textwrap.wrap(code, width, break_long_words=False, break_on_hyphens=False)
 
 
@@ -114,6 +115,7 @@ def helpers(code: str, known: Mapping[str, Written]) -> list[str]:
     seen: set[str] = set()
 
     def look(where: str) -> None:
+        """Append the helpers whose names stand in the text, those that they call before them."""
         for name, written in known.items():
             if name not in seen and re.search(rf"(?<!\w)(?<!\w\.){re.escape(name)}\b", where):
                 seen.add(name)
@@ -130,7 +132,7 @@ def signature_doc(function: Ready) -> str:
     return function.doc if function.doc.endswith(".") else f"{function.doc}."
 
 
-def told(function: Ready, form: str) -> str:
+def argument_values(function: Ready, form: str) -> str:
     """The arguments' values as the language puts them into text: NAME in `form` is a name."""
     values = [f"{name} is {form.replace('NAME', name)}" for name in function.arguments]
     return f"{', '.join(values)}: " if values else ""
@@ -138,5 +140,5 @@ def told(function: Ready, form: str) -> str:
 
 def refusal(function: Ready) -> list[str]:
     """The lines that raise in Python where no case holds."""
-    lines = [f'f"{told(function, "{NAME}")}"', f'"{function.outside}"']
+    lines = [f'f"{argument_values(function, "{NAME}")}"', f'"{function.outside}"']
     return ["    raise ValueError(", *(f"        {line}" for line in lines), "    )"]

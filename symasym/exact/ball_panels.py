@@ -90,26 +90,32 @@ class Outer(Piece):
 
     @property
     def drift_at_left(self) -> Any:
+        """a"""
         return self.slope
 
     @cached_property
     def _exponent(self) -> Any:
+        """lam a length."""
         return self.slope * exact_ball(self.lam * self.length)
 
     @cached_property
     def growth(self) -> Any:
+        """e^-x, x = lam a length."""
         return (-self._exponent).exp()
 
     @cached_property
     def plus(self) -> Any:
+        """length phi_1(-x) (Hochbruck and Ostermann 2010)."""
         return exact_ball(self.length) * ball_quotient(-self._exponent, 1)
 
     @cached_property
     def minus(self) -> Any:
+        """length phi_1(x)."""
         return exact_ball(self.length) * ball_quotient(self._exponent, 1)
 
     @cached_property
     def nested(self) -> Any:
+        """length^2 phi_2(x)."""
         return exact_ball(self.length**2) * ball_quotient(self._exponent, 2)
 
 
@@ -131,6 +137,7 @@ class Panel(Piece):
 
     @property
     def drift_at_left(self) -> arb:
+        """A(a)"""
         return self.profile.value(self.center - self.half)
 
     @cached_property
@@ -171,14 +178,17 @@ class Panel(Piece):
 
     @cached_property
     def _rising(self) -> Any:
+        """e^E, E the exponent."""
         return self._exponent.exp()
 
     @cached_property
     def _falling(self) -> Any:
+        """e^-E, E the exponent."""
         return (-self._exponent).exp()
 
     @cached_property
     def _exp_tail(self) -> Any:
+        """The truncation error of e^E and e^-E on the panel."""
         return self._tail((self.slope_bound * RATIO).exp())
 
     @cached_property
@@ -262,14 +272,17 @@ class EndSlope:
 
     @property
     def plus(self) -> Any:
+        """d(int e)/d(end): the integrand at the end, less lam A int e."""
         return 1 - self._rate * self._piece.plus
 
     @property
     def minus(self) -> Any:
+        """d(int 1/e)/d(end): the integrand at the end, and lam A int 1/e."""
         return 1 + self._rate * self._piece.minus
 
     @property
     def nested(self) -> Any:
+        """d(int int e(w)/e(x))/d(end): int 1/e."""
         return self._piece.minus
 
 
@@ -302,16 +315,19 @@ class PanelSlope:
 
     @cached_property
     def _rising(self) -> tuple[Any, Any]:
+        """q e^E and its truncation error."""
         return self._weighted(self._panel._rising)
 
     @cached_property
     def plus(self) -> Any:
+        """int e^E (q - q(-1)), scaled as the integral of the panel."""
         panel, (series, tail) = self._panel, self._rising
         scale = exact_ball(panel.half) * (-panel._ends[0]).exp()
         return scale * (_over_panel(series) + 2 * tail)
 
     @cached_property
     def minus(self) -> Any:
+        """-int e^-E (q - q(-1)), scaled as the integral of the panel."""
         panel, (series, tail) = self._panel, self._weighted(self._panel._falling)
         return -exact_ball(panel.half) * panel._ends[0].exp() * (_over_panel(series) + 2 * tail)
 
@@ -396,6 +412,7 @@ def _terms(bits: int, growth: float, finite: int | None) -> int:
 
 
 def _too_much_work(lam: Fraction) -> AccuracyError:
+    """The error for a ball that would take too long."""
     return AccuracyError(
         f"at lam = 2/kappa^2 = {exact_ball(lam).str(4, radius=False)} and "
         f"{flint_module().ctx.prec} bits a "

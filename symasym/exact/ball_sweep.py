@@ -192,15 +192,18 @@ def stationary_density(
 
 
 def large_parameter(kappa: Fraction) -> Fraction:
+    """lam = 2/kappa^2."""
     return 2 / kappa**2
 
 
 def _check_noise(kappa: Fraction) -> None:
+    """Raise InputError unless kappa > 0."""
     if kappa <= 0:
         raise InputError(f"kappa is {kappa}; it must be greater than 0.")
 
 
 def check_escape(kappa: Fraction, r: Fraction, start: Fraction) -> None:
+    """Raise InputError unless kappa > 0, r > 0 and |start| < r."""
     _check_noise(kappa)
     if r <= 0:
         raise InputError(f"r is {r}; it must be greater than 0.")
@@ -225,7 +228,7 @@ def sliding_slopes(profile: Profile) -> tuple[Any, Any]:
 
 
 class _Undecided(Exception):
-    """A sign could not be told at this precision."""
+    """A sign is undecided at this precision."""
 
 
 def refined(
@@ -285,6 +288,7 @@ def excess_bits(value: arb, dps: int, places: int | None) -> int:
 def _from_both_ends(
     drift: Drift, kappa: Fraction, r: Fraction, start: Fraction
 ) -> tuple[Swept, Swept]:
+    """sigma and w at the start, from -r and in mirrored coordinates from r."""
     profile, lam = profile_of(drift), large_parameter(kappa)
     # Both are cut before either is integrated, so that too much work is refused at once.
     left = records_of(pieces_of(profile, lam, -r, start))

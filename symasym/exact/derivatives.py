@@ -130,16 +130,19 @@ def log_slopes_of_occupation(
 
 
 def _ways(drift: Drift, kappa: Fraction) -> dict[str, Way]:
+    """The changes per unit of each parameter, and of kappa: d(log lam)/d(kappa) = -2/kappa."""
     ways = {name: Way(profile_of(drift.derivative(name))) for name in drift.parameters}
     ways["kappa"] = Way(profile_of(drift), -2 / kappa, -2 / kappa)
     return ways
 
 
 def _together(drift: Drift, ways: dict[str, Way]) -> Profile:
+    """The drift, bounded only where its changes are."""
     return _Together(profile_of(drift), tuple(w.profile for w in ways.values() if w.profile))
 
 
 def _refuse_many(panels: int) -> None:
+    """Raise AccuracyError where differences take less time."""
     if panels > _MOST_PANELS:
         raise AccuracyError(
             f"proved derivatives would take {panels} panels; use differences of exact values."
@@ -147,7 +150,10 @@ def _refuse_many(panels: int) -> None:
 
 
 def _refined(compute: Callable[[], Any], dps: int, scale: Fraction) -> dict[str, Any]:
+    """Balls of the derivatives, each to `dps` digits or places."""
+
     def missing_bits(slopes: dict[str, Any]) -> int:
+        """Bits by which the widest ball is too wide."""
         return max(excess_bits(ball, dps, dps) for ball in slopes.values())
 
     slopes: dict[str, Any] = refined(compute, dps, scale=scale, missing_bits=missing_bits)
@@ -170,6 +176,7 @@ class Way(NamedTuple):
     ends: bool = False
 
     def mirrored(self) -> Way:
+        """The changes of the mirrored scene -A(-u)."""
         return self._replace(profile=self.profile and self.profile.mirrored())
 
     def of(self, piece: Outer | Panel, lam: Fraction, side: int, first: bool) -> Change | None:
@@ -199,6 +206,7 @@ class _Together:
         return self.drift.value(u)
 
     def bound(self, center: Fraction, radius: Fraction) -> Any:
+        """|A|'s bound, nan unless the changes have one as well."""
         if all(change.bound(center, radius).is_finite() for change in self.changes):
             return self.drift.bound(center, radius)
         return flint_module().arb.nan()
@@ -269,11 +277,13 @@ class _DualPiece(Piece):
         self._piece, self._changes = piece, changes
 
     def _dual(self, name: str) -> Dual:
+        """A number of the piece and its derivatives."""
         slopes = (getattr(change, name) if change else 0 for change in self._changes)
         return Dual.of(getattr(self._piece, name), slopes)
 
     @cached_property
     def growth(self) -> Dual:
+        """e^{lam(V(b) - V(a))} and its derivatives."""
         relative = self._dual("growth")
         return Dual(relative.value, relative.slopes * relative.value)
 
@@ -300,9 +310,11 @@ class _DualPiece(Piece):
 
     @property
     def enclosure(self) -> Dual:
+        """An enclosure of the nested integral and its changes that takes no work."""
         ceiling = self._piece.ceiling
 
         def most(change: Change | None) -> Any:
+            """An enclosure of a change of the nested integral."""
             if isinstance(change, PanelSlope):
                 # Over a panel, from -1 to 1, q changes by twice its steepest slope at most.
                 return flint_module().arb(0, (2 * ceiling * change.steep).upper())

@@ -45,6 +45,7 @@ class Numbers:
         self.lam = self.mpf(lam)
 
     def mpf(self, x: Fraction) -> mpf:
+        """A rational rounded to the precision of the context."""
         return mpf_of(x, self.context)
 
     def exponential(self, rise: Fraction) -> Any:
@@ -136,6 +137,7 @@ class Taylor(Panel):
         self.nested_bound = self._h * self.bound
 
     def _solve(self, source: bool) -> tuple[Any, Any]:
+        """y(b) and int y, y' = lam phi y + 1 with `source` or 0, in the record's scaling."""
         total, integral = recurrence(self._q, self._denominator, self._bits, self._count, source)
         # Downwards int_e, int_inverse and nested are those of the left end times e(b).
         unit = self._h * self._numbers.context.ldexp(1, -self._bits)
@@ -145,6 +147,7 @@ class Taylor(Panel):
 
     @cached_property
     def _n(self) -> tuple[Any, Any]:
+        """N(b) and int N, N' = 1 + lam phi N, N(a) = 0."""
         return self._solve(True)
 
     @property
@@ -153,6 +156,7 @@ class Taylor(Panel):
 
     @cached_property
     def int_inverse(self) -> mpf:
+        """int y, y' = lam phi y, y(a) = 1."""
         return self._solve(False)[1]
 
     @property
@@ -198,6 +202,7 @@ class Slow(Panel):
         return self._rounds**2
 
     def _lam_phi(self, t: Fraction, count: int) -> list[Any]:
+        """Taylor coefficients of lam |phi| half about t, in units of half the width."""
         c = self._field.taylor(self._centre + t, self._half, count)
         scale = self._numbers.lam_exact * self._half * (-1 if self.up else 1)
         return [self._numbers.mpf(scale * x) for x in c] + [self._numbers.context.zero] * (
@@ -226,6 +231,9 @@ class Slow(Panel):
 
     @cached_property
     def nested(self) -> mpf:
+        """int N, N' = 1 + lam phi N: downwards the product of both layers; upwards the
+        integral of the following solution, less that of the layer at the left end.
+        """
         context = self._numbers.context
         if not self.up:
             return self._opposing * self._following
@@ -235,6 +243,7 @@ class Slow(Panel):
         return half * half * self._whole() - half * first * self._opposing
 
     def _whole(self) -> mpf:
+        """The integral of the following solution, its Taylor terms doubled until they suffice."""
         count = self._count
         for _ in range(4):
             phi = self._lam_phi((self._t0 + self._t1) / 2, count)
@@ -318,7 +327,7 @@ def recurrence(
     q, denominator : integers
         The drift times lam and the width, in powers of s from 0 to 1.
     bits : int
-        Places of the fixed-point numbers, guard bits included.
+        Bits of the fixed-point numbers behind the point, guard bits included.
     count : int
         Taylor terms.
     source : bool

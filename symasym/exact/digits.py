@@ -141,12 +141,14 @@ def _to_digits(compute: Callable[[int, Any], Any], dps: int, log: bool) -> mpf:
 
 
 def _precise(context: MPContext, dps: int) -> None:
+    """Give the context the bits of `dps` digits and of a guard."""
     context.prec = int(dps * 3.3219281) + _GUARD
 
 
 def _from_both_ends(
     drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, context: MPContext
 ) -> tuple[Swept, Swept]:
+    """sigma and w at the start, from -r and in mirrored coordinates from r."""
     _precise(context, dps)
     lam = 2 / kappa**2
     left, right = (_swept_scene(drift, mirrored, lam, context) for mirrored in (False, True))
@@ -213,9 +215,11 @@ class Partition:
             yield self._outer(Rational(1), end - max(start, Rational(1)))
 
     def _outer(self, edge: Fraction, width: Fraction) -> Panel:
+        """The panel beyond u = -1 or 1, where the drift is constant."""
         return Constant(self.numbers, self.field.value(edge), width)
 
     def _inside(self, lo: Fraction, hi: Fraction) -> Iterator[Panel]:
+        """Panels of a part of the layer: Taylor panels only where lam V varies little."""
         grid = np.linspace(float(lo), float(hi), 17)
         mean = float(np.abs(self.field.float_values(grid)).mean())
         if self._lam_float * mean * float(hi - lo) <= _MILD_PANELS * self.reach:
@@ -338,7 +342,7 @@ class Partition:
     def _tame_width(self, here: Fraction, most: Fraction) -> Fraction:
         """`most`, halved until the Taylor series of A is known to converge fast enough.
 
-        By Cauchy's bound on a disc of radius 4 h, which A maps into one of radius M,
+        By Cauchy's bound on a disk of radius 4 h, which A maps into one of radius M,
         n terms leave less than M 4^-n.
         """
         h = most
@@ -351,7 +355,7 @@ class Partition:
         return h
 
     def _order(self) -> int:
-        """Taylor terms of A on a panel: two bits a term, on a quarter of their disc."""
+        """Taylor terms of A on a panel: two bits a term, on a quarter of their disk."""
         bits: int = self.bits + guard_bits(self.reach)
         return bits // 2 + 32
 
@@ -374,6 +378,7 @@ class Partition:
 
     @staticmethod
     def _require_width(h: Fraction) -> None:
+        """Raise AccuracyError for a panel narrower than an analytic A needs."""
         if places(h) > _DEEPEST:
             raise AccuracyError(
                 "the Taylor series of A does not converge inside [-1, 1]; give an A that is "
@@ -414,6 +419,7 @@ class Partition:
         return h
 
     def _cost(self, growth: list[float], width: Fraction) -> float:
+        """Terms times bits over the width: the cost of a Taylor panel for each unit of u."""
         guard = guard_bits(sum(growth))
         bits = self.bits + guard
         return float(terms_needed(growth, bits) * (bits + 400) / width)

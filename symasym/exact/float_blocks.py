@@ -38,6 +38,7 @@ class Blocks(NamedTuple):
     t1: FloatArray
 
     def take(self, index: slice | np.ndarray) -> Blocks:
+        """Some of the blocks."""
         fields: list[Any] = [field[index] for field in self]
         return Blocks(*fields)
 
@@ -69,6 +70,7 @@ def partition(
 
 
 def _even_blocks(field: Field, scene: IntArray, lo: FloatArray, hi: FloatArray) -> Blocks:
+    """Blocks of equal width: one for a polynomial, eight for another drift."""
     # A polynomial is bisected where it must be; another drift is looked at more closely.
     pieces = 8 if field.series(scene[:1]) is None else 1
     edges = np.linspace(0.0, 1.0, pieces + 1)
@@ -202,7 +204,7 @@ def hidden(
     # Beyond a step or a needle the Taylor expansion about an anchor would be another function.
     straying = np.abs(around.centre - phi[:, float_panels.NODES // 2])
     close = straying <= 1e-6 * size + 1e-10 * field.size()[blocks.scene]
-    # What 17 nodes miss of a function on that disc is 4e-10 of its bound, at most.
+    # What 17 nodes miss of a function on that disk is 4e-10 of its bound, at most.
     negligible = lam_h * around.radius < 1e-5
     seen: np.ndarray = (tame(around.radius, size) | negligible) & (close | ~taken_about)
     return ~seen
@@ -236,12 +238,14 @@ class Records(NamedTuple):
 
     @classmethod
     def joined(cls, parts: Sequence[Records]) -> Records:
+        """All records of several groups, one after the other."""
         rest = zip(*(p[:3] + p[4:] for p in parts), strict=True)
         scene, part, position, *others = (np.concatenate(x) for x in rest)
         moments = (np.concatenate(m) for m in zip(*(p.moments for p in parts), strict=True))
         return cls(scene, part, position, Moments(*moments), *others)
 
     def sorted(self) -> Records:
+        """The records by scene, part and position."""
         order = np.lexsort((self.position, self.part, self.scene))
         scene, part, position, _, *others = self
         moments = Moments(*(m[order] for m in self.moments))

@@ -248,7 +248,7 @@ def merge(moments: Moments, k: np.ndarray, count: np.ndarray) -> Moments:
     moments : Moments
         Runs of neighbouring panels, one run after the other.
     k, count : integer arrays of shape (panels,)
-        Place of a panel in its run, and the length of that run. A run's
+        Index of a panel in its run, and the length of that run. A run's
         exponents must stay within the range of float64.
     """
     rise, int_e, int_inverse, nested = moments
@@ -281,7 +281,7 @@ def merge_slow(
 ) -> tuple[np.ndarray, Moments]:
     """Join neighbouring slow panels of one scene and one direction into one record.
 
-    Returns the place of the first panel of each record, and the records.
+    Returns the index of the first panel of each record, and the records.
 
     Their exponents exceed 40, so of the joint integrals only the layer at each
     end is left and, upwards, the products of neighbours.

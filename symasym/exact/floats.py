@@ -86,6 +86,7 @@ def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
 
 
 def _logs(quantity: LogPositive, failed: np.ndarray) -> Logs:
+    """Logarithms and their errors, infinite where a scene was given up."""
     bad = failed | np.isnan(quantity.log) | np.isnan(quantity.error)
     return Logs(np.asarray(quantity.log), np.where(bad, np.inf, quantity.error))
 
@@ -114,10 +115,10 @@ def _from_both_ends(
 
 
 class _Panels(NamedTuple):
-    """Panels of many scenes, of each from `place` on; and the scenes that were given up."""
+    """Panels of many scenes, of each from `begin` on; and the scenes that were given up."""
 
     records: Record
-    place: IntArray
+    begin: IntArray
     number: IntArray
     failed: np.ndarray
 
@@ -134,7 +135,7 @@ class _Panels(NamedTuple):
         """
         # Scenes with more panels come first: those with a k-th one are the first of all.
         order = np.argsort(-self.number, kind="stable")
-        lam, at, count = lam[order], self.place[order], self.number[order]
+        lam, at, count = lam[order], self.begin[order], self.number[order]
         state = tuple(x[order] for x in start)
         for k in range(count.max(initial=0)):
             n = int(np.searchsorted(-count, -k, side="left"))

@@ -197,10 +197,12 @@ class Deferred:
 
     @cached_property
     def bound(self) -> Any:
+        """A bound of the number, None where none is known."""
         return self._bound() if self._bound else None
 
     @cached_property
     def value(self) -> Any:
+        """The number, computed once."""
         return self._compute()
 
     def __mul__(self, other: Ratios) -> Scaled:
@@ -277,6 +279,7 @@ class Sum:
 
     @property
     def value(self) -> Any:
+        """The sum; a part below `tiny` of it is replaced by its enclosure or, without one, by 0."""
         total, terms, waiting = self.number, [], [(self.factor, part) for part in self.parts]
         while waiting:
             factor, part = waiting.pop()

@@ -36,6 +36,7 @@ def available() -> bool:
 
 
 def flint_module() -> Any:
+    """The module flint; AccuracyError where it is not installed."""
     try:
         import flint
     except ImportError:
@@ -60,6 +61,7 @@ def precision(bits: int) -> Iterator[None]:
 
 
 def exact_ball(value: Fraction) -> Any:
+    """The ball of a rational: exact but for the rounding of a quotient."""
     flint = flint_module()
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
@@ -124,18 +126,21 @@ class _Polynomial:
         self.coefficients = coefficients
 
     def value(self, u: Fraction) -> Any:
+        """A(u), its rational value rounded once."""
         total = Fraction(0)
         for coefficient in reversed(self.coefficients):
             total = total * u + coefficient
         return exact_ball(total)
 
     def bound(self, center: Fraction, radius: Fraction) -> Any:
-        # The sum of |c_k| radius^k is met on the circle within a factor of two or so,
+        """Sum of |c_k| radius^k, c_k the Taylor coefficients at the centre."""
+        # The sum of |c_k| radius^k is attained on the circle within a factor of two or so,
         # where a ball in place of z would count the same radius once per power.
         shifted = self._shifted(center, radius).coeffs()
         return sum((abs(c) for c in shifted), flint_module().arb(0))
 
     def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
+        """The Taylor polynomial in t of A(center + half t)."""
         return flint_module().arb_series(self._shifted(center, half).coeffs(), terms)
 
     def terms(self) -> int | None:
@@ -150,6 +155,7 @@ class _Polynomial:
         return flint.fmpq_poly([flint.fmpq(c.numerator, c.denominator) for c in self.coefficients])
 
     def _shifted(self, center: Fraction, half: Fraction) -> Any:
+        """The coefficients of A(center + half t) in t."""
         flint = flint_module()
         line = flint.arb_poly([exact_ball(center), exact_ball(half)])
         return flint.arb_poly(self._exact)(line)
@@ -163,11 +169,13 @@ class _Analytic:
         self.sign = sign
 
     def value(self, u: Fraction) -> Any:
+        """A(u); at u = -1 and 1 from its exact value where that is rational."""
         if abs(u) == 1 and (known := self.drift.end(self.sign * int(u))) is not None:
             return exact_ball(self.sign * known)
         return self.sign * self.drift.evaluate(exact_ball(self.sign * u), BallOps())
 
     def bound(self, center: Fraction, radius: Fraction) -> Any:
+        """|A| on a square around the disk, nan unless A is analytic there."""
         flint = flint_module()
         spread = flint.arb(0, exact_ball(radius))
         square = flint.acb(exact_ball(self.sign * center) + spread, spread)
@@ -177,6 +185,7 @@ class _Analytic:
             return flint.arb.nan()
 
     def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
+        """The Taylor series in t of A(center + half t), by Arb."""
         flint = flint_module()
         line = flint.arb_series(
             [exact_ball(self.sign * center), exact_ball(self.sign * half)], terms
@@ -191,6 +200,7 @@ class _Analytic:
 
 
 def profile_of(drift: Drift) -> Profile:
+    """A(u) of a drift as the panels need it."""
     coefficients = drift.exact_coefficients()
     return _Analytic(drift) if coefficients is None else _Polynomial(list(coefficients))
 
@@ -209,6 +219,7 @@ class BallOps:
         return flint_module().arb.pi()
 
     def power(self, base: Ball, exponent: Fraction) -> Any:
+        """A rational power, on a complex ball nan where it touches the cut."""
         flint = flint_module()
         rational = flint.fmpq(exponent.numerator, exponent.denominator)
         if isinstance(base, flint.acb):

@@ -94,6 +94,7 @@ class ExtendedInterval:
 
 
 def _product(a: arb, b: arb) -> arb:
+    """a b, with 0 for 0 times an infinite end."""
     return flint_module().arb(0) if a.is_zero() or b.is_zero() else a * b
 
 
@@ -117,10 +118,12 @@ class _Functions:
         return ExtendedInterval(ball, ball)
 
     def power(self, base: ExtendedInterval, exponent: Fraction) -> ExtendedInterval:
+        """base^exponent = e^(exponent log base), base positive."""
         result: ExtendedInterval = self.exp(self.rational(exponent) * self.log(base))
         return result
 
     def cosh(self, x: ExtendedInterval) -> ExtendedInterval:
+        """cosh of the modulus, where it increases."""
         size = abs(x)
         return ExtendedInterval(size.low.cosh(), size.high.cosh())
 
@@ -138,6 +141,7 @@ class _Functions:
         return self.sin(x) / self.cos(x)
 
     def _wave(self, x: ExtendedInterval, name: str) -> ExtendedInterval:
+        """Sine or cosine: the range of the ball within [-1, 1]."""
         one = flint_module().arb(1)
         ball = x.low.union(x.high)
         if not ball.is_finite():
@@ -151,6 +155,7 @@ class _Functions:
         least, most = self._increasing[name]
 
         def by_ends(x: ExtendedInterval) -> ExtendedInterval:
+            """The interval between the values at both ends; Undefined outside the domain."""
             if not (x.low >= least and x.high <= most):
                 raise Undefined
             return ExtendedInterval(_at_end(name, x.low), _at_end(name, x.high))
@@ -173,9 +178,9 @@ def _at_end(name: str, x: arb) -> Any:
 def enclosure(expression: Expr, x: Symbol, lo: float, hi: float) -> tuple[float, float] | None:
     """Floats between which the expression lies for lo <= x <= hi, None where none are shown."""
     with precision(_BITS):
-        place = ExtendedInterval(flint_module().arb(lo), flint_module().arb(hi))
+        domain = ExtendedInterval(flint_module().arb(lo), flint_module().arb(hi))
         try:
-            values = evaluate_tree(expression, {x: place}, _Functions())
+            values = evaluate_tree(expression, {x: domain}, _Functions())
         except (Undefined, InputError):
             return None
         low, high = float(values.low), float(values.high)

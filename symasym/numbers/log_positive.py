@@ -73,6 +73,7 @@ class LogPositive:
 
 
 def _positive(x: LogPositive | int) -> LogPositive:
+    """The number itself; 1 or 0 for these whole numbers."""
     if isinstance(x, LogPositive):
         return x
     return LogPositive(np.asarray(0.0 if x else _NONE), np.asarray(0.0))

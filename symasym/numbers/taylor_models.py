@@ -86,6 +86,7 @@ class Model(NamedTuple):
         return low
 
     def polynomial_size(self) -> Any:
+        """An upper bound of |sum c_k y^k| on the whole range."""
         return _largest(self.coefficients, self.over.top)
 
     def largest(self) -> Any:
@@ -126,12 +127,14 @@ def supremum(terms: Iterable[SmallTerm], power: int, low: arb, top: arb) -> Any:
 
 
 def _parts(low: arb, top: arb) -> list[Any]:
+    """Balls that cover [low, top]."""
     width = (top - low) / _PARTS
     edges = [low + k * width for k in range(_PARTS + 1)]
     return [a.union(b) for a, b in pairwise(edges)]
 
 
 def _value(coefficients: Sequence[Any], y: arb) -> Any:
+    """sum c_k y^k."""
     total = flint_module().arb(0)
     for c in reversed(coefficients):
         total = total * y + c
@@ -139,6 +142,7 @@ def _value(coefficients: Sequence[Any], y: arb) -> Any:
 
 
 def _largest(coefficients: Sequence[Any], top: arb, low: arb | int = 0) -> Any:
+    """An upper bound of |sum c_k y^k| for low <= y <= top."""
     flint = flint_module()
     most = flint.arb(0)
     for part in _parts(flint.arb(low), top):

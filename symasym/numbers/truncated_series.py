@@ -150,6 +150,7 @@ class SeriesOps:
         self.bits = context.prec + 32
 
     def constant(self, value: mpf | int) -> TruncatedSeries:
+        """The series of a number."""
         if hasattr(value, "_mpc_"):
             raise InputError("A is complex on [-1, 1]; give an A that is real there.")
         mantissa, exponent = _parts(self.context.mpf(value))
@@ -167,9 +168,11 @@ class SeriesOps:
         )
 
     def rational(self, value: Fraction) -> mpf:
+        """A rational rounded to the precision of the context."""
         return mpf_of(value, self.context)
 
     def pi(self) -> mpf:
+        """pi to the precision of the context."""
         return +self.context.pi
 
     def fixed(self, value: mpf | int, e: int) -> int:
@@ -184,6 +187,7 @@ class SeriesOps:
             raise AttributeError(name)
 
         def apply(x: TruncatedSeries | mpf) -> TruncatedSeries | mpf:
+            """The function of a series, or of a number."""
             if not isinstance(x, TruncatedSeries):
                 return getattr(self.context, name)(x)
             return rule(x, self)
@@ -191,6 +195,7 @@ class SeriesOps:
         return apply
 
     def power(self, x: TruncatedSeries | mpf, exponent: Fraction) -> TruncatedSeries | mpf:
+        """y = x^(p/q) from q x y' = p x' y; a number's power for a number."""
         if not isinstance(x, TruncatedSeries):
             return x ** self.rational(exponent)
         p, q, n_terms = exponent.numerator, exponent.denominator, self.order
@@ -206,6 +211,7 @@ class SeriesOps:
 
 
 def _scaled(value: int, e: int) -> int:
+    """value 2^e, rounded down."""
     return value << e if e >= 0 else value >> -e
 
 
@@ -217,6 +223,7 @@ def _from_derivative(first: mpf, derivative: TruncatedSeries) -> TruncatedSeries
 
 
 def _exp(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
+    """y = e^x from y' = x' y."""
     slopes, start = x.slopes(), ops.constant(ops.context.exp(x.head()))
     recent = [start.c[0]]
     for n in range(1, ops.order):
@@ -242,14 +249,17 @@ def _circular(
 
 
 def _log(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
+    """y = log x from y' = x'/x."""
     return _from_derivative(ops.context.log(x.head()), x.derivative() / x)
 
 
 def _quotient(pair: tuple[TruncatedSeries, TruncatedSeries]) -> TruncatedSeries:
+    """The first series over the second."""
     return pair[0] / pair[1]
 
 
 def _tanh(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
+    """y = tanh x from y' = (1 - y^2) x'."""
     # sinh/cosh would lose the saturated tail; y' = (1 - y^2) x' keeps it.
     slopes, context, e = x.slopes(), ops.context, -ops.bits
     y = [ops.fixed(context.tanh(x.head()), e)]
@@ -266,6 +276,7 @@ def _inverse(
     """The inverse function whose derivative is x'/inside or x'/sqrt(inside)."""
 
     def rule(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
+        """The series of the inverse function at `x`."""
         below = inside(x)
         if root:
             below = ops.power(below, Fraction(1, 2))
@@ -275,6 +286,7 @@ def _inverse(
 
 
 def _erf(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
+    """y = erf x from y' = 2/sqrt(pi) e^(-x^2) x'."""
     scale = 2 / ops.context.sqrt(ops.context.pi)
     slope = _exp(-(x * x), ops) * x.derivative() * scale
     return _from_derivative(ops.context.erf(x.head()), slope)

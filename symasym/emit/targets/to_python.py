@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from symasym.emit import uniform_time
 from symasym.emit.kernels.exact_python import in_python
-from symasym.emit.program import Passage, Program, Ready, header, in_doubles
+from symasym.emit.program import FirstPassage, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.writing import (
     comment,
@@ -55,7 +55,7 @@ def floats(names: str) -> list[str]:
     return [f"    {names} = float({names})"] if names else []
 
 
-def passage(function: Ready, q: Passage, language: Language) -> list[str]:
+def passage(function: Ready, q: FirstPassage, language: Language) -> list[str]:
     """The body of an escape time; the uniform one has a value or is refused."""
     if not q.uniform:
         return language.passage(function, q)
