@@ -96,7 +96,7 @@ def test_a_check_that_breaks_down_fails():
 
 
 def test_bound_with_certificate():
-    check = Bound(slack=a**2, on="all a")
+    check = Bound(difference=a**2, on="all a")
     assert passes(check, Inequality(2 * x * a, "<=", 2 * x * a + a**2))
     assert not passes(check, Inequality(2 * x * a, ">=", 2 * x * a + a**2))
     assert not passes(check, Inequality(2 * x * a, "<=", 2 * x * a + 2 * a**2))
@@ -123,13 +123,13 @@ def test_bound_by_root_count():
 
 
 def test_false_inequality_names_a_point():
-    outcome = Bound(slack=x).run(Inequality(x**2, "<=", x), RNG)
+    outcome = Bound(difference=x).run(Inequality(x**2, "<=", x), RNG)
     assert not outcome.passed
     assert "x = " in outcome.point
 
 
 def test_a_negative_certificate_does_not_help():
-    assert not passes(Bound(slack=-x), Inequality(2 * x, "<=", x))
+    assert not passes(Bound(difference=-x), Inequality(2 * x, "<=", x))
 
 
 # -- numbers --------------------------------------------------------------------------------

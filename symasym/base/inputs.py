@@ -41,7 +41,7 @@ def is_array(value: object) -> bool:
     return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
-def exact(name: str, value: Any) -> Fraction:
+def exact(name: str, value: Number) -> Fraction:
     """The exact rational that `value` stands for.
 
     Parameters
@@ -86,6 +86,7 @@ def exact(name: str, value: Any) -> Fraction:
 
 
 def _from_text(name: str, text: str) -> Fraction:
+    """The rational that a text stands for: a decimal or a quotient."""
     exponent = text.lower().rpartition("e")[2] if "e" in text.lower() else "0"
     try:
         if abs(int(exponent)) > _LONGEST_EXPONENT:
@@ -105,7 +106,7 @@ def _from_text(name: str, text: str) -> Fraction:
         ) from None
 
 
-def _from_library(name: str, value: Any) -> Fraction:
+def _from_library(name: str, value: mpf | Expr) -> Fraction:
     """Numbers of mpmath and SymPy, known by their own attributes so that neither is loaded."""
     if hasattr(value, "_mpf_"):
         sign, mantissa, exponent, _ = value._mpf_
@@ -127,7 +128,7 @@ def _from_library(name: str, value: Any) -> Fraction:
     )
 
 
-def floats(name: str, value: Any, copy: bool = True) -> FloatArray:
+def floats(name: str, value: Numbers, copy: bool = True) -> FloatArray:
     """`value` as a float64 array (0-dimensional for a scalar), finite and not empty.
 
     Without `copy` it is read only, as it may be the caller's own.
@@ -177,7 +178,7 @@ def to_float(name: str, value: Fraction | int) -> float:
     return result
 
 
-def digits(dps: Any) -> int:
+def digits(dps: int) -> int:
     """A number of decimal digits, 1 to 10,000."""
     if isinstance(dps, bool) or not isinstance(dps, (int, np.integer)):
         raise InputError(f"dps is {dps!r}; give a whole number of digits from 1 to 10000.")

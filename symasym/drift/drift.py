@@ -11,8 +11,8 @@ import numpy as np
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, floats, is_array
 from symasym.drift import landscape, models
-from symasym.numbers.complex_balls import Disc, DiscOps
-from symasym.numbers.trees import FractionOps, NotRational, NumpyOps, SympyOps
+from symasym.numbers.complex_balls import ComplexBall, ComplexBallOps
+from symasym.numbers.trees import FractionOps, NotRational, NumpyOps, Operations, SympyOps
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 __all__ = ["Drift"]
 
 _NUMPY = NumpyOps()
-_DISCS = DiscOps(_NUMPY)
-# Rounding a million times too large leaves the range in which discs themselves are rounded,
+_BALLS = ComplexBallOps(_NUMPY)
+# Rounding a million times too large leaves the range in which balls themselves are rounded,
 # and is still small enough to be linear.
-_ROUNDED = DiscOps(_NUMPY, 2.0**-33)
+_ROUNDED = ComplexBallOps(_NUMPY, 2.0**-33)
 
 
 class Drift:
@@ -195,12 +195,12 @@ class Drift:
 
     # -- values ----------------------------------------------------------------------------
 
-    def evaluate(self, u: Any, ops: Any) -> Any:
+    def evaluate(self, u: Any, ops: Operations) -> Any:
         """A(u) in the arithmetic of `ops` (see `symasym.numbers.trees`); scalar parameters only."""
         values = {name: ops.rational(value) for name, value in self.scalars().items()}
         return self._model.evaluate(u, values, ops)
 
-    def evaluate_values(self, u: Any, values: dict[str, Any], ops: Any) -> Any:
+    def evaluate_values(self, u: Any, values: dict[str, Any], ops: Operations) -> Any:
         """A(u) with these parameter values, all in the arithmetic of `ops`."""
         return self._model.evaluate(u, values, ops)
 
@@ -212,20 +212,20 @@ class Drift:
 
     def spread(
         self, centre: FloatArray, radius: FloatArray, values: dict[str, FloatArray] | None = None
-    ) -> Disc:
+    ) -> ComplexBall:
         """Complex balls of float64 that hold A on these (see `symasym.numbers.complex_balls`)."""
         values = self.float_values() if values is None else values
         with np.errstate(all="ignore"):
-            image = self._model.evaluate(_DISCS.disc(centre, radius), values, _DISCS)
-        # A constant becomes a disc, of the shape asked for.
-        shaped: Disc = _DISCS.disc(0.0 * centre, 0.0 * radius) + image
+            image = self._model.evaluate(_BALLS.ball(centre, radius), values, _BALLS)
+        # A constant becomes a ball, of the shape asked for.
+        shaped: ComplexBall = _BALLS.ball(0.0 * centre, 0.0 * radius) + image
         return shaped
 
     def rounding(self, u: FloatArray, values: dict[str, FloatArray]) -> FloatArray:
         """Bound on the error of `evaluate_float`, rounding `u` and the parameters included."""
         with np.errstate(all="ignore"):
-            image = self._model.evaluate(_ROUNDED.disc(u, 0.0 * u), values, _ROUNDED)
-            radius = (_ROUNDED.disc(0.0 * u, 0.0 * u) + image).radius * 2.0**-20
+            image = self._model.evaluate(_ROUNDED.ball(u, 0.0 * u), values, _ROUNDED)
+            radius = (_ROUNDED.ball(0.0 * u, 0.0 * u) + image).radius * 2.0**-20
         result: FloatArray = np.where(np.isnan(radius), np.inf, radius)
         return result
 
@@ -234,7 +234,7 @@ class Drift:
         self.require_bound()
         return {name: floats(name, value) for name, value in self._values.items()}
 
-    def coefficients(self, values: dict[str, Any], ops: Any) -> list[Any] | None:
+    def coefficients(self, values: dict[str, Any], ops: Operations) -> list[Any] | None:
         """Coefficients of A in ascending powers, in the arithmetic of `values`; None if none."""
         return self._model.coefficients(values, ops)
 

@@ -16,7 +16,7 @@ import numpy as np
 from symasym.base.contexts import own_context
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
-from symasym.numbers.complex_balls import Disc, tame
+from symasym.numbers.complex_balls import ComplexBall, tame
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
 from symasym.numbers.polynomial_roots import real_parts
 from symasym.numbers.polynomials import poly
@@ -64,8 +64,8 @@ class Field(Protocol):
         """Take note that |A| reaches `size`."""
         ...
 
-    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> Disc | None:
-        """Discs that hold A's values on complex discs, one per entry; None for a polynomial."""
+    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> ComplexBall | None:
+        """Balls that hold A's values on complex balls, one per entry; None for a polynomial."""
         ...
 
     def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
@@ -223,7 +223,7 @@ class AnalyticField:
         result: FloatArray = self.phi(np.array(scene), u[None, :])[0]
         return result
 
-    def _spread_of_one(self, scene: int, centre: FloatArray, radius: FloatArray) -> Disc:
+    def _spread_of_one(self, scene: int, centre: FloatArray, radius: FloatArray) -> ComplexBall:
         return self.spread(np.full(len(centre), scene), centre, radius)
 
     def series(self, scene: IntArray) -> None:
@@ -235,11 +235,11 @@ class AnalyticField:
     def saw(self, scene: IntArray, size: FloatArray) -> None:
         np.maximum.at(self._size, scene, size)
 
-    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> Disc:
+    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> ComplexBall:
         """Complex balls that hold A on the balls of these centres and radii."""
         sign = self.sign[scene]
         values = {name: value[scene] for name, value in self._values.items()}
-        image: Disc = sign * self._drift.spread(sign * centre, radius, values)
+        image: ComplexBall = sign * self._drift.spread(sign * centre, radius, values)
         return image
 
     def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:

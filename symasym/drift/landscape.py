@@ -13,12 +13,14 @@ from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.generated.numpy_formulas import potential_left, potential_right
-from symasym.numbers.complex_balls import Disc, tame
+from symasym.numbers.complex_balls import ComplexBall, tame
 
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
     from sympy import Expr
+
+    from symasym.numbers.trees import Operations
 
 _DIGITS = 60
 _NARROWEST = 1e-12
@@ -36,14 +38,14 @@ class Switch(Protocol):
     def exact_coefficients(self) -> list[Fraction] | None:
         """Rational coefficients in ascending powers; None if A is no such polynomial."""
 
-    def evaluate(self, u: Any, ops: Any) -> Any:
+    def evaluate(self, u: Any, ops: Operations) -> Any:
         """A(u) in the arithmetic of `ops`."""
 
     def evaluate_float(self, u: FloatArray, values: dict[str, FloatArray] | None = None) -> Any:
         """A(u) in float64."""
 
-    def spread(self, centre: FloatArray, radius: FloatArray) -> Disc:
-        """The complex discs that A makes of discs."""
+    def spread(self, centre: FloatArray, radius: FloatArray) -> ComplexBall:
+        """Complex balls that hold A on these."""
 
     def float_values(self) -> dict[str, FloatArray]:
         """The parameter values in float64."""
@@ -254,7 +256,7 @@ def bracketed_zero(
 
 
 def float_marks(
-    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], Disc]
+    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], ComplexBall]
 ) -> list[float]:
     """Zeros and extremes of a smooth function on [-1, 1], in float64, by Chebyshev proxies.
 
@@ -263,7 +265,7 @@ def float_marks(
     function : callable
         Takes and returns a float64 array.
     spread : callable
-        The images of complex disks, given their centres and radii.
+        The images of complex balls, given their centres and radii.
     """
     marks: list[float] = []
     for lo, hi, series in _proxies(function, spread):
@@ -277,7 +279,7 @@ def float_marks(
 
 
 def _proxies(
-    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], Disc]
+    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], ComplexBall]
 ) -> list[tuple[float, float, FloatArray]]:
     """Pieces of [-1, 1] with Chebyshev coefficients that have died out, down to rounding."""
     degree = 32

@@ -13,7 +13,7 @@ from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
-from symasym.numbers.complex_balls import DiscOps, tame
+from symasym.numbers.complex_balls import ComplexBallOps, tame
 from symasym.numbers.polynomials import poly, shifted
 from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import MpmathOps
@@ -80,14 +80,14 @@ class ExactField:
         return np.broadcast_to(values, u.shape)
 
     def spread(self, centre: Fraction, radius: Fraction) -> mpf:
-        """A bound on the change of A over this complex disk, maybe infinite."""
+        """A bound on the change of A over this complex ball, maybe infinite."""
         bits = 64 + max(0, radius.denominator.bit_length() - radius.numerator.bit_length())
         with own_context(1) as context:
             context.prec = bits
-            ops = DiscOps(MpmathOps(context))
-            disc = ops.disc(ops.rational(self._sign * centre), ops.rational(radius))
+            ops = ComplexBallOps(MpmathOps(context))
+            ball = ops.ball(ops.rational(self._sign * centre), ops.rational(radius))
             try:
-                bound = (self._drift.evaluate(disc, ops) + 0 * disc).radius
+                bound = (self._drift.evaluate(ball, ops) + 0 * ball).radius
             except (ArithmeticError, ValueError):  # mpmath's words for infinity
                 return context.inf
             return bound if bound < context.inf else context.inf

@@ -243,7 +243,7 @@ def _contribution(
     check: bool,
     conditions: list[str],
 ) -> Contribution:
-    ring = lead.ring
+    ring = lead.field
     front, weight = term
     start, step = 0, 1
     if side == "both":
@@ -287,6 +287,7 @@ def _contribution(
     if isinstance(a, sympy.Basic):
         factors = [sides * moment(s, a, contact, sympy.gamma) for s in exponents]
     else:
+        assert isinstance(ring, RealField)
         rounded = [number(s, dps=ring.context.dps) for s in exponents]
         factors = [sides * moment(s, a, contact, ring.context.gamma) for s in rounded]
     return Contribution(
