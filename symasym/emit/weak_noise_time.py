@@ -202,13 +202,13 @@ def _told(halves: tuple[OneSided, OneSided], order: int, r: Fraction | None, mos
 
 
 def _in_doubles(
-    emitted: Program,
+    made: Program,
     kappa: float,
     halves: tuple[OneSided, OneSided],
     r: Fraction | None,
     order: int,
 ) -> bool:
-    """True where the emitted code has 1e-13 of log T.
+    """True where the made code has 1e-13 of log T.
 
     Raises
     ------
@@ -216,7 +216,7 @@ def _in_doubles(
         If it has not the value in many digits either: then it is another formula.
     """
     doubles, digits = (
-        rendered(emitted, target).load().log_weak_noise_time for target in ("python", "mpmath")
+        rendered(made, target).load().log_weak_noise_time for target in ("python", "mpmath")
     )
     kappa *= 1 - 1e-9  # its double may be above its decimal
     # Of a small drift, whose terms cancel as long as lam |V| is small, digits are lost.
