@@ -202,13 +202,13 @@ def _told(halves: tuple[OneSided, OneSided], order: int, r: Fraction | None, mos
 
 
 def _in_doubles(
-    made: Program,
+    code: Program,
     kappa: float,
     halves: tuple[OneSided, OneSided],
     r: Fraction | None,
     order: int,
 ) -> bool:
-    """True where the made code has 1e-13 of log T.
+    """True where the emitted code has 1e-13 of log T.
 
     Raises
     ------
@@ -216,7 +216,7 @@ def _in_doubles(
         If it has not the value in many digits either: then it is another formula.
     """
     doubles, digits = (
-        rendered(made, target).load().log_weak_noise_time for target in ("python", "mpmath")
+        rendered(code, target).load().log_weak_noise_time for target in ("python", "mpmath")
     )
     kappa *= 1 - 1e-9  # its double may be above its decimal
     # Of a small drift, whose terms cancel as long as lam |V| is small, digits are lost.
@@ -228,7 +228,7 @@ def _in_doubles(
             want = context.log(_time(halves, kappa, exact, order, context).value)
             size = max(1, abs(want))
             if not abs(digits(kappa, *given, dps=25) - want) <= 1e-22 * size:
-                raise ArithmeticError(f"{emitted.label}: what is emitted has not the sums' value")
+                raise ArithmeticError(f"{code.label}: what is emitted has not the sums' value")
             try:
                 got = doubles(kappa, *given)
             except ValueError:  # a logarithm of what is no more than rounding
