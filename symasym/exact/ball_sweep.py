@@ -7,6 +7,19 @@ is itself bounded in ball arithmetic.
 The sweeps are those of `symasym.exact.sweep`, of positive terms only, so that no digit cancels and
 a ball's relative radius grows with the number of panels, not exponentially.
 
+The functions of the four quantities take
+
+=========== ============================================================================
+drift       a `Drift` with scalar parameters, all bound; for P and p_ss one that slides
+kappa, r,   Fractions: scaled noise amplitude, escape radius, starting point and position
+start, y
+dps         the relative radius of the result is at most 10^-dps
+complement  True for 1 - C or 1 - P, without cancellation
+log         True for the natural logarithm; one that is 0, or smaller than 10^-dps, is
+            enclosed with an absolute radius of 10^-2dps
+=========== ============================================================================
+
+and raise AccuracyError where the noise is so weak that more panels are needed than is reasonable.
 Needs python-flint, which is imported on first use.
 """
 
@@ -44,41 +57,14 @@ _ATTEMPTS = 8
 def escape_time(
     drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, *, log: bool = False
 ) -> Any:
-    """Mean time to leave (-r, r) from `start` (eq:Ttilde), proved.
-
-    Parameters
-    ----------
-    drift : symasym.Drift
-        With scalar parameters, all bound.
-    kappa, r, start : Fraction
-        Scaled noise amplitude, escape radius and starting point.
-    dps : int
-        The relative radius of the result is at most 10^-dps.
-    log : bool
-        Enclose the natural logarithm instead (see `Notes`).
-
-    Returns
-    -------
-    flint.arb
-        A ball that contains the value.
-
-    Raises
-    ------
-    AccuracyError
-        If the noise is so weak that more panels are needed than is reasonable.
-
-    Notes
-    -----
-    A logarithm that is 0, or that is smaller than 10^-dps, is enclosed with an absolute
-    radius of 10^-2dps.
-    """
+    """Ball of the mean time to leave (-r, r) from `start` (eq:Ttilde)."""
     check_escape(kappa, r, start)
 
     def compute() -> Any:
         time = sweep.escape_time(*_from_both_ends(drift, kappa, r, start))
         return time.log() if log else time
 
-    return _refine(compute, dps, scale=large_parameter(kappa) * (1 + r), may_vanish=log)
+    return refined(compute, dps, large_parameter(kappa) * (1 + r), _of_log(dps) if log else None)
 
 
 def exit_probability(
@@ -91,15 +77,7 @@ def exit_probability(
     *,
     log: bool = False,
 ) -> Any:
-    """Probability C of leaving (-r, r) through -r (eq:C), proved; through r if `complement`.
-
-    Parameters and errors are those of `escape_time`.
-
-    Returns
-    -------
-    flint.arb
-        A ball that contains the value.
-    """
+    """Ball of C, the probability of leaving (-r, r) through -r (eq:C), or of 1 - C."""
     check_escape(kappa, r, start)
 
     def compute() -> Any:
@@ -111,32 +89,13 @@ def exit_probability(
             return -(left.sigma / right.sigma).log1p()
         return plain_formulas.exit_share(left.sigma, right.sigma)
 
-    return _refine(compute, dps, scale=large_parameter(kappa) * (1 + r))
+    return refined(compute, dps, large_parameter(kappa) * (1 + r))
 
 
 def occupation(
     drift: Drift, kappa: Fraction, dps: int, complement: bool = False, *, log: bool = False
 ) -> Any:
-    """Stationary probability P of the layer, -1 <= u <= 1 (eq:P), proved; 1 - P if `complement`.
-
-    Parameters
-    ----------
-    drift : symasym.Drift
-        Of the sliding region: a- > 0 > a+.
-    kappa : Fraction
-        Scaled noise amplitude.
-    dps : int
-        The relative radius of the result is at most 10^-dps.
-    complement : bool
-        Give 1 - P, without cancellation.
-    log : bool
-        Enclose the natural logarithm instead.
-
-    Returns
-    -------
-    flint.arb
-        A ball that contains the value.
-    """
+    """Ball of P, the stationary probability of -1 <= u <= 1 (eq:P), or of 1 - P."""
     _check_noise(kappa)
     lam = large_parameter(kappa)
 
@@ -148,30 +107,13 @@ def occupation(
         wanted, rest = sweep.layer_times(layer, plain_formulas.tail_right(a_plus), complement)
         return -(rest / wanted).log1p() if log else plain_formulas.occupation_share(wanted, rest)
 
-    return _refine(compute, dps, scale=lam)
+    return refined(compute, dps, lam)
 
 
 def stationary_density(
     drift: Drift, kappa: Fraction, y: Fraction, dps: int, *, log: bool = False
 ) -> Any:
-    """Stationary probability density at `y` (eq:pss, normalised), proved.
-
-    Parameters
-    ----------
-    drift : symasym.Drift
-        Of the sliding region: a- > 0 > a+.
-    kappa, y : Fraction
-        Scaled noise amplitude and position.
-    dps : int
-        The relative radius of the result is at most 10^-dps.
-    log : bool
-        Enclose the natural logarithm instead.
-
-    Returns
-    -------
-    flint.arb
-        A ball that contains the value.
-    """
+    """Ball of the stationary probability density at `y` (eq:pss, normalised)."""
     _check_noise(kappa)
     lam = large_parameter(kappa)
 
@@ -185,7 +127,7 @@ def stationary_density(
         )
         return density.log() if log else density
 
-    return _refine(compute, dps, scale=lam * (1 + abs(y)), may_vanish=log)
+    return refined(compute, dps, lam * (1 + abs(y)), _of_log(dps) if log else None)
 
 
 # -- arguments ---------------------------------------------------------------------------------
@@ -232,9 +174,13 @@ class _Undecided(Exception):
 
 
 def refined(
-    compute: Callable[[], Any], dps: int, *, scale: Fraction, missing_bits: Callable[[Any], int]
+    compute: Callable[[], Any],
+    dps: int,
+    scale: Fraction,
+    missing_bits: Callable[[Any], int] | None = None,
 ) -> Any:
-    """`compute()` at rising precision, until no bits are missing."""
+    """`compute()` at rising precision, until no bits of `dps` digits are missing."""
+    missing_bits = missing_bits or (lambda ball: excess_bits(ball, dps))
     # The sum of a panel's alternating series cancels a sixth of the bits, 2/(RATIO log 2) times the
     # growth per bit (see `ball_panels`), and e^{lam V} loses as many as its exponent has before the
     # point.
@@ -255,18 +201,12 @@ def refined(
     )
 
 
-def _refine(
-    compute: Callable[[], Any], dps: int, *, scale: Fraction, may_vanish: bool = False
-) -> Any:
-    """A ball to `dps` digits."""
-    # A value that may be 0, as log 1 is, has no relative accuracy.
-    places = 2 * dps if may_vanish else None
-    return refined(
-        compute, dps, scale=scale, missing_bits=lambda ball: excess_bits(ball, dps, places)
-    )
+def _of_log(dps: int) -> Callable[[arb], int]:
+    """The excess of a logarithm's ball: a value that may be 0 has no relative accuracy."""
+    return lambda ball: excess_bits(ball, dps, 2 * dps)
 
 
-def excess_bits(value: arb, dps: int, places: int | None) -> int:
+def excess_bits(value: arb, dps: int, places: int | None = None) -> int:
     """Bits by which a ball is too wide for `dps` digits or, if given, `places`; 0 if it is good."""
     if not value.is_finite():
         return 1 << 62

@@ -37,7 +37,7 @@ from symasym.exact.ball_sweep import (
     refined,
     sliding_slopes,
 )
-from symasym.exact.sweep import Deferred, Scaled, Sum, Swept
+from symasym.exact.sweep import Deferred, Sum, Swept
 from symasym.generated import plain_formulas
 from symasym.numbers.balls import Profile, exact_ball, flint_module, profile_of
 
@@ -156,7 +156,7 @@ def _refined(compute: Callable[[], Any], dps: int, scale: Fraction) -> dict[str,
         """Bits by which the widest ball is too wide."""
         return max(excess_bits(ball, dps, dps) for ball in slopes.values())
 
-    slopes: dict[str, Any] = refined(compute, dps, scale=scale, missing_bits=missing_bits)
+    slopes: dict[str, Any] = refined(compute, dps, scale, missing_bits)
     return slopes
 
 
@@ -245,7 +245,7 @@ class Dual:
     def __add__(self, other: Dual | arb | int) -> Dual:
         if isinstance(other, Dual):
             return Dual(self.value + other.value, self.slopes + other.slopes)
-        if isinstance(other, (Deferred, Scaled, Sum)):
+        if isinstance(other, (Deferred, Sum)):
             return NotImplemented
         return Dual(self.value + other, self.slopes)
 
@@ -255,7 +255,7 @@ class Dual:
         if isinstance(other, Dual):
             x, y = self.value, other.value
             return Dual(x * y, self.slopes * y + other.slopes * x)
-        if isinstance(other, (Deferred, Scaled, Sum)):
+        if isinstance(other, (Deferred, Sum)):
             return NotImplemented
         return Dual(self.value * other, self.slopes * other)
 

@@ -173,7 +173,33 @@ def known(x: Number) -> Any:
     return x.value if isinstance(x, (Deferred, Sum)) else x
 
 
-class Deferred:
+class _Open:
+    """Arithmetic of what is not computed yet: a `Sum`, but known at once beside a known number."""
+
+    def _sum(self) -> Sum:
+        raise NotImplementedError
+
+    def __mul__(self, other: Number) -> Sum:
+        x = self._sum()
+        return Sum(x.number * other, x.factor * other, x.parts)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Number) -> Sum:
+        return self.__mul__(1 / other)
+
+    def __add__(self, other: Number) -> Any:
+        x = self._sum()
+        if not isinstance(other, _Open):
+            return Sum(x.number + other, x.factor, x.parts).value
+        y = other._sum()
+        parts = tuple(Sum(0, z.factor, z.parts) for z in (x, y) if z.parts)
+        return Sum(x.number + y.number, 1, parts)
+
+    __radd__ = __add__
+
+
+class Deferred(_Open):
     """A positive number, of which a bound may be known, to be computed when it counts.
 
     Parameters
@@ -190,10 +216,13 @@ class Deferred:
         self,
         compute: Callable[[], Any],
         bound: Callable[[], Any] | None = None,
-        tiny: Ratios = 0,
+        tiny: Number = 0,
         enclosure: Callable[[], Any] | None = None,
     ) -> None:
         self._compute, self._bound, self.tiny, self.enclosure = compute, bound, tiny, enclosure
+
+    def _sum(self) -> Sum:
+        return Sum(0, 1, (self,))
 
     @cached_property
     def bound(self) -> Any:
@@ -205,77 +234,17 @@ class Deferred:
         """The number, computed once."""
         return self._compute()
 
-    def __mul__(self, other: Ratios) -> Scaled:
-        return Scaled(self, other)
 
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Ratios) -> Scaled:
-        return Scaled(self, 1 / other)
-
-    def __add__(self, other: Number) -> Any:
-        return Scaled(self, 1) + other
-
-    __radd__ = __add__
-
-
-class Scaled:
-    """A deferred number times a known one."""
-
-    __slots__ = ("factor", "of")
-
-    def __init__(self, of: Deferred, factor: Ratios) -> None:
-        self.of, self.factor = of, factor
-
-    def size(self) -> Any:
-        """A bound."""
-        return _middle(self.factor) * _middle(self.of.bound)
-
-    def __mul__(self, other: Ratios) -> Scaled:
-        return Scaled(self.of, self.factor * other)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Ratios) -> Scaled:
-        return Scaled(self.of, self.factor / other)
-
-    def __add__(self, other: Number) -> Any:
-        """A sum with a known number is known at once, with any other it is a `Sum`."""
-        if isinstance(other, (Scaled, Sum)):
-            return Sum(0, 1, (self,)) + other
-        of = self.of
-        if of.bound is not None and self.size() < _middle(other) * of.tiny:
-            return other + self.factor * of.enclosure() if of.enclosure else other
-        return other + self.factor * self.of.value
-
-    __radd__ = __add__
-
-
-class Sum:
+class Sum(_Open):
     """number + factor * (the parts), of which those that count are computed, the largest first."""
 
     __slots__ = ("factor", "number", "parts")
 
-    def __init__(self, number: Ratios, factor: Ratios, parts: tuple[Scaled | Sum, ...]) -> None:
+    def __init__(self, number: Number, factor: Number, parts: tuple[Deferred | Sum, ...]) -> None:
         self.number, self.factor, self.parts = number, factor, parts
 
-    def __mul__(self, other: Ratios) -> Sum:
-        return Sum(self.number * other, self.factor * other, self.parts)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Ratios) -> Sum:
-        return Sum(self.number / other, self.factor / other, self.parts)
-
-    def __add__(self, other: Number) -> Sum:
-        if isinstance(other, Sum):
-            parts = tuple(Sum(0, x.factor, x.parts) for x in (self, other) if x.parts)
-            return Sum(self.number + other.number, 1, parts)
-        if isinstance(other, Scaled):
-            return self + Sum(0, 1, (other,))
-        return Sum(self.number + other, self.factor, self.parts)
-
-    __radd__ = __add__
+    def _sum(self) -> Sum:
+        return self
 
     @property
     def value(self) -> Any:
@@ -285,16 +254,15 @@ class Sum:
             factor, part = waiting.pop()
             if isinstance(part, Sum):
                 waiting += [(factor * part.factor, inner) for inner in part.parts]
-            elif part.of.bound is None:
-                total = total + factor * (part.factor * part.of.value)
+            elif part.bound is None:
+                total = total + factor * part.value
             else:
-                term = part * factor
-                terms.append((term.size(), term))
-        for size, term in sorted(terms, key=lambda pair: pair[0], reverse=True):
-            if not size < _middle(total) * term.of.tiny:
-                total = total + term.factor * term.of.value
-            elif term.of.enclosure:
-                total = total + term.factor * term.of.enclosure()
+                terms.append((_middle(factor) * _middle(part.bound), factor, part))
+        for size, factor, part in sorted(terms, key=lambda term: term[0], reverse=True):
+            if not size < _middle(total) * part.tiny:
+                total = total + factor * part.value
+            elif part.enclosure:
+                total = total + factor * part.enclosure()
         return total
 
 
