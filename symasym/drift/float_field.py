@@ -60,7 +60,7 @@ class Field(Protocol):
         """Real parts of the zeros of A'; rows padded with nan."""
         ...
 
-    def saw(self, scene: IntArray, size: FloatArray) -> None:
+    def reaches(self, scene: IntArray, size: FloatArray) -> None:
         """Take note that |A| reaches `size`."""
         ...
 
@@ -136,7 +136,7 @@ class PolynomialField:
         result: FloatArray = np.abs(self._c).sum(axis=0)
         return result
 
-    def saw(self, scene: IntArray, size: FloatArray) -> None:
+    def reaches(self, scene: IntArray, size: FloatArray) -> None:
         pass  # the coefficients say it all
 
     def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> None:
@@ -232,7 +232,7 @@ class AnalyticField:
     def size(self) -> FloatArray:
         return self._size
 
-    def saw(self, scene: IntArray, size: FloatArray) -> None:
+    def reaches(self, scene: IntArray, size: FloatArray) -> None:
         np.maximum.at(self._size, scene, size)
 
     def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> ComplexBall:

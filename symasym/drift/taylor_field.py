@@ -114,7 +114,7 @@ class ExactField:
                 "ask for fewer digits or write A so that its terms do not cancel."
             )
 
-    def near(self, centre: Fraction, t0: Fraction, t1: Fraction) -> list[float]:
+    def about_middle(self, centre: Fraction, t0: Fraction, t1: Fraction) -> list[float]:
         """Taylor coefficients of phi about the middle of [centre + t0, centre + t1], in units
         of half its width; floats, for planning."""
         half = float((t1 - t0) / 2)

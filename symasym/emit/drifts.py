@@ -51,10 +51,10 @@ def program(
     if arrays:
         raise InputError(f"{arrays[0]} is an array; leave it free, it becomes an argument.")
     rest = {name: value for name, value in numbers.items() if name not in own}
-    way = _way(what, method, order)
-    if way == "uniform":
+    chosen = _method_of(what, method, order)
+    if chosen == "uniform":
         emitted = uniform_time(what, drift)
-    elif way == "laplace":
+    elif chosen == "laplace":
         from symasym.emit import weak_noise_time
 
         r = rest.pop("r", None)
@@ -83,7 +83,7 @@ def _taken(name: str) -> InputError:
     )
 
 
-def _way(what: Record, method: str | None, order: int | str | None) -> str:
+def _method_of(what: Record, method: str | None, order: int | str | None) -> str:
     """The method of the escape time that is asked for, ``"exact"`` by default."""
     if method is None and order is None:
         return "exact"

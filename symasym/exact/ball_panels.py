@@ -177,12 +177,12 @@ class Panel(Piece):
         return flint.arb(0, bound * ratio ** (1 - self.terms) / (1 - 1 / ratio))
 
     @cached_property
-    def _rising(self) -> Any:
+    def _exp_series(self) -> Any:
         """e^E, E the exponent."""
         return self._exponent.exp()
 
     @cached_property
-    def _falling(self) -> Any:
+    def _exp_inverse(self) -> Any:
         """e^-E, E the exponent."""
         return (-self._exponent).exp()
 
@@ -200,13 +200,13 @@ class Panel(Piece):
     @cached_property
     def plus(self) -> Any:
         """Integral over the panel of e^{lam(V - V(a))}."""
-        integral = _over_panel(self._complete(self._rising)) + 2 * self._exp_tail
+        integral = _over_panel(self._complete(self._exp_series)) + 2 * self._exp_tail
         return exact_ball(self.half) * (-self._ends[0]).exp() * integral
 
     @cached_property
     def minus(self) -> Any:
         """Integral over the panel of e^{-lam(V - V(a))}."""
-        integral = _over_panel(self._complete(self._falling)) + 2 * self._exp_tail
+        integral = _over_panel(self._complete(self._exp_inverse)) + 2 * self._exp_tail
         return exact_ball(self.half) * self._ends[0].exp() * integral
 
     @cached_property
@@ -214,13 +214,13 @@ class Panel(Piece):
         """Integral of e^{lam(V(w) - V(x))} over a < w < x < b."""
         flint = flint_module()
         flint.ctx.cap = self.terms
-        running = self._complete(self._rising).integral()
+        running = self._complete(self._exp_series).integral()
         below = -(_at_ends(running)[0] + self._exp_tail)
         degree = self.profile.terms()
         if degree is not None and degree <= _SHORT:
             integral = self._integral_by_recurrence(below)
         else:
-            integral = _over_panel(self._complete(self._falling * (running + below)))
+            integral = _over_panel(self._complete(self._exp_inverse * (running + below)))
         # On the disk the path from -1 to t is straight and at most RATIO + 1 long.
         reach = RATIO + 1
         bound = reach * (self.slope_bound * reach).exp()
@@ -314,32 +314,32 @@ class PanelSlope:
         return panel._complete(series * self._q), tail
 
     @cached_property
-    def _rising(self) -> tuple[Any, Any]:
+    def _exp_series(self) -> tuple[Any, Any]:
         """q e^E and its truncation error."""
-        return self._weighted(self._panel._rising)
+        return self._weighted(self._panel._exp_series)
 
     @cached_property
     def plus(self) -> Any:
         """int e^E (q - q(-1)), scaled as the integral of the panel."""
-        panel, (series, tail) = self._panel, self._rising
+        panel, (series, tail) = self._panel, self._exp_series
         scale = exact_ball(panel.half) * (-panel._ends[0]).exp()
         return scale * (_over_panel(series) + 2 * tail)
 
     @cached_property
     def minus(self) -> Any:
         """-int e^-E (q - q(-1)), scaled as the integral of the panel."""
-        panel, (series, tail) = self._panel, self._weighted(self._panel._falling)
+        panel, (series, tail) = self._panel, self._weighted(self._panel._exp_inverse)
         return -exact_ball(panel.half) * panel._ends[0].exp() * (_over_panel(series) + 2 * tail)
 
     @cached_property
     def nested(self) -> Any:
         """Integral of e^{E(w) - E(x)} (q(w) - q(x)) over a < w < x < b."""
-        panel, (weighted, tail) = self._panel, self._rising
+        panel, (weighted, tail) = self._panel, self._exp_series
         flint_module().ctx.cap = panel.terms
-        running, moved = panel._complete(panel._rising).integral(), weighted.integral()
+        running, moved = panel._complete(panel._exp_series).integral(), weighted.integral()
         running = running - (_at_ends(running)[0] + panel._exp_tail)
         moved = moved - (_at_ends(moved)[0] + tail)
-        product = panel._complete(panel._falling * (moved - self._q * running))
+        product = panel._complete(panel._exp_inverse * (moved - self._q * running))
         # |q(w) - q(x)| is at most `steep` times the length of the path, as for E in `Panel`.
         reach = RATIO + 1
         bound = reach * (panel.slope_bound * reach).exp() * self._reach

@@ -77,24 +77,24 @@ def log_slopes(
         If the noise is so weak that more panels are needed than is reasonable.
     """
     check_escape(kappa, r, start)
-    lam, ways = large_parameter(kappa), _ways(drift, kappa)
-    ways["r"], ways["start"] = Way(None, ends=True), Way(None)
+    lam, directions = large_parameter(kappa), _directions(drift, kappa)
+    directions["r"], directions["start"] = Direction(None, ends=True), Direction(None)
 
     def compute() -> dict[str, Any]:
-        profile = _together(drift, ways)
+        profile = _bounded(drift, directions)
         left_pieces = pieces_of(profile, lam, -r, start)
         right_pieces = pieces_of(profile.mirrored(), lam, -r, -start)
         _refuse_many(len(left_pieces) + len(right_pieces))
-        mirrored = [way.mirrored() for way in ways.values()]
-        left = _swept(left_pieces, lam, list(ways.values()))
+        mirrored = [d.mirrored() for d in directions.values()]
+        left = _swept(left_pieces, lam, list(directions.values()))
         right = _swept(right_pieces, lam, mirrored)
         if quantity == "T":
-            return _time(left, right, len(ways)).log_slopes(ways)
+            return _time(left, right, len(directions)).log_slopes(directions)
         if quantity == "1 - C":
             left, right = right, left
         share: Dual = plain_formulas.exit_share(left.sigma, right.sigma)
         towards_left = 1 / right.sigma.value
-        return share.log_slopes(ways) | {
+        return share.log_slopes(directions) | {
             "start": towards_left if quantity == "1 - C" else -towards_left
         }
 
@@ -105,40 +105,42 @@ def log_slopes_of_occupation(
     quantity: str, drift: Drift, kappa: Fraction, dps: int
 ) -> dict[str, Any]:
     """The same of ``"P"`` and ``"1 - P"``, for each parameter and kappa; the region is sliding."""
-    lam, ways = large_parameter(kappa), _ways(drift, kappa)
+    lam, directions = large_parameter(kappa), _directions(drift, kappa)
 
     def compute() -> dict[str, Any]:
-        profile = _together(drift, ways)
+        profile = _bounded(drift, directions)
         tails = (
-            Dual.of(tail, (way.at_end(side) for way in ways.values()))
+            Dual.of(tail, (d.at_end(side) for d in directions.values()))
             for side, tail in zip((-1, 1), sliding_slopes(profile), strict=True)
         )
         a_minus, a_plus = tails
         panels = cut(profile, lam, Fraction(-1), Fraction(1))
         _refuse_many(len(panels))
         records = (
-            _DualPiece(p, tuple(way.of(p, lam, 0, False) for way in ways.values())).record()
+            _DualPiece(p, tuple(d.of(p, lam, 0, False) for d in directions.values())).record()
             for p in panels
         )
         # Both times depend on lam and phi through lam phi alone.
         layer = sweep.in_layer(records, exact_ball(lam), a_minus)
         times = sweep.layer_times(layer, plain_formulas.tail_right(a_plus), quantity == "1 - P")
         share: Dual = plain_formulas.occupation_share(*times)
-        return share.log_slopes(ways)
+        return share.log_slopes(directions)
 
     return _refined(compute, dps, lam)
 
 
-def _ways(drift: Drift, kappa: Fraction) -> dict[str, Way]:
+def _directions(drift: Drift, kappa: Fraction) -> dict[str, Direction]:
     """The changes per unit of each parameter, and of kappa: d(log lam)/d(kappa) = -2/kappa."""
-    ways = {name: Way(profile_of(drift.derivative(name))) for name in drift.parameters}
-    ways["kappa"] = Way(profile_of(drift), -2 / kappa, -2 / kappa)
-    return ways
+    directions = {name: Direction(profile_of(drift.derivative(name))) for name in drift.parameters}
+    directions["kappa"] = Direction(profile_of(drift), -2 / kappa, -2 / kappa)
+    return directions
 
 
-def _together(drift: Drift, ways: dict[str, Way]) -> Profile:
+def _bounded(drift: Drift, directions: dict[str, Direction]) -> Profile:
     """The drift, bounded only where its changes are."""
-    return _Together(profile_of(drift), tuple(w.profile for w in ways.values() if w.profile))
+    return _BoundedDrift(
+        profile_of(drift), tuple(d.profile for d in directions.values() if d.profile)
+    )
 
 
 def _refuse_many(panels: int) -> None:
@@ -163,7 +165,7 @@ def _refined(compute: Callable[[], Any], dps: int, scale: Fraction) -> dict[str,
 Change = EndSlope | OuterSlope | PanelSlope
 
 
-class Way(NamedTuple):
+class Direction(NamedTuple):
     """Changes of a scene per unit of a parameter.
 
     The drift by `rate` times the one of `profile`, log lam in front of w by `power`, and the
@@ -175,7 +177,7 @@ class Way(NamedTuple):
     power: Fraction = Fraction(0)
     ends: bool = False
 
-    def mirrored(self) -> Way:
+    def mirrored(self) -> Direction:
         """The changes of the mirrored scene -A(-u)."""
         return self._replace(profile=self.profile and self.profile.mirrored())
 
@@ -196,7 +198,7 @@ class Way(NamedTuple):
 
 
 @dataclass
-class _Together:
+class _BoundedDrift:
     """A drift that is cut finely enough for the changes beside it to be bounded as well."""
 
     drift: Profile
@@ -218,7 +220,7 @@ class _Together:
         return self.drift.terms()
 
     def mirrored(self) -> Profile:
-        return _Together(self.drift.mirrored(), tuple(c.mirrored() for c in self.changes))
+        return _BoundedDrift(self.drift.mirrored(), tuple(c.mirrored() for c in self.changes))
 
 
 class Dual:
@@ -323,13 +325,13 @@ class _DualPiece(Piece):
         return Dual.of(self._piece.enclosure, map(most, self._changes))
 
 
-def _swept(pieces: list[Outer | Panel], lam: Fraction, ways: list[Way]) -> Swept:
+def _swept(pieces: list[Outer | Panel], lam: Fraction, directions: list[Direction]) -> Swept:
     """sigma and w at the start, from an absorbing end."""
-    rate = Dual.of(exact_ball(lam), (exact_ball(lam * way.power) for way in ways))
+    rate = Dual.of(exact_ball(lam), (exact_ball(lam * d.power) for d in directions))
     records = []
     for k, piece in enumerate(pieces):
         # An outer piece that comes first is on the left, since all begin below 0.
-        changes = tuple(way.of(piece, lam, 1 if k else -1, k == 0) for way in ways)
+        changes = tuple(d.of(piece, lam, 1 if k else -1, k == 0) for d in directions)
         records.append(_DualPiece(piece, changes).record())
     return sweep.absorbed(records, rate)
 

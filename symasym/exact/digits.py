@@ -254,10 +254,10 @@ class Partition:
                 f"the drift varies too fast near u = {float(centre):.6g} to reach the digits "
                 "asked for; ask for fewer digits or smooth A there."
             )
-        near = self.field.near(centre, t0, t1)
+        local = self.field.about_middle(centre, t0, t1)
         scale = self._lam_float * float(t1 - t0) / 2
-        pieces = 2 * scale * sum(abs(c) for c in near) / self.reach
-        slow = self._slow(near, scale, (centre, t0, t1)) if pieces > 2 else None
+        pieces = 2 * scale * sum(abs(c) for c in local) / self.reach
+        slow = self._slow(local, scale, (centre, t0, t1)) if pieces > 2 else None
         if slow and slow.cost < pieces * _PANEL_COST:
             yield slow
             return
@@ -273,22 +273,22 @@ class Partition:
         yield from self._block(centre, split, t1, depth + 1)
 
     def _slow(
-        self, near: list[float], scale: float, edges: tuple[Fraction, Fraction, Fraction]
+        self, local: list[float], scale: float, edges: tuple[Fraction, Fraction, Fraction]
     ) -> Slow | None:
         """The panel as layers at its ends, or None where the slow series is too short for that.
 
         Parameters
         ----------
-        near : list of float
+        local : list of float
             Taylor coefficients of phi about the middle, in units of half the width.
         scale : float
             lam times half the width.
         """
-        spread = sum(abs(c) for c in near[1:])
-        least = abs(near[0]) - spread
-        if least <= 0.05 * abs(near[0]) or scale * least < self.bits:
+        spread = sum(abs(c) for c in local[1:])
+        least = abs(local[0]) - spread
+        if least <= 0.05 * abs(local[0]) or scale * least < self.bits:
             return None
-        slope = sum(k * abs(c) for k, c in enumerate(near))
+        slope = sum(k * abs(c) for k, c in enumerate(local))
         # |t_{k+1}/t_k| is at most about (2k+1) epsilon.
         epsilon = slope / (scale * least) / least
         size, rounds = 0.0, 0
@@ -299,18 +299,18 @@ class Partition:
             rounds += 1
         radius = 1.0
         while radius < 64 and sum(
-            abs(c) * (1.1 * radius) ** k for k, c in enumerate(near) if k
-        ) < 0.9 * abs(near[0]):
+            abs(c) * (1.1 * radius) ** k for k, c in enumerate(local) if k
+        ) < 0.9 * abs(local[0]):
             radius *= 1.1
         if not self.field.is_polynomial:
             centre, t0, t1 = edges
             middle, half = centre + (t0 + t1) / 2, (t1 - t0) / 2
             # phi may be far from zero and yet have a singularity nearby.
-            rate = max((abs(near[k]) / abs(near[0])) ** (1 / k) for k in range(8, len(near)))
+            rate = max((abs(local[k]) / abs(local[0])) ** (1 / k) for k in range(8, len(local)))
             radius = min(radius, 0.8 / max(rate, 1e-3))
             while radius > 1.3 and not tame(
                 self.field.spread(middle, dyadic(half * Rational(radius), 8 + places(half))),
-                abs(near[0]),
+                abs(local[0]),
             ):
                 radius *= 0.7
         if radius < 1.3:

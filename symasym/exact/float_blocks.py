@@ -161,18 +161,18 @@ def phi_at(field: Field, blocks: Blocks, anchors: Anchors, nodes: FloatArray) ->
     if direct.all():
         return field.phi(blocks.scene, t)
     result = np.empty_like(t)
-    far = np.maximum(np.abs(blocks.t0), np.abs(blocks.t1)) > np.where(
+    beyond = np.maximum(np.abs(blocks.t0), np.abs(blocks.t1)) > np.where(
         direct, np.inf, anchors.radius[blocks.anchor]
     )
-    near = ~direct & ~far
+    within = ~direct & ~beyond
     if direct.any():
         result[direct] = field.phi(blocks.scene[direct], t[direct])
-    if far.any():
-        u = anchors.centre[blocks.anchor[far], None] + t[far]
-        result[far] = field.phi(blocks.scene[far], u)
-    if near.any():
-        c = anchors.coefficients[blocks.anchor[near]]
-        result[near] = poly(list(c.T[:, :, None]), t[near])
+    if beyond.any():
+        u = anchors.centre[blocks.anchor[beyond], None] + t[beyond]
+        result[beyond] = field.phi(blocks.scene[beyond], u)
+    if within.any():
+        c = anchors.coefficients[blocks.anchor[within]]
+        result[within] = poly(list(c.T[:, :, None]), t[within])
     return result
 
 
@@ -322,11 +322,12 @@ def _digest(
     slowly = is_slow(low, high, lam_phi, lam_h, h)
     count = np.maximum(np.ceil(lam_h * size / REACH), 1.0)
     # The n-th Chebyshev coefficient shrinks by count^n when the block is cut into panels.
-    rough = _tail(phi) / count**8
-    field.saw(blocks.scene, size)
-    unseen = hidden(field, blocks, anchors, phi, size, lam_h)
-    slowly &= ~unseen
-    few = ~slowly & ~unseen & (count <= _SAMPLES_PER_BLOCK) & (lam_h * rough <= 4e-14 * count)
+    truncation = _tail(phi) / count**8
+    field.reaches(blocks.scene, size)
+    unresolved = hidden(field, blocks, anchors, phi, size, lam_h)
+    slowly &= ~unresolved
+    smooth = lam_h * truncation <= 4e-14 * count
+    few = ~slowly & ~unresolved & (count <= _SAMPLES_PER_BLOCK) & smooth
     rounding = _rounding(field, blocks, anchors, slowly | few) * lam_h
     if slowly.any():
         chosen = blocks.take(slowly)
