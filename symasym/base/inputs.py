@@ -7,7 +7,7 @@ import re
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from numbers import Rational
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
 #: A value in float64, or an array of them.
-Floats: TypeAlias = float | FloatArray
-#: What `exact` reads: every number that stands for one rational.
-Number: TypeAlias = "int | float | str | Fraction | Decimal | np.generic | mpf | Expr"
-#: What `floats` reads: a number, or an array of them.
-Numbers: TypeAlias = "Number | ArrayLike"
+Floats = float | FloatArray
+#: What a caller may write for a number, and for a number or an array of them; numbers of mpmath
+#: and SymPy, which have no types, as well.
+Number = int | float | str | Fraction | Decimal
+Numbers = ArrayLike | Fraction | Decimal
 
 # Python refuses to read longer decimal strings by default, and nobody means them.
 _LONGEST_EXPONENT = 100_000
@@ -41,7 +41,7 @@ def is_array(value: object) -> bool:
     return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
-def exact(name: str, value: Number) -> Fraction:
+def exact(name: str, value: object) -> Fraction:
     """The exact rational that `value` stands for.
 
     Parameters

@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import InputError, SymasymError
-from symasym.base.inputs import Number, digits, exact, positive
+from symasym.base.inputs import digits, exact, positive
 from symasym.drift.named import named_drift
 from symasym.methods.table import QUANTITIES
 
@@ -248,7 +248,7 @@ class _Reader:
                 )
 
 
-def _text(name: str, given: Number) -> str:
+def _text(name: str, given: object) -> str:
     """A number as it was written, once it is known to be one."""
     exact(name, given)
     return str(given).strip()

@@ -190,7 +190,7 @@ def fric2(
     points: int = POINTS,
     *,
     mu: Numbers = MUS,
-    kappa: Numbers = KAPPAS[0],
+    kappa: Number = KAPPAS[0],
     alpha: Number = ALPHA,
     eps: Number = EPS,
     r: Number = R,
