@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,8 @@ from symasym.emit.source import Source, check_target, rendered
 from symasym.records import Record
 
 if TYPE_CHECKING:
+    from sympy import Expr
+
     from symasym.drift.drift import Drift
 
 __all__ = ["emit"]
@@ -139,7 +141,7 @@ def _of_expression(what: Any, name: str) -> Program:
     return Program("expression", f"{sympy.sstr(e)[:400]}", (function,))
 
 
-def _function(name: str, doc: str, expression: Any) -> Function:
+def _function(name: str, doc: str, expression: Expr | Sequence[Expr]) -> Function:
     """A function of all symbols; a Piecewise becomes its cases."""
     from symasym.derivation.results import parts
 

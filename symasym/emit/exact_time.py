@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy
@@ -11,6 +11,9 @@ from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.emit.program import Function, Passage, Program
 from symasym.records import Record
+
+if TYPE_CHECKING:
+    from sympy import Expr
 
 _U = sympy.Symbol("u", real=True)
 ERROR = (
@@ -35,7 +38,7 @@ def exact_time(what: Record, drift: Drift) -> Program:
         inside = np.linspace(-1, 1, 1001)
         values = np.abs(drift.evaluate_float(inside))
         size = sympy.Float(values.max() + np.abs(np.gradient(values, inside)).max(), 20)
-    passage = Passage(by_powers(A), ends, size, **known)
+    passage = FirstPassage(by_powers(A), ends, size, **known)
     function = Function(
         "escape_time",
         "T from 0 to |u| = r (eq:Ttilde).",
@@ -49,7 +52,7 @@ def exact_time(what: Record, drift: Drift) -> Program:
     )
 
 
-def by_powers(e: Any, zero: int | None = None) -> Any:
+def by_powers(e: Expr, zero: int | None = None) -> Expr:
     """A polynomial in u by Horner's rule, around a known zero where it has one."""
     if not e.is_polynomial(_U):
         return e
@@ -60,6 +63,7 @@ def by_powers(e: Any, zero: int | None = None) -> Any:
 
 
 def critical(drift: Drift) -> tuple[Any, ...]:
+    """The zeros of A in the layer, to double precision."""
     if drift.free:
         raise InputError(
             f"the wells of {drift!r} have no closed form in {', '.join(drift.free)}; bind them, or "

@@ -14,6 +14,9 @@ import sympy
 from symasym.base.errors import InputError
 from symasym.emit.forms import log_form, removable, rounded, stable
 
+if TYPE_CHECKING:
+    from sympy import Expr
+
 # Words that one of the languages has taken, or that the emitted files use themselves.
 TAKEN = frozenset(
     re.findall(
@@ -131,7 +134,7 @@ class Passage(_OfDrift):
     uniform: bool = False
 
     @property
-    def rough(self) -> Any:
+    def rough(self) -> Expr:
         """The absolute rounding error of the drift in doubles."""
         return rounded(sympy.Float("4e-16", 20) * self.size)
 
@@ -159,7 +162,7 @@ class Function:
     logs: tuple[Case, ...] = ()
     outside: str = "no case of the formula holds there"
     quadrature: Quadrature | None = None
-    passage: Passage | None = None
+    passage: FirstPassage | None = None
 
     @property
     def symbols(self) -> set[Any]:
@@ -199,7 +202,7 @@ class Ready:
     outside: str = ""
     exp_of: str = ""
     quadrature: Quadrature | None = None
-    passage: Passage | None = None
+    passage: FirstPassage | None = None
 
     @property
     def count(self) -> int:
@@ -267,7 +270,7 @@ def require_closed(program: Program) -> Program:
 
 def ready(program: Program, double: bool) -> list[Ready]:
     """The functions of a program with shared parts taken out, logarithms before their values."""
-    found: list[Ready] = []
+    functions: list[Ready] = []
     own = {function.name for function in program.functions}
     for function in program.functions:
         if held := function.quadrature or function.passage:
@@ -282,21 +285,22 @@ def ready(program: Program, double: bool) -> list[Ready]:
         log = f"log_{function.name}"
         if function.logs and log not in own:
             about = f"Natural logarithm of `{function.name}`."
-            found.append(_ready(replace(function, name=log, doc=about, cases=function.logs), names,
-                                double))  # fmt: skip
+            logarithm = replace(function, name=log, doc=about, cases=function.logs)
+            functions.append(_ready(logarithm, names, double))
         if function.logs and double:
             arguments = _ready(replace(function, cases=function.logs), names, double).arguments
-            found.append(Ready(function.name, function.doc, arguments, (), exp_of=log))
+            functions.append(Ready(function.name, function.doc, arguments, (), exp_of=log))
         else:
-            found.append(_ready(function, names, double))
-    taken = [function.name for function in found]
+            functions.append(_ready(function, names, double))
+    taken = [function.name for function in functions]
     for name in taken:
         if taken.count(name) > 1:
             raise InputError(f"two functions would be called {name}; emit them one by one.")
-    return found
+    return functions
 
 
 def _stably(case: Case) -> Case:
+    """The case without removable poles."""
     return replace(case, values=tuple(removable(value) for value in case.values))
 
 
@@ -367,6 +371,7 @@ def _ready_of_drift(function: Function, held: Quadrature | Passage, double: bool
 
 
 def _ready(function: Function, names: dict[Any, Any], double: bool) -> Ready:
+    """The cases with common subexpressions shared, in doubles with constants rounded."""
     used = {s.name for s in function.symbols}
     arguments = tuple(identifier(name) for name in function.arguments if name in used)
     bodies = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import sympy
 
@@ -12,6 +12,9 @@ from symasym.emit.folding import fold
 from symasym.emit.forms import by_name, larger, log1p, log_modulus, quotients
 from symasym.emit.program import Case, Function, Program
 from symasym.records import Record
+
+if TYPE_CHECKING:
+    from sympy import Expr
 
 ERROR = "exact, as the share of G(Z) that it is defined to be; in doubles its logarithm to 1e-12"
 
@@ -79,7 +82,7 @@ def stokes(what: Record, drift: Drift) -> Program:
         tuple(cases),
         outside="no well is born (mu <= 1/2)",
     )
-    found = Program(
+    emitted = Program(
         what.label, what.title, (function,), ERROR, assumptions=what.assumptions,
         left_out=("the step of the paper, in place of which this is",),
     )  # fmt: skip

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy
@@ -48,6 +48,9 @@ from symasym.emit.symbolic_sums import (
 from symasym.numbers.arithmetic import Digits
 from symasym.records import Record
 
+if TYPE_CHECKING:
+    from mpmath.ctx_mp import MPContext
+
 # Digits that are right in what the coefficients make up.
 _RIGHT = 32
 # What stays below e^-150 of the rest is nothing in 32 digits, whatever its factor.
@@ -74,12 +77,12 @@ def program(
     most = _reach(drift, halves, order, r)
     # Where the places' sums cancel, doubles may tell less than the expansion does.
     for _ in range(40):
-        found = _program(what, ratio, names, order, r, kappa, most)
-        if kappa is not None or _in_doubles(found, most, halves, r, order):
+        emitted = _program(what, ratio, names, order, r, kappa, most)
+        if kappa is not None or _in_doubles(emitted, most, halves, r, order):
             break
         most = _rounded_down(most / 2)
     error = f"relative O(kappa^{2 * order + 2}); {_told(halves, order, r, most)}"
-    return replace(found, error=error)
+    return replace(emitted, error=error)
 
 
 def _program(
@@ -91,6 +94,7 @@ def _program(
     kappa: float | None,
     most: float,
 ) -> Program:
+    """log(N/D) of the composition as a program, valid for kappa up to `most`."""
     log, faint = ratio.log(FAINT / (2 / (kappa or most) ** 2))
     log = sympy.log(LAM) + log
     shared = [(X, KAPPA**2 / 2), (LAM, 2 / KAPPA**2), (BEYOND_1, R - 1), *names.series]
@@ -116,7 +120,7 @@ def _program(
     )  # fmt: skip
 
 
-def read_order(order: Any) -> int:
+def read_order(order: int | str | None) -> int:
     """`order`, 2 where it is None."""
     from symasym.drift.scenes import read_order as read
     from symasym.methods.table import WEAK_NOISE_ORDERS
@@ -133,7 +137,7 @@ _RADII = tuple(Fraction(x) for x in ("1.001", "2", "10", "1000"))
 
 
 def _time(
-    halves: tuple[OneSided, OneSided], kappa: float, r: Fraction, order: int, context: Any
+    halves: tuple[OneSided, OneSided], kappa: float, r: Fraction, order: int, context: MPContext
 ) -> Found:
     """T and its claimed error."""
     arithmetic = Digits(context)
@@ -152,8 +156,8 @@ def _reach(
         def holds(kappa: float) -> bool:
             if unresolved(drift, 2 / kappa**2, ()):
                 return False
-            found = (_time(halves, kappa, radius, order, context) for radius in radii)
-            return all(time.sure for time in found)
+            times = (_time(halves, kappa, radius, order, context) for radius in radii)
+            return all(time.sure for time in times)
 
         kappa, factor = 1e-3, 1.5
         while not holds(kappa):
@@ -178,20 +182,24 @@ def _rounded_down(x: float) -> float:
 
 def _told(halves: tuple[OneSided, OneSided], order: int, r: Fraction | None, most: float) -> str:
     """The error estimate from the next two orders, as a sentence."""
-    at, told = r or Fraction(10), []
+    at, stated = r or Fraction(10), []
     with own_context(30) as context:
         for kappa in (most / 2, most / 4, most / 8):
             time = _time(halves, kappa, at, order, context)
             relative = float(time.error / time.value) if time.sure else math.inf
-            told.append(f"{relative:.1e} at kappa = {kappa:.3g}")
+            stated.append(f"{relative:.1e} at kappa = {kappa:.3g}")
     return (
         "an estimate, twice the size of the next two orders of each series, is for r = "
-        f"{float(at):.4g}: {', '.join(told)}"
+        f"{float(at):.4g}: {', '.join(stated)}"
     )
 
 
 def _in_doubles(
-    found: Program, kappa: float, halves: tuple[OneSided, OneSided], r: Fraction | None, order: int
+    code: Program,
+    kappa: float,
+    halves: tuple[OneSided, OneSided],
+    r: Fraction | None,
+    order: int,
 ) -> bool:
     """True where the emitted code has 1e-13 of log T.
 
@@ -201,7 +209,7 @@ def _in_doubles(
         If it has not the value in many digits either: then it is another formula.
     """
     doubles, digits = (
-        rendered(found, target).load().log_weak_noise_time for target in ("python", "mpmath")
+        rendered(code, target).load().log_weak_noise_time for target in ("python", "mpmath")
     )
     kappa *= 1 - 1e-9  # its double may be above its decimal
     # Of a small drift, whose terms cancel as long as lam |V| is small, digits are lost.
@@ -213,7 +221,7 @@ def _in_doubles(
             want = context.log(_time(halves, kappa, exact, order, context).value)
             size = max(1, abs(want))
             if not abs(digits(kappa, *given, dps=25) - want) <= 1e-22 * size:
-                raise ArithmeticError(f"{found.label}: what is emitted has not the sums' value")
+                raise ArithmeticError(f"{code.label}: what is emitted has not the sums' value")
             try:
                 got = doubles(kappa, *given)
             except ValueError:  # a logarithm of what is no more than rounding

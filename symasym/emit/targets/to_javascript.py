@@ -5,7 +5,7 @@ from __future__ import annotations
 from symasym.emit import uniform_time
 from symasym.emit.program import Passage, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
-from symasym.emit.writing import comment, heading, helpers, signature_doc, told, wrapped
+from symasym.emit.writing import argument_values, comment, heading, helpers, signature_doc, wrapped
 
 JAVASCRIPT = Language(
     "javascript", "  ", ";", "const ", "const ", "const ", several="[]", function="(u) => "
@@ -43,12 +43,12 @@ def _function(function: Ready) -> str:
 
 
 def _refusal(function: Ready) -> list[str]:
-    values = told(function, "${NAME}")
+    values = argument_values(function, "${NAME}")
     lines = ["throw new RangeError(", f"  `{values}` +", f'    "{function.outside}",', ");"]
     return ["  " + line for line in lines]
 
 
-def _passage(function: Ready, q: Passage) -> list[str]:
+def _passage(function: Ready, q: FirstPassage) -> list[str]:
     """The body of an escape time; the uniform one has a value or is refused."""
     if not q.uniform:
         return JAVASCRIPT.passage(function, q)

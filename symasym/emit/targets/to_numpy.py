@@ -8,11 +8,11 @@ from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.targets.to_python import floats, passage
 from symasym.emit.writing import (
     Written,
+    argument_values,
     comment,
     heading,
     helpers,
     signature_doc,
-    told,
     wrapped,
 )
 
@@ -157,7 +157,7 @@ def _in_cases(function: Ready, head: list[str], names: str) -> str:
     """Each case as a function of its own, and one that calls them at their points."""
     parts = []
     call = [f"    return _cases(\n        ({names},),"]
-    call += [f'        "{told(function, "{}")}"', f'        "{function.outside}",']
+    call += [f'        "{argument_values(function, "{}")}"', f'        "{function.outside}",']
     for number, body in enumerate(function.bodies):
         name = f"_{function.name}_{number}"
         lines = heading(f"def {name}", list(function.arguments), ":")
