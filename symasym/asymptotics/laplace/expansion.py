@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import sympy
 
@@ -31,6 +31,16 @@ from symasym.numbers.coefficient_fields import (
     sign_of,
 )
 from symasym.numbers.taylor_series import NotAnalytic, Series, algebraic, taylor
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+    from sympy import Expr, Symbol
+
+    from symasym.asymptotics.laplace.kinks import Real
+    from symasym.numbers.arithmetic import Number as Element
+
+    Field: TypeAlias = ExpressionField | FunctionField | RealField
 
 # f is compared with a constant up to this order before it's called flat.
 _HIGHEST_CONTACT = 24
@@ -65,27 +75,27 @@ class Contribution:
         a.
     """
 
-    point: Any
+    point: Real
     side: str
-    height: Any
+    height: Real
     contact: int
-    beta: Any
-    exponents: tuple[Any, ...]
-    coefficients: tuple[Any, ...]
-    reduced: tuple[Any, ...]
-    scale: Any
+    beta: Expr
+    exponents: tuple[Expr, ...]
+    coefficients: tuple[Real, ...]
+    reduced: tuple[Real, ...]
+    scale: Real
 
     @property
     def exact(self) -> bool:
         """True if the coefficients are SymPy expressions, False if they are rounded numbers."""
         return isinstance(self.coefficients[0], sympy.Basic)
 
-    def numbers(self, dps: int) -> tuple[list[Any], list[Any]]:
+    def numbers(self, dps: int) -> tuple[list[mpf], list[mpf]]:
         """Exponents and coefficients as mpf with `dps` digits and a few more."""
         exponents = [number(s, dps=dps + 10) for s in self.exponents]
         if not self.exact:
             return exponents, list(self.coefficients)
-        found = []
+        coefficients = []
         for k, (s, d) in enumerate(zip(exponents, self.reduced, strict=True)):
             # Sums with irrational constants lose a digit or so an order.
             more = dps + 15 + (0 if d.is_Rational else 20 + 2 * k)
@@ -93,8 +103,13 @@ class Contribution:
                 a, value = number(self.scale, dps=more), number(d, dps=more)
                 s = context.make_mpf(s._mpf_)
                 sides = 2 if self.side == "both" else 1
-                found.append(value * sides * moment(s, a, self.contact, context.gamma))
-        return exponents, found
+                coefficients.append(value * sides * moment(s, a, self.contact, context.gamma))
+        return exponents, coefficients
+
+    def terms(self, lam: mpf, dps: int, context: MPContext) -> list[mpf]:
+        """c_k lam^(-(k + beta)/mu), from exponents and coefficients with `dps` digits."""
+        pairs = zip(*self.numbers(dps), strict=True)
+        return [context.make_mpf(k._mpf_) * lam ** -context.make_mpf(s._mpf_) for s, k in pairs]
 
     def first(self, count: int) -> Contribution:
         """The same with its first `count` terms."""
@@ -107,7 +122,7 @@ class Contribution:
 
 
 def expand(
-    piece: Piece, x: Any, point: Any, side: str, order: int, *, digits: int | None, check: bool
+    piece: Piece, x: Symbol, point: Real, side: str, order: int, *, digits: int | None, check: bool
 ) -> tuple[list[Contribution], list[str]]:
     """Contributions of one maximum on `side`, and the conditions that were used.
 
@@ -120,11 +135,11 @@ def expand(
     with own_context(digits + 20 + 2 * order) as context:
         ring = RealField(context)
         point = refined(piece, x, point, ring)
-        found, conditions = _in_ring(ring, piece, x, point, side, order, check)
-        return [_rounded(c, digits) for c in found], conditions
+        contributions, conditions = _in_ring(ring, piece, x, point, side, order, check)
+        return [_rounded(c, digits) for c in contributions], conditions
 
 
-def refined(piece: Piece, x: Any, point: Any, ring: Any) -> Any:
+def refined(piece: Piece, x: Symbol, point: Real, ring: RealField) -> Real:
     """A point that is a rounded zero of f', to the ring's precision (Newton); else unchanged."""
     if isinstance(point, sympy.Basic):
         return point
@@ -144,8 +159,9 @@ def refined(piece: Piece, x: Any, point: Any, ring: Any) -> Any:
 
 
 def _exactly(
-    piece: Piece, x: Any, point: Any, side: str, order: int, check: bool
+    piece: Piece, x: Symbol, point: Real, side: str, order: int, check: bool
 ) -> tuple[list[Contribution], list[str]]:
+    """Contributions in the field of rational functions that their constants generate."""
     scout = ExpressionField()
     _in_ring(scout, piece, x, point, side, 1, False)
     constants = list(scout.constants)
@@ -160,7 +176,7 @@ def _exactly(
     )
 
 
-def irrational_constants(piece: Piece, x: Any, point: Any, side: str) -> bool:
+def irrational_constants(piece: Piece, x: Symbol, point: Real, side: str) -> bool:
     """True if exact coefficients would carry constants such as sqrt(2) or exp(1/3)."""
     scout = ExpressionField()
     _in_ring(scout, piece, x, point, side, 1, False)
@@ -168,6 +184,7 @@ def irrational_constants(piece: Piece, x: Any, point: Any, side: str) -> bool:
 
 
 def _rounded(c: Contribution, digits: int) -> Contribution:
+    """The contribution with numbers of `digits` digits."""
     return replace(
         c,
         height=to_mpf(c.height, digits + 10),
@@ -178,7 +195,7 @@ def _rounded(c: Contribution, digits: int) -> Contribution:
 
 
 def contact_of(
-    piece: Piece, x: Any, point: Any, sign: int, ring: Any
+    piece: Piece, x: Symbol, point: Real, sign: int, ring: Field
 ) -> tuple[int, tuple[int | None, bool]]:
     """The order mu of f - f(point), and the sign of its first coefficient."""
     count = 4
@@ -204,8 +221,9 @@ def contact_of(
 
 
 def _in_ring(
-    ring: Any, piece: Piece, x: Any, point: Any, side: str, order: int, check: bool
+    ring: Field, piece: Piece, x: Symbol, point: Real, side: str, order: int, check: bool
 ) -> tuple[list[Contribution], list[str]]:
+    """Contributions of one maximum, coefficients in `ring`, and the conditions that were used."""
     sign = -1 if side == "left" else 1
     contact, (slope, proved) = contact_of(piece, x, point, sign, ring)
     if slope != -1 or (side == "both" and contact % 2):
@@ -234,15 +252,20 @@ def _in_ring(
 
 def _contribution(
     lead: Series,
-    term: tuple[Any, Series],
+    term: tuple[Element, Series],
     contact: int,
     side: str,
     order: int,
-    x: Any,
-    point: Any,
+    x: Symbol,
+    point: Real,
     check: bool,
     conditions: list[str],
 ) -> Contribution:
+    """One contribution from f's Taylor series and one term t^front (g_0 + g_1 t + ...) of g.
+
+    beta = front + 1; the reduced coefficients are Perron's (`perron_coefficients`), times
+    Gamma((k + beta)/mu)/(mu a^((k + beta)/mu)).
+    """
     ring = lead.ring
     front, weight = term
     start, step = 0, 1
@@ -257,7 +280,7 @@ def _contribution(
         start = front.numerator % 2
     beta = front + 1 if isinstance(front, Fraction) else front + ring.rational(Fraction(1))
     shown = _as_sympy(beta, ring)
-    positive = _sign(shown)
+    positive = sign_of(shown)
     if positive[0] != 1:
         raise InputError(
             f"g behaves as a power {sympy.simplify(shown - 1)} of the distance from {x} = {point}, "
@@ -287,6 +310,7 @@ def _contribution(
     if isinstance(a, sympy.Basic):
         factors = [sides * moment(s, a, contact, sympy.gamma) for s in exponents]
     else:
+        assert isinstance(ring, RealField)
         rounded = [number(s, dps=ring.context.dps) for s in exponents]
         factors = [sides * moment(s, a, contact, ring.context.gamma) for s in rounded]
     return Contribution(
@@ -302,18 +326,16 @@ def _contribution(
     )
 
 
-def _as_sympy(value: Any, ring: Any) -> Any:
+def _as_sympy(value: Element, ring: Field) -> Expr:
+    """A rational or an element of the field as an expression."""
     if isinstance(value, Fraction):
         return sympy.Rational(value.numerator, value.denominator)
-    found = ring.to_expression(value)
-    return found if isinstance(found, sympy.Basic) else sympy.nsimplify(sympy.Float(found))
+    shown = ring.to_expression(value)
+    return shown if isinstance(shown, sympy.Basic) else sympy.nsimplify(sympy.Float(shown))
 
 
-def _sign(value: Any) -> tuple[int | None, bool]:
-    return sign_of(value)
-
-
-def _require_agreement(first: list[Any], second: list[Any], ring: Any) -> None:
+def _require_agreement(first: list[Element], second: list[Element], ring: Field) -> None:
+    """Refuse coefficients on which reversion and moments disagree."""
     for k, (a, b) in enumerate(zip(first, second, strict=True)):
         gap = a - b
         if isinstance(ring, RealField):

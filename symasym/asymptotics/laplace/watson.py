@@ -27,27 +27,35 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import InputError
-from symasym.base.inputs import digits, exact
+from symasym.base.inputs import FloatArray, Number, digits, exact
 from symasym.numbers.power_series import dot, power
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+
+    from symasym.numbers.arithmetic import Number as Element
+
+    Beta: TypeAlias = int | float | str | Fraction | Element
+    Coefficients: TypeAlias = FloatArray | Sequence[Element]
 
 __all__ = ["laplace_coefficients", "moment_coefficients", "perron_coefficients"]
 
 
 def perron_coefficients(
-    f: Sequence[Any],
-    g: Sequence[Any],
+    f: Coefficients,
+    g: Coefficients,
     contact: int,
-    beta: Any = 1,
+    beta: Beta = 1,
     *,
     step: int = 1,
     start: int = 0,
-) -> list[Any]:
+) -> list[Element]:
     """Reduced coefficients d_k by Lagrange's reversion (Perron's formula).
 
     Parameters
@@ -90,24 +98,24 @@ def perron_coefficients(
     [Fraction(1, 1), Fraction(1, 12), Fraction(1, 864)]
     """
     alpha, weights, (numerator, denominator) = _read(f, g, contact, beta)
-    found = []
+    reduced = []
     for k in range(start, len(weights), step):
         # The exponent of the power is -s = -p/q, kept as integers (p an element if beta is).
         p, q = k * denominator + numerator, contact * denominator
         root = power(alpha, -p, q, k + 1, weights[0] * 0 + 1)
-        found.append(dot(weights[: k + 1], root[::-1]))
-    return found
+        reduced.append(dot(weights[: k + 1], root[::-1]))
+    return reduced
 
 
 def moment_coefficients(
-    f: Sequence[Any],
-    g: Sequence[Any],
+    f: Coefficients,
+    g: Coefficients,
     contact: int,
-    beta: Any = 1,
+    beta: Beta = 1,
     *,
     step: int = 1,
     start: int = 0,
-) -> list[Any]:
+) -> list[Element]:
     """Reduced coefficients d_k by expanding the exponential and integrating term by term.
 
     Parameters, returned value and errors are those of `perron_coefficients`, with which it shares
@@ -136,7 +144,7 @@ def moment_coefficients(
     for m in range(1, count):
         last = powers[-1]
         powers.append([dot(base[: i + 1], last[: i + 1][::-1]) for i in range(count - m)])
-    found = []
+    reduced = []
     for k in range(start, count, step):
         p, q = k * denominator + numerator, contact * denominator
         total, rising = zero, one
@@ -144,15 +152,15 @@ def moment_coefficients(
             # Sum over j of g[k - j] B[m][j]; then the moment's Gamma(s + m)/Gamma(s) / m!.
             total = total + rising * dot(weights[: k - m + 1], powers[m][: k - m + 1][::-1])
             rising = rising * (p + q * m) / (-q * (m + 1))
-        found.append(total)
-    return found
+        reduced.append(total)
+    return reduced
 
 
 def laplace_coefficients(
-    f: Any,
-    g: Any,
+    f: Coefficients,
+    g: Coefficients,
     contact: int,
-    beta: Any = 1,
+    beta: Number = 1,
     *,
     sides: int = 1,
     dps: int | None = None,
@@ -233,12 +241,15 @@ def laplace_coefficients(
     return np.array([np.asarray(d, dtype=float) * x for d, x in zip(reduced, scale, strict=True)])
 
 
-def moment(s: Any, a: Any, contact: int, gamma: Callable[[Any], Any]) -> Any:
+def moment(s: Element, a: Element, contact: int, gamma: Callable[[Element], Element]) -> Element:
     """int_0^oo t^(mu s - 1) e^(-a t^mu) dt = Gamma(s)/(mu a^s), which d_k is multiplied by."""
     return gamma(s) / (contact * a**s)
 
 
-def _with_digits(f: Any, g: Any, contact: int, beta: Fraction, sides: int, dps: int) -> list[Any]:
+def _with_digits(
+    f: Coefficients, g: Coefficients, contact: int, beta: Fraction, sides: int, dps: int
+) -> list[mpf]:
+    """`laplace_coefficients` with exact f and g, rounded to `dps` digits."""
     from symasym.base.contexts import own_context, to_mpf
 
     f, g = ([exact("a coefficient", x) for x in values] for values in (f, g))
@@ -247,22 +258,23 @@ def _with_digits(f: Any, g: Any, contact: int, beta: Fraction, sides: int, dps: 
         raise _no_maximum(contact, -f[contact])
     with own_context(dps + 10) as context:
         a = mpf_of(-f[contact], context)
-        found = []
+        coefficients = []
         for k, d in enumerate(reduced):
             s = mpf_of((sides * k + beta) / contact, context)
             value = sides * mpf_of(d, context) * moment(s, a, contact, context.gamma)
-            found.append(to_mpf(value, dps))
-        return found
+            coefficients.append(to_mpf(value, dps))
+        return coefficients
 
 
-def _no_maximum(contact: int, a: Any) -> InputError:
+def _no_maximum(contact: int, a: float | Fraction) -> InputError:
+    """The error that f is not largest at the point."""
     return InputError(
         f"f[{contact}] is {float(-a):.6g}; at a maximum the first coefficient after f[0] is "
         "negative."
     )
 
 
-def _elements(*sequences: Any) -> list[list[Any]]:
+def _elements(*sequences: Coefficients) -> list[list[Element]]:
     """Lists of elements of one kind: integers become Fractions unless floats stand beside them."""
     lists = [list(values) for values in sequences]
     others = {type(x) for values in lists for x in values} - {int, Fraction}
@@ -270,7 +282,7 @@ def _elements(*sequences: Any) -> list[list[Any]]:
     return [[convert(x) if isinstance(x, (int, Fraction)) else x for x in v] for v in lists]
 
 
-def _ring_of(kinds: set[type]) -> Any:
+def _ring_of(kinds: set[type]) -> Callable[[int | Fraction], Element] | None:
     """The map of exact numbers into the arithmetic of `kinds`; None if their own operators do."""
     if not kinds:
         return Fraction
@@ -283,8 +295,8 @@ def _ring_of(kinds: set[type]) -> Any:
 
 
 def _read(
-    f: Sequence[Any], g: Sequence[Any], contact: int, beta: Any
-) -> tuple[list[Any], list[Any], tuple[Any, int]]:
+    f: Coefficients, g: Coefficients, contact: int, beta: Beta
+) -> tuple[list[Element], list[Element], tuple[Element, int]]:
     """alpha (with alpha_0), g's coefficients, and beta as numerator and denominator."""
     if isinstance(contact, bool) or not isinstance(contact, (int, np.integer)) or contact < 1:
         raise InputError(f"contact is {contact!r}; give a whole number, 1 or more.")
