@@ -19,7 +19,7 @@ What is done here so that nothing cancels:
       p_k = (1/2πi) ∮ g s dy/(s² - zeta)^(k+1),    q_k = (1/2πi) ∮ g dy/(s² - zeta)^(k+1),
 
   analytic in D whether the zeros are two or one. The trapezoidal rule converges geometrically;
-  on half as many points it tells its own error.
+  half as many points give its error.
 - Zeros so far apart that no good circle is left between them and the next singularity are taken
   one by one: g u' as a series at each, even and odd parts taken. That loses less than two digits
   for each k there, which are added to the precision beforehand.
@@ -204,7 +204,10 @@ def _chosen(pair: Pair, scenes: np.ndarray[Any, np.dtype[np.bool_]]) -> Pair:
 def _at_each_zero(
     pair: Pair, radius: Element, g: list[Any] | None, count: int, context: MPContext | None
 ) -> list[tuple[Any, Any]]:
-    """From the series at each of two zeros that are apart."""
+    """p_k and q_k, k >= 1, from the series of g u' at each of two zeros that are apart.
+
+    By `both_saddles` from Perron's coefficients at s = sqrt(zeta) and s = -sqrt(zeta).
+    """
     complex_root = (lambda x: np.sqrt(x + 0j)) if context is None else context.sqrt
     half, root = complex_root(pair.square), complex_root(pair.zeta)
     zero, one = 0 * root, 0 * root + 1
@@ -259,7 +262,10 @@ def _root_series(count: int, one: Element) -> list[Any]:
 def _around_both(
     pair: Pair, radius: Element, g: list[Any] | None, count: int, context: MPContext | None
 ) -> list[tuple[Any, Any]]:
-    """Cauchy integrals around both zeros."""
+    """p_k and q_k, k >= 1, as Cauchy integrals of g s/(s² - zeta)^(k+1) and g/(s² - zeta)^(k+1).
+
+    By the trapezoidal rule on a circle around both zeros, of which half the points give the error.
+    """
     scale = (np.cbrt if context is None else context.cbrt)(pair.psi[0]) * radius
     zeta = pair.zeta / scale**2
     # F - mean of the critical values, in units where the circle and psi(0) are 1.
@@ -364,7 +370,7 @@ def _sums(
 
 
 def _mean(values: list[Any]) -> Element:
-    """Over the circle, from its upper half with both ends; the lower half is conjugate."""
+    """The mean over the circle, from its upper half with both ends; the lower half is conjugate."""
     inner = sum((v.real for v in values[1:-1]), 0 * values[0].real)
     return (values[0].real + values[-1].real + 2 * inner) / (2 * (len(values) - 1))
 
@@ -411,7 +417,7 @@ def _at_roots(c: list[Any], roots: list[Any], context: MPContext) -> list[Any]:
 
 
 def _continued(t: list[Any], zeta: Element, y: list[Any]) -> list[Any]:
-    """In float64: on the real axis the largest root, then from point to point."""
+    """s(y) in float64: on the real axis the largest root, then from point to point."""
     target = poly(t, y[0] + 0 * t[0])
     v = np.maximum(3.0, 3 * np.sqrt(abs(zeta))) + 0j
     for _ in range(60):

@@ -57,26 +57,26 @@ _GUARD = 10
 
 
 def series_of(
-    name: str, expression: Expr, x: Symbol, point: Real, side: int, n: int, ring: RealField
+    name: str, expression: Expr, x: Symbol, point: Real, side: int, n: int, field: RealField
 ) -> list[mpf]:
     """Taylor coefficients of the expression; InputError where it has none."""
     try:
-        return taylor(expression, x, point, side, n, ring).c
+        return taylor(expression, x, point, side, n, field).c
     except NotAnalytic:
         pass
     try:
         # Zero over zero, as sin(x)/x.
-        terms = algebraic(expression, x, point, side, n + _SPARE, ring)
+        terms = algebraic(expression, x, point, side, n + _SPARE, field)
         whole = all(isinstance(e, Fraction) and e.denominator == 1 and e >= 0 for e, _ in terms)
     except InputError:
         whole = False
     if not whole:
-        shown = point if isinstance(point, sympy.Basic) else ring.context.nstr(point, 12)
+        shown = point if isinstance(point, sympy.Basic) else field.context.nstr(point, 12)
         raise InputError(
             f"{name} = {expression} has no Taylor series at {x} = {shown}; uniform_integral takes "
             "f and g that are analytic at their saddles, ends and kinks."
         )
-    coefficients = [ring.rational(Fraction(0))] * n
+    coefficients = [field.rational(Fraction(0))] * n
     for front, series in terms:
         for k, y in enumerate(series.c[: max(0, n - int(front))], start=int(front)):
             coefficients[k] = coefficients[k] + y
@@ -84,12 +84,12 @@ def series_of(
 
 
 def end_coefficients(
-    piece: Piece, x: Symbol, end: Real, side: int, count: int, unit: Element, ring: RealField
+    piece: Piece, x: Symbol, end: Real, side: int, count: int, unit: Element, field: RealField
 ) -> list[Any]:
     """c_n of e^(lam unit f(end)) sum c_n lam^(-n-1), the integral from the end to its `side`."""
-    f = series_of("f", piece.f, x, end, side, count + 2, ring)
-    g = series_of("g", piece.g, x, end, side, max(count, 2), ring)[:count]
-    if ring.negligible(f[1], f[1:]):
+    f = series_of("f", piece.f, x, end, side, count + 2, field)
+    g = series_of("g", piece.g, x, end, side, max(count, 2), field)[:count]
+    if field.negligible(f[1], f[1:]):
         raise InputError(
             f"the slope of f = {piece.f} is zero at the end {x} = {end}, where f is not largest; "
             "move the end."
@@ -151,10 +151,10 @@ class EndPart:
 
     def _coefficients(self, count: int, context: MPContext) -> tuple[Any, list[Any]]:
         """f at the end, and c_n of `end_coefficients`."""
-        ring = RealField(context)
+        field = RealField(context)
         unit = context.j if self.oscillating else context.mpf(1)
-        height = series_of("f", self.piece.f, self.x, self.end, 1, 2, ring)[0]
-        c = end_coefficients(self.piece, self.x, self.end, self.side, count, unit, ring)
+        height = series_of("f", self.piece.f, self.x, self.end, 1, 2, field)[0]
+        c = end_coefficients(self.piece, self.x, self.end, self.side, count, unit, field)
         return height, c
 
 
@@ -263,8 +263,8 @@ class _Local:
 
     def __init__(self, part: SaddlePart, count: int, context: MPContext) -> None:
         self._part, self._count = part, count
-        self._ring = RealField(context)
-        self.point = self._ring.expression(refined(part.piece, part.x, part.point, self._ring))
+        self._field = RealField(context)
+        self.point = self._field.expression(refined(part.piece, part.x, part.point, self._field))
         self._expand(2 * count + 12)
         self.ends: list[tuple[int, Any, list[Any], Any]] = []
         for sign, end in ((1, part.lower), (-1, part.upper)):
@@ -273,10 +273,10 @@ class _Local:
 
     def _expand(self, n: int) -> None:
         """G(v) = sum of d_k v^k, to order n."""
-        part, ring = self._part, self._ring
-        f = series_of("f", part.piece.f, part.x, self.point, 1, n + 3, ring)
-        g = series_of("g", part.piece.g, part.x, self.point, 1, n + 1, ring)
-        if (f[2] < 0) == part.minimum or ring.negligible(f[2], f[2:]):
+        part, field = self._part, self._field
+        f = series_of("f", part.piece.f, part.x, self.point, 1, n + 3, field)
+        g = series_of("g", part.piece.g, part.x, self.point, 1, n + 1, field)
+        if (f[2] < 0) == part.minimum or field.negligible(f[2], f[2:]):
             raise InputError(
                 f"f = {part.piece.f} is flatter than a parabola at its maximum; uniform_integral "
                 "takes maxima with f'' < 0 (laplace_integral takes others)."
@@ -285,15 +285,17 @@ class _Local:
         self.d = perron_coefficients([0 * f[0], 0 * f[0], *f[2:]], g, 2)
         # For the series and for what it gives after differentiating, the later terms count.
         top = max(abs(y) for y in self.d[:4]) or max(abs(y) for y in self.d)
-        rates = [(abs(y) / top) ** (ring.context.mpf(1) / k) for k, y in enumerate(self.d) if k > 3]
-        self._rate = max(rates) if top else ring.context.mpf(0)
+        rates = [
+            (abs(y) / top) ** (field.context.mpf(1) / k) for k, y in enumerate(self.d) if k > 3
+        ]
+        self._rate = max(rates) if top else field.context.mpf(0)
         self.a = [row[0] for row in saddle_rows(self.d, self.alpha, self._count)]
 
     def _end(self, end: Real) -> tuple[Any, list[Any], Any]:
         """v at an end, b_n there and f."""
-        context = self._ring.context
-        where = self._ring.expression(end)
-        height = series_of("f", self._part.piece.f, self._part.x, where, 1, 2, self._ring)[0]
+        context = self._field.context
+        where = self._field.expression(end)
+        height = series_of("f", self._part.piece.f, self._part.x, where, 1, 2, self._field)[0]
         v = self._distance(where, height)
         reach = abs(v) * self._rate
         if reach <= _NEAR:
@@ -308,7 +310,7 @@ class _Local:
 
     def _distance(self, where: mpf, height: mpf) -> Any:
         """v at the end: from the series where f_max - f would cancel."""
-        context = self._ring.context
+        context = self._field.context
         t = where - self.point
         ratios = [y / self.f[2] for y in self.f[2:]]
         size = max((abs(y * t**k) for k, y in enumerate(ratios) if k > len(ratios) // 2), default=0)
@@ -325,7 +327,7 @@ class _Local:
 
     def _matched(self, where: mpf, v: Element) -> list[Any]:
         """b_n from the end's own expansion, away from the saddle (`beyond_erfc`)."""
-        part, context = self._part, self._ring.context
+        part, context = self._part, self._field.context
         unit = context.mpf(1)
-        c = end_coefficients(part.piece, part.x, where, 1, self._count, unit, self._ring)
+        c = end_coefficients(part.piece, part.x, where, 1, self._count, unit, self._field)
         return beyond_erfc(c, self.a, self.alpha, v)

@@ -17,6 +17,7 @@ from symasym.asymptotics.coalescence.endpoints import BestOf, EndPart, Part, Sad
 from symasym.asymptotics.coalescence.iterated import iterated_parts
 from symasym.asymptotics.coalescence.reading import (
     closest_pair,
+    far_end,
     read_integral,
     require_alone,
     require_no_pole,
@@ -42,7 +43,6 @@ __all__ = ["uniform_integral"]
 _MOST = 40
 # A slope below it, at 60 digits, is that of a saddle on the end itself.
 _FLAT = 1e-45
-_LARGE = sympy.Integer(10) ** 6
 
 
 def uniform_integral(
@@ -60,7 +60,7 @@ def uniform_integral(
     Parameters
     ----------
     f, g : Expr, str or number
-        What f is tells which points may coalesce:
+        Which points may coalesce depends on f:
 
         - f real, a < b real: its maxima, inside or beyond, run into ends and kinks (`Abs`, `Max`,
           `Piecewise`, ...). Complementary error functions.
@@ -218,7 +218,7 @@ def _pair_parts(
         require_alone(piece, x, point, spread, sympy.I * phase)
     parts: list[Part] = [PairPart(piece, x, point, oscillating)]
     if not oscillating:
-        side = complex(sympy.N(hi.xreplace({sympy.oo: _LARGE, -sympy.oo: -_LARGE}))).real
+        side = far_end(hi).real
         third = at(sympy.diff(phase, x, 3), x, point)
         if abs(side) > 1e5 and (side > 0) != (third > 0):
             raise InputError(
@@ -295,6 +295,7 @@ def _piece_parts(piece: Piece, slope: Expr, x: Symbol, inside: list[Real]) -> li
 
 
 def _finite(value: mpf) -> bool:
+    """True for a number that is neither infinite nor nan."""
     with own_context(WORK) as context:
         return bool(context.isfinite(context.make_mpf(value._mpf_)))
 

@@ -117,15 +117,15 @@ class IteratedPart:
         """The terms of order lam^(-n), summed over the products of the module's formula."""
         zeta, onward, level, falling, rising, low, high = kept(self, count, context, self._pair)
         pair = pair_terms(zeta, falling, rising, lam, context)
-        truncated, left_out = self._truncation(zeta, level, low, high, lam, context)
-        parts = [self._regular_terms(lam, count, left_out, context)]
-        if onward and not left_out:
+        truncated, without_pair = self._truncation(zeta, level, low, high, lam, context)
+        parts = [self._regular_terms(lam, count, without_pair, context)]
+        if onward and not without_pair:
             parts.append(pair.both)
         nothing = [(context.zero, context.zero)] * count
         low, high = (
             (end[0], *(_series(row, lam) for row in end[1:])) if end else () for end in (low, high)
         )
-        both = None if left_out else (pair.falling, pair.rising)
+        both = None if without_pair else (pair.falling, pair.rising)
         for exponent, inner, outer in end_products(level, both, low, high):
             parts.append(_product(inner, outer, context.exp(lam * exponent)))
         sums = []
@@ -151,20 +151,20 @@ class IteratedPart:
         return (pair.zeta, bool(pair.sign > 0), level, *rows, low, high)
 
     def _ends(self, count: int, context: MPContext) -> tuple[Any, Any]:
-        """Of each finite end: f there, and `end_coefficients` of the integrals from it."""
-        ring = RealField(context)
+        """f at each finite end, and `end_coefficients` of the integrals from it."""
+        field = RealField(context)
         down, up = Piece(self.lo, self.hi, -self.f, self.g), Piece(self.lo, self.hi, self.f, self.h)
 
         def row(piece: Piece, end: Expr, side: int) -> list[mpf]:
-            return end_coefficients(piece, self.x, end, side, count, context.one, ring)
+            return end_coefficients(piece, self.x, end, side, count, context.one, field)
 
         low: tuple[Any, ...] = ()
         high: tuple[Any, ...] = ()
         if not self.lo.is_infinite:
-            height = series_of("f", self.f, self.x, self.lo, 1, 2, ring)[0]
+            height = series_of("f", self.f, self.x, self.lo, 1, 2, field)[0]
             low = height, row(down, self.lo, 1), row(up, self.lo, 1)
         if not self.hi.is_infinite:
-            height = series_of("f", self.f, self.x, self.hi, 1, 2, ring)[0]
+            height = series_of("f", self.f, self.x, self.hi, 1, 2, field)[0]
             high = height, row(up, self.hi, -1)
         return low, high
 
@@ -213,9 +213,9 @@ class IteratedPart:
         """The integrals of h m_k on the path past both points, or on the real line."""
         weights = self.g, self.h
         near = nearby_pair(-self.f, weights, self.x, self.point, 2 * count - 1, context)
-        ring = RealField(context)
+        field = RealField(context)
         ends = [
-            context.make_mpf(number(end)._mpf_) if end.is_infinite else ring.expression(end)
+            context.make_mpf(number(end)._mpf_) if end.is_infinite else field.expression(end)
             for end in (self.lo, self.hi)
         ]
         outer = RegularPart(self.f, weights, self.x, (ends[0], ends[1]), near, count, context)

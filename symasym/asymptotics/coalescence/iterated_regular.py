@@ -38,7 +38,7 @@ Path = Callable[[Any], tuple[Any, Any]]
 # Half the pair's distance over the free radius up to which one half circle is about both.
 _NEAR = 0.6
 _MOST_PANELS = 200
-# Orders beyond which a free radius is told by Taylor coefficients at one zero.
+# Taylor coefficients at one zero from which its free radius is estimated.
 _ORDERS = 30
 
 
@@ -57,12 +57,12 @@ class RegularPart:
     ) -> None:
         self._slope, self._weights, self._x = sympy.diff(f, x), weights, x
         self._ends, self._near, self._count, self._context = ends, near, count, context
-        self._ring = RealField(context)
+        self._field = RealField(context)
         # As many points as digits, or nearly: a panel is then as long as it is far from zeros.
         degree = 4 + max(0, int(context.dps / 20).bit_length())
         self._rule = [tuple(context.convert(y) for y in row) for row in _rule(degree, context.prec)]
         self._polynomials = [
-            [self._ring.expression(c) for c in reversed(sympy.Poly(e, x).all_coeffs())]
+            [self._field.expression(c) for c in reversed(sympy.Poly(e, x).all_coeffs())]
             if e.is_polynomial(x)
             else None
             for e in (self._slope, *weights)
@@ -80,9 +80,9 @@ class RegularPart:
         return self._along(self._detours())
 
     def share(self) -> list[mpf]:
-        """What the real line has more than `past_both` of a complex pair: a residue, 2 pi i times.
+        """The integrals along the real line less those of `past_both`, for a complex pair.
 
-        By the trapezoidal rule on a circle about the zero above the line.
+        2 pi i times a residue, by the trapezoidal rule on a circle about the zero above the line.
         """
         context, size = self._context, 32
         zero = self._middle + context.j * self._half
@@ -121,9 +121,9 @@ class RegularPart:
         return circles
 
     def _series_at(self, zero: mpc) -> tuple[list[Any], list[list[Any]]]:
-        """Of f'/(x - zero) and of the weights."""
+        """Taylor series of f'/(x - zero) and of the weights."""
         rows = [
-            series_of(name, e, self._x, zero, 1, _ORDERS, self._ring)
+            series_of(name, e, self._x, zero, 1, _ORDERS, self._field)
             for name, e in zip("fgh", (self._slope, *self._weights), strict=True)
         ]
         return rows[0][1:], rows[1:]
@@ -181,7 +181,7 @@ class RegularPart:
         slope = -near.pair.sign * (away**2 - near.pair.square) * poly(near.pair.psi, away)
         series = [slope, *(poly(row, by) for row in near.weights)]
         for name, e, y in zip("fgh", (self._slope, *self._weights), series, strict=True):
-            value = series_of(name, e, self._x, top, 1, 2, self._ring)[0]
+            value = series_of(name, e, self._x, top, 1, 2, self._field)[0]
             if abs(value - y) > abs(y) / 10**4:
                 raise self._unsettled()
 
@@ -198,14 +198,14 @@ class RegularPart:
         row, context = self._polynomials[which], self._context
         if row is None:
             e = (self._slope, *self._weights)[which]
-            return list(series_of("fgh"[which], e, self._x, v, 1, max(2, count), self._ring))[
+            return list(series_of("fgh"[which], e, self._x, v, 1, max(2, count), self._field))[
                 :count
             ]
         coefficients = shifted([c + 0 * v for c in row], v)[:count]
         return coefficients + [context.zero] * (count - len(coefficients))
 
     def _integral(self, path: Path) -> list[mpf]:
-        """Over 0 <= t <= 1, by bisection until the last Legendre coefficients are small."""
+        """The integrals over 0 <= t <= 1, bisected until the last Legendre terms are small."""
         waiting, total = [(0, 1), (1, 1)], [self._context.zero] * self._count
         scale: list[Any] = []
         for _ in range(_MOST_PANELS):
@@ -222,8 +222,10 @@ class RegularPart:
         raise self._unsettled()
 
     def _panel(self, path: Path, index: int, depth: int) -> tuple[list[mpf], list[mpf], list[mpf]]:
-        """Over index/2^depth <= t <= (index + 1)/2^depth: the integrals, the share of the
-        integrands in the last two Legendre polynomials, and the integrals of the moduli.
+        """The integrals over index/2^depth <= t <= (index + 1)/2^depth, by Gauss's rule.
+
+        With the share of the integrands in the last two Legendre polynomials, and the integrals of
+        the moduli.
         """
         context, count = self._context, self._count
         half = context.ldexp(1, -depth - 1)
@@ -256,8 +258,9 @@ class RegularPart:
 
 @cache
 def _rule(degree: int, precision: int) -> list[tuple[mpf, mpf, mpf, mpf]]:
-    """Gauss-Legendre, 3 2^(degree - 1) points: points, weights, and the factors of a value, besides
-    its weight, that give the last two Legendre coefficients.
+    """Points and weights of Gauss-Legendre with 3 2^(degree - 1) points.
+
+    With the factors of a value, besides its weight, that give the last two Legendre coefficients.
     """
     from mpmath.calculus.quadrature import GaussLegendre
     from mpmath.ctx_mp import MPContext

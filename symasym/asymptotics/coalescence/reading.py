@@ -39,7 +39,7 @@ def read_integral(
 ) -> tuple[str, Expr, Expr, Expr, Symbol, Expr, Expr]:
     """The kind of integral, f (over i if oscillating), g, its constant factor, x and ends.
 
-    The kind is ``"real"``, ``"oscillating"`` (f imaginary) or ``"contour"`` (ends off the real axis).
+    The kind is ``"real"``, ``"oscillating"`` (f imaginary) or ``"contour"`` (complex ends).
     """
     from symasym.drift.expressions import parse
 
@@ -83,10 +83,14 @@ def require_smooth(symbol: Symbol, given: dict[str, Expr]) -> None:
         require_known(name, expression, symbol)
 
 
+def far_end(end: Expr) -> complex:
+    """A complex end, with a large number for oo."""
+    return complex(sympy.N(end.xreplace({sympy.oo: _LARGE, -sympy.oo: -_LARGE})))
+
+
 def require_valleys(lo: Expr, hi: Expr) -> None:
     """Refuse ends that are not two conjugate complex infinities."""
-    large = {sympy.oo: _LARGE, -sympy.oo: -_LARGE}
-    ends = [complex(sympy.N(end.xreplace(large))) for end in (lo, hi) if not end.free_symbols]
+    ends = [far_end(end) for end in (lo, hi) if not end.free_symbols]
     if (
         len(ends) < 2
         or not all(abs(end) > 1e5 for end in ends)
@@ -148,7 +152,7 @@ def closest_pair(piece: Piece, x: Symbol, near: Number | None, shown: Expr) -> t
 
 
 def require_alone(piece: Piece, x: Symbol, point: Real, spread: mpf, shown: Expr) -> None:
-    """Both points of the pair inside, and no other stationary point."""
+    """Refuse a pair of which a point is outside, or which has other stationary points beside it."""
     values = on_grid(sympy.diff(piece.f, x), x, grid_of(piece))
     signs = np.sign(values[np.isfinite(values) & (values != 0)])
     count = int(np.count_nonzero(signs[1:] != signs[:-1]))

@@ -97,14 +97,14 @@ def nearby_pair(
 
     From as many coefficients as `count` pairs of the cubic map and the digits ask for.
     """
-    ring = RealField(context)
+    field = RealField(context)
     # refined finds zeros of a derivative: here of f''.
     curved = Piece(-sympy.oo, sympy.oo, sympy.diff(f, x), sympy.Integer(1))
-    point = ring.expression(refined(curved, x, point, ring))
+    point = field.expression(refined(curved, x, point, field))
     n = 2 * count + 30
     while True:
-        steep = series_of("f", f, x, point, 1, n + 1, ring)
-        rows = [series_of("g", g, x, point, 1, n, ring) for g in weights]
+        steep = series_of("f", f, x, point, 1, n + 1, field)
+        rows = [series_of("g", g, x, point, 1, n, field) for g in weights]
         c = [(k + 1) * y for k, y in enumerate(steep[1:])]
         try:
             pair = split_pair(without_zeros(c, 3), context)

@@ -27,7 +27,7 @@ import sympy
 from symasym.asymptotics.laplace.kinks import Piece, number
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray
+from symasym.base.inputs import FloatArray, exact
 from symasym.numbers.balls import BallOps, NotProved, exact_ball, flint_module
 from symasym.numbers.trees import NumpyOps, evaluate_tree
 
@@ -134,8 +134,7 @@ def _center(piece: Piece, x: Symbol, point: Real, contact: int) -> Any:
         return ball_at(point)
     if contact != 2:
         raise NotProved
-    sign, mantissa, exponent, _ = point._mpf_
-    middle = Fraction(int(mantissa)) * Fraction(2) ** int(exponent) * (-1 if sign else 1)
+    middle = exact("point", point)
     half = abs(middle) * _ROOT + _ROOT
     slope = sympy.diff(piece.f, x)
     before, after = (
@@ -156,8 +155,8 @@ def without_power(g: Expr, x: Symbol, point: Real, sign: int) -> tuple[Expr, Fra
             rest *= factor
             continue
         polynomial = sympy.Poly(base, x)
-        exact = isinstance(point, sympy.Basic)
-        if polynomial.degree() != 1 or not exact or sympy.expand(base.subs(x, point)) != 0:
+        rounded = not isinstance(point, sympy.Basic)
+        if polynomial.degree() != 1 or rounded or sympy.expand(base.subs(x, point)) != 0:
             rest *= factor
             continue
         slope = polynomial.LC() * sign
@@ -218,8 +217,8 @@ class _Surroundings:
                 continue
             rows = sympy.Poly(expression, self.x).all_coeffs()[::-1]
             if all(c.is_Rational for c in rows):
-                exact = flint.fmpq_poly([flint.fmpq(int(c.p), int(c.q)) for c in rows])
-                shifted[expression] = flint.arb_poly(exact)(line)
+                rational = flint.fmpq_poly([flint.fmpq(int(c.p), int(c.q)) for c in rows])
+                shifted[expression] = flint.arb_poly(rational)(line)
         return shifted
 
     def sampled(self, t: ComplexArray) -> tuple[FloatArray, FloatArray]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from symasym.asymptotics.laplace.expansion import Contribution, contact_of, expand
-from symasym.asymptotics.laplace.kinks import Piece, number
+from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.laplace.maxima import Peak
+from symasym.asymptotics.laplace.watson import moment, perron_coefficients
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
@@ -40,13 +41,13 @@ class Leading(NamedTuple):
 
 @dataclass(frozen=True)
 class ErrorModel:
-    """What is needed to bound or estimate the error at any lam, computed when asked for."""
+    """The bound or the estimate of the error at any lam, computed when asked for."""
 
     pieces: tuple[Piece, ...]
     x: Symbol
     contributions: tuple[Contribution, ...]
     origins: tuple[tuple[Piece, Real, str], ...]
-    left_out: tuple[tuple[Real, Peak], ...]
+    smaller: tuple[Peak, ...]
     digits: int
 
     @property
@@ -85,10 +86,10 @@ class ErrorModel:
     def _estimated(self, lam: mpf, orders: list[int], context: MPContext) -> mpf:
         """Twice the largest of the next terms, and what ends and smaller maxima add."""
         total = context.mpf(0)
-        top = self._height(self.contributions[0], context)
+        top = self.contributions[0].height_in(context)
         for c, used in zip(self._longer(max(orders)), orders, strict=True):
             terms = c.terms(lam, _DIGITS, context)[used : used + _BEYOND]
-            weight = context.exp(lam * (self._height(c, context) - top))
+            weight = context.exp(lam * (c.height_in(context) - top))
             total += 2 * weight * max(map(abs, terms), default=0)
         for height, exponents, sizes in self._elsewhere:
             pairs = zip(exponents, sizes, strict=True)
@@ -96,58 +97,45 @@ class ErrorModel:
             total += 2 * size * context.exp(lam * (context.make_mpf(height._mpf_) - top))
         return total
 
-    @staticmethod
-    def _height(c: Contribution, context: MPContext) -> mpf:
-        return context.make_mpf(number(c.height, dps=context.dps)._mpf_)
-
     def _longer(self, order: int) -> list[Contribution]:
         """The contributions with a few more terms, as numbers."""
-        known = self.__dict__.setdefault("_known", {})
+        known: dict[int, list[Contribution]] = self.__dict__.setdefault("_known", {})
         if order not in known:
-            known[order] = self._expanded(order + _BEYOND)
-        longer: list[Contribution] = known[order]
-        return longer
-
-    def _expanded(self, order: int) -> list[Contribution]:
-        """The contributions with `order` terms, of rounded coefficients."""
-        contributions: list[Contribution] = []
-        for piece, point, side in dict.fromkeys(self.origins):
-            contributions += expand(piece, self.x, point, side, order, digits=_DIGITS, check=False)[
-                0
-            ]
-        return contributions
+            count, more = order + _BEYOND, []
+            for piece, point, side in dict.fromkeys(self.origins):
+                more += expand(piece, self.x, point, side, count, digits=_DIGITS, check=False)[0]
+            known[order] = more
+        return known[order]
 
     @cached_property
     def _elsewhere(self) -> list[Leading]:
         """Heights, exponents and |coefficients| of what ends and smaller maxima add."""
-        points: list[tuple[Piece, Any, str]] = []
+        points: list[tuple[Piece, Real, str]] = []
         tops = {(side, piece, str(point)) for piece, point, side in self.origins}
         for piece in self.pieces:
             for end, side in ((piece.lo, "right"), (piece.hi, "left")):
                 if not end.is_infinite and (side, piece, str(end)) not in tops:
                     points.append((piece, end, side))
-        for point, peak in self.left_out:
+        for peak in self.smaller:
             if peak.smooth and peak.left is not None:
-                points += [(peak.left, point, "left"), (peak.left, point, "right")]
-        sizes = []
-        for piece, point, side in points:
-            size = _size(piece, self.x, point, side)
-            if size is not None:
-                sizes.append(size)
-        return sizes
+                points += [(peak.left, peak.point, side) for side in ("left", "right")]
+        sizes = (_size(piece, self.x, point, side) for piece, point, side in points)
+        return [size for size in sizes if size is not None]
 
 
 def _size(piece: Piece, x: Symbol, point: Real, side: str) -> Leading | None:
-    """The first terms at a point that is no maximum, as if it were: height, exponents, sizes."""
-    from symasym.asymptotics.laplace.watson import perron_coefficients
+    """The leading terms at a point that is no maximum, as if it were one.
 
+    |d_k| Gamma(s_k)/(mu |a|^s_k), s_k = (k + beta)/mu (Watson's lemma; DLMF 2.3(ii)); None where
+    f = -oo or g vanishes to all orders.
+    """
     sign = -1 if side == "left" else 1
     with own_context(_DIGITS + 20) as context:
-        ring = RealField(context)
+        field = RealField(context)
         try:
-            contact, _ = contact_of(piece, x, point, sign, ring)
-            f = taylor(piece.f, x, point, sign, contact + _LEADING + 4, ring).c
-            terms = algebraic(piece.g, x, point, sign, _LEADING + 4, ring)
+            contact, _ = contact_of(piece, x, point, sign, field)
+            f = taylor(piece.f, x, point, sign, contact + _LEADING + 4, field).c
+            terms = algebraic(piece.g, x, point, sign, _LEADING + 4, field)
         except (InputError, AccuracyError):
             # f = -oo, or g vanishes to all orders.
             return None
@@ -158,8 +146,8 @@ def _size(piece: Piece, x: Symbol, point: Real, side: str) -> Leading | None:
                 [*([f[0] * 0] * contact), *f[contact:]], series.c[:_LEADING], contact, beta
             )
             for k, d in enumerate(reduced):
-                s = (ring.rational(beta) if not hasattr(beta, "_mpf_") else beta) + k
+                s = (field.rational(beta) if not hasattr(beta, "_mpf_") else beta) + k
                 s = s / contact
                 exponents.append(s)
-                sizes.append(abs(d) * context.gamma(s) / contact * abs(f[contact]) ** -s)
+                sizes.append(abs(d) * moment(s, abs(f[contact]), contact, context.gamma))
         return Leading(f[0], exponents, sizes)

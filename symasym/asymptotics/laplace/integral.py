@@ -18,7 +18,7 @@ import sympy
 from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution, expand, irrational_constants
 from symasym.asymptotics.laplace.kinks import Piece, cut, difference, number
-from symasym.asymptotics.laplace.maxima import Peak, highest, no_maximum, peaks, symbolic_peak
+from symasym.asymptotics.laplace.maxima import Peak, highest, symbolic_peak
 from symasym.asymptotics.laplace.result import LaplaceExpansion, short
 from symasym.base.errors import InputError
 from symasym.base.inputs import digits, is_name
@@ -160,7 +160,7 @@ def laplace_integral(
             x=symbol,
             contributions=tuple(contributions),
             origins=tuple(origins),
-            left_out=tuple((p.point, p) for p in left),
+            smaller=tuple(left),
             digits=wanted or _NUMERIC,
         )
     return LaplaceExpansion(
@@ -271,20 +271,19 @@ def _numeric_tops(
     pieces: list[Piece], x: Symbol, given: Sequence[Real] | None
 ) -> tuple[list[Peak], list[Peak]]:
     """The highest maxima of f and the others; refused if `given` has a point that is none."""
-    maxima = peaks(pieces, x)
-    if not maxima:
-        raise no_maximum(pieces, x)
+    tops, others = highest(pieces, x)
     if given is not None:
         for point in given:
             value = number(sympy.sympify(point))
             if not any(
-                abs(difference(number(p.point), value)) < 1e-15 * max(1, abs(value)) for p in maxima
+                abs(difference(number(p.point), value)) < 1e-15 * max(1, abs(value))
+                for p in (*tops, *others)
             ):
                 raise InputError(
                     f"maxima has {point}, where f = {pieces[0].f} has no maximum; it has them at "
-                    f"{', '.join(short(p.point) for p in maxima)}."
+                    f"{', '.join(short(p.point) for p in (*tops, *others))}."
                 )
-    return highest(maxima)
+    return tops, others
 
 
 def _symbolic_tops(
@@ -325,7 +324,7 @@ def _within(point: Real, piece: Piece) -> bool:
 def _sides(peak: Peak) -> list[tuple[Piece, str]]:
     """The pieces in which a maximum is expanded, each with its side."""
     if peak.smooth:
-        # g may be singular there: then the two sides are told apart.
+        # g may be singular there: then the two sides differ.
         assert peak.right is not None
         return [(peak.right, "both")]
     sides = [(peak.left, "left"), (peak.right, "right")]

@@ -82,7 +82,7 @@ def at(expression: Expr, x: Symbol, point: Real) -> mpf:
 
 def cut(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Piece]:
     """[a, b] cut at the zeros of every Abs and Heaviside, and at the conditions of Piecewise."""
-    kinks = sorted(_places(f, x) | _places(g, x), key=str)
+    kinks = sorted(_kinks(f, x) | _kinks(g, x), key=str)
     free = set().union(*(e.free_symbols for e in (a, b, *kinks)))
     samples = sampled_parameters(free)
     kept = []
@@ -121,7 +121,7 @@ def _between(lo: Expr, hi: Expr) -> Expr:
     return lo + (hi - lo) * sympy.Rational(4, 9)
 
 
-def _places(expression: Expr, x: Symbol) -> set[Expr]:
+def _kinks(expression: Expr, x: Symbol) -> set[Expr]:
     """The kinks of an expression: zeros and crossings of arguments, ends of conditions."""
     kinks = set()
     for node in expression.atoms(sympy.Abs, sympy.sign, sympy.Heaviside):

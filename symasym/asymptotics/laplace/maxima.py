@@ -19,6 +19,7 @@ import sympy
 from symasym.asymptotics.laplace.kinks import WORK, Piece, at, number
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import InputError
+from symasym.base.inputs import exact
 from symasym.numbers.coefficient_fields import sampled_parameters, vanishes
 from symasym.numbers.trees import MpmathOps, NumpyOps, evaluate_tree
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 # Values of f closer than this (relatively) are one maximum's height.
 _EQUAL = Fraction(1, 10**35)
+_SAME_POINT = Fraction(1, 10**20)
 _GRID = 801
 _FAR = (10**2, 10**4, 10**6)
 
@@ -84,18 +86,26 @@ def vanishes_identically(slope: Expr, x: Symbol) -> bool:
     return bool(slope == 0) or (not slope.has(x) and vanishes(slope))
 
 
-def same_height(first: mpf, second: mpf) -> bool:
-    """True if two heights agree to all but the last of the digits they were computed with."""
+def agree(first: mpf, second: mpf, tolerance: Fraction = _EQUAL) -> bool:
+    """True if two mpf are equal to a relative tolerance (absolute below 1).
+
+    Two heights are, if they agree to all but the last of the digits they were computed with.
+    """
     with own_context(WORK) as context:
         a, b = context.make_mpf(first._mpf_), context.make_mpf(second._mpf_)
-        tolerance = mpf_of(_EQUAL, context)
-        return bool(abs(a - b) <= tolerance * max(1, abs(a)))
+        return bool(abs(a - b) <= mpf_of(tolerance, context) * max(1, abs(a)))
 
 
-def highest(maxima: list[Peak]) -> tuple[list[Peak], list[Peak]]:
-    """The peaks that share the largest height, and the others."""
-    top = maxima[0].height
-    equal = [peak for peak in maxima if same_height(peak.height, top)]
+def highest(pieces: list[Piece], x: Symbol) -> tuple[list[Peak], list[Peak]]:
+    """The peaks that share the largest height, and the others; an error if there is none."""
+    maxima = peaks(pieces, x)
+    if not maxima:
+        raise InputError(
+            f"f = {pieces[0].f} has no isolated maximum for {x} in [{pieces[0].lo}, "
+            f"{pieces[-1].hi}]; give an f that is not constant, and an interval on which it is "
+            "largest somewhere."
+        )
+    equal = [peak for peak in maxima if agree(peak.height, maxima[0].height)]
     return equal, [peak for peak in maxima if peak not in equal]
 
 
@@ -123,11 +133,11 @@ def symbolic_peak(
     chosen: list[Any] | None = None
     for values in sampled_parameters(free):
         bound = [Piece(*(e.xreplace(values) for e in (p.lo, p.hi, p.f, p.g))) for p in pieces]
-        top, _ = _top(bound, x)
+        top, _ = highest(bound, x)
         matched = [
             c
             for c in candidates
-            if any(_close(number(c, values), number(peak.point)) for peak in top)
+            if any(agree(number(c, values), number(peak.point), _SAME_POINT) for peak in top)
         ]
         if len(matched) < len(top) or (chosen is not None and matched != chosen):
             shown = ", ".join(f"{s} = {v}" for s, v in values.items())
@@ -140,29 +150,6 @@ def symbolic_peak(
     return chosen, given is not None
 
 
-def _top(pieces: list[Piece], x: Symbol) -> tuple[list[Peak], list[Peak]]:
-    """The highest maxima and the others; an error if there is none."""
-    maxima = peaks(pieces, x)
-    if not maxima:
-        raise no_maximum(pieces, x)
-    return highest(maxima)
-
-
-def no_maximum(pieces: list[Piece], x: Symbol) -> InputError:
-    """The error that f has no isolated maximum."""
-    return InputError(
-        f"f = {pieces[0].f} has no isolated maximum for {x} in [{pieces[0].lo}, {pieces[-1].hi}]; "
-        "give an f that is not constant, and an interval on which it is largest somewhere."
-    )
-
-
-def _close(first: mpf, second: mpf) -> bool:
-    """True if two points agree to twenty digits."""
-    with own_context(WORK) as context:
-        a, b = context.make_mpf(first._mpf_), context.make_mpf(second._mpf_)
-        return bool(abs(a - b) <= context.mpf(10) ** -20 * max(1, abs(a)))
-
-
 def _solved(piece: Piece, x: Symbol) -> list[Expr]:
     """The zeros of f' that SymPy finds and that may be real."""
     try:
@@ -173,9 +160,9 @@ def _solved(piece: Piece, x: Symbol) -> list[Expr]:
 
 def interior_maxima(piece: Piece, slope: Expr, x: Symbol) -> list[Real]:
     """The interior points at which f' changes its sign from + to -."""
-    exact = _polynomial_roots(piece, slope, x)
-    if exact is not None:
-        return exact
+    isolated = _polynomial_roots(piece, slope, x)
+    if isolated is not None:
+        return isolated
     grid = grid_of(piece)
     values = on_grid(slope, x, grid)
     brackets, last = [], None
@@ -230,8 +217,8 @@ def _short(root: Expr) -> bool:
 def _middles(values: list[mpf]) -> list[mpf]:
     """The points half-way between neighbours."""
     with own_context(WORK) as context:
-        exact = [context.make_mpf(value._mpf_) for value in values]
-        return [(first + second) / 2 for first, second in zip(exact, exact[1:], strict=False)]
+        points = [context.make_mpf(value._mpf_) for value in values]
+        return [(first + second) / 2 for first, second in zip(points, points[1:], strict=False)]
 
 
 def _step(value: mpf, end: mpf, sign: int) -> mpf:
@@ -299,12 +286,12 @@ def _root(slope: Expr, x: Symbol, low: float, high: float) -> Real | None:
 
 def _nearest(value: mpf, context: MPContext) -> Fraction | None:
     """The rational of small denominator that agrees with a number to thirty digits, or None."""
-    sign, mantissa, exponent, _ = value._mpf_
+    exponent = value._mpf_[2]
     if abs(exponent + value.bc if hasattr(value, "bc") else exponent) > 4 * context.prec:
         return Fraction(0) if exponent < 0 else None
-    exact = Fraction(int(mantissa)) * Fraction(2) ** int(exponent) * (-1 if sign else 1)
-    near = exact.limit_denominator(10**6)
-    return near if abs(near - exact) < Fraction(1, 10**30) else None
+    rational = exact("point", value)
+    near = rational.limit_denominator(10**6)
+    return near if abs(near - rational) < Fraction(1, 10**30) else None
 
 
 def _at_end(end: Expr, left: Piece | None, right: Piece | None, x: Symbol) -> list[Peak]:
@@ -321,7 +308,7 @@ def _at_end(end: Expr, left: Piece | None, right: Piece | None, x: Symbol) -> li
     top = max(heights.values())
     sides: dict[str, Piece | None] = {"left": None, "right": None}
     for name, piece, sign in (("left", left, -1), ("right", right, 1)):
-        if piece is None or name not in heights or not same_height(heights[name], top):
+        if piece is None or name not in heights or not agree(heights[name], top):
             continue
         if not _falls(piece, x, end, sign):
             return []

@@ -4,11 +4,12 @@ With I = int g e^{lam f} and e^{lam f(p)} taken out, beside a maximum p the inte
 
     int_0^{u_0} e^{-lam u^mu} u^{beta - 1} sum_k F_k u^k du,    |F_k| <= M rho^{-k}
 
-(`cauchy_disk`). What the first n terms leave out is: the next few terms, which are known; the tail
-of a geometric series (Cauchy's estimate), M rho^{-m} Gamma((m + beta)/mu) lam^{-(m + beta)/mu} over
-mu (1 - THETA); and what each term has beyond u_0, an incomplete gamma function Gamma(s, lam u_0^mu)
-(DLMF 8.10.1). Away from the maxima the integrand is exponentially small (`tail_bounds`). For
-Watson's lemma and its error see F. W. J. Olver, Asymptotics and Special Functions, chapter 3.
+(`cauchy_disk`). The truncation error of the first n terms is: the next few terms, which are known;
+the tail of a geometric series (Cauchy's estimate), M rho^{-m} Gamma((m + beta)/mu)
+lam^{-(m + beta)/mu} over mu (1 - THETA); and what each term has beyond u_0, an incomplete gamma
+function Gamma(s, lam u_0^mu) (DLMF 8.10.1). Away from the maxima the integrand is exponentially
+small (`tail_bounds`). For Watson's lemma and its error see F. W. J. Olver, Asymptotics and Special
+Functions, chapter 3.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from typing import TYPE_CHECKING
 from symasym.asymptotics.laplace.cauchy_disk import THETA, Disk, disk
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import Piece, difference, number
-from symasym.asymptotics.laplace.maxima import same_height
+from symasym.asymptotics.laplace.maxima import agree
 from symasym.asymptotics.laplace.tail_bounds import Part, boxes
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.inputs import exact
@@ -123,7 +124,7 @@ def _bits(count: int) -> int:
 
 
 def _beside(d: Disk, c: Contribution, used: int, lam: mpf, context: MPContext) -> tuple[mpf, mpf]:
-    """The bounds of what is left out beside one maximum: powers of lam, and exponentially small.
+    """Bounds of the truncation error beside one maximum: powers of lam, and exponentially small.
 
     The first is the next terms one by one, then Cauchy's tail; the second the terms' integrals
     beyond the transformed part, although they are integrated to infinity. The tail may begin behind
@@ -190,7 +191,7 @@ def prove(
     if len(set(origins)) != len(origins):
         return None
     top = max(number(c.height) for c in contributions)
-    kept = [same_height(number(c.height), top) for c in contributions]
+    kept = [agree(number(c.height), top) for c in contributions]
     orders = max(len(c.coefficients) for c in contributions) + _EXPLICIT
     main = [c for c, k in zip(contributions, kept, strict=True) if k]
     others = [c for c, k in zip(contributions, kept, strict=True) if not k]

@@ -33,7 +33,7 @@ _SHOWN_DIGITS = 40
 
 
 class IntegralExpansion:
-    """The integral itself, and how the sum of an expansion's terms is evaluated."""
+    """An integral and the sum of its expansion's terms, at any lam."""
 
     f: Expr
     g: Expr
@@ -243,7 +243,7 @@ class LaplaceExpansion(IntegralExpansion):
                     term = weight * (float(k) * flat ** -float(s))
                     total += term
                     sizes += np.abs(term)
-        # What lam times the height loses in its last place would be relative in the value.
+        # What lam times the height loses in its last digit would be relative in the value.
         product, lost = two_product(flat, np.full_like(flat, top))
         lost = lost + flat * rest
         with np.errstate(all="ignore"):
@@ -270,7 +270,7 @@ class LaplaceExpansion(IntegralExpansion):
             more = dps + 30 + max(0, int(context.log10(large)))
             context.dps = more
             large = mpf_of(lam, context)
-            top = context.make_mpf(number(self.height, dps=more)._mpf_)
+            top = self.contributions[0].height_in(context)
             total, orders = context.mpf(0), []
             for c in self.contributions:
                 terms = c.terms(large, more, context)
@@ -279,8 +279,9 @@ class LaplaceExpansion(IntegralExpansion):
                     sizes = [abs(t) if t else context.inf for t in terms]
                     used = max(1, sizes.index(min(sizes)))
                 orders.append(used)
-                height = context.make_mpf(number(c.height, dps=more)._mpf_)
-                total += context.exp(large * (height - top)) * context.fsum(terms[:used])
+                total += context.exp(large * (c.height_in(context) - top)) * context.fsum(
+                    terms[:used]
+                )
             error, kind = context.mpf(0), self._errors.kind
             if full:
                 error, kind = self._errors.relative(large, orders, total, context)

@@ -199,7 +199,7 @@ def laplace_coefficients(
 
     Notes
     -----
-    In float64 the relative error of c_k is some k^2 units in the last place times the
+    In float64 the relative error of c_k is some k^2 ulp times the
     cancellation in its sum, which for k <= 16 costs one to three digits.
 
     Examples
@@ -278,11 +278,11 @@ def _elements(*sequences: Coefficients) -> list[list[Element]]:
     """Lists of elements of one kind: integers become Fractions unless floats stand beside them."""
     lists = [list(values) for values in sequences]
     others = {type(x) for values in lists for x in values} - {int, Fraction}
-    convert = _ring_of(others) or (lambda x: x)
+    convert = _field_of(others) or (lambda x: x)
     return [[convert(x) if isinstance(x, (int, Fraction)) else x for x in v] for v in lists]
 
 
-def _ring_of(kinds: set[type]) -> Callable[[int | Fraction], Element] | None:
+def _field_of(kinds: set[type]) -> Callable[[int | Fraction], Element] | None:
     """The map of exact numbers into the arithmetic of `kinds`; None if their own operators do."""
     if not kinds:
         return Fraction
