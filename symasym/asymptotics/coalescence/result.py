@@ -147,8 +147,6 @@ class UniformExpansion(IntegralExpansion):
 
     def _by_digits(self, lam: Fraction, dps: int, log: bool, full: bool) -> Any:
         """The sum at one lam as an mpf or mpc, or an `Estimate` from the next terms."""
-        import mpmath
-
         with own_context(dps + 10) as context:
             size = context.log10(mpf_of(lam, context))
             context.dps += max(0, int(size))
@@ -164,9 +162,9 @@ class UniformExpansion(IntegralExpansion):
                     )
                 total, error = context.log(total), -context.log1p(-error / total)
                 error += abs(total) * context.mpf(10) ** -(dps + 5)
-            value = _rounded(mpmath.mp, total, dps)
+            value = _rounded(total, dps)
             error += abs(total - context.convert(value))
-            error = _rounded(mpmath.mp, error * (1 + context.mpf(10) ** -10), 15)
+            error = to_mpf(error * (1 + context.mpf(10) ** -10), 15)
         if not full:
             return value
         names = (_NAMES[self.kind],)
@@ -185,7 +183,8 @@ class UniformExpansion(IntegralExpansion):
             total += context.fsum(value for value, _ in terms[: self.order])
             for k, (_, size) in enumerate(terms[self.order :]):
                 beyond[k] += size
-        re, im = (context.make_mpf(y._mpf_) for y in _parts_of(self._factor, context))
+        parts = sympy.sympify(self._factor).as_real_imag()
+        re, im = (context.make_mpf(number(y, dps=context.dps)._mpf_) for y in parts)
         factor = context.mpc(re, im) if im else re
         return factor * total, abs(factor) * (2 * max(beyond) + 8 * beyond[-1])
 
@@ -200,13 +199,10 @@ class UniformExpansion(IntegralExpansion):
         )
 
 
-def _parts_of(value: Expr, context: MPContext) -> tuple[mpf, mpf]:
-    """Real and imaginary part of an expression, at the context's precision."""
-    return tuple(number(part, dps=context.dps) for part in sympy.sympify(value).as_real_imag())
-
-
-def _rounded(target: MPContext, value: mpf | mpc, dps: int) -> Any:
+def _rounded(value: mpf | mpc, dps: int) -> Any:
     """`value` as the caller's mpf or mpc, rounded."""
+    import mpmath
+
     if hasattr(value, "_mpc_"):
-        return target.make_mpc(tuple(to_mpf(y, dps)._mpf_ for y in (value.real, value.imag)))
+        return mpmath.mp.make_mpc(tuple(to_mpf(y, dps)._mpf_ for y in (value.real, value.imag)))
     return to_mpf(value, dps)

@@ -1,4 +1,10 @@
-"""The result of Laplace's method: a sum of powers of lam, with its error."""
+"""The expansion of int g e^(lam f) by Laplace's method, evaluated at any lam with its error.
+
+Over the maxima p of f it is the sum of e^(lam f(p)) sum_k c_k lam^(-s_k), s_k = (k + beta)/mu (DLMF
+2.3(ii), 2.3(iii); `.expansion`). All is summed over e^(lam f(p_0)), p_0 the highest, so that
+logarithms are finite where the value overflows. Its error is a proved bound or an estimate
+(`.errors`).
+"""
 
 from __future__ import annotations
 

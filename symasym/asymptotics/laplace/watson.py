@@ -31,13 +31,14 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of
+from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Number, digits, exact
 from symasym.numbers.power_series import dot, power
 
 if TYPE_CHECKING:
     from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
     from symasym.numbers.arithmetic import Number as Element
 
@@ -225,17 +226,31 @@ def laplace_coefficients(
     if isinstance(f, np.ndarray) or isinstance(g, np.ndarray):
         f, g = np.asarray(f, dtype=float), np.asarray(g, dtype=float)
     if dps is not None:
-        return _with_digits(f, g, contact, power, sides, digits(dps))
+        dps = digits(dps)
+        f, g = ([exact("a coefficient", x) for x in values] for values in (f, g))
     reduced = perron_coefficients(f, g, contact, power, step=sides)
     a = -_elements(f)[0][contact]
     if not np.all(np.asarray(a > 0)):
-        raise _no_maximum(contact, np.min(np.asarray(a, dtype=float)))
+        raise InputError(
+            f"f[{contact}] is {-np.min(np.asarray(a, dtype=float)):.6g}; at a maximum the first "
+            "coefficient after f[0] is negative."
+        )
     exponents = [(sides * k + power) / contact for k in range(len(reduced))]
+
+    def times_moments(context: MPContext) -> list[mpf]:
+        """c_k from d_k, with mpf."""
+        own = [mpf_of(s, context) for s in exponents]
+        return [
+            d * sides * moment(s, a, contact, context.gamma)
+            for s, d in zip(own, reduced, strict=True)
+        ]
+
+    if dps is not None:
+        with own_context(dps + 10) as context:
+            a, reduced = mpf_of(a, context), [mpf_of(d, context) for d in reduced]
+            return [to_mpf(c, dps) for c in times_moments(context)]
     if hasattr(a, "_mpf_"):
-        context = a.context
-        rounded = [mpf_of(s, context) for s in exponents]
-        scale = [sides * moment(s, a, contact, context.gamma) for s in rounded]
-        return [d * x for d, x in zip(reduced, scale, strict=True)]
+        return times_moments(a.context)
     a = np.asarray(a, dtype=float)
     scale = [sides * moment(float(s), a, contact, math.gamma) for s in exponents]
     return np.array([np.asarray(d, dtype=float) * x for d, x in zip(reduced, scale, strict=True)])
@@ -244,34 +259,6 @@ def laplace_coefficients(
 def moment(s: Element, a: Element, contact: int, gamma: Callable[[Element], Element]) -> Element:
     """int_0^oo t^(mu s - 1) e^(-a t^mu) dt = Gamma(s)/(mu a^s), which d_k is multiplied by."""
     return gamma(s) / (contact * a**s)
-
-
-def _with_digits(
-    f: Coefficients, g: Coefficients, contact: int, beta: Fraction, sides: int, dps: int
-) -> list[mpf]:
-    """`laplace_coefficients` with exact f and g, rounded to `dps` digits."""
-    from symasym.base.contexts import own_context, to_mpf
-
-    f, g = ([exact("a coefficient", x) for x in values] for values in (f, g))
-    reduced = perron_coefficients(f, g, contact, beta, step=sides)
-    if f[contact] >= 0:
-        raise _no_maximum(contact, -f[contact])
-    with own_context(dps + 10) as context:
-        a = mpf_of(-f[contact], context)
-        coefficients = []
-        for k, d in enumerate(reduced):
-            s = mpf_of((sides * k + beta) / contact, context)
-            value = sides * mpf_of(d, context) * moment(s, a, contact, context.gamma)
-            coefficients.append(to_mpf(value, dps))
-        return coefficients
-
-
-def _no_maximum(contact: int, a: float | Fraction) -> InputError:
-    """The error that f is not largest at the point."""
-    return InputError(
-        f"f[{contact}] is {float(-a):.6g}; at a maximum the first coefficient after f[0] is "
-        "negative."
-    )
 
 
 def _elements(*sequences: Coefficients) -> list[list[Element]]:
