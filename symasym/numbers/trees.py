@@ -17,7 +17,7 @@ import numpy as np
 
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import InputError
-from symasym.base.inputs import Floats, to_float
+from symasym.base.inputs import to_float
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -91,10 +91,10 @@ class NumpyOps:
     def pi(self) -> float:
         return float(np.pi)
 
-    def power(self, base: Floats, exponent: Fraction) -> Any:
+    def power(self, base: Any, exponent: Fraction) -> Any:
         return np.power(base, float(exponent))
 
-    def erf(self, x: Floats) -> Any:
+    def erf(self, x: Any) -> Any:
         """The error function, elementwise."""
         # NumPy has no erf and SciPy is no requirement; the C library's is exact to an ulp.
         import math
