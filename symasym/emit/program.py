@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import sympy
 
@@ -162,7 +162,7 @@ class Function:
     logs: tuple[Case, ...] = ()
     outside: str = "no case of the formula holds there"
     quadrature: Quadrature | None = None
-    passage: FirstPassage | None = None
+    passage: Passage | None = None
 
     @property
     def symbols(self) -> set[Any]:
@@ -202,7 +202,7 @@ class Ready:
     outside: str = ""
     exp_of: str = ""
     quadrature: Quadrature | None = None
-    passage: FirstPassage | None = None
+    passage: Passage | None = None
 
     @property
     def count(self) -> int:
@@ -274,7 +274,7 @@ def ready(program: Program, double: bool) -> list[Ready]:
     own = {function.name for function in program.functions}
     for function in program.functions:
         if held := function.quadrature or function.passage:
-            found += _ready_of_drift(function, held, double)
+            functions += _ready_of_drift(function, held, double)
             continue
         function = replace(
             function,
