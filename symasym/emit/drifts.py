@@ -70,10 +70,10 @@ def program(
         for name in drift.free:
             if function.arguments.count(name) > 1:
                 raise _taken(name)
-    error = found.error or what.error
-    found = replace(found, title=f"{what.title}, for {drift!r}", error=error)
-    found = fold(require_closed(found), rest)
-    return replace(found, folded={**found.folded, **quotients(drift.values), **own})
+    error = emitted.error or what.error
+    emitted = replace(emitted, title=f"{what.title}, for {drift!r}", error=error)
+    emitted = fold(require_closed(emitted), rest)
+    return replace(emitted, folded={**emitted.folded, **quotients(drift.values), **own})
 
 
 def _taken(name: str) -> InputError:

@@ -23,7 +23,7 @@ ERROR = "exact, as the share of G(Z) that it is defined to be; in doubles its lo
 FRICTION = {name: sympy.Symbol(name, real=True) for name in ("mu", "alpha", "z0")}
 
 
-def of_friction(label: str, name: str) -> Any:
+def of_friction(label: str, name: str) -> Expr:
     """The derived expression `name`, where a crossing downwards is one upwards in the mirror.
 
     That is 1 - z0 changes its sign.
@@ -86,4 +86,4 @@ def stokes(what: Record, drift: Drift) -> Program:
         what.label, what.title, (function,), ERROR, assumptions=what.assumptions,
         left_out=("the step of the paper, in place of which this is",),
     )  # fmt: skip
-    return fold(found, quotients(drift.values))
+    return fold(emitted, quotients(drift.values))
