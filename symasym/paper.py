@@ -23,6 +23,12 @@ from symasym.drift.scenes import Answer, Answers, Request, Scene, Scenes, scene_
 from symasym.generated import mpmath_formulas, numpy_formulas
 
 if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
+    from symasym.base.inputs import Numbers
+
+if TYPE_CHECKING:
     from symasym.drift.float_field import Field
     from symasym.drift.taylor_field import ExactField
 
@@ -58,7 +64,8 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     return Answers(np.array([float(one.value) for one in each]), None, "none")
 
 
-def _require_start_0(start: Any) -> None:
+def _require_start_0(start: Numbers) -> None:
+    """Refuse a start other than 0."""
     if is_array(start) or exact("start", start) != 0:
         shown = float_text(start) if isinstance(start, Fraction) else start
         raise InputError(
@@ -66,7 +73,8 @@ def _require_start_0(start: Any) -> None:
         )
 
 
-def _refuse_region(a_minus: Any, a_plus: Any) -> None:
+def _refuse_region(a_minus: float | Fraction, a_plus: float | Fraction) -> None:
+    """The error that the drift does not cross."""
     raise RegionError(
         f"a- = {float(a_minus):.6g} and a+ = {float(a_plus):.6g} are no crossing region, where "
         "the paper gives no escape time; use method='exact'."
@@ -74,20 +82,21 @@ def _refuse_region(a_minus: Any, a_plus: Any) -> None:
 
 
 def _refuse_zeros(count: int) -> None:
+    """The error that A has other zeros than those of one well and one barrier."""
     raise InputError(
         f"A has {count} zeros in (-1, 1), but the paper's formula is for none, or for one well "
         "followed by one barrier; use method='exact'."
     )
 
 
-def _well_counts(u1: Any, u2: Any) -> bool:
+def _well_counts(u1: mpf, u2: mpf) -> bool:
     """The paper's condition for its multiplier to be 1: -1 < u1 < u2 < 1 and u2 > 0."""
     return bool(u1 < u2 and u2 > 0)
 
 
 @dataclass(frozen=True)
 class Well:
-    """What eq:Ttildesmall needs of a drift that crosses: in the direction it goes.
+    """The quantities of eq:Ttildesmall for a drift that crosses, in the direction it goes.
 
     Attributes
     ----------
@@ -99,12 +108,12 @@ class Well:
         V(u2) - V(u1); None where it is 0.
     """
 
-    ahead: Any
-    slopes: tuple[Any, ...] = ()
-    barrier: Any = None
+    ahead: mpf
+    slopes: tuple[mpf, ...] = ()
+    barrier: mpf | None = None
 
 
-def well(drift: Drift, context: Any) -> Well:
+def well(drift: Drift, context: MPContext) -> Well:
     """The well before a barrier beyond the start, if there is one, at the context's precision.
 
     Raises
@@ -134,7 +143,7 @@ def well(drift: Drift, context: Any) -> Well:
     return Well(ahead)
 
 
-def _escape_time(scene: Scene, request: Request) -> Any:
+def _escape_time(scene: Scene, request: Request) -> mpf:
     """T, or its logarithm, to a few more digits than are asked for."""
     with own_context(request.digits + 15) as context:
         # The exponent 2 V/kappa^2 has as many digits before the point as lam.
@@ -216,13 +225,18 @@ def _well_and_barrier(field: Field, scene: IntArray) -> tuple[FloatArray, FloatA
 
 
 def _phi_at(field: Field, scene: IntArray, u: FloatArray) -> FloatArray:
+    """phi of each scene at its own u."""
     result: FloatArray = field.phi(scene, u[:, None])[:, 0]
     return result
 
 
 def _bracketed(
-    function: Callable[[FloatArray], FloatArray], lo: FloatArray, hi: FloatArray, positive_low: Any
+    function: Callable[[FloatArray], FloatArray],
+    lo: FloatArray,
+    hi: FloatArray,
+    positive_low: np.ndarray[Any, np.dtype[np.bool_]],
 ) -> FloatArray:
+    """The zeros between lo and hi, by bisection; the sign at lo is given."""
     for _ in range(60):
         middle = (lo + hi) / 2
         same = (function(middle) > 0) == positive_low
@@ -267,7 +281,7 @@ def _occupation(scene: Scene, request: Request) -> Answer:
         return Answer(value, error, "bound")
 
 
-def _lower_bound(drift: Drift, noise: Any, context: Any) -> Any:
+def _lower_bound(drift: Drift, noise: mpf, context: MPContext) -> mpf:
     """The unlabelled bound before eq:Psmall2, with the largest L that the drift allows."""
     from symasym.drift.taylor_field import ExactField
 
@@ -281,7 +295,7 @@ def _lower_bound(drift: Drift, noise: Any, context: Any) -> Any:
     return mpmath_formulas.occupation_bound(context, noise, a_minus, a_plus, length, top)
 
 
-def _stays_below(drift: Drift, field: ExactField, context: Any) -> Any:
+def _stays_below(drift: Drift, field: ExactField, context: MPContext) -> mpf:
     """The largest L with V(u) <= V(1) for 1 - L <= u <= 1, where V(1) <= V(-1)."""
     side = -1 if field.mirrored else 1
     barriers = sorted(field.polish(side * p.u) for p in drift.barriers())
@@ -290,7 +304,7 @@ def _stays_below(drift: Drift, field: ExactField, context: Any) -> Any:
     peaks = [-one, *(b for b in barriers if field.potential_rise(b, one) < 0)]
     high = peaks[-1]
     low = min(w for w in wells if w > high)
-    # V falls from its highest place left of 1 to this well, and crosses V(1) once.
+    # V falls from its highest point left of 1 to this well, and crosses V(1) once.
     for _ in range(int(context.prec) + 8):
         middle = (low + high) / 2
         if field.potential_rise(middle, one) < 0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +26,11 @@ from symasym.drift.scenes import (
     require_drift,
 )
 from symasym.methods.table import answer
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+
+    from symasym.asymptotics.weak_noise.answer import Parts
 
 __all__ = ["Plan", "Term", "plan"]
 
@@ -68,7 +73,7 @@ class Term:
 
 @dataclass(frozen=True, repr=False)
 class Plan:
-    """How ``method="auto"`` finds the escape time of a scene.
+    """The way in which ``method="auto"`` finds the escape time of a scene.
 
     Attributes
     ----------
@@ -137,8 +142,8 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
     Examples
     --------
     >>> import symasym as sa
-    >>> found = sa.plan(sa.friction(mu=3, alpha=1, z0="-0.4"), "0.05", 10, rtol=1e-3)
-    >>> print(found.method, found.order, [t.name for t in found.terms if t.kept])
+    >>> chosen = sa.plan(sa.friction(mu=3, alpha=1, z0="-0.4"), "0.05", 10, rtol=1e-3)
+    >>> print(chosen.method, chosen.order, [t.name for t in chosen.terms if t.kept])
     laplace 1 ['well at 0.3969 with barrier at 0.9039']
     """
     require_drift(drift)
@@ -161,6 +166,7 @@ def read_rtol(rtol: Number | None) -> Fraction:
 
 
 def _digits_for(allowed: Fraction) -> int:
+    """The digits in which a relative error of `allowed` is seen."""
     return max(20, len(str(int(1 / allowed))) + 8)
 
 
@@ -178,14 +184,14 @@ def automatic(drift: Drift, numbers: dict[str, Any], rtol: Number | None, reques
     digits = max(_digits_for(allowed), request.dps or 0)
     wanted = request._replace(dps=digits, full=True)
     if request.name == "T":
-        found = _planned(drift, numbers, allowed, wanted, in_float=request.dps is None)[1]
+        estimate = _planned(drift, numbers, allowed, wanted, in_float=request.dps is None)[1]
     else:
-        found = _cheapest(drift, numbers, allowed, wanted)[0]
-    request = request._replace(method=found.method, order=found.order)
+        estimate = _cheapest(drift, numbers, allowed, wanted)[0]
+    request = request._replace(method=estimate.method, order=estimate.order)
     with own_context(digits + 10) as context:
-        value, error = (context.make_mpf(x._mpf_) for x in (found.value, found.error))
+        value, error = (context.make_mpf(x._mpf_) for x in (estimate.value, estimate.error))
         return as_digits(
-            request, Answer(value, error, found.error_kind, found.terms, found.dropped)
+            request, Answer(value, error, estimate.error_kind, estimate.terms, estimate.dropped)
         )
 
 
@@ -202,22 +208,22 @@ def _cheapest(
         best = None
         for order in _ORDERS[method]:
             try:
-                found = answer(drift, numbers, request._replace(method=method, order=order))
+                estimate = answer(drift, numbers, request._replace(method=method, order=order))
             except SymasymError as error:
                 refused[method] = str(error)
                 continue
-            relative = _relative(found, request.log)
+            relative = _relative(estimate, request.log)
             if relative <= float(allowed):
-                return found, refused
+                return estimate, refused
             best = relative if best is None else min(best, relative)
         if best is not None:
             refused[method] = f"its stated error is {float(best):.2g} at best"
     return answer(drift, numbers, request._replace(method="exact", order=None)), refused
 
 
-def _relative(found: Estimate, log: bool) -> Any:
+def _relative(estimate: Estimate, log: bool) -> mpf:
     """The error relative to the value itself, not to its logarithm."""
-    return found.error if log else found.error / abs(found.value)
+    return estimate.error if log else estimate.error / abs(estimate.value)
 
 
 # -- the escape time, term by term -----------------------------------------------------------------
@@ -236,7 +242,7 @@ def _planned(
 
     rtol, scene = float(allowed), read_scene(drift, numbers, request.dps)
     refused: dict[str, str] = {}
-    # Of the exact value; relative to what is found it is larger.
+    # Of the exact value; relative to the value it is larger.
     known = (1 - _FOR_DROPPED) * allowed / (1 + allowed)
     try:
         parts = weak_noise.parts(scene, request.digits, _WEAK_ORDERS, known)
@@ -248,29 +254,31 @@ def _planned(
         refused["laplace"] = f"its stated error is {float(parts.error):.2g} at best"
     if in_float:
         try:
-            relative, found = _uniform(drift, numbers, request.log)
+            relative, estimate = _uniform(drift, numbers, request.log)
         except SymasymError as error:
             refused["uniform"] = str(error)
         else:
             if relative <= rtol:
-                terms = _whole(found)
+                terms = _whole(estimate)
                 cost = _UNIFORM_COST
                 made = Plan("uniform", 0, terms, relative, "estimate", cost, rtol, refused)
-                return made, found
+                return made, estimate
             refused["uniform"] = f"its stated error in float64, order 0, is {relative:.2g}"
-    found, more = _cheapest(drift, numbers, allowed, request, ("strong_noise",))
+    estimate, more = _cheapest(drift, numbers, allowed, request, ("strong_noise",))
     refused |= more
-    cost = _EXACT_COST if found.method == "exact" else _STRONG_COST
-    relative = float(_relative(found, request.log))
-    terms = _whole(found)
-    plan = Plan(found.method, found.order, terms, relative, found.error_kind, cost, rtol, refused)
-    return plan, found
+    cost = _EXACT_COST if estimate.method == "exact" else _STRONG_COST
+    relative = float(_relative(estimate, request.log))
+    terms = _whole(estimate)
+    plan = Plan(
+        estimate.method, estimate.order, terms, relative, estimate.error_kind, cost, rtol, refused
+    )
+    return plan, estimate
 
 
-def _whole(found: Estimate) -> tuple[Term, ...]:
+def _whole(estimate: Estimate) -> tuple[Term, ...]:
     """The terms of a method that has no parts to leave out."""
-    terms = [Term(name, True, float("nan"), "part of the method") for name in found.terms]
-    terms += [Term(name, False, 0.0, "in the stated error") for name in found.dropped]
+    terms = [Term(name, True, float("nan"), "part of the method") for name in estimate.terms]
+    terms += [Term(name, False, 0.0, "in the stated error") for name in estimate.dropped]
     return tuple(terms)
 
 
@@ -289,7 +297,7 @@ def _uniform(drift: Drift, numbers: dict[str, Any], log: bool) -> tuple[float, E
     return relative, Estimate(value, error, "estimate", "uniform", 0, _PARTS, _REST)
 
 
-def _of_parts(parts: Any, rtol: float, request: Request) -> tuple[Plan, Estimate]:
+def _of_parts(parts: Parts, rtol: float, request: Request) -> tuple[Plan, Estimate]:
     """Leave out the smallest parts as long as their sum is small enough."""
     context = parts.total.context
     room = context.mpf(rtol) / (1 + context.mpf(rtol)) / 10
@@ -319,9 +327,9 @@ def _of_parts(parts: Any, rtol: float, request: Request) -> tuple[Plan, Estimate
     cost = _LAPLACE_COST + _LAPLACE_TERM * len(kept) * (1 + (parts.order + 1) / 4)
     if request.log:
         value, error = context.log(value), relative / (1 - relative)
-    found = Estimate(value, error, "estimate", "laplace", parts.order, kept, left)
+    estimate = Estimate(value, error, "estimate", "laplace", parts.order, kept, left)
     made = Plan("laplace", parts.order, tuple(terms), float(relative), "estimate", cost, rtol, {})
-    return made, found
+    return made, estimate
 
 
 # -- arrays, each scene by the cheapest method in float64 whose error will do ----------------------
@@ -358,12 +366,15 @@ def _of_arrays(
         values = {n: scenes.numbers[n][rows] if is_array(x) else x for n, x in numbers.items()}
         if order is None:
             last = answer(some, values, request._replace(method=method, log=True, full=True))
-            found = np.atleast_1d(last.value), np.atleast_1d(last.error)
+            logs_and_errors = np.atleast_1d(last.value), np.atleast_1d(last.error)
             better = np.ones(len(rows), dtype=bool)
         else:
-            found = _attempt(some, values, request.name, method, order, index[rows])
-            better = found[1] <= most
-        logs[rows[better]], errors[rows[better]] = found[0][better], found[1][better]
+            logs_and_errors = _attempt(some, values, request.name, method, order, index[rows])
+            better = logs_and_errors[1] <= most
+        logs[rows[better]], errors[rows[better]] = (
+            logs_and_errors[0][better],
+            logs_and_errors[1][better],
+        )
         if better.any():
             used.append(method if order is None else f"{method}, order {order}")
     request = request._replace(method="auto")

@@ -43,7 +43,7 @@ def escape_time(
         order, eq:Ttildesmall with its step Stokes multiplier (eq:Ttildelarge
         where there is no well); only for start 0. ``"laplace"``: weak noise, in
         kappa^2/2; ``"uniform"``: the same, and where a well and a barrier, or
-        one of them and the start or u = 1 or -1, are near each other or meet; ``"local"``: its
+        one of them and the start or u = 1 or -1, are near each other or coalesce; ``"local"``: its
         leading order with Airy's argument linear in the distance to a fold. ``"strong_noise"``: in
         2/kappa^2. ``"auto"``: the cheapest whose stated relative error is at most `rtol`
         (see `plan`).

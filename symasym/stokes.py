@@ -8,7 +8,7 @@ Ai^2 + Bi^2 of Z = lam^(2/3) zeta.
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from symasym.drift.scenes import (
     require_drift,
     scene_at,
 )
+
+if TYPE_CHECKING:
+    from mpmath import mpf
 
 __all__ = ["stokes_multiplier"]
 
@@ -95,7 +98,7 @@ def stokes_multiplier(
     return to_mpf(_multiplier(scene, method, dps), dps)
 
 
-def _multiplier(scene: Scene, method: str, digits: int) -> Any:
+def _multiplier(scene: Scene, method: str, digits: int) -> mpf:
     """G(Z)/(G(Z) + G(-Z)) of the pair that is nearest to its fold."""
     from symasym.asymptotics.weak_noise.critical_points import turning_points
     from symasym.drift.taylor_field import ExactField

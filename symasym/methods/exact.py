@@ -2,7 +2,7 @@
 
 Three engines evaluate them: `symasym.exact.floats` in float64 for many scenes at once,
 `symasym.exact.digits` to any number of digits, `symasym.exact.ball_sweep` in balls, whose error is
-proved. What float64 cannot promise to a relative 1e-12 is found with more digits.
+proved. What float64 cannot promise to a relative 1e-12 is computed with more digits.
 """
 
 from __future__ import annotations
@@ -78,6 +78,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
 
 
 def _logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
+    """Logarithms in float64 and their errors; what is in doubt is evaluated with more digits."""
     from symasym.drift.float_field import field_of
     from symasym.exact import digits, floats
 

@@ -6,13 +6,15 @@ The expansion is `symasym.asymptotics.weak_noise.answer`'s, the bounds of what i
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symasym.asymptotics.weak_noise import answer as weak_noise
 from symasym.asymptotics.weak_noise.answer import of_scenes
 from symasym.drift.scenes import Answer, Request, Scene
+
+if TYPE_CHECKING:
+    from symasym.asymptotics.weak_noise.answer import Prove
 
 __all__ = ["of_scene", "of_scenes"]
 
@@ -22,12 +24,13 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     return weak_noise.of_scene(scene, request, prover(scene, request))
 
 
-def prover(scene: Scene, request: Request) -> Callable[[int], Any] | None:
-    """What gives proved bounds at an order, or None; None for C."""
+def prover(scene: Scene, request: Request) -> Prove | None:
+    """The proof of bounds at an order; None for C, which has none."""
     return None if request.name[-1] == "C" else partial(_bounds, scene, request)
 
 
 def _bounds(scene: Scene, request: Request, order: int) -> Any:
+    """The enclosure of T or 1 - P with the series to `order`; None without python-flint."""
     from symasym.numbers import balls
 
     if not balls.available():

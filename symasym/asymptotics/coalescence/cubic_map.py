@@ -19,7 +19,7 @@ What is done here so that nothing cancels:
       p_k = (1/2πi) ∮ g s dy/(s² - zeta)^(k+1),    q_k = (1/2πi) ∮ g dy/(s² - zeta)^(k+1),
 
   analytic in D whether the zeros are two or one. The trapezoidal rule converges geometrically;
-  on half as many points it tells its own error.
+  half as many points give its error.
 - Zeros so far apart that no good circle is left between them and the next singularity are taken
   one by one: g u' as a series at each, even and odd parts taken. That loses less than two digits
   for each k there, which are added to the precision beforehand.
@@ -28,7 +28,7 @@ What is done here so that nothing cancels:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -47,6 +47,11 @@ from symasym.numbers.quadratic_factor import (
     tiny,
 )
 
+if TYPE_CHECKING:
+    from mpmath.ctx_mp import MPContext
+
+    from symasym.numbers.arithmetic import Number as Element
+
 __all__ = ["cubic_map", "map_coefficients"]
 
 # Points on the circle: from so many on, up to so many.
@@ -59,7 +64,11 @@ _SHARE = 0.5
 
 
 def cubic_map(
-    taylor: Sequence[Any], count: int, context: Any = None, *, weight: Sequence[Any] | None = None
+    taylor: Sequence[Any],
+    count: int,
+    context: MPContext | None = None,
+    *,
+    weight: Sequence[Any] | None = None,
 ) -> tuple[Any, list[tuple[Any, Any]]]:
     """zeta and the coefficients (p_k, q_k) of the cubic map at two coalescing zeros.
 
@@ -125,26 +134,26 @@ def cubic_map(
     with context.workdps(context.dps + 12 + 2 * int(count)):
         g = None if weight is None else numbers("weight", weight, context)
         pair = split_pair(taylor, context)
-        found = map_coefficients(pair, int(count), context, g)
-    return +pair.zeta, [(+p, +q) for p, q in found]
+        coefficients = map_coefficients(pair, int(count), context, g)
+    return +pair.zeta, [(+p, +q) for p, q in coefficients]
 
 
 def map_coefficients(
-    pair: Pair, count: int, context: Any, g: list[Any] | None
+    pair: Pair, count: int, context: MPContext | None, g: list[Any] | None
 ) -> list[tuple[Any, Any]]:
     """(p_k, q_k) of `cubic_map` for a pair that is split off, without guard digits of its own."""
-    found = []
+    coefficients = []
     if g is not None:
         g = shifted(g, pair.middle)
     if count:
-        found.append(_leading(pair, g, context))
+        coefficients.append(_leading(pair, g, context))
     if count > 1:
-        found += _higher(pair, g, count, context)
+        coefficients += _higher(pair, g, count, context)
     # sign = -1: s was counted along u; it has to run against it.
-    return [(pair.sign * p, q) for p, q in found]
+    return [(pair.sign * p, q) for p, q in coefficients]
 
 
-def _leading(pair: Pair, g: list[Any] | None, context: Any) -> tuple[Any, Any]:
+def _leading(pair: Pair, g: list[Any] | None, context: MPContext | None) -> tuple[Any, Any]:
     """p_0 + q_0 s = g u' modulo s² - zeta: u'² = 1/(slope psi(slope s)) there."""
     even, odd = poly(pair.psi[0::2], pair.square), poly(pair.psi[1::2], pair.square)
     norm = even**2 - odd**2 * pair.square
@@ -157,7 +166,9 @@ def _leading(pair: Pair, g: list[Any] | None, context: Any) -> tuple[Any, Any]:
     return a * p + b * q * pair.zeta, a * q + b * p
 
 
-def _higher(pair: Pair, g: list[Any] | None, count: int, context: Any) -> list[tuple[Any, Any]]:
+def _higher(
+    pair: Pair, g: list[Any] | None, count: int, context: MPContext | None
+) -> list[tuple[Any, Any]]:
     """p_1, q_1, ..., p_(count - 1), q_(count - 1)."""
     radius = _radius(pair, g, context)
     if context is not None:
@@ -168,16 +179,17 @@ def _higher(pair: Pair, g: list[Any] | None, count: int, context: Any) -> list[t
     shape = np.shape(pair.zeta)
     near = np.ravel(np.sqrt(abs(pair.square)) <= _NEAR_FLOAT * radius)
     finite = np.isfinite(np.ravel(radius))
-    found = np.zeros((count - 1, 2, near.size))
+    coefficients = np.zeros((count - 1, 2, near.size))
     for way, chosen in ((_around_both, near & finite), (_at_each_zero, ~near & finite)):
         if chosen.any():
             part = _chosen(pair, chosen)
             weight = None if g is None else [np.ravel(x + 0 * pair.zeta)[chosen] for x in g]
-            found[:, :, chosen] = way(part, np.ravel(radius)[chosen], weight, count, None)
-    return [(p.reshape(shape)[()], q.reshape(shape)[()]) for p, q in found]
+            coefficients[:, :, chosen] = way(part, np.ravel(radius)[chosen], weight, count, None)
+    return [(p.reshape(shape)[()], q.reshape(shape)[()]) for p, q in coefficients]
 
 
-def _chosen(pair: Pair, scenes: Any) -> Pair:
+def _chosen(pair: Pair, scenes: np.ndarray[Any, np.dtype[np.bool_]]) -> Pair:
+    """The pairs of some scenes."""
     return Pair(
         np.ravel(pair.middle)[scenes],
         np.ravel(pair.square)[scenes],
@@ -190,9 +202,12 @@ def _chosen(pair: Pair, scenes: Any) -> Pair:
 
 
 def _at_each_zero(
-    pair: Pair, radius: Any, g: list[Any] | None, count: int, context: Any
+    pair: Pair, radius: Element, g: list[Any] | None, count: int, context: MPContext | None
 ) -> list[tuple[Any, Any]]:
-    """From the series at each of two zeros that are apart."""
+    """p_k and q_k, k >= 1, from the series of g u' at each of two zeros that are apart.
+
+    By `both_saddles` from Perron's coefficients at s = sqrt(zeta) and s = -sqrt(zeta).
+    """
     complex_root = (lambda x: np.sqrt(x + 0j)) if context is None else context.sqrt
     half, root = complex_root(pair.square), complex_root(pair.zeta)
     zero, one = 0 * root, 0 * root + 1
@@ -213,7 +228,7 @@ def _at_each_zero(
     return [((p * root).real, q.real) for p, q in zip(even, odd, strict=True)][1:]
 
 
-def both_saddles(sides: list[list[Any]], r: Any, one: Any) -> tuple[list[Any], list[Any]]:
+def both_saddles(sides: list[list[Any]], r: Element, one: Element) -> tuple[list[Any], list[Any]]:
     """P/sqrt(zeta) and Q, series in w = s² - zeta, of g u' = P + Q s, from g du/dw at ±sqrt(zeta).
 
     g du/dw = (P + s Q)/(2 s) at s, and -(P - s Q)/(2 s) at -s; r = 1/sqrt(zeta).
@@ -224,7 +239,9 @@ def both_saddles(sides: list[list[Any]], r: Any, one: Any) -> tuple[list[Any], l
     return product([x - y for x, y in zip(plus, minus, strict=True)], rise), odd
 
 
-def slope_by_square(d: list[Any], side: int, r: Any, front: Any, count: int, one: Any) -> list[Any]:
+def slope_by_square(
+    d: list[Any], side: int, r: Element, front: Element, count: int, one: Element
+) -> list[Any]:
     """g du/dw at the saddle s = side/r, from its reduced coefficients d; w = s² - 1/r².
 
     front is u' in units of the saddle's own variable v: a t² = v² in the exponent, t = u - u(s).
@@ -237,15 +254,18 @@ def slope_by_square(d: list[Any], side: int, r: Any, front: Any, count: int, one
     return product(composed(d, v, count), [(k + 1) * x for k, x in enumerate(v[1:])])
 
 
-def _root_series(count: int, one: Any) -> list[Any]:
+def _root_series(count: int, one: Element) -> list[Any]:
     """Coefficients of sqrt(1 + w)."""
     return power([one, one], 1, 2, count, one)
 
 
 def _around_both(
-    pair: Pair, radius: Any, g: list[Any] | None, count: int, context: Any
+    pair: Pair, radius: Element, g: list[Any] | None, count: int, context: MPContext | None
 ) -> list[tuple[Any, Any]]:
-    """Cauchy integrals around both zeros."""
+    """p_k and q_k, k >= 1, as Cauchy integrals of g s/(s² - zeta)^(k+1) and g/(s² - zeta)^(k+1).
+
+    By the trapezoidal rule on a circle around both zeros, of which half the points give the error.
+    """
     scale = (np.cbrt if context is None else context.cbrt)(pair.psi[0]) * radius
     zeta = pair.zeta / scale**2
     # F - mean of the critical values, in units where the circle and psi(0) are 1.
@@ -267,7 +287,7 @@ def _around_both(
         rate = max(0.35, float(context.sqrt(abs(square))))
         size = min(_MOST, 4 * (int(-context.prec / 3.4 / np.log2(rate)) + 4)) if rate < 1 else _MOST
     while size <= _MOST:
-        found, lost = _sums(t, zeta, g, count, size, context)
+        sums, lost = _sums(t, zeta, g, count, size, context)
         # The error falls as rho^n for n points: twice as many square it.
         if everywhere(lost**2 <= (1e-14 if context is None else tiny(context))):
             break
@@ -275,14 +295,14 @@ def _around_both(
     else:
         raise not_alone()
     unscaled = []
-    for k, (p, q) in enumerate(found, start=1):
+    for k, (p, q) in enumerate(sums, start=1):
         factor = radius / scale ** (2 * k + 2)
         unscaled.append((p * factor * scale, q * factor))
     return unscaled
 
 
-def _radius(pair: Pair, g: list[Any] | None, context: Any) -> Any:
-    """Between the pair and where psi has changed by its half, by Newton from above (convex)."""
+def _radius(pair: Pair, g: list[Any] | None, context: MPContext | None) -> Element:
+    """The radius between the pair and where psi has changed by half, by Newton from above."""
     largest: Any
     root: Any
     where: Any
@@ -293,7 +313,8 @@ def _radius(pair: Pair, g: list[Any] | None, context: Any) -> Any:
     distance = root(abs(pair.square), 2)
     rest = [0 * distance, *(abs(x / pair.psi[0]) for x in pair.psi[1:])]
 
-    def bound() -> Any:
+    def bound() -> Element:
+        """Cauchy's bound: no root of the series' moduli is nearer."""
         top = 0 * distance
         for j, x in enumerate(rest[1:], start=1):
             top = largest(top, root(x, j))
@@ -319,19 +340,24 @@ def _radius(pair: Pair, g: list[Any] | None, context: Any) -> Any:
             break
     # A larger circle costs points, of which float64 needs few, and keeps digits.
     share = 1.2 if context is None else 0.7
-    found = largest(largest(share * r, root(2 * r * distance, 2)), 1.1 * distance)
-    return where(first < np.inf, found, np.inf)
+    radius = largest(largest(share * r, root(2 * r * distance, 2)), 1.1 * distance)
+    return where(first < np.inf, radius, np.inf)
 
 
 def _sums(
-    t: list[Any], zeta: Any, g: list[Any] | None, count: int, size: int, context: Any
+    t: list[Any],
+    zeta: Element,
+    g: list[Any] | None,
+    count: int,
+    size: int,
+    context: MPContext | None,
 ) -> tuple[list[tuple[Any, Any]], Any]:
     """Cauchy integrals for k = 1, ..., and how far half as many points are from them."""
     y, s, weight = _nodes(t, zeta, g, size, context)
     start = []
     for x, v, h in zip(y, s, weight, strict=True):
         start.append((h * x * v, h * x, 1 / (v * v - zeta)))
-    found, lost = [], 0.0 * abs(zeta)
+    means, lost = [], 0.0 * abs(zeta)
     largest = np.maximum if context is None else max
     for k in range(1, count):
         both = []
@@ -339,18 +365,18 @@ def _sums(
             values = [(part[which] * part[2] ** (k + 1)) for part in start]
             both.append(_mean(values))
             lost = largest(lost, abs(both[-1] - _mean(values[::2])))
-        found.append((both[0], both[1]))
-    return found, lost
+        means.append((both[0], both[1]))
+    return means, lost
 
 
-def _mean(values: list[Any]) -> Any:
-    """Over the circle, from its upper half with both ends; the lower half is conjugate."""
+def _mean(values: list[Any]) -> Element:
+    """The mean over the circle, from its upper half with both ends; the lower half is conjugate."""
     inner = sum((v.real for v in values[1:-1]), 0 * values[0].real)
     return (values[0].real + values[-1].real + 2 * inner) / (2 * (len(values) - 1))
 
 
 def _nodes(
-    t: list[Any], zeta: Any, g: list[Any] | None, size: int, context: Any
+    t: list[Any], zeta: Element, g: list[Any] | None, size: int, context: MPContext | None
 ) -> tuple[list[Any], list[Any], list[Any]]:
     """y on the upper half circle, s and g there: s³/3 - zeta s = t(y), continued from y = 1."""
     angles = np.exp(1j * np.pi * np.arange(size // 2 + 1) / (size // 2))
@@ -375,36 +401,36 @@ def _nodes(
     return roots[: len(s)], s, weights
 
 
-def _at_roots(c: list[Any], roots: list[Any], context: Any) -> list[Any]:
+def _at_roots(c: list[Any], roots: list[Any], context: MPContext) -> list[Any]:
     """The polynomial at the first half of the roots of unity: two scalar products for each."""
     size = len(roots)
     folded = [context.mpf(0)] * min(size, len(c))
     for k, x in enumerate(c):
         folded[k % size] += x
     re, im = [y.real for y in roots], [y.imag for y in roots]
-    found = []
+    values = []
     for j in range(size // 2 + 1):
-        places = [j * k % size for k in range(len(folded))]
-        parts = (context.fdot(folded, [row[k] for k in places]) for row in (re, im))
-        found.append(context.mpc(*parts))
-    return found
+        powers = [j * k % size for k in range(len(folded))]
+        parts = (context.fdot(folded, [row[k] for k in powers]) for row in (re, im))
+        values.append(context.mpc(*parts))
+    return values
 
 
-def _continued(t: list[Any], zeta: Any, y: list[Any]) -> list[Any]:
-    """In float64: on the real axis the largest root, then from point to point."""
+def _continued(t: list[Any], zeta: Element, y: list[Any]) -> list[Any]:
+    """s(y) in float64: on the real axis the largest root, then from point to point."""
     target = poly(t, y[0] + 0 * t[0])
     v = np.maximum(3.0, 3 * np.sqrt(abs(zeta))) + 0j
     for _ in range(60):
         v = v - (v * (v * v / 3 - zeta) - target) / (v * v - zeta)
-    found = [v]
+    roots = [v]
     for j, x in enumerate(y[1:], start=1):
-        v = found[-1] * (found[-1] / found[-2] if j > 1 else x)
+        v = roots[-1] * (roots[-1] / roots[-2] if j > 1 else x)
         target = poly(t, x + 0 * t[0])
         for _ in range(8):
             v = v - (v * (v * v / 3 - zeta) - target) / (v * v - zeta)
-        found.append(v)
-    if not everywhere(abs(found[-1].imag) <= 1e-6 * abs(found[-1])) or not everywhere(
-        found[-1].real < 0
+        roots.append(v)
+    if not everywhere(abs(roots[-1].imag) <= 1e-6 * abs(roots[-1])) or not everywhere(
+        roots[-1].real < 0
     ):
         raise not_alone()
-    return found
+    return roots

@@ -16,9 +16,10 @@ has beyond that of the complementary error function.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import sympy
 
@@ -31,6 +32,14 @@ from symasym.numbers.coefficient_fields import RealField
 from symasym.numbers.polynomials import poly
 from symasym.numbers.power_series import product
 from symasym.numbers.taylor_series import NotAnalytic, algebraic, taylor
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+    from sympy import Expr, Symbol
+
+    from symasym.asymptotics.laplace.kinks import Real
+    from symasym.numbers.arithmetic import Number as Element
 
 #: One term of a part: its value at lam, and a size that has no zeros by chance.
 Term = tuple[Any, Any]
@@ -47,38 +56,40 @@ _SPARE = 4
 _GUARD = 10
 
 
-def series_of(name: str, expression: Any, x: Any, point: Any, side: int, n: int, ring: Any) -> Any:
+def series_of(
+    name: str, expression: Expr, x: Symbol, point: Real, side: int, n: int, field: RealField
+) -> list[mpf]:
     """Taylor coefficients of the expression; InputError where it has none."""
     try:
-        return taylor(expression, x, point, side, n, ring).c
+        return taylor(expression, x, point, side, n, field).c
     except NotAnalytic:
         pass
     try:
         # Zero over zero, as sin(x)/x.
-        terms = algebraic(expression, x, point, side, n + _SPARE, ring)
+        terms = algebraic(expression, x, point, side, n + _SPARE, field)
         whole = all(isinstance(e, Fraction) and e.denominator == 1 and e >= 0 for e, _ in terms)
     except InputError:
         whole = False
     if not whole:
-        shown = point if isinstance(point, sympy.Basic) else ring.context.nstr(point, 12)
+        shown = point if isinstance(point, sympy.Basic) else field.context.nstr(point, 12)
         raise InputError(
             f"{name} = {expression} has no Taylor series at {x} = {shown}; uniform_integral takes "
             "f and g that are analytic at their saddles, ends and kinks."
         )
-    found = [ring.rational(Fraction(0))] * n
+    coefficients = [field.rational(Fraction(0))] * n
     for front, series in terms:
         for k, y in enumerate(series.c[: max(0, n - int(front))], start=int(front)):
-            found[k] = found[k] + y
-    return found
+            coefficients[k] = coefficients[k] + y
+    return coefficients
 
 
 def end_coefficients(
-    piece: Piece, x: Any, end: Any, side: int, count: int, unit: Any, ring: Any
+    piece: Piece, x: Symbol, end: Real, side: int, count: int, unit: Element, field: RealField
 ) -> list[Any]:
     """c_n of e^(lam unit f(end)) sum c_n lam^(-n-1), the integral from the end to its `side`."""
-    f = series_of("f", piece.f, x, end, side, count + 2, ring)
-    g = series_of("g", piece.g, x, end, side, max(count, 2), ring)[:count]
-    if ring.negligible(f[1], f[1:]):
+    f = series_of("f", piece.f, x, end, side, count + 2, field)
+    g = series_of("g", piece.g, x, end, side, max(count, 2), field)[:count]
+    if field.negligible(f[1], f[1:]):
         raise InputError(
             f"the slope of f = {piece.f} is zero at the end {x} = {end}, where f is not largest; "
             "move the end."
@@ -86,13 +97,13 @@ def end_coefficients(
     return end_series(f, g, unit)
 
 
-def end_series(f: list[Any], g: list[Any], unit: Any = 1) -> list[Any]:
+def end_series(f: list[Any], g: list[Any], unit: Element = 1) -> list[Any]:
     """Watson's coefficients c_n at an end from Taylor coefficients on its side, as many as g's."""
     d, steep = perron_coefficients(f[: len(g) + 1], g, 1), -unit * f[1]
     return [y * math.factorial(n) / steep ** (n + 1) for n, y in enumerate(d)]
 
 
-def saddle_rows(d: list[Any], alpha: Any, count: int) -> list[list[Any]]:
+def saddle_rows(d: list[Any], alpha: Element, count: int) -> list[list[Any]]:
     """Taylor coefficients of G_0, ..., G_(count - 1) in v, from those of G."""
     row, rows = list(d), []
     for _ in range(count):
@@ -101,13 +112,20 @@ def saddle_rows(d: list[Any], alpha: Any, count: int) -> list[list[Any]]:
     return rows
 
 
-def beyond_erfc(c: list[Any], a: list[Any], alpha: Any, v: Any) -> list[Any]:
+def beyond_erfc(c: list[Any], a: list[Any], alpha: Element, v: Element) -> list[Any]:
     """b_n at an end away from the saddle: c_n of the end's own less those of ½ erfc times a_n."""
     # ½ erfc(v sqrt(lam alpha)) has (-1)^m (1/2)_m (alpha v²)^-m/(2 alpha v), DLMF 7.12.1.
     tail = [1 / (2 * alpha * v)]
     for m in range(len(c) - 1):
         tail.append(-tail[-1] * (2 * m + 1) / (2 * alpha * v * v))
     return [y - z for y, z in zip(c, product(a, tail, len(c)), strict=True)]
+
+
+class Part(Protocol):
+    """A part of a sum, of which the terms at any lam are known."""
+
+    def terms(self, lam: mpf, count: int, context: MPContext) -> list[Term]:
+        """The terms of order lam^0 to lam^(1 - count), beside the part's own functions."""
 
 
 @dataclass(frozen=True)
@@ -118,27 +136,31 @@ class EndPart:
     """
 
     piece: Piece
-    x: Any
-    end: Any
+    x: Symbol
+    end: Real
     side: int
     oscillating: bool = False
 
-    def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
+    def terms(self, lam: mpf, count: int, context: MPContext) -> list[Term]:
+        """e^(lam f) c_n lam^(-n-1)."""
         height, c = kept(self, count, context, self._coefficients)
         unit = context.j if self.oscillating else context.mpf(1)
         front = context.exp(unit * lam * height)
         values = [front * y * lam ** (-n - 1) for n, y in enumerate(c)]
         return [(y, abs(y)) for y in values]
 
-    def _coefficients(self, count: int, context: Any) -> tuple[Any, list[Any]]:
-        ring = RealField(context)
+    def _coefficients(self, count: int, context: MPContext) -> tuple[Any, list[Any]]:
+        """f at the end, and c_n of `end_coefficients`."""
+        field = RealField(context)
         unit = context.j if self.oscillating else context.mpf(1)
-        height = series_of("f", self.piece.f, self.x, self.end, 1, 2, ring)[0]
-        c = end_coefficients(self.piece, self.x, self.end, self.side, count, unit, ring)
+        height = series_of("f", self.piece.f, self.x, self.end, 1, 2, field)[0]
+        c = end_coefficients(self.piece, self.x, self.end, self.side, count, unit, field)
         return height, c
 
 
-def kept(part: Any, count: int, context: Any, compute: Any) -> Any:
+def kept(
+    part: object, count: int, context: MPContext, compute: Callable[[int, MPContext], Any]
+) -> Any:
     """The numbers of `compute`, kept by digits in steps of ten: neighbouring lam share them."""
     dps = -(-context.dps // 10) * 10
     known = part.__dict__.setdefault("_known", {})
@@ -148,7 +170,7 @@ def kept(part: Any, count: int, context: Any, compute: Any) -> Any:
     return _into(context, known[count, dps])
 
 
-def _into(context: Any, value: Any) -> Any:
+def _into(context: MPContext, value: object) -> Any:
     """Numbers of another context, in lists and tuples, as this one's."""
     if isinstance(value, (list, tuple)):
         return type(value)(_into(context, y) for y in value)
@@ -166,13 +188,18 @@ class SaddlePart:
     """
 
     piece: Piece
-    x: Any
-    point: Any
-    lower: Any = None
-    upper: Any = None
+    x: Symbol
+    point: Real
+    lower: Real | None = None
+    upper: Real | None = None
     minimum: bool = False
 
-    def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
+    def terms(self, lam: mpf, count: int, context: MPContext) -> list[Term]:
+        """The terms of order lam^(-n), those of erfc and those of the ends together (Bleistein).
+
+        The integral over the whole line, one end (erfc) or between two (a difference of erfc);
+        beside a minimum erfi.
+        """
         alpha, height, a, ends = kept(self, count, context, self._coefficients)
         root = context.sqrt(abs(lam * alpha))
         distances = {sign: v for sign, v, _, _ in ends}
@@ -186,17 +213,18 @@ class SaddlePart:
             ((sign, v),) = distances.items()
             part = context.erfc(sign * v * root) / 2
         front = context.exp(lam * height) * context.sqrt(context.pi) / root * part
-        found = []
+        terms = []
         for n in range(count):
             inside = front * a[n] * lam**-n
             value, size = inside, abs(inside)
             for sign, _, b, level in ends:
                 edge = sign * context.exp(lam * level) * b[n] * lam ** (-n - 1)
                 value, size = value + edge, size + abs(edge)
-            found.append((value, size))
-        return found
+            terms.append((value, size))
+        return terms
 
-    def _coefficients(self, count: int, context: Any) -> tuple[Any, ...]:
+    def _coefficients(self, count: int, context: MPContext) -> tuple[Any, ...]:
+        """alpha, f at the saddle, a_n, and for each end its side, v, b_n and f."""
         local = _Local(self, count, context)
         return local.alpha, local.height, local.a, local.ends
 
@@ -210,10 +238,11 @@ class BestOf:
     has coefficients that diverge.
     """
 
-    ways: tuple[tuple[Any, ...], ...]
+    ways: tuple[tuple[Part, ...], ...]
 
-    def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
-        found: list[list[Term]] = []
+    def terms(self, lam: mpf, count: int, context: MPContext) -> list[Term]:
+        """The terms of the way whose next terms are smallest at this lam."""
+        sums: list[list[Term]] = []
         refusal: InputError | AccuracyError | None = None
         for parts in self.ways:
             try:
@@ -222,20 +251,20 @@ class BestOf:
                 refusal = error
                 continue
             columns = zip(*rows, strict=True)
-            found.append([(sum(v for v, _ in c), sum(s for _, s in c)) for c in columns])
-        if not found:
+            sums.append([(sum(v for v, _ in c), sum(s for _, s in c)) for c in columns])
+        if not sums:
             assert refusal is not None
             raise refusal
-        return min(found, key=lambda terms: max(size for _, size in terms[-BEYOND:]))
+        return min(sums, key=lambda terms: max(size for _, size in terms[-BEYOND:]))
 
 
 class _Local:
     """The numbers of a `SaddlePart` at one precision."""
 
-    def __init__(self, part: SaddlePart, count: int, context: Any) -> None:
+    def __init__(self, part: SaddlePart, count: int, context: MPContext) -> None:
         self._part, self._count = part, count
-        self._ring = RealField(context)
-        self.point = self._ring.expression(refined(part.piece, part.x, part.point, self._ring))
+        self._field = RealField(context)
+        self.point = self._field.expression(refined(part.piece, part.x, part.point, self._field))
         self._expand(2 * count + 12)
         self.ends: list[tuple[int, Any, list[Any], Any]] = []
         for sign, end in ((1, part.lower), (-1, part.upper)):
@@ -244,10 +273,10 @@ class _Local:
 
     def _expand(self, n: int) -> None:
         """G(v) = sum of d_k v^k, to order n."""
-        part, ring = self._part, self._ring
-        f = series_of("f", part.piece.f, part.x, self.point, 1, n + 3, ring)
-        g = series_of("g", part.piece.g, part.x, self.point, 1, n + 1, ring)
-        if (f[2] < 0) == part.minimum or ring.negligible(f[2], f[2:]):
+        part, field = self._part, self._field
+        f = series_of("f", part.piece.f, part.x, self.point, 1, n + 3, field)
+        g = series_of("g", part.piece.g, part.x, self.point, 1, n + 1, field)
+        if (f[2] < 0) == part.minimum or field.negligible(f[2], f[2:]):
             raise InputError(
                 f"f = {part.piece.f} is flatter than a parabola at its maximum; uniform_integral "
                 "takes maxima with f'' < 0 (laplace_integral takes others)."
@@ -256,14 +285,17 @@ class _Local:
         self.d = perron_coefficients([0 * f[0], 0 * f[0], *f[2:]], g, 2)
         # For the series and for what it gives after differentiating, the later terms count.
         top = max(abs(y) for y in self.d[:4]) or max(abs(y) for y in self.d)
-        rates = [(abs(y) / top) ** (ring.context.mpf(1) / k) for k, y in enumerate(self.d) if k > 3]
-        self._rate = max(rates) if top else ring.context.mpf(0)
+        rates = [
+            (abs(y) / top) ** (field.context.mpf(1) / k) for k, y in enumerate(self.d) if k > 3
+        ]
+        self._rate = max(rates) if top else field.context.mpf(0)
         self.a = [row[0] for row in saddle_rows(self.d, self.alpha, self._count)]
 
-    def _end(self, end: Any) -> tuple[Any, list[Any], Any]:
-        context = self._ring.context
-        where = self._ring.expression(end)
-        height = series_of("f", self._part.piece.f, self._part.x, where, 1, 2, self._ring)[0]
+    def _end(self, end: Real) -> tuple[Any, list[Any], Any]:
+        """v at an end, b_n there and f."""
+        context = self._field.context
+        where = self._field.expression(end)
+        height = series_of("f", self._part.piece.f, self._part.x, where, 1, 2, self._field)[0]
         v = self._distance(where, height)
         reach = abs(v) * self._rate
         if reach <= _NEAR:
@@ -276,9 +308,9 @@ class _Local:
                 return v, [poly(row[1:], v) / (2 * self.alpha) for row in rows], height
         return v, self._matched(where, v), height
 
-    def _distance(self, where: Any, height: Any) -> Any:
+    def _distance(self, where: mpf, height: mpf) -> Any:
         """v at the end: from the series where f_max - f would cancel."""
-        context = self._ring.context
+        context = self._field.context
         t = where - self.point
         ratios = [y / self.f[2] for y in self.f[2:]]
         size = max((abs(y * t**k) for k, y in enumerate(ratios) if k > len(ratios) // 2), default=0)
@@ -293,8 +325,9 @@ class _Local:
             )
         return context.sqrt(drop) * (1 if t > 0 else -1)
 
-    def _matched(self, where: Any, v: Any) -> list[Any]:
-        part, context = self._part, self._ring.context
+    def _matched(self, where: mpf, v: Element) -> list[Any]:
+        """b_n from the end's own expansion, away from the saddle (`beyond_erfc`)."""
+        part, context = self._part, self._field.context
         unit = context.mpf(1)
-        c = end_coefficients(part.piece, part.x, where, 1, self._count, unit, self._ring)
+        c = end_coefficients(part.piece, part.x, where, 1, self._count, unit, self._field)
         return beyond_erfc(c, self.a, self.alpha, v)

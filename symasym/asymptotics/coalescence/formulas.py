@@ -7,7 +7,7 @@ the numbers, over SymPy's elements: `.cubic_map` (both saddles), `.endpoints` (e
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy
 
@@ -20,13 +20,24 @@ from symasym.numbers.coefficient_fields import ExpressionField, sampled_paramete
 from symasym.numbers.taylor_series import NotAnalytic, taylor
 from symasym.special.airy_products import by_parts
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from sympy import Expr, Symbol
+
 #: Terms beyond this one are too long to be of use as formulas.
 MOST_TERMS = 3
 
 
 def pair_formula(
-    f: Any, g: Any, x: Any, order: int, lam: Any, saddles: Any, oscillating: bool
-) -> Any:
+    f: Expr,
+    g: Expr,
+    x: Symbol,
+    order: int,
+    lam: Symbol,
+    saddles: Sequence[Expr] | None,
+    oscillating: bool,
+) -> Expr:
     """Expansion at two real saddles, of the integral over i where it's not oscillating."""
     root, level, direction, ((*rows,),) = two_saddles(f, (g,), x, saddles, order)
     a, b = zip(*rows, strict=True)
@@ -42,63 +53,63 @@ def pair_formula(
 
 
 def two_saddles(
-    f: Any, weights: tuple[Any, ...], x: Any, saddles: Any, order: int
-) -> tuple[Any, Any, Any, list[list[tuple[Any, Any]]]]:
+    f: Expr, weights: tuple[Any, ...], x: Symbol, saddles: Sequence[Expr] | None, order: int
+) -> tuple[Expr, Expr, Expr, list[list[tuple[Expr, Expr]]]]:
     """sqrt(zeta), f's mean, the direction of s, and for each weight (a_n, b_n) with its sign."""
     low, high = _pair_of(f, x, saddles)
     level = (f.xreplace({x: low}) + f.xreplace({x: high})) / 2
     # At s = + sqrt(zeta) f has a minimum, at s = - sqrt(zeta) a maximum.
     drop = f.xreplace({x: low}) - f.xreplace({x: high})
     root = sympy.cbrt(sympy.Rational(3, 4) * drop)
-    found = []
+    rows = []
     for g in weights:
         a, b, direction = _pair_coefficients(f, g, x, low, high, root, order)
-        found.append([(direction * y, direction * z) for y, z in zip(a, b, strict=True)])
-    return root, level, direction, found
+        rows.append([(direction * y, direction * z) for y, z in zip(a, b, strict=True)])
+    return root, level, direction, rows
 
 
-def _pair_of(f: Any, x: Any, given: Any) -> tuple[Any, Any]:
-    """The maximum and the minimum among two saddles, told apart at sampled parameters."""
-    found = list(given) if given is not None else _zeros(f, x)
-    found = [sympy.sympify(point) for point in found]
-    if len(found) != 2:
+def _pair_of(f: Expr, x: Symbol, given: Sequence[Expr] | None) -> tuple[Expr, Expr]:
+    """The maximum and the minimum among two saddles, by the sign of f'' at sampled parameters."""
+    saddles = list(given) if given is not None else _zeros(f, x)
+    saddles = [sympy.sympify(point) for point in saddles]
+    if len(saddles) != 2:
         raise InputError(
-            f"f' of {f} has {len(found)} real zeros by SymPy; give saddles=(first, second) for a "
+            f"f' of {f} has {len(saddles)} real zeros by SymPy; give saddles=(first, second) for a "
             "formula, or numbers by bind(…)."
         )
     curved = sympy.diff(f, x, 2)
     signs = set()
-    free = set().union(curved.free_symbols, *(p.free_symbols for p in found)) - {x}
+    free = set().union(curved.free_symbols, *(p.free_symbols for p in saddles)) - {x}
     for values in sampled_parameters(free):
-        bends = [number(curved.xreplace({x: p}), values) for p in found]
-        signs.add(tuple(int(bend > 0) - int(bend < 0) for bend in bends))
+        curvatures = [number(curved.xreplace({x: p}), values) for p in saddles]
+        signs.add(tuple(int(c > 0) - int(c < 0) for c in curvatures))
     if signs == {(-1, 1)}:
-        return found[0], found[1]
+        return saddles[0], saddles[1]
     if signs == {(1, -1)}:
-        return found[1], found[0]
+        return saddles[1], saddles[0]
     raise InputError(
-        f"the saddles {found[0]} and {found[1]} of {f} are not a maximum and a minimum for all "
+        f"the saddles {saddles[0]} and {saddles[1]} of {f} are not a maximum and a minimum for all "
         "parameters; write f with parameters for which both are real and apart."
     )
 
 
-def _zeros(f: Any, x: Any) -> list[Any]:
+def _zeros(f: Expr, x: Symbol) -> list[Expr]:
     """Zeros of f' that are real at sampled parameters."""
     try:
-        found = sympy.solve(sympy.diff(f, x), x)
+        points = sympy.solve(sympy.diff(f, x), x)
     except NotImplementedError:
         return []
     return [
         point
-        for point in found
+        for point in points
         if all(number(point, v) == number(point, v) for v in sampled_parameters(point.free_symbols))
     ]
 
 
 def _pair_coefficients(
-    f: Any, g: Any, x: Any, low: Any, high: Any, root: Any, order: int
+    f: Expr, g: Expr, x: Symbol, low: Expr, high: Expr, root: Expr, order: int
 ) -> tuple[Any, ...]:
-    """a_n, b_n and the direction of s; worked out once for unnamed Taylor coefficients."""
+    """a_n, b_n and the direction of s; computed once for unnamed Taylor coefficients."""
     count = 2 * order - 1
     names = ["R", *(f"{k}{side}{j}" for side in "pm" for k in "ac" for j in range(count))]
     names += ["Wp", "Wm"]
@@ -126,7 +137,8 @@ def _pair_coefficients(
     return (*by_parts(root**2, pq, order), direction)
 
 
-def _direction(low: Any, high: Any) -> Any:
+def _direction(low: Expr, high: Expr) -> Expr:
+    """1 if the second saddle is the larger one for all parameters, -1 if it is the smaller."""
     signs = set()
     for values in sampled_parameters((high - low).free_symbols):
         signs.add(bool(number(high - low, values) > 0))
@@ -138,7 +150,8 @@ def _direction(low: Any, high: Any) -> Any:
     return sympy.Integer(1 if signs.pop() else -1)
 
 
-def taylor_of(expression: Any, x: Any, point: Any, count: int) -> list[Any]:
+def taylor_of(expression: Expr, x: Symbol, point: Expr, count: int) -> list[Expr]:
+    """Exact Taylor coefficients of an expression."""
     try:
         return list(taylor(expression, x, point, 1, count, ExpressionField()).c)
     except NotAnalytic:
@@ -146,8 +159,15 @@ def taylor_of(expression: Any, x: Any, point: Any, count: int) -> list[Any]:
 
 
 def end_formula(
-    f: Any, g: Any, x: Any, lo: Any, hi: Any, order: int, lam: Any, saddles: Any
-) -> Any:
+    f: Expr,
+    g: Expr,
+    x: Symbol,
+    lo: Expr,
+    hi: Expr,
+    order: int,
+    lam: Symbol,
+    saddles: Sequence[Expr] | None,
+) -> Expr:
     """Expansion at one maximum with the finite ends, wherever they are beside it."""
     point = _maximum(f, x, saddles)
     count = 2 * order
@@ -178,17 +198,18 @@ def end_formula(
     return front * sum(y * lam**-n for n, y in enumerate(a)) + edges
 
 
-def _maximum(f: Any, x: Any, given: Any) -> Any:
-    found = [sympy.sympify(p) for p in (given if given is not None else _zeros(f, x))]
+def _maximum(f: Expr, x: Symbol, given: Sequence[Expr] | None) -> Expr:
+    """The one zero of f' at which f'' < 0 for all parameters."""
+    points = [sympy.sympify(p) for p in (given if given is not None else _zeros(f, x))]
     curved = sympy.diff(f, x, 2)
-    kept = []
-    for point in found:
-        bend = curved.xreplace({x: point})
-        if all(number(bend, v) < 0 for v in sampled_parameters(bend.free_symbols)):
-            kept.append(point)
-    if len(kept) != 1:
+    maxima = []
+    for point in points:
+        curvature = curved.xreplace({x: point})
+        if all(number(curvature, v) < 0 for v in sampled_parameters(curvature.free_symbols)):
+            maxima.append(point)
+    if len(maxima) != 1:
         raise InputError(
-            f"f = {f} has {len(kept)} maxima by SymPy; give saddles=(point,) for a formula, or "
+            f"f = {f} has {len(maxima)} maxima by SymPy; give saddles=(point,) for a formula, or "
             "numbers by bind(…)."
         )
-    return kept[0]
+    return maxima[0]

@@ -7,15 +7,17 @@ Comm. Pure Appl. Math. 19 (1966) 353); DLMF 2.4(v), 2.4(vi).
 
 from __future__ import annotations
 
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy
 
-from symasym.asymptotics.coalescence.endpoints import BestOf, EndPart, SaddlePart
+from symasym.asymptotics.coalescence.endpoints import BestOf, EndPart, Part, SaddlePart
 from symasym.asymptotics.coalescence.iterated import iterated_parts
 from symasym.asymptotics.coalescence.reading import (
     closest_pair,
+    far_end,
     read_integral,
     require_alone,
     require_no_pole,
@@ -29,23 +31,36 @@ from symasym.asymptotics.laplace.maxima import peaks, vanishes_identically
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
 
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from sympy import Expr, Symbol
+
+    from symasym.asymptotics.laplace.kinks import Real
+    from symasym.base.inputs import Number
+
 __all__ = ["uniform_integral"]
 
 _MOST = 40
 # A slope below it, at 60 digits, is that of a saddle on the end itself.
 _FLAT = 1e-45
-_LARGE = sympy.Integer(10) ** 6
 
 
 def uniform_integral(
-    f: Any, g: Any, x: Any, a: Any, b: Any, order: int = 3, *, near: Any = None
+    f: Number,
+    g: Number | tuple[Number, Number],
+    x: Symbol | str,
+    a: Number,
+    b: Number,
+    order: int = 3,
+    *,
+    near: Number | None = None,
 ) -> UniformExpansion:
     """Expansion of the integral of g(x) e^(lam f(x)), uniform as its critical points coalesce.
 
     Parameters
     ----------
     f, g : Expr, str or number
-        What f is tells which points may coalesce:
+        Which points may coalesce depends on f:
 
         - f real, a < b real: its maxima, inside or beyond, run into ends and kinks (`Abs`, `Max`,
           `Piecewise`, ...). Complementary error functions.
@@ -123,7 +138,7 @@ def uniform_integral(
     kind, formula, weight, factor, symbol, lo, hi = read_integral(f, g, x, a, b)
     given_f, given_g = (formula * sympy.I if kind == "oscillating" else formula), weight * factor
     free = set().union(*(e.free_symbols for e in (formula, given_g, lo, hi))) - {symbol}
-    parts: list[Any] = []
+    parts: list[Part] = []
     conditions = []
     if kind == "contour":
         factor = factor * sympy.I
@@ -133,9 +148,6 @@ def uniform_integral(
             parts = _real_parts(formula, weight, symbol, lo, hi)
         else:
             parts = _pair_parts(kind, formula, weight, symbol, lo, hi, near)
-
-    def again(*arguments: Any) -> UniformExpansion:
-        return uniform_integral(*arguments, near=near)
 
     return UniformExpansion(
         given_f,
@@ -148,13 +160,20 @@ def uniform_integral(
         tuple(conditions),
         sympy.simplify(factor),
         tuple(parts),
-        again,
+        partial(uniform_integral, near=near),
     )
 
 
 def _iterated(
-    f: Any, weights: Any, x: Any, a: Any, b: Any, order: int, near: Any
+    f: Number,
+    weights: tuple[Number, ...],
+    x: Symbol | str,
+    a: Number,
+    b: Number,
+    order: int,
+    near: Number | None,
 ) -> UniformExpansion:
+    """`uniform_integral` of an iterated integral with the weights (g, h)."""
     if len(weights) != 2:
         raise InputError(
             f"g has {len(weights)} parts; give one weight, or (g, h) for the iterated integral."
@@ -170,9 +189,6 @@ def _iterated(
     given = sympy.Tuple(g * first, h * second)
     free = set().union(*(e.free_symbols for e in (formula, given, lo, hi))) - {symbol}
 
-    def again(*arguments: Any) -> UniformExpansion:
-        return uniform_integral(*arguments, near=near)
-
     return UniformExpansion(
         formula,
         given,
@@ -184,13 +200,14 @@ def _iterated(
         (),
         sympy.simplify(first * second),
         () if free else tuple(iterated_parts(formula, g, h, symbol, lo, hi, near)),
-        again,
+        partial(uniform_integral, near=near),
     )
 
 
 def _pair_parts(
-    kind: str, phase: Any, weight: Any, x: Any, lo: Any, hi: Any, near: Any
-) -> list[Any]:
+    kind: str, phase: Expr, weight: Expr, x: Symbol, lo: Expr, hi: Expr, near: Number | None
+) -> list[Part]:
+    """The pair in Airy form, and the finite ends of an oscillating integral."""
     oscillating = kind == "oscillating"
     piece = (
         Piece(lo, hi, phase, weight) if oscillating else Piece(-sympy.oo, sympy.oo, phase, weight)
@@ -199,9 +216,9 @@ def _pair_parts(
     if oscillating:
         require_no_pole(piece, x)
         require_alone(piece, x, point, spread, sympy.I * phase)
-    parts: list[Any] = [PairPart(piece, x, point, oscillating)]
+    parts: list[Part] = [PairPart(piece, x, point, oscillating)]
     if not oscillating:
-        side = complex(sympy.N(hi.xreplace({sympy.oo: _LARGE, -sympy.oo: -_LARGE}))).real
+        side = far_end(hi).real
         third = at(sympy.diff(phase, x, 3), x, point)
         if abs(side) > 1e5 and (side > 0) != (third > 0):
             raise InputError(
@@ -214,14 +231,15 @@ def _pair_parts(
     return parts
 
 
-def _real_parts(f: Any, g: Any, x: Any, lo: Any, hi: Any) -> list[Any]:
+def _real_parts(f: Expr, g: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Part]:
+    """The parts of a real integral: each piece's maxima, ends and kinks."""
     pieces = cut(f, g, x, lo, hi)
     for piece in pieces:
         require_known("f", piece.f, x)
         require_known("g", piece.g, x)
     # Divergent integrals are refused there.
     tops = peaks(pieces, x)
-    parts: list[Any] = []
+    parts: list[Part] = []
     for piece in pieces:
         require_no_pole(piece, x)
         slope = sympy.diff(piece.f, x)
@@ -237,12 +255,12 @@ def _real_parts(f: Any, g: Any, x: Any, lo: Any, hi: Any) -> list[Any]:
     return parts
 
 
-def _piece_parts(piece: Piece, slope: Any, x: Any, inside: list[Any]) -> list[Any]:
+def _piece_parts(piece: Piece, slope: Expr, x: Symbol, inside: list[Real]) -> list[Part]:
     """The saddles of one piece with the ends they can coalesce with, and the other ends."""
-    parts: list[Any] = []
-    beside: dict[int, Any] = {}
+    parts: list[Part] = []
+    beside: dict[int, Real] = {}
     # Ways to take an end without the maximum it belongs to.
-    apart: dict[int, list[Any]] = {}
+    apart: dict[int, list[Part]] = {}
     for end, side in ((piece.lo, 1), (piece.hi, -1)):
         # Where f tends to -oo (`peaks` has seen to that), an end adds nothing.
         if end.is_infinite or not _finite(at(piece.f, x, end)):
@@ -255,7 +273,7 @@ def _piece_parts(piece: Piece, slope: Any, x: Any, inside: list[Any]) -> list[An
             else:
                 parts.append(SaddlePart(piece, x, end, **{name: end}, minimum=True))
             continue
-        ways: list[Any] = [EndPart(piece, x, end, side)]
+        ways: list[Part] = [EndPart(piece, x, end, side)]
         # Outwards of a fall there may be a maximum, inwards a minimum; of a rise the other way.
         least = _beyond(slope, x, end, side if rise < 0 else -side)
         if least is not None:
@@ -276,16 +294,17 @@ def _piece_parts(piece: Piece, slope: Any, x: Any, inside: list[Any]) -> list[An
     return parts
 
 
-def _finite(value: Any) -> bool:
+def _finite(value: mpf) -> bool:
+    """True for a number that is neither infinite nor nan."""
     with own_context(WORK) as context:
         return bool(context.isfinite(context.make_mpf(value._mpf_)))
 
 
 def _with_ends(
-    piece: Piece, x: Any, point: Any, ends: dict[int, Any], apart: dict[int, list[Any]]
+    piece: Piece, x: Symbol, point: Real, ends: dict[int, Expr | None], apart: dict[int, list[Part]]
 ) -> BestOf:
     """A maximum with its ends; with those that a minimum parts from it also by themselves."""
-    ways: list[tuple[Any, ...]] = []
+    ways: list[tuple[Part, ...]] = []
     choices = [
         [None, *apart.get(side, [])] if ends[side] is not None else [None] for side in (1, -1)
     ]
@@ -296,7 +315,7 @@ def _with_ends(
     return BestOf(tuple(ways))
 
 
-def _beyond(slope: Any, x: Any, end: Any, side: int) -> Any:
+def _beyond(slope: Expr, x: Symbol, end: Real, side: int) -> mpf | None:
     """The next zero of f' on `side` of the end, inside or outside; None if none is seen."""
     with own_context(WORK) as context:
         here = number(end)
@@ -306,21 +325,21 @@ def _beyond(slope: Any, x: Any, end: Any, side: int) -> Any:
             step = min(
                 step, abs(context.make_mpf(first._mpf_) / context.make_mpf(second._mpf_)) / 4
             )
-        place, low = context.make_mpf(here._mpf_), None
+        point, low = context.make_mpf(here._mpf_), None
         for _ in range(120):
-            value = at(slope, x, place + side * step)
+            value = at(slope, x, point + side * step)
             if context.isnan(value) or context.isinf(value):
                 # A singularity: what lies before it is looked at in smaller steps.
                 step /= 4
                 continue
             if value == 0 or (value > 0) != (first > 0):
-                low = place
+                low = point
                 break
-            place += side * step
+            point += side * step
             step *= context.mpf("1.3")
         if low is None:
             return None
-        high = place + side * step
+        high = point + side * step
         for _ in range(context.prec):
             middle = (low + high) / 2
             value = at(slope, x, middle)

@@ -17,7 +17,7 @@ regular part, and the path is the real line.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy
 
@@ -33,13 +33,22 @@ from symasym.numbers.coefficient_fields import RealField
 from symasym.numbers.power_series import product
 from symasym.special.airy_products import Rows, Term, by_parts, pair_terms, product_rows
 
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+    from sympy import Expr, Symbol
+
+    from symasym.asymptotics.laplace.kinks import Real
+    from symasym.base.inputs import Number
+    from symasym.numbers.arithmetic import Number as Element
+
 _FAR = (10**2, 10**4, 10**6)
 # Digits that the regular part, where nothing cancels, can do without.
 _SPARE = 3
 
 
 def iterated_parts(
-    f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any, near: Any
+    f: Expr, g: Expr, h: Expr, x: Symbol, lo: Expr, hi: Expr, near: Number | None
 ) -> list[IteratedPart]:
     """The parts of the integral, or the sentence that says why it is refused."""
     piece = Piece(lo, hi, f, g)
@@ -51,7 +60,7 @@ def iterated_parts(
     return [IteratedPart(f, g, h, x, point, lo, hi)]
 
 
-def _require_fall(f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any) -> None:
+def _require_fall(f: Expr, g: Expr, h: Expr, x: Symbol, lo: Expr, hi: Expr) -> None:
     """Refuse infinite ends at which the integral diverges, or f has a finite limit."""
     outer = g * h / sympy.diff(f, x)
     for end, side, weight in ((lo, -1, g), (hi, 1, h)):
@@ -87,16 +96,16 @@ def _require_fall(f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any) -> None:
 class IteratedPart:
     """The whole integral; `point` is the zero of f'' at the pair."""
 
-    f: Any
-    g: Any
-    h: Any
-    x: Any
-    point: Any
-    lo: Any
-    hi: Any
+    f: Expr
+    g: Expr
+    h: Expr
+    x: Symbol
+    point: Real
+    lo: Expr
+    hi: Expr
     _regular: dict[Any, Any] = field(default_factory=dict, compare=False)
 
-    def coefficients(self, count: int, context: Any) -> tuple[Any, list[tuple[Any, ...]]]:
+    def coefficients(self, count: int, context: MPContext) -> tuple[Any, list[tuple[Any, ...]]]:
         """zeta, and the coefficients of the products of Airy functions and of the regular part."""
         zeta, onward, _, falling, rising, _, _ = self._pair(count, context)
         front = context.pi**2 if onward else context.zero
@@ -104,29 +113,30 @@ class IteratedPart:
         outer = self._regular_rows(count, False, context.dps, context)
         return zeta, [(*row, y) for row, y in zip(rows, outer, strict=True)]
 
-    def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
+    def terms(self, lam: mpf, count: int, context: MPContext) -> list[Term]:
+        """The terms of order lam^(-n), summed over the products of the module's formula."""
         zeta, onward, level, falling, rising, low, high = kept(self, count, context, self._pair)
         pair = pair_terms(zeta, falling, rising, lam, context)
-        truncated, left_out = self._truncation(zeta, level, low, high, lam, context)
-        parts = [self._regular_terms(lam, count, left_out, context)]
-        if onward and not left_out:
+        truncated, without_pair = self._truncation(zeta, level, low, high, lam, context)
+        parts = [self._regular_terms(lam, count, without_pair, context)]
+        if onward and not without_pair:
             parts.append(pair.both)
         nothing = [(context.zero, context.zero)] * count
         low, high = (
             (end[0], *(_series(row, lam) for row in end[1:])) if end else () for end in (low, high)
         )
-        both = None if left_out else (pair.falling, pair.rising)
+        both = None if without_pair else (pair.falling, pair.rising)
         for exponent, inner, outer in end_products(level, both, low, high):
             parts.append(_product(inner, outer, context.exp(lam * exponent)))
-        found = []
+        sums = []
         for terms in zip(nothing, *parts, strict=True):
-            found.append((sum(v for v, _ in terms), sum(s for _, s in terms)))
-        scale = truncated * sum((size for _, size in found[:1]), context.zero)
-        return [(value, size + scale) for value, size in found]
+            sums.append((sum(v for v, _ in terms), sum(s for _, s in terms)))
+        scale = truncated * sum((size for _, size in sums[:1]), context.zero)
+        return [(value, size + scale) for value, size in sums]
 
     # -- what does not depend on lam ---------------------------------------------------------------
 
-    def _pair(self, count: int, context: Any) -> tuple[Any, ...]:
+    def _pair(self, count: int, context: MPContext) -> tuple[Any, ...]:
         """zeta, whether the minimum is first, f's mean, both rows, and what the ends have."""
         near = nearby_pair(-self.f, (self.g, self.h), self.x, self.point, 2 * count - 1, context)
         pair = near.pair
@@ -140,28 +150,35 @@ class IteratedPart:
         low, high = self._ends(count, context)
         return (pair.zeta, bool(pair.sign > 0), level, *rows, low, high)
 
-    def _ends(self, count: int, context: Any) -> tuple[Any, Any]:
-        ring = RealField(context)
+    def _ends(self, count: int, context: MPContext) -> tuple[Any, Any]:
+        """f at each finite end, and `end_coefficients` of the integrals from it."""
+        field = RealField(context)
         down, up = Piece(self.lo, self.hi, -self.f, self.g), Piece(self.lo, self.hi, self.f, self.h)
 
-        def row(piece: Piece, end: Any, side: int) -> list[Any]:
-            return end_coefficients(piece, self.x, end, side, count, context.one, ring)
+        def row(piece: Piece, end: Expr, side: int) -> list[mpf]:
+            return end_coefficients(piece, self.x, end, side, count, context.one, field)
 
         low: tuple[Any, ...] = ()
         high: tuple[Any, ...] = ()
         if not self.lo.is_infinite:
-            height = series_of("f", self.f, self.x, self.lo, 1, 2, ring)[0]
+            height = series_of("f", self.f, self.x, self.lo, 1, 2, field)[0]
             low = height, row(down, self.lo, 1), row(up, self.lo, 1)
         if not self.hi.is_infinite:
-            height = series_of("f", self.f, self.x, self.hi, 1, 2, ring)[0]
+            height = series_of("f", self.f, self.x, self.hi, 1, 2, field)[0]
             high = height, row(up, self.hi, -1)
         return low, high
 
     # -- at one lam --------------------------------------------------------------------------------
 
     def _truncation(
-        self, zeta: Any, level: Any, low: Any, high: Any, lam: Any, context: Any
-    ) -> tuple[Any, bool]:
+        self,
+        zeta: mpf,
+        level: Element,
+        low: tuple[Any, ...],
+        high: tuple[Any, ...],
+        lam: mpf,
+        context: MPContext,
+    ) -> tuple[mpf, bool]:
         """The relative truncation error of a complex pair beside an end; True to leave it out.
 
         Airy functions take the pair's integrals over all of the line; without them its
@@ -174,37 +191,42 @@ class IteratedPart:
         outside = context.exp(-lam * 4 * (-zeta) ** context.mpf(1.5) / 3)
         return min(inside, outside), bool(outside < inside)
 
-    def _regular_terms(self, lam: Any, count: int, on_line: bool, context: Any) -> list[Term]:
+    def _regular_terms(self, lam: mpf, count: int, on_line: bool, context: MPContext) -> list[Term]:
+        """The integrals of h m_k times lam^(-k)."""
         # lam has brought digits of its own for the exponents.
         digits = context.dps - max(0, int(context.log10(lam))) - _SPARE
         outer = self._regular_rows(count, on_line, digits, context)
         rows = [y * lam ** (-k - 1) for k, y in enumerate(outer)]
         return [(y, abs(y)) for y in rows]
 
-    def _regular_rows(self, count: int, on_line: bool, digits: int, context: Any) -> list[Any]:
+    def _regular_rows(
+        self, count: int, on_line: bool, digits: int, context: MPContext
+    ) -> list[mpf]:
+        """The integrals of h m_k, kept by digits."""
         key = count, on_line, -(-digits // 10) * 10
         if key not in self._regular:
             with own_context(key[2]) as inner:
                 self._regular[key] = self._integrals(count, on_line, inner)
         return [context.make_mpf(y._mpf_) for y in self._regular[key]]
 
-    def _integrals(self, count: int, on_line: bool, context: Any) -> list[Any]:
+    def _integrals(self, count: int, on_line: bool, context: MPContext) -> list[mpf]:
+        """The integrals of h m_k on the path past both points, or on the real line."""
         weights = self.g, self.h
         near = nearby_pair(-self.f, weights, self.x, self.point, 2 * count - 1, context)
-        ring = RealField(context)
+        field = RealField(context)
         ends = [
-            context.make_mpf(number(end)._mpf_) if end.is_infinite else ring.expression(end)
+            context.make_mpf(number(end)._mpf_) if end.is_infinite else field.expression(end)
             for end in (self.lo, self.hi)
         ]
         outer = RegularPart(self.f, weights, self.x, (ends[0], ends[1]), near, count, context)
-        found = outer.past_both()
+        integrals = outer.past_both()
         if on_line:
-            found = [y + z for y, z in zip(found, outer.share(), strict=True)]
-        return found
+            integrals = [y + z for y, z in zip(integrals, outer.share(), strict=True)]
+        return integrals
 
 
 def end_products(
-    level: Any, pair: tuple[Any, Any] | None, low: tuple[Any, ...], high: tuple[Any, ...]
+    level: Element, pair: tuple[Any, Any] | None, low: tuple[Any, ...], high: tuple[Any, ...]
 ) -> list[tuple[Any, Any, Any]]:
     """(exponent over lam, inner, outer) of each product in which an end has a part.
 
@@ -224,11 +246,12 @@ def end_products(
     return products
 
 
-def _series(c: list[Any], lam: Any) -> list[Term]:
+def _series(c: list[mpf], lam: mpf) -> list[Term]:
+    """c_n lam^(-n-1) with their moduli."""
     return [(y * lam ** (-n - 1), abs(y) * lam ** (-n - 1)) for n, y in enumerate(c)]
 
 
-def _product(first: list[Term], second: list[Term], factor: Any) -> list[Term]:
+def _product(first: list[Term], second: list[Term], factor: mpf) -> list[Term]:
     """Terms of the product of two sums, in the order of their powers of 1/lam."""
     rows = [product([x[j] for x in first], [y[j] for y in second]) for j in (0, 1)]
     return [(factor * value, factor * size) for value, size in zip(*rows, strict=True)]

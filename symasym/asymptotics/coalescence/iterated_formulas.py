@@ -7,7 +7,7 @@ Hadamard's finite part.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy
 
@@ -18,12 +18,27 @@ from symasym.base.errors import InputError
 from symasym.numbers.power_series import product
 from symasym.special.airy_products import product_rows
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from sympy import Expr, Symbol
+
+    from symasym.special.airy_products import Rows
+
 Series = list[Any]
 
 
 def iterated_formula(
-    f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any, order: int, lam: Any, saddles: Any
-) -> Any:
+    f: Expr,
+    g: Expr,
+    h: Expr,
+    x: Symbol,
+    lo: Expr,
+    hi: Expr,
+    order: int,
+    lam: Symbol,
+    saddles: Sequence[Expr] | None,
+) -> Expr:
     """Expansion at a minimum and a maximum of f, both real, with the finite ends."""
     third = sympy.cbrt(lam)
     root, level, direction, (falling, rising) = two_saddles(-f, (g, h), x, saddles, order)
@@ -39,14 +54,16 @@ def iterated_formula(
             inner = sum(c * y for c, y in zip(row, functions, strict=True))
             total += sympy.pi**2 * lam**-n * inner
 
-    def single(rows: Any, step: int) -> Series:
+    def single(rows: Rows, step: int) -> Series:
+        """The expansion of one integral of the pair, in Bi and Bi'."""
         bi, slope = sympy.airybi(z) / third, sympy.airybiprime(z) / third**2
         return [
             sympy.pi * (step * lam) ** -n * (a * bi + step * b * slope)
             for n, (a, b) in enumerate(rows)
         ]
 
-    def end(phase: Any, weight: Any, at: Any, side: int) -> Series:
+    def end(phase: Expr, weight: Expr, at: Expr, side: int) -> Series:
+        """Watson's series at an end."""
         steep = [side**k * y for k, y in enumerate(taylor_of(phase, x, at, order + 2))]
         row = [side**k * y for k, y in enumerate(taylor_of(weight, x, at, max(order, 2))[:order])]
         return [y * lam ** (-n - 1) for n, y in enumerate(end_series(steep, row))]
@@ -63,10 +80,10 @@ def iterated_formula(
     return total
 
 
-def _regular(f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any, order: int) -> Series:
+def _regular(f: Expr, g: Expr, h: Expr, x: Symbol, lo: Expr, hi: Expr, order: int) -> Series:
     """Finite parts of the integrals of h m_k, m_1 = -g/f', m_(k+1) = m_k'/f'."""
     slope = sympy.diff(f, x)
-    m, found = sympy.together(-g / slope), []
+    m, integrals = sympy.together(-g / slope), []
     for _ in range(order):
         integrand = sympy.cancel(h * m)
         if not integrand.is_rational_function(x):
@@ -76,13 +93,13 @@ def _regular(f: Any, g: Any, h: Any, x: Any, lo: Any, hi: Any, order: int) -> Se
             )
         parts = [_antiderivative(y, x) for y in sympy.Add.make_args(sympy.apart(integrand, x))]
         rise = sum(_at(y, x, hi) - _at(y, x, lo) for y in parts)
-        found.append(sympy.simplify(rise))
+        integrals.append(sympy.simplify(rise))
         m = sympy.together(sympy.diff(m, x) / slope)
-    return found
+    return integrals
 
 
-def _antiderivative(fraction: Any, x: Any) -> Any:
-    """Of one partial fraction, with log|y| for log(y): the real part on both sides of a zero."""
+def _antiderivative(fraction: Expr, x: Symbol) -> Expr:
+    """The real antiderivative of one partial fraction, with log|y| for log(y)."""
     front, rest = fraction.as_independent(x, as_Add=False)
     whole = sympy.integrate(rest, x)
     if whole.has(sympy.Integral, sympy.RootSum):
@@ -93,11 +110,12 @@ def _antiderivative(fraction: Any, x: Any) -> Any:
     return front * whole.replace(sympy.log, lambda y: sympy.log(y**2) / 2)
 
 
-def _at(whole: Any, x: Any, end: Any) -> Any:
+def _at(whole: Expr, x: Symbol, end: Expr) -> Expr:
+    """An antiderivative at an end; at an infinite one its limit without log(x), which cancels."""
     if not end.is_infinite:
         return whole.xreplace({x: end})
 
-    def leading(y: Any) -> Any:
+    def leading(y: Expr) -> Expr:
         return sympy.log(sympy.LC(y, x)) if y.has(x) else sympy.log(y)
 
     # The integral converges, so that log(x) itself cancels between all fractions.

@@ -7,7 +7,7 @@ conjugate complex.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy
@@ -24,10 +24,23 @@ from symasym.asymptotics.laplace.maxima import grid_of, interior_maxima, on_grid
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
 
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from sympy import Expr, Symbol
+
+    from symasym.asymptotics.laplace.kinks import Real
+    from symasym.base.inputs import Number
+
 _LARGE = sympy.Integer(10) ** 6
 
 
-def read_integral(f: Any, g: Any, x: Any, a: Any, b: Any, name: str = "g") -> tuple[Any, ...]:
+def read_integral(
+    f: Number, g: Number, x: Symbol | str, a: Number, b: Number, name: str = "g"
+) -> tuple[str, Expr, Expr, Expr, Symbol, Expr, Expr]:
+    """The kind of integral, f (over i if oscillating), g, its constant factor, x and ends.
+
+    The kind is ``"real"``, ``"oscillating"`` (f imaginary) or ``"contour"`` (complex ends).
+    """
     from symasym.drift.expressions import parse
 
     symbol = variable(x)
@@ -62,7 +75,7 @@ def read_integral(f: Any, g: Any, x: Any, a: Any, b: Any, name: str = "g") -> tu
 _KINKS = (sympy.Abs, sympy.sign, sympy.Max, sympy.Min, sympy.Heaviside, sympy.Piecewise)
 
 
-def require_smooth(symbol: Any, given: dict[str, Any]) -> None:
+def require_smooth(symbol: Symbol, given: dict[str, Expr]) -> None:
     """Refuse expressions with kinks, or of functions that are not evaluated."""
     for name, expression in given.items():
         if expression.has(*_KINKS):
@@ -70,9 +83,14 @@ def require_smooth(symbol: Any, given: dict[str, Any]) -> None:
         require_known(name, expression, symbol)
 
 
-def require_valleys(lo: Any, hi: Any) -> None:
-    large = {sympy.oo: _LARGE, -sympy.oo: -_LARGE}
-    ends = [complex(sympy.N(end.xreplace(large))) for end in (lo, hi) if not end.free_symbols]
+def far_end(end: Expr) -> complex:
+    """A complex end, with a large number for oo."""
+    return complex(sympy.N(end.xreplace({sympy.oo: _LARGE, -sympy.oo: -_LARGE})))
+
+
+def require_valleys(lo: Expr, hi: Expr) -> None:
+    """Refuse ends that are not two conjugate complex infinities."""
+    ends = [far_end(end) for end in (lo, hi) if not end.free_symbols]
     if (
         len(ends) < 2
         or not all(abs(end) > 1e5 for end in ends)
@@ -85,7 +103,7 @@ def require_valleys(lo: Any, hi: Any) -> None:
         )
 
 
-def require_no_pole(piece: Piece, x: Any) -> None:
+def require_no_pole(piece: Piece, x: Symbol) -> None:
     """Refuse a g whose denominator alone changes sign inside: the integral diverges."""
     top, bottom = sympy.fraction(sympy.together(piece.g))
     if not bottom.has(x):
@@ -102,12 +120,12 @@ def require_no_pole(piece: Piece, x: Any) -> None:
         )
 
 
-def closest_pair(piece: Piece, x: Any, near: Any, shown: Any) -> tuple[Any, Any]:
+def closest_pair(piece: Piece, x: Symbol, near: Number | None, shown: Expr) -> tuple[mpf, mpf]:
     """The zero of f'' amid the closest pair of saddles, and a quarter of their distance squared.
 
     The latter is negative for a complex pair.
     """
-    slope, curved, bend = (sympy.diff(piece.f, x, k) for k in (1, 2, 3))
+    slope, curved, third_slope = (sympy.diff(piece.f, x, k) for k in (1, 2, 3))
     if near is not None:
         from symasym.base.inputs import exact
 
@@ -118,23 +136,23 @@ def closest_pair(piece: Piece, x: Any, near: Any, shown: Any) -> tuple[Any, Any]
         for sign in (1, -1):
             signed = Piece(piece.lo, piece.hi, sign * slope, piece.g)
             points += interior_maxima(signed, sign * curved, x)
-    found = []
+    pairs = []
     with own_context(WORK) as context:
         for point in points:
-            first, third = (context.make_mpf(at(e, x, point)._mpf_) for e in (slope, bend))
+            first, third = (context.make_mpf(at(e, x, point)._mpf_) for e in (slope, third_slope))
             if third:
-                found.append((-2 * first / third, point))
-    if not found:
+                pairs.append((-2 * first / third, point))
+    if not pairs:
         raise InputError(
             f"f = {shown} has no two saddles that could coalesce between {piece.lo} and "
             f"{piece.hi}; give near=… beside them."
         )
-    spread, point = min(found, key=lambda pair: abs(pair[0]))
+    spread, point = min(pairs, key=lambda pair: abs(pair[0]))
     return point, spread
 
 
-def require_alone(piece: Piece, x: Any, point: Any, spread: Any, shown: Any) -> None:
-    """Both points of the pair inside, and no other stationary point."""
+def require_alone(piece: Piece, x: Symbol, point: Real, spread: mpf, shown: Expr) -> None:
+    """Refuse a pair of which a point is outside, or which has other stationary points beside it."""
     values = on_grid(sympy.diff(piece.f, x), x, grid_of(piece))
     signs = np.sign(values[np.isfinite(values) & (values != 0)])
     count = int(np.count_nonzero(signs[1:] != signs[:-1]))

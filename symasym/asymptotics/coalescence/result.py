@@ -6,21 +6,29 @@ functions of DLMF 9.8 in place of Ai); the truncation error is estimated from th
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Self
 
-import numpy as np
 import sympy
 
-from symasym.asymptotics.coalescence.endpoints import BEYOND
-from symasym.asymptotics.laplace.result import IntegralParts
-from symasym.base.contexts import mpf_of, own_context
-from symasym.base.errors import AccuracyError, InputError, RangeError
+from symasym.asymptotics.coalescence.endpoints import BEYOND, Part
+from symasym.asymptotics.coalescence.iterated import IteratedPart
+from symasym.asymptotics.coalescence.saddle_pair import PairPart
+from symasym.asymptotics.laplace.kinks import number
+from symasym.asymptotics.laplace.result import IntegralExpansion
+from symasym.base.contexts import mpf_of, own_context, to_mpf
+from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import Estimate
-from symasym.base.inputs import digits, exact, float_text, floats, is_array
+from symasym.base.inputs import digits, float_text
 
-_FLOAT_DIGITS = 20
+if TYPE_CHECKING:
+    from mpmath import mpc, mpf
+    from mpmath.ctx_mp import MPContext
+    from sympy import Expr, Symbol
+
+
 _NAMES = {
     "airy": "Ai, Ai'",
     "erfc": "erfc, ends",
@@ -29,7 +37,7 @@ _NAMES = {
 
 
 @dataclass(frozen=True, repr=False)
-class UniformExpansion(IntegralParts):
+class UniformExpansion(IntegralExpansion):
     """An expansion of the integral of g(x) e^(lam f(x)) that holds as critical points coalesce.
 
     Or, with g a pair (g, h), of the iterated integral of g(u) h(v) e^(lam (f(v) - f(u))), u < v.
@@ -47,34 +55,24 @@ class UniformExpansion(IntegralParts):
         What is taken for granted.
     """
 
-    f: Any
-    g: Any
-    x: Any
-    a: Any
-    b: Any
+    f: Expr
+    g: Expr
+    x: Symbol
+    a: Expr
+    b: Expr
     order: int
     kind: str
     conditions: tuple[str, ...]
-    _factor: Any = field(compare=False)
-    _parts: tuple[Any, ...] = field(compare=False)
-    _again: Callable[..., UniformExpansion] = field(compare=False)
+    _factor: Expr = field(compare=False)
+    _parts: tuple[Part, ...] = field(compare=False)
+    _again: Callable[..., Self] = field(compare=False)
 
     @property
     def error_kind(self) -> str:
         """``"estimate"``, or ``"none"`` while parameters are free."""
         return "none" if self.parameters else "estimate"
 
-    def bind(self, **values: Any) -> UniformExpansion:
-        """The expansion with numbers for parameters.
-
-        Raises
-        ------
-        InputError
-            For a name that is not a parameter.
-        """
-        return self._again(*self._with_numbers(values), self.order)
-
-    def coefficients(self, dps: int = 15) -> tuple[Any, list[tuple[Any, ...]]]:
+    def coefficients(self, dps: int = 15) -> tuple[mpf, list[tuple[mpf, ...]]]:
         """zeta and the pairs (a_n, b_n) that stand with Ai and Ai' in the terms lam^(-n).
 
         They are of G_n, G_0 = g x'(s), before the powers of i (f imaginary) or -1 (f real). Of an
@@ -92,17 +90,19 @@ class UniformExpansion(IntegralParts):
                 "kind is 'erfc', which has no zeta; coefficients() is for two saddles."
             )
         self._require_bound()
-        from symasym.base.contexts import to_mpf
-
         with own_context(digits(dps) + 10) as context:
-            if self.kind == "products":
-                zeta, rows = self._parts[0].coefficients(self.order, context)
+            part = self._parts[0]
+            if isinstance(part, IteratedPart):
+                zeta, rows = part.coefficients(self.order, context)
             else:
-                zeta, _, _, a, b = self._parts[0].coefficients(self.order, context)
+                assert isinstance(part, PairPart)
+                zeta, _, _, a, b = part.coefficients(self.order, context)
                 rows = list(zip(a, b, strict=True))
             return to_mpf(zeta, dps), [tuple(to_mpf(y, dps) for y in row) for row in rows]
 
-    def expression(self, lam: Any = "lam", *, saddles: Any = None) -> Any:
+    def expression(
+        self, lam: Symbol | str = "lam", *, saddles: Sequence[Expr] | None = None
+    ) -> Expr:
         """The first terms, at most three, as a SymPy expression in airyai or erfc.
 
         Parameters
@@ -134,116 +134,43 @@ class UniformExpansion(IntegralParts):
         if self.kind == "products":
             g, h = (part.as_independent(self.x, as_Add=False)[1] for part in self.g)
             ends = self.a, self.b
-            found = iterated_formula(self.f, g, h, self.x, *ends, self.order, symbol, saddles)
-            return self._factor * found
+            formula = iterated_formula(self.f, g, h, self.x, *ends, self.order, symbol, saddles)
+            return self._factor * formula
         weight = self.g.as_independent(self.x, as_Add=False)[1]
         if self.kind == "erfc":
             parts = (self.f, weight, self.x, self.a, self.b)
             return self._factor * end_formula(*parts, self.order, symbol, saddles)
         oscillating = self.f.has(sympy.I)
         f = sympy.expand(self.f / sympy.I) if oscillating else self.f
-        found = pair_formula(f, weight, self.x, self.order, symbol, saddles, oscillating)
-        return self._factor * found
+        formula = pair_formula(f, weight, self.x, self.order, symbol, saddles, oscillating)
+        return self._factor * formula
 
-    def evaluate(
-        self, lam: Any, *, dps: int | None = None, log: bool = False, full: bool = False
-    ) -> Any:
-        """The sum of the terms at `lam`.
-
-        Parameters
-        ----------
-        lam : number or array_like
-            Greater than 0.
-        dps : int, optional
-            Digits of the sum, as mpf or mpc. None: float64 or complex128.
-        log : bool
-            Natural logarithm of a real value, finite where the value overflows.
-        full : bool
-            An `Estimate`: its error is that of the sum as a value of the integral.
-
-        Returns
-        -------
-        float, complex, ndarray, mpf, mpc or Estimate
-            Complex where f is imaginary, or g's constant factor leaves it so.
-
-        Raises
-        ------
-        InputError
-            While parameters are free, or lam is not above 0.
-        RangeError
-            If the value does not fit float64 and `log` is False.
-        AccuracyError
-            For the logarithm of a sum that is complex, or not surely positive; if the saddles are
-            too far apart for one expansion.
-        """
-        self._require_bound()
-        if dps is not None and is_array(lam):
-            raise InputError(
-                f"lam is an array and dps is {dps}; arrays are for float64 (dps=None)."
-            )
-        if dps is not None:
-            return self._by_digits(lam, digits(dps), log, full)
-        if not is_array(lam):
-            return self._by_float(lam, log, full)
-        values = floats("lam", lam)
-        found = [self._by_float(float(y), log, full) for y in values.ravel()]
-        if not full:
-            return np.array(found).reshape(values.shape)
-        value, error = (
-            np.array([getattr(e, name) for e in found]).reshape(values.shape)
-            for name in ("value", "error")
-        )
-        return Estimate(value, error, "estimate", "uniform", self.order, found[0].terms)
-
-    def _by_float(self, lam: Any, log: bool, full: bool) -> Any:
-        found = self._by_digits(lam, _FLOAT_DIGITS, log, True)
-        kind = complex if hasattr(found.value, "_mpc_") else float
-        with own_context(15) as context:
-            size = abs(context.convert(found.value))
-            logarithm = context.log(size) if size else context.mpf(0)
-            if not log and not -708.39 < logarithm < 709.78:
-                raise RangeError(
-                    f"the integral's logarithm is {float(logarithm):.6g}, beyond float64; "
-                    "pass log=True or dps=…."
-                )
-        rounded = kind(found.value)
-        if not full:
-            return rounded
-        with own_context(2 * _FLOAT_DIGITS) as context:
-            shift = abs(context.convert(rounded) - context.convert(found.value))
-            error = float((shift + context.convert(found.error)) * (1 + context.mpf(2) ** -40))
-        return Estimate(rounded, error, "estimate", "uniform", self.order, found.terms)
-
-    def _by_digits(self, lam: Any, dps: int, log: bool, full: bool) -> Any:
-        import mpmath
-
-        rational = exact("lam", lam)
-        if rational <= 0:
-            raise InputError(f"lam is {float_text(rational)}; it must be greater than 0.")
+    def _by_digits(self, lam: Fraction, dps: int, log: bool, full: bool) -> Any:
+        """The sum at one lam as an mpf or mpc, or an `Estimate` from the next terms."""
         with own_context(dps + 10) as context:
-            size = context.log10(mpf_of(rational, context))
+            size = context.log10(mpf_of(lam, context))
             context.dps += max(0, int(size))
-            large = mpf_of(rational, context)
+            large = mpf_of(lam, context)
             total, error = self._sum(large, context)
             # What the sum and its coefficients are rounded to.
             error += abs(total) * context.mpf(10) ** -(dps + 5)
             if log:
                 if not hasattr(total, "_mpf_") or total <= error:
                     raise AccuracyError(
-                        f"the sum at lam = {float_text(rational)} is complex or not surely "
+                        f"the sum at lam = {float_text(lam)} is complex or not surely "
                         "positive, so its logarithm is not known; ask for the value."
                     )
                 total, error = context.log(total), -context.log1p(-error / total)
                 error += abs(total) * context.mpf(10) ** -(dps + 5)
-            value = _rounded(mpmath.mp, total, dps)
+            value = _rounded(total, dps)
             error += abs(total - context.convert(value))
-            error = _rounded(mpmath.mp, error * (1 + context.mpf(10) ** -10), 15)
+            error = to_mpf(error * (1 + context.mpf(10) ** -10), 15)
         if not full:
             return value
         names = (_NAMES[self.kind],)
         return Estimate(value, error, "estimate", "uniform", self.order, names)
 
-    def _sum(self, lam: Any, context: Any) -> tuple[Any, Any]:
+    def _sum(self, lam: mpf, context: MPContext) -> tuple[mpf | mpc, mpf]:
         """The sum, and an error from the next terms.
 
         Twice the largest; and eight times the last, which counts where terms fall slowly and their
@@ -256,7 +183,8 @@ class UniformExpansion(IntegralParts):
             total += context.fsum(value for value, _ in terms[: self.order])
             for k, (_, size) in enumerate(terms[self.order :]):
                 beyond[k] += size
-        re, im = (context.make_mpf(y._mpf_) for y in _parts_of(self._factor, context))
+        parts = sympy.sympify(self._factor).as_real_imag()
+        re, im = (context.make_mpf(number(y, dps=context.dps)._mpf_) for y in parts)
         factor = context.mpc(re, im) if im else re
         return factor * total, abs(factor) * (2 * max(beyond) + 8 * beyond[-1])
 
@@ -270,20 +198,11 @@ class UniformExpansion(IntegralParts):
             f"{self.a} to {self.b}; error: {self.error_kind}"
         )
 
-    def __repr__(self) -> str:
-        return f"UniformExpansion({self})"
 
-
-def _parts_of(value: Any, context: Any) -> tuple[Any, Any]:
-    from symasym.asymptotics.laplace.kinks import number
-
-    return tuple(number(part, dps=context.dps) for part in sympy.sympify(value).as_real_imag())
-
-
-def _rounded(target: Any, value: Any, dps: int) -> Any:
+def _rounded(value: mpf | mpc, dps: int) -> Any:
     """`value` as the caller's mpf or mpc, rounded."""
-    from symasym.base.contexts import to_mpf
+    import mpmath
 
     if hasattr(value, "_mpc_"):
-        return target.make_mpc(tuple(to_mpf(y, dps)._mpf_ for y in (value.real, value.imag)))
+        return mpmath.mp.make_mpc(tuple(to_mpf(y, dps)._mpf_ for y in (value.real, value.imag)))
     return to_mpf(value, dps)

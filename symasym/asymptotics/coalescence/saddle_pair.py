@@ -9,7 +9,7 @@ division, so nothing is lost at the coalescence.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy
 
@@ -21,6 +21,13 @@ from symasym.base.errors import AccuracyError
 from symasym.numbers.coefficient_fields import RealField
 from symasym.numbers.quadratic_factor import Pair, split_pair
 from symasym.special.airy_products import by_parts
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+    from sympy import Expr, Symbol
+
+    from symasym.asymptotics.laplace.kinks import Real
 
 _MOST_TERMS = 800
 
@@ -34,11 +41,15 @@ class PairPart:
     """
 
     piece: Piece
-    x: Any
-    point: Any
+    x: Symbol
+    point: Real
     oscillating: bool
 
-    def terms(self, lam: Any, count: int, context: Any) -> list[Term]:
+    def terms(self, lam: mpf, count: int, context: MPContext) -> list[Term]:
+        """2 pi e^(lam level) (-lam)^-n (a_n Ai lam^(-1/3) - b_n Ai' lam^(-2/3)), of lam^(2/3) zeta.
+
+        Of an oscillating integral the same with lam/i; the sizes have the modulus functions for Ai.
+        """
         zeta, level, sign, a_, b_ = kept(self, count, context, self.coefficients)
         cube = context.cbrt(lam)
         argument = (-1 if self.oscillating else 1) * cube**2 * zeta
@@ -60,7 +71,7 @@ class PairPart:
             terms.append((value, abs(front) * spread / lam**n))
         return terms
 
-    def coefficients(self, count: int, context: Any) -> tuple[Any, ...]:
+    def coefficients(self, count: int, context: MPContext) -> tuple[Any, ...]:
         """zeta, level and sign of the map, and a_n, b_n without their powers of i or -1."""
         f, weights = self.piece.f, (self.piece.g,)
         _, pair, (weight,), start = nearby_pair(
@@ -73,27 +84,27 @@ class PairPart:
 class Nearby(NamedTuple):
     """A pair of saddles, about `point`, where f is `start` and the weights have these series."""
 
-    point: Any
+    point: Real
     pair: Pair
     weights: list[list[Any]]
     start: Any
 
 
 def nearby_pair(
-    f: Any, weights: tuple[Any, ...], x: Any, point: Any, count: int, context: Any
+    f: Expr, weights: tuple[Expr, ...], x: Symbol, point: Real, count: int, context: MPContext
 ) -> Nearby:
     """The pair of f' about `point`, a zero of its slope.
 
     From as many coefficients as `count` pairs of the cubic map and the digits ask for.
     """
-    ring = RealField(context)
+    field = RealField(context)
     # refined finds zeros of a derivative: here of f''.
     curved = Piece(-sympy.oo, sympy.oo, sympy.diff(f, x), sympy.Integer(1))
-    point = ring.expression(refined(curved, x, point, ring))
+    point = field.expression(refined(curved, x, point, field))
     n = 2 * count + 30
     while True:
-        steep = series_of("f", f, x, point, 1, n + 1, ring)
-        rows = [series_of("g", g, x, point, 1, n, ring) for g in weights]
+        steep = series_of("f", f, x, point, 1, n + 1, field)
+        rows = [series_of("g", g, x, point, 1, n, field) for g in weights]
         c = [(k + 1) * y for k, y in enumerate(steep[1:])]
         try:
             pair = split_pair(without_zeros(c, 3), context)
@@ -117,14 +128,15 @@ def nearby_pair(
         n = needed + needed // 10
 
 
-def root_test(row: list[Any], context: Any) -> Any:
+def root_test(row: list[mpf], context: MPContext) -> mpf:
     """One over the radius of convergence, roughly."""
     top = max(abs(y) for y in row[:3])
     later = [(k, y) for k, y in enumerate(row) if k >= max(1, len(row) // 2) and y and top]
     return max((context.root(abs(y) / top, k) for k, y in later), default=context.zero)
 
 
-def _too_far(x: Any, point: Any, context: Any) -> AccuracyError:
+def _too_far(x: Symbol, point: Real, context: MPContext) -> AccuracyError:
+    """The error that the pair is not alone."""
     return AccuracyError(
         f"no pair of saddles next to {x} = {context.nstr(point, 8)} is alone within the "
         "radius of convergence, so they're too far apart, or a third is near; give near=… for "

@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import sympy
@@ -27,8 +27,17 @@ import sympy
 from symasym.asymptotics.laplace.kinks import Piece, number
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
+from symasym.base.inputs import FloatArray, exact
 from symasym.numbers.balls import BallOps, NotProved, exact_ball, flint_module
 from symasym.numbers.trees import NumpyOps, evaluate_tree
+
+if TYPE_CHECKING:
+    from flint import acb, arb, arb_poly
+    from sympy import Expr, Symbol
+
+    from symasym.asymptotics.laplace.kinks import Real
+
+    ComplexArray: TypeAlias = np.ndarray[Any, np.dtype[np.complex128]]
 
 #: The neighbourhood that is transformed reaches to u = THETA rho.
 THETA = 0.7
@@ -62,11 +71,13 @@ class Disk:
     beta: Fraction
     peak: float
     rho: float
-    coefficients: list[Any]
+    coefficients: list[arb]
     sides: tuple[tuple[int, Fraction | None, float], ...]
 
 
-def disk(piece: Piece, x: Any, point: Any, side: str, contact: int, beta: Any, count: int) -> Disk:
+def disk(
+    piece: Piece, x: Symbol, point: Real, side: str, contact: int, beta: Expr, count: int
+) -> Disk:
     """The proof's data at one maximum, with `count` coefficients (the ball precision is set).
 
     Raises
@@ -109,7 +120,7 @@ def disk(piece: Piece, x: Any, point: Any, side: str, contact: int, beta: Any, c
     return Disk(contact, power, peak, rho, coefficients, tuple(sides))
 
 
-def ball_at(expression: Any) -> Any:
+def ball_at(expression: Expr) -> Any:
     """A ball for a number."""
     try:
         return evaluate_tree(sympy.sympify(expression), {}, BallOps())
@@ -117,13 +128,13 @@ def ball_at(expression: Any) -> Any:
         raise NotProved from None
 
 
-def _center(piece: Piece, x: Any, point: Any, contact: int) -> Any:
+def _center(piece: Piece, x: Symbol, point: Real, contact: int) -> Any:
+    """A ball of the maximum: of its expression, or one in which f' is shown to have its zero."""
     if isinstance(point, sympy.Basic):
         return ball_at(point)
     if contact != 2:
         raise NotProved
-    sign, mantissa, exponent, _ = point._mpf_
-    middle = Fraction(int(mantissa)) * Fraction(2) ** int(exponent) * (-1 if sign else 1)
+    middle = exact("point", point)
     half = abs(middle) * _ROOT + _ROOT
     slope = sympy.diff(piece.f, x)
     before, after = (
@@ -134,7 +145,7 @@ def _center(piece: Piece, x: Any, point: Any, contact: int) -> Any:
     return exact_ball(middle) + flint_module().arb(0, exact_ball(half))
 
 
-def without_power(g: Any, x: Any, point: Any, sign: int) -> tuple[Any, Fraction]:
+def without_power(g: Expr, x: Symbol, point: Real, sign: int) -> tuple[Expr, Fraction]:
     """g = t^e G, the powers of the distance t taken out; e and G."""
     rest, front = sympy.Integer(1), Fraction(0)
     for factor in sympy.Mul.make_args(g):
@@ -144,8 +155,8 @@ def without_power(g: Any, x: Any, point: Any, sign: int) -> tuple[Any, Fraction]
             rest *= factor
             continue
         polynomial = sympy.Poly(base, x)
-        exact = isinstance(point, sympy.Basic)
-        if polynomial.degree() != 1 or not exact or sympy.expand(base.subs(x, point)) != 0:
+        rounded = not isinstance(point, sympy.Basic)
+        if polynomial.degree() != 1 or rounded or sympy.expand(base.subs(x, point)) != 0:
             rest *= factor
             continue
         slope = polynomial.LC() * sign
@@ -156,23 +167,24 @@ def without_power(g: Any, x: Any, point: Any, sign: int) -> tuple[Any, Fraction]
     return rest, front
 
 
-def _series(expression: Any, x: Any, center: Any, sign: int, count: int) -> list[Any]:
+def _series(expression: Expr, x: Symbol, center: arb, sign: int, count: int) -> list[arb]:
+    """Taylor coefficients at the centre, as balls, in the distance along `sign`."""
     flint = flint_module()
     flint.ctx.cap = max(count, 2)
     line = flint.arb_series([center, flint.arb(sign)], max(count, 2))
     try:
-        found = evaluate_tree(expression, {x: line}, BallOps())
+        series = evaluate_tree(expression, {x: line}, BallOps())
     except (ZeroDivisionError, InputError, AttributeError, TypeError, ValueError):
         raise NotProved from None
-    if isinstance(found, flint.arb):
-        found = flint.arb_series([found], count)
-    coefficients = [found[k] for k in range(count)]
+    if isinstance(series, flint.arb):
+        series = flint.arb_series([series], count)
+    coefficients = [series[k] for k in range(count)]
     if not all(c.is_finite() for c in coefficients):
         raise NotProved
     return coefficients
 
 
-def _scale(f: list[Any], contact: int) -> float:
+def _scale(f: list[arb], contact: int) -> float:
     """A length on which h differs from its first term."""
     rates = [0.0]
     for j, c in enumerate(f[contact + 1 : contact + 24], start=1):
@@ -186,30 +198,30 @@ def _scale(f: list[Any], contact: int) -> float:
 class _Surroundings:
     """f and G off the real axis; all points are relative to the maximum."""
 
-    f: Any
-    smooth: Any
-    x: Any
-    center: Any
-    top: Any
+    f: Expr
+    smooth: Expr
+    x: Symbol
+    center: arb
+    top: arb
     contact: int
     beta: Fraction
     zeros: int
 
     @cached_property
-    def _shifted(self) -> dict[Any, Any]:
+    def _shifted(self) -> dict[Expr, arb_poly]:
         """Those of f and G that are polynomials, in t: quicker by far than a tree, and tighter."""
-        flint, found = flint_module(), {}
+        flint, shifted = flint_module(), {}
         line = flint.arb_poly([self.center, 1])
         for expression in (self.f, self.smooth):
             if not expression.is_polynomial(self.x):
                 continue
             rows = sympy.Poly(expression, self.x).all_coeffs()[::-1]
             if all(c.is_Rational for c in rows):
-                exact = flint.fmpq_poly([flint.fmpq(int(c.p), int(c.q)) for c in rows])
-                found[expression] = flint.arb_poly(exact)(line)
-        return found
+                rational = flint.fmpq_poly([flint.fmpq(int(c.p), int(c.q)) for c in rows])
+                shifted[expression] = flint.arb_poly(rational)(line)
+        return shifted
 
-    def sampled(self, t: Any) -> tuple[Any, Any]:
+    def sampled(self, t: ComplexArray) -> tuple[FloatArray, FloatArray]:
         """|u| and |G W^(-beta)| on an array of complex points, in float64 and unproved."""
         with np.errstate(all="ignore"):
             z = float(self.center) + t
@@ -218,7 +230,7 @@ class _Surroundings:
             peak = np.abs(weight) * np.abs(t) ** (float(self.beta) - self.zeros)
             return u, peak * u ** -float(self.beta)
 
-    def _drops(self, t: Any) -> Any:
+    def _drops(self, t: ComplexArray) -> Any:
         """h, in float64 and unproved; from its own series nothing cancels."""
         known = self._shifted.get(self.f)
         if known is not None:
@@ -227,44 +239,44 @@ class _Surroundings:
         height = evaluate_tree(self.f, {self.x: float(self.center) + t}, _ComplexOps())
         return float(self.top) - height + 0 * t
 
-    def height(self, t: Any) -> Any:
+    def height(self, t: arb) -> Any:
         """A ball of f on the real axis."""
         known = self._shifted.get(self.f)
         if known is not None:
             return known(t)
         return evaluate_tree(self.f, {self.x: self.center + t}, BallOps())
 
-    def winds_once(self, t: Any) -> bool:
+    def winds_once(self, t: ComplexArray) -> bool:
         """True if h seems to have its zero at t = 0 only inside the closed curve."""
         with np.errstate(all="ignore"):
             ratio = self._drops(t) / t**self.contact
             steps = np.angle(np.roll(ratio, -1) / ratio)
         return bool(abs(steps.sum()) < 1)
 
-    def at(self, expression: Any, t: Any) -> Any:
+    def at(self, expression: Expr, t: acb) -> Any:
         """A ball of the expression, None where it may not be analytic."""
         flint = flint_module()
         known = self._shifted.get(expression)
         if known is not None:
             return flint.acb(known(flint.acb(t)))
         try:
-            found = flint.acb(
+            value = flint.acb(
                 evaluate_tree(expression, {self.x: flint.acb(self.center) + t}, BallOps())
             )
         except (ZeroDivisionError, InputError, AttributeError, TypeError, ValueError):
             return None
-        return found if found.is_finite() else None
+        return value if value.is_finite() else None
 
 
 class _ComplexOps(NumpyOps):
-    def power(self, base: Any, exponent: Fraction) -> Any:
+    def power(self, base: ComplexArray, exponent: Fraction) -> Any:
         return np.power(base.astype(complex), float(exponent))
 
-    def erf(self, x: Any) -> Any:
+    def erf(self, x: ComplexArray) -> Any:
         raise NotProved
 
 
-def _best(around: _Surroundings, scale: float, count: int) -> tuple[Any, float, float]:
+def _best(around: _Surroundings, scale: float, count: int) -> tuple[ComplexArray, float, float]:
     """Corners of the polygon with the least M rho^(-count) among those tried, rho and M."""
     angles = 2 * np.pi * np.arange(_RAYS) / _RAYS
     radii = scale * np.geomspace(1 / 16, 32, _STEPS)
@@ -299,15 +311,17 @@ def _best(around: _Surroundings, scale: float, count: int) -> tuple[Any, float, 
     ceiling = math.inf
     for _, corners, level in tried:
         if level < ceiling:
-            found = _proved(around, corners, level)
-            if found is not None:
-                return corners, *found
+            proof = _proved(around, corners, level)
+            if proof is not None:
+                return corners, *proof
             # What failed was too near a singularity or a critical point.
             ceiling = 0.94 * level
     raise NotProved
 
 
-def _proved(around: _Surroundings, corners: Any, level: float) -> tuple[float, float] | None:
+def _proved(
+    around: _Surroundings, corners: ComplexArray, level: float
+) -> tuple[float, float] | None:
     """rho and M of a polygon, None if something that is needed does not hold or is not seen."""
     if not _analytic(around, corners):
         return None
@@ -340,6 +354,7 @@ def _proved(around: _Surroundings, corners: Any, level: float) -> tuple[float, f
 
 
 def _turn(around: _Surroundings, a: complex, b: complex) -> float:
+    """The change of the argument of h from a to b, where it is less than pi."""
     flint = flint_module()
     first, last = (around.at(around.f, flint.acb(t.real, t.imag)) for t in (a, b))
     return float(((around.top - last) / (around.top - first)).arg())
@@ -349,14 +364,14 @@ def _box(a: complex, b: complex) -> Any:
     """The smallest box with sides along the axes that holds a segment, a little widened."""
     flint = flint_module()
     middle, half = (a + b) / 2, (b - a) / 2
-    slack = 1e-14 * (abs(a) + abs(b))
+    rounding = 1e-14 * (abs(a) + abs(b))
     return flint.acb(
-        flint.arb(middle.real, abs(half.real) + slack),
-        flint.arb(middle.imag, abs(half.imag) + slack),
+        flint.arb(middle.real, abs(half.real) + rounding),
+        flint.arb(middle.imag, abs(half.imag) + rounding),
     )
 
 
-def _analytic(around: _Surroundings, corners: Any) -> bool:
+def _analytic(around: _Surroundings, corners: ComplexArray) -> bool:
     """True if f and G are finite, so analytic (`BallOps`), on squares that cover the polygon."""
     flint = flint_module()
     reach = np.abs(corners)
@@ -379,7 +394,7 @@ def _analytic(around: _Surroundings, corners: Any) -> bool:
     return True
 
 
-def _outside(re: float, im: float, half: float, reach: Any) -> bool:
+def _outside(re: float, im: float, half: float, reach: FloatArray) -> bool:
     """True if a square lies outside the polygon, by the farthest corner in the angle it fills."""
     near = math.hypot(max(abs(re) - half, 0.0), max(abs(im) - half, 0.0))
     if near > reach.max():
@@ -395,12 +410,12 @@ def _outside(re: float, im: float, half: float, reach: Any) -> bool:
 
 
 def _reach(
-    around: _Surroundings, sign: int, end: Any, radius: float, rho: float
+    around: _Surroundings, sign: int, end: Expr, radius: float, rho: float
 ) -> tuple[Fraction | None, float]:
     """The end of the transformed part (None: of the piece), and h there from below."""
     top, center = around.top, around.center
 
-    def drop(t: Any) -> Any:
+    def drop(t: arb) -> Any:
         return top - around.height(sign * t)
 
     limit = (THETA * rho) ** around.contact
@@ -419,15 +434,15 @@ def _reach(
             high = middle
     if not low:
         raise NotProved
-    found = drop(exact_ball(Fraction(low)))
-    return Fraction(low), max(_down(found.lower()), 0.0)
+    height = drop(exact_ball(Fraction(low)))
+    return Fraction(low), max(_down(height.lower()), 0.0)
 
 
-def _up(value: Any) -> float:
+def _up(value: arb) -> float:
     """A float not below the upper end of a ball."""
     return math.nextafter(float(value.upper()) * (1 + 1e-15), math.inf)
 
 
-def _down(value: Any) -> float:
+def _down(value: arb) -> float:
     """A float not above the lower end of a (not negative) ball."""
     return math.nextafter(max(float(value.lower()), 0.0) * (1 - 1e-15), 0.0)

@@ -4,16 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, NamedTuple
 
 from symasym.asymptotics.laplace.expansion import Contribution, contact_of, expand
-from symasym.asymptotics.laplace.kinks import Piece, number
+from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.laplace.maxima import Peak
+from symasym.asymptotics.laplace.watson import moment, perron_coefficients
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
 from symasym.numbers.coefficient_fields import RealField
 from symasym.numbers.taylor_series import algebraic, taylor
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+    from sympy import Expr, Symbol
+
+    from symasym.asymptotics.laplace.kinks import Real
+    from symasym.asymptotics.laplace.remainder import Proof
 
 # Terms behind the last one used that are looked at.
 _BEYOND = 4
@@ -22,23 +31,32 @@ _DIGITS = 30
 _LEADING = 3
 
 
+class Leading(NamedTuple):
+    """The first terms |c_k| lam^(-s_k) e^(lam height) that a point adds."""
+
+    height: mpf
+    exponents: list[mpf]
+    sizes: list[mpf]
+
+
 @dataclass(frozen=True)
 class ErrorModel:
-    """What is needed to bound or estimate the error at any lam, computed when asked for."""
+    """The bound or the estimate of the error at any lam, computed when asked for."""
 
     pieces: tuple[Piece, ...]
-    x: Any
+    x: Symbol
     contributions: tuple[Contribution, ...]
-    origins: tuple[tuple[Piece, Any, str], ...]
-    left_out: tuple[tuple[Any, Peak], ...]
+    origins: tuple[tuple[Piece, Real, str], ...]
+    smaller: tuple[Peak, ...]
     digits: int
 
     @property
     def kind(self) -> ErrorKind:
+        """``"bound"`` if the error is proved, else ``"estimate"``."""
         return "bound" if self.proof is not None else "estimate"
 
     @cached_property
-    def proof(self) -> Any:
+    def proof(self) -> Proof | None:
         """A `symasym.asymptotics.laplace.remainder.Proof`, or None."""
         from symasym.numbers import balls
 
@@ -48,12 +66,13 @@ class ErrorModel:
 
         return prove(self.pieces, self.x, self.contributions, self.origins)
 
-    def statement(self, order: int, sigma: Any) -> tuple[Any, Any, Any] | None:
+    def statement(self, order: int, sigma: Expr) -> tuple[mpf, Expr, mpf] | None:
+        """(K, sigma, lam0) of `Proof.statement`, or None where nothing is proved."""
         return None if self.proof is None else self.proof.statement(order, sigma)
 
     def relative(
-        self, lam: Any, orders: list[int], total: Any, context: Any
-    ) -> tuple[Any, ErrorKind]:
+        self, lam: mpf, orders: list[int], total: mpf, context: MPContext
+    ) -> tuple[mpf, ErrorKind]:
         """The error over e^(lam height) of `total`, the sum of the first `orders` terms; its kind.
 
         A bound that exceeds the sum itself says nothing; the estimate, named as such, does.
@@ -64,77 +83,59 @@ class ErrorModel:
                 return bound, "bound"
         return self._estimated(lam, orders, context), "estimate"
 
-    def _estimated(self, lam: Any, orders: list[int], context: Any) -> Any:
+    def _estimated(self, lam: mpf, orders: list[int], context: MPContext) -> mpf:
         """Twice the largest of the next terms, and what ends and smaller maxima add."""
         total = context.mpf(0)
-        top = self._height(self.contributions[0], context)
+        top = self.contributions[0].height_in(context)
         for c, used in zip(self._longer(max(orders)), orders, strict=True):
-            terms = self._sizes(c, lam, context)[used : used + _BEYOND]
-            weight = context.exp(lam * (self._height(c, context) - top))
-            total += 2 * weight * max(terms, default=0)
+            terms = c.terms(lam, _DIGITS, context)[used : used + _BEYOND]
+            weight = context.exp(lam * (c.height_in(context) - top))
+            total += 2 * weight * max(map(abs, terms), default=0)
         for height, exponents, sizes in self._elsewhere:
             pairs = zip(exponents, sizes, strict=True)
             size = sum(k * lam**-s for s, k in pairs)
             total += 2 * size * context.exp(lam * (context.make_mpf(height._mpf_) - top))
         return total
 
-    @staticmethod
-    def _height(c: Contribution, context: Any) -> Any:
-        return context.make_mpf(number(c.height, dps=context.dps)._mpf_)
-
-    @staticmethod
-    def _sizes(c: Contribution, lam: Any, context: Any) -> list[Any]:
-        exponents, coefficients = c.numbers(_DIGITS)
-        pairs = zip(exponents, coefficients, strict=True)
-        return [
-            abs(context.make_mpf(k._mpf_)) * lam ** -context.make_mpf(s._mpf_) for s, k in pairs
-        ]
-
     def _longer(self, order: int) -> list[Contribution]:
         """The contributions with a few more terms, as numbers."""
-        known = self.__dict__.setdefault("_known", {})
+        known: dict[int, list[Contribution]] = self.__dict__.setdefault("_known", {})
         if order not in known:
-            known[order] = self._expanded(order + _BEYOND)
-        found: list[Contribution] = known[order]
-        return found
-
-    def _expanded(self, order: int) -> list[Contribution]:
-        found: list[Contribution] = []
-        for piece, point, side in dict.fromkeys(self.origins):
-            found += expand(piece, self.x, point, side, order, digits=_DIGITS, check=False)[0]
-        return found
+            count, more = order + _BEYOND, []
+            for piece, point, side in dict.fromkeys(self.origins):
+                more += expand(piece, self.x, point, side, count, digits=_DIGITS, check=False)[0]
+            known[order] = more
+        return known[order]
 
     @cached_property
-    def _elsewhere(self) -> list[tuple[Any, list[Any], list[Any]]]:
+    def _elsewhere(self) -> list[Leading]:
         """Heights, exponents and |coefficients| of what ends and smaller maxima add."""
-        places: list[tuple[Piece, Any, str]] = []
+        points: list[tuple[Piece, Real, str]] = []
         tops = {(side, piece, str(point)) for piece, point, side in self.origins}
         for piece in self.pieces:
             for end, side in ((piece.lo, "right"), (piece.hi, "left")):
                 if not end.is_infinite and (side, piece, str(end)) not in tops:
-                    places.append((piece, end, side))
-        for point, peak in self.left_out:
+                    points.append((piece, end, side))
+        for peak in self.smaller:
             if peak.smooth and peak.left is not None:
-                places += [(peak.left, point, "left"), (peak.left, point, "right")]
-        found = []
-        for piece, point, side in places:
-            size = _size(piece, self.x, point, side)
-            if size is not None:
-                found.append(size)
-        return found
+                points += [(peak.left, peak.point, side) for side in ("left", "right")]
+        sizes = (_size(piece, self.x, point, side) for piece, point, side in points)
+        return [size for size in sizes if size is not None]
 
 
-def _size(piece: Piece, x: Any, point: Any, side: str) -> Any:
-    """The first terms at a point that is no maximum, as if it were: height, exponents, sizes."""
-    from symasym.asymptotics.laplace.watson import perron_coefficients
+def _size(piece: Piece, x: Symbol, point: Real, side: str) -> Leading | None:
+    """The leading terms at a point that is no maximum, as if it were one.
 
+    |d_k| Gamma(s_k)/(mu |a|^s_k), s_k = (k + beta)/mu (Watson's lemma; DLMF 2.3(ii)); None where
+    f = -oo or g vanishes to all orders.
+    """
     sign = -1 if side == "left" else 1
     with own_context(_DIGITS + 20) as context:
-        ring = RealField(context)
+        field = RealField(context)
         try:
-            contact, _ = contact_of(piece, x, point, sign, ring)
-            f = taylor(piece.f, x, point, sign, contact + _LEADING + 4, ring).c
-            terms = algebraic(piece.g, x, point, sign, _LEADING + 4, ring)
+            contact, _ = contact_of(piece, x, point, sign, field)
+            f = taylor(piece.f, x, point, sign, contact + _LEADING + 4, field).c
+            terms = algebraic(piece.g, x, point, sign, _LEADING + 4, field)
         except (InputError, AccuracyError):
             # f = -oo, or g vanishes to all orders.
             return None
@@ -145,8 +146,8 @@ def _size(piece: Piece, x: Any, point: Any, side: str) -> Any:
                 [*([f[0] * 0] * contact), *f[contact:]], series.c[:_LEADING], contact, beta
             )
             for k, d in enumerate(reduced):
-                s = (ring.rational(beta) if not hasattr(beta, "_mpf_") else beta) + k
+                s = (field.rational(beta) if not hasattr(beta, "_mpf_") else beta) + k
                 s = s / contact
                 exponents.append(s)
-                sizes.append(abs(d) * context.gamma(s) / contact * abs(f[contact]) ** -s)
-        return f[0], exponents, sizes
+                sizes.append(abs(d) * moment(s, abs(f[contact]), contact, context.gamma))
+        return Leading(f[0], exponents, sizes)

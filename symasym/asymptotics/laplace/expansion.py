@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import sympy
 
@@ -32,6 +32,16 @@ from symasym.numbers.coefficient_fields import (
 )
 from symasym.numbers.taylor_series import NotAnalytic, Series, algebraic, taylor
 
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+    from sympy import Expr, Symbol
+
+    from symasym.asymptotics.laplace.kinks import Real
+    from symasym.numbers.arithmetic import Number as Element
+
+    Field: TypeAlias = ExpressionField | FunctionField | RealField
+
 # f is compared with a constant up to this order before it's called flat.
 _HIGHEST_CONTACT = 24
 # Orders lost to factors such as sin(x)/x.
@@ -40,7 +50,7 @@ _SPARE = 4
 
 @dataclass(frozen=True)
 class Contribution:
-    """What one maximum, or one side of it, adds to the integral.
+    """The contribution of one maximum, or of one side of it, to the integral.
 
     It is e^(lam height) times the sum over k of coefficients[k] lam^(-exponents[k]).
 
@@ -65,27 +75,27 @@ class Contribution:
         a.
     """
 
-    point: Any
+    point: Real
     side: str
-    height: Any
+    height: Real
     contact: int
-    beta: Any
-    exponents: tuple[Any, ...]
-    coefficients: tuple[Any, ...]
-    reduced: tuple[Any, ...]
-    scale: Any
+    beta: Expr
+    exponents: tuple[Expr, ...]
+    coefficients: tuple[Real, ...]
+    reduced: tuple[Real, ...]
+    scale: Real
 
     @property
     def exact(self) -> bool:
         """True if the coefficients are SymPy expressions, False if they are rounded numbers."""
         return isinstance(self.coefficients[0], sympy.Basic)
 
-    def numbers(self, dps: int) -> tuple[list[Any], list[Any]]:
+    def numbers(self, dps: int) -> tuple[list[mpf], list[mpf]]:
         """Exponents and coefficients as mpf with `dps` digits and a few more."""
         exponents = [number(s, dps=dps + 10) for s in self.exponents]
         if not self.exact:
             return exponents, list(self.coefficients)
-        found = []
+        coefficients = []
         for k, (s, d) in enumerate(zip(exponents, self.reduced, strict=True)):
             # Sums with irrational constants lose a digit or so an order.
             more = dps + 15 + (0 if d.is_Rational else 20 + 2 * k)
@@ -93,8 +103,17 @@ class Contribution:
                 a, value = number(self.scale, dps=more), number(d, dps=more)
                 s = context.make_mpf(s._mpf_)
                 sides = 2 if self.side == "both" else 1
-                found.append(value * sides * moment(s, a, self.contact, context.gamma))
-        return exponents, found
+                coefficients.append(value * sides * moment(s, a, self.contact, context.gamma))
+        return exponents, coefficients
+
+    def terms(self, lam: mpf, dps: int, context: MPContext) -> list[mpf]:
+        """c_k lam^(-(k + beta)/mu), from exponents and coefficients with `dps` digits."""
+        pairs = zip(*self.numbers(dps), strict=True)
+        return [context.make_mpf(k._mpf_) * lam ** -context.make_mpf(s._mpf_) for s, k in pairs]
+
+    def height_in(self, context: MPContext) -> mpf:
+        """f at the maximum, at the context's precision."""
+        return context.make_mpf(number(self.height, dps=context.dps)._mpf_)
 
     def first(self, count: int) -> Contribution:
         """The same with its first `count` terms."""
@@ -107,7 +126,7 @@ class Contribution:
 
 
 def expand(
-    piece: Piece, x: Any, point: Any, side: str, order: int, *, digits: int | None, check: bool
+    piece: Piece, x: Symbol, point: Real, side: str, order: int, *, digits: int | None, check: bool
 ) -> tuple[list[Contribution], list[str]]:
     """Contributions of one maximum on `side`, and the conditions that were used.
 
@@ -118,21 +137,21 @@ def expand(
         return _exactly(piece, x, point, side, order, check)
     # A digit or so is lost an order, in Taylor coefficients and in their sums.
     with own_context(digits + 20 + 2 * order) as context:
-        ring = RealField(context)
-        point = refined(piece, x, point, ring)
-        found, conditions = _in_ring(ring, piece, x, point, side, order, check)
-        return [_rounded(c, digits) for c in found], conditions
+        field = RealField(context)
+        point = refined(piece, x, point, field)
+        contributions, conditions = _in_field(field, piece, x, point, side, order, check)
+        return [_rounded(c, digits) for c in contributions], conditions
 
 
-def refined(piece: Piece, x: Any, point: Any, ring: Any) -> Any:
-    """A point that is a rounded zero of f', to the ring's precision (Newton); else unchanged."""
+def refined(piece: Piece, x: Symbol, point: Real, field: RealField) -> Real:
+    """A point that is a rounded zero of f', to the field's precision (Newton); else unchanged."""
     if isinstance(point, sympy.Basic):
         return point
-    context = ring.context
+    context = field.context
     current = context.make_mpf(point._mpf_)
     for _ in range(60):
         try:
-            _, slope, half = taylor(piece.f, x, current, 1, 3, ring).c
+            _, slope, half = taylor(piece.f, x, current, 1, 3, field).c
         except NotAnalytic:
             break
         step = slope / (2 * half) if half else context.mpf(0)
@@ -144,14 +163,15 @@ def refined(piece: Piece, x: Any, point: Any, ring: Any) -> Any:
 
 
 def _exactly(
-    piece: Piece, x: Any, point: Any, side: str, order: int, check: bool
+    piece: Piece, x: Symbol, point: Real, side: str, order: int, check: bool
 ) -> tuple[list[Contribution], list[str]]:
+    """Contributions in the field of rational functions that their constants generate."""
     scout = ExpressionField()
-    _in_ring(scout, piece, x, point, side, 1, False)
+    _in_field(scout, piece, x, point, side, 1, False)
     constants = list(scout.constants)
     for _ in range(30):
         try:
-            return _in_ring(FunctionField(constants), piece, x, point, side, order, check)
+            return _in_field(FunctionField(constants), piece, x, point, side, order, check)
         except MissingConstant as missing:
             constants.append(missing.value)
     raise AccuracyError(
@@ -160,14 +180,15 @@ def _exactly(
     )
 
 
-def irrational_constants(piece: Piece, x: Any, point: Any, side: str) -> bool:
+def irrational_constants(piece: Piece, x: Symbol, point: Real, side: str) -> bool:
     """True if exact coefficients would carry constants such as sqrt(2) or exp(1/3)."""
     scout = ExpressionField()
-    _in_ring(scout, piece, x, point, side, 1, False)
+    _in_field(scout, piece, x, point, side, 1, False)
     return any(not g.is_Symbol for g in FunctionField(scout.constants).generators)
 
 
 def _rounded(c: Contribution, digits: int) -> Contribution:
+    """The contribution with numbers of `digits` digits."""
     return replace(
         c,
         height=to_mpf(c.height, digits + 10),
@@ -178,21 +199,21 @@ def _rounded(c: Contribution, digits: int) -> Contribution:
 
 
 def contact_of(
-    piece: Piece, x: Any, point: Any, sign: int, ring: Any
+    piece: Piece, x: Symbol, point: Real, sign: int, field: Field
 ) -> tuple[int, tuple[int | None, bool]]:
     """The order mu of f - f(point), and the sign of its first coefficient."""
     count = 4
     while count <= 2 * _HIGHEST_CONTACT:
         try:
-            c = taylor(piece.f, x, point, sign, count, ring).c
+            c = taylor(piece.f, x, point, sign, count, field).c
         except NotAnalytic:
             raise InputError(
                 f"f = {piece.f} has no Taylor series at its maximum {x} = {point}; Laplace's "
                 "method here needs one on each side."
             ) from None
         for k in range(1, count):
-            if not ring.negligible(c[k], c[1:]):
-                lead = ring.to_expression(c[k])
+            if not field.negligible(c[k], c[1:]):
+                lead = field.to_expression(c[k])
                 if isinstance(lead, sympy.Basic):
                     return k, sign_of(lead)
                 return k, ((lead > 0) - (lead < 0), True)
@@ -203,11 +224,12 @@ def contact_of(
     )
 
 
-def _in_ring(
-    ring: Any, piece: Piece, x: Any, point: Any, side: str, order: int, check: bool
+def _in_field(
+    field: Field, piece: Piece, x: Symbol, point: Real, side: str, order: int, check: bool
 ) -> tuple[list[Contribution], list[str]]:
+    """Contributions of one maximum, coefficients in `field`, and the conditions that were used."""
     sign = -1 if side == "left" else 1
-    contact, (slope, proved) = contact_of(piece, x, point, sign, ring)
+    contact, (slope, proved) = contact_of(piece, x, point, sign, field)
     if slope != -1 or (side == "both" and contact % 2):
         raise InputError(
             f"f = {piece.f} is not largest at {x} = {point} (the first term after f there is of "
@@ -217,10 +239,10 @@ def _in_ring(
     conditions = []
     step = 2 if side == "both" else 1
     count = step * order + 1
-    lead = taylor(piece.f, x, point, sign, contact + count + _SPARE, ring)
+    lead = taylor(piece.f, x, point, sign, contact + count + _SPARE, field)
     if not proved:
-        conditions.append(f"{sympy.simplify(ring.to_expression(lead.c[contact]))} < 0")
-    terms = algebraic(piece.g, x, point, sign, count + _SPARE, ring)
+        conditions.append(f"{sympy.simplify(field.to_expression(lead.c[contact]))} < 0")
+    terms = algebraic(piece.g, x, point, sign, count + _SPARE, field)
     if not terms:
         raise InputError(
             f"g = {piece.g} vanishes to every order that was looked at at {x} = {point}; the "
@@ -234,30 +256,35 @@ def _in_ring(
 
 def _contribution(
     lead: Series,
-    term: tuple[Any, Series],
+    term: tuple[Element, Series],
     contact: int,
     side: str,
     order: int,
-    x: Any,
-    point: Any,
+    x: Symbol,
+    point: Real,
     check: bool,
     conditions: list[str],
 ) -> Contribution:
-    ring = lead.field
+    """One contribution from f's Taylor series and one term t^front (g_0 + g_1 t + ...) of g.
+
+    beta = front + 1; the reduced coefficients are Perron's (`perron_coefficients`), times
+    Gamma((k + beta)/mu)/(mu a^((k + beta)/mu)).
+    """
+    field = lead.field
     front, weight = term
     start, step = 0, 1
     if side == "both":
         step = 2
         if not (isinstance(front, Fraction) and front.denominator == 1):
             raise InputError(
-                f"g behaves as a power {ring.to_expression(front)} of {x} - ({point}) at an "
+                f"g behaves as a power {field.to_expression(front)} of {x} - ({point}) at an "
                 "interior maximum, where it isn't real on both sides; write it with Abs, or "
                 "split the integral there."
             )
         start = front.numerator % 2
-    beta = front + 1 if isinstance(front, Fraction) else front + ring.rational(Fraction(1))
-    shown = _as_sympy(beta, ring)
-    positive = _sign(shown)
+    beta = front + 1 if isinstance(front, Fraction) else front + field.rational(Fraction(1))
+    shown = _as_sympy(beta, field)
+    positive = sign_of(shown)
     if positive[0] != 1:
         raise InputError(
             f"g behaves as a power {sympy.simplify(shown - 1)} of the distance from {x} = {point}, "
@@ -272,28 +299,28 @@ def _contribution(
         raise AccuracyError(
             f"g = {point} loses {needed - len(g)} orders at {x} = {point}; simplify g."
         )
-    zero = ring.rational(Fraction(0))
+    zero = field.rational(Fraction(0))
     # What is between is zero, if only to all the digits that a rounded point leaves.
     f = [f[0], *([zero] * (contact - 1)), *f[contact:]]
     reduced = perron_coefficients(f, g, contact, beta, step=step, start=start)
     if check:
         _require_agreement(
-            reduced, moment_coefficients(f, g, contact, beta, step=step, start=start), ring
+            reduced, moment_coefficients(f, g, contact, beta, step=step, start=start), field
         )
-    a = ring.to_expression(-f[contact])
+    a = field.to_expression(-f[contact])
     exponents = tuple((start + step * k + shown) / contact for k in range(order))
-    plain = tuple(ring.to_expression(d) for d in reduced)
+    plain = tuple(field.to_expression(d) for d in reduced)
     sides = 2 if side == "both" else 1
     if isinstance(a, sympy.Basic):
         factors = [sides * moment(s, a, contact, sympy.gamma) for s in exponents]
     else:
-        assert isinstance(ring, RealField)
-        rounded = [number(s, dps=ring.context.dps) for s in exponents]
-        factors = [sides * moment(s, a, contact, ring.context.gamma) for s in rounded]
+        assert isinstance(field, RealField)
+        rounded = [number(s, dps=field.context.dps) for s in exponents]
+        factors = [sides * moment(s, a, contact, field.context.gamma) for s in rounded]
     return Contribution(
         point=point,
         side=side,
-        height=ring.to_expression(lead.c[0]),
+        height=field.to_expression(lead.c[0]),
         contact=contact,
         beta=shown,
         exponents=exponents,
@@ -303,27 +330,25 @@ def _contribution(
     )
 
 
-def _as_sympy(value: Any, ring: Any) -> Any:
+def _as_sympy(value: Element, field: Field) -> Expr:
+    """A rational or an element of the field as an expression."""
     if isinstance(value, Fraction):
         return sympy.Rational(value.numerator, value.denominator)
-    found = ring.to_expression(value)
-    return found if isinstance(found, sympy.Basic) else sympy.nsimplify(sympy.Float(found))
+    shown = field.to_expression(value)
+    return shown if isinstance(shown, sympy.Basic) else sympy.nsimplify(sympy.Float(shown))
 
 
-def _sign(value: Any) -> tuple[int | None, bool]:
-    return sign_of(value)
-
-
-def _require_agreement(first: list[Any], second: list[Any], ring: Any) -> None:
+def _require_agreement(first: list[Element], second: list[Element], field: Field) -> None:
+    """Refuse coefficients on which reversion and moments disagree."""
     for k, (a, b) in enumerate(zip(first, second, strict=True)):
         gap = a - b
-        if isinstance(ring, RealField):
+        if isinstance(field, RealField):
             # Of all digits carried, the orders may cost a quarter.
-            agree = abs(gap) <= max(abs(a), abs(b), 1) * ring.context.mpf(10) ** (
-                -ring.context.dps * 3 // 4
+            agree = abs(gap) <= max(abs(a), abs(b), 1) * field.context.mpf(10) ** (
+                -field.context.dps * 3 // 4
             )
         else:
-            agree = ring.is_zero(gap)
+            agree = field.is_zero(gap)
         if not agree:
             raise AccuracyError(
                 f"reversion and moments disagree at coefficient {k} ({a} against {b}), which is a "

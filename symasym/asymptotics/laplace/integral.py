@@ -10,7 +10,7 @@ Special Functions, chapter 3.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy
@@ -18,11 +18,17 @@ import sympy
 from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution, expand, irrational_constants
 from symasym.asymptotics.laplace.kinks import Piece, cut, difference, number
-from symasym.asymptotics.laplace.maxima import Peak, highest, no_maximum, peaks, symbolic_peak
+from symasym.asymptotics.laplace.maxima import Peak, highest, symbolic_peak
 from symasym.asymptotics.laplace.result import LaplaceExpansion, short
 from symasym.base.errors import InputError
 from symasym.base.inputs import digits, is_name
 from symasym.numbers.trees import FUNCTIONS
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+    from symasym.asymptotics.laplace.kinks import Real
+    from symasym.base.inputs import Number
 
 __all__ = ["laplace_integral"]
 
@@ -35,14 +41,14 @@ _NUMERIC = 40
 
 
 def laplace_integral(
-    f: Any,
-    g: Any,
-    x: Any,
-    a: Any,
-    b: Any,
+    f: Number,
+    g: Number,
+    x: Symbol | str,
+    a: Number,
+    b: Number,
     order: int | str = 3,
     *,
-    maxima: Sequence[Any] | None = None,
+    maxima: Sequence[Real] | None = None,
     dps: int | None = None,
     keep: bool = False,
     check: bool = False,
@@ -135,9 +141,11 @@ def laplace_integral(
             used = wanted
             if used is None and not free and count > _EXACT_ORDERS:
                 used = _NUMERIC if irrational_constants(piece, symbol, peak.point, side) else None
-            found, more = expand(piece, symbol, peak.point, side, count, digits=used, check=check)
-            contributions += found
-            origins += [(piece, peak.point, side)] * len(found)
+            expanded, more = expand(
+                piece, symbol, peak.point, side, count, digits=used, check=check
+            )
+            contributions += expanded
+            origins += [(piece, peak.point, side)] * len(expanded)
             conditions += [line for line in more if line not in conditions]
     left = [] if keep else others
     dropped = tuple(
@@ -152,7 +160,7 @@ def laplace_integral(
             x=symbol,
             contributions=tuple(contributions),
             origins=tuple(origins),
-            left_out=tuple((p.point, p) for p in left),
+            smaller=tuple(left),
             digits=wanted or _NUMERIC,
         )
     return LaplaceExpansion(
@@ -170,13 +178,16 @@ def laplace_integral(
     )
 
 
-def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, Any, Any, Any, Any]:
+def _read(
+    f: Number, g: Number, x: Symbol | str, a: Number, b: Number
+) -> tuple[Expr, Expr, Symbol, Expr, Expr]:
+    """(f, g, x, a, b) as expressions, checked."""
     from symasym.drift.expressions import parse
 
     symbol = variable(x)
     # Strings name x without assumptions; what counts is the name.
     names = {symbol.name: symbol}
-    found = []
+    expressions = []
     for name, value in (("f", f), ("g", g), ("a", a), ("b", b)):
         expression = parse(name, value, names)
         if expression.has(sympy.I, sympy.zoo, sympy.nan):
@@ -184,8 +195,8 @@ def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, Any, Any, Any, A
                 f"{name} = {expression} is complex or undefined; give a real one (Laplace's "
                 "method is for real f; oscillating integrals need stationary phase)."
             )
-        found.append(expression)
-    formula, weight, lo, hi = found
+        expressions.append(expression)
+    formula, weight, lo, hi = expressions
     require_free_ends(lo, hi, symbol)
     require_exponent(formula, symbol)
     require_real_ends(lo, hi)
@@ -201,7 +212,7 @@ def _read(f: Any, g: Any, x: Any, a: Any, b: Any) -> tuple[Any, Any, Any, Any, A
     return formula, weight, symbol, lo, hi
 
 
-def variable(x: Any) -> Any:
+def variable(x: Symbol | str) -> Symbol:
     """The variable of integration as a symbol."""
     symbol = sympy.Symbol(x) if is_name(x) else x
     if not isinstance(symbol, sympy.Symbol):
@@ -209,7 +220,7 @@ def variable(x: Any) -> Any:
     return symbol
 
 
-def require_exponent(f: Any, x: Any) -> None:
+def require_exponent(f: Expr, x: Symbol) -> None:
     """Refuse an f without x."""
     if not f.has(x):
         raise InputError(
@@ -218,14 +229,14 @@ def require_exponent(f: Any, x: Any) -> None:
         )
 
 
-def require_free_ends(lo: Any, hi: Any, x: Any) -> None:
+def require_free_ends(lo: Expr, hi: Expr, x: Symbol) -> None:
     """Refuse ends that contain x."""
     for name, end in (("a", lo), ("b", hi)):
         if end.has(x):
             raise InputError(f"{name} = {end} contains {x}; give an end free of it.")
 
 
-def require_real_ends(lo: Any, hi: Any) -> None:
+def require_real_ends(lo: Expr, hi: Expr) -> None:
     """Refuse ends that are neither real nor ±oo, or not in their order."""
     for name, end in (("a", lo), ("b", hi)):
         if end.is_extended_real is False or end.has(sympy.I):
@@ -234,7 +245,8 @@ def require_real_ends(lo: Any, hi: Any) -> None:
         raise InputError(f"a is {lo} and b is {hi}; a must be less than b.")
 
 
-def require_known(name: str, expression: Any, x: Any) -> None:
+def require_known(name: str, expression: Expr, x: Symbol) -> None:
+    """Refuse functions of x that are not evaluated."""
     for node in expression.atoms(sympy.Function, sympy.Integral, sympy.Derivative):
         if node.has(x) and type(node).__name__ not in FUNCTIONS:
             raise InputError(
@@ -244,7 +256,8 @@ def require_known(name: str, expression: Any, x: Any) -> None:
             )
 
 
-def _order(order: Any) -> int:
+def _order(order: int | str) -> int:
+    """The number of terms that `order` asks for."""
     if isinstance(order, str) and order == "optimal":
         return OPTIMAL
     if isinstance(order, bool) or not isinstance(order, (int, np.integer)):
@@ -255,30 +268,31 @@ def _order(order: Any) -> int:
 
 
 def _numeric_tops(
-    pieces: list[Piece], x: Any, given: Sequence[Any] | None
+    pieces: list[Piece], x: Symbol, given: Sequence[Real] | None
 ) -> tuple[list[Peak], list[Peak]]:
-    found = peaks(pieces, x)
-    if not found:
-        raise no_maximum(pieces, x)
+    """The highest maxima of f and the others; refused if `given` has a point that is none."""
+    tops, others = highest(pieces, x)
     if given is not None:
         for point in given:
             value = number(sympy.sympify(point))
             if not any(
-                abs(difference(number(p.point), value)) < 1e-15 * max(1, abs(value)) for p in found
+                abs(difference(number(p.point), value)) < 1e-15 * max(1, abs(value))
+                for p in (*tops, *others)
             ):
                 raise InputError(
                     f"maxima has {point}, where f = {pieces[0].f} has no maximum; it has them at "
-                    f"{', '.join(short(p.point) for p in found)}."
+                    f"{', '.join(short(p.point) for p in (*tops, *others))}."
                 )
-    return highest(found)
+    return tops, others
 
 
 def _symbolic_tops(
-    pieces: list[Piece], x: Any, given: Sequence[Any] | None
+    pieces: list[Piece], x: Symbol, given: Sequence[Real] | None
 ) -> tuple[list[Peak], list[str]]:
+    """The highest maxima with parameters free, and what was assumed of them."""
     points, was_given = symbolic_peak(pieces, x, None if given is None else list(given))
     conditions = []
-    found = []
+    tops = []
     for point in points:
         left = right = None
         for piece in pieces:
@@ -288,15 +302,16 @@ def _symbolic_tops(
                 left = piece
             elif left is None and right is None and _within(point, piece):
                 left = right = piece
-        found.append(Peak(point, None, left, right))
+        tops.append(Peak(point, None, left, right))
         origin = "given" if was_given else "found"
         conditions.append(
             f"f is largest at {x} = {point} ({origin}; compared at sampled parameters)"
         )
-    return found, conditions
+    return tops, conditions
 
 
-def _within(point: Any, piece: Piece) -> bool:
+def _within(point: Real, piece: Piece) -> bool:
+    """True if the point lies inside the piece at all sampled parameters."""
     from symasym.numbers.coefficient_fields import sampled_parameters
 
     free = point.free_symbols | piece.lo.free_symbols | piece.hi.free_symbols
@@ -307,8 +322,9 @@ def _within(point: Any, piece: Piece) -> bool:
 
 
 def _sides(peak: Peak) -> list[tuple[Piece, str]]:
+    """The pieces in which a maximum is expanded, each with its side."""
     if peak.smooth:
-        # g may be singular there: then the two sides are told apart.
+        # g may be singular there: then the two sides differ.
         assert peak.right is not None
         return [(peak.right, "both")]
     sides = [(peak.left, "left"), (peak.right, "right")]

@@ -7,8 +7,9 @@ its branches, and Laplace's method takes each kink as an endpoint on either side
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import sympy
 
@@ -16,6 +17,13 @@ from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
 from symasym.numbers.coefficient_fields import sampled_parameters
 from symasym.numbers.trees import MpmathOps, evaluate_tree
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from sympy import Expr, Symbol
+
+    #: An exact number, or a rounded one.
+    Real: TypeAlias = Expr | mpf
 
 #: Digits at which f is compared with itself at another point.
 WORK = 60
@@ -25,13 +33,15 @@ WORK = 60
 class Piece:
     """f and g on (lo, hi), where both are smooth."""
 
-    lo: Any
-    hi: Any
-    f: Any
-    g: Any
+    lo: Expr
+    hi: Expr
+    f: Expr
+    g: Expr
 
 
-def number(expression: Any, values: dict[Any, Any] | None = None, dps: int = WORK) -> Any:
+def number(
+    expression: Real | int, values: dict[Symbol, Expr] | None = None, dps: int = WORK
+) -> mpf:
     """An expression without free symbols as a real mpf (±inf allowed), nan if it isn't real."""
     with own_context(dps) as context:
         if hasattr(expression, "_mpf_") and not isinstance(expression, sympy.Basic):
@@ -42,64 +52,65 @@ def number(expression: Any, values: dict[Any, Any] | None = None, dps: int = WOR
         if expression in (sympy.oo, -sympy.oo):
             return context.inf if expression == sympy.oo else -context.inf
         try:
-            found = evaluate_tree(expression, {}, MpmathOps(context))
+            value = evaluate_tree(expression, {}, MpmathOps(context))
         except ZeroDivisionError:
             return context.nan
         except InputError:
             # Abs, Piecewise and the like are SymPy's.
-            found = sympy.N(expression, dps)
-            if not (found.is_real and found.is_finite):
+            value = sympy.N(expression, dps)
+            if not (value.is_real and value.is_finite):
                 return context.nan
-            return context.make_mpf(found._to_mpmath(context.prec)._mpf_)
-        return found if hasattr(found, "_mpf_") else context.nan
+            return context.make_mpf(value._to_mpmath(context.prec)._mpf_)
+        return value if hasattr(value, "_mpf_") else context.nan
 
 
-def difference(first: Any, second: Any) -> Any:
+def difference(first: mpf, second: mpf) -> mpf:
     """first - second of two mpf, at `WORK` digits whatever contexts they come from."""
     with own_context(WORK) as context:
         return context.make_mpf(first._mpf_) - context.make_mpf(second._mpf_)
 
 
-def at(expression: Any, x: Any, point: Any) -> Any:
+def at(expression: Expr, x: Symbol, point: Real) -> mpf:
     """The expression at a number, an mpf; nan where it's singular or complex."""
     with own_context(WORK) as context:
         try:
-            found = evaluate_tree(expression, {x: number(point)}, MpmathOps(context))
+            value = evaluate_tree(expression, {x: number(point)}, MpmathOps(context))
         except (ZeroDivisionError, OverflowError, ValueError):
             return context.nan
-        return found if hasattr(found, "_mpf_") else context.nan
+        return value if hasattr(value, "_mpf_") else context.nan
 
 
-def cut(f: Any, g: Any, x: Any, a: Any, b: Any) -> list[Piece]:
+def cut(f: Expr, g: Expr, x: Symbol, a: Expr, b: Expr) -> list[Piece]:
     """[a, b] cut at the zeros of every Abs and Heaviside, and at the conditions of Piecewise."""
-    places = sorted(_places(f, x) | _places(g, x), key=str)
-    free = set().union(*(e.free_symbols for e in (a, b, *places)))
+    kinks = sorted(_kinks(f, x) | _kinks(g, x), key=str)
+    free = set().union(*(e.free_symbols for e in (a, b, *kinks)))
     samples = sampled_parameters(free)
     kept = []
-    for place in places:
-        sides = {bool(number(a, v) < number(place, v) < number(b, v)) for v in samples}
+    for kink in kinks:
+        sides = {bool(number(a, v) < number(kink, v) < number(b, v)) for v in samples}
         if len(sides) > 1:
             raise InputError(
-                f"whether the kink at {x} = {place} lies inside ({a}, {b}) depends on the "
+                f"whether the kink at {x} = {kink} lies inside ({a}, {b}) depends on the "
                 "parameters; give symbols with assumptions, or numbers."
             )
         if sides == {True}:
-            kept.append(place)
-    orders = {tuple(sorted(kept, key=lambda place: number(place, v))) for v in samples}
+            kept.append(kink)
+    orders = {tuple(sorted(kept, key=lambda kink: number(kink, v))) for v in samples}
     if len(orders) > 1:
         raise InputError(
             f"the order of the kinks {', '.join(map(str, kept))} depends on the parameters; give "
             "numbers."
         )
     ends = [a, *orders.pop(), b]
-    found = []
+    pieces = []
     for lo, hi in zip(ends, ends[1:], strict=False):
         middle = _between(lo, hi)
-        found.append(Piece(lo, hi, *(_smooth(e, x, middle, samples) for e in (f, g))))
-    return found
+        pieces.append(Piece(lo, hi, *(_smooth(e, x, middle, samples) for e in (f, g))))
+    return pieces
 
 
-def _between(lo: Any, hi: Any) -> Any:
+def _between(lo: Expr, hi: Expr) -> Expr:
+    """A point inside (lo, hi)."""
     if lo.is_infinite and hi.is_infinite:
         return sympy.Rational(1, 7)
     if lo.is_infinite:
@@ -110,22 +121,24 @@ def _between(lo: Any, hi: Any) -> Any:
     return lo + (hi - lo) * sympy.Rational(4, 9)
 
 
-def _places(expression: Any, x: Any) -> set[Any]:
-    found = set()
+def _kinks(expression: Expr, x: Symbol) -> set[Expr]:
+    """The kinks of an expression: zeros and crossings of arguments, ends of conditions."""
+    kinks = set()
     for node in expression.atoms(sympy.Abs, sympy.sign, sympy.Heaviside):
-        found |= _zeros(node.args[0], x)
+        kinks |= _zeros(node.args[0], x)
     for node in expression.atoms(sympy.Max, sympy.Min):
         for i, first in enumerate(node.args):
             for second in node.args[i + 1 :]:
-                found |= _zeros(first - second, x)
+                kinks |= _zeros(first - second, x)
     for node in expression.atoms(sympy.Piecewise):
         for _, condition in node.args:
             for relation in sympy.sympify(condition).atoms(sympy.core.relational.Relational):
-                found |= _zeros(relation.lhs - relation.rhs, x)
-    return found
+                kinks |= _zeros(relation.lhs - relation.rhs, x)
+    return kinks
 
 
-def _zeros(expression: Any, x: Any) -> set[Any]:
+def _zeros(expression: Expr, x: Symbol) -> set[Expr]:
+    """The zeros of an argument that are not known to be complex."""
     if not expression.has(x):
         return set()
     try:
@@ -138,10 +151,11 @@ def _zeros(expression: Any, x: Any) -> set[Any]:
     return {root for root in roots if root.is_real is not False}
 
 
-def _smooth(expression: Any, x: Any, middle: Any, samples: list[dict[Any, Any]]) -> Any:
+def _smooth(expression: Expr, x: Symbol, middle: Expr, samples: list[dict[Symbol, Expr]]) -> Expr:
     """The branch of every kinked function that holds around `middle`."""
 
-    def sign(node: Any) -> int:
+    def sign(node: Expr) -> int:
+        """The sign of an argument at `middle`, which must be that of all samples."""
         signs = set()
         for values in samples:
             value = number(node.xreplace({x: middle}), values | _missing(node, values, x))
@@ -163,12 +177,14 @@ def _smooth(expression: Any, x: Any, middle: Any, samples: list[dict[Any, Any]])
         expression = expression.xreplace({inner: _branch(inner, x, middle, sign)})
 
 
-def _missing(node: Any, values: dict[Any, Any], x: Any) -> dict[Any, Any]:
+def _missing(node: Expr, values: dict[Symbol, Expr], x: Symbol) -> dict[Symbol, Expr]:
+    """Values of the parameters of a node that a sample leaves open."""
     rest = node.free_symbols - set(values) - {x}
     return sampled_parameters(rest, 1)[0] if rest else {}
 
 
-def _branch(node: Any, x: Any, middle: Any, sign: Any) -> Any:
+def _branch(node: Expr, x: Symbol, middle: Expr, sign: Callable[[Expr], int]) -> Expr:
+    """The branch of one kinked function that holds at `middle`."""
     if isinstance(node, sympy.Abs):
         return sign(node.args[0]) * node.args[0]
     if isinstance(node, sympy.sign):

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy
@@ -19,11 +19,21 @@ import sympy
 from symasym.asymptotics.laplace.kinks import WORK, Piece, at, number
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import InputError
+from symasym.base.inputs import exact
 from symasym.numbers.coefficient_fields import sampled_parameters, vanishes
 from symasym.numbers.trees import MpmathOps, NumpyOps, evaluate_tree
 
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+    from sympy import Expr, Symbol
+
+    from symasym.asymptotics.laplace.kinks import Real
+    from symasym.base.inputs import FloatArray
+
 # Values of f closer than this (relatively) are one maximum's height.
 _EQUAL = Fraction(1, 10**35)
+_SAME_POINT = Fraction(1, 10**20)
 _GRID = 801
 _FAR = (10**2, 10**4, 10**6)
 
@@ -42,8 +52,8 @@ class Peak:
         What f and g are on either side, None where the interval or the maximum ends.
     """
 
-    point: Any
-    height: Any
+    point: Real
+    height: mpf
     left: Piece | None
     right: Piece | None
 
@@ -53,44 +63,55 @@ class Peak:
         return self.left is not None and self.left is self.right
 
 
-def peaks(pieces: list[Piece], x: Any) -> list[Peak]:
+def peaks(pieces: list[Piece], x: Symbol) -> list[Peak]:
     """All local maxima of f (numbers only, no free parameters), the highest first."""
-    found: list[Peak] = []
+    maxima: list[Peak] = []
     for index, piece in enumerate(pieces):
         slope = sympy.diff(piece.f, x)
         if vanishes_identically(slope, x):
             continue
         for point in interior_maxima(piece, slope, x):
-            found.append(Peak(point, at(piece.f, x, point), piece, piece))
+            maxima.append(Peak(point, at(piece.f, x, point), piece, piece))
         neighbour = pieces[index + 1] if index + 1 < len(pieces) else None
         if index == 0 and not piece.lo.is_infinite:
-            found += _at_end(piece.lo, None, piece, x)
+            maxima += _at_end(piece.lo, None, piece, x)
         if not piece.hi.is_infinite:
-            found += _at_end(piece.hi, piece, neighbour, x)
-    _require_decay(pieces, x, max((p.height for p in found), default=None))
-    return sorted(found, key=lambda peak: -peak.height)
+            maxima += _at_end(piece.hi, piece, neighbour, x)
+    _require_decay(pieces, x, max((p.height for p in maxima), default=None))
+    return sorted(maxima, key=lambda peak: -peak.height)
 
 
-def vanishes_identically(slope: Any, x: Any) -> bool:
+def vanishes_identically(slope: Expr, x: Symbol) -> bool:
+    """True if the slope is the zero function."""
     return bool(slope == 0) or (not slope.has(x) and vanishes(slope))
 
 
-def same_height(first: Any, second: Any) -> bool:
-    """True if two heights agree to all but the last of the digits they were computed with."""
+def agree(first: mpf, second: mpf, tolerance: Fraction = _EQUAL) -> bool:
+    """True if two mpf are equal to a relative tolerance (absolute below 1).
+
+    Two heights are, if they agree to all but the last of the digits they were computed with.
+    """
     with own_context(WORK) as context:
         a, b = context.make_mpf(first._mpf_), context.make_mpf(second._mpf_)
-        tolerance = mpf_of(_EQUAL, context)
-        return bool(abs(a - b) <= tolerance * max(1, abs(a)))
+        return bool(abs(a - b) <= mpf_of(tolerance, context) * max(1, abs(a)))
 
 
-def highest(found: list[Peak]) -> tuple[list[Peak], list[Peak]]:
-    """The peaks that share the largest height, and the others."""
-    top = found[0].height
-    equal = [peak for peak in found if same_height(peak.height, top)]
-    return equal, [peak for peak in found if peak not in equal]
+def highest(pieces: list[Piece], x: Symbol) -> tuple[list[Peak], list[Peak]]:
+    """The peaks that share the largest height, and the others; an error if there is none."""
+    maxima = peaks(pieces, x)
+    if not maxima:
+        raise InputError(
+            f"f = {pieces[0].f} has no isolated maximum for {x} in [{pieces[0].lo}, "
+            f"{pieces[-1].hi}]; give an f that is not constant, and an interval on which it is "
+            "largest somewhere."
+        )
+    equal = [peak for peak in maxima if agree(peak.height, maxima[0].height)]
+    return equal, [peak for peak in maxima if peak not in equal]
 
 
-def symbolic_peak(pieces: list[Piece], x: Any, given: list[Any] | None) -> tuple[list[Any], bool]:
+def symbolic_peak(
+    pieces: list[Piece], x: Symbol, given: list[Real] | None
+) -> tuple[list[Real], bool]:
     """Points where f is largest when parameters are free, and whether they were given.
 
     Candidates are the ends, the kinks and the zeros of f'; which of them it is must be the same
@@ -112,11 +133,11 @@ def symbolic_peak(pieces: list[Piece], x: Any, given: list[Any] | None) -> tuple
     chosen: list[Any] | None = None
     for values in sampled_parameters(free):
         bound = [Piece(*(e.xreplace(values) for e in (p.lo, p.hi, p.f, p.g))) for p in pieces]
-        top, _ = _top(bound, x)
+        top, _ = highest(bound, x)
         matched = [
             c
             for c in candidates
-            if any(_close(number(c, values), number(peak.point)) for peak in top)
+            if any(agree(number(c, values), number(peak.point), _SAME_POINT) for peak in top)
         ]
         if len(matched) < len(top) or (chosen is not None and matched != chosen):
             shown = ", ".join(f"{s} = {v}" for s, v in values.items())
@@ -129,38 +150,19 @@ def symbolic_peak(pieces: list[Piece], x: Any, given: list[Any] | None) -> tuple
     return chosen, given is not None
 
 
-def _top(pieces: list[Piece], x: Any) -> tuple[list[Peak], list[Peak]]:
-    found = peaks(pieces, x)
-    if not found:
-        raise no_maximum(pieces, x)
-    return highest(found)
-
-
-def no_maximum(pieces: list[Piece], x: Any) -> InputError:
-    return InputError(
-        f"f = {pieces[0].f} has no isolated maximum for {x} in [{pieces[0].lo}, {pieces[-1].hi}]; "
-        "give an f that is not constant, and an interval on which it is largest somewhere."
-    )
-
-
-def _close(first: Any, second: Any) -> bool:
-    with own_context(WORK) as context:
-        a, b = context.make_mpf(first._mpf_), context.make_mpf(second._mpf_)
-        return bool(abs(a - b) <= context.mpf(10) ** -20 * max(1, abs(a)))
-
-
-def _solved(piece: Piece, x: Any) -> list[Any]:
+def _solved(piece: Piece, x: Symbol) -> list[Expr]:
+    """The zeros of f' that SymPy finds and that may be real."""
     try:
         return [s for s in sympy.solve(sympy.diff(piece.f, x), x) if s.is_real is not False]
     except NotImplementedError:
         return []
 
 
-def interior_maxima(piece: Piece, slope: Any, x: Any) -> list[Any]:
+def interior_maxima(piece: Piece, slope: Expr, x: Symbol) -> list[Real]:
     """The interior points at which f' changes its sign from + to -."""
-    exact = _polynomial_roots(piece, slope, x)
-    if exact is not None:
-        return exact
+    isolated = _polynomial_roots(piece, slope, x)
+    if isolated is not None:
+        return isolated
     grid = grid_of(piece)
     values = on_grid(slope, x, grid)
     brackets, last = [], None
@@ -171,7 +173,8 @@ def interior_maxima(piece: Piece, slope: Any, x: Any) -> list[Any]:
     return [point for low, high in brackets if (point := _root(slope, x, low, high)) is not None]
 
 
-def _polynomial_roots(piece: Piece, slope: Any, x: Any) -> list[Any] | None:
+def _polynomial_roots(piece: Piece, slope: Expr, x: Symbol) -> list[Real] | None:
+    """The interior maxima where f' is a polynomial or a quotient of two; None where it is not."""
     top, bottom = sympy.fraction(sympy.together(slope))
     try:
         polynomial = sympy.Poly(top, x)
@@ -198,24 +201,28 @@ def _polynomial_roots(piece: Piece, slope: Any, x: Any) -> list[Any] | None:
     ]
 
 
-def number_of_root(root: Any) -> Any:
+def number_of_root(root: Expr) -> mpf:
+    """A real root, isolated exactly, as an mpf."""
     if isinstance(root, sympy.CRootOf):
         value = root.eval_rational(dx=sympy.Rational(1, 10 ** (2 * WORK)))
         return number(value)
     return number(root)
 
 
-def _short(root: Any) -> bool:
+def _short(root: Expr) -> bool:
+    """True if the root has a short closed form."""
     return not root.has(sympy.CRootOf) and sympy.count_ops(root) < 8
 
 
-def _middles(values: list[Any]) -> list[Any]:
+def _middles(values: list[mpf]) -> list[mpf]:
+    """The points half-way between neighbours."""
     with own_context(WORK) as context:
-        exact = [context.make_mpf(value._mpf_) for value in values]
-        return [(first + second) / 2 for first, second in zip(exact, exact[1:], strict=False)]
+        points = [context.make_mpf(value._mpf_) for value in values]
+        return [(first + second) / 2 for first, second in zip(points, points[1:], strict=False)]
 
 
-def _step(value: Any, end: Any, sign: int) -> Any:
+def _step(value: mpf, end: mpf, sign: int) -> mpf:
+    """A point between a root and the end of the piece on its `sign` side."""
     with own_context(WORK) as context:
         value, end = context.make_mpf(value._mpf_), context.make_mpf(end._mpf_)
         if context.isinf(end):
@@ -223,7 +230,8 @@ def _step(value: Any, end: Any, sign: int) -> Any:
         return (value + end) / 2
 
 
-def grid_of(piece: Piece) -> Any:
+def grid_of(piece: Piece) -> FloatArray:
+    """Floats spread over the piece, Chebyshev points where it is finite."""
     lo, hi = float(number(piece.lo)), float(number(piece.hi))
     if np.isfinite(lo) and np.isfinite(hi):
         return lo + (hi - lo) * (1 - np.cos(np.pi * np.linspace(0, 1, _GRID)[1:-1])) / 2
@@ -236,12 +244,13 @@ def grid_of(piece: Piece) -> Any:
     return np.concatenate([-reach[::-1], [0.0], reach])
 
 
-def on_grid(expression: Any, x: Any, grid: Any) -> Any:
+def on_grid(expression: Expr, x: Symbol, grid: FloatArray) -> FloatArray:
+    """The expression on the grid, in float64; nan where it is singular."""
     with np.errstate(all="ignore"):
         return np.asarray(evaluate_tree(expression, {x: grid}, NumpyOps()) + 0 * grid)
 
 
-def _root(slope: Any, x: Any, low: float, high: float) -> Any:
+def _root(slope: Expr, x: Symbol, low: float, high: float) -> Real | None:
     """The zero of f' between two floats, recognised if it's a plain number; None at a pole."""
     with own_context(WORK + 20) as context:
         ops = MpmathOps(context)
@@ -275,16 +284,17 @@ def _root(slope: Any, x: Any, low: float, high: float) -> Any:
     return middle
 
 
-def _nearest(value: Any, context: Any) -> Fraction | None:
-    sign, mantissa, exponent, _ = value._mpf_
+def _nearest(value: mpf, context: MPContext) -> Fraction | None:
+    """The rational of small denominator that agrees with a number to thirty digits, or None."""
+    exponent = value._mpf_[2]
     if abs(exponent + value.bc if hasattr(value, "bc") else exponent) > 4 * context.prec:
         return Fraction(0) if exponent < 0 else None
-    exact = Fraction(int(mantissa)) * Fraction(2) ** int(exponent) * (-1 if sign else 1)
-    near = exact.limit_denominator(10**6)
-    return near if abs(near - exact) < Fraction(1, 10**30) else None
+    rational = exact("point", value)
+    near = rational.limit_denominator(10**6)
+    return near if abs(near - rational) < Fraction(1, 10**30) else None
 
 
-def _at_end(end: Any, left: Piece | None, right: Piece | None, x: Any) -> list[Peak]:
+def _at_end(end: Expr, left: Piece | None, right: Piece | None, x: Symbol) -> list[Peak]:
     """The peak at a finite end of the interval or at a kink, if it is one."""
     heights = {}
     for name, piece, sign in (("left", left, -1), ("right", right, 1)):
@@ -298,7 +308,7 @@ def _at_end(end: Any, left: Piece | None, right: Piece | None, x: Any) -> list[P
     top = max(heights.values())
     sides: dict[str, Piece | None] = {"left": None, "right": None}
     for name, piece, sign in (("left", left, -1), ("right", right, 1)):
-        if piece is None or name not in heights or not same_height(heights[name], top):
+        if piece is None or name not in heights or not agree(heights[name], top):
             continue
         if not _falls(piece, x, end, sign):
             return []
@@ -306,7 +316,7 @@ def _at_end(end: Any, left: Piece | None, right: Piece | None, x: Any) -> list[P
     return [Peak(end, top, sides["left"], sides["right"])]
 
 
-def _limit(piece: Piece, x: Any, end: Any, side: int) -> Any:
+def _limit(piece: Piece, x: Symbol, end: Expr, side: int) -> mpf | None:
     """f at an end, from inside; None if it is -oo there."""
     value = at(piece.f, x, end)
     with own_context(WORK) as context:
@@ -323,7 +333,7 @@ def _limit(piece: Piece, x: Any, end: Any, side: int) -> Any:
     return number(limit)
 
 
-def _falls(piece: Piece, x: Any, end: Any, side: int) -> bool:
+def _falls(piece: Piece, x: Symbol, end: Expr, side: int) -> bool:
     """True if f decreases away from the end into the piece."""
     here = _limit(piece, x, end, side)
     lo, hi = number(piece.lo), number(piece.hi)
@@ -337,7 +347,7 @@ def _falls(piece: Piece, x: Any, end: Any, side: int) -> bool:
     return False
 
 
-def _require_decay(pieces: list[Piece], x: Any, top: Any) -> None:
+def _require_decay(pieces: list[Piece], x: Symbol, top: mpf | None) -> None:
     """Refuse an infinite end at which f doesn't stay below its maximum, or g isn't tamed."""
     for end, piece, sign in ((pieces[0].lo, pieces[0], -1), (pieces[-1].hi, pieces[-1], 1)):
         if not end.is_infinite:

@@ -4,26 +4,36 @@ With I = int g e^{lam f} and e^{lam f(p)} taken out, beside a maximum p the inte
 
     int_0^{u_0} e^{-lam u^mu} u^{beta - 1} sum_k F_k u^k du,    |F_k| <= M rho^{-k}
 
-(`cauchy_disk`). What the first n terms leave out is: the next few terms, which are known; the tail
-of a geometric series (Cauchy's estimate), M rho^{-m} Gamma((m + beta)/mu) lam^{-(m + beta)/mu} over
-mu (1 - THETA); and what each term has beyond u_0, an incomplete gamma function Gamma(s, lam u_0^mu)
-(DLMF 8.10.1). Away from the maxima the integrand is exponentially small (`tail_bounds`). For
-Watson's lemma and its error see F. W. J. Olver, Asymptotics and Special Functions, chapter 3.
+(`cauchy_disk`). The truncation error of the first n terms is: the next few terms, which are known;
+the tail of a geometric series (Cauchy's estimate), M rho^{-m} Gamma((m + beta)/mu)
+lam^{-(m + beta)/mu} over mu (1 - THETA); and what each term has beyond u_0, an incomplete gamma
+function Gamma(s, lam u_0^mu) (DLMF 8.10.1). Away from the maxima the integrand is exponentially
+small (`tail_bounds`). For Watson's lemma and its error see F. W. J. Olver, Asymptotics and Special
+Functions, chapter 3.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from symasym.asymptotics.laplace.cauchy_disk import THETA, Disk, disk
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import Piece, difference, number
-from symasym.asymptotics.laplace.maxima import same_height
+from symasym.asymptotics.laplace.maxima import agree
 from symasym.asymptotics.laplace.tail_bounds import Part, boxes
 from symasym.base.contexts import mpf_of, own_context
-from symasym.numbers.balls import NotProved, precision
+from symasym.base.inputs import exact
+from symasym.numbers.balls import NotProved, exact_ball, precision
+
+if TYPE_CHECKING:
+    from flint import arb
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+    from sympy import Expr, Symbol
+
+    from symasym.asymptotics.laplace.kinks import Real
 
 # Terms behind the last one used that are bounded one by one, the others by Cauchy's estimate.
 _EXPLICIT = 4
@@ -51,15 +61,15 @@ class Proof:
     disks: list[Disk]
     contributions: list[Contribution]
     others: list[Contribution]
-    gaps: list[Any]
+    gaps: list[mpf]
     parts: list[Part]
 
-    def relative(self, lam: Any, orders: list[int], context: Any) -> Any:
+    def relative(self, lam: mpf, orders: list[int], context: MPContext) -> mpf:
         """The bound with the first orders[i] terms used of the i-th contribution."""
         algebraic, small = self._two(lam, orders, context)
         return algebraic + small
 
-    def statement(self, order: int, sigma: Any) -> tuple[Any, Any, Any]:
+    def statement(self, order: int, sigma: Expr) -> tuple[mpf, Expr, mpf]:
         """(K, sigma, lam0): every summand times lam^sigma falls for lam >= lam0."""
         with own_context(20) as context:
             power = context.mpf(sigma.p) / sigma.q
@@ -73,7 +83,7 @@ class Proof:
             constant = (algebraic + small) * start**power
             return context.mpf(constant), sigma, start
 
-    def _falls_from(self, power: Any) -> Any:
+    def _falls_from(self, power: mpf) -> mpf:
         """A lam from which lam^power times each exponentially small term decreases."""
         with own_context(20) as context:
             start = context.mpf(1)
@@ -89,8 +99,8 @@ class Proof:
                 start = max(start, power / context.make_mpf(gap._mpf_))
             return start
 
-    def _two(self, lam: Any, orders: list[int], context: Any) -> tuple[Any, Any]:
-        """What is of a power of lam, and what is exponentially small."""
+    def _two(self, lam: mpf, orders: list[int], context: MPContext) -> tuple[mpf, mpf]:
+        """The bounds of what is of a power of lam, and of what is exponentially small."""
         algebraic, small = context.mpf(0), context.mpf(0)
         for d, c, used in zip(self.disks, self.contributions, orders, strict=False):
             with precision(_bits(len(d.coefficients))):
@@ -98,11 +108,7 @@ class Proof:
             algebraic += powers
             small += beyond
         for c, gap in zip(self.others, self.gaps, strict=True):
-            exponents, coefficients = c.numbers(20)
-            size = sum(
-                abs(context.make_mpf(k._mpf_)) * lam ** -context.make_mpf(s._mpf_)
-                for s, k in zip(exponents, coefficients, strict=True)
-            )
+            size = sum(abs(term) for term in c.terms(lam, 20, context))
             small += size * context.exp(-lam * context.make_mpf(gap._mpf_))
         for weight, drop, steep, growth in self.parts:
             divisor = lam * steep - growth
@@ -117,12 +123,12 @@ def _bits(count: int) -> int:
     return 128 + 12 * count
 
 
-def _beside(d: Disk, c: Contribution, used: int, lam: Any, context: Any) -> tuple[Any, Any]:
-    """What is left out beside one maximum: powers of lam, and what is exponentially small.
+def _beside(d: Disk, c: Contribution, used: int, lam: mpf, context: MPContext) -> tuple[mpf, mpf]:
+    """Bounds of the truncation error beside one maximum: powers of lam, and exponentially small.
 
-    The first is the next terms one by one, then Cauchy's tail; the second what terms have beyond
-    the transformed part, although they are integrated to infinity. The tail may begin behind any
-    term that is not used; where the series diverges, the last one known is not the best place.
+    The first is the next terms one by one, then Cauchy's tail; the second the terms' integrals
+    beyond the transformed part, although they are integrated to infinity. The tail may begin behind
+    any term that is not used; where the series diverges, the last one known is not the best.
     """
     both = len(d.sides) == 2
     _, coefficients = c.numbers(40)
@@ -138,24 +144,27 @@ def _beside(d: Disk, c: Contribution, used: int, lam: Any, context: Any) -> tupl
         if not (both and (k + shift) % 2):
             value = 2 * ball if both else ball
             if position < used:
-                value = value - _ball(coefficients[position])
+                value = value - exact_ball(exact("c", coefficients[position]))
             total += _mpf(abs(value), context) * lam**-s
             position += 1
         if position >= used:
-            found = total + _cauchy_tail(d, k + 1, lam, beta, context)
-            if found + small < sum(best):
-                best = found, small
+            powers = total + _cauchy_tail(d, k + 1, lam, beta, context)
+            if powers + small < sum(best):
+                best = powers, small
     return best
 
 
-def _cauchy_tail(d: Disk, count: int, lam: Any, beta: Any, context: Any) -> Any:
-    """What the terms from `count` on add on all sides, as far as u = THETA rho."""
+def _cauchy_tail(d: Disk, count: int, lam: mpf, beta: mpf, context: MPContext) -> mpf:
+    """The bound of the terms from n = `count` on, on all sides, as far as u = THETA rho.
+
+    It is M rho^-n Gamma(s) lam^-s/(mu (1 - THETA)), s = (n + beta)/mu (Cauchy's estimate).
+    """
     s = (count + beta) / d.contact
     size = d.peak * context.mpf(d.rho) ** -count / (1 - context.mpf(THETA)) / d.contact
     return len(d.sides) * size * context.gamma(s) * lam**-s
 
 
-def _upper_gamma(s: Any, z: Any, context: Any) -> Any:
+def _upper_gamma(s: mpf, z: mpf, context: MPContext) -> mpf:
     """A bound of Gamma(s, z): DLMF 8.10.1 for s <= 1, integration by parts beyond, and Gamma(s)."""
     whole = context.gamma(s)
     if z <= 0:
@@ -167,28 +176,22 @@ def _upper_gamma(s: Any, z: Any, context: Any) -> Any:
     return min(whole, z**s * context.exp(-z) / (z - s + 1))
 
 
-def _mpf(value: Any, context: Any) -> Any:
+def _mpf(value: arb, context: MPContext) -> mpf:
+    """The upper end of a ball, rounded up."""
     return context.mpf(value.upper().str(20, radius=False)) * (1 + context.mpf(10) ** -15)
-
-
-def _ball(value: Any) -> Any:
-    from symasym.base.inputs import exact
-    from symasym.numbers.balls import exact_ball
-
-    return exact_ball(exact("c", value))
 
 
 def prove(
     pieces: tuple[Piece, ...],
-    x: Any,
+    x: Symbol,
     contributions: tuple[Contribution, ...],
-    origins: tuple[tuple[Piece, Any, str], ...],
+    origins: tuple[tuple[Piece, Real, str], ...],
 ) -> Proof | None:
     """A `Proof`, or None where a step does not go through."""
     if len(set(origins)) != len(origins):
         return None
     top = max(number(c.height) for c in contributions)
-    kept = [same_height(number(c.height), top) for c in contributions]
+    kept = [agree(number(c.height), top) for c in contributions]
     orders = max(len(c.coefficients) for c in contributions) + _EXPLICIT
     main = [c for c, k in zip(contributions, kept, strict=True) if k]
     others = [c for c, k in zip(contributions, kept, strict=True) if not k]
@@ -210,15 +213,15 @@ def prove(
 
 def _complement(
     pieces: tuple[Piece, ...],
-    x: Any,
-    origins: list[tuple[Piece, Any, str]],
+    x: Symbol,
+    origins: list[tuple[Piece, Real, str]],
     disks: list[Disk],
-    top: Any,
+    top: mpf,
 ) -> list[Part]:
     """The interval without the transformed neighbourhoods."""
     gap = min(drop for d in disks for _, _, drop in d.sides)
     ceiling = math.nextafter(float(top), -math.inf)
-    found: list[Part] = []
+    parts: list[Part] = []
     for piece in pieces:
         low, high = _float(piece.lo, -1), _float(piece.hi, 1)
         edges = [(low, high)]
@@ -235,11 +238,11 @@ def _complement(
             edges = [part for a, b in edges for part in ((a, min(b, start)), (max(a, stop), b))]
         for a, b in edges:
             if a < b:
-                found += boxes(piece, x, a, b, ceiling, gap)
-    return found
+                parts += boxes(piece, x, a, b, ceiling, gap)
+    return parts
 
 
-def _float(point: Any, direction: int) -> float:
+def _float(point: Real, direction: int) -> float:
     """The point if it is a float, else a float beyond it in `direction`."""
     exactly = number(point)
     near = float(exactly)

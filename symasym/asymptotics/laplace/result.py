@@ -1,11 +1,18 @@
-"""The result of Laplace's method: a sum of powers of lam, with its error."""
+"""The expansion of int g e^(lam f) by Laplace's method, evaluated at any lam with its error.
+
+Over the maxima p of f it is the sum of e^(lam f(p)) sum_k c_k lam^(-s_k), s_k = (k + beta)/mu (DLMF
+2.3(ii), 2.3(iii); `.expansion`). All is summed over e^(lam f(p_0)), p_0 the highest, so that
+logarithms are finite where the value overflows. Its error is a proved bound or an estimate
+(`.errors`).
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
 import sympy
@@ -13,33 +20,43 @@ import sympy
 from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import difference, number
-from symasym.base.contexts import float_with_error, mpf_of, own_context, to_mpf
+from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import ErrorKind, Estimate
-from symasym.base.inputs import FloatArray, digits, exact, float_text, floats, is_array
+from symasym.base.inputs import FloatArray, digits, exact, float_text, floats, is_array, positive
 from symasym.numbers.double_double import two_product
 
-_FLOAT_DIGITS = 20
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from sympy import Expr, Symbol
+
+    from symasym.asymptotics.laplace.kinks import Real
+    from symasym.base.inputs import Number, Numbers
+
+#: Digits of the sum behind a float64 value.
+FLOAT_DIGITS = 20
 _SHOWN_DIGITS = 40
 
 
-class IntegralParts:
-    """The integral itself; the expansions say what is made of it."""
+class IntegralExpansion:
+    """An integral and the sum of its expansion's terms, at any lam."""
 
-    f: Any
-    g: Any
-    x: Any
-    a: Any
-    b: Any
+    f: Expr
+    g: Expr
+    x: Symbol
+    a: Expr
+    b: Expr
+    order: int | str
+    _again: Callable[..., Self]
 
     @property
-    def parameters(self) -> tuple[Any, ...]:
+    def parameters(self) -> tuple[Symbol, ...]:
         """Free symbols besides x."""
         parts = (self.f, self.g, self.a, self.b)
         free = set().union(*(part.free_symbols for part in parts)) - {self.x}
         return tuple(sorted(free, key=str))
 
-    def _with_numbers(self, values: dict[str, Any]) -> tuple[Any, Any, Any, Any, Any]:
+    def _with_numbers(self, values: dict[str, Number]) -> tuple[Expr, Expr, Symbol, Expr, Expr]:
         """(f, g, x, a, b) with exact numbers for these parameters."""
         names = {str(symbol): symbol for symbol in self.parameters}
         swap = {}
@@ -53,14 +70,112 @@ class IntegralParts:
         return f, g, self.x, a, b
 
     def _require_bound(self) -> None:
+        """Refuse free parameters."""
         if self.parameters:
             raise InputError(
                 f"{', '.join(map(str, self.parameters))} have no value; call bind(…) first."
             )
 
+    def bind(self, **values: Number) -> Self:
+        """The expansion with numbers for parameters; its error is then known too.
+
+        Raises
+        ------
+        InputError
+            For a name that is not a parameter.
+        """
+        return self._again(*self._with_numbers(values), self.order)
+
+    def evaluate(
+        self, lam: Numbers, *, dps: int | None = None, log: bool = False, full: bool = False
+    ) -> Any:
+        """The sum of the terms at `lam`.
+
+        Parameters
+        ----------
+        lam : number or array_like
+            Greater than 0.
+        dps : int, optional
+            Digits of the sum, as mpf or mpc. None: float64 or complex128, vectorised.
+        log : bool
+            Natural logarithm of a real value, finite where the value overflows.
+        full : bool
+            An `Estimate`: its error is that of the sum as a value of the integral.
+
+        Returns
+        -------
+        float, complex, ndarray, mpf, mpc or Estimate
+            Complex where f is imaginary, or g's constant factor leaves it so.
+
+        Raises
+        ------
+        InputError
+            While parameters are free, or lam is not above 0.
+        RangeError
+            If the value does not fit float64 and `log` is False.
+        AccuracyError
+            For the logarithm of a sum that is complex, or not surely positive; for more digits than
+            rounded coefficients have; if coalescing saddles are too far apart for one expansion.
+        """
+        self._require_bound()
+        if not is_array(lam):
+            scalar = positive("lam", exact("lam", cast("Number", lam)))
+            if dps is None:
+                return self._by_float(scalar, log, full)
+            return self._by_digits(scalar, digits(dps), log, full)
+        if dps is not None:
+            raise InputError(
+                f"lam is an array and dps is {dps}; arrays are for float64 (dps=None)."
+            )
+        values = floats("lam", lam)
+        if not (values > 0).all():
+            raise InputError(f"lam is {values.min():.6g}; it must be greater than 0.")
+        if not full:
+            return self._by_arrays(values, log)
+        each = [self._by_float(Fraction(y), log, True) for y in values.ravel()]
+        value, error = (
+            np.array([getattr(e, name) for e in each]).reshape(values.shape)
+            for name in ("value", "error")
+        )
+        kinds: set[ErrorKind] = {e.error_kind for e in each}
+        kind: ErrorKind = kinds.pop() if len(kinds) == 1 else "estimate"
+        return replace(each[0], value=value, error=error, error_kind=kind)
+
+    def _by_arrays(self, lam: FloatArray, log: bool) -> FloatArray:
+        """All lam, one by one."""
+        each = [self._by_float(Fraction(y), log, False) for y in lam.ravel()]
+        return np.array(each).reshape(lam.shape)
+
+    def _by_float(self, lam: Fraction, log: bool, full: bool) -> Any:
+        """The sum at one lam in float64, from a few more digits."""
+        estimate = self._by_digits(lam, FLOAT_DIGITS, log, full)
+        value = estimate.value if full else estimate
+        if not log and value:
+            with own_context(15) as context:
+                size = float(context.log(abs(context.convert(value))))
+            if not -708.39 < size < 709.78:
+                raise RangeError(
+                    f"the integral's logarithm is {size:.6g}, beyond float64; "
+                    "pass log=True or dps=…."
+                )
+        rounded = complex(value) if hasattr(value, "_mpc_") else float(value)
+        if not full:
+            return rounded
+        with own_context(2 * FLOAT_DIGITS) as context:
+            shift = abs(context.convert(rounded) - context.convert(value))
+            error = math.nextafter(float(shift + context.convert(estimate.error)), math.inf)
+        return replace(estimate, value=rounded, error=error)
+
+    def _by_digits(self, lam: Fraction, dps: int, log: bool, full: bool) -> Any:
+        """The sum at one lam as an mpf or mpc, or an `Estimate` of the integral."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self})"
+
 
 @dataclass(frozen=True, repr=False)
-class LaplaceExpansion(IntegralParts):
+class LaplaceExpansion(IntegralExpansion):
     """The expansion of the integral of g(x) e^(lam f(x)) over [a, b] for large lam.
 
     Attributes
@@ -76,31 +191,31 @@ class LaplaceExpansion(IntegralParts):
         What was seen to hold at sampled parameters but not proved from their assumptions.
     """
 
-    f: Any
-    g: Any
-    x: Any
-    a: Any
-    b: Any
+    f: Expr
+    g: Expr
+    x: Symbol
+    a: Expr
+    b: Expr
     order: int | str
     contributions: tuple[Contribution, ...]
     dropped: tuple[str, ...]
     conditions: tuple[str, ...]
     _errors: ErrorModel | None = field(compare=False)
-    _again: Callable[..., LaplaceExpansion] = field(compare=False)
+    _again: Callable[..., Self] = field(compare=False)
 
     @property
-    def height(self) -> Any:
+    def height(self) -> Real:
         """The largest f, lam times which is the exponent of the leading exponential."""
         return self.contributions[0].height
 
     @property
-    def omitted(self) -> Any:
+    def omitted(self) -> Expr:
         """The power sigma: the first term left out is of order lam^(-sigma)."""
-        found = []
+        powers = []
         for c in self.contributions:
             step = sympy.Rational(2 if c.side == "both" else 1, c.contact)
-            found.append(c.exponents[-1] + step)
-        return sympy.Min(*found)
+            powers.append(c.exponents[-1] + step)
+        return sympy.Min(*powers)
 
     @property
     def error_kind(self) -> str:
@@ -108,7 +223,7 @@ class LaplaceExpansion(IntegralParts):
         return "none" if self._errors is None else self._errors.kind
 
     @property
-    def bound(self) -> tuple[Any, Any, Any] | None:
+    def bound(self) -> tuple[mpf, Expr, mpf] | None:
         """(K, sigma, lam0), or None where nothing is proved.
 
         For lam >= lam0, the integral differs from the expansion by at most
@@ -118,122 +233,38 @@ class LaplaceExpansion(IntegralParts):
             return None
         return self._errors.statement(int(self.order), self.omitted)
 
-    def bind(self, **values: Any) -> LaplaceExpansion:
-        """The expansion with numbers for parameters; its error is then known too.
-
-        Raises
-        ------
-        InputError
-            For a name that is not a parameter.
-        """
-        return self._again(*self._with_numbers(values), self.order)
-
-    def evaluate(
-        self, lam: Any, *, dps: int | None = None, log: bool = False, full: bool = False
-    ) -> Any:
-        """The sum of the terms at `lam`.
-
-        Parameters
-        ----------
-        lam : number or array_like
-            Greater than 0.
-        dps : int, optional
-            Digits of the sum, as mpf. None: float64, vectorised.
-        log : bool
-            Natural logarithm, finite where the value overflows.
-        full : bool
-            An `Estimate`: its error is that of the sum as a value of the integral.
-
-        Returns
-        -------
-        float, ndarray, mpf or Estimate
-
-        Raises
-        ------
-        InputError
-            While parameters are free, or lam is not above 0.
-        RangeError
-            If the value does not fit float64 and `log` is False.
-        AccuracyError
-            For the logarithm of a sum that is not positive, or not surely; for more digits than
-            rounded coefficients have.
-        """
-        self._require_bound()
-        if dps is not None:
-            if is_array(lam):
-                raise InputError(
-                    f"lam is an array and dps is {dps}; arrays are for float64 (dps=None)."
-                )
-            return self._by_digits(lam, digits(dps), log, full)
-        if is_array(lam):
-            values = floats("lam", lam)
-            if not (values > 0).all():
-                raise InputError(f"lam is {values.min():.6g}; it must be greater than 0.")
-            if not full and self.order != "optimal":
-                return self._by_arrays(values, log)
-            found = [self._by_float(y, log, full) for y in values.ravel()]
-            if not full:
-                return np.array(found).reshape(values.shape)
-            value, error = (
-                np.array([getattr(e, name) for e in found]).reshape(values.shape)
-                for name in ("value", "error")
-            )
-            kinds: set[ErrorKind] = {e.error_kind for e in found}
-            kind: ErrorKind = kinds.pop() if len(kinds) == 1 else "estimate"
-            return Estimate(value, error, kind, "laplace", *self._told(found[0]))
-        return self._by_float(lam, log, full)
-
     def _by_arrays(self, lam: FloatArray, log: bool) -> FloatArray:
         """All lam at once; those where float64 would cancel one by one."""
+        if self.order == "optimal":
+            return super()._by_arrays(lam, log)
         flat = lam.ravel()
         top, rest = _split(number(self.height))
         total, sizes = np.zeros_like(flat), np.zeros_like(flat)
         with np.errstate(under="ignore"):
             for c in self.contributions:
                 height = float(difference(number(c.height), number(self.height)))
-                exponents, coefficients = c.numbers(_FLOAT_DIGITS)
+                exponents, coefficients = c.numbers(FLOAT_DIGITS)
                 weight = np.exp(flat * height)
                 for s, k in zip(exponents, coefficients, strict=True):
                     term = weight * (float(k) * flat ** -float(s))
                     total += term
                     sizes += np.abs(term)
-        # What lam times the height loses in its last place would be relative in the value.
+        # What lam times the height loses in its last digit would be relative in the value.
         product, lost = two_product(flat, np.full_like(flat, top))
         lost = lost + flat * rest
         with np.errstate(all="ignore"):
             logs = product + (lost + np.log(np.abs(total)))
-            found = logs if log else np.exp(product) * (1 + np.expm1(lost)) * total
+            result = logs if log else np.exp(product) * (1 + np.expm1(lost)) * total
         plain = (total >= 0.1 * sizes) & (np.abs(product) < 700) & (np.abs(logs) < 700)
         if log:
             plain = (total >= 0.1 * sizes) & np.isfinite(logs)
         for k in np.flatnonzero(~plain):
-            found[k] = self._by_float(float(flat[k]), log, False)
-        return np.asarray(found.reshape(lam.shape))
+            result[k] = self._by_float(Fraction(flat[k]), log, False)
+        return np.asarray(result.reshape(lam.shape))
 
-    def _told(self, found: Estimate) -> tuple[Any, ...]:
-        return found.order, found.terms, found.dropped
-
-    def _by_float(self, lam: Any, log: bool, full: bool) -> Any:
-        found = self._by_digits(lam, _FLOAT_DIGITS, log, full)
-        value = found.value if full else found
-        if not log and value:
-            with own_context(15) as context:
-                size = float(context.log(abs(context.make_mpf(value._mpf_))))
-            if not -708.39 < size < 709.78:
-                raise RangeError(
-                    f"the integral's logarithm is {size:.6g}, beyond float64; "
-                    "pass log=True or dps=…."
-                )
-        if not full:
-            return float(value)
-        rounded, error = float_with_error(value, found.error)
-        return Estimate(rounded, error, found.error_kind, "laplace", *self._told(found))
-
-    def _by_digits(self, lam: Any, dps: int, log: bool, full: bool) -> Any:
+    def _by_digits(self, lam: Fraction, dps: int, log: bool, full: bool) -> Any:
+        """The sum at one lam as an mpf, or an `Estimate` by `ErrorModel.relative`."""
         assert self._errors is not None
-        rational = exact("lam", lam)
-        if rational <= 0:
-            raise InputError(f"lam is {float_text(rational)}; it must be greater than 0.")
         for c in self.contributions:
             if not c.exact and dps > self._errors.digits - 10:
                 raise AccuracyError(
@@ -241,21 +272,22 @@ class LaplaceExpansion(IntegralParts):
                     "digits; pass dps=… to laplace_integral."
                 )
         with own_context(dps + 30) as context:
-            large = mpf_of(rational, context)
+            large = mpf_of(lam, context)
             more = dps + 30 + max(0, int(context.log10(large)))
             context.dps = more
-            large = mpf_of(rational, context)
-            top = context.make_mpf(number(self.height, dps=more)._mpf_)
+            large = mpf_of(lam, context)
+            top = self.contributions[0].height_in(context)
             total, orders = context.mpf(0), []
             for c in self.contributions:
-                terms = self._terms(c, large, more, context)
+                terms = c.terms(large, more, context)
                 used = len(terms)
                 if self.order == "optimal":
                     sizes = [abs(t) if t else context.inf for t in terms]
                     used = max(1, sizes.index(min(sizes)))
                 orders.append(used)
-                height = context.make_mpf(number(c.height, dps=more)._mpf_)
-                total += context.exp(large * (height - top)) * context.fsum(terms[:used])
+                total += context.exp(large * (c.height_in(context) - top)) * context.fsum(
+                    terms[:used]
+                )
             error, kind = context.mpf(0), self._errors.kind
             if full:
                 error, kind = self._errors.relative(large, orders, total, context)
@@ -267,7 +299,7 @@ class LaplaceExpansion(IntegralParts):
             if log:
                 if total <= error:
                     raise AccuracyError(
-                        f"the sum at lam = {float_text(rational)} is not surely positive, so its "
+                        f"the sum at lam = {float_text(lam)} is not surely positive, so its "
                         "logarithm is not known; ask for the value, or for a larger lam."
                     )
                 exact_value = large * top + context.log(total)
@@ -282,19 +314,14 @@ class LaplaceExpansion(IntegralParts):
             shown = to_mpf(error * (1 + context.mpf(10) ** -10), 15)
         return Estimate(value, shown, kind, "laplace", max(orders), self._named(), self.dropped)
 
-    @staticmethod
-    def _terms(c: Contribution, lam: Any, dps: int, context: Any) -> list[Any]:
-        exponents, coefficients = c.numbers(dps)
-        pairs = zip(exponents, coefficients, strict=True)
-        return [context.make_mpf(k._mpf_) * lam ** -context.make_mpf(s._mpf_) for s, k in pairs]
-
     def _named(self) -> tuple[str, ...]:
+        """A line for each contribution, for `Estimate.terms`."""
         return tuple(
             f"{self.x} = {short(c.point)} ({c.side}): {len(c.coefficients)} terms"
             for c in self.contributions
         )
 
-    def expression(self, lam: Any = "lam") -> Any:
+    def expression(self, lam: Symbol | str = "lam") -> Expr:
         """The sum as a SymPy expression in `lam` (a symbol or a name)."""
         symbol = sympy.Symbol(lam, positive=True) if isinstance(lam, str) else lam
         total = sympy.Integer(0)
@@ -323,10 +350,8 @@ class LaplaceExpansion(IntegralParts):
         lines.append(f"O({size}); error: {self._error_text()}")
         return "\n+ ".join(lines)
 
-    def __repr__(self) -> str:
-        return f"LaplaceExpansion({self})"
-
     def _error_text(self) -> str:
+        """The error in words, for `print`."""
         from mpmath import nstr
 
         if self.error_kind == "none":
@@ -343,7 +368,8 @@ class LaplaceExpansion(IntegralParts):
         return f"at most {k} times that for lam >= {start} (bound)"
 
 
-def _sympy(value: Any) -> Any:
+def _sympy(value: Real) -> Expr:
+    """A number as an expression."""
     if isinstance(value, sympy.Basic):
         return value
     return (
@@ -351,14 +377,15 @@ def _sympy(value: Any) -> Any:
     )
 
 
-def _split(value: Any) -> tuple[float, float]:
+def _split(value: Real) -> tuple[float, float]:
     """A number as the sum of two floats."""
     rational = exact("f", value)
     head = float(rational)
     return head, float(rational - Fraction(head))
 
 
-def short(value: Any) -> str:
+def short(value: Real) -> str:
+    """An expression, or twelve digits of a number, as a text."""
     if isinstance(value, sympy.Basic):
         return str(value)
     from mpmath import nstr
@@ -366,6 +393,7 @@ def short(value: Any) -> str:
     return str(nstr(value, 12))
 
 
-def _bare(value: Any) -> str:
+def _bare(value: Expr) -> str:
+    """An exponent as a text, in brackets unless it is a whole number or a symbol."""
     text = str(value)
     return text if value.is_Integer or value.is_Symbol else f"({text})"

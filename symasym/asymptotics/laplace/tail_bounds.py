@@ -9,7 +9,7 @@ it, X times that (algebraic decay).
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 import sympy
 
@@ -17,6 +17,9 @@ from symasym.asymptotics.laplace.cauchy_disk import without_power
 from symasym.asymptotics.laplace.kinks import Piece, number
 from symasym.numbers.balls import NotProved
 from symasym.numbers.extended_intervals import enclosure
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
 
 _MOST_BOXES = 3000
 _DEEPEST = 40
@@ -28,19 +31,19 @@ _MORE = 1 + 1e-12
 Part = tuple[float, float, float, float]
 
 
-def boxes(piece: Piece, x: Any, lo: float, hi: float, top: float, gap: float) -> list[Part]:
+def boxes(piece: Piece, x: Symbol, lo: float, hi: float, top: float, gap: float) -> list[Part]:
     """Parts for [lo, hi], possibly infinite, where f should stay `gap` below `top`.
 
     `top` is a float not above f's maximum.
     """
-    found: list[Part] = []
+    parts: list[Part] = []
     if math.isinf(hi):
         hi, part = _tail(piece.f, piece.g, x, lo, top)
-        found.append(part)
+        parts.append(part)
     if math.isinf(lo):
         mirror = {x: -x}
         start, part = _tail(piece.f.xreplace(mirror), piece.g.xreplace(mirror), x, -hi, top)
-        found.append(part)
+        parts.append(part)
         lo = -start
     waiting = [(lo, hi, 0)]
     while waiting:
@@ -54,13 +57,13 @@ def boxes(piece: Piece, x: Any, lo: float, hi: float, top: float, gap: float) ->
         ):
             weight = _weight(piece, x, a, b)
             if weight is not None:
-                found.append((weight, _drop(top, heights[1]), 0.0, -1.0))
+                parts.append((weight, _drop(top, heights[1]), 0.0, -1.0))
                 continue
-        if depth == _DEEPEST or len(found) + len(waiting) > _MOST_BOXES:
+        if depth == _DEEPEST or len(parts) + len(waiting) > _MOST_BOXES:
             raise NotProved
         middle = (a + b) / 2
         waiting += [(a, middle, depth + 1), (middle, b, depth + 1)]
-    return found
+    return parts
 
 
 def _drop(top: float, height: float) -> float:
@@ -68,14 +71,14 @@ def _drop(top: float, height: float) -> float:
     return math.nextafter(min(top - height, 1e100), 0.0)
 
 
-def _weight(piece: Piece, x: Any, a: float, b: float) -> float | None:
+def _weight(piece: Piece, x: Symbol, a: float, b: float) -> float | None:
     """A bound of the integral of |g| over [a, b]."""
     width = math.nextafter(b - a, math.inf)
     size = _largest(piece.g, x, a, b)
     if size is not None:
         return size * width * _MORE
-    for end, place, sign in ((piece.lo, a, 1), (piece.hi, b, -1)):
-        if end.is_infinite or abs(float(number(end)) - place) > 1e-12 * max(1, abs(place)):
+    for end, edge, sign in ((piece.lo, a, 1), (piece.hi, b, -1)):
+        if end.is_infinite or abs(float(number(end)) - edge) > 1e-12 * max(1, abs(edge)):
             continue
         rest, front = without_power(piece.g, x, end, sign)
         size = _largest(rest, x, a, b)
@@ -85,7 +88,7 @@ def _weight(piece: Piece, x: Any, a: float, b: float) -> float | None:
     return None
 
 
-def _largest(expression: Any, x: Any, a: float, b: float) -> float | None:
+def _largest(expression: Expr, x: Symbol, a: float, b: float) -> float | None:
     """A bound of the absolute value on [a, b]."""
     sizes = enclosure(expression, x, a, b)
     if sizes is None or math.isinf(sizes[0]) or math.isinf(sizes[1]):
@@ -93,8 +96,8 @@ def _largest(expression: Any, x: Any, a: float, b: float) -> float | None:
     return max(abs(sizes[0]), abs(sizes[1]))
 
 
-def _tail(f: Any, g: Any, x: Any, start: float, top: float) -> tuple[float, Part]:
-    """Where the part to infinity is cut off, and its bound.
+def _tail(f: Expr, g: Expr, x: Symbol, start: float, top: float) -> tuple[float, Part]:
+    """(X, its part): the point where the interval to infinity is cut off, and the bound beyond.
 
     From there on either (log |g|)' + lam f' <= gamma - c lam, or the same times x: exponential
     or algebraic decay.
@@ -117,9 +120,9 @@ def _tail(f: Any, g: Any, x: Any, start: float, top: float) -> tuple[float, Part
             gain = 0.0
             if growth is not None:
                 everywhere = _largest(g, x, begin, math.inf)
-                found = enclosure(_factored(growth * factor, x), x, begin, math.inf)
-                if found is not None and not math.isinf(found[1]):
-                    gain = found[1]
+                growths = enclosure(_factored(growth * factor, x), x, begin, math.inf)
+                if growths is not None and not math.isinf(growths[1]):
+                    gain = growths[1]
                 elif everywhere is not None:
                     size = everywhere
                 else:
@@ -133,7 +136,7 @@ def _tail(f: Any, g: Any, x: Any, start: float, top: float) -> tuple[float, Part
     raise NotProved
 
 
-def _factored(expression: Any, x: Any) -> Any:
+def _factored(expression: Expr, x: Symbol) -> Expr:
     """A form whose intervals reach to infinity without oo - oo or oo/oo."""
     top, bottom = sympy.fraction(sympy.together(expression))
     if not (top.is_polynomial(x) and bottom.is_polynomial(x)):

@@ -27,27 +27,36 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from symasym.base.contexts import mpf_of
+from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import InputError
-from symasym.base.inputs import digits, exact
+from symasym.base.inputs import FloatArray, Number, digits, exact
 from symasym.numbers.power_series import dot, power
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
+    from symasym.numbers.arithmetic import Number as Element
+
+    Beta: TypeAlias = int | float | str | Fraction | Element
+    Coefficients: TypeAlias = FloatArray | Sequence[Element]
 
 __all__ = ["laplace_coefficients", "moment_coefficients", "perron_coefficients"]
 
 
 def perron_coefficients(
-    f: Sequence[Any],
-    g: Sequence[Any],
+    f: Coefficients,
+    g: Coefficients,
     contact: int,
-    beta: Any = 1,
+    beta: Beta = 1,
     *,
     step: int = 1,
     start: int = 0,
-) -> list[Any]:
+) -> list[Element]:
     """Reduced coefficients d_k by Lagrange's reversion (Perron's formula).
 
     Parameters
@@ -90,24 +99,24 @@ def perron_coefficients(
     [Fraction(1, 1), Fraction(1, 12), Fraction(1, 864)]
     """
     alpha, weights, (numerator, denominator) = _read(f, g, contact, beta)
-    found = []
+    reduced = []
     for k in range(start, len(weights), step):
         # The exponent of the power is -s = -p/q, kept as integers (p an element if beta is).
         p, q = k * denominator + numerator, contact * denominator
         root = power(alpha, -p, q, k + 1, weights[0] * 0 + 1)
-        found.append(dot(weights[: k + 1], root[::-1]))
-    return found
+        reduced.append(dot(weights[: k + 1], root[::-1]))
+    return reduced
 
 
 def moment_coefficients(
-    f: Sequence[Any],
-    g: Sequence[Any],
+    f: Coefficients,
+    g: Coefficients,
     contact: int,
-    beta: Any = 1,
+    beta: Beta = 1,
     *,
     step: int = 1,
     start: int = 0,
-) -> list[Any]:
+) -> list[Element]:
     """Reduced coefficients d_k by expanding the exponential and integrating term by term.
 
     Parameters, returned value and errors are those of `perron_coefficients`, with which it shares
@@ -136,7 +145,7 @@ def moment_coefficients(
     for m in range(1, count):
         last = powers[-1]
         powers.append([dot(base[: i + 1], last[: i + 1][::-1]) for i in range(count - m)])
-    found = []
+    reduced = []
     for k in range(start, count, step):
         p, q = k * denominator + numerator, contact * denominator
         total, rising = zero, one
@@ -144,15 +153,15 @@ def moment_coefficients(
             # Sum over j of g[k - j] B[m][j]; then the moment's Gamma(s + m)/Gamma(s) / m!.
             total = total + rising * dot(weights[: k - m + 1], powers[m][: k - m + 1][::-1])
             rising = rising * (p + q * m) / (-q * (m + 1))
-        found.append(total)
-    return found
+        reduced.append(total)
+    return reduced
 
 
 def laplace_coefficients(
-    f: Any,
-    g: Any,
+    f: Coefficients,
+    g: Coefficients,
     contact: int,
-    beta: Any = 1,
+    beta: Number = 1,
     *,
     sides: int = 1,
     dps: int | None = None,
@@ -191,7 +200,7 @@ def laplace_coefficients(
 
     Notes
     -----
-    In float64 the relative error of c_k is some k^2 units in the last place times the
+    In float64 the relative error of c_k is some k^2 ulp times the
     cancellation in its sum, which for k <= 16 costs one to three digits.
 
     Examples
@@ -217,60 +226,50 @@ def laplace_coefficients(
     if isinstance(f, np.ndarray) or isinstance(g, np.ndarray):
         f, g = np.asarray(f, dtype=float), np.asarray(g, dtype=float)
     if dps is not None:
-        return _with_digits(f, g, contact, power, sides, digits(dps))
+        dps = digits(dps)
+        f, g = ([exact("a coefficient", x) for x in values] for values in (f, g))
     reduced = perron_coefficients(f, g, contact, power, step=sides)
     a = -_elements(f)[0][contact]
     if not np.all(np.asarray(a > 0)):
-        raise _no_maximum(contact, np.min(np.asarray(a, dtype=float)))
+        raise InputError(
+            f"f[{contact}] is {-np.min(np.asarray(a, dtype=float)):.6g}; at a maximum the first "
+            "coefficient after f[0] is negative."
+        )
     exponents = [(sides * k + power) / contact for k in range(len(reduced))]
+
+    def times_moments(context: MPContext) -> list[mpf]:
+        """c_k from d_k, with mpf."""
+        own = [mpf_of(s, context) for s in exponents]
+        return [
+            d * sides * moment(s, a, contact, context.gamma)
+            for s, d in zip(own, reduced, strict=True)
+        ]
+
+    if dps is not None:
+        with own_context(dps + 10) as context:
+            a, reduced = mpf_of(a, context), [mpf_of(d, context) for d in reduced]
+            return [to_mpf(c, dps) for c in times_moments(context)]
     if hasattr(a, "_mpf_"):
-        context = a.context
-        rounded = [mpf_of(s, context) for s in exponents]
-        scale = [sides * moment(s, a, contact, context.gamma) for s in rounded]
-        return [d * x for d, x in zip(reduced, scale, strict=True)]
+        return times_moments(a.context)
     a = np.asarray(a, dtype=float)
     scale = [sides * moment(float(s), a, contact, math.gamma) for s in exponents]
     return np.array([np.asarray(d, dtype=float) * x for d, x in zip(reduced, scale, strict=True)])
 
 
-def moment(s: Any, a: Any, contact: int, gamma: Callable[[Any], Any]) -> Any:
+def moment(s: Element, a: Element, contact: int, gamma: Callable[[Element], Element]) -> Element:
     """int_0^oo t^(mu s - 1) e^(-a t^mu) dt = Gamma(s)/(mu a^s), which d_k is multiplied by."""
     return gamma(s) / (contact * a**s)
 
 
-def _with_digits(f: Any, g: Any, contact: int, beta: Fraction, sides: int, dps: int) -> list[Any]:
-    from symasym.base.contexts import own_context, to_mpf
-
-    f, g = ([exact("a coefficient", x) for x in values] for values in (f, g))
-    reduced = perron_coefficients(f, g, contact, beta, step=sides)
-    if f[contact] >= 0:
-        raise _no_maximum(contact, -f[contact])
-    with own_context(dps + 10) as context:
-        a = mpf_of(-f[contact], context)
-        found = []
-        for k, d in enumerate(reduced):
-            s = mpf_of((sides * k + beta) / contact, context)
-            value = sides * mpf_of(d, context) * moment(s, a, contact, context.gamma)
-            found.append(to_mpf(value, dps))
-        return found
-
-
-def _no_maximum(contact: int, a: Any) -> InputError:
-    return InputError(
-        f"f[{contact}] is {float(-a):.6g}; at a maximum the first coefficient after f[0] is "
-        "negative."
-    )
-
-
-def _elements(*sequences: Any) -> list[list[Any]]:
+def _elements(*sequences: Coefficients) -> list[list[Element]]:
     """Lists of elements of one kind: integers become Fractions unless floats stand beside them."""
     lists = [list(values) for values in sequences]
     others = {type(x) for values in lists for x in values} - {int, Fraction}
-    convert = _ring_of(others) or (lambda x: x)
+    convert = _field_of(others) or (lambda x: x)
     return [[convert(x) if isinstance(x, (int, Fraction)) else x for x in v] for v in lists]
 
 
-def _ring_of(kinds: set[type]) -> Any:
+def _field_of(kinds: set[type]) -> Callable[[int | Fraction], Element] | None:
     """The map of exact numbers into the arithmetic of `kinds`; None if their own operators do."""
     if not kinds:
         return Fraction
@@ -283,8 +282,8 @@ def _ring_of(kinds: set[type]) -> Any:
 
 
 def _read(
-    f: Sequence[Any], g: Sequence[Any], contact: int, beta: Any
-) -> tuple[list[Any], list[Any], tuple[Any, int]]:
+    f: Coefficients, g: Coefficients, contact: int, beta: Beta
+) -> tuple[list[Element], list[Element], tuple[Element, int]]:
     """alpha (with alpha_0), g's coefficients, and beta as numerator and denominator."""
     if isinstance(contact, bool) or not isinstance(contact, (int, np.integer)) or contact < 1:
         raise InputError(f"contact is {contact!r}; give a whole number, 1 or more.")
