@@ -9,7 +9,7 @@ import sympy
 
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
-from symasym.emit.program import Function, Program
+from symasym.emit.program import FirstPassage, Function, Program
 from symasym.records import Record
 
 if TYPE_CHECKING:

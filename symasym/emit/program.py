@@ -114,7 +114,7 @@ class Quadrature(_OfDrift):
 
 
 @dataclass(frozen=True)
-class Passage(_OfDrift):
+class FirstPassage(_OfDrift):
     """log T from 0 with the layer's `drift` in u (see `symasym.emit.kernels.exact`).
 
     Attributes
@@ -335,7 +335,9 @@ def _called(function: Function) -> dict[Any, Any]:
 _MOST_DEGREE, _MOST_POINTS = 127, 1024
 
 
-def _ready_of_drift(function: Function, held: Quadrature | Passage, double: bool) -> list[Ready]:
+def _ready_of_drift(
+    function: Function, held: Quadrature | FirstPassage, double: bool
+) -> list[Ready]:
     """An integral; of an escape time the logarithm, and its exponential.
 
     In digits that is computed by itself.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from symasym.emit import uniform_time
-from symasym.emit.program import Program, Ready, header, in_doubles
+from symasym.emit.program import FirstPassage, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.writing import argument_values, comment, heading, helpers, signature_doc, wrapped
 
