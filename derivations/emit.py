@@ -1,4 +1,4 @@
-"""What the derivations emit: `symasym/generated/`, committed and compared by a test.
+"""The code and data that the derivations emit: `symasym/generated/`, compared by a test.
 
 ``python -m derivations.emit`` writes it afresh.
 """
@@ -317,20 +317,55 @@ def expression(item: Emitted) -> Any:
     """The expression that a derivation's step (or conclusion) states for `item`."""
     derivation = build(item.label)
     if item.step:
-        (found,) = [s.result for s in derivation.steps if s.name == item.step]
+        (stated,) = [s.result for s in derivation.steps if s.name == item.step]
     else:
-        found = derivation.result
-    if isinstance(found, Expansion):
-        found = found.leading
+        stated = derivation.result
+    if isinstance(stated, Expansion):
+        stated = stated.leading
     if item.piece is not None:
-        found = found[item.piece]
-    return found
+        stated = stated[item.piece]
+    return stated
 
 
 _HEADERS = {
-    "numpy": "import numpy as np\n",
-    "mpmath": "",
-    "plain": "",
+    "numpy": """\
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from symasym.base.inputs import Floats
+""",
+    "mpmath": """\
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+""",
+    "plain": """\
+from typing import Any, Protocol
+
+
+class Ratios(Protocol):
+    \"""Numbers of one kind that are added, multiplied and divided, as positive ones may be.\"""
+
+    def __add__(self, other: Any, /) -> Any: ...
+    def __radd__(self, other: Any, /) -> Any: ...
+    def __mul__(self, other: Any, /) -> Any: ...
+    def __rmul__(self, other: Any, /) -> Any: ...
+    def __truediv__(self, other: Any, /) -> Any: ...
+    def __rtruediv__(self, other: Any, /) -> Any: ...
+
+
+class Field(Ratios, Protocol):
+    \"""Numbers of one kind: floats or arrays of them, rationals, mpf, balls, expressions.\"""
+
+    def __neg__(self) -> Any: ...
+    def __sub__(self, other: Any, /) -> Any: ...
+    def __rsub__(self, other: Any, /) -> Any: ...
+    def __pow__(self, other: int, /) -> Any: ...
+""",
 }
 _TEXTS = {
     "numpy": "Formulas in float64, for arrays that broadcast together.",
@@ -346,20 +381,20 @@ def module(target: str) -> str:
         'derivations: do not edit.\n"""\n',
         "# A formatter must not touch what a test compares.\n# fmt: off\n\n"
         "from __future__ import annotations\n",
-        f"from typing import Any\n{chr(10) if _HEADERS[target] else ''}{_HEADERS[target]}",
+        _HEADERS[target],
     ]
     for item in EMITTED:
         if target == "plain" and not item.plain:
             continue
-        found = expression(item)
-        names, arguments = named(found)
-        lines.append("\n" + function(item.name, arguments, found, target, doc(item), names))
+        stated = expression(item)
+        names, arguments = named(stated)
+        lines.append("\n" + function(item.name, arguments, stated, target, doc(item), names))
     return "\n".join(lines)
 
 
-def named(found: Any) -> tuple[dict[Any, str], list[Any]]:
-    """What the symbols of an expression are called in code, and the order they come in."""
-    symbols = {s for e in parts(found) for s in e.free_symbols}
+def named(stated: Any) -> tuple[dict[Any, str], list[Any]]:
+    """Names of the symbols of an expression in code, and the symbols in the order of arguments."""
+    symbols = {s for e in parts(stated) for s in e.free_symbols}
     names = {s: NAMES.get(s.name, s.name) for s in symbols}
     return names, sorted(symbols, key=lambda s: ORDER.index(names[s]))
 
@@ -371,10 +406,10 @@ def doc(item: Emitted) -> str:
 
 def statement(item: Emitted) -> dict[str, Any]:
     """A function as data, its symbols named as in the code: what `sa.emit` prints."""
-    found = expression(item)
-    names, arguments = named(found)
+    stated = expression(item)
+    names, arguments = named(stated)
     called = {s: sympy.Symbol(names[s], **s._assumptions_orig) for s in arguments}
-    pieces = [e.subs(called, simultaneous=True) for e in parts(found)]
+    pieces = [e.subs(called, simultaneous=True) for e in parts(stated)]
     return {
         "name": item.name,
         "doc": doc(item),
@@ -384,8 +419,8 @@ def statement(item: Emitted) -> dict[str, Any]:
 
 
 def formulas() -> str:
-    """What `sa.formula` reads: every derivation's statement, without the outcome of its checks."""
-    found = {}
+    """The data of `sa.formula`: every derivation's statement, without its checks' outcome."""
+    records = {}
     for label in closure(entries()):
         derivation = build(label)
         record = describe(derivation)
@@ -412,8 +447,8 @@ def formulas() -> str:
         ]
         record["functions"] = [item.name for item in EMITTED if item.label == label]
         record["code"] = [statement(item) for item in EMITTED if item.label == label]
-        found[label] = record
-    data = {"format": FORMAT, "formulas": found, "definitions": REASONS}
+        records[label] = record
+    data = {"format": FORMAT, "formulas": records, "definitions": REASONS}
     return json.dumps(data, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
 
 

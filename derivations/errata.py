@@ -1,4 +1,4 @@
-"""Where the paper's print and the derivations differ, each with its counterexample.
+"""Points in which the paper's print and the derivations differ, each with its counterexample.
 
 Kinds: ``wrong`` (a formula, sign, direction or statement that is false),
 ``condition`` (true only under a condition that is missing or misprinted),

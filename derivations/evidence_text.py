@@ -139,7 +139,7 @@ def breakaway_gap() -> Evidence:
 
 
 def breakaway_position() -> Evidence:
-    """Where the block sits at the fold z0 = -7/9, mu = 3: the double root of A."""
+    """Position of the block at the fold z0 = -7/9, mu = 3: the double root of A."""
     import sympy
 
     u = sympy.Symbol("u")

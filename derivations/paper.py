@@ -1,4 +1,4 @@
-"""What the section modules share: symbols with their meaning, and a derivation that uses others."""
+"""Shared by the section modules: symbols with their meaning, and a derivation that uses others."""
 
 from __future__ import annotations
 

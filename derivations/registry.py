@@ -1,4 +1,4 @@
-"""Which derivation makes which label. Nothing here loads SymPy until a derivation is built."""
+"""The derivation of each label. Nothing here loads SymPy until a derivation is built."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HERE = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Entry:
-    """Where a label's derivation is, and what it rests on."""
+    """A label's derivation: its module, and the labels that it rests on."""
 
     label: str
     title: str

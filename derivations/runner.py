@@ -108,7 +108,7 @@ def _derive(label: str) -> dict[str, Any]:
 
 
 def describe(derivation: Any) -> dict[str, Any]:
-    """What a derivation states, apart from how its checks went."""
+    """The statement of a derivation as data, without the outcome of its checks."""
     from symasym.derivation.results import text
 
     return {

@@ -47,7 +47,7 @@ def eekappar(d: Any) -> None:
         "the ratio exceeds 1",
         "bound",
         Inequality(form, ">", sympy.Integer(1)),
-        Bound(slack=q**2 * s + q**2 + 2 * q * s + 2 * q + s, on="0 < kappa < r < 1"),
+        Bound(difference=q**2 * s + q**2 + 2 * q * s + 2 * q + s, on="0 < kappa < r < 1"),
     )
     d.conclude(Symbol("rho"), ratio)
 
@@ -120,7 +120,7 @@ def t_large(d: Any) -> None:
         "kappa^2 is inside O(r^2)",
         "bound",
         Inequality(_k**2, "<", (_k + s) ** 2),
-        Bound(slack=2 * _k * s + s**2, on="kappa < r = kappa + s"),
+        Bound(difference=2 * _k * s + s**2, on="kappa < r = kappa + s"),
         "with the O(r) of the coefficients this is the paper's O(r^2)",
     )
     d.conclude(Symbol("T"), scaled[0], "O(r^2), for kappa >= sqrt(eps)")

@@ -56,7 +56,7 @@ def bound_on_C(d: Any) -> None:
         "bound",
         Inequality(E * sympy.exp(X * h) - 1, ">=", (1 - Delta) * E),
         Bound(
-            slack=E * (sympy.exp(X * h) - 1) + g,
+            difference=E * (sympy.exp(X * h) - 1) + g,
             given={E: (1 + g) / Delta},
             on="r Delta = 1 + h, E = (1 + g)/Delta",
         ),
@@ -67,7 +67,7 @@ def bound_on_C(d: Any) -> None:
         "bound",
         Inequality(sympy.exp(lam * (V_max - gap)), "<=", sympy.exp(lam * V_max)),
         Bound(
-            slack=sympy.exp(lam * (V_max - gap)) * (sympy.exp(lam * gap) - 1),
+            difference=sympy.exp(lam * (V_max - gap)) * (sympy.exp(lam * gap) - 1),
             on="V = V_max - delta, delta > 0",
         ),
     )
@@ -79,14 +79,14 @@ def bound_on_C(d: Any) -> None:
             "<=",
             kappa**2 / (2 * a_plus),
         ),
-        Bound(slack=kappa**2 / (2 * a_plus) * sympy.exp(-lam * a_plus * (r - 1)), on="r > 0"),
+        Bound(difference=kappa**2 / (2 * a_plus) * sympy.exp(-lam * a_plus * (r - 1)), on="r > 0"),
     )
     d.step(
         "C from both",
         "bound",
         Inequality(I0 / (I0 + X + q), "<=", (I0 + s) / (X + I0 + s)),
         Bound(
-            slack=(s * X + q * (I0 + s)) / ((I0 + X + q) * (X + I0 + s)),
+            difference=(s * X + q * (I0 + s)) / ((I0 + X + q) * (X + I0 + s)),
             on="I0 < Y = I0 + s and I1 = X + q",
         ),
     )
@@ -94,7 +94,7 @@ def bound_on_C(d: Any) -> None:
         "drop the 1",
         "bound",
         Inequality(1 / (1 + X / Y), "<=", Y / X),
-        Bound(slack=Y**2 / (X * (X + Y)), on="X, Y > 0"),
+        Bound(difference=Y**2 / (X * (X + Y)), on="X, Y > 0"),
     )
     low = kappa**2 * (1 - Delta) / (2 * a_minus) * sympy.exp(lam * a_minus * r * (1 - Delta))
     high = (1 + kappa**2 / (2 * a_plus)) * sympy.exp(lam * V_max)
@@ -116,14 +116,14 @@ def bound_on_C(d: Any) -> None:
             "<=",
             -lam * a_minus * r * (1 - 2 * Delta),
         ),
-        Bound(slack=lam * gap, on="V_max = Delta a- r - delta"),
+        Bound(difference=lam * gap, on="V_max = Delta a- r - delta"),
     )
     d.step(
         "1/(1 - Delta)",
         "bound",
         Inequality((1 + Delta) / (1 - Delta), "<=", 1 + 4 * Delta),
         Bound(
-            slack=2 * Delta * (1 - 2 * Delta) / (1 - Delta),
+            difference=2 * Delta * (1 - 2 * Delta) / (1 - Delta),
             given={Delta: 1 / (2 + s)},
             on="0 < Delta < 1/2, so not for any Delta > 0",
         ),

@@ -149,7 +149,7 @@ def lower_bound(d: Any) -> None:
         "bound",
         Inequality(sympy.exp(-lam * (V_1 - gap)), ">=", sympy.exp(-lam * V_1)),
         Bound(
-            slack=sympy.exp(-lam * V_1) * (sympy.exp(lam * gap) - 1),
+            difference=sympy.exp(-lam * V_1) * (sympy.exp(lam * gap) - 1),
             on="V = V(1) - delta, delta > 0",
         ),
     )
@@ -167,7 +167,7 @@ def lower_bound(d: Any) -> None:
         "bound",
         Inequality(full, ">=", low),
         Bound(
-            slack=s * tails / ((floor + s + tails) * (floor + tails)),
+            difference=s * tails / ((floor + s + tails) * (floor + tails)),
             on="all L, s > 0, where N = L e^{-2V(1)/kappa^2} + s",
         ),
     )
@@ -187,7 +187,7 @@ def weak(d: Any) -> None:
         "from the lower bound",
         "bound",
         Inequality(1 - 1 / (1 + X), "<=", X),
-        Bound(slack=X**2 / (1 + X), on="X > 0, the bracket of the bound, O(kappa^2)"),
+        Bound(difference=X**2 / (1 + X), on="X > 0, the bracket of the bound, O(kappa^2)"),
         "1 - P = O(kappa^2): true, and not sharp",
     )
     width = d.step(

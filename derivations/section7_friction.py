@@ -14,9 +14,9 @@ from symasym.derivation import Bound, Definition, Identity, Inequality, Satisfie
 y, z = Symbol("y", real=True), Symbol("z", real=True)
 
 
-def shifted(slack: Any, given: dict[Any, Any], on: str) -> Bound:
+def shifted(difference: Any, given: dict[Any, Any], on: str) -> Bound:
     """A certificate on a range that a substitution puts into the symbols' assumptions."""
-    return Bound(slack=slack, given=given, on=on)
+    return Bound(difference=difference, given=given, on=on)
 
 
 _cubic = u + mu * (u - u**3)

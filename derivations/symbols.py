@@ -1,4 +1,4 @@
-"""What the symbols of the formulas mean, how they are scaled, and to which quantity they belong.
+"""The symbols of the formulas: their meaning, their scaling, the quantity they belong to.
 
 A symbol means the same in every formula, but for those in `LOCAL`: a letter that
 one derivation, or a few, use for something of their own.
@@ -261,7 +261,7 @@ def symbols(label: str) -> tuple[Listed, ...]:
 
 
 def quantities(label: str) -> tuple[str, ...]:
-    """What a formula is about: the quantities of the symbols on its left side."""
+    """Subject of a formula: the quantities of the symbols on its left side."""
     from derivations.registry import build
 
     about = {s.meaning.quantity for s in symbols(label) if s.left} - {""}

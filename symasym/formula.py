@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symasym.records import Record, labels
+
+if TYPE_CHECKING:
+    from symasym.drift.drift import Drift
+
 
 __all__ = ["Formula", "formula", "labels"]
 
@@ -39,7 +43,7 @@ class Formula(Record):
         target: str = "numpy",
         parameters: Mapping[str, Any] | None = None,
         *,
-        drift: Any = None,
+        drift: Drift | None = None,
     ) -> Any:
         """Source code of the formula: `symasym.emit` of it."""
         from symasym.emit import emit

@@ -104,6 +104,7 @@ def labels() -> tuple[str, ...]:
 
 @cache
 def _all() -> dict[str, Any]:
+    """The content of the emitted ``formulas.json``."""
     import json
     from importlib import resources
 
@@ -113,6 +114,7 @@ def _all() -> dict[str, Any]:
 
 
 def _read(text: str) -> Any:
+    """The SymPy expression of a text that `sympy.srepr` wrote."""
     import sympy
 
     return sympy.sympify(text)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,10 @@ from symasym.drift.scenes import (
 from symasym.methods.table import QUANTITIES, answer, require_drift_of
 from symasym.numbers.trees import MpmathOps
 
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
 __all__ = ["Sensitivity", "sensitivity"]
 
 _ATTEMPTS = 12
@@ -35,7 +39,7 @@ _MOST_DIGITS = 10_000
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """What `sensitivity` gives: numbers by the name of the parameter.
+    """Derivatives and condition numbers by the name of the parameter.
 
     Attributes
     ----------
@@ -111,10 +115,10 @@ def sensitivity(
     Examples
     --------
     >>> import symasym as sa
-    >>> found = sa.sensitivity(sa.friction(mu=3, alpha=1, z0="-0.4"), "0.1", 10)
-    >>> print(f"{found.condition['kappa']:.12g} {found.condition['z0']:.12g}")
+    >>> change = sa.sensitivity(sa.friction(mu=3, alpha=1, z0="-0.4"), "0.1", 10)
+    >>> print(f"{change.condition['kappa']:.12g} {change.condition['z0']:.12g}")
     50.8370974759 40.043650045
-    >>> print(f"{found.log_condition['kappa']:.4f}, {found.derivative['r']:.1e}")
+    >>> print(f"{change.log_condition['kappa']:.4f}, {change.derivative['r']:.1e}")
     1.9401, 1.0e-11
     """
     if quantity not in QUANTITIES:
@@ -142,6 +146,7 @@ def sensitivity(
 
 
 def _numbers(quantity: str, kappa: Numbers, r: Numbers | None, start: Numbers) -> dict[str, Any]:
+    """The quantity's own numbers; InputError where r is missing or given in vain."""
     given = {"kappa": kappa, "r": r, "start": start}
     takes = QUANTITIES[quantity].numbers
     if ("r" in takes) != (r is not None):
@@ -168,7 +173,7 @@ class _Slopes(NamedTuple):
     values: dict[str, Fraction]
 
 
-def _log(quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps: int) -> Any:
+def _log(quantity: str, drift: Drift, numbers: Mapping[str, Fraction], dps: int) -> mpf:
     """The exact integral's logarithm to `dps` digits."""
     return answer(drift, dict(numbers), Request(quantity, "exact", None, dps, True, False))
 
@@ -178,7 +183,8 @@ def _by_differences(quantity: str, scene: Scene, dps: int) -> _Slopes:
     drift, numbers = scene.drift, scene.numbers
     at = {**drift.scalars(), **numbers}
 
-    def log_at(name: str, value: Fraction, n: int) -> Any:
+    def log_at(name: str, value: Fraction, n: int) -> mpf:
+        """The logarithm with another value of one parameter, to n digits."""
         if name in numbers:
             return _log(quantity, drift, {**numbers, name: value}, n)
         return _log(quantity, drift.bind(**{name: value}), numbers, n)
@@ -207,7 +213,7 @@ def _by_balls(quantity: str, scene: Scene, dps: int) -> _Slopes | None:
             enclosed = derivatives.log_slopes(quantity, drift, **numbers, dps=dps)
         else:
             enclosed = derivatives.log_slopes_of_occupation(quantity, drift, numbers["kappa"], dps)
-    # A derivative of A may be singular where A is not; what is wrong for itself is told later.
+    # A derivative of A may be singular where A is not; what is wrong for itself is said later.
     except (AccuracyError, InputError):
         return None
     at = {**drift.scalars(), **numbers}
@@ -224,6 +230,7 @@ def _unit(name: str, at: Mapping[str, Fraction]) -> Fraction:
 
 
 def _at_an_end(drift: Drift, name: str, value: Fraction) -> bool:
+    """True where a drift's parameter is 0 and no less is allowed."""
     if value or name not in drift.parameters:
         return False
     try:
@@ -237,8 +244,8 @@ def _size(drift: Drift, numbers: Mapping[str, Fraction]) -> int:
     """log10 of how fast the exponents change with a parameter, roughly; never below 0."""
     with own_context(15) as context:
         ops = MpmathOps(context)
-        places = (ops.rational(Fraction(k, 4)) for k in range(-4, 5))
-        most = exact("A", max(abs(drift.evaluate(u, ops)) for u in places))
+        points = (ops.rational(Fraction(k, 4)) for k in range(-4, 5))
+        most = exact("A", max(abs(drift.evaluate(u, ops)) for u in points))
     total = (2 / numbers["kappa"] ** 2) * (1 + most) * (1 + numbers.get("r", 0))
     return max(0, (total.numerator.bit_length() - total.denominator.bit_length()) * 3 // 10 + 1)
 
@@ -288,10 +295,11 @@ def _slope(
 
 
 def _nodes(value: Fraction, h: Fraction, one_sided: bool) -> list[Fraction]:
+    """The parameter values of the two difference quotients."""
     return [value + k * h for k in ((0, 1, 2, 4) if one_sided else (-2, -1, 1, 2))]
 
 
-def _differences(logs: list[Any], h: Any, one_sided: bool) -> tuple[Any, Any]:
+def _differences(logs: list[Any], h: mpf, one_sided: bool) -> tuple[Any, Any]:
     """Two values of the derivative, with errors of order h^2 and (2h)^2."""
     if one_sided:
         here, one, two, four = logs
@@ -305,7 +313,7 @@ def _exponent(x: Fraction) -> int:
     return (x.numerator.bit_length() - x.denominator.bit_length() - 1) * 30103 // 100_000
 
 
-def _lacking(context: Any, error: Any, allowed: Any) -> int:
+def _lacking(context: MPContext, error: mpf, allowed: mpf) -> int:
     """Digits by which `error` is too large."""
     return int(context.ceil(context.log10(error / allowed))) + 1
 
@@ -352,9 +360,11 @@ def _gathered(
     )
 
 
-def _plain(value: Any, shape: tuple[int, ...] | None, dps: int) -> Any:
+def _plain(value: mpf, shape: tuple[int, ...] | None, dps: int) -> mpf:
+    """An mpf of `dps` digits, or a float where there is a shape."""
     return to_mpf(value, dps) if shape is None else float(value)
 
 
 def _shaped(values: list[Any], shape: tuple[int, ...] | None) -> Any:
+    """The only value, or an array of all."""
     return values[0] if not shape else np.array(values).reshape(shape)

@@ -13,7 +13,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from test_witness import Formula, constant_drift
+from test_reference_quadrature import Formula, constant_drift
 
 from symasym.base.errors import AccuracyError, InputError, RegionError
 from symasym.drift import smoothings

@@ -96,7 +96,7 @@ def test_a_check_that_breaks_down_fails():
 
 
 def test_bound_with_certificate():
-    check = Bound(slack=a**2, on="all a")
+    check = Bound(difference=a**2, on="all a")
     assert passes(check, Inequality(2 * x * a, "<=", 2 * x * a + a**2))
     assert not passes(check, Inequality(2 * x * a, ">=", 2 * x * a + a**2))
     assert not passes(check, Inequality(2 * x * a, "<=", 2 * x * a + 2 * a**2))
@@ -109,7 +109,7 @@ def test_bound_needs_a_certificate_or_a_meeting_point():
 
 
 def test_bound_that_meets_and_grows():
-    check = Bound(monotone=(x, 0), meets={x: 0}, on="x > 0")
+    check = Bound(monotone=(x, 0), equality={x: 0}, on="x > 0")
     assert passes(check, Inequality(log(1 + x), "<=", x))
     assert not passes(check, Inequality(log(1 + x), "<=", x + 1))
     assert not passes(check, Inequality(log(1 + x), "<=", x / 2))
@@ -117,19 +117,19 @@ def test_bound_that_meets_and_grows():
 
 def test_bound_by_root_count():
     y = Symbol("y", real=True)
-    check = Bound(roots=(y, -1, 1), meets={y: 1}, on="-1 < y < 1")
+    check = Bound(roots=(y, -1, 1), equality={y: 1}, on="-1 < y < 1")
     assert passes(check, Inequality(y**2, "<=", sympy.S.One))
     assert not passes(check, Inequality(y**2, "<=", y))
 
 
 def test_false_inequality_names_a_point():
-    outcome = Bound(slack=x).run(Inequality(x**2, "<=", x), RNG)
+    outcome = Bound(difference=x).run(Inequality(x**2, "<=", x), RNG)
     assert not outcome.passed
     assert "x = " in outcome.point
 
 
 def test_a_negative_certificate_does_not_help():
-    assert not passes(Bound(slack=-x), Inequality(2 * x, "<=", x))
+    assert not passes(Bound(difference=-x), Inequality(2 * x, "<=", x))
 
 
 # -- numbers --------------------------------------------------------------------------------

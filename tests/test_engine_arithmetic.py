@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.exact.taylor_recurrences import (
+from symasym.exact.digit_panels import (
     constant_moments,
     guard_bits,
     integers,

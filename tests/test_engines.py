@@ -14,10 +14,10 @@ import pytest
 import symasym as sa
 from symasym.drift.float_field import field_of
 from symasym.drift.taylor_field import ExactField, dyadic, to_fraction
-from symasym.exact import float_block_panels, float_panels
+from symasym.exact import float_blocks, float_panels
 from symasym.exact import floats as double
-from symasym.exact.digit_partition import Partition
-from symasym.exact.float_block_panels import is_slow
+from symasym.exact.digits import Partition
+from symasym.exact.float_blocks import is_slow
 from symasym.numbers.trees import MpmathOps
 
 
@@ -336,7 +336,7 @@ def test_bisection_gives_up_where_it_does_not_help(monkeypatch: pytest.MonkeyPat
         assert sum(seen) < 200_000, "bisection runs away"
         return np.ones(seen[-1], dtype=bool)
 
-    monkeypatch.setattr(float_block_panels, "hidden", hidden)
+    monkeypatch.setattr(float_blocks, "hidden", hidden)
     drift = sa.Drift("tanh(2*u)")
     field = field_of(drift, drift.values, 1)
     one = np.ones(1)

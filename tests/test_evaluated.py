@@ -21,8 +21,8 @@ from symasym import friction, rescale
 from symasym.asymptotics.weak_noise import answer as weak_noise
 from symasym.base.contexts import own_context
 from symasym.exact import ball_panels, float_panels, sweep
+from symasym.exact.digit_panels import constant_moments
 from symasym.exact.sweep import Deferred, Record
-from symasym.exact.taylor_recurrences import constant_moments
 from symasym.generated import mpmath_formulas, numpy_formulas, plain_formulas
 from symasym.numbers import balls
 from symasym.numbers.log_positive import LogPositive

@@ -85,6 +85,12 @@ def check_uniform(scene: tuple[list[float], float, float, float]) -> None:
         assert abs(code - array.value[0]) <= 1e-11 * size + 1e-4 * one.error, scene
 
 
+@pytest.mark.parametrize("start", [0.3, 0.6, 0.9, 0.97, 1.0])
+def test_uniform_about_a_barrier(start: float) -> None:
+    """Friction with a well at 0.360 and a barrier at 0.932: before the well, between, and beyond."""
+    check_uniform(([1.3, -4.0, 0.0, 3.0], 0.02, 10.0, start))
+
+
 @settings(SAMPLE, max_examples=15)
 @given(uniform_scenes())
 def test_uniform_sample(scene: Any) -> None:

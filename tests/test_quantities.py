@@ -80,7 +80,7 @@ def test_balls_cover_most_of_the_table() -> None:
     assert not refused
 
 
-@pytest.mark.parametrize("problem", tagged("witness"), ids=str)
+@pytest.mark.parametrize("problem", tagged("quadrature"), ids=str)
 def test_plain_quadrature_agrees(problem: Problem) -> None:
     quantity = "1-P" if problem.slides else "T"
     found = problem.engine_questions(reference_quadrature)[quantity](12)
@@ -88,7 +88,7 @@ def test_plain_quadrature_agrees(problem: Problem) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("problem", tagged("witness"), ids=str)
+@pytest.mark.parametrize("problem", tagged("quadrature"), ids=str)
 def test_plain_quadrature_agrees_on_everything(problem: Problem) -> None:
     for quantity, ask in problem.engine_questions(reference_quadrature).items():
         assert relative(ask(20), reference(problem.name, quantity)) <= 1e-20, quantity

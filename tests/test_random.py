@@ -71,7 +71,7 @@ def check_balls(scene: tuple[sa.Drift, Fraction, Fraction, Fraction], dps: int) 
         assert abs(share - chance) <= spread + unit * abs(chance)
 
 
-def check_witness(scene: tuple[sa.Drift, Fraction, Fraction, Fraction]) -> None:
+def check_quadrature(scene: tuple[sa.Drift, Fraction, Fraction, Fraction]) -> None:
     """The printed double integral, by plain quadrature."""
     drift, kappa, r, start = scene
     wanted = reference_quadrature.escape_time(drift, kappa, min(r, Fraction(20)), start * 0, 16)
@@ -98,8 +98,8 @@ def test_balls_sample(kind: str) -> None:
 
 @FEW
 @given(scenes(-0.3, drifts()))
-def test_witness_sample(scene: Any) -> None:
-    check_witness(scene)
+def test_quadrature_sample(scene: Any) -> None:
+    check_quadrature(scene)
 
 
 @FEW

@@ -100,7 +100,7 @@ def test_strong_noise_costs_tightness_not_truth() -> None:
 
 
 def test_against_plain_quadrature() -> None:
-    # The witness shares nothing with the engines, nor with the proof.
+    # The quadrature shares nothing with the engines, nor with the proof.
     kappa, r = Fraction(1, 5), Fraction(9, 10)
     drift = sa.polynomial(0, -1, "1/2", "-1/3")
     bound = sa.weak_noise_bound(drift, r, order=1, kappa0=kappa)

@@ -90,8 +90,7 @@ def test_corrections_against_quadrature(barrier: bool, t: str) -> None:
 def test_a_start_beside_a_barrier(order: int, alone: bool) -> None:
     """By its distance in widths of the barrier; the worst errors fall as they should.
 
-    Where the barrier is alone T is a logarithm, all of it from the outer part. Order 0 takes closed
-    forms, which do not have the start's own Gaussian: their error, as claimed, is one of widths.
+    Where the barrier is alone T is a logarithm, all of it from the outer part.
     """
     drift = with_zeros(Fraction(1, 2), HALF, -3) if alone else DRIFT
     worst = []
@@ -103,10 +102,7 @@ def test_a_start_beside_a_barrier(order: int, alone: bool) -> None:
             assert error <= claim <= 20 * error + 1e-8 * 10.0 ** (-2 * order)
             errors.append(error)
         worst.append(max(errors))
-    if not order:
-        assert max(worst) <= 0.03
-        return
-    assert worst[0] <= [3, 30][order - 1] * 0.04 ** (2 * order + 2)
+    assert worst[0] <= [0.3, 3, 30][order] * 0.04 ** (2 * order + 2)
     assert np.log2(float(worst[0] / worst[1])) >= 2 * (order + 1) * 0.95
 
 

@@ -16,7 +16,7 @@ from strategies import ALL, SAMPLE, drifts, powers_of_ten, rationals
 
 import symasym as sa
 from symasym.asymptotics.weak_noise import critical_points, regular_part
-from symasym.asymptotics.weak_noise.regular_panels import panel_integrals
+from symasym.asymptotics.weak_noise.regular_part import panel_integrals
 from symasym.base.contexts import own_context
 from symasym.drift.taylor_field import ExactField
 from symasym.methods import laplace

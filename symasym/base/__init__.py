@@ -1,1 +1,1 @@
-"""What every room uses: reading input, errors, estimates, files, progress, executors."""
+"""Used by every room: reading input, errors, estimates, files, progress, executors."""

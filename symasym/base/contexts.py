@@ -6,13 +6,19 @@ import math
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from numbers import Rational
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
 
 _local = threading.local()
 
 
 @contextmanager
-def own_context(dps: int) -> Iterator[Any]:
+def own_context(dps: int) -> Iterator[MPContext]:
     """An mpmath context private to this thread, at `dps` digits while the block runs."""
     stack = getattr(_local, "stack", None)
     if stack is None:
@@ -31,7 +37,7 @@ def own_context(dps: int) -> Iterator[Any]:
         stack.append(context)
 
 
-def float_with_error(value: Any, error: Any) -> tuple[float, float]:
+def float_with_error(value: mpf, error: mpf) -> tuple[float, float]:
     """`value`, an mpf, as a float; `error` with what that rounds off, rounded up."""
     from mpmath import libmp
 
@@ -43,13 +49,13 @@ def float_with_error(value: Any, error: Any) -> tuple[float, float]:
     return rounded, math.nextafter(total, math.inf)
 
 
-def mpf_of(x: Any, context: Any) -> Any:
+def mpf_of(x: Rational | int, context: MPContext) -> mpf:
     """The rational `x` (int, Fraction or gmpy2's) in mpmath's `context`, rounded as it rounds."""
     # Not by libmp, which would give an interval context one end, and no enclosure.
     return context.mpf(x.numerator) / x.denominator
 
 
-def to_mpf(value: Any, dps: int) -> Any:
+def to_mpf(value: mpf, dps: int) -> mpf:
     """`value`, of any mpmath context, as the caller's kind of mpf, rounded to `dps` digits."""
     import mpmath
 

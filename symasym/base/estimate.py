@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
+
+from symasym.base.inputs import Floats
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+
 
 ErrorKind = Literal["bound", "estimate", "none"]
 
 
 @dataclass(frozen=True, repr=False)
 class Estimate:
-    """What a verb returns with ``full=True``.
+    """The result of a verb with ``full=True``.
 
     Attributes
     ----------
@@ -50,7 +56,8 @@ class Estimate:
         return f"Estimate({self})"
 
 
-def _shown(value: Any, digits: int) -> str:
+def _shown(value: mpf | Floats, digits: int) -> str:
+    """The value to so many digits; an array as NumPy shows it."""
     from mpmath import libmp
 
     if hasattr(value, "shape"):
@@ -59,7 +66,7 @@ def _shown(value: Any, digits: int) -> str:
     return str(libmp.to_str(exactly, digits))
 
 
-def _text_with_error(value: Any, error: Any) -> tuple[str, str]:
+def _text_with_error(value: mpf | Floats, error: mpf | Floats) -> tuple[str, str]:
     """The digits that the error leaves, and the error with what printing them rounds off."""
     from mpmath import nstr
 

@@ -1,4 +1,4 @@
-"""Where batches of work are done: here, in processes of this machine, or on a cluster."""
+"""Executors of batches of work: in this thread, in processes of this machine, or on a cluster."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ class Here(Executor):
     """Does the work in this thread, when it is submitted."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """The call's result, in a future that is done."""
         done: Future[Any] = Future()
         done.set_result(fn(*args, **kwargs))
         return done
@@ -71,6 +72,7 @@ def _attend() -> None:
     assert parent is not None
 
     def watch() -> None:
+        """End this process when its parent ends."""
         parent.join()
         os._exit(1)
 
@@ -100,7 +102,7 @@ def cluster(address: str) -> Iterator[Executor]:
             f"the scheduler's address is {address!r}; give its host and port, such as "
             "tcp://127.0.0.1:8786."
         )
-    # What it logs of a lost connection is told in one sentence below.
+    # What it logs of a lost connection is said in one sentence below.
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     connect: Any = distributed.Client
     try:

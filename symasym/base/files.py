@@ -10,11 +10,14 @@ from contextlib import suppress
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symasym.base.contexts import own_context
 from symasym.base.errors import OutputError
 from symasym.base.estimate import Estimate
+
+if TYPE_CHECKING:
+    from mpmath import mpf
 
 
 def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
@@ -53,7 +56,7 @@ def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
         ) from None
 
 
-def write_json(path: str | os.PathLike[str], data: Any) -> None:
+def write_json(path: str | os.PathLike[str], data: object) -> None:
     """Write `data` as JSON, whole or not at all (see `write_bytes`)."""
     write_bytes(path, (json.dumps(data, indent=1, ensure_ascii=False) + "\n").encode())
 
@@ -66,14 +69,14 @@ def read_json(path: str | os.PathLike[str]) -> Any:
         return None
 
 
-def decimal_text(value: Any, dps: int) -> str:
+def decimal_text(value: mpf, dps: int) -> str:
     """An mpf rounded to `dps` digits, trailing zeros included."""
     from mpmath import libmp
 
     return str(libmp.to_str(value._mpf_, dps, strip_zeros=False))
 
 
-def decimal_ball(value: Any, error: Any, dps: int) -> tuple[str, str]:
+def decimal_ball(value: mpf, error: mpf, dps: int) -> tuple[str, str]:
     """`value` rounded to `dps` digits, and an `error` that has grown by the rounding.
 
     Parameters
@@ -103,39 +106,40 @@ def decimal_ball(value: Any, error: Any, dps: int) -> tuple[str, str]:
         return mid, str(context.nstr(rad, 3))
 
 
-def reference_value(x: Mapping[str, str], found: Estimate, dps: int) -> dict[str, Any]:
+def reference_value(x: Mapping[str, str], estimate: Estimate, dps: int) -> dict[str, Any]:
     """One reference value as it stands in a JSON file: decimal strings, never floats.
 
     Parameters
     ----------
     x : mapping of str to str
         The exact inputs.
-    found : Estimate
+    estimate : Estimate
         Of mpf numbers, best with a few more than `dps` digits.
     dps : int
         Decimal digits to print (see `decimal_ball`).
     """
-    mid, rad = decimal_ball(found.value, found.error, dps)
+    mid, rad = decimal_ball(estimate.value, estimate.error, dps)
     return {
         "x": dict(x),
         "mid": mid,
         "rad": rad,
-        "error_kind": found.error_kind,
+        "error_kind": estimate.error_kind,
         "dps": dps,
-        "method": found.method,
+        "method": estimate.method,
         "versions": versions("mpmath", "gmpy2", "python-flint"),
     }
 
 
 def versions(*libraries: str) -> dict[str, str]:
     """Versions of symasym, Python and those of `libraries` that are installed."""
-    found = {"symasym": _version("symasym"), "python": platform.python_version()}
-    found |= {name: _version(name) for name in libraries}
-    return {name: version for name, version in found.items() if version}
+    known = {"symasym": _version("symasym"), "python": platform.python_version()}
+    known |= {name: _version(name) for name in libraries}
+    return {name: version for name, version in known.items() if version}
 
 
 @cache
 def _version(distribution: str) -> str:
+    """The version of a distribution that is installed, else an empty text."""
     try:
         return metadata.version(distribution)
     except metadata.PackageNotFoundError:

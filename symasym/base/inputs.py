@@ -7,15 +7,21 @@ import re
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from numbers import Rational
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symasym.base.errors import InputError
 
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from sympy import Expr
+
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
+#: A value in float64, or an array of them.
+Floats = float | FloatArray
 #: What a caller may write for a number, and for a number or an array of them; numbers of mpmath
 #: and SymPy, which have no types, as well.
 Number = int | float | str | Fraction | Decimal
@@ -35,7 +41,7 @@ def is_array(value: object) -> bool:
     return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
-def exact(name: str, value: Any) -> Fraction:
+def exact(name: str, value: object) -> Fraction:
     """The exact rational that `value` stands for.
 
     Parameters
@@ -80,6 +86,7 @@ def exact(name: str, value: Any) -> Fraction:
 
 
 def _from_text(name: str, text: str) -> Fraction:
+    """The rational that a text stands for: a decimal or a quotient."""
     exponent = text.lower().rpartition("e")[2] if "e" in text.lower() else "0"
     try:
         if abs(int(exponent)) > _LONGEST_EXPONENT:
@@ -99,7 +106,7 @@ def _from_text(name: str, text: str) -> Fraction:
         ) from None
 
 
-def _from_library(name: str, value: Any) -> Fraction:
+def _from_library(name: str, value: mpf | Expr) -> Fraction:
     """Numbers of mpmath and SymPy, known by their own attributes so that neither is loaded."""
     if hasattr(value, "_mpf_"):
         sign, mantissa, exponent, _ = value._mpf_
@@ -121,7 +128,7 @@ def _from_library(name: str, value: Any) -> Fraction:
     )
 
 
-def floats(name: str, value: Any, copy: bool = True) -> FloatArray:
+def floats(name: str, value: Numbers, copy: bool = True) -> FloatArray:
     """`value` as a float64 array (0-dimensional for a scalar), finite and not empty.
 
     Without `copy` it is read only, as it may be the caller's own.
@@ -171,7 +178,7 @@ def to_float(name: str, value: Fraction | int) -> float:
     return result
 
 
-def digits(dps: Any) -> int:
+def digits(dps: int) -> int:
     """A number of decimal digits, 1 to 10,000."""
     if isinstance(dps, bool) or not isinstance(dps, (int, np.integer)):
         raise InputError(f"dps is {dps!r}; give a whole number of digits from 1 to 10000.")

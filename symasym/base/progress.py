@@ -43,23 +43,24 @@ def stage(
             ) as bar:
                 yield bar.update
             return
-    told = f", {done} of them made before" if done else ""
-    print(f"{name}: {total} steps{told}", file=sys.stderr, flush=True)
+    before = f", {done} of them made before" if done else ""
+    print(f"{name}: {total} steps{before}", file=sys.stderr, flush=True)
     yield (lambda count=1: None) if every is None else _lines(name, total, done, every)
 
 
 def _lines(name: str, total: int, done: int, every: float) -> Callable[..., object]:
-    """What prints a line after `every` seconds."""
-    begun = told = time.monotonic()
+    """Lines on the standard error stream, at least `every` seconds apart."""
+    begun = printed = time.monotonic()
     made = 0
 
     def step(count: int = 1) -> None:
-        nonlocal made, told
+        """Count the steps that were made, and print a line if it is time."""
+        nonlocal made, printed
         made += count
         now = time.monotonic()
-        if now - told < every or not made:
+        if now - printed < every or not made:
             return
-        told, rate = now, made / (now - begun)
+        printed, rate = now, made / (now - begun)
         left = round((total - done - made) / rate)
         print(
             f"{name}: {done + made} of {total}, {rate:.3g}/s, "

@@ -96,6 +96,7 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
 
 
 def _root(x: Fraction) -> Fraction | None:
+    """The square root of a rational where it is rational, else None."""
     from math import isqrt
 
     root = Fraction(isqrt(x.numerator), isqrt(x.denominator))
@@ -103,6 +104,7 @@ def _root(x: Fraction) -> Fraction | None:
 
 
 def _noise(k: Fraction, e: Fraction) -> Any:
+    """k/sqrt(e) as an mpf, right to 60 digits (eq:tildexykappa)."""
     with own_context(_DIGITS + 5) as context:
         kappa, eps = (mpf_of(x, context) for x in (k, e))
         from symasym.generated import mpmath_formulas

@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+
+from symasym.commands.settings import Commands
 
 
-def add_parser(subparsers: Any) -> None:
+def add_parser(subparsers: Commands) -> None:
     """Add the parser of ``derive``."""
     parser = subparsers.add_parser(
         "derive", help="check the derivation of a label and of all it rests on (default: every one)"

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import re
-from typing import Any
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import settings
+from symasym.commands.settings import Commands, settings
 from symasym.drift.named import DRIFTS, named_drift
 
 
-def add_parser(commands: Any) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the parser of ``emit``; it sets ``run`` to its function."""
     parser = commands.add_parser(
         "emit",
@@ -20,7 +19,7 @@ def add_parser(commands: Any) -> None:
         allow_abbrev=False,
     )
     parser.add_argument("label", metavar="LABEL", help="such as eq:Ttildesmall, folds, eq:V")
-    # Which targets there are is told by the error: asking here would load SymPy.
+    # The error names the targets: asking here would load SymPy.
     targets = "numpy, mpmath, python, c, javascript or latex"
     parser.add_argument("--target", required=True, metavar="T", help=targets)
     parser.add_argument("-o", "--out", metavar="FILE", help="where to (standard output)")
@@ -36,6 +35,7 @@ def add_parser(commands: Any) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> None:
+    """``symasym emit``."""
     import symasym as sa
 
     values, drift = settings(arguments.set), None

@@ -10,10 +10,10 @@ from typing import Any
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import whole
-from symasym.commands.settings import settings
+from symasym.commands.settings import Commands, settings
 
 
-def add_parser(subparsers: Any) -> None:
+def add_parser(subparsers: Commands) -> None:
     """Add the parser of ``figure``; it sets ``run`` to its function.
 
     Parameters
@@ -80,7 +80,7 @@ def _read(name: str, values: dict[str, str]) -> dict[str, Any]:
     from symasym.workshop.figures import FIGURES
 
     known = inspect.signature(FIGURES[name]).parameters
-    found: dict[str, Any] = {}
+    arguments: dict[str, Any] = {}
     for key, text in values.items():
         if key not in known:
             raise InputError(
@@ -88,7 +88,7 @@ def _read(name: str, values: dict[str, str]) -> dict[str, Any]:
             )
         default = known[key].default
         if isinstance(default, tuple):
-            found[key] = text.split(",")
+            arguments[key] = text.split(",")
         else:
-            found[key] = whole(key, text) if key == "points" else text
-    return found
+            arguments[key] = whole(key, text) if key == "points" else text
+    return arguments

@@ -38,7 +38,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0, or 1 for a derivation or check that fails, 2 after an error that is told in one
+        0, or 1 for a derivation or check that fails, 2 after an error that is said in one
         sentence, 130 after an interrupt.
     """
     if argv is None:
@@ -99,6 +99,7 @@ class _Version(argparse.Action):
 
 
 def _parser() -> argparse.ArgumentParser:
+    """The parser of the whole command line."""
     parser = argparse.ArgumentParser(
         prog="symasym",
         description="Escape times and Laplace-type integrals of smoothed switches with noise.",

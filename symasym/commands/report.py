@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+
+from symasym.commands.settings import Commands
 
 
-def add_parser(subparsers: Any) -> None:
+def add_parser(subparsers: Commands) -> None:
     """Add the parser of ``report``; it sets ``run`` to `run_report`."""
     parser = subparsers.add_parser(
         "report",

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+
+from symasym.commands.settings import Commands
 
 
-def add_parser(commands: Any) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the parser of ``reproduce``."""
     parser = commands.add_parser(
         "reproduce",
@@ -32,7 +33,7 @@ def run(arguments: argparse.Namespace) -> None:
     from symasym.workshop.reproduce import reproduce, worst_disagreement
 
     for outcome in reproduce(arguments.out, arguments.only, arguments.dps, arguments.force):
-        files = outcome.stage.told(Path(arguments.out))
+        files = outcome.stage.summary(Path(arguments.out))
         spent = "up to date" if outcome.seconds is None else f"{outcome.seconds:.1f} s"
         print(f"{outcome.stage.name}: {files} ({spent})", flush=True)
     worst = worst_disagreement(arguments.out)

@@ -1,15 +1,19 @@
-"""What ``--set NAME=X`` says on a command line."""
+"""The option ``--set NAME=X`` of a command line."""
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Sequence
-from typing import Any
+from typing import TypeAlias
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import is_name
 
+#: What ``add_subparsers`` returns, to which each command adds its parser.
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
-def settings(pairs: Sequence[str]) -> dict[str, Any]:
+
+def settings(pairs: Sequence[str]) -> dict[str, str]:
     """The texts of ``NAME=X`` pairs by name.
 
     Raises
@@ -22,7 +26,7 @@ def settings(pairs: Sequence[str]) -> dict[str, Any]:
     >>> settings(["mu=3", "z0=-0.4"])
     {'mu': '3', 'z0': '-0.4'}
     """
-    values: dict[str, Any] = {}
+    values: dict[str, str] = {}
     for pair in pairs:
         name, equals, text = pair.partition("=")
         if not equals or not is_name(name):

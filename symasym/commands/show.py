@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from typing import TYPE_CHECKING
 
 from symasym.base.errors import InputError
+from symasym.commands.settings import Commands
+
+if TYPE_CHECKING:
+    from symasym.formula import Formula
 
 
-def add_parser(subparsers: Any) -> None:
+def add_parser(subparsers: Commands) -> None:
     """Add the parser of ``show``."""
     parser = subparsers.add_parser("show", help="print a formula")
     parser.add_argument("label", nargs="?", metavar="LABEL", help="such as eq:Ttilde, fr1, folds")
@@ -42,6 +46,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _show_all(arguments: argparse.Namespace) -> None:
+    """Print every formula, or the document of all with ``--latex``."""
     from symasym.formula import formula, labels
 
     if not arguments.all:
@@ -59,7 +64,7 @@ def _show_all(arguments: argparse.Namespace) -> None:
         print(f"{label}: {shown.title}\n\n{pretty(shown)}\n")
 
 
-def pretty(shown: Any) -> str:
+def pretty(shown: Formula) -> str:
     """A formula drawn with characters, as wide as it needs."""
     import sympy
 

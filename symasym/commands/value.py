@@ -7,14 +7,14 @@ import json
 import time
 from typing import TYPE_CHECKING, Any
 
-from symasym.commands.settings import settings
+from symasym.commands.settings import Commands, settings
 from symasym.drift.named import DRIFTS, named_drift
 
 if TYPE_CHECKING:
     from symasym.base.estimate import Estimate
 
 
-def add_parser(commands: Any) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the parsers of ``value``, one a quantity."""
     parser = commands.add_parser(
         "value",
@@ -59,6 +59,7 @@ def add_parser(commands: Any) -> None:
 
 
 def _order(text: str) -> int | str:
+    """An order as a number, or ``"optimal"``."""
     return text if text == "optimal" else int(text)
 
 
@@ -76,36 +77,37 @@ def run(arguments: argparse.Namespace) -> None:
     drift = named_drift(arguments.drift, arguments.expr, settings(arguments.set))
     verb = getattr(sa, arguments.verb)
     start = time.perf_counter()
-    found = verb(drift, **inputs, dps=dps, full=arguments.json)
+    answer = verb(drift, **inputs, dps=dps, full=arguments.json)
     seconds = time.perf_counter() - start
     if arguments.json:
-        _print_json(arguments, inputs, found, seconds)
+        _print_json(arguments, inputs, answer, seconds)
     elif dps is None:
-        print(repr(float(found)))
+        print(repr(float(answer)))
     else:
-        print(decimal_text(found, arguments.dps))
+        print(decimal_text(answer, arguments.dps))
 
 
 def _print_json(
-    arguments: argparse.Namespace, inputs: dict[str, Any], found: Estimate, seconds: float
+    arguments: argparse.Namespace, inputs: dict[str, Any], estimate: Estimate, seconds: float
 ) -> None:
+    """Print the value with its error, kind, method, time and inputs."""
     from symasym.base.files import decimal_ball, decimal_text
 
     error: str | None
     if arguments.dps is None:
-        value = repr(float(found.value))
-        error = None if found.error is None else repr(float(found.error))
-    elif found.error is None:
-        value, error = decimal_text(found.value, arguments.dps), None
+        value = repr(float(estimate.value))
+        error = None if estimate.error is None else repr(float(estimate.error))
+    elif estimate.error is None:
+        value, error = decimal_text(estimate.value, arguments.dps), None
     else:
-        value, error = decimal_ball(found.value, found.error, arguments.dps)
+        value, error = decimal_ball(estimate.value, estimate.error, arguments.dps)
     drift = {"expr": arguments.expr} if arguments.expr else {"drift": arguments.drift}
     record = {
         "quantity": arguments.quantity,
         "value": value,
         "error": error,
-        "error_kind": found.error_kind,
-        "method": found.method,
+        "error_kind": estimate.error_kind,
+        "method": estimate.method,
         "dps": arguments.dps,
         "seconds": round(seconds, 6),
         "inputs": {**drift, "set": settings(arguments.set), **inputs},

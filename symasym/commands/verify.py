@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+
+from symasym.commands.settings import Commands
 
 
-def add_parser(subparsers: Any) -> None:
+def add_parser(subparsers: Commands) -> None:
     """Add the parser of ``verify``; it sets ``run`` to `run_verify`."""
     parser = subparsers.add_parser(
         "verify",
@@ -27,10 +28,10 @@ def run_verify(arguments: argparse.Namespace) -> int:
     from symasym.workshop.verify import verify
     from symasym.workshop.verify.pages import record, table
 
-    found = verify(arguments.level, arguments.seed, arguments.workers)
+    report = verify(arguments.level, arguments.seed, arguments.workers)
     if arguments.out:
-        write_json(arguments.out, record(found))
-    print(table(found))
-    if found.interrupted:
+        write_json(arguments.out, record(report))
+    print(table(report))
+    if report.interrupted:
         return 130
-    return 0 if found.passed else 1
+    return 0 if report.passed else 1

@@ -10,7 +10,7 @@ from typing import Any
 
 from symasym.base.errors import SymasymError
 from symasym.derivation.checks import Check
-from symasym.derivation.results import Outcome, latex, statement, text
+from symasym.derivation.results import Outcome, Statement, latex, statement, text
 
 RULES = (
     "define",
@@ -73,8 +73,8 @@ class Step:
     check: Check
     reason: str = ""
 
-    def run(self, result: Any = None, seed: int = 3) -> Outcome:
-        """Check the stated result (or another one in its place)."""
+    def run(self, result: Statement | None = None, seed: int = 3) -> Outcome:
+        """Check the stated result (or another one instead)."""
         stated = self.result if result is None else result
         try:
             return self.check.run(stated, random.Random(f"{seed} {self.name}"))
@@ -104,7 +104,7 @@ class StepRecord:
     seconds: float
 
 
-def _states(stated: Any, result: Any) -> bool:
+def _states(stated: Statement, result: Statement) -> bool:
     """True where a step's result is `result`, or has it as one of its pieces."""
     if stated is result or stated == result:
         return True
@@ -148,7 +148,7 @@ class Derivation:
     note: str = ""
     cases: tuple[str, ...] = ()
 
-    def step(self, name: str, rule: str, result: Any, check: Check, reason: str = "") -> Any:
+    def step(self, name: str, rule: str, result: Statement, check: Check, reason: str = "") -> Any:
         """Add a step; gives back its result, for the next one."""
         if rule not in RULES:
             raise ValueError(f"{rule!r} is no rule; the rules are {', '.join(RULES)}.")
@@ -173,8 +173,8 @@ class Derivation:
 
     def conclude(
         self,
-        left: Any,
-        result: Any,
+        left: Statement,
+        result: Statement,
         error: str = "exact",
         *,
         note: str = "",
@@ -225,6 +225,7 @@ class Derivation:
         return [self._record(step) for step in self.steps]
 
     def _record(self, step: Step) -> StepRecord:
+        """The record of a step whose check passes; a `DerivationError` for one that does not."""
         begun = time.perf_counter()
         outcome = step.run()
         seconds = time.perf_counter() - begun

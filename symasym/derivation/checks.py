@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Protocol
 import sympy
 
 from symasym.derivation.proofs import difference_at, quick_zero, zero_by
-from symasym.derivation.results import Outcome, parts, text
+from symasym.derivation.results import Outcome, Statement, parts, text
 
 
 class Check(Protocol):
@@ -19,12 +19,14 @@ class Check(Protocol):
 
     kind: ClassVar[str]
 
-    def run(self, result: Any, rng: random.Random) -> Outcome: ...
+    def run(self, result: Statement, rng: random.Random) -> Outcome: ...
 
     def how(self) -> str: ...
 
 
-def compare(got: Any, want: Any, rng: random.Random, inside: Mapping[Any, Any]) -> Outcome:
+def compare(
+    got: sympy.Expr, want: sympy.Expr, rng: random.Random, inside: Mapping[Any, Any]
+) -> Outcome:
     """Exact equality of two expressions: a quick proof, else a search for a difference."""
     quick = quick_zero(got - want)
     if quick:
@@ -34,7 +36,7 @@ def compare(got: Any, want: Any, rng: random.Random, inside: Mapping[Any, Any]) 
         return Outcome(False, "the two sides differ", *apart)
     way = zero_by(got - want)
     if way is None:
-        # Not told apart by numbers and not proved equal: unknown, and unknown fails.
+        # Not distinguished by numbers and not proved equal: unknown, and unknown fails.
         return Outcome(
             False,
             "unknown: no proof found that the sides are equal",
@@ -64,9 +66,10 @@ class Identity:
 
     @cached_property
     def _reference(self) -> list[Any]:
+        """The pieces of the reference, worked out once."""
         return parts(self.reference() if callable(self.reference) else self.reference)
 
-    def run(self, result: Any, rng: random.Random) -> Outcome:
+    def run(self, result: Statement, rng: random.Random) -> Outcome:
         """Compare piece by piece."""
         got, want = parts(result), self._reference
         if len(got) != len(want):
@@ -101,7 +104,7 @@ class Satisfies:
     inside: Mapping[Any, Any] = field(default_factory=dict)
     kind: ClassVar[str] = "symbolic identity"
 
-    def run(self, result: Any, rng: random.Random) -> Outcome:
+    def run(self, result: Statement, rng: random.Random) -> Outcome:
         """Bring every equation to an exact zero."""
         pieces = parts(result)
         named = self.equations(pieces if len(pieces) > 1 else pieces[0])

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy
 from sympy.printing.str import StrPrinter
 
 from symasym.derivation.results import parts
 
+if TYPE_CHECKING:
+    from sympy import Expr
+
+
 #: "plain" has no functions at all: + - * / and whole powers, for any arithmetic.
 TARGETS = ("numpy", "mpmath", "plain")
+# The type of an argument in each, which the head of an emitted module imports or defines.
+_NUMBERS = {"numpy": "Floats", "mpmath": "mpf", "plain": "Ratios"}
 # SymPy's name of a function -> the name it goes by here (and in C).
 _KNOWN = {
     **{name: name for name in ("exp", "log", "tanh", "sin", "cos", "asin", "acos", "atan")},
@@ -39,6 +46,7 @@ class Dialect:
     whole: str = ""  # what makes a whole number a double
 
     def call(self, name: str, arguments: list[str]) -> str:
+        """The call of a function on arguments that are written already."""
         if name in self.helpers:
             return f"{self.helpers[name]}({', '.join([self.first, *arguments][not self.first :])})"
         return f"{self.prefix}{self.names.get(name, name)}({', '.join(arguments)})"
@@ -103,7 +111,8 @@ class Printer(StrPrinter):  # type: ignore[misc]
         self.dialect = DIALECTS[target]
         self.target, self.names = target, dict(names)
 
-    def _call(self, name: str, *arguments: Any) -> str:
+    def _call(self, name: str, *arguments: Expr) -> str:
+        """The call of a function of the target; `NotEmittable` where it has none."""
         if self.target == "plain":
             raise NotEmittable(f"{name} is no operation of every arithmetic.")
         return self.dialect.call(name, [self._print(a) for a in arguments])
@@ -114,21 +123,25 @@ class Printer(StrPrinter):  # type: ignore[misc]
         self.names[symbol] = text
         return symbol
 
-    def _print_Symbol(self, expr: Any) -> str:
+    def _print_Symbol(self, expr: Expr) -> str:
+        """The name given to a symbol, else its own without the mark before an index."""
         if expr in self.names:
             return str(self.names[expr])
         name = str(expr.name)
         return name.replace("_", "") if "_" in name and name[-1].isdigit() else name
 
-    def _print_Pi(self, expr: Any) -> str:
+    def _print_Pi(self, expr: Expr) -> str:
+        """The target's pi."""
         if self.target == "plain":
             raise NotEmittable("pi is no number of every arithmetic.")
         return f"{self.dialect.prefix}pi"
 
-    def _print_Integer(self, expr: Any) -> str:
+    def _print_Integer(self, expr: Expr) -> str:
+        """A whole number, as a double in languages that would divide it as one."""
         return f"{expr.p}{self.dialect.whole}"
 
-    def _print_Rational(self, expr: Any) -> str:
+    def _print_Rational(self, expr: Expr) -> str:
+        """A quotient, divided by the arithmetic in which the formula is evaluated."""
         if expr.q == 1:
             return self._print_Integer(expr)
         # A quotient of Python ints would be a float64: let the context divide.
@@ -138,7 +151,8 @@ class Printer(StrPrinter):  # type: ignore[misc]
             return f"ctx.mpf({expr.p})/{expr.q}"
         return f"{expr.p}{self.dialect.whole}/{expr.q}{self.dialect.whole}"
 
-    def _print_Function(self, expr: Any) -> str:
+    def _print_Function(self, expr: Expr) -> str:
+        """The call of one of the functions in `_KNOWN`."""
         name = _KNOWN.get(type(expr).__name__)
         if name is None:
             raise NotEmittable(f"{expr} has no closed form to emit.")
@@ -146,7 +160,8 @@ class Printer(StrPrinter):  # type: ignore[misc]
 
     _print_Abs = _print_Function
 
-    def _print_log(self, expr: Any) -> str:
+    def _print_log(self, expr: Expr) -> str:
+        """log(1 + x) as log1p(x), and the logarithm of a sum of exponentials by logaddexp."""
         (argument,) = expr.args
         if argument.is_Add and len(argument.args) == 2:
             terms = [a for a in argument.args if a != 1]
@@ -158,12 +173,13 @@ class Printer(StrPrinter):  # type: ignore[misc]
                 return self._call("log1p", *terms)
         return self._call("log", argument)
 
-    def _print_Mul(self, expr: Any) -> str:
+    def _print_Mul(self, expr: Expr) -> str:
+        """A product, its square roots joined into one."""
         if sum(_root_of_positive(a) for a in expr.args) < 2:
             return str(super()._print_Mul(expr))
         return self._with_one_root(expr.args)
 
-    def _with_one_root(self, factors: Any) -> str:
+    def _with_one_root(self, factors: Iterable[Expr]) -> str:
         """The product with its half-integer powers as one square root."""
         under, rest = sympy.S.One, []
         for factor in factors:
@@ -175,7 +191,8 @@ class Printer(StrPrinter):  # type: ignore[misc]
         root = self._placeholder(self._call("sqrt", under))
         return str(self._print(sympy.Mul(*rest, root)))
 
-    def _print_Add(self, expr: Any, order: Any = None) -> str:
+    def _print_Add(self, expr: Expr, order: str | None = None) -> str:
+        """A sum, with c e^x - c written as c expm1(x)."""
         constant = sum((a for a in expr.args if a.is_Rational), sympy.S.Zero)
         for term in expr.args:
             factor, power = term.as_coeff_Mul()
@@ -186,7 +203,8 @@ class Printer(StrPrinter):  # type: ignore[misc]
                 return str(self._print(sympy.Add(*rest, factor * close)))
         return str(super()._print_Add(expr, order=order))
 
-    def _print_Pow(self, expr: Any, rational: bool = False) -> str:
+    def _print_Pow(self, expr: Expr, rational: bool = False) -> str:
+        """A power by the operator, a square root or a function of the target."""
         base, exponent = expr.base, expr.exp
         if exponent == sympy.Rational(1, 2):
             return self._call("sqrt", base)
@@ -204,18 +222,20 @@ class Printer(StrPrinter):  # type: ignore[misc]
             raise NotEmittable(f"{expr} is no operation of every arithmetic.")
         return f"{self.parenthesize(base, 60)}**({self._print(exponent)})"
 
-    def _print_ExpBase(self, expr: Any) -> str:
+    def _print_ExpBase(self, expr: Expr) -> str:
         return self._call("exp", expr.args[0])
 
     _print_exp = _print_ExpBase
 
 
-def _root_of_positive(e: Any) -> bool:
+def _root_of_positive(e: Expr) -> bool:
     """A half-integer power of something positive, so that roots may be joined."""
     return bool(e.is_Pow and e.exp.is_Rational and e.exp.q == 2 and e.base.is_positive)
 
 
-def code(expression: Any, target: str, names: dict[Any, str] | None = None) -> str:
+def code(
+    expression: Expr | tuple[Expr, ...], target: str, names: dict[Any, str] | None = None
+) -> str:
     """One expression, or a tuple of them, as Python source.
 
     Raises
@@ -234,7 +254,7 @@ def code(expression: Any, target: str, names: dict[Any, str] | None = None) -> s
 def function(
     name: str,
     arguments: list[Any],
-    expression: Any,
+    expression: Expr | tuple[Expr, ...],
     target: str,
     doc: str,
     names: dict[Any, str] | None = None,
@@ -245,14 +265,21 @@ def function(
     missing = {s for e in parts(expression) for s in e.free_symbols} - set(arguments)
     if missing:
         raise NotEmittable(f"{name} needs {', '.join(sorted(map(str, missing)))} as arguments.")
-    first = ["ctx: Any"] if target == "mpmath" else []
-    signature = ", ".join([*first, *(f"{a}: Any" for a in shown)])
-    head = f"def {name}({signature}) -> Any:"
+    body = code(expression, target, names)
+    number = returned = _NUMBERS[target]
+    if target == "plain" and re.search(r"-(?!\d)|\*\*", body):
+        number = "Field"
+    if target != "mpmath":
+        returned = "Any"
+    elif len(parts(expression)) > 1:
+        returned = f"tuple[{number}, ...]"
+    first = ["ctx: MPContext"] if target == "mpmath" else []
+    signature = ", ".join([*first, *(f"{a}: {number}" for a in shown)])
+    head = f"def {name}({signature}) -> {returned}:"
     if len(head) > 100:
         if len(signature) > 96:
             signature = signature.replace(", ", ",\n    ") + ","
-        head = f"def {name}(\n    {signature}\n) -> Any:"
-    body = code(expression, target, names)
+        head = f"def {name}(\n    {signature}\n) -> {returned}:"
     if len(body) > 88:
         # Lines are broken at spaces; a long product has none of its own.
         spaced = body if len(max(body.split(), key=len)) < 80 else body.replace(")*", ") * ")

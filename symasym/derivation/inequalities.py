@@ -1,4 +1,4 @@
-"""Checks of inequalities: a certificate, or an exact proof with a point where both sides meet."""
+"""Checks of inequalities: a certificate, or an exact proof with a point of equality."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import sympy
 
 from symasym.derivation.checks import compare
 from symasym.derivation.proofs import random_value, sign_by
-from symasym.derivation.results import Inequality, Outcome, text
+from symasym.derivation.results import Inequality, Outcome, Statement, text
 
 
 @dataclass
@@ -20,46 +20,46 @@ class Bound:
 
     Parameters
     ----------
-    slack : expression, optional
+    difference : expression, optional
         A certificate: larger side less smaller side, in a form whose sign is seen.
     monotone : tuple (symbol, start), optional
-        The slack is 0 at ``symbol = start`` and its derivative has a visible sign beyond.
+        The difference is 0 at ``symbol = start`` and its derivative has a visible sign beyond.
     roots : tuple (symbol, low, high), optional
-        The slack is a polynomial without a root inside (low, high) (Sturm, exactly).
+        The difference is a polynomial without a root inside (low, high) (Sturm, exactly).
     given : mapping, optional
         Substitutions that put the range into the assumptions, such as
-        ``{mu: Rational(1, 2) + positive}``; made in both sides (and in `slack`)
+        ``{mu: Rational(1, 2) + positive}``; made in both sides (and in `difference`)
         before anything else.
-    meets : mapping, optional
+    equality : mapping, optional
         A point (or for one symbol a limit) where the two sides are equal, so
-        that no constant of the bound can be changed. Needed without `slack`,
+        that no constant of the bound can be changed. Needed without `difference`,
         since a bound that is merely true can be anything.
     on : str
         The range in words, for the trace.
     """
 
-    slack: Any = None
+    difference: Any = None
     monotone: tuple[Any, Any] | None = None
     roots: tuple[Any, Any, Any] | None = None
     given: Mapping[Any, Any] = field(default_factory=dict)
-    meets: Mapping[Any, Any] = field(default_factory=dict)
+    equality: Mapping[Any, Any] = field(default_factory=dict)
     on: str = "all values the symbols may take"
     kind: ClassVar[str] = "inequality"
 
-    def run(self, result: Any, rng: random.Random) -> Outcome:
-        """Check the certificate or the meeting point, then prove the sign."""
+    def run(self, result: Statement, rng: random.Random) -> Outcome:
+        """Check the certificate or the point of equality, then prove the sign."""
         if not isinstance(result, Inequality):
             return Outcome(False, "the result is no inequality")
-        if self.slack is None and not self.meets:
-            return Outcome(False, "no certificate and no point where both sides meet")
+        if self.difference is None and not self.equality:
+            return Outcome(False, "no certificate and no point of equality")
         given = dict(self.given)
-        slack = sympy.sympify(result.slack()).subs(given)
+        difference = sympy.sympify(result.difference()).subs(given)
         violated = self._violation(result, rng)
         if violated:
             return violated
-        if self.slack is not None:
-            certificate = sympy.sympify(self.slack).subs(given)
-            outcome = compare(slack, certificate, rng, {})
+        if self.difference is not None:
+            certificate = sympy.sympify(self.difference).subs(given)
+            outcome = compare(difference, certificate, rng, {})
             if not outcome.passed:
                 return Outcome(
                     False,
@@ -68,23 +68,23 @@ class Bound:
                     outcome.right,
                     outcome.point,
                 )
-            slack = certificate
-        if self.meets:
-            gap = self._at_meeting(slack)
+            difference = certificate
+        if self.equality:
+            gap = self._at_equality(difference)
             if gap != 0:
                 return Outcome(
                     False,
-                    "the sides do not meet where they should",
+                    "the sides are not equal where they should be",
                     text(result.left),
                     text(result.right),
-                    f"{dict(self.meets)}, gap {gap}",
+                    f"{dict(self.equality)}, gap {gap}",
                 )
-        way = self._sign(slack, result.strict)
+        way = self._sign(difference, result.strict)
         if way is None:
             return Outcome(
                 False,
-                "unknown: the sign of the slack is not proved",
-                text(slack),
+                "unknown: the sign of the difference is not proved",
+                text(difference),
                 "0",
                 "no point found",
             )
@@ -92,15 +92,15 @@ class Bound:
 
     def _violation(self, result: Inequality, rng: random.Random) -> Outcome | None:
         """A point of the range where the inequality is false, if ten random ones show one."""
-        slack = result.slack().subs(dict(self.given))
-        if slack.atoms(sympy.core.function.AppliedUndef, sympy.Integral):
+        difference = result.difference().subs(dict(self.given))
+        if difference.atoms(sympy.core.function.AppliedUndef, sympy.Integral):
             return None
         for _ in range(10):
             point = {}
-            for s in sorted(slack.free_symbols, key=str):
+            for s in sorted(difference.free_symbols, key=str):
                 inside = self.roots[1:] if self.roots and s == self.roots[0] else None
                 point[s] = random_value(s, rng, inside)
-            value = sympy.N(slack.subs(point), 30)
+            value = sympy.N(difference.subs(point), 30)
             if value.is_number and value.is_real and value < -sympy.Float("1e-18"):
                 full = {**point, **{k: v.subs(point) for k, v in self.given.items()}}
                 left, right = (
@@ -111,29 +111,31 @@ class Bound:
                 return Outcome(False, "the inequality is false", left, right, shown)
         return None
 
-    def _at_meeting(self, slack: Any) -> Any:
-        for symbol, value in self.meets.items():
-            slack = sympy.limit(slack, symbol, value)
-        return sympy.simplify(slack)
+    def _at_equality(self, difference: sympy.Expr) -> Any:
+        """The difference of both sides at the point of equality, simplified."""
+        for symbol, value in self.equality.items():
+            difference = sympy.limit(difference, symbol, value)
+        return sympy.simplify(difference)
 
-    def _sign(self, slack: Any, strict: bool) -> str | None:
+    def _sign(self, difference: sympy.Expr, strict: bool) -> str | None:
+        """The reason for which the difference is >= 0 (> 0 if `strict`) on the range, or None."""
         if self.monotone is not None:
             symbol, start = self.monotone
-            if sympy.simplify(slack.subs(symbol, start)) != 0:
+            if sympy.simplify(difference.subs(symbol, start)) != 0:
                 return None
-            slope = sympy.simplify(sympy.diff(slack, symbol))
+            slope = sympy.simplify(sympy.diff(difference, symbol))
             way = sign_by(slope, strict)
             return way and f"0 at {symbol} = {start} and growing: slope's {way}"
         if self.roots is not None:
             symbol, low, high = self.roots
-            poly = sympy.Poly(slack, symbol)
+            poly = sympy.Poly(difference, symbol)
             inside = poly.count_roots(low, high) - sum(poly.eval(x) == 0 for x in (low, high))
             positive = poly.eval((sympy.sympify(low) + high) / 2) > 0
             return "no root inside the range (Sturm)" if inside == 0 and positive else None
-        return sign_by(slack, strict)
+        return sign_by(difference, strict)
 
     def how(self) -> str:
         """One line on how it is proved."""
-        way = "by a certificate" if self.slack is not None else "by an exact proof of the sign"
-        met = ", with equality where stated" if self.meets else ""
+        way = "by a certificate" if self.difference is not None else "by an exact proof of the sign"
+        met = ", with equality where stated" if self.equality else ""
         return f"proved {way}{met}; on {self.on}"

@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from symasym.derivation.chain import Derivation, Step
-from symasym.derivation.results import Expansion, Inequality, text
+from symasym.derivation.results import Expansion, Inequality, Statement, text
 
 _FLIPPED = {"<=": ">=", ">=": "<=", "<": ">", ">": "<"}
 
@@ -27,7 +27,7 @@ class Mutation:
         return f"{self.label}, step {self.step!r}: {self.change} survived: {self.result}"
 
 
-def mutants(result: Any) -> Iterator[tuple[str, Any]]:
+def mutants(result: Statement) -> Iterator[tuple[str, Any]]:
     """Every change of `result`: coefficients, signs, exponents, orders, directions, limits.
 
     Yields
@@ -48,24 +48,24 @@ def mutants(result: Any) -> Iterator[tuple[str, Any]]:
         for change, mutant in _expression(result.right):
             yield f"right: {change}", replace(result, right=mutant)
     elif isinstance(result, (tuple, list, sympy.Tuple)):
-        for place, item in enumerate(result):
+        for index, item in enumerate(result):
             for change, mutant in mutants(item):
                 yield (
-                    f"piece {place + 1}: {change}",
-                    (*result[:place], mutant, *result[place + 1 :]),
+                    f"piece {index + 1}: {change}",
+                    (*result[:index], mutant, *result[index + 1 :]),
                 )
     elif isinstance(result, sympy.MatrixBase):
-        for place, item in enumerate(result):
+        for index, item in enumerate(result):
             for change, mutant in _expression(item):
                 changed = result.as_mutable()
-                changed[place] = mutant
-                yield f"entry {place + 1}: {change}", changed.as_immutable()
+                changed[index] = mutant
+                yield f"entry {index + 1}: {change}", changed.as_immutable()
     else:
         yield from _expression(sympy.sympify(result))
 
 
-def _expression(e: Any) -> Iterator[tuple[str, Any]]:
-    """Changes of one expression, each at one place of its tree."""
+def _expression(e: sympy.Expr) -> Iterator[tuple[str, Any]]:
+    """Changes of one expression, each at one node of its tree."""
     seen = {e}
     for change, mutant in _everywhere(sympy.sympify(e)):
         if mutant in seen or sympy.expand(mutant - e) == 0:
@@ -74,32 +74,35 @@ def _expression(e: Any) -> Iterator[tuple[str, Any]]:
         yield change, mutant
 
 
-def _everywhere(e: Any) -> Iterator[tuple[str, Any]]:
+def _everywhere(e: sympy.Expr) -> Iterator[tuple[str, Any]]:
+    """Changes at every node of the tree of `e`, and of the whole."""
     if e == 0:
         yield "0 to 1", sympy.S.One
         return
     yield "coefficient 2 on the whole", 2 * e
     yield "sign of the whole", -e
-    for path in _places(e):
+    for path in _paths(e):
         node = _at(e, path)
         for change, other in _local(node):
             yield f"{change} of {text(node, 60)}", _put(e, path, other)
 
 
-def _places(e: Any, path: tuple[int, ...] = ()) -> Iterator[tuple[int, ...]]:
+def _paths(e: sympy.Expr, path: tuple[int, ...] = ()) -> Iterator[tuple[int, ...]]:
+    """Paths to the nodes that may be changed, each the indices of arguments from the root."""
     yield path
-    # Limits of integrals are tuples (variable, low, high): the variable itself is no place.
+    # Limits of integrals are tuples (variable, low, high): the variable itself is not changed.
     if isinstance(e, (sympy.Derivative, sympy.core.function.AppliedUndef)):
         return
-    for place, argument in enumerate(e.args):
+    for index, argument in enumerate(e.args):
         if isinstance(argument, sympy.Tuple):
             for end in range(1, len(argument)):
-                yield from _places(argument[end], (*path, place, end))
+                yield from _paths(argument[end], (*path, index, end))
         elif isinstance(argument, sympy.Expr):
-            yield from _places(argument, (*path, place))
+            yield from _paths(argument, (*path, index))
 
 
-def _local(node: Any) -> Iterator[tuple[str, Any]]:
+def _local(node: sympy.Expr) -> Iterator[tuple[str, Any]]:
+    """Changes of one node: a coefficient, a sign, an exponent, an argument, an integral's limit."""
     if node.is_Add:
         for term in node.args:
             yield f"coefficient 2 on {text(term, 40)}", node + term
@@ -111,24 +114,26 @@ def _local(node: Any) -> Iterator[tuple[str, Any]]:
         yield "coefficient 2 in the exponent", sympy.exp(2 * node.args[0])
         yield "sign of the exponent", sympy.exp(-node.args[0])
     elif isinstance(node, sympy.Integral):
-        for place, (variable, *ends) in enumerate(node.limits):
+        for index, (variable, *ends) in enumerate(node.limits):
             for end in range(len(ends)):
                 if ends[end].is_infinite:
                     continue
                 moved = [e + 1 if k == end else e for k, e in enumerate(ends)]
-                limits = [*node.limits[:place], (variable, *moved), *node.limits[place + 1 :]]
+                limits = [*node.limits[:index], (variable, *moved), *node.limits[index + 1 :]]
                 yield f"limit {ends[end]} moved", node.func(node.function, *limits)
     elif isinstance(node, (sympy.log, sympy.tanh)):
         yield "coefficient 2 in the argument", node.func(2 * node.args[0])
 
 
-def _at(e: Any, path: tuple[int, ...]) -> Any:
-    for place in path:
-        e = e.args[place]
+def _at(e: sympy.Expr, path: tuple[int, ...]) -> Any:
+    """The node of `e` at the end of a path."""
+    for index in path:
+        e = e.args[index]
     return e
 
 
-def _put(e: Any, path: tuple[int, ...], other: Any) -> Any:
+def _put(e: sympy.Expr, path: tuple[int, ...], other: sympy.Expr) -> Any:
+    """`e` with the node at the end of a path replaced by `other`."""
     if not path:
         return other
     arguments = list(e.args)

@@ -7,18 +7,24 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import sympy
 
 from symasym.base.contexts import mpf_of, own_context
-from symasym.derivation.results import Expansion, Outcome, parts, text
+from symasym.derivation.results import Expansion, Outcome, Statement, parts, text
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
 
 _POOL = 10_000
 
 
 @cache
 def _nodes(precision: int, degree: int) -> tuple[tuple[Any, Any], ...]:
+    """Nodes and weights of the Gauss-Legendre rule of a degree, in mpmath's numbering."""
     from mpmath.calculus.quadrature import GaussLegendre
     from mpmath.ctx_mp import MPContext
 
@@ -28,9 +34,9 @@ def _nodes(precision: int, degree: int) -> tuple[tuple[Any, Any], ...]:
 
 
 def evaluate(
-    expression: Any,
+    expression: sympy.Expr,
     values: Mapping[Any, Any],
-    ctx: Any,
+    ctx: MPContext,
     functions: Mapping[Any, Callable[[Any, Any], Any]] | None = None,
 ) -> Any:
     """A SymPy expression with numbers of the mpmath context `ctx` for its symbols.
@@ -51,7 +57,9 @@ def evaluate(
     return compiled(dict(values))
 
 
-def _compiled(node: Any, known: frozenset[Any], ctx: Any, named: Mapping[Any, Any]) -> Any:
+def _compiled(
+    node: sympy.Expr, known: frozenset[Any], ctx: MPContext, named: Mapping[Any, Any]
+) -> Any:
     """`node` as a function of a dict of numbers for the nodes in `known`.
 
     An integral of an integral asks for its integrand ten thousand times; the
@@ -97,7 +105,10 @@ def _compiled(node: Any, known: frozenset[Any], ctx: Any, named: Mapping[Any, An
     raise NotImplementedError(f"no numerical value for {node}")
 
 
-def _quadrature(node: Any, known: frozenset[Any], ctx: Any, named: Mapping[Any, Any]) -> Any:
+def _quadrature(
+    node: sympy.Integral, known: frozenset[Any], ctx: MPContext, named: Mapping[Any, Any]
+) -> Any:
+    """An integral as a function of a dict of numbers, by Gauss-Legendre between whole numbers."""
     *inner, (variable, low, high) = node.limits
     body = sympy.Integral(node.function, *inner) if inner else node.function
     lower, upper = (_compiled(end, known, ctx, named) for end in (low, high))
@@ -106,6 +117,7 @@ def _quadrature(node: Any, known: frozenset[Any], ctx: Any, named: Mapping[Any, 
     nodes = [(ctx.convert(x), ctx.convert(weight)) for x, weight in rule]
 
     def integrate(at: dict[Any, Any]) -> Any:
+        """The integral at these numbers, on panels between whole numbers."""
         a, b = lower(at), upper(at)
         kinks = [ctx.mpf(k) for k in range(-9, 10) if min(a, b) < k < max(a, b)]
         points = [a, *(kinks if a <= b else kinks[::-1]), b]
@@ -158,7 +170,7 @@ class Sampled:
     kind: ClassVar[str] = "random evaluation"
     _known: dict[Any, Any] = field(default_factory=dict, repr=False)
 
-    def run(self, result: Any, rng: random.Random) -> Outcome:
+    def run(self, result: Statement, rng: random.Random) -> Outcome:
         """Compare at the points, which are the same for every result that is tried."""
         own = random.Random(20251121)
         pieces = parts(result)
@@ -179,18 +191,21 @@ class Sampled:
                         return Outcome(
                             False,
                             "the two sides differ",
-                            *_told_apart(got, want, ctx),
+                            *_texts(got, want, ctx),
                             shown,
                         )
         return Outcome(True, self.how())
 
-    def _sides(self, values: Mapping[Any, Any], ctx: Any) -> list[Any]:
+    def _sides(self, values: Mapping[Any, Any], ctx: MPContext) -> list[Any]:
+        """The reference's pieces at the drawn values."""
+        """The reference's pieces at the drawn values."""
         if callable(self.reference) and not isinstance(self.reference, sympy.Basic):
-            found = self.reference(values, ctx)
-            return list(found) if isinstance(found, (list, tuple)) else [found]
+            sides = self.reference(values, ctx)
+            return list(sides) if isinstance(sides, (list, tuple)) else [sides]
         return [evaluate(e, values, ctx, self.functions) for e in parts(self.reference)]
 
-    def _draw(self, symbol: Any, rng: random.Random) -> Fraction:
+    def _draw(self, symbol: sympy.Symbol, rng: random.Random) -> Fraction:
+        """A rational of the symbol's range, one of `_POOL` that are equally far apart."""
         low, high = (Fraction(str(x)) for x in self.ranges[symbol])
         return low + (high - low) * Fraction(rng.randint(1, _POOL), _POOL + 1)
 
@@ -207,7 +222,7 @@ class Sampled:
         return f"{agree}; different polynomials would pass with probability at most {power}"
 
 
-def _told_apart(left: Any, right: Any, ctx: Any) -> tuple[str, str]:
+def _texts(left: mpf, right: mpf, ctx: MPContext) -> tuple[str, str]:
     """Both numbers, with as many digits as it takes to see that they differ."""
     gap, size = abs(left - right), abs(right)
     shared = int(ctx.log10(size / gap)) if gap and size and ctx.isfinite(gap) else 0
@@ -245,20 +260,20 @@ class Order:
     kind: ClassVar[str] = "asymptotic order"
     _known: dict[str, Any] = field(default_factory=dict, repr=False)
 
-    def run(self, result: Any, rng: random.Random) -> Outcome:
+    def run(self, result: Statement, rng: random.Random) -> Outcome:
         """Measure the slope of remainder / gauge."""
         if not isinstance(result, Expansion):
             return Outcome(False, "the result is no expansion")
         ratios = []
         with own_context(self.digits) as ctx:
-            for place in self.at:
-                x = ctx.mpf(place)
-                if place not in self._known:
-                    self._known[place] = self.exact(x, ctx)
+            for point in self.at:
+                x = ctx.mpf(point)
+                if point not in self._known:
+                    self._known[point] = self.exact(x, ctx)
                 values = {s: _number(v, x, ctx) for s, v in self.fixed.items()} | {
                     result.variable: x
                 }
-                want = self._known[place]
+                want = self._known[point]
                 leading = evaluate(result.leading, values, ctx)
                 gauge = evaluate(result.gauge, values, ctx)
                 gap = abs(want - leading)
@@ -268,7 +283,7 @@ class Order:
                         "the remainder is lost in the working precision",
                         ctx.nstr(leading, 20),
                         ctx.nstr(want, 20),
-                        f"{place}",
+                        f"{point}",
                     )
                 ratios.append(gap / abs(gauge))
             slopes = [
@@ -281,7 +296,7 @@ class Order:
                 return Outcome(
                     False,
                     f"remainder / gauge does not settle (slope {slopes[-1]:.3g})",
-                    *_told_apart(leading, want, ctx),
+                    *_texts(leading, want, ctx),
                     f"{result.variable} = {last}, remainder / gauge = {shown}",
                 )
         return Outcome(
@@ -301,7 +316,10 @@ class Order:
         )
 
 
-def _number(value: Any, x: Any, ctx: Any) -> Any:
+def _number(
+    value: sympy.Expr | str | Fraction | Callable[[mpf, MPContext], mpf], x: mpf, ctx: MPContext
+) -> Any:
+    """A fixed symbol's value where the variable is `x`."""
     if callable(value):
         return value(x, ctx)
     if isinstance(value, sympy.Basic):
@@ -317,7 +335,7 @@ class Together:
     checks: tuple[Any, ...]
     kind: ClassVar[str] = "asymptotic order"
 
-    def run(self, result: Any, rng: random.Random) -> Outcome:
+    def run(self, result: Statement, rng: random.Random) -> Outcome:
         """Run one after the other, up to the first that fails."""
         details = []
         for check in self.checks:

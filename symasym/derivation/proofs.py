@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import sympy
@@ -12,11 +12,13 @@ from symasym.base.contexts import own_context
 from symasym.derivation.numerical import evaluate
 
 _DIGITS = 30
-# Two values that agree to this are not taken as equal, only as not told apart.
+# Two values that agree to this are not taken as equal, only as not distinguished.
 _TOLERANCE = sympy.Float(10) ** -18
 
 
-def random_value(symbol: Any, rng: random.Random, inside: Any = None) -> Any:
+def random_value(
+    symbol: sympy.Symbol, rng: random.Random, inside: Sequence[sympy.Expr] | None = None
+) -> Any:
     """A random rational that the assumptions of `symbol` allow, inside a range if one is given."""
     if symbol.is_integer:
         return sympy.Integer(rng.randint(2, 7))
@@ -39,10 +41,11 @@ def concrete(expressions: list[Any], rng: random.Random) -> list[Any]:
     for function in functions:
         numbers = [sympy.Rational(rng.randint(-40, 40), 37) for _ in range(9)]
 
-        def polynomial(*arguments: Any, numbers: list[Any] = numbers) -> Any:
+        def polynomial(*arguments: sympy.Expr, numbers: list[Any] = numbers) -> Any:
+            """A polynomial of degree 3 in each argument, with a product of all."""
             total = numbers[0]
-            for place, argument in enumerate(arguments):
-                total += sum(numbers[(place * 4 + k) % 8 + 1] * argument**k for k in range(1, 4))
+            for index, argument in enumerate(arguments):
+                total += sum(numbers[(index * 4 + k) % 8 + 1] * argument**k for k in range(1, 4))
             if len(arguments) > 1:
                 total += numbers[8] * sympy.prod(arguments)
             return total
@@ -54,7 +57,7 @@ def concrete(expressions: list[Any], rng: random.Random) -> list[Any]:
 
 
 def difference_at(
-    left: Any, right: Any, rng: random.Random, inside: dict[Any, Any], tries: int = 3
+    left: sympy.Expr, right: sympy.Expr, rng: random.Random, inside: dict[Any, Any], tries: int = 3
 ) -> tuple[str, str, str] | None:
     """Both sides and a point where they differ, as texts; None if `tries` points show none."""
     if _nested(left) or _nested(right):
@@ -77,7 +80,7 @@ def difference_at(
     return None
 
 
-def _nested(expression: Any) -> bool:
+def _nested(expression: sympy.Expr) -> bool:
     """True for integrals of integrals, whose evaluation by SymPy takes minutes."""
     return any(
         len(node.limits) > 1 or node.function.has(sympy.Integral)
@@ -85,7 +88,8 @@ def _nested(expression: Any) -> bool:
     )
 
 
-def _number(expression: Any, point: dict[Any, Any]) -> Any:
+def _number(expression: sympy.Expr, point: dict[Any, Any]) -> Any:
+    """The value at a point to 30 digits; None where there is no finite one."""
     try:
         if expression.has(sympy.Integral):
             return _by_quadrature(expression, point)
@@ -95,11 +99,13 @@ def _number(expression: Any, point: dict[Any, Any]) -> Any:
     return value if value.is_number and value.is_finite else None
 
 
-def _together(e: Any) -> Any:
+def _together(e: sympy.Expr) -> Any:
+    """The numerator over a common denominator, expanded."""
     return sympy.expand(sympy.numer(sympy.together(e)))
 
 
-def _by_quadrature(expression: Any, point: dict[Any, Any]) -> Any:
+def _by_quadrature(expression: sympy.Expr, point: dict[Any, Any]) -> Any:
+    """The value at a point of an expression with integrals, to 20 digits."""
     with own_context(20) as ctx:
         values = {s: ctx.mpf(int(v.p)) / int(v.q) for s, v in point.items()}
         return sympy.Float(evaluate(expression, values, ctx), 20)
@@ -117,7 +123,7 @@ _WAYS: list[tuple[str, Callable[[Any], Any]]] = [
 ]
 
 
-def quick_zero(expression: Any) -> str | None:
+def quick_zero(expression: sympy.Expr) -> str | None:
     """As `zero_by`, with the ways that cost next to nothing."""
     for name, way in _WAYS[:3]:
         if way(sympy.sympify(expression)) == 0:
@@ -125,7 +131,7 @@ def quick_zero(expression: Any) -> str | None:
     return None
 
 
-def zero_by(expression: Any) -> str | None:
+def zero_by(expression: sympy.Expr) -> str | None:
     """The name of the way by which `expression` was brought to an exact 0, or None."""
     # Simplifying an integral of integrals takes minutes and finds nothing that expanding misses.
     for name, way in _WAYS[:3] if _nested(expression) else _WAYS:
@@ -134,7 +140,7 @@ def zero_by(expression: Any) -> str | None:
     return None
 
 
-def sign_by(expression: Any, strict: bool) -> str | None:
+def sign_by(expression: sympy.Expr, strict: bool) -> str | None:
     """The reason for which `expression` is >= 0 (> 0 if `strict`) by its form, or None."""
     forms = (
         ("as it stands", lambda e: e),
@@ -151,7 +157,7 @@ def sign_by(expression: Any, strict: bool) -> str | None:
     return None
 
 
-def _manifest(form: Any, strict: bool) -> bool:
+def _manifest(form: sympy.Expr, strict: bool) -> bool:
     """exp(x) - 1, 1 - exp(-x) for x > 0, which SymPy leaves undecided; products, sums of such."""
     if form.is_Mul:
         return all(_manifest(x, True) or (x.is_nonnegative and not strict) for x in form.args)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import sympy
 
@@ -66,7 +67,7 @@ class Inequality:
         """True for < and >."""
         return self.relation in ("<", ">")
 
-    def slack(self) -> Any:
+    def difference(self) -> Any:
         """The larger side less the smaller."""
         if self.relation in ("<=", "<"):
             return self.right - self.left
@@ -76,7 +77,11 @@ class Inequality:
         return f"{self.left} {self.relation} {self.right}"
 
 
-def parts(result: Any) -> list[Any]:
+#: What a step states: an expression, an expansion, an inequality, or several of them.
+Statement: TypeAlias = "sympy.Expr | Expansion | Inequality | Sequence[Statement]"
+
+
+def parts(result: Statement) -> list[Any]:
     """The expressions of a result that is one expression or a tuple of them."""
     if isinstance(result, (tuple, list, sympy.Tuple)):
         return [x for item in result for x in parts(item)]
@@ -85,11 +90,12 @@ def parts(result: Any) -> list[Any]:
     return [sympy.sympify(result)]
 
 
-def latex(result: Any, names: dict[Any, str] | None = None) -> str:
+def latex(result: Statement, names: dict[Any, str] | None = None) -> str:
     """LaTeX of any result, with `names` for symbols (see `sympy.latex`)."""
     names = names or {}
 
-    def tex(expression: Any) -> str:
+    def tex(expression: sympy.Expr) -> str:
+        """LaTeX of one expression, its terms in their own order."""
         return str(sympy.latex(expression, symbol_names=names, order="none"))
 
     if isinstance(result, Expansion):
@@ -107,7 +113,7 @@ def latex(result: Any, names: dict[Any, str] | None = None) -> str:
     return r" ,\quad ".join(items)
 
 
-def statement(left: Any, result: Any, cases: tuple[str, ...], names: dict[Any, str]) -> str:
+def statement(left: Statement, result: Any, cases: tuple[str, ...], names: dict[Any, str]) -> str:
     """``left = result`` in LaTeX: pairwise for tuples, as cases where conditions are given."""
     if cases:
         rows = r" \\ ".join(
@@ -122,7 +128,7 @@ def statement(left: Any, result: Any, cases: tuple[str, ...], names: dict[Any, s
     )
 
 
-def text(result: Any, width: int = 400) -> str:
+def text(result: Statement, width: int = 400) -> str:
     """One line of plain text of any result, cut at `width` characters."""
     line = str(result)
     return line if len(line) <= width else f"{line[: width - 1]}…"

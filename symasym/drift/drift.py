@@ -4,23 +4,27 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import FloatArray, exact, float_text, floats, is_array
+from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, floats, is_array
 from symasym.drift import landscape, models
-from symasym.numbers.complex_balls import Disc, DiscOps
-from symasym.numbers.trees import FractionOps, NotRational, NumpyOps, SympyOps
+from symasym.numbers.complex_balls import ComplexBall, ComplexBallOps
+from symasym.numbers.trees import FractionOps, NotRational, NumpyOps, Operations, SympyOps
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from sympy import Expr, Symbol
 
 __all__ = ["Drift"]
 
 _NUMPY = NumpyOps()
-_DISCS = DiscOps(_NUMPY)
-# Rounding a million times too large leaves the range in which discs themselves are rounded,
+_BALLS = ComplexBallOps(_NUMPY)
+# Rounding a million times too large leaves the range in which balls themselves are rounded,
 # and is still small enough to be linear.
-_ROUNDED = DiscOps(_NUMPY, 2.0**-33)
+_ROUNDED = ComplexBallOps(_NUMPY, 2.0**-33)
 
 
 class Drift:
@@ -57,7 +61,13 @@ class Drift:
     0.5
     """
 
-    def __init__(self, A: Any, u: Any = None, a_minus: Any = None, a_plus: Any = None) -> None:
+    def __init__(
+        self,
+        A: Expr | Number,
+        u: Symbol | str | None = None,
+        a_minus: Expr | Number | None = None,
+        a_plus: Expr | Number | None = None,
+    ) -> None:
         from symasym.drift import expressions
 
         self._model: models.Model = expressions.read(A, u, a_minus, a_plus)
@@ -65,7 +75,7 @@ class Drift:
         self._check()
 
     @classmethod
-    def of(cls, model: models.Model, **values: Any) -> Self:
+    def of(cls, model: models.Model, **values: Numbers | None) -> Self:
         """A drift from one of `symasym.drift.models`, with the parameters bound that are given."""
         drift = cls.__new__(cls)
         drift._model, drift._values = model, {}
@@ -108,7 +118,7 @@ class Drift:
                 "broadcast; give arrays of shapes that NumPy broadcasts."
             ) from None
 
-    def bind(self, **values: Any) -> Self:
+    def bind(self, **values: Numbers) -> Self:
         """A new drift with these parameters set.
 
         Parameters
@@ -144,11 +154,12 @@ class Drift:
         drift._check()
         return drift
 
-    def _check_range(self, name: str, value: Any) -> None:
+    def _check_range(self, name: str, value: Fraction | FloatArray) -> None:
+        """Raise InputError for a value outside its parameter's range."""
         strict = name in self._model.positive
         if not strict and name not in self._model.not_negative:
             return
-        lowest = exact(name, value.min()) if is_array(value) else value
+        lowest = exact(name, value.min()) if isinstance(value, np.ndarray) else value
         if lowest < 0 or (strict and lowest == 0):
             rule = "greater than 0" if strict else "at least 0"
             raise InputError(f"{name} is {float_text(lowest)}; it must be {rule}.")
@@ -184,12 +195,12 @@ class Drift:
 
     # -- values ----------------------------------------------------------------------------
 
-    def evaluate(self, u: Any, ops: Any) -> Any:
+    def evaluate(self, u: Any, ops: Operations) -> Any:
         """A(u) in the arithmetic of `ops` (see `symasym.numbers.trees`); scalar parameters only."""
         values = {name: ops.rational(value) for name, value in self.scalars().items()}
         return self._model.evaluate(u, values, ops)
 
-    def evaluate_values(self, u: Any, values: dict[str, Any], ops: Any) -> Any:
+    def evaluate_values(self, u: Any, values: dict[str, Any], ops: Operations) -> Any:
         """A(u) with these parameter values, all in the arithmetic of `ops`."""
         return self._model.evaluate(u, values, ops)
 
@@ -201,20 +212,20 @@ class Drift:
 
     def spread(
         self, centre: FloatArray, radius: FloatArray, values: dict[str, FloatArray] | None = None
-    ) -> Disc:
-        """What A makes of complex discs, in float64 (see `symasym.numbers.complex_balls`)."""
+    ) -> ComplexBall:
+        """Complex balls of float64 that hold A on these (see `symasym.numbers.complex_balls`)."""
         values = self.float_values() if values is None else values
         with np.errstate(all="ignore"):
-            found = self._model.evaluate(_DISCS.disc(centre, radius), values, _DISCS)
-        # A constant becomes a disc, of the shape asked for.
-        shaped: Disc = _DISCS.disc(0.0 * centre, 0.0 * radius) + found
+            image = self._model.evaluate(_BALLS.ball(centre, radius), values, _BALLS)
+        # A constant becomes a ball, of the shape asked for.
+        shaped: ComplexBall = _BALLS.ball(0.0 * centre, 0.0 * radius) + image
         return shaped
 
     def rounding(self, u: FloatArray, values: dict[str, FloatArray]) -> FloatArray:
         """Bound on the error of `evaluate_float`, rounding `u` and the parameters included."""
         with np.errstate(all="ignore"):
-            found = self._model.evaluate(_ROUNDED.disc(u, 0.0 * u), values, _ROUNDED)
-            radius = (_ROUNDED.disc(0.0 * u, 0.0 * u) + found).radius * 2.0**-20
+            image = self._model.evaluate(_ROUNDED.ball(u, 0.0 * u), values, _ROUNDED)
+            radius = (_ROUNDED.ball(0.0 * u, 0.0 * u) + image).radius * 2.0**-20
         result: FloatArray = np.where(np.isnan(radius), np.inf, radius)
         return result
 
@@ -223,19 +234,19 @@ class Drift:
         self.require_bound()
         return {name: floats(name, value) for name, value in self._values.items()}
 
-    def coefficients(self, values: dict[str, Any], ops: Any) -> list[Any] | None:
+    def coefficients(self, values: dict[str, Any], ops: Operations) -> list[Any] | None:
         """Coefficients of A in ascending powers, in the arithmetic of `values`; None if none."""
         return self._model.coefficients(values, ops)
 
     def exact_coefficients(self) -> list[Fraction] | None:
         """Rational coefficients of A in ascending powers; None if A is no such polynomial."""
         try:
-            found = self._model.coefficients(self.scalars(), FractionOps())
+            coefficients = self._model.coefficients(self.scalars(), FractionOps())
         except NotRational:
             return None
-        if found is None:
+        if coefficients is None:
             return None
-        result = [Fraction(c) for c in found]
+        result = [Fraction(c) for c in coefficients]
         while len(result) > 1 and result[-1] == 0:
             result.pop()
         return result
@@ -253,7 +264,7 @@ class Drift:
         except NotRational:
             return None
 
-    def __call__(self, u: Any) -> Any:
+    def __call__(self, u: Numbers) -> Any:
         """phi(u) in float64, a- and a+ included (eq:phi).
 
         Parameters
@@ -286,21 +297,21 @@ class Drift:
                 )
                 for x, k in zip((-1.0, 1.0), known, strict=True)
             )
-        found = []
+        both = []
         for side in (-1, 1):
             value = self.end(side)
-            found.append(float(self._accurate(Fraction(side))) if value is None else value)
-        return found[0], found[1]
+            both.append(float(self._accurate(Fraction(side))) if value is None else value)
+        return both[0], both[1]
 
     def end(self, side: int) -> Fraction | None:
         """A(side), side = -1 or 1, where it is rational and known without rounding, else None."""
         if side not in self._exact_ends:
             known = self._model.end(self.scalars(), side)
             self._exact_ends[side] = self.exact_value(Fraction(side)) if known is None else known
-        found: Fraction | None = self._exact_ends[side]
-        return found
+        value: Fraction | None = self._exact_ends[side]
+        return value
 
-    def _accurate(self, u: Fraction) -> Any:
+    def _accurate(self, u: Fraction) -> mpf:
         """A(u) to 50 digits."""
         from symasym.base.contexts import own_context
         from symasym.numbers.trees import MpmathOps
@@ -329,7 +340,7 @@ class Drift:
 
     # -- landscape and symbols ---------------------------------------------------------------
 
-    def expression(self) -> Any:
+    def expression(self) -> Expr:
         """A(u) as a SymPy expression, bound scalar parameters put in."""
         import sympy
 
@@ -364,13 +375,13 @@ class Drift:
         )
         return Drift(slope.subs(sympy.Symbol(name, real=True), at), sympy.Symbol("u", real=True))
 
-    def phi(self) -> Any:
+    def phi(self) -> Expr:
         """phi(u) as a SymPy Piecewise in the real symbol ``u`` (eq:phi)."""
         from symasym.drift import expressions
 
         return expressions.phi(self.expression())
 
-    def potential(self) -> Any:
+    def potential(self) -> Expr:
         """V(u) as a SymPy Piecewise in the real symbol ``u`` (eq:V2).
 
         The middle piece is an unevaluated Integral where SymPy finds no closed
@@ -380,7 +391,7 @@ class Drift:
 
         return expressions.potential(self.expression())
 
-    def potential_at(self, u: Any) -> Any:
+    def potential_at(self, u: Numbers) -> Any:
         """V(u) in float64 (eq:V), with V(-1) = 0, by quadrature of the drift.
 
         Parameters
@@ -422,7 +433,8 @@ class Drift:
         return f"{self._model.name}({', '.join(shown)})"
 
 
-def _region(a_minus: Any, a_plus: Any) -> str:
+def _region(a_minus: Fraction | float, a_plus: Fraction | float) -> str:
+    """The word of section 4 for the signs of a- and a+; RegionError at a tangency."""
     for name, value in (("a-", a_minus), ("a+", a_plus)):
         if value == 0:
             raise RegionError(

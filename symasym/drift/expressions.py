@@ -10,16 +10,21 @@ import sympy
 
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
-from symasym.base.inputs import exact, is_name
+from symasym.base.inputs import Number, exact, is_name
 from symasym.drift import grammar, models
-from symasym.numbers.complex_balls import DiscOps
+from symasym.numbers.complex_balls import ComplexBallOps
 from symasym.numbers.trees import MpmathOps, evaluate_tree
 
 _DEEPEST = 120
-_OVERLAP = Fraction(9, 16)  # half would let neighbouring discs touch only
+_OVERLAP = Fraction(9, 16)  # half would let neighbouring balls touch only
 
 
-def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
+def read(
+    A: sympy.Expr | str,
+    u: sympy.Symbol | str | None,
+    a_minus: sympy.Expr | Number | None,
+    a_plus: sympy.Expr | Number | None,
+) -> models.Expression:
     """The model of the drift A(u), its ends checked against a- and a+ (eq:cont)."""
     formula = parse("A", A)
     symbol = _symbol(formula, u)
@@ -36,7 +41,7 @@ def read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
     return models.Expression(formula, symbol)
 
 
-def parse(name: str, given: Any, names: dict[str, Any] | None = None) -> Any:
+def parse(name: str, given: sympy.Expr | Number, names: dict[str, Any] | None = None) -> Any:
     """A SymPy expression from what a caller wrote, floats and decimals exact.
 
     Parameters
@@ -62,17 +67,19 @@ def parse(name: str, given: Any, names: dict[str, Any] | None = None) -> Any:
     return exactly(expression)
 
 
-def exactly(expression: Any) -> Any:
+def exactly(expression: sympy.Expr) -> Any:
     """Every float replaced by its exact binary value."""
     floats = {f: _rational(exact("A", f)) for f in expression.atoms(sympy.Float)}
     return expression.xreplace(floats)
 
 
 def _rational(value: Fraction) -> Any:
+    """A Fraction as SymPy's."""
     return sympy.Rational(value.numerator, value.denominator)
 
 
-def _symbol(formula: Any, u: Any) -> Any:
+def _symbol(formula: sympy.Expr, u: sympy.Symbol | str | None) -> Any:
+    """The variable of A: as named by the caller, else u, else the only symbol there is."""
     if u is not None:
         symbol = sympy.Symbol(u) if is_name(u) else u
         if not isinstance(symbol, sympy.Symbol):
@@ -89,7 +96,7 @@ def _symbol(formula: Any, u: Any) -> Any:
     return sympy.Symbol("u")
 
 
-def _check_functions(formula: Any, symbol: Any) -> None:
+def _check_functions(formula: sympy.Expr, symbol: sympy.Symbol) -> None:
     """Refuse what is not analytic, before anything is evaluated."""
 
     class Dry:
@@ -99,7 +106,7 @@ def _check_functions(formula: Any, symbol: Any) -> None:
         def pi(self) -> int:
             return 1
 
-        def power(self, base: Any, exponent: Fraction) -> int:
+        def power(self, base: int, exponent: Fraction) -> int:
             return 1
 
         def __getattr__(self, name: str) -> Any:
@@ -109,20 +116,21 @@ def _check_functions(formula: Any, symbol: Any) -> None:
 
 
 def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None:
-    """Refuse an A that is singular or complex on [-1, 1], by its range over complex discs.
+    """Refuse an A that is singular or complex on [-1, 1], by its range over complex balls.
 
-    A disc on which the range stays unbounded however small it is made holds a
+    A ball on which the range stays unbounded however small it is made holds a
     singularity (or one that cancels, which the formula should be freed of).
     """
-    with own_context(60) as context:  # for centres on discs of width 2^-120
-        ops = DiscOps(MpmathOps(context))
+    with own_context(60) as context:  # for centres on balls of width 2^-120
+        ops = ComplexBallOps(MpmathOps(context))
         numbers = {name: ops.rational(value) for name, value in values.items()}
 
         def regular(lo: Fraction, hi: Fraction) -> bool:
-            # Discs overlap, so that together they cover a neighbourhood of [-1, 1].
-            disc = ops.disc(ops.rational((lo + hi) / 2), ops.rational((hi - lo) * _OVERLAP))
+            """True if the range over a ball that holds [lo, hi] is bounded."""
+            # Balls overlap, so that together they cover a neighbourhood of [-1, 1].
+            ball = ops.ball(ops.rational((lo + hi) / 2), ops.rational((hi - lo) * _OVERLAP))
             try:
-                return bool((model.evaluate(disc, numbers, ops) + 0 * disc).radius < context.inf)
+                return bool((model.evaluate(ball, numbers, ops) + 0 * ball).radius < context.inf)
             except (ArithmeticError, ValueError, TypeError):  # at the centre itself
                 return False
 
@@ -140,13 +148,13 @@ def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None
             pending += [(middle, hi, depth + 1), (lo, middle, depth + 1)]
 
 
-def phi(A: Any) -> Any:
+def phi(A: sympy.Expr) -> Any:
     """phi as a Piecewise in the real symbol u (eq:phi)."""
     u = sympy.Symbol("u", real=True)
     return sympy.Piecewise((A.subs(u, -1), u <= -1), (A, u < 1), (A.subs(u, 1), True))
 
 
-def potential(A: Any) -> Any:
+def potential(A: sympy.Expr) -> Any:
     """V as a Piecewise in the real symbol u (eq:V2)."""
     u = sympy.Symbol("u", real=True)
     taken = {s.name for s in A.free_symbols}
@@ -162,7 +170,8 @@ def potential(A: Any) -> Any:
     )
 
 
-def _integral(A: Any, v: Any, upper: Any) -> Any:
+def _integral(A: sympy.Expr, v: sympy.Symbol, upper: sympy.Expr) -> Any:
+    """The integral of A over (v, upper), in closed form where SymPy has one."""
     antiderivative = sympy.integrate(A, v)
     if antiderivative.has(sympy.Integral, sympy.Piecewise):
         return sympy.Integral(A, (v, -1, upper))

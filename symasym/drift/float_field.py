@@ -1,4 +1,4 @@
-"""The drift as the float64 engine sees it: many scenes at once, each seen from the left.
+"""The drift in float64 for many scenes at once, each to be swept from the left.
 
 The engine only sweeps left to right; a sweep from the right is a sweep of the
 mirrored drift -A(-u). Both fields below therefore hold each scene with a sign.
@@ -16,7 +16,7 @@ import numpy as np
 from symasym.base.contexts import own_context
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
-from symasym.numbers.complex_balls import Disc, tame
+from symasym.numbers.complex_balls import ComplexBall, tame
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
 from symasym.numbers.polynomial_roots import real_parts
 from symasym.numbers.polynomials import poly
@@ -60,12 +60,12 @@ class Field(Protocol):
         """Real parts of the zeros of A'; rows padded with nan."""
         ...
 
-    def saw(self, scene: IntArray, size: FloatArray) -> None:
+    def reaches(self, scene: IntArray, size: FloatArray) -> None:
         """Take note that |A| reaches `size`."""
         ...
 
-    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> Disc | None:
-        """Discs that hold A's values on complex discs, one per entry; None for a polynomial."""
+    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> ComplexBall | None:
+        """Balls that hold A's values on complex balls, one per entry; None for a polynomial."""
         ...
 
     def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
@@ -88,7 +88,7 @@ def field_of(drift: Drift, values: dict[str, Any], count: int) -> Field:
     return PolynomialField(shaped)
 
 
-def _double_double(value: Any, count: int) -> DoubleDouble:
+def _double_double(value: Fraction | FloatArray, count: int) -> DoubleDouble:
     return DoubleDouble.of(value).broadcast_to((count,))
 
 
@@ -97,8 +97,8 @@ def extremes(field: Field, scene: IntArray) -> FloatArray:
 
     Between neighbours, and the ends, A is monotone. Rows are padded with 1.
     """
-    found: FloatArray = np.clip(np.nan_to_num(field.turning(scene), nan=1.0), -1.0, 1.0)
-    return np.sort(found, axis=1)
+    turning: FloatArray = np.clip(np.nan_to_num(field.turning(scene), nan=1.0), -1.0, 1.0)
+    return np.sort(turning, axis=1)
 
 
 class PolynomialField:
@@ -106,6 +106,7 @@ class PolynomialField:
 
     def __init__(self, coefficients: list[DoubleDouble]) -> None:
         def both(k: int, c: DoubleDouble) -> DoubleDouble:
+            """A coefficient of all scenes, and of their mirror images -A(-u)."""
             mirrored = c if k % 2 else -c
             return DoubleDouble(
                 np.concatenate((c.hi, mirrored.hi)), np.concatenate((c.lo, mirrored.lo))
@@ -120,19 +121,22 @@ class PolynomialField:
         self.a_minus, self.a_plus = shift(doubled, ends)[0].reshape(2, -1)
 
     def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        """Drift at `u`, by Horner's rule."""
         c = self._c[:, scene]
         value: FloatArray = poly(list(c[:, :, None]), u)
         return value
 
     def series(self, scene: IntArray) -> FloatArray:
+        """Coefficients of A in ascending powers, one column for each scene."""
         result: FloatArray = self._c[:, scene]
         return result
 
     def size(self) -> FloatArray:
+        """Sum of the moduli of the coefficients of A."""
         result: FloatArray = np.abs(self._c).sum(axis=0)
         return result
 
-    def saw(self, scene: IntArray, size: FloatArray) -> None:
+    def reaches(self, scene: IntArray, size: FloatArray) -> None:
         pass  # the coefficients say it all
 
     def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> None:
@@ -142,13 +146,16 @@ class PolynomialField:
         return np.zeros_like(u)  # what `size` says counts for all panels
 
     def zeros(self, scene: IntArray) -> FloatArray:
+        """Real parts of the zeros of A."""
         return _zeros_of(self._c[:, scene].T)
 
     def turning(self, scene: IntArray) -> FloatArray:
+        """Real parts of the zeros of A'."""
         k = np.arange(1, len(self._c))
         return _zeros_of(k * self._c[1:, scene].T) if k.size else np.full((len(scene), 1), np.nan)
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Taylor coefficients in double-doubles, right at any distance."""
         local = shift([c[scene] for c in self._pairs], centre)
         return np.array(local).T, np.full(len(scene), np.inf)
 
@@ -156,7 +163,7 @@ class PolynomialField:
 def _zeros_of(c: FloatArray) -> FloatArray:
     """Real parts of the zeros of polynomials, ascending powers in rows; padded with nan."""
     degree = c.shape[1] - 1
-    found = np.full((len(c), max(degree, 1)), np.nan)
+    zeros = np.full((len(c), max(degree, 1)), np.nan)
     scale = np.abs(c).max(axis=1, keepdims=True)
     c = c / np.where(scale == 0, 1.0, scale)
     # A leading coefficient below rounding sends its zero far outside [-1, 1].
@@ -164,8 +171,8 @@ def _zeros_of(c: FloatArray) -> FloatArray:
     for d in range(1, degree + 1):
         rows = np.flatnonzero(effective == d)
         if rows.size:
-            found[rows, :d] = real_parts(c[rows, : d + 1].T).T
-    return found
+            zeros[rows, :d] = real_parts(c[rows, : d + 1].T).T
+    return zeros
 
 
 class AnalyticField:
@@ -194,6 +201,7 @@ class AnalyticField:
             mine[:count], mirrored[count:] = end, -end
 
     def _end(self, side: int) -> Any:
+        """A(side), exact where it is rational, else in double-doubles."""
         if not self._drift.shape and not self._drift.free:
             return self._drift.ends[side > 0]
         known = self._drift.exact_end(self._pairs, side)
@@ -203,6 +211,7 @@ class AnalyticField:
         return self._drift.evaluate_values(one, self._pairs, DoubleDoubleOps())
 
     def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        """Drift at `u`, in double precision as the model writes it."""
         sign = self.sign[scene][:, None]
         values = {name: value[scene][:, None] for name, value in self._values.items()}
         with np.errstate(all="ignore"):
@@ -214,7 +223,7 @@ class AnalyticField:
         result: FloatArray = self.phi(np.array(scene), u[None, :])[0]
         return result
 
-    def _spread_of_one(self, scene: int, centre: FloatArray, radius: FloatArray) -> Disc:
+    def _spread_of_one(self, scene: int, centre: FloatArray, radius: FloatArray) -> ComplexBall:
         return self.spread(np.full(len(centre), scene), centre, radius)
 
     def series(self, scene: IntArray) -> None:
@@ -223,20 +232,22 @@ class AnalyticField:
     def size(self) -> FloatArray:
         return self._size
 
-    def saw(self, scene: IntArray, size: FloatArray) -> None:
+    def reaches(self, scene: IntArray, size: FloatArray) -> None:
         np.maximum.at(self._size, scene, size)
 
-    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> Disc:
+    def spread(self, scene: IntArray, centre: FloatArray, radius: FloatArray) -> ComplexBall:
+        """Complex balls that hold A on the balls of these centres and radii."""
         sign = self.sign[scene]
         values = {name: value[scene] for name, value in self._values.items()}
-        found: Disc = sign * self._drift.spread(sign * centre, radius, values)
-        return found
+        image: ComplexBall = sign * self._drift.spread(sign * centre, radius, values)
+        return image
 
     def rounding(self, scene: IntArray, u: FloatArray) -> FloatArray:
         values = {name: value[scene][:, None] for name, value in self._values.items()}
         return self._drift.rounding(self.sign[scene][:, None] * u, values)
 
     def zeros(self, scene: IntArray) -> FloatArray:
+        """Zeros and extremes of A on [-1, 1], by Chebyshev proxies."""
         from symasym.drift.landscape import float_marks
 
         rows = [
@@ -253,6 +264,7 @@ class AnalyticField:
         return self.zeros(scene)
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Taylor coefficients, from series at 45 digits, and how far they are good."""
         from symasym.numbers.truncated_series import SeriesOps
 
         rows, radii = [], []

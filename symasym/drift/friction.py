@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import is_array
+from symasym.base.inputs import Floats, Numbers, is_array
 from symasym.drift import models
 from symasym.drift.drift import Drift
 from symasym.generated import numpy_formulas as formulas
@@ -18,7 +18,7 @@ __all__ = ["Friction", "Folds", "friction"]
 
 @dataclass(frozen=True)
 class Folds:
-    """Where two critical points coalesce: u[0] at z0[0] (+) and u[1] at z0[1] (-)."""
+    """The points at which two critical points coalesce: u[0] at z0[0] (+) and u[1] at z0[1] (-)."""
 
     u: tuple[Any, Any]
     z0: tuple[Any, Any]
@@ -28,6 +28,7 @@ class Friction(Drift):
     """`Drift` of the friction oscillator, with its folds and breakaway force."""
 
     def _mu_alpha(self) -> tuple[Any, Any]:
+        """mu and alpha in float64; refused where one of them is free."""
         missing = [name for name in ("mu", "alpha") if name in self.free]
         if missing:
             raise InputError(f"{missing[0]} has no value; set it with bind({missing[0]}=…).")
@@ -82,7 +83,9 @@ class Friction(Drift):
             return _plain(np.where(mu > 0.5, formulas.friction_breakaway(mu, alpha), alpha))
 
 
-def friction(mu: Any = None, alpha: Any = None, z0: Any = None) -> Friction:
+def friction(
+    mu: Numbers | None = None, alpha: Numbers | None = None, z0: Numbers | None = None
+) -> Friction:
     """The friction oscillator's drift, 1 - z0 - alpha (u + mu (u - u^3)) (eq:phifric0).
 
     Parameters
@@ -112,6 +115,7 @@ def friction(mu: Any = None, alpha: Any = None, z0: Any = None) -> Friction:
     return Friction.of(models.Friction(), mu=mu, alpha=alpha, z0=z0)
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Floats) -> Any:
+    """`value`, an array of no axes as a float."""
     array = np.asarray(value)
     return float(array) if array.ndim == 0 else array

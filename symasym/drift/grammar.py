@@ -18,11 +18,15 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy
 
 from symasym.base.errors import InputError
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
 
 #: Names with a value of their own.
 CONSTANTS = {"pi": sympy.pi, "E": sympy.E, "I": sympy.I, "oo": sympy.oo}
@@ -92,6 +96,7 @@ class _Reader:
         self.at = self.depth = 0
 
     def _tokens(self) -> list[tuple[str, str]]:
+        """Kind and text of each token, with an end behind the last."""
         tokens, at, end = [], 0, len(self.text.rstrip())
         while at < end:
             match = _TOKEN.match(self.text, at)
@@ -104,6 +109,7 @@ class _Reader:
         return [*tokens, ("end", "")]
 
     def _error(self, why: str) -> InputError:
+        """An error that shows the text."""
         shown = self.text if len(self.text) <= 80 else self.text[:77] + "..."
         return InputError(f"{self.name} is {shown!r}, which {why}; write it like 1/2 - u + 3*u**3.")
 
@@ -116,12 +122,14 @@ class _Reader:
         return ""
 
     def _need(self, sign: str) -> None:
+        """The sign is next, and passed; else an error."""
         if not self._take(sign):
             token = self.tokens[self.at][1]
             raise self._error(f"has {token!r} where {sign!r} should be" if token else
                               f"ends where {sign!r} should be")  # fmt: skip
 
     def expression(self) -> Any:
+        """The expression that the whole text stands for."""
         try:
             part = self._sum()
         except (TypeError, ValueError, ArithmeticError) as error:
@@ -135,6 +143,7 @@ class _Reader:
         return part.value
 
     def _sum(self) -> _Part:
+        """The rule `sum`."""
         self.depth += 1
         if self.depth > _DEPTH:
             raise self._error(f"is nested more than {_DEPTH} deep")
@@ -149,6 +158,7 @@ class _Reader:
         return _Part(sympy.Add(*(p.value for p in parts)), max(p.degree for p in parts))
 
     def _product(self) -> _Part:
+        """The rule `product`."""
         parts = [self._unary()]
         while sign := self._take("*", "/"):
             value, degree = self._unary()
@@ -160,6 +170,7 @@ class _Reader:
         return _Part(sympy.Mul(*(p.value for p in parts)), degree)
 
     def _unary(self) -> _Part:
+        """The rule `unary`."""
         negative = False
         while sign := self._take("+", "-"):
             negative ^= sign == "-"
@@ -167,6 +178,7 @@ class _Reader:
         return _Part(-value if negative else value, degree)
 
     def _power(self) -> _Part:
+        """The rule `power`; a rational exponent bounds digits and degree of the result."""
         base = self._atom()
         if not self._take("**", "^"):
             return base
@@ -190,6 +202,7 @@ class _Reader:
         return _Part(base.value**exponent, 0)
 
     def _atom(self) -> _Part:
+        """The rule `atom`."""
         kind, token = self.tokens[self.at]
         if kind == "number":
             self.at += 1
@@ -205,6 +218,7 @@ class _Reader:
                           "ends where a number or name should be")  # fmt: skip
 
     def _number(self, token: str) -> Any:
+        """An exact decimal."""
         mantissa, _, exponent = token.lower().partition("e")
         if len(exponent.lstrip("+-0")) > 6 or abs(int(exponent or 0)) > _DIGITS:
             raise self._error(f"has a number whose exponent is beyond {_DIGITS:,}")
@@ -215,6 +229,7 @@ class _Reader:
         return sympy.Integer(int(whole + decimals)) * sympy.Integer(10) ** power
 
     def _name(self, name: str) -> _Part:
+        """The value of a name: the caller's, a constant, a function's call or a new symbol."""
         if self.tokens[self.at] == ("sign", "("):
             return self._call(name)
         if name in self.names:
@@ -229,6 +244,7 @@ class _Reader:
         return _Part(sympy.Symbol(name), 1)
 
     def _call(self, name: str) -> _Part:
+        """A function of its arguments."""
         if name == "Piecewise":
             return self._piecewise()
         if name not in FUNCTIONS:
@@ -255,6 +271,7 @@ class _Reader:
         return _Part(getattr(sympy, name)(*arguments), 0)
 
     def _piecewise(self) -> _Part:
+        """The expression of `Piecewise((value, case), …)`."""
         self._need("(")
         cases: list[tuple[_Part, Any]] = []
         while not cases or self._take(","):
@@ -268,6 +285,7 @@ class _Reader:
         return _Part(sympy.Piecewise(*pieces), max(value.degree for value, _ in cases))
 
     def _case(self) -> Any:
+        """The condition of the rule `case`."""
         if self.tokens[self.at] == ("name", "True"):
             self.at += 1
             return sympy.true
@@ -278,25 +296,28 @@ class _Reader:
         return _RELATIONS[relation](left, self._sum().value)
 
     def _bound(self, bits: int, degree: int = 0) -> None:
+        """Refuse numbers and degrees that take long to work with."""
         if bits > 4 * _DIGITS:
             raise self._error(f"has a number of more than {_DIGITS:,} digits")
         if degree > _DEGREE:
             raise self._error(f"has a degree above {_DEGREE:,}")
 
-    def _rooted(self, value: Any) -> None:
+    def _rooted(self, value: Expr) -> None:
+        """Refuse numbers too long to take a root or function of."""
         if any(_bits(x) > 4 * _ROOTED for x in value.atoms(sympy.Rational)):
             raise self._error(
                 f"takes a root or function of a number of more than {_ROOTED:,} digits"
             )
 
-    def _small(self, argument: Any, most: int) -> None:
+    def _small(self, argument: Expr, most: int) -> None:
+        """Refuse large numbers and denominators in an exponent or argument."""
         if any(abs(x) > most or x.q > most for x in argument.atoms(sympy.Rational)):
             raise self._error(
                 f"has a number or denominator above {most:,} in an exponent or argument"
             )
 
 
-def _bits(value: Any) -> int:
+def _bits(value: Expr) -> int:
     """Binary digits of a number; few for anything else."""
     if value.is_Rational:
         return max(int(value.p).bit_length(), int(value.q).bit_length())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -13,7 +13,14 @@ from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.generated.numpy_formulas import potential_left, potential_right
-from symasym.numbers.complex_balls import Disc, tame
+from symasym.numbers.complex_balls import ComplexBall, tame
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+    from sympy import Expr
+
+    from symasym.numbers.trees import Operations
 
 _DIGITS = 60
 _NARROWEST = 1e-12
@@ -31,14 +38,14 @@ class Switch(Protocol):
     def exact_coefficients(self) -> list[Fraction] | None:
         """Rational coefficients in ascending powers; None if A is no such polynomial."""
 
-    def evaluate(self, u: Any, ops: Any) -> Any:
+    def evaluate(self, u: Any, ops: Operations) -> Any:
         """A(u) in the arithmetic of `ops`."""
 
     def evaluate_float(self, u: FloatArray, values: dict[str, FloatArray] | None = None) -> Any:
         """A(u) in float64."""
 
-    def spread(self, centre: FloatArray, radius: FloatArray) -> Disc:
-        """The complex discs that A makes of discs."""
+    def spread(self, centre: FloatArray, radius: FloatArray) -> ComplexBall:
+        """Complex balls that hold A on these."""
 
     def float_values(self) -> dict[str, FloatArray]:
         """The parameter values in float64."""
@@ -79,7 +86,7 @@ def critical_points(drift: Switch) -> list[CriticalPoint]:
     ------
     AccuracyError
         If A vanishes identically, or to 50 digits at an extreme that cannot be
-        told from a tangency.
+        distinguished from a tangency.
     """
     drift.scalars()
     coefficients = drift.exact_coefficients()
@@ -89,6 +96,7 @@ def critical_points(drift: Switch) -> list[CriticalPoint]:
 
 
 def _of_polynomial(coefficients: list[Fraction]) -> list[CriticalPoint]:
+    """Critical points from the real roots of the irreducible factors of A."""
     import sympy
 
     if not any(coefficients):
@@ -98,7 +106,7 @@ def _of_polynomial(coefficients: list[Fraction]) -> list[CriticalPoint]:
     poly = sympy.Poly(rationals, u)
     if poly.degree() < 1:
         return []
-    found = []
+    roots = []
     for factor, multiplicity in poly.factor_list()[1]:
         for root in factor.real_roots():
             if -1 < root < 1:
@@ -106,15 +114,16 @@ def _of_polynomial(coefficients: list[Fraction]) -> list[CriticalPoint]:
                 slope = poly
                 for _ in range(multiplicity):
                     slope = slope.diff(u)
-                found.append((root, multiplicity, bool(slope.eval(root).evalf(20, maxn=4000) > 0)))
-    found.sort(key=lambda item: item[0].evalf(_DIGITS))
+                roots.append((root, multiplicity, bool(slope.eval(root).evalf(20, maxn=4000) > 0)))
+    roots.sort(key=lambda item: item[0].evalf(_DIGITS))
     return [
         CriticalPoint(_mpf(root), multiplicity, _kind(multiplicity, rising))
-        for root, multiplicity, rising in found
+        for root, multiplicity, rising in roots
     ]
 
 
-def _mpf(value: Any) -> Any:
+def _mpf(value: Expr) -> mpf:
+    """A real algebraic number to 60 digits, of mpmath's global context."""
     import mpmath
     import sympy
 
@@ -123,12 +132,16 @@ def _mpf(value: Any) -> Any:
 
 
 def _kind(multiplicity: int, rising: bool) -> str:
+    """Name of a zero of A from its order and the sign of the first derivative that is not 0."""
     if multiplicity % 2 == 0:
         return "inflection"
     return "barrier" if rising else "well"
 
 
 def _of_analytic(drift: Switch) -> list[CriticalPoint]:
+    """Critical points of an analytic A: one in each bracket between neighbouring zeros of A', and
+    those zeros of A' at which A vanishes to 60 digits.
+    """
     import mpmath
 
     from symasym.numbers.truncated_series import SeriesOps, TruncatedSeries
@@ -136,7 +149,8 @@ def _of_analytic(drift: Switch) -> list[CriticalPoint]:
     order = 8
     with own_context(_DIGITS + 20) as context:
 
-        def taylor(u: Any, count: int = 3) -> list[Any]:
+        def taylor(u: mpf, count: int = 3) -> list[Any]:
+            """The first Taylor coefficients of A at u."""
             # A series's digits are relative to its largest coefficient, so no more than needed.
             ops = SeriesOps(count, context)
             point = ops.variable(u)
@@ -150,14 +164,14 @@ def _of_analytic(drift: Switch) -> list[CriticalPoint]:
         turning = [_newton(lambda x: taylor(x)[1:3], context.mpf(x), context) for x in marks]
         inside = sorted(x for x in turning if x is not None and -1 < x < 1)
         edges = [context.mpf(-1), *_distinct(inside, context), context.mpf(1)]
-        found: list[CriticalPoint] = []
+        zeros: list[CriticalPoint] = []
         values = [taylor(x)[0] for x in edges]
         small = scale * context.mpf(10) ** (-_DIGITS)
         for k in range(1, len(edges)):
             low, high = values[k - 1], values[k]
             if abs(low) > small and abs(high) > small and low * high < 0:
                 root = bracketed_zero(lambda x: taylor(x)[:2], edges[k - 1], edges[k], context)
-                found.append(CriticalPoint(mpmath.mp.make_mpf(root._mpf_), 1, _kind(1, high > 0)))
+                zeros.append(CriticalPoint(mpmath.mp.make_mpf(root._mpf_), 1, _kind(1, high > 0)))
             if k < len(edges) - 1 and abs(high) <= small:
                 series = taylor(edges[k], order)
                 multiplicity = next(
@@ -173,17 +187,18 @@ def _of_analytic(drift: Switch) -> list[CriticalPoint]:
                         f"A vanishes to high order near u = {float(edges[k]):.6g}; "
                         "give A as a polynomial to resolve it."
                     )
-                found.append(
+                zeros.append(
                     CriticalPoint(
                         mpmath.mp.make_mpf(edges[k]._mpf_),
                         multiplicity,
                         _kind(multiplicity, series[multiplicity] > 0),
                     )
                 )
-        return found
+        return zeros
 
 
-def _distinct(points: list[Any], context: Any) -> list[Any]:
+def _distinct(points: list[Any], context: MPContext) -> list[Any]:
+    """Sorted points, of those within 1e-14 of each other the first."""
     kept: list[Any] = []
     for x in points:
         # A zero of high order is found by Newton to a fraction of the digits only.
@@ -192,7 +207,7 @@ def _distinct(points: list[Any], context: Any) -> list[Any]:
     return kept
 
 
-def _newton(pair: Callable[[Any], list[Any]], x: Any, context: Any) -> Any | None:
+def _newton(pair: Callable[[Any], list[Any]], x: mpf, context: MPContext) -> Any | None:
     """A zero of f near x, where pair gives [f, f'/1] (Taylor coefficients, f'' doubled)."""
     for _ in range(60):
         # Coefficients c1, c2 of A: A' = c1, A'' = 2 c2.
@@ -208,7 +223,9 @@ def _newton(pair: Callable[[Any], list[Any]], x: Any, context: Any) -> Any | Non
     return x
 
 
-def bracketed_zero(pair: Callable[[Any], Sequence[Any]], lo: Any, hi: Any, context: Any) -> Any:
+def bracketed_zero(
+    pair: Callable[[Any], Sequence[Any]], lo: mpf, hi: mpf, context: MPContext
+) -> mpf:
     """The zero between mpf lo and hi by Newton kept inside a shrinking bracket.
 
     `pair` gives the value and the slope, of opposite signs at lo and hi.
@@ -239,7 +256,7 @@ def bracketed_zero(pair: Callable[[Any], Sequence[Any]], lo: Any, hi: Any, conte
 
 
 def float_marks(
-    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], Disc]
+    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], ComplexBall]
 ) -> list[float]:
     """Zeros and extremes of a smooth function on [-1, 1], in float64, by Chebyshev proxies.
 
@@ -248,7 +265,7 @@ def float_marks(
     function : callable
         Takes and returns a float64 array.
     spread : callable
-        What the function makes of discs, given their centres and radii.
+        The images of complex balls, given their centres and radii.
     """
     marks: list[float] = []
     for lo, hi, series in _proxies(function, spread):
@@ -262,7 +279,7 @@ def float_marks(
 
 
 def _proxies(
-    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], Disc]
+    function: Callable[[FloatArray], Any], spread: Callable[[FloatArray, FloatArray], ComplexBall]
 ) -> list[tuple[float, float, FloatArray]]:
     """Pieces of [-1, 1] with Chebyshev coefficients that have died out, down to rounding."""
     degree = 32
@@ -305,7 +322,7 @@ def _minus_integral(
     return total
 
 
-def potential_at(drift: Switch, u: FloatArray) -> Any:
+def potential_at(drift: Switch, u: FloatArray) -> float | FloatArray:
     """V in float64 with V(-1) = 0, by Gauss-Legendre on panels short enough for any A."""
     values = drift.float_values()
     shape = drift.shape_with("u", u)

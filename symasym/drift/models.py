@@ -11,19 +11,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import exact
+from symasym.base.inputs import Number, exact
 from symasym.generated.plain_formulas import friction_coefficients
-from symasym.numbers.trees import evaluate_tree, integer_power
+from symasym.numbers.trees import Operand, Operations, call, evaluate_tree, integer_power
+
+if TYPE_CHECKING:
+    pass
+
 
 Values = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class Model:
-    """What every model has; `coefficients` is None where A is no polynomial.
+    """Base of every model; `coefficients` is None where A is no polynomial.
 
     `positive` and `not_negative` name the parameters with such a range.
     """
@@ -33,13 +37,15 @@ class Model:
 
     @property
     def name(self) -> str:
+        """The class's name in small letters."""
         return type(self).__name__.lower()
 
     @property
     def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters, in order."""
         raise NotImplementedError
 
-    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+    def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
         """A(u), every parameter in `p` being of the type of `u`."""
         coefficients = self.coefficients(p, ops)
         assert coefficients is not None
@@ -48,7 +54,7 @@ class Model:
             total = total * u + coefficient
         return total
 
-    def coefficients(self, p: Values, ops: Any) -> list[Any] | None:
+    def coefficients(self, p: Values, ops: Operations) -> list[Any] | None:
         """Coefficients of A in ascending powers of u, or None."""
         return None
 
@@ -74,7 +80,8 @@ class Friction(Model):
     positive: ClassVar[tuple[str, ...]] = ("alpha",)
     not_negative: ClassVar[tuple[str, ...]] = ("mu",)
 
-    def coefficients(self, p: Values, ops: Any) -> list[Any]:
+    def coefficients(self, p: Values, ops: Operations) -> list[Any]:
+        """The cubic's coefficients (eq:phifric0), of one type and shape."""
         # A coefficient that is the number 0 becomes one of the others' type and shape.
         return [c + 0 * p["z0"] for c in friction_coefficients(p["mu"], p["alpha"], p["z0"])]
 
@@ -87,7 +94,8 @@ class Linear(Model):
     def parameters(self) -> tuple[str, ...]:
         return ("a_minus", "a_plus")
 
-    def coefficients(self, p: Values, ops: Any) -> list[Any]:
+    def coefficients(self, p: Values, ops: Operations) -> list[Any]:
+        """(a+ + a-)/2 and (a+ - a-)/2."""
         return [(p["a_plus"] + p["a_minus"]) / 2, (p["a_plus"] - p["a_minus"]) / 2]
 
 
@@ -101,7 +109,8 @@ class Polynomial(Model):
     def parameters(self) -> tuple[str, ...]:
         return tuple(f"c{k}" for k in range(self.degree + 1))
 
-    def coefficients(self, p: Values, ops: Any) -> list[Any]:
+    def coefficients(self, p: Values, ops: Operations) -> list[Any]:
+        """The parameters themselves."""
         return [p[name] for name in self.parameters]
 
 
@@ -115,9 +124,10 @@ class Sine(Model):
     def parameters(self) -> tuple[str, ...]:
         return ("a_minus", "a_plus", "b")
 
-    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+    def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
+        """(a+ + a-)/2 + (a+ - a-) u/2 + b sin(k pi u)."""
         middle, half = (p["a_plus"] + p["a_minus"]) / 2, (p["a_plus"] - p["a_minus"]) / 2
-        return middle + half * u + p["b"] * ops.sin(u * (self.waves * ops.pi()))
+        return middle + half * u + p["b"] * call(ops, "sin", u * (self.waves * ops.pi()))
 
 
 @dataclass(frozen=True)
@@ -130,10 +140,11 @@ class Tanh(Model):
 
     positive: ClassVar[tuple[str, ...]] = ("steepness",)
 
-    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+    def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
+        """(a+ + a-)/2 + (a+ - a-)/2 tanh(s u)/tanh(s), s the steepness."""
         middle, half = (p["a_plus"] + p["a_minus"]) / 2, (p["a_plus"] - p["a_minus"]) / 2
         slope = p["steepness"]
-        return middle + half * (ops.tanh(u * slope) / ops.tanh(slope))
+        return middle + half * (call(ops, "tanh", u * slope) / call(ops, "tanh", slope))
 
 
 @dataclass(frozen=True)
@@ -148,7 +159,8 @@ class Hill(Model):
 
     positive: ClassVar[tuple[str, ...]] = ("K",)
 
-    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+    def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
+        """a- + (a+ - a-) x^n (1 + K^n)/(K^n + x^n), x = (1+u)/2."""
         x_n = integer_power((u + 1) / 2, self.n)
         k_n = integer_power(p["K"], self.n)
         switch = (x_n * (k_n + 1)) / (x_n + k_n)
@@ -167,12 +179,15 @@ class Expression(Model):
         return tuple(sorted(s.name for s in self.formula.free_symbols - {self.u}))
 
     def _values(self, p: Values) -> dict[Any, Any]:
+        """The parameters' values by symbol."""
         return {s: p[s.name] for s in self.formula.free_symbols - {self.u}}
 
-    def evaluate(self, u: Any, p: Values, ops: Any) -> Any:
+    def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
+        """The formula by its tree, exact until the arithmetic rounds; a constant of u's shape."""
         return evaluate_tree(self.formula, {self.u: u, **self._values(p)}, ops) + 0 * u
 
     def end(self, p: Values, side: int) -> Any:
+        """A(side) where it is rational, by SymPy; else None."""
         import sympy
 
         values = self._values(p)
@@ -188,18 +203,20 @@ class Expression(Model):
 
     @cached_property
     def _powers(self) -> list[Any] | None:
+        """Coefficients of A in ascending powers of u, by SymPy; None where A is no polynomial."""
         import sympy
 
         poly = self.formula.as_poly(self.u)
         return None if poly is None else [sympy.sympify(c) for c in poly.all_coeffs()[::-1]]
 
-    def coefficients(self, p: Values, ops: Any) -> list[Any] | None:
+    def coefficients(self, p: Values, ops: Operations) -> list[Any] | None:
+        """Coefficients in powers of u where SymPy finds A a polynomial, else None."""
         if self._powers is None:
             return None
         return [evaluate_tree(c, self._values(p), ops) for c in self._powers]
 
 
-def check_count(name: str, value: Any) -> int:
+def check_count(name: str, value: Number) -> int:
     """A whole number >= 1 that shapes a model (waves of a sine, exponent of a Hill switch)."""
     number = exact(name, value)
     if number.denominator != 1 or number < 1:

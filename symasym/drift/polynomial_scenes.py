@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.base.inputs import FloatArray
+from symasym.base.inputs import FloatArray, IntArray
 from symasym.drift.drift import Drift
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
 
@@ -22,7 +22,8 @@ class Scenes(NamedTuple):
     start: FloatArray
     r: FloatArray
 
-    def take(self, rows: Any) -> Scenes:
+    def take(self, rows: slice | IntArray) -> Scenes:
+        """Some of the scenes."""
         return Scenes(self.c[:, rows], *(x[rows] for x in self[1:]))
 
 
@@ -45,6 +46,7 @@ def scenes_of(
 
 
 def _exact_scene(drift: Drift, start: FloatArray, r: FloatArray) -> Scenes | None:
+    """The scene of a drift with rational coefficients, each rounded once; None of any other."""
     known = drift.exact_coefficients()
     if known is None or len(known) > _MOST_DEGREE + 1:
         return None

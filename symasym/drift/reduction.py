@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from symasym.base.errors import InputError, RegionError
 from symasym.drift.drift import Drift
 
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+
 __all__ = ["Reduction", "reduce"]
+
+#: Reads an expression, given how messages call it.
+Reader: TypeAlias = "Callable[[str, Expr | str | float], Expr]"
 
 
 @dataclass(frozen=True)
 class Reduction:
-    """What `reduce` returns; unpacks as ``drift, amplitude``.
+    """The result of `reduce`; unpacks as ``drift, amplitude``.
 
     Attributes
     ----------
@@ -67,6 +74,7 @@ class Reduction:
         return tuple(sympy.simplify(component.subs(put)) for component in self.sliding)
 
     def _symbols(self) -> list[Any]:
+        """Every symbol of the sliding field and the normal components, by name."""
         every = set().union(*(c.free_symbols for c in (*self.sliding, self.normal_minus)))
         return sorted(every | self.normal_plus.free_symbols, key=str)
 
@@ -75,11 +83,11 @@ def reduce(
     f_minus: Sequence[Any],
     f_plus: Sequence[Any],
     F: Sequence[Any],
-    D: Any,
+    D: Sequence[Any],
     coordinates: Sequence[Any],
     *,
-    switch: Any = None,
-    layer: Any = "s",
+    switch: Expr | str | None = None,
+    layer: Symbol | str = "s",
     at: Mapping[Any, Any] | None = None,
 ) -> Reduction:
     """The scalar drift, noise amplitude and sliding field of a smoothed n-dimensional switch.
@@ -127,12 +135,12 @@ def reduce(
     --------
     >>> import symasym as sa
     >>> from symasym.drift.reduction import reduce
-    >>> found = reduce(("2 - z", "-z"), ("-1 - z", "-z"), ("1/2 - 3*s/2 - z", "-z"),
-    ...                ((3, 4), (0, 0)), ("y", "z"), at={"z": 0})
-    >>> drift, amplitude = found
+    >>> reduced = reduce(("2 - z", "-z"), ("-1 - z", "-z"), ("1/2 - 3*s/2 - z", "-z"),
+    ...                  ((3, 4), (0, 0)), ("y", "z"), at={"z": 0})
+    >>> drift, amplitude = reduced
     >>> drift.region, amplitude
     ('sliding', 5)
-    >>> found.sliding_at({"z": 1})
+    >>> reduced.sliding_at({"z": 1})
     (0, -1)
     """
     import sympy
@@ -171,13 +179,14 @@ def reduce(
     return Reduction(drift, sympy.simplify(amplitude), tuple(x), minus, plus, sliding)
 
 
-def _reader(known: Mapping[str, Any]) -> Any:
+def _reader(known: Mapping[str, Any]) -> Reader:
     """A function that reads an expression, strings with exact decimals."""
     import sympy
 
     from symasym.drift import grammar
 
-    def read(name: str, given: Any) -> Any:
+    def read(name: str, given: Expr | str | float) -> Any:
+        """The expression, with the symbols of `known` for their names."""
         try:
             if isinstance(given, str):
                 expression = grammar.read(name, given, known)
@@ -200,16 +209,18 @@ def _reader(known: Mapping[str, Any]) -> Any:
     return read
 
 
-def _vector(name: str, given: Sequence[Any], x: list[Any], read: Any) -> list[Any]:
-    found = [read(name, component) for component in given]
-    if len(found) != len(x):
+def _vector(name: str, given: Sequence[Any], x: list[Any], read: Reader) -> list[Any]:
+    """The components of a field, one for each coordinate."""
+    components = [read(name, component) for component in given]
+    if len(components) != len(x):
         raise InputError(
-            f"{name} has {len(found)} components; give {len(x)}, one for each coordinate."
+            f"{name} has {len(components)} components; give {len(x)}, one for each coordinate."
         )
-    return found
+    return components
 
 
-def _matrix(D: Any, x: list[Any], read: Any) -> Any:
+def _matrix(D: Sequence[Any], x: list[Any], read: Reader) -> Any:
+    """D as a matrix of n rows; a column may be given as one sequence."""
     import sympy
 
     rows = D.tolist() if hasattr(D, "tolist") else list(D)
@@ -222,7 +233,8 @@ def _matrix(D: Any, x: list[Any], read: Any) -> Any:
     return sympy.Matrix([[read("D", entry) for entry in row] for row in rows])
 
 
-def _point(h: Any, x: list[Any], at: Mapping[Any, Any], read: Any) -> dict[Any, Any]:
+def _point(h: Expr, x: list[Any], at: Mapping[Any, Any], read: Reader) -> dict[Any, Any]:
+    """The coordinates in `at` and their values, by symbol."""
     names = {str(c): c for c in x}
     unknown = [str(k) for k in at if str(k) not in names]
     if unknown:
@@ -232,7 +244,7 @@ def _point(h: Any, x: list[Any], at: Mapping[Any, Any], read: Any) -> dict[Any, 
     return {names[str(k)]: read("at", value) for k, value in at.items()}
 
 
-def _on_surface(h: Any, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
+def _on_surface(h: Expr, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
     """The substitution that puts the coefficients on the surface at the chosen point."""
     import sympy
 
@@ -256,7 +268,7 @@ def _on_surface(h: Any, x: list[Any], point: dict[Any, Any]) -> dict[Any, Any]:
     )
 
 
-def _check_continuity(fields: list[list[Any]], inside: Any) -> None:
+def _check_continuity(fields: list[list[Any]], inside: Symbol) -> None:
     """eq:cont: F at layer = ±1 equals f±, identically in x (the edge moves with eps)."""
     import sympy
 
@@ -272,7 +284,7 @@ def _check_continuity(fields: list[list[Any]], inside: Any) -> None:
                 )
 
 
-def _drift(frozen: Any, inside: Any) -> Drift:
+def _drift(frozen: Expr, inside: Symbol) -> Drift:
     """The drift, symbols stripped of assumptions, so that parameters go by name."""
     import sympy
 

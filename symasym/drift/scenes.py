@@ -1,15 +1,15 @@
 """Scenes as all methods read them, and answers as all methods hand them back.
 
 A scene is a drift phi, the large parameter lam = 2/kappa^2, and the numbers of the quantity asked
-for (r and the start of eq:Ttilde and eq:C, the place y of eq:pss). One scene has exact rationals,
-scenes that broadcast have float64.
+for (r and the start of eq:Ttilde and eq:C, the position y of eq:pss). One scene has exact
+rationals, scenes that broadcast have float64.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,9 @@ from symasym.base.inputs import (
     positive,
 )
 from symasym.drift.drift import Drift
+
+if TYPE_CHECKING:
+    from mpmath import mpf
 
 _LARGEST, _SMALLEST = 709.78, -708.39
 _KAPPA_RANGE = (1e-145, 1e145)
@@ -93,7 +96,7 @@ class Scenes(NamedTuple):
     #: The numbers as the caller wrote them.
     given: dict[str, Any]
 
-    def noise(self, row: Any) -> str:
+    def noise(self, row: int | np.intp) -> str:
         """kappa of one scene, for messages."""
         return f"{self.numbers['kappa'][row]:.6g}"
 
@@ -122,7 +125,7 @@ class Answers(NamedTuple):
     dropped: tuple[str, ...] = ()
 
 
-def read_order(order: Any, default: int, most: int) -> int:
+def read_order(order: int | str | None, default: int, most: int) -> int:
     """The order of an expansion, a whole number from 0 to `most`."""
     if order is None:
         return default
@@ -138,7 +141,7 @@ def read_order(order: Any, default: int, most: int) -> int:
     return int(order)
 
 
-def require_drift(drift: Any) -> None:
+def require_drift(drift: object) -> None:
     """Raise InputError unless `drift` is a Drift with all its parameters given."""
     if not isinstance(drift, Drift):
         raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction(…).")
@@ -146,7 +149,7 @@ def require_drift(drift: Any) -> None:
 
 
 def one_scene(drift: Drift, numbers: dict[str, Any]) -> bool:
-    """Whether nothing is an array."""
+    """True where nothing is an array."""
     return not drift.shape and not any(is_array(x) for x in numbers.values())
 
 
@@ -225,7 +228,7 @@ def read_scene(drift: Drift, numbers: dict[str, Any], dps: int | None) -> Scene:
     return Scene(drift, 2 / values["kappa"] ** 2, values)
 
 
-def scene_at(scenes: Scenes, row: Any) -> Scene:
+def scene_at(scenes: Scenes, row: int | np.intp) -> Scene:
     """One of the scenes in exact numbers: those of its floats, and what is no array as given."""
     numbers = {
         name: Fraction(float(x[row])) if is_array(scenes.given[name]) else exact(name, given)
@@ -234,7 +237,7 @@ def scene_at(scenes: Scenes, row: Any) -> Scene:
     return Scene(drift_at(scenes, row), 2 / numbers["kappa"] ** 2, numbers)
 
 
-def drift_at(scenes: Scenes, row: Any) -> Drift:
+def drift_at(scenes: Scenes, row: int | np.intp) -> Drift:
     """The drift of one of the scenes, its parameters scalars."""
     arrays = {name: float(x[row]) for name, x in scenes.parameters.items() if is_array(x)}
     return scenes.drift.bind(**arrays) if arrays else scenes.drift
@@ -249,7 +252,7 @@ def by_drift(scenes: Scenes, *others: FloatArray) -> Iterator[tuple[Drift, IntAr
         yield drift_at(scenes, row), np.flatnonzero(group.ravel() == k)
 
 
-def rows_of(scenes: Scenes, rows: Any) -> Scenes:
+def rows_of(scenes: Scenes, rows: slice | IntArray | tuple[slice | IntArray, ...]) -> Scenes:
     """Some of the scenes; the shape and the parameters stay those of all."""
     return scenes._replace(
         lam=scenes.lam[rows],
@@ -258,9 +261,9 @@ def rows_of(scenes: Scenes, rows: Any) -> Scenes:
 
 
 def input_rounding(scenes: Scenes, size: FloatArray) -> FloatArray:
-    """What reading an exact place as a float changes in a logarithm, at most."""
+    """A bound on the change of a logarithm where exact numbers are read as floats."""
     change = np.zeros_like(scenes.lam)
-    # A logarithm changes with the place no faster than lam |phi|, or as one comes close to an
+    # A logarithm changes with a position no faster than lam |phi|, or as one comes close to an
     # absorbing end. The rounding of kappa is counted with that of lam.
     room: Any = np.inf
     if "r" in scenes.numbers:
@@ -322,7 +325,7 @@ def as_digits(request: Request, answer: Answer) -> Any:
     )
 
 
-def _fits(name: str, value: Any) -> None:
+def _fits(name: str, value: mpf) -> None:
     """Raise unless `value`, an mpf, is a float."""
     from mpmath import libmp
 

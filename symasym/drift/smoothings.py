@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from symasym.base.errors import InputError
+from symasym.base.inputs import Numbers
 from symasym.drift import models
 from symasym.drift.drift import Drift
 
 __all__ = ["hill", "linear", "polynomial", "sine", "tanh"]
 
 
-def linear(a_minus: Any = None, a_plus: Any = None) -> Drift:
+def linear(a_minus: Numbers | None = None, a_plus: Numbers | None = None) -> Drift:
     """The linear smoothing from a- to a+, which reproduces Filippov's convention.
 
     Parameters
@@ -28,7 +27,7 @@ def linear(a_minus: Any = None, a_plus: Any = None) -> Drift:
     return Drift.of(models.Linear(), a_minus=a_minus, a_plus=a_plus)
 
 
-def polynomial(*coefficients: Any, **named: Any) -> Drift:
+def polynomial(*coefficients: Numbers, **named: Numbers) -> Drift:
     """A(u) = c0 + c1 u + c2 u^2 + ...
 
     Parameters
@@ -56,7 +55,13 @@ def polynomial(*coefficients: Any, **named: Any) -> Drift:
     return Drift.of(model, **dict(zip(model.parameters, coefficients, strict=True)))
 
 
-def sine(a_minus: Any = None, a_plus: Any = None, b: Any = None, *, waves: int = 1) -> Drift:
+def sine(
+    a_minus: Numbers | None = None,
+    a_plus: Numbers | None = None,
+    b: Numbers | None = None,
+    *,
+    waves: int = 1,
+) -> Drift:
     """The linear smoothing plus b sin(waves pi u): up to 2 `waves` wells and barriers.
 
     Parameters
@@ -76,7 +81,9 @@ def sine(a_minus: Any = None, a_plus: Any = None, b: Any = None, *, waves: int =
     return Drift.of(model, a_minus=a_minus, a_plus=a_plus, b=b)
 
 
-def tanh(a_minus: Any = None, a_plus: Any = None, steepness: Any = None) -> Drift:
+def tanh(
+    a_minus: Numbers | None = None, a_plus: Numbers | None = None, steepness: Numbers | None = None
+) -> Drift:
     """A sigmoid, tanh(steepness u) scaled so that it meets a- and a+ exactly.
 
     Parameters
@@ -95,7 +102,13 @@ def tanh(a_minus: Any = None, a_plus: Any = None, steepness: Any = None) -> Drif
     return Drift.of(models.Tanh(), a_minus=a_minus, a_plus=a_plus, steepness=steepness)
 
 
-def hill(a_minus: Any = None, a_plus: Any = None, K: Any = None, *, n: int = 4) -> Drift:
+def hill(
+    a_minus: Numbers | None = None,
+    a_plus: Numbers | None = None,
+    K: Numbers | None = None,
+    *,
+    n: int = 4,
+) -> Drift:
     """A Hill-function switch on [-1, 1]: x^n (1 + K^n)/(K^n + x^n) of x = (1+u)/2.
 
     Parameters

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,11 +13,15 @@ from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
-from symasym.numbers.complex_balls import DiscOps, tame
+from symasym.numbers.complex_balls import ComplexBallOps, tame
 from symasym.numbers.polynomials import poly, shifted
 from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import MpmathOps
 from symasym.numbers.truncated_series import SeriesOps, TruncatedSeries
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 _MOST_EXTRA_BITS = 4096
 
@@ -37,7 +41,7 @@ class ExactField:
     """
 
     def __init__(
-        self, drift: Drift, mirrored: bool, context: Any, offset: Fraction = Fraction(0)
+        self, drift: Drift, mirrored: bool, context: MPContext, offset: Fraction = Fraction(0)
     ) -> None:
         self._drift, self._context = drift, context
         self._offset = -offset if mirrored else offset
@@ -56,6 +60,7 @@ class ExactField:
 
     @property
     def is_polynomial(self) -> bool:
+        """True where A is a polynomial with rational coefficients."""
         return self._polynomial is not None
 
     def value(self, u: Fraction) -> Fraction:
@@ -65,8 +70,8 @@ class ExactField:
         if abs(u) == 1 and (known := self._drift.end(self._sign * int(u))) is not None:
             return self._sign * known + self._offset
         ops = MpmathOps(self._context)
-        found = to_fraction(self._drift.evaluate(ops.rational(self._sign * u), ops))
-        return self._sign * found + self._offset
+        value = to_fraction(self._drift.evaluate(ops.rational(self._sign * u), ops))
+        return self._sign * value + self._offset
 
     def float_values(self, u: FloatArray) -> FloatArray:
         """phi in float64, for planning."""
@@ -74,18 +79,18 @@ class ExactField:
             values: FloatArray = self._sign * self._drift.evaluate_float(self._sign * u)
         return np.broadcast_to(values, u.shape)
 
-    def spread(self, centre: Fraction, radius: Fraction) -> Any:
-        """A bound on the change of A over this complex disc, maybe infinite."""
+    def spread(self, centre: Fraction, radius: Fraction) -> mpf:
+        """A bound on the change of A over this complex ball, maybe infinite."""
         bits = 64 + max(0, radius.denominator.bit_length() - radius.numerator.bit_length())
         with own_context(1) as context:
             context.prec = bits
-            ops = DiscOps(MpmathOps(context))
-            disc = ops.disc(ops.rational(self._sign * centre), ops.rational(radius))
+            ops = ComplexBallOps(MpmathOps(context))
+            ball = ops.ball(ops.rational(self._sign * centre), ops.rational(radius))
             try:
-                found = (self._drift.evaluate(disc, ops) + 0 * disc).radius
+                bound = (self._drift.evaluate(ball, ops) + 0 * ball).radius
             except (ArithmeticError, ValueError):  # mpmath's words for infinity
                 return context.inf
-            return found if found < context.inf else context.inf
+            return bound if bound < context.inf else context.inf
 
     def taylor(self, centre: Fraction, scale: Fraction, order: int) -> list[Fraction]:
         """Coefficients of phi(centre + scale s) in s; all of them for a polynomial."""
@@ -96,9 +101,9 @@ class ExactField:
             series = self._drift.evaluate(
                 ops.variable(self._sign * centre, self._sign * scale), ops
             )
-        found = [self._sign * c for c in TruncatedSeries.fractions(series, ops)]
-        found[0] += self._offset
-        return found
+        coefficients = [self._sign * c for c in TruncatedSeries.fractions(series, ops)]
+        coefficients[0] += self._offset
+        return coefficients
 
     def sharpen(self) -> None:
         """Find Taylor coefficients with more bits from now on."""
@@ -109,13 +114,13 @@ class ExactField:
                 "ask for fewer digits or write A so that its terms do not cancel."
             )
 
-    def near(self, centre: Fraction, t0: Fraction, t1: Fraction) -> list[float]:
+    def about_middle(self, centre: Fraction, t0: Fraction, t1: Fraction) -> list[float]:
         """Taylor coefficients of phi about the middle of [centre + t0, centre + t1], in units
         of half its width; floats, for planning."""
         half = float((t1 - t0) / 2)
         if self._polynomial is None:
-            found = self.taylor(centre + (t0 + t1) / 2, (t1 - t0) / 2, 16)
-            return [float(c) for c in found]
+            coefficients = self.taylor(centre + (t0 + t1) / 2, (t1 - t0) / 2, 16)
+            return [float(c) for c in coefficients]
         if centre not in self._about:
             # About a zero of A these floats keep their relative precision.
             self._about[centre] = self.taylor(centre, Rational(1), 0)
@@ -132,27 +137,27 @@ class ExactField:
 
     def _primitive(self, centre: Fraction, t: Fraction) -> Fraction:
         """int phi over [centre, centre + t]; neighbouring panels share their edges."""
-        found = self._edges.get((centre, t))
-        if found is None:
+        integral = self._edges.get((centre, t))
+        if integral is None:
             c = self._about.get(centre) or self.taylor(centre, Rational(1), 0)
-            found = t * poly([x / (k + 1) for k, x in enumerate(c)], t)
-            self._edges[centre, t] = found
-        return found
+            integral = t * poly([x / (k + 1) for k, x in enumerate(c)], t)
+            self._edges[centre, t] = integral
+        return integral
 
-    def number(self, u: Any) -> Any:
+    def number(self, u: mpf) -> mpf:
         """phi(u) for an mpf u."""
         ops = MpmathOps(self._context)
-        found = self._sign * self._drift.evaluate(self._sign * self._context.mpf(u), ops)
-        return found + ops.rational(self._offset) if self._offset else found
+        value = self._sign * self._drift.evaluate(self._sign * self._context.mpf(u), ops)
+        return value + ops.rational(self._offset) if self._offset else value
 
-    def slope(self, u: Any) -> Any:
+    def slope(self, u: mpf) -> mpf:
         """phi'(u) for an mpf u inside (-1, 1)."""
         ops = SeriesOps(2, self._context)
         point = ops.variable(self._sign * u)
         # The mirror image changes both the sign of A and that of du.
         return TruncatedSeries.coefficients_of(self._drift.evaluate(point, ops), ops)[1]
 
-    def polish(self, u: Any) -> Any:
+    def polish(self, u: mpf) -> mpf:
         """The simple zero of A near the mpf u, by Newton to working precision."""
         x = self._context.mpf(u)
         for _ in range(self._context.prec.bit_length() + 4):
@@ -162,7 +167,7 @@ class ExactField:
                 break
         return x
 
-    def potential_rise(self, lo: Any, hi: Any) -> Any:
+    def potential_rise(self, lo: mpf, hi: mpf) -> mpf:
         """V(hi) - V(lo) for mpf arguments inside [-1, 1]."""
         if self._polynomial is None:
             edges = self._tame_edges(lo, hi)
@@ -171,7 +176,7 @@ class ExactField:
         means = [mpf_of(c / (k + 1), self._context) for k, c in enumerate(self._polynomial)]
         return poly(means, lo) * lo - poly(means, hi) * hi
 
-    def _tame_edges(self, lo: Any, hi: Any) -> list[Any]:
+    def _tame_edges(self, lo: mpf, hi: mpf) -> list[Any]:
         """[lo, hi] cut so that nothing narrower than a piece hides in it."""
         waiting, edges = [(lo, hi)], [lo]
         while waiting:
@@ -186,7 +191,7 @@ class ExactField:
         return edges
 
     def zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
-        """Zeros of A in (lo, hi), and the places where it comes near zero, refined by Newton."""
+        """Zeros of A in (lo, hi), and real parts of zeros close to it, refined by Newton."""
         if self._polynomial is not None:
             scale = max(abs(c) for c in self._polynomial) or Rational(1)
             c = np.array([float(x / scale) for x in self._polynomial])
@@ -200,7 +205,7 @@ class ExactField:
         return [self._refined(Rational(x)) for x in rough if lo < x < hi]
 
     def monotone_marks(self) -> list[float]:
-        """Places in float64 between which A is monotone."""
+        """Points in float64 between which A is monotone."""
         if self._polynomial is None:
             from symasym.drift.landscape import float_marks
 
@@ -213,6 +218,7 @@ class ExactField:
         return [self._sign * x for x in marks]
 
     def _refined(self, x: Fraction) -> Fraction:
+        """The zero of A near x by Newton's method, or x where A' is too small for it."""
         bits = self._context.prec
         for _ in range(12):
             value, slope = self.taylor(x, Rational(1), 2)[:2]
@@ -225,7 +231,7 @@ class ExactField:
         return x
 
 
-def to_fraction(x: Any) -> Fraction:
+def to_fraction(x: mpf) -> Fraction:
     """The exact value of an mpf."""
     sign, mantissa, exponent, _ = x._mpf_
     if not mantissa:
@@ -243,7 +249,7 @@ def places(x: Fraction) -> int:
     return x.denominator.bit_length() - x.numerator.bit_length() + 1 if x else 1 << 30
 
 
-def dyadic(x: Any, bits: int) -> Fraction:
+def dyadic(x: Fraction | float, bits: int) -> Fraction:
     """A short dyadic rational within 2^-bits of `x`, and within 1 of it for negative `bits`."""
     bits = max(bits, 0)
     return Rational(math.floor(x * (1 << bits) + Rational(1, 2)), 1 << bits)

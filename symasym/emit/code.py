@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import sympy
+
 from symasym.base.errors import InputError
-from symasym.base.inputs import is_name
+from symasym.base.inputs import exact, is_name
 from symasym.emit.folding import fold
+from symasym.emit.forms import quotients
 from symasym.emit.program import TAKEN, Case, Function, Program, require_closed
 from symasym.emit.source import Source, check_target, rendered
 from symasym.records import Record
 
 if TYPE_CHECKING:
+    from sympy import Expr
+
     from symasym.drift.drift import Drift
 
 __all__ = ["emit"]
@@ -104,15 +109,7 @@ def emit(
 
 
 def _numbers(parameters: Mapping[str, Any] | None) -> dict[str, Any]:
-    import sympy
-
-    from symasym.base.inputs import exact
-
-    found = {}
-    for name, value in (parameters or {}).items():
-        number = exact(name, value)
-        found[name] = sympy.Rational(number.numerator, number.denominator)
-    return found
+    return quotients({name: exact(name, value) for name, value in (parameters or {}).items()})
 
 
 def _of_formula(formula: Record) -> Program:
@@ -132,8 +129,6 @@ def _of_formula(formula: Record) -> Program:
 
 
 def _of_expression(what: Any, name: str) -> Program:
-    import sympy
-
     if isinstance(what, Mapping) or not is_name(name) or name in TAKEN:
         raise InputError(f"name is {name!r}; give a name made of letters, digits and _.")
     try:
@@ -146,10 +141,8 @@ def _of_expression(what: Any, name: str) -> Program:
     return Program("expression", f"{sympy.sstr(e)[:400]}", (function,))
 
 
-def _function(name: str, doc: str, expression: Any) -> Function:
+def _function(name: str, doc: str, expression: Expr | Sequence[Expr]) -> Function:
     """A function of all symbols; a Piecewise becomes its cases."""
-    import sympy
-
     from symasym.derivation.results import parts
 
     values = tuple(parts(expression))
@@ -171,8 +164,6 @@ def _function(name: str, doc: str, expression: Any) -> Function:
 
 
 def _all_of(condition: Any) -> tuple[Any, ...]:
-    import sympy
-
     if condition == sympy.true:
         return ()
     return tuple(condition.args) if isinstance(condition, sympy.And) else (condition,)

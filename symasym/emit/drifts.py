@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy
 
@@ -14,11 +14,14 @@ from symasym.base.inputs import is_array
 from symasym.drift.drift import Drift
 from symasym.emit.exact_time import by_powers, critical, exact_time
 from symasym.emit.folding import fold
-from symasym.emit.forms import by_name, called, log_form, logaddexp
-from symasym.emit.program import Case, Function, Program, Quadrature, require_closed
-from symasym.emit.stokes import stokes
+from symasym.emit.forms import by_name, called, log_form, logaddexp, quotients
+from symasym.emit.program import Case, Function, Program, Quadrature, by_logarithm, require_closed
+from symasym.emit.stokes import FRICTION, of_friction, stokes
 from symasym.emit.uniform_time import uniform_time
 from symasym.records import Record
+
+if TYPE_CHECKING:
+    from sympy import Expr
 
 # Digits of the numbers that are found by iteration: well and barrier of a general drift.
 _DIGITS = 60
@@ -29,7 +32,7 @@ def program(
     drift: Drift,
     numbers: Mapping[str, Any],
     method: str | None = None,
-    order: Any = None,
+    order: int | str | None = None,
 ) -> Program:
     """A formula of `LABELS` for a drift; `numbers` are the drift's parameters, or the others."""
     if not isinstance(drift, Drift):
@@ -48,38 +51,39 @@ def program(
     if arrays:
         raise InputError(f"{arrays[0]} is an array; leave it free, it becomes an argument.")
     rest = {name: value for name, value in numbers.items() if name not in own}
-    way = _way(what, method, order)
-    if way == "uniform":
-        found = uniform_time(what, drift)
-    elif way == "laplace":
+    chosen = _method_of(what, method, order)
+    if chosen == "uniform":
+        emitted = uniform_time(what, drift)
+    elif chosen == "laplace":
         from symasym.emit import weak_noise_time
 
         r = rest.pop("r", None)
         radius = None if r is None else Fraction(int(r.p), int(r.q))
         kappa = float(rest["kappa"]) if "kappa" in rest else None
-        found = weak_noise_time.program(
+        emitted = weak_noise_time.program(
             what, drift, weak_noise_time.read_order(order), radius, kappa
         )
         own = {**own, **({} if r is None else {"r": r})}
     else:
-        found = LABELS[what.label](what, drift)
-    for function in found.functions:
+        emitted = LABELS[what.label](what, drift)
+    for function in emitted.functions:
         for name in drift.free:
             if function.arguments.count(name) > 1:
                 raise _taken(name)
-    error = found.error or what.error
-    found = replace(found, title=f"{what.title}, for {drift!r}", error=error)
-    found = fold(require_closed(found), rest)
-    return replace(found, folded={**found.folded, **_bound(drift), **own})
+    error = emitted.error or what.error
+    emitted = replace(emitted, title=f"{what.title}, for {drift!r}", error=error)
+    emitted = fold(require_closed(emitted), rest)
+    return replace(emitted, folded={**emitted.folded, **quotients(drift.values), **own})
 
 
 def _taken(name: str) -> InputError:
+    """The error for a drift's parameter with the name of an argument."""
     return InputError(
         f"the drift has a free parameter {name}, and so has the formula; rename it, or bind it."
     )
 
 
-def _way(what: Record, method: str | None, order: Any) -> str:
+def _method_of(what: Record, method: str | None, order: int | str | None) -> str:
     """The method of the escape time that is asked for, ``"exact"`` by default."""
     if method is None and order is None:
         return "exact"
@@ -98,14 +102,8 @@ def _way(what: Record, method: str | None, order: Any) -> str:
     return method or "exact"
 
 
-def _bound(drift: Drift) -> dict[str, Any]:
-    return {
-        name: sympy.Rational(value.numerator, value.denominator)
-        for name, value in drift.values.items()
-    }
-
-
 def _program(what: Record, *functions: Function, **more: Any) -> Program:
+    """A program with the formula's label, title and assumptions."""
     return Program(what.label, what.title, functions, assumptions=what.assumptions, **more)
 
 
@@ -116,10 +114,12 @@ _NO_NUMBER = "u is not a number"
 
 
 def _phi(what: Record, drift: Drift) -> Program:
+    """phi(u), piecewise (eq:phi)."""
     return _program(what, drift_function(drift))
 
 
 def _potential(what: Record, drift: Drift) -> Program:
+    """V(u), piecewise (eq:V)."""
     return _program(what, potential_function(drift))
 
 
@@ -146,7 +146,8 @@ def potential_function(drift: Drift) -> Function:
     return Function("V", about, _arguments(drift, "u"), cases, outside=_NO_NUMBER)
 
 
-def _cases(e: Any) -> list[tuple[Any, tuple[Any, ...]]]:
+def _cases(e: Expr) -> list[tuple[Any, tuple[Any, ...]]]:
+    """Value and conditions of each piece of phi or V."""
     if not isinstance(e, sympy.Piecewise):  # a constant drift
         return [(e, ())]
     # The last case is no default: what is no number has no value.
@@ -154,8 +155,9 @@ def _cases(e: Any) -> list[tuple[Any, tuple[Any, ...]]]:
 
 
 def _values(drift: Drift) -> list[Any]:
+    """The parameters in order: symbols where they are free, rationals where bound."""
     value: dict[str, Any] = {name: sympy.Symbol(name, real=True) for name in drift.free}
-    value |= _bound(drift)
+    value |= quotients(drift.values)
     return [value[name] for name in drift.parameters]
 
 
@@ -164,7 +166,7 @@ def _hill_potential(drift: Drift) -> list[tuple[Any, tuple[Any, ...]]]:
     a, b, K = _values(drift)
     n = drift._model.n  # type: ignore[attr-defined]
 
-    def share(x: Any) -> Any:
+    def share(x: Expr) -> Expr:
         """The integral of x^n/(K^n + x^n) from 0."""
         s, total = x / K, sympy.S.Zero
         for k in range(n // 2):
@@ -188,7 +190,7 @@ def _tanh_potential(drift: Drift) -> list[tuple[Any, tuple[Any, ...]]]:
     """V of the sigmoid; SymPy's antiderivative loses digits where tanh is near -1."""
     a, b, s = _values(drift)
 
-    def log_cosh(x: Any) -> Any:
+    def log_cosh(x: Expr) -> Expr:
         return logaddexp(x, -x)  # and log 2, which cancels
 
     bend = (log_cosh(s * _U) - log_cosh(s)) / (s * sympy.tanh(s))
@@ -216,9 +218,9 @@ def _weak_noise(what: Record, drift: Drift) -> Program:
     from symasym.paper import well
 
     with own_context(_DIGITS) as context:
-        found = well(drift, context)
+        zeros = well(drift, context)
         names = ["a_plus", "slope_well", "slope_barrier", "barrier"]
-        known = [found.ahead, *found.slopes] + ([] if found.barrier is None else [found.barrier])
+        known = [zeros.ahead, *zeros.slopes] + ([] if zeros.barrier is None else [zeros.barrier])
         numbers = {n: sympy.Float(str(x), _DIGITS) for n, x in zip(names, known, strict=False)}
     left = () if "barrier" in numbers else ("the well's term, there is no barrier beyond u = 0",)
     value = item["values"][0] if "barrier" in numbers else _without_well(item["values"][0])
@@ -230,28 +232,22 @@ def _weak_noise(what: Record, drift: Drift) -> Program:
     return _program(what, function, left_out=left, digits=_DIGITS - 10)
 
 
-def _without_well(value: Any) -> Any:
+def _without_well(value: Expr) -> Expr:
+    """The terms of a sum without an exponential."""
     return sympy.Add(*(term for term in value.args if not term.has(sympy.exp)))
 
 
-def _friction_weak_noise(what: Record, value: Any, drift: Drift) -> Program:
+def _friction_weak_noise(what: Record, value: Expr, drift: Drift) -> Program:
     """The paper's time for the friction drift: well and barrier in closed form (friction-well)."""
-    real = {name: sympy.Symbol(name, real=True) for name in drift.parameters}
-    # A crossing downwards is one upwards in the mirror: 1 - z0 changes its sign.
-    force = abs(1 - real["z0"])
-
-    def derived(label: str, name: str) -> Any:
-        (e,) = Record.of(label).values_of(name)
-        return by_name(e, real).subs(real["z0"], 1 - force)
-
-    angle = derived("friction-well", "friction_angle")
-    parts = {"a_plus": derived("eq:phifric0", "friction_right")}
+    angle = of_friction("friction-well", "friction_angle")
+    parts = {"a_plus": of_friction("eq:phifric0", "friction_right")}
     for name in ("slope_well", "slope_barrier", "barrier"):
-        parts[name] = by_name(derived("friction-well", f"friction_{name}"), {"omega": angle})
+        parts[name] = by_name(of_friction("friction-well", f"friction_{name}"), {"omega": angle})
 
     plain = _without_well(value)
     crossing = parts["a_plus"] > 0
-    well = (real["mu"] > sympy.Rational(1, 2), derived("beta", "friction_breakaway") > force)
+    force, breakaway = abs(1 - FRICTION["z0"]), of_friction("beta", "friction_breakaway")
+    well = (FRICTION["mu"] > sympy.Rational(1, 2), breakaway > force)
     function = Function(
         "weak_noise_time",
         "T in weak noise, from 0 (eq:Ttildesmall with the step eq:S).",
@@ -267,7 +263,7 @@ def _friction_weak_noise(what: Record, value: Any, drift: Drift) -> Program:
         ),
         outside="the drift does not cross (|1 - z0| <= alpha)",
     )
-    return fold(_program(what, function), _bound(drift))
+    return fold(_program(what, function), quotients(drift.values))
 
 
 # -- integrals --------------------------------------------------------------------------------
@@ -275,7 +271,7 @@ def _friction_weak_noise(what: Record, value: Any, drift: Drift) -> Program:
 _KAPPA = sympy.Symbol("kappa", positive=True)
 
 
-def _quadrature(drift: Drift, sign: int, lower: Any, upper: Any) -> Quadrature:
+def _quadrature(drift: Drift, sign: int, lower: Expr, upper: Expr) -> Quadrature:
     """The integral of e^{2 V/kappa^2}, or with the other sign."""
     free = [sympy.Symbol(name, real=True) for name in drift.free]
     exponent = 2 * sign * called("V", _U, *free) / _KAPPA**2
@@ -313,6 +309,7 @@ def _layer_parts(drift: Drift) -> tuple[list[Function], Any, Any, Any]:
 
 
 def _density(what: Record, drift: Drift) -> Program:
+    """p_ss(u) = e^(-lam V)/(sum of the integrals inside and outside the layer) (eq:pss)."""
     functions, inside, outside, where = _layer_parts(drift)
     free = [sympy.Symbol(name, real=True) for name in drift.free]
     log = -2 * called("V", _U, *free) / _KAPPA**2 - logaddexp(inside, outside)
@@ -321,20 +318,15 @@ def _density(what: Record, drift: Drift) -> Program:
 
 
 def _sliding(
-    name: str, about: str, log: Any, where: tuple[Any, ...], drift: Drift, *first: str
+    name: str, about: str, log: Expr, where: tuple[Any, ...], drift: Drift, *first: str
 ) -> Function:
     """A function that exists where the drift slides, from its logarithm."""
-    return Function(
-        name,
-        about,
-        (*first, "kappa", *drift.free),
-        (Case((sympy.exp(log),), where),),
-        (Case((log,), where),),
-        outside="the drift does not slide (a- > 0 > a+)",
-    )
+    outside = "the drift does not slide (a- > 0 > a+)"
+    return by_logarithm(name, about, (*first, "kappa", *drift.free), log, where, outside=outside)
 
 
 def _occupation(what: Record, drift: Drift) -> Program:
+    """P and 1 - P from the logarithms of the integrals inside and outside (eq:P2)."""
     functions, inside, outside, where = _layer_parts(drift)
     odds = outside - inside
     return _program(
@@ -361,13 +353,7 @@ def _exit(what: Record, drift: Drift) -> Program:
         called("log_scale", *ends, _KAPPA, *free) for ends in ((-r, sympy.S.Zero), (0, r))
     )
     functions = [
-        Function(
-            name,
-            about,
-            ("kappa", "r", *drift.free),
-            (Case((sympy.exp(log),)),),
-            (Case((log,)),),
-        )
+        by_logarithm(name, about, ("kappa", "r", *drift.free), log)
         for name, about, log in (
             ("exit_probability", "C, leaving through -r from 0 (eq:C).", -_softplus(left - right)),
             ("complement", "1 - C (eq:C).", -_softplus(right - left)),
@@ -376,7 +362,7 @@ def _exit(what: Record, drift: Drift) -> Program:
     return _program(what, potential_function(drift), scale, *functions)
 
 
-def _softplus(x: Any) -> Any:
+def _softplus(x: Expr) -> Expr:
     """log(1 + e^x)."""
     return logaddexp(sympy.S.Zero, x)
 

@@ -1,19 +1,26 @@
-"""The exact escape time of a drift, as a program (`symasym.emit.kernels.exact_python`)."""
+"""The exact escape time of a drift, as a program (`symasym.emit.kernels.exact`)."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy
 
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
-from symasym.emit.kernels.exact_python import ERROR
-from symasym.emit.program import Function, Passage, Program
+from symasym.emit.program import FirstPassage, Function, Program
 from symasym.records import Record
 
+if TYPE_CHECKING:
+    from sympy import Expr
+
 _U = sympy.Symbol("u", real=True)
+ERROR = (
+    "log T is right to 1e-12, or to 1e-12 of itself where that is larger, for the drift with its "
+    "numbers as doubles; kappa from 1e-8 to 1e8, r from 1e-100 to 1e12, else refused, and also "
+    "where both directions of the computation differ by more"
+)
 
 
 def exact_time(what: Record, drift: Drift) -> Program:
@@ -45,7 +52,7 @@ def exact_time(what: Record, drift: Drift) -> Program:
     )
 
 
-def by_powers(e: Any, zero: int | None = None) -> Any:
+def by_powers(e: Expr, zero: int | None = None) -> Expr:
     """A polynomial in u by Horner's rule, around a known zero where it has one."""
     if not e.is_polynomial(_U):
         return e
@@ -56,6 +63,7 @@ def by_powers(e: Any, zero: int | None = None) -> Any:
 
 
 def critical(drift: Drift) -> tuple[Any, ...]:
+    """The zeros of A in the layer, to double precision."""
     if drift.free:
         raise InputError(
             f"the wells of {drift!r} have no closed form in {', '.join(drift.free)}; bind them, or "

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy
 
 from symasym.base.errors import InputError
 from symasym.emit.forms import as_printed, removable
 from symasym.emit.program import Function, Program
+
+if TYPE_CHECKING:
+    from sympy import Expr
 
 
 def fold(program: Program, parameters: Mapping[str, Any]) -> Program:
@@ -54,12 +57,15 @@ def fold(program: Program, parameters: Mapping[str, Any]) -> Program:
 def _folded(
     function: Function, numbers: Mapping[Any, Any], given: str
 ) -> tuple[Function | None, list[str]]:
+    """The function with the numbers in it, None where it has no value; and what is dropped, in
+    sentences.
+    """
     if function.quadrature is not None or function.passage is not None:
         return function, []
     gone: list[str] = []
     parts = []
     for cases in (function.cases, function.logs):
-        found = []
+        kept = []
         for case in cases:
             open_ = _settled(case.conditions, numbers)
             if open_ is None:
@@ -75,10 +81,10 @@ def _folded(
                 for term in _vanishing(v, numbers)
             ]
             shared = tuple((s, e.subs(numbers)) for s, e in case.shared)
-            found.append(replace(case, values=values, conditions=open_, shared=shared))
+            kept.append(replace(case, values=values, conditions=open_, shared=shared))
             if not open_:
                 break
-        parts.append(tuple(found))
+        parts.append(tuple(kept))
     if not parts[0]:
         return None, [f"{function.name}: {function.outside} ({given})"]
     # What does not stand in a logarithm's form any more need not have one.
@@ -87,17 +93,18 @@ def _folded(
 
 def _settled(conditions: tuple[Any, ...], numbers: Mapping[Any, Any]) -> tuple[Any, ...] | None:
     """The conditions that are still open; None where one fails (later ones may have no value)."""
-    found = []
+    still_open = []
     for condition in conditions:
         condition = condition.subs(numbers)
         if condition == sympy.false:
             return None
         if condition != sympy.true:
-            found.append(condition)
-    return tuple(found)
+            still_open.append(condition)
+    return tuple(still_open)
 
 
-def _without_value(e: Any) -> bool:
+def _without_value(e: Expr) -> bool:
+    """True of an expression that is infinite or not real."""
     if e.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
         return True
     return bool(
@@ -105,7 +112,7 @@ def _without_value(e: Any) -> bool:
     )
 
 
-def _vanishing(e: Any, numbers: Mapping[Any, Any]) -> Iterable[str]:
+def _vanishing(e: Expr, numbers: Mapping[Any, Any]) -> Iterable[str]:
     """Terms of sums that become 0."""
     for node in sympy.preorder_traversal(e):
         if node.is_Add:

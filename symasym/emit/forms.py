@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+    from sympy.printing.latex import LatexPrinter
 
 # Largest whole number in a quotient that a double holds exactly.
 _EXACT = 2**53
@@ -18,7 +22,7 @@ class _Quotient(sympy.Function):  # type: ignore[misc]
     is_real = True
 
     @classmethod
-    def eval(cls, x: Any) -> Any:
+    def eval(cls, x: Expr) -> Expr | None:
         return cls.at_zero if x.is_zero else None
 
 
@@ -68,7 +72,8 @@ class larger(sympy.Function):  # type: ignore[misc]
 
     is_real = True
 
-    def _latex(self, printer: Any, exp: Any = None) -> str:
+    def _latex(self, printer: LatexPrinter, exp: str | None = None) -> str:
+        """The maximum in LaTeX."""
         return rf"\max({', '.join(printer._print(a) for a in self.args)})"
 
 
@@ -83,21 +88,27 @@ class CalledBase(sympy.Function):  # type: ignore[misc]
 
     is_real = True
 
-    def _latex(self, printer: Any, exp: Any = None) -> str:
+    def _latex(self, printer: LatexPrinter, exp: str | None = None) -> str:
+        """The call in upright letters."""
         name = type(self).__name__.replace("_", r"\_")
         inside = ", ".join(printer._print(a) for a in self.args)
         call = rf"\mathrm{{{name}}}({inside})"
         return call if exp is None else rf"{call}^{{{exp}}}"
 
 
-def called(name: str, *arguments: Any) -> Any:
+def called(name: str, *arguments: Expr) -> Expr:
     """A call of the function `name` of the same file."""
     return type(name, (CalledBase,), {})(*arguments)
 
 
-def by_name(e: Any, values: Mapping[str, Any]) -> Any:
+def by_name(e: Expr, values: Mapping[str, Any]) -> Expr:
     """`e` with the values in place of the symbols that have their names."""
     return e.subs({s: values[s.name] for s in e.free_symbols if s.name in values})
+
+
+def quotients(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values, which are fractions, as rational numbers of SymPy."""
+    return {name: sympy.Rational(x.numerator, x.denominator) for name, x in values.items()}
 
 
 def removable(e: Any) -> Any:
@@ -116,22 +127,22 @@ def removable(e: Any) -> Any:
             elif order == 1:
                 swaps[node] = x * (tanhc if isinstance(node, sympy.tanh) else sinc)(x)
         if swaps:
-            found = e.xreplace(swaps)
+            rewritten = e.xreplace(swaps)
             # What expanding and factoring must leave alone.
-            whole = {node: sympy.Dummy(real=True) for node in found.atoms(_Quotient)}
-            found = sympy.factor(sympy.expand(found.xreplace(whole)))
-            if not _pole(found, b):
-                e = found.xreplace({dummy: node for node, dummy in whole.items()})
+            whole = {node: sympy.Dummy(real=True) for node in rewritten.atoms(_Quotient)}
+            rewritten = sympy.factor(sympy.expand(rewritten.xreplace(whole)))
+            if not _pole(rewritten, b):
+                e = rewritten.xreplace({dummy: node for node, dummy in whole.items()})
     return e
 
 
-def _pole(e: Any, b: Any) -> int:
+def _pole(e: Expr, b: Symbol) -> int:
     """The highest power of `b` in a denominator."""
     powers = [p.exp for p in e.atoms(sympy.Pow) if p.base == b and p.exp.is_Integer]
     return max((-int(p) for p in powers if p < 0), default=0)
 
 
-def log_form(e: Any) -> Any:
+def log_form(e: Expr) -> Expr | None:
     """log(e) without an exponential that overflows; None where the sign of `e` is not seen."""
     if not e.has(sympy.exp):
         return sympy.log(e) if e.is_positive else None
@@ -163,14 +174,14 @@ def log_form(e: Any) -> Any:
             logs.append(log_form(plain))
         if any(log is None for log in logs):
             return None
-        found = logs[0]
+        total = logs[0]
         for log in logs[1:]:
-            found = logaddexp(found, log)
-        return found
+            total = logaddexp(total, log)
+        return total
     return None
 
 
-def stable(e: Any) -> Any:
+def stable(e: Expr) -> Expr:
     """`e` with e^x - 1 and log(1 + x) as functions, so that sharing parts does not undo them."""
     if not e.args or isinstance(e, sympy.core.relational.Relational):
         return e
@@ -182,13 +193,13 @@ def stable(e: Any) -> Any:
             if isinstance(power, sympy.exp) and constant and factor == -constant:
                 rest = [b for b in args if b is not a and not b.is_Rational]
                 return sympy.Add(*rest, factor * expm1(power.args[0]))
-    if isinstance(e, sympy.log) and args[0].has(sympy.exp) and (found := log_form(e.args[0])):
-        return stable(found)
+    if isinstance(e, sympy.log) and args[0].has(sympy.exp) and (logarithm := log_form(e.args[0])):
+        return stable(logarithm)
     if e.is_Pow and e.exp.is_negative and e.base.is_Add and e.base.has(sympy.exp):
         # Where the exponential overflows, the quotient is 0.
-        found = log_form(e.base)
-        if found is not None:
-            return sympy.exp(e.exp * stable(found))
+        logarithm = log_form(e.base)
+        if logarithm is not None:
+            return sympy.exp(e.exp * stable(logarithm))
     if isinstance(e, sympy.log) and args[0].is_Add and len(args[0].args) == 2:
         rest = [a for a in args[0].args if a != 1]
         if len(rest) == 1:
@@ -196,7 +207,7 @@ def stable(e: Any) -> Any:
     return e.func(*args) if args != list(e.args) else e
 
 
-def rounded(e: Any) -> Any:
+def rounded(e: Expr) -> Expr:
     """`e` with every constant that is no short quotient as the double nearest to it."""
     if e.is_Rational:
         short = abs(e.p) < _EXACT and e.q < _EXACT
@@ -217,7 +228,7 @@ def rounded(e: Any) -> Any:
     return e.func(*new)
 
 
-def as_printed(e: Any) -> Any:
+def as_printed(e: Expr) -> Expr:
     """`e` with the functions of this module written out."""
     for kind, written in (
         (exprel, lambda x: (sympy.exp(x) - 1) / x),
@@ -233,7 +244,7 @@ def as_printed(e: Any) -> Any:
     return e
 
 
-def _literal(e: Any) -> Any:
+def _literal(e: Expr) -> Expr:
     """The nearest double, as a symbol that is written as its shortest decimal."""
     value = float(sympy.N(as_printed(e), 30))
     if value == 0 and e != 0 and e.is_zero is not True:

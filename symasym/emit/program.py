@@ -5,14 +5,17 @@ from __future__ import annotations
 import keyword
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any, Self
 
 import sympy
 
 from symasym.base.errors import InputError
 from symasym.emit.forms import log_form, removable, rounded, stable
+
+if TYPE_CHECKING:
+    from sympy import Expr
 
 # Words that one of the languages has taken, or that the emitted files use themselves.
 TAKEN = frozenset(
@@ -72,8 +75,33 @@ class Case:
         return {s for e in parts for s in e.free_symbols} - {s for s, _ in self.shared}
 
 
+@dataclass(frozen=True, kw_only=True)
+class _OfDrift:
+    """What is computed from a drift: its zeros in the layer, or coefficients to find them from."""
+
+    points: tuple[Any, ...] = ()
+    coefficients: tuple[Any, ...] = ()
+
+    @property
+    def expressions(self) -> tuple[Any, ...]:
+        """All of them, of every attribute."""
+        values = (getattr(self, f.name) for f in fields(self))
+        listed = (e for v in values for e in (v if isinstance(v, tuple) else (v,)))
+        return tuple(e for e in listed if isinstance(e, sympy.Basic))
+
+    def changed(self, change: Callable[[Any], Any]) -> Self:
+        """With `change` made to each expression."""
+        known = ((f.name, getattr(self, f.name)) for f in fields(self))
+        new = {
+            name: tuple(map(change, e)) if isinstance(e, tuple) else change(e)
+            for name, e in known
+            if isinstance(e, tuple | sympy.Basic)
+        }
+        return replace(self, **new)
+
+
 @dataclass(frozen=True)
-class Quadrature:
+class Quadrature(_OfDrift):
     """The logarithm of the integral of e^exponent over u from lower to upper.
 
     The exponent is monotone between -1, 1, and `points` or the zeros of the polynomial of
@@ -83,21 +111,11 @@ class Quadrature:
     exponent: Any
     lower: Any
     upper: Any
-    points: tuple[Any, ...] = ()
-    coefficients: tuple[Any, ...] = ()
-
-    def changed(self, change: Callable[[Any], Any]) -> Quadrature:
-        """With `change` made to each expression."""
-        points, coefficients = (
-            tuple(change(e) for e in part) for part in (self.points, self.coefficients)
-        )
-        ends = change(self.lower), change(self.upper)
-        return Quadrature(change(self.exponent), *ends, points, coefficients)
 
 
 @dataclass(frozen=True)
-class Passage:
-    """log T from 0 with the layer's `drift` in u (see `symasym.emit.kernels.exact_python`).
+class FirstPassage(_OfDrift):
+    """log T from 0 with the layer's `drift` in u (see `symasym.emit.kernels.exact`).
 
     Attributes
     ----------
@@ -106,8 +124,6 @@ class Passage:
         The drift beyond the layer.
     size : expression
         How large the drift's terms are, and how much it moves as u does.
-    points, coefficients : tuple of expressions
-        The drift's zeros in the layer; or its coefficients, of which the file finds them.
     uniform : bool
         Whether it is the uniform formula of order 0; `coefficients` and `ends` are enough for it.
     """
@@ -115,26 +131,12 @@ class Passage:
     drift: Any
     ends: tuple[Any, ...]
     size: Any
-    points: tuple[Any, ...] = ()
-    coefficients: tuple[Any, ...] = ()
     uniform: bool = False
 
-    def changed(self, change: Callable[[Any], Any]) -> Passage:
-        """With `change` made to each expression."""
-        ends, points, coefficients = (
-            tuple(change(e) for e in part) for part in (self.ends, self.points, self.coefficients)
-        )
-        size = change(self.size)
-        return Passage(change(self.drift), ends, size, points, coefficients, self.uniform)
-
     @property
-    def rough(self) -> Any:
+    def rough(self) -> Expr:
         """The absolute rounding error of the drift in doubles."""
         return rounded(sympy.Float("4e-16", 20) * self.size)
-
-    @property
-    def expressions(self) -> tuple[Any, ...]:
-        return (self.drift, *self.ends, self.size, *self.points, *self.coefficients)
 
 
 @dataclass(frozen=True)
@@ -166,6 +168,15 @@ class Function:
     def symbols(self) -> set[Any]:
         """Every symbol in the cases and their conditions."""
         return {s for case in self.cases for s in case.symbols}
+
+
+def by_logarithm(
+    name: str, doc: str, arguments: tuple[str, ...], log: Any, where: tuple[Any, ...] = (),
+    shared: tuple[tuple[Any, Any], ...] = (), outside: str = Function.outside,
+) -> Function:  # fmt: skip
+    """The function e^log with its logarithm, of one case."""
+    whole, own = ((Case((e,), where, shared=shared),) for e in (sympy.exp(log), log))
+    return Function(name, doc, arguments, whole, own, outside)
 
 
 @dataclass(frozen=True)
@@ -259,14 +270,11 @@ def require_closed(program: Program) -> Program:
 
 def ready(program: Program, double: bool) -> list[Ready]:
     """The functions of a program with shared parts taken out, logarithms before their values."""
-    found: list[Ready] = []
+    functions: list[Ready] = []
     own = {function.name for function in program.functions}
     for function in program.functions:
-        if function.quadrature is not None:
-            found.append(_ready_quadrature(function, function.quadrature, double))
-            continue
-        if function.passage is not None:
-            found += _ready_passage(function, function.passage, double)
+        if held := function.quadrature or function.passage:
+            functions += _ready_of_drift(function, held, double)
             continue
         function = replace(
             function,
@@ -277,21 +285,22 @@ def ready(program: Program, double: bool) -> list[Ready]:
         log = f"log_{function.name}"
         if function.logs and log not in own:
             about = f"Natural logarithm of `{function.name}`."
-            found.append(_ready(replace(function, name=log, doc=about, cases=function.logs), names,
-                                double))  # fmt: skip
+            logarithm = replace(function, name=log, doc=about, cases=function.logs)
+            functions.append(_ready(logarithm, names, double))
         if function.logs and double:
             arguments = _ready(replace(function, cases=function.logs), names, double).arguments
-            found.append(Ready(function.name, function.doc, arguments, (), exp_of=log))
+            functions.append(Ready(function.name, function.doc, arguments, (), exp_of=log))
         else:
-            found.append(_ready(function, names, double))
-    taken = [function.name for function in found]
+            functions.append(_ready(function, names, double))
+    taken = [function.name for function in functions]
     for name in taken:
         if taken.count(name) > 1:
             raise InputError(f"two functions would be called {name}; emit them one by one.")
-    return found
+    return functions
 
 
 def _stably(case: Case) -> Case:
+    """The case without removable poles."""
     return replace(case, values=tuple(removable(value) for value in case.values))
 
 
@@ -326,50 +335,45 @@ def _called(function: Function) -> dict[Any, Any]:
 _MOST_DEGREE, _MOST_POINTS = 127, 1024
 
 
-def _require_room(q: Quadrature | Passage) -> None:
-    """Raise InputError where a helper of the file has no room for the drift."""
-    if len(q.coefficients) > _MOST_DEGREE + 1 or len(q.points) > _MOST_POINTS:
+def _ready_of_drift(
+    function: Function, held: Quadrature | FirstPassage, double: bool
+) -> list[Ready]:
+    """An integral; of an escape time the logarithm, and its exponential.
+
+    In digits that is computed by itself.
+
+    Raises
+    ------
+    InputError
+        If a helper of the file has no room for the drift.
+    """
+    if len(held.coefficients) > _MOST_DEGREE + 1 or len(held.points) > _MOST_POINTS:
         raise InputError(
             f"code is emitted for polynomials up to degree {_MOST_DEGREE} and drifts with up to "
             f"{_MOST_POINTS} zeros and turns; give a lower one."
         )
-
-
-def _ready_quadrature(function: Function, quadrature: Quadrature, double: bool) -> Ready:
-    _require_room(quadrature)
-    parts = (quadrature.exponent, quadrature.lower, quadrature.upper, *quadrature.coefficients)
-    symbols = {s for e in parts for s in e.free_symbols}
     named = _inner(function)
+    symbols = {s for e in held.expressions for s in e.free_symbols}
     names = {s: sympy.Symbol(named(s.name), **s._assumptions_orig) for s in symbols}
-    quadrature = quadrature.changed(lambda e: e.subs(names, simultaneous=True))
+    held = held.changed(lambda e: e.subs(names, simultaneous=True))
     if double:
-        quadrature = quadrature.changed(rounded)
+        held = held.changed(rounded)
     arguments = tuple(map(named, function.arguments))
-    return Ready(function.name, function.doc, arguments, (), quadrature=quadrature)
-
-
-def _ready_passage(function: Function, passage: Passage, double: bool) -> list[Ready]:
-    """The logarithm and its exponential, which in digits is computed by itself."""
-    _require_room(passage)
-    symbols = {s for e in passage.expressions for s in e.free_symbols}
-    named = _inner(function)
-    names = {s: sympy.Symbol(named(s.name), **s._assumptions_orig) for s in symbols}
-    passage = passage.changed(lambda e: e.subs(names, simultaneous=True))
-    if double:
-        passage = passage.changed(rounded)
-    arguments = tuple(map(named, function.arguments))
+    if isinstance(held, Quadrature):
+        return [Ready(function.name, function.doc, arguments, (), quadrature=held)]
     log = f"log_{function.name}"
     about = f"Natural logarithm of `{function.name}`."
     return [
-        Ready(log, about, arguments, (), function.outside, passage=passage),
+        Ready(log, about, arguments, (), function.outside, passage=held),
         Ready(
             function.name, function.doc, arguments, (), function.outside, exp_of=log,
-            passage=None if double else passage,
+            passage=None if double else held,
         ),
     ]  # fmt: skip
 
 
 def _ready(function: Function, names: dict[Any, Any], double: bool) -> Ready:
+    """The cases with common subexpressions shared, in doubles with constants rounded."""
     used = {s.name for s in function.symbols}
     arguments = tuple(identifier(name) for name in function.arguments if name in used)
     bodies = []

@@ -6,6 +6,7 @@ import ctypes
 import subprocess
 import tempfile
 from collections.abc import Callable
+from os import PathLike
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -86,7 +87,7 @@ class Source(str):
     _program: Program
     _ready: list[Ready]
 
-    def write(self, path: Any) -> list[Path]:
+    def write(self, path: str | PathLike[str]) -> list[Path]:
         """Write the file, for C its header beside it; whole files or none.
 
         Raises
@@ -113,7 +114,7 @@ class Source(str):
         """The same functions in another language."""
         return rendered(self._program, target)
 
-    def load(self) -> Any:
+    def load(self) -> SimpleNamespace:
         """The functions as callables of this process.
 
         Python targets are run as they are; C is compiled by the system's compiler, its functions
@@ -155,14 +156,15 @@ def rendered(program: Program, target: str) -> Source:
         text, header = to_c.render(program, functions, program.name)
     else:
         text, header = _RENDER[target](program, functions), ""
-    found = Source(text)
-    found.target, found.header = target, header
-    found._program, found._ready = program, functions
-    found.functions = tuple(f.name for f in functions)
-    return found
+    source = Source(text)
+    source.target, source.header = target, header
+    source._program, source._ready = program, functions
+    source.functions = tuple(f.name for f in functions)
+    return source
 
 
 def _compiled(program: Program, functions: list[Ready]) -> SimpleNamespace:
+    """The functions of a shared library made by the system's C compiler."""
     compiler = to_c.compiler()
     if compiler is None:
         raise InputError(
@@ -184,19 +186,21 @@ def _compiled(program: Program, functions: list[Ready]) -> SimpleNamespace:
     return SimpleNamespace(**called)
 
 
-def _callable(library: Any, function: Ready) -> Any:
-    found = library[function.name]
+def _callable(library: ctypes.CDLL, function: Ready) -> Callable[..., float | tuple[float, ...]]:
+    """A function of the library that takes floats and gives one, or a tuple."""
+    entry = library[function.name]
     many = function.count > 1
-    found.argtypes = [ctypes.c_double] * len(function.arguments) + (
+    entry.argtypes = [ctypes.c_double] * len(function.arguments) + (
         [ctypes.POINTER(ctypes.c_double)] if many else []
     )
-    found.restype = None if many else ctypes.c_double
+    entry.restype = None if many else ctypes.c_double
 
     def call(*arguments: float) -> float | tuple[float, ...]:
+        """The value or values of the C function."""
         if not many:
-            return float(found(*arguments))
+            return float(entry(*arguments))
         out = (ctypes.c_double * function.count)()
-        found(*arguments, out)
+        entry(*arguments, out)
         return tuple(out)
 
     return call

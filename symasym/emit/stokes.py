@@ -2,18 +2,34 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import sympy
 
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.emit.folding import fold
-from symasym.emit.forms import by_name, larger, log1p, log_modulus
+from symasym.emit.forms import by_name, larger, log1p, log_modulus, quotients
 from symasym.emit.program import Case, Function, Program
 from symasym.records import Record
 
+if TYPE_CHECKING:
+    pass
+
 ERROR = "exact, as the share of G(Z) that it is defined to be; in doubles its logarithm to 1e-12"
+
+
+#: The parameters of the friction drift.
+FRICTION = {name: sympy.Symbol(name, real=True) for name in ("mu", "alpha", "z0")}
+
+
+def of_friction(label: str, name: str) -> Expr:
+    """The derived expression `name`, where a crossing downwards is one upwards in the mirror.
+
+    That is 1 - z0 changes its sign.
+    """
+    (e,) = Record.of(label).values_of(name)
+    return by_name(e, FRICTION).subs(FRICTION["z0"], 1 - abs(1 - FRICTION["z0"]))
 
 
 def stokes(what: Record, drift: Drift) -> Program:
@@ -27,16 +43,10 @@ def stokes(what: Record, drift: Drift) -> Program:
             f"the fold of {drift!r} has no closed form; use sa.friction, or call "
             "sa.stokes_multiplier."
         )
-    real = {name: sympy.Symbol(name, real=True) for name in drift.parameters}
-    force = abs(1 - real["z0"])
     omega = sympy.Symbol("omega", real=True)
-
-    def derived(label: str, name: str) -> Any:
-        (e,) = Record.of(label).values_of(name)
-        return by_name(e, {**real, "omega": omega})
-
-    angle = derived("friction-well", "friction_angle").subs(real["z0"], 1 - force)
-    barrier = derived("friction-well", "friction_barrier")
+    force = abs(1 - FRICTION["z0"])
+    angle = of_friction("friction-well", "friction_angle")
+    barrier = by_name(of_friction("friction-well", "friction_barrier"), {"omega": omega})
     (arcsine,) = angle.atoms(sympy.asin)
     within, factor = arcsine.args[0] ** 2, angle / arcsine
     sine = sympy.sin(omega)
@@ -57,11 +67,9 @@ def stokes(what: Record, drift: Drift) -> Program:
         ),
     )
     kappa = sympy.Symbol("kappa", positive=True)
-    inside = (real["mu"] > sympy.Rational(1, 2),)  # the turning point is in the layer
-    beside = (
-        derived("beta", "friction_breakaway") >= force,
-        derived("beta", "friction_breakaway") < force,
-    )
+    inside = (FRICTION["mu"] > sympy.Rational(1, 2),)  # the turning point is in the layer
+    breakaway = of_friction("beta", "friction_breakaway")
+    beside = (breakaway >= force, breakaway < force)
     cases = []
     for zeta, side in zip(zetas, beside, strict=True):
         Z = (2 / kappa**2) ** sympy.Rational(2, 3) * zeta
@@ -74,12 +82,8 @@ def stokes(what: Record, drift: Drift) -> Program:
         tuple(cases),
         outside="no well is born (mu <= 1/2)",
     )
-    found = Program(
+    emitted = Program(
         what.label, what.title, (function,), ERROR, assumptions=what.assumptions,
         left_out=("the step of the paper, in place of which this is",),
     )  # fmt: skip
-    given = {
-        name: sympy.Rational(value.numerator, value.denominator)
-        for name, value in drift.values.items()
-    }
-    return fold(found, given)
+    return fold(emitted, quotients(drift.values))

@@ -8,13 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy
 
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.series import Part, Series, terms
 from symasym.emit.forms import larger
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+    from sympy import Expr
 
 #: Digits of the coefficients.
 DIGITS = 50
@@ -30,11 +35,11 @@ class Names:
     `size` is that of the drift: lam^-p comes with about size^-p.
     """
 
-    def __init__(self, order: int, context: Any, size: float) -> None:
+    def __init__(self, order: int, context: MPContext, size: float) -> None:
         self.order, self._context, self._size = order, context, context.mpf(size)
         self.series: list[tuple[Any, Any]] = []
 
-    def named(self, name: str, series: Any) -> Series:
+    def named(self, name: str, series: Series) -> Series:
         """A series of one term, the symbol; of none where it vanishes."""
         parts = [self._without_rounding(part) for part in series.parts] if terms(series) else []
         if not any(c for part in parts for c in part.coefficients):
@@ -44,6 +49,7 @@ class Names:
         return Series([Part(0.0, 0, [symbol])])
 
     def _without_rounding(self, part: Part) -> Part:
+        """The part without coefficients that are 0 but for rounding."""
         kept = [
             c if c and abs(c) * self._size ** (part.offset + n) > NOTHING else 0
             for n, c in enumerate(part.coefficients[: self.order + 1])
@@ -54,6 +60,7 @@ class Names:
         """One side with symbols for its series."""
 
         def points(known: Iterable[CriticalPoint], what: str) -> list[CriticalPoint]:
+            """The critical points with symbols for their series."""
             return [
                 p._replace(
                     series=self.named(f"{p.kind}_{what}{side}_{k}", p.series),
@@ -71,7 +78,7 @@ class Names:
         )
 
 
-def _horner(part: Part) -> Any:
+def _horner(part: Part) -> Expr:
     """The part in x = 1/lam, lowest power taken out."""
     kept = list(part.coefficients)
     low = next((n for n, c in enumerate(kept) if c), len(kept))
@@ -81,7 +88,8 @@ def _horner(part: Part) -> Any:
     return X ** sympy.Rational(part.offset + low) * inner * sympy.log(LAM) ** part.logs
 
 
-def number_of(x: Any) -> Any:
+def number_of(x: Expr | Fraction | mpf | int) -> Expr:
+    """A SymPy number: exact for a rational, else to 50 digits."""
     if isinstance(x, sympy.Basic | int):
         return sympy.sympify(x)
     if isinstance(x, Fraction):
@@ -94,15 +102,17 @@ class Symbolic:
 
     rounding = 0.0
 
-    def leaf(self, height: Any, series: Series, rough: Any = 0.0) -> Sum:
+    def leaf(self, height: Expr | mpf, series: Series, rough: float = 0.0) -> Sum:
         """One symbol, or a number over lam, times e^{lam height}."""
         factor = sum((X ** sympy.Rational(p.offset) * p.coefficients[0] for p in series.parts), 0)
         return Sum([(sympy.expand(number_of(height)), sympy.sympify(factor))])
 
-    def total(self, terms: list[Any]) -> Any:
+    def total(self, terms: list[Any]) -> Sum:
+        """The sum of the terms."""
         return sum(terms, Sum([]))
 
-    def number(self, x: Any) -> Any:
+    def number(self, x: Expr | Fraction | mpf | int) -> Expr:
+        """A SymPy number."""
         return number_of(x)
 
 
@@ -122,12 +132,12 @@ class Sum:
             else:
                 self.terms.append((height, factor))
 
-    def __add__(self, other: Any) -> Sum:
+    def __add__(self, other: Sum | Expr | int) -> Sum:
         return Sum([*self.terms, *as_sum(other).terms])
 
     __radd__ = __add__
 
-    def __mul__(self, other: Any) -> Sum:
+    def __mul__(self, other: Sum | Expr | int) -> Sum:
         return Sum((h + k, a * b) for h, a in self.terms for k, b in as_sum(other).terms)
 
     __rmul__ = __mul__
@@ -135,7 +145,7 @@ class Sum:
     def __neg__(self) -> Sum:
         return Sum((h, -a) for h, a in self.terms)
 
-    def __sub__(self, other: Any) -> Sum:
+    def __sub__(self, other: Sum | Expr | int) -> Sum:
         return self + -as_sum(other)
 
     def __abs__(self) -> Sum:
@@ -147,11 +157,12 @@ class Sum:
         return Ratio(self, other) if self.terms else self
 
 
-def as_sum(x: Any) -> Sum:
+def as_sum(x: Sum | Expr | int) -> Sum:
+    """A sum as it is, a number as a sum of one term."""
     return x if isinstance(x, Sum) else Sum([(sympy.S.Zero, sympy.sympify(x))])
 
 
-def _line(height: Any) -> tuple[Any, Any]:
+def _line(height: Expr) -> tuple[Any, Any]:
     """Value at r = 1 and slope of a height, without rounding."""
     height = sympy.expand(height)
     parts = height.coeff(BEYOND_1, 0), height.coeff(BEYOND_1, 1)
@@ -159,7 +170,8 @@ def _line(height: Any) -> tuple[Any, Any]:
     return level, slope
 
 
-def _nothing(height: Any) -> bool:
+def _nothing(height: Expr) -> bool:
+    """True of a height that is 0 for all r."""
     return _line(height) == (0, 0)
 
 
@@ -205,7 +217,8 @@ class Ratio:
         )
 
 
-def _times_exp(factor: Any, line: Any) -> Any:
+def _times_exp(factor: Expr, line: Expr) -> Expr:
+    """factor e^(lam line)."""
     level, slope = _line(line)
     return factor * sympy.exp(LAM * (level + slope * BEYOND_1))
 
@@ -215,7 +228,8 @@ def _all_below(lines: list[Any], others: list[Any], far: float = 0.0) -> bool:
     if not lines:
         return False
 
-    def below(h: Any, k: Any) -> bool:
+    def below(h: Expr, k: Expr) -> bool:
+        """True where h <= k - far for all r > 1."""
         level, slope = _line(k - h)
         return bool(level >= far and slope >= 0)
 
@@ -224,20 +238,22 @@ def _all_below(lines: list[Any], others: list[Any], far: float = 0.0) -> bool:
 
 def _highest(heights: list[Any]) -> list[Any]:
     """Those of the heights that are the largest for some r > 1."""
-    found: list[Any] = []
+    highest: list[Any] = []
     for h in heights:
-        if not any(_all_below([h], [k]) for k in found):
-            found = [k for k in found if not _all_below([k], [h])] + [h]
-    return found
+        if not any(_all_below([h], [k]) for k in highest):
+            highest = [k for k in highest if not _all_below([k], [h])] + [h]
+    return highest
 
 
-def _largest(values: list[Any]) -> Any:
-    found = values[0]
+def _largest(values: list[Any]) -> Expr:
+    """The maximum of the values, as nested calls of `larger`."""
+    largest = values[0]
     for value in values[1:]:
-        found = larger(found, value)
-    return found
+        largest = larger(largest, value)
+    return largest
 
 
-def _least(lines: list[Any]) -> Any:
+def _least(lines: list[Any]) -> Expr:
+    """The minimum of the lines, as nested calls of `larger`."""
     parts = [level + slope * BEYOND_1 for level, slope in map(_line, lines)]
     return parts[0] if len(parts) == 1 else -_largest([-part for part in parts])

@@ -11,28 +11,27 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy
 
 from symasym.asymptotics.weak_noise.compose import (
     Composed,
-    Found,
     Sides,
     mean_time,
     side_of,
-    time_with_digits,
 )
 from symasym.asymptotics.weak_noise.critical_points import half
+from symasym.asymptotics.weak_noise.evaluation import Found, time_with_digits
 from symasym.asymptotics.weak_noise.one_sided import OneSided
-from symasym.asymptotics.weak_noise.resolution import unseen
+from symasym.asymptotics.weak_noise.resolution import unresolved
 from symasym.asymptotics.weak_noise.series import Point, added
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
-from symasym.emit.program import Case, Function, Program
+from symasym.emit.program import Program, by_logarithm
 from symasym.emit.source import rendered
 from symasym.emit.symbolic_sums import (
     BEYOND_1,
@@ -48,6 +47,9 @@ from symasym.emit.symbolic_sums import (
 )
 from symasym.numbers.arithmetic import Digits
 from symasym.records import Record
+
+if TYPE_CHECKING:
+    from mpmath.ctx_mp import MPContext
 
 # Digits that are right in what the coefficients make up.
 _RIGHT = 32
@@ -66,7 +68,7 @@ def program(
     with own_context(DIGITS) as context:
         sides = [
             half(ExactField(drift, mirrored, context), Fraction(0), r or Fraction(2), order,
-                 context, DIGITS, told=False)
+                 context, DIGITS, estimated=False)
             for mirrored in (True, False)
         ]  # fmt: skip
         halves = sides[0], sides[1]
@@ -75,12 +77,12 @@ def program(
     most = _reach(drift, halves, order, r)
     # Where the places' sums cancel, doubles may tell less than the expansion does.
     for _ in range(40):
-        found = _program(what, ratio, names, order, r, kappa, most)
-        if kappa is not None or _in_doubles(found, most, halves, r, order):
+        emitted = _program(what, ratio, names, order, r, kappa, most)
+        if kappa is not None or _in_doubles(emitted, most, halves, r, order):
             break
         most = _rounded_down(most / 2)
     error = f"relative O(kappa^{2 * order + 2}); {_told(halves, order, r, most)}"
-    return replace(found, error=error)
+    return replace(emitted, error=error)
 
 
 def _program(
@@ -92,6 +94,7 @@ def _program(
     kappa: float | None,
     most: float,
 ) -> Program:
+    """log(N/D) of the composition as a program, valid for kappa up to `most`."""
     log, faint = ratio.log(FAINT / (2 / (kappa or most) ** 2))
     log = sympy.log(LAM) + log
     shared = [(X, KAPPA**2 / 2), (LAM, 2 / KAPPA**2), (BEYOND_1, R - 1), *names.series]
@@ -108,14 +111,8 @@ def _program(
     if faint:
         at = f"kappa = {kappa}" if kappa else f"any kappa up to {most}"
         left_out.append(f"{faint} products of places below e^-{FAINT} of the rest for {at}")
-    function = Function(
-        "weak_noise_time",
-        f"T from 0 in weak noise, to order {order} in kappa^2.",
-        ("kappa", "r"),
-        (Case((sympy.exp(log),), where, shared=kept),),
-        (Case((log,), where, shared=kept),),
-        outside=outside,
-    )
+    about = f"T from 0 in weak noise, to order {order} in kappa^2."
+    function = by_logarithm("weak_noise_time", about, ("kappa", "r"), log, where, kept, outside)
     return Program(
         what.label, what.title, (function,), assumptions=what.assumptions,
         left_out=tuple(left_out), digits=_RIGHT,
@@ -123,7 +120,7 @@ def _program(
     )  # fmt: skip
 
 
-def read_order(order: Any) -> int:
+def read_order(order: int | str | None) -> int:
     """`order`, 2 where it is None."""
     from symasym.drift.scenes import read_order as read
     from symasym.methods.table import WEAK_NOISE_ORDERS
@@ -140,7 +137,7 @@ _RADII = tuple(Fraction(x) for x in ("1.001", "2", "10", "1000"))
 
 
 def _time(
-    halves: tuple[OneSided, OneSided], kappa: float, r: Fraction, order: int, context: Any
+    halves: tuple[OneSided, OneSided], kappa: float, r: Fraction, order: int, context: MPContext
 ) -> Found:
     """T and its claimed error."""
     arithmetic = Digits(context)
@@ -157,10 +154,10 @@ def _reach(
     with own_context(30) as context:
 
         def holds(kappa: float) -> bool:
-            if unseen(drift, 2 / kappa**2, ()):
+            if unresolved(drift, 2 / kappa**2, ()):
                 return False
-            found = (_time(halves, kappa, radius, order, context) for radius in radii)
-            return all(time.sure for time in found)
+            times = (_time(halves, kappa, radius, order, context) for radius in radii)
+            return all(time.sure for time in times)
 
         kappa, factor = 1e-3, 1.5
         while not holds(kappa):
@@ -185,20 +182,24 @@ def _rounded_down(x: float) -> float:
 
 def _told(halves: tuple[OneSided, OneSided], order: int, r: Fraction | None, most: float) -> str:
     """The error estimate from the next two orders, as a sentence."""
-    at, told = r or Fraction(10), []
+    at, stated = r or Fraction(10), []
     with own_context(30) as context:
         for kappa in (most / 2, most / 4, most / 8):
             time = _time(halves, kappa, at, order, context)
             relative = float(time.error / time.value) if time.sure else math.inf
-            told.append(f"{relative:.1e} at kappa = {kappa:.3g}")
+            stated.append(f"{relative:.1e} at kappa = {kappa:.3g}")
     return (
         "an estimate, twice the size of the next two orders of each series, is for r = "
-        f"{float(at):.4g}: {', '.join(told)}"
+        f"{float(at):.4g}: {', '.join(stated)}"
     )
 
 
 def _in_doubles(
-    found: Program, kappa: float, halves: tuple[OneSided, OneSided], r: Fraction | None, order: int
+    code: Program,
+    kappa: float,
+    halves: tuple[OneSided, OneSided],
+    r: Fraction | None,
+    order: int,
 ) -> bool:
     """True where the emitted code has 1e-13 of log T.
 
@@ -208,7 +209,7 @@ def _in_doubles(
         If it has not the value in many digits either: then it is another formula.
     """
     doubles, digits = (
-        rendered(found, target).load().log_weak_noise_time for target in ("python", "mpmath")
+        rendered(code, target).load().log_weak_noise_time for target in ("python", "mpmath")
     )
     kappa *= 1 - 1e-9  # its double may be above its decimal
     # Of a small drift, whose terms cancel as long as lam |V| is small, digits are lost.
@@ -220,7 +221,7 @@ def _in_doubles(
             want = context.log(_time(halves, kappa, exact, order, context).value)
             size = max(1, abs(want))
             if not abs(digits(kappa, *given, dps=25) - want) <= 1e-22 * size:
-                raise ArithmeticError(f"{found.label}: what is emitted has not the sums' value")
+                raise ArithmeticError(f"{code.label}: what is emitted has not the sums' value")
             try:
                 got = doubles(kappa, *given)
             except ValueError:  # a logarithm of what is no more than rounding

@@ -5,13 +5,16 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 import sympy
 
 from symasym.base.errors import InputError
 from symasym.derivation.code import NotEmittable, Printer
 from symasym.emit.program import Ready
+
+if TYPE_CHECKING:
+    from sympy import Expr
 
 _WIDTH = 96
 #: A helper, or what writes it where that takes long.
@@ -24,22 +27,22 @@ class CodePrinter(Printer):
     def __init__(self, target: str) -> None:
         super().__init__(target, {})
 
-    def _print_Symbol(self, expr: Any) -> str:
+    def _print_Symbol(self, expr: Expr) -> str:
         return str(self.names.get(expr, expr.name))
 
-    def _print_Float(self, expr: Any) -> str:
+    def _print_Float(self, expr: Expr) -> str:
         number = str(super()._print_Float(expr))
         # Python would read it as a double.
         return f'ctx.mpf("{number}")' if self.target == "mpmath" else number
 
-    def _print_Exp1(self, expr: Any) -> str:
+    def _print_Exp1(self, expr: Expr) -> str:
         return str(self._call("exp", sympy.S.One))
 
-    def _print_Relational(self, expr: Any) -> str:
+    def _print_Relational(self, expr: Expr) -> str:
         sign = {"Eq": "==", "Ne": "!="}.get(type(expr).__name__, expr.rel_op)
         return f"{self._print(expr.lhs)} {sign} {self._print(expr.rhs)}"
 
-    def _print_CalledBase(self, expr: Any) -> str:
+    def _print_CalledBase(self, expr: Expr) -> str:
         first, mark = (["ctx"], "_") if self.target == "mpmath" else ([], "")
         arguments = [*first, *(self._print(a) for a in expr.args)]
         return f"{mark}{type(expr).__name__}({', '.join(arguments)})"
@@ -49,7 +52,7 @@ class CodePrinter(Printer):
     _print_StrictGreaterThan = _print_GreaterThan = _print_Relational
 
 
-def text(e: Any, target: str) -> str:
+def text(e: Expr, target: str) -> str:
     """An expression or a condition in the target's language."""
     try:
         return str(CodePrinter(target).doprint(e))
@@ -77,6 +80,7 @@ def wrapped(
 
 
 def _broken(code: str, width: int) -> list[str]:
+    """Lines of at most `width` characters."""
     return textwrap.wrap(code, width, break_long_words=False, break_on_hyphens=False)
 
 
@@ -90,11 +94,11 @@ def heading(first: str, arguments: list[str], last: str) -> list[str]:
 
 def comment(lines: list[str], mark: str) -> list[str]:
     """Lines of text as comments, broken at spaces."""
-    found = []
+    broken = []
     for line in lines:
         # What users wrote must not end the comment.
         line = re.sub(r"\s+", " ", line.replace("*/", "* /").replace("..", "."))
-        found += textwrap.wrap(
+        broken += textwrap.wrap(
             line,
             _WIDTH,
             initial_indent=f"{mark} ",
@@ -102,24 +106,25 @@ def comment(lines: list[str], mark: str) -> list[str]:
             break_long_words=False,
             break_on_hyphens=False,
         )
-    return found
+    return broken
 
 
 def helpers(code: str, known: Mapping[str, Written]) -> list[str]:
     """Those of the `known` helpers that the code calls, and that these call."""
-    found: list[str] = []
+    called: list[str] = []
     seen: set[str] = set()
 
     def look(where: str) -> None:
+        """Append the helpers whose names stand in the text, those that they call before them."""
         for name, written in known.items():
             if name not in seen and re.search(rf"(?<!\w)(?<!\w\.){re.escape(name)}\b", where):
                 seen.add(name)
                 source = written if isinstance(written, str) else written()
                 look(source)
-                found.append(source)
+                called.append(source)
 
     look(code)
-    return found
+    return called
 
 
 def signature_doc(function: Ready) -> str:
@@ -127,7 +132,7 @@ def signature_doc(function: Ready) -> str:
     return function.doc if function.doc.endswith(".") else f"{function.doc}."
 
 
-def told(function: Ready, form: str) -> str:
+def argument_values(function: Ready, form: str) -> str:
     """The arguments' values as the language puts them into text: NAME in `form` is a name."""
     values = [f"{name} is {form.replace('NAME', name)}" for name in function.arguments]
     return f"{', '.join(values)}: " if values else ""
@@ -135,5 +140,5 @@ def told(function: Ready, form: str) -> str:
 
 def refusal(function: Ready) -> list[str]:
     """The lines that raise in Python where no case holds."""
-    lines = [f'f"{told(function, "{NAME}")}"', f'"{function.outside}"']
+    lines = [f'f"{argument_values(function, "{NAME}")}"', f'"{function.outside}"']
     return ["    raise ValueError(", *(f"        {line}" for line in lines), "    )"]

@@ -10,12 +10,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from operator import mul
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import AccuracyError
 from symasym.exact.sweep import Deferred, Record
 from symasym.numbers.balls import Profile, exact_ball, flint_module
 from symasym.special.exponentials import ball_quotient
+
+if TYPE_CHECKING:
+    from flint import arb, arb_series
 
 # Cauchy circles have this many times the panel's half-length, so that a Taylor coefficient gains
 # log2(6) = 2.6 bits an order, and a pole may be as near as 6 half-lengths. Between 4 and 8 the
@@ -87,26 +90,32 @@ class Outer(Piece):
 
     @property
     def drift_at_left(self) -> Any:
+        """a"""
         return self.slope
 
     @cached_property
     def _exponent(self) -> Any:
+        """lam a length."""
         return self.slope * exact_ball(self.lam * self.length)
 
     @cached_property
     def growth(self) -> Any:
+        """e^-x, x = lam a length."""
         return (-self._exponent).exp()
 
     @cached_property
     def plus(self) -> Any:
+        """length phi_1(-x) (Hochbruck and Ostermann 2010)."""
         return exact_ball(self.length) * ball_quotient(-self._exponent, 1)
 
     @cached_property
     def minus(self) -> Any:
+        """length phi_1(x)."""
         return exact_ball(self.length) * ball_quotient(self._exponent, 1)
 
     @cached_property
     def nested(self) -> Any:
+        """length^2 phi_2(x)."""
         return exact_ball(self.length**2) * ball_quotient(self._exponent, 2)
 
 
@@ -127,7 +136,8 @@ class Panel(Piece):
     terms: int
 
     @property
-    def drift_at_left(self) -> Any:
+    def drift_at_left(self) -> arb:
+        """A(a)"""
         return self.profile.value(self.center - self.half)
 
     @cached_property
@@ -138,7 +148,7 @@ class Panel(Piece):
         series = self.profile.series(self.center, self.half, self.terms)
         return (-exact_ball(self.lam * self.half)) * series.integral()
 
-    def _complete(self, series: Any) -> Any:
+    def _complete(self, series: arb_series) -> arb_series:
         """`series`, unless coefficients are missing, which would be read as 0."""
         if series.prec < self.terms:
             raise AccuracyError(
@@ -157,7 +167,7 @@ class Panel(Piece):
         cut = self._tail(self.slope_bound * RATIO)
         return left + cut, right + cut
 
-    def _tail(self, bound: Any) -> Any:
+    def _tail(self, bound: arb) -> Any:
         """The truncation error of terms - 1 Taylor terms on |t| <= 1, of a function below `bound`.
 
         One term fewer than were computed, because `integral` drops the last one.
@@ -167,15 +177,18 @@ class Panel(Piece):
         return flint.arb(0, bound * ratio ** (1 - self.terms) / (1 - 1 / ratio))
 
     @cached_property
-    def _rising(self) -> Any:
+    def _exp_series(self) -> Any:
+        """e^E, E the exponent."""
         return self._exponent.exp()
 
     @cached_property
-    def _falling(self) -> Any:
+    def _exp_inverse(self) -> Any:
+        """e^-E, E the exponent."""
         return (-self._exponent).exp()
 
     @cached_property
     def _exp_tail(self) -> Any:
+        """The truncation error of e^E and e^-E on the panel."""
         return self._tail((self.slope_bound * RATIO).exp())
 
     @cached_property
@@ -187,13 +200,13 @@ class Panel(Piece):
     @cached_property
     def plus(self) -> Any:
         """Integral over the panel of e^{lam(V - V(a))}."""
-        integral = _over_panel(self._complete(self._rising)) + 2 * self._exp_tail
+        integral = _over_panel(self._complete(self._exp_series)) + 2 * self._exp_tail
         return exact_ball(self.half) * (-self._ends[0]).exp() * integral
 
     @cached_property
     def minus(self) -> Any:
         """Integral over the panel of e^{-lam(V - V(a))}."""
-        integral = _over_panel(self._complete(self._falling)) + 2 * self._exp_tail
+        integral = _over_panel(self._complete(self._exp_inverse)) + 2 * self._exp_tail
         return exact_ball(self.half) * self._ends[0].exp() * integral
 
     @cached_property
@@ -201,19 +214,19 @@ class Panel(Piece):
         """Integral of e^{lam(V(w) - V(x))} over a < w < x < b."""
         flint = flint_module()
         flint.ctx.cap = self.terms
-        running = self._complete(self._rising).integral()
+        running = self._complete(self._exp_series).integral()
         below = -(_at_ends(running)[0] + self._exp_tail)
         degree = self.profile.terms()
         if degree is not None and degree <= _SHORT:
             integral = self._integral_by_recurrence(below)
         else:
-            integral = _over_panel(self._complete(self._falling * (running + below)))
+            integral = _over_panel(self._complete(self._exp_inverse * (running + below)))
         # On the disk the path from -1 to t is straight and at most RATIO + 1 long.
         reach = RATIO + 1
         bound = reach * (self.slope_bound * reach).exp()
         return exact_ball(self.half**2) * (integral + 2 * self._tail(bound))
 
-    def _integral_by_recurrence(self, start: Any) -> Any:
+    def _integral_by_recurrence(self, start: arb) -> arb:
         """Integral of m over the panel, where m' = 1 - E' m, E the exponent, m(0) = `start`.
 
         m is e^{-E} times the running integral of e^E; where E' has few coefficients this takes
@@ -235,7 +248,7 @@ class OuterSlope:
     `growth` is the relative change, the others are those of the integrals.
     """
 
-    def __init__(self, outer: Outer, slope: Any) -> None:
+    def __init__(self, outer: Outer, slope: arb) -> None:
         exponent = outer.slope * exact_ball(outer.lam * outer.length)
         change = slope * exact_ball(outer.lam * outer.length)
         self.growth = -change
@@ -244,7 +257,7 @@ class OuterSlope:
         self.nested = exact_ball(outer.length**2) * self._rate(exponent, 2) * change
 
     @staticmethod
-    def _rate(x: Any, order: int) -> Any:
+    def _rate(x: arb, order: int) -> Any:
         """The derivative of `ball_quotient`."""
         return ball_quotient(x, order) - order * ball_quotient(x, order + 1)
 
@@ -252,21 +265,24 @@ class OuterSlope:
 class EndSlope:
     """The same of a piece whose left end, where `rate` is lam A, moves outwards."""
 
-    def __init__(self, piece: Piece, rate: Any) -> None:
+    def __init__(self, piece: Piece, rate: arb) -> None:
         self._piece = piece
         self.growth = -rate
         self._rate = rate
 
     @property
     def plus(self) -> Any:
+        """d(int e)/d(end): the integrand at the end, less lam A int e."""
         return 1 - self._rate * self._piece.plus
 
     @property
     def minus(self) -> Any:
+        """d(int 1/e)/d(end): the integrand at the end, and lam A int 1/e."""
         return 1 + self._rate * self._piece.minus
 
     @property
     def nested(self) -> Any:
+        """d(int int e(w)/e(x))/d(end): int 1/e."""
         return self._piece.minus
 
 
@@ -290,7 +306,7 @@ class PanelSlope:
         self._q = q - left
         self._reach = self.steep * (RATIO + 1)
 
-    def _weighted(self, series: Any) -> tuple[Any, Any]:
+    def _weighted(self, series: arb_series) -> tuple[Any, Any]:
         """q times e^E or e^-E, and the tail of that."""
         panel = self._panel
         flint_module().ctx.cap = panel.terms
@@ -298,36 +314,39 @@ class PanelSlope:
         return panel._complete(series * self._q), tail
 
     @cached_property
-    def _rising(self) -> tuple[Any, Any]:
-        return self._weighted(self._panel._rising)
+    def _exp_series(self) -> tuple[Any, Any]:
+        """q e^E and its truncation error."""
+        return self._weighted(self._panel._exp_series)
 
     @cached_property
     def plus(self) -> Any:
-        panel, (series, tail) = self._panel, self._rising
+        """int e^E (q - q(-1)), scaled as the integral of the panel."""
+        panel, (series, tail) = self._panel, self._exp_series
         scale = exact_ball(panel.half) * (-panel._ends[0]).exp()
         return scale * (_over_panel(series) + 2 * tail)
 
     @cached_property
     def minus(self) -> Any:
-        panel, (series, tail) = self._panel, self._weighted(self._panel._falling)
+        """-int e^-E (q - q(-1)), scaled as the integral of the panel."""
+        panel, (series, tail) = self._panel, self._weighted(self._panel._exp_inverse)
         return -exact_ball(panel.half) * panel._ends[0].exp() * (_over_panel(series) + 2 * tail)
 
     @cached_property
     def nested(self) -> Any:
         """Integral of e^{E(w) - E(x)} (q(w) - q(x)) over a < w < x < b."""
-        panel, (weighted, tail) = self._panel, self._rising
+        panel, (weighted, tail) = self._panel, self._exp_series
         flint_module().ctx.cap = panel.terms
-        running, moved = panel._complete(panel._rising).integral(), weighted.integral()
+        running, moved = panel._complete(panel._exp_series).integral(), weighted.integral()
         running = running - (_at_ends(running)[0] + panel._exp_tail)
         moved = moved - (_at_ends(moved)[0] + tail)
-        product = panel._complete(panel._falling * (moved - self._q * running))
+        product = panel._complete(panel._exp_inverse * (moved - self._q * running))
         # |q(w) - q(x)| is at most `steep` times the length of the path, as for E in `Panel`.
         reach = RATIO + 1
         bound = reach * (panel.slope_bound * reach).exp() * self._reach
         return exact_ball(panel.half**2) * (_over_panel(product) + 2 * panel._tail(bound))
 
 
-def _at_ends(series: Any) -> tuple[Any, Any]:
+def _at_ends(series: arb_series) -> tuple[Any, Any]:
     """A series as a polynomial, at -1 and 1."""
     zero = flint_module().arb(0)
     coefficients = series.coeffs()
@@ -335,7 +354,7 @@ def _at_ends(series: Any) -> tuple[Any, Any]:
     return even - odd, even + odd
 
 
-def _over_panel(series: Any) -> Any:
+def _over_panel(series: arb_series) -> arb:
     """Integral from -1 to 1 of a series, its last term left out."""
     return 2 * sum(series.integral().coeffs()[1::2], flint_module().arb(0))
 
@@ -349,24 +368,24 @@ def cut(profile: Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[Panel
     slowness = _ANALYTIC if profile.terms() is None else 1
     most_panels = max(16, _MOST_WORK // (slowness * terms * (bits // 64 + 1)))
     _refuse_hopeless(profile, lam, a, b, most_panels * most_growth)
-    waiting, found = [(a, b)], list[Panel]()
+    waiting, panels = [(a, b)], list[Panel]()
     narrowest = (b - a) * _NARROWEST
     while waiting:
         left, right = waiting.pop()
         center, half = (left + right) / 2, (right - left) / 2
         slope_bound = exact_ball(lam * half) * profile.bound(center, RATIO * half)
         if slope_bound * RATIO < most_growth:
-            found.append(Panel(profile, lam, center, half, slope_bound, terms))
+            panels.append(Panel(profile, lam, center, half, slope_bound, terms))
             continue
         if half < narrowest:
             raise AccuracyError(
                 f"no proved bound of A was found near u = {float(center):.6g}, where it may not "
                 "be analytic; ask for dps without a ball."
             )
-        if len(found) + len(waiting) >= most_panels:
+        if len(panels) + len(waiting) >= most_panels:
             raise _too_much_work(lam)
         waiting += [(center, right), (left, center)]
-    return found
+    return panels
 
 
 def _refuse_hopeless(
@@ -393,6 +412,7 @@ def _terms(bits: int, growth: float, finite: int | None) -> int:
 
 
 def _too_much_work(lam: Fraction) -> AccuracyError:
+    """The error for a ball that would take too long."""
     return AccuracyError(
         f"at lam = 2/kappa^2 = {exact_ball(lam).str(4, radius=False)} and "
         f"{flint_module().ctx.prec} bits a "

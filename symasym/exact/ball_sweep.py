@@ -7,6 +7,19 @@ is itself bounded in ball arithmetic.
 The sweeps are those of `symasym.exact.sweep`, of positive terms only, so that no digit cancels and
 a ball's relative radius grows with the number of panels, not exponentially.
 
+The functions of the four quantities take
+
+=========== ============================================================================
+drift       a `Drift` with scalar parameters, all bound; for P and p_ss one that slides
+kappa, r,   Fractions: scaled noise amplitude, escape radius, starting point and position
+start, y
+dps         the relative radius of the result is at most 10^-dps
+complement  True for 1 - C or 1 - P, without cancellation
+log         True for the natural logarithm; one that is 0, or smaller than 10^-dps, is
+            enclosed with an absolute radius of 10^-2dps
+=========== ============================================================================
+
+and raise AccuracyError where the noise is so weak that more panels are needed than is reasonable.
 Needs python-flint, which is imported on first use.
 """
 
@@ -14,14 +27,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import AccuracyError, InputError, RegionError
 from symasym.exact import sweep
 from symasym.exact.ball_panels import Outer, Panel, cut
-from symasym.exact.sweep import Record, Sum, Swept
+from symasym.exact.sweep import Record, Swept
 from symasym.generated import plain_formulas
 from symasym.numbers.balls import Profile, exact_ball, flint_module, precision, profile_of
+
+if TYPE_CHECKING:
+    from flint import arb
+
+    from symasym.drift.drift import Drift
 
 __all__ = [
     "escape_time",
@@ -37,47 +55,20 @@ _ATTEMPTS = 8
 
 
 def escape_time(
-    drift: Any, kappa: Fraction, r: Fraction, start: Fraction, dps: int, *, log: bool = False
+    drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, *, log: bool = False
 ) -> Any:
-    """Mean time to leave (-r, r) from `start` (eq:Ttilde), proved.
-
-    Parameters
-    ----------
-    drift : symasym.Drift
-        With scalar parameters, all bound.
-    kappa, r, start : Fraction
-        Scaled noise amplitude, escape radius and starting point.
-    dps : int
-        The relative radius of the result is at most 10^-dps.
-    log : bool
-        Enclose the natural logarithm instead (see `Notes`).
-
-    Returns
-    -------
-    flint.arb
-        A ball that contains the value.
-
-    Raises
-    ------
-    AccuracyError
-        If the noise is so weak that more panels are needed than is reasonable.
-
-    Notes
-    -----
-    A logarithm that is 0, or that is smaller than 10^-dps, is enclosed with an absolute
-    radius of 10^-2dps.
-    """
+    """Ball of the mean time to leave (-r, r) from `start` (eq:Ttilde)."""
     check_escape(kappa, r, start)
 
     def compute() -> Any:
         time = sweep.escape_time(*_from_both_ends(drift, kappa, r, start))
         return time.log() if log else time
 
-    return _refine(compute, dps, scale=large_parameter(kappa) * (1 + r), may_vanish=log)
+    return refined(compute, dps, large_parameter(kappa) * (1 + r), _of_log(dps) if log else None)
 
 
 def exit_probability(
-    drift: Any,
+    drift: Drift,
     kappa: Fraction,
     r: Fraction,
     start: Fraction,
@@ -86,15 +77,7 @@ def exit_probability(
     *,
     log: bool = False,
 ) -> Any:
-    """Probability C of leaving (-r, r) through -r (eq:C), proved; through r if `complement`.
-
-    Parameters and errors are those of `escape_time`.
-
-    Returns
-    -------
-    flint.arb
-        A ball that contains the value.
-    """
+    """Ball of C, the probability of leaving (-r, r) through -r (eq:C), or of 1 - C."""
     check_escape(kappa, r, start)
 
     def compute() -> Any:
@@ -106,32 +89,13 @@ def exit_probability(
             return -(left.sigma / right.sigma).log1p()
         return plain_formulas.exit_share(left.sigma, right.sigma)
 
-    return _refine(compute, dps, scale=large_parameter(kappa) * (1 + r))
+    return refined(compute, dps, large_parameter(kappa) * (1 + r))
 
 
 def occupation(
-    drift: Any, kappa: Fraction, dps: int, complement: bool = False, *, log: bool = False
+    drift: Drift, kappa: Fraction, dps: int, complement: bool = False, *, log: bool = False
 ) -> Any:
-    """Stationary probability P of the layer, -1 <= u <= 1 (eq:P), proved; 1 - P if `complement`.
-
-    Parameters
-    ----------
-    drift : symasym.Drift
-        Of the sliding region: a- > 0 > a+.
-    kappa : Fraction
-        Scaled noise amplitude.
-    dps : int
-        The relative radius of the result is at most 10^-dps.
-    complement : bool
-        Give 1 - P, without cancellation.
-    log : bool
-        Enclose the natural logarithm instead.
-
-    Returns
-    -------
-    flint.arb
-        A ball that contains the value.
-    """
+    """Ball of P, the stationary probability of -1 <= u <= 1 (eq:P), or of 1 - P."""
     _check_noise(kappa)
     lam = large_parameter(kappa)
 
@@ -139,66 +103,49 @@ def occupation(
         profile = profile_of(drift)
         a_minus, a_plus = sliding_slopes(profile)
         records = (panel.record() for panel in cut(profile, lam, -_ONE, _ONE))
-        nothing = Sum(exact_ball(Fraction(0)), 1, ())
-        layer = sweep.in_layer(records, exact_ball(lam), nothing, a_minus)
-        inside = sweep.known(layer.inside)
-        outside = layer.before + plain_formulas.tail_right(a_plus)
-        wanted, rest = (outside, inside) if complement else (inside, outside)
+        layer = sweep.in_layer(records, exact_ball(lam), a_minus)
+        wanted, rest = sweep.layer_times(layer, plain_formulas.tail_right(a_plus), complement)
         return -(rest / wanted).log1p() if log else plain_formulas.occupation_share(wanted, rest)
 
-    return _refine(compute, dps, scale=lam)
+    return refined(compute, dps, lam)
 
 
 def stationary_density(
-    drift: Any, kappa: Fraction, y: Fraction, dps: int, *, log: bool = False
+    drift: Drift, kappa: Fraction, y: Fraction, dps: int, *, log: bool = False
 ) -> Any:
-    """Stationary probability density at `y` (eq:pss, normalised), proved.
-
-    Parameters
-    ----------
-    drift : symasym.Drift
-        Of the sliding region: a- > 0 > a+.
-    kappa, y : Fraction
-        Scaled noise amplitude and position.
-    dps : int
-        The relative radius of the result is at most 10^-dps.
-    log : bool
-        Enclose the natural logarithm instead.
-
-    Returns
-    -------
-    flint.arb
-        A ball that contains the value.
-    """
+    """Ball of the stationary probability density at `y` (eq:pss, normalised)."""
     _check_noise(kappa)
     lam = large_parameter(kappa)
 
     def compute() -> Any:
         profile = profile_of(drift)
         sliding_slopes(profile)
-        found = sweep.density(
+        density = sweep.density(
             exact_ball(lam),
             _w_from_infinity(profile, lam, y),
             _w_from_infinity(profile.mirrored(), lam, -y),
         )
-        return found.log() if log else found
+        return density.log() if log else density
 
-    return _refine(compute, dps, scale=lam * (1 + abs(y)), may_vanish=log)
+    return refined(compute, dps, lam * (1 + abs(y)), _of_log(dps) if log else None)
 
 
 # -- arguments ---------------------------------------------------------------------------------
 
 
 def large_parameter(kappa: Fraction) -> Fraction:
+    """lam = 2/kappa^2."""
     return 2 / kappa**2
 
 
 def _check_noise(kappa: Fraction) -> None:
+    """Raise InputError unless kappa > 0."""
     if kappa <= 0:
         raise InputError(f"kappa is {kappa}; it must be greater than 0.")
 
 
 def check_escape(kappa: Fraction, r: Fraction, start: Fraction) -> None:
+    """Raise InputError unless kappa > 0, r > 0 and |start| < r."""
     _check_noise(kappa)
     if r <= 0:
         raise InputError(f"r is {r}; it must be greater than 0.")
@@ -223,13 +170,17 @@ def sliding_slopes(profile: Profile) -> tuple[Any, Any]:
 
 
 class _Undecided(Exception):
-    """A sign could not be told at this precision."""
+    """A sign is undecided at this precision."""
 
 
 def refined(
-    compute: Callable[[], Any], dps: int, *, scale: Fraction, missing_bits: Callable[[Any], int]
+    compute: Callable[[], Any],
+    dps: int,
+    scale: Fraction,
+    missing_bits: Callable[[Any], int] | None = None,
 ) -> Any:
-    """`compute()` at rising precision, until no bits are missing."""
+    """`compute()` at rising precision, until no bits of `dps` digits are missing."""
+    missing_bits = missing_bits or (lambda ball: excess_bits(ball, dps))
     # The sum of a panel's alternating series cancels a sixth of the bits, 2/(RATIO log 2) times the
     # growth per bit (see `ball_panels`), and e^{lam V} loses as many as its exponent has before the
     # point.
@@ -250,18 +201,12 @@ def refined(
     )
 
 
-def _refine(
-    compute: Callable[[], Any], dps: int, *, scale: Fraction, may_vanish: bool = False
-) -> Any:
-    """A ball to `dps` digits."""
-    # A value that may be 0, as log 1 is, has no relative accuracy.
-    places = 2 * dps if may_vanish else None
-    return refined(
-        compute, dps, scale=scale, missing_bits=lambda ball: excess_bits(ball, dps, places)
-    )
+def _of_log(dps: int) -> Callable[[arb], int]:
+    """The excess of a logarithm's ball: a value that may be 0 has no relative accuracy."""
+    return lambda ball: excess_bits(ball, dps, 2 * dps)
 
 
-def excess_bits(value: Any, dps: int, places: int | None) -> int:
+def excess_bits(value: arb, dps: int, places: int | None = None) -> int:
     """Bits by which a ball is too wide for `dps` digits or, if given, `places`; 0 if it is good."""
     if not value.is_finite():
         return 1 << 62
@@ -281,8 +226,9 @@ def excess_bits(value: Any, dps: int, places: int | None) -> int:
 
 
 def _from_both_ends(
-    drift: Any, kappa: Fraction, r: Fraction, start: Fraction
+    drift: Drift, kappa: Fraction, r: Fraction, start: Fraction
 ) -> tuple[Swept, Swept]:
+    """sigma and w at the start, from -r and in mirrored coordinates from r."""
     profile, lam = profile_of(drift), large_parameter(kappa)
     # Both are cut before either is integrated, so that too much work is refused at once.
     left = records_of(pieces_of(profile, lam, -r, start))
@@ -310,6 +256,5 @@ def records_of(pieces: list[Outer | Panel]) -> list[Record]:
 
 def _w_from_infinity(profile: Profile, lam: Fraction, y: Fraction) -> Any:
     """w at y, nothing being absorbed on the left, where the drift points inwards."""
-    # From -infinity to the first corner, or to y if that comes first, it is 1/a-.
-    w = Sum(plain_formulas.tail_left(profile.value(-_ONE)), 1, ())
-    return sweep.freely(records_of(pieces_of(profile, lam, -_ONE, y)), exact_ball(lam), w)
+    records = records_of(pieces_of(profile, lam, -_ONE, y))
+    return sweep.from_infinity(records, exact_ball(lam), profile.value(-_ONE))

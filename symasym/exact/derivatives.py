@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.base.errors import AccuracyError
 from symasym.exact import sweep
@@ -37,9 +37,14 @@ from symasym.exact.ball_sweep import (
     refined,
     sliding_slopes,
 )
-from symasym.exact.sweep import Deferred, Scaled, Sum, Swept
+from symasym.exact.sweep import Deferred, Sum, Swept
 from symasym.generated import plain_formulas
 from symasym.numbers.balls import Profile, exact_ball, flint_module, profile_of
+
+if TYPE_CHECKING:
+    from flint import arb, arb_poly, arb_series
+
+    from symasym.drift.drift import Drift
 
 __all__ = ["log_slopes", "log_slopes_of_occupation"]
 
@@ -49,7 +54,7 @@ _MOST_PANELS = 300
 
 def log_slopes(
     quantity: str,
-    drift: Any,
+    drift: Drift,
     kappa: Fraction,
     r: Fraction,
     start: Fraction,
@@ -72,24 +77,24 @@ def log_slopes(
         If the noise is so weak that more panels are needed than is reasonable.
     """
     check_escape(kappa, r, start)
-    lam, ways = large_parameter(kappa), _ways(drift, kappa)
-    ways["r"], ways["start"] = Way(None, ends=True), Way(None)
+    lam, directions = large_parameter(kappa), _directions(drift, kappa)
+    directions["r"], directions["start"] = Direction(None, ends=True), Direction(None)
 
     def compute() -> dict[str, Any]:
-        profile = _together(drift, ways)
+        profile = _bounded(drift, directions)
         left_pieces = pieces_of(profile, lam, -r, start)
         right_pieces = pieces_of(profile.mirrored(), lam, -r, -start)
         _refuse_many(len(left_pieces) + len(right_pieces))
-        mirrored = [way.mirrored() for way in ways.values()]
-        left = _swept(left_pieces, lam, list(ways.values()))
+        mirrored = [d.mirrored() for d in directions.values()]
+        left = _swept(left_pieces, lam, list(directions.values()))
         right = _swept(right_pieces, lam, mirrored)
         if quantity == "T":
-            return _time(left, right, len(ways)).log_slopes(ways)
+            return _time(left, right, len(directions)).log_slopes(directions)
         if quantity == "1 - C":
             left, right = right, left
         share: Dual = plain_formulas.exit_share(left.sigma, right.sigma)
         towards_left = 1 / right.sigma.value
-        return share.log_slopes(ways) | {
+        return share.log_slopes(directions) | {
             "start": towards_left if quantity == "1 - C" else -towards_left
         }
 
@@ -97,47 +102,49 @@ def log_slopes(
 
 
 def log_slopes_of_occupation(
-    quantity: str, drift: Any, kappa: Fraction, dps: int
+    quantity: str, drift: Drift, kappa: Fraction, dps: int
 ) -> dict[str, Any]:
     """The same of ``"P"`` and ``"1 - P"``, for each parameter and kappa; the region is sliding."""
-    lam, ways = large_parameter(kappa), _ways(drift, kappa)
+    lam, directions = large_parameter(kappa), _directions(drift, kappa)
 
     def compute() -> dict[str, Any]:
-        profile = _together(drift, ways)
+        profile = _bounded(drift, directions)
         tails = (
-            Dual.of(tail, (way.at_end(side) for way in ways.values()))
+            Dual.of(tail, (d.at_end(side) for d in directions.values()))
             for side, tail in zip((-1, 1), sliding_slopes(profile), strict=True)
         )
         a_minus, a_plus = tails
         panels = cut(profile, lam, Fraction(-1), Fraction(1))
         _refuse_many(len(panels))
         records = (
-            _DualPiece(p, tuple(way.of(p, lam, 0, False) for way in ways.values())).record()
+            _DualPiece(p, tuple(d.of(p, lam, 0, False) for d in directions.values())).record()
             for p in panels
         )
-        nothing = Sum(Dual.of(exact_ball(Fraction(0)), ()), 1, ())
         # Both times depend on lam and phi through lam phi alone.
-        layer = sweep.in_layer(records, exact_ball(lam), nothing, a_minus)
-        inside = sweep.known(layer.inside)
-        outside = layer.before + plain_formulas.tail_right(a_plus)
-        wanted, rest = (outside, inside) if quantity == "1 - P" else (inside, outside)
-        share: Dual = plain_formulas.occupation_share(wanted, rest)
-        return share.log_slopes(ways)
+        layer = sweep.in_layer(records, exact_ball(lam), a_minus)
+        times = sweep.layer_times(layer, plain_formulas.tail_right(a_plus), quantity == "1 - P")
+        share: Dual = plain_formulas.occupation_share(*times)
+        return share.log_slopes(directions)
 
     return _refined(compute, dps, lam)
 
 
-def _ways(drift: Any, kappa: Fraction) -> dict[str, Way]:
-    ways = {name: Way(profile_of(drift.derivative(name))) for name in drift.parameters}
-    ways["kappa"] = Way(profile_of(drift), -2 / kappa, -2 / kappa)
-    return ways
+def _directions(drift: Drift, kappa: Fraction) -> dict[str, Direction]:
+    """The changes per unit of each parameter, and of kappa: d(log lam)/d(kappa) = -2/kappa."""
+    directions = {name: Direction(profile_of(drift.derivative(name))) for name in drift.parameters}
+    directions["kappa"] = Direction(profile_of(drift), -2 / kappa, -2 / kappa)
+    return directions
 
 
-def _together(drift: Any, ways: dict[str, Way]) -> Profile:
-    return _Together(profile_of(drift), tuple(w.profile for w in ways.values() if w.profile))
+def _bounded(drift: Drift, directions: dict[str, Direction]) -> Profile:
+    """The drift, bounded only where its changes are."""
+    return _BoundedDrift(
+        profile_of(drift), tuple(d.profile for d in directions.values() if d.profile)
+    )
 
 
 def _refuse_many(panels: int) -> None:
+    """Raise AccuracyError where differences take less time."""
     if panels > _MOST_PANELS:
         raise AccuracyError(
             f"proved derivatives would take {panels} panels; use differences of exact values."
@@ -145,17 +152,20 @@ def _refuse_many(panels: int) -> None:
 
 
 def _refined(compute: Callable[[], Any], dps: int, scale: Fraction) -> dict[str, Any]:
-    def missing_bits(found: dict[str, Any]) -> int:
-        return max(excess_bits(ball, dps, dps) for ball in found.values())
+    """Balls of the derivatives, each to `dps` digits or places."""
 
-    found: dict[str, Any] = refined(compute, dps, scale=scale, missing_bits=missing_bits)
-    return found
+    def missing_bits(slopes: dict[str, Any]) -> int:
+        """Bits by which the widest ball is too wide."""
+        return max(excess_bits(ball, dps, dps) for ball in slopes.values())
+
+    slopes: dict[str, Any] = refined(compute, dps, scale, missing_bits)
+    return slopes
 
 
 Change = EndSlope | OuterSlope | PanelSlope
 
 
-class Way(NamedTuple):
+class Direction(NamedTuple):
     """Changes of a scene per unit of a parameter.
 
     The drift by `rate` times the one of `profile`, log lam in front of w by `power`, and the
@@ -167,7 +177,8 @@ class Way(NamedTuple):
     power: Fraction = Fraction(0)
     ends: bool = False
 
-    def mirrored(self) -> Way:
+    def mirrored(self) -> Direction:
+        """The changes of the mirrored scene -A(-u)."""
         return self._replace(profile=self.profile and self.profile.mirrored())
 
     def of(self, piece: Outer | Panel, lam: Fraction, side: int, first: bool) -> Change | None:
@@ -187,28 +198,29 @@ class Way(NamedTuple):
 
 
 @dataclass
-class _Together:
+class _BoundedDrift:
     """A drift that is cut finely enough for the changes beside it to be bounded as well."""
 
     drift: Profile
     changes: tuple[Profile, ...]
 
-    def value(self, u: Fraction) -> Any:
+    def value(self, u: Fraction) -> arb:
         return self.drift.value(u)
 
     def bound(self, center: Fraction, radius: Fraction) -> Any:
+        """|A|'s bound, nan unless the changes have one as well."""
         if all(change.bound(center, radius).is_finite() for change in self.changes):
             return self.drift.bound(center, radius)
         return flint_module().arb.nan()
 
-    def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
+    def series(self, center: Fraction, half: Fraction, terms: int) -> arb_series:
         return self.drift.series(center, half, terms)
 
     def terms(self) -> int | None:
         return self.drift.terms()
 
     def mirrored(self) -> Profile:
-        return _Together(self.drift.mirrored(), tuple(c.mirrored() for c in self.changes))
+        return _BoundedDrift(self.drift.mirrored(), tuple(c.mirrored() for c in self.changes))
 
 
 class Dual:
@@ -216,15 +228,15 @@ class Dual:
 
     __slots__ = ("slopes", "value")
 
-    def __init__(self, value: Any, slopes: Any) -> None:
+    def __init__(self, value: arb, slopes: arb_poly) -> None:
         self.value, self.slopes = value, slopes
 
     @classmethod
-    def of(cls, value: Any, slopes: Iterable[Any]) -> Dual:
+    def of(cls, value: arb, slopes: Iterable[Any]) -> Dual:
         """From balls, or numbers."""
         return cls(value, flint_module().arb_poly(list(slopes)))
 
-    def mid(self) -> Any:
+    def mid(self) -> arb:
         """The midpoint of the value."""
         return self.value.mid()
 
@@ -232,30 +244,30 @@ class Dual:
         """Derivatives of the logarithm."""
         return {name: self.slopes[k] / self.value for k, name in enumerate(names)}
 
-    def __add__(self, other: Any) -> Dual:
+    def __add__(self, other: Dual | arb | int) -> Dual:
         if isinstance(other, Dual):
             return Dual(self.value + other.value, self.slopes + other.slopes)
-        if isinstance(other, (Deferred, Scaled, Sum)):
+        if isinstance(other, (Deferred, Sum)):
             return NotImplemented
         return Dual(self.value + other, self.slopes)
 
     __radd__ = __add__
 
-    def __mul__(self, other: Any) -> Dual:
+    def __mul__(self, other: Dual | arb | int) -> Dual:
         if isinstance(other, Dual):
             x, y = self.value, other.value
             return Dual(x * y, self.slopes * y + other.slopes * x)
-        if isinstance(other, (Deferred, Scaled, Sum)):
+        if isinstance(other, (Deferred, Sum)):
             return NotImplemented
         return Dual(self.value * other, self.slopes * other)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Dual:
+    def __truediv__(self, other: Dual | arb | int) -> Dual:
         inverse: Dual | Any = 1 / other
         return self * inverse
 
-    def __rtruediv__(self, other: Any) -> Dual:
+    def __rtruediv__(self, other: arb | int) -> Dual:
         inverse = 1 / self.value
         return Dual(other * inverse, self.slopes * (-other * inverse * inverse))
 
@@ -267,24 +279,26 @@ class _DualPiece(Piece):
         self._piece, self._changes = piece, changes
 
     def _dual(self, name: str) -> Dual:
+        """A number of the piece and its derivatives."""
         slopes = (getattr(change, name) if change else 0 for change in self._changes)
         return Dual.of(getattr(self._piece, name), slopes)
 
     @cached_property
-    def growth(self) -> Any:
+    def growth(self) -> Dual:
+        """e^{lam(V(b) - V(a))} and its derivatives."""
         relative = self._dual("growth")
         return Dual(relative.value, relative.slopes * relative.value)
 
     @cached_property
-    def plus(self) -> Any:
+    def plus(self) -> Dual:
         return self._dual("plus")
 
     @cached_property
-    def minus(self) -> Any:
+    def minus(self) -> Dual:
         return self._dual("minus")
 
     @cached_property
-    def nested(self) -> Any:
+    def nested(self) -> Dual:
         return self._dual("nested")
 
     @property
@@ -297,10 +311,12 @@ class _DualPiece(Piece):
         return self._piece.ceiling * steepest
 
     @property
-    def enclosure(self) -> Any:
+    def enclosure(self) -> Dual:
+        """An enclosure of the nested integral and its changes that takes no work."""
         ceiling = self._piece.ceiling
 
         def most(change: Change | None) -> Any:
+            """An enclosure of a change of the nested integral."""
             if isinstance(change, PanelSlope):
                 # Over a panel, from -1 to 1, q changes by twice its steepest slope at most.
                 return flint_module().arb(0, (2 * ceiling * change.steep).upper())
@@ -309,21 +325,21 @@ class _DualPiece(Piece):
         return Dual.of(self._piece.enclosure, map(most, self._changes))
 
 
-def _swept(pieces: list[Outer | Panel], lam: Fraction, ways: list[Way]) -> Swept:
+def _swept(pieces: list[Outer | Panel], lam: Fraction, directions: list[Direction]) -> Swept:
     """sigma and w at the start, from an absorbing end."""
-    rate = Dual.of(exact_ball(lam), (exact_ball(lam * way.power) for way in ways))
+    rate = Dual.of(exact_ball(lam), (exact_ball(lam * d.power) for d in directions))
     records = []
     for k, piece in enumerate(pieces):
         # An outer piece that comes first is on the left, since all begin below 0.
-        changes = tuple(way.of(piece, lam, 1 if k else -1, k == 0) for way in ways)
+        changes = tuple(d.of(piece, lam, 1 if k else -1, k == 0) for d in directions)
         records.append(_DualPiece(piece, changes).record())
     return sweep.absorbed(records, rate)
 
 
 def _time(left: Swept, right: Swept, count: int) -> Dual:
     """T with `count` derivatives, the last with respect to the start."""
-    others = [0] * (count - 1)
-    w_left = left.w * Dual.of(1, [*others, -1 / right.sigma.value])
-    w_right = right.w * Dual.of(1, [*others, 1 / left.sigma.value])
+    one, others = exact_ball(Fraction(1)), [0] * (count - 1)
+    w_left = left.w * Dual.of(one, [*others, -1 / right.sigma.value])
+    w_right = right.w * Dual.of(one, [*others, 1 / left.sigma.value])
     time: Dual = sweep.escape_time(Swept(left.sigma, w_left), Swept(right.sigma, w_right))
     return time

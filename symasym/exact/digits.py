@@ -8,25 +8,46 @@ counted beforehand by Cauchy's bound, and every sum is of positive terms, so
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
+from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
-from symasym.drift.taylor_field import ExactField
+from symasym.drift.taylor_field import ExactField, dyadic, places
 from symasym.exact import sweep
-from symasym.exact.digit_partition import Partition
+from symasym.exact.digit_panels import (
+    Constant,
+    Numbers,
+    Panel,
+    Slow,
+    Taylor,
+    guard_bits,
+    terms_needed,
+)
 from symasym.exact.sweep import Record, Sum, Swept
 from symasym.generated import mpmath_formulas, plain_formulas
+from symasym.numbers.complex_balls import tame
 from symasym.numbers.rationals import Rational
 
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
 _GUARD = 64
+_MILD_PANELS = 48
+_MOST_PIECES = 12
+_PANEL_COST = 700  # of a Taylor panel, in coefficients of the slow series of a layer
+_DEEPEST = 400
 
 
 def escape_time(
     drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, *, log: bool = False
-) -> Any:
+) -> mpf:
     """T of eq:Ttilde from `start`, as an mpf right to `dps` digits.
 
     Parameters
@@ -41,7 +62,7 @@ def escape_time(
         places where it nearly vanishes).
     """
 
-    def compute(n: int, context: Any) -> Any:
+    def compute(n: int, context: MPContext) -> mpf:
         return sweep.escape_time(*_from_both_ends(drift, kappa, r, start, n, context))
 
     return _to_digits(compute, dps, log)
@@ -56,7 +77,7 @@ def exit_probability(
     complement: bool = False,
     *,
     log: bool = False,
-) -> Any:
+) -> mpf:
     """C of eq:C from `start` (or 1 - C); parameters as in `escape_time`."""
     with own_context(dps) as context:
         left, right = _from_both_ends(drift, kappa, r, start, dps, context)
@@ -71,14 +92,14 @@ def exit_probability(
 
 def stationary_density(
     drift: Drift, kappa: Fraction, y: Fraction, dps: int, *, log: bool = False
-) -> Any:
+) -> mpf:
     """p_ss(y) of eq:pss; needs a sliding region. Parameters as in `escape_time`."""
     lam = 2 / kappa**2
 
-    def compute(n: int, context: Any) -> Any:
+    def compute(n: int, context: MPContext) -> mpf:
         _precise(context, n)
         w_left, w_right = (
-            _Scene(drift, mirrored, lam, context).from_infinity(-y if mirrored else y)
+            _swept_scene(drift, mirrored, lam, context).from_infinity(-y if mirrored else y)
             for mirrored in (False, True)
         )
         return sweep.density(mpf_of(lam, context), w_left, w_right)
@@ -88,18 +109,15 @@ def stationary_density(
 
 def occupation(
     drift: Drift, kappa: Fraction, dps: int, complement: bool = False, *, log: bool = False
-) -> Any:
+) -> mpf:
     """P of eq:P (or 1 - P); needs a sliding region. Parameters as in `escape_time`."""
     with own_context(dps) as context:
         _precise(context, dps)
-        scene = _Scene(drift, False, 2 / kappa**2, context)
-        nothing = Sum(context.zero, context.one, ())
-        layer = sweep.in_layer(
-            scene.records(Fraction(-1), Fraction(1)), scene.lam, nothing, scene.drift_at(-1)
-        )
-        inside = sweep.known(layer.inside)
-        outside = layer.before + plain_formulas.tail_right(scene.drift_at(1))
-        wanted, rest = (outside, inside) if complement else (inside, outside)
+        scene = _swept_scene(drift, False, 2 / kappa**2, context)
+        records = scene.records(Fraction(-1), Fraction(1))
+        layer = sweep.in_layer(records, scene.numbers.lam, scene.drift_at(-1))
+        after = plain_formulas.tail_right(scene.drift_at(1))
+        wanted, rest = sweep.layer_times(layer, after, complement)
         if log:
             share = mpmath_formulas.log_occupation_share(context, wanted, rest)
         else:
@@ -107,7 +125,7 @@ def occupation(
         return to_mpf(share, dps)
 
 
-def _to_digits(compute: Callable[[int, Any], Any], dps: int, log: bool) -> Any:
+def _to_digits(compute: Callable[[int, Any], Any], dps: int, log: bool) -> mpf:
     """The value, or its logarithm with more digits of the value where that is close to 1."""
     extra = 0
     while True:
@@ -122,47 +140,286 @@ def _to_digits(compute: Callable[[int, Any], Any], dps: int, log: bool) -> Any:
         extra = min(lost, dps) + 8
 
 
-def _precise(context: Any, dps: int) -> None:
+def _precise(context: MPContext, dps: int) -> None:
+    """Give the context the bits of `dps` digits and of a guard."""
     context.prec = int(dps * 3.3219281) + _GUARD
 
 
 def _from_both_ends(
-    drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, context: Any
+    drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, context: MPContext
 ) -> tuple[Swept, Swept]:
+    """sigma and w at the start, from -r and in mirrored coordinates from r."""
     _precise(context, dps)
     lam = 2 / kappa**2
-    left, right = (_Scene(drift, mirrored, lam, context) for mirrored in (False, True))
+    left, right = (_swept_scene(drift, mirrored, lam, context) for mirrored in (False, True))
     return left.absorbed(-r, start), right.absorbed(-r, -start)
 
 
-class _Scene:
-    """One scene, or its mirror image, to be swept from the left."""
+def _swept_scene(drift: Drift, mirrored: bool, lam: Fraction, context: MPContext) -> Partition:
+    """The scene, or its mirror image, to be swept from the left."""
+    field = ExactField(drift, mirrored, context)
+    if not field.is_polynomial:
+        # Rounding of phi enters the exponents multiplied by lam.
+        context.prec += max(0, lam.numerator.bit_length() - lam.denominator.bit_length())
+    return Partition(field, Rational(lam), context)
 
-    def __init__(self, drift: Drift, mirrored: bool, lam: Fraction, context: Any) -> None:
-        field = ExactField(drift, mirrored, context)
-        if not field.is_polynomial:
-            # Rounding of phi enters the exponents multiplied by lam.
-            context.prec += max(0, lam.numerator.bit_length() - lam.denominator.bit_length())
-        self._partition = Partition(field, Rational(lam), context)
-        self._field, self._context = field, context
-        self.lam = self._partition.numbers.lam
+
+class Partition:
+    """Panels of one scene, in order from left to right.
+
+    Parameters
+    ----------
+    field : ExactField
+    lam : Fraction
+    context : mpmath context
+        Its precision is the relative precision of the records.
+    """
+
+    def __init__(self, field: ExactField, lam: Fraction, context: MPContext) -> None:
+        self.field, self.lam = field, lam
+        self.numbers = Numbers(lam, context)
+        self.bits = context.prec
+        self._lam_float = float(lam)
+        # Where the Taylor recurrences are cheapest: terms per unit of exponent fall with
+        # the reach, but guard bits grow with it.
+        self.reach = max(16.0, self.bits / 2.5)
         self._tiny = context.ldexp(context.one, -context.prec - 16)
 
-    def drift_at(self, u: int) -> Any:
-        """phi there."""
-        return self._partition.numbers.mpf(self._field.value(Rational(u)))
+    def drift_at(self, u: int) -> mpf:
+        """phi(u)."""
+        return self.numbers.mpf(self.field.value(Rational(u)))
 
     def records(self, start: Fraction, end: Fraction) -> Iterator[Record]:
         """The panels' numbers from `start` to `end`."""
-        for panel in self._partition.panels(Rational(start), Rational(end)):
+        for panel in self.panels(Rational(start), Rational(end)):
             yield panel.record(self._tiny)
 
     def absorbed(self, start: Fraction, end: Fraction) -> Swept:
         """sigma and w at `end`, absorbed at `start`."""
-        return sweep.absorbed(self.records(start, end), self.lam)
+        return sweep.absorbed(self.records(start, end), self.numbers.lam)
 
     def from_infinity(self, end: Fraction) -> Sum:
-        """w at `end` with nothing absorbed on the left (needs a- > 0)."""
-        # Left of -1, w = 1/a- everywhere.
-        w = Sum(plain_formulas.tail_left(self.drift_at(-1)), self._context.one, ())
-        return sweep.freely(self.records(Fraction(-1), end), self.lam, w) if end > -1 else w
+        """w at `end`, nothing being absorbed on the left, where a- > 0."""
+        records = self.records(Fraction(-1), end)
+        w: Sum = sweep.from_infinity(records, self.numbers.lam, self.drift_at(-1))
+        return w
+
+    def panels(self, start: Fraction, end: Fraction) -> Iterator[Panel]:
+        """Panels from `start` to `end`, the outside ones in closed form."""
+        if start < -1:
+            yield self._outer(Rational(-1), min(end, Rational(-1)) - start)
+        lo, hi = max(start, Rational(-1)), min(end, Rational(1))
+        if lo < hi:
+            yield from self._inside(lo, hi)
+        if end > 1:
+            yield self._outer(Rational(1), end - max(start, Rational(1)))
+
+    def _outer(self, edge: Fraction, width: Fraction) -> Panel:
+        """The panel beyond u = -1 or 1, where the drift is constant."""
+        return Constant(self.numbers, self.field.value(edge), width)
+
+    def _inside(self, lo: Fraction, hi: Fraction) -> Iterator[Panel]:
+        """Panels of a part of the layer: Taylor panels only where lam V varies little."""
+        grid = np.linspace(float(lo), float(hi), 17)
+        mean = float(np.abs(self.field.float_values(grid)).mean())
+        if self._lam_float * mean * float(hi - lo) <= _MILD_PANELS * self.reach:
+            yield from self._taylor(Rational(0), lo, hi)
+            return
+        for centre, t0, t1 in self._graded(lo, hi):
+            yield from self._block(centre, t0, t1, 0)
+
+    def _graded(self, lo: Fraction, hi: Fraction) -> Iterator[tuple[Fraction, Fraction, Fraction]]:
+        """Blocks (centre, t0, t1) that start or stop at the zeros of A and at the ends.
+
+        Measuring from a zero keeps the digits of phi beside it; `_block` halves
+        towards it as far as it must.
+        """
+        marks = [lo, *self._zeros(lo, hi), hi]
+        for left, right in zip(marks, marks[1:], strict=False):
+            # A short split point keeps the rationals of the blocks short.
+            half = dyadic((right - left) / 2, 8 + places(right - left))
+            yield left, Rational(0), half
+            yield right, half - (right - left), Rational(0)
+
+    def _zeros(self, lo: Fraction, hi: Fraction) -> list[Fraction]:
+        """Short dyadic approximations, finer than any layer, of the zeros of A inside."""
+        bits = 40 + max(0, places(1 / (1 + self.lam)))
+        zeros = sorted({dyadic(x, bits) for x in self.field.zeros(lo, hi)})
+        return [x for x in zeros if lo < x < hi]
+
+    def _block(self, centre: Fraction, t0: Fraction, t1: Fraction, depth: int) -> Iterator[Panel]:
+        """A block by layers where that is exact to working precision, else by Taylor panels."""
+        if depth > _DEEPEST:
+            raise AccuracyError(
+                f"the drift varies too fast near u = {float(centre):.6g} to reach the digits "
+                "asked for; ask for fewer digits or smooth A there."
+            )
+        local = self.field.about_middle(centre, t0, t1)
+        scale = self._lam_float * float(t1 - t0) / 2
+        pieces = 2 * scale * sum(abs(c) for c in local) / self.reach
+        slow = self._slow(local, scale, (centre, t0, t1)) if pieces > 2 else None
+        if slow and slow.cost < pieces * _PANEL_COST:
+            yield slow
+            return
+        if pieces <= _MOST_PIECES:
+            yield from self._taylor(centre, t0, t1)
+            return
+        if slow:
+            yield slow
+            return
+        # Beside the centre, where A may vanish, a slow panel can span a factor of four.
+        split = t1 / 4 if t0 == 0 else t0 / 4 if t1 == 0 else (t0 + t1) / 2
+        yield from self._block(centre, t0, split, depth + 1)
+        yield from self._block(centre, split, t1, depth + 1)
+
+    def _slow(
+        self, local: list[float], scale: float, edges: tuple[Fraction, Fraction, Fraction]
+    ) -> Slow | None:
+        """The panel as layers at its ends, or None where the slow series is too short for that.
+
+        Parameters
+        ----------
+        local : list of float
+            Taylor coefficients of phi about the middle, in units of half the width.
+        scale : float
+            lam times half the width.
+        """
+        spread = sum(abs(c) for c in local[1:])
+        least = abs(local[0]) - spread
+        if least <= 0.05 * abs(local[0]) or scale * least < self.bits:
+            return None
+        slope = sum(k * abs(c) for k, c in enumerate(local))
+        # |t_{k+1}/t_k| is at most about (2k+1) epsilon.
+        epsilon = slope / (scale * least) / least
+        size, rounds = 0.0, 0
+        while size > -self.bits - 8:
+            if (2 * rounds + 1) * epsilon > 0.7:
+                return None
+            size += math.log2(max((2 * rounds + 1) * epsilon, 1e-300))
+            rounds += 1
+        radius = 1.0
+        while radius < 64 and sum(
+            abs(c) * (1.1 * radius) ** k for k, c in enumerate(local) if k
+        ) < 0.9 * abs(local[0]):
+            radius *= 1.1
+        if not self.field.is_polynomial:
+            centre, t0, t1 = edges
+            middle, half = centre + (t0 + t1) / 2, (t1 - t0) / 2
+            # phi may be far from zero and yet have a singularity nearby.
+            rate = max((abs(local[k]) / abs(local[0])) ** (1 / k) for k in range(8, len(local)))
+            radius = min(radius, 0.8 / max(rate, 1e-3))
+            while radius > 1.3 and not tame(
+                self.field.spread(middle, dyadic(half * Rational(radius), 8 + places(half))),
+                abs(local[0]),
+            ):
+                radius *= 0.7
+        if radius < 1.3:
+            return None
+        count = int(1.15 * (self.bits + 40) / math.log2(radius)) + 2 * rounds + 8
+        # A derivative multiplies the rounding of the n-th coefficient by n/(lam|phi| half).
+        if count > 0.7 * scale * least:
+            return None
+        return Slow(self.numbers, self.field, edges, (count, rounds), least)
+
+    def _taylor(self, centre: Fraction, t0: Fraction, t1: Fraction) -> Iterator[Panel]:
+        """Panels from t0 to t1, each as wide as is cheapest."""
+        t, unit = t0, Rational(1)
+        while t < t1:
+            here, most = centre + t, t1 - t
+            if not self.field.is_polynomial:
+                unit = most = self._tame_width(here, min(4 * unit, t1 - t))
+            about = self.field.taylor(here, unit, 24)
+            scale = self.lam * unit
+            w = self._width([abs(float(scale * c)) for c in about], most / unit)
+            h = w * unit
+            if self.field.is_polynomial:
+                c = [x * w**k for k, x in enumerate(about)]
+            else:
+                c, h = self._complete(here, h)
+            yield Taylor(self.numbers, c, h)
+            t += h
+
+    def _tame_width(self, here: Fraction, most: Fraction) -> Fraction:
+        """`most`, halved until the Taylor series of A is known to converge fast enough.
+
+        By Cauchy's bound on a disk of radius 4 h, which A maps into one of radius M,
+        n terms leave less than M 4^-n.
+        """
+        h = most
+        terms = self._order()
+        while not self.numbers.mpf(self.lam * h) * self.field.spread(here, 4 * h) < (
+            self.numbers.context.ldexp(1, 2 * terms - self.bits - 16)
+        ):
+            h /= 2
+            self._require_width(h)
+        return h
+
+    def _order(self) -> int:
+        """Taylor terms of A on a panel: two bits a term, on a quarter of their disk."""
+        bits: int = self.bits + guard_bits(self.reach)
+        return bits // 2 + 32
+
+    def _complete(self, here: Fraction, h: Fraction) -> tuple[list[Fraction], Fraction]:
+        """Taylor coefficients of phi in units of `h`, halved until what is missing of their
+        series is below the last digit."""
+        order = self._order()
+        before = Rational(0)
+        while True:
+            c = self.field.taylor(here, h, order)
+            last = max(abs(x) for x in c[-8:])
+            if self.lam * h * last * (1 << (self.bits + 16)) < 1:
+                return c, h
+            # Were it truncation, halving would shrink it by 2^order; rounding it does not.
+            if before and last * (1 << (order // 2)) > before:
+                self.field.sharpen()
+            before = last
+            h /= 2
+            self._require_width(h)
+
+    @staticmethod
+    def _require_width(h: Fraction) -> None:
+        """Raise AccuracyError for a panel narrower than an analytic A needs."""
+        if places(h) > _DEEPEST:
+            raise AccuracyError(
+                "the Taylor series of A does not converge inside [-1, 1]; give an A that is "
+                "analytic there, or ask for fewer digits."
+            )
+
+    def _width(self, sizes: list[float], most: Fraction) -> Fraction:
+        """Width of the next panel in any unit, and in that unit the sizes of lam times the
+        Taylor coefficients of phi and `most`, which is not to be exceeded."""
+        h = most
+        if not self.field.is_polynomial:
+            # A quarter of the distance to the nearest singularity: two bits a term.
+            lead = max(sizes[:4]) or 1.0
+            rate = max((s / lead) ** (1 / k) for k, s in enumerate(sizes) if k >= 12)
+            if 4 * rate * h > 1:
+                h = min(h, dyadic(Rational(1 / (4 * rate)), 8 + places(Rational(1 / rate))))
+
+        def growth(width: Fraction) -> list[float]:
+            w = float(width)
+            return [s * w ** (k + 1) / (k + 1) for k, s in enumerate(sizes)]
+
+        whole = h == most
+        while sum(growth(h)) > self.reach:
+            h, whole = h / 2, False
+        if not whole:
+            # Back up in eighths, so that halving costs little reach.
+            base = h
+            for eighths in range(15, 8, -1):
+                if sum(growth(base * eighths / 8)) <= self.reach:
+                    h = base * eighths / 8
+                    break
+            h = min(dyadic(h, 4 + places(h)) or h, most)
+        cost = self._cost(growth(h), h)
+        while h > most / 64 and (less := self._cost(growth(h / 2), h / 2)) < 0.8 * cost:
+            h, cost = h / 2, less
+        if h < most < h * Rational(3, 2):
+            h = dyadic(most / 2, 4 + places(most)) or h
+        return h
+
+    def _cost(self, growth: list[float], width: Fraction) -> float:
+        """Terms times bits over the width: the cost of a Taylor panel for each unit of u."""
+        guard = guard_bits(sum(growth))
+        bits = self.bits + guard
+        return float(terms_needed(growth, bits) * (bits + 400) / width)

@@ -1,7 +1,13 @@
-"""Blocks of [-1, 1] in float64, about Taylor expansions of the drift, and the drift on them."""
+"""Blocks of [-1, 1] in float64 and their records (`symasym.exact.float_panels`).
+
+The drift on a block is taken as it stands or by its Taylor polynomial about a nearby zero of A. A
+block is sampled, replaced by the layers at its ends, or bisected until one of both holds.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,12 +15,17 @@ import numpy as np
 from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import Field, IntArray
 from symasym.exact import float_panels
-from symasym.exact.float_panels import REACH, SLOWNESS
+from symasym.exact.float_panels import REACH, SLOWNESS, Moments
 from symasym.numbers.complex_balls import tame
-from symasym.numbers.polynomials import poly
+from symasym.numbers.polynomials import poly, shifted
 
 #: lam |A| up to which positions are measured from u = 0.
 MILD = 5e3
+_SAMPLES_PER_BLOCK = 32  # panels merged before the log domain is entered: e^(32 REACH) < 1e112
+_PANELS_AT_ONCE = 1024  # stays in cache, and below the size at which BLAS starts threads
+_DEEPEST = 90  # bisections
+#: Blocks of one scene waiting for bisection: more of them means that bisecting does not help.
+_MOST_BLOCKS = 1 << 13
 
 
 class Blocks(NamedTuple):
@@ -26,7 +37,8 @@ class Blocks(NamedTuple):
     t0: FloatArray
     t1: FloatArray
 
-    def take(self, index: Any) -> Blocks:
+    def take(self, index: slice | np.ndarray) -> Blocks:
+        """Some of the blocks."""
         fields: list[Any] = [field[index] for field in self]
         return Blocks(*fields)
 
@@ -58,6 +70,7 @@ def partition(
 
 
 def _even_blocks(field: Field, scene: IntArray, lo: FloatArray, hi: FloatArray) -> Blocks:
+    """Blocks of equal width: one for a polynomial, eight for another drift."""
     # A polynomial is bisected where it must be; another drift is looked at more closely.
     pieces = 8 if field.series(scene[:1]) is None else 1
     edges = np.linspace(0.0, 1.0, pieces + 1)
@@ -148,18 +161,18 @@ def phi_at(field: Field, blocks: Blocks, anchors: Anchors, nodes: FloatArray) ->
     if direct.all():
         return field.phi(blocks.scene, t)
     result = np.empty_like(t)
-    far = np.maximum(np.abs(blocks.t0), np.abs(blocks.t1)) > np.where(
+    beyond = np.maximum(np.abs(blocks.t0), np.abs(blocks.t1)) > np.where(
         direct, np.inf, anchors.radius[blocks.anchor]
     )
-    near = ~direct & ~far
+    within = ~direct & ~beyond
     if direct.any():
         result[direct] = field.phi(blocks.scene[direct], t[direct])
-    if far.any():
-        u = anchors.centre[blocks.anchor[far], None] + t[far]
-        result[far] = field.phi(blocks.scene[far], u)
-    if near.any():
-        c = anchors.coefficients[blocks.anchor[near]]
-        result[near] = poly(list(c.T[:, :, None]), t[near])
+    if beyond.any():
+        u = anchors.centre[blocks.anchor[beyond], None] + t[beyond]
+        result[beyond] = field.phi(blocks.scene[beyond], u)
+    if within.any():
+        c = anchors.coefficients[blocks.anchor[within]]
+        result[within] = poly(list(c.T[:, :, None]), t[within])
     return result
 
 
@@ -191,7 +204,250 @@ def hidden(
     # Beyond a step or a needle the Taylor expansion about an anchor would be another function.
     straying = np.abs(around.centre - phi[:, float_panels.NODES // 2])
     close = straying <= 1e-6 * size + 1e-10 * field.size()[blocks.scene]
-    # What 17 nodes miss of a function on that disc is 4e-10 of its bound, at most.
+    # What 17 nodes miss of a function on that disk is 4e-10 of its bound, at most.
     negligible = lam_h * around.radius < 1e-5
     seen: np.ndarray = (tame(around.radius, size) | negligible) & (close | ~taken_about)
     return ~seen
+
+
+# -- records of blocks ----------------------------------------------------------------------------
+
+
+class Records(NamedTuple):
+    """Records of panels in any order, and what rounding of the drift does to them.
+
+    `shift` is the absolute error of `rise`, `local` a relative one of the other moments.
+    """
+
+    scene: IntArray
+    part: IntArray
+    position: FloatArray
+    moments: Moments
+    slow: np.ndarray
+    shift: FloatArray
+    local: FloatArray
+
+    @classmethod
+    def exactly(cls, scene: IntArray, part: int, moments: Moments) -> Records:
+        """One record a scene, of a drift that is known to rounding."""
+        n = len(scene)
+        zero = np.zeros(n)
+        return cls(
+            scene, np.full(n, part, np.intp), zero, moments, np.zeros(n, dtype=bool), zero, zero
+        )
+
+    @classmethod
+    def joined(cls, parts: Sequence[Records]) -> Records:
+        """All records of several groups, one after the other."""
+        rest = zip(*(p[:3] + p[4:] for p in parts), strict=True)
+        scene, part, position, *others = (np.concatenate(x) for x in rest)
+        moments = (np.concatenate(m) for m in zip(*(p.moments for p in parts), strict=True))
+        return cls(scene, part, position, Moments(*moments), *others)
+
+    def sorted(self) -> Records:
+        """The records by scene, part and position."""
+        order = np.lexsort((self.position, self.part, self.scene))
+        scene, part, position, _, *others = self
+        moments = Moments(*(m[order] for m in self.moments))
+        return Records(
+            scene[order], part[order], position[order], moments, *(x[order] for x in others)
+        )
+
+
+def merged(records: Records) -> Records:
+    """Sorted records, slow neighbours joined."""
+    first, moments = float_panels.merge_slow(records.scene, records.moments, records.slow)
+    if not first.size:
+        return records
+    scene, part, position, _, slow, shift, local = records
+    return Records(
+        scene[first],
+        part[first],
+        position[first],
+        moments,
+        slow[first],
+        np.add.reduceat(shift, first),
+        np.maximum.reduceat(local, first),
+    )
+
+
+def records_of(
+    field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors
+) -> tuple[Records, np.ndarray]:
+    """Moments of all blocks, bisecting those that are neither slow nor few panels."""
+    failed = np.zeros(len(lam), dtype=bool)
+    nothing = np.empty(0)
+    done = [Records.exactly(np.empty(0, dtype=np.intp), 0, Moments(*(nothing,) * 4))]
+    for depth in range(_DEEPEST + 1):
+        kept = [blocks.take(np.arange(0))]
+        for low in range(0, len(blocks.scene), _PANELS_AT_ONCE):
+            chunk = blocks.take(slice(low, low + _PANELS_AT_ONCE))
+            kept.append(_digest(field, lam, chunk, anchors, done))
+        blocks = Blocks(*(np.concatenate(f) for f in zip(*kept, strict=True)))
+        if not blocks.scene.size:
+            break
+        waiting = np.bincount(blocks.scene, minlength=len(lam))
+        hopeless = waiting > (_MOST_BLOCKS if depth < _DEEPEST else 0)
+        if hopeless.any():
+            failed |= hopeless
+            blocks = blocks.take(~hopeless[blocks.scene])
+        middle = (blocks.t0 + blocks.t1) / 2
+        blocks = Blocks(
+            np.tile(blocks.scene, 2),
+            np.tile(blocks.part, 2),
+            np.tile(blocks.anchor, 2),
+            np.concatenate((blocks.t0, middle)),
+            np.concatenate((middle, blocks.t1)),
+        )
+    return Records.joined(done), failed
+
+
+def _digest(
+    field: Field,
+    lam: FloatArray,
+    blocks: Blocks,
+    anchors: Anchors,
+    done: list[Records],
+) -> Blocks:
+    """Append the records of the blocks that are ready to `done`; return the others."""
+    rule = float_panels.lobatto()
+    h = blocks.t1 - blocks.t0
+    phi = phi_at(field, blocks, anchors, rule.nodes)
+    lam_phi = lam[blocks.scene][:, None] * phi
+    # NumPy reduces a long last axis fast and a short one slowly: nodes go first.
+    by_node = np.ascontiguousarray(phi.T)
+    low, high = by_node.min(axis=0), by_node.max(axis=0)
+    size = np.maximum(np.abs(low), np.abs(high))
+    lam_h = lam[blocks.scene] * h
+    slowly = is_slow(low, high, lam_phi, lam_h, h)
+    count = np.maximum(np.ceil(lam_h * size / REACH), 1.0)
+    # The n-th Chebyshev coefficient shrinks by count^n when the block is cut into panels.
+    truncation = _tail(phi) / count**8
+    field.reaches(blocks.scene, size)
+    unresolved = hidden(field, blocks, anchors, phi, size, lam_h)
+    slowly &= ~unresolved
+    smooth = lam_h * truncation <= 4e-14 * count
+    few = ~slowly & ~unresolved & (count <= _SAMPLES_PER_BLOCK) & smooth
+    rounding = _rounding(field, blocks, anchors, slowly | few) * lam_h
+    if slowly.any():
+        chosen = blocks.take(slowly)
+        shift = rounding[slowly]
+        # Layers see the drift at the ends only.
+        local = shift / (lam_h * np.maximum(low, -high))[slowly]
+        layers = float_panels.slow(lam_phi[slowly], h[slowly])
+        done.append(Records(*chosen[:2], chosen.t0, layers, slowly[slowly], shift, local))
+    if few.any():
+        chosen = blocks.take(few)
+        moments, good = _sampled_blocks(field, lam, chosen, anchors, count[few].astype(np.intp))
+        few[few] = good
+        chosen, moments = chosen.take(good), Moments(*(m[good] for m in moments))
+        shift = rounding[few]
+        done.append(
+            Records(*chosen[:2], chosen.t0, moments, np.zeros_like(slowly[few]), shift, shift)
+        )
+    return blocks.take(~(slowly | few))
+
+
+def _rounding(field: Field, blocks: Blocks, anchors: Anchors, ready: np.ndarray) -> FloatArray:
+    """Error of the drift on the blocks that are `ready`, where it is not taken by its series."""
+    result = np.zeros(len(ready))
+    if not ready.any() or field.series(blocks.scene[:1]) is not None:
+        return result
+    chosen = np.flatnonzero(ready & is_direct(blocks, anchors))
+    block = blocks.take(chosen)
+    t = block.t0[:, None] + (block.t1 - block.t0)[:, None] * float_panels.lobatto().nodes[::4]
+    about = block.anchor >= 0
+    if about.any():
+        t = t + np.where(about, anchors.centre[block.anchor], 0.0)[:, None]
+    result[chosen] = field.rounding(block.scene, t).max(axis=1, initial=0.0)
+    return result
+
+
+def is_slow(
+    low: FloatArray, high: FloatArray, lam_phi: FloatArray, lam_h: FloatArray, h: FloatArray
+) -> np.ndarray:
+    """Blocks on which the slow series holds to rounding; low <= phi <= high."""
+    smallest = np.maximum(low, -high)
+    candidate = lam_h * smallest > 40.0
+    if not candidate.any():
+        return candidate
+    chosen = lam_phi[candidate]
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        slope = chosen @ float_panels.lobatto().differentiate.T
+        # lam phi^2/|phi'| in terms of lam phi, kept from overflowing
+        ratio = np.ascontiguousarray((slope / chosen / chosen).T)
+        steepness = np.abs(ratio).max(axis=0) / h[candidate]
+        scale = (smallest * lam_h / h)[candidate, None]
+        tail = _tail(scale / chosen)
+        # A term of the slow series is a derivative of the one before, and differentiating at
+        # an end multiplies what the nodes miss of 1/phi by up to 2 NODES^2 a width.
+        growth = 2 * float_panels.NODES**2 / (smallest * lam_h)[candidate]
+        # `rise` integrates phi itself, which may have poles where 1/phi is smooth. It is as
+        # large as lam, so what the nodes miss is held against an ulp of the largest value, to
+        # which phi is known; not against the sum of all, which lets 17 times more pass.
+        resolved = _tail(chosen) <= 1e-14 * np.abs(chosen).max(axis=1)
+        resolved &= (tail < 1e-10) & (tail * growth * (1 + growth) < 6e-14)
+        candidate[candidate] = (steepness * SLOWNESS < 1) & resolved
+    return candidate
+
+
+@cache
+def _tail_of() -> FloatArray:
+    """Matrix from values at the Lobatto nodes to the last two Chebyshev coefficients."""
+    n = float_panels.NODES
+    j = np.arange(n + 1)
+    weights = np.ones(n + 1)
+    weights[0] = weights[-1] = 0.5
+    rows = [2 / n * weights * np.cos(np.pi * k * (n - j) / n) for k in (n - 1, n)]
+    return np.array(rows).T.copy()
+
+
+def _tail(values: FloatArray) -> FloatArray:
+    """Size of the last two Chebyshev coefficients of each row."""
+    last = np.abs(values @ _tail_of())
+    return np.maximum(last[:, 0], last[:, 1])
+
+
+def _sampled_blocks(
+    field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors, count: IntArray
+) -> tuple[Moments, np.ndarray]:
+    """Blocks cut into `count` panels each, whose records are merged pairwise; and which are
+    resolved."""
+    owner = np.repeat(np.arange(len(count)), count)
+    k = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+    width = (blocks.t1 - blocks.t0) / count
+    t0 = blocks.t0[owner] + k * width[owner]
+    pieces = Blocks(
+        blocks.scene[owner], blocks.part[owner], blocks.anchor[owner], t0, t0 + width[owner]
+    )
+    chunks = []
+    for low in range(0, len(owner), _PANELS_AT_ONCE):
+        chunk = pieces.take(slice(low, low + _PANELS_AT_ONCE))
+        h = width[owner[low : low + _PANELS_AT_ONCE]]
+        chunks.append(float_panels.sampled(_exponents(field, lam, chunk, h, anchors), h))
+    moments = Moments(*(np.concatenate(m) for m in zip(*(f[0] for f in chunks), strict=True)))
+    resolved = np.logical_and.reduceat(
+        np.concatenate([f[1] for f in chunks]), np.flatnonzero(k == 0)
+    )
+    return float_panels.merge(moments, k, count[owner]), resolved
+
+
+def _exponents(
+    field: Field, lam: FloatArray, pieces: Blocks, h: FloatArray, anchors: Anchors
+) -> FloatArray:
+    """lam int phi from the left end of each piece to its nodes and its right end."""
+    scale = lam[pieces.scene] * h
+    direct = pieces.anchor < 0
+    series = field.series(pieces.scene) if direct.all() else None
+    if series is None and not direct.any():
+        reach = np.maximum(np.abs(pieces.t0), np.abs(pieces.t1))
+        if (reach <= anchors.radius[pieces.anchor]).all():
+            series = anchors.coefficients[pieces.anchor].T
+    if series is None:
+        phi = phi_at(field, pieces, anchors, float_panels.gauss().nodes)
+        return float_panels.exponents_of_values(scale[:, None] * phi)
+    c = shifted(list(series), pieces.t0)
+    for k in range(len(c)):
+        c[k] = c[k] * scale
+        scale = scale * h
+    return float_panels.exponents_of_series(np.array(c).T)

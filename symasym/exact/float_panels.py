@@ -141,8 +141,8 @@ def _last_coefficients() -> FloatArray:
 def _resolved(values: FloatArray, mean: FloatArray) -> np.ndarray:
     """Panels whose last Legendre coefficients say that the integral is right to rounding."""
     tail = np.abs(values @ _last_coefficients())
-    found: np.ndarray = tail @ np.ones(4) <= RESOLUTION * mean
-    return found
+    resolved: np.ndarray = tail @ np.ones(4) <= RESOLUTION * mean
+    return resolved
 
 
 def sampled(exponents: FloatArray, h: FloatArray) -> tuple[Moments, np.ndarray]:
@@ -156,18 +156,18 @@ def sampled(exponents: FloatArray, h: FloatArray) -> tuple[Moments, np.ndarray]:
     """
     rule = gauss()
     rise = -exponents[:, -1]
-    falling = np.exp(exponents[:, :-1])  # 1/e at the nodes
-    rising = 1.0 / falling  # a division costs less than a second exponential
+    inverse_e = np.exp(exponents[:, :-1])  # 1/e at the nodes
+    e = 1.0 / inverse_e  # a division costs less than a second exponential
     up = rise > 0
     end = np.exp(-np.abs(rise))
     down_end = np.where(up, 1.0, end)
-    int_e, int_inverse = rising @ rule.weights, falling @ rule.weights
-    resolved = _resolved(rising, int_e) & _resolved(falling, int_inverse)
+    int_e, int_inverse = e @ rule.weights, inverse_e @ rule.weights
+    resolved = _resolved(e, int_e) & _resolved(inverse_e, int_inverse)
     int_e = int_e * h * np.where(up, end, 1.0)
     int_inverse = int_inverse * h * down_end
-    falling *= rising @ (rule.integrate * rule.weights[:, None]).T
+    inverse_e *= e @ (rule.integrate * rule.weights[:, None]).T
     # A product with ones is several times faster than a sum over so short an axis.
-    nested = (falling @ np.ones(NODES)) * h * h * down_end
+    nested = (inverse_e @ np.ones(NODES)) * h * h * down_end
     return Moments(rise, int_e, int_inverse, nested), resolved
 
 
@@ -248,7 +248,7 @@ def merge(moments: Moments, k: np.ndarray, count: np.ndarray) -> Moments:
     moments : Moments
         Runs of neighbouring panels, one run after the other.
     k, count : integer arrays of shape (panels,)
-        Place of a panel in its run, and the length of that run. A run's
+        Index of a panel in its run, and the length of that run. A run's
         exponents must stay within the range of float64.
     """
     rise, int_e, int_inverse, nested = moments
@@ -281,7 +281,7 @@ def merge_slow(
 ) -> tuple[np.ndarray, Moments]:
     """Join neighbouring slow panels of one scene and one direction into one record.
 
-    Returns the place of the first panel of each record, and the records.
+    Returns the index of the first panel of each record, and the records.
 
     Their exponents exceed 40, so of the joint integrals only the layer at each
     end is left and, upwards, the products of neighbours.

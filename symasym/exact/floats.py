@@ -16,8 +16,7 @@ import numpy as np
 from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import Field, IntArray
 from symasym.exact import float_panels, sweep
-from symasym.exact.float_block_panels import Records, merged, records_of
-from symasym.exact.float_blocks import MILD, partition
+from symasym.exact.float_blocks import MILD, Records, merged, partition, records_of
 from symasym.exact.sweep import InLayer, Record, Swept
 from symasym.generated import plain_formulas
 from symasym.numbers.log_positive import LogPositive
@@ -76,20 +75,20 @@ def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
     panels = _panels(field, lam, -one, one)
     nothing = LogPositive.of(np.zeros(n))
     before = LogPositive.of(plain_formulas.tail_left(field.a_minus[:n]))
-    times = panels.through(
+    layer = panels.through(
         lambda state, p, lam: sweep.carried_in_layer(InLayer(*state), p, lam),
         (nothing, before),
         LogPositive.of(lam),
     )
-    inside, before = times
-    outside = before + LogPositive.of(plain_formulas.tail_right(field.a_plus[:n]))
-    wanted, rest = (outside, inside) if complement else (inside, outside)
+    after = LogPositive.of(plain_formulas.tail_right(field.a_plus[:n]))
+    wanted, rest = sweep.layer_times(InLayer(*layer), after, complement)
     return _logs(plain_formulas.occupation_share(wanted, rest), panels.failed)
 
 
-def _logs(found: LogPositive, failed: np.ndarray) -> Logs:
-    bad = failed | np.isnan(found.log) | np.isnan(found.error)
-    return Logs(np.asarray(found.log), np.where(bad, np.inf, found.error))
+def _logs(quantity: LogPositive, failed: np.ndarray) -> Logs:
+    """Logarithms and their errors, infinite where a scene was given up."""
+    bad = failed | np.isnan(quantity.log) | np.isnan(quantity.error)
+    return Logs(np.asarray(quantity.log), np.where(bad, np.inf, quantity.error))
 
 
 def _either(failed: np.ndarray) -> np.ndarray:
@@ -116,10 +115,10 @@ def _from_both_ends(
 
 
 class _Panels(NamedTuple):
-    """Panels of many scenes, of each from `place` on; and the scenes that were given up."""
+    """Panels of many scenes, of each from `begin` on; and the scenes that were given up."""
 
     records: Record
-    place: IntArray
+    begin: IntArray
     number: IntArray
     failed: np.ndarray
 
@@ -136,7 +135,7 @@ class _Panels(NamedTuple):
         """
         # Scenes with more panels come first: those with a k-th one are the first of all.
         order = np.argsort(-self.number, kind="stable")
-        lam, at, count = lam[order], self.place[order], self.number[order]
+        lam, at, count = lam[order], self.begin[order], self.number[order]
         state = tuple(x[order] for x in start)
         for k in range(count.max(initial=0)):
             n = int(np.searchsorted(-count, -k, side="left"))

@@ -23,9 +23,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.generated import plain_formulas
+from symasym.numbers.arithmetic import Number
+
+if TYPE_CHECKING:
+    from symasym.generated.plain_formulas import Ratios
 
 __all__ = [
     "Deferred",
@@ -41,7 +45,9 @@ __all__ = [
     "escape_time",
     "first",
     "freely",
+    "from_infinity",
     "in_layer",
+    "layer_times",
 ]
 
 
@@ -82,12 +88,12 @@ class InLayer(NamedTuple):
 # -- one panel -------------------------------------------------------------------------------------
 
 
-def first(p: Record, lam: Any) -> Swept:
+def first(p: Record, lam: Ratios) -> Swept:
     """sigma and w after a panel that begins at an absorbing end."""
     return Swept(*plain_formulas.absorbed(lam, known(p.int_e), p.nested, p.fall))
 
 
-def carried(before: Swept, p: Record, lam: Any) -> Swept:
+def carried(before: Swept, p: Record, lam: Ratios) -> Swept:
     """sigma and w after a panel."""
     return Swept(
         *plain_formulas.carried(
@@ -96,12 +102,12 @@ def carried(before: Swept, p: Record, lam: Any) -> Swept:
     )
 
 
-def carried_freely(w: Any, p: Record, lam: Any) -> Any:
+def carried_freely(w: Number, p: Record, lam: Ratios) -> Any:
     """w after a panel, nothing being absorbed: beside an infinite sigma two integrals are 0."""
     return plain_formulas.carried(lam, w, 0, p.int_inverse, 0, p.fall, p.climb, 1)[1]
 
 
-def carried_in_layer(before: InLayer, p: Record, lam: Any) -> InLayer:
+def carried_in_layer(before: InLayer, p: Record, lam: Ratios) -> InLayer:
     """Time inside the layer and before it, after a panel."""
     inside = carried_freely(before.inside, p, lam)
     return InLayer(inside, p.fall * before.before / p.climb)
@@ -110,7 +116,7 @@ def carried_in_layer(before: InLayer, p: Record, lam: Any) -> InLayer:
 # -- all panels, in order --------------------------------------------------------------------------
 
 
-def absorbed(records: Iterable[Record], lam: Any) -> Swept:
+def absorbed(records: Iterable[Record], lam: Ratios) -> Swept:
     """sigma and w after the panels, the first of which begins at an absorbing end."""
     remaining = iter(records)
     state = first(next(remaining), lam)
@@ -119,16 +125,21 @@ def absorbed(records: Iterable[Record], lam: Any) -> Swept:
     return state
 
 
-def freely(records: Iterable[Record], lam: Any, w: Any) -> Any:
+def freely(records: Iterable[Record], lam: Ratios, w: Number) -> Any:
     """w after the panels from `w` before them, nothing being absorbed."""
     for p in records:
         w = carried_freely(w, p, lam)
     return w
 
 
-def in_layer(records: Iterable[Record], lam: Any, nothing: Any, a_minus: Any) -> InLayer:
+def from_infinity(records: Iterable[Record], lam: Ratios, a_minus: Ratios) -> Any:
+    """w after the panels from u = -1 on, nothing being absorbed: left of them it is 1/a-."""
+    return freely(records, lam, Sum(plain_formulas.tail_left(a_minus), 1, ()))
+
+
+def in_layer(records: Iterable[Record], lam: Ratios, a_minus: Ratios) -> InLayer:
     """Stationary time inside [-1, 1], whose panels these are, and left of it, as w at u = 1."""
-    state = InLayer(nothing, plain_formulas.tail_left(a_minus))
+    state = InLayer(Sum(0, 1, ()), plain_formulas.tail_left(a_minus))
     for p in records:
         state = carried_in_layer(state, p, lam)
     return state
@@ -143,20 +154,52 @@ def escape_time(left: Swept, right: Swept) -> Any:
     return plain_formulas.escape_time_of_halves(w, left.sigma, right.sigma)
 
 
-def density(lam: Any, w_left: Any, w_right: Any) -> Any:
+def density(lam: Ratios, w_left: Number, w_right: Number) -> Any:
     """p_ss from both sides of a point (eq:pss)."""
     return plain_formulas.density_of_halves(lam, known(w_left + w_right))
+
+
+def layer_times(layer: InLayer, tail_right: Number, complement: bool) -> tuple[Any, Any]:
+    """Stationary times inside the layer and outside it, or those outside and inside (eq:P)."""
+    inside, outside = known(layer.inside), layer.before + tail_right
+    return (outside, inside) if complement else (inside, outside)
 
 
 # -- numbers that cost much ------------------------------------------------------------------------
 
 
-def known(x: Any) -> Any:
+def known(x: Number) -> Any:
     """The number that `x` is or stands for."""
     return x.value if isinstance(x, (Deferred, Sum)) else x
 
 
-class Deferred:
+class _Open:
+    """Arithmetic of what is not computed yet: a `Sum`, but known at once beside a known number."""
+
+    def _sum(self) -> Sum:
+        raise NotImplementedError
+
+    def __mul__(self, other: Number) -> Sum:
+        x = self._sum()
+        return Sum(x.number * other, x.factor * other, x.parts)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Number) -> Sum:
+        return self.__mul__(1 / other)
+
+    def __add__(self, other: Number) -> Any:
+        x = self._sum()
+        if not isinstance(other, _Open):
+            return Sum(x.number + other, x.factor, x.parts).value
+        y = other._sum()
+        parts = tuple(Sum(0, z.factor, z.parts) for z in (x, y) if z.parts)
+        return Sum(x.number + y.number, 1, parts)
+
+    __radd__ = __add__
+
+
+class Deferred(_Open):
     """A positive number, of which a bound may be known, to be computed when it counts.
 
     Parameters
@@ -173,111 +216,56 @@ class Deferred:
         self,
         compute: Callable[[], Any],
         bound: Callable[[], Any] | None = None,
-        tiny: Any = 0,
+        tiny: Number = 0,
         enclosure: Callable[[], Any] | None = None,
     ) -> None:
         self._compute, self._bound, self.tiny, self.enclosure = compute, bound, tiny, enclosure
 
+    def _sum(self) -> Sum:
+        return Sum(0, 1, (self,))
+
     @cached_property
     def bound(self) -> Any:
+        """A bound of the number, None where none is known."""
         return self._bound() if self._bound else None
 
     @cached_property
     def value(self) -> Any:
+        """The number, computed once."""
         return self._compute()
 
-    def __mul__(self, other: Any) -> Scaled:
-        return Scaled(self, other)
 
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> Scaled:
-        return Scaled(self, 1 / other)
-
-    def __add__(self, other: Any) -> Any:
-        return Scaled(self, 1) + other
-
-    __radd__ = __add__
-
-
-class Scaled:
-    """A deferred number times a known one."""
-
-    __slots__ = ("factor", "of")
-
-    def __init__(self, of: Deferred, factor: Any) -> None:
-        self.of, self.factor = of, factor
-
-    def size(self) -> Any:
-        """A bound."""
-        return _middle(self.factor) * _middle(self.of.bound)
-
-    def __mul__(self, other: Any) -> Scaled:
-        return Scaled(self.of, self.factor * other)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> Scaled:
-        return Scaled(self.of, self.factor / other)
-
-    def __add__(self, other: Any) -> Any:
-        """A sum with a known number is known at once, with any other it is a `Sum`."""
-        if isinstance(other, (Scaled, Sum)):
-            return Sum(0, 1, (self,)) + other
-        of = self.of
-        if of.bound is not None and self.size() < _middle(other) * of.tiny:
-            return other + self.factor * of.enclosure() if of.enclosure else other
-        return other + self.factor * self.of.value
-
-    __radd__ = __add__
-
-
-class Sum:
+class Sum(_Open):
     """number + factor * (the parts), of which those that count are computed, the largest first."""
 
     __slots__ = ("factor", "number", "parts")
 
-    def __init__(self, number: Any, factor: Any, parts: tuple[Scaled | Sum, ...]) -> None:
+    def __init__(self, number: Number, factor: Number, parts: tuple[Deferred | Sum, ...]) -> None:
         self.number, self.factor, self.parts = number, factor, parts
 
-    def __mul__(self, other: Any) -> Sum:
-        return Sum(self.number * other, self.factor * other, self.parts)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> Sum:
-        return Sum(self.number / other, self.factor / other, self.parts)
-
-    def __add__(self, other: Any) -> Sum:
-        if isinstance(other, Sum):
-            parts = tuple(Sum(0, x.factor, x.parts) for x in (self, other) if x.parts)
-            return Sum(self.number + other.number, 1, parts)
-        if isinstance(other, Scaled):
-            return self + Sum(0, 1, (other,))
-        return Sum(self.number + other, self.factor, self.parts)
-
-    __radd__ = __add__
+    def _sum(self) -> Sum:
+        return self
 
     @property
     def value(self) -> Any:
+        """The sum; a part below `tiny` of it is replaced by its enclosure or, without one, by 0."""
         total, terms, waiting = self.number, [], [(self.factor, part) for part in self.parts]
         while waiting:
             factor, part = waiting.pop()
             if isinstance(part, Sum):
                 waiting += [(factor * part.factor, inner) for inner in part.parts]
-            elif part.of.bound is None:
-                total = total + factor * (part.factor * part.of.value)
+            elif part.bound is None:
+                total = total + factor * part.value
             else:
-                term = part * factor
-                terms.append((term.size(), term))
-        for size, term in sorted(terms, key=lambda pair: pair[0], reverse=True):
-            if not size < _middle(total) * term.of.tiny:
-                total = total + term.factor * term.of.value
-            elif term.of.enclosure:
-                total = total + term.factor * term.of.enclosure()
+                terms.append((_middle(factor) * _middle(part.bound), factor, part))
+        for size, factor, part in sorted(terms, key=lambda term: term[0], reverse=True):
+            if not size < _middle(total) * part.tiny:
+                total = total + factor * part.value
+            elif part.enclosure:
+                total = total + factor * part.enclosure()
         return total
 
 
-def _middle(x: Any) -> Any:
+def _middle(x: Number) -> Any:
     """A number by which terms are put in order: the midpoint of a ball."""
     return x.mid() if hasattr(x, "mid") else x

@@ -8,120 +8,132 @@ Written by ``python -m derivations.emit`` from the checked derivations: do not e
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from symasym.base.inputs import Floats
 
-def scaled_noise(kappa: Any, eps: Any) -> Any:
+
+def scaled_noise(kappa: Floats, eps: Floats) -> Any:
     """kappa/sqrt(eps), the noise in scaled variables (eq:tildexykappa)."""
     return kappa/np.sqrt(eps)
 
 
-def scaled_radius(r: Any, eps: Any) -> Any:
+def scaled_radius(r: Floats, eps: Floats) -> Any:
     """r/eps, the radius in scaled variables (eq:tilder)."""
     return r/eps
 
 
-def potential_left(u: Any, a_minus: Any) -> Any:
+def potential_left(u: Floats, a_minus: Floats) -> Any:
     """V(u) for u <= -1 (eq:V2)."""
     return -a_minus*(1 + u)
 
 
-def potential_right(u: Any, a_plus: Any, V1: Any) -> Any:
+def potential_right(u: Floats, a_plus: Floats, V1: Floats) -> Any:
     """V(u) for u >= 1 (eq:V2)."""
     return V1 - a_plus*(-1 + u)
 
 
-def escape_time_of_halves(w: Any, sigma_left: Any, sigma_right: Any) -> Any:
+def escape_time_of_halves(w: Floats, sigma_left: Floats, sigma_right: Floats) -> Any:
     """T from sigma on both sides and w, the sum of both (positive-form)."""
     return w/(1/sigma_left + 1/sigma_right)
 
 
-def escape_time_of_products(y_left: Any, y_right: Any, sigma_left: Any, sigma_right: Any) -> Any:
+def escape_time_of_products(
+    y_left: Floats, y_right: Floats, sigma_left: Floats, sigma_right: Floats
+) -> Any:
     """T from sigma and y = w sigma on both sides (positive-form)."""
     return (sigma_left*y_right + sigma_right*y_left)/(sigma_left + sigma_right)
 
 
 def log_escape_parts(
-    log_w_left: Any, log_w_right: Any, log_sigma_left: Any, log_sigma_right: Any
+    log_w_left: Floats, log_w_right: Floats, log_sigma_left: Floats, log_sigma_right: Floats
 ) -> Any:
     """log T is the first of these less the second: log w and log of the rate (positive-form)."""
     return np.logaddexp(log_w_left, log_w_right), np.logaddexp(-log_sigma_left, -log_sigma_right)
 
 
-def exit_share(sigma_left: Any, sigma_right: Any) -> Any:
+def exit_share(sigma_left: Floats, sigma_right: Floats) -> Any:
     """C from sigma on both sides (positive-form)."""
     return 1/(1 + sigma_left/sigma_right)
 
 
-def log_exit_share(sigma_left: Any, sigma_right: Any) -> Any:
+def log_exit_share(sigma_left: Floats, sigma_right: Floats) -> Any:
     """log C from sigma (positive-form)."""
     return -np.log1p(sigma_left/sigma_right)
 
 
-def log_exit_share_of_logs(log_sigma_left: Any, log_sigma_right: Any) -> Any:
+def log_exit_share_of_logs(log_sigma_left: Floats, log_sigma_right: Floats) -> Any:
     """log C from log sigma (positive-form)."""
     return -np.logaddexp(0, log_sigma_left - log_sigma_right)
 
 
-def density_of_halves(lam: Any, w: Any) -> Any:
+def density_of_halves(lam: Floats, w: Floats) -> Any:
     """p_ss from w, the sum of both sides (positive-density)."""
     return lam/w
 
 
-def occupation_share(inside: Any, outside: Any) -> Any:
+def occupation_share(inside: Floats, outside: Floats) -> Any:
     """P from the integrals inside and outside, in one unit (positive-density)."""
     return 1/(1 + outside/inside)
 
 
-def log_occupation_share(inside: Any, outside: Any) -> Any:
+def log_occupation_share(inside: Floats, outside: Floats) -> Any:
     """log P from the integrals inside and outside (positive-density)."""
     return -np.log1p(outside/inside)
 
 
-def log_occupation_share_of_logs(log_inside: Any, log_outside: Any) -> Any:
+def log_occupation_share_of_logs(log_inside: Floats, log_outside: Floats) -> Any:
     """log P from the logarithms of both integrals (positive-density)."""
     return -np.logaddexp(0, log_outside - log_inside)
 
 
-def tail_left(a_minus: Any) -> Any:
+def tail_left(a_minus: Floats) -> Any:
     """w at -1 (positive-density)."""
     return 1/a_minus
 
 
-def tail_right(a_plus: Any) -> Any:
+def tail_right(a_plus: Floats) -> Any:
     """w at 1, from the right (positive-density)."""
     return -1/a_plus
 
 
-def log_tail_left(a_minus: Any) -> Any:
+def log_tail_left(a_minus: Floats) -> Any:
     """log w at -1 (positive-density)."""
     return -np.log(a_minus)
 
 
-def log_tail_right(a_plus: Any) -> Any:
+def log_tail_right(a_plus: Floats) -> Any:
     """log w at 1, from the right (positive-density)."""
     return -np.log(-a_plus)
 
 
-def constant_single(x: Any) -> Any:
+def constant_single(x: Floats) -> Any:
     """int_e = int_inverse, per width (constant-panel)."""
     return (-np.expm1(-x))/x
 
 
-def constant_nested_down(x: Any, int_e: Any) -> Any:
+def constant_nested_down(x: Floats, int_e: Floats) -> Any:
     """nested where V falls, per width^2 (constant-panel)."""
     return (int_e - np.exp(-x))/x
 
 
-def constant_nested_up(x: Any, int_e: Any) -> Any:
+def constant_nested_up(x: Floats, int_e: Floats) -> Any:
     """nested where V rises, per width^2 (constant-panel)."""
     return (1 - int_e)/x
 
 
 def carried(
-    lam: Any, w: Any, int_e: Any, int_inverse: Any, nested: Any, fall: Any, climb: Any, sigma: Any
+    lam: Floats,
+    w: Floats,
+    int_e: Floats,
+    int_inverse: Floats,
+    nested: Floats,
+    fall: Floats,
+    climb: Floats,
+    sigma: Floats,
 ) -> Any:
     """sigma and w after a panel (panel-step)."""
     return (
@@ -130,37 +142,39 @@ def carried(
     )
 
 
-def absorbed(lam: Any, int_e: Any, nested: Any, fall: Any) -> Any:
+def absorbed(lam: Floats, int_e: Floats, nested: Floats, fall: Floats) -> Any:
     """sigma and w after a panel that begins at an absorbing end (panel-step)."""
     return int_e/fall, lam*nested/int_e
 
 
-def constant_drift_time(kappa: Any, r: Any, a: Any) -> Any:
+def constant_drift_time(kappa: Floats, r: Floats, a: Floats) -> Any:
     """T for a constant drift a (constant-drift)."""
     return r*np.tanh(a*r/kappa**2)/a
 
 
-def constant_drift_exit(kappa: Any, r: Any, a: Any) -> Any:
+def constant_drift_exit(kappa: Floats, r: Floats, a: Floats) -> Any:
     """C for a constant drift a (constant-drift)."""
     return 1/(1 + np.exp(2*a*r/kappa**2))
 
 
-def exit_bound(kappa: Any, r: Any, a_minus: Any, a_plus: Any) -> Any:
+def exit_bound(kappa: Floats, r: Floats, a_minus: Floats, a_plus: Floats) -> Any:
     """Upper bound on C; its conditions are in sa.formula (C-bound)."""
     return 2*a_minus*(1/a_plus + 2/kappa**2)*np.exp(-a_minus*r/kappa**2)
 
 
-def outer_piece(kappa: Any, r: Any, a_plus: Any) -> Any:
+def outer_piece(kappa: Floats, r: Floats, a_plus: Floats) -> Any:
     """The fourth piece of T, exactly (eq:fourthTerm)."""
     return (-1 + r)/a_plus - kappa**2*(-np.expm1(-2*a_plus*(-1 + r)/kappa**2))/(2*a_plus**2)
 
 
-def strong_noise_time(r: Any, a_plus: Any) -> Any:
+def strong_noise_time(r: Floats, a_plus: Floats) -> Any:
     """T for strong noise, leading order (eq:Ttildelarge)."""
     return r/a_plus
 
 
-def strong_noise_time_next(kappa: Any, r: Any, a_minus: Any, a_plus: Any, V1: Any) -> Any:
+def strong_noise_time_next(
+    kappa: Floats, r: Floats, a_minus: Floats, a_plus: Floats, V1: Floats
+) -> Any:
     """T for strong noise with its kappa^2 and constant terms (eq:Ttildelarge)."""
     return (
         r/a_plus + kappa**2*(-1/a_plus**2 + 1/(a_minus*a_plus))/2 + (V1 + a_minus +
@@ -168,27 +182,27 @@ def strong_noise_time_next(kappa: Any, r: Any, a_minus: Any, a_plus: Any, V1: An
     )
 
 
-def well_term(kappa: Any, slope_well: Any, slope_barrier: Any, barrier: Any) -> Any:
+def well_term(kappa: Floats, slope_well: Floats, slope_barrier: Floats, barrier: Floats) -> Any:
     """The well's share of T, leading order (eq:secondTerm)."""
     return 2*np.pi*np.sqrt(-1/(slope_barrier*slope_well))*np.exp(2*barrier/kappa**2)
 
 
-def log_well_term(kappa: Any, slope_well: Any, slope_barrier: Any, barrier: Any) -> Any:
+def log_well_term(kappa: Floats, slope_well: Floats, slope_barrier: Floats, barrier: Floats) -> Any:
     """Natural logarithm of `well_term` (eq:secondTerm)."""
     return -np.log(-slope_barrier*slope_well)/2 + 2*barrier/kappa**2 + np.log(2*np.pi)
 
 
-def saddle_correction(kappa: Any, V2: Any, V3: Any, V4: Any) -> Any:
+def saddle_correction(kappa: Floats, V2: Floats, V3: Floats, V4: Floats) -> Any:
     """Relative correction of one saddle from V'', V''', V'''' there (eq:secondTerm)."""
     return kappa**2*(-V4/(8*V2**2) + 5*V3**2/(24*V2**3))/2
 
 
-def saddle_first(V2: Any, V3: Any, V4: Any) -> Any:
+def saddle_first(V2: Floats, V3: Floats, V4: Floats) -> Any:
     """Coefficient of 1/lam in a well's series; of -V, a barrier's (saddle-series)."""
     return -V4/(8*V2**2) + 5*V3**2/(24*V2**3)
 
 
-def saddle_second(V2: Any, V3: Any, V4: Any, V5: Any, V6: Any) -> Any:
+def saddle_second(V2: Floats, V3: Floats, V4: Floats, V5: Floats, V6: Floats) -> Any:
     """Coefficient of 1/lam^2 in the series of `saddle_first` (saddle-series)."""
     return (
         -V6/(48*V2**3) + 35*V4**2/(384*V2**4) + 385*V3**4/(1152*V2**6) - 35*V4*V3**2/(64*V2**5)
@@ -197,13 +211,20 @@ def saddle_second(V2: Any, V3: Any, V4: Any, V5: Any, V6: Any) -> Any:
 
 
 def weak_noise_time(
-    kappa: Any, r: Any, a_plus: Any, slope_well: Any, slope_barrier: Any, barrier: Any
+    kappa: Floats,
+    r: Floats,
+    a_plus: Floats,
+    slope_well: Floats,
+    slope_barrier: Floats,
+    barrier: Floats,
 ) -> Any:
     """T for weak noise, with a well (eq:Ttildesmall)."""
     return r/a_plus + 2*np.pi*np.sqrt(-1/(slope_barrier*slope_well))*np.exp(2*barrier/kappa**2)
 
 
-def well_edge(r: Any, a_plus: Any, slope_well: Any, slope_barrier: Any, barrier: Any) -> Any:
+def well_edge(
+    r: Floats, a_plus: Floats, slope_well: Floats, slope_barrier: Floats, barrier: Floats
+) -> Any:
     """kappa at which both terms of `weak_noise_time` are equal (eq:Tsmall)."""
     return (
         np.sqrt(2*barrier) * np.sqrt(1/np.log(np.sqrt(-slope_barrier*slope_well) *
@@ -211,28 +232,32 @@ def well_edge(r: Any, a_plus: Any, slope_well: Any, slope_barrier: Any, barrier:
     )
 
 
-def behind_barrier_term(kappa: Any, drift0: Any, slope_well: Any, V0: Any, V_well: Any) -> Any:
+def behind_barrier_term(
+    kappa: Floats, drift0: Floats, slope_well: Floats, V0: Floats, V_well: Floats
+) -> Any:
     """The large term of T for a start behind the barrier (eq:S)."""
     return np.sqrt(-np.pi/slope_well)*kappa*np.exp((-2*V_well + 2*V0)/kappa**2)/drift0
 
 
-def occupation_from_layer(kappa: Any, a_minus: Any, a_plus: Any, layer: Any, V1: Any) -> Any:
+def occupation_from_layer(
+    kappa: Floats, a_minus: Floats, a_plus: Floats, layer: Floats, V1: Floats
+) -> Any:
     """P from N, the integral over the layer (eq:P2)."""
     return 1/(1 + (kappa**2/(2*a_minus) - kappa**2*np.exp(-2*V1/kappa**2)/(2*a_plus))/layer)
 
 
-def occupation_bound(kappa: Any, a_minus: Any, a_plus: Any, L: Any, V1: Any) -> Any:
+def occupation_bound(kappa: Floats, a_minus: Floats, a_plus: Floats, L: Floats, V1: Floats) -> Any:
     """Lower bound on P (L-bound)."""
     return 1/(1 + kappa**2*(-1/a_plus + np.exp(2*V1/kappa**2)/a_minus)/(2*L))
 
 
-def strong_noise_occupation(kappa: Any, a_minus: Any, a_plus: Any) -> Any:
+def strong_noise_occupation(kappa: Floats, a_minus: Floats, a_plus: Floats) -> Any:
     """P for strong noise, leading order (eq:Plarge2)."""
     return 4/(kappa**2*(1/a_minus - 1/a_plus))
 
 
 def weak_noise_outside(
-    kappa: Any, a_minus: Any, a_plus: Any, V1: Any, V_well: Any, curvature: Any
+    kappa: Floats, a_minus: Floats, a_plus: Floats, V1: Floats, V_well: Floats, curvature: Floats
 ) -> Any:
     """1 - P for weak noise, leading order (eq:Psmall2)."""
     return (
@@ -241,57 +266,57 @@ def weak_noise_outside(
     )
 
 
-def friction_left(alpha: Any, z0: Any) -> Any:
+def friction_left(alpha: Floats, z0: Floats) -> Any:
     """The friction drift for u <= -1 (a-) (eq:phifric0)."""
     return 1 + alpha - z0
 
 
-def friction_coefficients(mu: Any, alpha: Any, z0: Any) -> Any:
+def friction_coefficients(mu: Floats, alpha: Floats, z0: Floats) -> Any:
     """Coefficients of A(u) in ascending powers of u (eq:phifric0)."""
     return 1 - z0, -alpha*(1 + mu), 0, alpha*mu
 
 
-def friction_inside(u: Any, mu: Any, alpha: Any, z0: Any) -> Any:
+def friction_inside(u: Floats, mu: Floats, alpha: Floats, z0: Floats) -> Any:
     """The friction drift A(u) on [-1, 1] (eq:phifric0)."""
     return 1 - z0 - alpha*(u + mu*(u - u**3))
 
 
-def friction_right(alpha: Any, z0: Any) -> Any:
+def friction_right(alpha: Floats, z0: Floats) -> Any:
     """The friction drift for u >= 1 (a+) (eq:phifric0)."""
     return 1 - z0 - alpha
 
 
-def friction_slope(u: Any, mu: Any, alpha: Any) -> Any:
+def friction_slope(u: Floats, mu: Floats, alpha: Floats) -> Any:
     """A'(u) of the friction drift (fr1)."""
     return -alpha*(1 + mu - 3*mu*u**2)
 
 
-def friction_potential_left(u: Any, alpha: Any, z0: Any) -> Any:
+def friction_potential_left(u: Floats, alpha: Floats, z0: Floats) -> Any:
     """V(u) for u <= -1 (eq:Vfric)."""
     return (1 + u)*(-1 + z0 - alpha)
 
 
-def friction_potential_inside(u: Any, mu: Any, alpha: Any, z0: Any) -> Any:
+def friction_potential_inside(u: Floats, mu: Floats, alpha: Floats, z0: Floats) -> Any:
     """V(u) on [-1, 1] (eq:Vfric)."""
     return (1 + u)*(-1 + z0) + alpha*(1 + mu)*(-1 + u**2)/2 - alpha*mu*(-1 + u**4)/4
 
 
-def friction_potential_right(u: Any, alpha: Any, z0: Any) -> Any:
+def friction_potential_right(u: Floats, alpha: Floats, z0: Floats) -> Any:
     """V(u) for u >= 1 (eq:Vfric)."""
     return -2 + 2*z0 - (-1 + u)*(1 - z0 - alpha)
 
 
-def friction_turning_point(mu: Any) -> Any:
+def friction_turning_point(mu: Floats) -> Any:
     """u at which the force turns (mu > 1/2) (turning-points)."""
     return np.sqrt(3*(1 + mu)/mu)/3
 
 
-def friction_breakaway(mu: Any, alpha: Any) -> Any:
+def friction_breakaway(mu: Floats, alpha: Floats) -> Any:
     """The largest force, for mu >= 1/2 (beta)."""
     return 2*np.sqrt(3*(1 + mu)/mu)*alpha*(1 + mu)/9
 
 
-def friction_folds(mu: Any, alpha: Any) -> Any:
+def friction_folds(mu: Floats, alpha: Floats) -> Any:
     """z0 at both folds, (+) then (-) (folds)."""
     return (
         1 - 2*np.sqrt(3*(1 + mu)/mu)*alpha*(1 + mu)/9, 1 + 2*np.sqrt(3*(1 + mu)/mu)*alpha*(1 +
@@ -299,26 +324,26 @@ def friction_folds(mu: Any, alpha: Any) -> Any:
     )
 
 
-def friction_angle(mu: Any, alpha: Any, z0: Any) -> Any:
+def friction_angle(mu: Floats, alpha: Floats, z0: Floats) -> Any:
     """omega, a third of arccos((1 - z0)/beta); z0 < 1, mu > 1/2 (friction-well)."""
     return 2*np.arcsin(np.sqrt(1/2 - 3*np.sqrt(3*mu/(1 + mu))*(1 - z0)/(4*alpha*(1 + mu))))/3
 
 
-def friction_slope_well(omega: Any, mu: Any, alpha: Any) -> Any:
+def friction_slope_well(omega: Floats, mu: Floats, alpha: Floats) -> Any:
     """A'(u1) at the well (friction-well)."""
     return -2*alpha*(1 + mu)*(-np.sin(omega) + np.sqrt(3)*np.cos(omega))*np.sin(omega)
 
 
-def friction_slope_barrier(omega: Any, mu: Any, alpha: Any) -> Any:
+def friction_slope_barrier(omega: Floats, mu: Floats, alpha: Floats) -> Any:
     """A'(u2) at the barrier (friction-well)."""
     return 2*alpha*(1 + mu)*(np.sqrt(3)*np.cos(omega) + np.sin(omega))*np.sin(omega)
 
 
-def friction_barrier(omega: Any, mu: Any, alpha: Any) -> Any:
+def friction_barrier(omega: Floats, mu: Floats, alpha: Floats) -> Any:
     """V(u2) - V(u1) (friction-well)."""
     return 4*alpha*np.sqrt(3)*(1 + mu)**2*np.sin(omega)**3*np.cos(omega)/(3*mu)
 
 
-def noise_threshold(eps: Any, ell: Any, barrier: Any) -> Any:
+def noise_threshold(eps: Floats, ell: Floats, barrier: Floats) -> Any:
     """Unscaled kappa below which T is exponentially large; ell = -log eps (threshold)."""
     return np.sqrt(2*barrier*eps/ell)

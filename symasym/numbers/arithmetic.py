@@ -15,9 +15,12 @@ own. What Python's operators do for both (+, -, *, /, ** of whole numbers, `abs`
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from mpmath.ctx_mp import MPContext
 
 __all__ = ["FLOATS", "Arithmetic", "Digits"]
 
@@ -40,7 +43,7 @@ class Arithmetic(Protocol):
     euler: Number
 
     def rational(self, p: int, q: int = 1) -> Number: ...
-    def number(self, x: Any) -> Number: ...
+    def number(self, x: Number) -> Number: ...
     def sqrt(self, x: Number) -> Number: ...
     def cbrt(self, x: Number) -> Number: ...
     def exp(self, x: Number) -> Number: ...
@@ -84,14 +87,14 @@ class _Floats:
         """Gamma(p/q)."""
         return math.gamma(p / q)
 
-    def number(self, x: Any) -> Any:
+    def number(self, x: Number) -> Any:
         """`x` itself if it is an array, else the float nearest to it."""
         return x if isinstance(x, np.ndarray) else float(x)
 
-    def any(self, test: Any) -> bool:
+    def any(self, test: Test) -> bool:
         return bool(np.any(test))
 
-    def all(self, test: Any) -> bool:
+    def all(self, test: Test) -> bool:
         return bool(np.all(test))
 
 
@@ -102,7 +105,7 @@ FLOATS = _Floats()
 class Digits:
     """The numbers of one mpmath context, at its precision."""
 
-    def __init__(self, context: Any) -> None:
+    def __init__(self, context: MPContext) -> None:
         self.context, self.bits = context, context.prec
         self.eps, self.zero, self.one, self.inf = (
             +context.eps,
@@ -121,11 +124,11 @@ class Digits:
         """p/q, rounded once."""
         return self.context.mpf(p) / q
 
-    def sqrt(self, x: Any) -> Any:
+    def sqrt(self, x: Number) -> Any:
         """As NumPy's of real numbers: no complex one is made."""
         return self.context.nan if x._mpf_[0] else self.context.sqrt(x)
 
-    def log(self, x: Any) -> Any:
+    def log(self, x: Number) -> Any:
         """As NumPy's of real numbers."""
         if x._mpf_[1]:
             return self.context.nan if x._mpf_[0] else self.context.log(x)
@@ -137,17 +140,17 @@ class Digits:
             self._gammas[p, q] = self.context.gamma(self.rational(p, q))
         return self._gammas[p, q]
 
-    def number(self, x: Any) -> Any:
+    def number(self, x: Number) -> Any:
         """`x` in this context: a float or an mpf as it is, a rational rounded."""
         if hasattr(x, "denominator") and hasattr(x, "numerator"):
             return self.context.mpf(x.numerator) / x.denominator
         return self.context.mpf(x)
 
-    def where(self, test: Any, a: Any, b: Any) -> Any:
+    def where(self, test: Test, a: Number, b: Number) -> Any:
         return a if test else b
 
-    def any(self, test: Any) -> bool:
+    def any(self, test: Test) -> bool:
         return bool(test)
 
-    def all(self, test: Any) -> bool:
+    def all(self, test: Test) -> bool:
         return bool(test)

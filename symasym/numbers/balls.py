@@ -6,10 +6,18 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from fractions import Fraction
-from functools import cached_property
-from typing import Any, Protocol
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, Protocol
 
 from symasym.base.errors import AccuracyError
+from symasym.numbers.trees import FUNCTIONS
+
+if TYPE_CHECKING:
+    from flint import acb, arb, arb_series
+
+    from symasym.drift.drift import Drift
+
+    Ball = arb | acb | arb_series
 
 _lock = threading.RLock()
 
@@ -28,6 +36,7 @@ def available() -> bool:
 
 
 def flint_module() -> Any:
+    """The module flint; AccuracyError where it is not installed."""
     try:
         import flint
     except ImportError:
@@ -52,11 +61,12 @@ def precision(bits: int) -> Iterator[None]:
 
 
 def exact_ball(value: Fraction) -> Any:
+    """The ball of a rational: exact but for the rounding of a quotient."""
     flint = flint_module()
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 
-def to_mpf(ball: Any, dps: int) -> tuple[Any, Any]:
+def to_mpf(ball: arb, dps: int) -> tuple[Any, Any]:
     """Midpoint, rounded to `dps` digits, and a radius that covers the rounding as well.
 
     Parameters
@@ -78,7 +88,7 @@ def to_mpf(ball: Any, dps: int) -> tuple[Any, Any]:
     if not ball.is_finite():
         raise AccuracyError("the ball is not finite and has no midpoint; enclose the value first.")
 
-    def exact(number: Any) -> Any:
+    def exact(number: arb) -> Any:
         mantissa, exponent = number.man_exp()
         return libmp.from_man_exp(int(mantissa), int(exponent))
 
@@ -93,13 +103,13 @@ def to_mpf(ball: Any, dps: int) -> tuple[Any, Any]:
 class Profile(Protocol):
     """A(u) as the panels need it."""
 
-    def value(self, u: Fraction) -> Any:
+    def value(self, u: Fraction) -> arb:
         """A ball for A(u)."""
 
-    def bound(self, center: Fraction, radius: Fraction) -> Any:
+    def bound(self, center: Fraction, radius: Fraction) -> arb:
         """A bound of abs(A) on the complex disk, not finite unless A is analytic there."""
 
-    def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
+    def series(self, center: Fraction, half: Fraction, terms: int) -> arb_series:
         """Balls for the Taylor coefficients of A(center + half t) in t."""
 
     def terms(self) -> int | None:
@@ -116,18 +126,21 @@ class _Polynomial:
         self.coefficients = coefficients
 
     def value(self, u: Fraction) -> Any:
+        """A(u), its rational value rounded once."""
         total = Fraction(0)
         for coefficient in reversed(self.coefficients):
             total = total * u + coefficient
         return exact_ball(total)
 
     def bound(self, center: Fraction, radius: Fraction) -> Any:
-        # The sum of |c_k| radius^k is met on the circle within a factor of two or so,
+        """Sum of |c_k| radius^k, c_k the Taylor coefficients at the centre."""
+        # The sum of |c_k| radius^k is attained on the circle within a factor of two or so,
         # where a ball in place of z would count the same radius once per power.
         shifted = self._shifted(center, radius).coeffs()
         return sum((abs(c) for c in shifted), flint_module().arb(0))
 
     def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
+        """The Taylor polynomial in t of A(center + half t)."""
         return flint_module().arb_series(self._shifted(center, half).coeffs(), terms)
 
     def terms(self) -> int | None:
@@ -142,6 +155,7 @@ class _Polynomial:
         return flint.fmpq_poly([flint.fmpq(c.numerator, c.denominator) for c in self.coefficients])
 
     def _shifted(self, center: Fraction, half: Fraction) -> Any:
+        """The coefficients of A(center + half t) in t."""
         flint = flint_module()
         line = flint.arb_poly([exact_ball(center), exact_ball(half)])
         return flint.arb_poly(self._exact)(line)
@@ -150,16 +164,18 @@ class _Polynomial:
 class _Analytic:
     """Any other drift, through its `evaluate`."""
 
-    def __init__(self, drift: Any, sign: int = 1) -> None:
+    def __init__(self, drift: Drift, sign: int = 1) -> None:
         self.drift = drift
         self.sign = sign
 
     def value(self, u: Fraction) -> Any:
+        """A(u); at u = -1 and 1 from its exact value where that is rational."""
         if abs(u) == 1 and (known := self.drift.end(self.sign * int(u))) is not None:
             return exact_ball(self.sign * known)
         return self.sign * self.drift.evaluate(exact_ball(self.sign * u), BallOps())
 
     def bound(self, center: Fraction, radius: Fraction) -> Any:
+        """|A| on a square around the disk, nan unless A is analytic there."""
         flint = flint_module()
         spread = flint.arb(0, exact_ball(radius))
         square = flint.acb(exact_ball(self.sign * center) + spread, spread)
@@ -169,6 +185,7 @@ class _Analytic:
             return flint.arb.nan()
 
     def series(self, center: Fraction, half: Fraction, terms: int) -> Any:
+        """The Taylor series in t of A(center + half t), by Arb."""
         flint = flint_module()
         line = flint.arb_series(
             [exact_ball(self.sign * center), exact_ball(self.sign * half)], terms
@@ -182,7 +199,8 @@ class _Analytic:
         return _Analytic(self.drift, -self.sign)
 
 
-def profile_of(drift: Any) -> Profile:
+def profile_of(drift: Drift) -> Profile:
+    """A(u) of a drift as the panels need it."""
     coefficients = drift.exact_coefficients()
     return _Analytic(drift) if coefficients is None else _Polynomial(list(coefficients))
 
@@ -200,102 +218,67 @@ class BallOps:
     def pi(self) -> Any:
         return flint_module().arb.pi()
 
-    def power(self, base: Any, exponent: Fraction) -> Any:
+    def power(self, base: Ball, exponent: Fraction) -> Any:
+        """A rational power, on a complex ball nan where it touches the cut."""
         flint = flint_module()
         rational = flint.fmpq(exponent.numerator, exponent.denominator)
         if isinstance(base, flint.acb):
             return base.pow(flint.acb(exact_ball(exponent)), analytic=True)
         return base**rational
 
-    def log(self, x: Any) -> Any:
-        return x.log(analytic=True) if self._complex(x) else x.log()
-
-    def sqrt(self, x: Any) -> Any:
-        return x.sqrt(analytic=True) if self._complex(x) else x.sqrt()
-
-    def exp(self, x: Any) -> Any:
-        return x.exp()
-
-    def sin(self, x: Any) -> Any:
-        return x.sin()
-
-    def cos(self, x: Any) -> Any:
-        return x.cos()
-
-    def tan(self, x: Any) -> Any:
-        return x.tan()
-
-    def erf(self, x: Any) -> Any:
-        return x.erf()
-
-    def sinh(self, x: Any) -> Any:
-        if not self._series(x):
-            return x.sinh()
-        return (x.exp() - (-x).exp()) / 2
-
-    def cosh(self, x: Any) -> Any:
-        if not self._series(x):
-            return x.cosh()
-        return (x.exp() + (-x).exp()) / 2
-
-    def tanh(self, x: Any) -> Any:
-        if not self._series(x):
-            return x.tanh()
-        return 1 - 2 / (1 + (2 * x).exp())
-
-    def asin(self, x: Any) -> Any:
-        return x.asin() if self._series(x) else self._off_cut(x, "asin", _outside_real)
-
-    def acos(self, x: Any) -> Any:
-        return x.acos() if self._series(x) else self._off_cut(x, "acos", _outside_real)
-
-    def atan(self, x: Any) -> Any:
-        return x.atan() if self._series(x) else self._off_cut(x, "atan", _outside_imaginary)
-
-    def asinh(self, x: Any) -> Any:
-        if self._series(x):
-            return self._antiderivative(x, "asinh", (1 + x * x).rsqrt())
-        return self._off_cut(x, "asinh", _outside_imaginary)
-
-    def acosh(self, x: Any) -> Any:
-        if self._series(x):
-            return self._antiderivative(x, "acosh", (x * x - 1).rsqrt())
-        return self._off_cut(x, "acosh", _left_of_one)
-
-    def atanh(self, x: Any) -> Any:
-        if self._series(x):
-            return self._antiderivative(x, "atanh", 1 / (1 - x * x))
-        return self._off_cut(x, "atanh", _outside_real)
-
-    @staticmethod
-    def _complex(x: Any) -> bool:
-        return isinstance(x, flint_module().acb)
-
-    @staticmethod
-    def _series(x: Any) -> bool:
-        return isinstance(x, flint_module().arb_series)
-
-    def _off_cut(self, x: Any, name: str, touches_cut: Callable[[Any], bool]) -> Any:
-        if self._complex(x) and touches_cut(x):
-            return flint_module().acb(flint_module().arb.nan())
-        return getattr(x, name)()
-
-    @staticmethod
-    def _antiderivative(x: Any, name: str, slope: Any) -> Any:
-        """f(x) for a series x, from f' at the series and f at its constant term."""
-        return (x.derivative() * slope).integral() + getattr(x[0], name)()
+    def __getattr__(self, name: str) -> Callable[[Ball], Any]:
+        if name not in FUNCTIONS:
+            raise AttributeError(name)
+        return partial(_function, name)
 
 
-def _outside_real(z: Any) -> bool:
-    """Whether the ball may meet the real axis at abs(z) >= 1."""
+def _function(name: str, x: Ball) -> Any:
+    """An elementary function of x, not finite where it is not analytic on all of a complex x."""
+    flint = flint_module()
+    if isinstance(x, flint.arb_series) and name in _OF_SERIES:
+        return _OF_SERIES[name](x)
+    if isinstance(x, flint.acb):
+        if name in ("log", "sqrt"):
+            return getattr(x, name)(analytic=True)
+        if name in _CUTS and _CUTS[name](x):
+            return flint.acb(flint.arb.nan())
+    return getattr(x, name)()
+
+
+def _antiderivative(x: arb_series, name: str, slope: arb_series) -> Any:
+    """f(x) for a series x, from f' at the series and f at its constant term."""
+    return (x.derivative() * slope).integral() + getattr(x[0], name)()
+
+
+# What Arb's real series lack.
+_OF_SERIES: dict[str, Callable[[arb_series], Any]] = {
+    "sinh": lambda x: (x.exp() - (-x).exp()) / 2,
+    "cosh": lambda x: (x.exp() + (-x).exp()) / 2,
+    "tanh": lambda x: 1 - 2 / (1 + (2 * x).exp()),
+    "asinh": lambda x: _antiderivative(x, "asinh", (1 + x * x).rsqrt()),
+    "acosh": lambda x: _antiderivative(x, "acosh", (x * x - 1).rsqrt()),
+    "atanh": lambda x: _antiderivative(x, "atanh", 1 / (1 - x * x)),
+}
+
+
+def _outside_real(z: acb) -> bool:
+    """True where the ball may touch the real axis at abs(z) >= 1."""
     return bool(z.imag.contains(0)) and not abs(z.real) < 1
 
 
-def _outside_imaginary(z: Any) -> bool:
-    """Whether the ball may meet the imaginary axis at abs(z) >= 1."""
+def _outside_imaginary(z: acb) -> bool:
+    """True where the ball may touch the imaginary axis at abs(z) >= 1."""
     return bool(z.real.contains(0)) and not abs(z.imag) < 1
 
 
-def _left_of_one(z: Any) -> bool:
-    """Whether the ball may meet the real axis at z <= 1."""
+def _left_of_one(z: acb) -> bool:
+    """True where the ball may touch the real axis at z <= 1."""
     return bool(z.imag.contains(0)) and not z.real > 1
+
+
+# Where the inverse functions are not analytic (DLMF 4.23.1, 4.37.1).
+_CUTS: dict[str, Callable[[acb], bool]] = {
+    **dict.fromkeys(("asin", "acos", "atanh"), _outside_real),
+    **dict.fromkeys(("atan", "asinh"), _outside_imaginary),
+    "acosh": _left_of_one,
+}

@@ -1,8 +1,8 @@
-"""Where a drift can hide something: its range over complex discs.
+"""The range of a drift over complex balls, which shows what samples of it can miss.
 
 Samples cannot tell a smooth function from one with a needle between them; a
-bound on a complex disc can, since whatever is narrow on the real line is huge,
-or singular, a little off it. A disc here has a real centre, so that one
+bound on a complex ball can, since whatever is narrow on the real line is huge,
+or singular, a little off it. A ball here has a real centre, so that one
 evaluation of the drift at the centre carries its radius along; every rule
 below is a bound, except that rounding (1e-16 of it) is only added where the
 operations have an `ulp`.
@@ -16,15 +16,16 @@ from typing import Any
 
 import numpy as np
 
+from symasym.numbers.arithmetic import Number
 from symasym.numbers.trees import FUNCTIONS, MpmathOps, NumpyOps
 
-#: A function whose change over a disc of twice a panel's half-width stays below this many
+#: A function whose change over a ball of twice a panel's half-width stays below this many
 #: times its size on the panel has no feature that 17 nodes there could miss: a needle of
 #: width w would change by e^((h/w)^2), a pole would make it infinite.
 TAME = 1e6
 
 
-class Disc:
+class ComplexBall:
     """All complex numbers within `radius` of the real `centre`; arrays, or numbers of mpmath.
 
     A radius that is not finite says that nothing is known.
@@ -36,33 +37,34 @@ class Disc:
     centre: Any
     radius: Any
 
-    def __init__(self, centre: Any, radius: Any, base: DiscOps) -> None:
+    def __init__(self, centre: Number, radius: Number, base: ComplexBallOps) -> None:
         self.centre, self.radius, self._base = centre, radius, base
 
-    def _other(self, value: Any) -> Disc:
-        return value if isinstance(value, Disc) else self._with(value, 0 * abs(value))
+    def _other(self, value: ComplexBall | Number) -> ComplexBall:
+        return value if isinstance(value, ComplexBall) else self._with(value, 0 * abs(value))
 
-    def _with(self, centre: Any, radius: Any) -> Disc:
+    def _with(self, centre: Number, radius: Number) -> ComplexBall:
+        """The ball of this centre and radius, widened by the rounding of the centre."""
         if self._base.ulp:
             radius = radius + self._base.ulp * abs(centre)
-        return Disc(centre, radius, self._base)
+        return ComplexBall(centre, radius, self._base)
 
-    def __neg__(self) -> Disc:
-        return Disc(-self.centre, self.radius, self._base)
+    def __neg__(self) -> ComplexBall:
+        return ComplexBall(-self.centre, self.radius, self._base)
 
-    def __add__(self, other: Any) -> Disc:
+    def __add__(self, other: ComplexBall | Number) -> ComplexBall:
         y = self._other(other)
         return self._with(self.centre + y.centre, self.radius + y.radius)
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> Disc:
+    def __sub__(self, other: ComplexBall | Number) -> ComplexBall:
         return self + (-self._other(other))
 
-    def __rsub__(self, other: Any) -> Disc:
+    def __rsub__(self, other: ComplexBall | Number) -> ComplexBall:
         return self._other(other) + (-self)
 
-    def __mul__(self, other: Any) -> Disc:
+    def __mul__(self, other: ComplexBall | Number) -> ComplexBall:
         y = self._other(other)
         return self._with(
             self.centre * y.centre,
@@ -71,21 +73,22 @@ class Disc:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Disc:
+    def __truediv__(self, other: ComplexBall | Number) -> ComplexBall:
         return self * self._other(other).reciprocal()
 
-    def __rtruediv__(self, other: Any) -> Disc:
+    def __rtruediv__(self, other: ComplexBall | Number) -> ComplexBall:
         return self._other(other) * self.reciprocal()
 
-    def reciprocal(self) -> Disc:
+    def reciprocal(self) -> ComplexBall:
+        """The ball of 1/z: |1/z - 1/c| <= r/(|c| (|c| - r))."""
         size = abs(self.centre)
         inverse = self._base.inverse(size)
         rest = self._base.inverse(size - self.radius)
         return self._with(inverse * self._base.sign(self.centre), self.radius * inverse * rest)
 
 
-class DiscOps:
-    """The elementary functions of discs over the numbers of `real`.
+class ComplexBallOps:
+    """The elementary functions of balls over the numbers of `real`.
 
     Parameters
     ----------
@@ -98,31 +101,33 @@ class DiscOps:
         self.real, self.ulp = real, ulp
         self._arrays = isinstance(real, NumpyOps)
 
-    def disc(self, centre: Any, radius: Any) -> Disc:
+    def ball(self, centre: Number, radius: Number) -> ComplexBall:
+        """The ball of this centre and radius, widened by the rounding of both."""
         if self.ulp:
             radius = radius + 2 * self.ulp * abs(centre)
-        return Disc(centre, radius, self)
+        return ComplexBall(centre, radius, self)
 
-    def _where_real(self, centre: Any, radius: Any) -> Disc:
+    def _where_real(self, centre: Number, radius: Number) -> ComplexBall:
         """Nothing known where a function of a real centre is not real."""
         if hasattr(centre, "_mpc_"):
             centre = self.real.context.nan
-        return self.disc(centre, radius + 0 * centre)
+        return self.ball(centre, radius + 0 * centre)
 
-    def inverse(self, gap: Any) -> Any:
+    def inverse(self, gap: Number) -> Any:
         """1/gap, infinite unless gap > 0."""
         if self._arrays:
             with np.errstate(divide="ignore"):
                 return 1.0 / np.maximum(gap, 0.0)
         return 1 / gap if gap > 0 else self.real.context.inf
 
-    def least(self, x: Any, y: Any) -> Any:
+    def least(self, x: Number, y: Number) -> Any:
         """The smaller one; what is not a number counts as infinite."""
         if self._arrays:
             return np.fmin(x, y)
         return y if not x < y else x
 
-    def sign(self, x: Any) -> Any:
+    def sign(self, x: Number) -> Any:
+        """-1 or 1, the latter at 0."""
         if self._arrays:
             return np.where(np.asarray(x) < 0, -1.0, 1.0)
         return -1 if x < 0 else 1
@@ -133,69 +138,80 @@ class DiscOps:
     def pi(self) -> Any:
         return self.real.pi()
 
-    def _lift(self, x: Any) -> Disc:
-        return x if isinstance(x, Disc) else self.disc(x, 0 * abs(x))
+    def _lift(self, x: ComplexBall | Number) -> ComplexBall:
+        """A number as the ball of radius 0."""
+        return x if isinstance(x, ComplexBall) else self.ball(x, 0 * abs(x))
 
-    def exp(self, x: Any) -> Disc:
+    def exp(self, x: ComplexBall | Number) -> ComplexBall:
+        """e^z, whose distance from e^c is at most e^c (e^r - 1)."""
         z = self._lift(x)
         top = z.centre + z.radius
         if self._too_large(top):
-            return self.disc(z.centre, self.real.context.inf)
+            return self.ball(z.centre, self.real.context.inf)
         value = self.real.exp(z.centre)
-        return self.disc(value, self.real.exp(top) - value)
+        return self.ball(value, self.real.exp(top) - value)
 
-    def _too_large(self, x: Any) -> bool:
-        """Whether mpmath would go on with numbers whose exponents have more digits than fit."""
+    def _too_large(self, x: Number) -> bool:
+        """True where mpmath would go on with numbers whose exponents grow without end."""
         return not self._arrays and not x < 2**1000
 
-    def power(self, base: Any, exponent: Fraction) -> Disc:
+    def power(self, base: ComplexBall | Number, exponent: Fraction) -> ComplexBall:
+        """z^p; the coefficients of (1 + t)^p are at most those of (1 - t)^-|p|."""
         # The coefficients of (1 + t)^p are at most those of (1 - t)^-|p|.
         z = self._lift(base)
         value = self.real.power(z.centre, exponent)
         reach = abs(z.centre) * self.inverse(abs(z.centre) - z.radius)
         return self._where_real(value, abs(value) * (self.real.power(reach, abs(exponent)) - 1))
 
-    def sqrt(self, x: Any) -> Disc:
+    def sqrt(self, x: ComplexBall | Number) -> ComplexBall:
+        """The square root."""
         return self.power(x, Fraction(1, 2))
 
-    def log(self, x: Any) -> Disc:
+    def log(self, x: ComplexBall | Number) -> ComplexBall:
+        """log z, whose distance from log c is at most -log(1 - r/|c|)."""
         z = self._lift(x)
         reach = abs(z.centre) * self.inverse(abs(z.centre) - z.radius)
         return self._where_real(self.real.log(z.centre), self.real.log(reach))
 
-    def sin(self, x: Any) -> Disc:
+    def sin(self, x: ComplexBall | Number) -> ComplexBall:
+        """sin z (see `_wave`)."""
         return self._wave(x, "sin", "cos")
 
-    def cos(self, x: Any) -> Disc:
+    def cos(self, x: ComplexBall | Number) -> ComplexBall:
+        """cos z."""
         return self._wave(x, "cos", "sin")
 
-    def sinh(self, x: Any) -> Disc:
+    def sinh(self, x: ComplexBall | Number) -> ComplexBall:
+        """sinh z."""
         return self._wave(x, "sinh", "cosh")
 
-    def cosh(self, x: Any) -> Disc:
+    def cosh(self, x: ComplexBall | Number) -> ComplexBall:
+        """cosh z."""
         return self._wave(x, "cosh", "sinh")
 
-    def _wave(self, x: Any, name: str, slope: str) -> Disc:
+    def _wave(self, x: ComplexBall | Number, name: str, slope: str) -> ComplexBall:
         """f(c + d) = f(c) cosh(d) + f'(c) sinh(d), or the same with cos(d) and sin(d)."""
         z = self._lift(x)
         if self._too_large(z.radius):
-            return self.disc(z.centre, self.real.context.inf)
+            return self.ball(z.centre, self.real.context.inf)
         value, other = getattr(self.real, name)(z.centre), getattr(self.real, slope)(z.centre)
         grown = self.real.exp(z.radius)
-        return self.disc(
+        return self.ball(
             value,
             abs(value) * (self.real.cosh(z.radius) - 1) + abs(other) * (grown - 1 / grown) / 2,
         )
 
-    def tan(self, x: Any) -> Disc:
+    def tan(self, x: ComplexBall | Number) -> ComplexBall:
+        """tan z = sin z/cos z."""
         return self.sin(x) / self.cos(x)
 
-    def tanh(self, x: Any) -> Disc:
+    def tanh(self, x: ComplexBall | Number) -> ComplexBall:
+        """tanh z, by its addition theorem or by the exponential, whichever is narrower."""
         z = self._lift(x)
         # tanh(c + d) - tanh(c) = sinh(d)/(cosh(c) cosh(c + d)), and |cosh|^2 is sinh^2 of the
         # real part plus cos^2 of the imaginary one.
         if self._too_large(z.radius):
-            return self.disc(z.centre, self.real.context.inf)
+            return self.ball(z.centre, self.real.context.inf)
         size, real = abs(z.centre), self.real
         inner = real.sinh((size - z.radius + abs(size - z.radius)) / 2)
         wide = z.radius >= 1.5
@@ -205,20 +221,23 @@ class DiscOps:
         )
         # Beyond that, 2/(1 + e^(-2 z)) - 1 on the side on which the exponential is small.
         switch = 2 / (1 + self.exp(-2 * self.sign(z.centre) * z))
-        return self.disc(real.tanh(z.centre), self.least(change, switch.radius))
+        return self.ball(real.tanh(z.centre), self.least(change, switch.radius))
 
-    def erf(self, x: Any) -> Disc:
+    def erf(self, x: ComplexBall | Number) -> ComplexBall:
+        """erf z, by its largest slope: Re z^2 >= c^2/2 - r^2 on the ball."""
         z = self._lift(x)
-        # Re z^2 >= c^2/2 - r^2 on the disc, and |erf'| = 2/sqrt(pi) e^(-Re z^2).
+        # Re z^2 >= c^2/2 - r^2 on the ball, and |erf'| = 2/sqrt(pi) e^(-Re z^2).
         steepest = 1.13 * self.real.exp(z.radius * z.radius - z.centre * z.centre / 2)
-        return self.disc(self.real.erf(z.centre), z.radius * steepest)
+        return self.ball(self.real.erf(z.centre), z.radius * steepest)
 
-    def _by_slope(self, x: Any, name: str, slope: Any) -> Disc:
+    def _by_slope(self, x: ComplexBall | Number, name: str, slope: ComplexBall) -> ComplexBall:
+        """A function by its value at the centre and a ball of its derivative."""
         z = self._lift(x)
         steepest = abs(slope.centre) + slope.radius
         return self._where_real(getattr(self.real, name)(z.centre), z.radius * steepest)
 
     def __getattr__(self, name: str) -> Any:
+        """The inverse functions, by their derivatives."""
         if name not in FUNCTIONS:
             raise AttributeError(name)
         slopes: dict[str, Callable[[Any], Any]] = {
@@ -232,8 +251,8 @@ class DiscOps:
         return lambda x: self._by_slope(x, name, slopes[name](self._lift(x)))
 
 
-def tame(change: Any, size: Any) -> Any:
-    """Whether a change over a disc leaves no room for a feature that samples miss.
+def tame(change: Number, size: Number) -> Any:
+    """True if a change over a ball leaves no room for a feature that samples miss.
 
     False also for a `change` that is not a number.
     """

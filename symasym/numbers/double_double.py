@@ -1,4 +1,4 @@
-"""Arrays of double-double numbers: 32 digits for the few places where 16 are not enough.
+"""Arrays of double-double numbers: 32 digits where 16 are not enough.
 
 Near a critical point the drift is a small difference of large terms, and a
 stiff problem multiplies it by 2/kappa^2. Forming the drift's coefficients and
@@ -8,14 +8,20 @@ The algorithms are Dekker's and Knuth's error-free transformations.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symasym.base.contexts import mpf_of
-from symasym.base.inputs import FloatArray, to_float
+from symasym.base.inputs import FloatArray, Floats, IntArray, to_float
 from symasym.numbers.polynomials import shifted
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
 
 _SPLITTER = 134217729.0  # 2^27 + 1
 
@@ -31,7 +37,7 @@ class DoubleDouble:
         self.lo = np.broadcast_to(lo, np.shape(hi))
 
     @classmethod
-    def of(cls, value: Any) -> DoubleDouble:
+    def of(cls, value: DoubleDouble | Fraction | Floats) -> DoubleDouble:
         """From a Fraction, an int, a float or a float array."""
         if isinstance(value, DoubleDouble):
             return value
@@ -44,7 +50,7 @@ class DoubleDouble:
     def __neg__(self) -> DoubleDouble:
         return DoubleDouble(-self.hi, -self.lo)
 
-    def __add__(self, other: Any) -> DoubleDouble:
+    def __add__(self, other: DoubleDouble | Fraction | Floats) -> DoubleDouble:
         y = DoubleDouble.of(other)
         s, e = _two_sum(self.hi, y.hi)
         t, f = _two_sum(self.lo, y.lo)
@@ -53,32 +59,33 @@ class DoubleDouble:
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> DoubleDouble:
+    def __sub__(self, other: DoubleDouble | Fraction | Floats) -> DoubleDouble:
         return self + (-DoubleDouble.of(other))
 
-    def __rsub__(self, other: Any) -> DoubleDouble:
+    def __rsub__(self, other: DoubleDouble | Fraction | Floats) -> DoubleDouble:
         return DoubleDouble.of(other) + (-self)
 
-    def __mul__(self, other: Any) -> DoubleDouble:
+    def __mul__(self, other: DoubleDouble | Fraction | Floats) -> DoubleDouble:
         y = DoubleDouble.of(other)
         p, e = two_product(self.hi, y.hi)
         return DoubleDouble(*_fast_two_sum(p, e + (self.hi * y.lo + self.lo * y.hi)))
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> DoubleDouble:
+    def __truediv__(self, other: DoubleDouble | Fraction | Floats) -> DoubleDouble:
         y = DoubleDouble.of(other)
         first = self.hi / y.hi
         rest = self - y * first
         return DoubleDouble(*_fast_two_sum(first, rest.hi / y.hi))
 
-    def __rtruediv__(self, other: Any) -> DoubleDouble:
+    def __rtruediv__(self, other: DoubleDouble | Fraction | Floats) -> DoubleDouble:
         return DoubleDouble.of(other) / self
 
-    def __getitem__(self, index: Any) -> DoubleDouble:
+    def __getitem__(self, index: int | slice | IntArray) -> DoubleDouble:
         return DoubleDouble(self.hi[index], self.lo[index])
 
     def broadcast_to(self, shape: tuple[int, ...]) -> DoubleDouble:
+        """The same numbers, repeated to a shape."""
         return DoubleDouble(np.broadcast_to(self.hi, shape), np.broadcast_to(self.lo, shape))
 
 
@@ -89,16 +96,21 @@ class DoubleDoubleOps:
         return DoubleDouble.of(value)
 
     def pi(self) -> DoubleDouble:
+        """pi to 32 digits."""
         return DoubleDouble(np.asarray(np.pi), np.asarray(1.2246467991473532e-16))
 
-    def power(self, base: Any, exponent: Fraction) -> DoubleDouble:
+    def power(self, base: DoubleDouble | Floats, exponent: Fraction) -> DoubleDouble:
+        """A rational power."""
         return _through_mpmath(lambda c, x: x ** mpf_of(exponent, c), base)
 
     def __getattr__(self, name: str) -> Any:
         return lambda x: _through_mpmath(lambda c, value: getattr(c, name)(value), x)
 
 
-def _through_mpmath(function: Any, x: Any) -> DoubleDouble:
+def _through_mpmath(
+    function: Callable[[MPContext, mpf], mpf], x: DoubleDouble | Fraction | Floats
+) -> DoubleDouble:
+    """A function of each number, worked out with 40 digits."""
     from symasym.base.contexts import own_context
 
     number = DoubleDouble.of(x)
@@ -124,18 +136,21 @@ def shift(coefficients: list[DoubleDouble], centre: FloatArray) -> list[FloatArr
     return [np.broadcast_to(c.hi + c.lo, np.shape(centre)) for c in about]
 
 
-def _two_sum(a: Any, b: Any) -> tuple[Any, Any]:
+def _two_sum(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """a + b rounded, and the exact error of it (Knuth)."""
     s = a + b
     t = s - a
     return s, (a - (s - t)) + (b - t)
 
 
-def _fast_two_sum(a: Any, b: Any) -> tuple[Any, Any]:
+def _fast_two_sum(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The same for |a| >= |b| (Dekker)."""
     s = a + b
     return s, b - (s - a)
 
 
-def two_product(a: Any, b: Any) -> tuple[Any, Any]:
+def two_product(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """a b rounded, and the exact error of it (Dekker, Veltkamp's splitting)."""
     p = a * b
     t = _SPLITTER * a
     ah = t - (t - a)

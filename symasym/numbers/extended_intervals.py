@@ -10,11 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
 from symasym.numbers.balls import exact_ball, flint_module, precision
 from symasym.numbers.trees import evaluate_tree
+
+if TYPE_CHECKING:
+    from flint import arb
+    from sympy import Expr, Symbol
 
 _BITS = 80
 
@@ -28,13 +32,13 @@ class ExtendedInterval:
 
     __slots__ = ("high", "low")
 
-    def __init__(self, low: Any, high: Any) -> None:
+    def __init__(self, low: arb, high: arb) -> None:
         if low.is_nan() or high.is_nan():
             raise Undefined
         self.low, self.high = low.lower(), high.upper()
 
     @classmethod
-    def of(cls, value: Any) -> ExtendedInterval:
+    def of(cls, value: ExtendedInterval | arb | int) -> ExtendedInterval:
         """An interval as it is; the smallest around a ball or a whole number."""
         if isinstance(value, cls):
             return value
@@ -45,7 +49,7 @@ class ExtendedInterval:
         """A ball of an increasing function's values."""
         return increasing(self.low).union(increasing(self.high))
 
-    def __add__(self, other: Any) -> ExtendedInterval:
+    def __add__(self, other: ExtendedInterval | arb | int) -> ExtendedInterval:
         other = self.of(other)
         return ExtendedInterval(self.low + other.low, self.high + other.high)
 
@@ -57,7 +61,7 @@ class ExtendedInterval:
     def __sub__(self, other: ExtendedInterval) -> ExtendedInterval:
         return self + -other
 
-    def __mul__(self, other: Any) -> ExtendedInterval:
+    def __mul__(self, other: ExtendedInterval | arb | int) -> ExtendedInterval:
         if other is self:
             size = abs(self)
             return ExtendedInterval(_product(size.low, size.low), _product(size.high, size.high))
@@ -70,11 +74,11 @@ class ExtendedInterval:
 
     __rmul__ = __mul__
 
-    def __rtruediv__(self, other: Any) -> ExtendedInterval:
+    def __rtruediv__(self, other: ExtendedInterval | arb | int) -> ExtendedInterval:
         quotient: ExtendedInterval = self.of(other) / self
         return quotient
 
-    def __truediv__(self, other: Any) -> ExtendedInterval:
+    def __truediv__(self, other: ExtendedInterval | arb | int) -> ExtendedInterval:
         low, high = (divisor := self.of(other)).low, divisor.high
         if high <= 0:
             return (-self).__truediv__(-divisor)
@@ -89,7 +93,8 @@ class ExtendedInterval:
         return ExtendedInterval((-self.high).max(flint_module().arb(0)), (-self.low).max(self.high))
 
 
-def _product(a: Any, b: Any) -> Any:
+def _product(a: arb, b: arb) -> arb:
+    """a b, with 0 for 0 times an infinite end."""
     return flint_module().arb(0) if a.is_zero() or b.is_zero() else a * b
 
 
@@ -113,10 +118,12 @@ class _Functions:
         return ExtendedInterval(ball, ball)
 
     def power(self, base: ExtendedInterval, exponent: Fraction) -> ExtendedInterval:
+        """base^exponent = e^(exponent log base), base positive."""
         result: ExtendedInterval = self.exp(self.rational(exponent) * self.log(base))
         return result
 
     def cosh(self, x: ExtendedInterval) -> ExtendedInterval:
+        """cosh of the modulus, where it increases."""
         size = abs(x)
         return ExtendedInterval(size.low.cosh(), size.high.cosh())
 
@@ -134,6 +141,7 @@ class _Functions:
         return self.sin(x) / self.cos(x)
 
     def _wave(self, x: ExtendedInterval, name: str) -> ExtendedInterval:
+        """Sine or cosine: the range of the ball within [-1, 1]."""
         one = flint_module().arb(1)
         ball = x.low.union(x.high)
         if not ball.is_finite():
@@ -147,6 +155,7 @@ class _Functions:
         least, most = self._increasing[name]
 
         def by_ends(x: ExtendedInterval) -> ExtendedInterval:
+            """The interval between the values at both ends; Undefined outside the domain."""
             if not (x.low >= least and x.high <= most):
                 raise Undefined
             return ExtendedInterval(_at_end(name, x.low), _at_end(name, x.high))
@@ -154,7 +163,7 @@ class _Functions:
         return by_ends
 
 
-def _at_end(name: str, x: Any) -> Any:
+def _at_end(name: str, x: arb) -> Any:
     """The function's value or limit at one end, where Arb has no value."""
     flint = flint_module()
     if name == "log" and x.is_zero():
@@ -166,12 +175,12 @@ def _at_end(name: str, x: Any) -> Any:
     return getattr(x, name)()
 
 
-def enclosure(expression: Any, x: Any, lo: float, hi: float) -> tuple[float, float] | None:
+def enclosure(expression: Expr, x: Symbol, lo: float, hi: float) -> tuple[float, float] | None:
     """Floats between which the expression lies for lo <= x <= hi, None where none are shown."""
     with precision(_BITS):
-        place = ExtendedInterval(flint_module().arb(lo), flint_module().arb(hi))
+        domain = ExtendedInterval(flint_module().arb(lo), flint_module().arb(hi))
         try:
-            values = evaluate_tree(expression, {x: place}, _Functions())
+            values = evaluate_tree(expression, {x: domain}, _Functions())
         except (Undefined, InputError):
             return None
         low, high = float(values.low), float(values.high)

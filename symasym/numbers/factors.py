@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -18,10 +18,13 @@ from symasym.numbers.polynomial_roots import refined, zeros_of
 from symasym.numbers.polynomials import divided, poly, poly_slope, shifted
 from symasym.numbers.quadratic_factor import Pair, pair_of
 
-__all__ = ["Factor", "Line", "Meeting", "Pieces", "Zero", "pieces_of", "seen_from"]
+if TYPE_CHECKING:
+    from mpmath.ctx_mp import MPContext
+
+__all__ = ["Factor", "Line", "Coalescence", "Pieces", "Zero", "pieces_of", "seen_from"]
 
 _EPS = 2.3e-16
-# As in `symasym.numbers.polynomial_roots`, `.pairs_double` and `.meetings_double`.
+# As in `symasym.numbers.polynomial_roots` and `symasym.asymptotics.uniform.pairing_arrays`.
 _SAME, _ROUGHEST = 1e-6, 1e-10
 # |A| at an edge beside its largest term, below which float64 doesn't tell on which side a zero is.
 _NEAREST, _NEAREST_END = 1e-7, 1e-11
@@ -37,6 +40,7 @@ class Line(NamedTuple):
 
     @property
     def edges(self) -> tuple[float, float, float]:
+        """-r, the start and r, each moved to the nearest point of the layer."""
         reach = min(self.r, 1.0)
         return -reach, min(max(self.start, -reach), reach), reach
 
@@ -51,7 +55,7 @@ class Zero:
 
 
 @dataclass
-class Meeting:
+class Coalescence:
     """A pair that Airy functions take, seen from the start: the turning point, side and factor."""
 
     point: float
@@ -63,10 +67,10 @@ class Meeting:
 
 @dataclass
 class Factor:
-    """(u - middle)² - square, and A over it in powers of u - middle; `meeting` if it is one."""
+    """(u - middle)² - square, and A over it in powers of u - middle; `coalescence` if it is one."""
 
     rough: tuple[float, float]
-    meeting: Meeting | None
+    coalescence: Coalescence | None
     middle: Any = None
     square: Any = None
     psi: Any = None
@@ -85,7 +89,7 @@ def seen_from(c: list[Any], side: int) -> list[Any]:
     return [x * side if j % 2 == 0 else x for j, x in enumerate(c)]
 
 
-def pieces_of(line: Line, exact: list[Any], context: Any) -> Pieces | None:
+def pieces_of(line: Line, exact: list[Any], context: MPContext) -> Pieces | None:
     """`exact` are A's coefficients in `context`; None where float64 doesn't tell the structure."""
     try:
         return _pieces_of(line, exact, context)
@@ -94,18 +98,19 @@ def pieces_of(line: Line, exact: list[Any], context: Any) -> Pieces | None:
         return None
 
 
-def _pieces_of(line: Line, exact: list[Any], context: Any) -> Pieces | None:
+def _pieces_of(line: Line, exact: list[Any], context: MPContext) -> Pieces | None:
+    """The zeros and factors to all digits; None where float64 does not tell the structure."""
     roots = _Roots.of(line)
     if roots is None:
         return None
-    meetings, slack = _meetings(line, roots)
-    taken = {k for m in meetings for k in m.members or ()}
-    complexes = {m.above: m for m in meetings if m.members is None}
+    pairs, slack = _pairs(line, roots)
+    taken = {k for m in pairs for k in m.members or ()}
+    complexes = {m.above: m for m in pairs if m.members is None}
     zeros = [Zero(z) for k, z in enumerate(roots.real) if k not in taken]
     factors = []
     for k, z in enumerate(roots.above):
         factors.append(Factor((z.real, -(z.imag**2)), complexes.get(k)))
-    for m in meetings:
+    for m in pairs:
         if m.members is not None:
             low, high = (roots.real[k] for k in m.members)
             factors.append(Factor(((low + high) / 2, (high - low) ** 2 / 4), m))
@@ -140,6 +145,7 @@ class _Roots(NamedTuple):
 
     @classmethod
     def all_of(cls, c: list[float]) -> _Roots | None:
+        """All zeros of a polynomial; None where some were missed."""
         zeros = zeros_of(np.array(c)[:, None])
         if not zeros.complete[0]:
             return None
@@ -149,18 +155,18 @@ class _Roots(NamedTuple):
 
 
 def _roughness(c: list[float], z: complex, roots: _Roots) -> float:
-    """What rounding A does to this zero, in units of its distance to the next."""
+    """The relative rounding bound of the zero z, in units of its distance to the next."""
     moved = poly([abs(x) for x in c], abs(z)) / abs(poly_slope(c, z))
     near = 1 + abs(z)
     for w in [*roots.real, *roots.above, *(w.conjugate() for w in roots.above)]:
         if w != z:
             near = min(near, abs(z - w))
-    found: float = _EPS * (1 + moved / near)
-    return found
+    rounding: float = _EPS * (1 + moved / near)
+    return rounding
 
 
-def _meetings(line: Line, roots: _Roots) -> tuple[list[Meeting], float]:
-    """The pairs about turning points of A, and the slack (see `pairs_double`)."""
+def _pairs(line: Line, roots: _Roots) -> tuple[list[Coalescence], float]:
+    """The pairs about turning points of A, and the least gap of complex ones left out."""
     if len(line.c) < 3:
         return [], float("inf")
     _, start, reach = line.edges
@@ -168,29 +174,31 @@ def _meetings(line: Line, roots: _Roots) -> tuple[list[Meeting], float]:
     if slope is None:
         raise OverflowError
     turning = slope.real
-    found, slack = [], float("inf")
+    pairs, slack = [], float("inf")
     for point in turning:
         if not (abs(point) < reach and point != start):
             continue
-        meeting = _meeting(line, roots, point, turning)
-        if meeting is None:
+        coalescence = _coalescence(line, roots, point, turning)
+        if coalescence is None:
             continue
-        if meeting.pair.zeta < 0:
-            room, fall = _room(line, meeting), 4 / 3 * (-meeting.pair.zeta) ** 1.5
+        if coalescence.pair.zeta < 0:
+            room, fall = _room(line, coalescence), 4 / 3 * (-coalescence.pair.zeta) ** 1.5
             slack = min(slack, max(room, fall))
             if fall > room:
                 continue
-        found.append(meeting)
+        pairs.append(coalescence)
     # Each real zero goes with the neighbour that it meets first.
-    chosen: list[Meeting] = []
-    for m in sorted(found, key=lambda m: abs(m.pair.zeta)):
+    chosen: list[Coalescence] = []
+    for m in sorted(pairs, key=lambda m: abs(m.pair.zeta)):
         if all(not set(m.members or ()) & set(other.members or ()) for other in chosen):
             chosen.append(m)
     return chosen, slack
 
 
-def _meeting(line: Line, roots: _Roots, point: float, turning: list[float]) -> Meeting | None:
-    """What splits off at `point`, if its zeros are among the known ones."""
+def _coalescence(
+    line: Line, roots: _Roots, point: float, turning: list[float]
+) -> Coalescence | None:
+    """The pair that splits off at `point`, if its zeros are among the known ones."""
     _, start, reach = line.edges
     side = -1 if point < start else 1
     pair = pair_of(seen_from(shifted(line.c, point), side))
@@ -202,25 +210,25 @@ def _meeting(line: Line, roots: _Roots, point: float, turning: list[float]) -> M
         if not (low_end < low and high < high_end and max(-low, high) < line.r):
             continue
         if abs(low + high - 2 * middle) + abs((high - low) ** 2 - 4 * pair.square) < _SAME:
-            return Meeting(point, side, pair, (k, k + 1), -1)
+            return Coalescence(point, side, pair, (k, k + 1), -1)
     # A complex pair may be found from several turning points, and is the nearest one's.
     nearest = min(abs(u - middle) for u in turning)
     if abs(point - middle) > nearest * (1 + _SAME):
         return None
     for k, z in enumerate(roots.above):
         if abs(z.real - middle) + abs(z.imag**2 + pair.square) < _SAME:
-            return Meeting(point, side, pair, None, k)
+            return Coalescence(point, side, pair, None, k)
     return None
 
 
-def _room(line: Line, meeting: Meeting) -> float:
-    """How far the nearest cut of the line is from a complex pair, in V."""
+def _room(line: Line, coalescence: Coalescence) -> float:
+    """The change of V from a complex pair to the nearest cut of the line."""
     _, start, reach = line.edges
     v = [0.0, *(-x / (k + 1) for k, x in enumerate(line.c))]
-    height = poly(v, meeting.point) - meeting.pair.level
-    end = meeting.side * reach
+    height = poly(v, coalescence.point) - coalescence.pair.level
+    end = coalescence.side * reach
     # Beyond the layer phi is another function, and the pair none of its own.
-    middle = meeting.point + meeting.side * meeting.pair.middle
+    middle = coalescence.point + coalescence.side * coalescence.pair.middle
     if not min(start, end) < middle < max(start, end):
         return 0.0
     cuts = [start] if abs(line.start) < 1 else []
@@ -231,8 +239,8 @@ def _room(line: Line, meeting: Meeting) -> float:
 # -- to all digits ---------------------------------------------------------------------------------
 
 
-def _refine(zero: Zero, c: list[Any], context: Any) -> bool:
-    """Set the zero's place and slope; False where Newton's steps fail."""
+def _refine(zero: Zero, c: list[Any], context: MPContext) -> bool:
+    """Set the zero and the slope at it; False where Newton's steps fail."""
     zero.u = refined(c, context.mpf(zero.rough), context)
     if zero.u is None:
         return False
@@ -240,7 +248,7 @@ def _refine(zero: Zero, c: list[Any], context: Any) -> bool:
     return True
 
 
-def _refine_factor(factor: Factor, c: list[Any], context: Any) -> bool:
+def _refine_factor(factor: Factor, c: list[Any], context: MPContext) -> bool:
     """Bairstow's steps for u² + p u + q."""
     middle, square = (context.mpf(x) for x in factor.rough)
     p, q = -2 * middle, middle * middle - square

@@ -6,11 +6,9 @@ smaller term.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from symasym.base.inputs import FloatArray
+from symasym.base.inputs import FloatArray, IntArray
 
 #: More than the relative error of a sum of two float64 numbers.
 _ROUNDING = 1.5e-16
@@ -38,7 +36,7 @@ class LogPositive:
             log = np.maximum(np.log(value), _NONE)
         return cls(log, np.broadcast_to(error, log.shape))
 
-    def __getitem__(self, index: Any) -> LogPositive:
+    def __getitem__(self, index: slice | IntArray) -> LogPositive:
         return LogPositive(self.log[index], self.error[index])
 
     def followed_by(self, other: LogPositive) -> LogPositive:
@@ -75,6 +73,7 @@ class LogPositive:
 
 
 def _positive(x: LogPositive | int) -> LogPositive:
+    """The number itself; 1 or 0 for these whole numbers."""
     if isinstance(x, LogPositive):
         return x
     return LogPositive(np.asarray(0.0 if x else _NONE), np.asarray(0.0))

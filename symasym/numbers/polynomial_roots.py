@@ -8,13 +8,17 @@ sections 5.6 and 9.5).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from symasym.base.inputs import FloatArray
+from symasym.numbers.arithmetic import Number
 
-# Zeros closer than this are not told apart well enough for partial fractions.
+if TYPE_CHECKING:
+    from mpmath.ctx_mp import MPContext
+
+# Zeros closer than this are not separated well enough for partial fractions.
 _CLUSTER = 1e-3
 # An imaginary part below this, after Newton's steps, is rounding.
 _REAL = 1e-9
@@ -58,26 +62,26 @@ def zeros_of(c: FloatArray) -> Zeros:
         every = np.ones(count, bool)
         return Zeros(np.empty((0, count)), np.zeros(count, int), [], every, every)
     with np.errstate(all="ignore"):
-        found = _cubic(c) if degree == 3 else _quadratic(c) if degree == 2 else _companion(c)
+        z = _cubic(c) if degree == 3 else _quadratic(c) if degree == 2 else _companion(c)
         for _ in range(3):
-            found = _newton(c, found)
-    size = np.maximum(1.0, np.abs(found))
-    is_real = np.abs(found.imag) < _REAL * (1 + np.abs(found))
-    complete = np.isfinite(found).all(axis=0)
+            z = _newton(c, z)
+    size = np.maximum(1.0, np.abs(z))
+    is_real = np.abs(z.imag) < _REAL * (1 + np.abs(z))
+    complete = np.isfinite(z).all(axis=0)
     apart = complete
     for k in range(degree):
         for j in range(k):
-            gap = np.abs(found[k] - found[j])
+            gap = np.abs(z[k] - z[j])
             apart = apart & (gap > _CLUSTER * np.maximum(size[k], size[j]))
-    values = np.sort(np.where(is_real, found.real, np.inf), axis=0)
+    values = np.sort(np.where(is_real, z.real, np.inf), axis=0)
     real = is_real.sum(axis=0)
-    above = ~is_real & (found.imag > 0)
+    above = ~is_real & (z.imag > 0)
     # As many below the axis as above it.
     complete &= 2 * above.sum(axis=0) + real == degree
-    return Zeros(values, real, _chosen(found, above), apart & complete, complete)
+    return Zeros(values, real, _chosen(z, above), apart & complete, complete)
 
 
-def refined(c: Sequence[Any], z: Any, context: Any) -> Any:
+def refined(c: Sequence[Any], z: Number, context: MPContext) -> Any:
     """The simple zero near `z` to all digits of the context, None where Newton's steps fail."""
     last, falling = False, list(c[::-1])
     for _ in range(context.prec.bit_length() + 8):
@@ -93,17 +97,17 @@ def refined(c: Sequence[Any], z: Any, context: Any) -> Any:
     return None
 
 
-def _chosen(found: Any, above: Any) -> list[Any]:
+def _chosen(zeros: Any, above: np.ndarray[Any, Any]) -> list[Any]:
     """Those above the real axis first, as many as there may be."""
-    half = len(found) // 2
+    half = len(zeros) // 2
     if half == 1:
         # Sorting is slow for so few.
-        first = np.full(found.shape[1], np.inf + 0j)
-        for row, chosen in zip(found, above, strict=True):
+        first = np.full(zeros.shape[1], np.inf + 0j)
+        for row, chosen in zip(zeros, above, strict=True):
             np.copyto(first, row, where=chosen)
         return [first]
     at = np.argsort(~above, axis=0, kind="stable")
-    return list(np.take_along_axis(found, at, axis=0)[:half])
+    return list(np.take_along_axis(zeros, at, axis=0)[:half])
 
 
 def real_parts(c: FloatArray) -> FloatArray:
@@ -115,7 +119,8 @@ def real_parts(c: FloatArray) -> FloatArray:
     return np.real(zeros)
 
 
-def _newton(c: FloatArray, z: Any) -> Any:
+def _newton(c: FloatArray, z: np.ndarray[Any, Any]) -> Any:
+    """One step of Newton's method for every zero; none where it would be large."""
     value, slope = c[-1] + 0 * z, 0 * z
     for row in c[-2::-1]:
         slope = slope * z + value
@@ -139,6 +144,7 @@ def _companion(c: FloatArray, most: float = np.inf) -> Any:
 
 
 def _quadratic(c: FloatArray) -> Any:
+    """The zeros for degree 2, by the formula that does not cancel."""
     half, product = c[1] / (-2 * c[2]), c[0] / c[2]
     root = np.sqrt(half * half - product + 0j)
     # The zero without cancellation first, the other from their product.
@@ -155,16 +161,16 @@ def _cubic(c: FloatArray) -> Any:
     D = q * q / 4 + p * p * p / 27
     size = 2 * np.sqrt(np.maximum(-p / 3, 0.0))
     angle = np.arccos(np.clip(3 * q / np.where(p == 0, 1, p) / np.where(size == 0, 1, size), -1, 1))
-    found = np.empty((3, len(b)), dtype=complex)
+    zeros = np.empty((3, len(b)), dtype=complex)
     for k in range(3):
-        found[k] = middle + size * np.cos((angle - 2 * np.pi * k) / 3)
+        zeros[k] = middle + size * np.cos((angle - 2 * np.pi * k) / 3)
     one = np.flatnonzero(~(D < 0))
     if one.size:
         p, q = p[one], q[one]
         root = np.cbrt(np.abs(q) / 2 + np.sqrt(np.maximum(D[one], 0.0)))
         t = np.where(q > 0, -1.0, 1.0) * (root - p / (3 * np.where(root == 0, 1, root)))
-        found[0, one] = t + middle[one]
+        zeros[0, one] = t + middle[one]
         imag = np.sqrt(np.maximum(3 * t * t / 4 + p, 0.0))
-        found[1, one] = middle[one] - t / 2 + 1j * imag
-        found[2, one] = np.conj(found[1, one])
-    return found
+        zeros[1, one] = middle[one] - t / 2 + 1j * imag
+        zeros[2, one] = np.conj(zeros[1, one])
+    return zeros

@@ -10,10 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from symasym.numbers.arithmetic import Number
+
 __all__ = ["divided", "poly", "poly_slope", "shifted"]
 
 
-def poly(c: Sequence[Any], x: Any) -> Any:
+def poly(c: Sequence[Any], x: Number) -> Any:
     """The value at `x`, by Horner's rule."""
     if len(c) < 2:
         return 0 * x + c[0] if len(c) else 0 * x
@@ -23,12 +25,12 @@ def poly(c: Sequence[Any], x: Any) -> Any:
     return total
 
 
-def poly_slope(c: Sequence[Any], x: Any) -> Any:
+def poly_slope(c: Sequence[Any], x: Number) -> Any:
     """The derivative's value at `x`."""
     return poly([k * a for k, a in enumerate(c)][1:], x)
 
 
-def shifted(c: Sequence[Any], by: Any) -> list[Any]:
+def shifted(c: Sequence[Any], by: Number) -> list[Any]:
     """Taylor coefficients at `by`, by Horner's rule again and again."""
     work = list(c)
     for lowest in range(len(work) - 1):
@@ -37,7 +39,7 @@ def shifted(c: Sequence[Any], by: Any) -> list[Any]:
     return work
 
 
-def divided(c: Sequence[Any], p: Any, q: Any) -> tuple[list[Any], Any, Any]:
+def divided(c: Sequence[Any], p: Number, q: Number) -> tuple[list[Any], Any, Any]:
     """The quotient by x² + p x + q, and the remainder's coefficients of x and of 1."""
     if len(c) < 3:
         return [], c[1] if len(c) > 1 else 0 * p, c[0] if len(c) else 0 * p

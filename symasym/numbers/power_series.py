@@ -17,6 +17,8 @@ from typing import Any
 
 import numpy as np
 
+from symasym.numbers.arithmetic import Number
+
 __all__ = [
     "composed",
     "dot",
@@ -37,7 +39,7 @@ def dot(a: Coefficients, b: Coefficients) -> Any:
     return _sum(list(zip(a, b, strict=True)), 0)
 
 
-def _sum(pairs: list[tuple[Any, Any]], nothing: Any) -> Any:
+def _sum(pairs: list[tuple[Any, Any]], nothing: Number) -> Any:
     """The sum of all products; `nothing` if there are none."""
     if len(pairs) > 2:
         context = getattr(pairs[0][0], "context", None) or getattr(pairs[0][1], "context", None)
@@ -74,9 +76,9 @@ def product(a: Coefficients, b: Coefficients, count: int | None = None) -> list[
 def quotient(a: Coefficients, b: Coefficients, count: int) -> list[Any]:
     """The first `count` coefficients of a/b, b[0] not zero."""
     inverse, support = 1 / b[0], _support(b[:count], 1)
-    found: list[Any] = []
+    series: list[Any] = []
     for n in range(count):
-        pairs = [(b[j], found[n - j]) for j in support if j <= n]
+        pairs = [(b[j], series[n - j]) for j in support if j <= n]
         total: Any = a[n] if n < len(a) else 0
         if isinstance(inverse, np.ndarray):
             for k, (x, y) in enumerate(pairs):
@@ -87,8 +89,8 @@ def quotient(a: Coefficients, b: Coefficients, count: int) -> list[Any]:
                     total = total - x * y
         elif pairs:
             total = total - _sum(pairs, 0)
-        found.append(total * inverse)
-    return found
+        series.append(total * inverse)
+    return series
 
 
 def reciprocal(c: Coefficients) -> list[Any]:
@@ -105,24 +107,24 @@ def composed(outer: Coefficients, inner: Coefficients, count: int) -> list[Any]:
     return total
 
 
-def power(c: Coefficients, p: Any, q: int, count: int, first: Any) -> list[Any]:
+def power(c: Coefficients, p: Number, q: int, count: int, first: Number) -> list[Any]:
     """The first `count` coefficients of c^(p/q); `first` is c[0]^(p/q).
 
     p and q are integers, or p an element of the arithmetic and q = 1.
     """
-    support, found = _support(c[:count], 1), [first]
+    support, series = _support(c[:count], 1), [first]
     for n in range(1, count):
-        pairs = [((p * j - q * (n - j)) * c[j], found[n - j]) for j in support if j <= n]
-        found.append(_sum(pairs, 0 * first) / (c[0] * (q * n)))
-    return found
+        pairs = [((p * j - q * (n - j)) * c[j], series[n - j]) for j in support if j <= n]
+        series.append(_sum(pairs, 0 * first) / (c[0] * (q * n)))
+    return series
 
 
-def exponential(c: Coefficients, count: int, first: Any) -> list[Any]:
+def exponential(c: Coefficients, count: int, first: Number) -> list[Any]:
     """The first `count` coefficients of e^c times a constant; `first` is the first."""
-    slopes, found = _slopes(c, count), [first]
+    slopes, series = _slopes(c, count), [first]
     for n in range(1, count):
-        found.append(_next(slopes, found, n, 0 * first) / n)
-    return found
+        series.append(_next(slopes, series, n, 0 * first) / n)
+    return series
 
 
 def rotation(
@@ -138,10 +140,11 @@ def rotation(
 
 
 def _slopes(c: Coefficients, count: int) -> list[tuple[int, Any]]:
+    """The nonzero coefficients of t c', by their powers."""
     return [(j, j * c[j]) for j in _support(c[:count], 1)]
 
 
-def _next(slopes: list[tuple[int, Any]], known: list[Any], n: int, nothing: Any) -> Any:
+def _next(slopes: list[tuple[int, Any]], known: list[Any], n: int, nothing: Number) -> Any:
     """Coefficient n - 1 of c' times the series that is known to order n - 1."""
     return _sum([(s, known[n - j]) for j, s in slopes if j <= n], nothing)
 

@@ -11,13 +11,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
+from symasym.numbers.arithmetic import Number
 from symasym.numbers.polynomials import poly, poly_slope, shifted
+
+if TYPE_CHECKING:
+    from mpmath.ctx_mp import MPContext
 
 __all__ = [
     "Pair",
@@ -67,7 +71,9 @@ class Pair:
     level: Any
 
 
-def split_pair(taylor: Sequence[Any], context: Any = None, within: Any = None) -> Pair:
+def split_pair(
+    taylor: Sequence[Any], context: MPContext | None = None, within: Number | None = None
+) -> Pair:
     """The pair as a factor of phi, at the context's precision; parameters as in `cubic_map`.
 
     A search that comes further than `within` from the point of expansion is given up.
@@ -86,20 +92,22 @@ def split_pair(taylor: Sequence[Any], context: Any = None, within: Any = None) -
     return pair
 
 
-def numbers(name: str, values: Sequence[Any], context: Any) -> list[Any]:
+def numbers(name: str, values: Sequence[Any], context: MPContext) -> list[Any]:
+    """The values as numbers of the context."""
     from symasym.base.inputs import exact
 
-    found = []
+    converted = []
     for value in values:
         if hasattr(value, "_mpf_"):
-            found.append(context.make_mpf(value._mpf_))
+            converted.append(context.make_mpf(value._mpf_))
         else:
             rational = exact(f"a coefficient of {name}", value)
-            found.append(mpf_of(rational, context))
-    return found
+            converted.append(mpf_of(rational, context))
+    return converted
 
 
-def rows(name: str, values: Any) -> list[Any]:
+def rows(name: str, values: Sequence[Number]) -> list[Any]:
+    """The values as arrays of one shape."""
     from symasym.base.inputs import floats
 
     if isinstance(values, np.ndarray):
@@ -123,7 +131,10 @@ def pair_of(taylor: list[float]) -> Pair | None:
     return pair if good else None
 
 
-def _split(c: list[Any], context: Any, within: Any = None) -> tuple[Pair, Any]:
+def _split(
+    c: list[Any], context: MPContext | None, within: Number | None = None
+) -> tuple[Pair, Any]:
+    """The pair by Newton's method from the parabola, and where that succeeded."""
     good: Any = c[2] != 0
     sign: Any = np.where(c[2] > 0, 1.0, -1.0) if context is None else (1 if c[2] > 0 else -1)
     c = [sign * x for x in c]
@@ -171,28 +182,31 @@ def _split(c: list[Any], context: Any, within: Any = None) -> tuple[Pair, Any]:
     return Pair(middle, square, psi, sign, square * root**2, 1 / root, level), good
 
 
-def mean_of_values(psi: list[Any], square: Any) -> Any:
+def mean_of_values(psi: list[Any], square: Number) -> Any:
     """Mean over y = ± h of the integral of (y² - h²) psi from 0, h² = square."""
     odd = [-2 * x / ((2 * k + 2) * (2 * k + 4)) for k, x in enumerate(psi[1::2])]
     return square**2 * poly(odd, square)
 
 
 def not_alone() -> AccuracyError:
+    """The refusal of zeros with others near."""
     return AccuracyError(
         "phi has no pair of zeros apart from all others at the point of expansion; expand it "
         "between two neighbouring zeros that are nearer to each other than to a third."
     )
 
 
-def tiny(context: Any) -> Any:
+def tiny(context: MPContext | None) -> Any:
+    """The largest step that ends the search, relative."""
     return 1e-14 if context is None else context.mpf(2) ** (8 - context.prec)
 
 
-def everywhere(condition: Any) -> bool:
+def everywhere(condition: Number) -> bool:
+    """True where the condition holds for all."""
     return bool(np.all(condition))
 
 
-def _shifted_in(context: Any, c: list[Any], by: Any) -> list[Any]:
+def _shifted_in(context: MPContext, c: list[Any], by: Number) -> list[Any]:
     """The same as convolutions, whose sums mpmath rounds once and takes a quarter of the time."""
     powers, factorials = [context.one], [context.one]
     for k in range(1, len(c)):

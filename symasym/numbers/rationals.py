@@ -7,6 +7,7 @@ from typing import cast
 
 
 def _fastest() -> type[Fraction]:
+    """GMP's rationals where mpmath uses gmpy2 itself, else Fraction."""
     from mpmath.libmp import BACKEND
 
     # mpmath takes gmpy2's integers only where it uses them itself.

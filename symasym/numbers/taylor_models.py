@@ -10,9 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.numbers.balls import NotProved, flint_module
+
+if TYPE_CHECKING:
+    from flint import arb
 
 # Parts of the range on each of which a polynomial is bounded.
 _PARTS = 12
@@ -83,13 +86,14 @@ class Model(NamedTuple):
         return low
 
     def polynomial_size(self) -> Any:
+        """An upper bound of |sum c_k y^k| on the whole range."""
         return _largest(self.coefficients, self.over.top)
 
     def largest(self) -> Any:
         """An upper bound of |y^(-power) f|."""
         return (self.polynomial_size() + self.tail_bound * self.over.top**self.over.terms).upper()
 
-    def tail(self, first: int, low: Any) -> Any:
+    def tail(self, first: int, low: arb) -> Any:
         """The largest |f y^(-power) - its first terms|/y^first for low <= y <= top."""
         beyond = _largest(self.coefficients[first:], self.over.top, low)
         return (beyond + self.tail_bound * self.over.top ** (self.over.terms - first)).upper()
@@ -106,7 +110,7 @@ class SmallTerm(NamedTuple):
 SmallTerms = tuple[SmallTerm, ...]
 
 
-def supremum(terms: Iterable[SmallTerm], power: int, low: Any, top: Any) -> Any:
+def supremum(terms: Iterable[SmallTerm], power: int, low: arb, top: arb) -> Any:
     """An upper bound of sum |terms| y^(-power) for low <= y <= top."""
     total = flint_module().arb(0)
     for size, own, gap in terms:
@@ -122,20 +126,23 @@ def supremum(terms: Iterable[SmallTerm], power: int, low: Any, top: Any) -> Any:
     return total.upper()
 
 
-def _parts(low: Any, top: Any) -> list[Any]:
+def _parts(low: arb, top: arb) -> list[Any]:
+    """Balls that cover [low, top]."""
     width = (top - low) / _PARTS
     edges = [low + k * width for k in range(_PARTS + 1)]
     return [a.union(b) for a, b in pairwise(edges)]
 
 
-def _value(coefficients: Sequence[Any], y: Any) -> Any:
+def _value(coefficients: Sequence[Any], y: arb) -> Any:
+    """sum c_k y^k."""
     total = flint_module().arb(0)
     for c in reversed(coefficients):
         total = total * y + c
     return total
 
 
-def _largest(coefficients: Sequence[Any], top: Any, low: Any = 0) -> Any:
+def _largest(coefficients: Sequence[Any], top: arb, low: arb | int = 0) -> Any:
+    """An upper bound of |sum c_k y^k| for low <= y <= top."""
     flint = flint_module()
     most = flint.arb(0)
     for part in _parts(flint.arb(low), top):
@@ -143,7 +150,7 @@ def _largest(coefficients: Sequence[Any], top: Any, low: Any = 0) -> Any:
     return most
 
 
-def _sizes(coefficients: Sequence[Any], top: Any) -> Any:
+def _sizes(coefficients: Sequence[Any], top: arb) -> Any:
     """sum |c_k| top^k."""
     flint = flint_module()
     return _value([abs(flint.arb(c)) for c in coefficients], top)

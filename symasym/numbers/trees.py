@@ -9,8 +9,9 @@ The truncated Taylor series and the balls bring their own, beside their engines.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -18,11 +19,37 @@ from symasym.base.contexts import mpf_of
 from symasym.base.errors import InputError
 from symasym.base.inputs import to_float
 
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+    from sympy import Expr
+
+
 FUNCTIONS = [
     *("exp", "log", "sqrt", "erf"),
     *("sin", "cos", "tan", "asin", "acos", "atan"),
     *("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
 ]
+
+
+class Operations(Protocol):
+    """The arithmetic of one number type beside + - * /; with it go the `FUNCTIONS` (see `call`)."""
+
+    def rational(self, value: Fraction, /) -> Any: ...
+    def pi(self) -> Any: ...
+    def power(self, base: Any, exponent: Fraction, /) -> Any: ...
+
+
+class Operand(Protocol):
+    """A number of any type with + - * /, such as u in a drift's formula."""
+
+    def __add__(self, other: Any, /) -> Any: ...
+    def __radd__(self, other: Any, /) -> Any: ...
+    def __sub__(self, other: Any, /) -> Any: ...
+    def __rsub__(self, other: Any, /) -> Any: ...
+    def __mul__(self, other: Any, /) -> Any: ...
+    def __rmul__(self, other: Any, /) -> Any: ...
+    def __truediv__(self, other: Any, /) -> Any: ...
 
 
 class NotRational(Exception):
@@ -38,7 +65,8 @@ class FractionOps:
     def pi(self) -> Any:
         raise NotRational
 
-    def power(self, base: Any, exponent: Fraction) -> Any:
+    def power(self, base: Fraction, exponent: Fraction) -> Any:
+        """A whole power; any other leaves the rationals."""
         if exponent.denominator == 1:
             power = integer_power(base, abs(exponent.numerator))
             return power if exponent > 0 else 1 / power
@@ -67,6 +95,7 @@ class NumpyOps:
         return np.power(base, float(exponent))
 
     def erf(self, x: Any) -> Any:
+        """The error function, elementwise."""
         # NumPy has no erf and SciPy is no requirement; the C library's is exact to an ulp.
         import math
 
@@ -81,16 +110,17 @@ class NumpyOps:
 class MpmathOps:
     """Real numbers of one mpmath context."""
 
-    def __init__(self, context: Any) -> None:
+    def __init__(self, context: MPContext) -> None:
         self.context = context
 
     def rational(self, value: Fraction) -> Any:
+        """The rational, rounded as the context rounds."""
         return mpf_of(value, self.context)
 
     def pi(self) -> Any:
         return +self.context.pi
 
-    def power(self, base: Any, exponent: Fraction) -> Any:
+    def power(self, base: mpf, exponent: Fraction) -> Any:
         return base ** self.rational(exponent)
 
     def __getattr__(self, name: str) -> Any:
@@ -112,7 +142,7 @@ class SympyOps:
 
         return sympy.pi
 
-    def power(self, base: Any, exponent: Fraction) -> Any:
+    def power(self, base: Expr, exponent: Fraction) -> Any:
         return base ** self.rational(exponent)
 
     def __getattr__(self, name: str) -> Any:
@@ -123,7 +153,12 @@ class SympyOps:
         return getattr(sympy, name)
 
 
-def evaluate_tree(expression: Any, values: dict[Any, Any], ops: Any) -> Any:
+def call(ops: Operations, name: str, x: Operand) -> Any:
+    """The elementary function `name`, one of `FUNCTIONS`, of `x`."""
+    return getattr(ops, name)(x)
+
+
+def evaluate_tree(expression: Expr, values: dict[Any, Any], ops: Operations) -> Any:
     """A SymPy expression in the arithmetic of `ops`, symbols replaced by `values`.
 
     `sympy.lambdify` would turn 1/3 into a float before the precision is known;
@@ -133,18 +168,20 @@ def evaluate_tree(expression: Any, values: dict[Any, Any], ops: Any) -> Any:
 
     known: dict[Any, Any] = dict(values)
 
-    def walk(node: Any) -> Any:
+    def walk(node: Expr) -> Any:
+        """The value of a node, worked out once."""
         if node not in known:
             known[node] = value_of(node)
         return known[node]
 
-    def value_of(node: Any) -> Any:
+    def value_of(node: Expr) -> Any:
+        """The value of a node from those of its arguments."""
         if node.is_Rational:
             return ops.rational(Fraction(int(node.p), int(node.q)))
         if node is sympy.pi:
             return ops.pi()
         if node is sympy.E:
-            return ops.exp(ops.rational(Fraction(1)))
+            return call(ops, "exp", ops.rational(Fraction(1)))
         if node.is_Add:
             return _accumulate(map(walk, node.args), lambda a, b: a + b)
         if node.is_Mul:
@@ -159,31 +196,32 @@ def evaluate_tree(expression: Any, values: dict[Any, Any], ops: Any) -> Any:
             return power_of(node)
         name = type(node).__name__
         if name in FUNCTIONS and len(node.args) == 1:
-            return getattr(ops, name)(walk(node.args[0]))
+            return call(ops, name, walk(node.args[0]))
         raise InputError(
             f"A contains {node}, which is not among the analytic functions symasym evaluates; "
             f"write A with {', '.join(FUNCTIONS)}, powers and rationals."
         )
 
-    def power_of(node: Any) -> Any:
+    def power_of(node: Expr) -> Any:
+        """The value of a power: a product, a root, a rational power or an exponential."""
         base, exponent = node.as_base_exp()
         if base is sympy.E:
-            return ops.exp(walk(exponent))
+            return call(ops, "exp", walk(exponent))
         if exponent.is_Integer:
             positive = integer_power(walk(base), abs(int(exponent)))
             return positive if exponent > 0 else ops.rational(Fraction(1)) / positive
         if exponent == sympy.Rational(1, 2):
-            return ops.sqrt(walk(base))
+            return call(ops, "sqrt", walk(base))
         if exponent.is_Rational:
             return ops.power(walk(base), Fraction(int(exponent.p), int(exponent.q)))
-        return ops.exp(walk(exponent) * ops.log(walk(base)))
+        return call(ops, "exp", walk(exponent) * call(ops, "log", walk(base)))
 
     return walk(sympy.sympify(expression))
 
 
-def integer_power(base: Any, exponent: int) -> Any:
+def integer_power(base: Operand, exponent: int) -> Any:
     """``base**exponent`` for `exponent` >= 1 by squaring, for types without ``**``."""
-    result = None
+    result: Any = None
     while exponent:
         if exponent & 1:
             result = base if result is None else result * base
@@ -193,7 +231,8 @@ def integer_power(base: Any, exponent: int) -> Any:
     return result
 
 
-def _accumulate(terms: Any, combine: Any) -> Any:
+def _accumulate(terms: Iterable[Any], combine: Callable[[Any, Any], Any]) -> Any:
+    """The terms combined from left to right."""
     iterator = iter(terms)
     total = next(iterator)
     for term in iterator:

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from operator import mul
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import integer_power
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 
 class TruncatedSeries:
@@ -32,7 +36,7 @@ class TruncatedSeries:
     def __neg__(self) -> TruncatedSeries:
         return TruncatedSeries([-x for x in self.c], self.e, self.ops)
 
-    def __add__(self, other: Any) -> TruncatedSeries:
+    def __add__(self, other: TruncatedSeries | mpf | int) -> TruncatedSeries:
         term: TruncatedSeries = (
             other if isinstance(other, TruncatedSeries) else self.ops.constant(other)
         )
@@ -49,13 +53,13 @@ class TruncatedSeries:
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> TruncatedSeries:
+    def __sub__(self, other: TruncatedSeries | mpf | int) -> TruncatedSeries:
         return self.__add__(-other)
 
-    def __rsub__(self, other: Any) -> TruncatedSeries:
+    def __rsub__(self, other: TruncatedSeries | mpf | int) -> TruncatedSeries:
         return (-self).__add__(other)
 
-    def __mul__(self, other: Any) -> TruncatedSeries:
+    def __mul__(self, other: TruncatedSeries | mpf | int) -> TruncatedSeries:
         if not isinstance(other, TruncatedSeries):
             mantissa, exponent = _parts(self.ops.context.mpf(other))
             return TruncatedSeries([x * mantissa for x in self.c], self.e + exponent, self.ops)
@@ -66,7 +70,7 @@ class TruncatedSeries:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> TruncatedSeries:
+    def __truediv__(self, other: TruncatedSeries | mpf | int) -> TruncatedSeries:
         if not isinstance(other, TruncatedSeries):
             return self.__mul__(1 / self.ops.context.mpf(other))
         b, lead = other.c[1:], other.c[0]
@@ -79,7 +83,7 @@ class TruncatedSeries:
             recent.insert(0, ((x << shift) - _dot(b, recent)) // lead)
         return TruncatedSeries(recent[::-1], self.e - other.e - shift, self.ops)
 
-    def __rtruediv__(self, other: Any) -> TruncatedSeries:
+    def __rtruediv__(self, other: TruncatedSeries | mpf | int) -> TruncatedSeries:
         return self.ops.constant(other) / self
 
     def __pow__(self, exponent: int) -> TruncatedSeries:
@@ -88,7 +92,7 @@ class TruncatedSeries:
         power: TruncatedSeries = integer_power(self, abs(exponent))
         return power if exponent > 0 else 1 / power
 
-    def head(self) -> Any:
+    def head(self) -> mpf:
         """The constant term, an mpf."""
         return self.ops.context.ldexp(self.ops.context.mpf(self.c[0]), self.e)
 
@@ -101,7 +105,7 @@ class TruncatedSeries:
         return TruncatedSeries([*self.slopes(), 0], self.e, self.ops)
 
     @staticmethod
-    def fractions(value: Any, ops: SeriesOps) -> list[Fraction]:
+    def fractions(value: TruncatedSeries | mpf | int, ops: SeriesOps) -> list[Fraction]:
         """Coefficients of a TruncatedSeries, or of a number that turned out constant."""
         series = value if isinstance(value, TruncatedSeries) else ops.constant(value)
         if series.e >= 0:
@@ -109,7 +113,7 @@ class TruncatedSeries:
         return [Rational(x, 1 << -series.e) for x in series.c]
 
     @staticmethod
-    def coefficients_of(value: Any, ops: SeriesOps) -> list[Any]:
+    def coefficients_of(value: TruncatedSeries | mpf | int, ops: SeriesOps) -> list[Any]:
         """The same as mpf."""
         series = value if isinstance(value, TruncatedSeries) else ops.constant(value)
         return [ops.context.ldexp(ops.context.mpf(x), series.e) for x in series.c]
@@ -120,7 +124,7 @@ def _dot(a: Sequence[int], b: Sequence[int]) -> int:
     return sum(map(mul, a, b))
 
 
-def _parts(x: Any) -> tuple[int, int]:
+def _parts(x: mpf) -> tuple[int, int]:
     """x = mantissa 2^exponent of an mpf."""
     if hasattr(x, "_mpc_"):
         raise InputError("A is complex on [-1, 1]; give an A that is real there.")
@@ -141,18 +145,19 @@ class SeriesOps:
         Its precision is used as it stands.
     """
 
-    def __init__(self, order: int, context: Any) -> None:
+    def __init__(self, order: int, context: MPContext) -> None:
         self.order, self.context = order, context
         self.bits = context.prec + 32
 
-    def constant(self, value: Any) -> TruncatedSeries:
+    def constant(self, value: mpf | int) -> TruncatedSeries:
+        """The series of a number."""
         if hasattr(value, "_mpc_"):
             raise InputError("A is complex on [-1, 1]; give an A that is real there.")
         mantissa, exponent = _parts(self.context.mpf(value))
         room = max(0, self.bits - mantissa.bit_length())
         return TruncatedSeries([mantissa << room] + [0] * (self.order - 1), exponent - room, self)
 
-    def variable(self, centre: Any, scale: Fraction = Fraction(1)) -> TruncatedSeries:
+    def variable(self, centre: Fraction | mpf, scale: Fraction = Fraction(1)) -> TruncatedSeries:
         """The series of u = centre + scale s; `centre` a Fraction or an mpf."""
         first = self.rational(centre) if hasattr(centre, "denominator") else centre
         if self.order == 1:
@@ -162,13 +167,15 @@ class SeriesOps:
             first
         )
 
-    def rational(self, value: Fraction) -> Any:
+    def rational(self, value: Fraction) -> mpf:
+        """A rational rounded to the precision of the context."""
         return mpf_of(value, self.context)
 
-    def pi(self) -> Any:
+    def pi(self) -> mpf:
+        """pi to the precision of the context."""
         return +self.context.pi
 
-    def fixed(self, value: Any, e: int) -> int:
+    def fixed(self, value: mpf | int, e: int) -> int:
         """An mpf in units of 2^e."""
         mantissa, exponent = _parts(value)
         shift = exponent - e
@@ -179,14 +186,16 @@ class SeriesOps:
         if rule is None:
             raise AttributeError(name)
 
-        def apply(x: Any) -> Any:
+        def apply(x: TruncatedSeries | mpf) -> TruncatedSeries | mpf:
+            """The function of a series, or of a number."""
             if not isinstance(x, TruncatedSeries):
                 return getattr(self.context, name)(x)
             return rule(x, self)
 
         return apply
 
-    def power(self, x: Any, exponent: Fraction) -> Any:
+    def power(self, x: TruncatedSeries | mpf, exponent: Fraction) -> TruncatedSeries | mpf:
+        """y = x^(p/q) from q x y' = p x' y; a number's power for a number."""
         if not isinstance(x, TruncatedSeries):
             return x ** self.rational(exponent)
         p, q, n_terms = exponent.numerator, exponent.denominator, self.order
@@ -202,10 +211,11 @@ class SeriesOps:
 
 
 def _scaled(value: int, e: int) -> int:
+    """value 2^e, rounded down."""
     return value << e if e >= 0 else value >> -e
 
 
-def _from_derivative(first: Any, derivative: TruncatedSeries) -> TruncatedSeries:
+def _from_derivative(first: mpf, derivative: TruncatedSeries) -> TruncatedSeries:
     """The series with constant term `first` and this derivative."""
     ops = derivative.ops
     rest = [x // (k + 1) for k, x in enumerate(derivative.c[:-1])]
@@ -213,6 +223,7 @@ def _from_derivative(first: Any, derivative: TruncatedSeries) -> TruncatedSeries
 
 
 def _exp(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
+    """y = e^x from y' = x' y."""
     slopes, start = x.slopes(), ops.constant(ops.context.exp(x.head()))
     recent = [start.c[0]]
     for n in range(1, ops.order):
@@ -238,14 +249,17 @@ def _circular(
 
 
 def _log(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
+    """y = log x from y' = x'/x."""
     return _from_derivative(ops.context.log(x.head()), x.derivative() / x)
 
 
 def _quotient(pair: tuple[TruncatedSeries, TruncatedSeries]) -> TruncatedSeries:
+    """The first series over the second."""
     return pair[0] / pair[1]
 
 
 def _tanh(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
+    """y = tanh x from y' = (1 - y^2) x'."""
     # sinh/cosh would lose the saturated tail; y' = (1 - y^2) x' keeps it.
     slopes, context, e = x.slopes(), ops.context, -ops.bits
     y = [ops.fixed(context.tanh(x.head()), e)]
@@ -262,6 +276,7 @@ def _inverse(
     """The inverse function whose derivative is x'/inside or x'/sqrt(inside)."""
 
     def rule(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
+        """The series of the inverse function at `x`."""
         below = inside(x)
         if root:
             below = ops.power(below, Fraction(1, 2))
@@ -271,6 +286,7 @@ def _inverse(
 
 
 def _erf(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
+    """y = erf x from y' = 2/sqrt(pi) e^(-x^2) x'."""
     scale = 2 / ops.context.sqrt(ops.context.pi)
     slope = _exp(-(x * x), ops) * x.derivative() * scale
     return _from_derivative(ops.context.erf(x.head()), slope)

@@ -10,15 +10,19 @@ is known beforehand, and added to the bits.
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from mpmath import libmp
 
 from symasym.base.inputs import FloatArray
-from symasym.numbers.arithmetic import Arithmetic, Digits
+from symasym.numbers.arithmetic import Arithmetic, Digits, Number
 from symasym.special.fixed_point import BITS, GUARD, from_fixed
 from symasym.special.tables import Exact, Table, table_of
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 __all__ = ["AiryProducts", "airy_parts", "airy_products"]
 
@@ -51,7 +55,7 @@ class AiryProducts(NamedTuple):
 
 
 def airy_products(
-    z: Any, arithmetic: Arithmetic, single: bool = True, double: bool = True
+    z: Number, arithmetic: Arithmetic, single: bool = True, double: bool = True
 ) -> AiryProducts:
     """The products at every Z; relative errors are a few units of rounding.
 
@@ -65,17 +69,19 @@ def airy_products(
 # -- arrays --------------------------------------------------------------------------------------
 
 
-def _products(z: Any, c: Any) -> tuple[Any, ...]:
+def _products(z: mpf, c: MPContext) -> tuple[Any, ...]:
+    """The five products at an mpf, exponentials taken out from `_AIRY_SCALED` on."""
     ai, bi, ai1, bi1 = c.airyai(z), c.airybi(z), c.airyai(z, 1), c.airybi(z, 1)
     fall = c.exp(-2 * z ** c.mpf(1.5) / 3) if z > _AIRY_SCALED else c.one
-    found = ai * ai + bi * bi, ai * ai1 + bi * bi1, ai1 * ai1 + bi1 * bi1
-    return (*(x * fall**2 for x in found), bi * fall, bi1 * fall)
+    products = ai * ai + bi * bi, ai * ai1 + bi * bi1, ai1 * ai1 + bi1 * bi1
+    return (*(x * fall**2 for x in products), bi * fall, bi1 * fall)
 
 
 def _beyond(sign: int) -> Exact:
     """Without their powers of |Z|, in (8/|Z|)^(3/2) from 0 to 1."""
 
-    def found(t: Any, c: Any) -> tuple[Any, ...]:
+    def scaled_products(t: mpf, c: MPContext) -> tuple[Any, ...]:
+        """The products at Z = sign 8 t^(-2/3), without powers of |Z| and without their turning."""
         size = _AIRY_END / c.cbrt(t) ** 2
         z, root = sign * size, c.sqrt(size)
         ai, bi, ai1, bi1 = c.airyai(z), c.airybi(z), c.airyai(z, 1), c.airybi(z, 1)
@@ -92,7 +98,7 @@ def _beyond(sign: int) -> Exact:
         whole, slope = (bi + 1j * ai) * half * turn**-1, (bi1 + 1j * ai1) / half * turn**-1
         return (*scaled, whole.real, whole.imag, slope.real, slope.imag)
 
-    return found
+    return scaled_products
 
 
 @lru_cache(maxsize=1)
@@ -104,53 +110,56 @@ def airy_parts() -> tuple[Table, Table, Table]:
 
 
 def _of_arrays(z: FloatArray, single: bool, double: bool) -> AiryProducts:
+    """The products from the tables."""
     near, below, above = airy_parts()
     chosen = [k for k in range(5) if (single if k > 2 else double)]
     low, high = float(z.min(initial=np.inf)), float(z.max(initial=-np.inf))
-    found = [np.empty(0)] * 5
+    products = [np.empty(0)] * 5
     if low >= -_AIRY_END and high <= _AIRY_END:
         for k, x in zip(chosen, _near(near, z, low, high, chosen), strict=True):
-            found[k] = x
-        return AiryProducts(*found)
+            products[k] = x
+        return AiryProducts(*products)
     for k in chosen:
-        found[k] = np.empty_like(z)
+        products[k] = np.empty_like(z)
     middle = np.abs(z) <= _AIRY_END
     if middle.any():
         part = _near(near, z[middle], -_AIRY_END, _AIRY_END, chosen)
         for k, x in zip(chosen, part, strict=True):
-            found[k][middle] = x
+            products[k][middle] = x
     for sign, table in ((-1, below), (1, above)):
         rows = sign * z > _AIRY_END
         if rows.any():
             part = _beyond_table(table, sign, np.abs(z[rows]), chosen)
             for k, x in zip(chosen, part, strict=True):
-                found[k][rows] = x
-    return AiryProducts(*found)
+                products[k][rows] = x
+    return AiryProducts(*products)
 
 
 def _near(
     table: Table, z: FloatArray, low: float, high: float, chosen: list[int]
 ) -> list[FloatArray]:
-    found = table(z, chosen)
+    """The products `chosen` from the table about 0."""
+    products = table(z, chosen)
     if high > 0 and low < _AIRY_SCALED:
         # Where the table has the exponential, it is taken out here.
         part = np.where(z < _AIRY_SCALED, np.maximum(z, 0.0), 0.0)
         fall = np.exp(part * np.sqrt(part) * (-2 / 3))
         twice = fall * fall
-        found = [x * (fall if k > 2 else twice) for k, x in zip(chosen, found, strict=True)]
-    return found
+        products = [x * (fall if k > 2 else twice) for k, x in zip(chosen, products, strict=True)]
+    return products
 
 
 def _beyond_table(table: Table, sign: int, size: FloatArray, chosen: list[int]) -> list[FloatArray]:
+    """The products `chosen` for |Z| = `size` beyond it, by moduli and phases (DLMF 9.8)."""
     root = np.sqrt(size)
     cube = size * root
     t, half = _AIRY_END**1.5 / cube, np.sqrt(root)
-    found: list[FloatArray] = []
+    products: list[FloatArray] = []
     if 0 in chosen:
         squares, cross, slopes = table(t, range(3))
-        found += [squares / root, cross if sign > 0 else cross / cube, slopes * root]
+        products += [squares / root, cross if sign > 0 else cross / cube, slopes * root]
     if 3 not in chosen:
-        return found
+        return products
     if sign > 0:
         bi, slope = table(t, (3, 4))
     else:
@@ -159,13 +168,13 @@ def _beyond_table(table: Table, sign: int, size: FloatArray, chosen: list[int]) 
         real, imaginary, slope_real, slope_imaginary = table(t, range(3, 7))
         bi = real * cosine - imaginary * sine
         slope = slope_real * cosine - slope_imaginary * sine
-    return [*found, bi / half, slope * half]
+    return [*products, bi / half, slope * half]
 
 
 # -- digits --------------------------------------------------------------------------------------
 
 
-def _of_digits(z: Any, context: Any) -> AiryProducts:
+def _of_digits(z: mpf, context: MPContext) -> AiryProducts:
     """At one mpf; relative errors are a few units of rounding."""
     xi = 2 * abs(z) * context.sqrt(abs(z)) / 3
     # The asymptotic series are good to e^{-2 xi}.
@@ -186,7 +195,7 @@ def _of_digits(z: Any, context: Any) -> AiryProducts:
     )
 
 
-def _two_series(z: Any, cancelling: int, context: Any) -> tuple[Any, Any, Any, Any]:
+def _two_series(z: mpf, cancelling: int, context: MPContext) -> tuple[Any, Any, Any, Any]:
     """f, f', g, g' of DLMF 9.4.1, all of positive terms for Z > 0."""
     bits = context.prec + cancelling + GUARD
     with context.workprec(bits):
@@ -209,7 +218,7 @@ def _two_series(z: Any, cancelling: int, context: Any) -> tuple[Any, Any, Any, A
     return f, z * z * f1, z * g, g1
 
 
-def _at_zero(context: Any) -> tuple[Any, Any, Any]:
+def _at_zero(context: MPContext) -> tuple[Any, Any, Any]:
     """sqrt(3), Ai(0) and -Ai'(0)."""
     prec = -64 * (-context.prec // 64)
     root, one, two = (context.make_mpf(x) for x in _at_zero_to(prec))
@@ -218,6 +227,7 @@ def _at_zero(context: Any) -> tuple[Any, Any, Any]:
 
 @lru_cache(maxsize=8)
 def _at_zero_to(prec: int) -> tuple[Any, ...]:
+    """sqrt(3), Ai(0) and -Ai'(0) to `prec` bits (DLMF 9.2.3, 9.2.4)."""
     from symasym.base.contexts import own_context
 
     with own_context(15) as c:
@@ -227,7 +237,7 @@ def _at_zero_to(prec: int) -> tuple[Any, ...]:
         return tuple(x._mpf_ for x in (root, one, 1 / (2 * c.pi * root * one)))
 
 
-def _far(z: Any, xi: Any, context: Any) -> AiryProducts:
+def _far(z: mpf, xi: mpf, context: MPContext) -> AiryProducts:
     """DLMF 9.7(ii); for Z > 0 what Ai adds is below the last digit."""
     c, size = context, abs(z)
     sums = _sums(xi, 1 if z > 0 else -1, context)
@@ -249,7 +259,7 @@ def _far(z: Any, xi: Any, context: Any) -> AiryProducts:
     )
 
 
-def _sums(xi: Any, sign: int, context: Any) -> tuple[Any, ...]:
+def _sums(xi: mpf, sign: int, context: MPContext) -> tuple[Any, ...]:
     """Even and odd terms of sum u_k/xi^k and of sum v_k/xi^k, each with powers of `sign`."""
     bits = context.prec + GUARD
     step = libmp.to_fixed((1 / (216 * xi))._mpf_, bits)

@@ -16,10 +16,14 @@ integrations by parts leave behind has no exponential, and is the outer part.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from symasym.numbers.arithmetic import Digits
+from symasym.numbers.arithmetic import Digits, Number
 from symasym.special.airy import AiryProducts, airy_products
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 #: A value, and a size that has no zeros by chance.
 Term = tuple[Any, Any]
@@ -27,7 +31,7 @@ Term = tuple[Any, Any]
 Rows = list[tuple[Any, Any]]
 
 
-def by_parts(zeta: Any, pq: Rows, count: int) -> tuple[list[Any], list[Any]]:
+def by_parts(zeta: Number, pq: Rows, count: int) -> tuple[list[Any], list[Any]]:
     """a_n and b_n for n < count from p_k, q_k for k < 2 count - 1; G_(n+1) = H_n'."""
     p, q = ([pair[j] for pair in pq] for j in (0, 1))
     a, b = [], []
@@ -51,8 +55,8 @@ class PairTerms(NamedTuple):
 
 
 def product_rows(falling: Rows, rising: Rows) -> list[tuple[Any, Any, Any]]:
-    """What stands with Ai² + Bi², Ai Ai' + Bi Bi' and Ai'² + Bi'² in the terms lam^-n, over pi²."""
-    found = []
+    """Factors of Ai² + Bi², Ai Ai' + Bi Bi' and Ai'² + Bi'² in the terms lam^-n, over pi²."""
+    factors = []
     for n in range(min(len(falling), len(rising))):
         squares = cross = slopes = 0 * falling[0][0]
         for i in range(n + 1):
@@ -61,16 +65,16 @@ def product_rows(falling: Rows, rising: Rows) -> list[tuple[Any, Any, Any]]:
             squares += sign * a * a_
             cross += sign * (a * b_ - b * a_)
             slopes -= sign * b * b_
-        found.append((squares, cross, slopes))
-    return found
+        factors.append((squares, cross, slopes))
+    return factors
 
 
 def pair_terms(
-    zeta: Any,
+    zeta: Number,
     falling: Rows,
     rising: Rows,
-    lam: Any,
-    context: Any,
+    lam: mpf,
+    context: MPContext,
     known: AiryProducts | None = None,
 ) -> PairTerms:
     """All terms that the rows determine; `known` are the products at Z, if they are."""
@@ -84,13 +88,14 @@ def pair_terms(
     modulus = context.sqrt(squares), context.sqrt(slopes)
 
     def single(rows: Rows, step: int) -> list[Term]:
-        found = []
+        """The terms of a single integral, of Bi and Bi'."""
+        terms = []
         for n, (a, b) in enumerate(rows):
             front = context.pi * lam**-n / third
             value = a * bi + step * b * bi1 / third
             size = abs(a) * modulus[0] + abs(b) * modulus[1] / third
-            found.append((front * step**n * value, front * size))
-        return found
+            terms.append((front * step**n * value, front * size))
+        return terms
 
     functions = squares, cross / third, slopes / third**2
     both = []

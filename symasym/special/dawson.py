@@ -9,15 +9,19 @@ are good.
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from mpmath import libmp
 
 from symasym.base.inputs import FloatArray
-from symasym.numbers.arithmetic import Arithmetic, Digits
+from symasym.numbers.arithmetic import Arithmetic, Digits, Number
 from symasym.special.fixed_point import BITS, GUARD, from_fixed
 from symasym.special.tables import DIGITS, Table, table_of
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 __all__ = ["Dawson", "dawson", "dawson_parts", "erfcx_area"]
 
@@ -41,20 +45,21 @@ class Dawson(NamedTuple):
     area: FloatArray
 
 
-def dawson(x: Any, arithmetic: Arithmetic) -> Dawson:
+def dawson(x: Number, arithmetic: Arithmetic) -> Dawson:
     """The three functions at every x >= 0."""
     if isinstance(arithmetic, Digits):
         return _of_digits(x, arithmetic.context)
     return _of_arrays(np.asarray(x))
 
 
-def _dawsons(x: Any, c: Any) -> tuple[Any, ...]:
+def _dawsons(x: mpf, c: MPContext) -> tuple[Any, ...]:
+    """The three functions at an mpf, by mpmath."""
     shade = c.exp(x * x) * c.erfc(x)
     value = c.sqrt(c.pi) / 2 * c.exp(-x * x) * c.erfi(x)
     return shade, value, x * x * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, -x * x)
 
 
-def _dawsons_beyond(t: Any, c: Any) -> tuple[Any, ...]:
+def _dawsons_beyond(t: mpf, c: MPContext) -> tuple[Any, ...]:
     """Without their powers of x, the area without its logarithm, in (6/x)² from 0 to 1."""
     x = _DAWSON_END / c.sqrt(t)
     with c.workdps(2 * DIGITS):
@@ -70,20 +75,22 @@ def dawson_parts() -> tuple[Table, Table]:
 
 
 def _of_arrays(x: FloatArray) -> Dawson:
+    """The three functions from the tables."""
     near, beyond = dawson_parts()
-    found = np.empty((3, *x.shape))
+    values = np.empty((3, *x.shape))
     rows = x <= _DAWSON_END
     if rows.any():
-        found[:, rows] = near(x[rows])
+        values[:, rows] = near(x[rows])
     if not rows.all():
         far = x[~rows]
         shade, value, area = beyond((_DAWSON_END / far) ** 2)
         area = area + np.log(far) + (np.euler_gamma + np.log(4.0)) / 2
-        found[:, ~rows] = shade / far, value / far, area
-    return Dawson(*found)
+        values[:, ~rows] = shade / far, value / far, area
+    return Dawson(*values)
 
 
-def _of_digits(x: Any, context: Any) -> Dawson:
+def _of_digits(x: mpf, context: MPContext) -> Dawson:
+    """The three functions at an mpf: the series of DLMF 7.6.1 and 7.6.2, or beyond them `_far`."""
     square = x * x
     if square * BITS > context.prec + GUARD:
         return _far(x, square, context)
@@ -109,7 +116,8 @@ def _of_digits(x: Any, context: Any) -> Dawson:
     return Dawson(+shade, value, square * from_fixed(area, bits, context))
 
 
-def _far(x: Any, square: Any, context: Any) -> Dawson:
+def _far(x: mpf, square: mpf, context: MPContext) -> Dawson:
+    """The three functions by their asymptotic series (DLMF 7.12.1)."""
     bits = context.prec + GUARD
     step = libmp.to_fixed((1 / (2 * square))._mpf_, bits)
     term = libmp.MPZ(1) << bits
@@ -128,7 +136,7 @@ def _far(x: Any, square: Any, context: Any) -> Dawson:
     )
 
 
-def erfcx_area(x: Any, arithmetic: Digits) -> Any:
+def erfcx_area(x: mpf, arithmetic: Digits) -> Any:
     """sqrt(pi) times the integral of e^{y²} erfc(y) from 0 to x."""
     c = arithmetic.context
     square = x * x

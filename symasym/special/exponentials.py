@@ -12,18 +12,21 @@ cancel near 0, where the series stands.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symasym.base.inputs import FloatArray
-from symasym.numbers.arithmetic import FLOATS, Arithmetic
+from symasym.numbers.arithmetic import FLOATS, Arithmetic, Number
 from symasym.numbers.balls import flint_module
+
+if TYPE_CHECKING:
+    from flint import arb
 
 __all__ = ["ball_quotient", "log_quotient", "mean_place", "quotients"]
 
 
-def quotients(x: Any, numbers: Arithmetic) -> tuple[Any, Any]:
+def quotients(x: Number, numbers: Arithmetic) -> tuple[Any, Any]:
     """phi_1(x) and phi_2(x), to a few units of rounding."""
     # Below 1/2 in size, half a unit of rounding is left out of the series.
     small = abs(x) < 0.5
@@ -40,7 +43,7 @@ def quotients(x: Any, numbers: Arithmetic) -> tuple[Any, Any]:
     return first, second
 
 
-def _terms(eps: Any) -> int:
+def _terms(eps: Number) -> int:
     """The number of terms of the series of phi_1 that are above eps/4 at x = 1/2."""
     # An mpf's eps may be below every float.
     bits = 52 if isinstance(eps, float) else -eps._mpf_[2]
@@ -68,7 +71,7 @@ def mean_place(x: FloatArray) -> FloatArray:
     return share
 
 
-def ball_quotient(x: Any, order: int) -> Any:
+def ball_quotient(x: arb, order: int) -> Any:
     """A ball of phi_order(x), also where x is or contains 0."""
     flint = flint_module()
     if not abs(x) < 2:

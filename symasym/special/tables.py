@@ -40,27 +40,26 @@ class Table(NamedTuple):
     def __call__(self, x: FloatArray, chosen: Sequence[int] | None = None) -> list[FloatArray]:
         """The functions (all, or those `chosen`) at `x` inside [low, high]."""
         pieces = self.coefficients[0].shape[1]
-        place = (x - self.low) * (pieces / (self.high - self.low))
-        piece = np.minimum(place.astype(np.intp), pieces - 1)
-        t = place
+        t = (x - self.low) * (pieces / (self.high - self.low))
+        piece = np.minimum(t.astype(np.intp), pieces - 1)
         t -= piece
         t *= 2
         t -= 1
         wanted = self.coefficients if chosen is None else [self.coefficients[k] for k in chosen]
-        found = []
+        values = []
         for c in wanted:
             if pieces == 1:
                 total = c[-1, 0] * t
                 for row in c[-2:0:-1, 0]:
                     total = (total + row) * t
-                found.append(total + c[0, 0])
+                values.append(total + c[0, 0])
                 continue
             total = c[-1].take(piece)
             for row in c[-2::-1]:
                 total *= t
                 total += row.take(piece)
-            found.append(total)
-        return found
+            values.append(total)
+        return values
 
 
 def table_of(f: Exact, low: float, high: float, pieces: int, terms: int) -> Table:

@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from io import FileIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symasym.base import progress
 from symasym.base.contexts import own_context
@@ -28,6 +28,10 @@ from symasym.base.inputs import exact
 from symasym.drift.named import named_drift
 from symasym.quantities import call_named
 from symasym.tables.spec import Spec
+
+if TYPE_CHECKING:
+    from symasym.drift.drift import Drift
+
 
 __all__ = ["Outcome", "value_record", "write_table"]
 
@@ -45,7 +49,7 @@ _BEGINNING = b'{"table": '
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a table.
+    """The outcome of a table.
 
     Attributes
     ----------
@@ -63,7 +67,7 @@ class Outcome:
     refused: int
 
 
-def value_record(quantity: str, drift: Any, x: Mapping[str, str], dps: int) -> dict[str, Any]:
+def value_record(quantity: str, drift: Drift, x: Mapping[str, str], dps: int) -> dict[str, Any]:
     """One value with its error, as it stands in a file (see `reference_value`).
 
     Parameters
@@ -77,8 +81,8 @@ def value_record(quantity: str, drift: Any, x: Mapping[str, str], dps: int) -> d
     dps : int
         Digits to print.
     """
-    found = call_named(quantity, drift, x, dps=min(dps + _GUARD, 10_000), full=True)
-    return {"quantity": quantity, **reference_value(x, found, dps)}
+    estimate = call_named(quantity, drift, x, dps=min(dps + _GUARD, 10_000), full=True)
+    return {"quantity": quantity, **reference_value(x, estimate, dps)}
 
 
 def lines_of(
@@ -241,6 +245,7 @@ def _append(file: FileIO, data: bytes, path: Path) -> None:
 
 
 def _unwritable(path: Path, error: OSError) -> OutputError:
+    """The error of a file that cannot be written, with the system's reason."""
     return OutputError(
         f"{path} cannot be written ({error.strerror or error}); make room or choose another "
         "place, what was there before is untouched."
@@ -248,6 +253,7 @@ def _unwritable(path: Path, error: OSError) -> OutputError:
 
 
 def _header(spec: Spec) -> bytes:
+    """The first line of a table, which says what it holds."""
     record = {
         "table": "exact values of a smoothed switch with noise, in scaled units",
         "drift": spec.drift,
@@ -260,7 +266,7 @@ def _header(spec: Spec) -> bytes:
 
 
 def _kept(file: FileIO, path: Path, spec: Spec) -> int:
-    """How many values the file holds already; what a kill left of a last line is cut off."""
+    """The number of values that the file holds already; the rest of a torn last line is cut off."""
     file.seek(0)
     # A file of its own, so that closing the buffer leaves `file` open.
     with open(os.dup(file.fileno()), "rb") as lines:
@@ -287,6 +293,7 @@ def _kept(file: FileIO, path: Path, spec: Spec) -> int:
 def _check_line(
     line: bytes, expected: tuple[str, dict[str, str]] | None, where: str, path: Path
 ) -> None:
+    """Refuse a line that is not the value expected there."""
     try:
         record = json.loads(line)
         known = (record["quantity"], record["x"]) == expected and "versions" in record
@@ -334,5 +341,5 @@ def _csv(spec: Spec, lines: Iterable[bytes]) -> tuple[bytes, int]:
 
 
 def _decimal(text: str) -> str:
-    """What programs read as a number: quotients are rounded."""
+    """A number as programs read it: quotients are rounded."""
     return repr(float(exact("x", text))) if "/" in text else text

@@ -33,7 +33,7 @@ _LOG_DIGITS = 6
 
 @dataclass(frozen=True)
 class Spec:
-    """What a table holds.
+    """The contents of a table.
 
     Attributes
     ----------
@@ -97,6 +97,7 @@ class _Reader:
         self._data = self._parse()
 
     def spec(self) -> Spec:
+        """The spec; an `InputError` with the line of the key that is wrong."""
         try:
             return self._checked()
         except _Refused as error:
@@ -104,13 +105,14 @@ class _Reader:
             raise InputError(f"{self._path}, line {line}, {error.key}: {error}") from None
 
     def _parse(self) -> dict[str, Any]:
+        """The TOML as a dict, decimals as they were written."""
         try:
             # A decimal stands for what it says, not for the nearest binary number.
             return tomllib.loads(self._text, parse_float=str)
         except ValueError as error:
             lines = self._text.splitlines() or [""]
-            found = re.search(r"\(at line (\d+), column \d+\)", str(error))
-            number = int(found[1]) if found else len(lines)
+            at = re.search(r"\(at line (\d+), column \d+\)", str(error))
+            number = int(at[1]) if at else len(lines)
             about = re.sub(r"\s*\(at .*\)$", "", str(error))
             shown = lines[min(number, len(lines)) - 1].strip()[:60]
             raise InputError(
@@ -118,6 +120,7 @@ class _Reader:
             ) from None
 
     def _checked(self) -> Spec:
+        """The spec, once each of its keys is right."""
         data = self._data
         for key in data:
             if key not in _KEYS:
@@ -134,32 +137,36 @@ class _Reader:
         return spec
 
     def _name(self, key: str) -> str | None:
-        found = self._data.get(key)
-        if found is not None and not isinstance(found, str):
-            raise _Refused(key, f"it is {found!r}; give a text in quotes.")
-        return found
+        """The text of a key, None where it is missing."""
+        given = self._data.get(key)
+        if given is not None and not isinstance(given, str):
+            raise _Refused(key, f"it is {given!r}; give a text in quotes.")
+        return given
 
     def _digits(self) -> int:
+        """The digits of the table."""
         try:
             return digits(self._data.get("dps", _DPS))
         except SymasymError as error:
             raise _Refused("dps", str(error)) from None
 
     def _quantities(self) -> tuple[str, ...]:
+        """The quantities of the table, each once."""
         given = self._data.get("quantities", ["T"])
         known = ", ".join(f'"{name}"' for name in QUANTITIES)
         if not isinstance(given, list) or not given:
             raise _Refused("quantities", f"it is {given!r}; give a list of some of {known}.")
-        for place, name in enumerate(given):
+        for index, name in enumerate(given):
             if not isinstance(name, str) or name not in QUANTITIES:
                 raise _Refused("quantities", f"{name!r} is unknown; the quantities are {known}.")
-            if name in given[:place]:
+            if name in given[:index]:
                 raise _Refused("quantities", f"{name!r} stands there twice; name it once.")
         return tuple(given)
 
     # -- the grid ----------------------------------------------------------------------------
 
     def _axes(self, quantities: tuple[str, ...]) -> Iterator[tuple[str, tuple[str, ...]]]:
+        """Name and values of each axis of the grid."""
         data, escapes = self._data, not set(quantities) <= _STATIONARY
         for key in ("kappa", "r") if escapes else ("kappa",):
             if key not in data:
@@ -180,7 +187,8 @@ class _Reader:
                         )
                     yield name, self._values(f"{key}.{name}", inner)
 
-    def _values(self, key: str, given: Any, positive_only: bool = False) -> tuple[str, ...]:
+    def _values(self, key: str, given: object, positive_only: bool = False) -> tuple[str, ...]:
+        """The values of an axis as texts: of a range, a list or a single number."""
         name = key.rpartition(".")[2]
         try:
             if isinstance(given, dict):
@@ -199,6 +207,7 @@ class _Reader:
         return texts
 
     def _check_drift(self, spec: Spec) -> None:
+        """Refuse a drift, a formula or parameters that make no drift."""
         if (spec.drift is None) == (spec.expr is None):
             key = "drift" if spec.drift is None else "expr"
             raise _Refused(key, "give either drift, a ready-made one, or expr, a formula.")
@@ -228,6 +237,7 @@ class _Reader:
         raise _Refused(about[0] if about else drift if formula else parameter, message)
 
     def _check_starts(self, axes: dict[str, tuple[str, ...]]) -> None:
+        """Refuse a start that is not inside (-r, r) for every r of the grid."""
         if "r" not in axes:
             return
         least = min(exact("r", text) for text in axes["r"])
@@ -238,7 +248,7 @@ class _Reader:
                 )
 
 
-def _text(name: str, given: Any) -> str:
+def _text(name: str, given: object) -> str:
     """A number as it was written, once it is known to be one."""
     exact(name, given)
     return str(given).strip()
@@ -277,13 +287,15 @@ def _range(key: str, given: dict[str, Any]) -> Iterator[str]:
         raise _Refused(key, f'spacing is {spacing!r}; give "linear", or with points "log".')
 
 
-def _points(key: str, given: Any) -> int:
+def _points(key: str, given: object) -> int:
+    """The number of points of a range."""
     if isinstance(given, bool) or not isinstance(given, int) or given < 1:
         raise _Refused(key, f"points is {given!r}; give a whole number of at least 1.")
     return given
 
 
 def _log_range(key: str, low: Fraction, high: Fraction, count: int) -> Iterator[str]:
+    """The values of a logarithmic range, the ends exact."""
     if low <= 0 or high <= 0:
         raise _Refused(key, "a logarithmic range has from and to greater than 0.")
     with own_context(30) as context:
@@ -305,11 +317,11 @@ def number_text(x: Fraction) -> str:
     >>> number_text(Fraction(-1, 8)), number_text(Fraction(1, 3)), number_text(Fraction(7))
     ('-0.125', '1/3', '7')
     """
-    for places in range(20):
-        scaled = x * 10**places
+    for decimals in range(20):
+        scaled = x * 10**decimals
         if scaled.denominator == 1:
-            whole, part = divmod(abs(scaled.numerator), 10**places)
-            tail = f".{part:0{places}d}" if places else ""
+            whole, part = divmod(abs(scaled.numerator), 10**decimals)
+            tail = f".{part:0{decimals}d}" if decimals else ""
             return f"{'-' if x < 0 else ''}{whole}{tail}"
     return f"{x.numerator}/{x.denominator}"
 
@@ -333,4 +345,5 @@ def _line_of(text: str, wanted: str) -> int:
 
 
 def _plain(key: str) -> str:
+    """A key without quotes and spaces."""
     return re.sub(r"[\"'\s]", "", key)

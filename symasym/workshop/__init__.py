@@ -1,1 +1,1 @@
-"""What checks, measures and draws symasym: no other room imports it but the commands."""
+"""Checks, measurements and figures of symasym; only the commands import them."""

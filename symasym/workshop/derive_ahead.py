@@ -44,6 +44,7 @@ def ahead(cache: Path, labels: list[str]) -> Iterator[Callable[[Callable[[], obj
     lines = process.stdout
 
     def wait(step: Callable[[], object]) -> int:
+        """The number of derivations, when the process has ended."""
         count = 0
         for _ in lines:
             step()

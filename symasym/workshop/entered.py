@@ -13,6 +13,7 @@ from types import FrameType
 from typing import Any, NamedTuple
 
 import symasym as sa
+from symasym.base.inputs import Numbers
 
 HERE = Path(__file__).parents[1]
 
@@ -30,7 +31,8 @@ def calls() -> list[Call]:
     drift = sa.friction(mu=3, alpha=1, z0="-0.4")
     kappas = [0.05, 0.06, 0.08]
 
-    def time(kappa: Any = "0.1", **options: Any) -> Callable[[], Any]:
+    def time(kappa: Numbers = "0.1", **options: Any) -> Callable[[], Any]:
+        """A call of T, for friction's drift."""
         return lambda: sa.escape_time(drift, kappa, 10, **options)
 
     return [
@@ -49,7 +51,8 @@ def entered(ask: Callable[[], Any]) -> dict[str, int]:
     ask()
     functions: set[Any] = set()
 
-    def note(frame: FrameType, event: str, _: Any) -> None:
+    def note(frame: FrameType, event: str, _: object) -> None:
+        """Keep the code of a function that is called."""
         if event == "call":
             functions.add(frame.f_code)
 

@@ -14,13 +14,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 import mpmath
 
 import symasym as sa
 from symasym.base.contexts import mpf_of
 from symasym.workshop.closed_forms import HALF, ClosedForm, constant_drift, linear_sliding
+
+if TYPE_CHECKING:
+    from symasym.base.inputs import Number
+
 
 TAGS = {
     # the drift
@@ -58,7 +63,7 @@ TAGS = {
     "stiff": "kappa below 1e-3",
     "extreme": "a number at the end of the range that the issue asks for",
     # what may be asked
-    "witness": "mild enough for plain quadrature",
+    "quadrature": "mild enough for plain quadrature",
     "slow": "takes seconds: in the default tests only once",
     "may refuse": "right digits or a SymasymError, either is honest",
     "refused": "a SymasymError is the known outcome",
@@ -104,12 +109,13 @@ class Problem:
 
     @property
     def slides(self) -> bool:
+        """True where a stationary state exists."""
         return "sliding" in self.tags
 
     def questions(self) -> dict[str, Callable[..., Any]]:
         """Every quantity that exists here, as a function of the options dps, log and full."""
         drift, scene = self.make(), (self.kappa, self.r)
-        found: dict[str, Callable[..., Any]] = {
+        asked: dict[str, Callable[..., Any]] = {
             "T": lambda **o: sa.escape_time(drift, *scene, start=self.start, **o),
             "C": lambda **o: sa.exit_probability(drift, *scene, start=self.start, **o),
             "1-C": lambda **o: sa.exit_probability(
@@ -117,26 +123,26 @@ class Problem:
             ),
         }
         if self.slides:
-            found["P"] = lambda **o: sa.occupation(drift, self.kappa, **o)
-            found["1-P"] = lambda **o: sa.occupation(drift, self.kappa, complement=True, **o)
+            asked["P"] = lambda **o: sa.occupation(drift, self.kappa, **o)
+            asked["1-P"] = lambda **o: sa.occupation(drift, self.kappa, complement=True, **o)
             for y in ("3/10", "-5/2"):
-                found[f"p({y})"] = lambda y=y, **o: sa.stationary_density(drift, self.kappa, y, **o)
-        return found
+                asked[f"p({y})"] = lambda y=y, **o: sa.stationary_density(drift, self.kappa, y, **o)
+        return asked
 
-    def engine_questions(self, engine: Any) -> dict[str, Callable[[int], Any]]:
+    def engine_questions(self, engine: ModuleType) -> dict[str, Callable[[int], Any]]:
         """The same of a module of `symasym.exact` with exact arguments, as functions of dps."""
         drift = self.make()
         kappa, r, start = (Fraction(x) for x in (self.kappa, self.r, self.start))
-        found: dict[str, Callable[[int], Any]] = {
+        asked: dict[str, Callable[[int], Any]] = {
             "T": lambda n: engine.escape_time(drift, kappa, r, start, n),
             "C": lambda n: engine.exit_probability(drift, kappa, r, start, n),
         }
         if self.slides:
-            found["P"] = lambda n: engine.occupation(drift, kappa, n)
-            found["1-P"] = lambda n: engine.occupation(drift, kappa, n, complement=True)
+            asked["P"] = lambda n: engine.occupation(drift, kappa, n)
+            asked["1-P"] = lambda n: engine.occupation(drift, kappa, n, complement=True)
             for y in ("3/10", "-5/2"):
-                found[f"p({y})"] = partial(engine.stationary_density, drift, kappa, Fraction(y))
-        return found
+                asked[f"p({y})"] = partial(engine.stationary_density, drift, kappa, Fraction(y))
+        return asked
 
     def known(self, quantity: str, dps: int) -> Any:
         """The closed form as an mpf, right to `dps` digits."""
@@ -166,36 +172,39 @@ def _scene(
     closed: dict[str, ClosedForm] | None = None,
     note: str = "",
 ) -> Problem:
+    """A problem, its tags as one text."""
     own = frozenset(tag.strip() for tag in tags.split(","))
     return Problem(name, make, kappa, r, start, own, closed or {}, note)
 
 
-def _friction(mu: Any = 3, alpha: Any = 1, z0: Any = "-0.3") -> Callable[[], sa.Drift]:
+def _friction(mu: Number = 3, alpha: Number = 1, z0: Number = "-0.3") -> Callable[[], sa.Drift]:
+    """The drift of the friction oscillator."""
     return lambda: sa.friction(mu, alpha, z0)
 
 
 def _fold(gap: str) -> Callable[[], sa.Drift]:
+    """The friction oscillator at a distance of z0 from its fold."""
     return _friction(z0=FOLD + Fraction(gap))
 
 
 PROBLEMS: list[Problem] = [
     # friction: the paper's own
     _scene("friction", "friction, up, well, weak", _friction(), "0.1", "10"),
-    _scene("friction k=0.3", "friction, up, well, moderate, witness", _friction(), "0.3", "10"),
-    _scene("friction k=1", "friction, up, well, moderate, witness", _friction(), "1", "10"),
+    _scene("friction k=0.3", "friction, up, well, moderate, quadrature", _friction(), "0.3", "10"),
+    _scene("friction k=1", "friction, up, well, moderate, quadrature", _friction(), "1", "10"),
     _scene("friction k=10", "friction, up, well, strong", _friction(), "10", "10"),
     _scene("friction k=1e-4", "friction, up, well, stiff", _friction(), "1e-4", "10"),
-    _scene("friction r=3", "friction, up, well, moderate, witness, start", _friction(),
+    _scene("friction r=3", "friction, up, well, moderate, quadrature, start", _friction(),
            "0.5", "3", "-7/10"),
-    _scene("friction past the fold", "friction, up, moderate, witness", _friction(z0="-1"),
+    _scene("friction past the fold", "friction, up, moderate, quadrature", _friction(z0="-1"),
            "0.3", "10"),
     _scene("friction mu=1/2", "friction, up, weak", _friction(mu="1/2", z0="-0.2"), "0.1", "10"),
-    _scene("friction mu=0", "friction, up, moderate, witness, start", _friction(mu=0, z0="-0.2"),
+    _scene("friction mu=0", "friction, up, moderate, quadrature, start", _friction(mu=0, z0="-0.2"),
            "0.7", "2", "-0.9"),
-    _scene("friction sliding", "friction, sliding, moderate, witness, start outside",
+    _scene("friction sliding", "friction, sliding, moderate, quadrature, start outside",
            _friction(z0="0.5"), "1", "4", "-2"),
     _scene("friction sliding weak", "friction, sliding, weak", _friction(z0="0.5"), "0.05", "4"),
-    _scene("friction down", "friction, down, moderate, witness, start", _friction(z0="3"),
+    _scene("friction down", "friction, down, moderate, quadrature, start", _friction(z0="3"),
            "0.5", "5", "0.4"),
     _scene("friction down, a well", "friction, down, well, weak, start", _friction(z0="2.3"),
            "0.15", "10", "-2/3"),
@@ -245,46 +254,46 @@ PROBLEMS: list[Problem] = [
     _scene("friction sliding 1e6", "friction, sliding, weak, extreme", _friction(z0=1),
            "0.001", "3", closed=HALF),
     # constant drift
-    _scene("constant", "constant, polynomial, up, moderate, witness, start outside",
+    _scene("constant", "constant, polynomial, up, moderate, quadrature, start outside",
            lambda: sa.polynomial("3/2"), "1", "5", "-2", closed=constant_drift("3/2")),
-    _scene("constant down", "constant, linear, down, moderate, witness, start",
+    _scene("constant down", "constant, linear, down, moderate, quadrature, start",
            lambda: sa.linear(-1, -1), "1", "3", "1/3", closed=constant_drift("-1")),
     _scene("C = 1e-(10^9)", "constant, linear, up, small r, stiff, extreme",
            lambda: sa.linear("23.02585", "23.02585"), "1e-4", "0.5",
            closed=constant_drift("23.02585")),
     _scene("no drift", "constant, polynomial, tangency, strong, start outside",
            lambda: sa.polynomial(0), "7", "5", "-3", closed=constant_drift("0")),
-    _scene("hardly any drift", "constant, polynomial, up, moderate, witness, start outside",
+    _scene("hardly any drift", "constant, polynomial, up, moderate, quadrature, start outside",
            lambda: sa.polynomial("1e-12"), "1", "5/4", "9/8", closed=constant_drift("1e-12")),
     # linear
-    _scene("linear sliding", "linear, sliding, moderate, witness", lambda: sa.linear(1, -1),
+    _scene("linear sliding", "linear, sliding, moderate, quadrature", lambda: sa.linear(1, -1),
            "0.5", "2", closed=linear_sliding("1")),
     _scene("linear sliding, uneven", "linear, sliding, weak, start", lambda: sa.linear("0.2", -3),
            "0.2", "6", "0.9"),
-    _scene("linear repelling", "linear, repelling, moderate, witness, start outside",
+    _scene("linear repelling", "linear, repelling, moderate, quadrature, start outside",
            lambda: sa.linear(-1, 2), "2/3", "3", "5/3"),
     _scene("linear repelling, stiff", "linear, repelling, stiff, start",
            lambda: sa.linear(-1, 2), "1e-5", "3", "-1/3"),
-    _scene("linear r=1/2", "linear, sliding, small r, moderate, witness, start",
+    _scene("linear r=1/2", "linear, sliding, small r, moderate, quadrature, start",
            lambda: sa.linear(2, -1), "0.4", "0.5", "-1/4"),
     _scene("linear r=1e-3", "linear, sliding, small r, moderate", lambda: sa.linear(2, -1),
            "0.4", "1e-3"),
-    _scene("r=1", "linear, up, moderate, witness, start", lambda: sa.linear(2, 1),
+    _scene("r=1", "linear, up, moderate, quadrature, start", lambda: sa.linear(2, 1),
            "0.4", "1", "1/2"),
-    _scene("start at -1", "linear, repelling, moderate, witness", lambda: sa.linear(-1, 1),
+    _scene("start at -1", "linear, repelling, moderate, quadrature", lambda: sa.linear(-1, 1),
            "1", "2", "-1"),
     _scene("start by the edge", "linear, sliding, weak, start at the edge",
            lambda: sa.linear(1, -1), "0.1", "10", "9.999999"),
     _scene("start by the inner edge", "friction, up, small r, weak, start at the edge", _friction(),
            "0.1", "0.9", "-0.8999999999"),
     # several wells, other shapes
-    _scene("sine", "sine, analytic, up, several wells, moderate, witness",
+    _scene("sine", "sine, analytic, up, several wells, moderate, quadrature",
            lambda: sa.sine(1, 1, 4, waves=2), "1", "2", "-3/2"),
     _scene("sine sliding", "sine, analytic, sliding, several wells, moderate",
            lambda: sa.sine(1, "-1/2", 5, waves=2), "0.7", "4", "1/4"),
     _scene("sine weak", "sine, analytic, repelling, several wells, weak",
            lambda: sa.sine(-1, 2, 3, waves=2), "0.15", "2", "1/7"),
-    _scene("tanh", "tanh, analytic, sliding, moderate, witness", lambda: sa.tanh(1, -1, 5),
+    _scene("tanh", "tanh, analytic, sliding, moderate, quadrature", lambda: sa.tanh(1, -1, 5),
            "1/2", "2", "1/5"),
     _scene("tanh stiff", "tanh, analytic, sliding, stiff, slow",
            lambda: sa.tanh(1, "-1/2", 5), "1e-5", "2", "1/5"),
@@ -294,13 +303,13 @@ PROBLEMS: list[Problem] = [
            lambda: sa.tanh(1, -1, 60), "0.5", "3", "-1/2"),
     _scene("tanh very steep", "tanh, analytic, sliding, narrow, weak, may refuse",
            lambda: sa.tanh(1, -1, 1000), "0.3", "4", closed=HALF),
-    _scene("hill", "hill, analytic, repelling, moderate, witness",
+    _scene("hill", "hill, analytic, repelling, moderate, quadrature",
            lambda: sa.hill(-1, "1/2", "1/2", n=4), "1", "2", "1"),
     _scene("hill n=1", "hill, analytic, up, weak", lambda: sa.hill("1/3", 2, "1/5", n=1),
            "0.1", "2", "-1/4"),
     _scene("hill n=12", "hill, analytic, sliding, weak", lambda: sa.hill(1, -2, "1/3", n=12),
            "0.3", "2", "1/4"),
-    _scene("quintic", "polynomial, sliding, several wells, moderate, witness",
+    _scene("quintic", "polynomial, sliding, several wells, moderate, quadrature",
            lambda: sa.polynomial("1/10", 2, 0, "-25/2", 0, 9), "0.6", "3", "1/3"),
     _scene("degree 12", "polynomial, down, weak",
            lambda: sa.polynomial(*[Fraction((-1) ** (k + 1), k + 1) for k in range(13)]),
@@ -309,9 +318,9 @@ PROBLEMS: list[Problem] = [
            lambda: sa.polynomial(*[Fraction((-1) ** (k + 1), k + 1) for k in range(21)]),
            "0.3", "2", "-1/2"),
     # the user's own
-    _scene("expression, cubic", "expression, up, well, moderate, witness",
+    _scene("expression, cubic", "expression, up, well, moderate, quadrature",
            lambda: sa.Drift("1/2 - 2*u + b*u**3").bind(b="9/5"), "0.4", "2", "1/4"),
-    _scene("expression", "expression, analytic, sliding, moderate, witness",
+    _scene("expression", "expression, analytic, sliding, moderate, quadrature",
            lambda: sa.Drift("exp(-u)*cos(2*u + a) - u/3").bind(a="1/2"), "0.6", "2", "1/4"),
     _scene("expression, a tall peak",
            "expression, analytic, sliding, narrow, moderate, slow, may refuse",

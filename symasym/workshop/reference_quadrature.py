@@ -7,7 +7,7 @@ eq:Ttilde is added up in its printed form, H(v) - C and all.
 
 How the accuracy is come by:
 
-- The interval is cut at -1, 1 and the start, where the integrands have corners or
+- The interval is cut at -1, 1 and the start, where the integrands have kinks or
   jumps, and then into panels on which lam V changes by at most a few units.
 - An integral up to v is the sum over the whole panels before v plus the integral of
   the interpolating polynomial through the Gauss nodes of v's own panel.
@@ -16,7 +16,7 @@ How the accuracy is come by:
 - In the sliding region the tails run to infinity; they are cut where e^{-lam V} has
   fallen below the working precision.
 - Everything is done twice, on panels half as long with more nodes. If the two
-  results differ, a third time, and so on; never is a result returned that was not met
+  results differ, a third time, and so on; never is a result returned that was not reached
   twice.
 """
 
@@ -27,11 +27,18 @@ from fractions import Fraction
 from functools import cache
 from itertools import pairwise
 from math import ceil
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.base.contexts import to_mpf
 from symasym.base.errors import AccuracyError, InputError, RegionError
 from symasym.numbers.trees import MpmathOps
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
+    from symasym.drift.drift import Drift
+
 
 __all__ = [
     "double_integral",
@@ -46,7 +53,7 @@ _REFINEMENTS = 4
 _MOST_MULTIPLICATIONS = 300_000_000
 
 
-def escape_time(drift: Any, kappa: Fraction, r: Fraction, start: Fraction, dps: int) -> Any:
+def escape_time(drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int) -> Any:
     """Mean time to leave (-r, r) from `start`, by eq:Ttilde.
 
     Parameters
@@ -71,12 +78,13 @@ def escape_time(drift: Any, kappa: Fraction, r: Fraction, start: Fraction, dps: 
     _check(kappa, r, start)
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
+        """T on one grid, and the digits lost by cancellation."""
         grid = _Grid(drift, kappa, [-r, start, r], work, level)
         # Left and right of the start: the integral of e^{lam V} over v, and the double integral.
         single, double = [grid.mp.zero] * 2, [grid.mp.zero] * 2
         for panel in grid.panels(nested=True):
             side = int(panel.left >= start)
-            single[side] += panel.rising
+            single[side] += panel.int_e
             double[side] += panel.nested
         not_C, C = (x / sum(single) for x in single)
         time = grid.lam * (not_C * double[1] - C * double[0])
@@ -86,7 +94,7 @@ def escape_time(drift: Any, kappa: Fraction, r: Fraction, start: Fraction, dps: 
     return _agreed(quadrature, dps)
 
 
-def exit_probability(drift: Any, kappa: Fraction, r: Fraction, start: Fraction, dps: int) -> Any:
+def exit_probability(drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int) -> Any:
     """Probability of leaving (-r, r) through -r, by eq:C.
 
     Parameters, result and errors are those of `escape_time`.
@@ -94,15 +102,16 @@ def exit_probability(drift: Any, kappa: Fraction, r: Fraction, start: Fraction, 
     _check(kappa, r, start)
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
+        """C on one grid."""
         grid = _Grid(drift, kappa, [-r, start, r], work, level)
         panels = list(grid.panels())
-        after = sum(panel.rising for panel in panels if panel.left >= start)
-        return after / sum(panel.rising for panel in panels), 0
+        after = sum(panel.int_e for panel in panels if panel.left >= start)
+        return after / sum(panel.int_e for panel in panels), 0
 
     return _agreed(quadrature, dps)
 
 
-def occupation(drift: Any, kappa: Fraction, dps: int, complement: bool = False) -> Any:
+def occupation(drift: Drift, kappa: Fraction, dps: int, complement: bool = False) -> Any:
     """Stationary probability of -1 <= u <= 1, by eq:P; with `complement` that of the tails.
 
     The drift must be sliding, a- > 0 > a+; the rest is as in `escape_time`.
@@ -110,15 +119,16 @@ def occupation(drift: Any, kappa: Fraction, dps: int, complement: bool = False) 
     _check(kappa)
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
+        """P or 1 - P on one grid."""
         grid = _Grid(drift, kappa, list(_where_tails_end(drift, kappa, work)), work, level)
         panels = list(grid.panels())
-        part = sum(p.falling for p in panels if (-1 <= p.left < 1) is not complement)
-        return part / sum(p.falling for p in panels), 0
+        part = sum(p.int_inverse for p in panels if (-1 <= p.left < 1) is not complement)
+        return part / sum(p.int_inverse for p in panels), 0
 
     return _agreed(quadrature, dps)
 
 
-def stationary_density(drift: Any, kappa: Fraction, y: Fraction, dps: int) -> Any:
+def stationary_density(drift: Drift, kappa: Fraction, y: Fraction, dps: int) -> Any:
     """Stationary probability density at `y`, by eq:pss with K such that its integral is 1.
 
     The drift must be sliding, a- > 0 > a+; the rest is as in `escape_time`.
@@ -126,16 +136,17 @@ def stationary_density(drift: Any, kappa: Fraction, y: Fraction, dps: int) -> An
     _check(kappa)
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
+        """The density on one grid."""
         low, high = _where_tails_end(drift, kappa, work)
         grid = _Grid(drift, kappa, [min(low, y - 1), y, max(high, y + 1)], work, level)
         panels = list(grid.panels())
         (at_y,) = (grid.mp.exp(-p.exponent) for p in panels if p.left == y)
-        return at_y / sum(p.falling for p in panels), 0
+        return at_y / sum(p.int_inverse for p in panels), 0
 
     return _agreed(quadrature, dps)
 
 
-def integral(drift: Any, kappa: Fraction, a: Fraction, b: Fraction, sign: int, dps: int) -> Any:
+def integral(drift: Drift, kappa: Fraction, a: Fraction, b: Fraction, sign: int, dps: int) -> Any:
     """Integral of e^{sign lam V} from a to b, with V(-1) = 0 (eq:V).
 
     What the paper's formulas of single pieces are compared with; `dps` and the result are
@@ -144,13 +155,14 @@ def integral(drift: Any, kappa: Fraction, a: Fraction, b: Fraction, sign: int, d
     _check(kappa)
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
+        """The integral on one grid."""
         grid = _Grid(drift, kappa, [min(a, -Fraction(1)), a, b], work, level)
         total, zero = grid.mp.zero, grid.mp.zero
         for panel in grid.panels():
             if panel.left == -1:
                 zero = panel.exponent
             if panel.left >= a:
-                total += panel.rising if sign > 0 else panel.falling
+                total += panel.int_e if sign > 0 else panel.int_inverse
         # V was counted from the left end.
         return total * grid.mp.exp(-sign * zero), 0
 
@@ -158,7 +170,7 @@ def integral(drift: Any, kappa: Fraction, a: Fraction, b: Fraction, sign: int, d
 
 
 def double_integral(
-    drift: Any, kappa: Fraction, left: Fraction, low: Fraction, high: Fraction, dps: int
+    drift: Drift, kappa: Fraction, left: Fraction, low: Fraction, high: Fraction, dps: int
 ) -> Any:
     """Integral of e^{lam (V(v) - V(u))} over left < u < v and low < v < high, left <= low.
 
@@ -167,6 +179,7 @@ def double_integral(
     _check(kappa)
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
+        """The double integral on one grid."""
         grid = _Grid(drift, kappa, [left, low, high], work, level)
         return sum(p.nested for p in grid.panels(nested=True) if p.left >= low), 0
 
@@ -174,6 +187,7 @@ def double_integral(
 
 
 def _check(kappa: Fraction, r: Fraction = Fraction(1), start: Fraction = Fraction(0)) -> None:
+    """Refuse numbers that make no scene."""
     if kappa <= 0:
         raise InputError(f"kappa is {kappa}; it must be greater than 0.")
     if r <= 0:
@@ -205,6 +219,7 @@ def _agreed(quadrature: Callable[[int, int], tuple[Any, int]], dps: int) -> Any:
 
 @cache
 def _context(dps: int) -> Any:
+    """An mpmath context of so many digits, kept for the next caller."""
     import mpmath
 
     mp = mpmath.MPContext()
@@ -212,7 +227,7 @@ def _context(dps: int) -> Any:
     return mp
 
 
-def _where_tails_end(drift: Any, kappa: Fraction, work: int) -> tuple[Fraction, Fraction]:
+def _where_tails_end(drift: Drift, kappa: Fraction, work: int) -> tuple[Fraction, Fraction]:
     """Points beyond which the tails of e^{-lam V} hold less than 10^-work of themselves."""
     ops = MpmathOps(_context(work))
     a_minus, a_plus = (drift.evaluate(ops.rational(Fraction(x)), ops) for x in (-1, 1))
@@ -231,8 +246,8 @@ class _Panel(NamedTuple):
 
     left: Fraction
     exponent: Any  # lam V at the panel's left end
-    rising: Any  # of e^{lam V}
-    falling: Any  # of e^{-lam V}
+    int_e: Any  # of e^{lam V}
+    int_inverse: Any  # of e^{-lam V}
     nested: Any  # of e^{lam (V(v) - V(u))}, v in the panel and u from the grid's left end to v
 
 
@@ -240,19 +255,20 @@ class _Grid:
     """Panels over an interval, with the Gauss rule used on each."""
 
     def __init__(
-        self, drift: Any, kappa: Fraction, marks: list[Fraction], work: int, level: int
+        self, drift: Drift, kappa: Fraction, marks: list[Fraction], work: int, level: int
     ) -> None:
+        """Cut the interval at `marks` and the kinks, and make the rule of this level."""
         self.mp = _context(work)
         self.ops = MpmathOps(self.mp)
         self.drift = drift
         self.lam = self.ops.rational(2 / kappa**2)
-        self.corners = {Fraction(x): self._evaluate(self.mp.mpf(x)) for x in (-1, 1)}
+        self.kinks = {Fraction(x): self._evaluate(self.mp.mpf(x)) for x in (-1, 1)}
         self.most_growth = self.mp.mpf(4) / 2**level
         self.widest = Fraction(1, 4 * 2**level)
         # e^{2t} on [-1, 1] is integrated to n digits by about n/2 + 10 nodes, while n < 200.
         nodes = int(work * 0.55) + 14 + 6 * level
-        corners = [x for x in self.corners if min(marks) < x < max(marks)]
-        self.edges = self._cut(sorted({*marks, *corners}))
+        kinks = [x for x in self.kinks if min(marks) < x < max(marks)]
+        self.edges = self._cut(sorted({*marks, *kinks}))
         if len(self.edges) * nodes**2 > _MOST_MULTIPLICATIONS:
             raise AccuracyError(
                 f"plain quadrature needs {len(self.edges)} panels of {nodes} nodes here; "
@@ -260,15 +276,16 @@ class _Grid:
             )
         self.nodes, self.weights, self.primitive = _rule(work, nodes)
 
-    def _evaluate(self, u: Any) -> Any:
+    def _evaluate(self, u: mpf) -> Any:
+        """A(u)."""
         return self.mp.mpf(self.drift.evaluate(u, self.ops))
 
-    def phi(self, u: Any) -> Any:
+    def phi(self, u: mpf) -> Any:
         """eq:phi."""
         if u <= -1:
-            return self.corners[Fraction(-1)]
+            return self.kinks[Fraction(-1)]
         if u >= 1:
-            return self.corners[Fraction(1)]
+            return self.kinks[Fraction(1)]
         return self._evaluate(u)
 
     def _cut(self, marks: list[Fraction]) -> list[Fraction]:
@@ -302,6 +319,7 @@ class _Grid:
         return edges[1:]
 
     def _refuse(self, panels: int) -> None:
+        """Refuse a grid that would take more than minutes."""
         if panels > 100_000:
             raise AccuracyError(
                 f"plain quadrature needs {panels} panels and more here; "
@@ -321,22 +339,22 @@ class _Grid:
                 slopes = [-self.lam * self.phi(center)] * len(self.nodes)
             else:
                 slopes = [-self.lam * self._evaluate(center + half * t) for t in self.nodes]
-            rising = [mp.exp(exponent + x) for x in self._running(half, slopes)]
-            falling = [1 / x for x in rising]
+            int_e = [mp.exp(exponent + x) for x in self._running(half, slopes)]
+            int_inverse = [1 / x for x in int_e]
             double = mp.zero
             if nested:
-                up_to_v = [before + x for x in self._running(half, falling)]
-                double = self._whole(half, [s * x for s, x in zip(rising, up_to_v, strict=True)])
-            whole = self._whole(half, falling)
-            yield _Panel(a, exponent, self._whole(half, rising), whole, double)
+                up_to_v = [before + x for x in self._running(half, int_inverse)]
+                double = self._whole(half, [s * x for s, x in zip(int_e, up_to_v, strict=True)])
+            whole = self._whole(half, int_inverse)
+            yield _Panel(a, exponent, self._whole(half, int_e), whole, double)
             before += whole
             exponent += self._whole(half, slopes)
 
-    def _whole(self, half: Any, values: list[Any]) -> Any:
+    def _whole(self, half: mpf, values: list[Any]) -> Any:
         """Integral over a panel, from the values at its nodes."""
         return half * self.mp.fdot(self.weights, values)
 
-    def _running(self, half: Any, values: list[Any]) -> list[Any]:
+    def _running(self, half: mpf, values: list[Any]) -> list[Any]:
         """Integrals from the panel's left end to each of its nodes."""
         return [half * self.mp.fdot(row, values) for row in self.primitive]
 
@@ -349,7 +367,7 @@ def _rule(dps: int, count: int) -> tuple[list[Any], list[Any], list[list[Any]]]:
     return nodes, weights, _integration_matrix(mp, nodes, weights)
 
 
-def _legendre(mp: Any, count: int, x: Any) -> list[Any]:
+def _legendre(mp: MPContext, count: int, x: mpf) -> list[Any]:
     """P_0(x), ..., P_count(x)."""
     values = [mp.one, x]
     for k in range(1, count):
@@ -357,7 +375,7 @@ def _legendre(mp: Any, count: int, x: Any) -> list[Any]:
     return values
 
 
-def _gauss_legendre(mp: Any, count: int) -> tuple[list[Any], list[Any]]:
+def _gauss_legendre(mp: MPContext, count: int) -> tuple[list[Any], list[Any]]:
     """Nodes and weights on [-1, 1], by Newton's method on P_count."""
     nodes, weights = [], []
     with mp.extradps(10):
@@ -377,7 +395,7 @@ def _gauss_legendre(mp: Any, count: int) -> tuple[list[Any], list[Any]]:
     return nodes, weights
 
 
-def _integration_matrix(mp: Any, nodes: list[Any], weights: list[Any]) -> list[list[Any]]:
+def _integration_matrix(mp: MPContext, nodes: list[Any], weights: list[Any]) -> list[list[Any]]:
     """Row i gives the integral from -1 to node i of the polynomial through given node values.
 
     The polynomial's Legendre coefficients are c_k = (k + 1/2) sum_j w_j P_k(x_j) f_j, which the

@@ -63,8 +63,8 @@ class Stage:
     sources: Callable[[], str] = lambda: _source_hash()
     report: Callable[[Path], str] | None = None
 
-    def told(self, folder: Path) -> str:
-        """What was made, for the terminal."""
+    def summary(self, folder: Path) -> str:
+        """The names of the files, or what the stage reports of them."""
         if self.report is not None:
             return self.report(folder)
         return ", ".join(str(folder / name) for name in self.files)
@@ -72,7 +72,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a stage; `seconds` is None where its files were up to date."""
+    """The outcome of a stage; `seconds` is None where its files were up to date."""
 
     stage: Stage
     seconds: float | None
@@ -80,7 +80,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Disagreement:
-    """Where the paper's formula is farthest from the exact value, relative to the latter."""
+    """The scene at which the paper's formula is farthest, relatively, from the exact value."""
 
     mu: str
     kappa: str
@@ -167,12 +167,13 @@ def worst_disagreement(out: str | Path = "build") -> Disagreement | None:
     table = read_json(Path(out) / _TABLE)
     if table is None:
         return None
-    found = [record for record in table["values"] if "paper" in record]
+    compared = [record for record in table["values"] if "paper" in record]
 
     def relative(record: dict[str, Any]) -> Any:
+        """The distance of the paper's value from the exact one, relative to the latter."""
         return abs(mp.mpf(record["paper"]) / mp.mpf(record["mid"]) - 1)
 
-    worst = max(found, key=relative)
+    worst = max(compared, key=relative)
     return Disagreement(
         mu=worst["x"]["mu"],
         kappa=worst["physical"]["kappa"],
@@ -180,11 +181,12 @@ def worst_disagreement(out: str | Path = "build") -> Disagreement | None:
         paper=worst["paper"],
         exact=worst["mid"],
         relative=float(relative(worst)),
-        scenes=len(found),
+        scenes=len(compared),
     )
 
 
 def _chosen(only: Iterable[str] | None) -> list[Stage]:
+    """The stages named, in their order; all of them without names."""
     stages = _stages()
     if only is None:
         return stages
@@ -211,13 +213,15 @@ def _derivation_hash() -> str:
 
 
 def _folder_hash(folder: Path) -> str:
+    """A hash over the Python files of a folder."""
     parts = sorted(p for p in folder.rglob("*") if p.suffix in {".py", ".mplstyle"})
     return _hash(*(text for p in parts for text in (p.name.encode(), p.read_bytes())))
 
 
 def _stamps(folder: Path) -> dict[str, Any]:
-    found = read_json(folder / _STAMPS)
-    return found if isinstance(found, dict) else {}
+    """The stamps of the stages that were made in a folder."""
+    stamps = read_json(folder / _STAMPS)
+    return stamps if isinstance(stamps, dict) else {}
 
 
 def _stamp(stage: Stage, folder: Path, dps: int) -> dict[str, Any]:
@@ -235,19 +239,22 @@ def _stamp(stage: Stage, folder: Path, dps: int) -> dict[str, Any]:
 
 
 def _hash(*parts: bytes) -> str:
-    found = hashlib.sha256()
+    """A hash of texts, each by itself."""
+    digest = hashlib.sha256()
     for part in parts:
-        found.update(hashlib.sha256(part).digest())
-    return found.hexdigest()
+        digest.update(hashlib.sha256(part).digest())
+    return digest.hexdigest()
 
 
 # -- stages ----------------------------------------------------------------------------------
 
 
 def _figure(name: str) -> Stage:
+    """The stage that draws one figure."""
     kinds = ("png", "svg")
 
     def make(folder: Path, dps: int, step: Callable[[], object]) -> None:
+        """Draw the figure and write its files."""
         figure = figures.FIGURES[name]()
         for kind in kinds:
             write_bytes(folder / f"{name}.{kind}", figures.encode(figure, kind))
@@ -257,6 +264,7 @@ def _figure(name: str) -> Stage:
 
 
 def _table(folder: Path, dps: int, step: Callable[[], object]) -> None:
+    """Write the reference table."""
     values = [
         record for mu, kappa in figures.DRAWN for record in _curve_records(mu, kappa, dps, step)
     ]
@@ -271,6 +279,7 @@ def _table(folder: Path, dps: int, step: Callable[[], object]) -> None:
 def _curve_records(
     mu: str, kappa: str, dps: int, step: Callable[[], object]
 ) -> Iterator[dict[str, Any]]:
+    """The values of one curve: T, with the paper's beside it, and C at each z0."""
     scales = sa.rescale(eps=figures.EPS, kappa=kappa, r=figures.R)
     family = sa.friction(mu=mu, alpha=figures.ALPHA)
     for z0 in Z0:
@@ -293,17 +302,20 @@ def _labels() -> list[str]:
 
 
 def _derive(folder: Path, dps: int, step: Callable[[], object]) -> None:
+    """Write the pages of every derivation."""
     derive(_labels(), folder / _DERIVATIONS, step=step)
 
 
 def _derived(folder: Path) -> str:
+    """A line on the derivations that were written, for the terminal."""
     trace = read_json(folder / _DERIVATIONS / "trace.json")
-    found = trace["derivations"] if isinstance(trace, dict) else []
-    steps = sum(len(record["steps"]) for record in found)
-    return f"{folder / _DERIVATIONS}, {len(found)} derivations whose {steps} checks pass"
+    derived = trace["derivations"] if isinstance(trace, dict) else []
+    steps = sum(len(record["steps"]) for record in derived)
+    return f"{folder / _DERIVATIONS}, {len(derived)} derivations whose {steps} checks pass"
 
 
 def _stages() -> list[Stage]:
+    """Every stage, in order."""
     labels = closure(_labels())
     pages = tuple(f"{_DERIVATIONS}/{name}" for name in names(labels))
     return [

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
     from symasym.asymptotics.laplace.kinks import Real
     from symasym.numbers.arithmetic import Number as Element
+    from symasym.numbers.coefficient_fields import CoefficientField
 
     Field: TypeAlias = ExpressionField | FunctionField | RealField
 
@@ -270,7 +271,7 @@ def _contribution(
     beta = front + 1; the reduced coefficients are Perron's (`perron_coefficients`), times
     Gamma((k + beta)/mu)/(mu a^((k + beta)/mu)).
     """
-    field = lead.ring
+    field = lead.field
     front, weight = term
     start, step = 0, 1
     if side == "both":
@@ -330,7 +331,7 @@ def _contribution(
     )
 
 
-def _as_sympy(value: Element, field: Field) -> Expr:
+def _as_sympy(value: Element, field: CoefficientField) -> Expr:
     """A rational or an element of the field as an expression."""
     if isinstance(value, Fraction):
         return sympy.Rational(value.numerator, value.denominator)
@@ -338,7 +339,9 @@ def _as_sympy(value: Element, field: Field) -> Expr:
     return shown if isinstance(shown, sympy.Basic) else sympy.nsimplify(sympy.Float(shown))
 
 
-def _require_agreement(first: list[Element], second: list[Element], field: Field) -> None:
+def _require_agreement(
+    first: list[Element], second: list[Element], field: CoefficientField
+) -> None:
     """Refuse coefficients on which reversion and moments disagree."""
     for k, (a, b) in enumerate(zip(first, second, strict=True)):
         gap = a - b

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.laplace.cauchy_disk import THETA
 from symasym.asymptotics.proofs.cells import Cell, Peak, landscape
@@ -35,6 +35,9 @@ from symasym.drift.taylor_field import ExactField
 from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
 from symasym.numbers.taylor_models import Model, Range, SmallTerm, SmallTerms, supremum
 
+if TYPE_CHECKING:
+    from flint import arb
+
 # Digits of all balls here, and for each order: few are lost, as exponentials are taken relative to
 # the largest.
 _DIGITS = 90
@@ -53,8 +56,8 @@ _MORE = (2, 4, 6, 8)
 class _Evaluation:
     """What dominates, on a range of noise."""
 
-    def __init__(self, found: Dominance, over: Range) -> None:
-        self.found, self.over = found, over
+    def __init__(self, dominance: Dominance, over: Range) -> None:
+        self.dominance, self.over = dominance, over
         self._integrals: dict[int, tuple[Model, SmallTerms]] = {}
         self._least: dict[int, Any] = {}
         # With the group itself, so that its id is not given to another.
@@ -63,10 +66,11 @@ class _Evaluation:
     def integral(self, leading: LeadingCell) -> tuple[Model, SmallTerms]:
         """Over one cell, without its factor e^{lam height}."""
         if leading.cell not in self._integrals:
-            self._integrals[leading.cell] = self._integral(self.found.cells[leading.cell])
+            self._integrals[leading.cell] = self._integral(self.dominance.cells[leading.cell])
         return self._integrals[leading.cell]
 
     def _integral(self, cell: Cell) -> tuple[Model, SmallTerms]:
+        """The integral over one cell: Laplace with a tail bound, or in closed form."""
         if cell.peak is not None:
             return _peak(cell.peak, self.over)
         assert cell.slope is not None
@@ -77,6 +81,7 @@ class _Evaluation:
         return Model(2, coefficients, flint.arb(0), self.over), (SmallTerm(size, 2, fall),)
 
     def sum_of(self, group: Group) -> tuple[Model, SmallTerms]:
+        """The integral over the cells of a group."""
         models = [self.integral(s) for s in group.leading]
         total, small = models[0]
         for model, more in models[1:]:
@@ -96,22 +101,22 @@ class _Evaluation:
             model, small = self.sum_of(group)
             more = supremum(small, model.power, 0 * self.over.top, self.over.top)
             self._most[id(group)] = group, ((model.largest() + more).upper(), model.power)
-        found: tuple[Any, int] = self._most[id(group)][1]
-        return found
+        bound: tuple[Any, int] = self._most[id(group)][1]
+        return bound
 
-    def main(self, found: Leading) -> tuple[Model, SmallTerms]:
+    def main(self, dominant: Leading) -> tuple[Model, SmallTerms]:
         """T/(lam e^{lam E}): what dominates, and all else relative to that."""
         total: Model | None = None
         parts: list[SmallTerms] = []
-        for well in found.wells:
+        for well in dominant.wells:
             model, small = self._product(well)
             parts.append(small)
             total = model if total is None else total + model
         assert total is not None
         least = total.least()
-        height = self.found.labels.height(found.key)
+        height = self.dominance.labels.height(dominant.key)
         rest = []
-        for size, own, exponent, under, above in found.subdominant:
+        for size, own, exponent, under, above in dominant.subdominant:
             power = own - total.power
             if under is not None:
                 divisor, less = self.least(under)
@@ -125,15 +130,16 @@ class _Evaluation:
         return total, joined + merged(rest)
 
     def _product(self, well: Well) -> tuple[Model, SmallTerms]:
+        """A B/(A + M + B) times the well's own integral, and its errors relative to that."""
         weight, small = self.integral(well.leading)
         a, m, b = well.outer, well.between, well.behind
-        found = self.found.denominator(a, m, b)
-        assert found is not None
-        label, alone = found
+        largest = self.dominance.denominator(a, m, b)
+        assert largest is not None
+        label, alone = largest
         errors = [relative(weight, small)]
         below: Model | None = None
         lost: list[SmallTerm] = []
-        height = self.found.labels.heights[label]
+        height = self.dominance.labels.heights[label]
         for group in (a, m, b):
             if group.label == label:
                 model, small = self.sum_of(group)
@@ -187,17 +193,17 @@ class _Quotient(NamedTuple):
     errors: SmallTerms
 
 
-def _least_of(found: list[_Quotient], low: Any, top: Any, order: int) -> Any:
+def _least_of(quotients: list[_Quotient], low: arb, top: arb, order: int) -> Any:
     """The least bound of |T/T_N - 1|/y^(2N + 2) for low <= y <= top."""
     least, power = flint_module().arb("inf"), 2 * order + 2
-    for model, errors in found:
+    for model, errors in quotients:
         algebraic = model.tail(power, low)
         small = supremum(errors, power, low, top)
         least = least.min((algebraic + (1 + algebraic * top**power) * small).upper())
     return least
 
 
-def _beyond(size: Any, s: Fraction, drop: Any, over: Range) -> SmallTerm:
+def _beyond(size: arb, s: Fraction, drop: arb, over: Range) -> SmallTerm:
     """size lam^-s Gamma(s, z)/Gamma(s) with z = lam drop: what one term has beyond the cell."""
     flint, power, least = flint_module(), exact_ball(s), drop / over.top**2
     steep = 1 - (power - 1) / least
@@ -211,16 +217,17 @@ def _beyond(size: Any, s: Fraction, drop: Any, over: Range) -> SmallTerm:
 
 
 def relative(model: Model, small: SmallTerms) -> SmallTerms:
+    """The small terms relative to the model."""
     least = model.least()
     return tuple(SmallTerm((t.size / least).upper(), t.power - model.power, t.gap) for t in small)
 
 
 def _surely(model: Model, small: SmallTerms, over: Range) -> Any:
     """A positive lower bound of y^(-power) (model + small)."""
-    found = (model.least() - supremum(small, model.power, flint_module().arb(0), over.top)).lower()
-    if not found > 0:
+    least = (model.least() - supremum(small, model.power, flint_module().arb(0), over.top)).lower()
+    if not least > 0:
         raise NotProved
-    return found
+    return least
 
 
 def _inverse(small: SmallTerms, over: Range) -> SmallTerms:
@@ -234,12 +241,12 @@ def _inverse(small: SmallTerms, over: Range) -> SmallTerms:
 def together(errors: Sequence[SmallTerms], over: Range) -> SmallTerms:
     """Of (1 + e_1)(1 + e_2) … - 1."""
     flint = flint_module()
-    found: list[SmallTerm] = []
+    errors_of_product: list[SmallTerm] = []
     grown = flint.arb(1)
     for small in errors:
-        found += [t._replace(size=(t.size * grown).upper()) for t in small]
+        errors_of_product += [t._replace(size=(t.size * grown).upper()) for t in small]
         grown = (grown * (1 + supremum(small, 0, flint.arb(0), over.top))).upper()
-    return tuple(found)
+    return tuple(errors_of_product)
 
 
 def max_of(parts: Sequence[SmallTerms], over: Range) -> SmallTerms:
@@ -251,18 +258,18 @@ def max_of(parts: Sequence[SmallTerms], over: Range) -> SmallTerms:
 
 def merged(terms: Sequence[SmallTerm]) -> SmallTerms:
     """Fewer terms: one for each power, and for each power of two of the gap."""
-    found: dict[tuple[int, int], SmallTerm] = {}
+    bounds: dict[tuple[int, int], SmallTerm] = {}
     for t in terms:
         if not t.gap > 0:
             raise NotProved
         if not t.gap.is_finite():
             continue
-        place = t.power, int(float(t.gap.log()) * 4)
-        old = found.get(place)
-        found[place] = (
+        key = t.power, int(float(t.gap.log()) * 4)
+        old = bounds.get(key)
+        bounds[key] = (
             t if old is None else SmallTerm(t.size + old.size, t.power, t.gap.min(old.gap))
         )
-    return tuple(found.values())
+    return tuple(bounds.values())
 
 
 class Proof:
@@ -287,7 +294,7 @@ class Proof:
             fields = ExactField(drift, True, context), ExactField(drift, False, context)
             try:
                 left, right = (
-                    half(field, side * start, r, order, context, 30, told=False)
+                    half(field, side * start, r, order, context, 30, estimated=False)
                     for side, field in zip((-1, 1), fields, strict=True)
                 )
             except SymasymError:
@@ -298,49 +305,54 @@ class Proof:
             self._leading = self._cells.leading()
 
     def _bits(self) -> int:
+        """Arb's precision for these digits."""
         return 4 * self._digits
 
     def constant(self, kappa: Fraction) -> float | None:
         """K for all noise up to kappa, rounded up; None where it is not proved."""
         with precision(self._bits()):
             try:
-                found = self._constant(exact_ball(kappa) / flint_module().arb(2).sqrt())
-                return math.nextafter(float(found.upper()), math.inf)
+                bound = self._constant(exact_ball(kappa) / flint_module().arb(2).sqrt())
+                return math.nextafter(float(bound.upper()), math.inf)
             except (NotProved, ZeroDivisionError):
                 return None
 
-    def _constant(self, top: Any) -> Any:
+    def _constant(self, top: arb) -> Any:
+        """The largest over the range of |T/T_N - 1|/y^(2N + 2), in units of kappa."""
         flint, order = flint_module(), self._order
         worst, zero = flint.arb(0), flint.arb(0)
         sums = self._expansion(top)
         for _ in range(_PIECES):
-            found = self._quotients(sums, top)
-            rest = _least_of(found, zero, top, order)
+            quotients = self._quotients(sums, top)
+            rest = _least_of(quotients, zero, top, order)
             low = (top * _RATIO).mid()
             if rest < worst * _ENOUGH:
                 break
-            worst = worst.max(_least_of(found, low, top, order))
+            worst = worst.max(_least_of(quotients, low, top, order))
             top = low
         # The last `rest` holds for a little more than what is left.
         return (worst.max(rest) / 2 ** (order + 1)).upper()
 
-    def _expansion(self, top: Any) -> tuple[Sum, Sum]:
+    def _expansion(self, top: arb) -> tuple[Sum, Sum]:
+        """T_N/lam as a quotient of formal sums."""
         ops = Formal(self._cells.labels, self._digits, self._order, top)
         return expansion(self._halves, self._r, ops)
 
-    def _quotients(self, sums: tuple[Sum, Sum], top: Any) -> list[_Quotient]:
-        found = []
+    def _quotients(self, sums: tuple[Sum, Sum], top: arb) -> list[_Quotient]:
+        """T/T_N with more and more coefficients."""
+        quotients = []
         for more in _MORE:
             over = Range(top, 2 * self._order + 2 + more)
             try:
-                found.append(self._quotient(sums, over))
+                quotients.append(self._quotient(sums, over))
             except NotProved:
                 continue
-        if not found:
+        if not quotients:
             raise NotProved
-        return found
+        return quotients
 
     def _quotient(self, sums: tuple[Sum, Sum], over: Range) -> _Quotient:
+        """T/T_N on the range, all powers up to y^(2N) shown to cancel."""
         main, errors = _Evaluation(self._cells, over).main(self._leading)
         labels = self._cells.labels
         key, numerator, beside = split(sums[0], labels, over)

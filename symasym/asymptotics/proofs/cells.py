@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy
 
@@ -21,8 +21,11 @@ from symasym.asymptotics.weak_noise.critical_points import simple_zeros
 from symasym.base.contexts import own_context
 from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
-from symasym.drift.taylor_field import ExactField
+from symasym.drift.taylor_field import ExactField, to_fraction
 from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
+
+if TYPE_CHECKING:
+    from mpmath import mpf
 
 # Terms behind those of the expansion that are enclosed one by one, the others by Cauchy's estimate.
 _EXPLICIT = 4
@@ -31,7 +34,7 @@ _EXPLICIT = 4
 _CELLS = 32
 _PANELS = 16
 _FINEST = 12
-# Digits of a peak's place; the proof takes a neighbourhood of 1e-45 of it.
+# Digits of a peak's position; the proof takes a neighbourhood of 1e-45 of it.
 _DIGITS = 80
 _LESS = 1 - Fraction(1, 10**9)
 
@@ -39,7 +42,7 @@ _LESS = 1 - Fraction(1, 10**9)
 class Peak(NamedTuple):
     """A barrier or an end (sign 1) or a well (-1): V there, and how far V has gone at the edges.
 
-    `middle` is its place, or within 1e-45 of it, and then `exact`, its height, is None.
+    `middle` is its position, or within 1e-45 of it, and then `exact`, its height, is None.
     """
 
     sign: int
@@ -75,13 +78,13 @@ def steepness(cell: Cell) -> tuple[int, Any]:
 
 
 class Landscape(NamedTuple):
-    """The cells, left to right; the start is where cell number `place` begins, or inside it.
+    """The cells, left to right; the start is where cell number `start_cell` begins, or inside it.
 
     `origin` is V at the start, measured from V(-1).
     """
 
     cells: tuple[Cell, ...]
-    place: int
+    start_cell: int
     inside: bool
     origin: Fraction
 
@@ -100,13 +103,19 @@ class _Layer:
     def __init__(self, coefficients: Sequence[Fraction]) -> None:
         self.x = sympy.Symbol("u")
         flint = flint_module()
-        found = [Fraction(0), *(-Fraction(c) / (k + 1) for k, c in enumerate(coefficients))]
-        found[0] = -sum(c * (-1) ** k for k, c in enumerate(found))
-        self.exactly = flint.fmpq_poly([flint.fmpq(c.numerator, c.denominator) for c in found])
+        coefficients_of_v = [
+            Fraction(0),
+            *(-Fraction(c) / (k + 1) for k, c in enumerate(coefficients)),
+        ]
+        coefficients_of_v[0] = -sum(c * (-1) ** k for k, c in enumerate(coefficients_of_v))
+        self.exactly = flint.fmpq_poly(
+            [flint.fmpq(c.numerator, c.denominator) for c in coefficients_of_v]
+        )
 
     def at(self, u: Fraction) -> Fraction:
-        found = self.exactly(flint_module().fmpq(u.numerator, u.denominator))
-        return Fraction(int(found.p), int(found.q))
+        """V(u), exactly."""
+        value = self.exactly(flint_module().fmpq(u.numerator, u.denominator))
+        return Fraction(int(value.p), int(value.q))
 
     def about(self, u: Fraction) -> Any:
         """V in powers of the distance from u: near a zero of A, V's differences are small there."""
@@ -121,7 +130,7 @@ class _Layer:
     def panels(self, a: Fraction, b: Fraction, count: int) -> tuple[Panel, ...]:
         """Enclosures of V on equal parts of [a, b]."""
         flint = flint_module()
-        found, step = [], (b - a) / count
+        rows, step = [], (b - a) / count
         for k in range(count):
             half = exact_ball(step / 2)
             line = flint.arb_poly([exact_ball(a + step * (k + Fraction(1, 2))), half])
@@ -131,11 +140,12 @@ class _Layer:
             steep = ((abs(slope) - turn) / half).lower().max(flint.arb(0))
             even, odd = middle + sum(rest[::2]), slope + sum(rest[1::2])
             ends = even - odd, even + odd
-            found.append(Panel(2 * half, middle - slope, slope / half, bend, ends, steep))
-        return tuple(found)
+            rows.append(Panel(2 * half, middle - slope, slope / half, bend, ends, steep))
+        return tuple(rows)
 
 
 def _rational(x: Fraction) -> Any:
+    """The fraction as SymPy's."""
     return sympy.Rational(int(x.numerator), int(x.denominator))
 
 
@@ -143,6 +153,7 @@ def _rational(x: Fraction) -> Any:
 def landscape(
     coefficients: tuple[Fraction, ...], drift: Drift, r: Fraction, x: Fraction, order: int
 ) -> Landscape | None:
+    """The cells of [-r, r]; None where a peak of V has no proof."""
     with precision(256):
         try:
             return _cut(coefficients, drift, r, x, order)
@@ -153,6 +164,7 @@ def landscape(
 def _cut(
     coefficients: tuple[Fraction, ...], drift: Drift, r: Fraction, x: Fraction, order: int
 ) -> Landscape:
+    """The cells of [-r, r], the peaks of V first."""
     one = Fraction(1)
     layer = _Layer(coefficients)
     lo, hi = max(-r, -one), min(r, one)
@@ -188,10 +200,10 @@ def _cut(
     cells.sort(key=lambda c: c.start)
     if any(c.stop != d.start for c, d in pairwise(cells)):
         raise NotProved
-    place = next(k for k, c in enumerate(cells) if c.stop > x)
+    first = next(k for k, c in enumerate(cells) if c.stop > x)
     beside = min(max(x, -one), one)
     origin = layer.at(beside) - (x - beside) * slopes[0 if x < 0 else 1]
-    return Landscape(tuple(cells), place, cells[place].start < x, origin)
+    return Landscape(tuple(cells), first, cells[first].start < x, origin)
 
 
 def _inside(
@@ -212,7 +224,7 @@ def _inside(
 
 def _between(layer: _Layer, left: Fraction, right: Fraction, levels: list[Any]) -> list[Cell]:
     """Panels, finer where V is near the height of a peak: which is the higher has to be seen."""
-    step, found = (right - left) / _CELLS, []
+    step, cells = (right - left) / _CELLS, []
     edges = [*(left + k * step for k in range(_CELLS)), right]
     waiting = [(a, b, 0) for a, b in pairwise(edges)]
     while waiting:
@@ -223,8 +235,8 @@ def _between(layer: _Layer, left: Fraction, right: Fraction, levels: list[Any]) 
         if near and panel.bend > 0 and depth < _FINEST:
             waiting += [(a, (a + b) / 2, depth + 1), ((a + b) / 2, b, depth + 1)]
         else:
-            found.append(Cell(a, b, (panel,), None, None, None, None))
-    return found
+            cells.append(Cell(a, b, (panel,), None, None, None, None))
+    return cells
 
 
 @lru_cache(maxsize=64)
@@ -247,13 +259,14 @@ def stationary(coefficients: tuple[Fraction, ...], drift: Drift, order: int) -> 
     return Stationary(tuple(cells), (abs(slopes[0]), abs(slopes[1])), heights)
 
 
-def _plain(x: Any) -> Fraction:
+def _plain(x: Fraction) -> Fraction:
+    """The rational as a Fraction."""
     return Fraction(int(x.numerator), int(x.denominator))
 
 
-def _near(zero: Any) -> Fraction:
+def _near(zero: mpf) -> Fraction:
     """The rational that a zero seems to be; `disk` proves what is made of it."""
-    return _exactly(zero).limit_denominator(10**12)
+    return _plain(to_fraction(zero)).limit_denominator(10**12)
 
 
 class _Draft(NamedTuple):
@@ -271,26 +284,27 @@ class _Draft(NamedTuple):
 def _draft(
     layer: _Layer,
     sign: int,
-    point: Any,
+    point: mpf | Fraction,
     side: str,
     ends: tuple[Fraction, Fraction],
     x: Fraction,
     order: int,
 ) -> _Draft:
+    """A peak at `point` with its series, Cauchy's bound of the tail, and how far they hold."""
     exact = _near(point) if hasattr(point, "_mpf_") else point
     slope = layer.exactly.derivative()
     if side == "both" and slope(flint_module().fmpq(exact.numerator, exact.denominator)) != 0:
         exact = None
     contact = 1 if side != "both" and exact in ends else 2
     lo, hi = (_rational(e) for e in ends)
-    middle = _exactly(point) if exact is None else exact
+    middle = _plain(to_fraction(point)) if exact is None else exact
     piece = Piece(lo, hi, sympy.expand_mul(sign * layer.about(middle)), sympy.Integer(1))
     count = (order + 1 + _EXPLICIT) * contact + 1
     with precision(128 + 12 * count):
         given = point if exact is None else _rational(exact)
-        found = disk(piece, layer.x, given, side, contact, sympy.Integer(1), count)
+        series = disk(piece, layer.x, given, side, contact, sympy.Integer(1), count)
     edges = dict.fromkeys((-1, 1), middle)
-    for s, reach, _ in found.sides:
+    for s, reach, _ in series.sides:
         edge = (ends[0] if s < 0 else ends[1]) if reach is None else middle + s * reach * _LESS
         # The shares of a barrier on both sides of the start must not be mixed.
         edges[s] = x if sign > 0 and min(middle, edge) < x < max(middle, edge) else edge
@@ -302,21 +316,22 @@ def _draft(
         around = exact_ball(middle) + flint.arb(0, gap.upper())
         height += flint.arb(0, (abs(flint.arb_poly(slope)(around)) * gap).upper())
     known = None if exact is None else layer.at(middle)
-    return _Draft(sign, middle, height, found, edges[-1], edges[1], known)
+    return _Draft(sign, middle, height, series, edges[-1], edges[1], known)
 
 
 def _apart(drafts: list[_Draft]) -> list[_Draft]:
-    """Where two overlap, either may be cut anywhere: between the two."""
-    found = list(drafts)
+    """The peaks without overlaps: where two overlap, either may be cut anywhere between them."""
+    apart = list(drafts)
     for k, (a, b) in enumerate(pairwise(drafts)):
         if a.stop > b.start:
             edge = max(b.start, min(a.stop, (a.middle + b.middle) / 2))
-            found[k] = found[k]._replace(stop=edge)
-            found[k + 1] = found[k + 1]._replace(start=edge)
-    return found
+            apart[k] = apart[k]._replace(stop=edge)
+            apart[k + 1] = apart[k + 1]._replace(start=edge)
+    return apart
 
 
 def _peak_cell(layer: _Layer, draft: _Draft) -> Cell:
+    """The cell of a peak, with the falls of V to its edges."""
     drops = []
     for sign, _, _ in draft.disk.sides:
         edge = draft.start if sign < 0 else draft.stop
@@ -327,8 +342,3 @@ def _peak_cell(layer: _Layer, draft: _Draft) -> Cell:
     panels = layer.panels(draft.start, draft.stop, _PANELS)
     peak = Peak(draft.sign, draft.height, draft.disk, tuple(drops), draft.middle, draft.exact)
     return Cell(draft.start, draft.stop, panels, peak, None, None, None)
-
-
-def _exactly(zero: Any) -> Fraction:
-    sign, mantissa, exponent, _ = zero._mpf_
-    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent) * (-1 if sign else 1)

@@ -7,22 +7,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.proofs.cells import Cell, Landscape, steepness
 from symasym.numbers.balls import NotProved, exact_ball, flint_module
 from symasym.numbers.taylor_models import SmallTerm, SmallTerms
+
+if TYPE_CHECKING:
+    from flint import arb
 
 Key = tuple[tuple[int, int], ...]
 
 
 def key_of(parts: Sequence[tuple[int, int]]) -> Key:
     """A sum of heights, as label and multiple; label 0 is the height of the start, which is 0."""
-    found: dict[int, int] = {}
+    times_of: dict[int, int] = {}
     for label, times in parts:
         if label:
-            found[label] = found.get(label, 0) + times
-    return tuple(sorted((label, n) for label, n in found.items() if n))
+            times_of[label] = times_of.get(label, 0) + times
+    return tuple(sorted((label, n) for label, n in times_of.items() if n))
 
 
 class Labels:
@@ -33,7 +36,7 @@ class Labels:
         self.heights = [flint_module().arb(0)]
         self._known: list[tuple[Fraction | None, Fraction | None]] = [(None, Fraction(0))]
 
-    def of(self, height: Any, middle: Fraction | None, exact: Fraction | None) -> int:
+    def of(self, height: arb | None, middle: Fraction | None, exact: Fraction | None) -> int:
         """The label of a height measured from V(-1), at `middle`; `exact` where it is rational."""
         flint = flint_module()
         if exact is not None:
@@ -41,13 +44,13 @@ class Labels:
             height = exact_ball(exact)
         else:
             height = height - exact_ball(self._origin)
-        for label, (known, (place, value)) in enumerate(
+        for label, (known, (point, value)) in enumerate(
             zip(self.heights, self._known, strict=True)
         ):
             if not known.overlaps(height):
                 continue
-            same = exact == value if exact is not None and value is not None else middle == place
-            mirrored = self._even and None not in (place, middle) and _near(place, middle)
+            same = exact == value if exact is not None and value is not None else middle == point
+            mirrored = self._even and None not in (point, middle) and _near(point, middle)
             if not (same or mirrored):
                 # As good as equal, but not shown to be.
                 raise NotProved
@@ -56,7 +59,7 @@ class Labels:
         self._known.append((middle, exact))
         return len(self.heights) - 1
 
-    def find(self, height: Any) -> int:
+    def find(self, height: arb) -> int:
         """The label of a height measured from the start, a new one if there is none."""
         for label, known in enumerate(self.heights):
             if known.overlaps(height):
@@ -66,10 +69,12 @@ class Labels:
         return len(self.heights) - 1
 
     def height(self, key: Key) -> Any:
+        """The height that the key stands for."""
         return sum((n * self.heights[label] for label, n in key), flint_module().arb(0))
 
 
 def _near(a: Fraction | None, b: Fraction | None) -> bool:
+    """True where a and -b are as good as equal."""
     return a is not None and b is not None and abs(a + b) < Fraction(1, 10**40)
 
 
@@ -88,7 +93,8 @@ class Size(NamedTuple):
     top: Any
 
 
-def below_height(sizes: Sequence[Size], height: Any) -> SmallTerms:
+def below_height(sizes: Sequence[Size], height: arb) -> SmallTerms:
+    """The sizes relative to e^{lam height}."""
     return tuple(SmallTerm(s.size, s.power, (height - s.top).lower()) for s in sizes)
 
 
@@ -142,9 +148,9 @@ class Leading(NamedTuple):
 class Dominance:
     """Which cells of a landscape dominate, decided in balls."""
 
-    def __init__(self, found: Landscape, origin: Fraction, even: bool) -> None:
-        self.found, self.labels = found, Labels(origin, even)
-        self.cells = found.cells
+    def __init__(self, cut: Landscape, origin: Fraction, even: bool) -> None:
+        self.landscape, self.labels = cut, Labels(origin, even)
+        self.cells = cut.cells
         base = exact_ball(origin)
         spans = [_span(c) for c in self.cells]
         self.tops = [high - base for _, high in spans]
@@ -155,8 +161,8 @@ class Dominance:
         self.low: dict[int, LeadingCell] = {}
         for k, cell in enumerate(self.cells):
             if cell.slope is not None:
-                value, place = _straight_top(cell)
-                self.high[k] = LeadingCell(self.labels.of(None, place, value), k)
+                value, point = _straight_top(cell)
+                self.high[k] = LeadingCell(self.labels.of(None, point, value), k)
             elif cell.peak is not None:
                 p = cell.peak
                 made = LeadingCell(self.labels.of(p.height, p.middle, p.exact), k)
@@ -168,8 +174,8 @@ class Dominance:
         sizes = self._sizes(everything)
         length = sum((self.sizes[k] for k in everything), flint_module().arb(0))
         top = flint_module().arb("-inf")
-        for found in sizes:
-            top = top.max(found.top)
+        for size in sizes:
+            top = top.max(size.top)
         heights = {k: self.labels.heights[s.label] for k, s in self.high.items() if k in indices}
         if not heights:
             return Group(None, (), (), top, sizes, length)
@@ -184,7 +190,7 @@ class Dominance:
 
     def _sizes(self, indices: Sequence[int]) -> tuple[Size, ...]:
         """Curved cells are bounded by their lengths, straight ones by lam^-1/|slope|."""
-        flint, found = flint_module(), []
+        flint, sizes = flint_module(), []
         for straight in (False, True):
             cells = [k for k in indices if (self.cells[k].slope is not None) == straight]
             size, top = flint.arb(0), flint.arb("-inf")
@@ -193,12 +199,12 @@ class Dominance:
                 size += self.sizes[k] if slope is None else 1 / exact_ball(abs(slope))
                 top = top.max(self.tops[k])
             if cells:
-                found.append(Size(size.upper(), 2 * straight, top))
-        return tuple(found)
+                sizes.append(Size(size.upper(), 2 * straight, top))
+        return tuple(sizes)
 
     def sides(self, k: int) -> tuple[Sequence[int], Sequence[int], Sequence[int], Sequence[int]]:
         """Outer side of cell k, between it and the start, behind the start, and the start's own."""
-        at, inside, n = self.found.place, self.found.inside, len(self.cells)
+        at, inside, n = self.landscape.start_cell, self.landscape.inside, len(self.cells)
         first = at + 1 if inside else at
         own = [at] if inside and k != at else []
         if k >= first:
@@ -208,6 +214,7 @@ class Dominance:
         return range(at), (), range(first, n), own
 
     def leading(self) -> Leading:
+        """The wells that dominate T, and bounds of all else."""
         wells = [w for w in (self._well(s) for s in self.low.values()) if w is not None]
         if not wells:
             raise NotProved
@@ -218,7 +225,7 @@ class Dominance:
         cells = {w.leading.cell for w in main}
         subdominant = []
         # Away from the start on both sides, so that what lies outside shrinks.
-        at = self.found.place
+        at = self.landscape.start_cell
         for k in (*range(at - 1, -1, -1), *range(at, len(self.cells))):
             if k not in cells:
                 subdominant.append(self._falling(k))
@@ -226,6 +233,7 @@ class Dominance:
         return Leading(main, tuple(subdominant), key)
 
     def _well(self, leading: LeadingCell) -> Well | None:
+        """A well with the three groups it goes with; None where one of them does not lead."""
         outer, between, behind, own = self.sides(leading.cell)
         a, m, b = self.group(outer), self.group(between, own), self.group(behind, own)
         key = self.denominator(a, m, b)
@@ -270,7 +278,7 @@ class Dominance:
 
     def _nested(self, k: int) -> Subdominant:
         """The double integral over cell k times the chance to be on the start's other side."""
-        at, inside = self.found.place, self.found.inside
+        at, inside = self.landscape.start_cell, self.landscape.inside
         size = self.sizes[k] ** 2, 0
         rise = self.tops[k] - self.bottoms[k]
         cell = self.cells[k]
@@ -294,12 +302,13 @@ class Dominance:
         return min(choices, key=_exponent)
 
     def _height(self, leading: LeadingCell) -> Any:
+        """The height of a cell."""
         return self.labels.heights[leading.label]
 
     def _above(self, indices: Sequence[int], own: Sequence[int]) -> Group:
         """A group that holds these cells, and perhaps more; few are made."""
         leading = tuple(k for k in indices if k in self.high)
-        key = leading, tuple(own), bool(indices) and indices[0] < self.found.place
+        key = leading, tuple(own), bool(indices) and indices[0] < self.landscape.start_cell
         known = self._groups.get(key)
         if known is None or known[1].label is None or not set(indices) <= known[0]:
             known = set(indices), self.group(indices, own)
@@ -308,8 +317,9 @@ class Dominance:
 
 
 def _over(
-    bound: tuple[Any, int], exponent: Any, under: LeadingCell | None, *above: Group
+    bound: tuple[Any, int], exponent: arb, under: LeadingCell | None, *above: Group
 ) -> Subdominant:
+    """A bound divided by one integral and times others."""
     size, power = bound
     for group in above:
         exponent = exponent + group.top
@@ -321,6 +331,7 @@ def _over(
 
 
 def _exponent(choice: Subdominant) -> Any:
+    """The exponent, to compare with others."""
     return choice.exponent.mid() if choice.exponent.is_finite() else flint_module().arb("-inf")
 
 

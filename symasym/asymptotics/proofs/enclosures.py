@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import accumulate
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.laplace.cauchy_disk import THETA
 from symasym.asymptotics.proofs.cells import (
@@ -33,6 +33,9 @@ from symasym.asymptotics.proofs.panels import Bounds, between_lines
 from symasym.drift.drift import Drift
 from symasym.exact.ball_panels import Outer
 from symasym.numbers.balls import exact_ball, flint_module, precision
+
+if TYPE_CHECKING:
+    from flint import arb
 
 
 def enclosure(
@@ -59,12 +62,12 @@ def enclosure(
     if coefficients is None:
         return None
     lam = 2 / kappa**2
-    found = landscape(tuple(coefficients), drift, r, start, order)
-    if found is None:
+    cut = landscape(tuple(coefficients), drift, r, start, order)
+    if cut is None:
         return None
     # e^{lam V} loses as many bits as its exponent has before the point.
     with precision(100 + 4 * digits + int(lam * (1 + r)).bit_length()):
-        return _time(found, lam)
+        return _time(cut, lam)
 
 
 def enclosure_outside(drift: Drift, kappa: Fraction, order: int, digits: int) -> Bounds | None:
@@ -73,20 +76,20 @@ def enclosure_outside(drift: Drift, kappa: Fraction, order: int, digits: int) ->
     if coefficients is None:
         return None
     lam = 2 / kappa**2
-    found = stationary(tuple(coefficients), drift, order)
-    if found is None:
+    layer = stationary(tuple(coefficients), drift, order)
+    if layer is None:
         return None
     with precision(100 + 4 * digits + int(lam).bit_length()):
-        return _outside(found, lam)
+        return _outside(layer, lam)
 
 
-def _outside(found: Stationary, lam: Fraction) -> Bounds | None:
+def _outside(layer: Stationary, lam: Fraction) -> Bounds | None:
     """int e^{-lam V} over |u| > 1, closed form, over that over all u."""
     zero = flint_module().arb(0)
     inside, outside = Bounds(zero, zero), zero
-    for cell in found.cells:
+    for cell in layer.cells:
         inside = inside + _falling(cell, lam)
-    for slope, height in zip(found.slopes, found.heights, strict=True):
+    for slope, height in zip(layer.slopes, layer.heights, strict=True):
         outside += exact_ball(-lam * height).exp() / exact_ball(lam * slope)
     low, high = outside / (outside + inside.high), outside / (outside + inside.low)
     return Bounds(low.lower(), high.upper()) if low > 0 and high.is_finite() else None
@@ -104,17 +107,18 @@ class _Shares(NamedTuple):
     after: Bounds
 
 
-def _time(found: Landscape, lam: Fraction) -> Bounds | None:
-    cells = [_shares(c, lam) for c in found.cells]
+def _time(cut: Landscape, lam: Fraction) -> Bounds | None:
+    """T from the cells' integrals, lower and upper bounds apart (module docstring)."""
+    cells = [_shares(c, lam) for c in cut.cells]
     zero = flint_module().arb(0)
     none = Bounds(zero, zero)
     rising = [c.rising for c in cells]
     left = list(accumulate(rising, initial=none))
     right = list(accumulate(rising[::-1], initial=none))[::-1]
-    at = found.place
+    at = cut.start_cell
     total = none
-    own = rising[at] if found.inside else none
-    first = at + 1 if found.inside else at
+    own = rising[at] if cut.inside else none
+    first = at + 1 if cut.inside else at
     # Of e^{lam V} on each side of the start; its own cell's, if cut by it, may be on either.
     behind = Bounds(left[at].low, (left[at].high + own.high).upper())
     ahead = Bounds(right[first].low, (right[first].high + own.high).upper())
@@ -132,7 +136,7 @@ def _time(found: Landscape, lam: Fraction) -> Bounds | None:
         share = _share(behind, ahead)
         total = total + _product(cells[k].falling, _three(right[k + 1], between, behind))
         total = total + _product(cells[k].after, share)
-    if found.inside:
+    if cut.inside:
         # L(min) R(max)/(L + R) for u in the start's own cell, from all of it between the two to
         # none: E + A B/(A + B + E) grows with each of A, B and E.
         low = _three(left[at], own, right[first]).low
@@ -146,6 +150,7 @@ def _time(found: Landscape, lam: Fraction) -> Bounds | None:
 
 
 def _product(a: Bounds, b: Bounds) -> Bounds:
+    """Bounds of the product of positive numbers."""
     return Bounds((a.low * b.low).lower(), (a.high * b.high).upper())
 
 
@@ -154,14 +159,16 @@ def _share(part: Bounds, rest: Bounds) -> Bounds:
     return Bounds(_over(part.low, rest.high).lower(), _over(part.high, rest.low).upper())
 
 
-def _over(part: Any, rest: Any) -> Any:
+def _over(part: arb, rest: arb) -> Any:
+    """part/(part + rest), 0 where part is."""
     return part / (part + rest) if part > 0 else part
 
 
 def _three(outer: Bounds, between: Bounds, other: Bounds) -> Bounds:
     """A B/(A + M + B), which grows with A and B and falls with M."""
 
-    def value(a: Any, m: Any, b: Any) -> Any:
+    def value(a: arb, m: arb, b: arb) -> Any:
+        """A B/(A + M + B) of one end each."""
         return a * b / (a + m + b) if a > 0 and b > 0 else flint_module().arb(0)
 
     return Bounds(
@@ -171,6 +178,7 @@ def _three(outer: Bounds, between: Bounds, other: Bounds) -> Bounds:
 
 
 def _shares(cell: Cell, lam: Fraction) -> _Shares:
+    """Bounds of the integrals over one cell."""
     if cell.slope is not None:
         return _straight(cell, cell.slope, lam)
     rising, falling = between_lines(cell.panels, lam, 1), between_lines(cell.panels, lam, -1)
@@ -196,10 +204,12 @@ def _falling(cell: Cell, lam: Fraction) -> Bounds:
 
 
 def _both(a: Bounds, b: Bounds) -> Bounds:
+    """The better of two bounds."""
     return Bounds(a.low.max(b.low), a.high.min(b.high))
 
 
 def _straight(cell: Cell, slope: Fraction, lam: Fraction) -> _Shares:
+    """The integrals over a straight cell, in closed form."""
     length = cell.stop - cell.start
     stretch = Outer(exact_ball(slope), lam, length)
     mirrored = Outer(exact_ball(-slope), lam, length)
@@ -209,7 +219,7 @@ def _straight(cell: Cell, slope: Fraction, lam: Fraction) -> _Shares:
 
 
 def _laplace(peak: Peak, lam: Fraction) -> Bounds:
-    """int e^{sign lam V} over the peak's cell: the best of all places to cut its series."""
+    """int e^{sign lam V} over the peak's cell: cut off at its best term."""
     d, number = peak.disk, exact_ball(lam)
     factor = (exact_ball(peak.sign * lam) * peak.height).exp()
     sides = len(d.sides)
@@ -228,7 +238,7 @@ def _laplace(peak: Peak, lam: Fraction) -> Bounds:
         after = exact_ball(s + Fraction(1, d.contact))
         tail = size * ratio ** (k + 1) * after.gamma() * number**-after
         left_out = (tail * sides / exact_ball(1 - Fraction(THETA))).upper()
-        # Where the series diverges, the last term known is not the best place to cut it.
+        # Where the series diverges, the last term known need not be where to cut it off.
         if left_out < least:
             best, least = total, left_out
     low, high = (factor * (best - least)).lower(), (factor * (best + least)).upper()

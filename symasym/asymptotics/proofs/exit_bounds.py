@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,8 +26,13 @@ from symasym.drift.scenes import (
     scene_at,
 )
 from symasym.drift.taylor_field import ExactField
+from symasym.numbers.arithmetic import Number
 from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of
 from symasym.special.exponentials import ball_quotient, log_quotient
+
+if TYPE_CHECKING:
+    from flint import arb
+    from mpmath.ctx_mp import MPContext
 
 # Bounds further apart say nothing that is worth a number.
 _MOST_RATIO = 3
@@ -58,15 +63,18 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     return Answer(middle, radius, "bound", _TERMS)
 
 
-def _probability(part: Any, rest: Any) -> Any:
+def _probability(part: arb, rest: arb) -> Any:
+    """part/(part + rest)."""
     return 1 / (1 + rest / part)
 
 
-def _log(part: Any, rest: Any) -> Any:
+def _log(part: arb, rest: arb) -> Any:
+    """Its logarithm."""
     return -(rest / part).log1p()
 
 
 def _too_far(kappa: str) -> AccuracyError:
+    """The refusal where the bounds are too far apart to be worth a number."""
     return AccuracyError(
         f"kappa is {kappa}, where the two bounds are more than a factor {_MOST_RATIO} apart: the "
         "layer's barriers or the start are too close to each other or to an end for this noise; "
@@ -85,6 +93,7 @@ def _side(drift: Drift, mirrored: bool, r: Fraction, x: Fraction, lam: Fraction)
     height = low = high = exact_ball(Fraction(0))
 
     def outer(side: int, length: Fraction) -> Any:
+        """The integral over a stretch of constant drift, and what it adds."""
         fall = -profile.value(Fraction(side)) * exact_ball(length)
         first = ball_quotient(factor * fall, 1)
         return (factor * height).exp() * exact_ball(length) * first, height + fall
@@ -118,7 +127,9 @@ def _region(region: Region, exactly: Fraction) -> Bounds:
     return Bounds(low.max(scale * least), high.min(scale * most))
 
 
-def _by_laplace(peak: Edge | Barrier, lam: Any, numbers: Any) -> tuple[Any, Any, Any]:
+def _by_laplace(
+    peak: Edge | Barrier, lam: Number, numbers: _Balls | _Floats
+) -> tuple[Any, Any, Any]:
     """Laplace's leading term of int e^{lam (V - height)} over a window, and bounds of its share."""
     number, above = numbers.number, numbers.above
     if isinstance(peak, Edge):
@@ -141,18 +152,18 @@ class _Balls:
     def __init__(self) -> None:
         self.pi = flint_module().arb.pi()
 
-    def number(self, x: Any) -> Any:
+    def number(self, x: Number) -> Any:
         return x
 
     above = number
 
-    def sqrt(self, x: Any) -> Any:
+    def sqrt(self, x: Number) -> Any:
         return x.sqrt()
 
-    def exp(self, x: Any) -> Any:
+    def exp(self, x: Number) -> Any:
         return x.exp()
 
-    def expm1(self, x: Any) -> Any:
+    def expm1(self, x: Number) -> Any:
         return x.expm1()
 
 
@@ -163,7 +174,7 @@ class _Floats:
     sqrt, exp, expm1 = np.sqrt, np.exp, np.expm1
 
     @staticmethod
-    def above(x: Any) -> float:
+    def above(x: arb) -> float:
         return float(np.nextafter(float(x.upper()), np.inf))
 
 
@@ -188,10 +199,10 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
             # log C = -log(1 + sigma_L/sigma_R); the ends of the one from opposite ends of both.
             ratios = other[[1, 0]] - wanted
             ends_of_log = -np.logaddexp(0.0, ratios[:2])
-            slack = _UNIT * 8 * (8 + np.abs(other).max(axis=0) + np.abs(wanted).max(axis=0))
-            slack = slack + input_rounding(rows_of(scenes, rows), steepest[rows])
+            rounding = _UNIT * 8 * (8 + np.abs(other).max(axis=0) + np.abs(wanted).max(axis=0))
+            rounding = rounding + input_rounding(rows_of(scenes, rows), steepest[rows])
         logs[rows] = ends_of_log.mean(axis=0)
-        errors[rows] = (ends_of_log[1] - ends_of_log[0]) / 2 + slack
+        errors[rows] = (ends_of_log[1] - ends_of_log[0]) / 2 + rounding
     bad = np.flatnonzero(~(errors < np.log(_MOST_RATIO) / 2))
     if bad.size:
         raise _too_far(scenes.noise(bad[0]))
@@ -210,6 +221,7 @@ def _float_side(
     parts = []
 
     def outer(a: float, length: FloatArray) -> None:
+        """The integral over a stretch of constant drift, and what it adds."""
         nonlocal height
         size = np.maximum(length, 0.0)
         y = -lam * a * size
@@ -249,8 +261,8 @@ def _float_layer(layer: Layer, lam: FloatArray) -> FloatArray:
                 np.fmin(bounds[1], top + np.log(most)),
             ]
         totals.append(np.array(bounds))
-    found: FloatArray = np.logaddexp.reduce(np.array(totals), axis=0)
-    return found
+    logs: FloatArray = np.logaddexp.reduce(np.array(totals), axis=0)
+    return logs
 
 
 # -- the paper's bound -----------------------------------------------------------------------------
@@ -288,8 +300,8 @@ def paper_bounds(scenes: Scenes, request: Request) -> Answers:
     return Answers(logs, errors, "bound", _PAPER_TERMS, _PAPER_NOTE)
 
 
-def _paper_log(scene: Scene, complement: bool, context: Any) -> Any:
-    """Logarithm of the bound, where its conditions hold."""
+def _paper_log(scene: Scene, complement: bool, context: MPContext) -> Any:
+    """The logarithm of the bound of eq:C (derivation C-bound), where its conditions hold."""
     from symasym.base.errors import InputError, RegionError
 
     drift, values = scene.drift, scene.numbers

@@ -7,14 +7,18 @@ formal sums instead, so that what is proved is proved of that very expression.
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.proofs.dominance import Key, Labels, key_of
 from symasym.asymptotics.weak_noise.compose import mean_time, sides_of
 from symasym.asymptotics.weak_noise.one_sided import OneSided
 from symasym.asymptotics.weak_noise.series import Series
+from symasym.numbers.arithmetic import Number
 from symasym.numbers.balls import NotProved, exact_ball, flint_module
 from symasym.numbers.taylor_models import Model, Range, SmallTerm, SmallTerms
+
+if TYPE_CHECKING:
+    from flint import arb
 
 # Digits of the expansion's coefficients that are trusted, of those they are computed with.
 _LOST = 20
@@ -29,7 +33,7 @@ class Height(NamedTuple):
     value: Any
     sign: int
 
-    def __sub__(self, change: Any) -> Height:
+    def __sub__(self, change: Sum) -> Height:
         return Height(self.value - change.number(), self.sign)
 
 
@@ -47,7 +51,7 @@ class Sum:
         self.parts = parts
 
     def number(self) -> Any:
-        """Its value, if it is a number."""
+        """The number as a sum, with the rounding of an mpf."""
         if not self.parts:
             return flint_module().arb(0)
         ((key, powers),) = self.parts.items()
@@ -55,35 +59,35 @@ class Sum:
         assert (key, power) == ((), 0)
         return value
 
-    def __add__(self, other: Any) -> Sum:
-        found = {key: dict(powers) for key, powers in self.parts.items()}
+    def __add__(self, other: Sum | Number) -> Sum:
+        parts = {key: dict(powers) for key, powers in self.parts.items()}
         for key, powers in _sum(other).parts.items():
-            mine = found.setdefault(key, {})
+            mine = parts.setdefault(key, {})
             for power, c in powers.items():
                 mine[power] = mine[power] + c if power in mine else c
-        return Sum(found)
+        return Sum(parts)
 
     __radd__ = __add__
 
     def __neg__(self) -> Any:
         return self * -1
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Sum | Number) -> Any:
         return self + -_sum(other)
 
-    def __mul__(self, other: Any) -> Any:
-        found: dict[Key, Powers] = {}
+    def __mul__(self, other: Sum | Number) -> Any:
+        parts: dict[Key, Powers] = {}
         for first, mine in self.parts.items():
             for second, theirs in _sum(other).parts.items():
-                into = found.setdefault(key_of([*first, *second]), {})
+                into = parts.setdefault(key_of([*first, *second]), {})
                 for p, a in mine.items():
                     for q, b in theirs.items():
                         into[p + q] = into[p + q] + a * b if p + q in into else a * b
-        return Sum(found)
+        return Sum(parts)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Sum | Number) -> Any:
         if not self.parts:
             return self
         try:
@@ -91,16 +95,18 @@ class Sum:
         except ValueError:
             return Quotient(self, other)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Sum | Number) -> Any:
         return _sum(other) * self.inverse()
 
     def inverse(self) -> Sum:
+        """1 over a sum of one term."""
         ((key, powers),) = self.parts.items()
         ((power, value),) = powers.items()
         return Sum({tuple((label, -n) for label, n in key): {-power: 1 / value}})
 
 
-def _sum(x: Any) -> Sum:
+def _sum(x: Number) -> Sum:
+    """The number as a sum."""
     if isinstance(x, Sum):
         return x
     return Sum({(): {0: flint_module().arb(x)}} if x else {})
@@ -111,11 +117,12 @@ class Formal:
 
     rounding = 0.0
 
-    def __init__(self, labels: Labels, digits: int, order: int, top: Any) -> None:
+    def __init__(self, labels: Labels, digits: int, order: int, top: arb) -> None:
         self._labels, self._order, self._top = labels, order, top
         self.radius = flint_module().arb(10) ** (_LOST - digits)
 
-    def leaf(self, height: Any, series: Series, rough: Any = 0.0) -> Sum:
+    def leaf(self, height: Height | float, series: Series, rough: float = 0.0) -> Sum:
+        """e^{lam height} times the series, to the order."""
         key: Key = ()
         if isinstance(height, Height):
             label = self._labels.find(height.sign * height.value)
@@ -132,6 +139,7 @@ class Formal:
         return Sum({key: powers} if powers else {})
 
     def total(self, terms: list[Sum]) -> Sum:
+        """The sum."""
         return sum(terms, Sum({}))
 
     def _log(self) -> Any:
@@ -140,14 +148,15 @@ class Formal:
         most = (2 / flint.arb(1).exp()).max(2 * self._top * self._top.log())
         return flint.arb(0, most.upper())
 
-    def number(self, x: Any) -> Any:
+    def number(self, x: Number) -> Any:
+        """The number as a sum, with the rounding of an mpf."""
         if isinstance(x, (Sum, Height)):
             return x
         if isinstance(x, (int, Fraction)):
             return _sum(exact_ball(Fraction(x)))
         return _sum(self.ball(x))
 
-    def ball(self, x: Any) -> Any:
+    def ball(self, x: Number) -> Any:
         """A number of the expansion, with its roundings."""
         flint = flint_module()
         sign, mantissa, exponent, _ = x._mpf_
@@ -158,13 +167,14 @@ class Formal:
 def expansion(both: tuple[OneSided, OneSided], r: Fraction, ops: Formal) -> tuple[Sum, Sum]:
     """T_N/lam as a quotient."""
     left, right = (_with_heights(one, ops) for one in both)
-    found = mean_time(sides_of((left, right), ops.number(r), ops))
-    if not isinstance(found, Quotient):
+    quotient = mean_time(sides_of((left, right), ops.number(r), ops))
+    if not isinstance(quotient, Quotient):
         raise NotProved
-    return found.over, found.under
+    return quotient.over, quotient.under
 
 
 def _with_heights(one: OneSided, ops: Formal) -> OneSided:
+    """The expansion with its heights as exponents of formal sums."""
     beyond = one.beyond
     if beyond is not None:
         u, height, slope = beyond
@@ -176,15 +186,15 @@ def _with_heights(one: OneSided, ops: Formal) -> OneSided:
     )
 
 
-def _height(x: Any, ops: Formal) -> Any:
+def _height(x: Number, ops: Formal) -> Any:
     """Small ones are differences: their error is not relative."""
     return ops.ball(x) + flint_module().arb(0, ops.radius.upper())
 
 
-def split(found: Sum, labels: Labels, over: Range) -> tuple[Key, Model, SmallTerms]:
-    """What has the largest exponent, and all else relative to its exponential."""
+def split(total: Sum, labels: Labels, over: Range) -> tuple[Key, Model, SmallTerms]:
+    """The part with the largest exponent, and all else relative to its exponential."""
     flint = flint_module()
-    parts = {key: p for key, p in found.parts.items() if p}
+    parts = {key: p for key, p in total.parts.items() if p}
     if not parts:
         raise NotProved
     best = max(parts, key=lambda key: labels.height(key).mid())

@@ -14,13 +14,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from symasym.asymptotics.proofs.panels import Panel
+from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.balls import BallOps, exact_ball, flint_module, profile_of
+
+if TYPE_CHECKING:
+    from flint import arb
 
 _WIDEST = Fraction(1, 32)
 _NARROWEST = Fraction(1, 2**16)
@@ -40,7 +44,7 @@ class Edge(NamedTuple):
 class Barrier(NamedTuple):
     """V = height - curvature t^2 - cubic t^3 - …, |fourth-order term| <= quartic t^4, |t| <= reach.
 
-    `gap` is what the place of the barrier is uncertain by.
+    `gap` is the uncertainty of the barrier's position.
     """
 
     height: Any
@@ -74,25 +78,26 @@ class _Drift:
         finite, wanted = profile.terms(), 12 + flint_module().ctx.prec // 6
         self.terms = wanted if finite is None else max(4, min(finite + 1, wanted))
 
-    def floats(self, u: Any) -> Any:
+    def floats(self, u: FloatArray) -> Any:
+        """A at u in float64."""
         with np.errstate(all="ignore"):
             values = self._sign * self._drift.evaluate_float(self._sign * u)
         return np.broadcast_to(values, u.shape)
 
-    def taylor(self, place: Any, terms: int) -> list[Any]:
-        """Taylor coefficients at any point of the ball `place`."""
+    def taylor(self, ball: arb, terms: int) -> list[Any]:
+        """Taylor coefficients at any point of the ball `ball`."""
         flint = flint_module()
         before = flint.ctx.cap
         flint.ctx.cap = terms
         try:
-            line = flint.arb_series([self._sign * place, self._sign], terms)
-            found = self._sign * flint.arb_series(self._drift.evaluate(line, BallOps()), terms)
+            line = flint.arb_series([self._sign * ball, self._sign], terms)
+            series = self._sign * flint.arb_series(self._drift.evaluate(line, BallOps()), terms)
         except (ZeroDivisionError, ValueError):
             # A divisor that may be 0 in the ball.
             return [flint.arb.nan()] * terms
         finally:
             flint.ctx.cap = before
-        coefficients: list[Any] = found.coeffs()
+        coefficients: list[Any] = series.coeffs()
         return coefficients + [flint.arb(0)] * (terms - len(coefficients))
 
 
@@ -116,6 +121,7 @@ def layer_of(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> Layer:
 
 
 def _rough_top(field: _Drift, a: Fraction, b: Fraction) -> float:
+    """max V - V(a) over [a, b] in float64, by trapezoids."""
     u = np.linspace(float(a), float(b), _SAMPLES)
     slope = -field.floats(u)
     steps = (slope[1:] + slope[:-1]) / 2 * np.diff(u)
@@ -123,7 +129,7 @@ def _rough_top(field: _Drift, a: Fraction, b: Fraction) -> float:
 
 
 def _panels(
-    field: _Drift, left: Fraction, right: Fraction, height: Any, top: float | None
+    field: _Drift, left: Fraction, right: Fraction, height: arb, top: float | None
 ) -> tuple[list[Panel], Any]:
     """Panels of [left, right], short enough not to reach above `top` by bending."""
     flint = flint_module()
@@ -135,8 +141,8 @@ def _panels(
         lo, hi = waiting.pop()
         center, half = (lo + hi) / 2, (hi - lo) / 2
         h = exact_ball(half)
-        place = flint.arb(exact_ball(center), h.abs_upper())
-        wide = field.taylor(place, field.terms + 1)
+        ball = flint.arb(exact_ball(center), h.abs_upper())
+        wide = field.taylor(ball, field.terms + 1)
         bend = wide[1].abs_upper() * h * h / 2
         if half > _NARROWEST:
             gap = 0.0 if top is None else top - float(height.mid()) - float(abs(wide[0]).mid() * h)
@@ -157,17 +163,17 @@ def _panels(
 
 
 def _windows(field: _Drift, a: Fraction, b: Fraction) -> list[Any]:
-    """(left, right, maker of the peak) of each place where V may be largest."""
+    """(left, right, maker of the peak) of each point where V may be largest."""
     barriers = _rises(field.floats, a, b)
-    found: list[Any] = []
-    places = [a, *barriers, b]
+    windows: list[Any] = []
+    points = [a, *barriers, b]
     for k, b_hat in enumerate(barriers, start=1):
-        before, after = b_hat - places[k - 1], places[k + 1] - b_hat
+        before, after = b_hat - points[k - 1], points[k + 1] - b_hat
         room = min(before if k == 1 else before / 2, after if k == len(barriers) else after / 2)
         window = _barrier_window(field, b_hat, room * Fraction(15, 16))
         if window:
-            found.append(window)
-    used = sorted((w[0], w[1]) for w in found)
+            windows.append(window)
+    used = sorted((w[0], w[1]) for w in windows)
     first = used[0][0] if used else b
     last = used[-1][1] if used else a
     values = field.profile.value(a), field.profile.value(b)
@@ -175,15 +181,16 @@ def _windows(field: _Drift, a: Fraction, b: Fraction) -> list[Any]:
     if values[0] > 0:
         window = _edge_window(field, a, (first - a) / 2, 1)
         if window:
-            found.append(window)
+            windows.append(window)
     if values[1] < 0:
         window = _edge_window(field, b, (b - last) / 2, -1)
         if window:
-            found.append(window)
-    return found
+            windows.append(window)
+    return windows
 
 
 def _edge_window(field: _Drift, end: Fraction, room: Fraction, side: int) -> Any:
+    """A window beside an end that V falls from: Laplace's method with a proved tail bound."""
     flint = flint_module()
     slope = abs(field.profile.value(end))
     length = room
@@ -193,15 +200,16 @@ def _edge_window(field: _Drift, end: Fraction, room: Fraction, side: int) -> Any
         bend, parts = flint.arb(0), 16
         for k in range(parts):
             center = end + side * length * Fraction(2 * k + 1, 2 * parts)
-            place = flint.arb(exact_ball(center), exact_ball(length / (2 * parts)).abs_upper())
-            value, derivative = field.taylor(place, 2)
+            ball = flint.arb(exact_ball(center), exact_ball(length / (2 * parts)).abs_upper())
+            value, derivative = field.taylor(ball, 2)
             if not abs(value) > slope / 2:
                 break
             bend = bend.max((abs(derivative) / abs(value) ** 3).abs_upper())
         else:
             left, right = (end, end + length) if side > 0 else (end - length, end)
 
-            def made(begin: Any, after: Any, bend: Any = bend) -> Edge:
+            def made(begin: arb, after: arb, bend: arb = bend) -> Edge:
+                """The peak, from V at both ends of the window."""
                 high, low = (begin, after) if side > 0 else (after, begin)
                 return Edge(high, slope, bend, high - low)
 
@@ -211,6 +219,7 @@ def _edge_window(field: _Drift, end: Fraction, room: Fraction, side: int) -> Any
 
 
 def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
+    """A window about a barrier: Laplace's method with proved derivatives."""
     flint = flint_module()
     placed = _root(field, near)
     if placed is None:
@@ -226,8 +235,8 @@ def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
         quartic, parts = flint.arb(0), 16
         for k in range(parts):
             middle = center - reach + reach * Fraction(2 * k + 1, parts)
-            place = flint.arb(exact_ball(middle), exact_ball(reach / parts + gap).abs_upper())
-            quartic = quartic.max((field.taylor(place, 4)[3] / 4).abs_upper())
+            ball = flint.arb(exact_ball(middle), exact_ball(reach / parts + gap).abs_upper())
+            quartic = quartic.max((field.taylor(ball, 4)[3] / 4).abs_upper())
         r = exact_ball(reach)
         if abs(cubic) * r + quartic * r * r < curvature / 2:
             break
@@ -235,11 +244,12 @@ def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
     else:
         return None
 
-    def made(begin: Any, after: Any) -> Barrier:
+    def made(begin: arb, after: arb) -> Barrier:
         # V(root) from the window's left end, by A's Taylor series at the centre with its rest.
+        """The peak, from V at both ends of the window."""
         half = exact_ball(reach)
-        place = flint.arb(exact_ball(center - reach / 2), (half / 2).abs_upper())
-        wide = field.taylor(place, 2 * field.terms + 1)[-1]
+        ball = flint.arb(exact_ball(center - reach / 2), (half / 2).abs_upper())
+        wide = field.taylor(ball, 2 * field.terms + 1)[-1]
         series = field.taylor(exact_ball(center), 2 * field.terms)
         rest = flint.arb(0, (wide * half ** (2 * field.terms + 1)).abs_upper())
         fall = sum((c * (-half) ** (k + 1) / (k + 1) for k, c in enumerate(series)), rest)
@@ -251,10 +261,11 @@ def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
 
 
 def _rises(floats: Callable[[Any], Any], a: Fraction, b: Fraction) -> list[Fraction]:
+    """Zeros of A in (a, b) where it rises, by bisection in float64."""
     u = np.linspace(float(a), float(b), _SAMPLES)
     values = floats(u)
     crossings = np.flatnonzero((values[:-1] < 0) & (values[1:] >= 0))
-    found = []
+    zeros = []
     for k in crossings:
         lo, hi = u[k], u[k + 1]
         for _ in range(60):
@@ -263,17 +274,17 @@ def _rises(floats: Callable[[Any], Any], a: Fraction, b: Fraction) -> list[Fract
                 lo = middle
             else:
                 hi = middle
-        place = Fraction(float((lo + hi) / 2))
-        if a < place < b:
-            found.append(place)
-    return found
+        ball = Fraction(float((lo + hi) / 2))
+        if a < ball < b:
+            zeros.append(ball)
+    return zeros
 
 
 def rough_barriers(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> list[Fraction]:
-    """Places where A rises through 0 in (a, b), in float64."""
+    """Points where A rises through 0 in (a, b), in float64."""
     sign = -1 if mirrored else 1
 
-    def floats(u: Any) -> Any:
+    def floats(u: FloatArray) -> Any:
         with np.errstate(all="ignore"):
             return np.broadcast_to(sign * drift.evaluate_float(sign * u), u.shape)
 
@@ -281,7 +292,7 @@ def rough_barriers(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> li
 
 
 def _root(field: _Drift, near: Fraction) -> tuple[Fraction, Fraction] | None:
-    """A place and a distance within which A changes sign, proved; None if it is no simple zero."""
+    """A point and a distance within which A changes sign, proved; None if it is no simple zero."""
     flint = flint_module()
     x, bits = near, flint.ctx.prec // 2
     for _ in range(8):

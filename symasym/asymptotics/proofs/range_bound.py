@@ -6,12 +6,15 @@ import decimal
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING
 
 from symasym.base.errors import AccuracyError, InputError
-from symasym.base.inputs import exact, float_text, positive
+from symasym.base.inputs import Number, exact, float_text, positive
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import exact_scene, read_order, require_drift
+
+if TYPE_CHECKING:
+    from symasym.asymptotics.proofs.all_noise import Proof
 
 __all__ = ["RangeBound", "weak_noise_bound"]
 
@@ -39,7 +42,7 @@ class RangeBound:
     kappa0: Fraction
     order: int
 
-    def error(self, kappa: Any) -> float:
+    def error(self, kappa: Number) -> float:
         """The bound of ``|T/T_N - 1|`` at one kappa, rounded up.
 
         Raises
@@ -80,12 +83,12 @@ def _short(x: Fraction) -> str:
 
 def weak_noise_bound(
     drift: Drift,
-    r: Any,
+    r: Number,
     *,
-    start: Any = 0,
+    start: Number = 0,
     order: int | None = None,
-    kappa0: Any = None,
-    rtol: Any = None,
+    kappa0: Number | None = None,
+    rtol: Number | None = None,
 ) -> RangeBound:
     """Bound the error of the weak-noise escape time for all ``kappa <= kappa0`` at once.
 
@@ -122,10 +125,10 @@ def weak_noise_bound(
     --------
     >>> import symasym as sa
     >>> drift = sa.friction(mu=3, alpha=1, z0="-0.3")
-    >>> found = sa.weak_noise_bound(drift, 10, order=1, kappa0="0.01")
-    >>> print(found)
+    >>> proved = sa.weak_noise_bound(drift, 10, order=1, kappa0="0.01")
+    >>> print(proved)
     |T/T_1 - 1| <= 2.290 kappa^4 for 0 < kappa <= 0.01 (bound)
-    >>> print(f"{found.error('0.001'):.2g}")
+    >>> print(f"{proved.error('0.001'):.2g}")
     2.3e-12
     """
     from symasym.asymptotics.proofs.all_noise import Proof
@@ -161,21 +164,23 @@ def weak_noise_bound(
 
 
 def _not_proved(where: str, why: str, instead: str) -> AccuracyError:
+    """The refusal of a range for which dominance was not proved."""
     return AccuracyError(
         "that simple wells and barriers, or wells and ends, dominate was not proved "
-        f"{where}: another place is too close, {why}; {instead}."
+        f"{where}: another critical point is too close, {why}; {instead}."
     )
 
 
-def _largest(proof: Any, rtol: Fraction, order: int) -> RangeBound:
+def _largest(proof: Proof, rtol: Fraction, order: int) -> RangeBound:
     """The largest kappa0 whose bound is at most rtol, by bisection."""
 
     def attempt(kappa: Fraction) -> RangeBound | None:
+        """The bound up to kappa, if it is at most rtol."""
         constant = proof.constant(kappa)
         if constant is None:
             return None
-        found = RangeBound(constant, kappa, order)
-        return found if found.error(kappa) <= rtol else None
+        bound = RangeBound(constant, kappa, order)
+        return bound if bound.error(kappa) <= rtol else None
 
     high, best = _LARGEST, None
     low = high
@@ -189,9 +194,9 @@ def _largest(proof: Any, rtol: Fraction, order: int) -> RangeBound:
         middle = Fraction(f"{math.sqrt(float(best.kappa0) * float(high)):.4g}")
         if not best.kappa0 < middle < high:
             break
-        found = attempt(middle)
-        if found is None:
+        bound = attempt(middle)
+        if bound is None:
             high = middle
         else:
-            best = found
+            best = bound
     return best

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,6 +29,9 @@ from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of, to_mpf
 from symasym.numbers.extended_intervals import ExtendedInterval, Undefined
 from symasym.special.exponentials import ball_quotient
+
+if TYPE_CHECKING:
+    from flint import arb
 
 _ATTEMPTS = 7
 
@@ -54,6 +57,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
 
 
 def _terms(order: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The terms of the expansion in words, and what is left out."""
     terms = tuple(f"lam^{k} of the layer" for k in range(order + 1))
     return terms, (f"lam^{order + 1} of the layer and beyond, bounded by the error",)
 
@@ -66,6 +70,7 @@ def _require_small(kappa: FloatArray, errors: FloatArray, order: int) -> None:
 
 
 def _too_weak(kappa: str, order: int) -> AccuracyError:
+    """The refusal of noise so weak that the error is as large as the value."""
     return AccuracyError(
         f"kappa is {kappa}, where the noise is so weak that {order + 1} terms in 2/kappa^2 leave "
         "an error as large as the value; give a larger order, or use method='exact'."
@@ -85,16 +90,19 @@ class _Balls:
     def __init__(self, whole: bool) -> None:
         self._whole = whole
 
-    def tail(self, x: Any, count: int) -> Any:
+    def tail(self, x: arb, count: int) -> Any:
+        """A bound of |e^y - its first `count` terms| for all |y| <= x (Lagrange)."""
         following = x**count / flint_module().arb(count).fac()
         ratio = x / (count + 1)
         # Below a geometric series, and below e^x.
         return following * (x.exp().min(1 / (1 - ratio)) if ratio < 1 else x.exp())
 
-    def exponential(self, x: Any) -> Any:
+    def exponential(self, x: arb) -> Any:
+        """A ball of e^x."""
         return x.exp()
 
-    def truncated(self, terms: list[Any], tail: Any, size: Any, x: Any) -> Any:
+    def truncated(self, terms: list[Any], tail: arb, size: arb, x: arb) -> Any:
+        """The terms kept, or a ball of the whole series (`sweep.Arithmetic`)."""
         if self._whole:
             value, reach, most = sum(terms[1:], terms[0]), tail * size, x.exp()
             low, high = (value - reach).max(size / most), (value + reach).min(size * most)
@@ -128,10 +136,12 @@ class _Stretches:
         return -against.image(lambda x: x.log1p() if log else -1 / (1 + x))
 
     def sides(self, number: _Balls) -> tuple[Side, Side]:
+        """S and W on the left and on the right of the start."""
         r, start = self._scene.r, self._scene.start
         return self._swept(False, r, start, number), self._swept(True, r, -start, number)
 
     def _swept(self, mirrored: bool, r: Fraction, x: Fraction, number: _Balls) -> Side:
+        """S and W at x, absorbed at -r."""
         one, side = Fraction(1), None
         stretches = []
         if r > 1:
@@ -146,11 +156,13 @@ class _Stretches:
         return side
 
     def weights(self, number: _Balls) -> tuple[Any, Any]:
+        """int e^{-lam V} over |u| > 1 and over the layer (eq:pss)."""
         stretch = self._layer(False, Fraction(-1), Fraction(1), number)
         slopes = self._slope(False, -1), -self._slope(False, 1)
         return weights(slopes, stretch, self._lam)
 
     def _slope(self, mirrored: bool, side: int) -> Any:
+        """A ball of A at the layer's edge `side`."""
         sign = -1 if mirrored else 1
         known = self._scene.drift.end(sign * side)
         if known is not None:
@@ -158,13 +170,15 @@ class _Stretches:
         return sign * profile_of(self._scene.drift).value(Fraction(sign * side))
 
     def _outer_stretch(self, mirrored: bool, side: int, length: Fraction) -> Stretch:
+        """A stretch of constant drift, in closed form."""
         x = self._slope(mirrored, side) * exact_ball(self._scene.lam * length)
         size, rising, g = exact_ball(length), ball_quotient(x, 1), x.exp()
         return Stretch(g, size * rising, size * rising / g, size * ball_quotient(x, 2) / rising)
 
     def _layer(self, mirrored: bool, a: Fraction, b: Fraction, number: _Balls) -> Stretch:
-        found = moments(self._scene.drift, mirrored, a, b, self._order + 1, self._bits)
-        return layer(found, self._lam, self._order, number)
+        """The stretch [a, b] of the layer, expanded."""
+        integrals = moments(self._scene.drift, mirrored, a, b, self._order + 1, self._bits)
+        return layer(integrals, self._lam, self._order, number)
 
 
 def _enclosed(scene: Scene, request: Request) -> tuple[Any, Any]:
@@ -179,6 +193,7 @@ def _enclosed(scene: Scene, request: Request) -> tuple[Any, Any]:
             def enclosure(
                 whole: bool, parts: _Stretches = parts, bits: int = bits
             ) -> tuple[Any, Any] | None:
+                """A ball of the quantity; None where it contains 0, or all numbers."""
                 try:
                     return to_mpf(parts.quantity(request, _Balls(whole)), int(bits / 3.3) + 5)
                 except (AccuracyError, ZeroDivisionError, Undefined):

@@ -40,10 +40,10 @@ def logs(
         field = field_of(scenes.drift, chosen, part.stop - part.start)
         with np.errstate(all="ignore"):
             numbers = {name: x[part] for name, x in scenes.numbers.items()}
-            found = _chunk(field, scenes.lam[part], numbers, quantity, complement, order)
-            at, low_end, high_end = found.rows
+            rows = _chunk(field, scenes.lam[part], numbers, quantity, complement, order)
+            at, low_end, high_end = rows.rows
             value[part] = at
-            error[part] = np.maximum(high_end - at, at - low_end) + found.rounding
+            error[part] = np.maximum(high_end - at, at - low_end) + rows.rounding
             size[part] = field.size()[: part.stop - part.start]
     return value, error, size
 
@@ -56,26 +56,28 @@ def _chunk(
     complement: bool,
     order: int,
 ) -> LogBounds:
+    """T, C or P of some scenes."""
     scene = np.arange(len(lam))
     if quantity == "P":
         end = np.ones_like(lam)
         stretch = _layer(field, scene, lam, -end, end, order)
         slopes = _number(field.a_minus[scene]), _number(-field.a_plus[scene])
-        found = 1 / (1 + odds(*weights(slopes, stretch, _number(lam)), complement))
-        assert isinstance(found, LogBounds)
-        return found
+        share = 1 / (1 + odds(*weights(slopes, stretch, _number(lam)), complement))
+        assert isinstance(share, LogBounds)
+        return share
     r, start = numbers["r"], numbers["start"]
     left = _swept(field, scene, lam, r, start, order)
     right = _swept(field, scene + len(lam), lam, r, -start, order)
     if quantity == "C":
-        found = 1 / (1 + odds(left.scale, right.scale, complement))
+        share = 1 / (1 + odds(left.scale, right.scale, complement))
     else:
-        found = sweep.escape_time(left, right)
-    assert isinstance(found, LogBounds)
-    return found
+        share = sweep.escape_time(left, right)
+    assert isinstance(share, LogBounds)
+    return share
 
 
 def _number(values: FloatArray) -> LogBounds:
+    """Positive numbers with their rounding."""
     return LogBounds.of_log(np.log(values))
 
 
@@ -87,7 +89,8 @@ def _swept(
     nothing = LogBounds(np.full((3, len(lam)), -np.inf), np.zeros_like(lam))
     side = Side(nothing, nothing)
 
-    def behind(stretch: Stretch, use: Any) -> Side:
+    def behind(stretch: Stretch, use: np.ndarray[Any, np.dtype[np.bool_]]) -> Side:
+        """The sweep behind the stretch, where `use` holds."""
         new = after(side, stretch, number)
         return Side(new.scale.where(use, side.scale), new.work.where(use, side.work))
 
@@ -117,6 +120,7 @@ class _Arrays:
         self._rounding = _UNIT * 4 * (order + 4) + rounding
 
     def tail(self, x: FloatArray, count: int) -> FloatArray:
+        """A bound of |e^y - its first `count` terms| for all |y| <= x (Lagrange)."""
         following = np.ones_like(x)
         for k in range(1, count + 1):
             following = following * (x / k)
@@ -124,9 +128,13 @@ class _Arrays:
         return following * np.minimum(geometric, np.exp(x))
 
     def exponential(self, x: FloatArray) -> LogBounds:
+        """e^x."""
         return LogBounds.of_log(x)
 
-    def truncated(self, terms: Any, tail: FloatArray, size: FloatArray, x: FloatArray) -> LogBounds:
+    def truncated(
+        self, terms: list[FloatArray], tail: FloatArray, size: FloatArray, x: FloatArray
+    ) -> LogBounds:
+        """The expansion with the ends of what the whole series can be, and its rounding."""
         value = sum(terms[1:-1], terms[0])
         whole, reach = value + terms[-1], tail * size
         low = np.fmax(np.log(whole - reach), np.log(size) - x)
@@ -139,8 +147,8 @@ def _layer(
     field: Field, scene: IntArray, lam: FloatArray, a: FloatArray, b: FloatArray, order: int
 ) -> Stretch:
     """The layer's stretch [a, b], expanded."""
-    found, rounding = _moments(field, scene, a, b, order + 1)
-    return sweep.layer(found, lam, order, _Arrays(rounding, order))
+    integrals, rounding = _moments(field, scene, a, b, order + 1)
+    return sweep.layer(integrals, lam, order, _Arrays(rounding, order))
 
 
 def _moments(
@@ -152,25 +160,25 @@ def _moments(
     """
     panels, before = 8, _on_panels(field, scene, a, b, order, 4)
     while True:
-        found = _on_panels(field, scene, a, b, order, panels)
+        after = _on_panels(field, scene, a, b, order, panels)
         error = np.zeros_like(a)
         length = np.where(b > a, b - a, 1.0)
         unit = length
         for k in range(order + 1):
             for new, old, size in (
-                (found.int_e, before.int_e, unit),
-                (found.int_inverse, before.int_inverse, unit),
-                (found.nested, before.nested, unit * length / 2),
+                (after.int_e, before.int_e, unit),
+                (after.int_inverse, before.int_inverse, unit),
+                (after.nested, before.nested, unit * length / 2),
             ):
                 error = np.maximum(error, np.abs(new[k] - old[k]) / size)
-            unit = unit * np.where(found.spread > 0, found.spread, 1.0) / (k + 1)
+            unit = unit * np.where(after.spread > 0, after.spread, 1.0) / (k + 1)
         if not np.isfinite(error).all():
             raise AccuracyError(
                 "A is not finite on [-1, 1]; give an A that is real and smooth there."
             )
         if (error < _SETTLED * (order + 1)).all() or panels >= _MOST_PANELS:
-            return found, error
-        panels, before = 2 * panels, found
+            return after, error
+        panels, before = 2 * panels, after
 
 
 class _Nodes:
@@ -184,21 +192,25 @@ class _Nodes:
         self.rate = half * self.one
 
     def primitive(self, f: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The integral from the left end at every node, and at the right end."""
         totals = f @ self._weights
         behind = np.cumsum(totals, axis=1)
         return f @ self._matrix + (behind - totals)[:, :, None], behind[:, -1]
 
     def area(self, f: FloatArray) -> FloatArray:
+        """The integral over the stretch, by Gauss on each panel."""
         total: FloatArray = (f @ self._weights).sum(axis=1) * self._half[:, 0, 0]
         return total
 
     def times_slope(self, f: FloatArray) -> FloatArray:
+        """A f du/dt."""
         return self._scaled * f
 
 
 def _on_panels(
     field: Field, scene: IntArray, a: FloatArray, b: FloatArray, order: int, panels: int
 ) -> Moments:
+    """Moments by Gauss's rule on so many panels of equal length."""
     nodes = np.polynomial.legendre.leggauss(_NODES)[0]
     half = ((b - a) / (2 * panels))[:, None, None]
     t = (np.arange(panels)[:, None] + (nodes + 1) / 2) / panels

@@ -34,15 +34,17 @@ class LogBounds:
         """The number whose logarithm this is."""
         return cls(np.tile(log, (3, 1)), _FIRST * _size(log))
 
-    def _of(self, other: Any) -> LogBounds:
+    def _of(self, other: LogBounds | FloatArray | float) -> LogBounds:
+        """Numbers as logarithms with bounds."""
         if isinstance(other, LogBounds):
             return other
         return LogBounds.of_log(np.log(other) + 0 * self.rounding)
 
     def _made(self, rows: FloatArray, rounding: FloatArray) -> LogBounds:
+        """The result of one operation, with its rounding."""
         return LogBounds(rows, rounding + _UNIT * _size(rows[0]))
 
-    def __add__(self, other: Any) -> LogBounds:
+    def __add__(self, other: LogBounds | FloatArray | float) -> LogBounds:
         y = self._of(other)
         rows = np.logaddexp(self.rows, y.rows)
         mine, total = self.rows[0], rows[0]
@@ -51,21 +53,21 @@ class LogBounds:
 
     __radd__ = __add__
 
-    def __mul__(self, other: Any) -> LogBounds:
+    def __mul__(self, other: LogBounds | FloatArray | float) -> LogBounds:
         y = self._of(other)
         return self._made(self.rows + y.rows, self.rounding + y.rounding)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> LogBounds:
+    def __truediv__(self, other: LogBounds | FloatArray | float) -> LogBounds:
         y = self._of(other)
         return self._made(self.rows - y.rows[[0, 2, 1]], self.rounding + y.rounding)
 
-    def __rtruediv__(self, other: Any) -> LogBounds:
+    def __rtruediv__(self, other: LogBounds | FloatArray | float) -> LogBounds:
         quotient: LogBounds = self._of(other) / self
         return quotient
 
-    def where(self, test: Any, other: LogBounds) -> LogBounds:
+    def where(self, test: np.ndarray[Any, np.dtype[np.bool_]], other: LogBounds) -> LogBounds:
         """This where `test` holds, else the other."""
         return LogBounds(
             np.where(test, self.rows, other.rows), np.where(test, self.rounding, other.rounding)

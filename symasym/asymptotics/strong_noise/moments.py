@@ -16,17 +16,25 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
+from symasym.numbers.arithmetic import Number
 from symasym.numbers.balls import BallOps, exact_ball, flint_module, profile_of
+
+if TYPE_CHECKING:
+    from flint import arb, arb_poly, fmpq, fmpq_poly
 
 _RATIO = 4
 _PANELS = 32
 _MOST_PANELS = 4096
 # Exact rationals grow with degree times digits; beyond, balls are faster.
 _MOST_EXACT = 40_000
+
+
+#: A function on a stretch: an array of values, or a list of polynomials.
+Function = TypeVar("Function")
 
 
 class Moments(NamedTuple):
@@ -40,27 +48,27 @@ class Moments(NamedTuple):
     spread: Any
 
 
-class Primitives(Protocol):
+class Primitives(Protocol[Function]):
     """Functions on a stretch, as values or polynomials in a variable t on each panel of it.
 
     `one` is the function 1, `rate` is du/dt.
     """
 
-    one: Any
-    rate: Any
+    one: Function
+    rate: Function
 
-    def primitive(self, f: Any) -> tuple[Any, Any]:
+    def primitive(self, f: Function) -> tuple[Function, Any]:
         """The integral of f dt from the left end, as a function; its value at the right end."""
 
-    def area(self, f: Any) -> Any:
+    def area(self, f: Function) -> Any:
         """The integral of f du over the stretch."""
 
-    def times_slope(self, f: Any) -> Any:
+    def times_slope(self, f: Function) -> Function:
         """A f du/dt."""
 
 
 def moments_of(
-    stretch: Primitives, order: int, unit: Any
+    stretch: Primitives[Function], order: int, unit: Number
 ) -> tuple[Any, list[Any], list[Any], list[Any]]:
     """V(a) - V(b) and the three lists of `Moments`, up to `order`; `unit` is the number 1."""
     int_e, nested = _iterated(stretch, *stretch.primitive(stretch.rate), order)
@@ -68,7 +76,9 @@ def moments_of(
     return falls[1], int_e, int_inverse[: order + 1], nested
 
 
-def _iterated(stretch: Primitives, f: Any, end: Any, order: int) -> tuple[list[Any], list[Any]]:
+def _iterated(
+    stretch: Primitives[Function], f: Function, end: Number, order: int
+) -> tuple[list[Any], list[Any]]:
     """f_k at the right end and the integral of f_k for k = 0..order, from f_0 = f."""
     ends, areas = [end], [stretch.area(f)]
     for _ in range(order):
@@ -92,21 +102,23 @@ class _Polynomials:
     Those longer than `cap`, if there is one, are cut, and what is cut encloses.
     """
 
-    def __init__(self, panels: list[_Panel], kind: Any, cap: int = 0) -> None:
+    def __init__(self, panels: list[_Panel], kind: type, cap: int = 0) -> None:
         self._panels, self._cap = panels, cap
         self.one = [kind([1]) for _ in panels]
         self.rate = [kind([panel.rate]) for panel in panels]
 
     def primitive(self, f: list[Any]) -> tuple[list[Any], Any]:
-        found, value = [], 0
+        """The integral of f dt from the left end, as a function; its value at the right end."""
+        integrals, value = [], 0
         for panel, part in zip(self._panels, f, strict=True):
             whole = part.integral()
             whole += value - whole(panel.begin)
-            found.append(self._cut(whole) if self._cap else whole)
-            value = found[-1](1)
-        return found, value
+            integrals.append(self._cut(whole) if self._cap else whole)
+            value = integrals[-1](1)
+        return integrals, value
 
     def area(self, f: list[Any]) -> Any:
+        """The integral of f du over the stretch."""
         total = 0
         for panel, part in zip(self._panels, f, strict=True):
             whole = part.integral()
@@ -114,9 +126,11 @@ class _Polynomials:
         return total
 
     def times_slope(self, f: list[Any]) -> list[Any]:
+        """A f du/dt."""
         return [panel.slope * part for panel, part in zip(self._panels, f, strict=True)]
 
-    def _cut(self, f: Any) -> Any:
+    def _cut(self, f: arb_poly) -> Any:
+        """The polynomial to `cap` coefficients, a ball for the others."""
         flint = flint_module()
         c = f.coeffs()
         if len(c) <= self._cap:
@@ -144,8 +158,8 @@ def moments(drift: Drift, mirrored: bool, a: Fraction, b: Fraction, order: int, 
     Examples
     --------
     >>> import symasym as sa
-    >>> found = moments(sa.polynomial(1), False, Fraction(-1), Fraction(1), 2, 53)
-    >>> [x.str(5, radius=False) for x in found.int_inverse]  # of (u + 1)^k/k!
+    >>> known = moments(sa.polynomial(1), False, Fraction(-1), Fraction(1), 2, 53)
+    >>> [x.str(5, radius=False) for x in known.int_inverse]  # of (u + 1)^k/k!
     ['2.0000', '2.0000', '1.3333']
     """
     coefficients = drift.exact_coefficients()
@@ -167,11 +181,12 @@ def moments(drift: Drift, mirrored: bool, a: Fraction, b: Fraction, order: int, 
 
 
 def _fmpq(x: Fraction) -> Any:
+    """The fraction as flint's."""
     return flint_module().fmpq(x.numerator, x.denominator)
 
 
-def _spread(local: Any, length: Any) -> Any:
-    """An upper bound of max V - min V, from V at `_PANELS` places and the largest slope between."""
+def _spread(local: fmpq_poly, length: fmpq) -> Any:
+    """An upper bound of max V - min V, from V at `_PANELS` points and the largest slope between."""
     flint, scale = flint_module(), flint_module().fmpq(1, _PANELS)
     potential = (local * -length).integral()
     low = high = flint.fmpq(0)
@@ -208,7 +223,7 @@ def _of_analytic(
     terms = bits // 2 + 6  # each is worth log2(_RATIO) = 2 bits
     ratio = flint.arb(_RATIO)
     panels, missed = [], flint.arb(0)
-    low = high = place = flint.arb(0)
+    low = high = level = flint.arb(0)
     for center, half, bound in pieces:
         with_cap = flint.ctx.cap
         flint.ctx.cap = terms
@@ -228,9 +243,9 @@ def _of_analytic(
         size = abs(_on(drift, sign * spread_ball))
         reach = (exact_ball(half) * (size if size.is_finite() else bound)).abs_upper()
         fall = slope.integral()
-        middle = place - (fall(0) - fall(-1))
+        middle = level - (fall(0) - fall(-1))
         low, high = (middle - reach).min(low), (middle + reach).max(high)
-        place = place - (fall(1) - fall(-1))
+        level = level - (fall(1) - fall(-1))
     shift = (missed * exact_ball(b - a)).abs_upper()
     spread = (high - low + 2 * shift).abs_upper()
     drop, *lists = moments_of(_Polynomials(panels, flint.arb_poly, terms + 8), order, flint.arb(1))
@@ -243,14 +258,15 @@ def _of_analytic(
     return Moments(length, drop, int_e, int_inverse, nested, spread)
 
 
-def _on(drift: Drift, place: Any) -> Any:
+def _on(drift: Drift, ball: arb) -> Any:
+    """A ball of A on a ball, not finite where A has a pole there."""
     try:
-        return flint_module().arb(drift.evaluate(place, BallOps()))
+        return flint_module().arb(drift.evaluate(ball, BallOps()))
     except ZeroDivisionError:
         return flint_module().arb.nan()
 
 
-def _widened(values: list[Any], size: Any, shift: Any, spread: Any) -> list[Any]:
+def _widened(values: list[Any], size: arb, shift: arb, spread: arb) -> list[Any]:
     """Moments of V from those of a potential that differs by `shift` at most.
 
     `size` is the moment of order 0. The k-th power of a difference of V changes by

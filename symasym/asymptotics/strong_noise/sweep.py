@@ -19,9 +19,11 @@ than l x^{N+2}/(N+2)! e^x (Taylor's theorem with Lagrange's remainder).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
 
 from symasym.asymptotics.strong_noise.moments import Moments
+from symasym.numbers.arithmetic import Number
 
 
 class Stretch(NamedTuple):
@@ -47,13 +49,13 @@ class Side(NamedTuple):
 class Arithmetic(Protocol):
     """What an expansion in lam needs beyond sums and products."""
 
-    def tail(self, x: Any, count: int) -> Any:
+    def tail(self, x: Number, count: int) -> Any:
         """A bound of |e^y - its first `count` terms| for all |y| <= x."""
 
-    def exponential(self, x: Any) -> Any:
+    def exponential(self, x: Number) -> Any:
         """e^x, enclosed."""
 
-    def truncated(self, terms: list[Any], tail: Any, size: Any, x: Any) -> Any:
+    def truncated(self, terms: list[Any], tail: Number, size: Number, x: Number) -> Any:
         """The sum of all terms but the last, or an enclosure of the whole series.
 
         What the terms leave out is at most tail * size; the whole is between size * e^{-x} and
@@ -61,7 +63,7 @@ class Arithmetic(Protocol):
         """
 
 
-def after(side: Side | None, stretch: Stretch, lam: Any) -> Side:
+def after(side: Side | None, stretch: Stretch, lam: Number) -> Side:
     """The sweep behind one more stretch; `side` is None at the absorbing end."""
     own = lam * stretch.nested
     if side is None:
@@ -79,33 +81,34 @@ def escape_time(left: Side, right: Side) -> Any:
     return (left.work + right.work) / (1 / left.scale + 1 / right.scale)
 
 
-def odds(left: Any, right: Any, complement: bool) -> Any:
+def odds(left: Number, right: Number, complement: bool) -> Any:
     """(1 - C)/C from S on both sides, (1 - P)/P from `weights`; the inverse of the complement."""
     return right / left if complement else left / right
 
 
-def layer(found: Moments, lam: Any, order: int, number: Arithmetic) -> Stretch:
+def layer(integrals: Moments, lam: Number, order: int, number: Arithmetic) -> Stretch:
     """The integrals over a stretch of the layer to the power `order` of lam."""
     powers = [lam * 0 + 1]
     for _ in range(order + 1):
         powers.append(powers[-1] * lam)
-    x = lam * found.spread
+    x = lam * integrals.spread
     tail = number.tail(x, order + 2)
 
-    def total(moments: Any, size: Any) -> Any:
+    def total(moments: Sequence[Number], size: Number) -> Any:
+        """One list of moments added up to the power `order` of lam."""
         terms = [m * p for m, p in zip(moments, powers, strict=False)]
         return number.truncated(terms, tail, size, x)
 
-    int_e, length = total(found.int_e, found.length), found.length
-    g = number.exponential(lam * found.drop)
+    int_e, length = total(integrals.int_e, integrals.length), integrals.length
+    g = number.exponential(lam * integrals.drop)
     return Stretch(
         g,
         int_e,
-        total(found.int_inverse, length) / g,
-        total(found.nested, length * length / 2) / int_e,
+        total(integrals.int_inverse, length) / g,
+        total(integrals.nested, length * length / 2) / int_e,
     )
 
 
-def weights(slopes: tuple[Any, Any], stretch: Stretch, lam: Any) -> tuple[Any, Any]:
+def weights(slopes: tuple[Any, Any], stretch: Stretch, lam: Number) -> tuple[Any, Any]:
     """int e^{-lam V} over |u| > 1 and over the layer `stretch`; `slopes` are a- and -a+."""
     return (1 / slopes[0] + stretch.g / slopes[1]) / lam, stretch.int_inverse * stretch.g

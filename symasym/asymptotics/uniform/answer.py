@@ -36,7 +36,7 @@ from symasym.asymptotics.uniform.truncated_gaussian import (
     truncations_at,
     truncations_of,
 )
-from symasym.asymptotics.weak_noise.answer import require_seen, working_digits
+from symasym.asymptotics.weak_noise.answer import require_resolved, working_digits
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.critical_points import barriers, whole
 from symasym.asymptotics.weak_noise.series import BEYOND
@@ -119,7 +119,7 @@ def _occupation(asked: Scene, request: Request) -> Answer:
         every = places + barriers(field, order, context)
         stretch = Stretch(field, -one, -one, one, (-one, one), base, context)
         folds = coalescing_pairs(stretch, order, every)
-        require_seen(drift, lam, [float(f.point) for f in folds])
+        require_resolved(drift, lam, [float(f.point) for f in folds])
         slopes = [abs(field.number(context.mpf(side))) for side in (-1, 1)]
         heights = places[0].height, places[-1].height
         zeros = [p for p in every if p.kind in ("well", "barrier")]
@@ -242,7 +242,7 @@ def _analysed(
         folds = [
             sign * float(f.point) for sign, s in zip(signs, sides, strict=True) for f in s.folds
         ]
-        require_seen(drift, lam, folds)
+        require_resolved(drift, lam, folds)
         yield _Series(context, sides, truncations, mpf_of(r, context), local)
 
 

@@ -26,7 +26,8 @@ from symasym.asymptotics.uniform.canonical_forms import (
     regular_share,
     truncated_gaussian,
 )
-from symasym.asymptotics.weak_noise import compose
+from symasym.asymptotics.weak_noise import evaluation
+from symasym.asymptotics.weak_noise.compose import Composed
 from symasym.asymptotics.weak_noise.critical_point_arrays import Builder, first
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, Joint, OneSided
 from symasym.asymptotics.weak_noise.series import Point, Series
@@ -114,6 +115,17 @@ class OrderZero(Builder):
         self.known: dict[int, Series] = {}
         self.before_end = {sign: self.barrier_before(sign) for sign in (-1, 1)}
         return self
+
+    def beside_a_barrier(self) -> bool:
+        """Whether a zero of A lies uphill from a start in the layer: the nearest is a barrier.
+
+        The start truncates its Gaussian, and a well behind the start has no canonical Airy form
+        with it. Both are in the series of `.truncated_gaussian` and `.sums` alone.
+        """
+        start = first(self.start)
+        if abs(start) > 1:
+            return False
+        return bool(self.inside(-1 if first(poly(self.c, self.edges[1])) > 0 else 1))
 
     def sure(self) -> Any:
         """Where rounding is small."""
@@ -353,10 +365,10 @@ class _ArrayPoint(Point):
         return np.cbrt(self.lam)
 
 
-def escape_time(composed: compose.Composed, at: Point) -> tuple[FloatArray, Any]:
+def escape_time(composed: Composed, at: Point) -> tuple[FloatArray, Any]:
     """log T, and its relative error (None without `at.errors`)."""
     point = _ArrayPoint(at, composed.r)
-    log, error = compose.escape_time(composed, point)
+    log, error = evaluation.escape_time(composed, point)
     if error is not None:
         error = with_left_out(error, np.exp(-point.lam * composed.slack))
         error = np.where(error < 1, -np.log1p(-np.minimum(error, 0.999)), np.inf)

@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from functools import reduce
 from itertools import pairwise
+from operator import add
 from typing import Any, NamedTuple
 
 from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair, with_left_out
-from symasym.asymptotics.weak_noise.compose import Side, Sides, time_of
+from symasym.asymptotics.weak_noise.compose import sides_of, time_of
 from symasym.asymptotics.weak_noise.critical_point_arrays import Builder
-from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
-from symasym.asymptotics.weak_noise.series import BEYOND, Series, Value, added
+from symasym.asymptotics.weak_noise.one_sided import OneSided
+from symasym.asymptotics.weak_noise.series import BEYOND, Series, Value
 from symasym.drift.drift import Drift
 from symasym.numbers.arithmetic import Arithmetic, Digits
 from symasym.numbers.factors import Factor, Line, Pieces, pieces_of, seen_from
@@ -36,9 +38,10 @@ _MOST = 0.4
 
 
 class _DigitsPoint:
-    """One lam and the numbers made of it."""
+    """One lam and the numbers made of it, and a ring of `Value` there (`compose.Ring`)."""
 
     errors = True
+    rounding = 0.0
 
     def __init__(self, lam: Any, r: Any, arithmetic: Digits) -> None:
         self.lam, self.r, self.arithmetic = lam, r, arithmetic
@@ -47,7 +50,13 @@ class _DigitsPoint:
         self.weights: dict[Any, Any] = {}
         self.root, self.small = arithmetic.sqrt(self.x), float(self.x)
 
-    def value(self, series: Any, height: Any = None) -> Value:
+    def number(self, x: Any) -> Any:
+        return x
+
+    def total(self, terms: list[Value]) -> Value:
+        return reduce(add, terms)
+
+    def leaf(self, height: Any, series: Any, rough: Any = 0.0) -> Value:
         """A series or local integral times e^{lam height}, and what it leaves out."""
         if not isinstance(series, Series):
             pair = Value(*series.at(self))
@@ -58,7 +67,7 @@ class _DigitsPoint:
             front = self.x if part.offset == 1 else self.root
             sizes = [abs(float(c)) * self.small**n for n, c in enumerate(part.coefficients)]
             pair = Value(part.coefficients[0] * front, _left_out(sizes) * front)
-        if height is None or not height:
+        if not height:
             return pair
         factor = self.weight(height)
         return Value(pair.value * factor, pair.error * factor)
@@ -78,36 +87,6 @@ def _left_out(sizes: list[float]) -> float:
     return sum(sizes[1:]) / (1 - min(ratio, _MOST_FALL))
 
 
-def _side(one: OneSided, point: _DigitsPoint) -> Side:
-    """One side of the start, composed of its places' shares."""
-    zero = Value(point.arithmetic.zero, point.arithmetic.zero)
-    rising = [(spot.rank, point.value(spot.series, spot.height), spot) for spot in one.rising]
-    nested, scale = point.value(one.outer), zero
-    if one.beyond is not None:
-        u, height, slope = one.beyond
-        nested = Value(nested.value + (point.r - u) / slope * point.x, nested.error)
-        last = CriticalPoint(1 << 30, height - slope * (point.r - u), Series([]), None)
-        # What is beyond the end goes on from its series, formally.
-        share = point.weight(last.height) / (-slope) * point.x
-        rising.append((last.rank, Value(share, 0 * share), last))
-    taken = {(joint.falling, joint.rising) for joint in one.joint}
-    for low in one.falling:
-        weight = point.value(low.series, low.height)
-        for rank, share, high in rising:
-            if rank < low.rank or (low.rank, rank) in taken:
-                continue
-            if rank > low.rank:
-                nested = nested + weight * share
-            elif high.onward is not None:
-                nested = nested + weight * point.value(high.onward, -low.height)
-    for joint in one.joint:
-        if joint.local is not None:
-            nested = nested + point.value(joint.local, joint.height)
-    for _, share, _ in rising:
-        scale = scale + share
-    return Side(scale, nested, point.value(one.rising_start), point.value(one.falling_start))
-
-
 class Scene(NamedTuple):
     """A drift, start and radius, ready for any lam."""
 
@@ -119,12 +98,7 @@ class Scene(NamedTuple):
     def time(self, lam: Any) -> tuple[Any, Any] | None:
         """T and its error at this lam; None where these forms do not serve."""
         c, point = self.arithmetic, _DigitsPoint(lam, self.r, self.arithmetic)
-        left, right = (_side(one, point) for one in self.sides)
-        rising, falling = (
-            point.value(added(*pair))
-            for pair in zip(*((s.rising_start, s.falling_start) for s in self.sides), strict=True)
-        )
-        sides = Sides(left, right, rising, falling, self.sides[0].corner)
+        sides = sides_of(self.sides, self.r, point)
         if not sides.sure():
             return None
         time = time_of(sides, lam)
@@ -139,7 +113,10 @@ class Scene(NamedTuple):
 
 
 def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | None:
-    """None where A is no polynomial, or float64 doesn't tell in which order its zeros are."""
+    """None where A is no polynomial, or float64 doesn't tell in which order its zeros are.
+
+    None as well for a start beside a barrier.
+    """
     exact = drift.exact_coefficients()
     if exact is None or len(exact) > _MOST_DEGREE + 1:
         return None
@@ -155,6 +132,8 @@ def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | No
         return None
     try:
         one = _of_pieces(c, pieces, x, r, arithmetic)
+        if one.beside_a_barrier():
+            return None
         return Scene(arithmetic, one.sights(), arithmetic.number(r), _names(one))
     except ArithmeticError:
         return None
@@ -172,10 +151,10 @@ def _of_pieces(
     reach = min(arithmetic.number(r), one)
     self.edges = [-reach, min(max(self.start, -reach), reach), reach]
     self.v, self.height_size = [-a / k for k, a in enumerate(c, start=1)], zero
-    met = [f for f in pieces.factors if f.meeting is not None]
+    met = [f for f in pieces.factors if f.coalescence is not None]
     real: list[tuple[Any, Factor | None]] = [(z.u, None) for z in pieces.zeros]
     for f in met:
-        if f.meeting and f.meeting.members:
+        if f.coalescence and f.coalescence.members:
             half = arithmetic.sqrt(max(f.square, zero))
             real += [(f.middle - half, f), (f.middle + half, f)]
     real.sort(key=lambda pair: pair[0])
@@ -185,15 +164,15 @@ def _of_pieces(
     self.slack = pieces.slack
     self.together = []
     for key, f in enumerate(met, start=2):
-        assert f.meeting is not None
+        assert f.coalescence is not None
         members = tuple(k for k, (_, own) in enumerate(real) if own is f)
-        side = f.meeting.side
+        side = f.coalescence.side
         pair = _local(f, side, arithmetic)
-        self.together.append(self.of_pair(key, pair, f.middle, side, members, f.meeting.pair))
+        self.together.append(self.of_pair(key, pair, f.middle, side, members, f.coalescence.pair))
     self.apart = [
         Apart(factor_pair(c, f.middle, f.square, f.psi), f.middle, zero)
         for f in pieces.factors
-        if f.meeting is None
+        if f.coalescence is None
     ]
     return self.prepared()
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, canonical_pair
 from symasym.asymptotics.weak_noise.critical_points import half, turning_points
@@ -19,6 +19,10 @@ from symasym.base.errors import AccuracyError, SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.quadratic_factor import split_pair
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 __all__ = ["OneSide", "Stretch", "coalescing_pairs", "lost_digits", "place_at", "seen", "zeros_of"]
 
@@ -48,8 +52,8 @@ def lost_digits(drift: Drift, order: int, digits: int, x: Fraction) -> tuple[int
                 offset = least if taylor[2] > 0 else -least
             depth = max(abs(taylor[0]), least)
             lost = max(lost, -1.5 * _log10(depth) * count)
-        for place in (Fraction(-1), Fraction(1), x):
-            slope = abs(field.value(place)) if abs(place) <= 1 else None
+        for u in (Fraction(-1), Fraction(1), x):
+            slope = abs(field.value(u)) if abs(u) <= 1 else None
             if slope:
                 lost = max(lost, 0.0) + max(0.0, -2 * _log10(slope) * (count + 1))
     return int(lost) + 4 * count, offset
@@ -57,13 +61,14 @@ def lost_digits(drift: Drift, order: int, digits: int, x: Fraction) -> tuple[int
 
 def _log10(x: Fraction) -> float:
     # Digits of the parts, since x may be beyond float64.
+    """log10 of x, to about 0.3."""
     return 0.30103 * (x.numerator.bit_length() - x.denominator.bit_length())
 
 
 class Stretch(NamedTuple):
     """The part of the layer that is looked at, seen from the start x to the right.
 
-    `cuts` are the places in it where the line ends that Airy functions take to be infinite.
+    `cuts` are the points in it where the line ends that Airy functions take to be infinite.
     """
 
     field: ExactField
@@ -75,7 +80,7 @@ class Stretch(NamedTuple):
     context: Any
 
     def has(self, point: Fraction) -> bool:
-        """Whether it has the point; one of two that meet at the start has that."""
+        """True if it has the point; one of two that coalesce at the start has that."""
         if point == self.lo == self.x:
             return not self.field.mirrored
         return self.lo < point < self.hi
@@ -87,58 +92,59 @@ def seen(
     r: Fraction,
     order: int,
     digits: int,
-    context: Any,
+    context: MPContext,
 ) -> list[OneSide]:
-    """What lies left of `x`, in the mirror, and right of it; no place in two of the pairs."""
+    """The expansions left of `x`, mirrored, and right of it; no critical point in two pairs."""
     halves = [
-        half(field, place, r, order, context, context.dps)
-        for field, place in zip(fields, (-x, x), strict=True)
+        half(field, begin, r, order, context, context.dps)
+        for field, begin in zip(fields, (-x, x), strict=True)
     ]
-    places = [one.rising + one.falling for one in halves]
-    found = []
-    for k, (field, place) in enumerate(zip(fields, (-x, x), strict=True)):
-        lo, hi = max(place, Fraction(-1)), min(r, Fraction(1))
+    points = [one.rising + one.falling for one in halves]
+    pairs = []
+    for k, (field, begin) in enumerate(zip(fields, (-x, x), strict=True)):
+        lo, hi = max(begin, Fraction(-1)), min(r, Fraction(1))
         # Beyond u = 1 the line goes on, so that a kink is no cut.
         cuts = tuple(u for u in (lo, hi) if abs(u) < 1)
-        stretch = Stretch(field, place, lo, hi, cuts, digits, context)
-        behind = [p._replace(u=-p.u) for p in places[1 - k] if p.u is not None]
-        found.append(_candidates(stretch, order, places[k] + behind))
-    chosen = _chosen(found[0] + found[1])
+        stretch = Stretch(field, begin, lo, hi, cuts, digits, context)
+        behind = [p._replace(u=-p.u) for p in points[1 - k] if p.u is not None]
+        pairs.append(_candidates(stretch, order, points[k] + behind))
+    chosen = _chosen(pairs[0] + pairs[1])
     return [
         OneSide(one, [fold for fold, _ in own if any(fold is c for c in chosen)])
-        for one, own in zip(halves, found, strict=True)
+        for one, own in zip(halves, pairs, strict=True)
     ]
 
 
 def coalescing_pairs(
-    stretch: Stretch, order: int, places: list[CriticalPoint]
+    stretch: Stretch, order: int, points: list[CriticalPoint]
 ) -> list[CanonicalPair]:
-    """The pairs in it, no place in two of them: in that with which it meets first."""
-    return _chosen(_candidates(stretch, order, places))
+    """The pairs in it, no critical point in two of them: in that where it coalesces first."""
+    return _chosen(_candidates(stretch, order, points))
 
 
 def _candidates(
-    stretch: Stretch, order: int, places: list[CriticalPoint]
+    stretch: Stretch, order: int, points: list[CriticalPoint]
 ) -> list[tuple[CanonicalPair, list[CriticalPoint]]]:
-    """Every pair, and its places, left to right."""
+    """Every pair, and its critical points, left to right."""
     field, context = stretch.field, stretch.context
-    found = []
+    pairs = []
     turns = turning_points(field, Fraction(-1), Fraction(1), context)
     for point in turns:
         if stretch.has(point):
-            fold = _fold(stretch, point, order + 1 + BEYOND, places)
+            fold = _fold(stretch, point, order + 1 + BEYOND, points)
             if fold is not None and _is_own(fold, turns, context):
                 real = zeros_of(fold, context) if fold.pair.zeta > 0 else ()
-                own = [p for u in real if (p := place_at(u, places)) is not None]
-                found.append((fold, own))
-    return found
+                own = [p for u in real if (p := place_at(u, points)) is not None]
+                pairs.append((fold, own))
+    return pairs
 
 
-def _chosen(found: list[tuple[CanonicalPair, list[CriticalPoint]]]) -> list[CanonicalPair]:
+def _chosen(pairs: list[tuple[CanonicalPair, list[CriticalPoint]]]) -> list[CanonicalPair]:
+    """The pairs that coalesce first, no critical point in two of them, from left to right."""
     taken: list[Any] = []
     chosen = []
-    for fold, own in sorted(found, key=lambda f: abs(f[0].pair.zeta)):
-        # OneSide from both sides a place has one and the same coefficients.
+    for fold, own in sorted(pairs, key=lambda f: abs(f[0].pair.zeta)):
+        # From both sides a critical point has one and the same coefficients.
         if any(p.series is series for p in own for series in taken):
             continue
         taken += [p.series for p in own]
@@ -147,7 +153,7 @@ def _chosen(found: list[tuple[CanonicalPair, list[CriticalPoint]]]) -> list[Cano
 
 
 def _fold(
-    stretch: Stretch, point: Fraction, count: int, places: list[CriticalPoint]
+    stretch: Stretch, point: Fraction, count: int, points: list[CriticalPoint]
 ) -> CanonicalPair | None:
     """The pair about this zero of phi's slope, if it is one by itself."""
     context = stretch.context
@@ -159,9 +165,9 @@ def _fold(
         )
     except SymasymError:
         return None
-    if pair.zeta > 0 and None in [place_at(u, places) for u in zeros_of(fold, context)]:
+    if pair.zeta > 0 and None in [place_at(u, points) for u in zeros_of(fold, context)]:
         return None
-    gaps = [_climb(stretch, fold, u, places) for u in stretch.cuts]
+    gaps = [_climb(stretch, fold, u, points) for u in stretch.cuts]
     middle = mpf_of(point, context) + pair.middle
     ends = [mpf_of(u, context) for u in (stretch.lo, stretch.hi)]
     # Beyond the layer phi is another function, and the pair none of its own.
@@ -170,13 +176,13 @@ def _fold(
 
 
 def _climb(
-    stretch: Stretch, fold: CanonicalPair, cut: Fraction, places: list[CriticalPoint]
+    stretch: Stretch, fold: CanonicalPair, cut: Fraction, points: list[CriticalPoint]
 ) -> Any:
-    """How far V goes up and down between a pair and a cut."""
+    """The total variation of V between a pair and a cut."""
     context = stretch.context
     point, end = (mpf_of(u, context) for u in (fold.point, cut))
     zeros = sorted(
-        (p for p in places if p.kind in ("well", "barrier") and (p.u - point) * (p.u - end) < 0),
+        (p for p in points if p.kind in ("well", "barrier") and (p.u - point) * (p.u - end) < 0),
         key=lambda p: abs(p.u - point),
     )
     heights = [p.height if p.kind == "barrier" else -p.height for p in zeros]
@@ -184,8 +190,8 @@ def _climb(
     return sum((abs(b - a) for a, b in pairwise(way)), context.zero)
 
 
-def _is_own(fold: CanonicalPair, turns: list[Fraction], context: Any) -> bool:
-    """Whether no other turning point is nearer to a complex pair, which may be found from both."""
+def _is_own(fold: CanonicalPair, turns: list[Fraction], context: MPContext) -> bool:
+    """True where no other turning point is nearer to a complex pair, which both may find."""
     if fold.pair.zeta > 0:
         return True
     others = [u - fold.point for u in turns if u != fold.point]
@@ -194,9 +200,10 @@ def _is_own(fold: CanonicalPair, turns: list[Fraction], context: Any) -> bool:
 
 
 def _taylor(field: ExactField, point: Fraction, count: int) -> list[Fraction]:
+    """Taylor coefficients of phi at the point, at least three."""
     terms = 4 * count + 40
-    found = field.taylor(point, Fraction(1), terms)
-    return list(found) + [Fraction(0)] * (3 - len(found))
+    taylor = field.taylor(point, Fraction(1), terms)
+    return list(taylor) + [Fraction(0)] * (3 - len(taylor))
 
 
 def _height(stretch: Stretch, point: Fraction) -> Any:
@@ -210,17 +217,17 @@ def _height(stretch: Stretch, point: Fraction) -> Any:
     return rise
 
 
-def zeros_of(fold: CanonicalPair, context: Any) -> tuple[Any, Any]:
+def zeros_of(fold: CanonicalPair, context: MPContext) -> tuple[Any, Any]:
     """The two of a real pair."""
     middle = mpf_of(fold.point, context) + fold.pair.middle
     half_way = context.sqrt(fold.pair.square)
     return middle - half_way, middle + half_way
 
 
-def place_at(u: Any, places: list[CriticalPoint]) -> CriticalPoint | None:
+def place_at(u: mpf, points: list[CriticalPoint]) -> CriticalPoint | None:
     """The well or barrier at `u`."""
-    for place in places:
+    for point in points:
         # Neighbours in a pair are much farther apart than what rounding leaves.
-        if place.kind in ("well", "barrier") and abs(place.u - u) <= u.context.eps**0.75:
-            return place
+        if point.kind in ("well", "barrier") and abs(point.u - u) <= u.context.eps**0.75:
+            return point
     return None

@@ -49,7 +49,7 @@ def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
             some = scenes.take(rows)
             some = some._replace(c=some.c[: d + 1])
             for found in _found(some):
-                yield Found(rows[found.rows], found.sights)
+                yield Found(rows[found.rows], found.sides)
 
 
 def _found(scenes: Scenes) -> Iterator[Found]:
@@ -66,6 +66,8 @@ def _found(scenes: Scenes) -> Iterator[Found]:
             part = members[low : low + _AT_ONCE]
             some = mapped(pairs, itemgetter(part))
             builder = _of_columns(scenes.take(part), zeros.take(part), some, slack[part])
+            if builder.beside_a_barrier():
+                break
             sights = builder.sights()
             sure = builder.sure()
             if sure.all():

@@ -1,9 +1,9 @@
-"""The uniform sums at one lam: places, pairs that meet, what truncates them, the outer part."""
+"""The uniform sums at one lam: critical points, coalescing pairs, truncations, regular part."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, airy
 from symasym.asymptotics.uniform.pairing import OneSide, place_at, zeros_of
@@ -19,35 +19,39 @@ from symasym.asymptotics.weak_noise.compose import (
     Side,
     Sides,
     mean_time,
-    plain,
     regular_part,
     rising_of,
 )
+from symasym.asymptotics.weak_noise.evaluation import plain
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint
 from symasym.asymptotics.weak_noise.series import Point, terms
 from symasym.base.contexts import mpf_of
 from symasym.numbers.arithmetic import Digits
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 __all__ = ["Member", "corrected", "time_at", "whole_at"]
 
 
 @dataclass
 class _Share:
-    """A place's value at one lam; `u` is None for the end at r, `place` for what has no series."""
+    """A contribution at one lam; `u` is None for the end at r, `point` for what has no series."""
 
     u: Any
     value: Any
     onward: Any
-    place: CriticalPoint | None
+    point: CriticalPoint | None
 
 
 class _Sum:
-    """One side of the start at one lam: its places' shares, and what is known of their pairs."""
+    """One side of the start at one lam: its contributions, and what is known of their pairs."""
 
-    def __init__(self, side: OneSide, r: Any, at: Point) -> None:
+    def __init__(self, side: OneSide, r: mpf, at: Point) -> None:
         self.half, none = side.half, 0 * at.lam
 
-        def value(height: Any, series: Any) -> Any:
+        def value(height: mpf, series: Any) -> Any:
             return plain(Leaf(height, series), at)[0] + none if terms(series) else none
 
         rising = [p for p, _ in rising_of(side.half, r, Nodes())]
@@ -60,16 +64,17 @@ class _Sum:
         self.starts = [value(0.0, series) for series in starts]
 
     def all(self) -> list[_Share]:
+        """The contributions to both integrals."""
         return self.rising + self.falling
 
     def ends(self) -> list[Any]:
         """Those of the layer that are seen."""
-        kinks = [x.u for x in self.rising if x.place and x.place.kind in ("end", "kink")]
+        kinks = [x.u for x in self.rising if x.point and x.point.kind in ("end", "kink")]
         return sorted(u for u in kinks if u is not None)
 
     def nearest(self) -> _Share | None:
         """The well or barrier next to the start."""
-        zeros = [x for x in self.all() if x.place and x.place.kind in ("well", "barrier")]
+        zeros = [x for x in self.all() if x.point and x.point.kind in ("well", "barrier")]
         return min(zeros, key=lambda x: x.u, default=None)
 
     def correct(self, near: Corrections, start: Corrections, far: Corrections, sign: int) -> None:
@@ -82,17 +87,18 @@ class _Sum:
         # From a start beyond the layer both of its ends are seen.
         at_ends = [(ends[0], near, 1), (ends[-1], far, -1)][-len(ends) :]
         self.nested += far.outer - (start.outer if len(ends) == 1 else near.outer)
-        for u, found, after in at_ends:
+        for u, change, after in at_ends:
             for up in self.rising:
-                if up.u == u and up.place is not None:
-                    up.value += sign * after * found.rising
+                if up.u == u and up.point is not None:
+                    up.value += sign * after * change.rising
                     if after > 0:
-                        up.onward += sign * found.rising
+                        up.onward += sign * change.rising
             for down in self.falling:
                 if down.u == u:
-                    down.value -= sign * after * found.falling
+                    down.value -= sign * after * change.falling
 
     def side(self) -> Side:
+        """S and D of this side, the products of pairs added up."""
         for down in self.falling:
             for up in self.rising:
                 if up.u is None or up.u > down.u:
@@ -104,7 +110,7 @@ class _Sum:
 
 
 def time_at(
-    sides: list[OneSide], truncations: Truncations, r: Any, lam: Any, order: int, context: Any
+    sides: list[OneSide], truncations: Truncations, r: mpf, lam: mpf, order: int, context: MPContext
 ) -> Any:
     """T at one lam; `r` as a number of the context."""
     at = Point(lam, order, False, None, Digits(context))
@@ -117,7 +123,7 @@ def time_at(
     if not beside:
         beside = truncations.left if sums[1].ends() else truncations.right
     members = [m for one in members for m in _weighed(one, beside, context)]
-    left, start, right = (corrected(found, members, lam, order, context) for found in truncations)
+    left, start, right = (corrected(parts, members, lam, order, context) for parts in truncations)
     sums[0].correct(right, start, left, -1)
     sums[1].correct(left, start, right, 1)
     low, high = (part.side() for part in sums)
@@ -129,7 +135,7 @@ class Member(NamedTuple):
     """A well or barrier of a pair, the share that the sums take for it, and what of that counts.
 
     The share changes sides as the start passes, and then its truncation is to be of the same size,
-    also that of a kink which the start reaches. Any other is of the place's own series, which is
+    also that of a kink which the start reaches. Any other is of the point's own series, which is
     better where a pair comes to the end.
     """
 
@@ -138,7 +144,7 @@ class Member(NamedTuple):
     weight: Any
 
 
-def _weighed(member: Member, beside: list[Truncation], context: Any) -> list[Member]:
+def _weighed(member: Member, beside: list[Truncation], context: MPContext) -> list[Member]:
     """With its weight where it is next to the start."""
     return [
         member._replace(weight=truncation.keep)
@@ -147,12 +153,13 @@ def _weighed(member: Member, beside: list[Truncation], context: Any) -> list[Mem
     ]
 
 
-def _same(member: Member, truncation: Truncation, context: Any) -> bool:
+def _same(member: Member, truncation: Truncation, context: MPContext) -> bool:
+    """True where the member is the zero of the truncation."""
     return bool(abs(member.u - truncation.zero) <= context.eps**0.75)
 
 
 def _meet(
-    fold: CanonicalPair, k: int, sums: list[_Sum], lam: Any, order: int, context: Any
+    fold: CanonicalPair, k: int, sums: list[_Sum], lam: mpf, order: int, context: MPContext
 ) -> list[Member]:
     """Take the pair, seen from side k, together; returns its members."""
     local, height, own = airy(fold, lam, order, context), context.exp(lam * fold.height), sums[k]
@@ -179,34 +186,34 @@ def _meet(
     return [Member(x.u if side else -x.u, x.value, 0) for side, x in members]
 
 
-def _found(u: Any, k: int, sums: list[_Sum]) -> tuple[int, _Share]:
+def _found(u: mpf, k: int, sums: list[_Sum]) -> tuple[int, _Share]:
     """The share of the well or barrier at `u` seen from side k, and the side where it is."""
     for side, at in ((k, u), (1 - k, -u)):
-        place = place_at(at, [x.place for x in sums[side].all() if x.place is not None])
-        if place is not None:
-            return side, next(x for x in sums[side].all() if x.place is place)
+        point = place_at(at, [x.point for x in sums[side].all() if x.point is not None])
+        if point is not None:
+            return side, next(x for x in sums[side].all() if x.point is point)
     raise AssertionError
 
 
-def _beyond(well: _Share, top: _Share | None, lam: Any, context: Any) -> Any:
+def _beyond(well: _Share, top: _Share | None, lam: mpf, context: MPContext) -> Any:
     """The part of a well's Gaussian at the other side of the start, next to it.
 
     What a pair has beyond the product of its members is lost as the start passes the well, and
     all of it when the start reaches the barrier behind, `top`.
     """
-    assert well.place is not None
-    depth = max(well.place.height, context.zero)
-    if top is not None and top.place is not None:
-        way = abs(top.place.height)
+    assert well.point is not None
+    depth = max(well.point.height, context.zero)
+    if top is not None and top.point is not None:
+        way = abs(top.point.height)
         depth *= (way + depth) / way
     return context.erfc(context.sqrt(lam * depth)) / 2
 
 
 def corrected(
-    truncations: list[Truncation], members: list[Member], lam: Any, order: int, context: Any
+    truncations: list[Truncation], members: list[Member], lam: mpf, order: int, context: MPContext
 ) -> Corrections:
-    """Of all zeros that cut through one place."""
-    found = [Corrections(*[context.zero] * 3)]
+    """The corrections of all zeros whose Gaussians one point truncates."""
+    shares = [Corrections(*[context.zero] * 3)]
     for truncation in truncations:
         share = None
         for one in members:
@@ -215,12 +222,16 @@ def corrected(
                 # V is 0 at the start.
                 weight = one.weight * context.exp(-((lam * truncation.height) ** 2))
                 share = one.value * context.exp(sign * lam * truncation.rise), weight
-        found.append(corrections(truncation, share, lam, order, context))
-    return Corrections(*(sum(parts, context.zero) for parts in zip(*found, strict=True)))
+        shares.append(corrections(truncation, share, lam, order, context))
+    return Corrections(*(sum(parts, context.zero) for parts in zip(*shares, strict=True)))
 
 
 def whole_at(
-    places: list[CriticalPoint], folds: list[CanonicalPair], lam: Any, order: int, context: Any
+    points: list[CriticalPoint],
+    folds: list[CanonicalPair],
+    lam: mpf,
+    order: int,
+    context: MPContext,
 ) -> Any:
     """int e^{-lam V} over all u, with Laplace's series at the kinks."""
     at, left_out = Point(lam, order, False, None, Digits(context)), []
@@ -228,8 +239,8 @@ def whole_at(
     for fold in folds:
         total += airy(fold, lam, order, context).falling * context.exp(-lam * fold.height)
         if fold.pair.zeta > 0:
-            left_out += [p for u in zeros_of(fold, context) if (p := place_at(u, places))]
-    for place in places:
-        if not any(place is p for p in left_out):
-            total += plain(Leaf(place.height, place.series), at)[0]
+            left_out += [p for u in zeros_of(fold, context) if (p := place_at(u, points))]
+    for point in points:
+        if not any(point is p for p in left_out):
+            total += plain(Leaf(point.height, point.series), at)[0]
     return total

@@ -8,35 +8,39 @@ About a zero z of phi, V = V(z) -+ t²/2 at a barrier or well, du = g(t) dt, int
     e^{lam t²/2} g = a~ e^{lam t²/2} + (e^{lam t²/2} B~)',
 
 with a = sum a_n lam^-n of the whole Gaussian, B = sum b_k(t) lam^-(k+1), and a~, B~ with -lam. All
-integrals up to a place t are then those of parabolas: with
+integrals up to a point t are then those of parabolas: with
 
     sigma = e^{lam t²/2} int_t^inf e^{-lam s²/2} ds, and its mirror image for t < 0 (erfc),
     D = e^{-lam t²/2} int_0^t e^{lam s²/2} ds (Dawson's integral),
 
 the integral of e^{lam V} from t on is e^{lam V} (a sigma + B) beside a barrier and
 -e^{lam V} (a~ D + B~) beside a well, a primitive of e^{-lam V} is e^{-lam V} (a~ D + B~)
-or -e^{-lam V} (a sigma + B), and one of the outer part M = e^{lam V} int e^{-lam V} is
+or -e^{-lam V} (a sigma + B), and one of the regular part M = e^{lam V} int e^{-lam V} is
 
     a a~ int D - a~ B D + ...,      -a a~ int sigma - a B~ sigma + ...,
 
 where what is left out is analytic. Laplace's sums have the same with the asymptotic series of
 sigma, D and their integrals; `corrections` are the differences, which cancel what is singular at
-the zero. Two places near the same zero are served as well: the formulas are exact for both.
+the zero. Two points near the same zero are served as well: the formulas are exact for both.
 """
 
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.weak_noise.critical_points import wells_and_barriers
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.series import BEYOND
-from symasym.asymptotics.weak_noise.slow_manifold import laurent
 from symasym.base.contexts import mpf_of
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
+from symasym.numbers.power_series import laurent
 from symasym.special.dawson import dawson, erfcx_area
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 __all__ = [
     "Corrections",
@@ -52,7 +56,7 @@ _FADE = 8
 
 
 class Truncation(NamedTuple):
-    """A place p of A's layer seen from one zero of A.
+    """A point p of A's layer seen from one zero of A.
 
     Attributes
     ----------
@@ -101,7 +105,7 @@ class Corrections(NamedTuple):
     """To be added to Laplace's sums.
 
     `rising` to the integral of e^{lam V} from p to the right, `falling` to that of e^{-lam V} up to
-    p, and `outer` to that of the outer part up to p.
+    p, and `outer` to that of the regular part up to p.
     """
 
     rising: Any
@@ -116,34 +120,36 @@ def truncations_of(
     r: Fraction,
     order: int,
     digits: int,
-    context: Any,
+    context: MPContext,
 ) -> Truncations:
-    """What the zeros of A next to the start `x` and to the layer's ends do there.
+    """The truncated Gaussians at the start `x` and at the layer's ends, of the zeros next to them.
 
     `field` is not mirrored; `halves` lie left, in the mirror, and right.
     """
-    places = [
-        place._replace(u=sign * place.u)
+    points = [
+        point._replace(u=sign * point.u)
         for sign, one in zip((-1, 1), halves, strict=True)
-        for place in one.rising + [p for p in one.falling if p.kind == "well"]
+        for point in one.rising + [p for p in one.falling if p.kind == "well"]
     ]
-    zeros = [p for p in places if p.kind in ("well", "barrier")]
+    zeros = [p for p in points if p.kind in ("well", "barrier")]
     if r < 1:
         zeros = _all_zeros(field, x, order, context)
-    heights = {p.u: _rise(p) for p in places}
+    heights = {p.u: _rise(p) for p in points}
     heights[mpf_of(x, context)] = context.zero
     ends = max(-Fraction(1), -r), min(Fraction(1), r)
-    found = []
+    rows = []
     for p in (ends[0], x, ends[1]):
         inside = abs(p) <= 1 and field.value(p)
         height = heights[mpf_of(p, context)] if inside else context.zero
-        found.append(
+        rows.append(
             truncations_at(field, p, height, zeros, order, digits, context) if inside else []
         )
-    return Truncations(*found)
+    return Truncations(*rows)
 
 
-def _all_zeros(field: ExactField, x: Fraction, order: int, context: Any) -> list[CriticalPoint]:
+def _all_zeros(
+    field: ExactField, x: Fraction, order: int, context: MPContext
+) -> list[CriticalPoint]:
     """Also those beyond the ends, V measured from the start."""
     start = field.potential_rise(-context.one, mpf_of(x, context))
     return [
@@ -155,13 +161,13 @@ def _all_zeros(field: ExactField, x: Fraction, order: int, context: Any) -> list
 def truncations_at(
     field: ExactField,
     p: Fraction,
-    height: Any,
+    height: mpf,
     zeros: list[CriticalPoint],
     order: int,
     digits: int,
-    context: Any,
+    context: MPContext,
 ) -> list[Truncation]:
-    """The place `p`, where V is `height`, seen from the zeros left and right of it."""
+    """The point `p`, where V is `height`, seen from the zeros left and right of it."""
     at = mpf_of(p, context)
     zeros = sorted(zeros, key=lambda z: z.u)
     count = order + 1 + BEYOND
@@ -190,23 +196,27 @@ class _Neighbours(NamedTuple):
     height: Any
 
     def behind_ratio(self) -> Any:
-        """How far V goes from the zero to that behind it, to how far it goes to p."""
+        """The change of V from the zero to that behind it, over that to p, times a constant."""
         return None if self.behind is None else self._ratio(_rise(self.zero), self.behind)
 
     def beside_ratio(self) -> Any:
         """The same from p to the zero beyond it."""
         return None if self.beside is None else self._ratio(self.height, self.beside)
 
-    def _ratio(self, height: Any, other: CriticalPoint) -> Any:
+    def _ratio(self, height: mpf, other: CriticalPoint) -> Any:
+        """The change of V from `height` to another zero, in the same units."""
         return _FADE * abs(height - _rise(other)) / abs(self.height - _rise(self.zero))
 
 
-def _rise(place: CriticalPoint) -> Any:
+def _rise(point: CriticalPoint) -> Any:
     """V there, from the start."""
-    return -place.height if place.kind == "well" else place.height
+    return -point.height if point.kind == "well" else point.height
 
 
-def _cut(seen: _Neighbours, h: list[Any], count: int, digits: int, context: Any) -> Truncation:
+def _cut(
+    seen: _Neighbours, h: list[Any], count: int, digits: int, context: MPContext
+) -> Truncation:
+    """The Gaussian of one zero truncated at p, with h_k at p for what is analytic."""
     c, zero = context, seen.zero
     barrier = zero.kind == "barrier"
     rise = _rise(zero)
@@ -229,25 +239,26 @@ def _cut(seen: _Neighbours, h: list[Any], count: int, digits: int, context: Any)
     return Truncation(barrier, zero.u, seen.height, rise, t, peak, whole, keep, series, digits, {})
 
 
-def _fade(n: int, ratio: Any, context: Any) -> Any:
+def _fade(n: int, ratio: mpf | None, context: MPContext) -> Any:
+    """The blending weight of the n-th coefficient: P(n + 2, ratio), 1 where no zero is near."""
     return context.one if ratio is None else context.gammainc(n + 2, 0, ratio, True)
 
 
 # -- at one lam ------------------------------------------------------------------------------------
 
 
-def odd_powers(t: Any, count: int, context: Any) -> list[Any]:
+def odd_powers(t: mpf, count: int, context: MPContext) -> list[Any]:
     """D = sum of these times lam^-(m+1)."""
     return [context.fac2(2 * m - 1) / t ** (2 * m + 1) for m in range(count)]
 
 
-def shade(t: Any, count: int, context: Any) -> list[Any]:
+def shade(t: mpf, count: int, context: MPContext) -> list[Any]:
     """The same of sigma."""
     return [(-1) ** m * y for m, y in enumerate(odd_powers(t, count, context))]
 
 
 def corrections(
-    truncation: Truncation, share: tuple[Any, Any] | None, lam: Any, order: int, context: Any
+    truncation: Truncation, share: tuple[Any, Any] | None, lam: mpf, order: int, context: MPContext
 ) -> Corrections:
     """At one lam; `share` is what the sums take for the zero's Gaussian, over e^{+-lam rise}.
 
@@ -286,7 +297,7 @@ def corrections(
     return Corrections(-up * dawson, -low * sigma, -outer)
 
 
-def _log_series(t: Any, terms: int, sign: int, context: Any) -> list[Any]:
+def _log_series(t: mpf, terms: int, sign: int, context: MPContext) -> list[Any]:
     """Of the integral of D (sign 1) or sigma (-1), times lam."""
     rest = [-context.fac2(2 * m - 1) * sign**m / (2 * m * t ** (2 * m)) for m in range(1, terms)]
     return [context.log(abs(t)), *rest]
@@ -300,21 +311,24 @@ class _Functions(NamedTuple):
     area: Any
 
 
-def _functions(truncation: Truncation, lam: Any, context: Any) -> _Functions:
+def _functions(truncation: Truncation, lam: mpf, context: MPContext) -> _Functions:
+    """sigma, D and their integrals at one lam (DLMF 7.2, 7.8)."""
     c = context
     x = abs(truncation.t) * c.sqrt(lam / 2)
     side = 1 if truncation.t > 0 else -1
-    found = dawson(x, Digits(c))
-    area = (found.area if truncation.barrier else erfcx_area(x, Digits(c))) - (
+    values = dawson(x, Digits(c))
+    area = (values.area if truncation.barrier else erfcx_area(x, Digits(c))) - (
         c.euler + c.log(2 * lam)
     ) / 2
-    sigma, falling = c.sqrt(c.pi / (2 * lam)) * found.erfcx, c.sqrt(2 / lam) * found.value
+    sigma, falling = c.sqrt(c.pi / (2 * lam)) * values.erfcx, c.sqrt(2 / lam) * values.value
     return _Functions(side * sigma, side * falling, area / lam)
 
 
 def product(a: list[Any], b: list[Any], count: int) -> list[Any]:
+    """The first `count` coefficients of the product of two series."""
     return [sum(a[i] * b[k - i] for i in range(k + 1)) for k in range(count)]
 
 
-def power_sum(c: list[Any], lam: Any) -> Any:
+def power_sum(c: list[Any], lam: mpf) -> Any:
+    """sum c_k lam^-k."""
     return sum((x * lam**-k for k, x in enumerate(c)), 0 * lam)

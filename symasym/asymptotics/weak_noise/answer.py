@@ -5,8 +5,8 @@ and their mirror images S_L, D_L,
 
     T = lam (S_L D_R + S_R D_L)/(S_L + S_R),     C = S_R/(S_L + S_R).
 
-S is a sum over places (`symasym.asymptotics.weak_noise.critical_points`), D one over pairs of
-places, a place of e^{-lam V} left of one of e^{lam V}, and of the outer part. Nothing that is
+S is a sum over critical points (`symasym.asymptotics.weak_noise.critical_points`), D one over
+pairs of them, one of e^{-lam V} left of one of e^{lam V}, and of the regular part. Nothing that is
 exponentially small is left out; what is left out is, in every series, of higher order
 in 1/lam, and the next two orders tell how much.
 """
@@ -16,31 +16,38 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cache, partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise import compose
 from symasym.asymptotics.weak_noise.arrays import Evaluate, logs_of, own_shapes
 from symasym.asymptotics.weak_noise.compose import (
     Composed,
-    Found,
     Leaf,
     Sum,
     pairs_of,
-    plain,
     regular_part,
     rising_of,
 )
 from symasym.asymptotics.weak_noise.critical_points import half, whole
+from symasym.asymptotics.weak_noise.evaluation import (
+    Found,
+    chosen,
+    escape_time,
+    exit_probability,
+    log_probability,
+    of_log,
+    plain,
+    probability_with_digits,
+    time_with_digits,
+)
 from symasym.asymptotics.weak_noise.one_sided import (
     CriticalPoint,
     OneSided,
     float_point,
     in_float,
 )
-from symasym.asymptotics.weak_noise.optimal_order import chosen, of_log
-from symasym.asymptotics.weak_noise.resolution import unseen, unseen_in
+from symasym.asymptotics.weak_noise.resolution import unresolved, unresolved_in
 from symasym.asymptotics.weak_noise.series import Part, Point, Series, Sizes
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
@@ -50,6 +57,10 @@ from symasym.drift.float_field import IntArray
 from symasym.drift.scenes import Answer, Answers, Request, Scene, Scenes, by_drift
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 # Relative error of arrays beyond which they are refused: log 2 of the logarithm.
 _MOST_FLOAT = 0.4
@@ -104,6 +115,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
 
 
 def _orders(request: Request) -> Sequence[int]:
+    """The orders among which the best is taken, ascending."""
     return request.order if isinstance(request.order, range) else (request.order,)
 
 
@@ -113,21 +125,21 @@ def _occupation(scene: Scene, request: Request, prove: Prove | None) -> Answer:
     orders = _orders(request)
     order = orders[-1]
     digits = request.digits
-    require_seen(drift, lam)
+    require_resolved(drift, lam)
     with own_context(digits + 2 * len(str(int(lam + 1))) + 20) as context:
         points, slopes, terms = _stationary(drift, order, context)
         arithmetic = Digits(context)
         number = arithmetic.number(lam)
         outside, whole_line = _expressions(points, slopes)
-        found = []
+        expanded = []
         for n in orders:
             at = Point(number, n, True, None, arithmetic)
             total = at.value_of(whole_line)
             share = plain(outside / whole_line, at)[0]
             error = 2 * share * total.error / total.value
             sure = error < share and (complement or error < 1 - share)
-            found.append(Found(share, error, n, bool(sure)))
-        taken = chosen(found, prove, request.full, context)
+            expanded.append(Found(share, error, n, bool(sure)))
+        taken = chosen(expanded, prove, request.full, context)
         if taken is None:
             raise _too_strong(scene.noise, order)
         (share, error, order, _), kind = taken
@@ -143,7 +155,7 @@ def _occupation(scene: Scene, request: Request, prove: Prove | None) -> Answer:
 
 
 def _stationary(
-    drift: Drift, order: int, context: Any
+    drift: Drift, order: int, context: MPContext
 ) -> tuple[list[CriticalPoint], list[Any], tuple[str, ...]]:
     """Critical points of int e^{-lam V} over the line, |phi| outside, and their description."""
     field = ExactField(drift, False, context)
@@ -161,13 +173,14 @@ def _expressions(points: list[CriticalPoint], slopes: list[Any]) -> tuple[Sum, S
 
 
 def _probability(complement: bool) -> Quantity:
-    value = partial(compose.probability_with_digits, complement)
-    log = partial(compose.log_probability, complement)
-    return Quantity(value, log, False, partial(compose.exit_probability, complement))
+    """C, or with `complement` 1 - C, as a quantity (eq:C)."""
+    value = partial(probability_with_digits, complement)
+    log = partial(log_probability, complement)
+    return Quantity(value, log, False, partial(exit_probability, complement))
 
 
 _QUANTITIES = {
-    "T": Quantity(compose.time_with_digits, None, True, compose.escape_time),
+    "T": Quantity(time_with_digits, None, True, escape_time),
     "C": _probability(False),
     "1 - C": _probability(True),
 }
@@ -178,14 +191,14 @@ def _answer(scene: Scene, request: Request, prove: Prove | None) -> Answer:
     quantity, orders = _QUANTITIES[request.name], _orders(request)
     drift, lam, values, digits = scene.drift, scene.lam, scene.numbers, request.digits
     order = orders[-1]
-    require_seen(drift, lam)
+    require_resolved(drift, lam)
     near = digits_lost(values["r"], values["start"])
     with own_context(working_digits(digits, lam, values["r"]) + near) as context:
         outer = (digits + 15 + near) * quantity.outer
         halves = _halves(drift, values["r"], values["start"], order, context, outer)
         composed, at = _with_digits(halves, lam, values["r"], context)
-        found = [quantity.with_digits(composed, at(n)) for n in orders]
-        taken = chosen(found, prove, request.full, context)
+        expanded = [quantity.with_digits(composed, at(n)) for n in orders]
+        taken = chosen(expanded, prove, request.full, context)
         if taken is None:
             raise _too_strong(scene.noise, order)
         (value, size, order, _), kind = taken
@@ -199,9 +212,9 @@ def _answer(scene: Scene, request: Request, prove: Prove | None) -> Answer:
 
 
 def _with_digits(
-    both: tuple[OneSided, OneSided], lam: Fraction, r: Fraction, context: Any
+    both: tuple[OneSided, OneSided], lam: Fraction, r: Fraction, context: MPContext
 ) -> tuple[Composed, Callable[[int], Point]]:
-    """The expressions of one scene, and its lam with the values found there, for every order."""
+    """The expressions of one scene, and its lam with the values at it, for every order."""
     arithmetic = Digits(context)
     composed = Composed(both, arithmetic.number(r), 64 * context.eps)
     number = arithmetic.number(lam)
@@ -225,16 +238,16 @@ class Parts(NamedTuple):
 def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
     """T in parts, to the first of `orders` whose stated error is small enough, or the best."""
     drift, lam, values = scene.drift, scene.lam, scene.numbers
-    require_seen(drift, lam)
+    require_resolved(drift, lam)
     near = digits_lost(values["r"], values["start"])
     with own_context(working_digits(digits, lam, values["r"]) + near) as context:
-        # No more digits of the outer part than its share of what is allowed.
+        # No more digits of the regular part than its share of what is allowed.
         outer = len(str(int(1 / allowed))) + 12 + near
         halves = _halves(drift, values["r"], values["start"], orders[-1], context, outer)
         composed, at = _with_digits(halves, lam, values["r"], context)
         best: Parts | None = None
         for n in orders:
-            total = compose.time_with_digits(composed, at(n))
+            total = time_with_digits(composed, at(n))
             if not total.sure:
                 continue
             error = total.error / total.value
@@ -253,7 +266,7 @@ def _items(
     """Every pair of critical points and the regular part of both sides, times the chance of it."""
     r, ring, items = composed.r, composed.ring, []
     shares = composed.sides.shares
-    rest = compose.time_with_digits(composed, at).value
+    rest = time_with_digits(composed, at).value
     for k, one in enumerate(both):
         front = at.lam * plain(shares[1 - k] / composed.sides.total, at)[0]
         sign, chance = 2 * k - 1, "" if k else "C times "
@@ -269,7 +282,7 @@ def _items(
     return items
 
 
-def _named(point: CriticalPoint, sign: int, r: Any) -> str:
+def _named(point: CriticalPoint, sign: int, r: mpf) -> str:
     return f"{point.kind} at {sign * float(r if point.u is None else point.u):.4g}"
 
 
@@ -283,18 +296,19 @@ def digits_lost(r: Fraction, x: Fraction) -> int:
     return len(str(int(max(r, Fraction(1)) / (r - abs(x))))) - 1
 
 
-def require_seen(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
-    """Raise AccuracyError where A bends faster than the noise can tell, but at the folds."""
+def require_resolved(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
+    """Raise AccuracyError where A varies too fast for the noise (`resolution`), but at folds."""
     # Noise beyond the range of float64 is weak.
-    if lam < 10**300 and unseen(drift, float(lam), folds):
+    if lam < 10**300 and unresolved(drift, float(lam), folds):
         raise AccuracyError(
             f"kappa is {float(2 / lam) ** 0.5:.6g}, where the noise is too strong for a drift that "
-            "bends this fast: no term of Laplace's method would tell its error; use "
+            "varies this fast: no term of Laplace's method estimates its error; use "
             "method='exact' or 'strong_noise'."
         )
 
 
 def _too_strong(kappa: str, order: int) -> AccuracyError:
+    """The refusal of a scene whose truncation error is as large as its value."""
     return AccuracyError(
         f"kappa is {kappa}, where the noise is too strong, or a well, a barrier or the start too "
         f"close to another or to an end, for Laplace's method with order={order}: the next terms "
@@ -303,20 +317,21 @@ def _too_strong(kappa: str, order: int) -> AccuracyError:
 
 
 def _halves(
-    drift: Drift, r: Fraction, x: Fraction, order: int, context: Any, outer: int
+    drift: Drift, r: Fraction, x: Fraction, order: int, context: MPContext, outer: int
 ) -> tuple[OneSided, OneSided]:
     """Left, mirrored, and right."""
     left = half(ExactField(drift, True, context), -x, r, order, context, outer)
     return left, half(ExactField(drift, False, context), x, r, order, context, outer)
 
 
-def _terms(halves: tuple[OneSided, OneSided], context: Any) -> tuple[str, ...]:
-    found = []
+def _terms(halves: tuple[OneSided, OneSided], context: MPContext) -> tuple[str, ...]:
+    """The wells and barriers of both sides in words, and what else is in T."""
+    words = []
     for side, one in zip((-1, 1), halves, strict=True):
-        for place in one.rising + one.falling:
-            if place.kind in ("well", "barrier"):
-                found.append(f"{place.kind} at u = {context.nstr(side * place.u, 6)}")
-    return (*sorted(found), "start, ends, kinks and the part between")
+        for point in one.rising + one.falling:
+            if point.kind in ("well", "barrier"):
+                words.append(f"{point.kind} at u = {context.nstr(side * point.u, 6)}")
+    return (*sorted(words), "start, ends, kinks and the part between")
 
 
 # -- many scenes, in float64 -----------------------------------------------------------------------
@@ -326,7 +341,7 @@ def _array_logs(
     drift: Drift,
     scenes: Scenes,
     shapes: list[tuple[int, ...]],
-    orders: Any,
+    orders: Sequence[int],
     quantity: Quantity,
     everywhere: bool,
     exactly: Fraction | None = None,
@@ -338,19 +353,17 @@ def _array_logs(
     A start that all scenes share is `exactly` that, since it may lie on a zero of A.
     """
 
-    def analyse(given: dict[str, float], radius: float, start: float) -> Any:
-        one = drift.bind(**given) if given else drift
-        place = Fraction(start) if exactly is None else exactly
-        outer = 30 * quantity.outer
+    def analyse(one: Drift, radius: float, start: float) -> tuple[OneSided, OneSided]:
+        x, outer = Fraction(start) if exactly is None else exactly, 30 * quantity.outer
         with own_context(40) as context:
-            found = _halves(one, Fraction(radius), place, orders[-1], context, outer)
-            return in_float(found[0]), in_float(found[1])
+            left, right = _halves(one, Fraction(radius), x, orders[-1], context, outer)
+            return in_float(left), in_float(right)
 
     with_digits = analyse if many else None
     logs, errors = logs_of(
         drift, scenes, shapes, orders, quantity.in_float, with_digits, everywhere, index=index
     )
-    unknown = unseen_in(drift, scenes)
+    unknown = unresolved_in(drift, scenes)
     return logs, np.where(unknown, np.inf, errors) if unknown.any() else errors
 
 
@@ -374,6 +387,7 @@ def array_logs(
 def _require_small(
     kappa: FloatArray, logs: FloatArray, errors: FloatArray, order: int, log: bool
 ) -> None:
+    """Raise AccuracyError where an error is infinite or leaves no digit of the value."""
     if errors.max() <= np.log(2):
         return
     bad = np.flatnonzero(~(errors < np.inf))
@@ -389,8 +403,9 @@ def _require_small(
 
 
 def _occupation_logs(
-    drift: Drift, scenes: Scenes, complement: bool, orders: Any
+    drift: Drift, scenes: Scenes, complement: bool, orders: Sequence[int]
 ) -> tuple[FloatArray, FloatArray]:
+    """Logarithms of P or 1 - P and their errors, by Laplace at each well (`_occupation`)."""
     logs, errors = np.empty(len(scenes.lam)), np.full(len(scenes.lam), np.inf)
     for one, rows in by_drift(scenes):
         with own_context(40) as context:
@@ -416,4 +431,4 @@ def _occupation_logs(
                 better = relative < errors[rows]
                 logs[rows] = np.where(better, share, logs[rows])
                 errors[rows] = np.where(better, relative, errors[rows])
-    return logs, np.where(unseen_in(drift, scenes), np.inf, errors)
+    return logs, np.where(unresolved_in(drift, scenes), np.inf, errors)

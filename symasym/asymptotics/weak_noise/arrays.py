@@ -1,8 +1,8 @@
-"""Weak noise for arrays of scenes: each drift's places once, then all its kappa and r."""
+"""Weak noise for arrays of scenes: each drift's expansions once, then all its kappa and r."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from operator import itemgetter
 from typing import Any, NamedTuple
@@ -19,7 +19,7 @@ from symasym.drift.drift import Drift
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes as PolynomialScenes
 from symasym.drift.polynomial_scenes import scenes_of
-from symasym.drift.scenes import Scenes, input_rounding, rows_of
+from symasym.drift.scenes import Scenes, by_drift, input_rounding, rows_of
 
 # Scenes at once: the work arrays of one step, about twenty with errors and ten without, stay in
 # the second-level cache, and below what the C library gives back to the system at every step.
@@ -27,21 +27,21 @@ _AT_ONCE = 4096
 _WITHOUT_ERRORS = 12288
 # More values of kappa than that for one drift are taken apart from other drifts'.
 _MANY = 256
-# Where errors are not asked for, they are looked at in so many places; the refusal
+# Where errors are not asked for, they are looked at for so many scenes; the refusal
 # of a scene is for errors 1e3 times larger than is let pass so.
 _PROBES = 192
 _SMALL = 1e-3
 # The same where logarithms may be interpolated: by a factor 30.
 _SMALL_SMOOTH = 0.03
 
-Sights = tuple[OneSided, OneSided]
+Expansions = tuple[OneSided, OneSided]
 Evaluate = Callable[[Composed, Point], tuple[FloatArray, Any]]
-Analyse = Callable[[dict[str, float], float, float], Sights]
+Analyse = Callable[[Drift, float, float], Expansions]
 Find = Callable[[PolynomialScenes, int], Iterator[Found]]
 
 
 class Drifts(NamedTuple):
-    """What distinguishes the places: parameters, start and r where it is inside the layer.
+    """What tells one expansion from another: parameters, start and r where it is inside the layer.
 
     `rows[i]` are the scenes of the i-th; None where one drift has all.
     """
@@ -56,7 +56,7 @@ def logs_of(
     drift: Drift,
     scenes: Scenes,
     shapes: list[tuple[int, ...]],
-    orders: Any,
+    orders: Sequence[int],
     evaluate: Evaluate,
     analyse: Analyse | None,
     full: bool,
@@ -64,35 +64,35 @@ def logs_of(
     index: IntArray | None = None,
     smooth: bool = False,
 ) -> tuple[FloatArray, FloatArray]:
-    """Logarithms and their errors; errors are only told from "too large" unless `full`.
+    """Logarithms and their errors; errors are only known not to be too large unless `full`.
 
     Which scenes have a drift, start and radius in common follows from the `shapes` of these, or
-    is told by `index`, a number for each (see `index_of`). `smooth`: logarithms may be
+    follows from `index`, a number for each (see `index_of`). `smooth`: logarithms may be
     interpolated between values of lam, where one costs so much that it pays.
 
     What `find` does not find in float64 goes to `analyse`, or is left with infinite errors. An
     error that all scenes share may come as an array of one.
     """
-    each = [_drifts(scenes, shapes)] if index is None else list(_grouped(scenes, index))
-    # One drift has all scenes, or none.
-    size = 0 if index is None and each[0].rows is None else len(scenes.lam)
-    logs, errors = np.full(size, np.nan), np.full(size, np.inf)
+    logs = errors = np.empty(0)
     with np.errstate(all="ignore"):
-        for drifts in each:
-            for chosen, sights in _all_sights(drift, scenes, drifts, orders[-1], analyse, find):
+        for drifts in _grouped(scenes, index_of(shapes, scenes.shape) if index is None else index):
+            # One drift has all scenes, or none.
+            if drifts.rows is not None and not logs.size:
+                logs, errors = (np.full(len(scenes.lam), x) for x in (np.nan, np.inf))
+            for chosen, sides in _all_expansions(drift, scenes, drifts, orders[-1], analyse, find):
                 if drifts.rows is None:
                     some: Any = slice(None)
                 else:
                     some = drifts.rows[chosen].T
-                    if _single(sights):
+                    if _single(sides):
                         some = some.ravel()
-                found, wrong = _filled(
-                    sights, rows_of(scenes, some), orders, evaluate, full, smooth
+                values, wrong = _filled(
+                    sides, rows_of(scenes, some), orders, evaluate, full, smooth
                 )
                 if drifts.rows is None:
-                    logs, errors = found, wrong
+                    logs, errors = values, wrong
                 else:
-                    logs[some], errors[some] = found, wrong
+                    logs[some], errors[some] = values, wrong
         if not errors.size:
             logs, errors = (np.full(len(scenes.lam), x) for x in (np.nan, np.inf))
         errors = errors + rounding_of_places(drift, scenes)
@@ -100,7 +100,7 @@ def logs_of(
 
 
 def own_shapes(drift: Drift, numbers: dict[str, Any], scenes: Scenes) -> list[tuple[int, ...]]:
-    """Shapes of what distinguishes the places: parameters, start, and r inside the layer."""
+    """Shapes of what the expansions depend on: parameters, start, and r inside the layer."""
     shapes = [np.shape(x) for x in (*drift.values.values(), numbers["start"]) if is_array(x)]
     if is_array(numbers["r"]) and (scenes.numbers["r"] <= 1).any():
         shapes.append(np.shape(numbers["r"]))
@@ -115,17 +115,11 @@ def index_of(shapes: list[tuple[int, ...]], shape: tuple[int, ...]) -> IntArray:
     return np.broadcast_to(count.reshape(own), shape).ravel()
 
 
-def _drifts(scenes: Scenes, shapes: list[tuple[int, ...]]) -> Drifts:
-    index = index_of(shapes, scenes.shape)
-    count = int(index[-1]) + 1 if len(index) else 1
-    rows = None
-    if count > 1:
-        rows = np.argsort(index, kind="stable").reshape(count, -1)
-    return _drifts_of(scenes, rows)
-
-
 def _grouped(scenes: Scenes, index: IntArray) -> Iterator[Drifts]:
     """Drifts with about as many scenes each; what one has less it has several times."""
+    if not len(index) or (index == index[0]).all():
+        yield _drifts_of(scenes, None)
+        return
     order = np.argsort(index, kind="stable")
     first = np.flatnonzero(np.diff(index[order], prepend=-1))
     count = np.diff(first, append=len(order))
@@ -138,6 +132,7 @@ def _grouped(scenes: Scenes, index: IntArray) -> Iterator[Drifts]:
 
 
 def _drifts_of(scenes: Scenes, rows: IntArray | None) -> Drifts:
+    """The first scene of every drift as what tells it from the others."""
     first = np.zeros(1, dtype=np.intp) if rows is None else rows[:, 0]
     r, start = scenes.numbers["r"], scenes.numbers["start"]
     given = {n: x[first] for n, x in scenes.parameters.items() if is_array(x)}
@@ -146,63 +141,65 @@ def _drifts_of(scenes: Scenes, rows: IntArray | None) -> Drifts:
     return Drifts(given, start[first], radius, rows)
 
 
-def _all_sights(
+def _all_expansions(
     drift: Drift,
     scenes: Scenes,
     drifts: Drifts,
     order: int,
     analyse: Analyse | None,
     find: Find,
-) -> Iterator[tuple[IntArray, Sights]]:
+) -> Iterator[tuple[IntArray, Expansions]]:
     """In float64 where that is enough, else one by one with more digits."""
     left = np.ones(len(drifts.start), dtype=bool)
     values = {**scenes.parameters, **drifts.parameters}
     known = scenes_of(drift, values, drifts.start, drifts.radius)
     if known is not None:
-        for found in find(known, order):
-            left[found.rows] = False
-            if drifts.rows is not None and len(found.rows) > 1 and drifts.rows.shape[1] > _MANY:
-                yield from _apart(found.rows, found.sights)
+        for built in find(known, order):
+            left[built.rows] = False
+            if drifts.rows is not None and len(built.rows) > 1 and drifts.rows.shape[1] > _MANY:
+                yield from _apart(built.rows, built.sides)
             else:
-                yield found.rows, found.sights
+                yield built.rows, built.sides
     rest = np.flatnonzero(left)
     if analyse is None or not rest.size:
         return
-    columns = [*drifts.parameters.values(), drifts.radius, drifts.start]
-    unique, first, group = np.unique(
-        np.array([x[rest] for x in columns]).T, axis=0, return_index=True, return_inverse=True
-    )
-    for k in range(len(unique)):
-        one = rest[first[k]]
-        given = {name: float(x[one]) for name, x in drifts.parameters.items()}
-        sights = analyse(given, float(drifts.radius[one]), float(drifts.start[one]))
-        yield rest[group.ravel() == k], sights
+    radius, start = drifts.radius[rest], drifts.start[rest]
+    given = {name: x[rest] for name, x in drifts.parameters.items()}
+    some = scenes._replace(parameters={**scenes.parameters, **given}, lam=start)
+    for one, rows in by_drift(some, radius, start):
+        yield rest[rows], analyse(one, float(radius[rows[0]]), float(start[rows[0]]))
 
 
-def _apart(rows: IntArray, sights: Sights) -> Iterator[tuple[IntArray, Sights]]:
+def _apart(rows: IntArray, sides: Expansions) -> Iterator[tuple[IntArray, Expansions]]:
+    """The expansions of many drifts one by one."""
     for k in range(len(rows)):
-        yield rows[k : k + 1], mapped(sights, itemgetter(slice(k, k + 1)))
+        yield rows[k : k + 1], mapped(sides, itemgetter(slice(k, k + 1)))
 
 
-def _single(sights: Sights) -> bool:
-    """Whether they are those of one drift."""
-    return not any(np.size(height) > 1 for sight in sights for height in _heights(sight))
+def _single(sides: Expansions) -> bool:
+    """True for the expansions of one drift."""
+    return not any(np.size(height) > 1 for side in sides for height in _heights(side))
 
 
 def _filled(
-    sights: Sights, scenes: Scenes, orders: Any, evaluate: Evaluate, full: bool, smooth: bool
+    sides: Expansions,
+    scenes: Scenes,
+    orders: Sequence[int],
+    evaluate: Evaluate,
+    full: bool,
+    smooth: bool,
 ) -> tuple[FloatArray, FloatArray]:
-    """Scenes in columns, one a drift of `sights`, or all of one drift."""
+    """Scenes in columns, one a drift of `sides`, or all of one drift."""
     one, lam, r = scenes.lam.ndim == 1, scenes.lam, scenes.numbers["r"]
-    if one and not isinstance(sights[0].rough, float):
-        sights = first_of(sights)
+    if one and not isinstance(sides[0].rough, float):
+        sides = first_of(sides)
     # A radius that all scenes share keeps its exponents shared as well.
     first = float(r.flat[0])
-    sizes = _sizes(sights)
-    shared = Composed(sights, first) if r.strides == (0,) or (r == first).all() else None
+    sizes = _sizes(sides)
+    shared = Composed(sides, first) if r.strides == (0,) or (r == first).all() else None
 
-    def at(part: Any, order: int, wanted: bool) -> tuple[FloatArray, Any]:
-        views = Composed(sights, r[part]) if shared is None else shared
+    def at(part: slice | IntArray, order: int, wanted: bool) -> tuple[FloatArray, Any]:
+        views = Composed(sides, r[part]) if shared is None else shared
         return evaluate(views, Point(lam[part], order, wanted, sizes))
 
     if one and len(orders) == 1 and not full and len(lam) > 4 * _PROBES:
@@ -221,14 +218,14 @@ def _filled(
                 logs[part] = at(part, orders[0], False)[0]
             return logs, np.array([error.max()])
     if smooth and not (one or full) and shared is not None and (lam == lam[:, :1]).all():
-        between = _between(sights, lam, shared, orders[0], evaluate)
+        between = _between(sides, lam, shared, orders[0], evaluate)
         if between is not None:
             logs, errors, good = between
             if not good.all():
                 rest = np.flatnonzero(~good)
                 some = rows_of(scenes, (slice(None), rest))
-                sights = mapped(sights, itemgetter(rest))
-                left = _filled(sights, some, orders, evaluate, full, False)
+                sides = mapped(sides, itemgetter(rest))
+                left = _filled(sides, some, orders, evaluate, full, False)
                 logs[:, rest], errors[:, rest] = left
             return logs, errors
     logs, errors = np.empty(lam.shape), np.empty(lam.shape)
@@ -240,13 +237,13 @@ def _filled(
 
 
 def _between(
-    sights: Sights, lam: FloatArray, views: Composed, order: int, evaluate: Evaluate
+    sides: Expansions, lam: FloatArray, views: Composed, order: int, evaluate: Evaluate
 ) -> tuple[FloatArray, FloatArray, Any] | None:
-    """Logarithms in columns by interpolation, errors told from "too large", and where it is good.
+    """Logarithms in columns by interpolation, the largest errors, and where it is good.
 
     None where it doesn't pay.
     """
-    count, sizes = lam.shape[1], _sizes(sights)
+    count, sizes = lam.shape[1], _sizes(sides)
 
     def at(some: FloatArray, wanted: bool) -> tuple[FloatArray, Any]:
         most = _AT_ONCE if wanted else _WITHOUT_ERRORS
@@ -259,15 +256,17 @@ def _between(
         logs, errors = zip(*(evaluate(views, point) for point in points), strict=True)
         return np.concatenate(logs), np.concatenate(errors) if wanted else None
 
-    found = columns(at, lam[:, 0])
-    if found is None:
+    curves = columns(at, lam[:, 0])
+    if curves is None:
         return None
-    logs, worst, good = found
+    logs, worst, good = curves
     good &= worst < _SMALL_SMOOTH
     return logs, np.broadcast_to(worst, lam.shape).copy(), good
 
 
-def _best(at: Callable[[int, bool], tuple[FloatArray, Any]], orders: Any) -> tuple[Any, Any]:
+def _best(
+    at: Callable[[int, bool], tuple[FloatArray, Any]], orders: Sequence[int]
+) -> tuple[Any, Any]:
     """At each scene that order whose error is smallest."""
     log, wrong = at(orders[0], True)
     if len(orders) == 1 and wrong.max() < np.inf:
@@ -275,18 +274,20 @@ def _best(at: Callable[[int, bool], tuple[FloatArray, Any]], orders: Any) -> tup
     known = wrong < np.inf
     log, wrong = np.where(known, log, np.nan), np.where(known, wrong, np.inf)
     for n in orders[1:]:
-        found, error = at(n, True)
+        logs, error = at(n, True)
         better = error < wrong
-        log, wrong = np.where(better, found, log), np.where(better, error, wrong)
+        log, wrong = np.where(better, logs, log), np.where(better, error, wrong)
     return log, wrong
 
 
-def _sizes(sights: Sights) -> Sizes:
-    return Sizes([series for one in sights for series in one.all_series()])
+def _sizes(sides: Expansions) -> Sizes:
+    """The sizes of the terms of all series of both sides."""
+    return Sizes([series for one in sides for series in one.all_series()])
 
 
-def _heights(sight: OneSided) -> list[Any]:
-    return [sight.rough, *(spot.height for spot in sight.rising + sight.falling)]
+def _heights(side: OneSided) -> list[Any]:
+    """All heights of one side, and their rounding."""
+    return [side.rough, *(point.height for point in side.rising + side.falling)]
 
 
 def _probes(lam: FloatArray) -> IntArray:
@@ -297,12 +298,12 @@ def _probes(lam: FloatArray) -> IntArray:
     inner = spread[1:-1]
     steps = np.linspace(0, len(lam) - 1, 16 * _PROBES).astype(np.intp)
     some = steps[np.searchsorted(np.sort(lam[steps]), inner).clip(0, len(steps) - 1)]
-    found: IntArray = np.concatenate(([low, high], some))
-    return found
+    rows: IntArray = np.concatenate(([low, high], some))
+    return rows
 
 
 def rounding_of_places(drift: Drift, scenes: Scenes) -> Any:
-    """What reading r and start as floats changes in log T, at most."""
+    """The change of log T when r and the start are read as floats, at most."""
     if not any(gap for name, gap in scenes.moved.items() if name != "kappa"):
         return 0.0
     grid = np.linspace(-1, 1, 65)

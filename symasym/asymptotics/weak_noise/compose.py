@@ -24,11 +24,8 @@ from functools import cached_property, partial, reduce
 from operator import add
 from typing import Any, NamedTuple, Protocol
 
-import numpy as np
-
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.series import (
-    MOST_ROUGH,
     ROUNDING,
     Local,
     Numbers,
@@ -43,16 +40,13 @@ from symasym.asymptotics.weak_noise.series import (
     nonzero,
     plus,
     terms,
-    times,
 )
-from symasym.base.inputs import FloatArray
+from symasym.numbers.arithmetic import Number
 
 #: Rounding of lam, of a product with it, and of an exponential.
 ULP = 1.2e-15
 # The rank of the end at r.
 _END = 1 << 30
-# A relative error of a value beyond which nothing is said.
-_MOST = 0.4
 
 
 # -- expressions on numbers ------------------------------------------------------------------------
@@ -107,7 +101,7 @@ class Leaf(Node):
 class Constant(Node):
     """A value with its error, at height 0."""
 
-    def __init__(self, value: Any, error: Any = 0.0) -> None:
+    def __init__(self, value: Numbers, error: Numbers = 0.0) -> None:
         self.value = Value(value, error)
 
     def evaluated(self, at: Point) -> Value:
@@ -158,6 +152,7 @@ class Sum(Node):
 
 
 def _value(node: Node, at: Point) -> Value:
+    """The value of a node at lam."""
     return at.value_of(node)
 
 
@@ -181,10 +176,10 @@ class Ring(Protocol):
     #: Relative rounding of a coefficient.
     rounding: Any
 
-    def number(self, x: Any) -> Any:
+    def number(self, x: Numbers) -> Any:
         """A number of the expansion in this arithmetic."""
 
-    def leaf(self, height: Any, series: Any, rough: Any = 0.0) -> Any:
+    def leaf(self, height: Numbers, series: Any, rough: Numbers = 0.0) -> Any:
         """e^{lam height} times the series."""
 
     def total(self, terms: list[Any]) -> Any:
@@ -196,14 +191,15 @@ class Nodes:
 
     leaf, total = Leaf, Sum
 
-    def __init__(self, rounding: Any = ROUNDING) -> None:
+    def __init__(self, rounding: Numbers = ROUNDING) -> None:
         self.rounding = rounding
 
-    def number(self, x: Any) -> Any:
+    def number(self, x: Numbers) -> Any:
         return x
 
 
 def _total(terms: list[Any]) -> Any:
+    """The sum, of nodes as one node."""
     return Sum(terms) if isinstance(terms[0], Node) else reduce(add, terms)
 
 
@@ -238,7 +234,7 @@ class Sides:
         return _total([self.left.scale, self.right.scale, self.rising])
 
     def sure(self) -> Any:
-        """Whether that is known to half of itself, where the parts are values."""
+        """True where that is known to half of itself; the parts are values here."""
         return self.total.error < self.total.value * 0.5
 
     @cached_property
@@ -248,7 +244,7 @@ class Sides:
         return (left.known(), right.known()) if isinstance(left, Node) else (left, right)
 
 
-def rising_of(one: OneSided, r: Any, ring: Ring) -> list[tuple[CriticalPoint, Any]]:
+def rising_of(one: OneSided, r: Numbers, ring: Ring) -> list[tuple[CriticalPoint, Any]]:
     """The critical points of e^{lam V} with what they contribute, the end beyond the layer last."""
     points = [(p, ring.leaf(p.height, p.series, one.rough)) for p in one.rising]
     if one.beyond is not None:
@@ -263,7 +259,7 @@ def rising_of(one: OneSided, r: Any, ring: Ring) -> list[tuple[CriticalPoint, An
     return points
 
 
-def regular_part(one: OneSided, r: Any, ring: Ring) -> Any:
+def regular_part(one: OneSided, r: Numbers, ring: Ring) -> Any:
     """The regular part of D, in the layer and beyond it."""
     inside = ring.leaf(0.0, one.outer)
     if one.beyond is None:
@@ -295,7 +291,7 @@ def pairs_of(
                 yield low, high, own * share
 
 
-def side_of(one: OneSided, r: Any, ring: Ring) -> Side:
+def side_of(one: OneSided, r: Numbers, ring: Ring) -> Side:
     """One side composed, with the end at `r` where that is beyond the layer."""
     rising = rising_of(one, r, ring)
     nested = [pair for _, _, pair in pairs_of(one, rising, ring)]
@@ -308,7 +304,7 @@ def side_of(one: OneSided, r: Any, ring: Ring) -> Side:
     )
 
 
-def sides_of(both: tuple[OneSided, OneSided], r: Any, ring: Ring) -> Sides:
+def sides_of(both: tuple[OneSided, OneSided], r: Numbers, ring: Ring) -> Sides:
     """Both sides composed; what the start contributes to both is added up before it is valued."""
     left, right = both
     rising = added(left.rising_start, right.rising_start)
@@ -345,7 +341,7 @@ class Composed:
         self,
         both: tuple[OneSided, OneSided],
         r: Numbers,
-        rounding: Any = ROUNDING,
+        rounding: Numbers = ROUNDING,
     ) -> None:
         self.r = r
         self.slack = lower(both[0].slack, both[1].slack)
@@ -410,6 +406,7 @@ class _Probability(NamedTuple):
 def _probability(
     sides: Sides, ordered: tuple[Side, Side], shares: tuple[Node, Node]
 ) -> _Probability:
+    """One side's share of int e^{lam V}, C on the right (eq:C), and the error of its part."""
     (part, rest), total = ordered, sides.total
     own, other = (share / total for share in shares)
     errors = [
@@ -421,45 +418,7 @@ def _probability(
     return _Probability(*shares, own, other, Sum(errors, part.scale.height))
 
 
-# -- at lam, with digits ---------------------------------------------------------------------------
-
-
-class Found(NamedTuple):
-    """An expansion's value at one order and its estimated error, if that is to be trusted."""
-
-    value: Any
-    error: Any
-    order: int
-    sure: bool
-
-
-def plain(node: Node, at: Point) -> tuple[Any, Any]:
-    """The value and the error, the exponential included."""
-    found, factor = at.value_of(node), at.exp(at.lam * node.height)
-    return found.value * factor, None if found.error is None else found.error * factor
-
-
-def time_with_digits(composed: Composed, at: Point) -> Found:
-    """T at one lam."""
-    (value, _), (error, _) = (plain(node, at) for node in composed.time)
-    return _found(composed, at, at.lam * value, at.lam * error)
-
-
-def probability_with_digits(complement: bool, composed: Composed, at: Point) -> Found:
-    """C or 1 - C at one lam."""
-    p = composed.probabilities[complement]
-    error = plain(p.error / composed.sides.total, at)[0]
-    return _found(composed, at, plain(p.value, at)[0], error)
-
-
-def log_probability(complement: bool, composed: Composed, at: Point) -> Any:
-    """log C or log(1 - C) at one lam, right where that is tiny."""
-    p = composed.probabilities[complement]
-    part, rest = plain(p.part, at)[0], plain(p.rest, at)[0]
-    return -at.arithmetic.log1p(rest / part)
-
-
-def time_of(sides: Sides, lam: Any) -> Value:
+def time_of(sides: Sides, lam: Number) -> Value:
     """T and its error at one lam, from values of both sides at it."""
     at = Point(lam, 0, True)
 
@@ -470,67 +429,3 @@ def time_of(sides: Sides, lam: Any) -> Value:
     starts = constant(sides.rising), constant(sides.falling)
     value, error = _time(Sides(left, right, *starts, sides.corner))
     return Value(lam * at.value_of(value).value, lam * at.value_of(error).value)
-
-
-def _found(composed: Composed, at: Point, value: Any, error: Any) -> Found:
-    total = at.value_of(composed.sides.total)
-    sure = 2 * total.error < total.value and 2 * error < value
-    return Found(value, 2 * error, at.order, bool(sure))
-
-
-# -- at lam, in float64 ----------------------------------------------------------------------------
-
-
-def escape_time(composed: Composed, at: Point) -> tuple[FloatArray, Any]:
-    """log T, and its relative error (None without `at.errors`; infinite where nothing is sure)."""
-    value, wrong = composed.time
-    mean = at.value_of(value).value
-    log = at.log(mean * at.lam)
-    rise = at.lam * value.height if counts(value.height) else 0.0
-    log = plus(log, rise)
-    if not at.errors:
-        return log, None
-    relative = 2 * (at.value_of(wrong).value / mean)
-    return log, _sure(composed, at, relative, ULP * plus(abs(log), rise))
-
-
-def exit_probability(complement: bool, composed: Composed, at: Point) -> tuple[FloatArray, Any]:
-    """log C or log(1 - C), and its relative error, as `escape_time`."""
-    p = composed.probabilities[complement]
-    rise = at.lam * (p.rest.height - p.part.height)
-    part, rest = at.value_of(p.part).value, at.value_of(p.rest).value
-    log = -np.logaddexp(0.0, np.log(rest / part) + rise)
-    if not at.errors:
-        return log, None
-    rounding = abs(log)
-    below = at.decay(p.other.height)
-    if counts(below):
-        rounding = rounding + times(at.value_of(p.other).size, below) * abs(rise)
-    relative = 2 * (at.value_of(p.error).value / part)
-    return log, _sure(composed, at, relative, ULP * rounding)
-
-
-def _sure(composed: Composed, at: Point, relative: Any, rounding: Any) -> Any:
-    """The error of a logarithm; infinite unless the total is known to half of itself."""
-    total = at.value_of(composed.sides.total)
-    value, error = total.value, total.error
-    known = None
-    clear = np.max(error) < 0.5 * np.min(value)
-    if not (clear and np.min(relative) >= 0 and np.max(relative) < _MOST):
-        known = (error < value * 0.5) & (relative >= 0) & (relative < _MOST)
-        relative = np.minimum(relative, 0.9)
-    found = relative / (1.0 - relative)
-    found = found + rounding
-    found += 8 * ULP
-    # A barrier and a well of one side, the other side, and the two sides' sum.
-    rough = higher(*(_too_rough(at, x) for x in composed.rough))
-    found = plus(found, 4 * rough)
-    return found if known is None else np.where(known, found, np.inf)
-
-
-def _too_rough(at: Point, steep: Numbers) -> Any:
-    """Rounding of the exponents that the errors leave out because it is too large for them."""
-    if isinstance(steep, float) and steep * at.most < MOST_ROUGH:
-        return 0.0
-    rough = at.lam * steep
-    return np.where(rough < MOST_ROUGH, 0.0, rough)

@@ -1,5 +1,5 @@
-"""The places of `symasym.asymptotics.weak_noise.critical_points` for many polynomial drifts at
-once, in float64.
+"""The expansions of `symasym.asymptotics.weak_noise.critical_points` for many polynomial drifts
+at once, in float64.
 
 Drifts are taken together where their zeros of A, the start and the radius come in the same
 order. Everything is found once for both sides, since seen in the mirror h_k(u) becomes
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,21 +22,23 @@ from symasym.asymptotics.weak_noise.one_sided import (
     add_edge,
     formal_series,
 )
+from symasym.asymptotics.weak_noise.regular_part import pole_primitive
 from symasym.asymptotics.weak_noise.series import (
     BEYOND,
     ROUNDING,
+    Numbers,
     Part,
     Series,
     higher,
     lower,
     trimmed,
 )
-from symasym.asymptotics.weak_noise.slow_manifold import laurent, pole_primitive
 from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes
 from symasym.numbers.arithmetic import FLOATS, Arithmetic
 from symasym.numbers.polynomial_roots import Zeros, zeros_of
+from symasym.numbers.power_series import laurent
 
 # Drifts at once: with a quarter of them NumPy's cost per call doubles the time; twice as many
 # are no quicker and take twice the memory.
@@ -54,20 +56,21 @@ class Found(NamedTuple):
     """The two sides of these scenes, left and right."""
 
     rows: IntArray
-    sights: tuple[OneSided, OneSided]
+    sides: tuple[OneSided, OneSided]
 
 
-def _single(x: Any) -> Any:
+def _single(x: Numbers) -> Any:
     """The number in an array of one, which Python is quicker with."""
     return x[..., 0].tolist() if isinstance(x, np.ndarray) else x
 
 
-def unchanged(x: Any) -> Any:
+def unchanged(x: Numbers) -> Any:
+    """`x` itself."""
     return x
 
 
 def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
-    """The places of all scenes that float64 is enough for, chunk by chunk."""
+    """The expansions of all scenes that float64 is enough for, chunk by chunk."""
     degree = np.where(scenes.c != 0, np.arange(len(scenes.c))[:, None], 0).max(axis=0)
     for d in np.unique(degree):
         rows = np.flatnonzero(degree == d)
@@ -80,9 +83,9 @@ def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
                 chosen = members[low : low + _AT_ONCE]
                 some = scenes.take(rows[chosen])
                 some = some._replace(c=some.c[: d + 1])
-                found = _built(rows[chosen], some, zeros.take(chosen), order)
-                if found is not None:
-                    yield found
+                built = _built(rows[chosen], some, zeros.take(chosen), order)
+                if built is not None:
+                    yield built
 
 
 def _built(rows: IntArray, scenes: Scenes, zeros: Zeros, order: int) -> Found | None:
@@ -90,13 +93,13 @@ def _built(rows: IntArray, scenes: Scenes, zeros: Zeros, order: int) -> Found | 
     if len(rows) == 1:
         try:
             builder = Builder(scenes, zeros, order, _single)
-            sure = builder.roughest() < _ROUGHEST and builder.told()
+            sure = builder.roughest() < _ROUGHEST and builder.estimated()
             return Found(rows, builder.sights()) if sure else None
         except (ArithmeticError, ValueError):
             # Python refuses what NumPy makes infinite.
             pass
     builder = Builder(scenes, zeros, order, unchanged)
-    sure = np.broadcast_to((builder.roughest() < _ROUGHEST) & builder.told(), rows.shape)
+    sure = np.broadcast_to((builder.roughest() < _ROUGHEST) & builder.estimated(), rows.shape)
     if not sure.any():
         return None
     if not sure.all():
@@ -106,12 +109,13 @@ def _built(rows: IntArray, scenes: Scenes, zeros: Zeros, order: int) -> Found | 
 
 
 def _edges(scenes: Scenes) -> FloatArray:
-    """What the layer shows of (-r, start, r)."""
+    """(-r, start, r), each moved to the nearest point of the layer [-1, 1]."""
     reach = np.minimum(scenes.r, 1.0)
     return np.array([-reach, np.clip(scenes.start, -reach, reach), reach])
 
 
-def _value(c: Any, u: Any) -> Any:
+def _value(c: Sequence[Numbers] | FloatArray, u: Numbers) -> Any:
+    """The polynomial sum c_k u^k, by Horner."""
     total = c[-1]
     for row in c[-2::-1]:
         total = total * u + row
@@ -119,7 +123,7 @@ def _value(c: Any, u: Any) -> Any:
 
 
 def clear_of_zero(scenes: Scenes, ends: bool = True) -> Any:
-    """Whether A is not too small at the start and at r, and at the layer's `ends`."""
+    """True where A is not too small at the start and at r, and at the layer's `ends`."""
     good = (scenes.a_minus != 0) & (scenes.a_plus != 0)
     for u in _edges(scenes):
         size = _value(np.abs(scenes.c), np.abs(u))
@@ -137,15 +141,17 @@ def structure(scenes: Scenes, zeros: Zeros) -> IntArray:
         key = key * 16 + (zeros.values.real < edge).sum(axis=0)
     start = scenes.start
     outside = (start < -1) + 2 * (start == -1) + 3 * (start == 1) + 4 * (start > 1)
-    found: IntArray = (key * 8 + outside) * 2 + (scenes.c[-1] > 0)
-    return found
+    key_of_order: IntArray = (key * 8 + outside) * 2 + (scenes.c[-1] > 0)
+    return key_of_order
 
 
-def first(x: Any) -> Any:
+def first(x: Numbers) -> Any:
+    """The first entry of an array, or the number itself."""
     return x[0] if isinstance(x, np.ndarray) else x
 
 
-def _log(x: Any) -> Any:
+def _log(x: Numbers) -> Any:
+    """The principal logarithm, of real or complex numbers."""
     if isinstance(x, np.ndarray):
         return np.log(x)
     return cmath.log(x) if isinstance(x, complex) else math.log(x)
@@ -176,7 +182,8 @@ class Builder:
 
     # -- rounding ---------------------------------------------------------------------------
 
-    def others(self, z: Any) -> Iterator[Any]:
+    def others(self, z: Numbers) -> Iterator[Any]:
+        """All zeros of A but z: real ones, and both of each complex pair."""
         for w in self.lines:
             if w is not z:
                 yield w
@@ -185,8 +192,8 @@ class Builder:
                 yield w
             yield w.conjugate()
 
-    def roughness(self, z: Any) -> Any:
-        """What rounding A does to this zero, in units of its distance to the next."""
+    def roughness(self, z: Numbers) -> Any:
+        """The relative rounding bound of the zero z, in units of its distance to the next."""
         moved = _value(self.c_size, abs(z)) / abs(self.slope(z))
         near = 1 + abs(z)
         for w in self.others(z):
@@ -194,13 +201,16 @@ class Builder:
         return _EPS * (1 + moved / near)
 
     def roughest(self) -> Any:
+        """The largest of these, infinite where one is undefined."""
         worst: Any = 0.0
         for rough in self.rough + self.rough_pairs:
             worst = higher(worst, rough)
         return np.where(np.isfinite(worst), worst, np.inf)
 
-    def told(self) -> Any:
-        """Whether the next two terms of no series vanish because A is straight or flat there."""
+    def estimated(self) -> Any:
+        """True where the next two terms of every series tell its error: A not straight or flat
+        there.
+        """
         order, good = self.count - 1 - BEYOND, True
         at = [(self.taylor(z), 2, 2 * order + 5) for z in self.lines]
         at += [(self.taylor(u), 1, order + 2) for u in self.edges]
@@ -212,30 +222,33 @@ class Builder:
 
     # -- series -----------------------------------------------------------------------------
 
-    def slope(self, z: Any) -> Any:
+    def slope(self, z: Numbers) -> Any:
+        """A'(z), by Horner."""
         total = self.degree * self.c[-1]
         for k in range(self.degree - 1, 0, -1):
             total = total * z + k * self.c[k]
         return total
 
-    def taylor(self, u: Any) -> list[Any]:
+    def taylor(self, u: Numbers) -> list[Any]:
+        """Taylor coefficients of A at u, by synthetic division (Horner's shift)."""
         work = list(self.c)
         for lowest in range(self.degree):
             for k in range(self.degree - 1, lowest - 1, -1):
                 work[k] = work[k] + work[k + 1] * u
         return work
 
-    def smooth(self, u: Any, value: Any = None) -> Series:
+    def smooth(self, u: Numbers, value: Numbers = None) -> Series:
         """h_k(u), k = 1, 2, ..., where A(u) may be known better than from float64."""
         psi = self.taylor(u)
         if value is not None:
             psi[0] = value
         psi = (psi + [0.0] * self.count)[: self.count]
-        found = [h[0] for h in laurent(psi, False, self.count)]
-        size = _value(self.c_size, abs(u)) * abs(found[0])
-        return Series([Part(1.0, 0, trimmed(found))], _EPS * 4 * self.count * (1 + size))
+        h = [row[0] for row in laurent(psi, False, self.count)]
+        size = _value(self.c_size, abs(u)) * abs(h[0])
+        return Series([Part(1.0, 0, trimmed(h))], _EPS * 4 * self.count * (1 + size))
 
-    def flat(self, a: Any) -> Series:
+    def flat(self, a: Numbers) -> Series:
+        """h_1 = 1/phi beside a straight potential."""
         return Series([Part(1.0, 0, [1 / a])], ROUNDING)
 
     def peak(self, k: int) -> Series:
@@ -243,7 +256,7 @@ class Builder:
         t = self.taylor(self.lines[k])
         a = abs(t[1]) / 2
         alpha = [t[j + 1] / ((j + 2) * t[1]) * 2 for j in range(1, self.degree)]
-        found = []
+        terms = []
         for n in range(self.count):
             p, power = 2 * n + 1, [1.0 + 0 * a]
             for m in range(1, 2 * n + 1):
@@ -251,12 +264,12 @@ class Builder:
                 for j, x in enumerate(alpha[:m], start=1):
                     total = total + (p * j + 2 * (m - j)) * (x * power[m - j])
                 power.append(total / (-2 * m))
-            found.append(power[-1] * (self.arithmetic.gamma(2 * n + 1, 2) * a ** -(n + 0.5)))
+            terms.append(power[-1] * (self.arithmetic.gamma(2 * n + 1, 2) * a ** -(n + 0.5)))
         # Higher coefficients depend on the zeros' distances by higher powers.
         rounding = 8 * (self.count + self.degree) * self.rough[k]
-        return Series([Part(0.5, 0, found)], rounding)
+        return Series([Part(0.5, 0, terms)], rounding)
 
-    # -- the outer part ---------------------------------------------------------------------
+    # -- the regular part ---------------------------------------------------------------------
 
     def primitives(self) -> tuple[list[Any], list[Any]]:
         """Primitives of h_1, h_2, ... at each of the edges, and what is rounded in them."""
@@ -282,10 +295,12 @@ class Builder:
 
     # -- the two sides ----------------------------------------------------------------------
 
-    def potential(self, u: Any) -> Any:
+    def potential(self, u: Numbers) -> Any:
+        """V(u), with V(0) = 0."""
         return _value(self.v, u) * u
 
     def sights(self) -> tuple[OneSided, OneSided]:
+        """The one-sided expansions to the left, mirrored, and to the right of the start."""
         totals, sizes = self.primitives()
         middle = self.edges[1]
         outside = 0.0 * middle
@@ -296,7 +311,7 @@ class Builder:
             outside = (start - 1) * self.a_plus
         # V from the start on.
         self.base = self.potential(middle) - outside
-        # Horner's rounding at both places; products with lam are rounded elsewhere.
+        # Horner's rounding at both points; products with lam are rounded elsewhere.
         self.height_rough = _EPS * ((self.degree + 3) * self.height_size + 2 * abs(outside))
         # The same numbers on both sides of a kink, whose first terms cancel.
         known = [self.a_minus if self.beyond else None, None, self.a_plus if self.beyond else None]
@@ -315,7 +330,7 @@ class Builder:
     def side(
         self, sign: int, totals: list[Any], sizes: list[Any], peaks: dict[int, Series]
     ) -> OneSided:
-        """What lies right of the start, or, in the mirror, left of it."""
+        """The one-sided expansion right of the start, or, in the mirror, left of it."""
         a_near, a_far = self.a_minus, self.a_plus
         if sign < 0:
             a_near, a_far = -a_far, -a_near
@@ -355,7 +370,7 @@ class Builder:
         return OneSided(*formal_series(h), True, rising, falling, outer, beyond, self.height_rough)
 
     def inside(self, sign: int) -> list[int]:
-        """Which real zeros lie between the start and the layer's end, from the start on."""
+        """Numbers of the real zeros between the start and the layer's end, from the start on."""
         low, high = sorted((first(self.edges[1]), first(self.edges[1 + sign])))
         order = range(len(self.lines)) if sign > 0 else reversed(range(len(self.lines)))
         return [k for k in order if low < first(self.lines[k]) < high]
@@ -373,8 +388,8 @@ class Builder:
             z = self.lines[k]
             height = self.potential(z) - self.base
             barrier = first(self.slope(z)) > 0
-            spots = rising if barrier else falling
-            spots.append(CriticalPoint(rank, height if barrier else -height, peaks[k], None))
+            points = rising if barrier else falling
+            points.append(CriticalPoint(rank, height if barrier else -height, peaks[k], None))
         return len(inside) + 1
 
     def end(
@@ -392,6 +407,7 @@ class Builder:
 
 
 def _signed(series: Series, sign: int) -> Series:
+    """The series times `sign`, as h_k(u) becomes -h_k(-u) in the mirror."""
     if sign > 0:
         return series
     parts = [Part(p.offset, p.logs, [-c for c in p.coefficients]) for p in series.parts]

@@ -1,6 +1,6 @@
-"""Where the integrals of e^{lam V} and e^{-lam V} from a start x on come from in weak noise.
+"""Critical points of the integrals of e^{lam V} and e^{-lam V} from a start x on, in weak noise.
 
-Each is a sum over places: the maxima of the exponent, with Laplace's series; the start
+Each is a sum over critical points: the maxima of the exponent, with Laplace's series; the start
 and the end, with the formal series of an end, whatever the sign of the slope there; and
 u = -1 and 1, with the difference of that series' two sides, since A's derivatives jump.
 Where the exponent has a minimum nothing is added: the exponentials that the two sides of
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symasym.asymptotics.laplace.watson import (
     laplace_coefficients,
@@ -25,14 +25,17 @@ from symasym.asymptotics.weak_noise.one_sided import (
 )
 from symasym.asymptotics.weak_noise.regular_part import layer_integrals
 from symasym.asymptotics.weak_noise.series import BEYOND, Part, Series, trimmed
-from symasym.asymptotics.weak_noise.slow_manifold import laurent
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.landscape import bracketed_zero
 from symasym.drift.taylor_field import ExactField, to_fraction
-from symasym.numbers.power_series import power
+from symasym.numbers.power_series import laurent, power
 
-# A at a zero of its slope, below which that place in float64 is not good enough.
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
+# A at a zero of its slope, below which that point in float64 is not good enough.
 _BESIDE = Fraction(1, 10**20)
 # Two turning points of A closer than this are one, found twice.
 _SAME = Fraction(1, 10**9)
@@ -43,7 +46,7 @@ _FLATTEST = 64
 Groups = list[list[tuple[Any, Any, int]]]
 
 
-def series_of(groups: Groups, unit: Any) -> Series:
+def series_of(groups: Groups, unit: mpf) -> Series:
     """The series of terms (c, p, q), known to the relative rounding `unit`."""
     parts: dict[tuple[float, int], list[Any]] = {}
     for n, group in enumerate(groups):
@@ -58,18 +61,19 @@ def half(
     x: Fraction,
     r: Fraction,
     order: int,
-    context: Any,
+    context: MPContext,
     outer: int,
-    told: bool = True,
+    estimated: bool = True,
 ) -> OneSided:
-    """What lies right of `x`, the outer part to `outer` digits; `r` counts only where below 1.
+    """The one-sided expansion right of `x`; `r` counts only where below 1.
 
-    Where the next terms have to tell the error (`told`), zeros of A where they vanish are refused.
+    The regular part is to `outer` digits. Where the next terms have to give the error
+    (`estimated`), zeros of A where they vanish are refused.
     """
-    return _Builder(field, order, context, told).half(x, r, outer)
+    return _Builder(field, order, context, estimated).half(x, r, outer)
 
 
-def whole(field: ExactField, order: int, context: Any) -> list[CriticalPoint]:
+def whole(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
     """Of int e^{-lam V} over the whole line where it converges, V measured from -1."""
     builder, one = _Builder(field, order, context), Fraction(1)
     ends = [builder.flat(field.value(side * one)) for side in (-1, 1)]
@@ -80,23 +84,25 @@ def whole(field: ExactField, order: int, context: Any) -> list[CriticalPoint]:
     return builder.falling
 
 
-def barriers(field: ExactField, order: int, context: Any) -> list[CriticalPoint]:
+def barriers(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
     """Those of [-1, 1], V measured from -1."""
     builder = _Builder(field, order, context)
     builder.layer(Fraction(-1), Fraction(1), context.zero, 0)
     return builder.rising
 
 
-def wells_and_barriers(field: ExactField, order: int, context: Any) -> list[CriticalPoint]:
+def wells_and_barriers(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
     """All of [-1, 1], left to right, V measured from -1."""
     builder = _Builder(field, order, context)
     builder.layer(Fraction(-1), Fraction(1), context.zero, 0)
-    return sorted(builder.rising + builder.falling, key=lambda place: place.u)
+    return sorted(builder.rising + builder.falling, key=lambda point: point.u)
 
 
 class _Builder:
-    def __init__(self, field: ExactField, order: int, context: Any, told: bool = True) -> None:
-        self.field, self.context, self.told = field, context, told
+    def __init__(
+        self, field: ExactField, order: int, context: MPContext, estimated: bool = True
+    ) -> None:
+        self.field, self.context, self.estimated = field, context, estimated
         self.count = order + 1 + BEYOND
         self.rising: list[CriticalPoint] = []
         self.falling: list[CriticalPoint] = []
@@ -104,10 +110,12 @@ class _Builder:
         self.least = self.unit = 64 * context.eps
         self.start: tuple[Series, Series, bool]
 
-    def number(self, x: Any) -> Any:
+    def number(self, x: Fraction | mpf | int) -> Any:
+        """`x` in the context."""
         return mpf_of(x, self.context)
 
     def half(self, x: Fraction, r: Fraction, outer: int) -> OneSided:
+        """The one-sided expansion right of `x`: start, layer, kinks, end, what is beyond."""
         one, height = Fraction(1), self.context.zero
         a_minus, a_plus = (self.field.value(side * one) for side in (-1, 1))
         if not (a_minus and a_plus):
@@ -144,6 +152,7 @@ class _Builder:
         return self.done((self.number(hi), height, self.number(a_plus)))
 
     def done(self, beyond: tuple[Any, Any, Any] | None) -> OneSided:
+        """The expansion, its critical points ranked from the start on."""
         at = sorted({p.u for p in self.rising + self.falling})
         rising, falling = (
             [p._replace(rank=at.index(p.u)) for p in points]
@@ -152,7 +161,8 @@ class _Builder:
         outer = series_of(self.outer, self.unit)
         return OneSided(*self.start, rising, falling, outer, beyond)
 
-    def drop(self, lo: Any, hi: Any) -> Any:
+    def drop(self, lo: mpf, hi: mpf) -> Any:
+        """V(lo) - V(hi), in the layer."""
         return -self.field.potential_rise(lo, hi)
 
     # -- ends and kinks --------------------------------------------------------------------
@@ -165,19 +175,20 @@ class _Builder:
         """h_k(u) from inside the layer."""
         taylor = [self.number(c) for c in self.field.taylor(u, Fraction(1), self.count + 1)]
         taylor = (taylor + [self.context.zero] * self.count)[: self.count]
-        found = [h[0] for h in laurent(taylor, False, self.count)]
-        if not any(found[-BEYOND:]) and any(self.field.taylor(u, Fraction(1), _FLATTEST)[1:]):
-            raise self.untold("flat", u)
-        return Series([Part(1.0, 0, trimmed(found))], self.least)
+        h = [row[0] for row in laurent(taylor, False, self.count)]
+        if not any(h[-BEYOND:]) and any(self.field.taylor(u, Fraction(1), _FLATTEST)[1:]):
+            raise self.no_estimate("flat", u)
+        return Series([Part(1.0, 0, trimmed(h))], self.least)
 
-    def untold(self, shape: str, u: Any) -> AccuracyError:
-        place = (-float(u) if self.field.mirrored else float(u)) + 0.0
+    def no_estimate(self, shape: str, u: Fraction) -> AccuracyError:
+        """The refusal of a point where the series' next terms vanish."""
+        point = (-float(u) if self.field.mirrored else float(u)) + 0.0
         return AccuracyError(
-            f"A is {shape} to order {self.count} at u = {place:.6g}, where the series' next terms "
+            f"A is {shape} to order {self.count} at u = {point:.6g}, where the series' next terms "
             "vanish and do not tell its error; give another order, or use method='exact'."
         )
 
-    def require_told(self, u: Fraction, fall: list[Any], last: dict[int, Any]) -> None:
+    def require_estimate(self, u: Fraction, fall: list[Any], last: dict[int, Any]) -> None:
         """Refuse a zero of A where the `last` terms, by their powers of 1/length, all but vanish.
 
         But not where A is straight and has no others.
@@ -185,43 +196,43 @@ class _Builder:
         c = self.context
         # A zero that is not rational leaves some rounding.
         small = c.ldexp(1, -c.prec // 2)
-        if not self.told or any(abs(x) > small for x in last.values()):
+        if not self.estimated or any(abs(x) > small for x in last.values()):
             return
         more = [abs(self.number(x)) for x in self.field.taylor(u, Fraction(1), _FLATTEST)[2:]]
-        bends = [(x / abs(2 * fall[2])) ** (c.one / j) for j, x in enumerate(more, start=1) if x]
-        if bends and all(abs(x) <= small * max(bends) ** power for power, x in last.items()):
-            raise self.untold("straight", u)
+        rates = [(x / abs(2 * fall[2])) ** (c.one / j) for j, x in enumerate(more, start=1) if x]
+        if rates and all(abs(x) <= small * max(rates) ** power for power, x in last.items()):
+            raise self.no_estimate("straight", u)
 
-    def edge(self, kind: str, u: Fraction, height: Any, left: Series, right: Series | None) -> None:
+    def edge(self, kind: str, u: Fraction, height: mpf, left: Series, right: Series | None) -> None:
         """Both integrals at a point where the drift changes, or ends."""
         add_edge(self.rising, self.falling, 0, height, left, right, kind, self.number(u))
 
     # -- inside the layer ------------------------------------------------------------------
 
-    def layer(self, lo: Fraction, hi: Fraction, height: Any, outer: int) -> None:
-        """The wells and barriers of [lo, hi] and, where it is wanted, the outer part."""
+    def layer(self, lo: Fraction, hi: Fraction, height: mpf, outer: int) -> None:
+        """The wells and barriers of [lo, hi] and, where it is wanted, the regular part."""
         zeros = simple_zeros(self.field, lo, hi, self.context)
         if outer:
-            places = [u for u, _ in zeros]
+            points = [u for u, _ in zeros]
             # Taylor panels take a number of terms that grows with the digits.
             with self.context.workdps(min(outer, self.context.dps)):
                 self.unit = self.context.eps * 2**24
-                found = layer_integrals(self.field, lo, hi, places, self.count, self.context)
-            for k, value in enumerate(found):
+                integrals = layer_integrals(self.field, lo, hi, points, self.count, self.context)
+            for k, value in enumerate(integrals):
                 self.outer[k].append((value, k + 1, 0))
         for u, barrier in zeros:
             here = height - self.drop(self.number(lo), u)
             fall = self.fall(to_fraction(u), barrier)
             weight = [self.context.one, *[self.context.zero] * (len(fall) - 1)]
-            found = laplace_coefficients(fall, weight, 2, sides=2)
+            terms = laplace_coefficients(fall, weight, 2, sides=2)
             last = range(self.count - BEYOND, self.count)
-            relative = {2 * n: found[n] / found[0] * abs(fall[2]) ** n for n in last}
-            self.require_told(to_fraction(u), fall, relative)
-            kind, places, sign = (
+            relative = {2 * n: terms[n] / terms[0] * abs(fall[2]) ** n for n in last}
+            self.require_estimate(to_fraction(u), fall, relative)
+            kind, points, sign = (
                 ("barrier", self.rising, 1) if barrier else ("well", self.falling, -1)
             )
-            series = Series([Part(0.5, 0, trimmed(found[: self.count]))], self.least)
-            places.append(CriticalPoint(0, sign * here, series, None, kind, u))
+            series = Series([Part(0.5, 0, trimmed(terms[: self.count]))], self.least)
+            points.append(CriticalPoint(0, sign * here, series, None, kind, u))
 
     def fall(self, u: Fraction, barrier: bool) -> list[Any]:
         """Taylor coefficients of -|V - V(u)| about a zero of A."""
@@ -233,7 +244,7 @@ class _Builder:
         return [zero, zero, *(sign * c / (k + 2) for k, c in enumerate(taylor[1:count]))]
 
     def start_at_zero(self, x: Fraction) -> tuple[Series, Series, bool]:
-        """The start is a well or a barrier: halves of Gaussians, and log(lam) in the outer part.
+        """The start is a well or a barrier: halves of Gaussians, and log(lam) in the regular part.
 
         With V - V(x) = ±s^2/2 and du = (a_0 + a_1 s + …) ds all integrals are known.
         """
@@ -248,7 +259,7 @@ class _Builder:
         half = c.mpf(1) / 2
         a = [d * abs(slope) ** (-half * (i + 1)) for i, d in enumerate(reduced[: 2 * self.count])]
         last = range(2 * (self.count - BEYOND), 2 * self.count)
-        self.require_told(x, fall, {i: reduced[i] / reduced[0] for i in last})
+        self.require_estimate(x, fall, {i: reduced[i] / reduced[0] for i in last})
         peak: Groups = [[] for _ in range(self.count)]
         formal: Groups = [[] for _ in range(self.count)]
         for i, coefficient in enumerate(a):
@@ -284,12 +295,12 @@ class _Builder:
             self.outer[k].append((-change, k + 1, 0))
 
 
-def _corner(weight: Any, i: int, j: int, barrier: bool, c: Any) -> list[tuple[Any, Any, int]]:
+def _corner(weight: mpf, i: int, j: int, barrier: bool, c: MPContext) -> list[tuple[Any, Any, int]]:
     """Finite part of the double integral of s^i t^j beside a zero of A, 0 < t < s.
 
     With e^{lam (t^2 - s^2)/2} at a barrier; at a well t > s and the other sign: what the
     whole half of the well counts too much. The Mellin transform in s at its pole, whose
-    residue is the logarithm. For a well i and j change places, and the sign.
+    residue is the logarithm. For a well i and j are exchanged, and the sign changes.
     """
     sign = 1 if barrier else -1
     if not barrier:
@@ -310,7 +321,8 @@ def _corner(weight: Any, i: int, j: int, barrier: bool, c: Any) -> list[tuple[An
     return [(front * constant, power, 0), (-front, power, 1)]
 
 
-def degenerate(u: Any) -> InputError:
+def degenerate(u: Fraction | mpf) -> InputError:
+    """The refusal of a multiple zero of A."""
     return InputError(
         f"A has a multiple zero at or beside u = {float(u):.6g}, where this series, for simple "
         "zeros, does not exist; use method='exact'."
@@ -318,7 +330,7 @@ def degenerate(u: Any) -> InputError:
 
 
 def simple_zeros(
-    field: ExactField, lo: Fraction, hi: Fraction, context: Any
+    field: ExactField, lo: Fraction, hi: Fraction, context: MPContext
 ) -> list[tuple[Any, bool]]:
     """The zeros of A in (lo, hi), left to right, and whether each is a barrier.
 
@@ -338,7 +350,7 @@ def simple_zeros(
         values[0] = field.taylor(lo, Fraction(1), 2)[1]
     if not values[-1]:
         values[-1] = -field.taylor(hi, Fraction(1), 2)[1]
-    found = []
+    zeros = []
     for k in range(1, len(edges)):
         low, high = values[k - 1], values[k]
         if not (low and high):
@@ -346,11 +358,11 @@ def simple_zeros(
         if (low > 0) != (high > 0):
             a, b = (mpf_of(e, context) for e in edges[k - 1 : k + 1])
             pair = partial(_value_and_slope, field)
-            found.append((bracketed_zero(pair, a, b, context), bool(high > 0)))
-    return found
+            zeros.append((bracketed_zero(pair, a, b, context), bool(high > 0)))
+    return zeros
 
 
-def refined_mark(field: ExactField, mark: Fraction, context: Any) -> Fraction:
+def refined_mark(field: ExactField, mark: Fraction, context: MPContext) -> Fraction:
     """The zero of phi's slope beside `mark`, to all digits of the context, by Newton."""
     x = mark
     for _ in range(context.prec.bit_length() + 4):
@@ -367,9 +379,11 @@ def refined_mark(field: ExactField, mark: Fraction, context: Any) -> Fraction:
     return x
 
 
-def turning_points(field: ExactField, lo: Fraction, hi: Fraction, context: Any) -> list[Fraction]:
+def turning_points(
+    field: ExactField, lo: Fraction, hi: Fraction, context: MPContext
+) -> list[Fraction]:
     """The simple zeros of phi's slope in (lo, hi), left to right, to all digits."""
-    found: list[Fraction] = []
+    points: list[Fraction] = []
     for mark in sorted(map(Fraction, field.monotone_marks())):
         if not lo < mark < hi:
             continue
@@ -377,14 +391,16 @@ def turning_points(field: ExactField, lo: Fraction, hi: Fraction, context: Any) 
         taylor = field.taylor(x, Fraction(1), 3)
         # Zeros of A are marks, too.
         turns = len(taylor) > 2 and abs(taylor[1]) <= abs(taylor[2]) / 2 ** (context.prec // 3)
-        if turns and taylor[2] and lo < x < hi and all(abs(x - y) > _SAME for y in found):
-            found.append(x)
-    return sorted(found)
+        if turns and taylor[2] and lo < x < hi and all(abs(x - y) > _SAME for y in points):
+            points.append(x)
+    return sorted(points)
 
 
-def _quotient(a: Any, b: Any, context: Any) -> Any:
+def _quotient(a: Fraction | mpf, b: Fraction | mpf, context: MPContext) -> Any:
+    """a/b in the context."""
     return mpf_of(a, context) / mpf_of(b, context)
 
 
-def _value_and_slope(field: ExactField, u: Any) -> tuple[Any, Any]:
+def _value_and_slope(field: ExactField, u: mpf) -> tuple[Any, Any]:
+    """A(u) and A'(u)."""
     return field.number(u), field.slope(u)

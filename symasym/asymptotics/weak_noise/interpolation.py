@@ -23,7 +23,7 @@ __all__ = ["columns", "of_one"]
 Values = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 _TERMS = 8
-# Bits of a float64's mantissa; the first few of them tell a piece, the others the place in it.
+# Bits of a float64's mantissa; the first few of them tell a piece, the others where in it.
 _MANTISSA = 52
 _FEWEST_BITS, _MOST_BITS = 4, 7
 _ONE = 0x3FF << _MANTISSA
@@ -76,9 +76,10 @@ def _fit(f: Values, low: int, high: int, bits: int) -> tuple[FloatArray, FloatAr
 
 
 def _evaluated(powers: FloatArray, low: int, bits: int, lam: FloatArray) -> FloatArray:
+    """The pieces' polynomials at every lam, whose bits give the piece and the offset in it."""
     shift = _MANTISSA - bits
     rest = (1 << shift) - 1
-    found = np.empty_like(lam)
+    values = np.empty_like(lam)
     for start in range(0, len(lam), _AT_ONCE):
         word = lam[start : start + _AT_ONCE].view(np.int64)
         # The bits behind the piece's, as the mantissa of a number from 1 to 2.
@@ -94,27 +95,28 @@ def _evaluated(powers: FloatArray, low: int, bits: int, lam: FloatArray) -> Floa
         for row in powers[-2::-1]:
             total *= t
             total += row.take(piece)
-        found[start : start + _AT_ONCE] = total
-    return found
+        values[start : start + _AT_ONCE] = total
+    return values
 
 
 @lru_cache(maxsize=8)
 def _to_powers(count: int) -> FloatArray:
-    """From values at the nodes to coefficients of powers."""
-    found = np.zeros((count, count))
+    """The matrix from values at the nodes to coefficients of powers."""
+    matrix = np.zeros((count, count))
     for k, row in enumerate(_to_chebyshev(count)):
         power = chebyshev.cheb2poly(np.eye(count)[k])
-        found[: len(power)] += power[:, None] * row
-    return found
+        matrix[: len(power)] += power[:, None] * row
+    return matrix
 
 
 @lru_cache(maxsize=32)
 def _to_chebyshev(count: int) -> FloatArray:
     # By angles: a recurrence in the nodes would lose digits with the square of the degree.
-    degree, place = np.arange(count)[:, None], 2 * np.arange(count)[::-1] + 1
-    found: FloatArray = np.cos(degree * place % (4 * count) * (np.pi / (2 * count))) * (2 / count)
-    found[0] /= 2
-    return found
+    """The matrix from values at Chebyshev nodes to Chebyshev coefficients (discrete cosines)."""
+    degree, node = np.arange(count)[:, None], 2 * np.arange(count)[::-1] + 1
+    matrix: FloatArray = np.cos(degree * node % (4 * count) * (np.pi / (2 * count))) * (2 / count)
+    matrix[0] /= 2
+    return matrix
 
 
 def columns(
@@ -122,7 +124,7 @@ def columns(
 ) -> tuple[FloatArray, FloatArray, Any] | None:
     """f, of many drifts at once in columns, at every lam; largest errors; where that is good.
 
-    f is told whether to find errors. None where there are too few of lam for it to pay.
+    f(lam, True) has errors as well. None where there are too few of lam for it to pay.
     """
     low, high = float(np.log(lam.min())), float(np.log(lam.max()))
     count = _LEAST_DEGREE + int(_DEGREE * (high - low))
@@ -151,14 +153,15 @@ def columns(
     # The error may be largest elsewhere in so long a piece, where the last terms show it.
     good &= 3 * noise <= size.min(axis=0)
     x = np.clip(2 * (np.log(lam) - low) / (high - low) - 1, -1.0, 1.0)
-    found = _product(chebyshev.chebvander(x, count - 1), c)
-    found += slope * lam[:, None]
-    return found, errors.max(axis=0), good
+    logs = _product(chebyshev.chebvander(x, count - 1), c)
+    logs += slope * lam[:, None]
+    return logs, errors.max(axis=0), good
 
 
-def _product(a: Any, b: FloatArray) -> FloatArray:
-    found = np.empty((len(a), b.shape[1]))
+def _product(a: np.ndarray[Any, Any], b: FloatArray) -> FloatArray:
+    """The matrix product, in blocks of columns."""
+    product = np.empty((len(a), b.shape[1]))
     step = max(1, _PRODUCT // a.size)
     for k in range(0, b.shape[1], step):
-        found[:, k : k + step] = a @ b[:, k : k + step]
-    return found
+        product[:, k : k + step] = a @ b[:, k : k + step]
+    return product

@@ -24,6 +24,7 @@ from symasym.asymptotics.weak_noise.series import (
     trimmed,
 )
 from symasym.base.inputs import FloatArray
+from symasym.numbers.arithmetic import Number
 
 
 class CriticalPoint(NamedTuple):
@@ -41,7 +42,7 @@ class CriticalPoint(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """What takes the place of the product of the shares at two ranks, falling and rising."""
+    """What replaces the product of the shares at two ranks, falling and rising."""
 
     falling: Any
     rising: Any
@@ -94,7 +95,7 @@ class OneSided(NamedTuple):
 def formal_series(h: Series) -> tuple[Series, Series]:
     """The formal series of int e^{lam V} and int e^{-lam V} to the right of a point.
 
-    From h_k there (`symasym.asymptotics.weak_noise.slow_manifold`), by repeated integration by
+    From h_k there (`symasym.asymptotics.weak_noise.regular_part`), by repeated integration by
     parts: sigma_{k+1} = sigma_k'/phi for the one, so that its coefficients are (-1)^(k+1) h_k,
     and -h_k for the other.
     """
@@ -107,6 +108,7 @@ def formal_series(h: Series) -> tuple[Series, Series]:
 
 
 def _row(series: Series) -> list[Numbers]:
+    """The coefficients of h_1, h_2, ... in a series of one part."""
     return series.parts[0].coefficients if series.parts else []
 
 
@@ -118,7 +120,7 @@ def add_edge(
     left: Series,
     right: Series | None,
     kind: str = "",
-    u: Any = None,
+    u: Number = None,
 ) -> None:
     """Add the contributions of a kink, or of the end where nothing is to the `right`.
 
@@ -138,7 +140,8 @@ def add_edge(
     falling.append(CriticalPoint(rank, -height, changes[1], None, kind, u))
 
 
-def _float_series(x: Any) -> Any:
+def _float_series(x: Series | Local | None) -> Any:
+    """The series in float64; what is no series stays."""
     if not isinstance(x, Series):
         return x
     parts = [p._replace(coefficients=[float(c) for c in p.coefficients]) for p in x.parts]
@@ -167,20 +170,20 @@ def in_float(one: OneSided) -> OneSided:
     )
 
 
-def mapped(found: Any, change: Callable[[FloatArray], Any]) -> Any:
+def mapped(value: Any, change: Callable[[FloatArray], Any]) -> Any:
     """The same with `change` made to every array in it."""
-    if isinstance(found, np.ndarray):
-        return change(found)
-    if isinstance(found, list):
-        return [mapped(x, change) for x in found]
-    if isinstance(found, tuple):
-        parts = [mapped(x, change) for x in found]
-        return type(found)(*parts) if hasattr(found, "_fields") else tuple(parts)
-    if is_dataclass(found) and not isinstance(found, type):
-        return replace(found, **{name: mapped(x, change) for name, x in vars(found).items()})
-    return found
+    if isinstance(value, np.ndarray):
+        return change(value)
+    if isinstance(value, list):
+        return [mapped(x, change) for x in value]
+    if isinstance(value, tuple):
+        parts = [mapped(x, change) for x in value]
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{name: mapped(x, change) for name, x in vars(value).items()})
+    return value
 
 
-def first_of(found: Any) -> Any:
+def first_of(value: Any) -> Any:
     """The same with the arrays' first entries: NumPy is quicker with plain numbers."""
-    return mapped(found, lambda x: float(x.ravel()[0]))
+    return mapped(value, lambda x: float(x.ravel()[0]))

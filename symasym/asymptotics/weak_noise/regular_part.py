@@ -1,39 +1,55 @@
-"""The outer part of weak noise: what e^{lam V} and e^{-lam V} make of each other where u = v.
+"""The regular part of weak noise: integrals of the slow manifold, Hadamard's finite parts.
 
-M(v) = e^{lam V(v)} int e^{-lam V} solves M' = 1 - lam phi M, and away from zeros of
-phi it is h_1/lam + h_2/lam^2 + ... besides exponentials, with h_1 = 1/phi and
-h_{k+1} = -h_k'/phi. Here their integrals are found, as Hadamard's finite part at
-zeros of phi: the wells and barriers there bring exponentials of their own
-(`symasym.asymptotics.weak_noise.critical_points`), and nothing else, since a path above the zero
-and one below it differ by a pure exponential. For a polynomial A all is a sum over the zeros
-of A in the complex plane; otherwise over Taylor panels.
+M(v) = e^{lam V(v)} int e^{-lam V} solves M' = 1 - lam phi M and is, besides exponentials and away
+from zeros of phi, the slow manifold h_1/lam + h_2/lam^2 + ... with h_1 = 1/phi and
+h_{k+1} = -h_k'/phi; beside a simple zero of phi at t = 0, t^(2k - 1) h_k is a power series. Here
+are the integrals of h_k, at a zero of phi Hadamard's finite part: the wells and barriers there
+bring exponentials of their own (`symasym.asymptotics.weak_noise.critical_points`), and nothing
+else, since a path above the zero and one below it differ by a pure exponential. For a polynomial
+A all is a sum over the zeros of A in the complex plane; otherwise over Taylor panels.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise.regular_panels import panel_integrals
-from symasym.asymptotics.weak_noise.slow_manifold import laurent, least_square, pole_primitive
 from symasym.base.contexts import mpf_of
-from symasym.base.errors import AccuracyError, InputError
-from symasym.drift.taylor_field import ExactField
+from symasym.base.errors import AccuracyError, InputError, SymasymError
+from symasym.drift.taylor_field import ExactField, to_fraction
+from symasym.numbers.arithmetic import Number
 from symasym.numbers.polynomial_roots import refined
 from symasym.numbers.polynomials import shifted
+from symasym.numbers.power_series import laurent, product, reciprocal
 from symasym.numbers.quadratic_factor import split_pair
 
-__all__ = ["layer_integrals"]
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
-# Zeros closer than this are not told apart well enough for partial fractions.
+    pass
+
+__all__ = ["layer_integrals", "panel_integrals", "pole_primitive"]
+
+# Zeros closer than this are not separated well enough for partial fractions.
 _CLUSTER = 1e-5
+# Half the distance of two zeros up to which one panel is about both.
+_APART = Fraction(1, 20)
+# Where more, or narrower ones, are needed, A nearly vanishes and the series is of no use.
+_MOST_PANELS = 60
+_NARROWEST = Fraction(1, 2**12)
 
 
 def layer_integrals(
-    field: ExactField, lo: Fraction, hi: Fraction, zeros: Sequence[Any], count: int, context: Any
+    field: ExactField,
+    lo: Fraction,
+    hi: Fraction,
+    zeros: Sequence[Any],
+    count: int,
+    context: MPContext,
 ) -> list[Any]:
     """Finite parts of int h_k over [lo, hi] inside [-1, 1], k = 1 to `count`.
 
@@ -45,16 +61,46 @@ def layer_integrals(
         numbers = [mpf_of(c, context) for c in taylor]
         roots = _roots(numbers, context)
         if roots is not None:
-            found = _by_fractions(numbers, roots, mpf_of(lo, context), mpf_of(hi, context), count)
-            if found is not None:
-                return found
+            integrals = _by_fractions(
+                numbers, roots, mpf_of(lo, context), mpf_of(hi, context), count
+            )
+            if integrals is not None:
+                return integrals
     return panel_integrals(field, lo, hi, zeros, count, context)
+
+
+def pole_primitive(series: list[Any], k: int, t: Number, log: Number) -> Any:
+    """A primitive at t of h_{k+1}'s poles, from its coefficients times t^(2k + 1).
+
+    `log` is log(t) or log|t|; nothing at t = 0, the finite part.
+    """
+    if not isinstance(t, np.ndarray) and t == 0:
+        return 0 * t
+    inverse = 1 / t
+    total: Any = 0.0
+    for j in range(2 * k + 1, 1, -1):
+        total = (total + series[2 * k + 1 - j] / (1 - j)) * inverse
+    return total + series[2 * k] * log
+
+
+def primitive(t: Number, j: int, context: MPContext) -> Any:
+    """A primitive of t^-j; nothing at t = 0, the finite part."""
+    if t == 0:
+        return context.zero
+    if j == 1:
+        return context.log(abs(t)) if isinstance(t, context.mpf) else context.log(t)
+    return t ** (1 - j) / (1 - j)
+
+
+def least_square(context: MPContext) -> Any:
+    """Below this rounding decides whether two zeros are real."""
+    return context.ldexp(1, 24 - context.prec)
 
 
 # -- polynomials: partial fractions ----------------------------------------------------------------
 
 
-def _roots(exact: list[Any], context: Any) -> list[Any] | None:
+def _roots(exact: list[Any], context: MPContext) -> list[Any] | None:
     """All zeros, roughly, or None where more than two are too close to each other."""
     c = np.array([float(x) for x in exact])
     trimmed = np.trim_zeros(c / np.abs(c).max(), "b")
@@ -65,12 +111,12 @@ def _roots(exact: list[Any], context: Any) -> list[Any] | None:
     if not np.isfinite(roots).all():
         return None
     close = np.abs(roots[:, None] - roots) <= _CLUSTER * np.maximum(1, np.abs(roots))
-    found: list[Any] = []
+    rough: list[Any] = []
     for k, root in enumerate(roots):
         others = np.flatnonzero(close[k])
         if len(others) == 1:
             real = abs(root.imag) < 1e-9 * (1 + abs(root))
-            found.append(context.mpf(root.real) if real else context.mpc(complex(root)))
+            rough.append(context.mpf(root.real) if real else context.mpc(complex(root)))
         elif len(others) > 2:
             return None
         elif others[0] == k:
@@ -79,11 +125,11 @@ def _roots(exact: list[Any], context: Any) -> list[Any] | None:
             pair = _close_pair(exact, middle.real, context) if abs(middle.imag) < 1e-9 else None
             if pair is None:
                 return None
-            found += pair
-    return found
+            rough += pair
+    return rough
 
 
-def _close_pair(c: list[Any], middle: float, context: Any) -> list[Any] | None:
+def _close_pair(c: list[Any], middle: float, context: MPContext) -> list[Any] | None:
     """The two zeros about `middle`; float64 has only half of the digits of each."""
     x = context.mpf(middle)
     try:
@@ -96,15 +142,19 @@ def _close_pair(c: list[Any], middle: float, context: Any) -> list[Any] | None:
     return [x + pair.middle - apart, x + pair.middle + apart]
 
 
-def _by_fractions(c: list[Any], roots: list[Any], lo: Any, hi: Any, count: int) -> list[Any] | None:
+def _by_fractions(c: list[Any], roots: list[Any], lo: mpf, hi: mpf, count: int) -> list[Any] | None:
+    """Finite parts by partial fractions: at each zero of A the poles of h_k, as series there.
+
+    None where a zero can't be refined. Zeros come with their conjugates, so that half are enough.
+    """
     context = lo.context
     if not roots:
         return [(hi - lo) / c[0], *[context.zero] * (count - 1)]
-    found = [context.zero] * count
-    for rough in roots:
-        if context.im(rough) < 0:
+    totals = [context.zero] * count
+    for z in roots:
+        if context.im(z) < 0:
             continue
-        root = refined(c, rough, context)
+        root = refined(c, z, context)
         if root is None:
             return None
         taylor = shifted(c, root)[: 2 * count]
@@ -117,5 +167,318 @@ def _by_fractions(c: list[Any], roots: list[Any], lo: Any, hi: Any, count: int) 
             ends.append((t, log, sign))
         for k, series in enumerate(laurent(taylor, True, count)):
             for t, log, sign in ends:
-                found[k] += twice * sign * context.re(pole_primitive(series, k, t, log))
-    return found
+                totals[k] += twice * sign * context.re(pole_primitive(series, k, t, log))
+    return totals
+
+
+# -- Taylor panels ---------------------------------------------------------------------------------
+
+
+def panel_integrals(
+    field: ExactField,
+    lo: Fraction,
+    hi: Fraction,
+    zeros: Sequence[Any],
+    count: int,
+    context: MPContext,
+) -> list[Any]:
+    """Finite parts of int h_k over [lo, hi], k = 1 to `count`, for any A by Taylor panels.
+
+    One panel is about each zero of A, or each close pair of them, the others halved as is needed.
+    """
+    totals = [context.zero] * count
+    marks = [lo, *(to_fraction(z) for z in zeros), hi]
+    cuts = [lo]
+    before = _zero_before(field, lo, context)
+    if before is not None:
+        reach = _from_zero(field, before, lo, (marks[1] - before) / 2, totals, context)
+        cuts = [before + reach] if reach else [lo]
+    alone = []
+    for start, end in _about_pairs(field, marks, totals, context):
+        cuts += [start, end]
+        alone += [z for z in marks[1:-1] if start < z < end]
+    inside = [z for z in marks[1:-1] if z not in alone]
+    for zero in inside:
+        # About a zero the panel is symmetric, for its logarithms to cancel, or ends with the range.
+        others = [u for u in (*marks, *cuts) if u != zero]
+        end = lo if zero - lo < hi - zero else hi
+        reach = min(abs(zero - u) for u in others if u != end) / 2
+        cuts += _beside_end(field, zero, reach, end, totals, context)
+    cuts = sorted([*cuts, hi])
+    whole = [(cuts[k], cuts[k + 1]) for k in range(0, len(cuts), 2)]
+    waiting = list(whole)
+    for _ in range(_MOST_PANELS):
+        if not waiting:
+            return totals
+        a, b = waiting.pop()
+        middle = (a + b) / 2
+        if b - a < _NARROWEST and (a, b) not in whole:
+            raise _too_narrow(field, a)
+        if not _add(field, middle, (b - a) / 2, False, (-1, 1), totals, context):
+            waiting += [(a, middle), (middle, b)]
+    raise _too_narrow(field, waiting[-1][0])
+
+
+def _about_pairs(
+    field: ExactField, marks: list[Fraction], totals: list[Any], context: MPContext
+) -> list[tuple[Fraction, Fraction]]:
+    """Add a panel about each two zeros, real or complex, that are close; where the panels are."""
+    panels: list[tuple[Fraction, Fraction]] = []
+    lo, hi = marks[0], marks[-1]
+    for mark in sorted(map(Fraction, field.monotone_marks())):
+        if not lo < mark < hi:
+            continue
+        about = field.taylor(mark, Fraction(1), 3)
+        if len(about) < 3 or not about[2] or abs(about[0] / about[2]) > _APART**2:
+            continue
+        near = 4 * Fraction(_APART)
+        edges = [u for u in marks if abs(u - mark) > near] + [
+            lo,
+            hi,
+            *(u for p in panels for u in p),
+        ]
+        reach = min([abs(u - mark) / 2 for u in edges] + [Fraction(1, 4)])
+        while reach > near / 3:
+            if _add_pair(field, mark, reach, totals, context):
+                panels.append((mark - reach, mark + reach))
+                break
+            reach = reach * 3 / 4
+    return panels
+
+
+def _add_pair(
+    field: ExactField, centre: Fraction, half: Fraction, totals: list[Any], context: MPContext
+) -> bool:
+    """Add the integrals over centre ± half, where phi = (y² - D) psi; False if too wide.
+
+    h_k = g_k/(y² - D)^(2k - 1), g_1 = 1/psi, with every g_k a power series: nothing is singular
+    as D vanishes but, for a complex pair, the share of its zeros.
+    """
+    terms = int(context.prec / 1.2) + 2 * len(totals) + 8
+    small = context.ldexp(1, -context.prec + 16)
+    with _finer(context, len(totals), terms):
+        shares = _pair_shares(field, centre, half, len(totals), terms, small, context)
+    for k, share in enumerate(shares or ()):
+        totals[k] += share
+    return shares is not None
+
+
+def _pair_shares(
+    field: ExactField,
+    centre: Fraction,
+    half: Fraction,
+    count: int,
+    terms: int,
+    small: mpf,
+    context: MPContext,
+) -> list[Any] | None:
+    """The integrals that `_add_pair` adds, k = 1 to `count`; None if the panel is too wide."""
+    width = mpf_of(half, context)
+    taylor = [mpf_of(c, context) for c in field.taylor(centre, half, terms)]
+    while len(taylor) > 3 and not taylor[-1]:
+        # Its division takes the square of the length.
+        taylor.pop()
+    try:
+        pair = split_pair(taylor, context, 1)
+    except SymasymError:
+        return None
+    psi = [pair.sign * c for c in pair.psi]
+    psi += [context.zero] * (terms - 2 - len(psi))
+    square, ends = pair.square, (-1 - pair.middle, 1 - pair.middle)
+    if not least_square(context) < abs(square) < 0.25 or abs(pair.middle) > 0.5:
+        return None
+    inverse = reciprocal(psi)
+    g, shares = inverse, []
+    for k in range(count):
+        # The series about the middle is to reach both ends, 1 + |middle| away.
+        top = [abs(c) * (1 + abs(pair.middle)) ** j for j, c in enumerate(g)]
+        if max(top[-8:]) > small * max(top):
+            return None
+        powers = _pair_integrals(square, ends, len(g), 2 * k + 1, context)
+        shares.append(context.fdot(g, powers) * width ** (1 - k))
+        slope = [(j + 1) * c for j, c in enumerate(g[1:])]
+        lowered = [-square * c for c in slope[:-2]]
+        for j, c in enumerate(slope[:-2]):
+            if j + 2 < len(lowered):
+                lowered[j + 2] += c
+        for j, c in enumerate(g[: len(lowered) - 1]):
+            lowered[j + 1] -= 2 * (2 * k + 1) * c
+        g = product([-c for c in lowered], inverse[: len(lowered)])
+    return shares
+
+
+def _pair_integrals(
+    square: mpf, ends: tuple[Any, Any], count: int, power: int, context: MPContext
+) -> list[Any]:
+    """int y^j (y² - D)^-power over the ends, j < count: finite parts, D = square.
+
+    From j to j + 2 by y² = (y² - D) + D; the first two as series in D/y² at the ends, that is on
+    a path above both zeros, and what the real line has more if they are complex.
+    """
+    rows: list[list[Any]] = []
+    for n in range(1, power + 1):
+        first = share = context.zero
+        coefficient, i = context.one, 0
+        while True:
+            order = 1 - 2 * n - 2 * i
+            term = coefficient * square**i / order
+            first += term * (ends[1] ** order - ends[0] ** order)
+            if abs(term) * min(abs(e) for e in ends) ** order < context.eps * (1 + abs(first)):
+                break
+            coefficient = coefficient * (n + i) / (i + 1)
+            i += 1
+        if square < 0:
+            share = context.pi * context.fac2(2 * n - 3) / context.fac2(2 * n - 2)
+            share *= (-square) ** (context.mpf(1) / 2 - n)
+        weights = [e * e - square for e in ends]
+        if n == 1:
+            second = context.log(abs(weights[1] / weights[0])) / 2
+        else:
+            second = (weights[1] ** (1 - n) - weights[0] ** (1 - n)) / (2 * (1 - n))
+        row = [first + share, second]
+        for j in range(2, count):
+            below = rows[-1][j - 2] if rows else (ends[1] ** (j - 1) - ends[0] ** (j - 1)) / (j - 1)
+            row.append(below + square * row[j - 2])
+        rows.append(row)
+    return rows[-1][:count]
+
+
+def _zero_before(field: ExactField, lo: Fraction, context: MPContext) -> Fraction | None:
+    """A simple zero of A just before the range, or at its beginning."""
+    value, slope = field.taylor(lo, Fraction(1), 2)[:2]
+    if value == 0:
+        return lo
+    if not slope or not 0 < value / slope < _APART:
+        return None
+    zero = to_fraction(field.polish(mpf_of(lo - value / slope, context)))
+    return zero if max(Fraction(-1), lo - 2 * _APART) < zero < lo else None
+
+
+def _from_zero(
+    field: ExactField,
+    zero: Fraction,
+    lo: Fraction,
+    reach: Fraction,
+    totals: list[Any],
+    context: MPContext,
+) -> Fraction | None:
+    """Add a panel from `lo` on about a zero before it; how far it reaches from there."""
+    gap = lo - zero
+    while reach > max(2 * gap, _NARROWEST):
+        if _add(field, zero, reach, True, (mpf_of(gap / reach, context), 1), totals, context):
+            return reach
+        reach /= 2
+    if gap:
+        return None
+    raise _too_narrow(field, zero)
+
+
+def _beside_end(
+    field: ExactField,
+    zero: Fraction,
+    reach: Fraction,
+    end: Fraction,
+    totals: list[Any],
+    context: MPContext,
+) -> list[Fraction]:
+    """Add a panel about a zero, up to the `end` of the range if that is near; where it lies."""
+    gap = abs(zero - end)
+    while reach > gap:
+        near = -mpf_of(gap / reach, context), context.one
+        if _add(field, zero, reach, True, near if end < zero else (-1, -near[0]), totals, context):
+            return [end, zero + reach] if end < zero else [zero - reach, end]
+        reach /= 2
+    reach = _about_zero(field, zero, min(reach, gap / 2), (-1, 1), totals, context)
+    return [zero - reach, zero + reach]
+
+
+def _about_zero(
+    field: ExactField,
+    zero: Fraction,
+    reach: Fraction,
+    sides: tuple[int, int],
+    totals: list[Any],
+    context: MPContext,
+) -> Fraction:
+    """Add a panel about a zero of A, and return how far it reaches."""
+    while not _add(field, zero, reach, True, sides, totals, context):
+        reach /= 2
+        if reach < _NARROWEST:
+            raise _too_narrow(field, zero)
+    return reach
+
+
+def _too_narrow(field: ExactField, u: Fraction) -> AccuracyError:
+    """The refusal of a drift that needs too many panels beside u."""
+    point = -float(u) if field.mirrored else float(u)
+    return AccuracyError(
+        f"A varies too fast, or nearly vanishes, beside u = {point:.6g} for the weak-noise "
+        "series; use method='exact'."
+    )
+
+
+def _add(
+    field: ExactField,
+    centre: Fraction,
+    half: Fraction,
+    zero: bool,
+    sides: tuple[Any, Any],
+    totals: list[Any],
+    context: MPContext,
+) -> bool:
+    """Add the integrals over centre + half [sides]; False, and nothing added, if too wide."""
+    if not half:
+        return True
+    terms = int(context.prec / 1.4) + 2 * len(totals) + 8
+    small = context.ldexp(1, -context.prec + 16)
+    with _finer(context, len(totals), terms):
+        shares = _shares(field, centre, half, zero, sides, len(totals), terms, small, context)
+    for k, share in enumerate(shares or ()):
+        totals[k] += share
+    return shares is not None
+
+
+def _finer(context: MPContext, count: int, terms: int) -> Any:
+    """Bits for h_count: each derivative makes rounding larger by the number of the coefficient."""
+    return context.workprec(context.prec + (count - 1) * terms.bit_length())
+
+
+def _shares(
+    field: ExactField,
+    centre: Fraction,
+    half: Fraction,
+    zero: bool,
+    sides: tuple[int, int],
+    count: int,
+    terms: int,
+    small: mpf,
+    context: MPContext,
+) -> list[Any] | None:
+    """The integrals that `_add` adds, k = 1 to `count`; None if the panel is too wide."""
+    taylor = [mpf_of(c, context) for c in field.taylor(centre, half, terms)]
+    taylor += [context.zero] * (terms - len(taylor))
+    if zero:
+        taylor[0] = context.zero
+    # Where the panel is far too wide, the first coefficients are lost beside the later ones.
+    if not taylor[1 if zero else 0]:
+        return None
+    width = mpf_of(half, context)
+    shares = []
+    for k, series in enumerate(laurent(taylor, zero, count)):
+        if max(abs(c) for c in series[-8:]) > small * max(abs(c) for c in series):
+            return None
+        power = 2 * k + 1 if zero else 0
+        # In units of `half` the logarithm of the distance counts from there.
+        total = context.fsum(
+            c
+            * (
+                primitive(context.mpf(sides[1]), power - j, context)
+                - primitive(context.mpf(sides[0]), power - j, context)
+            )
+            for j, c in enumerate(series)
+        )
+        if zero and sides[0] == 0:
+            total += series[power - 1] * context.log(width)
+        # h_k is in units of 1/half^(k-1), du in those of half; phi itself was not scaled.
+        shares.append(total * width ** (1 - k))
+    return shares

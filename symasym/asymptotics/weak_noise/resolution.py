@@ -1,8 +1,8 @@
-"""Whether weak noise can be seen from its places: where A bends elsewhere, no series tells.
+"""The resolution test: an expansion is unresolved where phi' is large away from critical points.
 
-Between the places of `symasym.asymptotics.weak_noise.critical_points` the expansions are in
-|phi'|/(lam phi^2). A drift that is no polynomial may bend there although it is straight where its
-series are taken; then what is left out, e^{lam V} at the bend, is in no next term.
+Between critical points (`symasym.asymptotics.weak_noise.critical_points`) the expansions are in
+|phi'|/(lam phi^2). A drift that is no polynomial may vary fast there although it is straight where
+its series are taken; then what is left out, e^{lam V} there, is in no next term.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ _EDGE = 13
 _AT_ONCE = 512
 
 
-def unseen(drift: Drift, lam: float, folds: Sequence[float] = ()) -> bool:
-    """Whether A bends too fast for this noise, but at the folds; never for a polynomial."""
+def unresolved(drift: Drift, lam: float, folds: Sequence[float] = ()) -> bool:
+    """True where A varies too fast for this noise, but at the folds; never for a polynomial."""
     if drift.exact_coefficients() is not None:
         return False
     u = np.linspace(-1, 1, _POINTS)
     with np.errstate(all="ignore"):
         phi = np.broadcast_to(drift.evaluate_float(u), u.shape)
-    return bool(_bends(phi[None], np.array([lam]), folds)[0])
+    return bool(_unresolved(phi[None], np.array([lam]), folds)[0])
 
 
-def unseen_in(drift: Drift, scenes: Scenes) -> Any:
+def unresolved_in(drift: Drift, scenes: Scenes) -> Any:
     """The same, for each scene."""
-    found = np.zeros(len(scenes.lam), dtype=bool)
+    unresolved = np.zeros(len(scenes.lam), dtype=bool)
     first = {n: float(x.flat[0]) if is_array(x) else x for n, x in scenes.parameters.items()}
-    if not len(found) or drift.bind(**first).exact_coefficients() is not None:
-        return found
+    if not len(unresolved) or drift.bind(**first).exact_coefficients() is not None:
+        return unresolved
     u = np.linspace(-1, 1, _POINTS)
-    for low in range(0, len(found), _AT_ONCE):
+    for low in range(0, len(unresolved), _AT_ONCE):
         part = slice(low, low + _AT_ONCE)
         lam = scenes.lam[part]
         values = {
@@ -50,16 +50,21 @@ def unseen_in(drift: Drift, scenes: Scenes) -> Any:
         }
         with np.errstate(all="ignore"):
             phi = np.broadcast_to(drift.evaluate_float(u, values), (len(lam), _POINTS))
-        found[part] = _bends(phi, lam)
-    return found
+        unresolved[part] = _unresolved(phi, lam)
+    return unresolved
 
 
-def _bends(phi: FloatArray, lam: FloatArray, folds: Sequence[float] = ()) -> Any:
+def _unresolved(phi: FloatArray, lam: FloatArray, folds: Sequence[float] = ()) -> Any:
+    """True for each row of phi that |phi'|/(lam phi^2) shows to vary too fast.
+
+    Near a zero of phi, within e^{±3}, phi is instead to be nearly its tangent where the Gaussian
+    is wide.
+    """
     step = 2 / (_POINTS - 1)
     slope = np.gradient(phi, step, axis=1)
     # By trapezoids, exact where phi is its tangent: at a zero that decides what is near.
     rise = (np.cumsum(phi, axis=1) - phi / 2) * step
-    # Beside u = -1 and 1 the series of these places tell.
+    # Beside u = -1 and 1 the series of these points estimate.
     near = np.zeros(phi.shape, dtype=bool)
     near[:, :_EDGE] = near[:, -_EDGE:] = True
     # Where a well and a barrier meet, phi is a parabola, and Airy functions tell.

@@ -51,17 +51,24 @@ class Series(NamedTuple):
 class Local(Protocol):
     """A function of lam that is no power series (`symasym.asymptotics.uniform.canonical_forms`)."""
 
-    def at(self, point: Any) -> tuple[Any, Any]:
+    def at(self, point: Point) -> tuple[Any, Any]:
         """The value and its error."""
 
 
+class Valued(Protocol):
+    """An expression with a value at lam (`symasym.asymptotics.weak_noise.compose`)."""
+
+    def evaluated(self, at: Point) -> Value:
+        """The value at lam."""
+
+
 def nonzero(x: Numbers) -> bool:
-    """Whether any entry is not 0."""
+    """True where any entry is not 0."""
     return bool(x.any()) if isinstance(x, np.ndarray) else bool(x)
 
 
 def terms(series: Series | Local | None) -> bool:
-    """Whether there is a series, and it has terms."""
+    """True where there is a series, and it has terms."""
     return series is not None and not (isinstance(series, Series) and not series.parts)
 
 
@@ -100,19 +107,19 @@ _FACTORS = 4
 MOST_ROUGH = 0.1
 
 
-def plus(a: Any, b: Any) -> Any:
+def plus(a: Numbers, b: Numbers) -> Any:
     """a + b, at no cost where one of them is plainly 0."""
     if isinstance(b, float) and b == 0:
         return a
     return b if isinstance(a, float) and a == 0 else a + b
 
 
-def counts(weight: Any) -> bool:
-    """Whether a weight is not plainly 0."""
+def counts(weight: Numbers) -> bool:
+    """True where a weight is not plainly 0."""
     return not (isinstance(weight, float) and weight == 0)
 
 
-def times(a: Any, b: Any) -> Any:
+def times(a: Numbers, b: Numbers) -> Any:
     """a b, at no cost where one of them is plainly 0 or 1."""
     if isinstance(b, float):
         if b == 0 or b == 1:
@@ -122,7 +129,7 @@ def times(a: Any, b: Any) -> Any:
     return a * b
 
 
-def absolute(a: Any) -> Any:
+def absolute(a: Numbers) -> Any:
     """|a|: mostly, nothing is negative; then it is the same array."""
     return a if isinstance(a, np.ndarray) and a.min() >= 0 else abs(a)
 
@@ -146,7 +153,7 @@ class Value:
 
     __slots__ = ("_size", "error", "value")
 
-    def __init__(self, value: Any, error: Any) -> None:
+    def __init__(self, value: Numbers, error: Numbers) -> None:
         self.value, self.error = value, error
         self._size: Any = None
 
@@ -178,7 +185,7 @@ def _leading(part: Part) -> int:
     return next((n for n, c in enumerate(part.coefficients) if nonzero(c)), 0)
 
 
-def _ratio(before: Any, after: Any) -> Any:
+def _ratio(before: Numbers, after: Numbers) -> Any:
     """Of two sizes; infinite over 0."""
     if not (isinstance(before, np.ndarray) or isinstance(after, np.ndarray)):
         return after / before if before else (np.inf if after else 0.0)
@@ -201,6 +208,7 @@ class Sizes:
             self._add(part)
 
     def _add(self, part: Part) -> None:
+        """Take up the sizes of the terms of one part."""
         first = True
         for n, c in enumerate(part.coefficients):
             size = np.abs(c)
@@ -235,7 +243,7 @@ class Point:
 
     def __init__(
         self,
-        lam: Any,
+        lam: Numbers,
         order: int,
         errors: bool,
         sizes: Sizes | None = None,
@@ -259,7 +267,7 @@ class Point:
         self._rough: dict[int, tuple[Any, Any]] = {}
         self._values: dict[int, tuple[Any, Value]] = {}
 
-    def value_of(self, node: Any) -> Value:
+    def value_of(self, node: Valued) -> Value:
         """The value of an expression (`symasym.asymptotics.weak_noise.compose`), found once."""
         known = self._values.get(id(node))
         if known is None:
@@ -300,11 +308,11 @@ class Point:
             self._decays[gap] = known
         return known
 
-    def exp(self, x: Any) -> Any:
+    def exp(self, x: Numbers) -> Any:
         """e^x; an array `x` is overwritten."""
         return np.exp(x, out=x) if isinstance(x, np.ndarray) else self.arithmetic.exp(x)
 
-    def log(self, x: Any) -> Any:
+    def log(self, x: Numbers) -> Any:
         """log(x); an array `x` is overwritten."""
         return np.log(x, out=x) if isinstance(x, np.ndarray) else self.arithmetic.log(x)
 
@@ -322,6 +330,7 @@ class Point:
         return Value(value, error)
 
     def _decays_of(self, gap: FloatArray) -> Any:
+        """The same for a height of each drift."""
         if not gap.any():
             return 1.0
         exponent = self.lam * gap
@@ -349,33 +358,35 @@ class Point:
         """
         if not isinstance(series, Series):
             value, error = series.at(self)
-            found = Value(value, error)
+            total = Value(value, error)
             if self.errors:
-                found.error = plus(error, times(found.size, self._rounding(rough)))
-            return found
+                total.error = plus(error, times(total.size, self._rounding(rough)))
+            return total
         value = 0.0
         for part in series.parts:
             front = self._front(part, self._horner(part.coefficients[: self.order + 1]))
             value = plus(value, front)
-        found = Value(value, None)
+        total = Value(value, None)
         if self.errors:
             weight = self._rounding(rough)
             if series.size is None:
                 weight = plus(weight, series.rounding)
-            found.error = plus(self._truncation(series.parts), times(found.size, weight))
+            total.error = plus(self._truncation(series.parts), times(total.size, weight))
             if series.size is not None:
                 part = series.parts[0] if series.parts else Part(1.0, 0, [])
                 cancels = self._front(part, self._horner(series.size[: self.order + 1]))
-                found.error = plus(found.error, times(cancels, series.rounding))
-        return found
+                total.error = plus(total.error, times(cancels, series.rounding))
+        return total
 
-    def _front(self, part: Part, value: Any) -> Any:
+    def _front(self, part: Part, value: Numbers) -> Any:
+        """The value of a part from that of its bracket: times lam^-offset log(lam)^logs."""
         if isinstance(value, float) and value == 0:
             return value
         value = value * self.power(part.offset)
         return value * self.logs**part.logs if part.logs else value
 
     def _horner(self, coefficients: list[Numbers]) -> Any:
+        """c_0 + c_1/lam + ..., by Horner."""
         if not coefficients:
             return 0.0
         total = coefficients[-1]
@@ -412,11 +423,12 @@ class Point:
         return error / (1 - lower(ratio, _MOST_FALL))
 
     def _term(self, part: Part, n: int) -> Any:
+        """The n-th term of a part."""
         if n >= len(part.coefficients):
             return 0.0
         return self._front(part, part.coefficients[n] * self.power(float(n)))
 
-    def _first_of_later(self, part: Part, near: Any, far: Any) -> tuple[Any, Any]:
+    def _first_of_later(self, part: Part, near: Numbers, far: Numbers) -> tuple[Any, Any]:
         """The next two coefficients, with those further on where these two vanish."""
         first = self.order + 1
         later = part.coefficients[first + BEYOND :]

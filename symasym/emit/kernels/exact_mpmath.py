@@ -1,4 +1,4 @@
-"""The exact escape time (`symasym.emit.kernels.exact_python`) to any number of digits, with mpmath.
+"""The exact escape time (`symasym.emit.kernels.exact`) to any number of digits, with mpmath.
 
 The equation is the same, M' = 1 - lam |phi| M on stretches where phi keeps its sign. On a panel M
 is a Chebyshev series: integrated once, the equation is a system as wide as phi's own series, so

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
+from operator import mul
 
 from symasym.emit.kernels.kernel import named
 from symasym.special.airy import airy_parts
@@ -17,6 +18,19 @@ from symasym.special.tables import Table
 _PRODUCTS = (0, 2, 3, 4)
 #: In place of Bi and Bi', below: real and imaginary parts without their turning.
 _BELOW = (0, 2, 3, 4, 5, 6)
+#: Radau, 16 points in (0, 1], zeros of P_16 - P_15 moved there, and their weights.
+_RADAU = (
+    0.00564068897251171, 0.029482298647942485, 0.07141295311515884, 0.12983102555359105,
+    0.20249275505010406, 0.28660608625752704, 0.37893868864697805, 0.4759423084632349,
+    0.5738891609066858, 0.6690151950299599, 0.7576647390313427, 0.8364309606056102,
+    0.902286700679378, 0.9527004099058333, 0.9857305452631743, 1.0,
+)  # fmt: skip
+_WEIGHTS = (
+    0.014448569508407165, 0.03309475430506822, 0.050497839810891954, 0.06596284996653407,
+    0.078893460902101, 0.08879239637636975, 0.09527914712767754, 0.09810439411951584,
+    0.09715954485578392, 0.09248089074433267, 0.08424819892496124, 0.07277777261010113,
+    0.05851017655193003, 0.04199264072248259, 0.02385111347384286, 0.00390625,
+)  # fmt: skip
 #: Gauss-Legendre, 16 points: those on the right, and their weights.
 GAUSS = {
     "_GAUSS_X": (
@@ -46,6 +60,23 @@ def dawson() -> dict[str, tuple[float, ...]]:
     """Name -> numbers, of e^{x²} erfc(x), Dawson's integral and that one's integral."""
     near, beyond = dawson_parts()
     return {"_DAWSON_NEAR": _flat(near, range(3)), "_DAWSON_BEYOND": _flat(beyond, range(3))}
+
+
+@cache
+def radau() -> dict[str, tuple[float, ...]]:
+    """Name -> numbers: the points; of the polynomial through values at them, by which these are
+    multiplied for its integral up to each, and for its last two Legendre coefficients."""
+    rows, count = [], len(_RADAU)
+    for t in _RADAU:
+        p = [1.0, 2 * t - 1]
+        for k in range(1, count):
+            p.append(((2 * k + 1) * p[1] * p[k] - k * p[k - 1]) / (k + 1))
+        rows.append(p)
+    sums = [[p[1] + 1, *(p[k + 1] - p[k - 1] for k in range(1, count))] for p in rows]
+    given = list(zip(_WEIGHTS, rows, strict=True))
+    within = (w * sum(map(mul, upto, p)) / 2 for upto in sums for w, p in given)
+    last = ((2 * k + 1) * w * p[k] for k in (count - 2, count - 1) for w, p in given)
+    return {"_RADAU": _RADAU, "_RADAU_WITHIN": tuple(within), "_RADAU_LAST": tuple(last)}
 
 
 def _flat(table: Table, chosen: Iterable[int]) -> tuple[float, ...]:

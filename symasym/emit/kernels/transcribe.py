@@ -1,16 +1,18 @@
 """Functions of a small part of Python, as text, in C or in JavaScript.
 
 That part: floats, whole numbers, lists of fixed length, functions of one number that are handed
-on; assignments, `for` over a range, `while`, `if`, `return`, `break`, `continue`; arithmetic,
-comparisons, `math`, `abs`, `min`, `max`. Names begin with an underscore where they are those of
-functions or of tables. Whole numbers are seen from their first value, or from an annotation;
-conditions are whole numbers. An argument without annotation is a function of one number: in C
-such a function has what it needs beside that number in an array. Nothing else is let pass.
+on; assignments, `for` over a range, `while`, `if`, `return`, `break`, `continue`, `raise`;
+arithmetic, comparisons, `math`, `abs`, `min`, `max`. Names begin with an underscore where they are
+those of functions or of tables. Whole numbers are seen from their first value, or from an
+annotation; conditions are whole numbers. An argument without annotation is a function of one
+number: in C such a function has what it needs beside that number in an array. Nothing else is let
+pass.
 """
 
 from __future__ import annotations
 
 import ast
+import textwrap
 from collections.abc import Mapping
 
 from symasym.emit.kernels.transcribe_expressions import SIGNS, Expressions, Names
@@ -130,6 +132,8 @@ class _Writer(Expressions):
             if s.value is None:
                 return [f"{indent}return;"]
             return wrapped("return ", self.code(s.value), indent, end=";", deeper=self.deeper)
+        if isinstance(s, ast.Raise):
+            return self._refusal(s, indent)
         if isinstance(s, (ast.Break, ast.Continue)):
             return [f"{indent}{type(s).__name__.lower()};"]
         if isinstance(s, ast.While):
@@ -142,6 +146,16 @@ class _Writer(Expressions):
         if isinstance(s, ast.If):
             return self._if(s, indent, "if ")
         raise TypeError(f"no transcription of {ast.unparse(s)}")
+
+    def _refusal(self, s: ast.Raise, indent: str) -> list[str]:
+        """What stands for an exception; in C that is no number, without the message."""
+        if self.c:
+            return [f"{indent}return NAN;"]
+        assert isinstance(s.exc, ast.Call)
+        told = self.code(s.exc.args[0])[1:-1]
+        lines = [f"`{line}`" for line in textwrap.wrap(told, 88, drop_whitespace=False)]
+        inner = f" +\n{indent}  ".join(lines)
+        return [f"{indent}throw new RangeError(", f"{indent}  {inner},", f"{indent});"]
 
     def _if(self, s: ast.If, indent: str, first: str) -> list[str]:
         found = wrapped(

@@ -139,7 +139,16 @@ class Expressions:
             return "{} ? {} : {}".format(*parts), 1
         if isinstance(e, ast.Call):
             return self._call(e), 9
+        if isinstance(e, ast.JoinedStr):
+            return f"`{''.join(map(self._told, e.values))}`", 9
         raise TypeError(f"no transcription of {ast.unparse(e)}")
+
+    def _told(self, e: ast.expr) -> str:
+        """A part of a text: as it is, or a number in it."""
+        if isinstance(e, ast.Constant):
+            return str(e.value)
+        assert isinstance(e, ast.FormattedValue)
+        return f"${{{self.code(e.value)}{'.toExponential(1)' if e.format_spec else ''}}}"
 
     def _constant(self, name: str) -> str:
         if self.c:

@@ -10,7 +10,6 @@ import sympy
 
 from symasym.emit import uniform_time
 from symasym.emit.forms import by_name
-from symasym.emit.kernels.exact_c import in_c
 from symasym.emit.program import Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.writing import (
@@ -34,8 +33,7 @@ def render(program: Program, functions: list[Ready], name: str) -> tuple[str, st
     declared = "\n\n".join(_declared(f) for f in functions)
     head = f"{top}#ifndef {guard}\n#define {guard}\n\n{declared}\n\n#endif\n"
     code = "\n\n".join(_function(f) for f in functions)
-    known = {**helpers_of("c"), "log_time_": in_c()}
-    used = helpers(code, {**known, **uniform_time.helpers_of("c", functions)})
+    used = helpers(code, {**helpers_of("c"), **uniform_time.helpers_of("c", functions)})
     start = f'{top}#include "{name}.h"\n\n#include <math.h>\n'
     return "\n".join([start, *used, code, ""]), head
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from symasym.emit import uniform_time
-from symasym.emit.kernels.exact_javascript import in_javascript
-from symasym.emit.program import Passage, Program, Ready, header, in_doubles
+from symasym.emit.program import FirstPassage, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
-from symasym.emit.writing import comment, heading, helpers, signature_doc, told, wrapped
+from symasym.emit.writing import argument_values, comment, heading, helpers, signature_doc, wrapped
 
 JAVASCRIPT = Language(
     "javascript", "  ", ";", "const ", "const ", "const ", several="[]", function="(u) => "
@@ -16,8 +15,9 @@ JAVASCRIPT = Language(
 def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n".join(_function(f) for f in functions)
-    known = {**helpers_of("javascript"), "logTime": in_javascript()}
-    used = helpers(code, {**known, **uniform_time.helpers_of("javascript", functions)})
+    used = helpers(
+        code, {**helpers_of("javascript"), **uniform_time.helpers_of("javascript", functions)}
+    )
     top = comment(header(program, in_doubles(functions)), "//")
     return "\n".join([*top, "", *used, code, ""])
 
@@ -43,7 +43,7 @@ def _function(function: Ready) -> str:
 
 
 def _refusal(function: Ready) -> list[str]:
-    values = told(function, "${NAME}")
+    values = argument_values(function, "${NAME}")
     lines = ["throw new RangeError(", f"  `{values}` +", f'    "{function.outside}",', ");"]
     return ["  " + line for line in lines]
 

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from symasym.emit import uniform_time
-from symasym.emit.kernels.exact_python import in_numpy
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.targets.to_python import floats, passage
 from symasym.emit.writing import (
     Written,
+    argument_values,
     comment,
     heading,
     helpers,
     signature_doc,
-    told,
     wrapped,
 )
 
@@ -50,7 +49,18 @@ HELPERS: dict[str, Written] = {
     left, right = np.exp(g(m - h * points) - top), np.exp(g(m + h * points) - top)
     return h * np.dot(_GAUSS_W, left + right)
 ''',
-    "_log_time": in_numpy(),
+    "_collocated": '''_POINTS, _LAST = np.array(_RADAU), np.reshape(_RADAU_LAST, (2, 16))
+_WITHIN, _ONE = np.reshape(_RADAU_WITHIN, (16, 16)), np.eye(16)
+
+
+def _collocated(drift, scale, h, end, u, step, found):
+    """M after a step, its integral, the slope's; the sizes of M, its last terms, the slope."""
+    slopes = scale * (drift(u + step * _POINTS) + 0 * _POINTS)
+    sizes = np.abs(slopes)
+    values = np.linalg.solve(_ONE + _WITHIN * sizes, end + h * _POINTS)
+    found[:3] = float(values[-1]), h * float(_WITHIN[-1] @ values), float(_WITHIN[-1] @ slopes)
+    found[3:] = np.abs(values).max(), np.abs(_LAST @ values).max(), sizes.min()
+''',
     "_log_modulus": _LOG_MODULUS,
     "_each": '''def _each(function, *arguments):
     """A function of numbers, called once for each set of them that is there."""
@@ -147,7 +157,7 @@ def _in_cases(function: Ready, head: list[str], names: str) -> str:
     """Each case as a function of its own, and one that calls them at their points."""
     parts = []
     call = [f"    return _cases(\n        ({names},),"]
-    call += [f'        "{told(function, "{}")}"', f'        "{function.outside}",']
+    call += [f'        "{argument_values(function, "{}")}"', f'        "{function.outside}",']
     for number, body in enumerate(function.bodies):
         name = f"_{function.name}_{number}"
         lines = heading(f"def {name}", list(function.arguments), ":")

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from symasym.emit import uniform_time
-from symasym.emit.kernels.exact_python import in_python
-from symasym.emit.program import Passage, Program, Ready, header, in_doubles
+from symasym.emit.program import FirstPassage, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.writing import (
     comment,
@@ -21,8 +20,7 @@ PYTHON = Language("python")
 def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n\n".join(_function(f) for f in functions)
-    known = {**helpers_of("python"), "_log_time": in_python()}
-    used = helpers(code, {**known, **uniform_time.helpers_of("python", functions)})
+    used = helpers(code, {**helpers_of("python"), **uniform_time.helpers_of("python", functions)})
     top = comment(header(program, in_doubles(functions)), "#")
     return "\n".join([*top, "", "import math", "", "", "\n\n".join([*used, ""]) + code, ""])
 

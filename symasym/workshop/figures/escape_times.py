@@ -9,7 +9,7 @@ import numpy as np
 
 import symasym as sa
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, exact
+from symasym.base.inputs import FloatArray, Number, Numbers, exact
 from symasym.drift.models import check_count
 from symasym.workshop.figures.style import (
     INK,
@@ -65,13 +65,13 @@ class Curve:
 
 
 def curve(
-    mu: Any,
-    kappa: Any,
+    mu: Number,
+    kappa: Number,
     points: int = POINTS,
     *,
-    alpha: Any = ALPHA,
-    eps: Any = EPS,
-    r: Any = R,
+    alpha: Number = ALPHA,
+    eps: Number = EPS,
+    r: Number = R,
     low: float | None = None,
 ) -> Curve:
     """Both sides of the comparison at evenly spaced values of z0 in the crossing region.
@@ -103,6 +103,7 @@ def curve(
         sides = [np.append(z0[z0 < fold - 1e-9], fold - 1e-9), right][: 1 + bool(right.size)]
 
     def log_time(at: FloatArray, method: str) -> FloatArray:
+        """log T at these z0."""
         drift = family.bind(z0=at)
         return np.asarray(sa.escape_time(drift, scales.kappa, scales.r, method=method, log=True))
 
@@ -119,11 +120,11 @@ def curve(
 def fric1(
     points: int = POINTS,
     *,
-    mu: Any = ("3", "1/2"),
-    kappa: Any = KAPPAS,
-    alpha: Any = ALPHA,
-    eps: Any = EPS,
-    r: Any = R,
+    mu: Numbers = ("3", "1/2"),
+    kappa: Numbers = KAPPAS,
+    alpha: Number = ALPHA,
+    eps: Number = EPS,
+    r: Number = R,
 ) -> Figure:
     """The escape time against z0 at several noise amplitudes (Fig. fric1).
 
@@ -188,11 +189,11 @@ def fric1(
 def fric2(
     points: int = POINTS,
     *,
-    mu: Any = MUS,
-    kappa: Any = KAPPAS[0],
-    alpha: Any = ALPHA,
-    eps: Any = EPS,
-    r: Any = R,
+    mu: Numbers = MUS,
+    kappa: Number = KAPPAS[0],
+    alpha: Number = ALPHA,
+    eps: Number = EPS,
+    r: Number = R,
 ) -> Figure:
     """The escape time against z0 for several mu at small noise (Fig. fric2).
 
@@ -244,13 +245,14 @@ def fric2(
         return figure
 
 
-def _curve(mu: Any, kappa: Any, points: int, low: float, setting: dict[str, Any]) -> Curve:
+def _curve(mu: Number, kappa: Number, points: int, low: float, setting: dict[str, Any]) -> Curve:
+    """One curve, of at least two points."""
     if check_count("points", points) < 2:
         raise InputError(f"points is {points}; give at least 2, the ends of a curve.")
     return curve(mu, kappa, points, low=low, **setting)
 
 
-def _lowest(shapes: tuple[Any, ...], alpha: Any) -> float:
+def _lowest(shapes: tuple[Any, ...], alpha: Number) -> float:
     """The left end of the curves: far enough to show every fold."""
     strength = float(exact("alpha", alpha))
     folds = [float(sa.friction(mu=m, alpha=alpha).folds().z0[0]) for m in shapes]
@@ -258,6 +260,7 @@ def _lowest(shapes: tuple[Any, ...], alpha: Any) -> float:
 
 
 def _setting_text(setting: dict[str, Any]) -> str:
+    """The parameters of a figure, for its caption."""
     return ", ".join(f"{name} = {number_text(exact(name, x))}" for name, x in setting.items())
 
 
@@ -272,6 +275,7 @@ def _limits(axes: Axes, curves: list[Curve], below: float) -> None:
 
 
 def _panel(axes: Axes, curves: list[Curve], labels: list[str], title: str) -> None:
+    """Draw all curves of one panel, with their names."""
     for color, drawn in zip(colors(), curves, strict=False):
         _draw(axes, drawn, color, gid="")
     axes.set(title=title, xlabel="$z_0$", ylabel=r"$\log\,\tilde{T}$")
@@ -279,6 +283,7 @@ def _panel(axes: Axes, curves: list[Curve], labels: list[str], title: str) -> No
 
 
 def _draw(axes: Axes, drawn: Curve, color: str, gid: str) -> None:
+    """Draw the exact curve and the asymptotic one on both sides of the fold."""
     name = f"{gid}mu-{drawn.mu.replace('/', '-over-')}-kappa-{drawn.kappa}"
     axes.plot(drawn.z0, drawn.exact, color=color, gid=f"exact-{name}")
     for side, (z0, log_time) in zip(("left", "right"), drawn.asymptotic, strict=False):
@@ -310,7 +315,7 @@ def _label_ends(axes: Axes, ends: list[float], labels: list[str]) -> None:
 
 
 def _key() -> list[Any]:
-    """What solid and dotted mean."""
+    """The legend: solid is exact, dotted asymptotic."""
     from matplotlib.lines import Line2D
 
     return [
@@ -351,20 +356,20 @@ def _mark_folds(axes: Axes, curves: list[Curve]) -> None:
     folded = [(c.fold, k) for k, c in enumerate(curves) if c.fold is not None]
     low, high = axes.get_ylim()
     left, right = axes.get_xlim()
-    place = right
+    text = right
     # From right to left, pushed apart where two would overlap.
     for fold, k in sorted(folded, reverse=True):
         z0, log_time = curves[k].asymptotic[0]
-        place = min(fold, place - 0.04 * (right - left))
+        text = min(fold, text - 0.04 * (right - left))
         axes.annotate(
             f"{fold:.2f}".replace("-", "\N{MINUS SIGN}"),
             xy=(float(z0[-1]), float(log_time[-1]) - 0.005 * (high - low)),
-            xytext=(place, low + 0.1 * (high - low)),
+            xytext=(text, low + 0.1 * (high - low)),
             ha="center",
             color=dark(colors()[k], 0.8),
             arrowprops={"arrowstyle": "->", "color": colors()[k], "linewidth": 0.9},
         )
-        place -= 0.1 * (right - left)
+        text -= 0.1 * (right - left)
     if folded:
         words = "Stokes discontinuities of the asymptotic value, at $z_0^{(+)}$"
         at = (0.97, 0.025)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import symasym as sa
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, exact, float_text, positive
+from symasym.base.inputs import FloatArray, Number, exact, float_text, positive
 from symasym.workshop.figures import motion
 from symasym.workshop.figures.style import (
     FAINT,
@@ -34,7 +35,7 @@ _MOST_STEPS = 40_000
 _SURFACE: dict[str, Any] = {"linewidth": 2.0, "solid_capstyle": "butt", "zorder": 3}
 
 
-def fil(alpha: Any = 1) -> Figure:
+def fil(alpha: Number = 1) -> Figure:
     """Orbits of the ideal switch by Filippov's convention: sliding and crossing (Fig. fil).
 
     Parameters
@@ -89,7 +90,7 @@ def fil(alpha: Any = 1) -> Figure:
         return figure
 
 
-def flows(mu: Any = 3, alpha: Any = 1, eps: Any = "1/10") -> Figure:
+def flows(mu: Number = 3, alpha: Number = 1, eps: Number = "1/10") -> Figure:
     """Orbits through the layer of the smoothed switch, in three cases (Fig. flows).
 
     Parameters
@@ -163,7 +164,7 @@ def flows(mu: Any = 3, alpha: Any = 1, eps: Any = "1/10") -> Figure:
         return figure
 
 
-def phase(alpha: Any = 1) -> Figure:
+def phase(alpha: Number = 1) -> Figure:
     """The phase portrait of the oscillator with Coulomb friction (Fig. phase).
 
     Parameters
@@ -223,10 +224,11 @@ def phase(alpha: Any = 1) -> Figure:
 
 
 def _short(number: float) -> str:
+    """Three digits of a number, with a minus sign of its own."""
     return f"{number:.3g}".replace("-", "\N{MINUS SIGN}")
 
 
-def require_overshoot(mu: Any) -> None:
+def require_overshoot(mu: Fraction) -> None:
     """Refuse a shape without turning points in the layer."""
     if mu <= 0.5:
         raise InputError(
@@ -236,6 +238,7 @@ def require_overshoot(mu: Any) -> None:
 
 
 def _phase_key(figure: Figure) -> None:
+    """The legend of the phase portrait."""
     from matplotlib.lines import Line2D
 
     above, below = colors()[:2]
@@ -249,6 +252,7 @@ def _phase_key(figure: Figure) -> None:
 
 
 def _axis_labels(axes: Axes, y: str) -> None:
+    """Name the axes; no name where `y` is empty."""
     axes.set_xlabel("$z$")
     if y:
         axes.set_ylabel(y)
@@ -267,6 +271,7 @@ def _surface(axes: Axes, alpha: float) -> None:
 def _filippov_orbit(
     axes: Axes, z: float, y: float, alpha: float, duration: float, color: str = ""
 ) -> None:
+    """Draw an orbit by Filippov's convention, with an arrow on each of its pieces."""
     hues = {1: colors()[0], -1: colors()[1]}
     for piece in motion.filippov(z, y, alpha, duration):
         if piece.kind == "stick":
@@ -303,6 +308,7 @@ def _construction(axes: Axes, z: float, alpha: float) -> None:
 
 
 def _smoothed_orbits(axes: Axes, drift: Friction, eps: float) -> None:
+    """Draw orbits through the layer of the smoothed switch."""
     low, high = axes.get_xlim()
     span = high - low
     # From below everywhere; from above only what comes back to the layer.
@@ -324,7 +330,7 @@ def _smoothed_orbits(axes: Axes, drift: Friction, eps: float) -> None:
 
 
 def _steps(drift: Friction, eps: float, span: float) -> int:
-    """How many steps orbits take through a window of this width; refused where too many."""
+    """The number of steps of orbits through a window of this width; refused where too many."""
     alpha, mu = (float(drift.scalars()[name]) for name in ("alpha", "mu"))
     steps = motion.steps_of(eps, alpha * max(1 + mu, 2 * mu - 1), 1.5 * span)
     if steps > _MOST_STEPS:
@@ -351,7 +357,7 @@ def _thinned(path: FloatArray) -> FloatArray:
 
 
 def _loci(axes: Axes, drift: Friction) -> None:
-    """Where the drift at z vanishes, phi(u; 0) = z, by the sign of its slope in u."""
+    """Draw the zeros of the drift at z, phi(u; 0) = z, by the sign of its slope in u."""
     turn = float(drift.turning_points())
     turn = 1.0 if np.isnan(turn) else turn
     for low, high, kind in ((-1, -turn, "repelling"), (-turn, turn, "attracting"), (turn, 1, "")):

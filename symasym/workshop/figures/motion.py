@@ -43,9 +43,9 @@ def slip(side: int, z: float, y: float, alpha: float, time: FloatArray) -> Float
     x, v = z + side * alpha, y - 1.0
     decay = np.exp(-time / 2)
     cosine, sine = np.cos(_OMEGA * time), np.sin(_OMEGA * time)
-    place = decay * (x * cosine + (v + x / 2) / _OMEGA * sine)
+    position = decay * (x * cosine + (v + x / 2) / _OMEGA * sine)
     speed = decay * (v * cosine - (x + v / 2) / _OMEGA * sine)
-    return np.column_stack([place - side * alpha, speed + 1.0])
+    return np.column_stack([position - side * alpha, speed + 1.0])
 
 
 def filippov(z: float, y: float, alpha: float, duration: float) -> list[Piece]:
@@ -94,7 +94,7 @@ def _until_surface(
 
 
 def steps_of(eps: float, stiffness: float, duration: float) -> int:
-    """How many steps `smoothed` takes: stable on the slow curve, and smooth to the eye off it."""
+    """The number of steps of `smoothed`: stable on the slow curve, and smooth to the eye off it."""
     return int(np.ceil(duration / eps * max(6 * stiffness, 40)))
 
 
@@ -120,6 +120,7 @@ def smoothed(drift: Drift, starts: FloatArray, eps: float, steps: int, h: float)
     values = drift.float_values()
 
     def field(points: FloatArray) -> FloatArray:
+        """The velocity (z', u') of the smoothed oscillator in scaled variables."""
         z, u = points[:, 0], points[:, 1]
         across = drift.evaluate_float(np.minimum(np.maximum(u, -1.0), 1.0), values) - z
         return np.column_stack([eps * u - 1.0, across / eps - u])

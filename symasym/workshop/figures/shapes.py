@@ -8,7 +8,7 @@ import numpy as np
 
 import symasym as sa
 from symasym.base.errors import InputError
-from symasym.base.inputs import exact, float_text
+from symasym.base.inputs import Number, Numbers, exact, float_text
 from symasym.workshop.figures.flows import require_overshoot
 from symasym.workshop.figures.style import (
     FAINT,
@@ -34,7 +34,9 @@ if TYPE_CHECKING:
 _FORCES = ("spring", "damper", "friction")
 
 
-def potential_sketch(mu: Any = 3, alpha: Any = 1, sliding: Any = 1, crossing: Any = None) -> Figure:
+def potential_sketch(
+    mu: Number = 3, alpha: Number = 1, sliding: Number = 1, crossing: Number | None = None
+) -> Figure:
     """The potential in the three cases of flows (Fig. potentialSketch).
 
     Parameters
@@ -113,12 +115,14 @@ def _between(low: float, high: float) -> Fraction:
 
 
 def _count(drift: Friction) -> str:
+    """A clause of the caption on the wells of a drift."""
     if drift.wells() and drift.barriers():
         return "a well in the layer behind a barrier"
     return "no well either at this extension"
 
 
 def _potential(axes: Axes, drift: Friction) -> None:
+    """Draw V with its critical points."""
     u = np.union1d(np.linspace(-2.5, 2.5, 501), [-1.0, 1.0])
     axes.set(xlim=(-2.5, 2.5), xlabel="$u$")
     axes.set_xticks([-2, -1, 0, 1, 2])
@@ -139,7 +143,7 @@ def _potential(axes: Axes, drift: Friction) -> None:
         )
 
 
-def fricforce(mu: Any = ("0", "1/2", "3"), alpha: Any = 1) -> Figure:
+def fricforce(mu: Numbers = ("0", "1/2", "3"), alpha: Number = 1) -> Figure:
     """The smoothed friction force against the velocity, y/eps (Fig. fricforce).
 
     Parameters
@@ -215,7 +219,7 @@ def fricforce(mu: Any = ("0", "1/2", "3"), alpha: Any = 1) -> Figure:
         return figure
 
 
-def friction_osc(z: Any = "2/5", mu: Any = 3, alpha: Any = 1) -> Figure:
+def friction_osc(z: Number = "2/5", mu: Number = 3, alpha: Number = 1) -> Figure:
     """The oscillator with a block that sticks, and the forces on it (Fig. frictionOsc).
 
     Parameters

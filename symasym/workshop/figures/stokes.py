@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 import symasym as sa
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, exact
+from symasym.base.inputs import FloatArray, Number, exact
 from symasym.drift.models import check_count
 from symasym.workshop.figures.style import INK, colors, new_figure, number_text, style
 
@@ -27,7 +27,12 @@ Curves = dict[str, tuple[FloatArray, FloatArray]]
 
 
 def stokes(
-    points: int = POINTS, *, mu: Any = 3, alpha: Any = 1, kappa: Any = "0.1", r: Any = 10
+    points: int = POINTS,
+    *,
+    mu: Number = 3,
+    alpha: Number = 1,
+    kappa: Number = "0.1",
+    r: Number = 10,
 ) -> Figure:
     """The escape time against z0 where the friction oscillator's well is born.
 
@@ -72,6 +77,7 @@ def stokes(
     both = np.asarray(sa.escape_time(every, noise, r, method="uniform", order=0, log=True))
 
     def log_time(method: str, order: int | None = None) -> FloatArray:
+        """log T over z0 by a method."""
         return np.asarray(
             sa.escape_time(drift, float(kappa), r, method=method, order=order, log=True)
         )
@@ -98,7 +104,8 @@ def stokes(
     return figure
 
 
-def _caption(fold: float, mu: Any, kappa: Any, r: Any) -> str:
+def _caption(fold: float, mu: Number, kappa: Number, r: Number) -> str:
+    """The figure's caption."""
     given = {"mu": mu, "kappa": kappa, "r": r}
     shown = ", ".join(f"{name} = {number_text(exact(name, x))}" for name, x in given.items())
     return (
@@ -109,29 +116,32 @@ def _caption(fold: float, mu: Any, kappa: Any, r: Any) -> str:
 
 
 def _marked(axes: Axes, fold: float) -> None:
+    """Draw the fold as a dotted line."""
     axes.axvline(fold, color=INK, linewidth=0.6, linestyle=":")
 
 
 def _times(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray, fold: float) -> None:
+    """Draw the escape time near the fold."""
     near = 0.55 * np.ptp(z0) / 2
     chosen = np.abs(z0 - fold) < near
     axes.semilogy(z0[chosen], np.exp(wanted[chosen]), color=INK, label="exact")
     shown = ("step (the paper)", "local", "uniform, order 0")
     for name, color, dashes in zip(shown, colors(), ("-.", "--", ":"), strict=False):
-        places, logs = curves[name]
-        chosen = np.abs(places - fold) < near
-        places, values = places[chosen], np.exp(logs[chosen])
+        at, logs = curves[name]
+        chosen = np.abs(at - fold) < near
+        at, values = at[chosen], np.exp(logs[chosen])
         if name.startswith("step"):
             # A gap, not a line, at the step.
-            place = int(np.searchsorted(places, fold))
-            places, values = np.insert(places, place, fold), np.insert(values, place, np.nan)
-        axes.semilogy(places, values, dashes, color=color, label=name)
+            index = int(np.searchsorted(at, fold))
+            at, values = np.insert(at, index, fold), np.insert(values, index, np.nan)
+        axes.semilogy(at, values, dashes, color=color, label=name)
     _marked(axes, fold)
     axes.set_ylabel("escape time")
     axes.legend()
 
 
-def _shares(axes: Axes, drift: sa.Drift, kappa: Any, z0: FloatArray, fold: float) -> None:
+def _shares(axes: Axes, drift: sa.Drift, kappa: Number, z0: FloatArray, fold: float) -> None:
+    """Draw the Stokes multiplier."""
     for method, color, dashes in zip(
         ("uniform", "local"), colors()[2:0:-1], ("-", "--"), strict=False
     ):
@@ -143,6 +153,7 @@ def _shares(axes: Axes, drift: sa.Drift, kappa: Any, z0: FloatArray, fold: float
 
 
 def _errors(axes: Axes, curves: Curves, wanted: dict[float, float]) -> None:
+    """Draw the relative errors of T."""
     looks = zip(curves.items(), [*colors(), INK], ("-.", "--", "-", "-", "-"), strict=False)
     for (name, (z0, logs)), color, dashes in looks:
         exact_logs = np.array([wanted[z] for z in z0.tolist()])
@@ -154,6 +165,7 @@ def _errors(axes: Axes, curves: Curves, wanted: dict[float, float]) -> None:
 
 
 def _plane(axes: Axes, z0: FloatArray, error: FloatArray, fold: float) -> None:
+    """Draw the error of the uniform formula over z0 and kappa."""
     shown = axes.pcolormesh(
         z0, _MAP, np.log10(np.maximum(error.T, 1e-16)), shading="nearest", cmap="cividis"
     )

@@ -1,4 +1,4 @@
-"""What the figures share: the style, arrows along curves, the layer's band, and files."""
+"""Shared by the figures: the style, arrows along curves, the layer's band, and files."""
 
 from __future__ import annotations
 
@@ -85,13 +85,13 @@ def dark(color: str, share: float) -> tuple[float, ...]:
 
 def several(name: str, values: Any) -> tuple[Any, ...]:
     """One value or a few as a tuple; there are as many as the style has colours."""
-    found = tuple(values) if is_array(values) else (values,)
-    if not 1 <= len(found) <= 4:
+    given = tuple(values) if is_array(values) else (values,)
+    if not 1 <= len(given) <= 4:
         raise InputError(
-            f"{name} has {len(found)} values; give one to four, which is as many curves "
+            f"{name} has {len(given)} values; give one to four, which is as many curves "
             "as stay apart in grey."
         )
-    return found
+    return given
 
 
 def number_text(value: Fraction) -> str:

@@ -17,7 +17,7 @@ OURS = (
     ("paper", "leading order"),
     ("auto", "rtol 1e-6"),
 )
-#: No more digits than these are told apart.
+#: No more digits than these are distinguished.
 MOST = 40.0
 
 
@@ -36,7 +36,7 @@ class Cell:
 
     @property
     def wrong(self) -> bool:
-        """Whether more digits are claimed than are right."""
+        """True if more digits are claimed than are right."""
         if self.claimed is None or self.true is None:
             return False
         return self.true < min(self.claimed, MOST) - 1e-6
@@ -44,10 +44,11 @@ class Cell:
 
 def columns(cells: list[Cell]) -> list[tuple[str, str]]:
     """The methods with their settings, ours first."""
-    first = sorted(cells, key=lambda c: (not c.ours, _place(c)))
+    first = sorted(cells, key=lambda c: (not c.ours, _rank(c)))
     return list(dict.fromkeys((c.method, c.setting) for c in first))
 
 
-def _place(cell: Cell) -> int:
+def _rank(cell: Cell) -> int:
+    """The rank of a cell's method in `OURS`; peers come last."""
     key = (cell.method, cell.setting)
     return OURS.index(key) if key in OURS else len(OURS)

@@ -59,6 +59,7 @@ def work_precision(points: list[Point]) -> Figure:
 
 
 def _handle(name: str) -> Any:
+    """A method's entry in the legend."""
     from matplotlib.lines import Line2D
 
     color, mark = _LOOKS[name]
@@ -66,6 +67,7 @@ def _handle(name: str) -> Any:
 
 
 def _panel(axes: Axes, points: list[Point], title: str) -> None:
+    """Draw the points of one scene."""
     axes.set(title=title, xscale="log", yscale="log")
     for name, (color, mark) in _LOOKS.items():
         own = [p for p in points if p.method == name and p.error is not None]
@@ -87,17 +89,17 @@ def _panel(axes: Axes, points: list[Point], title: str) -> None:
     axes.grid(True, color="0.92", linewidth=0.6)
 
 
-def growth(found: list[Grown]) -> Figure:
+def growth(grown: list[Grown]) -> Figure:
     """Seconds against digits, lam and the number of points."""
     from matplotlib.figure import Figure
 
     labels = {"digits": "digits", "lam": r"$\lambda = 2/\kappa^2$", "points": "points"}
-    axes_of = list(dict.fromkeys(g.along for g in found))
+    axes_of = list(dict.fromkeys(g.along for g in grown))
     with style():
         figure = Figure(figsize=(3.3 * len(axes_of), 3.3))
         panels = figure.subplots(1, len(axes_of), squeeze=False)[0]
         for axes, axis in zip(panels, axes_of, strict=True):
-            own = [g for g in found if g.along == axis]
+            own = [g for g in grown if g.along == axis]
             marks = ("o", "s", "^", "D")
             for mark, name in zip(marks, dict.fromkeys(g.method for g in own), strict=False):
                 part = [g for g in own if g.method == name]
@@ -149,10 +151,12 @@ def heat_maps(cells: list[Cell]) -> Figure:
 
 
 def _pair(cell: Cell | None) -> tuple[float | None, float | None]:
+    """Digits claimed and digits true."""
     return (None, None) if cell is None else (cell.claimed, cell.true)
 
 
 def _write(axes: Axes, row: int, cell: Cell | None, pair: list[float]) -> None:
+    """Write the digits of a cell, framed where more are claimed than are true."""
     from matplotlib.patches import Rectangle
 
     for column, digits in enumerate(pair):

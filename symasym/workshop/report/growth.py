@@ -1,4 +1,4 @@
-"""How cost grows: with the digits, with lam, with the number of points."""
+"""Growth of the cost: with the digits, with lam, with the number of points."""
 
 from __future__ import annotations
 
@@ -27,10 +27,12 @@ class Grown:
 
 
 def _drift() -> sa.Drift:
+    """The drift of the moderate scene."""
     return sa.friction(mu=3, alpha=1, z0="-0.3")
 
 
 def _timed(along: str, method: str, at: float, call: Callable[[], Any]) -> Grown:
+    """The least time of a few runs, and the calls of one."""
     call()
     times = [seconds(call)]
     while len(times) < _RUNS and sum(times) < 2:
@@ -43,6 +45,7 @@ def digits(quick: bool) -> Iterator[Grown]:
     counts = (15, 30, 100, 300) if quick else (15, 30, 100, 300, 1000, 3000)
 
     def ask(n: int, **options: Any) -> Callable[[], Any]:
+        """A call of T with so many digits."""
         return lambda: sa.escape_time(_drift(), "0.3", 10, dps=n, **options)
 
     for n in counts:
@@ -71,6 +74,7 @@ def noise(quick: bool) -> Iterator[Grown]:
 
 
 def _log_time(kappa: str, options: dict[str, Any]) -> Any:
+    """log T of the moderate scene at other noise."""
     return sa.escape_time(_drift(), kappa, 10, **options)
 
 
@@ -92,11 +96,11 @@ def points(quick: bool) -> Iterator[Grown]:
             weak = method == "laplace"
             z0 = repr("-0.3") if weak else f"np.linspace(-2.0, -1e-6, {count})"
             call = _CALL.format(kappa="kappa" if weak else "0.2", method=method)
-            found = peaks(_WARM.format(n=count, z0=z0, warm=call.replace("kappa,", "[0.05],")
+            peak = peaks(_WARM.format(n=count, z0=z0, warm=call.replace("kappa,", "[0.05],")
                                        if weak else ""), call)  # fmt: skip
-            if found is None:
+            if peak is None:
                 return
-            yield Grown("points", name, count, found[0], None, found[1])
+            yield Grown("points", name, count, peak[0], None, peak[1])
 
 
 def exponent(grown: list[Grown]) -> float:

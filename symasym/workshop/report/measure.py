@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import symasym as sa
 from symasym.base.contexts import own_context
@@ -15,6 +15,10 @@ from symasym.workshop.problems import Problem
 from symasym.workshop.report.methods import Outcome, Run, attempt
 from symasym.workshop.report.timing import calls
 from symasym.workshop.verify.references import provable
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+
 
 #: Digits of the references: well beyond the 50 that the table of methods asks about.
 _DPS = 120
@@ -103,18 +107,19 @@ def point(name: str, run: Run, truth: Known, limit: float, once: bool = False) -
 
 
 def _error(outcome: Outcome, truth: Known) -> tuple[float, bool]:
+    """The distance to the truth, and True where the reference can't tell it from 0."""
     with own_context(_DPS + 60) as mp:
-        found, wanted = (
+        value, wanted = (
             mp.make_mpf(x._mpf_) if hasattr(x, "_mpf_") else mp.mpf(x)
             for x in (outcome.log, truth.log)
         )
         radius = mp.make_mpf(truth.radius._mpf_)
-        gap = abs(found - wanted)
+        gap = abs(value - wanted)
         if gap <= radius:
             return _small(radius), True
         return _small(gap), False
 
 
-def _small(x: Any) -> float:
+def _small(x: mpf | float) -> float:
     """As a float; no error of a report is below 1e-300."""
     return max(float(x), 1e-300)

@@ -1,4 +1,4 @@
-"""What is run: every method and order of ours, and the peers that are installed."""
+"""The runs of a report: every method and order of ours, and the peers that are installed."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ import importlib.util
 import shutil
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import symasym as sa
 from symasym.base.contexts import mpf_of
 from symasym.workshop.problems import Problem
 from symasym.workshop.report import peers
 from symasym.workshop.report.timing import capped
+
+if TYPE_CHECKING:
+    from mpmath import mpf
 
 
 class Outcome(NamedTuple):
@@ -41,35 +44,41 @@ class Run(NamedTuple):
 
 
 def ours(problem: Problem, quick: bool) -> Iterator[Run]:
-    """All of ours that T has; those that refuse the scene are found out by running them."""
+    """All of ours that T has; those that refuse the scene do so when they are run."""
     kappa, r, start = problem.kappa, problem.r, problem.start
 
     def run(method: str, setting: str, name: str, **options: Any) -> Run:
+        """A run of a method that states its error."""
+
         def call() -> Outcome:
             # The drift is made anew, so that nothing is left from the last run but caches.
-            found = sa.escape_time(
+            estimate = sa.escape_time(
                 problem.make(), kappa, r, start=start, method=name, log=True, full=True, **options
             )
-            return Outcome(found.value, found.error, found.error_kind)
+            return Outcome(estimate.value, estimate.error, estimate.error_kind)
 
         return Run(method, setting, call, True)
 
     def plain(dps: int | None) -> Run:
+        """A run of the exact value, which claims the accuracy that the documents promise."""
+
         def call() -> Outcome:
-            found = sa.escape_time(problem.make(), kappa, r, start=start, log=True, dps=dps)
-            size = max(1, abs(found))
+            value = sa.escape_time(problem.make(), kappa, r, start=start, log=True, dps=dps)
+            size = max(1, abs(value))
             # The promise of docs/exact.md; full=True would prove it, at a price of its own.
             error = 1e-12 * size if dps is None else size * Fraction(1, 10**dps)
-            return Outcome(found, float(error) if dps is None else _mpf(error), "estimate")
+            return Outcome(value, float(error) if dps is None else _mpf(error), "estimate")
 
         return Run("exact", "float64" if dps is None else f"{dps} digits", call, True)
 
     def array() -> Run:
+        """A run of an array of one scene."""
+
         def call() -> Outcome:
-            found = sa.escape_time(
+            estimate = sa.escape_time(
                 problem.make(), [float(Fraction(kappa))], r, start=start, log=True, full=True
             )
-            return Outcome(float(found.value[0]), float(found.error[0]), found.error_kind)
+            return Outcome(float(estimate.value[0]), float(estimate.error[0]), estimate.error_kind)
 
         return Run("exact, arrays", "float64", call, True)
 
@@ -92,7 +101,8 @@ def ours(problem: Problem, quick: bool) -> Iterator[Run]:
         yield run("auto", f"rtol {rtol}", "auto", rtol=rtol, dps=30)
 
 
-def _mpf(x: Any) -> Any:
+def _mpf(x: Fraction | mpf) -> Any:
+    """The number as an mpf."""
     from mpmath import mp, mpf
 
     return mpf_of(x, mp) if isinstance(x, Fraction) else mpf(x)
@@ -121,6 +131,7 @@ def others(problem: Problem, quick: bool) -> Iterator[Run]:
     radius: Any = int(r) if r.denominator == 1 else r
 
     def mpmath_run(dps: int) -> Run:
+        """A run of nested mpmath.quad."""
         return Run(
             "mpmath.quad", f"{dps} digits",
             lambda: Outcome(
@@ -130,6 +141,7 @@ def others(problem: Problem, quick: bool) -> Iterator[Run]:
         )  # fmt: skip
 
     def scipy_run(epsrel: float) -> Run:
+        """A run of SciPy's dblquad."""
         return Run(
             "dblquad", f"epsrel {epsrel:g}",
             lambda: Outcome(
@@ -139,6 +151,8 @@ def others(problem: Problem, quick: bool) -> Iterator[Run]:
         )  # fmt: skip
 
     def arb_run(dps: int) -> Run:
+        """A run of nested integrals of Arb."""
+
         def call() -> Outcome:
             from symasym.numbers.balls import to_mpf
 
@@ -148,9 +162,11 @@ def others(problem: Problem, quick: bool) -> Iterator[Run]:
         return Run("Arb", f"{dps} digits", call, False)
 
     def pari_run(dps: int) -> Run:
+        """A run of PARI, in a process of its own."""
+
         def timed(limit: float) -> tuple[float, Outcome]:
-            spent, found = peers.pari_log_escape_time(c, kappa, r, dps, limit)
-            return spent, Outcome(found, 10.0**-dps, "asked for")
+            spent, log_time = peers.pari_log_escape_time(c, kappa, r, dps, limit)
+            return spent, Outcome(log_time, 10.0**-dps, "asked for")
 
         return Run("PARI", f"{dps} digits", lambda: timed(600)[1], False, timed)
 
@@ -162,7 +178,8 @@ def others(problem: Problem, quick: bool) -> Iterator[Run]:
     yield from (run for run in made if run.method not in gone)
 
 
-def _log(value: Any, dps: int) -> Any:
+def _log(value: mpf, dps: int) -> Any:
+    """The logarithm, right to `dps` digits behind the point."""
     from mpmath import log, workdps
 
     # log T may have twenty digits before the point.
@@ -176,7 +193,7 @@ def attempt(run: Run, limit: float) -> tuple[float, Outcome | None, str]:
         if run.timed is not None:
             spent, outcome = run.timed(limit)
             return spent, outcome, ""
-        spent, found = capped(run.call, limit)
+        spent, outcome = capped(run.call, limit)
     except sa.SymasymError as error:
         return 0.0, None, f"refused: {error}"
     except Exception as error:
@@ -184,6 +201,6 @@ def attempt(run: Run, limit: float) -> tuple[float, Outcome | None, str]:
         if run.ours:
             raise
         return 0.0, None, f"{type(error).__name__}: {error}".split("\n")[0]
-    if found is None:
+    if outcome is None:
         return spent, None, f"stopped after {limit:g} s"
-    return spent, found, ""
+    return spent, outcome, ""

@@ -61,6 +61,7 @@ def when(points: list[Point]) -> str:
 
 
 def _cell(best: Point) -> str:
+    """A method and its time, in a cell of the table."""
     silent = "" if best.claimed is not None else " (claims no error)"
     return f"{best.method}, {best.setting}{silent}: {time_text(best.seconds or 0.0)}"
 
@@ -81,13 +82,14 @@ def reached(points: list[Point]) -> str:
 
 
 def _error_cell(best: Point) -> str:
+    """An error and the setting that reaches it, in a cell of the table."""
     below = "at most " if best.below_reference else ""
     setting = "" if best.setting == "leading order" else f" ({best.setting})"
     return f"{below}{best.error:.0e}{setting}"
 
 
 def refusals(points: list[Point]) -> str:
-    """What gave no value, and why."""
+    """A table of the methods that gave no value, with the reasons."""
     rows = [[p.scene, p.method, p.setting, cause(p.reason)] for p in points if p.reason]
     return table(["scene", "method", "setting", "why there is no value"], rows) if rows else ""
 
@@ -103,17 +105,18 @@ def lies(points: list[Point]) -> list[Point]:
 
 
 def _lies(p: Point) -> bool:
+    """A sentence on the claims that are not true."""
     if p.error is None or p.claimed is None or p.below_reference:
         return False
     # log T is a float64 where it was asked in float64: its last digit is no claim.
     return p.error > p.claimed * (1 + 1e-9)
 
 
-def growth(found: list[Grown]) -> str:
+def growth(grown: list[Grown]) -> str:
     """A table for each axis."""
     parts = []
     titles = {"digits": "With the digits", "lam": "With λ", "points": "With the number of points"}
-    for axis, items in groupby(found, key=lambda g: g.along):
+    for axis, items in groupby(grown, key=lambda g: g.along):
         every = list(items)
         names = list(dict.fromkeys(g.method for g in every))
         rows = []
@@ -136,7 +139,7 @@ def growth(found: list[Grown]) -> str:
 
 def page(
     points: list[Point],
-    found: list[Grown],
+    grown: list[Grown],
     scenes: dict[str, str],
     missing: list[str],
     machine: str,
@@ -146,7 +149,7 @@ def page(
     wrong = lies(points)
     ours = [p for p in wrong if p.ours]
     others = [p for p in wrong if not p.ours]
-    told = ", ".join(f"{p.method} {p.setting} ({p.scene})" for p in others)
+    listed = ", ".join(f"{p.method} {p.setting} ({p.scene})" for p in others)
     blocks = [
         *head("Error against run time, measured", command, machine, missing),
         "Errors are relative ones of T (absolute ones of log T), against a reference of 120 "
@@ -165,9 +168,9 @@ def page(
         reached(points),
         "## Honesty",
         f"Claimed error below the true one: {len(ours)} of our points"
-        + (f"; of the peers' {len(others)}: {told}." if others else "; of the peers' none."),
+        + (f"; of the peers' {len(others)}: {listed}." if others else "; of the peers' none."),
         "## Growth",
-        growth(found),
+        growth(grown),
         "![growth](growth.svg)",
         "## No value",
         refusals(points) or "Every method gave a value everywhere.",

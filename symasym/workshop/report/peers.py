@@ -13,22 +13,31 @@ from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
 from itertools import accumulate, pairwise
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 import symasym as sa
 from symasym.base.contexts import mpf_of
+from symasym.base.inputs import FloatArray, Number
+
+if TYPE_CHECKING:
+    from flint import acb as Ball
+    from mpmath import mpf
+
 
 Polynomial = list[Fraction]
+Function = Callable[[float], float]
 
 
-def coefficients(mu: Any, z0: Any) -> Polynomial:
+def coefficients(mu: Number, z0: Number) -> Polynomial:
     """Coefficients of A for friction with alpha = 1, in ascending powers of u."""
-    found = sa.friction(mu=mu, alpha=1, z0=z0).exact_coefficients()
-    assert found is not None
-    return found
+    ascending = sa.friction(mu=mu, alpha=1, z0=z0).exact_coefficients()
+    assert ascending is not None
+    return ascending
 
 
 def _value(c: list[Any], u: Any) -> Any:
+    """The polynomial of ascending coefficients at `u`, by Horner's scheme."""
     total = c[-1]
     for x in c[-2::-1]:
         total = total * u + x
@@ -81,27 +90,33 @@ def mpmath_escape_time(
         climb, high = mpf(_climb(c, r)), mpf(samples[0][1])
         left, right = [(0, -r, -1), (1, -1, 0)], [(1, 0, 1), (2, 1, r)]
 
-        def V(u: Any) -> Any:
+        def V(u: mpf) -> Any:
+            """V(u)."""
             return potentials[0 if u < -1 else 1 if u < 1 else 2](u)
 
-        def plain(v: Any) -> Any:
+        def plain(v: mpf) -> Any:
+            """The integrand over v as it is printed."""
             points = [-r, v] if form == "printed" else cut(v)
             return mp.exp(lam * V(v)) * mp.quad(lambda u: mp.exp(-lam * V(u)), points)
 
-        def scaled(v: Any) -> Any:
+        def scaled(v: mpf) -> Any:
+            """The same divided by the largest exponential."""
             top = V(v) - climb
             return mp.quad(lambda u: mp.exp(lam * (top - V(u))), cut(v))
 
-        def cut(v: Any) -> list[Any]:
+        def cut(v: mpf) -> list[Any]:
+            """The pieces of (-r, v)."""
             return [x for x in (-r, -1, 0, 1) if x < v] + [v]
 
         def tuned(k: int, a: int, b: int) -> Any:
+            """The double integral over v in (a, b), its piece k the only one nested."""
             low = mpf(min(V for u, V in samples if u <= edges[k]))
             before = mp.zero
             for W, ends in list(zip(potentials, pairwise(edges), strict=True))[:k]:
                 before += mp.quad(lambda u, W=W: mp.exp(lam * (low - W(u))), ends)
 
-            def outer(v: Any) -> Any:
+            def outer(v: mpf) -> Any:
+                """The integrand over v, the constant part of the inner integral factored out."""
                 top = potentials[k](v) - climb
                 points = [edges[k], *(x for x in (0,) if edges[k] < x < v), v]
                 own = mp.quad(lambda u: mp.exp(lam * (top - potentials[k](u))), points)
@@ -110,6 +125,7 @@ def mpmath_escape_time(
             return mp.quad(outer, [a, b])
 
         def double(spans: list[tuple[int, int, int]]) -> Any:
+            """The double integral over these pieces of v."""
             start, *ends = [spans[0][1], *(b for _, _, b in spans)]
             if form in ("printed", "cut"):
                 points = [start, *(ends if form == "cut" else ends[-1:])]
@@ -119,6 +135,7 @@ def mpmath_escape_time(
             return sum((tuned(*part) for part in spans), mp.zero)
 
         def single(spans: list[tuple[int, int, int]]) -> Any:
+            """The integral of e^{lam V} over these pieces, divided by its largest value."""
             points = [spans[0][1], *(b for _, _, b in spans)]
             return mp.quad(lambda v: mp.exp(lam * (V(v) - high)), points)
 
@@ -157,11 +174,13 @@ def arb_escape_time(
 
 
 def _arb_escape_time(
-    flint: Any, c: Polynomial, kappa: Fraction, r: int, dps: int, tuned: bool
+    flint: ModuleType, c: Polynomial, kappa: Fraction, r: int, dps: int, tuned: bool
 ) -> Any:
+    """T by nested integrals of Arb, the largest exponential taken out."""
     acb, arb = flint.acb, flint.arb
 
     def ball(x: Fraction) -> Any:
+        """The ball of a rational."""
         return arb(flint.fmpq(x.numerator, x.denominator))
 
     lam, climb = ball(2 / kappa**2), arb(_climb(c, r))
@@ -169,7 +188,8 @@ def _arb_escape_time(
     samples, edges = _samples(c, r), [-r, -1, 1, r]
     tolerance = arb(10) ** -(dps + 3)
 
-    def integral(f: Callable[[Any], Any], a: Any, b: Any) -> Any:
+    def integral(f: Callable[[Any], Any], a: Ball | int, b: Ball | int) -> Any:
+        """The integral of `f` from a to b."""
         return acb.integral(lambda u, _: f(u), acb(a), acb(b), rel_tol=tolerance, abs_tol=tolerance)
 
     def span(k: int, a: int, b: int) -> Any:
@@ -179,24 +199,27 @@ def _arb_escape_time(
         # Left of v's piece the inner integral is a constant: only the rest is nested.
         whole = acb(0)
 
-        def fallen(W: Callable[[Any], Any], u: Any) -> Any:
+        def fallen(W: Callable[[Any], Any], u: Ball) -> Any:
             return (lam * (low - W(u))).exp()
 
         for W, (start, end) in list(zip(potentials, pairwise(edges), strict=True))[:k]:
             whole += integral(partial(fallen, W), start, end)
 
-        def separate(v: Any) -> Any:
+        def separate(v: Ball) -> Any:
+            """The integrand over v, both exponentials by themselves."""
             own = integral(lambda u: (lam * (low - V(u))).exp(), edges[k], v)
             return (lam * (V(v) - climb - low)).exp() * (whole + own)
 
-        def joint(v: Any) -> Any:
+        def joint(v: Ball) -> Any:
+            """The integrand over v, both exponentials in one."""
             top = V(v) - climb
             own = integral(lambda u: (lam * (top - V(u))).exp(), edges[k], v)
             return (lam * (top - low)).exp() * whole + own
 
         return integral(joint if tuned else separate, a, b)
 
-    def single(k: int, a: int, b: int, high: Any) -> Any:
+    def single(k: int, a: int, b: int, high: Ball) -> Any:
+        """The integral of e^{lam V} over a piece, divided by its largest value."""
         return integral(lambda v: (lam * (potentials[k](v) - high)).exp(), a, b)
 
     left, right = [(0, -r, -1), (1, -1, 0)], [(1, 0, 1), (2, 1, r)]
@@ -232,12 +255,16 @@ def scipy_log_escape_time(
     exp = math.exp
 
     def single(f: Callable[[float], float], sign: int, ref: float, a: float, b: float) -> float:
+        """The integral of e^{sign lam f} over (a, b), `ref` taken out of the exponent."""
+
         def integrand(u: float) -> float:
             return exp(sign * lam * (f(u) - ref))
 
         return float(quad(integrand, a, b, epsabs=0.0, epsrel=epsrel, limit=200)[0])
 
-    def double(f: Any, a: float, b: float, g: Any, low: float, high: float | None) -> float:
+    def double(
+        f: Function, a: float, b: float, g: Function, low: float, high: float | None
+    ) -> float:
         """Over v in [a, b], where V is f, and u from low to high (None: v), where it is g."""
         if factorised and high is not None:
             ref = max(f(a), f(b)) if f is not inside else lowest + climb
@@ -301,13 +328,15 @@ def weak_noise_log_time(z0: str, r: float, order: int) -> Callable[[Any], Any]:
         u, _, slope = side.beyond
         outer[0] += float((r - u) / slope)
 
-    def horner(c: list[float], x: Any) -> Any:
-        total = c[-1]
+    def horner(c: list[float], x: FloatArray) -> Any:
+        """The polynomial of ascending coefficients at `x`."""
+        total: Any = c[-1]
         for a in c[-2::-1]:
             total = total * x + a
         return total
 
-    def log_time(kappa: Any) -> Any:
+    def log_time(kappa: FloatArray) -> Any:
+        """log T: the well's series times the barrier's and the kink's, and the regular part."""
         x = kappa * kappa / 2
         rising = horner(high, x) + np.exp(-fall / x) * np.sqrt(x) * horner(edge, x)
         product = horner(low, x) * rising

@@ -26,6 +26,6 @@ def chosen(names: list[str] | None) -> dict[str, Problem]:
     return {name: BY_NAME[table] for name, table in SCENES.items() if not names or name in names}
 
 
-def told(problem: Problem) -> str:
+def described(problem: Problem) -> str:
     """The scene in a line."""
     return f"{problem.make()!r}, kappa = {problem.kappa}, r = {problem.r}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import symasym as sa
 from symasym.base import progress
@@ -18,6 +18,10 @@ from symasym.workshop.report.pages import cause, head, lies, table
 from symasym.workshop.report.publish import publish
 from symasym.workshop.report.timing import capped, load, measured_on
 
+if TYPE_CHECKING:
+    from mpmath import mpf
+
+
 _LIMITS = {True: 5.0, False: 60.0}
 
 
@@ -29,7 +33,7 @@ def scenes(quick: bool) -> list[Problem]:
 
 def cells(quick: bool) -> tuple[list[Cell], list[Point]]:
     """Every method on every scene, and the points behind the cells."""
-    found, points = [], []
+    judged, points = [], []
     asked = scenes(quick)
     with progress.stage("stability", len(asked)) as step:
         for problem in asked:
@@ -38,17 +42,18 @@ def cells(quick: bool) -> tuple[list[Cell], list[Point]]:
             for run in _runs(problem, quick):
                 p = point(problem.name, run, truth, _LIMITS[quick], once=True)
                 points.append(p)
-                found.append(
+                judged.append(
                     Cell(
                         p.scene, p.method, p.setting, p.ours, _digits(p.claimed, size),
                         MOST if p.below_reference else _digits(p.error, size), p.kind, p.reason,
                     )
                 )  # fmt: skip
             step()
-    return found, points
+    return judged, points
 
 
 def _runs(problem: Problem, quick: bool) -> list[Run]:
+    """The runs of ours that have a column, and the peers'."""
     own = {(run.method, run.setting): run for run in ours(problem, False)}
     return [*(own[key] for key in OURS if key in own), *others(problem, True)]
 
@@ -69,35 +74,39 @@ class Condition:
 
 def conditions(quick: bool) -> list[Condition]:
     """Condition numbers of the same scenes, from exact derivatives."""
-    asked, found = scenes(quick), []
+    asked, numbers = scenes(quick), []
     with progress.stage("condition numbers", len(asked)) as step:
         for problem in asked:
-            found.append(_condition(problem, _LIMITS[quick]))
+            numbers.append(_condition(problem, _LIMITS[quick]))
             step()
-    return found
+    return numbers
 
 
 def _condition(problem: Problem, limit: float) -> Condition:
+    """The condition numbers of one scene; the reason where there are none."""
+
     def ask() -> Any:
         return sa.sensitivity(problem.make(), problem.kappa, problem.r, start=problem.start, dps=15)
 
     try:
-        found = capped(ask, limit)[1]
+        derivatives = capped(ask, limit)[1]
     except sa.SymasymError as error:
         return Condition(problem.name, {}, {}, str(error))
-    if found is None:
+    if derivatives is None:
         return Condition(problem.name, {}, {}, f"stopped after {limit:g} s")
     of_T, of_log_T = (
-        {name: _finite(x) for name, x in d.items()} for d in (found.condition, found.log_condition)
+        {name: _finite(x) for name, x in d.items()}
+        for d in (derivatives.condition, derivatives.log_condition)
     )
     return Condition(problem.name, of_T, of_log_T, "")
 
 
-def _finite(x: Any) -> float:
+def _finite(x: mpf | float) -> float:
     return min(float(x), 1e300)
 
 
 def _digits(error: float | None, size: float) -> float | None:
+    """Digits of a number of this size that an error leaves."""
     if error is None:
         return None
     return min(MOST, -math.log10(max(error / size, 1e-300)))
@@ -114,28 +123,28 @@ def report(folder: str | Path, quick: bool = False) -> tuple[list[Point], list[P
         The files.
     """
     before = load()
-    found, points = cells(quick)
+    judged, points = cells(quick)
     numbers = conditions(quick)
     where = measured_on(before)
     command = "symasym report --stability" + (" --quick" if quick else "")
     record = {
-        "cells": [asdict(cell) for cell in found],
+        "cells": [asdict(cell) for cell in judged],
         "conditions": [asdict(number) for number in numbers],
     }
     paths = publish(
         Path(folder),
-        {"stability.md": page(found, numbers, missing(), where, command).encode()},
-        {"stability": heat_maps(found)},
+        {"stability.md": page(judged, numbers, missing(), where, command).encode()},
+        {"stability": heat_maps(judged)},
         ("stability.json", command, where, record),
     )
     return [p for p in lies(points) if p.ours], paths
 
 
-def summary(found: list[Cell]) -> str:
+def summary(judged: list[Cell]) -> str:
     """A row a method: values, refusals, the fewest right digits, claims above the truth."""
     rows = []
-    for method, setting in columns(found):
-        own = [c for c in found if (c.method, c.setting) == (method, setting)]
+    for method, setting in columns(judged):
+        own = [c for c in judged if (c.method, c.setting) == (method, setting)]
         values = [c for c in own if c.true is not None]
         wrong = [c.scene for c in own if c.wrong]
         least = min((c.true for c in values if c.true is not None), default=None)
@@ -147,10 +156,10 @@ def summary(found: list[Cell]) -> str:
 
 
 def page(
-    found: list[Cell], numbers: list[Condition], gone: list[str], where: str, command: str
+    judged: list[Cell], numbers: list[Condition], gone: list[str], where: str, command: str
 ) -> str:
     """The whole page."""
-    ours_wrong = sum(c.wrong for c in found if c.ours)
+    ours_wrong = sum(c.wrong for c in judged if c.ours)
     blocks = [
         *head("Numerical stability", command, where, gone),
         "Digits claimed and digits true of log T (of T where log T is below 1), over "
@@ -159,7 +168,7 @@ def page(
         "agree.",
         f"Cells of ours that claim more than is true: {ours_wrong}.",
         "![digits claimed and true](stability.svg)",
-        summary(found),
+        summary(judged),
         "## Condition numbers",
         "Of T and, behind the stroke, of log T: the relative change of the value over that "
         "of the parameter, from exact derivatives (`sa.sensitivity`). Digits lost with a "
@@ -170,6 +179,7 @@ def page(
 
 
 def _condition_table(numbers: list[Condition]) -> str:
+    """The table of condition numbers."""
     names = list(dict.fromkeys(name for c in numbers for name in c.of_T))
     rows = []
     for c in numbers:

@@ -12,7 +12,10 @@ import time
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from types import FrameType
 
 
 def seconds(call: Callable[[], Any]) -> float:
@@ -23,6 +26,7 @@ def seconds(call: Callable[[], Any]) -> float:
 
 
 def wall(call: Callable[[], Any]) -> float:
+    """Seconds of one call by the clock."""
     start = time.perf_counter()
     call()
     return time.perf_counter() - start
@@ -44,7 +48,7 @@ def capped(call: Callable[[], Any], limit: float) -> tuple[float, Any]:
     An alarm in processor time would make the kernel count that time in ticks ever after.
     """
 
-    def stop(*_: Any) -> None:
+    def stop(*_: object) -> None:
         raise TooLong
 
     before = signal.signal(signal.SIGALRM, stop)
@@ -66,7 +70,7 @@ def capped(call: Callable[[], Any], limit: float) -> tuple[float, Any]:
 
 
 def python(code: str) -> str:
-    """What a fresh interpreter prints after `code`."""
+    """The output of `code` in a fresh interpreter."""
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     return done.stdout
 
@@ -94,13 +98,13 @@ def peaks(warm: str, code: str) -> tuple[float, float, float] | None:
 
 
 def calls(call: Callable[[], Any]) -> int:
-    """How many functions, Python's own and those of extensions, a call of `call` calls.
+    """The number of functions, Python's own and those of extensions, that a call of `call` calls.
 
     The same in every run of the same versions, once what is cached is cached.
     """
     count = 0
 
-    def tick(frame: Any, event: str, argument: Any) -> None:
+    def tick(frame: FrameType, event: str, argument: object) -> None:
         nonlocal count
         count += event in ("call", "c_call")
 
@@ -114,6 +118,7 @@ def calls(call: Callable[[], Any]) -> int:
 
 
 def _version(name: str) -> str:
+    """A package with its version."""
     try:
         return f"{name} {version(name)}"
     except PackageNotFoundError:
@@ -121,6 +126,7 @@ def _version(name: str) -> str:
 
 
 def _cpu() -> str:
+    """The name of the processor."""
     information = Path("/proc/cpuinfo")
     lines = information.read_text().splitlines() if information.exists() else []
     model = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
@@ -128,6 +134,7 @@ def _cpu() -> str:
 
 
 def load() -> str:
+    """The load average of the last minute."""
     return f"{os.getloadavg()[0]:.1f}"
 
 

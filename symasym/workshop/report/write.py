@@ -14,7 +14,7 @@ from symasym.workshop.report.measure import Point, known, point
 from symasym.workshop.report.methods import missing, others, ours
 from symasym.workshop.report.pages import page
 from symasym.workshop.report.publish import publish
-from symasym.workshop.report.scenes import chosen, told
+from symasym.workshop.report.scenes import chosen, described
 from symasym.workshop.report.timing import load, measured_on
 
 #: Seconds after which a method is stopped.
@@ -40,7 +40,7 @@ def measured(
         for name, problem in scenes.items():
             truth = known(problem)
             kind = "proved (ball arithmetic)" if truth.proved else "two precisions agree"
-            about[name] = f"{told(problem)} | {kind}"
+            about[name] = f"{described(problem)} | {kind}"
             for run in runs[name]:
                 points.append(point(name, run, truth, LIMITS[quick]))
                 step()
@@ -97,6 +97,7 @@ def report(
 
 
 def _csv(points: list[Point]) -> bytes:
+    """The points as a CSV file."""
     text = io.StringIO()
     writer = csv.DictWriter(text, [f.name for f in fields(Point)], lineterminator="\n")
     writer.writeheader()

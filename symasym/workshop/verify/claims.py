@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache
 from itertools import count
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,10 @@ from symasym.workshop.comparing import distance, logarithm
 from symasym.workshop.problems import Problem
 from symasym.workshop.verify.findings import LABELS, Finding, compared, failed
 from symasym.workshop.verify.references import Reference, reference
+
+if TYPE_CHECKING:
+    from symasym.base.estimate import Estimate
+
 
 _PAPER = {"T": "eq:Ttildesmall", "C": "C-bound", "1-C": "C-bound"}
 _QUICK: dict[str, list[dict[str, Any]]] = {
@@ -68,28 +72,30 @@ def _claimed(
     known: Reference,
     ways: list[dict[str, Any]],
 ) -> Iterator[Finding]:
+    """Findings on a method's stated error, in each way of asking."""
     formula = _paper_label(problem, quantity) if method == "paper" else LABELS[quantity]
     shown = "".join(f", {name} {value}" for name, value in setting.items())
     ask = problem.questions()[quantity]
     for way in ways:
-        told = "".join(f", {name}" for name in way if name == "log")
-        where = f"{problem.name}, {quantity}{shown}{told}"
+        suffix = "".join(f", {name}" for name in way if name == "log")
+        where = f"{problem.name}, {quantity}{shown}{suffix}"
         if "rtol" in setting and float(setting["rtol"]) < 1e-12 and "dps" not in way:
             continue
         try:
-            found = ask(method=method, full=True, **setting, **way)
+            estimate = ask(method=method, full=True, **setting, **way)
         except sa.RangeError:
             continue
         except sa.SymasymError:
             yield Finding(formula, method, "honesty", None, where)
             continue
-        except Exception as error:  # anything else is a defect, and told as one
+        except Exception as error:  # anything else is a defect, and reported as one
             yield failed(formula, method, "honesty", where, error)
             continue
-        yield from _judged(formula, method, found, way, setting, known, where)
+        yield from _judged(formula, method, estimate, way, setting, known, where)
 
 
 def _paper_label(problem: Problem, quantity: str) -> str:
+    """The paper's formula of a quantity on a scene."""
     if quantity in _PAPER:
         return _PAPER[quantity]
     return "eq:Plarge2" if Fraction(problem.kappa) > 1 else "L-bound"
@@ -98,15 +104,16 @@ def _paper_label(problem: Problem, quantity: str) -> str:
 def _judged(
     formula: str,
     method: str,
-    found: Any,
+    estimate: Estimate,
     way: dict[str, Any],
     setting: dict[str, Any],
     known: Reference,
     where: str,
 ) -> Iterator[Finding]:
-    if found.error_kind == "none":
+    """Findings on one value: its distance from the truth over what it claims."""
+    if estimate.error_kind == "none":
         # Nothing is claimed; that this is said is all there is to check here.
-        size = 0.0 if found.error is None else float("inf")
+        size = 0.0 if estimate.error is None else float("inf")
         yield Finding(formula, method, "claims nothing", size, where)
         return
     from mpmath import mpf
@@ -114,12 +121,12 @@ def _judged(
     log = "log" in way
     wanted = logarithm(known.value, 80) if log else known.value
     unsure = known.radius / abs(known.value) if log else known.radius
-    gap = distance(found.value, wanted)
-    error = mpf(getattr(found.error, "_mpf_", found.error))
-    kind = "bound" if found.error_kind == "bound" else "estimate"
+    gap = distance(estimate.value, wanted)
+    error = mpf(getattr(estimate.error, "_mpf_", estimate.error))
+    kind = "bound" if estimate.error_kind == "bound" else "estimate"
     yield compared(formula, method, f"honesty ({kind})", gap, error + unsure, where)
     if "rtol" in setting:
-        value = abs(mpf(getattr(found.value, "_mpf_", found.value)))
+        value = abs(mpf(getattr(estimate.value, "_mpf_", estimate.value)))
         # A logarithm is rounded to float64, or to its digits, whatever is asked for.
         room = value * (2.0**-52 if "dps" not in way else 1e-23) if log else 0
         size = error if log else error / value
@@ -135,6 +142,7 @@ def arrays(problem: Problem, full: bool) -> Iterator[Finding]:
 
     @cache
     def exact(quantity: str) -> list[Any]:
+        """log of the quantity at both kappas, to 25 digits."""
         return [p.questions()[quantity](dps=25, log=True) for p in moved]
 
     for quantity in LABELS:
@@ -144,14 +152,14 @@ def arrays(problem: Problem, full: bool) -> Iterator[Finding]:
             order = {} if method == "bound" else {"order": 3}
             where = f"{problem.name}, {quantity}, array of two kappas"
             try:
-                found = asked[quantity](method=method, log=True, full=True, **order)
+                estimates = asked[quantity](method=method, log=True, full=True, **order)
             except sa.SymasymError:
                 yield Finding(LABELS[quantity], method, "honesty of arrays", None, where)
                 continue
             except Exception as error:
                 yield failed(LABELS[quantity], method, "honesty of arrays", where, error)
                 continue
-            each = zip(found.value, found.error, exact(quantity), strict=True)
+            each = zip(estimates.value, estimates.error, exact(quantity), strict=True)
             for value, stated, wanted in each:
                 gap = distance(float(value), wanted)
                 allowed = float(stated) + abs(float(value)) * 2.3e-16

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,11 @@ from symasym.workshop import reference_quadrature
 from symasym.workshop.comparing import distance, logarithm, relative
 from symasym.workshop.problems import Problem
 from symasym.workshop.verify.findings import Finding, compared, failed, label
-from symasym.workshop.verify.references import asked_of, provable, reference
+from symasym.workshop.verify.references import Reference, asked_of, provable, reference
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+
 
 _LARGEST = 700.0
 _DPS = 30
@@ -42,16 +46,16 @@ def quadrature(problem: Problem, full: bool) -> Iterator[Finding]:
         for name, engine in (("digits", arbitrary), ("ball", ball_sweep)):
             if name == "ball" and not provable(problem):
                 continue
-            found = asked_of(engine, problem, quantity)(dps + 5)
+            value = asked_of(engine, problem, quantity)(dps + 5)
             if name == "ball":
-                found = balls.to_mpf(found, dps + 10)[0]
+                value = balls.to_mpf(value, dps + 10)[0]
             yield compared(
-                label(quantity), name, "quadrature", relative(found, wanted), allowed, where
+                label(quantity), name, "quadrature", relative(value, wanted), allowed, where
             )
         log = logarithm(wanted)
-        found = problem.questions()[quantity](log=True)
+        value = problem.questions()[quantity](log=True)
         room = allowed + TOLERANCE * max(1.0, abs(float(log)))
-        yield compared(label(quantity), "float64", "quadrature", distance(found, log), room, where)
+        yield compared(label(quantity), "float64", "quadrature", distance(value, log), room, where)
 
 
 def accuracy(problem: Problem, full: bool) -> Iterator[Finding]:
@@ -90,17 +94,18 @@ def _refusal(
 
 
 def _digits(
-    problem: Problem, quantity: str, ask: Callable[..., Any], known: Any, where: str
+    problem: Problem, quantity: str, ask: Callable[..., Any], known: Reference, where: str
 ) -> Iterator[Finding]:
+    """Findings on the value to 30 digits, its logarithm, and the engine without balls."""
     allowed = Fraction(1, 10**_DPS)
     radius = float(known.radius / abs(known.value)) if known.value else 0.0
-    found = ask(dps=_DPS)
-    gap = relative(found, known.value)
+    value = ask(dps=_DPS)
+    gap = relative(value, known.value)
     yield compared(label(quantity), "digits", "accuracy", gap, float(allowed) + radius, where)
-    found = ask(dps=_DPS, log=True)
+    value = ask(dps=_DPS, log=True)
     wanted = logarithm(known.value, 80)
     room = float(allowed) * max(abs(float(wanted)), 0.0) + radius
-    yield compared(label(quantity), "digits", "logarithm", distance(found, wanted), room, where)
+    yield compared(label(quantity), "digits", "logarithm", distance(value, wanted), room, where)
     if known.proved:
         # The reference is the ball; the engine without balls must lie in it.
         own = asked_of(arbitrary, problem, quantity)(_DPS)
@@ -109,8 +114,9 @@ def _digits(
 
 
 def _floats(
-    problem: Problem, quantity: str, ask: Callable[..., Any], known: Any, where: str
+    problem: Problem, quantity: str, ask: Callable[..., Any], known: Reference, where: str
 ) -> Iterator[Finding]:
+    """Findings on the value in float64 and its logarithm."""
     log = logarithm(known.value)
     allowed = TOLERANCE * max(1.0, abs(float(log)))
     gap = distance(ask(log=True), log)
@@ -121,15 +127,15 @@ def _floats(
 
 
 def _arrays(
-    problem: Problem, quantity: str, ask: Callable[..., Any], known: Any, where: str
+    problem: Problem, quantity: str, ask: Callable[..., Any], known: Reference, where: str
 ) -> Iterator[Finding]:
     """Float64 inputs, so that the reference is that of the floats themselves."""
     kappa = float(Fraction(problem.kappa))
     moved = Problem(**{**vars(problem), "kappa": str(Fraction(kappa))})
     wanted = moved.questions()[quantity](dps=25, log=True)
     array = Problem(**{**vars(problem), "kappa": np.array([kappa])})
-    found = array.questions()[quantity](log=True, full=True)
-    value, error = float(found.value[0]), float(found.error[0])
+    estimate = array.questions()[quantity](log=True, full=True)
+    value, error = float(estimate.value[0]), float(estimate.error[0])
     gap = distance(value, wanted)
     allowed = TOLERANCE * max(1.0, abs(float(wanted)))
     yield compared(label(quantity), "float64 arrays", "accuracy", gap, allowed, where)
@@ -139,7 +145,7 @@ def _arrays(
 
 
 def _claims(
-    problem: Problem, quantity: str, ask: Callable[..., Any], known: Any, where: str
+    problem: Problem, quantity: str, ask: Callable[..., Any], known: Reference, where: str
 ) -> Iterator[Finding]:
     """The errors that `full=True` states."""
     log = logarithm(known.value, 80)
@@ -149,15 +155,16 @@ def _claims(
         ({"log": True}, log, radius),
     ]
     for options, wanted, room in asked:
-        found = ask(full=True, **options)
-        name = "ball" if found.error_kind == "bound" else "digits"
+        estimate = ask(full=True, **options)
+        name = "ball" if estimate.error_kind == "bound" else "digits"
         if "dps" not in options:
             name = "float64"
-        gap = distance(found.value, wanted)
-        yield compared(label(quantity), name, "honesty", gap, _sum(found.error, room), where)
+        gap = distance(estimate.value, wanted)
+        yield compared(label(quantity), name, "honesty", gap, _sum(estimate.error, room), where)
 
 
-def _sum(a: Any, b: Any) -> Any:
+def _sum(a: mpf | float, b: mpf | float) -> Any:
+    """a + b as an mpf."""
     from mpmath import mpf
 
     return mpf(getattr(a, "_mpf_", a)) + mpf(getattr(b, "_mpf_", b))

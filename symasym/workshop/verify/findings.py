@@ -1,8 +1,12 @@
-"""What a check says."""
+"""The statement of a check."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+
 
 #: What the exact integrals are called in the paper.
 LABELS = {"T": "eq:Ttilde", "C": "eq:C", "1-C": "eq:C", "P": "eq:P", "1-P": "eq:P"}
@@ -41,26 +45,28 @@ class Finding(NamedTuple):
 
     @property
     def refused(self) -> bool:
+        """True where no value was given."""
         return self.size is None
 
     @property
     def passed(self) -> bool:
+        """True where the size is at most 1, or no value was given."""
         # A NaN is no pass.
         return self.size is None or self.size <= 1
 
 
-def ratio(found: Any, allowed: Any) -> float:
-    """found/allowed as a float; 0/0 is 0."""
-    if not found:
+def ratio(gap: mpf | float, allowed: mpf | float) -> float:
+    """gap/allowed as a float; 0/0 is 0."""
+    if not gap:
         return 0.0
     if not allowed:
         return float("inf")
-    quotient = found / allowed
+    quotient = gap / allowed
     return float(quotient) if quotient < 1e300 else float("inf")
 
 
 def compared(
-    formula: str, evaluator: str, check: str, gap: Any, allowed: Any, where: str
+    formula: str, evaluator: str, check: str, gap: mpf | float, allowed: mpf | float, where: str
 ) -> Finding:
     """The finding that `gap` must be at most `allowed`."""
     size = ratio(gap, allowed)
@@ -70,11 +76,12 @@ def compared(
 
 def failed(formula: str, evaluator: str, check: str, where: str, error: Exception) -> Finding:
     """The finding that something was raised where an answer was due."""
-    told = f"{type(error).__name__}: {error}"
-    return Finding(formula, evaluator, check, float("inf"), where, told)
+    message = f"{type(error).__name__}: {error}"
+    return Finding(formula, evaluator, check, float("inf"), where, message)
 
 
-def _short(x: Any) -> str:
+def _short(x: mpf | float) -> str:
+    """Three digits of a number."""
     from mpmath import mpf, nstr
 
     return str(nstr(mpf(getattr(x, "_mpf_", x)), 3))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import symasym as sa
 from symasym.base.contexts import own_context
@@ -15,6 +15,10 @@ from symasym.workshop.comparing import relative
 from symasym.workshop.verify.field import Field
 from symasym.workshop.verify.findings import Finding, compared
 from symasym.workshop.verify.orders import shortfall
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+
 
 _DPS = 18
 _ALLOWED = 1e-17
@@ -28,16 +32,16 @@ _DRIFT = ("3", "1", "-0.4")
 
 
 def _both(
-    label: str, name: str, arguments: dict[str, Fraction], wanted: Any, where: str, part: int = -1
+    label: str, name: str, arguments: dict[str, Fraction], wanted: mpf, where: str, part: int = -1
 ) -> Iterator[Finding]:
     """An emitted function, with mpmath and with NumPy, against a number."""
     with own_context(_DPS + 12) as mp:
         given = {k: mp.convert(v) for k, v in arguments.items()}
-        found = getattr(of, name)(mp, **given)
-        float_found = getattr(numpy_formulas, name)(**{k: float(v) for k, v in arguments.items()})
+        value = getattr(of, name)(mp, **given)
+        in_float64 = getattr(numpy_formulas, name)(**{k: float(v) for k, v in arguments.items()})
         if part >= 0:
-            found, float_found = found[part], float_found[part]
-        gaps = [relative(x, wanted) for x in (found, float(float_found))]
+            value, in_float64 = value[part], in_float64[part]
+        gaps = [relative(x, wanted) for x in (value, float(in_float64))]
         yield compared(label, f"{name}, digits", "quadrature", gaps[0], _ALLOWED, where)
         yield compared(label, f"{name}, float64", "quadrature", gaps[1], _FLOAT, where)
 
@@ -48,6 +52,7 @@ def pieces(name: str, full: bool) -> Iterator[Finding]:
 
 
 def _outer() -> Iterator[Finding]:
+    """Findings on eq:fourthTerm: the double integral over 1 < u < v < r."""
     drift, kappa, r = sa.friction(*_DRIFT), _K(1, 2), _K(3)
     piece = reference_quadrature.double_integral(drift, kappa, _K(1), _K(1), r, _DPS + 2)
     with own_context(_DPS + 12) as mp:
@@ -57,14 +62,15 @@ def _outer() -> Iterator[Finding]:
 
 
 def _layer() -> Iterator[Finding]:
+    """Findings on eq:P2: P from the integral over the layer."""
     drift, kappa = sa.tanh(1, "-1/2", 3), _K(2, 3)
     layer = reference_quadrature.integral(drift, kappa, _K(-1), _K(1), -1, _DPS + 5)
     wanted = reference_quadrature.occupation(drift, kappa, _DPS + 2)
     with own_context(_DPS + 12) as mp:
         field = Field(drift, mp)
         ends, top = field.ends, field.rise(-1, 0, 1)
-        found = of.occupation_from_layer(mp, mp.convert(kappa), *ends, mp.convert(layer), top)
-        gap = relative(found, wanted)
+        value = of.occupation_from_layer(mp, mp.convert(kappa), *ends, mp.convert(layer), top)
+        gap = relative(value, wanted)
         name = "occupation_from_layer, digits"
         yield compared("eq:P2", name, "quadrature", gap, _ALLOWED, "tanh, kappa = 2/3")
         inner = numpy_formulas.occupation_from_layer(
@@ -76,6 +82,7 @@ def _layer() -> Iterator[Finding]:
 
 
 def _potentials() -> Iterator[Finding]:
+    """Findings on eq:phifric0, eq:Vfric and eq:V2, by mpmath's quadrature of phi."""
     drift = sa.friction(*_DRIFT)
     mu, alpha, z0 = (Fraction(x) for x in _DRIFT)
     with own_context(_DPS + 12) as mp:
@@ -117,6 +124,7 @@ def _folds() -> Iterator[Finding]:
 
 
 def _constant() -> Iterator[Finding]:
+    """Findings on T and C of a constant drift."""
     for a, kappa in ((_K(3, 2), _K(1)), (_K(-1), _K(3, 4))):
         drift = sa.polynomial(a)
         arguments = {"kappa": kappa, "r": _K(2), "a": a}
@@ -181,6 +189,7 @@ def leading(name: str, full: bool) -> Iterator[Finding]:
 
 
 def _landscape(field: Field) -> dict[str, Any]:
+    """Slopes of A at well and barrier, and the height between them."""
     roots = [field.zero(points[0].u) for points in (field.drift.wells(), field.drift.barriers())]
     slopes = [field.slope(u) for u in roots]
     return {
@@ -200,15 +209,15 @@ def _well() -> Iterator[Finding]:
         with own_context(40) as mp:
             field = Field(drift, mp)
             wanted = mp.convert(piece) * mp.convert(2 / noise**2)
-            found = of.well_term(mp, mp.convert(noise), **_landscape(field))
-            errors["well_term"].append(relative(found, wanted))
+            value = of.well_term(mp, mp.convert(noise), **_landscape(field))
+            errors["well_term"].append(relative(value, wanted))
             correction = mp.one
             for kind, sign in (("wells", 1), ("barriers", -1)):
                 u = mp.convert(getattr(drift, kind)()[0].u)
                 # Derivatives of V = -integral of A; for a barrier of -V.
                 derivatives = [-sign * field.slope(u, n) for n in (1, 2, 3)]
                 correction += of.saddle_correction(mp, mp.convert(noise), *derivatives)
-            errors["with saddle_correction"].append(relative(found * correction, wanted))
+            errors["with saddle_correction"].append(relative(value * correction, wanted))
     for name, pair in errors.items():
         stated = 2 if name == "well_term" else 4
         yield shortfall("eq:secondTerm", name, "friction, z0 = -0.4", pair, stated, _WEAKER)
@@ -245,8 +254,8 @@ def _outside() -> Iterator[Finding]:
             well = field.zero(drift.wells()[0].u)
             low, top = field.rise(-1, well), field.rise(-1, well, 1)
             noise, bend = mp.convert(Fraction(kappa)), -field.slope(well)
-            found = of.weak_noise_outside(mp, noise, *field.ends, top, low, bend)
-            errors.append(relative(found, exact))
+            value = of.weak_noise_outside(mp, noise, *field.ends, top, low, bend)
+            errors.append(relative(value, exact))
     yield shortfall("eq:Psmall2", "weak_noise_outside", "tanh(1, -2, 3)", errors, 2, _WEAK)
 
 
@@ -262,10 +271,10 @@ def _behind() -> Iterator[Finding]:
             # What does not come from the well is the flight, of order one.
             low, start = field.rise(-1, well), field.rise(-1, 0)
             here, slope = field.A(mp.zero), field.slope(well)
-            found = of.behind_barrier_term(mp, mp.convert(noise), here, slope, start, low)
+            value = of.behind_barrier_term(mp, mp.convert(noise), here, slope, start, low)
             wanted = mp.convert(piece) * mp.convert(2 / noise**2)
             flight = mp.quad(lambda u, A=field.A: 1 / A(u), [0, 1])
-            errors.append(abs(wanted - found - flight) / max(found, flight))
+            errors.append(abs(wanted - value - flight) / max(value, flight))
     yield shortfall("eq:S", "behind_barrier_term", "from 0", errors, 2, _WEAK)
 
 

@@ -68,16 +68,19 @@ def symmetries(problem: Problem, full: bool) -> Iterator[Finding]:
 
 
 def _time(drift: sa.Drift, scene: tuple[Any, Any, Any]) -> Callable[..., Any]:
+    """T of a scene as a function of the options."""
     kappa, r, start = scene
     return lambda **o: sa.escape_time(drift, kappa, r, start=start, **o)
 
 
 def _exit(drift: sa.Drift, scene: tuple[Any, Any, Any], other: bool) -> Callable[..., Any]:
+    """C of a scene, or 1 - C, as a function of the options."""
     kappa, r, start = scene
     return lambda **o: sa.exit_probability(drift, kappa, r, start=start, complement=other, **o)
 
 
-def _outside(drift: sa.Drift, kappa: Any) -> Callable[..., Any]:
+def _outside(drift: sa.Drift, kappa: Fraction) -> Callable[..., Any]:
+    """1 - P as a function of the options."""
     return lambda **o: sa.occupation(drift, kappa, complement=True, **o)
 
 
@@ -99,7 +102,7 @@ def equations(problem: Problem, full: bool) -> Iterator[Finding]:
     """T and C solve the backward equation; the Wronskian of C and 1 - C is Abel's."""
     drift = problem.make()
     kappa, r, start = (Fraction(x) for x in (problem.kappa, problem.r, problem.start))
-    x, h = _place(problem, start)
+    x, h = _with_step(problem, start)
     asked = {
         "T": lambda u, n: sa.escape_time(drift, kappa, r, start=u, dps=n),
         "C": lambda u, n: sa.exit_probability(drift, kappa, r, start=u, dps=n),
@@ -117,7 +120,7 @@ def equations(problem: Problem, full: bool) -> Iterator[Finding]:
     yield from _abel(problem, drift, asked["C"], asked["1-C"])
 
 
-def _place(problem: Problem, start: Fraction) -> tuple[Fraction, Fraction]:
+def _with_step(problem: Problem, start: Fraction) -> tuple[Fraction, Fraction]:
     """The start, and a step much shorter than anything there."""
     drift = problem.make()
     room = Fraction(problem.r) - abs(start)
@@ -154,22 +157,22 @@ def _residual(
 def _abel(
     problem: Problem, drift: sa.Drift, below: Callable[..., Any], above: Callable[..., Any]
 ) -> Iterator[Finding]:
-    """W = C (1 - C)' - C' (1 - C) grows like e^{lam V} from place to place."""
+    """W = C (1 - C)' - C' (1 - C) grows like e^{lam V} from point to point."""
     kappa, r = Fraction(problem.kappa), Fraction(problem.r)
     reach = min(r, Fraction(3, 2))
-    places = [reach * Fraction(k, 7) for k in (-3, 2)]
-    where = f"{problem.name}, at u = {float(places[0]):.3g} and {float(places[1]):.3g}"
-    h = min(_place(problem, u)[1] for u in places)
+    points = [reach * Fraction(k, 7) for k in (-3, 2)]
+    where = f"{problem.name}, at u = {float(points[0]):.3g} and {float(points[1]):.3g}"
+    h = min(_with_step(problem, u)[1] for u in points)
     # 900 digits of other drifts take minutes.
     most = _MOST_DIGITS if drift.exact_coefficients() is not None else 300
-    found = [_wronskian(below, above, u, h, most) for u in places]
-    if None in found:
+    wronskians = [_wronskian(below, above, u, h, most) for u in points]
+    if None in wronskians:
         yield Finding("eq:C", "digits", "Wronskian", None, where)
         return
     with own_context(60) as mp:
-        # Both places are inside the layer.
-        wanted = mp.exp(mp.convert(2 / kappa**2) * Field(drift, mp).rise(*places))
-        one, other = (mp.convert(w) for w in found)
+        # Both points are inside the layer.
+        wanted = mp.exp(mp.convert(2 / kappa**2) * Field(drift, mp).rise(*points))
+        one, other = (mp.convert(w) for w in wronskians)
         gap = abs(other / one / wanted - 1)
         yield compared("eq:C", "digits", "Wronskian", gap, _RESIDUAL, where)
 
@@ -177,6 +180,7 @@ def _abel(
 def _wronskian(
     below: Callable[..., Any], above: Callable[..., Any], u: Fraction, h: Fraction, most: int
 ) -> Any:
+    """C (1 - C)' - C' (1 - C) at `u`, by differences; None if out of reach."""
     dps = 100
     while dps <= most:
         values = [[ask(x, dps) for x in (u - h, u, u + h)] for ask in (below, above)]
@@ -184,9 +188,9 @@ def _wronskian(
             C, D = ([mp.convert(v) for v in row] for row in values)
             step = mp.convert(2 * h)
             slopes = [(row[2] - row[0]) / step for row in (C, D)]
-            found = C[1] * slopes[1] - slopes[0] * D[1]
+            value = C[1] * slopes[1] - slopes[0] * D[1]
             lost = max(C[1], D[1]) * mp.mpf(10) ** -dps / step
-            if lost < abs(found) * mp.mpf(10) ** -15:
-                return found
+            if lost < abs(value) * mp.mpf(10) ** -15:
+                return value
         dps *= 3
     return None

@@ -1,16 +1,20 @@
-"""What the exact integrals become as kappa or r goes to an end of its range."""
+"""Limits of the exact integrals as kappa or r goes to an end of its range."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import symasym as sa
 from symasym.base.contexts import own_context
 from symasym.workshop.verify.field import Field
 from symasym.workshop.verify.findings import Finding, compared
 from symasym.workshop.verify.orders import shortfall
+
+if TYPE_CHECKING:
+    from mpmath.ctx_mp import MPContext
+
 
 _DPS = 40
 
@@ -34,8 +38,8 @@ def strong(name: str, full: bool) -> Iterator[Finding]:
             share = (r - x) / (2 * r)
             free = {"T": (r * r - x * x) / k**2, "C": share, "1-C": 1 - share}
             for quantity, value in free.items():
-                found = _escape(drift, quantity, kappa, r, x)
-                errors[quantity].append(abs(mp.convert(found) / mp.convert(value) - 1))
+                answer = _escape(drift, quantity, kappa, r, x)
+                errors[quantity].append(abs(mp.convert(answer) / mp.convert(value) - 1))
         for quantity, pair in errors.items():
             formula = "eq:Ttilde" if quantity == "T" else "eq:C"
             where = f"{name}, {quantity}, kappa -> oo"
@@ -55,8 +59,8 @@ def weak(name: str, full: bool) -> Iterator[Finding]:
             flight = mp.quad(lambda u: 1 / field.A(side * u), [0, 1]) * side
             flight += (3 - mp.one) / abs(field.ends[side > 0])
             errors = [abs(t / flight - 1) for t in times]
-            found = shortfall("eq:Ttilde", "digits", where, errors, 2, kappas)
-            yield found._replace(check="limit")
+            finding = shortfall("eq:Ttilde", "digits", where, errors, 2, kappas)
+            yield finding._replace(check="limit")
             return
         noises = [mp.convert(Fraction(k) ** 2 / 2) for k in kappas]
         # log T = climb/noise + O(log): Kramers' exponent.
@@ -103,7 +107,8 @@ def far(name: str, full: bool) -> Iterator[Finding]:
             yield compared("eq:Ttilde", "digits", "limit", gap, 1e-12, f"{where}, T")
 
 
-def _escape(drift: sa.Drift, quantity: str, kappa: Any, r: Fraction, x: Fraction) -> Any:
+def _escape(drift: sa.Drift, quantity: str, kappa: str | Fraction, r: Fraction, x: Fraction) -> Any:
+    """T, C or 1 - C to 40 digits."""
     if quantity == "T":
         return sa.escape_time(drift, kappa, r, start=x, dps=_DPS)
     other = quantity == "1-C"
@@ -116,7 +121,8 @@ def _climb(drift: sa.Drift) -> Any:
     if a_minus * a_plus > 0 and not drift.wells():
         return None
 
-    def height(mp: Any) -> Any:
+    def height(mp: MPContext) -> Any:
+        """The height of V that T's exponent climbs."""
         (well,), field = drift.wells(), Field(drift, mp)
         if a_minus * a_plus > 0:
             (barrier,) = drift.barriers()
@@ -126,7 +132,7 @@ def _climb(drift: sa.Drift) -> Any:
     return height
 
 
-def _depth(drift: sa.Drift, mp: Any) -> Any:
+def _depth(drift: sa.Drift, mp: MPContext) -> Any:
     """V at the lower edge of the layer, from its well."""
     (well,) = drift.wells()
     return min(Field(drift, mp).rise(well.u, side) for side in (-1, 1))

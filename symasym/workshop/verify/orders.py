@@ -12,7 +12,7 @@ from symasym.workshop.comparing import relative
 from symasym.workshop.verify.findings import LABELS, Finding, failed
 
 #: How much an observed order may fall short of the stated one.
-SLACK = 0.25
+SHORTFALL = 0.25
 _DPS = 50
 
 
@@ -29,6 +29,7 @@ class Family(NamedTuple):
 
 
 def _friction(z0: str) -> Callable[[], sa.Drift]:
+    """The friction drift, made when it is asked for."""
     return lambda: sa.friction(3, 1, z0)
 
 
@@ -74,6 +75,7 @@ def order(name: str, full: bool) -> Iterator[Finding]:
 
 
 def _paper(family: Family) -> Iterator[Finding]:
+    """Findings on the paper's own formulas."""
     if "P" in family.quantities:
         # P itself is O(kappa^-2), what follows O(kappa^-4).
         yield from _observed(family, "P", "paper", {}, 2, "eq:Plarge2")
@@ -89,6 +91,7 @@ def _observed(
     stated: int,
     formula: str = "",
 ) -> Iterator[Finding]:
+    """The finding that the error of a method falls with the stated power of kappa."""
     formula = formula or LABELS[quantity]
     shown = "".join(f", {name} {value}" for name, value in setting.items())
     where = f"{family.name}, {quantity}{shown}"
@@ -96,15 +99,16 @@ def _observed(
     for kappa in family.kappas:
         ask = _question(family, quantity, kappa)
         try:
-            found = ask(method=method, dps=_DPS, **setting)
+            value = ask(method=method, dps=_DPS, **setting)
         except sa.SymasymError as error:
             yield failed(formula, method, "order", where, error)
             return
-        errors.append(relative(found, ask(dps=_DPS)))
+        errors.append(relative(value, ask(dps=_DPS)))
     yield shortfall(formula, method, where, errors, stated, family.kappas)
 
 
 def _question(family: Family, quantity: str, kappa: str) -> Callable[..., Any]:
+    """A quantity of the family at one noise, as a function of the options."""
     drift = family.make()
     if quantity in ("P", "1-P"):
         return lambda **o: sa.occupation(drift, kappa, complement=quantity == "1-P", **o)
@@ -136,6 +140,6 @@ def shortfall(
         # Towards the limit: smaller kappa for weak noise, larger for strong.
         observed = abs(float(log(mpf_of(ratio, mp))))
         observed = float(log(first / second)) / observed
-    size = max(0.0, (stated - observed) / SLACK)
+    size = max(0.0, (stated - observed) / SHORTFALL)
     detail = "" if size <= 1 else f"order {observed:.3g} in kappa, where {stated} is stated"
     return Finding(formula, method, "order", size, where, detail)

@@ -26,7 +26,7 @@ def random_scene(seed: int, index: int) -> Problem:
     start = draw.choice((Fraction(0), r * _rational(draw, -0.99, 0.99)))
     arguments = _arguments(kind, draw)
     a_minus, a_plus = _make(kind, arguments).ends
-    tags = {kind, _region(a_minus, a_plus), *({"witness", "moderate"} if mild else ())}
+    tags = {kind, _region(a_minus, a_plus), *({"quadrature", "moderate"} if mild else ())}
     return Problem(
         f"random {index} of seed {seed}",
         lambda: _make(kind, arguments),
@@ -37,7 +37,8 @@ def random_scene(seed: int, index: int) -> Problem:
     )
 
 
-def _region(a_minus: Any, a_plus: Any) -> str:
+def _region(a_minus: Fraction, a_plus: Fraction) -> str:
+    """The tag of the region of two ends."""
     if a_minus * a_plus == 0:
         return "tangency"
     if a_minus > 0:
@@ -46,15 +47,18 @@ def _region(a_minus: Any, a_plus: Any) -> str:
 
 
 def _rational(draw: random.Random, low: float, high: float) -> Fraction:
+    """A rational of three decimals between two ends."""
     return Fraction(draw.randint(int(low * 1000), int(high * 1000)), 1000)
 
 
 def _power(draw: random.Random, low: float, high: float) -> Fraction:
+    """A power of ten between two exponents, of six digits."""
     # Six digits, so that the scene is a short rational and still anywhere.
     return Fraction(f"{10 ** draw.uniform(low, high):.5e}")
 
 
 def _arguments(kind: str, draw: random.Random) -> tuple[Any, ...]:
+    """Parameters of a kind of drift."""
     ends = (_rational(draw, -3, 3), _rational(draw, -3, 3))
     if kind == "friction":
         return (_rational(draw, 0, 8), _rational(draw, 0.1, 4), _rational(draw, -4, 6))
@@ -67,13 +71,14 @@ def _arguments(kind: str, draw: random.Random) -> tuple[Any, ...]:
     if kind == "hill":
         return (*ends, _rational(draw, 0.1, 2), draw.randint(1, 8))
     if kind == "expression":
-        width, place = _power(draw, -1, 0.5), _rational(draw, -1.1, 1.1)
-        feature = draw.choice(_SHAPES).replace("X", f"((u - ({place}))/({width}))")
+        width, centre = _power(draw, -1, 0.5), _rational(draw, -1.1, 1.1)
+        feature = draw.choice(_SHAPES).replace("X", f"((u - ({centre}))/({width}))")
         return (f"{ends[0]} + ({ends[1]})*u + ({_rational(draw, -3, 3)})*{feature}",)
     return ends
 
 
 def _make(kind: str, arguments: tuple[Any, ...]) -> sa.Drift:
+    """The drift of a kind with these parameters."""
     if kind == "sine":
         return sa.sine(*arguments[:3], waves=arguments[3])
     if kind == "hill":

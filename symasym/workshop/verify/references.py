@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache, partial
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import symasym as sa
@@ -32,11 +33,11 @@ class Reference(NamedTuple):
 @cache
 def scene(key: Key) -> Problem:
     """The scene of a key; its drift is made once, and keeps what has been analysed of it."""
-    found = BY_NAME[key[1]] if key[0] == "table" else random_scene(int(key[1]), int(key[2]))
-    return replace(found, make=cache(found.make))
+    problem = BY_NAME[key[1]] if key[0] == "table" else random_scene(int(key[1]), int(key[2]))
+    return replace(problem, make=cache(problem.make))
 
 
-def asked_of(engine: Any, problem: Problem, quantity: str) -> Any:
+def asked_of(engine: ModuleType, problem: Problem, quantity: str) -> Any:
     """A quantity of one of the engines that answer digits, as a function of dps."""
     if quantity == "1-C":
         numbers = (Fraction(x) for x in (problem.kappa, problem.r, problem.start))
@@ -45,7 +46,7 @@ def asked_of(engine: Any, problem: Problem, quantity: str) -> Any:
 
 
 def provable(problem: Problem) -> bool:
-    """Whether a proof takes well below a second: not too weak noise, nothing narrow."""
+    """True if a proof takes well below a second: not too weak noise, nothing narrow."""
     hard = {"slow", "narrow", "extreme", "stiff", "refused"}
     return (
         balls.available()
@@ -56,11 +57,11 @@ def provable(problem: Problem) -> bool:
 
 def reference(problem: Problem, quantity: str) -> Reference:
     """A proved ball where one is had in time, else the value to 60 digits."""
-    found = _known.get((problem.name, quantity))
-    if found is None:
-        found = _found(problem, quantity)
-        _known[problem.name, quantity] = found
-    return found
+    known = _known.get((problem.name, quantity))
+    if known is None:
+        known = _fresh(problem, quantity)
+        _known[problem.name, quantity] = known
+    return known
 
 
 def forget() -> None:
@@ -69,7 +70,8 @@ def forget() -> None:
     scene.cache_clear()
 
 
-def _found(problem: Problem, quantity: str) -> Reference:
+def _fresh(problem: Problem, quantity: str) -> Reference:
+    """The reference, worked out anew."""
     if provable(problem):
         try:
             enclosure = asked_of(ball_sweep, problem, quantity)(_DPS)

@@ -19,7 +19,7 @@ from symasym.workshop.verify.tasks import SCENES, Done, Task, run_task, tasks
 
 @dataclass
 class Verification:
-    """What `verify` found.
+    """The result of `verify`.
 
     Attributes
     ----------
@@ -43,11 +43,12 @@ class Verification:
     @property
     def findings(self) -> list[Finding]:
         """Every finding, in an order that does not depend on the processes."""
-        found = (f for done in self.done for f in done.findings)
-        return sorted(found, key=lambda f: (f.formula, f.evaluator, f.check, f.where, f.detail))
+        every = (f for done in self.done for f in done.findings)
+        return sorted(every, key=lambda f: (f.formula, f.evaluator, f.check, f.where, f.detail))
 
     @property
     def failures(self) -> list[Finding]:
+        """The findings that did not pass."""
         return [f for f in self.findings if not f.passed]
 
     @property
@@ -57,7 +58,7 @@ class Verification:
 
     @property
     def passed(self) -> bool:
-        """Whether all was done and nothing failed."""
+        """True if all was done and nothing failed."""
         return not self.interrupted and not self.failures and not self.stopped
 
 
@@ -99,30 +100,32 @@ def verify(
     if workers is not None and workers < 0:
         raise InputError(f"workers is {workers}; give a number of processes, or 0.")
     asked = [task for task in tasks(level, seed) if only is None or only(task)]
-    found = Verification(level, seed, len(asked))
+    verification = Verification(level, seed, len(asked))
     began = time.perf_counter()
     count = min(os.cpu_count() or 1, len(asked)) if workers is None else workers
     run = _in_processes(asked, level == "full", count) if count else _here(asked, level == "full")
     try:
         with progress.stage(f"verify {level}", len(asked), every=30.0) as step:
             for done in run:
-                found.done.append(done)
+                verification.done.append(done)
                 step()
     except KeyboardInterrupt:
-        found.interrupted = True
+        verification.interrupted = True
     finally:
         run.close()
-    found.seconds = time.perf_counter() - began
-    return found
+    verification.seconds = time.perf_counter() - began
+    return verification
 
 
 def _here(asked: list[Task], full: bool) -> Generator[Done, None, None]:
+    """The tasks done one after the other in this process."""
     references.forget()
     for task in asked:
         yield run_task(task, full)
 
 
 def _in_processes(asked: list[Task], full: bool, count: int) -> Generator[Done, None, None]:
+    """The tasks done in processes of their own, in the order in which they end."""
     # Processes that fork would share locks of threads that they do not have.
     context = multiprocessing.get_context("spawn")
     before = set(multiprocessing.active_children())

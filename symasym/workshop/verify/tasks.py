@@ -1,4 +1,4 @@
-"""What is verified at which level, cut into pieces that any process can take."""
+"""The tasks of each level of verification, small enough for any process to take."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Task(NamedTuple):
 
 
 class Done(NamedTuple):
-    """What a task found, the processor time it took, and whether it was stopped for that."""
+    """The findings of a task, the processor time it took, and whether it was stopped for that."""
 
     task: Task
     findings: list[Finding]
@@ -87,9 +87,10 @@ _STIFF = {"stiff", "extreme", "narrow", "refused", "slow", "may refuse"}
 
 
 def _applies(check: str, problem: Problem, full: bool) -> bool:
+    """True if a check is made on a scene at this level."""
     tags = problem.tags
     if check == "quadrature":
-        return "witness" in tags
+        return "quadrature" in tags
     if check in ("equations", "symmetries"):
         return not tags & _STIFF and (full or "moderate" in tags)
     if not full and tags & {"extreme"}:
@@ -103,6 +104,7 @@ def _applies(check: str, problem: Problem, full: bool) -> bool:
 
 
 def _rank(task: Task) -> int:
+    """The rank of a task by how long it takes."""
     order = ("orders", "leading", "honesty", "arrays", "quadrature", "accuracy", "equations")
     return order.index(task.check) if task.check in order else len(order)
 
@@ -111,7 +113,7 @@ class _Stopped(BaseException):
     """No Exception, so that no check takes it for a failure of what it checks."""
 
 
-def _stop(*_: Any) -> None:
+def _stop(*_: object) -> None:
     raise _Stopped
 
 
@@ -135,7 +137,7 @@ def _at_most(seconds: float) -> Iterator[None]:
 def run_task(task: Task, full: bool) -> Done:
     """All findings of a task; whatever is raised is one of them."""
     began = time.process_time()
-    found: list[Finding] = []
+    findings: list[Finding] = []
     stopped = False
     try:
         if task.check in _OF_SCENES:
@@ -143,12 +145,12 @@ def run_task(task: Task, full: bool) -> Done:
         else:
             run = _OF_FAMILIES[task.check][0](task.key[0], full)
         with _at_most(MOST_SECONDS):
-            found.extend(run)
+            findings.extend(run)
     except _Stopped:
         stopped = True
     except Exception as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
-        told = f"{type(error).__name__}: {error} ({last.name}, line {last.lineno})"
+        message = f"{type(error).__name__}: {error} ({last.name}, line {last.lineno})"
         where = " ".join(task.key)
-        found.append(Finding(task.check, "", "runs", float("inf"), where, told))
-    return Done(task, found, time.process_time() - began, stopped)
+        findings.append(Finding(task.check, "", "runs", float("inf"), where, message))
+    return Done(task, findings, time.process_time() - began, stopped)

@@ -1,4 +1,4 @@
-"""The range of a function over a disc holds what the function does there."""
+"""The range of a function over a ball holds what the function does there."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symasym as sa
-from symasym.numbers.complex_balls import DiscOps, tame
+from symasym.numbers.complex_balls import ComplexBallOps, tame
 from symasym.numbers.trees import FUNCTIONS, MpmathOps, NumpyOps
 
-ARRAYS = DiscOps(NumpyOps())
-NUMBERS = DiscOps(MpmathOps(mpmath.MPContext()))
+ARRAYS = ComplexBallOps(NumpyOps())
+NUMBERS = ComplexBallOps(MpmathOps(mpmath.MPContext()))
 
 
 def change_on_circle(function: Callable[[Any], Any], centre: float, radius: float) -> float:
@@ -41,7 +41,7 @@ def test_functions(name: str, centre: float, power: float) -> None:
             given_numbers = [mpmath.mpf(x) for x in given_numbers]
         try:
             with np.errstate(all="ignore"):
-                found = getattr(ops, name)(ops.disc(*given_numbers))
+                found = getattr(ops, name)(ops.ball(*given_numbers))
         except (ZeroDivisionError, ValueError):  # mpmath at a pole
             continue
         bound = float(np.ravel(found.radius)[0]) if ops is ARRAYS else float(found.radius)
@@ -55,7 +55,7 @@ def test_functions(name: str, centre: float, power: float) -> None:
 @given(st.floats(-3, 3), st.floats(-8, 0.5), st.floats(-2, 2))
 def test_arithmetic(centre: float, power: float, b: float) -> None:
     radius = 10**power
-    z = NUMBERS.disc(mpmath.mpf(centre), mpmath.mpf(radius))
+    z = NUMBERS.ball(mpmath.mpf(centre), mpmath.mpf(radius))
     for function in (
         lambda z: (z * z - b) * (b - z) + z * 3 - 1,
         lambda z: 2 / (z * z + 5) - (z - b) / (z + 4),
@@ -76,16 +76,16 @@ def test_arithmetic(centre: float, power: float, b: float) -> None:
 )  # fmt: skip
 def test_a_singularity_is_not_tame(name: str, centre: float, radius: float) -> None:
     with np.errstate(all="ignore"):
-        found = getattr(ARRAYS, name)(ARRAYS.disc(np.array([centre]), np.array([radius])))
+        found = getattr(ARRAYS, name)(ARRAYS.ball(np.array([centre]), np.array([radius])))
     assert not tame(found.radius, np.array([1e300])).any()
-    number = getattr(NUMBERS, name)(NUMBERS.disc(mpmath.mpf(centre), mpmath.mpf(radius)))
+    number = getattr(NUMBERS, name)(NUMBERS.ball(mpmath.mpf(centre), mpmath.mpf(radius)))
     assert not tame(number.radius, mpmath.mpf(10) ** 300)
 
 
 def test_reciprocal_of_a_disc_around_zero_is_not_tame() -> None:
     for centre, radius in ((0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (-1.0, 2.0)):
         with np.errstate(all="ignore"):
-            found = 1 / ARRAYS.disc(np.array([centre]), np.array([radius]))
+            found = 1 / ARRAYS.ball(np.array([centre]), np.array([radius]))
         assert not tame(found.radius, np.array([1e300])).any()
 
 
@@ -96,7 +96,7 @@ def test_a_needle_is_not_tame_and_what_is_left_of_it_is() -> None:
 
 
 def test_huge_exponents_come_to_an_end() -> None:
-    z = NUMBERS.disc(mpmath.mpf(0), mpmath.mpf(10) ** 9)
+    z = NUMBERS.ball(mpmath.mpf(0), mpmath.mpf(10) ** 9)
     assert not NUMBERS.exp(NUMBERS.exp(z)).radius < math.inf
 
 

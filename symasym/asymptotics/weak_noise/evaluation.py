@@ -1,0 +1,186 @@
+"""T and C of a composed expansion at lam, with digits or in float64, and the order that is taken.
+
+The stated error is twice the truncation error that `compose` carries through T and C, and is sure
+only where int e^{lam V} is known to half of itself. An asymptotic series is best cut off where
+that error is least (optimal truncation: R. B. Dingle, Asymptotic Expansions, 1973, ch. I); bounds
+replace the estimate where they are proved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from symasym.asymptotics.weak_noise.compose import ULP, Composed, Node
+from symasym.asymptotics.weak_noise.series import (
+    MOST_ROUGH,
+    Numbers,
+    Point,
+    counts,
+    higher,
+    plus,
+    times,
+)
+from symasym.base.estimate import ErrorKind
+from symasym.base.inputs import FloatArray
+from symasym.numbers.arithmetic import Number
+
+if TYPE_CHECKING:
+    from mpmath.ctx_mp import MPContext
+
+    pass
+
+# A relative error of a value beyond which nothing is said.
+_MOST = 0.4
+
+
+# -- at lam, with digits ---------------------------------------------------------------------------
+
+
+class Found(NamedTuple):
+    """An expansion's value at one order and its estimated error, if that is to be trusted."""
+
+    value: Any
+    error: Any
+    order: int
+    sure: bool
+
+
+def plain(node: Node, at: Point) -> tuple[Any, Any]:
+    """The value and the error, the exponential included."""
+    scaled, factor = at.value_of(node), at.exp(at.lam * node.height)
+    return scaled.value * factor, None if scaled.error is None else scaled.error * factor
+
+
+def time_with_digits(composed: Composed, at: Point) -> Found:
+    """T at one lam (eq:Ttilde)."""
+    (value, _), (error, _) = (plain(node, at) for node in composed.time)
+    return _found(composed, at, at.lam * value, at.lam * error)
+
+
+def probability_with_digits(complement: bool, composed: Composed, at: Point) -> Found:
+    """C or 1 - C at one lam (eq:C)."""
+    p = composed.probabilities[complement]
+    error = plain(p.error / composed.sides.total, at)[0]
+    return _found(composed, at, plain(p.value, at)[0], error)
+
+
+def log_probability(complement: bool, composed: Composed, at: Point) -> Any:
+    """log C or log(1 - C) at one lam, right where that is tiny."""
+    p = composed.probabilities[complement]
+    part, rest = plain(p.part, at)[0], plain(p.rest, at)[0]
+    return -at.arithmetic.log1p(rest / part)
+
+
+def _found(composed: Composed, at: Point, value: Number, error: Number) -> Found:
+    """The value with twice its truncation error; sure where that and the total allow it."""
+    total = at.value_of(composed.sides.total)
+    sure = 2 * total.error < total.value and 2 * error < value
+    return Found(value, 2 * error, at.order, bool(sure))
+
+
+# -- the order that is taken -----------------------------------------------------------------------
+
+
+def chosen(
+    expanded: list[Found],
+    prove: Callable[[int], Any] | None,
+    full: bool,
+    context: MPContext,
+) -> tuple[Found, ErrorKind] | None:
+    """The best order, its error proved where that is asked for or where no estimate is sure.
+
+    None where neither is known. `prove` gives bounds in balls, or None, for an order.
+    """
+    sure = [f for f in expanded if f.sure]
+    best = [min(sure, key=lambda f: f.error)] if sure else []
+    bounds = None
+    if prove is not None and (full or not sure):
+        bounds = prove((best or expanded)[-1].order)
+    if bounds is not None:
+        proved = [f._replace(error=_distance(bounds, f.value, context)) for f in best or expanded]
+        # What is refused unless it is proved has to be as good as what is not; where the bounds
+        # are far apart, as without a well, a good estimate says more.
+        most = max(best[0].value / 100, min(best[0].value, 100 * best[0].error)) if sure else None
+        proved = [f for f in proved if f.error < (f.value / 2 if most is None else most)]
+        if proved:
+            return min(proved, key=lambda f: f.error), "bound"
+    return (best[0], "estimate") if sure else None
+
+
+def of_log(relative: Number, kind: ErrorKind, context: MPContext) -> Any:
+    """The error of a logarithm from the relative one of the value, below 1."""
+    if kind == "bound":
+        return -context.log1p(-relative) * (1 + context.mpf(10) ** (8 - context.dps))
+    return relative / (1 - relative / 2)
+
+
+def _distance(bounds: Any, value: Number, context: MPContext) -> Any:
+    """The farther of two proved bounds from the value."""
+    low, high = (
+        context.mpf(int(mantissa)) * context.mpf(2) ** int(exponent)
+        for mantissa, exponent in (x.man_exp() for x in (bounds.low, bounds.high))
+    )
+    size = max(abs(high - value), abs(low - value))
+    # The roundings here.
+    return size + (abs(value) + size) * context.mpf(10) ** (8 - context.dps)
+
+
+# -- at lam, in float64 ----------------------------------------------------------------------------
+
+
+def escape_time(composed: Composed, at: Point) -> tuple[FloatArray, Any]:
+    """log T, and its relative error (None without `at.errors`; infinite where nothing is sure)."""
+    value, wrong = composed.time
+    mean = at.value_of(value).value
+    log = at.log(mean * at.lam)
+    rise = at.lam * value.height if counts(value.height) else 0.0
+    log = plus(log, rise)
+    if not at.errors:
+        return log, None
+    relative = 2 * (at.value_of(wrong).value / mean)
+    return log, _sure(composed, at, relative, ULP * plus(abs(log), rise))
+
+
+def exit_probability(complement: bool, composed: Composed, at: Point) -> tuple[FloatArray, Any]:
+    """log C or log(1 - C), and its relative error, as `escape_time`."""
+    p = composed.probabilities[complement]
+    rise = at.lam * (p.rest.height - p.part.height)
+    part, rest = at.value_of(p.part).value, at.value_of(p.rest).value
+    log = -np.logaddexp(0.0, np.log(rest / part) + rise)
+    if not at.errors:
+        return log, None
+    rounding = abs(log)
+    below = at.decay(p.other.height)
+    if counts(below):
+        rounding = rounding + times(at.value_of(p.other).size, below) * abs(rise)
+    relative = 2 * (at.value_of(p.error).value / part)
+    return log, _sure(composed, at, relative, ULP * rounding)
+
+
+def _sure(composed: Composed, at: Point, relative: Number, rounding: Number) -> Any:
+    """The error of a logarithm; infinite unless the total is known to half of itself."""
+    total = at.value_of(composed.sides.total)
+    value, error = total.value, total.error
+    known = None
+    clear = np.max(error) < 0.5 * np.min(value)
+    if not (clear and np.min(relative) >= 0 and np.max(relative) < _MOST):
+        known = (error < value * 0.5) & (relative >= 0) & (relative < _MOST)
+        relative = np.minimum(relative, 0.9)
+    wrong = relative / (1.0 - relative)
+    wrong = wrong + rounding
+    wrong += 8 * ULP
+    # A barrier and a well of one side, the other side, and the two sides' sum.
+    rough = higher(*(_too_rough(at, x) for x in composed.rough))
+    wrong = plus(wrong, 4 * rough)
+    return wrong if known is None else np.where(known, wrong, np.inf)
+
+
+def _too_rough(at: Point, steep: Numbers) -> Any:
+    """Rounding of the exponents that the errors leave out because it is too large for them."""
+    if isinstance(steep, float) and steep * at.most < MOST_ROUGH:
+        return 0.0
+    rough = at.lam * steep
+    return np.where(rough < MOST_ROUGH, 0.0, rough)
