@@ -87,7 +87,7 @@ def check_uniform(scene: tuple[list[float], float, float, float]) -> None:
 
 @pytest.mark.parametrize("start", [0.3, 0.6, 0.9, 0.97, 1.0])
 def test_uniform_about_a_barrier(start: float) -> None:
-    """Friction with a well at 0.360 and a barrier at 0.932: before the well, between, and beyond."""
+    """Friction with a well at 0.360 and a barrier at 0.932: before the well, between, beyond."""
     check_uniform(([1.3, -4.0, 0.0, 3.0], 0.02, 10.0, start))
 
 

@@ -38,7 +38,7 @@ def exact_time(what: Record, drift: Drift) -> Program:
         inside = np.linspace(-1, 1, 1001)
         values = np.abs(drift.evaluate_float(inside))
         size = sympy.Float(values.max() + np.abs(np.gradient(values, inside)).max(), 20)
-    passage = Passage(by_powers(A), ends, size, **known)
+    passage = FirstPassage(by_powers(A), ends, size, **known)
     function = Function(
         "escape_time",
         "T from 0 to |u| = r (eq:Ttilde).",

@@ -162,7 +162,7 @@ class Function:
     logs: tuple[Case, ...] = ()
     outside: str = "no case of the formula holds there"
     quadrature: Quadrature | None = None
-    passage: Passage | None = None
+    passage: FirstPassage | None = None
 
     @property
     def symbols(self) -> set[Any]:
@@ -202,7 +202,7 @@ class Ready:
     outside: str = ""
     exp_of: str = ""
     quadrature: Quadrature | None = None
-    passage: Passage | None = None
+    passage: FirstPassage | None = None
 
     @property
     def count(self) -> int:

@@ -14,7 +14,7 @@ from symasym.emit.program import Case, Function, Program
 from symasym.records import Record
 
 if TYPE_CHECKING:
-    pass
+    from sympy import Expr
 
 ERROR = "exact, as the share of G(Z) that it is defined to be; in doubles its logarithm to 1e-12"
 

@@ -14,7 +14,7 @@ from symasym.drift.drift import Drift
 from symasym.emit.kernels import airy, elementary, tables, uniform, uniform_pairs, uniform_roots
 from symasym.emit.kernels.kernel import kernel_of
 from symasym.emit.kernels.transcribe import transcribed
-from symasym.emit.program import Function, Passage, Program, Ready
+from symasym.emit.program import FirstPassage, Function, Program, Ready
 from symasym.emit.writing import Written
 from symasym.records import Record
 
@@ -62,7 +62,7 @@ def uniform_time(what: Record, drift: Drift) -> Program:
         ("kappa", "r", *drift.free),
         (),
         outside=OUTSIDE,
-        passage=Passage(A, ends, sympy.S.Zero, coefficients=powers, uniform=True),
+        passage=FirstPassage(A, ends, sympy.S.Zero, coefficients=powers, uniform=True),
     )
     left = tuple(why for degree, why in _ABSENT.items() if len(powers) <= degree)
     return Program(

@@ -17,7 +17,7 @@ import sympy
 from symasym.emit.kernels import airy, elementary, exact, guarded, tables
 from symasym.emit.kernels.kernel import kernel_of, named
 from symasym.emit.kernels.transcribe import FUNCTION_IN_C, transcribed
-from symasym.emit.program import Body, Passage, Quadrature, Ready
+from symasym.emit.program import Body, FirstPassage, Quadrature, Ready
 from symasym.emit.writing import Written, text, wrapped
 
 
@@ -101,7 +101,7 @@ class Language:
             lines += self.returned(", ".join(values), indent, brackets=around)
         return [*lines, *([f"{self.deeper}}}"] if body.conditions and curly else [])]
 
-    def marks(self, q: Quadrature | Passage) -> list[str]:
+    def marks(self, q: Quadrature | FirstPassage) -> list[str]:
         """Lines that give the zeros of the drift in the layer as `marks`, and their `count`."""
         if not q.coefficients:
             count = str(len(q.points))
@@ -134,7 +134,7 @@ class Language:
         call = named("_log_integral", self.target)
         return [*self.marks(q), *self.returned(value, self.deeper, call)]
 
-    def passage(self, function: Ready, q: Passage) -> list[str]:
+    def passage(self, function: Ready, q: FirstPassage) -> list[str]:
         """The body of an exact time: its drift, where that is zero, its value."""
         drift = self.passed(function, q.drift)
         value = f"{drift}, ends, {self.text(q.rough)}, marks, count, kappa, r"
@@ -144,7 +144,7 @@ class Language:
             *self.returned(value, self.deeper, named("_log_time", self.target)),
         ]
 
-    def uniform(self, q: Passage) -> tuple[list[str], str]:
+    def uniform(self, q: FirstPassage) -> tuple[list[str], str]:
         """The drift's coefficients and its terms beyond the layer; the call with them."""
         # The drift beyond the layer may be small, a sum of what is not.
         left, right = (sympy.Add.make_args(e) for e in q.ends)

@@ -48,7 +48,7 @@ def _refusal(function: Ready) -> list[str]:
     return ["  " + line for line in lines]
 
 
-def _passage(function: Ready, q: Passage) -> list[str]:
+def _passage(function: Ready, q: FirstPassage) -> list[str]:
     """The body of an escape time; the uniform one has a value or is refused."""
     if not q.uniform:
         return JAVASCRIPT.passage(function, q)

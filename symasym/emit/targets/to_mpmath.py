@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from symasym.emit.kernels.exact_mpmath import ERROR, TIME
-from symasym.emit.program import Passage, Program, Ready, header
+from symasym.emit.program import FirstPassage, Program, Ready, header
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.writing import (
     comment,
@@ -157,7 +157,7 @@ def _function(function: Ready) -> str:
     return "\n".join([*inner, "", "", *outer])
 
 
-def _passage(function: Ready, q: Passage) -> list[str]:
+def _passage(function: Ready, q: FirstPassage) -> list[str]:
     """The body of an escape time: its drift, where that is zero, its value or its logarithm."""
     degree = len(q.coefficients) - 1
     drift, size = MPMATH.passed(function, q.drift), MPMATH.text(q.size)

@@ -53,7 +53,7 @@ def floats(names: str) -> list[str]:
     return [f"    {names} = float({names})"] if names else []
 
 
-def passage(function: Ready, q: Passage, language: Language) -> list[str]:
+def passage(function: Ready, q: FirstPassage, language: Language) -> list[str]:
     """The body of an escape time; the uniform one has a value or is refused."""
     if not q.uniform:
         return language.passage(function, q)
