@@ -156,11 +156,11 @@ def uniform_integral(
         lo,
         hi,
         int(order),
+        partial(uniform_integral, near=near),
         "erfc" if kind == "real" else "airy",
         tuple(conditions),
         sympy.simplify(factor),
         tuple(parts),
-        partial(uniform_integral, near=near),
     )
 
 
@@ -196,11 +196,11 @@ def _iterated(
         lo,
         hi,
         order,
+        partial(uniform_integral, near=near),
         "products",
         (),
         sympy.simplify(first * second),
         () if free else tuple(iterated_parts(formula, g, h, symbol, lo, hi, near)),
-        partial(uniform_integral, near=near),
     )
 
 

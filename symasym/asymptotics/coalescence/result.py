@@ -6,10 +6,10 @@ functions of DLMF 9.8 in place of Ai); the truncation error is estimated from th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import sympy
 
@@ -55,17 +55,11 @@ class UniformExpansion(IntegralExpansion):
         What is taken for granted.
     """
 
-    f: Expr
-    g: Expr
-    x: Symbol
-    a: Expr
-    b: Expr
     order: int
     kind: str
     conditions: tuple[str, ...]
     _factor: Expr = field(compare=False)
     _parts: tuple[Part, ...] = field(compare=False)
-    _again: Callable[..., Self] = field(compare=False)
 
     @property
     def error_kind(self) -> str:

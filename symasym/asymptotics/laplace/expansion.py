@@ -200,7 +200,7 @@ def _rounded(c: Contribution, digits: int) -> Contribution:
 
 
 def contact_of(
-    piece: Piece, x: Symbol, point: Real, sign: int, field: Field
+    piece: Piece, x: Symbol, point: Real, sign: int, field: CoefficientField
 ) -> tuple[int, tuple[int | None, bool]]:
     """The order mu of f - f(point), and the sign of its first coefficient."""
     count = 4
@@ -226,7 +226,13 @@ def contact_of(
 
 
 def _in_field(
-    field: Field, piece: Piece, x: Symbol, point: Real, side: str, order: int, check: bool
+    field: CoefficientField,
+    piece: Piece,
+    x: Symbol,
+    point: Real,
+    side: str,
+    order: int,
+    check: bool,
 ) -> tuple[list[Contribution], list[str]]:
     """Contributions of one maximum, coefficients in `field`, and the conditions that were used."""
     sign = -1 if side == "left" else 1

@@ -170,11 +170,11 @@ def laplace_integral(
         lo,
         hi,
         order,
+        laplace_integral,
         tuple(contributions),
         dropped,
         tuple(conditions),
         errors,
-        laplace_integral,
     )
 
 

@@ -38,6 +38,7 @@ FLOAT_DIGITS = 20
 _SHOWN_DIGITS = 40
 
 
+@dataclass(frozen=True, repr=False)
 class IntegralExpansion:
     """An integral and the sum of its expansion's terms, at any lam."""
 
@@ -47,7 +48,7 @@ class IntegralExpansion:
     a: Expr
     b: Expr
     order: int | str
-    _again: Callable[..., Self]
+    _again: Callable[..., Any] = field(compare=False)
 
     @property
     def parameters(self) -> tuple[Symbol, ...]:
@@ -84,7 +85,7 @@ class IntegralExpansion:
         InputError
             For a name that is not a parameter.
         """
-        return self._again(*self._with_numbers(values), self.order)
+        return cast(Self, self._again(*self._with_numbers(values), self.order))
 
     def evaluate(
         self, lam: Numbers, *, dps: int | None = None, log: bool = False, full: bool = False
@@ -191,17 +192,10 @@ class LaplaceExpansion(IntegralExpansion):
         What was seen to hold at sampled parameters but not proved from their assumptions.
     """
 
-    f: Expr
-    g: Expr
-    x: Symbol
-    a: Expr
-    b: Expr
-    order: int | str
     contributions: tuple[Contribution, ...]
     dropped: tuple[str, ...]
     conditions: tuple[str, ...]
     _errors: ErrorModel | None = field(compare=False)
-    _again: Callable[..., Self] = field(compare=False)
 
     @property
     def height(self) -> Real:
