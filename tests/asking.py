@@ -7,9 +7,9 @@ from functools import cache
 from typing import Any
 
 import pytest
-from problems import BY_NAME, PROBLEMS, Problem
 
 import symasym as sa
+from tests.problems import BY_NAME, PROBLEMS, Problem
 
 ASKED = [p for p in PROBLEMS if "refused" not in p.tags]
 

@@ -1,0 +1,92 @@
+"""From (eps, kappa, r) to scaled numbers and back."""
+
+from __future__ import annotations
+
+from fractions import Fraction as F
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import symasym as sa
+from symasym.base.scales import Scales
+from tests.problems import relative
+
+POSITIVE = st.fractions(min_value=F(1, 10**6), max_value=10**6)
+
+
+@given(POSITIVE, POSITIVE, POSITIVE)
+def test_squares_of_eps_stay_exact(root: F, kappa: F, r: F) -> None:
+    s = sa.rescale(eps=root**2, kappa=kappa, r=r)
+    assert s == Scales(kappa / root, r / root**2, root**2)
+
+
+@given(POSITIVE, POSITIVE)
+def test_other_eps_give_sixty_digits(eps: F, kappa: F) -> None:
+    s = sa.rescale(eps=eps, kappa=kappa)
+    square = F(*s.kappa.as_integer_ratio()) if hasattr(s.kappa, "as_integer_ratio") else None
+    if square is None:
+        sign, mantissa, exponent, _ = s.kappa._mpf_
+        square = F(int(mantissa)) * F(2) ** exponent
+    assert abs(square**2 * eps / kappa**2 - 1) < F(3, 10**60)
+    assert s.r == 1 / eps
+    assert s.time == eps
+
+
+def test_global_precision_does_not_matter() -> None:
+    with mpmath.workdps(5):
+        low = sa.rescale("0.02", "0.03")
+    assert relative(low.kappa, sa.rescale("0.02", "0.03").kappa) == 0
+
+
+def test_arrays_broadcast() -> None:
+    s = sa.rescale(eps=[[0.01], [0.04]], kappa=[0.03, 0.1, 0.2], r=0.1)
+    assert s.kappa.shape == s.r.shape == s.time.shape == (2, 3)
+    assert s.kappa == pytest.approx(np.array([[0.3, 1, 2], [0.15, 0.5, 1]]))
+    assert s.r == pytest.approx(np.array([[10.0] * 3, [2.5] * 3]))
+    assert s.time.flags.writeable
+
+
+def test_scaled_and_physical_problem_are_the_same() -> None:
+    # T = eps T~ at any eps: with kappa^2/eps and r/eps fixed, only the unit of time changes
+    drift = sa.friction(3, 1, "-0.3")
+    times = []
+    for eps in ("0.01", "0.0004"):
+        root = F(1, 10) if eps == "0.01" else F(1, 50)
+        s = sa.rescale(eps, F(3, 10) * root, 10 * F(eps))
+        assert (s.kappa, s.r) == (F(3, 10), 10)
+        times.append(s.time * F(sa.escape_time(drift, s.kappa, s.r)))
+    assert times[0] / times[1] == 25
+
+
+def test_scaled_numbers_go_into_the_verbs() -> None:
+    s = sa.rescale("0.02", "0.03", "0.1")
+    assert sa.escape_time(sa.linear(1, 1), s.kappa, s.r, dps=30) > 0
+    arrays = sa.rescale([0.02, 0.01], 0.03, 0.1)
+    assert (sa.escape_time(sa.linear(1, 1), arrays.kappa, arrays.r) > 0).all()
+
+
+BAD: list[tuple[Any, Any, Any, str]] = [
+    (0, 1, 1, "eps is 0"),
+    (1, "-1", 1, "kappa is -1"),
+    (1, 1, 0, "r is 0"),
+    ("x", 1, 1, "eps is 'x'"),
+    (1, float("nan"), 1, "kappa is nan"),
+    (1, 1j, 1, "complex"),
+    ([1.0, 0.0], 1, 1, "eps has an entry 0"),
+    ([1.0, 2.0], [1.0, 2.0, 3.0], 1, "do not broadcast"),
+    ([], 1, 1, "eps is an empty array"),
+    (1, [np.inf], 1, "kappa has an entry inf"),
+    ([1e-300], 1e200, 1, "float64"),
+    ([1e-300], 1, 1e200, "float64"),
+]
+
+
+@pytest.mark.parametrize(("eps", "kappa", "r", "pattern"), BAD, ids=[b[3] for b in BAD])
+def test_refusals(eps: Any, kappa: Any, r: Any, pattern: str) -> None:
+    with pytest.raises(sa.InputError, match=pattern) as caught:
+        sa.rescale(eps=eps, kappa=kappa, r=r)
+    assert str(caught.value).endswith(".")

@@ -1,0 +1,421 @@
+"""The site: what is made for it, and, where Chromium is installed, every page as a reader sees it.
+
+The slow tests build the site, or take the one whose folder is in SYMASYM_SITE.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import numpy as np
+import pytest
+
+from derivations.registry import entries
+from derivations.report import plain
+from derivations.symbols import MEANINGS, QUANTITIES, quantities, symbols
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "docs"))
+from website import api, calls, definitions, expansions, formulas, graph, pages, plots, stage  # noqa: E402
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+# No connection is tried: neither the browser's own nor a page's.
+FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+]
+_LOCAL = ("file:", "data:", "blob:")
+WIDE, PHONE = (1280, 900), (390, 844)
+
+
+# What is made.
+
+
+def test_every_symbol_of_every_formula_is_explained() -> None:
+    used = {s.name for label in entries() for s in symbols(label)}
+    assert not set(MEANINGS) - used
+    assert {q for label in entries() for q in quantities(label)} == set(QUANTITIES)
+
+
+def test_every_call_is_of_a_formula() -> None:
+    assert set(calls.CALLS) <= set(entries())
+    assert calls.session("folds").endswith("z0=(-0.7777777777777777, 2.7777777777777777))")
+
+
+#: Formulas that are exact, bounds (1 above, -1 below); the others are good at one end.
+EXACT = {
+    "eq:Vfric", "friction-well", "turning-points", "beta", "folds", "eq:V", "constant-panel",
+    "eq:C", "eq:P", "eq:P2", "eq:pss", "constant-drift", "eq:Ttilde",
+    "filippov", "eq:cont", "noise-amplitude", "eq:phi", "eq:tildexykappa", "eq:tilder",
+    "eq:eekappar", "eq:TtildetoT", "eq:phifric0", "eq:forcePerturbed", "eq:forcePWC", "cubic",
+    "fr1", "eq:osc2", "fr2", "eq:odeR", "first-integral", "density-R", "eq:FPE", "backward",
+    "positive-form", "positive-density", "panel-step", "eq:V2", "eq:fourPieces", "tails",
+    "gaussian-step", "pair-products",
+}  # fmt: skip
+BOUNDS = {"C-bound": 1, "L-bound": -1}
+
+
+@pytest.fixture(scope="module")
+def coarse() -> dict[str, plots.Plot]:
+    """The plots, with fewer points."""
+    compared = (p for p in pages.all_plots() if isinstance(p, plots.Plot))
+    return {plot.label: replace(plot, x=plot.x[:: len(plot.x) // 5]) for plot in compared}
+
+
+def test_every_formula_is_plotted_or_it_is_said_why_not() -> None:
+    drawn, nothing = pages.all_plots(), definitions.NOTHING
+    assert sorted([*(plot.label for plot in drawn), *nothing]) == sorted(entries())
+    assert len(nothing) < 4
+    for plot in drawn:
+        (line,) = [line for line in formulas.about(plot) if line.startswith("![")]
+        assert re.fullmatch(r"!\[[^\]]{15,}\]\([\w-]+\.svg\)", line)
+    for why in nothing.values():
+        assert "Nothing to plot: it " in formulas.nothing_of(why)[2]
+
+
+def test_a_picture_is_drawn_from_the_derivations() -> None:
+    drawn = {picture.label: plots.draw(picture) for picture in definitions.pictures()}
+    # Each region's name stands where the engines have it, and nowhere else.
+    text = drawn["regions"]
+    assert [text.count(f"<!-- {name} -->") for name in ("sliding", "crossing")] == [1, 2]
+    assert text.count("<!-- repelling sliding -->") == 1
+    assert len(drawn["eq:reducedSDEtilde"]) > 20_000
+    assert all(picture.count("<svg") == 1 for picture in drawn.values())
+
+
+def test_plotted_formulas_are_as_good_as_is_said(coarse: dict[str, plots.Plot]) -> None:
+    assert set(coarse) <= set(entries())
+    assert len(coarse) > 60
+    for label, plot in coarse.items():
+        error = plot.error()
+        assert np.all(np.isfinite(error)), label
+        if label in EXACT:
+            assert np.max(error) < 1e-9, label
+        elif label in BOUNDS:
+            assert np.all(BOUNDS[label] * (plot.formula(plot.x) - plot.exact(plot.x)) > 0), label
+        else:
+            assert np.max(error) > 1e-9, label
+            assert min(error[0], error[-1]) < 0.07, label
+
+
+def test_a_plot_shows_its_curves(coarse: dict[str, plots.Plot]) -> None:
+    for label in ("eq:Vfric", "eq:Tlarge"):
+        picture = plots.draw(coarse[label])
+        assert picture.count("<svg") == 1
+        assert ("rounding" in picture) == (label in EXACT)
+
+
+def test_expansions_err_less_than_they_state() -> None:
+    noise = expansions.along_noise(3)  # 0.02, 0.77 and 30
+    assert np.isfinite(noise.true["laplace"]).tolist() == [True, False, False]
+    assert np.isfinite(noise.true["strong_noise"]).tolist() == [False, False, True]
+    for name in expansions.METHODS:
+        seen = np.isfinite(noise.true[name])
+        assert np.all(noise.true[name][seen & np.isfinite(noise.stated[name])] > 0)
+        assert not np.any(noise.stated[name] < noise.true[name]), name
+    assert noise.true["uniform"][0] < noise.true["laplace"][0] < noise.true["paper"][0] < 1e-3
+
+
+def test_arrows_of_the_graph_lead_to_the_right() -> None:
+    rests = {label: list(entry.rests_on) for label, entry in _ordered().items()}
+    at = graph.positions(rests)
+    arrows = [(b, node) for node, below in rests.items() for b in below]
+    assert all(at[b][0] + graph.WIDTH < at[node][0] for b, node in arrows)
+    assert len(set(at.values())) == len(at)
+    assert graph.svg(rests).count("<path") == len(arrows) > 60
+
+
+def _ordered() -> dict:
+    from derivations.registry import closure
+
+    return {label: entries()[label] for label in closure(entries())}
+
+
+def test_pages_take_the_place_of_their_link_and_new_ones_are_not_lost() -> None:
+    index = "# S\n\n- [B](b.md)\n- [A](a.md#x)\n\n## Guides\n\n- [C](c.md), [B](b.md)\n"
+    found = stage.with_toctrees(index, {"a.md", "b.md", "c.md", "new.md"})
+    trees = re.findall(r"```\{toctree\}\n(.*?)```", found, re.DOTALL)
+    listed = [re.sub(r":hidden:|:caption:", "", tree).split() for tree in trees]
+    assert listed[:3] == [["b", "a"], ["Guides", "c"], ["More", "new"]]
+
+
+def test_plain_text_stays_plain() -> None:
+    assert plain("a|b <= [c]* $x_1$") == r"a\|b \<= \[c\]\* \$x\_1\$"
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    import symasym as sa
+
+    text = "\n".join(api.pages().values())
+    assert all(re.search(rf":: {name}$", text, re.MULTILINE) for name in sa.__all__)
+
+
+# The site as it is built.
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory) -> Path:
+    if given := os.environ.get("SYMASYM_SITE"):
+        return Path(given)
+    for module in ("sphinx", "furo", "myst_parser"):
+        if importlib.util.find_spec(module) is None:
+            pytest.skip(f"{module} is not installed (extra docs)")
+    if shutil.which("npm") is None:
+        pytest.skip("npm, by which MathJax comes, is not installed")
+    out = tmp_path_factory.mktemp("build")
+    command = [sys.executable, str(ROOT / "docs" / "build.py"), "-W", "--out", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=900)
+    assert done.returncode == 0, done.stderr
+    return out / "site"
+
+
+class _Page(HTMLParser):
+    """Targets, anchors and formulas of a page."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.targets: list[str] = []
+        self.anchors: set[str] = set()
+        self.formulas = 0
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        found = dict(attrs)
+        self.anchors.add(found.get("id") or "")
+        self.formulas += "math" in (found.get("class") or "").split()
+        for name in ("href", "src"):
+            if found.get(name):
+                self.targets.append(str(found[name]))
+
+
+def _pages(site: Path) -> dict[Path, _Page]:
+    found = {}
+    for path in sorted(site.rglob("*.html")):
+        if "_static" not in path.relative_to(site).parts:
+            found[path] = _Page(path.read_text("utf-8"))
+    return found
+
+
+@pytest.mark.slow
+def test_no_link_is_broken_and_nothing_comes_from_elsewhere(site: Path) -> None:
+    pages, broken, followed = _pages(site), [], 0
+    for path, page in pages.items():
+        for target in page.targets:
+            parts = urlsplit(target)
+            if parts.scheme == "data" or parts.scheme == "mailto":
+                continue
+            if parts.scheme:
+                # A link may lead out; what a page loads may not (checked in the browser).
+                continue
+            goal = (path.parent / unquote(parts.path)).resolve() if parts.path else path
+            followed += 1
+            if not goal.is_file() or (
+                parts.fragment and goal in pages and parts.fragment not in pages[goal].anchors
+            ):
+                broken.append(f"{path.relative_to(site)}: {target}")
+    assert not broken
+    assert followed > 1000
+    assert {f"formulas/{label.replace(':', '-')}.html" for label in entries()} <= {
+        str(path.relative_to(site)) for path in pages
+    }
+
+
+@pytest.fixture(scope="module")
+def browser():
+    playwright = pytest.importorskip(
+        "playwright.sync_api", reason="playwright is not installed (extra docs)"
+    )
+    if CHROMIUM is None:
+        pytest.skip("chromium is not installed")
+    with playwright.sync_playwright() as running:
+        started = running.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield started
+        started.close()
+
+
+# The formulas that were drawn, those that were not, and how wide the page is.
+_LOOK = """async () => {
+  if (window.MathJax) await MathJax.startup.promise;
+  const wrong = [...document.querySelectorAll('[data-mjx-error], [data-mml-node="merror"]')];
+  const drawn = [...document.querySelectorAll('mjx-container')];
+  return {
+    drawn: drawn.filter((c) => c.getBoundingClientRect().width > 0).length,
+    hidden: drawn.filter((c) => c.closest('details:not([open])')).length,
+    wrong: wrong.map((e) => e.closest('mjx-container').textContent.slice(0, 80)),
+    width: document.documentElement.scrollWidth,
+  };
+}"""
+
+
+def _look(tab, path: Path) -> tuple[dict, list[str]]:
+    """What is on a page, and whatever its console says or its requests do wrong."""
+    said: list[str] = []
+    ears = {
+        "console": lambda m: said.append(m.text) if m.type in ("error", "warning") else None,
+        "pageerror": lambda error: said.append(str(error)),
+        "requestfailed": lambda request: said.append(f"failed: {request.url}"),
+        "request": lambda q: None if q.url.startswith(_LOCAL) else said.append(f"asks {q.url}"),
+    }
+    for event, heard in ears.items():
+        tab.on(event, heard)
+    tab.goto(path.as_uri())
+    found = tab.evaluate(_LOOK)
+    for event, heard in ears.items():
+        tab.remove_listener(event, heard)
+    return found, said
+
+
+@pytest.mark.slow
+def test_every_page_loads_and_every_formula_is_drawn(site: Path, browser) -> None:
+    problems, drawn = [], 0
+    tab = browser.new_page()
+    for path, page in _pages(site).items():
+        tab.set_viewport_size({"width": PHONE[0], "height": PHONE[1]})
+        found, said = _look(tab, path)
+        drawn += found["drawn"]
+        name = path.relative_to(site)
+        problems += [f"{name}: {line}" for line in said]
+        problems += [f"{name}: not TeX: {line}" for line in found["wrong"]]
+        if found["drawn"] + found["hidden"] != page.formulas:
+            problems.append(f"{name}: {found} of {page.formulas} formulas")
+        widths = {PHONE[0]: found["width"]}
+        tab.set_viewport_size({"width": WIDE[0], "height": WIDE[1]})
+        widths[WIDE[0]] = tab.evaluate("document.documentElement.scrollWidth")
+        problems += [f"{name}: {w} pixels wide in {size}" for size, w in widths.items() if w > size]
+    tab.close()
+    assert not problems
+    assert drawn > 500
+
+
+@pytest.mark.slow
+def test_bad_tex_and_a_missing_script_are_noticed(site: Path, browser) -> None:
+    good = site / "formulas" / "eq-Ttilde.html"
+    bad = good.with_name("bad-on-purpose.html")
+    text = good.read_text("utf-8").replace(r"\[", r"\[ \nosuchmacro ", 1)
+    bad.write_text(text.replace("</head>", '<script src="absent.js"></script></head>'), "utf-8")
+    tab = browser.new_page()
+    try:
+        found, said = _look(tab, bad)
+    finally:
+        bad.unlink()
+        tab.close()
+    assert found["wrong"]
+    assert any("absent.js" in line for line in said)
+
+
+# The explorer.
+
+SLIDERS = {
+    "mu": "μ shape",
+    "alpha": "α friction",
+    "z0": "z0 spring",
+    "kappa": "κ noise",
+    "eps": "ε half-width",
+    "r": "r radius",
+}
+_DRAWN = """async () => {
+  // What an event asks for is drawn before the next frame.
+  for (let k = 0; k < 2; k++) await new Promise(requestAnimationFrame);
+  // The exact curve comes later.
+  while (document.querySelector('#oscillator [aria-busy]')) {
+    await new Promise((done) => setTimeout(done, 20));
+  }
+  const all = (selector) => [...document.querySelectorAll('#oscillator ' + selector)];
+  const text = (node, selector) => node.querySelector(selector).textContent;
+  return {
+    plots: all('svg').map((svg) => svg.innerHTML),
+    values: Object.fromEntries(all('dl > div').map((row) => [text(row, 'dt'), text(row, 'dd')])),
+    region: document.querySelector('#explorer-region').textContent,
+    sliders: Object.fromEntries(all('input').map(
+      (i) => [i.name, text(i.parentElement, 'output').replace('−', '-')])),
+  };
+}"""
+
+
+def _paper_time(sliders: dict[str, str]) -> str:
+    import symasym as sa
+
+    drift = sa.friction(sliders["mu"], sliders["alpha"], sliders["z0"])
+    scales = sa.rescale(eps=sliders["eps"], kappa=sliders["kappa"], r=sliders["r"])
+    time = sa.escape_time(drift, float(scales.kappa), float(scales.r), method="paper")
+    return f"{time:.4g}"
+
+
+@pytest.mark.slow
+def test_the_explorer_answers_to_every_slider_by_key(site: Path, browser) -> None:
+    tab = browser.new_page(viewport={"width": PHONE[0], "height": PHONE[1]})
+    tab.goto((site / "explorer.html").as_uri())
+    start = seen = tab.evaluate(_DRAWN)
+    assert len(start["plots"]) == 5
+    for name, label in SLIDERS.items():
+        tab.get_by_role("slider", name=label).focus()
+        tab.keyboard.press("ArrowRight")
+        now = tab.evaluate(_DRAWN)
+        moved = [k for k in SLIDERS if now["sliders"][k] != seen["sliders"][k]]
+        assert moved == [name]
+        changed = [k for k in range(5) if now["plots"][k] != seen["plots"][k]]
+        # V and phi hold neither noise nor radius.
+        assert (0 in changed and 1 in changed) == (name in ("mu", "alpha", "z0"))
+        assert 4 in changed
+        assert now["values"]["T, scaled, by the paper’s formula"] == _paper_time(now["sliders"])
+        for kind in ("curve", "dashed", "dotted"):
+            assert f'class="{kind}"' in now["plots"][4]
+        assert now["values"]["T, scaled, by the uniform formula"] not in ("–", "")
+        seen = now
+    slider = tab.get_by_role("slider", name="z0 spring")
+    slider.fill("0.5")
+    slid = tab.evaluate(_DRAWN)
+    assert slid["region"].startswith("Sliding")
+    assert "<path" in slid["plots"][2]
+    assert "<path" not in start["plots"][2]
+    # The sliders stay in sight while the last plot is looked at.
+    tab.locator("#oscillator figure").last.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    assert box is not None
+    assert 0 < box["y"] < PHONE[1] / 3
+    tab.get_by_role("button", name="Back to the start").press("Enter")
+    tab.wait_for_timeout(100)
+    assert tab.evaluate(_DRAWN) == start
+    tab.close()
+
+
+_CONTRAST = """() => {
+  const light = (colour) => {
+    const part = colour.match(/[\\d.]+/g).slice(0, 3).map((x) => x / 255);
+    const [r, g, b] = part.map((x) => x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4);
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const ratio = (a, b) => (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  const style = (selector) => getComputedStyle(document.querySelector('#oscillator ' + selector));
+  const ground = light(style('svg').backgroundColor);
+  const stroke = (kind) => ratio(light(style(kind).stroke), ground);
+  const found = [Math.min(...['.curve', '.dashed', '.dotted'].map(stroke))];
+  return [...found, ratio(light(style('svg text').fill), ground), ground];
+}"""
+
+
+@pytest.mark.slow
+def test_the_explorer_is_legible_in_light_and_dark(site: Path, browser) -> None:
+    grounds = {}
+    for scheme in ("light", "dark"):
+        tab = browser.new_page(color_scheme=scheme)
+        tab.goto((site / "explorer.html").as_uri())
+        curve, text, grounds[scheme] = tab.evaluate(_CONTRAST)
+        assert curve > 3  # WCAG 1.4.11
+        assert text > 4.5  # WCAG 1.4.3
+        tab.close()
+    assert grounds["dark"] < 0.2 < 0.8 < grounds["light"]

@@ -1,0 +1,201 @@
+"""Arrays of scenes are their scalars, and how the public verbs behave as guests."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from fractions import Fraction as F
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+
+import symasym as sa
+from symasym.exact import digits as arbitrary
+from tests.problems import BY_NAME, distance, logarithm, relative
+
+# -- arrays --------------------------------------------------------------------------------------
+
+
+def scalars_of(verb: Callable[..., Any], make: Callable[..., sa.Drift], *arrays: Any) -> Any:
+    """The verb, one scene at a time; log, so that nothing overflows."""
+    broadcast = np.broadcast_arrays(*(np.asarray(a, dtype=float) for a in arrays))
+    values = [
+        verb(make(*map(float, scene)), *map(float, scene), log=True)
+        for scene in zip(*(a.ravel() for a in broadcast), strict=True)
+    ]
+    return np.array(values).reshape(broadcast[0].shape)
+
+
+def assert_same_logs(found: Any, wanted: Any) -> None:
+    assert found.shape == wanted.shape
+    assert (np.abs(found - wanted) <= 1e-12 * np.maximum(1, np.abs(wanted))).all()
+
+
+def test_arrays_are_their_scalars_kappa_r_start() -> None:
+    drift = sa.friction(3, 1, "-0.3")
+    kappa = np.array([0.05, 0.1, 0.31, 1.0, 7.0])[:, None, None]
+    r = np.array([2.5, 10.0, 1e5])[:, None]
+    start = np.array([-1.3, 0.0, 0.9, 2.2])
+    for verb in (sa.escape_time, sa.exit_probability):
+        found = verb(drift, kappa, r, start=start, log=True)
+        wanted = scalars_of(
+            lambda d, k, q, s, verb=verb, **o: verb(d, k, q, start=s, **o),
+            lambda *_: drift, kappa, r, start,
+        )  # fmt: skip
+        assert_same_logs(found, wanted)
+
+
+def test_arrays_are_their_scalars_parameters() -> None:
+    mu = np.array([0.0, 0.5, 3.0, 1e6])[:, None]
+    z0 = np.array([-1e5, -0.9, -0.3, 0.6, 3.0])
+    alpha = np.array([0.1, 1.0, 5.0, 2.0])[:, None]
+    drift = sa.friction(mu, alpha, z0)
+    assert drift.shape == (4, 5)
+    found = sa.escape_time(drift, 0.2, 10, start=0.1, log=True)
+    wanted = scalars_of(
+        lambda d, *_, **o: sa.escape_time(d, 0.2, 10, start=0.1, **o), sa.friction, mu, alpha, z0
+    )
+    assert_same_logs(found, wanted)
+
+
+def test_arrays_are_their_scalars_everything_at_once() -> None:
+    a_minus = np.array([-1.0, 0.3, 2.0])[:, None, None]
+    steepness = np.array([0.5, 6.0])[:, None]
+    kappa = np.array([0.1, 0.3, 1.0, 1e-5])
+    found = sa.escape_time(sa.tanh(a_minus, -0.5, steepness), kappa, 2.0, log=True)
+    wanted = scalars_of(
+        lambda d, a, s, k, **o: sa.escape_time(d, k, 2.0, **o),
+        lambda a, s, k: sa.tanh(a, -0.5, s), a_minus, steepness, kappa,
+    )  # fmt: skip
+    assert_same_logs(found, wanted)
+
+
+@pytest.mark.parametrize("verb", [sa.occupation, sa.stationary_density])
+def test_arrays_are_their_scalars_sliding(verb: Callable[..., Any]) -> None:
+    kappa = np.array([0.03, 0.2, 1.0, 40.0])[:, None]
+    a_plus = np.array([-0.01, -1.0, -30.0])
+    more = () if verb is sa.occupation else (np.array([-2.0, 0.4, 1.5]),)
+    found = verb(sa.linear(1, a_plus), kappa, *more, log=True)
+    wanted = scalars_of(
+        lambda d, a, k, *y, **o: verb(d, k, *y, **o), lambda a, *_: sa.linear(1, a),
+        a_plus, kappa, *more,
+    )  # fmt: skip
+    assert_same_logs(found, wanted)
+
+
+def test_chunks_do_not_show() -> None:
+    # 5000 scenes, more than are taken at once, mild and stiff ones mixed
+    count = 5000
+    z0 = -0.9 + 1.3 * np.modf(np.arange(count) * 0.6180339887)[0]
+    kappa = 10.0 ** (-3 + 4 * np.modf(np.arange(count) * 0.7548776662)[0])
+    drift = sa.friction(3, 1, z0)
+    found = sa.escape_time(drift, kappa, 10, log=True)
+    some = [0, 1, 2047, 4094, 4095, 4096, 4097, 4998, 4999]
+    wanted = [
+        sa.escape_time(sa.friction(3, 1, float(z0[i])), float(kappa[i]), 10, log=True) for i in some
+    ]
+    assert_same_logs(found[some], np.array(wanted))
+    sampled = range(0, count, 250)
+    for i in sampled:
+        exact = sa.escape_time(sa.friction(3, 1, float(z0[i])), float(kappa[i]), 10, dps=25)
+        log = logarithm(exact)
+        assert distance(float(found[i]), log) <= 1e-12 * max(1, abs(float(log)))
+
+
+def test_kinds_of_results() -> None:
+    drift = sa.linear(1, -1)
+    assert isinstance(sa.escape_time(drift, 1, 2), float)
+    assert isinstance(sa.escape_time(drift, np.float64(1), np.array(2.0)), float)
+    assert isinstance(sa.escape_time(drift, 1, 2, dps=20), mpmath.mpf)
+    one = sa.escape_time(drift, [1.0], 2)
+    assert isinstance(one, np.ndarray)
+    assert one.shape == (1,)
+    assert one.dtype == np.float64
+    assert sa.escape_time(drift, np.ones((2, 1, 3)), np.full((4, 1), 2.0)).shape == (2, 4, 3)
+
+
+@pytest.mark.parametrize(
+    "kappa", [1, "1", F(1), np.float32(1), np.int8(1), mpmath.mpf(1), "10e-1", " 1 ", [1], ["1"]]
+)
+def test_numbers_of_every_kind_mean_the_same(kappa: Any) -> None:
+    drift = sa.friction(3, 1, "-0.3")
+    value = sa.escape_time(drift, kappa, 10)
+    assert float(np.ravel(value)[0]) == sa.escape_time(drift, 1, 10)
+
+
+def test_strings_are_exact_and_floats_are_binary() -> None:
+    drift = sa.friction(3, 1, "-0.3")
+    exact, binary = (sa.escape_time(drift, k, 10, dps=40) for k in ("0.1", 0.1))
+    assert exact == sa.escape_time(drift, F(1, 10), 10, dps=40)
+    assert binary == sa.escape_time(drift, F(0.1), 10, dps=40)
+    assert 1e-17 < relative(binary, exact) < 1e-12
+
+
+# -- conduct -------------------------------------------------------------------------------------
+
+
+def test_global_precision_is_neither_used_nor_changed() -> None:
+    names = ["friction k=0.3", "tanh"]
+    before = mpmath.mp.prec, mpmath.iv.prec
+    for name in names:
+        values = []
+        for dps in (3, 15, 200):
+            with mpmath.workdps(dps):
+                problem = BY_NAME[name]
+                values.append([
+                    ask(**options)
+                    for ask in problem.questions().values()
+                    for options in ({"dps": 40}, {"dps": 25, "log": True}, {})
+                ])  # fmt: skip
+                problem.make().critical_points()
+                assert mpmath.mp.dps == dps
+        assert values[0] == values[1] == values[2]
+    assert (mpmath.mp.prec, mpmath.iv.prec) == before
+
+
+@pytest.mark.parametrize("dps", [1, 2, 15, 33, 100, 321])
+def test_results_have_the_digits_asked_for(dps: int) -> None:
+    problem = BY_NAME["friction k=0.3"]
+    with mpmath.workdps(7):
+        values = {q: ask(dps=dps) for q, ask in problem.questions().items()}
+    for quantity, ask in problem.questions().items():
+        high = ask(dps=dps + 30)
+        assert relative(values[quantity], high) <= mpmath.mpf(10) ** -dps
+        # and not many more, which would pretend
+        assert values[quantity]._mpf_[1].bit_length() <= 3.33 * dps + 8
+
+
+def test_threads_get_what_one_thread_gets() -> None:
+    names = ["friction k=0.3", "tanh", "linear sliding", "hill"]
+    jobs = [(n, d) for n in names for d in (20, 35, 50)] * 2
+    wanted = {job: BY_NAME[job[0]].questions()["T"](dps=job[1]) for job in jobs}
+    found: dict[int, Any] = {}
+
+    def work(index: int) -> None:
+        name, dps = jobs[index]
+        found[index] = BY_NAME[name].questions()["T"](dps=dps)
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(len(jobs))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert [found[k] for k in range(len(jobs))] == [wanted[job] for job in jobs]
+
+
+def test_arguments_are_not_changed() -> None:
+    kappa, z0 = np.array([0.1, 0.3]), np.array([-0.3, -0.4])
+    drift = sa.friction(3, 1, z0)
+    sa.escape_time(drift, kappa, 10)
+    assert kappa.tolist() == [0.1, 0.3]
+    assert z0.tolist() == [-0.3, -0.4]
+    drift.bind(z0=1)
+    assert drift.values["z0"].tolist() == [-0.3, -0.4]
+
+
+def test_engine_functions_are_what_the_verbs_call() -> None:
+    problem = BY_NAME["friction k=0.3"]
+    for quantity, ask in problem.engine_questions(arbitrary).items():
+        assert ask(30) == problem.questions()[quantity](dps=30)

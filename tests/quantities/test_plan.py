@@ -1,0 +1,195 @@
+"""The plan of a scene, and method="auto": the stated error allowed is never exceeded."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import symasym as sa
+from symasym.asymptotics.weak_noise import arrays as weak_noise_arrays
+from tests.problems import PROBLEMS, Problem
+from tests.strategies import SAMPLE, drifts, scenes
+
+FRICTION = sa.friction(3, 1, "-0.4")
+EASY = [p for p in PROBLEMS if not p.tags & {"slow", "refused", "narrow", "may refuse", "extreme"}]
+
+
+def check(drift: sa.Drift, kappa: Any, r: Any, start: Any, rtol: str, turn: int = 2) -> None:
+    """T, C and P, and the complements of both (of one of them in turn 0 and 1)."""
+    asked: list[tuple[Any, dict[str, Any]]] = [(sa.escape_time, {"r": r, "start": start})]
+    a_minus, a_plus = drift.ends
+    for complement in (False, True):
+        if turn != complement:
+            asked.append((sa.exit_probability, {"r": r, "start": start, "complement": complement}))
+        if a_minus > 0 > a_plus and turn in (complement, 2):
+            asked.append((sa.occupation, {"complement": complement}))
+    for verb, options in asked:
+        exact = verb(drift, kappa, **options, dps=40)
+        found = verb(drift, kappa, **options, method="auto", rtol=rtol, dps=30, full=True)
+        with mpmath.workdps(40):
+            wrong = abs(found.value - exact)
+            slack = abs(exact) * mpmath.mpf(10) ** -39
+            assert wrong <= found.error + slack, (verb.__name__, found)
+            assert found.error <= mpmath.mpf(rtol) * abs(found.value) * (1 + mpmath.mpf(10) ** -9)
+            assert wrong <= mpmath.mpf(rtol) * abs(exact)
+
+
+@pytest.mark.parametrize("problem", EASY, ids=str)
+@pytest.mark.parametrize("rtol", ["1e-4"])
+def test_the_error_allowed_holds_on_the_table(problem: Problem, rtol: str) -> None:
+    turn = EASY.index(problem) % 2
+    check(problem.make(), problem.kappa, problem.r, problem.start, rtol, turn)
+
+
+@settings(SAMPLE, max_examples=15)
+@given(scenes(-1.5, drifts()), st.sampled_from(["1e-1", "1e-3", "1e-6"]))
+def test_the_error_allowed_holds_on_random_scenes(scene: Any, rtol: str) -> None:
+    check(*scene, rtol)
+
+
+def test_arrays_use_what_each_element_needs() -> None:
+    z0 = np.array([-2, -0.4, -0.1])
+    kappa = np.array([[0.05], [0.3], [40.0]])
+    drift = sa.friction(mu=3, alpha=1, z0=z0)
+    found = sa.escape_time(drift, kappa, 10, method="auto", rtol=1e-6, full=True, log=True)
+    exact = sa.escape_time(drift, kappa, 10, log=True)
+    assert found.value.shape == (3, 3)
+    assert (np.abs(found.value - exact) <= found.error + 1e-12 * np.abs(exact)).all()
+    assert (found.error <= 1e-6).all()
+    methods = {name.split(",")[0] for name in found.terms}
+    assert methods == {"laplace", "exact"}
+    share = sa.occupation(
+        sa.linear(1, -2), [0.1, 0.3, 40.0], complement=True, method="auto", rtol=1e-4
+    )
+    wanted = sa.occupation(sa.linear(1, -2), [0.1, 0.3, 40.0], complement=True)
+    assert np.allclose(share, wanted, rtol=1e-4, atol=0)
+
+
+def within(drift: sa.Drift, kappa: Any, r: Any, start: Any, rtol: float) -> set[str]:
+    """What arrays state against what was asked for and what is true; the methods used."""
+    scene = {"start": start, "log": True}
+    exact = sa.escape_time(drift, kappa, r, **scene)
+    found = sa.escape_time(drift, kappa, r, **scene, method="auto", rtol=rtol, full=True)
+    assert (np.expm1(found.error) <= rtol).all()
+    known = 1e-12 * np.maximum(1, np.abs(exact))
+    assert (np.abs(found.value - exact) <= found.error + known).all()
+    return {name.split(",")[0] for name in found.terms}
+
+
+@pytest.mark.parametrize("rtol", [0.3, 1e-2, 1e-3])
+def test_arrays_through_the_fold_and_to_the_kink(rtol: float) -> None:
+    around = -7 / 9 + np.array([-1e-2, -1e-6, -1e-12, 0, 1e-12, 1e-6, 1e-2])
+    z0 = np.concatenate([np.linspace(-2, -1e-6, 21), around])[:, None]
+    for drift, r, start in (
+        (sa.friction(3, 1, z0), 10, 0),
+        (sa.friction(3, 1, z0), 10, -0.9),
+        (sa.polynomial(z0 - 1, -4, 0, 3), 3, 0.2),
+    ):
+        methods = within(drift, np.geomspace(0.02, 0.4, 12), r, start, rtol)
+        assert {"laplace", "uniform", "exact"} - {"exact" if rtol > 0.1 else ""} <= methods
+
+
+@pytest.mark.parametrize("problem", EASY, ids=str)
+def test_arrays_on_the_table(problem: Problem) -> None:
+    kappa = float(Fraction(problem.kappa)) * np.array([0.5, 0.9, 1.0])
+    where = float(Fraction(problem.r)), float(Fraction(problem.start))
+    for rtol in (1e-2, 1e-4):
+        within(problem.make(), kappa, *where, rtol)
+
+
+def test_a_drift_is_analysed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    counts: list[int] = []
+    found_of = weak_noise_arrays.found_of
+
+    def counted(scenes: Any, order: int) -> Any:
+        counts.append(len(scenes.start))
+        return found_of(scenes, order)
+
+    logs_of: Any = weak_noise_arrays.logs_of
+    monkeypatch.setattr(logs_of, "__defaults__", (counted, *logs_of.__defaults__[1:]))
+    drift = sa.friction(3, 1, np.array([[-0.4], [-0.3], [-0.2]]))
+    kappa = np.geomspace(0.02, 0.3, 40)
+    many = sa.escape_time(drift, kappa, 10, method="auto", rtol=1e-2, log=True)
+    assert counts
+    assert max(counts) <= 3
+    apart = [
+        sa.escape_time(sa.friction(3, 1, z), kappa, 10, method="auto", rtol=1e-2, log=True)
+        for z in (-0.4, -0.3, -0.2)
+    ]
+    np.testing.assert_allclose(many, apart, rtol=1e-14)
+
+
+def test_scenes_that_meet_are_planned_uniform() -> None:
+    for z0, kappa in (("-0.77", "0.05"), ("-0.01", "0.1")):
+        drift = sa.friction(3, 1, z0)
+        made = sa.plan(drift, kappa, 10, rtol=1e-2)
+        assert (made.method, made.order) == ("uniform", 0)
+        assert made.error <= 1e-2
+        for log in (False, True):
+            options: dict[str, Any] = {"rtol": "1e-2", "log": log, "full": True}
+            found = sa.escape_time(drift, kappa, 10, method="auto", **options)
+            exact = sa.escape_time(drift, kappa, 10, log=log, dps=20)
+            assert found.method == "uniform"
+            assert abs(found.value - exact) <= found.error
+            assert found.error <= 1e-2 * (1 if log else found.value)
+        # Many digits of a formula of order 0 would cost more than the integral.
+        digits = sa.escape_time(drift, kappa, 10, method="auto", rtol="1e-2", dps=25, full=True)
+        assert digits.method == "exact"
+    sharp = sa.plan(sa.friction(3, 1, "-0.77"), "0.05", 10, rtol=1e-6)
+    assert sharp.method == "exact"
+    assert "order 0" in sharp.refused["uniform"]
+    assert "uniform" in sa.plan(sa.tanh(1, "-1/2", 2), "1", 10, rtol=1e-3).refused
+
+
+def test_what_is_kept() -> None:
+    weak = sa.plan(FRICTION, "0.05", 10, rtol=1e-3)
+    assert weak.method == "laplace"
+    assert [t.name for t in weak.terms if t.kept] == ["well at 0.3969 with barrier at 0.9039"]
+    assert weak.error <= 1e-3
+    sharper = sa.plan(FRICTION, "0.05", 10, rtol=1e-10)
+    assert sharper.order is not None
+    assert weak.order is not None
+    assert sharper.order > weak.order
+    assert sum(t.kept for t in sharper.terms) > sum(t.kept for t in weak.terms)
+    no_well = sa.plan(sa.friction(3, 1, -2), "0.1", 10, rtol=1e-8)
+    assert not any("well" in t.name for t in no_well.terms)
+    assert "the part between, right" in [t.name for t in no_well.terms if t.kept]
+    strong = sa.plan(FRICTION, 30, 10, rtol=1e-8)
+    assert (strong.method, strong.error_kind) == ("strong_noise", "bound")
+    assert "laplace" in strong.refused
+    neither = sa.plan(FRICTION, "0.3", 10, rtol=1e-8)
+    assert neither.method == "exact"
+    assert weak.cost < strong.cost < neither.cost
+    assert "left out" in str(weak)
+    assert "kept" in str(weak)
+
+
+def test_the_sizes_add_up_to_the_whole() -> None:
+    for drift, start in ((FRICTION, 0), (sa.linear(1, -2), "1/2"), (sa.linear(-1, 2), -2)):
+        made = sa.plan(drift, "0.1", 4, rtol=1e-2, start=start)
+        assert made.method == "laplace"
+        assert abs(sum(t.size for t in made.terms) - 1) < 1e-9
+
+
+def test_bad_input() -> None:
+    for rtol in (0, 1, -1, "x", float("nan"), [1e-3]):
+        with pytest.raises(sa.InputError, match="rtol"):
+            sa.plan(FRICTION, "0.1", 10, rtol=rtol)
+    with pytest.raises(sa.InputError, match="needs the relative error"):
+        sa.escape_time(FRICTION, "0.1", 10, method="auto")
+    with pytest.raises(sa.InputError, match=r"rtol is 0\.001.*'exact'.*auto"):
+        sa.escape_time(FRICTION, "0.1", 10, rtol=1e-3)
+    with pytest.raises(sa.InputError, match="order is 2"):
+        sa.escape_time(FRICTION, "0.1", 10, method="auto", rtol=1e-3, order=2)
+    with pytest.raises(sa.InputError, match="arrays"):
+        sa.plan(FRICTION, [0.1], 10)
+    with pytest.raises(sa.AccuracyError, match="rtol is 1e-20.*dps"):
+        sa.escape_time(FRICTION, "0.1", 10, method="auto", rtol="1e-20")
+    with pytest.raises(sa.InputError, match="drift"):
+        sa.plan("friction", "0.1", 10)

@@ -1,0 +1,246 @@
+"""The public verbs on the table of scenes: every engine against the others."""
+
+from __future__ import annotations
+
+from fractions import Fraction as F
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+
+import symasym as sa
+from symasym.exact import ball_sweep
+from symasym.workshop import reference_quadrature
+from tests.asking import ASKED, ask_or_refuse, each, later, reference
+from tests.problems import (
+    BY_NAME,
+    PROBLEMS,
+    Problem,
+    answered,
+    distance,
+    logarithm,
+    relative,
+    tagged,
+)
+
+# -- engines against each other ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("problem", later(ASKED, "slow"))
+def test_float64(problem: Problem) -> None:
+    for quantity, ask, value in each(problem):
+        log = logarithm(value)
+        allowed = 1e-12 * max(1.0, abs(float(log)))
+        found = ask_or_refuse(problem, ask, log=True)
+        if found is None:
+            continue
+        assert isinstance(found, float)
+        assert distance(found, log) <= allowed, quantity
+        if -708 < log < 709:
+            assert relative(ask(), value) <= allowed, quantity
+        else:
+            with pytest.raises(sa.RangeError, match=r"log=True"):
+                ask()
+
+
+@pytest.mark.parametrize("problem", later(ASKED, "slow"))
+def test_thirty_digits_are_the_first_of_sixty(problem: Problem) -> None:
+    for quantity, ask, value in each(problem):
+        found = ask_or_refuse(problem, ask, dps=30)
+        assert found is None or relative(found, value) <= mpmath.mpf(10) ** -30, quantity
+
+
+def balls(problem: Problem, dps: int) -> dict[str, Any]:
+    """Proved enclosures of those quantities that `ball` does not refuse."""
+    found = {}
+    for quantity, ask in problem.engine_questions(ball_sweep).items():
+        try:
+            found[quantity] = ask(dps)
+        except sa.AccuracyError:
+            continue
+    return found
+
+
+@pytest.mark.parametrize("problem", later(ASKED, "stiff", "weak", "extreme", "narrow"))
+def test_proved_balls_contain_the_values(problem: Problem) -> None:
+    if not balls.available():
+        pytest.skip("python-flint is not installed")
+    for quantity, enclosure in balls(problem, 25).items():
+        value = reference(problem.name, quantity)
+        if value is None:
+            continue
+        middle, radius = balls.to_mpf(enclosure, 60)
+        assert distance(value, middle) <= radius, quantity
+        assert radius <= abs(middle) * mpmath.mpf("1.01e-25"), quantity
+
+
+def test_balls_cover_most_of_the_table() -> None:
+    if not balls.available():
+        pytest.skip("python-flint is not installed")
+    mild = [p for p in answered() if p.tags & {"moderate", "strong"}]
+    refused = []
+    for problem in mild:
+        try:
+            problem.engine_questions(ball_sweep)["T"](12)
+        except sa.AccuracyError:
+            refused.append(problem.name)
+    assert len(mild) >= 30
+    assert not refused
+
+
+@pytest.mark.parametrize("problem", tagged("quadrature"), ids=str)
+def test_plain_quadrature_agrees(problem: Problem) -> None:
+    quantity = "1-P" if problem.slides else "T"
+    found = problem.engine_questions(reference_quadrature)[quantity](12)
+    assert relative(found, reference(problem.name, quantity)) <= 1e-12
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("problem", tagged("quadrature"), ids=str)
+def test_plain_quadrature_agrees_on_everything(problem: Problem) -> None:
+    for quantity, ask in problem.engine_questions(reference_quadrature).items():
+        assert relative(ask(20), reference(problem.name, quantity)) <= 1e-20, quantity
+
+
+@pytest.mark.parametrize("problem", [p for p in PROBLEMS if p.closed], ids=str)
+def test_closed_forms(problem: Problem) -> None:
+    for quantity, ask in problem.questions().items():
+        if quantity not in problem.closed:
+            continue
+        known = problem.known(quantity, 60)
+        found = ask_or_refuse(problem, ask, dps=50)
+        assert found is None or relative(found, known) <= mpmath.mpf(10) ** -50, quantity
+
+
+@pytest.mark.parametrize("name", ["friction", "friction sliding", "expression, cubic"])
+def test_a_thousand_digits(name: str) -> None:
+    ask = BY_NAME[name].questions()["T"]
+    high = ask(dps=1000)
+    assert relative(ask(dps=200), high) <= mpmath.mpf(10) ** -200
+    if name == "expression, cubic":
+        assert relative(high, ask(dps=1100)) <= mpmath.mpf(10) ** -1000
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["tanh", "expression", "hill", "kink + 1e-30, stiff", "sine"])
+def test_a_thousand_digits_of_other_drifts(name: str) -> None:
+    for quantity, ask in BY_NAME[name].questions().items():
+        assert relative(ask(dps=300), ask(dps=1000)) <= mpmath.mpf(10) ** -300, quantity
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["friction k=0.3", "linear sliding"])
+def test_ten_thousand_digits(name: str) -> None:
+    for quantity, ask in BY_NAME[name].questions().items():
+        high = ask(dps=10_000)
+        assert relative(ask(dps=2000), high) <= mpmath.mpf(10) ** -2000, quantity
+        if quantity in BY_NAME[name].closed:
+            known = BY_NAME[name].known(quantity, 10_000)
+            assert relative(high, known) <= mpmath.mpf(10) ** -10_000
+
+
+@pytest.mark.parametrize("problem", tagged("refused"), ids=str)
+def test_limits_are_refused_in_a_sentence(problem: Problem) -> None:
+    for options in ({}, {"dps": 30}, {"dps": 30, "full": True}, {"log": True}):
+        with pytest.raises(sa.SymasymError, match=r"\w+.*\.$"):
+            problem.questions()["T"](**options)
+
+
+# -- error claims --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("problem", later(ASKED, "narrow", "slow", "extreme"))
+def test_claimed_errors_hold(problem: Problem) -> None:
+    mild = problem.tags & {"moderate", "strong"}
+    for quantity, ask, value in each(problem):
+        if not mild and quantity != "T":
+            continue  # a ball that is refused costs up to a second
+        for options in (*({"dps": 20, "log": True}, {"log": True}, {}) * bool(mild), {"dps": 20}):
+            if not options and not -708 < logarithm(value) < 709:
+                continue
+            found = ask_or_refuse(problem, ask, full=True, **options)
+            if found is None:
+                continue
+            assert isinstance(found, sa.Estimate)
+            assert found.error_kind in ("bound", "estimate")
+            assert found.method == "exact"
+            true = logarithm(value, 80) if "log" in options else value
+            unknown = abs(value) * mpmath.mpf(10) ** -59 if true is value else 1e-59
+            assert distance(found.value, true) <= found.error + unknown, (quantity, options)
+            limit = 1e-12 if "dps" not in options else mpmath.mpf("1.01e-19")
+            assert found.error <= limit * max(abs(true), 1e-3), (quantity, options)
+
+
+def test_kinds_of_error() -> None:
+    drift = sa.friction(3, 1, "-0.3")
+    strong, stiff = (sa.escape_time(drift, k, 10, dps=20, full=True) for k in ("0.3", "1e-6"))
+    assert strong.error_kind == ("bound" if balls.available() else "estimate")
+    assert stiff.error_kind == "estimate"
+    many = sa.escape_time(drift, [0.3, 1.0], 10, full=True)
+    assert many.error_kind == "estimate"
+    assert many.value.shape == many.error.shape == (2,)
+    one = sa.escape_time(drift, 0.3, 10, full=True)
+    assert isinstance(one.value, float)
+    assert isinstance(one.error, float)
+    paper = sa.escape_time(drift, "0.3", 10, method="paper", full=True)
+    assert (paper.error_kind, paper.error) == ("none", None)
+
+
+@pytest.mark.parametrize("name", ["friction", "linear sliding, uneven", "sine weak", "hill n=12"])
+def test_claimed_errors_of_arrays_hold(name: str) -> None:
+    problem = BY_NAME[name]
+    kappas = [str(F(problem.kappa) * F(k, 7)) for k in (5, 6, 7, 9, 14)]
+    drift, scene = problem.make(), (problem.r,)
+    for log in (False, True):
+        floats = np.array([float(F(k)) for k in kappas])
+        found = sa.escape_time(drift, floats, *scene, start=problem.start, log=log, full=True)
+        for k, value, error in zip(floats, found.value, found.error, strict=True):
+            true = sa.escape_time(drift, F(k), *scene, start=problem.start, dps=30)
+            true = logarithm(true) if log else true
+            assert distance(value, true) <= error
+            assert error <= 1e-11 * max(1, abs(true))
+
+
+def test_str_of_an_estimate_shows_value_error_and_kind() -> None:
+    drift = sa.linear(1, -1)
+    text = str(sa.escape_time(drift, 1, 2, dps=20, full=True))
+    assert "±" in text
+    assert "exact" in text
+    assert "no error claimed" in str(sa.escape_time(
+        sa.friction(3, 1, "-0.3"), "0.3", 10, method="paper", full=True
+    ))  # fmt: skip
+    assert "estimate" in str(sa.escape_time(drift, [1.0, 2.0], 2, full=True))
+
+
+# -- logarithms ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("problem", later(ASKED, "slow"))
+def test_logarithms_have_all_their_digits(problem: Problem) -> None:
+    for quantity, ask, value in each(problem):
+        found = ask_or_refuse(problem, ask, dps=25, log=True)
+        complement = {"C": "1-C", "1-C": "C", "P": "1-P", "1-P": "P"}.get(quantity)
+        if found is None:
+            continue
+        if complement and value > 0.5:
+            rest = reference(problem.name, complement)
+            context = mpmath.MPContext()
+            context.dps = 50
+            log = context.log1p(-context.convert(rest))
+        else:
+            log = logarithm(value)
+        if log:
+            assert relative(found, log) <= mpmath.mpf(10) ** -25, quantity
+        else:
+            assert found == 0
+
+
+def test_logarithm_of_a_value_next_to_one() -> None:
+    # T = r^2/kappa^2 = 1 + 1e-40
+    drift = sa.polynomial(0)
+    r = F(1) + F("1e-40")
+    found = sa.escape_time(drift, 1, r, dps=20, log=True)
+    assert relative(found, mpmath.mpf(F("2e-40").numerator) / F("2e-40").denominator) < 1e-15
+    assert sa.escape_time(drift, 1, 1, dps=20, log=True) == 0
+    assert sa.escape_time(drift, 1, 1, log=True) == pytest.approx(0, abs=1e-14)

@@ -1,0 +1,185 @@
+"""No claimed digit is wrong: float64, many digits and proved balls on random scenes."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import symasym as sa
+from symasym.exact import ball_sweep
+from symasym.exact import digits as arbitrary
+from symasym.numbers import balls
+from symasym.workshop import reference_quadrature
+from tests.strategies import ALL, SAMPLE, drifts, narrow, powers_of_ten, rationals, scenes
+
+needs_flint = pytest.mark.skipif(not balls.available(), reason="python-flint is not installed")
+
+
+def gap(found: float, wanted: Any) -> float:
+    """Error relative to the logarithm, or absolute where that is small."""
+    return float(abs(mpmath.mpf(found) - wanted) / max(1, abs(wanted)))
+
+
+def check_floats(scene: tuple[sa.Drift, Fraction, Fraction, Fraction]) -> None:
+    drift, kappa, r, start = scene
+    asked: list[tuple[Any, dict[str, Any]]] = [
+        (sa.escape_time, {"r": r, "start": start}),
+        (sa.exit_probability, {"r": r, "start": start}),
+        (sa.exit_probability, {"r": r, "start": start, "complement": True}),
+    ]
+    a_minus, a_plus = drift.ends
+    if a_minus > 0 > a_plus:
+        asked += [
+            (sa.occupation, {}),
+            (sa.occupation, {"complement": True}),
+            (sa.stationary_density, {"y": start}),
+        ]
+    kappa = Fraction(float(kappa))
+    for verb, arguments in asked:
+        found = verb(drift, [float(kappa)], **arguments, log=True, full=True)
+        value, error = float(found.value[0]), float(found.error[0])
+        wanted = verb(drift, kappa, **arguments, log=True, dps=22)
+        assert math.isfinite(value)
+        assert gap(value, wanted) <= 1e-12, (verb.__name__, value, wanted)
+        # the last digit of the float64 that is returned is not part of the analysis
+        with mpmath.workdps(30):
+            assert abs(value - wanted) <= error + math.ulp(value), (verb.__name__, error)
+
+
+def check_balls(scene: tuple[sa.Drift, Fraction, Fraction, Fraction], dps: int) -> None:
+    drift, kappa, r, start = scene
+    found = arbitrary.escape_time(drift, kappa, r, start, dps)
+    share = arbitrary.exit_probability(drift, kappa, r, start, dps)
+    try:
+        middle, radius = balls.to_mpf(
+            ball_sweep.escape_time(drift, kappa, r, start, dps + 5), dps + 10
+        )
+        chance, spread = balls.to_mpf(
+            ball_sweep.exit_probability(drift, kappa, r, start, dps + 5), dps + 10
+        )
+    except sa.AccuracyError:
+        return  # too stiff for a proof in seconds: a stated limit
+    with mpmath.workdps(dps + 20):
+        unit = mpmath.mpf(10) ** -dps
+        assert abs(found - middle) <= radius + unit * abs(middle)
+        assert abs(share - chance) <= spread + unit * abs(chance)
+
+
+def check_quadrature(scene: tuple[sa.Drift, Fraction, Fraction, Fraction]) -> None:
+    """The printed double integral, by plain quadrature."""
+    drift, kappa, r, start = scene
+    wanted = reference_quadrature.escape_time(drift, kappa, min(r, Fraction(20)), start * 0, 16)
+    found = sa.escape_time(drift, kappa, min(r, Fraction(20)), dps=16)
+    assert abs(found - wanted) <= mpmath.mpf(10) ** -15 * abs(wanted)
+
+
+FEW = settings(SAMPLE, max_examples=8)
+KINDS = {"ready-made": drifts(), "narrow": narrow()}
+# A scene with a narrow feature takes seconds.
+SAMPLES = {"ready-made": SAMPLE, "narrow": FEW}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_floats_sample(kind: str) -> None:
+    SAMPLES[kind](given(scenes(-1.5, KINDS[kind]))(check_floats))()
+
+
+@needs_flint
+@pytest.mark.parametrize("kind", KINDS)
+def test_balls_sample(kind: str) -> None:
+    SAMPLES[kind](given(scenes(-1, KINDS[kind]), st.integers(15, 60))(check_balls))()
+
+
+@FEW
+@given(scenes(-0.3, drifts()))
+def test_quadrature_sample(scene: Any) -> None:
+    check_quadrature(scene)
+
+
+@FEW
+@given(st.data())
+def test_arrays_are_their_scenes(data: st.DataObject) -> None:
+    r = data.draw(powers_of_ten(-0.5, 3))
+    n = 5
+    kappa = [float(data.draw(powers_of_ten(-2, 3))) for _ in range(n)]
+    start = [float(r * data.draw(rationals(-0.99, 0.99))) for _ in range(n)]
+    z0 = [float(data.draw(rationals(-4, 4))) for _ in range(n)]
+    ends = [[float(data.draw(rationals(0.01, 3))) * s for _ in range(n)] for s in (1, -1)]
+    for make, values in (
+        (lambda z0: sa.friction("1.7", 1, z0), (z0,)),
+        (lambda a, b: sa.tanh(a, b, 4), ends),
+        (lambda a, b: sa.Drift("a + (b - a)*(u + 1)/2").bind(a=a, b=b), ends),
+    ):
+        every = make(*values)
+        each = [make(*scene) for scene in zip(*values, strict=True)]
+        asked: list[tuple[Any, Any]] = [
+            (sa.escape_time, lambda d, k, s: {"drift": d, "kappa": k, "r": r, "start": s}),
+            (sa.exit_probability, lambda d, k, s: {"drift": d, "kappa": k, "r": r, "start": s}),
+        ]
+        if values is ends:
+            asked += [
+                (sa.occupation, lambda d, k, s: {"drift": d, "kappa": k}),
+                (sa.stationary_density, lambda d, k, s: {"drift": d, "kappa": k, "y": s}),
+            ]
+        for verb, arguments in asked:
+            together = verb(**arguments(every, kappa, start), log=True)
+            assert together.shape == (n,)
+            for k in range(n):
+                alone = verb(**arguments(each[k], kappa[k], start[k]), log=True)
+                assert abs(together[k] - alone) <= 2e-12 * max(1, abs(alone))
+
+
+FOUND = {
+    # phi of -0.4 as the difference of two numbers near 95
+    "cancellation": (
+        sa.tanh(Fraction("190.899"), Fraction("-0.401974"), Fraction("5.22181")),
+        Fraction("2.12628e-4"),
+        Fraction(10),
+        Fraction("9.9999639121"),
+    ),
+    # the sine of a large argument: half an ulp of that is 50 ulp of a-
+    "outer drift": (
+        sa.Drift(
+            "327*u/1000 - 172*sin(200*u + 639/5)/125 + atan(500000*u/60333 - 12500/4641)/2"
+            " + 1821/1000"
+        ),
+        Fraction("156847/5000000"),
+        Fraction("226941/50000"),
+        Fraction("-4765761/2500000"),
+    ),
+    # a power so steep at 1 that rounding 11/10 - u counts for 75 ulp, all of it on slow panels
+    "steep end": (sa.Drift("(11/10-u)**(-15/2)"), Fraction("1e-4"), Fraction(2), Fraction(3, 4)),
+}
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_scenes_that_once_failed(name: str) -> None:
+    check_floats(FOUND[name])
+
+
+def test_a_needle_once_took_gigabytes() -> None:
+    # Taylor expansions beside it lost their first coefficients
+    x = "((u + 666/1000)/(323383/100000000000))"
+    drift = sa.Drift(f"2*u - 21/125 - {x}*exp(-{x}**2)/2")
+    found = sa.escape_time(drift, [0.003], 3, log=True, full=True)
+    wanted = sa.escape_time(drift, Fraction(0.003), 3, log=True, dps=18)
+    assert abs(found.value[0] - wanted) <= found.error[0] + math.ulp(found.value[0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_floats_on_ten_thousand_scenes(kind: str) -> None:
+    ALL(given(scenes(-4, KINDS[kind]))(check_floats))()
+
+
+@needs_flint
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_balls_on_ten_thousand_scenes(kind: str) -> None:
+    ALL(given(scenes(-1.5, KINDS[kind]), st.integers(15, 60))(check_balls))()
