@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
         print(text())
         return 0
     from derivations.derive import derive
-    from symasym.derivation import DerivationError
+    from symasym.base.errors import DerivationError
 
     try:
         records = derive(arguments.labels, arguments.out, fresh=arguments.fresh)

@@ -167,7 +167,7 @@ def test_a_second_run_checks_nothing(tree, records):
     program = (
         "import sys\n"
         "from derivations.__main__ import main\n"
-        "status = main(['--out', sys.argv[1]])\n"
+        "status = main(['derive', '--out', sys.argv[1]])\n"
         "assert status == 0 and 'sympy' not in sys.modules\n"
     )
     assert "0.0 s of checks" in _python(tree, program, str(out))

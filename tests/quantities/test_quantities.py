@@ -11,6 +11,7 @@ import pytest
 
 import symasym as sa
 from symasym.exact import ball_sweep
+from symasym.numbers import balls
 from symasym.workshop import reference_quadrature
 from tests.asking import ASKED, ask_or_refuse, each, later, reference
 from tests.problems import (
@@ -51,7 +52,7 @@ def test_thirty_digits_are_the_first_of_sixty(problem: Problem) -> None:
         assert found is None or relative(found, value) <= mpmath.mpf(10) ** -30, quantity
 
 
-def balls(problem: Problem, dps: int) -> dict[str, Any]:
+def enclosures(problem: Problem, dps: int) -> dict[str, Any]:
     """Proved enclosures of those quantities that `ball` does not refuse."""
     found = {}
     for quantity, ask in problem.engine_questions(ball_sweep).items():
@@ -66,7 +67,7 @@ def balls(problem: Problem, dps: int) -> dict[str, Any]:
 def test_proved_balls_contain_the_values(problem: Problem) -> None:
     if not balls.available():
         pytest.skip("python-flint is not installed")
-    for quantity, enclosure in balls(problem, 25).items():
+    for quantity, enclosure in enclosures(problem, 25).items():
         value = reference(problem.name, quantity)
         if value is None:
             continue
