@@ -38,14 +38,14 @@ def exact_time(what: Record, drift: Drift) -> Program:
         inside = np.linspace(-1, 1, 1001)
         values = np.abs(drift.evaluate_float(inside))
         size = sympy.Float(values.max() + np.abs(np.gradient(values, inside)).max(), 20)
-    passage = FirstPassage(by_powers(A), ends, size, **known)
+    first_passage = FirstPassage(by_powers(A), ends, size, **known)
     function = Function(
         "escape_time",
         "T from 0 to |u| = r (eq:Ttilde).",
         ("kappa", "r", *drift.free),
         (),
         outside="kappa is not in 1e-8..1e8 or r not in 1e-100..1e12, or log T not known to 1e-12",
-        passage=passage,
+        first_passage=first_passage,
     )
     return Program(
         what.label, what.title, (function,), ERROR, assumptions=what.assumptions, latex=what.latex()

@@ -60,7 +60,7 @@ def _folded(
     """The function with the numbers in it, None where it has no value; and what is dropped, in
     sentences.
     """
-    if function.quadrature is not None or function.passage is not None:
+    if function.quadrature is not None or function.first_passage is not None:
         return function, []
     gone: list[str] = []
     parts = []

@@ -162,7 +162,7 @@ class Function:
     logs: tuple[Case, ...] = ()
     outside: str = "no case of the formula holds there"
     quadrature: Quadrature | None = None
-    passage: FirstPassage | None = None
+    first_passage: FirstPassage | None = None
 
     @property
     def symbols(self) -> set[Any]:
@@ -202,7 +202,7 @@ class Ready:
     outside: str = ""
     exp_of: str = ""
     quadrature: Quadrature | None = None
-    passage: FirstPassage | None = None
+    first_passage: FirstPassage | None = None
 
     @property
     def count(self) -> int:
@@ -273,7 +273,7 @@ def ready(program: Program, double: bool) -> list[Ready]:
     functions: list[Ready] = []
     own = {function.name for function in program.functions}
     for function in program.functions:
-        if held := function.quadrature or function.passage:
+        if held := function.quadrature or function.first_passage:
             functions += _ready_of_drift(function, held, double)
             continue
         function = replace(
@@ -364,10 +364,10 @@ def _ready_of_drift(
     log = f"log_{function.name}"
     about = f"Natural logarithm of `{function.name}`."
     return [
-        Ready(log, about, arguments, (), function.outside, passage=held),
+        Ready(log, about, arguments, (), function.outside, first_passage=held),
         Ready(
             function.name, function.doc, arguments, (), function.outside, exp_of=log,
-            passage=None if double else held,
+            first_passage=None if double else held,
         ),
     ]  # fmt: skip
 

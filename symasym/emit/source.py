@@ -145,7 +145,9 @@ def rendered(program: Program, target: str) -> Source:
     """The source code of a program."""
     check_target(target)
     functions: list[Ready] = []
-    if target == "mpmath" and any(f.passage and f.passage.uniform for f in program.functions):
+    if target == "mpmath" and any(
+        f.first_passage and f.first_passage.uniform for f in program.functions
+    ):
         raise InputError(
             f"the uniform {program.label} is emitted in double precision; for more digits call "
             "sa.escape_time with dps=n, or emit the exact time."

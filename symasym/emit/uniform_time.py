@@ -62,7 +62,7 @@ def uniform_time(what: Record, drift: Drift) -> Program:
         ("kappa", "r", *drift.free),
         (),
         outside=OUTSIDE,
-        passage=FirstPassage(A, ends, sympy.S.Zero, coefficients=powers, uniform=True),
+        first_passage=FirstPassage(A, ends, sympy.S.Zero, coefficients=powers, uniform=True),
     )
     left = tuple(why for degree, why in _ABSENT.items() if len(powers) <= degree)
     return Program(
@@ -75,7 +75,11 @@ def uniform_time(what: Record, drift: Drift) -> Program:
 
 def helpers_of(target: str, functions: list[Ready]) -> dict[str, Written]:
     """The helpers of a file with such functions, by the names that it calls."""
-    sizes = [len(f.passage.coefficients) for f in functions if f.passage and f.passage.uniform]
+    sizes = [
+        len(f.first_passage.coefficients)
+        for f in functions
+        if f.first_passage and f.first_passage.uniform
+    ]
     return _kernel("python" if target == "numpy" else target, max(sizes) - 1) if sizes else {}
 
 

@@ -2,7 +2,7 @@
 
 Wells, barriers and pairs of both sides of the start (`symasym.asymptotics.weak_noise.compose`),
 with the canonical Airy form of pairs that may coalesce and the truncated Gaussian of a barrier next
-to an end (`symasym.asymptotics.uniform.canonical_forms`), for zeros of A however close to each
+to an end (`symasym.asymptotics.uniform.order_zero_forms`), for zeros of A however close to each
 other or to the layer's end. Which zeros go together is decided in float64 (`.pairing_arrays` for
 many drifts, `symasym.numbers.factors` for one); `OrderZero` is what follows from it, once for both:
 to all digits zeros, differences of the potential, Airy functions and Dawson's integral.
@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.uniform.canonical_forms import (
+from symasym.asymptotics.uniform.order_zero_forms import (
     AiryForm,
     AiryIntegral,
     Truncated,
@@ -117,7 +117,7 @@ class OrderZero(Builder):
         return self
 
     def beside_a_barrier(self) -> bool:
-        """Whether a zero of A lies uphill from a start in the layer: the nearest is a barrier.
+        """True if a zero of A lies uphill from a start in the layer: the nearest is a barrier.
 
         The start truncates its Gaussian, and a well behind the start has no canonical Airy form
         with it. Both are in the series of `.truncated_gaussian` and `.sums` alone.
@@ -128,7 +128,7 @@ class OrderZero(Builder):
         return bool(self.inside(-1 if first(poly(self.c, self.edges[1])) > 0 else 1))
 
     def sure(self) -> Any:
-        """Where rounding is small."""
+        """True for the drifts whose rounding is small."""
         worst = np.zeros_like(self.start)
         for rough in [*(self.rough[k] for k in self.single), *(pair.rough for pair in self.apart)]:
             worst = np.maximum(worst, rough)
@@ -237,8 +237,8 @@ class OrderZero(Builder):
         self, sign: int, totals: list[Any], sizes: list[Any], peaks: dict[int, Series]
     ) -> OneSided:
         self.joint: list[Joint] = []
-        sight = super().side(sign, totals, sizes, peaks)
-        return sight._replace(joint=self.joint, slack=self.slack)
+        one_sided = super().side(sign, totals, sizes, peaks)
+        return one_sided._replace(joint=self.joint, slack=self.slack)
 
     # -- the end ------------------------------------------------------------------------------
 

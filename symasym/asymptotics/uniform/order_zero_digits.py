@@ -81,7 +81,7 @@ class _DigitsPoint:
 
 
 def _left_out(sizes: list[float]) -> float:
-    """What follows the first term: the others over 1 - q, q the largest ratio of neighbours."""
+    """The sum after the first term: the others over 1 - q, q the largest ratio of neighbours."""
     known = sizes[next((k for k, size in enumerate(sizes) if size), 0) :]
     ratio = max((after / before for before, after in pairwise(known) if before), default=0.0)
     return sum(sizes[1:]) / (1 - min(ratio, _MOST_FALL))
@@ -134,7 +134,7 @@ def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | No
         one = _of_pieces(c, pieces, x, r, arithmetic)
         if one.beside_a_barrier():
             return None
-        return Scene(arithmetic, one.sights(), arithmetic.number(r), _names(one))
+        return Scene(arithmetic, one.both_sides(), arithmetic.number(r), _names(one))
     except ArithmeticError:
         return None
 
@@ -178,7 +178,7 @@ def _of_pieces(
 
 
 def _in_float(one: OrderZero) -> Builder:
-    """What tells the sizes of order 1."""
+    """The float64 series from which the sizes of order 1 are taken."""
     self = Builder.__new__(Builder)
     self.count, self.degree, self.rough = one.count, one.degree, one.rough
     self.c, self.lines, self.edges = (
@@ -200,7 +200,7 @@ def _local(factor: Factor, side: int, arithmetic: Arithmetic) -> Local:
 
 
 def _names(one: OrderZero) -> list[str]:
-    """What is taken together, in words."""
+    """The names of the pairs and ends that are taken together."""
     names = [f"well and barrier about u = {float(p.side * p.point):.6g}" for p in one.together]
     ends = [sign for sign, barrier in one.before_end.items() if barrier is not None]
     return names + [f"barrier before u = {sign}" for sign in ends]

@@ -68,12 +68,12 @@ def _found(scenes: Scenes) -> Iterator[Found]:
             builder = _of_columns(scenes.take(part), zeros.take(part), some, slack[part])
             if builder.beside_a_barrier():
                 break
-            sights = builder.sights()
+            both_sides = builder.both_sides()
             sure = builder.sure()
             if sure.all():
-                yield Found(part, sights)
+                yield Found(part, both_sides)
             elif sure.any():
-                yield Found(part[sure], mapped(sights, itemgetter(sure)))
+                yield Found(part[sure], mapped(both_sides, itemgetter(sure)))
 
 
 def _numbered(keys: list[IntArray]) -> IntArray:
@@ -170,7 +170,7 @@ def _candidates(scenes: Scenes, zeros: Zeros, slack: FloatArray) -> Iterator[Pai
 def _near(
     scenes: Scenes, zeros: Zeros, turning: FloatArray, point: FloatArray, slack: FloatArray
 ) -> Any:
-    """Where a pair may be found that is not left out; this is cheaper than to look for it."""
+    """Points beside which a pair may lie; cheaper to look at than to split it off."""
     reach = np.minimum(scenes.r, 1.0)
     start = np.clip(scenes.start, -reach, reach)
     end = np.where(point < start, -reach, reach)
@@ -192,7 +192,7 @@ def _near(
 def _room(
     scenes: Scenes, height: FloatArray, start: FloatArray, end: FloatArray, middle: FloatArray
 ) -> FloatArray:
-    """How far V is from this height where the line is cut off; 0 for a pair that is beyond."""
+    """The distance of V from this height where the line is cut off; 0 for a pair beyond."""
     v = [-row / (k + 1) for k, row in enumerate(scenes.c)]
     room = np.full(len(start), np.inf)
     for cut, there in ((start, np.abs(scenes.start) < 1), (end, scenes.r < 1)):
@@ -205,7 +205,7 @@ def _room(
 def _pairs(
     scenes: Scenes, zeros: Zeros, point: FloatArray, inside: Any, start: FloatArray
 ) -> Pairs:
-    """What splits off at `point`, if its zeros are among the known ones."""
+    """The pairs that split off at `point`, if their zeros are among the known ones."""
     count = len(point)
     rows = np.flatnonzero(inside)
     one, two, *rest = (np.zeros(count) for _ in range(6))

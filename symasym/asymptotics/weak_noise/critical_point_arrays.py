@@ -94,7 +94,7 @@ def _built(rows: IntArray, scenes: Scenes, zeros: Zeros, order: int) -> Found | 
         try:
             builder = Builder(scenes, zeros, order, _single)
             sure = builder.roughest() < _ROUGHEST and builder.estimated()
-            return Found(rows, builder.sights()) if sure else None
+            return Found(rows, builder.both_sides()) if sure else None
         except (ArithmeticError, ValueError):
             # Python refuses what NumPy makes infinite.
             pass
@@ -105,7 +105,7 @@ def _built(rows: IntArray, scenes: Scenes, zeros: Zeros, order: int) -> Found | 
     if not sure.all():
         chosen = np.flatnonzero(sure)
         builder = Builder(scenes.take(chosen), zeros.take(chosen), order, unchanged)
-    return Found(rows[sure], builder.sights())
+    return Found(rows[sure], builder.both_sides())
 
 
 def _edges(scenes: Scenes) -> FloatArray:
@@ -299,7 +299,7 @@ class Builder:
         """V(u), with V(0) = 0."""
         return _value(self.v, u) * u
 
-    def sights(self) -> tuple[OneSided, OneSided]:
+    def both_sides(self) -> tuple[OneSided, OneSided]:
         """The one-sided expansions to the left, mirrored, and to the right of the start."""
         totals, sizes = self.primitives()
         middle = self.edges[1]

@@ -49,7 +49,7 @@ class Series(NamedTuple):
 
 
 class Local(Protocol):
-    """A function of lam that is no power series (`symasym.asymptotics.uniform.canonical_forms`)."""
+    """A function of lam that is no power series (see `uniform.order_zero_forms`)."""
 
     def at(self, point: Point) -> tuple[Any, Any]:
         """The value and its error."""

@@ -136,11 +136,11 @@ def _time(ctx, drift, ends, degree, size, zeros, kappa, r):
     A polynomial's `degree` is known, else it is -1; `size` is that of its terms.
     """
     if not (0 < kappa < ctx.inf and 0 < r < ctx.inf):
-        told = f"kappa is {ctx.nstr(kappa, 8)}, r is {ctx.nstr(r, 8)}"
-        raise ValueError(f"{told}; give numbers greater than 0")
+        given = f"kappa is {ctx.nstr(kappa, 8)}, r is {ctx.nstr(r, 8)}"
+        raise ValueError(f"{given}; give numbers greater than 0")
     if not all(ctx.isfinite(x) for x in (*ends, size)):
-        told = ", ".join(ctx.nstr(x, 8) for x in (*ends, size))
-        raise ValueError(f"the drift at the layer's ends and its size are {told}; give numbers")
+        given = ", ".join(ctx.nstr(x, 8) for x in (*ends, size))
+        raise ValueError(f"the drift at the layer's ends and its size are {given}; give numbers")
     lam = 2 / kappa**2
     digits = ctx.dps
     count = int(0.8 * digits) + 12

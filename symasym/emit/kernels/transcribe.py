@@ -148,12 +148,12 @@ class _Writer(Expressions):
         raise TypeError(f"no transcription of {ast.unparse(s)}")
 
     def _refusal(self, s: ast.Raise, indent: str) -> list[str]:
-        """What stands for an exception; in C that is no number, without the message."""
+        """The lines that stand for an exception; in C a NaN, without the message."""
         if self.c:
             return [f"{indent}return NAN;"]
         assert isinstance(s.exc, ast.Call)
-        told = self.code(s.exc.args[0])[1:-1]
-        lines = [f"`{line}`" for line in textwrap.wrap(told, 88, drop_whitespace=False)]
+        message = self.code(s.exc.args[0])[1:-1]
+        lines = [f"`{line}`" for line in textwrap.wrap(message, 88, drop_whitespace=False)]
         inner = f" +\n{indent}  ".join(lines)
         return [f"{indent}throw new RangeError(", f"{indent}  {inner},", f"{indent});"]
 

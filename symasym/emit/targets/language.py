@@ -2,7 +2,7 @@
 
 A `Language` is that syntax: how a constant is given, a case asked for, a value returned, and how a
 function of u is handed to a helper of the file. From it `block` writes a case, `integral` and
-`passage` the bodies of the functions that are no closed forms.
+`first_passage` the bodies of the functions that are no closed forms.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ class Language:
         call = named("_log_integral", self.target)
         return [*self.marks(q), *self.returned(value, self.deeper, call)]
 
-    def passage(self, function: Ready, q: FirstPassage) -> list[str]:
+    def first_passage(self, function: Ready, q: FirstPassage) -> list[str]:
         """The body of an exact time: its drift, where that is zero, its value."""
         drift = self.passed(function, q.drift)
         value = f"{drift}, ends, {self.text(q.rough)}, marks, count, kappa, r"

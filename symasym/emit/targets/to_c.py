@@ -90,12 +90,12 @@ def _function(function: Ready) -> str:
     if q := function.quadrature:
         before, given = _of_u(function, q.exponent)
         lines += [*given, *C.integral(function, q)]
-    if (passage := function.passage) and passage.uniform:
-        given, call = C.uniform(passage)
+    if (first_passage := function.first_passage) and first_passage.uniform:
+        given, call = C.uniform(first_passage)
         lines += [*given, f"    return {call};"]
-    elif passage:
-        before, given = _of_u(function, passage.drift)
-        lines += [*given, *C.passage(function, passage)]
+    elif first_passage:
+        before, given = _of_u(function, first_passage.drift)
+        lines += [*given, *C.first_passage(function, first_passage)]
     for body in function.bodies:
         lines += C.block(body)
     if function.bodies and function.bodies[-1].conditions:

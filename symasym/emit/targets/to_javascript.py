@@ -33,8 +33,8 @@ def _function(function: Ready) -> str:
         lines += wrapped(call, names, "  ", end=");", brackets="()", deeper="  ")
     if function.quadrature:
         lines += JAVASCRIPT.integral(function, function.quadrature)
-    if function.passage:
-        lines += _passage(function, function.passage)
+    if function.first_passage:
+        lines += _passage(function, function.first_passage)
     for body in function.bodies:
         lines += JAVASCRIPT.block(body)
     if function.bodies and function.bodies[-1].conditions:
@@ -51,7 +51,7 @@ def _refusal(function: Ready) -> list[str]:
 def _passage(function: Ready, q: FirstPassage) -> list[str]:
     """The body of an escape time; the uniform one has a value or is refused."""
     if not q.uniform:
-        return JAVASCRIPT.passage(function, q)
+        return JAVASCRIPT.first_passage(function, q)
     lines, call = JAVASCRIPT.uniform(q)
     return [
         *lines,

@@ -32,7 +32,7 @@ _WORDS = {"start", "well", "barrier", "kink", "end", "between", "beyond"}
 def render(program: Program, _: list[Ready]) -> str:
     """The file: the formula as it is derived, then the functions the other targets emit."""
     # The drift stands beside a formula that holds it.
-    general = not program.folded or any(f.passage for f in program.functions)
+    general = not program.folded or any(f.first_passage for f in program.functions)
     parts = [_block("equation*", program.latex)] if general and program.latex else []
     for function in program.functions:
         parts.append(_block("equation*", _function(function)))
@@ -55,8 +55,8 @@ def _function(function: Function) -> str:
         q = function.quadrature
         ends = f"{{{_tex(q.lower)}}}^{{{_tex(q.upper)}}}"
         return rf"{name} = \log \int_{ends} {_tex(sympy.exp(q.exponent))} \, du"
-    if function.passage is not None:
-        return rf"\phi(u) = {_tex(function.passage.drift)} \quad (|u| \le 1)"
+    if function.first_passage is not None:
+        return rf"\phi(u) = {_tex(function.first_passage.drift)} \quad (|u| \le 1)"
     if len(function.cases) == 1 and not function.cases[0].conditions:
         return f"{name} = {_values(function.cases[0].values)}"
     rows = []

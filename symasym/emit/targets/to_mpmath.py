@@ -123,7 +123,7 @@ def render(program: Program, functions: list[Ready]) -> str:
     python = helpers_of("python")
     used = helpers(code, {**HELPERS, "_horner": python["_horner"], "_zeros": python["_zeros"]})
     more = 'dps: digits that are right. Numbers are exact: 0.1 is a binary fraction, "0.1" is 1/10'
-    if any(f.passage for f in functions):
+    if any(f.first_passage for f in functions):
         program = replace(program, error=ERROR)
     top = comment(header(program, more), "#")
     return "\n".join([
@@ -138,8 +138,8 @@ def _function(function: Ready) -> str:
     inner = heading(f"def _{function.name}", ["ctx", *names], ":")
     if function.quadrature:
         inner += MPMATH.integral(function, function.quadrature)
-    if function.passage:
-        inner += _passage(function, function.passage)
+    if function.first_passage:
+        inner += _passage(function, function.first_passage)
     for body in function.bodies:
         inner += MPMATH.block(body)
     if function.bodies and function.bodies[-1].conditions:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from symasym.emit import uniform_time
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
-from symasym.emit.targets.to_python import floats, passage
+from symasym.emit.targets.to_python import first_passage, floats
 from symasym.emit.writing import (
     Written,
     argument_values,
@@ -137,13 +137,13 @@ def _function(function: Ready) -> str:
         head.append('    with np.errstate(over="ignore", under="ignore"):')
         first = f"return np.exp({function.exp_of}"
         return "\n".join([*head, *wrapped(first, names, " " * 8, end=")", brackets="()")])
-    if function.quadrature or function.passage:
+    if function.quadrature or function.first_passage:
         inner = heading(f"def _{function.name}", list(function.arguments), ":")
         if function.quadrature:
             body = NUMPY.integral(function, function.quadrature)
         else:
-            assert function.passage is not None
-            body = [*floats(names), *passage(function, function.passage, NUMPY)]
+            assert function.first_passage is not None
+            body = [*floats(names), *first_passage(function, function.first_passage, NUMPY)]
         each = wrapped("return _each", f"_{function.name}, {names}", "    ", brackets="()")
         return "\n".join([*inner, *body, "", "", *head, *each])
     if len(function.bodies) == 1 and not function.bodies[0].conditions:

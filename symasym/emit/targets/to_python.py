@@ -37,8 +37,8 @@ def _function(function: Ready) -> str:
     if function.quadrature:
         return "\n".join([*lines, *PYTHON.integral(function, function.quadrature)])
     lines += floats(names)
-    if function.passage:
-        return "\n".join([*lines, *passage(function, function.passage, PYTHON)])
+    if function.first_passage:
+        return "\n".join([*lines, *first_passage(function, function.first_passage, PYTHON)])
     for body in function.bodies:
         lines += PYTHON.block(body)
     if function.bodies[-1].conditions:
@@ -53,10 +53,10 @@ def floats(names: str) -> list[str]:
     return [f"    {names} = float({names})"] if names else []
 
 
-def passage(function: Ready, q: FirstPassage, language: Language) -> list[str]:
+def first_passage(function: Ready, q: FirstPassage, language: Language) -> list[str]:
     """The body of an escape time; the uniform one has a value or is refused."""
     if not q.uniform:
-        return language.passage(function, q)
+        return language.first_passage(function, q)
     lines, call = language.uniform(q)
     return [
         *lines,
