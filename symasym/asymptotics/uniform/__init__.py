@@ -2,8 +2,8 @@
 
 `answer` is asked, and estimates the error from the next orders. To every order: `pairing` (which
 critical points are taken together), `coalescing_pair` (Chester-Friedman-Ursell),
-`truncated_gaussian` (Bleistein), `sums`. Order 0 of polynomial A, without cancellation and with an error of its own:
-`order_zero` and `order_zero_forms` over floats or digits; `pairing_arrays` finds the structure of
-arrays, `order_zero_digits` that of one drift. One integral of your own with coalescing saddles is
-`symasym.asymptotics.coalescence`.
+`truncated_gaussian` (Bleistein), `sums`. Order 0 of polynomial A, without cancellation and with an
+error of its own: `order_zero` and `order_zero_forms` over floats or digits; `pairing_arrays` finds
+the structure of arrays, `order_zero_digits` that of one drift. One integral of your own with
+coalescing saddles is `symasym.asymptotics.coalescence`.
 """

@@ -325,7 +325,7 @@ def _too_strong(kappa: str, order: int) -> AccuracyError:
 
 
 def _next_terms(found: list[Any], n: int, context: Any) -> Any:
-    """The truncation error of order n, relative: five times the next two, more if they hardly fall."""
+    """Relative truncation error of order n: five times the next two, more if they hardly fall."""
     near, far = (abs(found[n + k + 1] - found[n + k]) for k in range(BEYOND))
     fall = min(far / near, context.mpf(3) / 4) if near else context.mpf(3) / 4
     # Five, for scenes where fold and end meet: the error of the composite is in no next term.
