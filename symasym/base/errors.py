@@ -34,7 +34,3 @@ class RangeError(AccuracyError, OverflowError):
 
 class OutputError(SymasymError, OSError):
     """A result cannot be written; what was there before is untouched."""
-
-
-class DerivationError(SymasymError, ArithmeticError):
-    """A step whose check does not pass: which one, its check, both sides, and a point."""

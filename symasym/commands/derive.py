@@ -6,6 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from symasym.base.errors import SymasymError
 from symasym.commands.settings import Commands
 
 
@@ -38,11 +39,13 @@ def run(arguments: argparse.Namespace) -> int:
         print(text())
         return 0
     from derivations.derive import derive
-    from symasym.base.errors import DerivationError
 
     try:
         records = derive(arguments.labels, arguments.out, fresh=arguments.fresh)
-    except DerivationError as error:
+    except SymasymError as error:
+        # A DerivationError, without SymPy, which its module loads.
+        if not isinstance(error, ArithmeticError):
+            raise
         print(f"symasym: {error}", file=sys.stderr)
         return 1
     for label in arguments.labels or records:

@@ -8,10 +8,10 @@ decide counts as failed.
 This package loads SymPy; ``import symasym`` does not load this package.
 """
 
-from symasym.base.errors import DerivationError
 from symasym.derivation.chain import (
     RULES,
     Derivation,
+    DerivationError,
     Hypothesis,
     Step,
     StepRecord,

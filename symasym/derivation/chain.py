@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from symasym.base.errors import DerivationError
+from symasym.base.errors import SymasymError
 from symasym.derivation.checks import Check
 from symasym.derivation.results import Outcome, Statement, latex, statement, text
 
@@ -29,6 +29,10 @@ RULES = (
 )
 
 STATUSES = ("checked", "assumed", "fails")
+
+
+class DerivationError(SymasymError, ArithmeticError):
+    """A step whose check does not pass: which one, its check, both sides, and a point."""
 
 
 @dataclass(frozen=True)
