@@ -6,7 +6,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from derivations.numerics import WELL, Scene, pieces, split_pieces, well_integral
+from derivations.numerics import (
+    SLIDING,
+    WELL,
+    Scene,
+    outside_share,
+    pieces,
+    split_pieces,
+    well_integral,
+)
 from symasym.base.contexts import own_context
 
 
@@ -251,26 +259,24 @@ def well_order() -> Evidence:
 
 def occupation_order() -> Evidence:
     """1 - P at kappa = 0.2: the print's O(kappa^2) scale against the sharp exponential."""
-    from derivations.section6_sliding import SCENE, outside_share
-
     with own_context(50) as ctx:
         k = ctx.mpf("0.1")
-        (low,) = SCENE.roots(ctx)
-        bottom, end = SCENE.V(ctx, low), SCENE.V(ctx, ctx.mpf(1))
+        (low,) = SLIDING.roots(ctx)
+        bottom, end = SLIDING.V(ctx, low), SLIDING.V(ctx, ctx.mpf(1))
         sharp = (
             k
-            * ctx.sqrt(-SCENE.phi(ctx, low, 1))
+            * ctx.sqrt(-SLIDING.phi(ctx, low, 1))
             / (2 * ctx.sqrt(ctx.pi))
             * (
-                ctx.exp(2 * bottom / k**2) / SCENE.end(ctx, -1)
-                - ctx.exp(2 * (bottom - end) / k**2) / SCENE.end(ctx, 1)
+                ctx.exp(2 * bottom / k**2) / SLIDING.end(ctx, -1)
+                - ctx.exp(2 * (bottom - end) / k**2) / SLIDING.end(ctx, 1)
             )
         )
         return Evidence(
             "log(1 - P) (printed: order kappa^2)",
             {"mu": "1", "alpha": "1", "z0": "1/2", "kappa": "1/10"},
             2 * ctx.log(k),
-            ctx.log(outside_share(SCENE, k, ctx)),
+            ctx.log(outside_share(SLIDING, k, ctx)),
             ctx.log(sharp),
             1e-3,
         )

@@ -85,6 +85,8 @@ class Scene:
         return (a + b) / 2
 
 
+#: Friction that slides, with one well.
+SLIDING = Scene.friction("1", "1", "1/2")
 #: A = 3 (u + 1/5)(u - 3/5)(u + 2): a well at -1/5, a barrier at 3/5, everything rational.
 WELL = Scene((Fraction(-18, 25), Fraction(-69, 25), Fraction(24, 5), Fraction(3)))
 
@@ -284,3 +286,23 @@ def well_integral(ctx: Any, scene: Scene, kappa: Any) -> Any:
         before = integral(ctx, inner, uniform(ctx, -1, top[0], width))
         value, _ = nested(ctx, outer, inner, top, before)
     return lam * value * ctx.exp(lam * (V2 - V1))
+
+
+def outside(ctx: Any, scene: Scene, k: Any) -> Any:
+    """The integral of e^{-2 V/k^2} outside the layer, of a sliding scene."""
+    weight = ctx.exp(-2 * scene.V(ctx, ctx.mpf(1)) / k**2)
+    return k**2 / (2 * scene.end(ctx, -1)) - k**2 / (2 * scene.end(ctx, 1)) * weight
+
+
+def outside_share(scene: Scene, k: Any, ctx: Any) -> Any:
+    """1 - P for small kappa: the layer's integral over its well's neighbourhood."""
+    (low,) = scene.roots(ctx)
+    bottom = scene.V(ctx, low)
+    width = 1 / ctx.sqrt(-2 / k**2 * scene.phi(ctx, low, 1))
+    inside = integral(
+        ctx,
+        lambda x: ctx.exp(-2 * (scene.V(ctx, x) - bottom) / k**2),
+        around(ctx, low, width, -1, 1),
+    ) * ctx.exp(-2 * bottom / k**2)
+    beyond = outside(ctx, scene, k)
+    return beyond / (inside + beyond)

@@ -8,7 +8,8 @@ from typing import Any
 import sympy
 from sympy import Symbol
 
-from derivations.numerics import Scene, around, integral, uniform
+from derivations.numerics import SLIDING as SCENE
+from derivations.numerics import Scene, integral, outside, outside_share, uniform
 from derivations.paper import a_minus, kappa, lam, u
 from derivations.paper import a_plus_sliding as a_plus
 from derivations.registry import derives
@@ -17,36 +18,16 @@ from symasym.derivation import Bound, Expansion, Identity, Inequality, Order, To
 N = Symbol("N", positive=True)
 V_1 = Symbol("V_1", real=True)
 # Sliding friction drift: a- = 3/2, a+ = -1/2, one well, V(1) = -1: the right tail leads.
-SCENE = Scene.friction("1", "1", "1/2")
 ENDS = {a_minus: "3/2", a_plus: "-1/2"}
 # One well, V(1) = 0: both tails weigh the same. a- = 1/2, a+ = -3/2.
 LEVEL = Scene((Fraction(1, 4), Fraction(-1), Fraction(-3, 4)))
 tails = kappa**2 / (2 * a_minus) - kappa**2 / (2 * a_plus) * sympy.exp(-lam * V_1)
 
 
-def _outside(ctx: Any, scene: Scene, k: Any) -> Any:
-    weight = ctx.exp(-2 * scene.V(ctx, ctx.mpf(1)) / k**2)
-    return k**2 / (2 * scene.end(ctx, -1)) - k**2 / (2 * scene.end(ctx, 1)) * weight
-
-
 def occupation(k: Any, ctx: Any) -> Any:
     """P of the scene, for kappa that is not small."""
     inside = integral(ctx, lambda x: ctx.exp(-2 * SCENE.V(ctx, x) / k**2), uniform(ctx, -1, 1, 1))
-    return inside / (inside + _outside(ctx, SCENE, k))
-
-
-def outside_share(scene: Scene, k: Any, ctx: Any) -> Any:
-    """1 - P for small kappa: the layer's integral over its well's neighbourhood."""
-    (low,) = scene.roots(ctx)
-    bottom = scene.V(ctx, low)
-    width = 1 / ctx.sqrt(-2 / k**2 * scene.phi(ctx, low, 1))
-    inside = integral(
-        ctx,
-        lambda x: ctx.exp(-2 * (scene.V(ctx, x) - bottom) / k**2),
-        around(ctx, low, width, -1, 1),
-    ) * ctx.exp(-2 * bottom / k**2)
-    outside = _outside(ctx, scene, k)
-    return outside / (inside + outside)
+    return inside / (inside + outside(ctx, SCENE, k))
 
 
 @derives("tails", "Both tail integrals of the steady state", ("eq:V2",))

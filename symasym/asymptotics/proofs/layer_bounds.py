@@ -280,17 +280,6 @@ def _rises(floats: Callable[[Any], Any], a: Fraction, b: Fraction) -> list[Fract
     return zeros
 
 
-def rough_barriers(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> list[Fraction]:
-    """Points where A rises through 0 in (a, b), in float64."""
-    sign = -1 if mirrored else 1
-
-    def floats(u: FloatArray) -> Any:
-        with np.errstate(all="ignore"):
-            return np.broadcast_to(sign * drift.evaluate_float(sign * u), u.shape)
-
-    return _rises(floats, a, b)
-
-
 def _root(field: _Drift, near: Fraction) -> tuple[Fraction, Fraction] | None:
     """A point and a distance within which A changes sign, proved; None if it is no simple zero."""
     flint = flint_module()
