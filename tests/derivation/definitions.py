@@ -1,11 +1,11 @@
-"""Quantities of the paper from their definitions: differential equations, solved by Taylor's method.
+"""Quantities of the paper from their definitions: differential equations, by Taylor's method.
 
 It shares nothing with the derivations and nothing with the library. A drift phi is a
 polynomial on each of some stretches of the line, and lam = 2/kappa^2. With S the slope of what is
 looked for, all equations are S' = -lam (phi S + source):
 
 - The mean escape time has (kappa^2/2) T'' + phi T' = -1 and T = 0 at both ends (Gardiner, Handbook
-  of Stochastic Methods, 5.2.7): the source is 1. With a wall in place of the left end, T' = 0 there.
+  of Stochastic Methods, 5.2.7): the source is 1. With a wall at the left end, T' = 0 there.
 - The chance h of leaving on the left has (kappa^2/2) h'' + phi h' = 0, h = 1 and h = 0 at the ends.
 - The stationary density q has no flux, (kappa^2/2) q' = phi q: the drift is -phi, the source 0.
 - The density R integrated over all time has the flux -phi R + (kappa^2/2) R' = c left of the start
@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import mpmath
@@ -30,6 +30,7 @@ import numpy as np
 CTX = mpmath.mp.clone()
 CTX.dps = 20
 _TERMS = 32
+_INVERSES = [1 / CTX.mpf(n) for n in range(1, _TERMS + 2)]
 
 
 def of_fraction(x: Any) -> Any:
@@ -65,7 +66,8 @@ class Drift:
         return Drift(
             tuple(-e for e in reversed(self.edges)),
             tuple(
-                tuple(-c * (-1) ** k for k, c in enumerate(field)) for field in reversed(self.fields)
+                tuple(-c * (-1) ** k for k, c in enumerate(field))
+                for field in reversed(self.fields)
             ),
         )
 
@@ -78,9 +80,7 @@ class Drift:
         cuts = [e for e in map(of_fraction, self.edges) if a < e < b]
         points = [a, *cuts, b]
         inner = [sum(of_fraction(e) <= x for e in self.edges) for x in points[:-1]]
-        return [
-            (x, y, self.fields[n]) for x, y, n in zip(points, points[1:], inner, strict=False)
-        ]
+        return [(x, y, self.fields[n]) for x, y, n in zip(points, points[1:], inner, strict=False)]
 
     def slope(self, lam: Any, a: Any, b: Any, start: Any, source: Any) -> tuple[Any, Any]:
         """S at b and the integral of S over (a, b), from S(a) = start."""
@@ -141,9 +141,9 @@ def _taylor(field: Any, lam: Any, x: Any, y: Any, value: Any, source: Any) -> tu
         terms = [value]
         for n in range(_TERMS):
             rate = CTX.fdot(local[: n + 1], reversed(terms[-len(local) :]))
-            terms.append(-(rate + (lam * h * source if n == 0 else 0)) / (n + 1))
+            terms.append(-(rate + (lam * h * source if n == 0 else 0)) * _INVERSES[n])
         value = CTX.fsum(terms)
-        total += h * CTX.fsum(s / (n + 1) for n, s in enumerate(terms))
+        total += h * CTX.fdot(terms, _INVERSES)
     return value, total
 
 
@@ -251,6 +251,7 @@ class Scene:
         return here / sum(self.masses)
 
 
+@cache
 def roots(drift: Drift) -> list[Any]:
     """Zeros of the drift inside the layer, from left to right, by bisection."""
     field = [of_fraction(c) for c in drift.fields[1]]
