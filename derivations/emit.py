@@ -6,13 +6,13 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import sympy
 
-from derivations.labels import REASONS
+from derivations.labels import DEFINITIONS
 from derivations.registry import build, closure, entries
 from derivations.runner import describe
 from symasym.base.files import write_bytes
@@ -448,7 +448,8 @@ def formulas() -> str:
         record["functions"] = [item.name for item in EMITTED if item.label == label]
         record["code"] = [statement(item) for item in EMITTED if item.label == label]
         records[label] = record
-    data = {"format": FORMAT, "formulas": records, "definitions": REASONS}
+    definitions = {label: asdict(defined) for label, defined in DEFINITIONS.items()}
+    data = {"format": FORMAT, "formulas": records, "definitions": definitions}
     return json.dumps(data, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
 
 

@@ -77,7 +77,8 @@ def stokes(d: Any) -> None:
         (_, begin, *_) = d.use("laplace-substitution", step="Jacobian and limits")
         weight = sympy.exp(-A2 * across**2)
         line = sympy.integrate(weight, (across, -sympy.oo, sympy.oo))
-        return sympy.integrate(weight, (across, begin, sympy.oo)) / line
+        share = sympy.integrate(weight, (across, begin, sympy.oo)) / line
+        return sympy.expand(share).rewrite(sympy.erf)
 
     at_start = d.step(
         "u2 near 0: the barrier passes the start",
@@ -86,7 +87,7 @@ def stokes(d: Any) -> None:
         Identity(beyond_start),
         "the substituted integral begins at -u2/kappa",
     )
-    some = Symbol("s", positive=True)
+    some, ahead = Symbol("s", positive=True), Symbol("x", positive=True)
     cases = d.step(
         "u2 > 0, u2 = 0, u2 < 0",
         "take limit",
@@ -94,7 +95,7 @@ def stokes(d: Any) -> None:
         Identity(
             lambda: [
                 sympy.limit(at_start.subs(u2, place).subs(kappa, 1 / some), some, sympy.oo)
-                for place in (Symbol("x", positive=True), 0, Symbol("x", negative=True))
+                for place in (ahead, 0, -ahead)
             ]
         ),
         "as kappa -> 0",

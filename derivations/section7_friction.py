@@ -7,6 +7,7 @@ from typing import Any
 import sympy
 from sympy import Symbol
 
+from derivations.labels import DEFINITIONS
 from derivations.paper import alpha, kappa_physical, mu, phi, u, z0
 from derivations.registry import derives
 from symasym.derivation import Bound, Definition, Identity, Inequality, Satisfies
@@ -29,12 +30,15 @@ _HALF = sympy.Rational(1, 2)
 @derives("eq:osc2", "The oscillator as a first-order system")
 def first_order(d: Any) -> None:
     F = sympy.Function("F")
-    velocity = Symbol("zdot", real=True)
 
     def from_second_order() -> list[Any]:
-        # z'' + z' + z + F(z' + 1) = 0 (eq:osc1) and y = z' + 1.
-        acceleration = -velocity - z - F(velocity + 1)
-        return [velocity.subs(velocity, y - 1), acceleration.subs(velocity, y - 1)]
+        text, _ = DEFINITIONS["eq:osc1"].text.split(" = 0")
+        second, first = Symbol("second"), Symbol("first")
+        named = {"second": second, "first": first, "z": z, "F": F}
+        model = sympy.sympify(text.replace("z''", "second").replace("z'", "first"), named)
+        (acceleration,) = sympy.solve(model, second)
+        # y = z' + 1, whose rate is z''.
+        return [y - 1, acceleration.subs(first, y - 1)]
 
     found = d.step(
         "y = z' + 1",
@@ -72,7 +76,7 @@ def coulomb(d: Any) -> None:
 
     def directions() -> list[Any]:
         table = d.use("regions", "N")
-        signs = [[int(field.subs(z, at) > 0) for field in both] for at in beside]
+        signs = [[int(bool(field.subs(z, at) > 0)) for field in both] for at in beside]
         return [table[minus, plus] for minus, plus in signs]
 
     beside = (edges[0] - third, edges[0] + third, edges[1] + third)
