@@ -23,12 +23,17 @@ y = Symbol("y", real=True)
 def frozen(d: Any) -> None:
     rho, h, M = (Symbol(n, positive=True) for n in ("rho", "h", "M"))
     c, s = Symbol("c", real=True), Symbol("s", real=True)
-    slope, curvature = Symbol("f_1", positive=True), Symbol("f_2", real=True)
+    slopes, curvature = sympy.symbols("f_x f_y", positive=True), Symbol("f_xx", real=True)
     field, ray = Function("f"), Function("g")
     at_zero = Symbol("f_0", positive=True)
     d.suppose("f-, f+, F and D are smooth near the origin: their slopes are at most M there")
     a, b = Symbol("a", real=True), Symbol("b", real=True)
-    d.step(
+
+    def near(x: Any, y: Any) -> Any:
+        """A field near the origin, less its value there."""
+        return slopes[0] * x + slopes[1] * y + curvature * x**2
+
+    along = d.step(
         "slope along a ray",
         "differentiate",
         c * sympy.Subs(sympy.Derivative(field(a, s * h), a), a, c * h)
@@ -69,26 +74,29 @@ def frozen(d: Any) -> None:
         "expand",
         Expansion(at_zero, rho, rho),
         _Exactly(
-            lambda: at_zero + change.replace(ray, lambda h: slope * h + curvature * h**2).doit(),
+            lambda: at_zero + change.replace(ray, lambda h: near(c * h, s * h)).doit(),
             most / M,
+            lambda: along.replace(field, near).doit().subs(h, 0),
         ),
-        "no less than O(r) where the slope f_1 is not 0",
+        "no less than O(r) where the slope along the ray is not 0",
     )
     d.conclude(Symbol("f"), found, "O(r)")
 
 
 @dataclass
 class _Exactly:
-    """The remainder over the gauge has a limit that is not 0, the gauge being the one derived."""
+    """The remainder over the gauge, which is the one derived, has a limit that is known."""
 
     exact: Callable[[], Any]
     gauge: Any
+    limit: Callable[[], Any]
     kind: ClassVar[str] = "asymptotic order"
 
     def run(self, result: Any, rng: Any) -> Outcome:
-        x = result.variable
-        ratio = sympy.limit((self.exact() - result.leading) / result.gauge, x, result.limit)
-        right = result.gauge == self.gauge and ratio.is_finite and ratio != 0
+        ratio = sympy.limit(
+            (self.exact() - result.leading) / result.gauge, result.variable, result.limit
+        )
+        right = result.gauge == self.gauge and sympy.expand(ratio - self.limit()) == 0
         return Outcome(bool(right), f"remainder / gauge tends to {ratio}")
 
     def how(self) -> str:
@@ -162,13 +170,20 @@ def scaled_drift(d: Any) -> None:
     d.conclude(phi(u), found, cases=(r"u \le -1", r"-1 \le u \le 1", r"u \ge 1"))
 
 
-@derives("eq:reducedSDE", "One dimension, one noise", ("noise-amplitude",))
+@derives("eq:reducedSDE", "One dimension, one noise", ("noise-amplitude", "eq:scaledSDEx"))
 def reduced(d: Any) -> None:
     f = Function("f")
 
     def ito() -> list[Any]:
+        drift, *row = d.use("eq:scaledSDEx", "drift", "B1", "B2", "B3")
+        # The names of the component: phi for F2, b for the second row of D.
+        drift = drift.replace(Function("F2"), phi)
+        named = dict(zip(sympy.symbols("d21:24", real=True), _b, strict=True))
         variance = (_k * d.use("noise-amplitude", "sigma")) ** 2
-        generator = phi(u) * sympy.diff(f(x), x) + variance / 2 * sympy.diff(f(x), x, 2)
+        alone = [(_k * b.subs(named)) ** 2 for b in row]
+        if sympy.expand(variance - sum(alone)) != 0:
+            raise ValueError("the noises do not add up")
+        generator = drift * sympy.diff(f(x), x) + variance / 2 * sympy.diff(f(x), x, 2)
         return [
             generator.coeff(sympy.diff(f(x), x)),
             sympy.sqrt(2 * generator.coeff(sympy.diff(f(x), x, 2))),

@@ -71,7 +71,7 @@ def survival(d: Any) -> None:
         Satisfies(lambda flux: {"its derivative": sympy.diff(flux, u) - d.use("eq:FPE", "Lq")}),
         "so that none is lost inside: -S' is what leaves through -r and r in unit time",
     )
-    d.step(
+    by_parts = d.step(
         "by parts",
         "integrate",
         S(t),
@@ -84,16 +84,20 @@ def survival(d: Any) -> None:
         ),
         "-S' is the density of the escape time, so that its mean is the integral of S",
     )
-    mode = q(u) * sympy.exp(-_m * t)
+    mode = sympy.exp(-_m * t)
+
+    def mean_of_mode() -> Any:
+        """The mean of q(u) e^{-m t}, by the integral of its mass."""
+        mass = Integral(q(u), (u, -r, r))
+        return sympy.integrate(by_parts.replace(S, lambda _: mode), (t, 0, sympy.oo)) * mass
+
     found = d.step(
         "surviving mass",
         "substitute",
         Integral(Integral(p(u, t), (u, -r, r)), (t, 0, sympy.oo)),
         Satisfies(
             lambda T: {
-                "the mean of one mode": T.replace(p, lambda *_: mode).doit()
-                - Integral(q(u), (u, -r, r))
-                * sympy.integrate(-t * sympy.diff(sympy.exp(-_m * t), t), (t, 0, sympy.oo))
+                "the mean of one mode": T.replace(p, lambda *_: q(u) * mode).doit() - mean_of_mode()
             }
         ),
         "S is the integral of p over |u| < r; a mode q(u) e^{-m t} has the mean 1/m times its mass",
@@ -136,6 +140,10 @@ def first_integral(d: Any) -> None:
     def operator() -> Any:
         return d.use("eq:odeR", "LR").replace(Function("q"), lambda at: _m * R(at)).doit()
 
+    def source() -> Any:
+        left = d.use("eq:odeR", step="left side of one mode")
+        return left.replace(Function("q"), sympy.DiracDelta)
+
     d.step(
         "flux",
         "integrate",
@@ -149,7 +157,7 @@ def first_integral(d: Any) -> None:
         C - Heaviside(u),
         Satisfies(
             lambda flux: {
-                "derivative is -delta": sympy.diff(flux, u) + sympy.DiracDelta(u),
+                "derivative is -delta": sympy.diff(flux, u) - source(),
                 "C left of the start": flux.subs(u, -1) - C,
             }
         ),

@@ -85,8 +85,8 @@ def bound_on_C(d: Any) -> None:
         kappa**2 * (1 - Delta) / (2 * a_minus) * sympy.exp(lam * a_minus * r * (1 - Delta)),
         Satisfies(
             lambda low: {
-                "what is bounded is the left integral": left * below.right.subs(meant)
-                - low * sympy.powsimp(sympy.expand(below.left.subs(meant)))
+                "what is bounded is the left integral": left * below.smaller.subs(meant)
+                - low * sympy.powsimp(sympy.expand(below.larger.subs(meant)))
             }
         ),
     )
@@ -122,10 +122,10 @@ def bound_on_C(d: Any) -> None:
         "bound on the right integral",
         "integrate",
         (1 + kappa**2 / (2 * a_plus)) * sympy.exp(lam * V_max),
-        Identity(lambda: sympy.integrate(inside.right, (u, 0, 1)) + inside.right * most.right),
+        Identity(lambda: sympy.integrate(inside.larger, (u, 0, 1)) + inside.larger * most.larger),
     )
     ratio = C_in_halves(d).subs(I1, X + q)
-    larger = d.step(
+    bounded = d.step(
         "C from both",
         "bound",
         Inequality(ratio, "<=", (I0 + s) / (X + I0 + s)),
@@ -138,7 +138,7 @@ def bound_on_C(d: Any) -> None:
     dropped = d.step(
         "drop the 1",
         "bound",
-        Inequality(sympy.together(larger.right.subs(I0, Y - s)), "<=", Y / X),
+        Inequality(sympy.together(bounded.larger.subs(I0, Y - s)), "<=", Y / X),
         Bound(difference=Y**2 / (X * (X + Y)), on="X, Y > 0"),
     )
     chained = d.step(
@@ -148,7 +148,7 @@ def bound_on_C(d: Any) -> None:
         / (1 - Delta)
         * (1 / a_plus + 2 / kappa**2)
         * sympy.exp(-lam * a_minus * r * (1 - Delta - V_max / (a_minus * r))),
-        Identity(lambda: dropped.right.subs({X: low, Y: high})),
+        Identity(lambda: dropped.larger.subs({X: low, Y: high})),
         "V_max is divided by a- r, not by r; no factor 1 + Delta",
     )
     exponent = d.step(
@@ -181,13 +181,13 @@ def bound_on_C(d: Any) -> None:
         * sympy.exp(-lam * a_minus * r * (1 - 2 * Delta)),
         Satisfies(
             lambda found: {
-                "exponents": exponent.left
+                "exponents": exponent.smaller
                 - _exponent(chained).subs(V_max, Delta * a_minus * r - gap),
                 "the chain": found
                 - chained
                 * (1 - Delta)
-                * factor.right
-                * sympy.exp(exponent.right - _exponent(chained)),
+                * factor.larger
+                * sympy.exp(exponent.larger - _exponent(chained)),
             }
         ),
         "with the paper's 1 + 4 Delta in place of 1/(1 - Delta)",
@@ -198,7 +198,7 @@ def bound_on_C(d: Any) -> None:
         sympy.Rational(4, 3),
         Identity(
             lambda: (
-                sympy.simplify(chained / (at_limit / factor.right))
+                sympy.simplify(chained / (at_limit / factor.larger))
                 .subs({V_max: Delta * a_minus * r})
                 .subs(Delta, sympy.Rational(1, 4))
             )
@@ -210,6 +210,18 @@ def bound_on_C(d: Any) -> None:
         "evaluate",
         2 * a_minus * (1 / a_plus + 2 / kappa**2) * sympy.exp(-r * a_minus / kappa**2),
         Identity(lambda: at_limit.subs(Delta, sympy.Rational(1, 4))),
+    )
+    d.step(
+        "what is given away at the end",
+        "evaluate",
+        sympy.Rational(3, 2),
+        Satisfies(
+            lambda ratio: {
+                "over the ratio of the two bounds": final
+                - ratio * chained.subs(V_max, Delta * a_minus * r).subs(Delta, sympy.Rational(1, 4))
+            }
+        ),
+        "2 in place of 4/3",
     )
     d.conclude(
         Symbol("C_high"),

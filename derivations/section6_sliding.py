@@ -145,7 +145,7 @@ def lower_bound(d: Any) -> None:
         "integrate the floor",
         "integrate",
         L * sympy.exp(-lam * V_1),
-        Identity(lambda: sympy.integrate(below.right, (u, 1 - L, 1))),
+        Identity(lambda: sympy.integrate(below.smaller, (u, 1 - L, 1))),
     )
     low = d.step(
         "put the floor in",
