@@ -1,4 +1,7 @@
-"""The escape time of the friction oscillator, exact and by the paper's formula (fric1, fric2)."""
+"""The friction oscillator's escape time, z frozen, exact and by the paper's formula (fric1, fric2).
+
+In the oscillator z moves while the block sticks, so this is not the time of its release.
+"""
 
 from __future__ import annotations
 
@@ -126,7 +129,7 @@ def fric1(
     eps: Number = EPS,
     r: Number = R,
 ) -> Figure:
-    """The escape time against z0 at several noise amplitudes (Fig. fric1).
+    """The escape time with z frozen at z0, at several noise amplitudes (Fig. fric1).
 
     Parameters
     ----------
@@ -161,7 +164,7 @@ def fric1(
     panels = [[_curve(m, k, points, low, setting) for k in amplitudes] for m in shapes]
     labels = [rf"$\kappa = {number_text(exact('kappa', k))}$" for k in amplitudes]
     caption = (
-        f"Logarithm of the escape time of the oscillator against its spring extension, "
+        "Logarithm of the mean escape time with the spring extension frozen at z0, "
         f"{_setting_text(setting)}: the exact integral (solid) and the paper's leading-order "
         "formula (dotted), for the kappa beside the curves."
     )
@@ -195,7 +198,7 @@ def fric2(
     eps: Number = EPS,
     r: Number = R,
 ) -> Figure:
-    """The escape time against z0 for several mu at small noise (Fig. fric2).
+    """The escape time with z frozen at z0, for several mu at small noise (Fig. fric2).
 
     Parameters
     ----------
@@ -230,9 +233,10 @@ def fric2(
     curves = [_curve(m, kappa, points, low, setting) for m in shapes]
     noise = number_text(exact("kappa", kappa))
     caption = (
-        f"Logarithm of the escape time against the spring extension at kappa = {noise}, "
-        f"{_setting_text(setting)}, for the mu beside the curves: the exact integral (solid) and "
-        "the paper's leading-order formula (dotted), whose Stokes discontinuities are marked."
+        "Logarithm of the mean escape time with the spring extension frozen at z0, "
+        f"kappa = {noise}, {_setting_text(setting)}, for the mu beside the curves: the "
+        "exact integral (solid) and the paper's leading-order formula (dotted), whose Stokes "
+        "discontinuities are marked."
     )
     with style():
         figure = new_figure(5.4, 3.8, caption)

@@ -109,7 +109,7 @@ def _caption(fold: float, mu: Number, kappa: Number, r: Number) -> str:
     given = {"mu": mu, "kappa": kappa, "r": r}
     shown = ", ".join(f"{name} = {number_text(exact(name, x))}" for name, x in given.items())
     return (
-        f"A well is born at z0 = {fold:.4g} ({shown}): the escape time (a), the "
+        f"A well is born at z0 = {fold:.4g} ({shown}): the escape time with z frozen (a), the "
         "Stokes multiplier (b), relative errors (c), and the error of the uniform formula's "
         "leading order over z0 and kappa (d)."
     )
