@@ -8,6 +8,8 @@ from typing import Any
 from sympy import Function, Symbol
 
 from symasym.derivation import Derivation, DerivationError, Outcome, Step, StepRecord
+from symasym.derivation.checks import Check
+from symasym.derivation.results import Statement
 
 # Scaled variables are those of symasym: u for the paper's tilde y, kappa for its tilde kappa.
 u = Symbol("u", real=True)
@@ -79,24 +81,11 @@ NAMES: dict[Any, str] = {
     **{
         Symbol(f"{n}_{side}", positive=True): f"{tex}_{{\\mathrm{{{side}}}}}"
         for side in ("left", "right")
-        for n, tex in (("sigma", "\\sigma"), ("w", "w"), ("y", "y"), ("K", "K"), ("M", "M"))
-    },
-    **{
-        Symbol(f"log_{n}_{side}", real=True): f"\\log {tex}_{{\\mathrm{{{side}}}}}"
-        for side in ("left", "right")
-        for n, tex in (("sigma", "\\sigma"), ("w", "w"))
+        for n, tex in (("sigma", "\\sigma"), ("K", "K"), ("M", "M"))
     },
     Symbol("lam", positive=True): r"\lambda",
     Symbol("inside", positive=True): r"M_{\mathrm{in}}",
     Symbol("outside", positive=True): r"M_{\mathrm{out}}",
-    Symbol("log_inside", real=True): r"\log M_{\mathrm{in}}",
-    Symbol("log_outside", real=True): r"\log M_{\mathrm{out}}",
-    Symbol("near", positive=True): r"n",
-    Symbol("far", positive=True): r"f",
-    Symbol("both", positive=True): r"b",
-    Symbol("end", positive=True): r"e_b",
-    Symbol("both_down"): r"b_{\mathrm{down}}",
-    Symbol("both_up"): r"b_{\mathrm{up}}",
     Symbol("g_s"): "g_s",
     Symbol("I_left"): r"I_{\mathrm{left}}",
     Symbol("I_right"): r"I_{\mathrm{right}}",
@@ -113,8 +102,8 @@ class PaperDerivation(Derivation):
     Attributes
     ----------
     used : dict
-        Label -> names of the steps whose check took something from it; "" for what was taken
-        while the steps were stated.
+        Label -> names of the steps that took something from it; "" as well for what was taken
+        while steps were stated, and belongs to the next one and perhaps to later ones.
     """
 
     def __init__(
@@ -130,6 +119,7 @@ class PaperDerivation(Derivation):
         self.holds = holds
         self.used: dict[str, set[str]] = {}
         self._at = ""
+        self._pending: set[str] = set()
 
     def use(self, label: str, *left: str, step: str = "") -> Any:
         """The value that another derivation, which must be among `rests_on`, has of something.
@@ -145,12 +135,21 @@ class PaperDerivation(Derivation):
         if label not in self.rests_on:
             raise ValueError(f"{self.label} uses {label} without resting on it.")
         self.used.setdefault(label, set()).add(self._at)
+        if not self._at:
+            self._pending.add(label)
         other = self._build(label)
         if step:
             (stated,) = [s.result for s in other.steps if s.name == step]
             return stated
         found = tuple(value_of(other, name) for name in left)
         return found if len(left) > 1 else found[0]
+
+    def step(self, name: str, rule: str, result: Statement, check: Check, reason: str = "") -> Any:
+        """As `Derivation.step`; what was taken since the last step is recorded under this name."""
+        for label in self._pending:
+            self.used[label].add(name)
+        self._pending.clear()
+        return super().step(name, rule, result, check, reason)
 
     def verify(self) -> list[StepRecord]:
         """As `Derivation.verify`; what the derivation rests on must have been used."""

@@ -21,10 +21,8 @@ def _positive(names: str) -> Any:
 
 # A symbol of its own for 2/kappa^2: the engines carry it, not kappa.
 rate = Symbol("lam", positive=True)
-sigma_left, sigma_right, w_left, w_right = _positive("sigma_left sigma_right w_left w_right")
+sigma_left, sigma_right = _positive("sigma_left sigma_right")
 total = Symbol("w", positive=True)
-y_left, y_right = _positive("y_left y_right")
-LOGS = sympy.symbols("log_w_left log_w_right log_sigma_left log_sigma_right", real=True)
 
 
 @derives(
@@ -83,10 +81,6 @@ def positive_form(d: Any) -> None:
         sigma_left: I1 / scale,
         sigma_right: I0 / scale,
         total: lam * scale * (K_left / I1 + K_right / I0),
-        w_left: lam * scale * K_left / I1,
-        w_right: lam * scale * K_right / I0,
-        y_left: lam * K_left,
-        y_right: lam * K_right,
     }
     found = d.step(
         "from both sweeps",
@@ -95,13 +89,6 @@ def positive_form(d: Any) -> None:
         Satisfies(lambda T: {"the same T": T.subs(carried) - positive}),
         "w = w_left + w_right",
     )
-    d.step(
-        "without a quotient on either side",
-        "substitute",
-        (y_left * sigma_right + y_right * sigma_left) / (sigma_left + sigma_right),
-        Satisfies(lambda T: {"the same T": T.subs(carried) - positive}),
-        "y = w sigma, of the left and of the right",
-    )
     share = d.step(
         "chance of leaving on the left",
         "substitute",
@@ -109,33 +96,11 @@ def positive_form(d: Any) -> None:
         Satisfies(lambda c: {"in sigma": c.subs(carried) - C_in_halves(d)}),
         "eq:C",
     )
-    logs = dict(zip((w_left, w_right, sigma_left, sigma_right), map(sympy.exp, LOGS), strict=True))
-    d.step(
-        "logarithms of w and of the rate",
-        "substitute",
-        (
-            sympy.log(sympy.exp(LOGS[0]) + sympy.exp(LOGS[1])),
-            sympy.log(sympy.exp(-LOGS[2]) + sympy.exp(-LOGS[3])),
-        ),
-        Identity(
-            lambda: [
-                sympy.log((w_left + w_right).subs(logs)),
-                sympy.log((1 / sigma_left + 1 / sigma_right).subs(logs)),
-            ]
-        ),
-        "their difference is log T",
-    )
     d.step(
         "logarithm of C",
         "substitute",
         -sympy.log(1 + sigma_left / sigma_right),
         Satisfies(lambda c: {"C": sympy.exp(c) - share}),
-    )
-    d.step(
-        "logarithm of C from logarithms",
-        "substitute",
-        -sympy.log(1 + sympy.exp(LOGS[2] - LOGS[3])),
-        Satisfies(lambda c: {"C": sympy.exp(c) - share.subs(logs)}),
     )
     d.conclude(
         Symbol("T"),
@@ -183,18 +148,7 @@ def positive_density(d: Any) -> None:
         -sympy.log(1 + outside / inside),
         Satisfies(lambda p: {"P": sympy.exp(p) - share}),
     )
-    here, there = sympy.symbols("log_inside log_outside", real=True)
     d.step(
-        "logarithm of the occupation from logarithms",
-        "substitute",
-        -sympy.log(1 + sympy.exp(there - here)),
-        Satisfies(
-            lambda p: {
-                "P": sympy.exp(p) - share.subs({inside: sympy.exp(here), outside: sympy.exp(there)})
-            }
-        ),
-    )
-    tails = d.step(
         "w beyond the layer",
         "substitute",
         (1 / a_minus, -1 / a_plus_sliding),
@@ -205,12 +159,6 @@ def positive_density(d: Any) -> None:
             ]
         ),
         "lam e^{lam V} times the mass of each tail: V is 0 at -1 and V(1) at 1",
-    )
-    d.step(
-        "logarithm of w beyond the layer",
-        "substitute",
-        (-sympy.log(a_minus), -sympy.log(-a_plus_sliding)),
-        Satisfies(lambda logs: {f"tail {k}": sympy.exp(logs[k]) - tails[k] for k in (0, 1)}),
     )
     d.conclude(
         Function("p_ss")(u), density, note="w = lam e^{lam V} times the integral of e^{-lam V}"
