@@ -18,7 +18,7 @@ from symasym.drift.drift import Drift
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes as PolynomialScenes
 from symasym.drift.polynomial_scenes import clear_of_zero, scenes_of, structure
-from symasym.drift.scenes import Scenes, by_drift, input_rounding, rows_of
+from symasym.drift.scenes import Scenes, by_drift, grouped, input_rounding, rows_of
 from symasym.numbers.polynomial_roots import Zeros, zeros_of
 
 # Scenes at once: the work arrays of one step, about twenty with errors and ten without, stay in
@@ -138,7 +138,9 @@ def logs_of(
     """
     logs = errors = np.empty(0)
     with np.errstate(all="ignore"):
-        for drifts in _grouped(scenes, index_of(shapes, scenes.shape) if index is None else index):
+        if index is None and shapes:
+            index = index_of(shapes, scenes.shape)
+        for drifts in _grouped(scenes, index):
             # One drift has all scenes, or none.
             if drifts.rows is not None and not logs.size:
                 logs, errors = (np.full(len(scenes.lam), x) for x in (np.nan, np.inf))
@@ -178,14 +180,12 @@ def index_of(shapes: list[tuple[int, ...]], shape: tuple[int, ...]) -> IntArray:
     return np.broadcast_to(count.reshape(own), shape).ravel()
 
 
-def _grouped(scenes: Scenes, index: IntArray) -> Iterator[Drifts]:
+def _grouped(scenes: Scenes, index: IntArray | None) -> Iterator[Drifts]:
     """Drifts with about as many scenes each; what one has less it has several times."""
-    if not len(index) or (index == index[0]).all():
+    if index is None or not len(index) or (index == index[0]).all():
         yield _drifts_of(scenes, None)
         return
-    order = np.argsort(index, kind="stable")
-    first = np.flatnonzero(np.diff(index[order], prepend=-1))
-    count = np.diff(first, append=len(order))
+    order, first, count = grouped(index)
     width = 2 ** np.ceil(np.log2(count)).astype(np.intp)
     for most in np.unique(width):
         chosen = np.flatnonzero(width == most)

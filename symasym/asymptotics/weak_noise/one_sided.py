@@ -271,10 +271,10 @@ class Builder:
     def estimated(self) -> Any:
         """True where the next two terms of every series tell its error: A not straight or flat."""
         order, good = self.count - 1 - BEYOND, True
-        at = [(self.taylor(z), 2, 2 * order + 5) for z in self.lines]
-        at += [(self.taylor(u), 1, order + 2) for u in self.edges]
-        for row, low, high in at:
+        at = [(z, 2, 2 * order + 5) for z in self.lines] + [(u, 1, order + 2) for u in self.edges]
+        for u, low, high in at:
             if self.degree > high:
+                row = self.taylor(u)
                 near = sum(abs(c) for c in row[low : high + 1])
                 good = good & (near > _FLAT * sum(abs(c) for c in row[high + 1 :]))
         return good
