@@ -23,9 +23,8 @@ from symasym.asymptotics.weak_noise.compose import (
     side_of,
 )
 from symasym.asymptotics.weak_noise.critical_points import both_sides
-from symasym.asymptotics.weak_noise.evaluation import Found, time_with_digits
+from symasym.asymptotics.weak_noise.evaluation import Found, time_with_digits, unresolved
 from symasym.asymptotics.weak_noise.one_sided import OneSided
-from symasym.asymptotics.weak_noise.resolution import unresolved
 from symasym.asymptotics.weak_noise.series import Point, added
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError

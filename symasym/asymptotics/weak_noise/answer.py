@@ -40,6 +40,8 @@ from symasym.asymptotics.weak_noise.evaluation import (
     plain,
     probability_with_digits,
     time_with_digits,
+    unresolved,
+    unresolved_in,
 )
 from symasym.asymptotics.weak_noise.one_sided import (
     CriticalPoint,
@@ -47,7 +49,6 @@ from symasym.asymptotics.weak_noise.one_sided import (
     float_point,
     in_float,
 )
-from symasym.asymptotics.weak_noise.resolution import unresolved, unresolved_in
 from symasym.asymptotics.weak_noise.series import Part, Point, Series, Sizes
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
@@ -297,7 +298,7 @@ def digits_lost(r: Fraction, x: Fraction) -> int:
 
 
 def require_resolved(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
-    """Raise AccuracyError where A varies too fast for the noise (`resolution`), but at folds."""
+    """Raise AccuracyError where A varies too fast for the noise (`unresolved`), but at folds."""
     # Noise beyond the range of float64 is weak.
     if lam < 10**300 and unresolved(drift, float(lam), folds):
         raise AccuracyError(

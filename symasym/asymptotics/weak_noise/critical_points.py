@@ -23,9 +23,9 @@ from symasym.asymptotics.weak_noise.regular_part import panel_integrals, polynom
 from symasym.asymptotics.weak_noise.series import BEYOND, Numbers, Part, Series, trimmed
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
-from symasym.drift.landscape import bracketed_zero
 from symasym.drift.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Digits
+from symasym.numbers.polynomial_roots import bracketed_zero
 from symasym.numbers.power_series import laurent, power
 
 if TYPE_CHECKING:
