@@ -391,6 +391,16 @@ ERRATA: tuple[Erratum, ...] = (
         evidence_text.figures_agree,
     ),
     Erratum(
+        "section 7.3, on figures 7 and 8",
+        "condition",
+        "the plotted T, exponentially large, is the time for which the oscillator's block sticks",
+        "T has z frozen; the belt takes the block to the fold in (z0 - z0^(+))/eps, where it is "
+        "released: T is the block's time only where eps T is small against z0 - z0^(+)",
+        "figures 7 and 8 where T exceeds 1/eps; section 6.2 itself claims no more than T > O(r)",
+        "eq:reducedSDEtilde",
+        evidence_text.released_by_the_belt,
+    ),
+    Erratum(
         "eq:BCs2",
         "text",
         "the first condition fixes the position at every time",
