@@ -36,6 +36,8 @@ class Arithmetic(Protocol):
     context: Any
     bits: int
     eps: Number
+    #: Below any number that counts; its reciprocal and its square root are numbers.
+    tiny: Number
     zero: Number
     one: Number
     inf: Number
@@ -65,6 +67,7 @@ class _Floats:
     context = None
     bits = 53
     eps = 2.0**-52
+    tiny = 1e-290
     zero, one, inf = 0.0, 1.0, float("inf")
     pi, euler = float(np.pi), float(np.euler_gamma)
 
@@ -113,6 +116,7 @@ class Digits:
             context.one,
             context.inf,
         )
+        self.tiny = self.eps**18
         self.pi, self.euler = +context.pi, +context.euler
         self.cbrt, self.exp, self.expm1 = context.cbrt, context.exp, context.expm1
         self.log1p = context.log1p

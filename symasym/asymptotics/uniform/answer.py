@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, parabola
+from symasym.asymptotics.uniform.one_drift import Scene as ClosedScene
+from symasym.asymptotics.uniform.one_drift import scene_of
 from symasym.asymptotics.uniform.order_zero import escape_time as in_float
-from symasym.asymptotics.uniform.order_zero_digits import Scene as ClosedScene
-from symasym.asymptotics.uniform.order_zero_digits import scene_of
 from symasym.asymptotics.uniform.pairing import (
     OneSide,
     Stretch,

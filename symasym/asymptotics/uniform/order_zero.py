@@ -4,7 +4,7 @@ Wells, barriers and pairs of both sides of the start (`symasym.asymptotics.weak_
 with the canonical Airy form of pairs that may coalesce and the truncated Gaussian of a barrier next
 to an end (`symasym.asymptotics.uniform.order_zero_forms`), for zeros of A however close to each
 other or to the layer's end. Which zeros go together is decided in float64 (`.pairing_arrays` for
-many drifts, `symasym.numbers.factors` for one); `OrderZero` is what follows from it, once for both:
+many drifts, `.structure` for one); `OrderZero` is what follows from it, once for both:
 to all digits zeros, differences of the potential, Airy functions and Dawson's integral.
 """
 
@@ -33,9 +33,9 @@ from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, Joint, OneSi
 from symasym.asymptotics.weak_noise.series import Point, Series
 from symasym.base.inputs import FloatArray
 from symasym.numbers.arithmetic import FLOATS
-from symasym.numbers.factors import seen_from
 from symasym.numbers.polynomials import divided, poly, shifted
 from symasym.numbers.quadratic_factor import Pair as Local
+from symasym.numbers.quadratic_factor import seen_from
 
 __all__ = ["Apart", "OrderZero", "Together", "escape_time", "factor_pair", "with_left_out"]
 
