@@ -46,6 +46,7 @@ class Arithmetic(Protocol):
 
     def rational(self, p: int, q: int = 1) -> Number: ...
     def number(self, x: Number) -> Number: ...
+    def size(self, x: Number) -> Number: ...
     def sqrt(self, x: Number) -> Number: ...
     def cbrt(self, x: Number) -> Number: ...
     def exp(self, x: Number) -> Number: ...
@@ -93,6 +94,10 @@ class _Floats:
     def number(self, x: Number) -> Any:
         """`x` itself if it is an array, else the float nearest to it."""
         return x if isinstance(x, np.ndarray) else float(x)
+
+    def size(self, x: Number) -> Any:
+        """`x` as it is wanted for the size of an error: itself."""
+        return x
 
     def any(self, test: Test) -> bool:
         return bool(np.any(test))
@@ -149,6 +154,10 @@ class Digits:
         if hasattr(x, "denominator") and hasattr(x, "numerator"):
             return self.context.mpf(x.numerator) / x.denominator
         return self.context.mpf(x)
+
+    def size(self, x: Number) -> float:
+        """`x` in float64, which is enough for the size of an error, and never infinite."""
+        return max(-1e300, min(float(x), 1e300))
 
     def where(self, test: Test, a: Number, b: Number) -> Any:
         return a if test else b

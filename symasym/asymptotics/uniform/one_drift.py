@@ -63,7 +63,8 @@ class _DigitsPoint:
     def leaf(self, height: Any, series: Any, rough: Any = 0.0) -> Value:
         """A series or local integral times e^{lam height}, and what it leaves out."""
         if not isinstance(series, Series):
-            pair = Value(*series.at(self))
+            value, error = series.at(self)
+            pair = Value(value, float(error))
         elif not series.parts:
             return Value(self.arithmetic.zero, self.arithmetic.zero)
         else:
@@ -78,10 +79,11 @@ class _DigitsPoint:
 
     def weight(self, height: Any) -> Any:
         """e^{lam height}; one exponential serves both signs."""
-        size = abs(height)
-        if size not in self.weights:
-            self.weights[size] = self.arithmetic.exp(self.lam * size)
-        return self.weights[size] if height > 0 else 1 / self.weights[size]
+        negative, *size = height._mpf_
+        known = self.weights.get(tuple(size))
+        if known is None:
+            known = self.weights[tuple(size)] = self.arithmetic.exp(self.lam * abs(height))
+        return 1 / known if negative else known
 
 
 def _left_out(sizes: list[float]) -> float:

@@ -113,6 +113,7 @@ class OrderZero(Builder):
         self.members = members
         self.single = [k for k in range(len(self.lines)) if k not in members]
         self.known: dict[int, Series] = {}
+        self.order: dict[int, list[int]] = {}
         self.before_end = {sign: self.barrier_before(sign) for sign in (-1, 1)}
         return self
 
@@ -133,6 +134,11 @@ class OrderZero(Builder):
         for rough in [*(self.rough[k] for k in self.single), *(pair.rough for pair in self.apart)]:
             worst = np.maximum(worst, rough)
         return worst < _ROUGHEST
+
+    def inside(self, sign: int) -> list[int]:
+        if sign not in self.order:
+            self.order[sign] = super().inside(sign)
+        return self.order[sign]
 
     def peak(self, k: int) -> Series:
         """Laplace's series at a single zero; one of a pair has none."""

@@ -33,7 +33,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.numbers.arithmetic import Arithmetic
+from symasym.numbers.arithmetic import FLOATS, Arithmetic
 from symasym.numbers.polynomials import poly, shifted
 from symasym.numbers.quadratic_factor import Pair
 from symasym.special.airy import AiryProducts, airy_products
@@ -324,14 +324,15 @@ def truncated_gaussian(
     first = poly([2 * a / (k + 3) for k, a in enumerate(psi[1:])], gap)
     second = poly(psi[1:], gap)
     t, peak, rest = _before_end(c, bottom, gap, area, first, second, value, keep)
-    whole = 1 / c.sqrt(bottom)
     # Order 1 hardly depends on where the end is, close to the barrier.
-    far = c.maximum(gap, c.number(_APART))
-    t_far = far * c.sqrt(2 * _area(psi, far))
+    near, psi = FLOATS, [c.size(a) for a in psi]
+    far = near.maximum(c.size(gap), _APART)
+    t_far = far * near.sqrt(2 * _area(psi, far))
     value = far * poly(psi, far)
     bend = poly([(k + 1) * x for k, x in enumerate(psi)], far)
-    next_peak = ratio * (1 - keep_next)
-    next_rest = -bend / value**3 - whole * next_peak / t_far + peak / t_far**3
+    next_peak = c.size(ratio) * (1 - c.size(keep_next))
+    next_rest = -bend / value**3 - next_peak / near.sqrt(c.size(bottom)) / t_far
+    next_rest = next_rest + c.size(peak) / t_far**3
     return Truncated(key, t, peak, rest, next_peak, abs(next_rest), slope)
 
 
@@ -377,13 +378,14 @@ def _airy(f: AiryForm, point: Any, single: bool) -> tuple[Number, AiryProducts]:
 def _single(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
     """int e^{lam V} and int e^{-lam V}."""
     c, third = point.arithmetic, point.third
-    small = 1 / third
     z, airy = _airy(f, point, True)
     up, down = _over_pair(c, third, f.a, f.b, airy.bi, airy.bi_slope)
     if not point.errors:
         return {"rising": (up, None), "falling": (down, None)}
+    f, airy, (z, third, x) = _sizes(f, airy, z, point)
+    c, small = FLOATS, 1 / third
     bi, slope = airy.bi * (c.pi * small), airy.bi_slope * (c.pi * small * small)
-    wrong = abs(f.next_a) * point.x * abs(bi) + abs(f.next_b) * point.x * abs(slope)
+    wrong = abs(f.next_a) * x * abs(bi) + abs(f.next_b) * x * abs(slope)
     # Off the real line a pair leaves both integrals to the start and the ends, the further the
     # more; but those have it in no order of their series.
     size = abs(f.a) * c.sqrt(airy.squares) + abs(f.b) * small * c.sqrt(airy.slopes)
@@ -395,13 +397,15 @@ def _single(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
 def _double(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
     """The double integral over both."""
     c, third = point.arithmetic, point.third
-    small = 1 / third
     z, airy = _airy(f, point, False)
     both = _over_pair_twice(c, third, f.a, f.b, airy.squares, airy.slopes)
     if not point.errors:
         return {"both": (both, None)}
+    size = c.size(both)
+    f, airy, (z, third, x) = _sizes(f, airy, z, point)
+    c, small = FLOATS, 1 / third
     squares, slopes, unit = airy.squares, airy.slopes * (small * small), (c.pi * small) ** 2
-    next_a, next_b = abs(f.next_a) * point.x, abs(f.next_b) * point.x
+    next_a, next_b = abs(f.next_a) * x, abs(f.next_b) * x
     # Order 1 has the cross term alone, which may vanish; its parts do not.
     cross = abs(airy.cross) * small
     missed = 2 * (abs(f.a) * next_b + next_a * abs(f.b)) * cross
@@ -409,7 +413,16 @@ def _double(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
     # log(Ai² + Bi²) has a slope of 2 sqrt(Z) above, and of 1/(2 Z) below.
     slope = c.where(z > 0, 2 * c.sqrt(c.maximum(z, c.zero)) + 1, 1 / (1 + abs(z)))
     lost = third * third * f.rough * slope
-    return {"both": (both, unit * missed + lost * both)}
+    return {"both": (both, unit * missed + lost * size)}
+
+
+def _sizes(
+    f: AiryForm, airy: AiryProducts, z: Number, point: Any
+) -> tuple[AiryForm, AiryProducts, tuple[Number, ...]]:
+    """What the errors are made of, in float64: with Airy's argument, lam^(1/3) and 1/lam."""
+    size = point.arithmetic.size
+    form = AiryForm(f.key, *map(size, f[1:]))
+    return form, AiryProducts(*map(size, airy)), tuple(map(size, (z, point.third, point.x)))
 
 
 class TruncatedIntegral(NamedTuple):
@@ -445,6 +458,7 @@ def _truncated(e: Truncated, point: Any) -> dict[str, tuple[Number, Number]]:
     values = {"rising": rising, "falling": falling, "onward": straight, "both": both}
     if not point.errors:
         return {part: (value, None) for part, value in values.items()}
+    x, tail, slow, rest = (c.size(y) for y in (x, tail, slow, rest))
     wrong, miss = abs(e.next_peak) * x, abs(e.next_rest) * x * x
     errors = {
         "rising": tail * wrong + miss,

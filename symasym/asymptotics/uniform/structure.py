@@ -43,19 +43,32 @@ def _zeros(c: list[float], n: int, low: float, high: float, found: list[float]) 
     for k in range(turns + 1):
         b = marks[k] if k < turns else high
         next_a = b
-        below: int = _horner(c, 0, n, a) > 0
-        above: int = _horner(c, 0, n, b) > 0
+        before, after, kept = _horner(c, 0, n, a), _horner(c, 0, n, b), 0
+        below: int = before > 0
+        above: int = after > 0
         if below != above:
-            for _ in range(2000):
-                m = (a + b) / 2
+            for step in range(2000):
+                # The secant by the Illinois method, halved now and then.
+                m = b - after * ((b - a) / (after - before))
+                if step % 8 == 7 or not a < m < b:
+                    m = (a + b) / 2
                 value = _horner(c, 0, n, m)
-                if value == 0.0 or not a < m < b:
+                if value == 0.0:
+                    a = m
+                    b = m
+                if not a < m < b:
                     break
                 now: int = value > 0
                 if now == below:
                     a = m
+                    before = value
+                    after = after / 2 if kept == 1 else after
+                    kept = 1
                 else:
                     b = m
+                    after = value
+                    before = before / 2 if kept == 2 else before
+                    kept = 2
             found[count] = (a + b) / 2
             count += 1
         a = next_a
