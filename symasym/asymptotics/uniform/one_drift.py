@@ -126,11 +126,12 @@ def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | No
     exact = drift.exact_coefficients()
     if exact is None or len(exact) > _MOST_DEGREE + 1:
         return None
-    if not 1 / _LARGEST < max(map(abs, exact)) < _LARGEST or abs(x) > _LARGEST:
-        return None
-    arithmetic = Digits(context)
     try:
-        one = _of_drift(exact, x, r, arithmetic)
+        near, start = [float(a) for a in exact], float(x)
+        if not 1 / _LARGEST < max(map(abs, near)) < _LARGEST or abs(start) > _LARGEST:
+            return None
+        arithmetic = Digits(context)
+        one = _of_drift(near, start, exact, x, r, arithmetic)
         if one is None or one.beside_a_barrier():
             return None
         return Scene(arithmetic, one.both_sides(), arithmetic.number(r), _names(one))
@@ -149,12 +150,20 @@ class _Factor(NamedTuple):
 
 
 def _of_drift(
-    exact: list[Fraction], x: Fraction, r: Fraction, arithmetic: Digits
+    near: list[float],
+    start: float,
+    exact: list[Fraction],
+    x: Fraction,
+    r: Fraction,
+    arithmetic: Digits,
 ) -> OrderZero | None:
-    """The structure of one drift, all its numbers with the context's digits."""
-    near, radius = [float(a) for a in exact], float(min(r, Fraction(2)))
+    """The structure of one drift, all its numbers with the context's digits.
+
+    `near` and `start` are the coefficients and x in float64.
+    """
+    radius = float(r) if r < 2 else 2.0
     size, reach = [abs(a) for a in near], min(radius, 1.0)
-    start = min(max(float(x), -reach), reach)
+    start = min(max(start, -reach), reach)
     for u in (-reach, start, reach):
         nearest = _NEAREST_END if abs(u) == 1 else _NEAREST
         if not abs(poly(near, u)) > nearest * poly(size, abs(u)):
