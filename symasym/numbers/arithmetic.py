@@ -22,11 +22,15 @@ import numpy as np
 if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
-__all__ = ["FLOATS", "Arithmetic", "Digits"]
+__all__ = ["BITS", "FLOATS", "GUARD", "Arithmetic", "Digits", "from_fixed"]
 
 #: An array, a float or an mpf; a test is an array of booleans or one.
 Number = Any
 Test = Any
+
+#: Bits of e, and bits beyond those asked for in sums of integers of fixed point.
+BITS = 1.4426950408889634
+GUARD = 24
 
 
 class Arithmetic(Protocol):
@@ -167,3 +171,10 @@ class Digits:
 
     def all(self, test: Test) -> bool:
         return bool(test)
+
+
+def from_fixed(x: int, bits: int, context: MPContext) -> Any:
+    """x/2^bits in the context: an integer of fixed point, in which a power series is added up."""
+    from mpmath import libmp
+
+    return context.make_mpf(libmp.from_man_exp(x, -bits, context.prec, "n"))

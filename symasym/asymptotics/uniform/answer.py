@@ -36,9 +36,9 @@ from symasym.asymptotics.uniform.truncated_gaussian import (
     truncations_at,
     truncations_of,
 )
-from symasym.asymptotics.weak_noise.answer import require_resolved, working_digits
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.critical_points import barriers, whole
+from symasym.asymptotics.weak_noise.resolution import require_resolved
 from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
@@ -53,6 +53,7 @@ from symasym.drift.scenes import (
     Scenes,
     by_drift,
     rows_of,
+    working_digits,
 )
 from symasym.drift.taylor_field import ExactField
 

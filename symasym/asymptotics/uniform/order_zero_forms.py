@@ -48,6 +48,8 @@ __all__ = [
 #: An array over the scenes, or the number of one.
 Number = Any
 
+# Sizes of order 1 are found in float64.
+_SIZES: Arithmetic = FLOATS
 # How fast the peak's share is faded out as a well comes near: any number would do for every order.
 _FADE = 8
 # For the size of order 1, zeros closer than this (by the layer's width) are taken to be so far
@@ -325,7 +327,7 @@ def truncated_gaussian(
     second = poly(psi[1:], gap)
     t, peak, rest = _before_end(c, bottom, gap, area, first, second, value, keep)
     # Order 1 hardly depends on where the end is, close to the barrier.
-    near, psi = FLOATS, [c.size(a) for a in psi]
+    near, psi = _SIZES, [c.size(a) for a in psi]
     far = near.maximum(c.size(gap), _APART)
     t_far = far * near.sqrt(2 * _area(psi, far))
     value = far * poly(psi, far)
@@ -383,7 +385,7 @@ def _single(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
     if not point.errors:
         return {"rising": (up, None), "falling": (down, None)}
     f, airy, (z, third, x) = _sizes(f, airy, z, point)
-    c, small = FLOATS, 1 / third
+    c, small = _SIZES, 1 / third
     bi, slope = airy.bi * (c.pi * small), airy.bi_slope * (c.pi * small * small)
     wrong = abs(f.next_a) * x * abs(bi) + abs(f.next_b) * x * abs(slope)
     # Off the real line a pair leaves both integrals to the start and the ends, the further the
@@ -403,7 +405,7 @@ def _double(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
         return {"both": (both, None)}
     size = c.size(both)
     f, airy, (z, third, x) = _sizes(f, airy, z, point)
-    c, small = FLOATS, 1 / third
+    c, small = _SIZES, 1 / third
     squares, slopes, unit = airy.squares, airy.slopes * (small * small), (c.pi * small) ** 2
     next_a, next_b = abs(f.next_a) * x, abs(f.next_b) * x
     # Order 1 has the cross term alone, which may vanish; its parts do not.
