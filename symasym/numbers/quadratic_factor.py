@@ -123,7 +123,7 @@ def pairs_of(taylor: Sequence[Any]) -> tuple[Pair, Any]:
 
 def seen_from(c: list[Any], side: int) -> list[Any]:
     """Taylor coefficients of phi in the mirror for side = -1."""
-    return [x * side if j % 2 == 0 else x for j, x in enumerate(c)]
+    return [x * side if j % 2 == 0 else x for j, x in enumerate(c)] if side < 0 else list(c)
 
 
 def _split(

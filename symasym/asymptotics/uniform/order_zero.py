@@ -67,6 +67,8 @@ class Together(NamedTuple):
         Their numbers among the real zeros; empty for a complex pair.
     height : number
         Mean of V over both.
+    drop : number
+        V from the barrier down to the well; 0 for a complex pair.
     """
 
     form: AiryForm
@@ -76,6 +78,7 @@ class Together(NamedTuple):
     onward: bool
     members: tuple[int, ...]
     height: Any
+    drop: Any
 
 
 class Apart(NamedTuple):
@@ -145,16 +148,16 @@ class OrderZero(Builder):
         if k in self.members:
             return Series([])
         if k not in self.known:
-            self.known[k] = self.barrier_or_well(k)
+            series, c = self.next_orders(k), self.arithmetic
+            if self.in_float is not None:
+                slope = abs(self.slope(self.lines[k]))
+                series = _with_first(series, c.sqrt(2 * c.pi / slope))
+            self.known[k] = series
         return self.known[k]
 
-    def barrier_or_well(self, k: int) -> Series:
-        """Laplace's series at a zero, also at one of a pair."""
-        if self.in_float is None:
-            return super().peak(k)
-        c = self.arithmetic
-        slope = abs(self.slope(self.lines[k]))
-        return _with_first(self.in_float.peak(k), c.sqrt(2 * c.pi / slope))
+    def next_orders(self, k: int) -> Series:
+        """Laplace's series at a zero, also at one of a pair, in float64."""
+        return super().peak(k) if self.in_float is None else self.in_float.peak(k)
 
     def smooth(self, u: Any, value: Any = None) -> Series:
         if self.in_float is None:
@@ -177,8 +180,10 @@ class OrderZero(Builder):
         rough = _EPS * poly(self.c_size, abs(point)) if in_float is None else self.arithmetic.zero
         form = airy_form(key, pair, rough, self.arithmetic, in_float)
         height = self.potential(point) - pair.level
-        onward = bool(first(pair.sign) > 0)
-        return Together(form, pair, side * point, side, onward, members, height)
+        onward, c = bool(first(pair.sign) > 0), self.arithmetic
+        zeta = c.maximum(form.zeta, c.zero)
+        drop = 4 * zeta * c.sqrt(zeta) / 3
+        return Together(form, pair, side * point, side, onward, members, height, drop)
 
     def between(
         self,
@@ -213,7 +218,7 @@ class OrderZero(Builder):
     ) -> None:
         """Both integrals over a pair, and the double one in place of their product."""
         low, high = self.ranks(pair, inside)
-        rise = self.drop_of(pair) / 2
+        rise = pair.drop / 2
         height = pair.height - self.base
         well, barrier = (low, high) if pair.onward else (high, low)
         both = AiryIntegral(pair.form, "both") if pair.onward else None
@@ -222,11 +227,6 @@ class OrderZero(Builder):
             CriticalPoint(barrier, height + rise, AiryIntegral(pair.form, "rising"), None)
         )
         falling.append(CriticalPoint(well, rise - height, AiryIntegral(pair.form, "falling"), None))
-
-    def drop_of(self, pair: Together) -> Any:
-        """V from the barrier down to the well; 0 for a complex pair."""
-        zeta = self.arithmetic.maximum(pair.form.zeta, self.arithmetic.zero)
-        return 4 * zeta * self.arithmetic.sqrt(zeta) / 3
 
     def ranks(self, pair: Together, inside: list[int]) -> tuple[Any, Any]:
         """Of its two zeros, from the start on; between two ranks for a complex pair."""
@@ -278,7 +278,7 @@ class OrderZero(Builder):
         place, drop = sign * self.lines[last], None
         if pair is not None:
             place = pair.point + pair.pair.middle + c.sqrt(c.maximum(pair.pair.square, c.zero))
-            drop = self.drop_of(pair)
+            drop = pair.drop
         elif len(inside) > 1:
             drop = self.potential(self.lines[last]) - self.potential(self.lines[inside[-2]])
         slope = None
@@ -288,8 +288,8 @@ class OrderZero(Builder):
         gap = abs(self.edges[1 + sign]) - place
         psi = shifted(seen_from(self.c, sign), place)[1:]
         ratio = c.zero
-        if pair is None or c.any(self.drop_of(pair) > _NO_DROP):
-            row = self.barrier_or_well(last).parts[0].coefficients
+        if pair is None or c.any(pair.drop > _NO_DROP):
+            row = self.next_orders(last).parts[0].coefficients
             ratio = abs(row[1] / row[0])
         gaussian = truncated_gaussian(sign, psi, gap, drop, ratio, slope, c)
         return _BeforeEnd(gaussian, last, gap)
