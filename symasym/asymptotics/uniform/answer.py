@@ -38,7 +38,7 @@ from symasym.asymptotics.uniform.truncated_gaussian import (
 )
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.critical_points import barriers, whole
-from symasym.asymptotics.weak_noise.resolution import require_resolved
+from symasym.asymptotics.weak_noise.evaluation import require_resolved
 from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
