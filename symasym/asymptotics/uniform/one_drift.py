@@ -21,8 +21,7 @@ from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided
 from symasym.asymptotics.weak_noise.series import BEYOND, Series, Value
 from symasym.drift.drift import Drift
 from symasym.numbers.arithmetic import Arithmetic, Digits
-from symasym.numbers.polynomial_roots import refined
-from symasym.numbers.polynomials import divided, poly, shifted
+from symasym.numbers.polynomials import divided, poly, refined, shifted
 from symasym.numbers.quadratic_factor import Pair as Local
 from symasym.numbers.quadratic_factor import mean_of_values, seen_from
 
