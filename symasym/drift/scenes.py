@@ -356,3 +356,8 @@ def require_fits(name: str, logs: FloatArray, log: bool) -> None:
         raise RangeError(
             f"{name} is e^{extreme:.6g}, outside the range of float64; pass log=True, or dps=…."
         )
+
+
+def working_digits(digits: int, lam: Fraction, r: Fraction) -> int:
+    """Digits that leave `digits` right in e^{lam V}."""
+    return digits + 2 * len(str(int(lam * (1 + r) + 1))) + 20

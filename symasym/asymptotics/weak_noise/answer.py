@@ -39,8 +39,8 @@ from symasym.asymptotics.weak_noise.evaluation import (
     of_log,
     plain,
     probability_with_digits,
+    require_resolved,
     time_with_digits,
-    unresolved,
     unresolved_in,
 )
 from symasym.asymptotics.weak_noise.one_sided import (
@@ -55,7 +55,15 @@ from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.float_field import IntArray
-from symasym.drift.scenes import Answer, Answers, Request, Scene, Scenes, by_drift
+from symasym.drift.scenes import (
+    Answer,
+    Answers,
+    Request,
+    Scene,
+    Scenes,
+    by_drift,
+    working_digits,
+)
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
 
@@ -287,25 +295,9 @@ def _named(point: CriticalPoint, sign: int, r: mpf) -> str:
     return f"{point.kind} at {sign * float(r if point.u is None else point.u):.4g}"
 
 
-def working_digits(digits: int, lam: Fraction, r: Fraction) -> int:
-    """Digits that leave `digits` right in e^{lam V}."""
-    return digits + 2 * len(str(int(lam * (1 + r) + 1))) + 20
-
-
 def digits_lost(r: Fraction, x: Fraction) -> int:
     """Digits that cancel where the way to an end is short: T is as small, its terms are not."""
     return len(str(int(max(r, Fraction(1)) / (r - abs(x))))) - 1
-
-
-def require_resolved(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
-    """Raise AccuracyError where A varies too fast for the noise (`unresolved`), but at folds."""
-    # Noise beyond the range of float64 is weak.
-    if lam < 10**300 and unresolved(drift, float(lam), folds):
-        raise AccuracyError(
-            f"kappa is {float(2 / lam) ** 0.5:.6g}, where the noise is too strong for a drift that "
-            "varies this fast: no term of Laplace's method estimates its error; use "
-            "method='exact' or 'strong_noise'."
-        )
 
 
 def _too_strong(kappa: str, order: int) -> AccuracyError:

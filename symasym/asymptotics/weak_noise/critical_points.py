@@ -25,7 +25,7 @@ from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Digits
-from symasym.numbers.polynomial_roots import bracketed_zero
+from symasym.numbers.polynomials import bracketed_zero
 from symasym.numbers.power_series import laurent, power
 
 if TYPE_CHECKING:

@@ -38,8 +38,7 @@ from symasym.asymptotics.weak_noise.series import (
 from symasym.base.inputs import FloatArray
 from symasym.drift.polynomial_scenes import Scenes, edges_of
 from symasym.numbers.arithmetic import FLOATS, Arithmetic, Number
-from symasym.numbers.polynomial_roots import Zeros
-from symasym.numbers.polynomials import poly, poly_slope, shifted
+from symasym.numbers.polynomials import Zeros, poly, poly_slope, shifted
 from symasym.numbers.power_series import laurent, power
 
 _EPS = 2.3e-16
