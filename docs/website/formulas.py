@@ -96,10 +96,10 @@ def _symbols(label: str) -> list[str]:
 
 def _errata(label: str) -> list[str]:
     lines = [
-        f"- {slip.label} ({slip.kind}). Printed: {report.plain(slip.printed)}. "
-        f"Derived: {report.plain(slip.derived)}. Number {place} of the [errata](../errata.md)."
+        f"- {slip.place} ({slip.kind}). Printed: {slip.printed}. Right: {slip.right}. "
+        f"Number {place} of the [errata](../errata.md)."
         for place, slip in enumerate(ERRATA, 1)
-        if label == slip.label or (label == slip.derivation and slip.kind != "text")
+        if label == slip.label or (label == slip.derivation and slip.counterexample is not None)
     ]
     return [":::{admonition} Where the print differs", *lines, ":::", ""] if lines else []
 
