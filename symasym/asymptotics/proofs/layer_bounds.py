@@ -253,8 +253,8 @@ def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
         series = field.taylor(exact_ball(center), 2 * field.terms)
         rest = flint.arb(0, (wide * half ** (2 * field.terms + 1)).abs_upper())
         fall = sum((c * (-half) ** (k + 1) / (k + 1) for k, c in enumerate(series)), rest)
-        # V changes by less than gap^2 |A'| between the centre and the root, and less than gap.
-        blur = flint.arb(0, (exact_ball(gap) * (1 + abs(local[1]))).abs_upper())
+        # V' is 0 at the root: V changes by less than gap^2 |A'| between the centre and there.
+        blur = flint.arb(0, (exact_ball(gap) ** 2 * local[1]).abs_upper())
         return Barrier(begin + fall + blur, curvature, cubic, quartic, half, exact_ball(gap))
 
     return center - reach, center + reach, made
