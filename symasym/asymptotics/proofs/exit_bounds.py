@@ -11,7 +11,6 @@ import numpy as np
 
 from symasym.asymptotics.proofs.layer_bounds import Barrier, Edge, Layer, Region, layer_of
 from symasym.asymptotics.proofs.panels import Bounds, between_lines
-from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import IntArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
@@ -24,15 +23,21 @@ from symasym.drift.scenes import (
     by_drift,
     scene_at,
 )
-from symasym.drift.taylor_field import ExactField
+from symasym.generated import mpmath_formulas
 from symasym.numbers.arithmetic import Number
-from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of
+from symasym.numbers.balls import (
+    BallContext,
+    exact_ball,
+    flint_module,
+    precision,
+    profile_of,
+    to_mpf,
+)
 from symasym.numbers.float_intervals import Compensated, Intervals, log_sum, stacked
 from symasym.special.exponentials import ball_quotient
 
 if TYPE_CHECKING:
     from flint import arb
-    from mpmath.ctx_mp import MPContext
 
 # Bounds further apart say nothing that is worth a number.
 _MOST_RATIO = 3
@@ -58,9 +63,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
             raise _too_far(scene.noise)
         if request.log:
             low, high = _log(wanted[0], other[1]), _log(wanted[1], other[0])
-        from symasym.numbers import balls
-
-        middle, radius = balls.to_mpf(low.union(high), digits + 10)
+        middle, radius = to_mpf(low.union(high), digits + 10)
     return Answer(middle, radius, "bound", _TERMS)
 
 
@@ -292,72 +295,70 @@ def paper_bound(scene: Scene, request: Request) -> Answer:
     [0, 1] and e^{3 a- r/(2 kappa^2)} >= 4. It lies between 0 and the value, which is
     the error; its logarithm has none.
     """
-    with own_context(request.digits + 15) as context:
-        value = _paper_log(scene, request.complement, context)
-        if request.log:
-            return Answer(value, None, "none", _PAPER_TERMS, _PAPER_NOTE)
-        with context.workprec(context.prec + max(0, int(context.mag(value)))):
-            value = context.exp(_paper_log(scene, request.complement, context))
-        return Answer(value, value, "bound", _PAPER_TERMS, _PAPER_NOTE)
+    log, value = (to_mpf(ball, request.digits + 10)[0] for ball in _paper_value(scene, request))
+    if request.log:
+        return Answer(log, None, "none", _PAPER_TERMS, _PAPER_NOTE)
+    # C lies between 0 and the bound: between 0 and twice its middle, whatever that was rounded to.
+    return Answer(value, value, "bound", _PAPER_TERMS, _PAPER_NOTE)
 
 
 def paper_bounds(scenes: Scenes, request: Request) -> Answers:
-    """The same for many: the condition in exact arithmetic, scene by scene."""
+    """The same for many, scene by scene."""
     logs = np.empty(len(scenes.lam))
-    with own_context(25) as context:
-        for one, rows in by_drift(scenes):
-            for row in rows:
-                scene = scene_at(scenes, row)._replace(drift=one)
-                logs[row] = float(_paper_log(scene, request.complement, context))
+    for one, rows in by_drift(scenes):
+        for row in rows:
+            scene = scene_at(scenes, row)._replace(drift=one)
+            logs[row] = float(_paper_value(scene, request)[0].mid())
     if request.log:
         return Answers(logs, None, "none", _PAPER_TERMS, _PAPER_NOTE)
-    # As wide as the value itself: from 0 to it.
+    # From 0 to twice the value, which is more than what rounding changes in the logarithm.
     errors = np.log(2.0) + 4e-15 * (1 + np.abs(logs))
     return Answers(logs, errors, "bound", _PAPER_TERMS, _PAPER_NOTE)
 
 
-def _paper_log(scene: Scene, complement: bool, context: MPContext) -> Any:
-    """The logarithm of the bound of eq:C (derivation C-bound), where its conditions hold."""
+def _paper_value(scene: Scene, request: Request) -> tuple[arb, arb]:
+    """Balls of the bound of eq:C (C-bound) and its logarithm, where its conditions are proved."""
     from symasym.base.errors import InputError, RegionError
 
-    drift, values = scene.drift, scene.numbers
+    drift, values, complement = scene.drift, scene.numbers, request.complement
     if values["start"] != 0:
         raise InputError(
             f"start is {float_text(values['start'])}; the paper's bound is for start 0, use "
             "method='bound' or 'exact'."
         )
-    field = ExactField(drift, complement, context)
-    a_minus, a_plus = (field.value(Fraction(side)) for side in (-1, 1))
-    if not (a_minus > 0 and a_plus > 0):
-        name, sign = ("1 - C", "negative") if complement else ("C", "positive")
-        raise RegionError(
-            f"a- = {float(drift.ends[0]):.6g} and a+ = {float(drift.ends[1]):.6g} are not both "
-            f"{sign}, where alone the paper bounds {name}; use method='bound' or 'exact'."
-        )
+    flint_module()
     kappa, r = values["kappa"], values["r"]
-    if r < 4:
-        raise InputError(
-            f"r is {float_text(r)}; the paper's bound is for r of at least 4, use method='bound' "
-            "or 'exact'."
-        )
-    top = _highest(drift, complement)
-    if not top <= a_minus * r / 4:
-        raise InputError(
-            f"V reaches {float(top):.6g} between the start and the layer's edge, more than "
-            f"a- r/4 = {float_text(a_minus * r / 4)}, where the paper's bound may fail; use a "
-            "larger r, or method='bound' or 'exact'."
-        )
-
-    def number(x: Fraction) -> Any:
-        return mpf_of(x, context)
-
-    rate = number(a_minus * r / kappa**2)
-    if not rate * 3 / 2 >= context.log(4):
-        raise InputError(
-            f"kappa is {float_text(kappa)}, so that exp(3 a- r/(2 kappa^2)) is below 4, where the "
-            "paper's bound may fail; use method='bound' or 'exact'."
-        )
-    return context.log(number(2 * a_minus * (1 / a_plus + 2 / kappa**2))) - rate
+    profile = profile_of(drift)
+    profile = profile.mirrored() if complement else profile
+    size = int(scene.lam * (1 + r) * 1024)
+    with precision(int(request.digits * 3.33) + 80 + size.bit_length()):
+        a_minus, a_plus = (profile.value(Fraction(side)) for side in (-1, 1))
+        if not (a_minus > 0 and a_plus > 0):
+            name, sign = ("1 - C", "negative") if complement else ("C", "positive")
+            raise RegionError(
+                f"a- = {float(drift.ends[0]):.6g} and a+ = {float(drift.ends[1]):.6g} are not both "
+                f"{sign}, where alone the paper bounds {name}; use method='bound' or 'exact'."
+            )
+        if r < 4:
+            raise InputError(
+                f"r is {float_text(r)}; the paper's bound is for r of at least 4, use "
+                "method='bound' or 'exact'."
+            )
+        radius, noise = exact_ball(r), exact_ball(kappa)
+        top = _highest(drift, complement)
+        if not exact_ball(top) <= a_minus * radius / 4:
+            raise InputError(
+                f"V reaches {float(top):.6g} between the start and the layer's edge, more than "
+                f"a- r/4 = {float((a_minus * radius / 4).mid()):.6g}, where the paper's bound may "
+                "fail; use a larger r, or method='bound' or 'exact'."
+            )
+        if not (3 * a_minus * radius / (2 * noise**2)).exp() >= 4:
+            raise InputError(
+                f"kappa is {float_text(kappa)}, so that exp(3 a- r/(2 kappa^2)) is below 4, where "
+                "the paper's bound may fail; use method='bound' or 'exact'."
+            )
+        value = mpmath_formulas.exit_bound(BallContext(), noise, radius, a_minus, a_plus)
+        return value.log(), value
 
 
 @lru_cache(maxsize=256)

@@ -120,6 +120,28 @@ def layer_of(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> Layer:
     return Layer(regions, height)
 
 
+def below_its_end(layer: Layer) -> bool:
+    """True if V <= V(b) on the whole stretch [a, b], proved.
+
+    On a panel V is below a line and its bend; where that is not enough, V is shown to be monotone,
+    so that it is largest at one end: |V'| is at least the line's slope less 4 bend/width.
+    """
+    end = layer.end
+    for region in layer.regions:
+        if isinstance(region.peak, Edge) and (
+            region.peak.height is end or region.peak.height <= end
+        ):
+            # A has one sign in the window.
+            continue
+        for panel in region.panels:
+            line = panel.height.max(panel.height + panel.slope * panel.width) + panel.bend
+            steep = panel.width * abs(panel.slope) > 4 * panel.bend
+            tops = [panel.ends[0] if panel.slope < 0 else panel.ends[1]] if steep else [line]
+            if not all(top is end or top <= end for top in tops):
+                return False
+    return True
+
+
 def _rough_top(field: _Drift, a: Fraction, b: Fraction) -> float:
     """max V - V(a) over [a, b] in float64, by trapezoids."""
     u = np.linspace(float(a), float(b), _SAMPLES)
