@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.asymptotics.weak_noise.majorants import majorants
 from symasym.asymptotics.weak_noise.one_sided import (
     CriticalPoint,
     OneSided,
@@ -267,7 +268,8 @@ class Builder:
             terms.append(power[-1] * (self.arithmetic.gamma(2 * n + 1, 2) * a ** -(n + 0.5)))
         # Higher coefficients depend on the zeros' distances by higher powers.
         rounding = 8 * (self.count + self.degree) * self.rough[k]
-        return Series([Part(0.5, 0, terms)], rounding)
+        known = majorants(t, self.count, self.arithmetic)
+        return Series([Part(0.5, 0, terms)], rounding, majorants=known)
 
     # -- the regular part ---------------------------------------------------------------------
 

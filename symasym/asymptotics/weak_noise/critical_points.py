@@ -17,6 +17,7 @@ from symasym.asymptotics.laplace.watson import (
     laplace_coefficients,
     perron_coefficients,
 )
+from symasym.asymptotics.weak_noise.majorants import FURTHER, Majorants, majorants
 from symasym.asymptotics.weak_noise.one_sided import (
     CriticalPoint,
     OneSided,
@@ -29,6 +30,7 @@ from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.landscape import bracketed_zero
 from symasym.drift.taylor_field import ExactField, to_fraction
+from symasym.numbers.arithmetic import Digits
 from symasym.numbers.power_series import laurent, power
 
 if TYPE_CHECKING:
@@ -231,8 +233,15 @@ class _Builder:
             kind, points, sign = (
                 ("barrier", self.rising, 1) if barrier else ("well", self.falling, -1)
             )
-            series = Series([Part(0.5, 0, trimmed(terms[: self.count]))], self.least)
+            known = self.majorants(to_fraction(u)) if self.estimated else None
+            part = Part(0.5, 0, trimmed(terms[: self.count]))
+            series = Series([part], self.least, majorants=known)
             points.append(CriticalPoint(0, sign * here, series, None, kind, u))
+
+    def majorants(self, u: Fraction) -> Majorants:
+        """Those of Laplace's coefficients at a zero of A."""
+        taylor = self.field.taylor(u, Fraction(1), 2 * self.count + 2 + FURTHER)
+        return majorants([self.number(c) for c in taylor], self.count, Digits(self.context))
 
     def fall(self, u: Fraction, barrier: bool) -> list[Any]:
         """Taylor coefficients of -|V - V(u)| about a zero of A."""

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.asymptotics.weak_noise.majorants import Majorants
 from symasym.asymptotics.weak_noise.series import (
     ROUNDING,
     Local,
@@ -145,7 +146,10 @@ def _float_series(x: Series | Local | None) -> Any:
     if not isinstance(x, Series):
         return x
     parts = [p._replace(coefficients=[float(c) for c in p.coefficients]) for p in x.parts]
-    return Series(parts, ROUNDING)
+    known = x.majorants
+    if known is not None:
+        known = Majorants(*([float(c) for c in row] for row in known))
+    return Series(parts, ROUNDING, majorants=known)
 
 
 def float_point(p: CriticalPoint) -> CriticalPoint:
