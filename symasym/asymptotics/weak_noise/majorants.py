@@ -18,7 +18,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from symasym.numbers.arithmetic import Arithmetic, Number
+from symasym.numbers.arithmetic import Arithmetic
+from symasym.numbers.power_series import power
 
 Numbers = Any
 
@@ -42,11 +43,14 @@ def majorants(taylor: list[Numbers], count: int, arithmetic: Arithmetic) -> Majo
     slope = abs(taylor[1])
     a = slope / 2
     alpha = [2 * abs(c) / ((j + 2) * slope) for j, c in enumerate(taylor[2:], start=1)]
+    one = 1 + 0 * a
+    negative = [one, *(-x for x in alpha)]
     full, later = [], []
     for n in range(max(count, len(alpha)) + 1):
         front = a ** -(arithmetic.rational(2 * n + 1, 2))
         if n <= count:
-            full.append(front * arithmetic.gamma(2 * n + 1, 2) * _power(alpha, n, 1 + 0 * a))
+            positive = power(negative, -(2 * n + 1), 2, 2 * n + 1, one)[2 * n]
+            full.append(front * arithmetic.gamma(2 * n + 1, 2) * positive)
         pairs: Numbers = 0 * a
         for i in range(max(1, 2 * n - len(alpha)), min(len(alpha), 2 * n - 1) + 1):
             pairs = pairs + alpha[i - 1] * alpha[2 * n - i - 1]
@@ -55,14 +59,3 @@ def majorants(taylor: list[Numbers], count: int, arithmetic: Arithmetic) -> Majo
             felt = felt + arithmetic.gamma(2 * n + 3, 2) * alpha[2 * n - 1]
         later.append(front * felt)
     return Majorants(full, later)
-
-
-def _power(alpha: list[Numbers], n: int, one: Number) -> Any:
-    """[t^2n] (1 - sum alpha_j t^j)^-(n + 1/2), by Euler's recurrence (J.C.P. Miller's formula)."""
-    p, power = 2 * n + 1, [one]
-    for m in range(1, 2 * n + 1):
-        total: Any = 0 * one
-        for j, x in enumerate(alpha[:m], start=1):
-            total = total + (p * j + 2 * (m - j)) * (x * power[m - j])
-        power.append(total / (2 * m))
-    return power[-1]
