@@ -22,10 +22,11 @@ from mpmath import mp, mpf
 import symasym as sa
 from symasym.base import executors, progress
 from symasym.base.errors import InputError, OutputError
+from symasym.base.texts import number_text
 from symasym.commands.main import main
 from symasym.tables import run as tables
 from symasym.tables.run import write_table
-from symasym.tables.spec import Spec, number_text, read_spec
+from symasym.tables.spec import Spec, read_spec
 from symasym.workshop import reference_quadrature
 
 SMALL = """\
