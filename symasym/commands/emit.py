@@ -6,7 +6,7 @@ import argparse
 import re
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import Commands, settings
+from symasym.commands.settings import Commands, document, settings
 from symasym.drift.named import DRIFTS, named_drift
 
 
@@ -30,6 +30,13 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--order", type=int, metavar="N", help="of --method laplace, 0 to 20")
     parser.add_argument(
         "--set", action="append", default=[], metavar="NAME=X", help="fold a parameter in"
+    )
+    document(
+        parser,
+        (
+            "symasym emit folds --target python",
+            "symasym emit eq:Ttilde --target c --drift friction --set mu=3 --set alpha=1 -o time.c",
+        ),
     )
     parser.set_defaults(run=_run)
 

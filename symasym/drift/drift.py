@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
@@ -10,12 +11,13 @@ import numpy as np
 
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, floats, is_array
-from symasym.base.texts import number_repr
+from symasym.base.texts import meant, number_repr
 from symasym.drift import landscape, models
 from symasym.numbers.complex_balls import ComplexBall, ComplexBallOps
 from symasym.numbers.trees import FractionOps, NotRational, NumpyOps, Operations, SympyOps
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from mpmath import mpf
     from sympy import Expr, Symbol
 
@@ -142,7 +144,8 @@ class Drift:
             if name not in self.parameters:
                 known = ", ".join(self.parameters) or "none at all"
                 raise InputError(
-                    f"{name} is no parameter of this drift; its parameters are {known}."
+                    f"{name} is no parameter of this drift; its parameters are "
+                    f"{known}{meant(name, self.parameters)}."
                 )
             if is_array(value):
                 bound[name] = floats(name, value)
@@ -426,6 +429,36 @@ class Drift:
     def barriers(self) -> list[landscape.CriticalPoint]:
         """Local maxima of V in (-1, 1), left to right, as critical points."""
         return [point for point in self.critical_points() if point.kind == "barrier"]
+
+    def plot(self, axes: Sequence[Axes] | None = None) -> Any:
+        """Draw phi and V over the layer and beside it, with their wells and barriers named.
+
+        Parameters
+        ----------
+        axes : two matplotlib Axes, optional
+            For phi and for V; those of a new figure when left out.
+
+        Returns
+        -------
+        the two Axes
+
+        Raises
+        ------
+        InputError
+            For free parameters or arrays.
+
+        Examples
+        --------
+        >>> import matplotlib
+        >>> matplotlib.use("agg")
+        >>> import symasym as sa
+        >>> above, below = sa.friction(mu=3, alpha=1, z0="-0.4").plot()
+        >>> [text.get_text() for text in below.texts]
+        ['well at 0.3969', 'barrier at 0.9039']
+        """
+        from symasym.drift.plot import plot
+
+        return plot(self, axes)
 
     # -- as a value ------------------------------------------------------------------------
 
