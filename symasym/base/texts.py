@@ -114,7 +114,9 @@ def _rounded(value: Any, error: Any, further: int, most: int | None = None) -> t
     with own_context(15) as context:
         number, radius = context.make_mpf(exactly), _real(error, context)
         digits = most
-        if number and radius:
+        if not context.isfinite(radius):
+            digits = 1
+        elif number and radius:
             if not further:
                 radius *= 2 * (1 - context.mpf(10) ** -9)
             place = _power(radius, context) - further + 1
@@ -130,8 +132,8 @@ def _upwards(*errors: Any) -> str:
 
     with own_context(30) as context:
         total = sum((_real(error, context) for error in errors), context.zero)
-        if not total:
-            return "0"
+        if not total or not context.isfinite(total):
+            return "inf" if total else "0"
         unit = context.mpf(10) ** (_power(total, context) - _ERROR_DIGITS + 1)
         # The float nearest to a text of three digits is that text.
         units = context.ceil(total / unit * (1 - context.mpf(2) ** -52))

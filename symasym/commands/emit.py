@@ -23,6 +23,7 @@ def add_parser(commands: Commands) -> None:
     targets = "numpy, mpmath, python, c, javascript or latex"
     parser.add_argument("--target", required=True, metavar="T", help=targets)
     parser.add_argument("-o", "--out", metavar="FILE", help="where to (standard output)")
+    parser.add_argument("--header", action="store_true", help="of C: write FILE.h beside FILE.c")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--drift", choices=DRIFTS, help="put this drift into the formula")
     what.add_argument("--expr", metavar="A", help='or this A(u), e.g. "1/2 - u + u**3"')
@@ -55,8 +56,8 @@ def _run(arguments: argparse.Namespace) -> None:
     how = {"method": arguments.method, "order": arguments.order}
     source = sa.emit(arguments.label, arguments.target, values, drift=drift, **how)
     if arguments.out:
-        print(*source.write(arguments.out), sep="\n")
-    elif source.header:
-        raise InputError("C comes as two files; say where to with -o FILE.c.")
+        print(*source.write(arguments.out, header=arguments.header), sep="\n")
+    elif arguments.header:
+        raise InputError("--header writes a file beside another; say where to with -o FILE.c.")
     else:
         print(source, end="")

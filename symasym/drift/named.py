@@ -63,7 +63,7 @@ def drift_signatures() -> dict[str, str]:
     """The ready-made drifts with the names of their parameters, for a help text."""
     return {
         name: ", ".join(
-            "c0, c1, c2, …" if name == "polynomial" else str(parameter).partition(":")[0]
+            "c0, c1, c2, ..." if name == "polynomial" else str(parameter).partition(":")[0]
             for parameter in list(inspect.signature(_maker(name)).parameters.values())[
                 : 1 if name == "polynomial" else None
             ]
