@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from symasym.formula import Formula, formula
     from symasym.plan import plan
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
+    from symasym.release import System, oscillator, release
     from symasym.sensitivity import Sensitivity, sensitivity
     from symasym.stokes import stokes_multiplier
 
@@ -43,6 +44,7 @@ __all__ = [
     "Scales",
     "Sensitivity",
     "SymasymError",
+    "System",
     "emit",
     "escape_time",
     "exit_probability",
@@ -52,9 +54,11 @@ __all__ = [
     "laplace_integral",
     "linear",
     "occupation",
+    "oscillator",
     "plan",
     "polynomial",
     "reduce",
+    "release",
     "rescale",
     "sensitivity",
     "sine",
@@ -79,6 +83,7 @@ _HOMES = {
     "Scales": "symasym.base.scales",
     "Sensitivity": "symasym.sensitivity",
     "SymasymError": "symasym.base.errors",
+    "System": "symasym.release",
     "emit": "symasym.emit",
     "escape_time": "symasym.quantities",
     "exit_probability": "symasym.quantities",
@@ -88,9 +93,11 @@ _HOMES = {
     "laplace_integral": "symasym.asymptotics.laplace.integral",
     "linear": "symasym.drift.smoothings",
     "occupation": "symasym.quantities",
+    "oscillator": "symasym.release",
     "plan": "symasym.plan",
     "polynomial": "symasym.drift.smoothings",
     "reduce": "symasym.drift.reduction",
+    "release": "symasym.release",
     "rescale": "symasym.base.scales",
     "sensitivity": "symasym.sensitivity",
     "sine": "symasym.drift.smoothings",
