@@ -20,7 +20,7 @@ from symasym.base.contexts import own_context
 from symasym.drift.taylor_field import ExactField
 from symasym.methods import laplace
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, linear_sliding, relative
-from tests.strategies import ALL, SAMPLE, drifts, powers_of_ten, rationals
+from tests.strategies import ALL, SAMPLE, WHOLE, drifts, powers_of_ten, rationals
 
 WEAK: dict[str, Any] = {"method": "laplace"}
 FRICTION = sa.friction(3, 1, "-0.3")
@@ -164,13 +164,14 @@ MILD = {"slow", "refused", "narrow", "stiff", "extreme"}
 
 
 @pytest.mark.parametrize("problem", [p for p in PROBLEMS if not p.tags & MILD], ids=str)
-def test_claimed_error_covers_the_true_one(problem: Problem) -> None:
+@WHOLE
+def test_claimed_error_covers_the_true_one(problem: Problem, whole: bool) -> None:
     drift = problem.make()
     orders = (0, 1, 2, 4, 8) if drift.exact_coefficients() is not None else (0, 3)
     kappas = (problem.kappa, "1/4", "3/100") if "analytic" not in problem.tags else ("1/10",)
     for kappa in kappas:
         scene = drift, kappa, problem.r, problem.start
-        some = orders if kappa == problem.kappa else orders[::2]
+        some = orders if whole or kappa == problem.kappa else orders[::2]
         check_scene(scene, some, kappa != "1/4", arrays=kappa != "3/100")
 
 
