@@ -301,8 +301,9 @@ def backward(
             factor = min(3.0, 0.8 * (tol / max(error, 1e-300)) ** (1.0 / stages))
             if len(made) >= _MOST_SLABS or step < 1e-7 * scene.eps:
                 raise AccuracyError(
-                    f"the march to tolerance {tol:.2g} needs more than {_MOST_SLABS} slabs in z, or "
-                    f"steps below the rounding of T = {new[-1].max():.3g}; ask for a larger rtol."
+                    f"the march to tolerance {tol:.2g} needs more than {_MOST_SLABS} slabs in z, "
+                    f"or steps below the rounding of T = {new[-1].max():.3g}; ask for a larger "
+                    "rtol."
                 )
             if error > 2.0 * tol:
                 step *= max(factor, 0.1)
@@ -346,7 +347,7 @@ def march(scene: Scene, rtol: float) -> Marched:
         error = abs(fine.mean - rough.mean) + dropped + 4e-14 * len(rough.steps) ** 0.5 * fine.mean
         best = min(best, error / fine.mean) if fine.mean > 0 else best
         if fine.mean > 0 and error <= rtol * fine.mean:
-            return Marched(fine.mean, error, max(fine.variance, 0.0), fine.left, far, density)
+            return Marched(fine.mean, float(error), max(fine.variance, 0.0), fine.left, far, density)
         tol, coarse, degree = tol / 30.0, coarse * 0.8, degree + 1
     raise AccuracyError(
         f"the march reaches {best:.2g} relative error with {len(low.ends) - 1} elements and "

@@ -1,4 +1,4 @@
-"""`sa.release`: the march against the exact engine, simulation, quadrature and its own refinement."""
+"""`sa.release` against the exact engine, simulation, quadrature and its own refinement."""
 
 from __future__ import annotations
 
