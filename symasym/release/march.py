@@ -347,7 +347,8 @@ def march(scene: Scene, rtol: float) -> Marched:
         error = abs(fine.mean - rough.mean) + dropped + 4e-14 * len(rough.steps) ** 0.5 * fine.mean
         best = min(best, error / fine.mean) if fine.mean > 0 else best
         if fine.mean > 0 and error <= rtol * fine.mean:
-            return Marched(fine.mean, float(error), max(fine.variance, 0.0), fine.left, far, density)
+            variance = max(fine.variance, 0.0)
+            return Marched(fine.mean, float(error), variance, fine.left, far, density)
         tol, coarse, degree = tol / 30.0, coarse * 0.8, degree + 1
     raise AccuracyError(
         f"the march reaches {best:.2g} relative error with {len(low.ends) - 1} elements and "
