@@ -2,12 +2,13 @@
 
 Degree 2 by the formula that does not cancel, 3 by Viete's cosines or Cardano's sum, higher ones as
 eigenvalues of the companion matrix; then Newton's steps (W. H. Press et al., Numerical Recipes,
-sections 5.6 and 9.5).
+sections 5.6 and 9.5). One zero of any function between two points, to any digits, by Newton's
+steps kept in a bracket.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from symasym.base.inputs import FloatArray
 from symasym.numbers.arithmetic import Number
 
 if TYPE_CHECKING:
+    from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
 # Zeros closer than this are not separated well enough for partial fractions.
@@ -95,6 +97,38 @@ def refined(c: Sequence[Any], z: Number, context: MPContext) -> Any:
         # The step after the one that has half of the digits has all of them.
         last = abs(step) <= context.ldexp(1 + abs(z), -context.prec // 2 - 8)
     return None
+
+
+def bracketed_zero(
+    pair: Callable[[Any], Sequence[Any]], lo: mpf, hi: mpf, context: MPContext
+) -> mpf:
+    """The zero between mpf lo and hi by Newton kept inside a shrinking bracket.
+
+    `pair` gives the value and the slope, of opposite signs at lo and hi.
+    """
+    low_sign = pair(lo)[0] > 0
+    x = (lo + hi) / 2
+    # Newton's next step is the square of one this small: beyond the digits.
+    enough = context.ldexp(1, -4 * context.prec // 5)
+    for _ in range(400):
+        value, slope = pair(x)
+        if value == 0:
+            return x
+        if (value > 0) == low_sign:
+            lo = x
+        else:
+            hi = x
+        step = value / slope if slope else context.inf
+        new = x - step
+        # Before the bracket, whose ends are a unit of rounding apart when Newton has come so far.
+        if abs(step) < enough:
+            return min(max(new, lo), hi)
+        if not lo < new < hi:
+            new = (lo + hi) / 2
+        if abs(new - x) < enough:
+            return new
+        x = new
+    return x
 
 
 def _chosen(zeros: Any, above: np.ndarray[Any, Any]) -> list[Any]:

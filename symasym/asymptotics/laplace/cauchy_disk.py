@@ -99,11 +99,9 @@ def disk(
     steep = -f[contact]
     if not steep > 0:
         raise NotProved
-    flint = flint_module()
     # Zero exactly: the point is a zero of f' (or of more) by its definition.
     if not all(c.contains(0) for c in f[1:contact]):
         raise NotProved
-    f = [f[0], *([flint.arb(0)] * (contact - 1)), *f[contact:]]
     reduced = perron_coefficients(f, g, contact, power)
     coefficients = []
     for k, d in enumerate(reduced):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.laplace.expansion import Contribution, contact_of, expand
 from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.laplace.maxima import Peak
-from symasym.asymptotics.laplace.watson import moment, perron_coefficients
+from symasym.asymptotics.laplace.watson import perron_coefficients, times_moments
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
@@ -139,15 +139,13 @@ def _size(piece: Piece, x: Symbol, point: Real, side: str) -> Leading | None:
         except (InputError, AccuracyError):
             # f = -oo, or g vanishes to all orders.
             return None
-        exponents, sizes = [], []
+        exponents: list[Any] = []
+        sizes: list[Any] = []
         for front, series in terms:
             beta = front + 1
-            reduced = perron_coefficients(
-                [*([f[0] * 0] * contact), *f[contact:]], series.c[:_LEADING], contact, beta
-            )
-            for k, d in enumerate(reduced):
-                s = (field.rational(beta) if not hasattr(beta, "_mpf_") else beta) + k
-                s = s / contact
-                exponents.append(s)
-                sizes.append(abs(d) * moment(s, abs(f[contact]), contact, context.gamma))
+            reduced = perron_coefficients(f, series.c[:_LEADING], contact, beta)
+            first = beta if hasattr(beta, "_mpf_") else field.rational(beta)
+            own = [(first + k) / contact for k in range(len(reduced))]
+            exponents += own
+            sizes += map(abs, times_moments(reduced, own, abs(f[contact]), contact, context.gamma))
         return Leading(f[0], exponents, sizes)

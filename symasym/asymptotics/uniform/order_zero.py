@@ -28,8 +28,13 @@ from symasym.asymptotics.uniform.order_zero_forms import (
 )
 from symasym.asymptotics.weak_noise import evaluation
 from symasym.asymptotics.weak_noise.compose import Composed
-from symasym.asymptotics.weak_noise.critical_point_arrays import Builder, first
-from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, Joint, OneSided
+from symasym.asymptotics.weak_noise.one_sided import (
+    Builder,
+    CriticalPoint,
+    Joint,
+    OneSided,
+    first,
+)
 from symasym.asymptotics.weak_noise.series import Point, Series
 from symasym.base.inputs import FloatArray
 from symasym.numbers.arithmetic import FLOATS
@@ -174,13 +179,7 @@ class OrderZero(Builder):
         onward = bool(first(pair.sign) > 0)
         return Together(form, pair, side * point, side, onward, members, height)
 
-    def between(
-        self,
-        sign: int,
-        rising: list[CriticalPoint],
-        falling: list[CriticalPoint],
-        peaks: dict[int, Series],
-    ) -> int:
+    def between(self, sign: int, rising: list[CriticalPoint], falling: list[CriticalPoint]) -> int:
         inside = self.inside(sign)
         for rank, k in enumerate(inside, start=1):
             if k in self.single:
@@ -233,11 +232,9 @@ class OrderZero(Builder):
         place = Fraction(sum(1 for p in others if first(p.point) <= at), len(others) + 1)
         return before + place, before + place
 
-    def side(
-        self, sign: int, totals: list[Any], sizes: list[Any], peaks: dict[int, Series]
-    ) -> OneSided:
+    def side(self, sign: int) -> OneSided:
         self.joint: list[Joint] = []
-        one_sided = super().side(sign, totals, sizes, peaks)
+        one_sided = super().side(sign)
         return one_sided._replace(joint=self.joint, slack=self.slack)
 
     # -- the end ------------------------------------------------------------------------------

@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 
 from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair, with_left_out
 from symasym.asymptotics.weak_noise.compose import sides_of, time_of
-from symasym.asymptotics.weak_noise.critical_point_arrays import Builder
-from symasym.asymptotics.weak_noise.one_sided import OneSided
+from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided
 from symasym.asymptotics.weak_noise.series import BEYOND, Series, Value
 from symasym.drift.drift import Drift
 from symasym.numbers.arithmetic import Arithmetic, Digits

@@ -29,7 +29,7 @@ from symasym.asymptotics.weak_noise.compose import (
     regular_part,
     rising_of,
 )
-from symasym.asymptotics.weak_noise.critical_points import half, whole
+from symasym.asymptotics.weak_noise.critical_points import both_sides, whole
 from symasym.asymptotics.weak_noise.evaluation import (
     Found,
     chosen,
@@ -40,6 +40,8 @@ from symasym.asymptotics.weak_noise.evaluation import (
     plain,
     probability_with_digits,
     time_with_digits,
+    unresolved,
+    unresolved_in,
 )
 from symasym.asymptotics.weak_noise.one_sided import (
     CriticalPoint,
@@ -47,7 +49,6 @@ from symasym.asymptotics.weak_noise.one_sided import (
     float_point,
     in_float,
 )
-from symasym.asymptotics.weak_noise.resolution import unresolved, unresolved_in
 from symasym.asymptotics.weak_noise.series import Part, Point, Series, Sizes
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
@@ -195,8 +196,8 @@ def _answer(scene: Scene, request: Request, prove: Prove | None) -> Answer:
     near = digits_lost(values["r"], values["start"])
     with own_context(working_digits(digits, lam, values["r"]) + near) as context:
         outer = (digits + 15 + near) * quantity.outer
-        halves = _halves(drift, values["r"], values["start"], order, context, outer)
-        composed, at = _with_digits(halves, lam, values["r"], context)
+        both = _halves(drift, values["r"], values["start"], order, context, outer)
+        composed, at = _with_digits(both, lam, values["r"], context)
         expanded = [quantity.with_digits(composed, at(n)) for n in orders]
         taken = chosen(expanded, prove, request.full, context)
         if taken is None:
@@ -208,7 +209,7 @@ def _answer(scene: Scene, request: Request, prove: Prove | None) -> Answer:
             value = context.log(value) if log is None else log
         size += abs(value) * context.mpf(10) ** -(digits + 5)
         dropped = _BOUNDED if kind == "bound" else _DROPPED
-        return Answer(value, size, kind, _terms(halves, context), dropped, order)
+        return Answer(value, size, kind, _terms(both, context), dropped, order)
 
 
 def _with_digits(
@@ -243,8 +244,8 @@ def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
     with own_context(working_digits(digits, lam, values["r"]) + near) as context:
         # No more digits of the regular part than its share of what is allowed.
         outer = len(str(int(1 / allowed))) + 12 + near
-        halves = _halves(drift, values["r"], values["start"], orders[-1], context, outer)
-        composed, at = _with_digits(halves, lam, values["r"], context)
+        both = _halves(drift, values["r"], values["start"], orders[-1], context, outer)
+        composed, at = _with_digits(both, lam, values["r"], context)
         best: Parts | None = None
         for n in orders:
             total = time_with_digits(composed, at(n))
@@ -252,7 +253,7 @@ def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
                 continue
             error = total.error / total.value
             if best is None or error < best.error:
-                best = Parts(_items(halves, composed, at(n)), total.value, error, n)
+                best = Parts(_items(both, composed, at(n)), total.value, error, n)
             if error <= mpf_of(allowed, context):
                 break
     if best is None:
@@ -297,7 +298,7 @@ def digits_lost(r: Fraction, x: Fraction) -> int:
 
 
 def require_resolved(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
-    """Raise AccuracyError where A varies too fast for the noise (`resolution`), but at folds."""
+    """Raise AccuracyError where A varies too fast for the noise (`unresolved`), but at folds."""
     # Noise beyond the range of float64 is weak.
     if lam < 10**300 and unresolved(drift, float(lam), folds):
         raise AccuracyError(
@@ -320,14 +321,13 @@ def _halves(
     drift: Drift, r: Fraction, x: Fraction, order: int, context: MPContext, outer: int
 ) -> tuple[OneSided, OneSided]:
     """Left, mirrored, and right."""
-    left = half(ExactField(drift, True, context), -x, r, order, context, outer)
-    return left, half(ExactField(drift, False, context), x, r, order, context, outer)
+    return both_sides(ExactField(drift, False, context), x, r, order, context, outer)
 
 
-def _terms(halves: tuple[OneSided, OneSided], context: MPContext) -> tuple[str, ...]:
+def _terms(both: tuple[OneSided, OneSided], context: MPContext) -> tuple[str, ...]:
     """The wells and barriers of both sides in words, and what else is in T."""
     words = []
-    for side, one in zip((-1, 1), halves, strict=True):
+    for side, one in zip((-1, 1), both, strict=True):
         for point in one.rising + one.falling:
             if point.kind in ("well", "barrier"):
                 words.append(f"{point.kind} at u = {context.nstr(side * point.u, 6)}")

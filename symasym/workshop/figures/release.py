@@ -245,8 +245,8 @@ def regimes(
     eps_half = hazard / np.log(2.0)
     # Without a well the block would take this long.
     flight = radius / (1 - start - float(exact("alpha", alpha)))
-    here = np.exp(np.asarray(sa.escape_time(family.bind(z0=start), noise, radius, log=True)))
-    free = float(np.interp(-2.0, -here / flight, noise))
+    here = np.asarray(sa.escape_time(family.bind(z0=start), noise, radius, log=True))
+    free = float(np.interp(-np.log(2.0 * flight), -here, noise))
     eps = np.geomspace(1e-5, 0.05, 200)
     shown = {"mu": mu, "alpha": alpha, "z0": z0, "r": r}
     text = ", ".join(f"{name} = {number_text(exact(name, x))}" for name, x in shown.items())
