@@ -40,6 +40,10 @@ def escape_time(
 ) -> Any:
     """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region).
 
+    T belongs to the scalar equation du = phi(u) dt + kappa dW: the slow variables of a system that
+    was reduced to it are frozen where it starts. A block of the friction oscillator that sticks is
+    taken to the fold by the belt, and is released there however large T is (docs/limits.md).
+
     Parameters
     ----------
     drift : Drift

@@ -27,7 +27,8 @@ class Scales:
     kappa, r : number
         kappa/sqrt(eps) and r/eps, to pass to the verbs.
     time : number
-        Physical time per unit of scaled time, eps.
+        Physical time per unit of scaled time, eps. So slow variables, frozen in the scaled
+        equation, move by this times their velocity in a unit of scaled time.
     """
 
     kappa: Any
@@ -48,6 +49,9 @@ def _shown(x: Any) -> str:
 
 def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
     """Scale noise amplitude and radius by the width of the switch (eq:tildexykappa, eq:tilder).
+
+    A time T of the scaled equation describes the whole system where eps T, the way that a slow
+    variable of unit velocity goes meanwhile, changes its drift by little (docs/limits.md).
 
     Parameters
     ----------

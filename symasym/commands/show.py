@@ -26,9 +26,16 @@ def add_parser(subparsers: Commands) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """``symasym show``."""
     from symasym.formula import formula
+    from symasym.records import definition
 
     if arguments.all or arguments.label is None:
         _show_all(arguments)
+        return
+    defined = definition(arguments.label)
+    if defined is not None:
+        print(defined["latex"] if arguments.latex else defined["text"])
+        if not arguments.latex:
+            print(f"\n{defined['reason']}")
         return
     shown = formula(arguments.label)
     print(shown.latex() if arguments.latex else pretty(shown))

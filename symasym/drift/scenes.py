@@ -251,9 +251,17 @@ def by_drift(scenes: Scenes, *others: FloatArray) -> Iterator[tuple[Drift, IntAr
     """Each drift with the rows of its scenes; where `others` are given, these are equal as well."""
     arrays = [x for x in scenes.parameters.values() if is_array(x)]
     keys = np.array([*arrays, *others, np.zeros(len(scenes.lam))]).T
-    first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)[1:]
-    for k, row in enumerate(first):
-        yield drift_at(scenes, row), np.flatnonzero(group.ravel() == k)
+    order, first, count = grouped(np.unique(keys, axis=0, return_inverse=True)[1].ravel())
+    for low, number in zip(first, count, strict=True):
+        rows = order[low : low + number]
+        yield drift_at(scenes, rows[0]), rows
+
+
+def grouped(index: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Rows in the order of their index, where in it a new one begins, and how many rows it has."""
+    order = np.argsort(index, kind="stable")
+    first = np.flatnonzero(np.diff(index[order], prepend=-1))
+    return order, first, np.diff(first, append=len(order))
 
 
 def rows_of(scenes: Scenes, rows: slice | IntArray | tuple[slice | IntArray, ...]) -> Scenes:
@@ -361,3 +369,8 @@ def require_fits(name: str, logs: FloatArray, log: bool) -> None:
         raise RangeError(
             f"{name} is e^{extreme:.6g}, outside the range of float64; pass log=True, or dps=…."
         )
+
+
+def working_digits(digits: int, lam: Fraction, r: Fraction) -> int:
+    """Digits that leave `digits` right in e^{lam V}."""
+    return digits + 2 * len(str(int(lam * (1 + r) + 1))) + 20
