@@ -141,7 +141,7 @@ def helped(*command: str) -> str:
 
 @pytest.mark.parametrize(
     "command",
-    "reproduce value derive show emit figure table verify report".split(),  # noqa: SIM905
+    "reproduce value release derive show emit figure table verify report".split(),  # noqa: SIM905
 )
 def test_help_has_two_examples_that_are_read(command: str) -> None:
     lines = helped(command).partition("examples:\n")[2].splitlines()
