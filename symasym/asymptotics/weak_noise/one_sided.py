@@ -439,36 +439,6 @@ class Builder:
         return 1.0 + 0 * height, height, slope
 
 
-def _float_series(x: Series | Local | None) -> Any:
-    """The series in float64; what is no series stays."""
-    if not isinstance(x, Series):
-        return x
-    parts = [p._replace(coefficients=[float(c) for c in p.coefficients]) for p in x.parts]
-    return Series(parts, ROUNDING)
-
-
-def float_point(p: CriticalPoint) -> CriticalPoint:
-    """A critical point that was computed with more digits than float64 has, in float64."""
-    return p._replace(
-        height=float(p.height), series=_float_series(p.series), onward=_float_series(p.onward)
-    )
-
-
-def in_float(one: OneSided) -> OneSided:
-    """An expansion that was computed with more digits than float64 has, in float64."""
-    rising, falling = (list(map(float_point, points)) for points in (one.rising, one.falling))
-    return one._replace(
-        rising_start=_float_series(one.rising_start),
-        falling_start=_float_series(one.falling_start),
-        outer=_float_series(one.outer),
-        rising=rising,
-        falling=falling,
-        beyond=one.beyond and tuple(float(x) for x in one.beyond),  # type: ignore[arg-type]
-        # Heights cancel each other in pairs of critical points.
-        rough=3e-16 * max([abs(p.height) for p in rising + falling], default=0.0),
-    )
-
-
 def mapped(value: Any, change: Callable[[FloatArray], Any]) -> Any:
     """The same with `change` made to every array in it."""
     if isinstance(value, np.ndarray):
