@@ -11,6 +11,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from symasym.asymptotics.weak_noise.majorants import FURTHER, Majorants
 from symasym.asymptotics.weak_noise.one_sided import (
     Builder,
     CriticalPoint,
@@ -33,7 +34,7 @@ from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Digits
-from symasym.numbers.polynomial_roots import bracketed_zero
+from symasym.numbers.polynomials import bracketed_zero
 from symasym.numbers.power_series import laurent, power
 
 if TYPE_CHECKING:
@@ -185,10 +186,10 @@ class _FieldBuilder(Builder):
         return Series([Part(1.0, 0, trimmed(h))], self.least)
 
     def peak(self, k: int) -> Series:
-        taylor = self.taylor(self.lines[k])
+        taylor = self.taylor(self.lines[k], 2 * self.count + 2 + FURTHER)
         arc = arc_coefficients(taylor, 2 * self.count, 2, self.context.one)
         self.require_estimate(self.lines[k], abs(taylor[1]), arc, 2)
-        return self.gaussian(arc, self.least)
+        return self.gaussian(arc, taylor, self.least)
 
     def no_estimate(self, shape: str, u: Numbers) -> AccuracyError:
         """The refusal of a point where the series' next terms vanish."""
@@ -337,7 +338,10 @@ def _float_series(x: Series | Local | None) -> Any:
     if not isinstance(x, Series):
         return x
     parts = [p._replace(coefficients=[float(c) for c in p.coefficients]) for p in x.parts]
-    return Series(parts, ROUNDING)
+    known = x.majorants
+    if known is not None:
+        known = Majorants(*([float(c) for c in row] for row in known))
+    return Series(parts, ROUNDING, majorants=known)
 
 
 def float_point(p: CriticalPoint) -> CriticalPoint:
