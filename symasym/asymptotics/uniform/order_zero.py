@@ -287,7 +287,8 @@ class OrderZero(Builder):
         ratio = c.zero
         if pair is None or c.any(pair.drop > _NO_DROP):
             row = self.next_orders(last).parts[0].coefficients
-            ratio = abs(row[1] / row[0]) if len(row) > 1 else c.zero
+            # A parabola has no further orders.
+            ratio = abs(row[1] / row[0]) if len(row) > 1 else ratio
         gaussian = truncated_gaussian(sign, psi, gap, drop, ratio, slope, c)
         return _BeforeEnd(gaussian, last, gap)
 
