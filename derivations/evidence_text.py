@@ -238,8 +238,8 @@ def remaining() -> Evidence:
         )
         derived = inside / (inside + outside(ctx, scene, ctx.one))
     return Evidence(
-        r"chance of $\lvert u\rvert \le 1$ at 100 mean times of the first exit (printed: at most, by "
-        "Markov)",
+        r"chance of $\lvert u\rvert \le 1$ at 100 mean times of the first exit (printed: at most, "
+        "by Markov)",
         {"mu": "1", "alpha": "1", "z0": "1/2", "kappa": "1"},
         first_exit / (100 * first_exit),
         _long_run(scene),
