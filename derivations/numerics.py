@@ -227,47 +227,6 @@ def split_pieces(ctx: Any, scene: Scene, k: Any, r: Any) -> list[Any]:
     return [lam * x for x in (first, second, third, fourth)]
 
 
-@dataclass(frozen=True)
-class Bends:
-    """A potential of straight lines with bends at -1, 0 and 1, and V(-1) = 0.
-
-    Every integral of e^{lam V} has a closed form, so that the pieces of a
-    double integral are known to any number of digits without quadrature.
-    """
-
-    slopes: tuple[Fraction, Fraction, Fraction, Fraction]
-
-    def V(self, ctx: Any, u: Any) -> Any:
-        """The potential on all of the line."""
-        total = ctx.zero
-        for slope, low, high in zip(self.slopes, (None, -1, 0, 1), (-1, 0, 1, None), strict=True):
-            # From -1 to u, so that the part left of -1 counts backwards.
-            end = min(u, high) if high is not None else u
-            start = max(-1, low) if low is not None else ctx.mpf(high)
-            if (end > start) if low is not None else (end < start):
-                total += ctx.mpf(slope.numerator) / slope.denominator * (end - start)
-        return total
-
-    def pieces(self, ctx: Any, kappa: Any, r: Any) -> Pieces:
-        """The four integrals for 1 < r, in closed form."""
-        lam = 2 / kappa**2
-        mass, weight = ctx.zero, ctx.exp(lam * self.V(ctx, -r))
-        sides = {-1: [ctx.zero, ctx.zero], 1: [ctx.zero, ctx.zero]}
-        edges = [-r, ctx.mpf(-1), ctx.zero, ctx.one, r]
-        for slope, a, b in zip(self.slopes, edges, edges[1:], strict=False):
-            h, rate = b - a, lam * slope.numerator / slope.denominator
-            # e^{lam(V - V(a))}, its inverse, and their double integral over this line.
-            single = ctx.expm1(rate * h) / rate
-            inverse = -ctx.expm1(-rate * h) / rate
-            double = (single - h) / rate
-            side = sides[1 if a >= 0 else -1]
-            side[0] += weight * single
-            side[1] += weight * single * mass + double
-            mass += inverse / weight
-            weight *= ctx.exp(rate * h)
-        return Pieces(sides[1][0], sides[-1][0], sides[1][1], sides[-1][1], lam)
-
-
 def well_integral(ctx: Any, scene: Scene, kappa: Any) -> Any:
     """lam times the double integral of eq:secondTerm over the neighbourhoods of its saddle.
 

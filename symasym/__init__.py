@@ -24,8 +24,9 @@ if TYPE_CHECKING:
     from symasym.drift.reduction import reduce
     from symasym.drift.smoothings import hill, linear, polynomial, sine, tanh
     from symasym.emit import emit
-    from symasym.formula import Formula, formula
+    from symasym.formula import Formula, formula, labels
     from symasym.plan import plan
+    from symasym.plot import plot
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
     from symasym.sensitivity import Sensitivity, sensitivity
     from symasym.stokes import stokes_multiplier
@@ -49,10 +50,12 @@ __all__ = [
     "formula",
     "friction",
     "hill",
+    "labels",
     "laplace_integral",
     "linear",
     "occupation",
     "plan",
+    "plot",
     "polynomial",
     "reduce",
     "rescale",
@@ -85,10 +88,12 @@ _HOMES = {
     "formula": "symasym.formula",
     "friction": "symasym.drift.friction",
     "hill": "symasym.drift.smoothings",
+    "labels": "symasym.formula",
     "laplace_integral": "symasym.asymptotics.laplace.integral",
     "linear": "symasym.drift.smoothings",
     "occupation": "symasym.quantities",
     "plan": "symasym.plan",
+    "plot": "symasym.plot",
     "polynomial": "symasym.drift.smoothings",
     "reduce": "symasym.drift.reduction",
     "rescale": "symasym.base.scales",
@@ -105,7 +110,7 @@ _HOMES = {
 class _Package(ModuleType):
     """This package, whose public names are loaded when first asked for.
 
-    Four verbs have the name of their module (``symasym.plan``): importing the module
+    Five verbs have the name of their module (``symasym.plan``): importing the module
     would put it in the verb's place.
     """
 
@@ -122,7 +127,7 @@ class _Package(ModuleType):
         return value
 
     def __dir__(self) -> list[str]:
-        return sorted({*super().__dir__(), *__all__})
+        return sorted(__all__)
 
 
 sys.modules[__name__].__class__ = _Package

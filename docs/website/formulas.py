@@ -10,7 +10,6 @@ from typing import Any
 
 from derivations import report
 from derivations.errata import ERRATA
-from derivations.labels import REASONS
 from derivations.registry import entries
 from derivations.runner import slug
 from derivations.symbols import QUANTITIES, quantities, symbols
@@ -223,8 +222,7 @@ def index(records: Records) -> str:
             *_grouped(groups, records),
             "## Definitions, with nothing to derive",
             "",
-            *(f"- {label}: {report.plain(reason)}" for label, reason in REASONS.items()),
-            "",
+            *report.definitions(),
             "```{toctree}",
             ":hidden:",
             "",

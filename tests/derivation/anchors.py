@@ -59,7 +59,7 @@ _FLOAT = (
 _DIGITS = (
     _number,
     {
-        **{getattr(sympy, n): getattr(CTX, n) for n in ("exp", "log", "tanh", "sin", "cos")},
+        **{getattr(sympy, n): getattr(CTX, n) for n in ("exp", "log", "tanh", "sin", "cos", "erf")},
         sympy.Heaviside: lambda x, _: CTX.mpf(x > 0),
         **{getattr(sympy, n): getattr(CTX, n) for n in ("airyai", "airybi")},
         sympy.airyaiprime: lambda z: CTX.airyai(z, derivative=1),
@@ -179,7 +179,6 @@ ORDERS: dict[str, tuple[Path, tuple[str, ...], Callable[[Numbers, Any], Any] | N
     "saddle-series": (on.one_well, ("150", "300"), None),
     "eq:Plarge2": (on.strong_sliding, ("1e2", "1e3"), None),
     "eq:Psmall2": (on.weak_sliding, ("0.14", "0.1"), None),
-    "eq:S": (on.weak, ("0.2", "0.14"), lambda at, _: at["kappa"] ** 2),
     "laplace-substitution": (on.weak, ("1e-2", "1e-3"), lambda at, _: at["kappa"] ** 3),
     "eq:secondTerm": (on.weak, ("0.2", "0.14"), None),
     "eq:fourthTerm2": (on.weak, ("0.2", "0.14"), lambda at, _: at["kappa"] ** 2),
@@ -290,6 +289,35 @@ def gaussians(_: str, left: Any, result: Any, seeds: range) -> None:
         assert abs(got - want) <= 1e-12 * want, (seed, want, got)
 
 
+def multiplier(_: str, left: Any, result: Any, seeds: range) -> None:
+    """The share of the well's term in T, from a start before, on and behind the barrier, and
+    within a width of it; beside the fold by the pair's double integral.
+    """
+    assert left.name == "S"
+    before, on_top, behind, no_well, passing, fold = result
+    for seed in seeds:
+        path = scenes(on.weak, seed)
+        u2, A2 = path(CTX.one)["u2"], path(CTX.one)["A_2"]
+        width = 1 / CTX.sqrt(A2)
+        for away, want in (
+            *((c * width, value(passing, {"A_2": A2, "u2": c * width, "kappa": 1}))
+              for c in (CTX.mpf("-0.4"), CTX.mpf("0.9"))),
+            (CTX.zero, value(on_top, {})),
+        ):  # fmt: skip
+            # A share at a distance of so many kappa from the start; its error is O(kappa).
+            coarse, fine = (path(k)["S_from"](u2 - k * away) for k in map(CTX.mpf, ("0.1", "0.05")))
+            assert abs(2 * fine - coarse - want) < 0.03, (seed, want, coarse, fine)
+        for away, want in ((CTX.mpf("0.5"), before), (-CTX.mpf("0.25"), behind)):
+            share = path(CTX.mpf("0.05"))["S_from"](u2 - away)
+            assert abs(share - value(want, {})) < 0.02, (seed, want, share)
+        Z = float(on.within(random.Random(seed), "-1.5", "1.5"))
+        there, back = (on.airy_pair_at(z)["J"] for z in (Z, -Z))
+        share = there / (there + back)
+        assert abs(value(fold, {"Z": CTX.mpf(Z)}) - share) < 1e-4, (seed, share)
+    # Without a well nothing is exponentially large.
+    assert no_well == 0
+
+
 def regions(_: str, left: Any, result: Any, seeds: range) -> None:
     """How many of the two fields point to the surface; rows a- < 0, > 0 and columns a+ < 0, > 0."""
     assert left.name == "N"
@@ -332,6 +360,7 @@ OTHERS: dict[str, Callable[[str, Any, Any, range], None]] = {
     "eq:FPE": forward_operator,
     "eq:odeR": forward_operator,
     "gaussian-step": gaussians,
+    "eq:S": multiplier,
     "regions": regions,
     "C-bound": upper_bound,
     "L-bound": lower_bound,

@@ -402,8 +402,12 @@ def straight_panel(rng: random.Random) -> Numbers:
 
 
 def airy_pair(rng: random.Random) -> Numbers:
+    """The numbers of `airy_pair_at` at a random Z."""
+    return airy_pair_at(float(within(rng, "-2", "1.5")))
+
+
+def airy_pair_at(Z: float) -> Numbers:
     """Double integrals of e^{h(s) - h(t)}, h(s) = s^3/3 - Z s, over s < t, by plain sums."""
-    Z = float(within(rng, "-2", "1.5"))
     tau, n = np.linspace(0.02, 3.4, 1200), np.linspace(-7, 7, 161)
     # t - s = tau^2 and (s + t)/2 = n/tau: ds dt = 2 dn dtau.
     s, t = n[:, None] / tau - tau**2 / 2, n[:, None] / tau + tau**2 / 2
@@ -437,13 +441,19 @@ def weak(rng: random.Random) -> Callable[[Any], Numbers]:
         known = numbers(scene)
         small = roots(drift)[0] + kappa * hat
 
-        def multiplier() -> Any:
+        def multiplier(start: Any = 0) -> Any:
             """Share of the Gaussian term of the well that is in T."""
             term = 2 * CTX.pi / CTX.sqrt(-known["A_1"] * known["A_2"])
-            return (scene.T - 10 / known["a_plus"]) / (term * CTX.exp(scene.lam * known["D"]))
+            time = scene.with_(start=start).T - 10 / known["a_plus"]
+            return time / (term * CTX.exp(scene.lam * known["D"]))
 
         return numbers(
-            scene, S=multiplier, uhat=lambda: hat, u=lambda: small, c2=lambda: -known["A_1"]
+            scene,
+            S=multiplier,
+            S_from=lambda: multiplier,
+            uhat=lambda: hat,
+            u=lambda: small,
+            c2=lambda: -known["A_1"],
         )
 
     return at

@@ -172,10 +172,10 @@ CONSISTENT: list[tuple[str, str, Callable[[Any, Any], tuple[Any, Any]]]] = [
         lambda a, e: (a, e.replace(_E, lambda x: _E(_S(5, 2) * x))),
     ),
     ("C-bound", "without its factor 2", lambda a, e: (a, e / 2)),
-    ("eq:S", "S = 1/3", lambda a, e: (a, e / 3)),
+    ("eq:S", "S = 1/3", lambda a, e: (a, (e[0] / 3, *e[1:]))),
     ("eq:V", "V(0) = 0", lambda a, e: (a, _limits(e, (0, sympy.S.Zero, _symbol(e, "u"))))),
     ("threshold", "T as e^{D eps/kappa^2}", lambda a, e: (a, e / sympy.sqrt(2))),
-    ("constant-drift", "twice T", lambda a, e: (a, 2 * e)),
+    ("constant-drift", "twice T", lambda a, e: (a, (2 * e[0], e[1]))),
     (
         "eq:TtildeCzero",
         "over (-r, r)",
