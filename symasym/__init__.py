@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from symasym.plan import plan
     from symasym.plot import plot
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
+    from symasym.release import System, oscillator, release
     from symasym.sensitivity import Sensitivity, sensitivity
     from symasym.stokes import stokes_multiplier
 
@@ -44,6 +45,7 @@ __all__ = [
     "Scales",
     "Sensitivity",
     "SymasymError",
+    "System",
     "emit",
     "escape_time",
     "exit_probability",
@@ -54,10 +56,12 @@ __all__ = [
     "laplace_integral",
     "linear",
     "occupation",
+    "oscillator",
     "plan",
     "plot",
     "polynomial",
     "reduce",
+    "release",
     "rescale",
     "sensitivity",
     "sine",
@@ -82,6 +86,7 @@ _HOMES = {
     "Scales": "symasym.base.scales",
     "Sensitivity": "symasym.sensitivity",
     "SymasymError": "symasym.base.errors",
+    "System": "symasym.release",
     "emit": "symasym.emit",
     "escape_time": "symasym.quantities",
     "exit_probability": "symasym.quantities",
@@ -92,10 +97,12 @@ _HOMES = {
     "laplace_integral": "symasym.asymptotics.laplace.integral",
     "linear": "symasym.drift.smoothings",
     "occupation": "symasym.quantities",
+    "oscillator": "symasym.release",
     "plan": "symasym.plan",
     "plot": "symasym.plot",
     "polynomial": "symasym.drift.smoothings",
     "reduce": "symasym.drift.reduction",
+    "release": "symasym.release",
     "rescale": "symasym.base.scales",
     "sensitivity": "symasym.sensitivity",
     "sine": "symasym.drift.smoothings",

@@ -15,6 +15,7 @@ from symasym.commands import (
     derive,
     emit,
     figure,
+    release,
     report,
     reproduce,
     show,
@@ -107,7 +108,10 @@ def _join_negative(argv: Sequence[str]) -> list[str]:
     """Write ``--start -1/3`` as ``--start=-1/3``, which argparse would take for an option."""
     joined: list[str] = []
     for word in argv:
-        takes_value = joined and joined[-1] in {"--start", "--y", "--kappa", "--r", "--expr"}
+        takes_value = joined and joined[-1] in {
+            *("--start", "--y", "--kappa", "--r", "--expr"),
+            *("--z", "--phi", "--velocity", "--noise", "--eps"),
+        }
         if takes_value and re.match(r"-[^-]", word):
             joined[-1] += f"={word}"
         else:
@@ -135,6 +139,6 @@ def _parser() -> Parser:
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     document(parser, ("symasym value --help", "symasym show eq:Ttilde"))
-    for command in (reproduce, value, derive, show, emit, figure, table, verify, report):
+    for command in (reproduce, value, release, derive, show, emit, figure, table, verify, report):
         command.add_parser(commands)
     return parser
