@@ -136,8 +136,9 @@ def sensitivity(
         each = [proved or _by_differences(quantity, scene, dps)]
         return _gathered(quantity, each, None, dps, "bound" if proved else "estimate")
     scenes = float_scenes(drift, numbers)
-    if not scenes.shape and (proved := _by_balls(quantity, scene_at(scenes, 0), FLOAT_DIGITS)):
-        return _gathered(quantity, [proved], (), FLOAT_DIGITS, "bound")
+    # Differences take longer; of more scenes than one they are an estimate in any case.
+    if len(scenes.lam) == 1 and (proved := _by_balls(quantity, scene_at(scenes, 0), FLOAT_DIGITS)):
+        return _gathered(quantity, [proved], scenes.shape, FLOAT_DIGITS, "bound")
     each = [
         _by_differences(quantity, scene_at(scenes, row), FLOAT_DIGITS)
         for row in range(len(scenes.lam))
