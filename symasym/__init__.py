@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         RangeError,
         RegionError,
         SymasymError,
+        TimeLimitError,
     )
     from symasym.base.estimate import Estimate
     from symasym.base.scales import Scales, rescale
@@ -43,6 +44,7 @@ __all__ = [
     "Scales",
     "Sensitivity",
     "SymasymError",
+    "TimeLimitError",
     "emit",
     "escape_time",
     "exit_probability",
@@ -79,6 +81,7 @@ _HOMES = {
     "Scales": "symasym.base.scales",
     "Sensitivity": "symasym.sensitivity",
     "SymasymError": "symasym.base.errors",
+    "TimeLimitError": "symasym.base.errors",
     "emit": "symasym.emit",
     "escape_time": "symasym.quantities",
     "exit_probability": "symasym.quantities",

@@ -12,6 +12,7 @@ from symasym.base.contexts import own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import FloatArray, IntArray, Number, exact, is_array
+from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     Answer,
@@ -117,7 +118,16 @@ class Plan:
     __repr__ = __str__
 
 
-def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: Number = 0) -> Plan:
+@patient
+def plan(
+    drift: Drift,
+    kappa: Number,
+    r: Number,
+    rtol: Number = 1e-6,
+    *,
+    start: Number = 0,
+    patience: float | None = None,
+) -> Plan:
     """The terms of T that this scene needs, those left out, and the bound on each.
 
     Parameters
@@ -128,6 +138,8 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
         Scaled, as in `escape_time`.
     rtol : number
         Relative error allowed, between 0 and 1.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------

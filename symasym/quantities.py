@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from symasym.base.inputs import flag
+from symasym.base.patience import patient
 from symasym.drift.scenes import Request
 from symasym.methods.table import QUANTITIES, answer, require_drift_of, require_method
 
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"]
 
 
+@patient
 def escape_time(
     drift: Drift,
     kappa: Numbers,
@@ -27,6 +30,7 @@ def escape_time(
     log: bool = False,
     full: bool = False,
     rtol: Number | None = None,
+    patience: float | None = None,
 ) -> Any:
     """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region).
 
@@ -58,6 +62,8 @@ def escape_time(
         Return an `Estimate` with the error.
     rtol : number, optional
         Relative error allowed, for ``"auto"`` alone.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------
@@ -70,6 +76,8 @@ def escape_time(
         For a value outside its range, a free parameter, shapes that do not broadcast.
     RangeError
         If the value does not fit float64 and `log` is False.
+    TimeLimitError
+        If it would take longer than `patience`.
 
     Examples
     --------
@@ -85,6 +93,7 @@ def escape_time(
     return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol)
 
 
+@patient
 def exit_probability(
     drift: Drift,
     kappa: Numbers,
@@ -98,12 +107,13 @@ def exit_probability(
     log: bool = False,
     full: bool = False,
     rtol: Number | None = None,
+    patience: float | None = None,
 ) -> Any:
     """Probability C of leaving ``|u| < r`` through -r (eq:C).
 
     Parameters
     ----------
-    drift, kappa, r, start, order, dps, log, full, rtol
+    drift, kappa, r, start, order, dps, log, full, rtol, patience
         As in `escape_time`.
     complement : bool
         The probability 1 - C of leaving through +r, with its own relative precision.
@@ -128,10 +138,11 @@ def exit_probability(
     >>> sa.exit_probability(sa.linear(1, 1), "1e-4", 5, log=True)
     -1000000000.0
     """
-    request = Request("1 - C" if complement else "C", method, order, dps, log, full)
+    request = Request(_named("C", complement), method, order, dps, log, full)
     return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol)
 
 
+@patient
 def occupation(
     drift: Drift,
     kappa: Numbers,
@@ -143,12 +154,13 @@ def occupation(
     log: bool = False,
     full: bool = False,
     rtol: Number | None = None,
+    patience: float | None = None,
 ) -> Any:
     """Stationary probability P of ``|u| <= 1`` (eq:P); the region must be sliding.
 
     Parameters
     ----------
-    drift, kappa, order, dps, log, full, rtol
+    drift, kappa, order, dps, log, full, rtol, patience
         As in `escape_time`.
     complement : bool
         1 - P instead, with its own relative precision.
@@ -173,10 +185,11 @@ def occupation(
     >>> print(f"{sa.occupation(sa.linear(1, -1), '0.01', complement=True, log=True):.12g}")
     -10005.1775351
     """
-    request = Request("1 - P" if complement else "P", method, order, dps, log, full)
+    request = Request(_named("P", complement), method, order, dps, log, full)
     return _asked(drift, {"kappa": kappa}, request, rtol)
 
 
+@patient
 def stationary_density(
     drift: Drift,
     kappa: Numbers,
@@ -185,12 +198,13 @@ def stationary_density(
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
+    patience: float | None = None,
 ) -> Any:
     """Stationary density p_ss at the scaled position y (eq:pss); the region must be sliding.
 
     Parameters
     ----------
-    drift, kappa, dps, log, full
+    drift, kappa, dps, log, full, patience
         As in `escape_time`.
     y : number or array_like
         Scaled position, anywhere.
@@ -227,10 +241,16 @@ def call_named(name: str, drift: Drift, numbers: Mapping[str, Any], **options: A
     return globals()[quantity.verb](drift, **taken, **options)
 
 
+def _named(probability: str, complement: bool) -> str:
+    """The name of a probability or of its complement."""
+    return f"1 - {probability}" if flag("complement", complement) else probability
+
+
 def _asked(
     drift: Drift, numbers: dict[str, Any], request: Request, rtol: Number | None = None
 ) -> Any:
     """The quantity of `request`, by its method or by the cheapest."""
+    request = request._replace(log=flag("log", request.log), full=flag("full", request.full))
     require_method(request, rtol)
     require_drift_of(request.name, drift)
     if request.method == "auto":

@@ -13,7 +13,8 @@ import numpy as np
 from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
-from symasym.base.inputs import Numbers, digits, exact
+from symasym.base.inputs import Numbers, choice, digits, exact
+from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     FLOAT_DIGITS,
@@ -66,6 +67,7 @@ class Sensitivity:
     error_kind: ErrorKind
 
 
+@patient
 def sensitivity(
     drift: Drift,
     kappa: Numbers,
@@ -74,6 +76,7 @@ def sensitivity(
     start: Numbers = 0,
     quantity: str = "T",
     dps: int | None = None,
+    patience: float | None = None,
 ) -> Sensitivity:
     """Logarithmic derivatives and condition numbers with respect to every parameter.
 
@@ -87,6 +90,8 @@ def sensitivity(
         Escape time, exit probability, occupation; the last two take no `r`.
     dps : int, optional
         Digits, 1 to 4,000. None: float64, right to 1e-15, arrays allowed.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------
@@ -121,16 +126,13 @@ def sensitivity(
     >>> print(f"{change.log_condition['kappa']:.4f}, {change.derivative['r']:.1e}")
     1.9401, 1.0e-11
     """
-    if quantity not in QUANTITIES:
-        known = ", ".join(repr(name) for name in QUANTITIES)
-        raise InputError(f"quantity is {quantity!r}; give one of {known}.")
+    choice("quantity", quantity, QUANTITIES)
     require_drift(drift)
     numbers = _numbers(quantity, kappa, r, start)
     require_drift_of(quantity, drift)
     if dps is not None:
         most = _MOST_DIGITS * 2 // 5
-        if digits(dps) > most:
-            raise InputError(f"dps is {dps}; give a whole number of digits from 1 to {most}.")
+        dps = digits(dps, most)
         scene = read_scene(drift, numbers, dps)
         proved = _by_balls(quantity, scene, dps)
         each = [proved or _by_differences(quantity, scene, dps)]

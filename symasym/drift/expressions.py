@@ -10,7 +10,8 @@ import sympy
 
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
-from symasym.base.inputs import Number, exact, is_name
+from symasym.base.inputs import Number, exact, is_name, shown
+from symasym.base.patience import step
 from symasym.drift import grammar, models
 from symasym.numbers.complex_balls import ComplexBallOps
 from symasym.numbers.trees import MpmathOps, evaluate_tree
@@ -63,7 +64,9 @@ def parse(name: str, given: sympy.Expr | Number, names: dict[str, Any] | None = 
             expression = None
     # Lists, truth values and relations are read by SymPy, too.
     if not isinstance(expression, sympy.Expr):
-        raise InputError(f"{name} is {given!r}; give a SymPy expression, a number or a string.")
+        raise InputError(
+            f"{name} is {shown(given)}; give a SymPy expression, a number or a string."
+        )
     return exactly(expression)
 
 
@@ -83,7 +86,7 @@ def _symbol(formula: sympy.Expr, u: sympy.Symbol | str | None) -> Any:
     if u is not None:
         symbol = sympy.Symbol(u) if is_name(u) else u
         if not isinstance(symbol, sympy.Symbol):
-            raise InputError(f"u is {u!r}; give the SymPy Symbol or the name of A's variable.")
+            raise InputError(f"u is {shown(u)}; give the SymPy Symbol or the name of A's variable.")
         return symbol
     named = [s for s in formula.free_symbols if s.name == "u"]
     if named:
@@ -136,6 +139,7 @@ def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None
 
         pending = [(Fraction(-1), Fraction(1), 0)]
         while pending:
+            step()
             lo, hi, depth = pending.pop()
             if regular(lo, hi):
                 continue

@@ -15,6 +15,7 @@ import numpy as np
 
 from symasym.base.contexts import own_context
 from symasym.base.inputs import FloatArray
+from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import ComplexBall, tame
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
@@ -292,6 +293,7 @@ class AnalyticField:
         last = range(self.ORDER - 4, self.ORDER)
         shift = 0
         while True:
+            step()
             point = ops.variable(Fraction(sign * centre), Fraction(sign, 1 << shift))
             series = self._drift.evaluate_values(point, values, ops)
             scaled = TruncatedSeries.coefficients_of(series, ops)
@@ -314,6 +316,7 @@ class AnalyticField:
         active = np.isfinite(radii) & (radii > 0)
         radii = np.minimum(radii, 2.0)
         while active.any():
+            step()
             change = self.spread(scene, centre, 2 * radii).radius
             size = (np.abs(rows) * radii[:, None] ** np.arange(rows.shape[1])).sum(axis=1)
             active &= ~tame(change, size) & (radii > 1e-14)

@@ -19,12 +19,14 @@ from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
     FloatArray,
     IntArray,
+    count,
     digits,
     exact,
     float_text,
     floats,
     is_array,
     positive,
+    shown,
 )
 from symasym.drift.drift import Drift
 
@@ -129,22 +131,18 @@ def read_order(order: int | str | None, default: int, most: int) -> int:
     """The order of an expansion, a whole number from 0 to `most`."""
     if order is None:
         return default
-    if order == "optimal":
+    if isinstance(order, str) and order == "optimal":
         raise InputError(
             "order is 'optimal', but this series converges for every kappa, so that more terms "
             f"are always better; give a whole number from 0 to {most}."
         )
-    if isinstance(order, bool) or not isinstance(order, (int, np.integer)):
-        raise InputError(f"order is {order!r}; give a whole number from 0 to {most}.")
-    if not 0 <= order <= most:
-        raise InputError(f"order is {order}; give a whole number from 0 to {most}.")
-    return int(order)
+    return count("order", order, 0, most)
 
 
 def require_drift(drift: object) -> None:
     """Raise InputError unless `drift` is a Drift with all its parameters given."""
     if not isinstance(drift, Drift):
-        raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction(…).")
+        raise InputError(f"drift is {shown(drift)}; give a Drift, such as sa.friction(…).")
     drift.require_bound()
 
 

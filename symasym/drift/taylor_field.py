@@ -12,6 +12,7 @@ import numpy as np
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
+from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import ComplexBallOps, tame
 from symasym.numbers.polynomials import poly, shifted
@@ -180,6 +181,7 @@ class ExactField:
         """[lo, hi] cut so that nothing narrower than a piece hides in it."""
         waiting, edges = [(lo, hi)], [lo]
         while waiting:
+            step()
             a, b = waiting.pop()
             middle, width = to_fraction((a + b) / 2), to_fraction(abs(b - a))
             size = max(abs(self.number(x)) for x in (a, (a + b) / 2, b))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import exact, is_name
+from symasym.base.inputs import exact, is_name, shown
 from symasym.emit.folding import fold
 from symasym.emit.forms import quotients
 from symasym.emit.program import TAKEN, Case, Function, Program, require_closed
@@ -130,12 +130,12 @@ def _of_formula(formula: Record) -> Program:
 
 def _of_expression(what: Any, name: str) -> Program:
     if isinstance(what, Mapping) or not is_name(name) or name in TAKEN:
-        raise InputError(f"name is {name!r}; give a name made of letters, digits and _.")
+        raise InputError(f"name is {shown(name)}; give a name made of letters, digits and _.")
     try:
         e = sympy.sympify(what, strict=True)
     except sympy.SympifyError:
         raise InputError(
-            f"{what!r} is no formula, label or SymPy expression; give one of these."
+            f"{shown(what)} is no formula, label or SymPy expression; give one of these."
         ) from None
     function = _function(name, f"{sympy.sstr(e)[:80]}", e)
     return Program("expression", f"{sympy.sstr(e)[:400]}", (function,))

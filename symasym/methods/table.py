@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, Protocol, cast
 import numpy as np
 
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import Number
+from symasym.base.inputs import Number, shown
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     Answer,
@@ -133,16 +133,16 @@ class Method:
         if self.orders is None:
             if order is not None:
                 raise InputError(
-                    f"order is {order!r}, but method {self.name!r} has no order; leave it out."
+                    f"order is {shown(order)}, but method {self.name!r} has no order; leave it out."
                 )
             return request
-        if self.optimal and order == "optimal":
+        if self.optimal and isinstance(order, str) and order == "optimal":
             return request._replace(order=range(self.orders[1] + 1))
         if self.orders[1] == 0:
-            if order not in (None, 0):
+            if order is not None and read_order(order, 0, 10**9) != 0:
                 raise InputError(
-                    f"order is {order!r}, but method {self.name!r} is of order 0; leave it out, or "
-                    "use method='uniform'."
+                    f"order is {shown(order)}, but method {self.name!r} is of order 0; leave it "
+                    "out, or use method='uniform'."
                 )
             return request._replace(order=0)
         return request._replace(order=read_order(order, *self.orders))
@@ -184,14 +184,16 @@ METHODS = {
 def require_method(request: Request, rtol: Number | None = None) -> None:
     """Raise InputError unless the method answers the quantity, or is ``"auto"``."""
     method = request.method
-    if rtol is not None and method != "auto":
+    if rtol is not None and not (isinstance(method, str) and method == "auto"):
         raise InputError(
-            f"rtol is {rtol!r}, but method {method!r} has its own error; leave it out, or use "
-            "method='auto'."
+            f"rtol is {shown(rtol)}, but method {shown(method)} has its own error; leave it out, "
+            "or use method='auto'."
         )
     known = [name for name, m in METHODS.items() if request.name in m.quantities] + ["auto"]
     if not isinstance(method, str) or method not in known:
-        raise InputError(f"method is {method!r}; this quantity has {', '.join(map(repr, known))}.")
+        raise InputError(
+            f"method is {shown(method)}; this quantity has {', '.join(map(repr, known))}."
+        )
 
 
 def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:

@@ -19,6 +19,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 from symasym.base.errors import AccuracyError
+from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.balls import BallOps, exact_ball, flint_module, profile_of
@@ -208,6 +209,7 @@ def _of_analytic(
     profile = profile.mirrored() if mirrored else profile
     waiting, pieces = [(a, b)], []
     while waiting:
+        step()
         left, right = waiting.pop()
         center, half = (left + right) / 2, (right - left) / 2
         bound = profile.bound(center, _RATIO * half)
