@@ -17,7 +17,9 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
-from symasym.base.errors import InputError, TimeLimitError
+from numpy.linalg import LinAlgError
+
+from symasym.base.errors import AccuracyError, InputError, SymasymError, TimeLimitError
 from symasym.base.inputs import shown
 
 __all__ = ["PATIENCE", "expect", "limited", "patient", "step", "steps"]
@@ -81,13 +83,21 @@ def limited(patience: float | None = None) -> Iterator[None]:
 
 
 def patient(verb: Callable[_P, _R]) -> Callable[_P, _R]:
-    """`verb`, run under its argument ``patience``."""
+    """`verb`, run under its ``patience``; numbers that defeat it are told in a sentence."""
 
     @functools.wraps(verb)
     def run(*args: _P.args, **kwargs: _P.kwargs) -> _R:
         seconds: Any = kwargs.get("patience")
-        with limited(seconds):
-            return verb(*args, **kwargs)
+        try:
+            with limited(seconds):
+                return verb(*args, **kwargs)
+        except SymasymError:
+            raise
+        except (ArithmeticError, MemoryError, RecursionError, LinAlgError) as error:
+            raise AccuracyError(
+                f"the numbers are too extreme for this method, or cancel ({type(error).__name__}); "
+                "rescale the problem, or use another method."
+            ) from error
 
     return run
 

@@ -54,6 +54,9 @@ def add_parser(commands: Commands) -> None:
             quantity.add_argument("--complement", action="store_true", help="1 minus it")
         quantity.add_argument("--dps", type=int, metavar="N", help="digits (float64 if left out)")
         quantity.add_argument("--log", action="store_true", help="its natural logarithm")
+        quantity.add_argument(
+            "--patience", type=float, default=10.0, metavar="SECONDS", help="that it may take (10)"
+        )
         quantity.add_argument("--json", action="store_true", help="with error, method, time")
         quantity.set_defaults(run=run, quantity=name, verb=verb)
 
@@ -77,7 +80,8 @@ def run(arguments: argparse.Namespace) -> None:
     drift = named_drift(arguments.drift, arguments.expr, settings(arguments.set))
     verb = getattr(sa, arguments.verb)
     start = time.perf_counter()
-    answer = verb(drift, **inputs, dps=dps, full=arguments.json)
+    options = {"dps": dps, "full": arguments.json, "patience": arguments.patience}
+    answer = verb(drift, **inputs, **options)
     seconds = time.perf_counter() - start
     if arguments.json:
         _print_json(arguments, inputs, answer, seconds)

@@ -10,13 +10,14 @@ import sympy
 
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
-from symasym.base.inputs import Number, exact, is_name, shown
+from symasym.base.inputs import Number, exact, float_text, is_name, shown
 from symasym.base.patience import step
 from symasym.drift import grammar, models
 from symasym.numbers.complex_balls import ComplexBallOps
 from symasym.numbers.trees import MpmathOps, evaluate_tree
 
 _DEEPEST = 120
+_LONGEST = 13_200  # binary digits of a number in an expression, which Python prints
 _OVERLAP = Fraction(9, 16)  # half would let neighbouring balls touch only
 
 
@@ -29,6 +30,11 @@ def read(
     """The model of the drift A(u), its ends checked against a- and a+ (eq:cont)."""
     formula = parse("A", A)
     symbol = _symbol(formula, u)
+    for s in formula.free_symbols:
+        if not is_name(s.name):
+            raise InputError(
+                f"A has the symbol {shown(s.name)}; give symbols names of letters, digits and _."
+            )
     for name, given, end in (("a-", a_minus, -1), ("a+", a_plus, 1)):
         if given is None:
             continue
@@ -67,12 +73,18 @@ def parse(name: str, given: sympy.Expr | Number, names: dict[str, Any] | None = 
         raise InputError(
             f"{name} is {shown(given)}; give a SymPy expression, a number or a string."
         )
-    return exactly(expression)
+    return exactly(expression, name)
 
 
-def exactly(expression: sympy.Expr) -> Any:
-    """Every float replaced by its exact binary value."""
-    floats = {f: _rational(exact("A", f)) for f in expression.atoms(sympy.Float)}
+def exactly(expression: sympy.Expr, name: str = "A") -> Any:
+    """Every float replaced by its exact binary value; refused with numbers nobody can print."""
+    for x in expression.atoms(sympy.Rational):
+        if max(int(abs(x.p)), int(x.q)).bit_length() > _LONGEST:
+            raise InputError(
+                f"{name} has the number {float_text(Fraction(int(x.p), int(x.q)))}, of more than "
+                "4,000 digits; rescale the problem."
+            )
+    floats = {f: _rational(exact(name, f)) for f in expression.atoms(sympy.Float)}
     return expression.xreplace(floats)
 
 

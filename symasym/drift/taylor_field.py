@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
+_MOST_BITS = 1_000_000
 _MOST_EXTRA_BITS = 4096
 
 
@@ -240,6 +241,11 @@ def to_fraction(x: mpf) -> Fraction:
         if exponent:
             raise AccuracyError("A is not finite on [-1, 1]; give an A that is smooth there.")
         return Rational(0)
+    size = exponent + int(mantissa).bit_length()
+    if size > _MOST_BITS:
+        raise AccuracyError("A is beyond 2^1000000 on [-1, 1]; rescale the problem.")
+    if size < -_MOST_BITS:
+        return Rational(0)  # far below the last digit of anything
     numerator = -int(mantissa) if sign else int(mantissa)
     if exponent >= 0:
         return Rational(numerator << exponent)

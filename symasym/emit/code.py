@@ -133,10 +133,14 @@ def _of_expression(what: Any, name: str) -> Program:
         raise InputError(f"name is {shown(name)}; give a name made of letters, digits and _.")
     try:
         e = sympy.sympify(what, strict=True)
-    except sympy.SympifyError:
+    except (sympy.SympifyError, TypeError, ValueError, AttributeError):
+        e = None
+    if not isinstance(e, (sympy.Expr, sympy.Basic, sympy.MatrixBase, list, tuple)) or isinstance(
+        e, sympy.Set
+    ):
         raise InputError(
             f"{shown(what)} is no formula, label or SymPy expression; give one of these."
-        ) from None
+        )
     function = _function(name, f"{sympy.sstr(e)[:80]}", e)
     return Program("expression", f"{sympy.sstr(e)[:400]}", (function,))
 
@@ -147,6 +151,13 @@ def _function(name: str, doc: str, expression: Expr | Sequence[Expr]) -> Functio
 
     values = tuple(parts(expression))
     arguments = tuple(sorted({s.name for e in values for s in e.free_symbols}))
+    # What is written into code is a name, and nothing that ends a line or a comment.
+    for argument in arguments:
+        if not is_name(argument):
+            raise InputError(
+                f"{name} has the symbol {shown(argument)}; give symbols names of letters, digits "
+                "and _."
+            )
     if any(v.is_Relational or v.is_Boolean for v in values):
         raise InputError(f"{name} is a condition and no number; emit a number.")
     if len(values) > 1 or not values[0].has(sympy.Piecewise):

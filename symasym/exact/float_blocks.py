@@ -211,10 +211,7 @@ def hidden(
     lam_h: FloatArray,
 ) -> np.ndarray:
     """Blocks with a feature too narrow for their nodes to see (see `numbers.complex_balls`)."""
-    middle = (blocks.t0 + blocks.t1) / 2
-    taken_about = blocks.anchor >= 0
-    if taken_about.any():
-        middle = middle + np.where(taken_about, anchors.centre[blocks.anchor], 0.0)
+    taken_about, middle = blocks.anchor >= 0, _middle(blocks, anchors)
     around = field.spread(blocks.scene, middle, blocks.t1 - blocks.t0)
     if around is None:
         return np.zeros(len(size), dtype=bool)  # a polynomial has none
@@ -225,6 +222,15 @@ def hidden(
     negligible = lam_h * around.radius < 1e-5
     seen: np.ndarray = (tame(around.radius, size) | negligible) & (close | ~taken_about)
     return ~seen
+
+
+def _middle(blocks: Blocks, anchors: Anchors) -> FloatArray:
+    """The middles of the blocks, in u."""
+    middle: FloatArray = (blocks.t0 + blocks.t1) / 2
+    taken_about = blocks.anchor >= 0
+    if taken_about.any():
+        middle = middle + np.where(taken_about, anchors.centre[blocks.anchor], 0.0)
+    return middle
 
 
 # -- records of blocks ----------------------------------------------------------------------------
@@ -328,8 +334,7 @@ def _unresolved(field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors)
     phi = phi_at(field, blocks, anchors, np.array([0.5]))[:, 0]
     series = field.series(blocks.scene)
     if series is None:
-        middle = (blocks.t0 + blocks.t1) / 2
-        middle = middle + np.where(blocks.anchor >= 0, anchors.centre[blocks.anchor], 0.0)
+        middle = _middle(blocks, anchors)
         around = field.spread(blocks.scene, middle, 0.51 * h + 1e-15)
         assert around is not None
         known = field.rounding(blocks.scene, middle[:, None])[:, 0]

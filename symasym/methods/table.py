@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, Protocol, cast
 import numpy as np
 
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import Number, shown
+from symasym.base.inputs import Number, exact, float_text, shown
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     Answer,
@@ -216,12 +216,13 @@ def require_drift_of(name: str, drift: Drift) -> None:
     require_drift(drift)
     if not quantity_of(name).sliding:
         return
-    a_minus, a_plus = drift.ends
-    wrong = ~((np.asarray(a_minus, dtype=float) > 0) & (np.asarray(a_plus, dtype=float) < 0))
+    ends = [np.asarray(x) for x in drift.ends]
+    # Exact ones may be beyond every float.
+    wrong = np.asarray(~((ends[0] > 0) & (ends[1] < 0)), dtype=bool)
     if wrong.any():
         first = tuple(np.argwhere(wrong)[0]) if wrong.ndim else ()
-        shown = [float(np.asarray(x, dtype=float)[first]) for x in (a_minus, a_plus)]
+        here = [float_text(exact("A", x[first])) for x in ends]
         raise RegionError(
-            f"a- = {shown[0]:.6g} and a+ = {shown[1]:.6g} make no sliding region (a- > 0 > a+), so "
+            f"a- = {here[0]} and a+ = {here[1]} make no sliding region (a- > 0 > a+), so "
             "there is no stationary density; ask for escape_time instead."
         )

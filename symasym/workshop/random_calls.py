@@ -202,24 +202,23 @@ def _random_drift(draw: random.Random, sliding: bool = False) -> str:
     def number() -> str:
         """A parameter."""
         if draw.random() < 0.15:
-            return draw.choice(_EXTREME)
-        return repr(draw.choice(_SENSIBLE))
+            return str(draw.choice(_EXTREME))
+        return f"{draw.choice(_SENSIBLE)!r}"
 
     ends = f"{number()}, {number()}"
     if sliding and draw.random() < 0.9:
         ends = draw.choice(["1, -1", "'0.3', '-2'", "3, -1"])
-    return draw.choice(
-        [
-            f"sa.linear({ends})",
-            f"sa.tanh({ends}, {number()})",
-            f"sa.sine({ends}, {number()}, waves={draw.choice([1, 1, 2, 3])})",
-            f"sa.hill({ends}, {number()}, n={draw.choice([1, 2, 4])})",
-            *(() if sliding else (f"sa.friction({number()}, {number()}, {number()})",)),
-            f"sa.polynomial({ends}, {number()}, {number()})",
-            "sa.Drift('1 - 2*u - 5*10**15/sqrt(pi)*exp(-(10**15*(u+1/2))**2)')",
-            f"sa.Drift('a - b*u + exp(-c*u)').bind(a={number()}, b={number()}, c={number()})",
-        ]
-    )
+    drifts = [
+        f"sa.linear({ends})",
+        f"sa.tanh({ends}, {number()})",
+        f"sa.sine({ends}, {number()}, waves={draw.choice([1, 1, 2, 3])})",
+        f"sa.hill({ends}, {number()}, n={draw.choice([1, 2, 4])})",
+        *(() if sliding else (f"sa.friction({number()}, {number()}, {number()})",)),
+        f"sa.polynomial({ends}, {number()}, {number()})",
+        "sa.Drift('1 - 2*u - 5*10**15/sqrt(pi)*exp(-(10**15*(u+1/2))**2)')",
+        f"sa.Drift('a - b*u + exp(-c*u)').bind(a={number()}, b={number()}, c={number()})",
+    ]
+    return str(draw.choice(drifts))
 
 
 def outcome_of(call: str, late: float = LATE) -> Outcome:
@@ -297,4 +296,5 @@ def main(
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:3]))
+    _total, _seed = (*map(int, sys.argv[1:3]), *(60_000, 1)[len(sys.argv) - 1 :])
+    main(_total, _seed)
