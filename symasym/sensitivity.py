@@ -252,8 +252,13 @@ def _by_floats(quantity: str, scenes: Scenes) -> list[_Slopes | None]:
             better = total < error[which, row]
         best[which, row] = np.where(better, slopes, best[which, row])
         error[which, row] = np.where(better, total, error[which, row])
-        larger = step * np.where(truncated > rounded, 1 / 16, 8)
-        h[which, row] = np.minimum(larger, _dyadic(units[which, row] / 8))
+        # Rounding is as 1/h, truncation as h^4 at least.
+        with np.errstate(all="ignore"):
+            wide = rounded / (_GOOD * np.maximum(1.0, np.abs(best[which, row])))
+        factor = np.where(
+            truncated > rounded, 1 / 16, np.clip(np.nan_to_num(wide, nan=8), 8, 1e300)
+        )
+        h[which, row] = _dyadic(np.minimum(step * factor, units[which, row] / 8))
     rows: list[_Slopes | None] = []
     for j in range(count):
         slopes_of = {n: _Slope(best[k, j], error[k, j]) for k, n in enumerate(names)}

@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 _LARGEST, _SMALLEST = 709.78, -708.39
 _KAPPA_RANGE = (1e-145, 1e145)
 _R_RANGE = (1e-150, 1e152)
+# Of any number: exponents, and digits of exponentials, stay such that work is short.
+_MOST_BITS = 3_330
 
 #: Digits behind a float64 value whose error is part of it.
 FLOAT_DIGITS = 20
@@ -162,6 +164,11 @@ def exact_scene(drift: Drift, numbers: dict[str, Any], dps: int | None) -> dict[
                     "so pass one value at a time."
                 )
     values = {name: exact(name, value) for name, value in numbers.items()}
+    for name, number in (values | drift.scalars()).items():
+        if number and abs(_bits(number)) > _MOST_BITS:
+            raise InputError(
+                f"{name} is {float_text(number)}, beyond 1e±1000; rescale the problem."
+            )
     for name in ("kappa", "r"):
         if name in values:
             positive(name, values[name])
@@ -170,8 +177,12 @@ def exact_scene(drift: Drift, numbers: dict[str, Any], dps: int | None) -> dict[
             f"start is {float_text(values['start'])} and r is {float_text(values['r'])}; "
             "start must lie inside (-r, r)."
         )
-    drift.scalars()
     return values
+
+
+def _bits(x: Fraction) -> int:
+    """log2 of a number's size, to within 1."""
+    return abs(x.numerator).bit_length() - x.denominator.bit_length()
 
 
 def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
