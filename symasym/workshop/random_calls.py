@@ -289,7 +289,7 @@ def main(
             seen[place] += 1
             if seen[place] <= 3:
                 report(f"{outcome.kind} {outcome.seconds:.1f} s: {call}\n    {outcome.where}")
-        if report and number % 1000 == 0:
+        if report and number % 250 == 0:
             report(f"{number}: {dict(counts)}, longest {longest:.1f} s")
             sys.stdout.flush()
     return counts

@@ -112,6 +112,7 @@ class _Polynomials:
         """The integral of f dt from the left end, as a function; its value at the right end."""
         integrals, value = [], 0
         for panel, part in zip(self._panels, f, strict=True):
+            step()
             whole = part.integral()
             whole += value - whole(panel.begin)
             integrals.append(self._cut(whole) if self._cap else whole)
@@ -128,6 +129,7 @@ class _Polynomials:
 
     def times_slope(self, f: list[Any]) -> list[Any]:
         """A f du/dt."""
+        step()
         return [panel.slope * part for panel, part in zip(self._panels, f, strict=True)]
 
     def _cut(self, f: arb_poly) -> Any:
