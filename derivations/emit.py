@@ -6,13 +6,13 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import sympy
 
-from derivations.labels import REASONS
+from derivations.labels import DEFINITIONS
 from derivations.registry import build, closure, entries
 from derivations.runner import describe
 from symasym.base.files import write_bytes
@@ -57,19 +57,6 @@ EMITTED = (
         plain=True,
     ),
     Emitted(
-        "escape_time_of_products",
-        "positive-form",
-        "T from sigma and y = w sigma on both sides.",
-        "without a quotient on either side",
-        plain=True,
-    ),
-    Emitted(
-        "log_escape_parts",
-        "positive-form",
-        "log T is the first of these less the second: log w and log of the rate.",
-        "logarithms of w and of the rate",
-    ),
-    Emitted(
         "exit_share",
         "positive-form",
         "C from sigma on both sides.",
@@ -77,12 +64,6 @@ EMITTED = (
         plain=True,
     ),
     Emitted("log_exit_share", "positive-form", "log C from sigma.", "logarithm of C"),
-    Emitted(
-        "log_exit_share_of_logs",
-        "positive-form",
-        "log C from log sigma.",
-        "logarithm of C from logarithms",
-    ),
     Emitted(
         "density_of_halves",
         "positive-density",
@@ -102,12 +83,6 @@ EMITTED = (
         "log P from the integrals inside and outside.",
         "logarithm of the occupation",
     ),
-    Emitted(
-        "log_occupation_share_of_logs",
-        "positive-density",
-        "log P from the logarithms of both integrals.",
-        "logarithm of the occupation from logarithms",
-    ),
     Emitted("tail_left", "positive-density", "w at -1.", "w beyond the layer", piece=0, plain=True),
     Emitted(
         "tail_right",
@@ -116,20 +91,6 @@ EMITTED = (
         "w beyond the layer",
         piece=1,
         plain=True,
-    ),
-    Emitted(
-        "log_tail_left",
-        "positive-density",
-        "log w at -1.",
-        "logarithm of w beyond the layer",
-        piece=0,
-    ),
-    Emitted(
-        "log_tail_right",
-        "positive-density",
-        "log w at 1, from the right.",
-        "logarithm of w beyond the layer",
-        piece=1,
     ),
     Emitted("constant_single", "constant-panel", "int_e = int_inverse, per width.", piece=0),
     Emitted(
@@ -296,20 +257,10 @@ ORDER = (
     "fall",
     "climb",
     "sigma",
-    "w_left",
-    "w_right",
-    "y_left",
-    "y_right",
     "sigma_left",
     "sigma_right",
-    "log_w_left",
-    "log_w_right",
-    "log_sigma_left",
-    "log_sigma_right",
     "inside",
     "outside",
-    "log_inside",
-    "log_outside",
 )
 
 
@@ -448,7 +399,8 @@ def formulas() -> str:
         record["functions"] = [item.name for item in EMITTED if item.label == label]
         record["code"] = [statement(item) for item in EMITTED if item.label == label]
         records[label] = record
-    data = {"format": FORMAT, "formulas": records, "definitions": REASONS}
+    definitions = {label: asdict(defined) for label, defined in DEFINITIONS.items()}
+    data = {"format": FORMAT, "formulas": records, "definitions": definitions}
     return json.dumps(data, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
 
 

@@ -2,22 +2,63 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from derivations.errata import table
 from symasym.base.files import write_bytes
 
+#: TeX that stands in the entries, and what a terminal shows of it.
+_SIGNS = {
+    r"\varepsilon": "ε",
+    r"\kappa": "κ",
+    r"\alpha": "α",
+    r"\beta": "β",
+    r"\mu": "μ",
+    r"\Delta": "Δ",
+    r"\sqrt": "√",
+    r"\log": "log ",
+    r"\max": "max",
+    r"\dot z": "z'",
+    r"\lvert ": "|",
+    r"\rvert": "|",
+    r"\gtrsim": "≳",
+    r"\lesssim": "≲",
+    r"\approx": "≈",
+    r"\infty": "∞",
+    r"\le": "≤",
+    r"\ge": "≥",
+    r"\ll": "≪",
+    r"\gg": "≫",
+    r"\to": "→",
+    r"\,": " ",
+    "^{(+)}": "⁽⁺⁾",
+    "^{(-)}": "⁽⁻⁾",
+    "{": "(",
+    "}": ")",
+    "$": "",
+}
+
+
+def without_tex(sentence: str) -> str:
+    """A sentence with its formulas as plain signs."""
+    for tex, sign in _SIGNS.items():
+        sentence = sentence.replace(tex, sign)
+    return re.sub(" +", " ", sentence)
+
 
 def text() -> str:
     """All entries, for the terminal."""
     lines = []
-    for place, row in enumerate(table(), 1):
+    for number, row in enumerate(table(), 1):
         lines += [
-            f"{place}. {row['label']} ({row['kind']})",
-            f"   printed: {row['printed']}",
-            f"   derived: {row['derived']}",
-            f"   affects: {row['affects']}",
+            f"{number}. {row['place']} ({row['kind']})",
+            f"   printed: {without_tex(row['printed'])}",
+            f"   right: {without_tex(row['right'])}",
+            f"   consequence: {without_tex(row['consequence'])}",
         ]
+        if row["argument"]:
+            lines.append(f"   because: {without_tex(row['argument'])}")
         if example := row.get("counterexample"):
             inputs = ", ".join(f"{k} = {v}" for k, v in example["inputs"].items())
             lines += [
@@ -33,23 +74,29 @@ def markdown() -> str:
     lines = [
         "# Slips of the paper",
         "",
-        "Where the printed paper and the derivations differ. Every number is worked out at the",
-        "exact inputs beside it; *true* is computed without either formula. Scaled variables",
-        "throughout, unless said otherwise. Written by `python -m derivations.errata_page`.",
+        "Where the printed paper is wrong or says less than it could, the weightiest first. Every",
+        "number is worked out at the exact inputs beside it. *True* comes from the definition (a",
+        "boundary-value problem by differences, a count, a simulation) or from an exact integral",
+        "that print and derivation both approximate; it is never the formula that is judged.",
+        "Variables are scaled, as in the [glossary](glossary.md#symbols); the index $p$ marks",
+        "physical ones. Written by `python -m derivations.errata_page`.",
         "",
-        "*wrong*: a false formula, sign, direction or statement. *condition*: one is missing or",
-        "misprinted. *not sharp*: true, and more is derived. *text*: two places of the paper",
-        "contradict each other, and there is nothing to compute.",
+        "*wrong*: false as it stands, or true only under a condition that is not stated.",
+        "*misprint*: another sign, symbol, number or reference was meant, as the paper's own",
+        "formulas show. *not sharp*: true, and more is derived. *wording*: it says something other",
+        "than what is meant, or two places contradict each other.",
         "",
     ]
-    for place, row in enumerate(table(), 1):
+    for number, row in enumerate(table(), 1):
         lines += [
-            f"## {place}. {row['label']} ({row['kind']})",
+            f"## {number}. {row['place'][0].upper()}{row['place'][1:]} ({row['kind']})",
             "",
             f"- Printed: {row['printed']}",
-            f"- Derived (`{row['derivation']}`): {row['derived']}",
-            f"- Affects: {row['affects']}",
+            f"- Right (`{row['derivation']}`): {row['right']}",
+            f"- Consequence: {row['consequence']}",
         ]
+        if row["argument"]:
+            lines.append(f"- Because {row['argument']}")
         if example := row.get("counterexample"):
             inputs = ", ".join(f"{k} = {v}" for k, v in example["inputs"].items())
             lines += [

@@ -4,20 +4,31 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import numpy as np
+
 from derivations.evidence import Evidence, escape, friction, well_term
-from derivations.numerics import Scene, pieces
+from derivations.numerics import (
+    Scene,
+    boundary_value,
+    integral,
+    outside,
+    pieces,
+    uniform,
+    well_integral,
+)
 from symasym.base.contexts import own_context
 
 
 def radius_one() -> Evidence:
-    """Escape from |u| <= 1 is not escape from |u| < r."""
+    """Escape from |u| <= 1 is not escape from |u| < r: both boundary-value problems."""
     scene = friction("-2/5")
     return Evidence(
-        "T at r = 10 (printed: escape from |u| <= 1)",
+        "T at r = 10 (printed: from |u| <= 1; derived: eq:Ttilde)",
         {"mu": "3", "alpha": "1", "z0": "-2/5", "kappa": "1", "r": "10"},
-        escape(scene, "1", "1"),
+        boundary_value(scene, 1.0, 1)[0],
+        boundary_value(scene, 1.0, 10)[0],
         escape(scene, "1", "10"),
-        escape(scene, "1", "10"),
+        1e-6,
     )
 
 
@@ -85,9 +96,9 @@ def other_crossing() -> Evidence:
         same = int(scene.end(ctx, -1) * scene.end(ctx, 1) > 0)
         roots = len(scene.roots(ctx))
         return Evidence(
-            "critical points at a crossing point z > 2 (printed: none listed)",
+            "critical points at a crossing point z > 2 (printed: not in the list)",
             {"mu": "3", "alpha": "1", "z": "5/2"},
-            0,
+            float("nan"),
             same * roots,
             2,
         )
@@ -165,16 +176,160 @@ def second_piece_order() -> Evidence:
         return Evidence("power of kappa in the second piece", inputs, 2, order, -2, 1e-4)
 
 
-def figures_agree() -> Evidence:
-    """A point of figure 7 (ii): r/a+, which is eq:Ttildesmall without a well, and T."""
-    scene = friction("-1/20", "1/2")
-    with own_context(40) as ctx:
-        printed = 10 / scene.end(ctx, 1)
-    true = escape(scene, "1", "10")
+def released_by_the_belt() -> Evidence:
+    """Mean release time of eq:osc3 from (0, z0), simulated, against that without noise."""
+    eps, kappa, r = 0.01, 0.1, 10.0
     return Evidence(
-        "T on figure 7 (ii) (printed: close to the dotted curve)",
-        {"mu": "1/2", "alpha": "1", "z0": "-1/20", "eps": "1/100", "kappa": "1/10", "r": "1/10"},
-        printed,
-        true,
-        true,
+        "scaled mean time until |y| = r (derived: without noise)",
+        {
+            "mu": "3",
+            "alpha": "1",
+            "z0": "-2/5",
+            "eps": "1/100",
+            "kappa": "1/100",
+            "r": "1/10",
+        },
+        escape(friction("-2/5"), "1/10", "10"),
+        _oscillator(eps, kappa, r, paths=300),
+        _oscillator(eps, 0.0, r, paths=1),
+        0.1,
+    )
+
+
+def _oscillator(eps: float, kappa: float, r: float, paths: int, step: float = 0.01) -> float:
+    """Mean release time of the oscillator from (0, -2/5), mu = 3, alpha = 1, by Euler-Maruyama."""
+    normal = np.random.default_rng(20).standard_normal
+    u, z, time = np.zeros(paths), np.full(paths, -0.4), 0.0
+    total = 0.0
+    while u.size:
+        inside = np.clip(u, -1.0, 1.0)
+        force = 1 - z - (inside + 3 * (inside - inside**3)) - eps * u
+        z = z + step * eps * (eps * u - 1)
+        u = u + step * force + kappa * np.sqrt(step) * normal(u.size)
+        time += step
+        stays = np.abs(u) < r
+        total += time * float(np.count_nonzero(~stays))
+        u, z = u[stays], z[stays]
+    return total / paths
+
+
+def example_radius() -> Evidence:
+    """kappa/r at the least noise that is strong, kappa = sqrt(eps), with section 7.3's numbers."""
+    eps, r = Fraction(1, 100), Fraction(1, 10)
+    noise = float(eps) ** 0.5
+    # eq:eekappar: scaled r/kappa^2 is r_phys/kappa_phys^2.
+    scaled = (r / eps) / 1**2
+    return Evidence(
+        "kappa/r at kappa = sqrt(eps), unscaled (printed: small)",
+        {"eps": "1/100", "r": "1/10"},
+        0,
+        noise / float(r),
+        1 / (noise * float(scaled)),
+    )
+
+
+def remaining() -> Evidence:
+    """Sliding: the chance to be in the layer at late times, and that never to have left it."""
+    scene = Scene.friction("1", "1", "1/2")
+    first_exit, _ = boundary_value(scene, 1.0, 1)
+    with own_context(30) as ctx:
+        inside = integral(
+            ctx, lambda u: ctx.exp(-2 * scene.V(ctx, u)), uniform(ctx, -1, 1, ctx.mpf(1) / 4)
+        )
+        derived = inside / (inside + outside(ctx, scene, ctx.one))
+    return Evidence(
+        "chance of |u| <= 1 at t = 100 mean times of the first exit (printed: at most, by Markov)",
+        {"mu": "1", "alpha": "1", "z0": "1/2", "kappa": "1"},
+        first_exit / (100 * first_exit),
+        _long_run(scene),
+        derived,
+        1e-3,
+    )
+
+
+def _long_run(scene: Scene, step: float = 0.01, far: float = 12.0) -> float:
+    """Share of |u| <= 1 in the equilibrium of a random walk with the drift's bias, kappa = 1.
+
+    Steps of sqrt(dt) to the right with probability (1 + phi sqrt(dt))/2: detailed balance.
+    """
+    size = int(far / step)
+    at = [step * k for k in range(-size, size + 1)]
+    coefficients = [float(c) for c in scene.coefficients]
+
+    def right(u: float) -> float:
+        inside = max(min(u, 1.0), -1.0)
+        return (1 + step * sum(c * inside**k for k, c in enumerate(coefficients))) / 2
+
+    weights = [1.0]
+    for u, v in zip(at, at[1:], strict=False):
+        weights.append(weights[-1] * right(u) / (1 - right(v)))
+    # An end of the layer counts half.
+    shares = [0.5 if abs(abs(u) - 1) < step / 2 else float(abs(u) < 1) for u in at]
+    return sum(w * s for w, s in zip(weights, shares, strict=True)) / sum(weights)
+
+
+def stuck_block() -> Evidence:
+    """A stuck block moves with the belt: its displacement relative to the belt does not change."""
+    spring, belt = Fraction(-1), Fraction(-1)  # z and the belt after unit time, y = z' + 1 = 0
+    return Evidence(
+        "displacement of a stuck block relative to the belt after unit time (printed: z)",
+        {"y": "0", "z": "0 at the start"},
+        spring,
+        spring - belt,
+        0,
+    )
+
+
+def which_term() -> Evidence:
+    """What the neighbourhood of (u1, u2) contributes to T."""
+    scene = friction("-2/5")
+    with own_context(40) as ctx:
+        k = ctx.mpf("0.05")
+        return Evidence(
+            "contribution of the neighbourhood of (u1, u2) to T (printed: second term)",
+            {"mu": "3", "alpha": "1", "z0": "-2/5", "kappa": "1/20", "r": "10"},
+            10 / scene.end(ctx, 1),
+            well_integral(ctx, scene, k),
+            well_term(ctx, scene, k),
+            1e-2,
+        )
+
+
+def not_enough_for_the_integral() -> Evidence:
+    """Two drifts with the a+, u_i and A'(u_i) of fr1 and fr2, and different T."""
+    first = friction("-1/2")
+    with own_context(30) as ctx:
+        low, high = (float(x) for x in first.roots(ctx))
+    # Added: (1 - u)(u - u1)^2 (u - u2)^2, which changes none of those numbers.
+    bump = np.polynomial.polynomial.polyfromroots([1.0, low, low, high, high])
+    inside = [float(c) for c in first.coefficients]
+    other = Scene(tuple(Fraction(c + (inside[k] if k < 4 else 0.0)) for k, c in enumerate(-bump)))
+    with own_context(30) as ctx:
+        times = [pieces(ctx, scene, ctx.mpf("0.5"), ctx.mpf(10)).T for scene in (first, other)]
+    direct = [boundary_value(scene, 0.5, 10)[0] for scene in (first, other)]
+    return Evidence(
+        "T of two drifts with equal a+, u_i and A'(u_i), their ratio (derived: eq:Ttilde)",
+        {"A": "mu = 3, z0 = -1/2, and with (1 - u)(u - u1)^2 (u - u2)^2 more", "kappa": "1/2"},
+        1,
+        direct[1] / direct[0],
+        times[1] / times[0],
+        1e-6,
+    )
+
+
+def cubic_without_well() -> Evidence:
+    """Zeros of the drift in the layer at mu = 1/2, z0 = -k/10 (exact root counts)."""
+    import sympy
+
+    u = sympy.Symbol("u")
+    counts = [
+        sympy.Poly(1 + sympy.Rational(k, 10) - u - (u - u**3) / 2, u).count_roots(-1, 1)
+        for k in range(1, 40)
+    ]
+    return Evidence(
+        "critical points in the layer (printed: a well and a barrier)",
+        {"mu": "1/2", "alpha": "1", "z0": "-k/10, k = 1 ... 39"},
+        2,
+        max(counts),
+        0,
     )

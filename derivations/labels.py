@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 PAPER = (
     "eq:genFilippov",
     "eq:genPerturbed",
@@ -84,17 +86,76 @@ UNLABELLED = (
     "threshold",
 )
 
-# Labels with nothing to derive, and why.
-REASONS = {
-    "eq:genFilippov": "Definition of the discontinuous system; what follows from it at the "
-    "surface is derived as 'filippov'.",
-    "eq:genPerturbed": "Definition of the smoothed system; its one condition is eq:cont.",
-    "eq:genSDE": "Definition of the system with noise; its component across the surface is "
-    "eq:scaledSDEx.",
-    "eq:Tdef": "Definition of the mean escape time; its scaled form is computed in eq:Ttilde0.",
-    "eq:Ttildedef": "Definition of the scaled mean escape time; eq:Ttilde0 and 'backward' "
-    "compute it.",
-    "eq:BCs2": "Definition of the problem: the start at 0 and absorption at both ends; used in "
-    "eq:odeR, density-R and eq:C.",
-    "eq:osc1": "Definition of the model; eq:osc2 is derived from it.",
+
+@dataclass(frozen=True)
+class Definition:
+    """A label with nothing to derive.
+
+    Attributes
+    ----------
+    latex : str
+        What the label defines.
+    text : str
+        The same in characters.
+    reason : str
+        What it defines, in words, and what is derived from it.
+    """
+
+    latex: str
+    text: str
+    reason: str
+
+
+def _cases(*rows: str) -> str:
+    r"""LaTeX of a field that has a value and a condition in each row."""
+    return rf"\begin{{cases}} {_NEXT.join(rows)} \end{{cases}}"
+
+
+_NEXT = r" \\ "
+_FIELD = _cases(
+    r"f^-(x) , & y \le -\varepsilon",
+    r"F\left(\frac{y}{\varepsilon}, x\right) , & -\varepsilon < y < \varepsilon",
+    r"f^+(x) , & y \ge \varepsilon",
+)
+_SYSTEM = "f^-(x) for y <= -eps, F(y/eps, x) for -eps < y < eps, f^+(x) for y >= eps"
+DEFINITIONS = {
+    "eq:genFilippov": Definition(
+        r"\dot x = " + _cases("f^-(x) , & y < 0", "f^+(x) , & y > 0"),
+        "dx/dt = f^-(x) for y < 0, f^+(x) for y > 0",
+        "Definition of the discontinuous system; what follows from it at the surface is derived as "
+        "'filippov'.",
+    ),
+    "eq:genPerturbed": Definition(
+        rf"\dot x = {_FIELD}",
+        f"dx/dt = {_SYSTEM}",
+        "Definition of the smoothed system; its one condition is eq:cont.",
+    ),
+    "eq:genSDE": Definition(
+        rf"dx = {_FIELD} \, dt + \kappa D(x) \, dW",
+        f"dx = ({_SYSTEM}) dt + kappa D(x) dW",
+        "Definition of the system with noise; its component across the surface is eq:scaledSDEx.",
+    ),
+    "eq:Tdef": Definition(
+        r"T = \mathbb{E}\left[ \min\{ t > 0 : |y(t)| = r, \ x(0) = 0 \} \right]",
+        "T = E[min{t > 0 : |y(t)| = r, x(0) = 0}]",
+        "Definition of the mean escape time; its scaled form is computed in eq:Ttilde0.",
+    ),
+    "eq:Ttildedef": Definition(
+        r"T = \mathbb{E}\left[ \min\{ t > 0 : |u(t)| = r, \ u(0) = 0 \} \right]",
+        "T = E[min{t > 0 : |u(t)| = r, u(0) = 0}], scaled",
+        "Definition of the scaled mean escape time; eq:Ttilde0 and 'backward' compute it.",
+    ),
+    "eq:BCs2": Definition(
+        r"p(u, 0) = \delta(u) ,\quad p(\pm r, t) = 0",
+        "p(u, 0) = delta(u), p(-r, t) = p(r, t) = 0",
+        "Definition of the problem: the start at 0 and absorption at both ends; used in eq:odeR, "
+        "density-R and eq:C.",
+    ),
+    "eq:osc1": Definition(
+        r"\ddot z + \dot z + z + F(\dot z + 1) = 0",
+        "z'' + z' + z + F(z' + 1) = 0",
+        "Definition of the model; eq:osc2 is derived from it.",
+    ),
 }
+# Labels with nothing to derive, and why.
+REASONS = {label: defined.reason for label, defined in DEFINITIONS.items()}

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import sympy
 from sympy import Function, Symbol
 
-from symasym.derivation import Derivation
+from symasym.derivation import Derivation, DerivationError, Outcome, Step, StepRecord
+from symasym.derivation.checks import Check
+from symasym.derivation.results import Statement
 
 # Scaled variables are those of symasym: u for the paper's tilde y, kappa for its tilde kappa.
 u = Symbol("u", real=True)
@@ -80,24 +81,11 @@ NAMES: dict[Any, str] = {
     **{
         Symbol(f"{n}_{side}", positive=True): f"{tex}_{{\\mathrm{{{side}}}}}"
         for side in ("left", "right")
-        for n, tex in (("sigma", "\\sigma"), ("w", "w"), ("y", "y"), ("K", "K"), ("M", "M"))
-    },
-    **{
-        Symbol(f"log_{n}_{side}", real=True): f"\\log {tex}_{{\\mathrm{{{side}}}}}"
-        for side in ("left", "right")
-        for n, tex in (("sigma", "\\sigma"), ("w", "w"))
+        for n, tex in (("sigma", "\\sigma"), ("K", "K"), ("M", "M"))
     },
     Symbol("lam", positive=True): r"\lambda",
     Symbol("inside", positive=True): r"M_{\mathrm{in}}",
     Symbol("outside", positive=True): r"M_{\mathrm{out}}",
-    Symbol("log_inside", real=True): r"\log M_{\mathrm{in}}",
-    Symbol("log_outside", real=True): r"\log M_{\mathrm{out}}",
-    Symbol("near", positive=True): r"n",
-    Symbol("far", positive=True): r"f",
-    Symbol("both", positive=True): r"b",
-    Symbol("end", positive=True): r"e_b",
-    Symbol("both_down"): r"b_{\mathrm{down}}",
-    Symbol("both_up"): r"b_{\mathrm{up}}",
     Symbol("g_s"): "g_s",
     Symbol("I_left"): r"I_{\mathrm{left}}",
     Symbol("I_right"): r"I_{\mathrm{right}}",
@@ -105,10 +93,17 @@ NAMES: dict[Any, str] = {
 
 
 class PaperDerivation(Derivation):
-    """A derivation that may take up the results of those it rests on.
+    """A derivation that starts from what those it rests on concluded.
 
     `build` gives the derivation of a label, `holds` the truth of the numbers of a counterexample,
-    by its name in `derivations.evidence`.
+    by its name in `derivations.evidence`. What is taken from another derivation is recorded, and
+    `verify` refuses a derivation that rests on something it does not use.
+
+    Attributes
+    ----------
+    used : dict
+        Label -> names of the steps that took something from it; "" as well for what was taken
+        while steps were stated, and belongs to the next one and perhaps to later ones.
     """
 
     def __init__(
@@ -122,17 +117,68 @@ class PaperDerivation(Derivation):
         super().__init__(label, title, rests_on, dict(NAMES))
         self._build = build
         self.holds = holds
+        self.used: dict[str, set[str]] = {}
+        self._at = ""
+        self._pending: set[str] = set()
 
-    def use(self, label: str) -> Any:
-        """The result of another derivation, which must be among `rests_on`."""
+    def use(self, label: str, *left: str, step: str = "") -> Any:
+        """The value that another derivation, which must be among `rests_on`, has of something.
+
+        Parameters
+        ----------
+        label : str
+        left : str
+            The left side of what is asked for, as SymPy writes it; several give a tuple.
+        step : str
+            A step's name, for what that step states; then there is no left side.
+        """
         if label not in self.rests_on:
             raise ValueError(f"{self.label} uses {label} without resting on it.")
-        result = self._build(label).result
-        if result is None:
-            raise ValueError(f"{label} has concluded nothing.")
-        return result
+        self.used.setdefault(label, set()).add(self._at)
+        if not self._at:
+            self._pending.add(label)
+        other = self._build(label)
+        if step:
+            (stated,) = [s.result for s in other.steps if s.name == step]
+            return stated
+        found = tuple(value_of(other, name) for name in left)
+        return found if len(left) > 1 else found[0]
+
+    def step(self, name: str, rule: str, result: Statement, check: Check, reason: str = "") -> Any:
+        """As `Derivation.step`; what was taken since the last step is recorded under this name."""
+        for label in self._pending:
+            self.used[label].add(name)
+        self._pending.clear()
+        return super().step(name, rule, result, check, reason)
+
+    def verify(self) -> list[StepRecord]:
+        """As `Derivation.verify`; what the derivation rests on must have been used."""
+        records = super().verify()
+        unused = [on for on in self.rests_on if on not in self.used]
+        if unused:
+            raise DerivationError(
+                f"{self.label} rests on {', '.join(unused)} and uses nothing of it; "
+                "use it, or leave it out."
+            )
+        return records
+
+    def run_step(self, step: Step) -> Outcome:
+        """The outcome of one step, with what it uses recorded under its name."""
+        self._at = step.name
+        try:
+            return step.run()
+        finally:
+            self._at = ""
 
 
-def rational(text: str) -> Any:
-    """An exact SymPy number."""
-    return sympy.Rational(text)
+def value_of(derivation: Derivation, left: str) -> Any:
+    """The right side that a derivation concluded for a left side, as SymPy writes that."""
+    if derivation.result is None:
+        raise ValueError(f"{derivation.label} has concluded nothing.")
+    if isinstance(derivation.left, tuple):
+        pairs = dict(zip(map(str, derivation.left), derivation.result, strict=True))
+    else:
+        pairs = {str(derivation.left): derivation.result}
+    if left not in pairs:
+        raise ValueError(f"{derivation.label} concludes {', '.join(pairs)}, not {left}.")
+    return pairs[left]

@@ -88,10 +88,15 @@ def closure(labels: Iterable[str]) -> list[str]:
 @cache
 def build(label: str) -> Any:
     """The derivation of `label` with its steps stated; no check is run."""
+    return assemble(label, build)
+
+
+def assemble(label: str, known: Callable[[str], Any]) -> Any:
+    """As `build`, afresh, with `known` for the derivations that it rests on."""
     from derivations.paper import PaperDerivation
 
     entry = entries()[label]
-    derivation = PaperDerivation(label, entry.title, entry.rests_on, build, holds)
+    derivation = PaperDerivation(label, entry.title, entry.rests_on, known, holds)
     getattr(importlib.import_module(entry.module), entry.function)(derivation)
     return derivation
 

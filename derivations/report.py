@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from derivations.labels import REASONS
+from derivations.labels import DEFINITIONS, REASONS
 from derivations.runner import SCHEMA, slug
 from symasym.base.files import versions, write_bytes, write_json
 
@@ -141,6 +141,15 @@ def trace(records: dict[str, dict[str, Any]]) -> dict[str, Any]:
     }
 
 
+def definitions() -> list[str]:
+    """Lines of Markdown: each definition with its formula."""
+    return [
+        line
+        for label, defined in DEFINITIONS.items()
+        for line in (f"**{label}**: {plain(defined.reason)}", "", f"$$ {defined.latex} $$", "")
+    ]
+
+
 def _index(records: dict[str, dict[str, Any]]) -> str:
     lines = ["# Derivations", "", "| label | what | steps | error |", "|---|---|---|---|"]
     lines += [
@@ -149,5 +158,5 @@ def _index(records: dict[str, dict[str, Any]]) -> str:
         for label, r in records.items()
     ]
     lines += ["", "Definitions, with nothing to derive:", ""]
-    lines += [f"- {label}: {reason}" for label, reason in REASONS.items()]
+    lines += definitions()
     return "\n".join([*lines, ""])

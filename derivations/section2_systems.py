@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import sympy
-from sympy import Symbol
+from sympy import Function, Symbol
 
-from derivations.paper import a_minus, a_plus_sliding, alpha, eps, mu
+from derivations.paper import a_minus, a_plus_sliding, eps
 from derivations.registry import derives
 from symasym.derivation import Identity, Satisfies
 
 y, z = Symbol("y", real=True), Symbol("z", real=True)
+f_minus, F, f_plus = Function("f^-"), Function("F"), Function("f^+")
 
 
 @derives("filippov", "Filippov's sliding vector field")
@@ -36,27 +36,27 @@ def filippov(d: Any) -> None:
     d.conclude(Symbol("g_s"), field)
 
 
+def smoothed() -> tuple[Any, Any, Any]:
+    """The field of eq:genPerturbed below, in and above the layer, at (y, z)."""
+    return f_minus(y, z), F(y / eps, y, z), f_plus(y, z)
+
+
 @derives("eq:cont", "The smoothing joins both fields at the edges of the layer")
 def cont(d: Any) -> None:
-    def inside(side: int) -> Any:
-        s = y / eps
-        force = alpha * (s + mu * (s - s**3))
-        return sympy.limit(1 - z - y - force, y, side * eps)
-
-    # Shown on the friction oscillator, where y occurs both inside y/eps and by itself.
+    below, inside, above = smoothed()
+    d.suppose("f-, f+ and F are continuous in all their arguments")
     limits = d.step(
         "limits from inside",
         "take limit",
-        (1 - z - eps - alpha, 1 - z + eps + alpha),
-        Identity(lambda: [inside(1), inside(-1)]),
-        "y/eps is held at 1 and -1 while the y that stands by itself stays",
+        (F(1, eps, z), F(-1, -eps, z)),
+        Identity(lambda: [inside.subs(y, eps), inside.subs(y, -eps)]),
+        "F(y/eps, y, z) as y goes to eps and to -eps: the y that stands by itself goes along",
     )
-    d.step(
+    values = d.step(
         "values outside",
         "substitute",
-        limits,
-        Identity(lambda: [(1 - z - y - alpha).subs(y, eps), (1 - z - y + alpha).subs(y, -eps)]),
-        "the same two values from f+ at y = eps and f- at y = -eps",
+        (f_plus(eps, z), f_minus(-eps, z)),
+        Identity(lambda: [above.subs(y, eps), below.subs(y, -eps)]),
+        "the field outside at the same two edges; continuity there is that both agree",
     )
-    F = sympy.Function("F")
-    d.conclude((F(1), F(-1)), limits)
+    d.conclude(limits, values, note="f-, f+ and F are the fields of eq:genPerturbed")

@@ -24,7 +24,9 @@ _k, _r = kappa_physical, r_physical
 
 
 @derives(
-    "eq:eekappar", "What the ordering of scales implies: r/kappa^2 is large", ("eq:tildexykappa",)
+    "eq:eekappar",
+    "What the ordering of scales implies: r/kappa^2 is large",
+    ("eq:tildexykappa", "eq:tilder"),
 )
 def eekappar(d: Any) -> None:
     s, q = Symbol("s", positive=True), Symbol("q", positive=True)
@@ -33,7 +35,7 @@ def eekappar(d: Any) -> None:
         "scaled ratio",
         "scale",
         _r / _k**2,
-        Identity(lambda: (_r / eps) / d.use("eq:tildexykappa")[2] ** 2),
+        Identity(lambda: d.use("eq:tilder", "r") / d.use("eq:tildexykappa", "kappa") ** 2),
         "r/kappa^2 is the same in scaled and unscaled variables",
     )
     form = d.step(
@@ -57,8 +59,8 @@ def p_large(d: Any) -> None:
     leading = 4 * eps / ((1 / a_minus - 1 / a_plus_sliding) * _k**2)
 
     def reference() -> list[Any]:
-        scaled = d.use("eq:Plarge2")
-        K = d.use("eq:tildexykappa")[2]
+        scaled = d.use("eq:Plarge2", "P")
+        K = d.use("eq:tildexykappa", "kappa")
         return [scaled.leading.subs(kappa, K), scaled.gauge.subs(kappa, K)]
 
     d.suppose("attracting sliding and kappa >> sqrt(eps)")
@@ -87,7 +89,11 @@ def p_small(d: Any) -> None:
         "unscale",
         "scale",
         leading,
-        Identity(lambda: d.use("eq:Psmall2").leading.subs(kappa, d.use("eq:tildexykappa")[2])),
+        Identity(
+            lambda: d.use("eq:Psmall2", "1 - P").leading.subs(
+                kappa, d.use("eq:tildexykappa", "kappa")
+            )
+        ),
         "1 - P is exponentially small in eps/kappa^2; the paper's O(kappa^2/eps) is not sharp",
     )
     d.conclude(
@@ -98,22 +104,27 @@ def p_small(d: Any) -> None:
     )
 
 
-@derives("eq:Tlarge", "Escape in strong noise, unscaled", ("eq:Ttildelarge", "eq:TtildetoT"))
+@derives(
+    "eq:Tlarge",
+    "Escape in strong noise, unscaled",
+    ("eq:Ttildelarge", "eq:TtildetoT", "eq:tilder", "eq:tildexykappa"),
+)
 def t_large(d: Any) -> None:
     s = Symbol("s", positive=True)
     d.suppose("crossing to the right, kappa >= sqrt(eps)")
+
+    def unscaled() -> list[Any]:
+        expansion = d.use("eq:Ttildelarge", "T")
+        scales = {r: d.use("eq:tilder", "r"), kappa: d.use("eq:tildexykappa", "kappa")}
+        time = d.use("eq:TtildetoT", "T")
+        clock = Symbol("t_s", positive=True)
+        return [time.subs(clock, e.subs(scales)) for e in (expansion.leading, expansion.gauge)]
+
     scaled = d.step(
         "unscale",
         "scale",
         (_r / a_plus, _k**2),
-        Identity(
-            lambda: [
-                (eps * d.use("eq:Ttildelarge").leading).subs(
-                    {r: _r / eps, kappa: _k / sympy.sqrt(eps)}
-                ),
-                (eps * d.use("eq:Ttildelarge").gauge).subs(kappa, _k / sympy.sqrt(eps)),
-            ]
-        ),
+        Identity(unscaled),
         "eps times eq:Ttildelarge: the remainder is O(kappa^2)",
     )
     d.step(
@@ -147,7 +158,7 @@ def t_small(d: Any) -> None:
     large = Symbol("X", positive=True)
 
     def equal_terms() -> Any:
-        formula = d.use("eq:Ttildesmall").leading
+        formula = d.use("eq:Ttildesmall", "T").leading
         drift = formula - formula.subs(r, 0)
         well = formula.subs(r, 0).subs(kappa, sympy.sqrt(large))
         return sympy.sqrt(sympy.solve(well - drift, large)[0])

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import sympy
 from sympy import Function, Symbol
 
 from derivations.paper import eps, kappa, kappa_physical, phi, t, u, x
 from derivations.registry import derives
-from symasym.derivation import Expansion, Identity, Order, Satisfies
+from derivations.section2_systems import smoothed, z
+from symasym.derivation import Expansion, Identity, Outcome, Satisfies
 
 _k = kappa_physical
 _b = sympy.symbols("b1:4", real=True)
@@ -18,58 +21,86 @@ y = Symbol("y", real=True)
 
 @derives("eq:scaledSDE", "Coefficients frozen at the origin, with an O(r) remainder")
 def frozen(d: Any) -> None:
-    rho = Symbol("rho", positive=True)
+    rho, h, M = (Symbol(n, positive=True) for n in ("rho", "h", "M"))
     c, s = Symbol("c", real=True), Symbol("s", real=True)
-    g = Function("g")
+    slopes, curvature = sympy.symbols("f_x f_y", positive=True), Symbol("f_xx", real=True)
+    field, ray = Function("f"), Function("g")
     at_zero = Symbol("f_0", positive=True)
-    d.suppose("f-, f+, F and D are smooth near the origin")
-    d.step(
-        "first-order term",
-        "expand",
-        c * sympy.Derivative(g(x, y), x).subs({x: 0, y: 0})
-        + s * sympy.Derivative(g(x, y), y).subs({x: 0, y: 0}),
-        # The chain rule along a ray, for one generic cubic with free coefficients.
-        _ChainRule(g, x, y, c, s),
-        "along a ray of slope (c, s) the field changes by the distance times this",
+    d.suppose("f-, f+, F and D are smooth near the origin: their slopes are at most M there")
+    a, b = Symbol("a", real=True), Symbol("b", real=True)
+
+    def near(x: Any, y: Any) -> Any:
+        """A field near the origin, less its value there."""
+        return slopes[0] * x + slopes[1] * y + curvature * x**2
+
+    along = d.step(
+        "slope along a ray",
+        "differentiate",
+        c * sympy.Subs(sympy.Derivative(field(a, s * h), a), a, c * h)
+        + s * sympy.Subs(sympy.Derivative(field(c * h, b), b), b, s * h),
+        Satisfies(
+            lambda found: {
+                f"of f = x^{m} y^{n}": found.replace(
+                    field, lambda x, y, m=m, n=n: x**m * y**n
+                ).doit()
+                - sympy.diff((c * h) ** m * (s * h) ** n, h)
+                for m in range(4)
+                for n in range(4)
+            }
+        ),
+        "the chain rule for g(h) = f(c h, s h): both sides are linear in f, and shown on powers",
     )
-    frozen = d.step(
+    change = d.step(
+        "change along a ray",
+        "integrate",
+        sympy.Integral(sympy.Derivative(ray(h), h), (h, 0, rho)),
+        Satisfies(
+            lambda found: {
+                "g(rho) has the same derivative": sympy.diff(found - ray(rho), rho),
+                "0 at the origin": found.subs(rho, 0).doit(),
+            }
+        ),
+        "g(rho) - g(0) for any field along any ray",
+    )
+    most = d.step(
+        "largest change",
+        "bound",
+        M * rho,
+        Identity(lambda: change.replace(sympy.Derivative, lambda *_: M).doit()),
+        "|g'| <= M: the coefficients at a distance rho <= r are those at the origin, up to O(r)",
+    )
+    found = d.step(
         "remainder",
         "expand",
         Expansion(at_zero, rho, rho),
-        Order(
-            lambda h, ctx: 2 * ctx.cos(h) + ctx.sin(3 * h) * ctx.exp(h),
-            ("1e-1", "1e-3", "1e-5"),
-            {at_zero: "2"},
+        _Exactly(
+            lambda: at_zero + change.replace(ray, lambda h: near(c * h, s * h)).doit(),
+            most / M,
+            lambda: along.replace(field, near).doit().subs(h, 0),
         ),
-        "measured on 2 cos y + e^y sin 3z along y = z: the error of freezing is O(r), no less",
+        "no less than O(r) where the slope along the ray is not 0",
     )
-    d.conclude(Symbol("f"), frozen, "O(r)")
+    d.conclude(Symbol("f"), found, "O(r)")
 
 
-class _ChainRule:
-    """d/dh g(c h, s h) at h = 0 for the generic cubic: exact, coefficient by coefficient."""
+@dataclass
+class _Exactly:
+    """The remainder over the gauge, which is the one derived, has a limit that is known."""
 
-    kind = "symbolic identity"
+    exact: Callable[[], Any]
+    gauge: Any
+    limit: Callable[[], Any]
+    kind: ClassVar[str] = "asymptotic order"
 
-    def __init__(self, g: Any, x: Any, y: Any, c: Any, s: Any) -> None:
-        self.parts = g, x, y, c, s
-
-    def run(self, result: Any, rng: Any) -> Any:
-        from symasym.derivation.checks import compare
-
-        g, x, y, c, s = self.parts
-        h = Symbol("h")
-        numbers = {(i, j): Symbol(f"q{i}{j}") for i in range(4) for j in range(4 - i)}
-
-        def cubic(a: Any, b: Any) -> Any:
-            return sum(q * a**i * b**j for (i, j), q in numbers.items())
-
-        stated = result.replace(g, cubic).doit()
-        wanted = sympy.diff(cubic(c * h, s * h), h).subs(h, 0)
-        return compare(sympy.expand(stated), wanted, rng, {})
+    def run(self, result: Any, rng: Any) -> Outcome:
+        ratio = sympy.limit(
+            (self.exact() - result.leading) / result.gauge, result.variable, result.limit
+        )
+        right = result.gauge == self.gauge and sympy.expand(ratio - self.limit()) == 0
+        return Outcome(bool(right), f"remainder / gauge tends to {ratio}")
 
     def how(self) -> str:
-        return "for the cubic with free coefficients, exactly"
+        return "the limit of remainder / gauge, exactly"
 
 
 @derives("eq:scaledSDEx", "The component across the surface")
@@ -115,8 +146,19 @@ def scaled_drift(d: Any) -> None:
     F = Function("F")
 
     def at_origin() -> list[Any]:
-        inside = F(y / eps).subs(y, eps * u).replace(F, A)
-        return [inside.subs(u, -1), inside, inside.subs(u, 1)]
+        below, inside, above = smoothed()
+        at_edge = d.use("eq:cont", "F(-1, -epsilon, z)", "F(1, epsilon, z)")
+        frozen = [
+            below.subs({y: 0, z: 0}),
+            inside.subs(y, eps * u).replace(F, lambda s, *_: F(s, 0, 0)),
+            above.subs({y: 0, z: 0}),
+        ]
+        # f- and f+ at the origin are F at the ends.
+        ends = {
+            value.subs({eps: 0, z: 0}): F(side, 0, 0)
+            for side, value in zip((-1, 1), at_edge, strict=True)
+        }
+        return [piece.subs(ends).replace(F, lambda s, *_: A(s)) for piece in frozen]
 
     found = d.step(
         "three pieces",
@@ -128,14 +170,20 @@ def scaled_drift(d: Any) -> None:
     d.conclude(phi(u), found, cases=(r"u \le -1", r"-1 \le u \le 1", r"u \ge 1"))
 
 
-@derives("eq:reducedSDE", "One dimension, one noise", ("noise-amplitude",))
+@derives("eq:reducedSDE", "One dimension, one noise", ("noise-amplitude", "eq:scaledSDEx"))
 def reduced(d: Any) -> None:
     f = Function("f")
-    sigma = sympy.sqrt(sum(b**2 for b in _b))
 
     def ito() -> list[Any]:
-        variance = sum((_k * b) ** 2 for b in _b)
-        generator = phi(u) * sympy.diff(f(x), x) + variance / 2 * sympy.diff(f(x), x, 2)
+        drift, *row = d.use("eq:scaledSDEx", "drift", "B1", "B2", "B3")
+        # The names of the component: phi for F2, b for the second row of D.
+        drift = drift.replace(Function("F2"), phi)
+        named = dict(zip(sympy.symbols("d21:24", real=True), _b, strict=True))
+        variance = (_k * d.use("noise-amplitude", "sigma")) ** 2
+        alone = [(_k * b.subs(named)) ** 2 for b in row]
+        if sympy.expand(variance - sum(alone)) != 0:
+            raise ValueError("the noises do not add up")
+        generator = drift * sympy.diff(f(x), x) + variance / 2 * sympy.diff(f(x), x, 2)
         return [
             generator.coeff(sympy.diff(f(x), x)),
             sympy.sqrt(2 * generator.coeff(sympy.diff(f(x), x, 2))),
@@ -144,7 +192,7 @@ def reduced(d: Any) -> None:
     found = d.step(
         "Ito's generator",
         "substitute",
-        (phi(u), _k * sigma),
+        (phi(u), _k * sympy.sqrt(_b[0] ** 2 + _b[1] ** 2 + _b[2] ** 2)),
         Identity(ito),
         "drift, and the amplitude kappa |B| that the paper calls kappa from here on",
     )
@@ -176,11 +224,14 @@ def scaling(d: Any) -> None:
 @derives("eq:reducedSDEtilde", "The scaled equation", ("eq:tildexykappa", "eq:reducedSDE"))
 def reduced_scaled(d: Any) -> None:
     def by_chain_rule() -> list[Any]:
-        X, time, _ = d.use("eq:tildexykappa")
+        X, time, K = d.use("eq:tildexykappa", "u", "t_s", "kappa")
         slope, clock = sympy.diff(X, y), sympy.diff(time, t)
-        first = phi(u) * slope / clock
-        second = sympy.Rational(1, 2) * (kappa * sympy.sqrt(eps)) ** 2 * slope**2 / clock
-        return [sympy.simplify(first), sympy.simplify(second)]
+        drift, noise = d.use("eq:reducedSDE", "drift", "noise")
+        # The paper's kappa has |B| in it from here on.
+        noise = noise.subs(dict(zip(_b, (1, 0, 0), strict=True)))
+        (unscaled,) = sympy.solve(K - kappa, _k)
+        second = sympy.Rational(1, 2) * noise**2 * slope**2 / clock
+        return [sympy.simplify(drift * slope / clock), sympy.simplify(second.subs(_k, unscaled))]
 
     found = d.step(
         "generator in scaled variables",

@@ -2,42 +2,21 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any
 
 import sympy
 from sympy import Function, Heaviside, Integral, Symbol
 
-from derivations.numerics import Bends, Scene
+from derivations.numerics import Scene
 from derivations.paper import C, V, eps, kappa, lam, p, phi, r, r_physical, t, u, v
 from derivations.registry import derives
-from symasym.derivation import Identity, Sampled, Satisfies
+from symasym.derivation import Identity, Satisfies
 
 _half = kappa**2 / 2
 _up = sympy.exp(lam * V(v))
 _m = Symbol("m", positive=True)
 I0, I1, J0, J1 = sympy.symbols("I0 I1 J0 J1", positive=True)
 SCENE = Scene.friction("3", "1", "-2/5")
-
-
-# A well and a barrier of straight lines: what the double integrals are compared on.
-BENDS = Bends((Fraction(-12, 5), Fraction(4, 3), Fraction(7, 4), Fraction(-2, 5)))
-# Zeros of a difference between two such integrals. In kappa: 21 differences of V between the
-# five edges, each with a factor of degree 2 in lam, so 63 terms and 62 zeros. In r: 7 exponents
-# made of the outer slopes, with factors of degree 1, so 13. In C: 1.
-ZEROS = 62 + 13 + 1
-
-
-def on_bends(reference: Any, ranges: dict[Any, Any]) -> Sampled:
-    """A double integral against closed forms, for V of straight lines."""
-    return Sampled(
-        lambda values, ctx: reference(BENDS.pieces(ctx, values[kappa], values[r]), values),
-        {kappa: ("9/10", "2"), r: ("1", "2"), **ranges},
-        points=12,
-        digits=20,
-        zeros=ZEROS,
-        functions={V: lambda at, ctx: BENDS.V(ctx, at)},
-    )
 
 
 def on_exponentials(e: Any, f: Any, g: Any, s: Any, k: Any) -> Any:
@@ -56,19 +35,43 @@ def scaled_radius(d: Any) -> None:
         "scale",
         "scale",
         r_physical / eps,
-        Identity(lambda: d.use("eq:tildexykappa")[0].subs(y, r_physical)),
+        Identity(lambda: d.use("eq:tildexykappa", "u").subs(y, r_physical)),
     )
     d.conclude(r, found)
 
 
-@derives("eq:Ttilde0", "The mean escape time as the time integral of the surviving mass")
+def sides(kernel: Any) -> tuple[Any, Any]:
+    """What a kernel with H(v) has beside e^{lam V(v)}: for v > 0, and for v < 0."""
+    right, left = (kernel.subs(Heaviside(v), step) for step in (1, 0))
+    return sympy.simplify(right / _up), sympy.simplify(left / _up)
+
+
+def in_halves(double: Any) -> Any:
+    """lam times the integral of (H - C) e^{lam (V(v) - V(u))} over -r < u < v < r, by J0 and J1."""
+    (whole,) = double.atoms(Integral)
+    if whole.limits != ((u, -r, v), (v, -r, r)):
+        raise ValueError(f"{whole} is not over -r < u < v < r.")
+    right, left = sides(whole.function * sympy.exp(lam * V(u)))
+    return double / whole * (right * J0 + left * J1)
+
+
+@derives(
+    "eq:Ttilde0", "The mean escape time as the time integral of the surviving mass", ("eq:FPE",)
+)
 def survival(d: Any) -> None:
-    S = Function("S")
+    S, q = Function("S"), Function("q")
     d.suppose(
         "t S(t) -> 0: the surviving mass S decays faster than 1/t",
         where="exponentially, on a bounded interval",
     )
     d.step(
+        "mass moves by a flux",
+        "integrate",
+        -phi(u) * q(u) + _half * sympy.Derivative(q(u), u),
+        Satisfies(lambda flux: {"its derivative": sympy.diff(flux, u) - d.use("eq:FPE", "Lq")}),
+        "so that none is lost inside: -S' is what leaves through -r and r in unit time",
+    )
+    by_parts = d.step(
         "by parts",
         "integrate",
         S(t),
@@ -81,30 +84,23 @@ def survival(d: Any) -> None:
         ),
         "-S' is the density of the escape time, so that its mean is the integral of S",
     )
-    weight = Symbol("q", positive=True)
-    d.step(
-        "on a mixture of two rates",
-        "integrate",
-        weight / _m + (1 - weight) / (3 * _m),
-        Identity(
-            lambda: sympy.integrate(
-                (
-                    -t
-                    * sympy.diff(
-                        weight * sympy.exp(-_m * t) + (1 - weight) * sympy.exp(-3 * _m * t), t
-                    )
-                ).expand(),
-                (t, 0, sympy.oo),
-            )
-        ),
-        "both sides of the integrated identity, where the boundary term is gone",
-    )
-    inside = Integral(p(u, t), (u, -r, r))
+    mode = sympy.exp(-_m * t)
+
+    def mean_of_mode() -> Any:
+        """The mean of q(u) e^{-m t}, by the integral of its mass."""
+        mass = Integral(q(u), (u, -r, r))
+        return sympy.integrate(by_parts.replace(S, lambda _: mode), (t, 0, sympy.oo)) * mass
+
     found = d.step(
         "surviving mass",
         "substitute",
-        Integral(inside, (t, 0, sympy.oo)),
-        Identity(lambda: Integral(S(t), (t, 0, sympy.oo)).replace(S(t), inside)),
+        Integral(Integral(p(u, t), (u, -r, r)), (t, 0, sympy.oo)),
+        Satisfies(
+            lambda T: {
+                "the mean of one mode": T.replace(p, lambda *_: q(u) * mode).doit() - mean_of_mode()
+            }
+        ),
+        "S is the integral of p over |u| < r; a mode q(u) e^{-m t} has the mean 1/m times its mass",
     )
     d.conclude(Symbol("T"), found)
 
@@ -120,14 +116,16 @@ def integrated(d: Any) -> None:
         Identity(
             lambda: sympy.integrate(sympy.diff(sympy.exp(-_m * t), t), (t, 0, sympy.oo)) * q(u)
         ),
-        "p is a sum of modes q(u) e^{-m t}: minus its value at the start, -delta in all",
+        "p is a sum of modes q(u) e^{-m t}: minus its value at the start, -delta in all (eq:BCs2)",
     )
     operator = -sympy.Derivative(phi(u) * q(u), u) + _half * sympy.Derivative(q(u), (u, 2))
     found = d.step(
         "right side of one mode",
         "interchange",
         operator / _m,
-        Identity(lambda: sympy.integrate(sympy.exp(-_m * t), (t, 0, sympy.oo)) * d.use("eq:FPE")),
+        Identity(
+            lambda: sympy.integrate(sympy.exp(-_m * t), (t, 0, sympy.oo)) * d.use("eq:FPE", "Lq")
+        ),
         "time integral and operator interchange: R = q/m for this mode",
     )
     d.conclude(Symbol("LR"), found, note="L*R = -delta(u), and R = q/m for a mode q(u) e^{-m t}")
@@ -137,13 +135,29 @@ def integrated(d: Any) -> None:
     "first-integral", "The flux of R: C to the left of the start, C - 1 to its right", ("eq:odeR",)
 )
 def first_integral(d: Any) -> None:
+    R = Function("R")
+
+    def operator() -> Any:
+        return d.use("eq:odeR", "LR").replace(Function("q"), lambda at: _m * R(at)).doit()
+
+    def source() -> Any:
+        left = d.use("eq:odeR", step="left side of one mode")
+        return left.replace(Function("q"), sympy.DiracDelta)
+
+    d.step(
+        "flux",
+        "integrate",
+        -phi(u) * R(u) + _half * sympy.Derivative(R(u), u),
+        Satisfies(lambda flux: {"its derivative is L*R": sympy.diff(flux, u).doit() - operator()}),
+        "R = q/m in eq:odeR",
+    )
     found = d.step(
         "integrate once",
         "integrate",
         C - Heaviside(u),
         Satisfies(
             lambda flux: {
-                "derivative is -delta": sympy.diff(flux, u) + sympy.DiracDelta(u),
+                "derivative is -delta": sympy.diff(flux, u) - source(),
                 "C left of the start": flux.subs(u, -1) - C,
             }
         ),
@@ -154,8 +168,9 @@ def first_integral(d: Any) -> None:
 @derives("density-R", "R by an integrating factor", ("first-integral",))
 def density(d: Any) -> None:
     def equations(R: Any) -> dict[str, Any]:
-        flux = sympy.diff(V(u), u) * R + _half * sympy.diff(R, u)
-        return {"flux": flux - d.use("first-integral"), "R(r) = 0": R.subs(u, r).doit()}
+        form = d.use("first-integral", step="flux").replace(Function("R"), lambda at: R.subs(u, at))
+        flux = form.subs(phi(u), -sympy.diff(V(u), u)).doit(integrals=False)
+        return {"flux": flux - d.use("first-integral", "J"), "R(r) = 0": R.subs(u, r).doit()}
 
     found = d.step(
         "integrate again",
@@ -168,18 +183,25 @@ def density(d: Any) -> None:
 
 @derives("eq:C", "The constant C, which is the chance of leaving through -r", ("density-R",))
 def constant(d: Any) -> None:
-    d.step(
+    def at_left_end(c: Any) -> Any:
+        """R(-r) over lam e^{-lam V(-r)}, its integral split at the start."""
+        (above,) = d.use("density-R", "R(u)").subs(u, -r).atoms(Integral)
+        if above.limits != ((v, -r, r),):
+            raise ValueError(f"{above} is not over (-r, r).")
+        right, left = sides(above.function)
+        return (right * I0 + left * I1).subs(C, c)
+
+    by_sides = d.step(
         "R(-r) = 0",
         "solve",
         I0 / (I0 + I1),
-        Satisfies(lambda c: {"(1 - C) I0 - C I1": (1 - c) * I0 - c * I1}),
+        Satisfies(lambda c: {"R(-r)": at_left_end(c)}),
         "I0 and I1 are the integrals of e^{lam V} over (0, r) and (-r, 0)",
     )
-    left_exit = Integral(_up, (v, u, r)) / Integral(_up, (v, -r, r))
-    d.step(
+    left_exit = d.step(
         "splitting probability",
         "solve",
-        left_exit,
+        Integral(_up, (v, u, r)) / Integral(_up, (v, -r, r)),
         Satisfies(
             lambda h: {
                 "backward equation": _half * sympy.diff(h, u, 2)
@@ -188,11 +210,28 @@ def constant(d: Any) -> None:
                 "0 at r": h.subs(u, r).doit(),
             }
         ),
-        "independent: at the start 0 this is the same ratio",
+        "independent: the chance of leaving through -r from u",
     )
-    ratio = Integral(_up, (v, 0, r)) / Integral(_up, (v, -r, r))
-    full = d.step("at the start", "evaluate", ratio, Identity(lambda: left_exit.subs(u, 0)))
+    right, whole = Integral(_up, (v, 0, r)), Integral(_up, (v, -r, r))
+    full = d.step(
+        "at the start",
+        "evaluate",
+        right / whole,
+        Satisfies(
+            lambda c: {
+                "splitting probability": c - left_exit.subs(u, 0),
+                "R(-r) = 0": c - by_sides.subs({I0: right, I1: whole - right}),
+            }
+        ),
+        "the same ratio by both routes",
+    )
     d.conclude(C, full)
+
+
+def C_in_halves(d: Any) -> Any:
+    """eq:C by the symbols I0 and I1."""
+    right, whole = Integral(_up, (v, 0, r)), Integral(_up, (v, -r, r))
+    return d.use("eq:C", "C").subs(whole, I0 + I1).subs(right, I0)
 
 
 @derives(
@@ -201,57 +240,71 @@ def constant(d: Any) -> None:
     ("eq:Ttilde0", "density-R", "eq:C"),
 )
 def escape_time(d: Any) -> None:
-    f, g = Function("f"), Function("g")
+    f, g, R = Function("f"), Function("g"), Function("R")
     s, k = Symbol("s", positive=True), Symbol("k", positive=True)
+
+    def over_time() -> Any:
+        whole = d.use("eq:Ttilde0", "T")
+        inside, over = whole.limits
+        if over != (t, 0, sympy.oo) or whole.function != p(u, t):
+            raise ValueError(f"{whole} is not p integrated over all time.")
+        return Integral(R(u), inside)
+
+    of_R = d.step(
+        "time and place interchanged",
+        "interchange",
+        Integral(R(u), (u, -r, r)),
+        Identity(over_time),
+        "R(u) is p(u, t) integrated over all time",
+    )
     above = Integral((Heaviside(v) - C) * _up, (v, u, r))
-    d.step(
-        "what is integrated over u",
+    iterated = d.step(
+        "R put in",
         "substitute",
-        lam * sympy.exp(-lam * V(u)) * above,
-        Identity(lambda: d.use("density-R")),
-        "time and place interchanged in eq:Ttilde0: T is the integral of R over (-r, r)",
+        Integral(lam * sympy.exp(-lam * V(u)) * above, (u, -r, r)),
+        Identity(lambda: of_R.replace(R, lambda at: d.use("density-R", "R(u)").subs(u, at))),
     )
 
     def same_domain(order: Any) -> dict[str, Any]:
-        first = Integral(Integral(f(u) * g(v), (v, u, r)), (u, -r, r))
+        first = Integral(Integral(f(u) * g(v), *above.limits), *iterated.limits)
         gap = on_exponentials(order, f, g, s, k) - on_exponentials(first, f, g, s, k)
         return {"same domain": sympy.expand(gap)}
 
-    d.step(
+    swapped = d.step(
         "order of integration",
         "interchange",
         Integral(Integral(f(u) * g(v), (u, -r, v)), (v, -r, r)),
         Satisfies(same_domain),
         "R(u) is itself an integral over v > u",
     )
-    kernel = d.step(
-        "integrand",
-        "substitute",
-        (Heaviside(v) - C) * sympy.exp(lam * (V(v) - V(u))),
-        Identity(lambda: sympy.exp(-lam * V(u)) * ((Heaviside(v) - C) * _up)),
-        "f(u) = e^{-lam V(u)}, g(v) = (H - C) e^{lam V(v)}",
-    )
-    by_pieces = d.step(
+    kernel = (Heaviside(v) - C) * sympy.exp(lam * (V(v) - V(u)))
+    together = iterated.function / above * above.function
+    found = d.step(
         "mean escape time",
         "substitute",
         lam * Integral(Integral(kernel, (u, -r, v)), (v, -r, r)),
-        on_bends(
-            lambda p, values: p.lam * ((1 - values[C]) * p.J0 - values[C] * p.J1),
-            {C: ("0", "1")},
-        ),
-        "compared with the four one-sided integrals, where V has straight lines and bends",
+        Identity(lambda: lam * Integral(together / lam, *swapped.limits)),
+        "f(u) g(v) is lam e^{-lam V(u)} times (H - C) e^{lam V(v)}",
     )
-    d.conclude(Symbol("T"), by_pieces)
+    d.step(
+        "by one-sided integrals",
+        "split",
+        lam * (I1 * J0 - I0 * J1) / (I0 + I1),
+        Identity(lambda: in_halves(found).subs(C, C_in_halves(d))),
+        "eq:C put in: I0, I1 are integrals of e^{lam V} over (0, r), (-r, 0); J0, J1 have that of "
+        "e^{-lam V} from -r up to v as a factor",
+    )
+    d.conclude(Symbol("T"), found)
 
 
 @derives("backward", "The mean escape time from the backward equation", ("eq:Ttilde", "eq:C"))
 def backward(d: Any) -> None:
     c = Symbol("c", real=True)
-    down = Integral(sympy.exp(-lam * V(v)), (v, -r, u))
-    d.step(
+    e, down = sympy.exp(lam * V(u)), Integral(sympy.exp(-lam * V(v)), (v, -r, u))
+    slope = d.step(
         "first integral of (kappa^2/2) T'' + phi T' = -1",
         "solve",
-        sympy.exp(lam * V(u)) * (c - lam * down),
+        e * (c - lam * down),
         Satisfies(
             lambda S: {
                 "equation": _half * sympy.diff(S, u) - sympy.diff(V(u), u) * S + 1,
@@ -259,27 +312,36 @@ def backward(d: Any) -> None:
             }
         ),
     )
+
+    def integral(single: Any, double: Any) -> Any:
+        """The slope integrated, by those of e^{lam V} and of e^{lam V} times `down`."""
+        parts = sympy.expand(slope / e)
+        rest = sympy.expand(parts - parts.coeff(c) * c - parts.coeff(down) * down)
+        if rest != 0:
+            raise ValueError(f"{rest} is left of the slope.")
+        return parts.coeff(c) * c * single + parts.coeff(down) * double
+
     # T(-r) = 0 and T(r) = 0: the integral of the slope over (-r, r) vanishes.
     constant = d.step(
         "both ends absorb",
         "solve",
         lam * (J0 + J1) / (I0 + I1),
-        Satisfies(lambda found: {"T(r) - T(-r)": found * (I0 + I1) - lam * (J0 + J1)}),
+        Satisfies(lambda found: {"T(r) - T(-r)": integral(I0 + I1, J0 + J1).subs(c, found)}),
         "J0, J1: integrals over (0, r), (-r, 0) of e^{lam V(v)} times that of e^{-lam V} up to v",
     )
     at_start = d.step(
         "at the start 0",
         "integrate",
         lam * J0 - lam * (J0 + J1) * I0 / (I0 + I1),
-        Identity(lambda: -(constant * I0 - lam * J0)),
+        Identity(lambda: -integral(I0, J0).subs(c, constant)),
         "T(0) is minus the integral of the slope over (0, r)",
     )
     d.step(
         "the same as eq:Ttilde",
         "substitute",
         at_start,
-        Identity(lambda: lam * ((1 - I0 / (I0 + I1)) * J0 - I0 / (I0 + I1) * J1)),
-        "eq:Ttilde split at v = 0, with C = I0/(I0 + I1)",
+        Identity(lambda: in_halves(d.use("eq:Ttilde", "T")).subs(C, C_in_halves(d))),
+        "eq:Ttilde split at v = 0, with the C of eq:C",
     )
     d.conclude(
         Symbol("T"),
@@ -292,17 +354,15 @@ def backward(d: Any) -> None:
 @derives(
     "constant-drift",
     "Constant drift: escape time and exit probability in closed form",
-    ("backward",),
+    ("backward", "eq:C", "eq:V"),
 )
 def constant_drift(d: Any) -> None:
     a = Symbol("a", positive=True)
-    at = u
-    scale = sympy.exp(-lam * a * at)
     edge = sympy.exp(lam * a * r)
     exit_left = d.step(
         "splitting probability",
         "solve",
-        (scale - 1 / edge) / (edge - 1 / edge),
+        (sympy.exp(-lam * a * u) - 1 / edge) / (edge - 1 / edge),
         Satisfies(
             lambda h: {
                 "equation": _half * sympy.diff(h, u, 2) + a * sympy.diff(h, u),
@@ -323,16 +383,39 @@ def constant_drift(d: Any) -> None:
             }
         ),
     )
+
+    def integrals() -> dict[Any, Any]:
+        """The four integrals of 'backward' for this drift."""
+        fall = d.use("eq:V", "V(u)").replace(phi, lambda _: a).doit()
+        up = sympy.expand(sympy.exp(lam * fall.subs(u, v)))
+        mass = sympy.integrate(sympy.expand(sympy.exp(-lam * fall)), (u, -r, v))
+        both = ((v, 0, r), (v, -r, 0))
+        single = [sympy.integrate(up, over) for over in both]
+        double = [sympy.integrate(sympy.expand(up * mass), over) for over in both]
+        return dict(zip((I0, I1, J0, J1), (*single, *double), strict=True))
+
     found = d.step(
         "from 0",
         "evaluate",
         r / a * sympy.tanh(a * r / kappa**2),
-        Identity(lambda: mean.subs(u, 0).rewrite(sympy.exp)),
+        Satisfies(
+            lambda T: {
+                "mean escape time from 0": T.rewrite(sympy.exp) - mean.subs(u, 0),
+                "'backward' for this drift": T.rewrite(sympy.exp)
+                - d.use("backward", "T").subs(integrals()),
+            }
+        ),
+        "from the equation, and from the integrals",
     )
-    d.step(
+    share = d.step(
         "exit through -r, from 0",
         "evaluate",
         1 / (1 + sympy.exp(2 * a * r / kappa**2)),
-        Identity(lambda: exit_left.subs(u, 0)),
+        Satisfies(
+            lambda share: {
+                "splitting probability at 0": share - exit_left.subs(u, 0),
+                "eq:C for this drift": share - C_in_halves(d).subs(integrals()),
+            }
+        ),
     )
-    d.conclude(Symbol("T"), found)
+    d.conclude((Symbol("T"), C), (found, share))

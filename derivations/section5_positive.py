@@ -10,7 +10,7 @@ from sympy import Function, Integral, Symbol
 
 from derivations.paper import V, a_minus, a_plus_sliding, lam, r, u, v, x
 from derivations.registry import derives
-from derivations.section5_escape import I0, I1, J0, J1, on_exponentials
+from derivations.section5_escape import I0, I1, J0, J1, C_in_halves, on_exponentials
 from derivations.section6_sliding import V_1, N
 from symasym.derivation import Identity, Satisfies
 
@@ -21,10 +21,8 @@ def _positive(names: str) -> Any:
 
 # A symbol of its own for 2/kappa^2: the engines carry it, not kappa.
 rate = Symbol("lam", positive=True)
-sigma_left, sigma_right, w_left, w_right = _positive("sigma_left sigma_right w_left w_right")
+sigma_left, sigma_right = _positive("sigma_left sigma_right")
 total = Symbol("w", positive=True)
-y_left, y_right = _positive("y_left y_right")
-LOGS = sympy.symbols("log_w_left log_w_right log_sigma_left log_sigma_right", real=True)
 
 
 @derives(
@@ -48,25 +46,34 @@ def positive_form(d: Any) -> None:
         return Integral(Integral(f(u) * g(v), inner), outer)
 
     before = Integral(f(u), (u, -r, x))
-    d.step(
+    left = d.step(
         "left of the start",
         "interchange",
         before * Integral(g(v), (v, -r, x)) - over((v, -r, u), (u, -r, x)),
         same(over((u, -r, v), (v, -r, x))),
         "f = e^{-lam V}, g = e^{lam V}: J1 = m I1 - K_left, a square less a triangle",
     )
-    d.step(
+    right = d.step(
         "right of the start",
         "interchange",
         before * Integral(g(v), (v, x, r)) + over((v, u, r), (u, x, r)),
         same(over((u, -r, v), (v, x, r))),
         "J0 = m I0 + K_right, a rectangle and a triangle; eq:Ttilde has x = 0",
     )
+    named = {
+        over((v, -r, u), (u, -r, x)): K_left,
+        over((v, u, r), (u, x, r)): K_right,
+        Integral(g(v), (v, -r, x)): I1,
+        Integral(g(v), (v, x, r)): I0,
+        before: m,
+    }
     positive = d.step(
         "nothing cancels",
         "substitute",
         lam * (I0 * K_left + I1 * K_right) / (I0 + I1),
-        Identity(lambda: d.use("backward").subs({J0: m * I0 + K_right, J1: m * I1 - K_left})),
+        Identity(
+            lambda: d.use("backward", "T").subs({J0: right.subs(named), J1: left.subs(named)})
+        ),
         "m, the mass left of the start, drops out",
     )
     # What the two sweeps carry: sigma = I/s and w = lam s K/I, s = e^{lam V} at the start.
@@ -74,10 +81,6 @@ def positive_form(d: Any) -> None:
         sigma_left: I1 / scale,
         sigma_right: I0 / scale,
         total: lam * scale * (K_left / I1 + K_right / I0),
-        w_left: lam * scale * K_left / I1,
-        w_right: lam * scale * K_right / I0,
-        y_left: lam * K_left,
-        y_right: lam * K_right,
     }
     found = d.step(
         "from both sweeps",
@@ -86,52 +89,18 @@ def positive_form(d: Any) -> None:
         Satisfies(lambda T: {"the same T": T.subs(carried) - positive}),
         "w = w_left + w_right",
     )
-    d.step(
-        "without a quotient on either side",
-        "substitute",
-        (y_left * sigma_right + y_right * sigma_left) / (sigma_left + sigma_right),
-        Satisfies(lambda T: {"the same T": T.subs(carried) - positive}),
-        "y = w sigma, of the left and of the right",
-    )
     share = d.step(
         "chance of leaving on the left",
         "substitute",
         1 / (1 + sigma_left / sigma_right),
-        Satisfies(
-            lambda c: (
-                {"(1 - C) I0 - C I1": ((1 - c) * I0 - c * I1).subs(carried)}
-                | {"in sigma": (c - I0 / (I0 + I1)).subs(carried)}
-            )
-        ),
+        Satisfies(lambda c: {"in sigma": c.subs(carried) - C_in_halves(d)}),
         "eq:C",
-    )
-    logs = dict(zip((w_left, w_right, sigma_left, sigma_right), map(sympy.exp, LOGS), strict=True))
-    d.step(
-        "logarithms of w and of the rate",
-        "substitute",
-        (
-            sympy.log(sympy.exp(LOGS[0]) + sympy.exp(LOGS[1])),
-            sympy.log(sympy.exp(-LOGS[2]) + sympy.exp(-LOGS[3])),
-        ),
-        Identity(
-            lambda: [
-                sympy.log((w_left + w_right).subs(logs)),
-                sympy.log((1 / sigma_left + 1 / sigma_right).subs(logs)),
-            ]
-        ),
-        "their difference is log T",
     )
     d.step(
         "logarithm of C",
         "substitute",
         -sympy.log(1 + sigma_left / sigma_right),
         Satisfies(lambda c: {"C": sympy.exp(c) - share}),
-    )
-    d.step(
-        "logarithm of C from logarithms",
-        "substitute",
-        -sympy.log(1 + sympy.exp(LOGS[2] - LOGS[3])),
-        Satisfies(lambda c: {"C": sympy.exp(c) - share.subs(logs)}),
     )
     d.conclude(
         Symbol("T"),
@@ -157,7 +126,7 @@ def positive_density(d: Any) -> None:
         Satisfies(
             lambda p: {
                 "eq:pss of mass 1": p.subs(carried)
-                - d.use("eq:pss").subs(
+                - d.use("eq:pss", "p_ss(u)").subs(
                     {
                         sympy.exp(lam * V(u)): scale,
                         Symbol("K", positive=True): 1 / (M_left + M_right),
@@ -171,7 +140,7 @@ def positive_density(d: Any) -> None:
         "occupation",
         "substitute",
         1 / (1 + outside / inside),
-        Identity(lambda: d.use("eq:P").subs({N: inside, outer: outside})),
+        Identity(lambda: d.use("eq:P", "P").subs({N: inside, outer: outside})),
     )
     d.step(
         "logarithm of the occupation",
@@ -179,34 +148,17 @@ def positive_density(d: Any) -> None:
         -sympy.log(1 + outside / inside),
         Satisfies(lambda p: {"P": sympy.exp(p) - share}),
     )
-    here, there = sympy.symbols("log_inside log_outside", real=True)
     d.step(
-        "logarithm of the occupation from logarithms",
-        "substitute",
-        -sympy.log(1 + sympy.exp(there - here)),
-        Satisfies(
-            lambda p: {
-                "P": sympy.exp(p) - share.subs({inside: sympy.exp(here), outside: sympy.exp(there)})
-            }
-        ),
-    )
-    tails = d.step(
         "w beyond the layer",
         "substitute",
         (1 / a_minus, -1 / a_plus_sliding),
         Identity(
             lambda: [
-                lam * d.use("tails")[0],
-                lam * sympy.exp(lam * V_1) * d.use("tails")[1],
+                lam * d.use("tails", "I_left"),
+                lam * sympy.exp(lam * V_1) * d.use("tails", "I_right"),
             ]
         ),
         "lam e^{lam V} times the mass of each tail: V is 0 at -1 and V(1) at 1",
-    )
-    d.step(
-        "logarithm of w beyond the layer",
-        "substitute",
-        (-sympy.log(a_minus), -sympy.log(-a_plus_sliding)),
-        Satisfies(lambda logs: {f"tail {k}": sympy.exp(logs[k]) - tails[k] for k in (0, 1)}),
     )
     d.conclude(
         Function("p_ss")(u), density, note="w = lam e^{lam V} times the integral of e^{-lam V}"
@@ -220,7 +172,7 @@ def constant_panel(d: Any) -> None:
 
     def e(direction: int, at: Any) -> Any:
         """exp(lam (V - V at the left end)), V falling (1) or rising (-1), widths of 1."""
-        V = d.use("eq:V").replace(Function("phi"), lambda _: direction * size).doit()
+        V = d.use("eq:V", "V(u)").replace(Function("phi"), lambda _: direction * size).doit()
         return sympy.exp((V - V.subs(u, -1)).subs(u, at - 1))
 
     def single(direction: int) -> Any:
@@ -232,40 +184,27 @@ def constant_panel(d: Any) -> None:
         whole = sympy.integrate(sympy.expand(inner / e(direction, t)), (t, 0, 1))
         return sympy.expand(whole * (e(direction, 1) if direction > 0 else 1))
 
-    first = (1 - sympy.exp(-size)) / size
-    d.step("V falls: single", "integrate", first, Identity(lambda: single(1)))
+    first = d.step(
+        "V falls: single", "integrate", (1 - sympy.exp(-size)) / size, Identity(lambda: single(1))
+    )
     d.step("V rises: single", "integrate", first, Identity(lambda: single(-1)))
     # From the single integral: no square of x, which may be as large as float64 allows.
     int_e = Symbol("int_e", positive=True)
-    down = (int_e - sympy.exp(-size)) / size
-    d.step(
+    down = d.step(
         "V falls: double",
         "integrate",
-        down,
+        (int_e - sympy.exp(-size)) / size,
         Satisfies(lambda e: {"integral": e.subs(int_e, first) - double(1)}),
     )
-    up = (1 - int_e) / size
-    d.step(
+    up = d.step(
         "V rises: double",
         "integrate",
-        up,
+        (1 - int_e) / size,
         Satisfies(lambda e: {"integral": e.subs(int_e, first) - double(-1)}),
-    )
-    found = d.step(
-        "together",
-        "evaluate",
-        (first, down, up),
-        Satisfies(
-            lambda e: {
-                "int_e": e[0] - single(1),
-                "falling": e[1].subs(int_e, e[0]) - double(1),
-                "rising": e[2].subs(int_e, e[0]) - double(-1),
-            }
-        ),
     )
     d.conclude(
         sympy.symbols("int_e nested_down nested_up"),
-        found,
+        (first, down, up),
         note="x = lam |a| h; single in units of the width h, double in units of h^2, "
         "scaled as docs/exact.md has it",
     )
@@ -312,11 +251,22 @@ def panel_step(d: Any) -> None:
         Identity(lambda: [after.subs(scaled), later.subs(scaled)]),
         "e(b) = fall/climb; int_e = climb E, int_inverse = fall F, nested = fall D",
     )
-    d.step(
+    begun = d.step(
         "from an absorbing end",
         "take limit",
         (int_e / fall, rate * nested / int_e),
         Identity(lambda: [sympy.limit(e, sigma, 0) for e in found]),
+    )
+    d.step(
+        "the same panel on either side of the start",
+        "substitute",
+        rate * nested / fall,
+        Identity(
+            lambda: d.use("positive-form", "T").subs(
+                {sigma_left: begun[0], sigma_right: begun[0], total: 2 * begun[1]}
+            )
+        ),
+        "lam D, D the double integral over one panel: positive-form with K_left = K_right = D",
     )
     d.conclude(
         sympy.symbols("sigma_b w_b"),

@@ -20,7 +20,7 @@ def fokker_planck(d: Any) -> None:
     g, q = Function("g")(u), Function("q")(u)
 
     def adjoint(forward: Any) -> dict[str, Any]:
-        first, second = d.use("eq:reducedSDEtilde")
+        first, second = d.use("eq:reducedSDEtilde", "c_1", "c_2")
         backward = first * sympy.diff(g, u) + second * sympy.diff(g, u, 2)
         boundary = -phi(u) * q * g + _half * (sympy.diff(q, u) * g - q * sympy.diff(g, u))
         return {
@@ -54,32 +54,29 @@ def potential(d: Any) -> None:
 
 @derives("eq:V2", "The potential, piece by piece", ("eq:V", "eq:phi"))
 def potential_pieces(d: Any) -> None:
-    def on(piece: Any, start: Any) -> Any:
-        return d.use("eq:V").replace(phi, lambda _: piece).subs(sympy.Integer(-1), start)
+    A = Function("A")
+    ends = {A(-1): a_minus, A(1): a_plus}
+
+    def potential_of(piece: int) -> Any:
+        """V of eq:V with one piece of eq:phi for the drift everywhere."""
+        drift = d.use("eq:phi", "phi(u)")[piece].subs(ends)
+        return d.use("eq:V", "V(u)").replace(phi, lambda at: drift.subs(u, at)).doit()
 
     left = d.step(
-        "u <= -1",
-        "integrate",
-        -a_minus * (u + 1),
-        Identity(lambda: -sympy.integrate(a_minus, (v, -1, u))),
+        "u <= -1", "integrate", -a_minus * (u + 1), Identity(lambda: potential_of(0)), "a- = A(-1)"
     )
-    A = Function("A")
     inside = d.step(
         "-1 <= u <= 1",
         "substitute",
         -sympy.Integral(A(v), (v, -1, u)),
-        Satisfies(
-            lambda W: {
-                "W' = -A": sympy.diff(W, u) + d.use("eq:phi")[1],
-                "W(-1) = 0": W.subs(u, -1).doit(),
-            }
-        ),
+        Identity(lambda: potential_of(1)),
     )
     right = d.step(
         "u >= 1",
         "integrate",
         _V1 - a_plus * (u - 1),
-        Identity(lambda: _V1 - sympy.integrate(a_plus, (v, 1, u))),
+        Identity(lambda: _V1 + potential_of(2) - potential_of(2).subs(u, 1)),
+        "a+ = A(1)",
     )
     found = d.step(
         "together",
@@ -89,9 +86,12 @@ def potential_pieces(d: Any) -> None:
             lambda W: {
                 "continuous at -1": W[0].subs(u, -1) - W[1].subs(u, -1).doit(),
                 "V(1) at 1": W[2].subs(u, 1) - _V1,
-                "slope left": sympy.diff(W[0], u) + a_minus,
-                "slope inside": sympy.diff(W[1], u) + A(u),
-                "slope right": sympy.diff(W[2], u) + a_plus,
+                **{
+                    f"slope of piece {k}": sympy.diff(piece, u) + drift.subs(ends)
+                    for k, (piece, drift) in enumerate(
+                        zip(W, d.use("eq:phi", "phi(u)"), strict=True), 1
+                    )
+                },
             }
         ),
     )
@@ -102,15 +102,18 @@ def potential_pieces(d: Any) -> None:
 def steady_state(d: Any) -> None:
     K = Symbol("K", positive=True)
 
+    def with_potential(e: Any) -> Any:
+        """`e` with V as eq:V has it."""
+        return e.replace(V, lambda at: d.use("eq:V", "V(u)").subs(u, at))
+
     def no_flux(density: Any) -> dict[str, Any]:
-        drift = -sympy.diff(V(u), u)
+        here = with_potential(density)
         return {
-            "flux 0": -drift * density + _half * sympy.diff(density, u),
-            "Fokker-Planck": d.use("eq:FPE")
-            .replace(Function("q"), lambda a: density.subs(u, a))
-            .replace(phi, lambda a: drift.subs(u, a))
+            "flux 0": -phi(u) * here + _half * sympy.diff(here, u),
+            "Fokker-Planck": d.use("eq:FPE", "Lq")
+            .replace(Function("q"), lambda a: here.subs(u, a))
             .doit(),
-            "K is the density at -1": density.subs(u, -1).subs(V(-1), 0) - K,
+            "K is the density at -1": here.subs(u, -1).doit() - K,
         }
 
     d.suppose("the density and its flux vanish at infinity")
@@ -128,7 +131,9 @@ def steady_state(d: Any) -> None:
         "integrate",
         kappa**2 / (2 * a_minus) * (1 - decay),
         Identity(
-            lambda: sympy.integrate(sympy.exp(2 * a_minus * (u + 1) / kappa**2), (u, -length, -1))
+            lambda: sympy.integrate(
+                with_potential(found / K).replace(phi, lambda _: a_minus).doit(), (u, -length, -1)
+            )
         ),
         "finite as R grows only for a- > 0; on the right in the same way only for a+ < 0",
     )

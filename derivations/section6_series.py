@@ -10,6 +10,7 @@ from sympy import Symbol
 
 from derivations.numerics import Scene, around, integral
 from derivations.registry import derives
+from derivations.section6_well import S1
 from symasym.derivation import Expansion, Identity, Order
 
 # A(u) = -(u - 1/10)(1 + u/3 - u^2/4 + u^3/2 + u^4/5): a well at 1/10, and none of c_2 ... c_6 is 0.
@@ -54,11 +55,25 @@ def saddle_series(d: Any) -> None:
         Identity(lambda: _even(rest)),
         "odd powers of e are odd in s, and their integrals vanish",
     )
+    whole = d.step(
+        "Gaussian",
+        "integrate",
+        sympy.sqrt(2 * sympy.pi / c2),
+        Identity(
+            lambda: (
+                d.use("gaussian-step", step="one Gaussian").subs(
+                    {Symbol("kappa", positive=True): sympy.sqrt(2) * e, S1: c2}
+                )
+                / e
+            )
+        ),
+        "gaussian-step over ds = du/e, kappa = sqrt(2) e",
+    )
     moments = d.step(
         "Gaussian moments",
         "integrate",
         (3 / c2**2, 15 / c2**3, 105 / c2**4, 945 / c2**5, 10395 / c2**6),
-        Identity(_moments),
+        Identity(lambda: _moments(whole)),
         "of s^4, s^6, ..., s^12",
     )
     one = d.step(
@@ -110,9 +125,8 @@ def _even(rest: Any) -> list[Any]:
     return [whole.coeff(e, 2), whole.coeff(e, 4)]
 
 
-def _moments() -> list[Any]:
+def _moments(whole: Any) -> list[Any]:
     weight = sympy.exp(-c2 * s**2 / 2)
-    whole = sympy.integrate(weight, (s, -sympy.oo, sympy.oo))
     return [
         sympy.simplify(sympy.integrate(s**n * weight, (s, -sympy.oo, sympy.oo)) / whole)
         for n in range(4, 14, 2)

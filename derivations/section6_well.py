@@ -9,9 +9,10 @@ from sympy import Symbol
 
 from derivations.numerics import WELL as SCENE
 from derivations.numerics import Scene, around, integral, well_integral
-from derivations.paper import V, a_minus, a_plus, kappa, lam, phi, r, t, u, u1, u2
+from derivations.paper import V, a_minus, a_plus, kappa, lam, phi, r, u, u1, u2, v
 from derivations.registry import derives
-from symasym.derivation import Expansion, Identity, Order
+from derivations.section6_crossing import ranges
+from symasym.derivation import Expansion, Identity, Leading, Order, Satisfies, Together
 
 D = Symbol("D", positive=True)
 A1, A2 = Symbol("A_1", negative=True), Symbol("A_2", positive=True)
@@ -41,12 +42,11 @@ def substitution(d: Any) -> None:
     def transformed() -> list[Any]:
         u_of, v_of = u1 + kappa * a, u2 + kappa * b
         jacobian = sympy.Matrix([u_of, v_of]).jacobian([a, b]).det()
+        inner, outer = ranges(d.use("eq:fourPieces", "T_2"))
         return [
             jacobian,
-            sympy.solve(v_of - 0, b)[0],
-            sympy.solve(v_of - 1, b)[0],
-            sympy.solve(u_of + 1, a)[0],
-            sympy.solve(u_of - v_of, a)[0],
+            *(sympy.solve(v_of - end, b)[0] for end in outer),
+            *(sympy.solve(u_of - end.subs(v, v_of), a)[0] for end in inner),
         ]
 
     d.step(
@@ -72,46 +72,73 @@ def substitution(d: Any) -> None:
     d.conclude(V(u), found, "O(kappa^3)", note="u = u1 + kappa uhat, c_2 = V''(u1)")
 
 
-@derives("gaussian-step", "Both Gaussian integrals over the whole line", ("laplace-substitution",))
+@derives(
+    "gaussian-step",
+    "Both Gaussian integrals over the whole line",
+    ("laplace-substitution", "eq:V"),
+)
 def gaussian(d: Any) -> None:
     a, b = Symbol("uhat", real=True), Symbol("vhat", real=True)
+
+    def one_side() -> Any:
+        """The well's integral over e^{-lam V(u1)}, its V as in laplace-substitution."""
+        bend = d.use("laplace-substitution", "V(u)") - V_1
+        bend = bend.subs(Symbol("c2", real=True), S1)
+        return kappa * sympy.integrate(sympy.exp(-lam * bend), (a, -sympy.oo, sympy.oo))
+
+    one = d.step(
+        "one Gaussian",
+        "integrate",
+        kappa * sympy.sqrt(sympy.pi / S1),
+        Identity(one_side),
+        "s1 = V''(u1), lam kappa^2 = 2",
+    )
+
+    def both() -> Any:
+        jacobian = d.use("laplace-substitution", step="Jacobian and limits")[0]
+        weight = sympy.exp(-S1 * a**2) * sympy.exp(-S2 * b**2)
+        line = (-sympy.oo, sympy.oo)
+        return lam * jacobian * sympy.integrate(weight, (a, *line), (b, *line))
+
     whole = d.step(
         "Gaussians",
         "integrate",
         2 * sympy.pi / sympy.sqrt(S1 * S2),
-        Identity(
-            lambda: (
-                2
-                * sympy.integrate(sympy.exp(-S1 * a**2), (a, -sympy.oo, sympy.oo))
-                * sympy.integrate(sympy.exp(-S2 * b**2), (b, -sympy.oo, sympy.oo))
-            )
+        Satisfies(
+            lambda found: {
+                "in the substituted variables": found - both(),
+                "a product of two": found - lam * one * one.subs(S1, S2),
+            }
         ),
-        "s1 = V''(u1), s2 = -V''(u2); lam kappa^2 = 2; what the finite limits cut off is "
-        "exponentially small",
+        "s2 = -V''(u2); what the finite limits cut off is exponentially small",
     )
-    d.step(
+    bend = d.step(
         "V'' = -A'",
         "differentiate",
         -sympy.Derivative(phi(u), u),
-        Identity(lambda: sympy.diff(-sympy.Integral(phi(t), (t, -1, u)), u, 2)),
+        Identity(lambda: sympy.diff(d.use("eq:V", "V(u)"), u, 2)),
     )
-    found = d.step(
-        "in terms of A'", "substitute", prefactor, Identity(lambda: whole.subs({S1: -A1, S2: A2}))
-    )
+
+    def in_slopes() -> Any:
+        curvatures = [bend.replace(sympy.Derivative, lambda *_, A=A: A) for A in (A1, A2)]
+        return whole.subs({S1: curvatures[0], S2: -curvatures[1]})
+
+    found = d.step("in terms of A'", "substitute", prefactor, Identity(in_slopes))
     d.conclude(Symbol("P"), found)
 
 
 @derives(
-    "eq:secondTerm", "The second piece: the well's term and its sharp order", ("gaussian-step",)
+    "eq:secondTerm",
+    "The second piece: the well's term and its sharp order",
+    ("gaussian-step", "saddle-series"),
 )
 def second(d: Any) -> None:
     d.suppose("two simple roots -1 < u1 < u2 < 1 of A, and u2 > 0")
-    leading = prefactor * sympy.exp(2 * D / kappa**2)
-    d.step(
+    leading = d.step(
         "leading term",
         "substitute",
-        leading,
-        Identity(lambda: d.use("gaussian-step") * sympy.exp(lam * D)),
+        prefactor * sympy.exp(2 * D / kappa**2),
+        Identity(lambda: d.use("gaussian-step", "P") * sympy.exp(lam * D)),
     )
     depth = Symbol("s", positive=True)
     d.step(
@@ -132,31 +159,16 @@ def second(d: Any) -> None:
         Order(lambda k, ctx: well_integral(ctx, SCENE, k), WEAK, at_scene(SCENE), digits=60),
         "the odd order cancels: O(kappa^2), where the paper has O(kappa)",
     )
-    s, c2, c3, c4 = (
-        Symbol("s", real=True),
-        Symbol("c_2", positive=True),
-        Symbol("c_3", real=True),
-        Symbol("c_4", real=True),
-    )
-    q2, q3, q4 = (Symbol("q_2", positive=True), Symbol("q_3", real=True), Symbol("q_4", real=True))
-
-    def correction(x2: Any, x3: Any, x4: Any) -> Any:
-        cube = -sympy.Rational(1, 3) * x3 * s**3 * kappa
-        fourth = -sympy.Rational(1, 12) * x4 * s**4 * kappa**2
-        weight = sympy.exp(-x2 * s**2)
-        terms = sympy.expand(fourth + cube**2 / 2)
-        whole = sympy.integrate(weight, (s, -sympy.oo, sympy.oo))
-        return sympy.simplify(sympy.integrate(terms * weight, (s, -sympy.oo, sympy.oo)) / whole)
-
-    well = kappa**2 / 2 * (5 * c3**2 / (24 * c2**3) - c4 / (8 * c2**2))
-    barrier = kappa**2 / 2 * (5 * q3**2 / (24 * q2**3) - q4 / (8 * q2**2))
-    d.step(
+    c2, c3, c4 = Symbol("c_2", positive=True), Symbol("c_3", real=True), Symbol("c_4", real=True)
+    q2, q3, q4 = Symbol("q_2", positive=True), Symbol("q_3", real=True), Symbol("q_4", real=True)
+    well = d.step(
         "correction of one saddle",
         "integrate",
-        well,
-        Identity(lambda: correction(c2, c3, c4)),
+        kappa**2 / 2 * (5 * c3**2 / (24 * c2**3) - c4 / (8 * c2**2)),
+        Identity(lambda: d.use("saddle-series", step="first correction") / lam),
         "c_j = V^(j)(u1), and q_j = -V^(j)(u2) at the barrier",
     )
+    barrier = well.subs({c2: q2, c3: q3, c4: q4})
     values: dict[Any, Any] = at_scene(SCENE)
     for j, (c, q) in enumerate(((c2, q2), (c3, q3), (c4, q4)), start=1):
         values[c] = lambda k, ctx, j=j: -SCENE.phi(ctx, SCENE.roots(ctx)[0], j)
@@ -177,11 +189,16 @@ def second(d: Any) -> None:
 
 @derives("eq:fourthTerm2", "The fourth piece in weak noise", ("eq:fourthTerm",))
 def fourth_weak(d: Any) -> None:
+    def limit() -> Any:
+        width = Symbol("width", positive=True)
+        closed = d.use("eq:fourthTerm", step="closed form").subs(r, 1 + width)
+        return sympy.limit(closed, kappa, 0).subs(width, r - 1)
+
     found = d.step(
         "as kappa -> 0",
         "take limit",
         r / a_plus - 1 / a_plus,
-        Identity(lambda: sympy.limit((r - 1) / a_plus - kappa**2 / (2 * a_plus**2), kappa, 0)),
+        Identity(limit),
         "the exponential in the closed form is below any power of kappa",
     )
     d.conclude(Symbol("T_4"), found, "O(kappa^2)")
@@ -190,25 +207,67 @@ def fourth_weak(d: Any) -> None:
 @derives(
     "other-pieces",
     "First and third piece in weak noise, against the well's term",
-    ("eq:fourPieces", "eq:secondTerm"),
+    ("eq:fourPieces", "eq:V2", "gaussian-step", "eq:secondTerm"),
 )
 def others(d: Any) -> None:
     values = at_scene(SCENE)
-    first = kappa * sympy.sqrt(sympy.pi / A2) / a_minus * sympy.exp(2 * V_2 / kappa**2)
-    d.step(
+    top = Symbol("V_top", real=True)
+    values[top] = lambda k, ctx: SCENE.V(ctx, ctx.mpf(1))
+
+    def beyond(sign: int, side: int, ends: tuple[Any, Any]) -> Any:
+        """e^{-lam V} (sign -1) or e^{lam V} over one side of the layer, as kappa -> 0."""
+        V_side = d.use("eq:V2", "V(u)")[1 + side]
+        V_side = sympy.expand(V_side - V_side.subs(u, side))
+        whole = sympy.integrate(sympy.expand(sympy.exp(sign * lam * V_side)), (u, *ends))
+        return sympy.expand(whole).replace(sympy.exp, lambda _: 0)
+
+    def first() -> Any:
+        inner, outer = ranges(d.use("eq:fourPieces", "T_1"))
+        if outer != (0, 1):  # which holds the barrier
+            raise ValueError(f"the first piece is over {outer}")
+        at_barrier = d.use("gaussian-step", step="one Gaussian").subs(S1, A2)
+        return lam * beyond(-1, -1, inner) * at_barrier * sympy.exp(lam * V_2)
+
+    def third() -> Any:
+        (low, high), outer = ranges(d.use("eq:fourPieces", "T_3"))
+        if (low, high) != (-r, 1):  # which holds the well
+            raise ValueError(f"the third piece is over {(low, high)}")
+        at_well = d.use("gaussian-step", step="one Gaussian").subs(S1, -A1)
+        return lam * at_well * beyond(1, 1, outer) * sympy.exp(lam * (top - V_1))
+
+    left = kappa * sympy.sqrt(sympy.pi / A2) / a_minus * sympy.exp(2 * V_2 / kappa**2)
+    right = kappa * sympy.sqrt(-sympy.pi / A1) / a_plus * sympy.exp(2 * (top - V_1) / kappa**2)
+    before = d.step(
         "first piece",
         "expand",
-        Expansion(first, first * kappa**2, kappa),
-        Order(_first, WEAK, values, digits=60),
+        Expansion(left, left * kappa**2, kappa),
+        Together((Leading(first), Order(_first, WEAK, values, digits=60))),
+        "the way in from -r, times a Gaussian at the barrier",
     )
-    top = Symbol("V_top", real=True)
-    third = kappa * sympy.sqrt(-sympy.pi / A1) / a_plus * sympy.exp(2 * (top - V_1) / kappa**2)
-    values[top] = lambda k, ctx: SCENE.V(ctx, ctx.mpf(1))
-    found = d.step(
+    after = d.step(
         "third piece",
         "expand",
-        Expansion(third, third * kappa**2, kappa),
-        Order(_third, WEAK, values, digits=60),
+        Expansion(right, right * kappa**2, kappa),
+        Together((Leading(third), Order(_third, WEAK, values, digits=60))),
+        "a Gaussian at the well, times the way out to r",
+    )
+    d.step(
+        "against the well's term",
+        "substitute",
+        (
+            kappa * sympy.sqrt(-A1) / (2 * a_minus * sympy.sqrt(sympy.pi)) * sympy.exp(lam * V_1),
+            kappa
+            * sympy.sqrt(A2)
+            / (2 * a_plus * sympy.sqrt(sympy.pi))
+            * sympy.exp(lam * (top - V_2)),
+        ),
+        Identity(
+            lambda: [
+                piece.leading / d.use("eq:secondTerm", "T_2").leading.subs(D, V_2 - V_1)
+                for piece in (before, after)
+            ]
+        ),
+        "exponentially small where V(u1) < 0 and V(1) < V(u2)",
     )
     d.suppose(
         "V(u1) < V(-1) = 0 and V(1) < V(u2)",
@@ -216,7 +275,7 @@ def others(d: Any) -> None:
         "phi > 0 left of u1 and right of u2; so both are exponentially smaller than D's term",
         _below,
     )
-    d.conclude(Symbol("T_3"), found, "relative O(kappa^2)")
+    d.conclude(Symbol("T_3"), after, "relative O(kappa^2)")
 
 
 def _below() -> bool:
@@ -273,7 +332,28 @@ def small(d: Any) -> None:
         "sum",
         "substitute",
         prefactor * sympy.exp(2 * D / kappa**2) + r / a_plus,
-        Identity(lambda: d.use("eq:secondTerm").leading + d.use("eq:fourthTerm2") + 1 / a_plus),
+        Identity(
+            lambda: (
+                d.use("eq:secondTerm", "T_2").leading
+                + sympy.expand(d.use("eq:fourthTerm2", "T_4")).coeff(r) * r
+            )
+        ),
+        "the second and the fourth piece, the latter for large r",
+    )
+    deep, high = Symbol("depth", positive=True), Symbol("height", positive=True)
+    top = Symbol("V_top", real=True)
+
+    def smaller() -> list[Any]:
+        first, third = d.use("other-pieces", step="against the well's term")
+        small = [first.subs(V_1, -deep), third.subs(V_2, top + high), d.use("C-bound", "C_high")]
+        return [sympy.limit(sympy.powsimp(e) / kappa**8, kappa, 0) for e in small]
+
+    d.step(
+        "what is left out",
+        "take limit",
+        (sympy.S.Zero, sympy.S.Zero, sympy.S.Zero),
+        Identity(smaller),
+        "first and third piece over the well's term, and C by its bound: below any power of kappa",
     )
     found = d.step(
         "order, where both terms are of one size",

@@ -7,7 +7,7 @@ from typing import Any
 import sympy
 from sympy import Symbol
 
-from derivations.paper import a_plus, alpha, eps, kappa_physical, mu, u, u1, u2, z0
+from derivations.paper import a_plus, alpha, eps, kappa, kappa_physical, mu, u, u1, u2, z0
 from derivations.registry import derives
 from derivations.section7_friction import BETA, PEAK, shifted
 from symasym.derivation import Identity, Inequality, Satisfies
@@ -21,7 +21,7 @@ def cubic(d: Any) -> None:
         "zero of the drift inside",
         "substitute",
         1 - z0 - alpha * u - alpha * mu * u + alpha * mu * u**3,
-        Identity(lambda: d.use("eq:phifric0")[1]),
+        Identity(lambda: d.use("eq:phifric0", "phi(u)")[1]),
     )
     d.step(
         "discriminant",
@@ -41,8 +41,8 @@ def folds(d: Any) -> None:
         PEAK,
         Satisfies(
             lambda s: {
-                "double root": sympy.diff(d.use("cubic"), u).subs(u, s),
-                "turning point of the force": s - d.use("turning-points"),
+                "double root": sympy.diff(d.use("cubic", "0"), u).subs(u, s),
+                "turning point of the force": s - d.use("turning-points", "u_s"),
             }
         ),
     )
@@ -52,8 +52,9 @@ def folds(d: Any) -> None:
         (1 - BETA, 1 + BETA),
         Satisfies(
             lambda ends: {
-                "root at +u": d.use("cubic").subs(u, at).subs(z0, ends[0]),
-                "root at -u": d.use("cubic").subs(u, -at).subs(z0, ends[1]),
+                "root at +u": d.use("cubic", "0").subs(u, at).subs(z0, ends[0]),
+                "root at -u": d.use("cubic", "0").subs(u, -at).subs(z0, ends[1]),
+                "1 - beta": ends[0] - 1 + d.use("beta", "beta"),
             }
         ),
         "z0^(+-) = 1 -+ beta",
@@ -74,26 +75,28 @@ def parameters(d: Any) -> None:
         "a+",
         "evaluate",
         1 - z0 - alpha,
-        Identity(lambda: d.use("eq:phifric0")[2]),
+        Identity(lambda: d.use("eq:phifric0", "phi(u)")[2]),
         "printed with + alpha, which is a-",
     )
     slope = d.step(
         "A'",
         "differentiate",
         -alpha * (1 + mu - 3 * mu * u**2),
-        Identity(lambda: sympy.diff(d.use("eq:phifric0")[1], u)),
+        Identity(lambda: sympy.diff(d.use("eq:phifric0", "phi(u)")[1], u)),
     )
-    found = d.step("together", "evaluate", (plus, slope), Identity(lambda: [plus, slope]))
-    d.conclude((a_plus, Symbol("A'")), found)
+    d.conclude((a_plus, Symbol("A'")), (plus, slope))
 
 
-@derives("fr2", "Order and stability of the two critical points", ("cubic", "fr1", "folds"))
+@derives("fr2", "Order and stability of the two critical points", ("cubic", "fr1"))
 def critical_points(d: Any) -> None:
     c = Symbol("c", positive=True)
     third = Symbol("u3", real=True)
 
+    def coefficients() -> list[Any]:
+        return list(sympy.Poly(d.use("cubic", "0"), u).all_coeffs())
+
     def vieta() -> list[Any]:
-        product = sympy.expand(alpha * mu * (u - u1) * (u - u2) * (u - third))
+        product = sympy.expand(coefficients()[0] * (u - u1) * (u - u2) * (u - third))
         slope = sympy.diff(product, u)
         return [sympy.factor(slope.subs(u, u1)), sympy.factor(slope.subs(u, u2))]
 
@@ -120,22 +123,38 @@ def critical_points(d: Any) -> None:
         shifted(alpha * mu * gap * (lower + gap), put, "u3 < u1 < u2"),
         "the barrier",
     )
-    d.step(
+    lowest = d.step(
         "sum of the roots",
         "solve",
         -u1 - u2,
         Identity(
             lambda: sympy.solve(
-                sympy.Poly(sympy.expand((u - u1) * (u - u2) * (u - third)), u).all_coeffs()[1],
+                sympy.Poly(sympy.expand((u - u1) * (u - u2) * (u - third)), u).all_coeffs()[1]
+                - coefficients()[1] / coefficients()[0],
                 third,
             )[0]
         ),
         "no u^2 in the cubic: u3 = -(u1 + u2), the lowest when u1, u2 > 0",
     )
+
+    d.step(
+        "the same by A'",
+        "substitute",
+        tuple(slope.subs(third, lowest) for slope in both),
+        Identity(lambda: _by_slope(d, coefficients(), lowest)),
+        "fr1 at the roots, 1 + mu by Vieta's formula",
+    )
+    no_root = d.step(
+        "drift left of the start",
+        "substitute",
+        1 - z0 + alpha * (c + mu * c - mu * c**3),
+        Identity(lambda: d.use("cubic", "0").subs(u, -c)),
+        "at u = -c",
+    )
     d.step(
         "no root in u < 0 when crossing",
         "bound",
-        Inequality(1 - z0 + alpha * (c + mu * c - mu * c**3), ">", sympy.S.Zero),
+        Inequality(no_root, ">", sympy.S.Zero),
         shifted(
             _positive_left(upper, lower),
             {c: 1 / (1 + upper), z0: 1 - alpha - lower},
@@ -144,6 +163,18 @@ def critical_points(d: Any) -> None:
         "so 0 < u1 < u2: the start is left of the well",
     )
     d.conclude((Symbol("A'_1"), Symbol("A'_2")), both, note="u3 = -(u1 + u2), the third root")
+
+
+def _by_slope(d: Any, cubic: list[Any], lowest: Any) -> list[Any]:
+    """A' of fr1 at u1 and u2, with the cubic's coefficient of u by its roots."""
+    linear = Symbol("B", real=True)
+    slope = sympy.expand(d.use("fr1", "A'"))
+    # The constant term of A' is the cubic's coefficient of u.
+    if sympy.expand(slope.subs(u, 0) - cubic[2]) != 0:
+        raise ValueError(f"A' is {slope.subs(u, 0)} at 0, the cubic has {cubic[2]}.")
+    by_roots = cubic[0] * (u1 * u2 + (u1 + u2) * lowest)
+    general = linear + slope - sympy.expand(slope.subs(u, 0))
+    return [general.subs(u, at).subs(linear, by_roots) for at in (u1, u2)]
 
 
 def _positive_left(q: Any, s: Any) -> Any:
@@ -179,23 +210,23 @@ def closed_form(d: Any) -> None:
             lambda w: {
                 "cos(3 omega)": 1
                 - 2 * sympy.sin(sympy.Rational(3, 2) * w) ** 2
-                - (1 - z0) / d.use("beta"),
+                - (1 - z0) / d.use("beta", "beta"),
                 "in (0, pi/2)": sympy.sin(sympy.Rational(3, 2) * w)
-                - sympy.sqrt((1 - (1 - z0) / d.use("beta")) / 2),
+                - sympy.sqrt((1 - (1 - z0) / d.use("beta", "beta")) / 2),
             }
         ),
         "beta cos(3 omega) = 1 - z0; from the sine, which keeps its digits beside the fold",
     )
-    on_angle = 1 - d.use("beta") * (4 * cos**3 - 3 * cos)
+    on_angle = 1 - d.use("beta", "beta") * (4 * cos**3 - 3 * cos)
     both = d.step(
         "roots",
         "solve",
         (PEAK * (cos - root * sin), PEAK * (cos + root * sin)),
         Satisfies(
             lambda pair: {
-                "cubic at u1": _reduced(d.use("cubic").subs(u, pair[0]).subs(z0, on_angle)),
-                "cubic at u2": _reduced(d.use("cubic").subs(u, pair[1]).subs(z0, on_angle)),
-                "u2 - u1": pair[1] - pair[0] - 2 * root * d.use("turning-points") * sin,
+                "cubic at u1": _reduced(d.use("cubic", "0").subs(u, pair[0]).subs(z0, on_angle)),
+                "cubic at u2": _reduced(d.use("cubic", "0").subs(u, pair[1]).subs(z0, on_angle)),
+                "u2 - u1": pair[1] - pair[0] - 2 * root * d.use("turning-points", "u_s") * sin,
             }
         ),
         "cos(3 omega) = 4 cos(omega)^3 - 3 cos(omega); 0 < omega < pi/6 for 0 < 1 - z0 < beta",
@@ -212,7 +243,7 @@ def closed_form(d: Any) -> None:
                 slope.subs(Symbol("u3", real=True), -u1 - u2).subs(
                     {u1: both[0], u2: both[1]}, simultaneous=True
                 )
-                for slope in d.use("fr2")
+                for slope in d.use("fr2", "A'_1", "A'_2")
             ]
         ),
     )
@@ -224,8 +255,8 @@ def closed_form(d: Any) -> None:
             lambda D: {
                 "V(u2) - V(u1)": _reduced(
                     (
-                        d.use("eq:Vfric")[1].subs(u, both[1])
-                        - d.use("eq:Vfric")[1].subs(u, both[0])
+                        d.use("eq:Vfric", "V(u)")[1].subs(u, both[1])
+                        - d.use("eq:Vfric", "V(u)")[1].subs(u, both[0])
                     ).subs(z0, on_angle)
                     - D
                 )
@@ -233,15 +264,9 @@ def closed_form(d: Any) -> None:
         ),
         "one product: a difference of potentials would lose its digits beside the fold",
     )
-    found = d.step(
-        "together",
-        "evaluate",
-        (*slopes, barrier),
-        Identity(lambda: [*slopes, barrier]),
-    )
     d.conclude(
         sympy.symbols("A'_1 A'_2 D"),
-        found,
+        (*slopes, barrier),
         note="for z0 < 1 and a well and a barrier: mu > 1/2, 0 < 1 - z0 < beta; "
         "omega is a third of arccos((1 - z0)/beta)",
     )
@@ -250,17 +275,29 @@ def closed_form(d: Any) -> None:
 @derives(
     "threshold",
     "The noise below which the escape time is exponentially large",
-    ("eq:Ttildesmall", "eq:TtildetoT"),
+    ("eq:Ttildesmall", "eq:TtildetoT", "eq:tildexykappa"),
 )
 def threshold(d: Any) -> None:
-    D, k, small = Symbol("D", positive=True), kappa_physical, Symbol("epsilon_1", positive=True)
-    size = sympy.exp(2 * D * eps / k**2)
-    big = Symbol("ell", positive=True)
+    D, k, big = Symbol("D", positive=True), kappa_physical, Symbol("ell", positive=True)
+
+    def exponential() -> Any:
+        (well,) = d.use("eq:Ttildesmall", "T").leading.atoms(sympy.exp)
+        scaled = well.subs(kappa, d.use("eq:tildexykappa", "kappa"))
+        return d.use("eq:TtildetoT", "T").subs(Symbol("t_s", positive=True), scaled)
+
+    size = d.step(
+        "size of the well's term",
+        "substitute",
+        eps * sympy.exp(2 * D * eps / k**2),
+        Identity(exponential),
+        "its exponential alone, unscaled",
+    )
 
     def solved() -> Any:
-        # eps e^{2 D eps/kappa^2} = 1, with eps = e^{-ell}.
+        # The size is 1, with eps = e^{-ell} before the exponential.
         square = Symbol("X", positive=True)
-        return sympy.sqrt(sympy.solve(2 * D * eps / square - big, square)[0])
+        logarithm = sympy.expand_log(sympy.log(size)).subs(sympy.log(eps), -big)
+        return sympy.sqrt(sympy.solve(logarithm.subs(k, sympy.sqrt(square)), square)[0])
 
     found = d.step(
         "noise at which eps e^{2 D eps/kappa^2} = 1",
@@ -280,14 +317,18 @@ def threshold(d: Any) -> None:
         "the time at the threshold",
         "substitute",
         sympy.exp(big),
-        Identity(lambda: size.subs(k, found)),
+        Identity(lambda: size.subs(k, found) / eps),
         "1/eps in scaled time",
     )
     d.step(
         "eps = 0.01, 2 D = 1",
         "evaluate",
         sympy.sqrt(sympy.Rational(1, 100) / sympy.log(100)),
-        Identity(lambda: sympy.sqrt(-small / sympy.log(small)).subs(small, sympy.Rational(1, 100))),
+        Identity(
+            lambda: found.subs(big, -sympy.log(eps)).subs(
+                {D: sympy.Rational(1, 2), eps: sympy.Rational(1, 100)}
+            )
+        ),
         "0.0466, which the paper rounds to 0.05",
     )
     d.conclude(

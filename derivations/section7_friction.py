@@ -7,7 +7,8 @@ from typing import Any
 import sympy
 from sympy import Symbol
 
-from derivations.paper import alpha, kappa_physical, mu, u, v, z0
+from derivations.labels import DEFINITIONS
+from derivations.paper import alpha, kappa_physical, mu, phi, u, z0
 from derivations.registry import derives
 from symasym.derivation import Bound, Definition, Identity, Inequality, Satisfies
 
@@ -29,12 +30,15 @@ _HALF = sympy.Rational(1, 2)
 @derives("eq:osc2", "The oscillator as a first-order system")
 def first_order(d: Any) -> None:
     F = sympy.Function("F")
-    velocity = Symbol("zdot", real=True)
 
     def from_second_order() -> list[Any]:
-        # z'' + z' + z + F(z' + 1) = 0 (eq:osc1) and y = z' + 1.
-        acceleration = -velocity - z - F(velocity + 1)
-        return [velocity.subs(velocity, y - 1), acceleration.subs(velocity, y - 1)]
+        text, _ = DEFINITIONS["eq:osc1"].text.split(" = 0")
+        second, first = Symbol("second"), Symbol("first")
+        named = {"second": second, "first": first, "z": z, "F": F}
+        model = sympy.sympify(text.replace("z''", "second").replace("z'", "first"), named)
+        (acceleration,) = sympy.solve(model, second)
+        # y = z' + 1, whose rate is z''.
+        return [y - 1, acceleration.subs(first, y - 1)]
 
     found = d.step(
         "y = z' + 1",
@@ -46,12 +50,12 @@ def first_order(d: Any) -> None:
     d.conclude((Symbol("zdot"), Symbol("ydot")), found)
 
 
-@derives("eq:forcePWC", "Coulomb friction: where it slides", ("eq:osc2", "regions"))
+@derives("eq:forcePWC", "Coulomb friction: where it slides", ("eq:osc2", "regions", "filippov"))
 def coulomb(d: Any) -> None:
     F = sympy.Function("F")
 
     def ends() -> list[Any]:
-        at_zero = d.use("eq:osc2")[1].subs(y, 0)
+        at_zero = d.use("eq:osc2", "ydot").subs(y, 0)
         return [at_zero.subs(F(0), -alpha), at_zero.subs(F(0), alpha)]
 
     both = d.step(
@@ -68,11 +72,33 @@ def coulomb(d: Any) -> None:
         Identity(lambda: [sympy.solve(both[1], z)[0], sympy.solve(both[0], z)[0]]),
         "a- > 0 > a+ between them; one sign outside: crossing",
     )
+    third = (edges[1] - edges[0]) / 3
+
+    def directions() -> list[Any]:
+        table = d.use("regions", "N")
+        signs = [[int(bool(field.subs(z, at) > 0)) for field in both] for at in beside]
+        return [table[minus, plus] for minus, plus in signs]
+
+    beside = (edges[0] - third, edges[0] + third, edges[1] + third)
+    d.step(
+        "left of both edges, between them, right of both",
+        "evaluate",
+        (sympy.Integer(1), sympy.Integer(2), sympy.Integer(1)),
+        Identity(directions),
+        "fields that point at the surface: 2 is sliding, 1 crossing",
+    )
+
+    def velocity() -> Any:
+        along = d.use("eq:osc2", "zdot").subs(y, 0)
+        put = {"a_minus": both[0], "a_plus": both[1], "g_minus": along, "g_plus": along}
+        field = d.use("filippov", "g_s")
+        return field.subs({s: put[s.name] for s in field.free_symbols}, simultaneous=True)
+
     d.step(
         "sliding velocity",
         "substitute",
         sympy.Integer(-1),
-        Identity(lambda: d.use("eq:osc2")[0].subs(y, 0)),
+        Identity(velocity),
         "to the left: the block rides the belt",
     )
     d.conclude((Symbol("z_1"), Symbol("z_2")), edges)
@@ -105,7 +131,7 @@ def turning(d: Any) -> None:
         "slope",
         "differentiate",
         alpha * (1 + mu - 3 * mu * u**2),
-        Identity(lambda: sympy.diff(d.use("eq:forcePerturbed"), u)),
+        Identity(lambda: sympy.diff(d.use("eq:forcePerturbed", "F(u)"), u)),
     )
     found = d.step(
         "zero",
@@ -132,7 +158,9 @@ def breakaway(d: Any) -> None:
         "force at the turning point",
         "substitute",
         BETA,
-        Identity(lambda: d.use("eq:forcePerturbed").subs(u, d.use("turning-points"))),
+        Identity(
+            lambda: d.use("eq:forcePerturbed", "F(u)").subs(u, d.use("turning-points", "u_s"))
+        ),
     )
     d.step(
         "above alpha for mu > 1/2",
@@ -180,7 +208,7 @@ def noisy(d: Any) -> None:
     kappa = kappa_physical
 
     def with_noise() -> list[Any]:
-        drift = d.use("eq:osc2")
+        drift = d.use("eq:osc2", "zdot", "ydot")
         # A force kappa dW/dt adds to the acceleration only, the mass being 1.
         return [drift[0], drift[1], 0, kappa]
 
@@ -200,9 +228,12 @@ def friction_drift(d: Any) -> None:
 
     def by_reduce() -> list[Any]:
         # The same route as symasym.drift.reduction: freeze at (0, z0), keep y/eps.
-        drift = d.use("eq:osc3")[1].subs({z: z0, y: 0})
-        inside = drift.subs(F(0), d.use("eq:forcePerturbed"))
-        return [inside.subs(u, -1), inside, inside.subs(u, 1)]
+        drift = d.use("eq:osc3", "drift_y").subs({z: z0, y: 0})
+        inside = drift.subs(F(0), d.use("eq:forcePerturbed", "F(u)"))
+        pieces = d.use("eq:phi", "phi(u)")
+        return [
+            piece.replace(sympy.Function("A"), lambda at: inside.subs(u, at)) for piece in pieces
+        ]
 
     found = d.step(
         "freeze at (0, z0)",
@@ -251,14 +282,15 @@ def friction_drift(d: Any) -> None:
 def friction_potential(d: Any) -> None:
     inside = -(1 - z0) * (u + 1) + alpha * (1 + mu) * (u**2 - 1) / 2 - alpha * mu * (u**4 - 1) / 4
 
+    def drift() -> Any:
+        return d.use("eq:phifric0", "phi(u)")
+
     def integrate() -> list[Any]:
-        left, middle, right = d.use("eq:phifric0")
-        at_one = -sympy.integrate(middle.subs(u, v), (v, -1, 1))
-        return [
-            -sympy.integrate(left, (v, -1, u)),
-            -sympy.integrate(middle.subs(u, v), (v, -1, u)),
-            at_one - sympy.integrate(right, (v, 1, u)),
-        ]
+        left, middle, right = (
+            d.use("eq:V", "V(u)").replace(phi, lambda at, A=A: A.subs(u, at)).doit()
+            for A in drift()
+        )
+        return [left, middle, middle.subs(u, 1) + right - right.subs(u, 1)]
 
     found = d.step(
         "integrate",
@@ -273,8 +305,8 @@ def friction_potential(d: Any) -> None:
         Satisfies(
             lambda W: {
                 **{
-                    f"slope of piece {k}": sympy.diff(piece, u) + drift
-                    for k, (piece, drift) in enumerate(zip(W, d.use("eq:phifric0"), strict=True), 1)
+                    f"slope of piece {k}": sympy.diff(piece, u) + A
+                    for k, (piece, A) in enumerate(zip(W, drift(), strict=True), 1)
                 },
                 "0 at -1 from the left": W[0].subs(u, -1),
                 "0 at -1 from the right": W[1].subs(u, -1),

@@ -13,7 +13,7 @@ from typing import Any, Self
 from symasym.base.errors import InputError
 from symasym.base.inputs import shown
 
-__all__ = ["Record", "labels"]
+__all__ = ["Record", "definition", "labels"]
 
 
 @dataclass(frozen=True)
@@ -40,13 +40,14 @@ class Record:
             If there is no such formula, or the label is a definition.
         """
         if not isinstance(label, str):
-            raise InputError(f"label is {shown(label)}; give one of symasym.formula.labels().")
+            raise InputError(f"label is {shown(label)}; give one of sa.labels().")
         data = _all()
         if label in data["definitions"]:
-            raise InputError(f"{label} is not derived: {data['definitions'][label]}")
+            defined = data["definitions"][label]
+            raise InputError(f"{label} is not derived: {defined['reason']} {defined['text']}")
         if label not in data["formulas"]:
             near = [other for other in data["formulas"] if label.split(":")[-1] in other]
-            hint = f"perhaps {near[0]}" if near else "see symasym.formula.labels()"
+            hint = f"perhaps {near[0]}" if near else "sa.labels() lists them"
             raise InputError(f"{shown(label)} is no formula; {hint}.")
         known = data["formulas"][label]
         return cls(
@@ -96,6 +97,12 @@ class Record:
     def values_of(self, name: str) -> tuple[Any, ...]:
         """The values of one of the functions, as SymPy expressions."""
         return next(item["values"] for item in self.code if item["name"] == name)
+
+
+def definition(label: str) -> Mapping[str, str] | None:
+    """A definition of the paper by its label (latex, text, reason); None for anything else."""
+    found: Mapping[str, str] | None = _all()["definitions"].get(label)
+    return found
 
 
 def labels() -> tuple[str, ...]:

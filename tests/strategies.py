@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
@@ -16,6 +17,10 @@ SAMPLE = settings(
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
 ALL = settings(SAMPLE, max_examples=10_000)
+# A test over a table that asks a part of its questions by default and all of them when slow.
+WHOLE = pytest.mark.parametrize(
+    "whole", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["sample", "whole"]
+)
 
 
 def rationals(low: float, high: float) -> st.SearchStrategy[Fraction]:

@@ -93,7 +93,7 @@ def test_declared_requirements_are_the_designed_ones() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     names = {re.match(r"[\w-]+", entry)[0] for entry in project["dependencies"]}  # type: ignore[index]
     assert names == {"sympy", "mpmath", "numpy", "matplotlib"}
-    assert set(project["optional-dependencies"]) == {"full", "cluster", "test", "docs"}
+    assert set(project["optional-dependencies"]) == {"full", "cluster", "test", "docs", "publish"}
 
 
 def test_every_public_name_is_loaded_when_asked_for() -> None:

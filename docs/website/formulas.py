@@ -10,7 +10,6 @@ from typing import Any
 
 from derivations import report
 from derivations.errata import ERRATA
-from derivations.labels import REASONS
 from derivations.registry import entries
 from derivations.runner import slug
 from derivations.symbols import QUANTITIES, quantities, symbols
@@ -97,10 +96,10 @@ def _symbols(label: str) -> list[str]:
 
 def _errata(label: str) -> list[str]:
     lines = [
-        f"- {slip.label} ({slip.kind}). Printed: {report.plain(slip.printed)}. "
-        f"Derived: {report.plain(slip.derived)}. Number {place} of the [errata](../errata.md)."
+        f"- {slip.place} ({slip.kind}). Printed: {slip.printed}. Right: {slip.right}. "
+        f"Number {place} of the [errata](../errata.md)."
         for place, slip in enumerate(ERRATA, 1)
-        if label == slip.label or (label == slip.derivation and slip.kind != "text")
+        if label == slip.label or (label == slip.derivation and slip.counterexample is not None)
     ]
     return [":::{admonition} Where the print differs", *lines, ":::", ""] if lines else []
 
@@ -223,8 +222,7 @@ def index(records: Records) -> str:
             *_grouped(groups, records),
             "## Definitions, with nothing to derive",
             "",
-            *(f"- {label}: {report.plain(reason)}" for label, reason in REASONS.items()),
-            "",
+            *report.definitions(),
             "```{toctree}",
             ":hidden:",
             "",

@@ -22,7 +22,7 @@ from numpy.linalg import LinAlgError
 from symasym.base.errors import AccuracyError, InputError, SymasymError, TimeLimitError
 from symasym.base.inputs import shown
 
-__all__ = ["PATIENCE", "expect", "limited", "patient", "step", "steps"]
+__all__ = ["PATIENCE", "expect", "left", "limited", "patient", "step", "steps"]
 
 #: Seconds that a call may take where nothing is said.
 PATIENCE = 10.0
@@ -120,6 +120,12 @@ def expect(seconds: float) -> None:
             f"this would take about {_rounded(seconds)} seconds, more than the {limit.seconds:g} "
             f"that it may; {_WAY_OUT}."
         )
+
+
+def left() -> float:
+    """Seconds that this call has left."""
+    limit = _limit.get()
+    return math.inf if limit is None else max(limit.end - time.thread_time(), 1e-3)
 
 
 def steps(turns: Sequence[_T]) -> Iterator[_T]:

@@ -7,7 +7,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import Commands
+from symasym.commands.settings import Commands, document
 
 if TYPE_CHECKING:
     from symasym.formula import Formula
@@ -20,15 +20,23 @@ def add_parser(subparsers: Commands) -> None:
     parser.add_argument("--all", action="store_true", help="every formula; a document with --latex")
     parser.add_argument("--latex", action="store_true", help="as LaTeX")
     parser.add_argument("--steps", action="store_true", help="with the steps of its derivation")
+    document(parser, ("symasym show eq:Ttilde", "symasym show fr1 --latex --steps"))
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """``symasym show``."""
     from symasym.formula import formula
+    from symasym.records import definition
 
     if arguments.all or arguments.label is None:
         _show_all(arguments)
+        return
+    defined = definition(arguments.label)
+    if defined is not None:
+        print(defined["latex"] if arguments.latex else defined["text"])
+        if not arguments.latex:
+            print(f"\n{defined['reason']}")
         return
     shown = formula(arguments.label)
     print(shown.latex() if arguments.latex else pretty(shown))

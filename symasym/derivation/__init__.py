@@ -16,7 +16,7 @@ from symasym.derivation.chain import (
     Step,
     StepRecord,
 )
-from symasym.derivation.checks import Definition, Identity, Satisfies
+from symasym.derivation.checks import Definition, Identity, Leading, Satisfies
 from symasym.derivation.inequalities import Bound
 from symasym.derivation.mutation import Mutation, mutants, mutation_test
 from symasym.derivation.numerical import Order, Sampled, Together
@@ -32,6 +32,7 @@ __all__ = [
     "Hypothesis",
     "Identity",
     "Inequality",
+    "Leading",
     "Mutation",
     "Order",
     "Outcome",

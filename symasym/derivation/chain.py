@@ -111,6 +111,13 @@ def _states(stated: Statement, result: Statement) -> bool:
     return isinstance(stated, tuple) and any(_states(piece, result) for piece in stated)
 
 
+def _checked(steps: list[Step], result: Statement) -> bool:
+    """True where a step states `result`, or steps state every piece of it."""
+    if any(_states(step.result, result) for step in steps):
+        return True
+    return isinstance(result, tuple) and all(_checked(steps, piece) for piece in result)
+
+
 @dataclass
 class Derivation:
     """A chain of steps from definitions to a result.
@@ -187,7 +194,7 @@ class Derivation:
         left : expression or tuple
             The left side; a tuple goes with a tuple of results, one by one.
         result : expression, Expansion or tuple
-            What one of the steps stated.
+            What one of the steps stated; of a tuple, each piece what one of them stated.
         error : str
             What is left out.
         note : str
@@ -195,7 +202,7 @@ class Derivation:
         cases : tuple of str
             LaTeX conditions, where `result` holds the pieces of one function.
         """
-        if not any(_states(s.result, result) for s in self.steps):
+        if not _checked(self.steps, result):
             raise ValueError(f"{self.label} concludes something that no step has checked.")
         self.left, self.result, self.error = left, result, error
         self.note, self.cases = note, cases
@@ -224,10 +231,14 @@ class Derivation:
                 )
         return [self._record(step) for step in self.steps]
 
+    def run_step(self, step: Step) -> Outcome:
+        """The outcome of one step's check."""
+        return step.run()
+
     def _record(self, step: Step) -> StepRecord:
         """The record of a step whose check passes; a `DerivationError` for one that does not."""
         begun = time.perf_counter()
-        outcome = step.run()
+        outcome = self.run_step(step)
         seconds = time.perf_counter() - begun
         if not outcome.passed:
             raise DerivationError(

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Protocol
 import sympy
 
 from symasym.derivation.proofs import difference_at, quick_zero, zero_by
-from symasym.derivation.results import Outcome, Statement, parts, text
+from symasym.derivation.results import Expansion, Outcome, Statement, parts, text
 
 
 class Check(Protocol):
@@ -85,6 +85,24 @@ class Identity:
     def how(self) -> str:
         """One line on what is compared."""
         return "the rule is carried out by SymPy and the difference is brought to exactly 0"
+
+
+@dataclass
+class Leading(Identity):
+    """The leading part of a stated expansion equals what `reference` works out.
+
+    Of the remainder nothing is said: `Order` measures it, and `Together` asks for both.
+    """
+
+    def run(self, result: Statement, rng: random.Random) -> Outcome:
+        """Compare the leading part with the reference."""
+        if not isinstance(result, Expansion):
+            return Outcome(False, "the result is no expansion")
+        return super().run(result.leading, rng)
+
+    def how(self) -> str:
+        """One line on what is compared."""
+        return "the leading part is worked out by SymPy and the difference is brought to exactly 0"
 
 
 @dataclass

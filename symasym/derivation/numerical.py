@@ -198,7 +198,6 @@ class Sampled:
 
     def _sides(self, values: Mapping[Any, Any], ctx: MPContext) -> list[Any]:
         """The reference's pieces at the drawn values."""
-        """The reference's pieces at the drawn values."""
         if callable(self.reference) and not isinstance(self.reference, sympy.Basic):
             sides = self.reference(values, ctx)
             return list(sides) if isinstance(sides, (list, tuple)) else [sides]
@@ -330,10 +329,14 @@ def _number(
 
 @dataclass
 class Together:
-    """Several checks of one result, all of which must pass (such as one per scene)."""
+    """Several checks of one result, all of which must pass (one per scene, or of two kinds)."""
 
     checks: tuple[Any, ...]
-    kind: ClassVar[str] = "asymptotic order"
+
+    @property
+    def kind(self) -> str:
+        """The kinds of its checks, each once."""
+        return ", ".join(dict.fromkeys(check.kind for check in self.checks))
 
     def run(self, result: Statement, rng: random.Random) -> Outcome:
         """Run one after the other, up to the first that fails."""

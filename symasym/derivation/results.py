@@ -67,11 +67,19 @@ class Inequality:
         """True for < and >."""
         return self.relation in ("<", ">")
 
+    @property
+    def smaller(self) -> Any:
+        """The side that is the smaller one."""
+        return self.left if self.relation in ("<=", "<") else self.right
+
+    @property
+    def larger(self) -> Any:
+        """The side that is the larger one."""
+        return self.right if self.relation in ("<=", "<") else self.left
+
     def difference(self) -> Any:
         """The larger side less the smaller."""
-        if self.relation in ("<=", "<"):
-            return self.right - self.left
-        return self.left - self.right
+        return self.larger - self.smaller
 
     def __str__(self) -> str:
         return f"{self.left} {self.relation} {self.right}"

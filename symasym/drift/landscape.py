@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Protocol
@@ -15,6 +15,7 @@ from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.generated.numpy_formulas import potential_left, potential_right
 from symasym.numbers.complex_balls import ComplexBall, tame
+from symasym.numbers.polynomials import bracketed_zero
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -221,38 +222,6 @@ def _newton(pair: Callable[[Any], list[Any]], x: mpf, context: MPContext) -> Any
         x -= step
         if abs(step) < context.mpf(10) ** (-_DIGITS - 5):
             break
-    return x
-
-
-def bracketed_zero(
-    pair: Callable[[Any], Sequence[Any]], lo: mpf, hi: mpf, context: MPContext
-) -> mpf:
-    """The zero between mpf lo and hi by Newton kept inside a shrinking bracket.
-
-    `pair` gives the value and the slope, of opposite signs at lo and hi.
-    """
-    low_sign = pair(lo)[0] > 0
-    x = (lo + hi) / 2
-    # Newton's next step is the square of one this small: beyond the digits.
-    enough = context.ldexp(1, -4 * context.prec // 5)
-    for _ in range(400):
-        value, slope = pair(x)
-        if value == 0:
-            return x
-        if (value > 0) == low_sign:
-            lo = x
-        else:
-            hi = x
-        step = value / slope if slope else context.inf
-        new = x - step
-        # Before the bracket, whose ends are a unit of rounding apart when Newton has come so far.
-        if abs(step) < enough:
-            return min(max(new, lo), hi)
-        if not lo < new < hi:
-            new = (lo + hi) / 2
-        if abs(new - x) < enough:
-            return new
-        x = new
     return x
 
 

@@ -95,6 +95,9 @@ def reduce(
 ) -> Reduction:
     """The scalar drift, noise amplitude and sliding field of a smoothed n-dimensional switch.
 
+    The coordinates along the surface are frozen at the point `at`. In the system they move, by
+    eps times their velocity in a unit of scaled time; see `symasym.rescale`.
+
     Parameters
     ----------
     f_minus, f_plus : sequence of n expressions

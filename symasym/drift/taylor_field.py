@@ -146,6 +146,19 @@ class ExactField:
             self._edges[centre, t] = integral
         return integral
 
+    def mirror(self) -> ExactField:
+        """The field as it is seen in the mirror."""
+        offset = -self._offset if self.mirrored else self._offset
+        return ExactField(self._drift, not self.mirrored, self._context, offset)
+
+    def value_and_slope(self, u: mpf) -> tuple[mpf, mpf]:
+        """phi(u) and phi'(u) for an mpf u in the layer."""
+        if self._polynomial is None:
+            return self.number(u), self.slope(u)
+        falling = [mpf_of(c, self._context) for c in self._polynomial[::-1]]
+        value, slope = self._context.polyval(falling, u, derivative=True)
+        return value, slope
+
     def number(self, u: mpf) -> mpf:
         """phi(u) for an mpf u."""
         ops = MpmathOps(self._context)

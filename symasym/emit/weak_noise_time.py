@@ -22,10 +22,9 @@ from symasym.asymptotics.weak_noise.compose import (
     mean_time,
     side_of,
 )
-from symasym.asymptotics.weak_noise.critical_points import half
-from symasym.asymptotics.weak_noise.evaluation import Found, time_with_digits
+from symasym.asymptotics.weak_noise.critical_points import both_sides
+from symasym.asymptotics.weak_noise.evaluation import Found, time_with_digits, unresolved
 from symasym.asymptotics.weak_noise.one_sided import OneSided
-from symasym.asymptotics.weak_noise.resolution import unresolved
 from symasym.asymptotics.weak_noise.series import Point, added
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
@@ -66,12 +65,9 @@ def program(
             f"the zeros of {drift!r} have no closed form in {', '.join(drift.free)}; bind them."
         )
     with own_context(DIGITS) as context:
-        sides = [
-            half(ExactField(drift, mirrored, context), Fraction(0), r or Fraction(2), order,
-                 context, DIGITS, estimated=False)
-            for mirrored in (True, False)
-        ]  # fmt: skip
-        halves = sides[0], sides[1]
+        field = ExactField(drift, False, context)
+        radius = r or Fraction(2)
+        halves = both_sides(field, Fraction(0), radius, order, context, DIGITS, estimated=False)
         names = Names(order, context, np.abs(drift.evaluate_float(np.linspace(-1, 1, 101))).max())
         ratio = _composed(halves, names, r)
     most = _reach(drift, halves, order, r)

@@ -40,23 +40,6 @@ def escape_time_of_halves(ctx: MPContext, w: mpf, sigma_left: mpf, sigma_right: 
     return w/(1/sigma_left + 1/sigma_right)
 
 
-def escape_time_of_products(
-    ctx: MPContext, y_left: mpf, y_right: mpf, sigma_left: mpf, sigma_right: mpf
-) -> mpf:
-    """T from sigma and y = w sigma on both sides (positive-form)."""
-    return (sigma_left*y_right + sigma_right*y_left)/(sigma_left + sigma_right)
-
-
-def log_escape_parts(
-    ctx: MPContext, log_w_left: mpf, log_w_right: mpf, log_sigma_left: mpf, log_sigma_right: mpf
-) -> tuple[mpf, ...]:
-    """log T is the first of these less the second: log w and log of the rate (positive-form)."""
-    return (
-        ctx.log(ctx.exp(log_w_left) + ctx.exp(log_w_right)), ctx.log(ctx.exp(-log_sigma_left) +
-        ctx.exp(-log_sigma_right))
-    )
-
-
 def exit_share(ctx: MPContext, sigma_left: mpf, sigma_right: mpf) -> mpf:
     """C from sigma on both sides (positive-form)."""
     return 1/(1 + sigma_left/sigma_right)
@@ -65,11 +48,6 @@ def exit_share(ctx: MPContext, sigma_left: mpf, sigma_right: mpf) -> mpf:
 def log_exit_share(ctx: MPContext, sigma_left: mpf, sigma_right: mpf) -> mpf:
     """log C from sigma (positive-form)."""
     return -ctx.log1p(sigma_left/sigma_right)
-
-
-def log_exit_share_of_logs(ctx: MPContext, log_sigma_left: mpf, log_sigma_right: mpf) -> mpf:
-    """log C from log sigma (positive-form)."""
-    return -ctx.log1p(ctx.exp(log_sigma_left - log_sigma_right))
 
 
 def density_of_halves(ctx: MPContext, lam: mpf, w: mpf) -> mpf:
@@ -87,11 +65,6 @@ def log_occupation_share(ctx: MPContext, inside: mpf, outside: mpf) -> mpf:
     return -ctx.log1p(outside/inside)
 
 
-def log_occupation_share_of_logs(ctx: MPContext, log_inside: mpf, log_outside: mpf) -> mpf:
-    """log P from the logarithms of both integrals (positive-density)."""
-    return -ctx.log1p(ctx.exp(log_outside - log_inside))
-
-
 def tail_left(ctx: MPContext, a_minus: mpf) -> mpf:
     """w at -1 (positive-density)."""
     return 1/a_minus
@@ -100,16 +73,6 @@ def tail_left(ctx: MPContext, a_minus: mpf) -> mpf:
 def tail_right(ctx: MPContext, a_plus: mpf) -> mpf:
     """w at 1, from the right (positive-density)."""
     return -1/a_plus
-
-
-def log_tail_left(ctx: MPContext, a_minus: mpf) -> mpf:
-    """log w at -1 (positive-density)."""
-    return -ctx.log(a_minus)
-
-
-def log_tail_right(ctx: MPContext, a_plus: mpf) -> mpf:
-    """log w at 1, from the right (positive-density)."""
-    return -ctx.log(-a_plus)
 
 
 def constant_single(ctx: MPContext, x: mpf) -> mpf:

@@ -41,20 +41,6 @@ def escape_time_of_halves(w: Floats, sigma_left: Floats, sigma_right: Floats) ->
     return w/(1/sigma_left + 1/sigma_right)
 
 
-def escape_time_of_products(
-    y_left: Floats, y_right: Floats, sigma_left: Floats, sigma_right: Floats
-) -> Any:
-    """T from sigma and y = w sigma on both sides (positive-form)."""
-    return (sigma_left*y_right + sigma_right*y_left)/(sigma_left + sigma_right)
-
-
-def log_escape_parts(
-    log_w_left: Floats, log_w_right: Floats, log_sigma_left: Floats, log_sigma_right: Floats
-) -> Any:
-    """log T is the first of these less the second: log w and log of the rate (positive-form)."""
-    return np.logaddexp(log_w_left, log_w_right), np.logaddexp(-log_sigma_left, -log_sigma_right)
-
-
 def exit_share(sigma_left: Floats, sigma_right: Floats) -> Any:
     """C from sigma on both sides (positive-form)."""
     return 1/(1 + sigma_left/sigma_right)
@@ -63,11 +49,6 @@ def exit_share(sigma_left: Floats, sigma_right: Floats) -> Any:
 def log_exit_share(sigma_left: Floats, sigma_right: Floats) -> Any:
     """log C from sigma (positive-form)."""
     return -np.log1p(sigma_left/sigma_right)
-
-
-def log_exit_share_of_logs(log_sigma_left: Floats, log_sigma_right: Floats) -> Any:
-    """log C from log sigma (positive-form)."""
-    return -np.logaddexp(0, log_sigma_left - log_sigma_right)
 
 
 def density_of_halves(lam: Floats, w: Floats) -> Any:
@@ -85,11 +66,6 @@ def log_occupation_share(inside: Floats, outside: Floats) -> Any:
     return -np.log1p(outside/inside)
 
 
-def log_occupation_share_of_logs(log_inside: Floats, log_outside: Floats) -> Any:
-    """log P from the logarithms of both integrals (positive-density)."""
-    return -np.logaddexp(0, log_outside - log_inside)
-
-
 def tail_left(a_minus: Floats) -> Any:
     """w at -1 (positive-density)."""
     return 1/a_minus
@@ -98,16 +74,6 @@ def tail_left(a_minus: Floats) -> Any:
 def tail_right(a_plus: Floats) -> Any:
     """w at 1, from the right (positive-density)."""
     return -1/a_plus
-
-
-def log_tail_left(a_minus: Floats) -> Any:
-    """log w at -1 (positive-density)."""
-    return -np.log(a_minus)
-
-
-def log_tail_right(a_plus: Floats) -> Any:
-    """log w at 1, from the right (positive-density)."""
-    return -np.log(-a_plus)
 
 
 def constant_single(x: Floats) -> Any:

@@ -41,13 +41,6 @@ def escape_time_of_halves(w: Ratios, sigma_left: Ratios, sigma_right: Ratios) ->
     return w/(1/sigma_left + 1/sigma_right)
 
 
-def escape_time_of_products(
-    y_left: Ratios, y_right: Ratios, sigma_left: Ratios, sigma_right: Ratios
-) -> Any:
-    """T from sigma and y = w sigma on both sides (positive-form)."""
-    return (sigma_left*y_right + sigma_right*y_left)/(sigma_left + sigma_right)
-
-
 def exit_share(sigma_left: Ratios, sigma_right: Ratios) -> Any:
     """C from sigma on both sides (positive-form)."""
     return 1/(1 + sigma_left/sigma_right)

@@ -78,19 +78,18 @@ def product(a: Coefficients, b: Coefficients, count: int | None = None) -> list[
 def quotient(a: Coefficients, b: Coefficients, count: int) -> list[Any]:
     """The first `count` coefficients of a/b, b[0] not zero."""
     inverse, support = 1 / b[0], _support(b[:count], 1)
+    rounded_once = hasattr(inverse, "context")
     series: list[Any] = []
     for n in range(count):
-        pairs = [(b[j], series[n - j]) for j in support if j <= n]
+        near = [j for j in support if j <= n]
         total: Any = a[n] if n < len(a) else 0
-        if isinstance(inverse, np.ndarray):
-            for k, (x, y) in enumerate(pairs):
-                if k:
-                    # In place, now that it is not an entry of a any more.
-                    total -= x * y
-                else:
-                    total = total - x * y
-        elif pairs:
-            total = total - _sum(pairs, 0)
+        if near and rounded_once:
+            total = total - _sum([(b[j], series[n - j]) for j in near], 0)
+        elif near:
+            total = total - b[near[0]] * series[n - near[0]]
+            for j in near[1:]:
+                # In place, now that it is not an entry of a any more.
+                total -= b[j] * series[n - j]
         series.append(total * inverse)
     return series
 

@@ -53,6 +53,8 @@ class Stage:
         A hash of the sources that the files come from.
     report : callable, optional
         ``report(folder)``: what to say of the files instead of their names.
+    took : callable, optional
+        ``took(folder)``: the seconds of the work, where it was done beside other stages.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Stage:
     by_digits: bool = False
     sources: Callable[[], str] = lambda: _source_hash()
     report: Callable[[Path], str] | None = None
+    took: Callable[[Path], float] | None = None
 
     def summary(self, folder: Path) -> str:
         """The names of the files, or what the stage reports of them."""
@@ -72,7 +75,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The outcome of a stage; `seconds` is None where its files were up to date."""
+    """The outcome of a stage; `seconds` of work is None where its files were up to date."""
 
     stage: Stage
     seconds: float | None
@@ -151,7 +154,8 @@ def reproduce(
                 stage.make(folder, dps, _after(known, step))
             stamps = {**_stamps(folder), stage.name: _stamp(stage, folder, dps)}
             write_json(folder / _STAMPS, stamps)
-            yield Outcome(stage, time.perf_counter() - start)
+            waited = time.perf_counter() - start
+            yield Outcome(stage, stage.took(folder) if stage.took else waited)
 
 
 def _after(count: int, step: Callable[[], object]) -> Callable[[], object]:
@@ -308,10 +312,20 @@ def _derive(folder: Path, dps: int, step: Callable[[], object]) -> None:
 
 def _derived(folder: Path) -> str:
     """A line on the derivations that were written, for the terminal."""
-    trace = read_json(folder / _DERIVATIONS / "trace.json")
-    derived = trace["derivations"] if isinstance(trace, dict) else []
+    derived = _records(folder)
     steps = sum(len(record["steps"]) for record in derived)
     return f"{folder / _DERIVATIONS}, {len(derived)} derivations whose {steps} checks pass"
+
+
+def _checked(folder: Path) -> float:
+    """The seconds that the checks of the derivations took."""
+    return float(sum(step["seconds"] for record in _records(folder) for step in record["steps"]))
+
+
+def _records(folder: Path) -> list[dict[str, Any]]:
+    """The records of the derivations that were written."""
+    trace = read_json(folder / _DERIVATIONS / "trace.json")
+    return list(trace["derivations"]) if isinstance(trace, dict) else []
 
 
 def _stages() -> list[Stage]:
@@ -322,5 +336,13 @@ def _stages() -> list[Stage]:
         *(_figure(name) for name in figures.FIGURES),
         Stage("reference", (_TABLE,), len(figures.DRAWN) * len(Z0), _table, by_digits=True),
         # Last: what the other stages leave of its time is all that it takes.
-        Stage(_DERIVATIONS, pages, len(labels), _derive, sources=_derivation_hash, report=_derived),
+        Stage(
+            _DERIVATIONS,
+            pages,
+            len(labels),
+            _derive,
+            sources=_derivation_hash,
+            report=_derived,
+            took=_checked,
+        ),
     ]

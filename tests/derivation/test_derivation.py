@@ -263,33 +263,3 @@ def test_both_sides_are_printed_so_that_they_differ():
     outcome = order.run(Expansion(sympy.S.One, x, x), RNG)
     assert not outcome.passed
     assert outcome.left != outcome.right
-
-
-def test_straight_lines_have_closed_forms():
-    """The reference that double integrals are compared with, against quadrature."""
-    from derivations.numerics import integral, nested, uniform
-    from derivations.section5_escape import BENDS
-    from symasym.base.contexts import own_context
-
-    with own_context(25) as ctx:
-        kappa, r = ctx.mpf("1.1"), ctx.mpf("1.7")
-        found = BENDS.pieces(ctx, kappa, r)
-
-        def up(u):
-            return ctx.exp(found.lam * BENDS.V(ctx, u))
-
-        def down(u):
-            return 1 / up(u)
-
-        left = [*uniform(ctx, -r, -1, 1), *uniform(ctx, -1, 0, 1)]
-        right = [*uniform(ctx, 0, 1, 1), *uniform(ctx, 1, r, 1)]
-        J1, mass = nested(ctx, up, down, left, ctx.zero)
-        J0, _ = nested(ctx, up, down, right, mass)
-        pairs = (
-            (found.I1, integral(ctx, up, left)),
-            (found.I0, integral(ctx, up, right)),
-            (found.J1, J1),
-            (found.J0, J0),
-        )
-        for closed, by_rule in pairs:
-            assert abs(closed - by_rule) <= abs(closed) * ctx.mpf(10) ** -15

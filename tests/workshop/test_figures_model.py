@@ -186,18 +186,24 @@ def test_smoothed_orbits_against_another_integrator(drawn: dict[str, Figure]) ->
             np.testing.assert_allclose(found.y[0], path[:, 1], atol=5e-4)
 
 
-def test_the_drift_vanishes_on_the_loci(drawn: dict[str, Figure]) -> None:
-    counts = []
+def test_the_slow_manifold(drawn: dict[str, Figure]) -> None:
+    """u0 + eps u1 along the zero u0 of the drift, and an orbit itself, to either side of it."""
+    eps, counts = 0.1, []
     for axes, mu in zip(drawn["flows"].axes, (0, 0, 3), strict=True):
-        found = {kind: lines(axes, f"locus-{kind}") for kind in ("attracting", "repelling")}
+        found = {kind: lines(axes, f"slow-{kind}") for kind in ("attracting", "repelling")}
         counts.append([len(paths) for paths in found.values()])
         for kind, paths in found.items():
-            for z, u in np.concatenate(paths) if paths else []:
-                drift = sa.friction(mu=mu, alpha=1, z0=float(z))
-                assert abs(drift(u)) < 1e-12
-                if abs(abs(u) - 2 / 3) > 0.02 and abs(u) < 0.99:
-                    slope = drift(u + 1e-6) - drift(u - 1e-6)
-                    assert (slope < 0) == (kind == "attracting")
+            for z, u in np.concatenate(paths)[20:-20] if paths else []:
+                roots = np.roots([mu, 0, -(1 + mu), 1 - z]) if mu else np.array([1 - z])
+                roots = roots[np.abs(roots.imag) < 1e-9].real
+                zero = roots[np.abs(roots - u).argmin()]
+                slope = -(1 + mu) + 3 * mu * zero**2
+                assert (slope < 0) == (kind == "attracting")
+                # eps u' = A(u) - z - eps u with z' = -1 + eps u, to the first order in eps.
+                first = (zero - 1 / slope) / slope
+                if abs(slope) > 2 or not mu:
+                    assert abs(u - zero - eps * first) < 6 * eps**2
+                    assert abs(u - zero) > 0.3 * eps * abs(first)
     assert counts == [[1, 0], [0, 0], [1, 1]]
     (fold,) = lines(drawn["flows"].axes[2], "fold")
     np.testing.assert_allclose(fold, [[-7 / 9, 2 / 3]])

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.laplace.expansion import Contribution, contact_of, expand
 from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.laplace.maxima import Peak
-from symasym.asymptotics.laplace.watson import moment, perron_coefficients
-from symasym.base.contexts import own_context
+from symasym.asymptotics.laplace.watson import perron_coefficients, times_moments
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
 from symasym.numbers.coefficient_fields import RealField
@@ -71,17 +72,19 @@ class ErrorModel:
         return None if self.proof is None else self.proof.statement(order, sigma)
 
     def relative(
-        self, lam: mpf, orders: list[int], total: mpf, context: MPContext
+        self, lam: Fraction, orders: list[int], shares: list[mpf], context: MPContext
     ) -> tuple[mpf, ErrorKind]:
-        """The error over e^(lam height) of `total`, the sum of the first `orders` terms; its kind.
+        """The error over e^(lam height) of the sum of `shares`; its kind.
 
-        A bound that exceeds the sum itself says nothing; the estimate, named as such, does.
+        `shares` are the first `orders` terms of each contribution. A bound that exceeds the sum
+        itself says nothing; the estimate, named as such, does.
         """
         if self.proof is not None:
-            bound = self.proof.relative(lam, orders, context)
-            if bound <= abs(total):
+            top = self.contributions[0].height_in(context)
+            bound = self.proof.relative(lam, orders, shares, top, context)
+            if bound <= abs(context.fsum(shares)):
                 return bound, "bound"
-        return self._estimated(lam, orders, context), "estimate"
+        return self._estimated(mpf_of(lam, context), orders, context), "estimate"
 
     def _estimated(self, lam: mpf, orders: list[int], context: MPContext) -> mpf:
         """Twice the largest of the next terms, and what ends and smaller maxima add."""
@@ -139,15 +142,13 @@ def _size(piece: Piece, x: Symbol, point: Real, side: str) -> Leading | None:
         except (InputError, AccuracyError):
             # f = -oo, or g vanishes to all orders.
             return None
-        exponents, sizes = [], []
+        exponents: list[Any] = []
+        sizes: list[Any] = []
         for front, series in terms:
             beta = front + 1
-            reduced = perron_coefficients(
-                [*([f[0] * 0] * contact), *f[contact:]], series.c[:_LEADING], contact, beta
-            )
-            for k, d in enumerate(reduced):
-                s = (field.rational(beta) if not hasattr(beta, "_mpf_") else beta) + k
-                s = s / contact
-                exponents.append(s)
-                sizes.append(abs(d) * moment(s, abs(f[contact]), contact, context.gamma))
+            reduced = perron_coefficients(f, series.c[:_LEADING], contact, beta)
+            first = beta if hasattr(beta, "_mpf_") else field.rational(beta)
+            own = [(first + k) / contact for k in range(len(reduced))]
+            exponents += own
+            sizes += map(abs, times_moments(reduced, own, abs(f[contact]), contact, context.gamma))
         return Leading(f[0], exponents, sizes)

@@ -20,7 +20,11 @@ from typing import TYPE_CHECKING, TypeAlias
 import sympy
 
 from symasym.asymptotics.laplace.kinks import Piece, number
-from symasym.asymptotics.laplace.watson import moment, moment_coefficients, perron_coefficients
+from symasym.asymptotics.laplace.watson import (
+    moment_coefficients,
+    perron_coefficients,
+    times_moments,
+)
 from symasym.base.contexts import own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.numbers.coefficient_fields import (
@@ -104,7 +108,7 @@ class Contribution:
                 a, value = number(self.scale, dps=more), number(d, dps=more)
                 s = context.make_mpf(s._mpf_)
                 sides = 2 if self.side == "both" else 1
-                coefficients.append(value * sides * moment(s, a, self.contact, context.gamma))
+                coefficients += times_moments([value], [s], a, self.contact, context.gamma, sides)
         return exponents, coefficients
 
     def terms(self, lam: mpf, dps: int, context: MPContext) -> list[mpf]:
@@ -306,9 +310,6 @@ def _contribution(
         raise AccuracyError(
             f"g = {point} loses {needed - len(g)} orders at {x} = {point}; simplify g."
         )
-    zero = field.rational(Fraction(0))
-    # What is between is zero, if only to all the digits that a rounded point leaves.
-    f = [f[0], *([zero] * (contact - 1)), *f[contact:]]
     reduced = perron_coefficients(f, g, contact, beta, step=step, start=start)
     if check:
         _require_agreement(
@@ -317,13 +318,10 @@ def _contribution(
     a = field.to_expression(-f[contact])
     exponents = tuple((start + step * k + shown) / contact for k in range(order))
     plain = tuple(field.to_expression(d) for d in reduced)
-    sides = 2 if side == "both" else 1
-    if isinstance(a, sympy.Basic):
-        factors = [sides * moment(s, a, contact, sympy.gamma) for s in exponents]
-    else:
-        assert isinstance(field, RealField)
-        rounded = [number(s, dps=field.context.dps) for s in exponents]
-        factors = [sides * moment(s, a, contact, field.context.gamma) for s in rounded]
+    own, gamma = exponents, sympy.gamma
+    if isinstance(field, RealField):
+        own = tuple(number(s, dps=field.context.dps) for s in exponents)
+        gamma = field.context.gamma
     return Contribution(
         point=point,
         side=side,
@@ -331,7 +329,7 @@ def _contribution(
         contact=contact,
         beta=shown,
         exponents=exponents,
-        coefficients=tuple(d * factor for d, factor in zip(plain, factors, strict=True)),
+        coefficients=tuple(times_moments(plain, own, a, contact, gamma, step)),
         reduced=plain,
         scale=a,
     )

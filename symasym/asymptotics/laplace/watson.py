@@ -37,9 +37,6 @@ from symasym.base.inputs import FloatArray, Number, digits, exact
 from symasym.numbers.power_series import dot, power
 
 if TYPE_CHECKING:
-    from mpmath import mpf
-    from mpmath.ctx_mp import MPContext
-
     from symasym.numbers.arithmetic import Number as Element
 
     Beta: TypeAlias = int | float | str | Fraction | Element
@@ -237,28 +234,31 @@ def laplace_coefficients(
         )
     exponents = [(sides * k + power) / contact for k in range(len(reduced))]
 
-    def times_moments(context: MPContext) -> list[mpf]:
-        """c_k from d_k, with mpf."""
-        own = [mpf_of(s, context) for s in exponents]
-        return [
-            d * sides * moment(s, a, contact, context.gamma)
-            for s, d in zip(own, reduced, strict=True)
-        ]
-
     if dps is not None:
         with own_context(dps + 10) as context:
             a, reduced = mpf_of(a, context), [mpf_of(d, context) for d in reduced]
-            return [to_mpf(c, dps) for c in times_moments(context)]
+            own = [mpf_of(s, context) for s in exponents]
+            found = times_moments(reduced, own, a, contact, context.gamma, sides)
+            return [to_mpf(c, dps) for c in found]
     if hasattr(a, "_mpf_"):
-        return times_moments(a.context)
-    a = np.asarray(a, dtype=float)
-    scale = [sides * moment(float(s), a, contact, math.gamma) for s in exponents]
-    return np.array([np.asarray(d, dtype=float) * x for d, x in zip(reduced, scale, strict=True)])
+        own = [mpf_of(s, a.context) for s in exponents]
+        return times_moments(reduced, own, a, contact, a.context.gamma, sides)
+    reduced = [np.asarray(d, dtype=float) for d in reduced]
+    a, own = np.asarray(a, dtype=float), [float(s) for s in exponents]
+    return np.array(times_moments(reduced, own, a, contact, math.gamma, sides))
 
 
-def moment(s: Element, a: Element, contact: int, gamma: Callable[[Element], Element]) -> Element:
-    """int_0^oo t^(mu s - 1) e^(-a t^mu) dt = Gamma(s)/(mu a^s), which d_k is multiplied by."""
-    return gamma(s) / (contact * a**s)
+def times_moments(
+    reduced: Sequence[Element],
+    exponents: Sequence[Element],
+    a: Element,
+    contact: int,
+    gamma: Callable[[Element], Element],
+    sides: int = 1,
+) -> list[Element]:
+    """c_k = d_k int_0^oo t^(mu s_k - 1) e^(-a t^mu) dt = d_k Gamma(s_k)/(mu a^s_k), on `sides`."""
+    pairs = zip(reduced, exponents, strict=True)
+    return [d * (sides * (gamma(s) / (contact * a**s))) for d, s in pairs]
 
 
 def _elements(*sequences: Coefficients) -> list[list[Element]]:

@@ -27,7 +27,7 @@ from symasym.asymptotics.proofs.dominance import (
     key_of,
 )
 from symasym.asymptotics.proofs.formal_sums import Formal, Sum, expansion, split
-from symasym.asymptotics.weak_noise.critical_points import half
+from symasym.asymptotics.weak_noise.critical_points import both_sides
 from symasym.base.contexts import own_context
 from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
@@ -291,15 +291,11 @@ class Proof:
         self._r, self._order = r, order
         self._digits = _DIGITS + _MORE_DIGITS * order + len(str(int(r)))
         with precision(self._bits()), own_context(self._digits) as context:
-            fields = ExactField(drift, True, context), ExactField(drift, False, context)
+            field = ExactField(drift, False, context)
             try:
-                left, right = (
-                    half(field, side * start, r, order, context, 30, estimated=False)
-                    for side, field in zip((-1, 1), fields, strict=True)
-                )
+                self._halves = both_sides(field, start, r, order, context, 30, estimated=False)
             except SymasymError:
                 raise NotProved from None
-            self._halves = left, right
             even = not any(coefficients[::2])
             self._cells = Dominance(cut, cut.origin, even)
             self._leading = self._cells.leading()

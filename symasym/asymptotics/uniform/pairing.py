@@ -11,7 +11,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, canonical_pair
-from symasym.asymptotics.weak_noise.critical_points import half, turning_points
+from symasym.asymptotics.weak_noise.critical_points import both_sides, turning_points
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import mpf_of, own_context
@@ -95,11 +95,8 @@ def seen(
     context: MPContext,
 ) -> list[OneSide]:
     """The expansions left of `x`, mirrored, and right of it; no critical point in two pairs."""
-    halves = [
-        half(field, begin, r, order, context, context.dps)
-        for field, begin in zip(fields, (-x, x), strict=True)
-    ]
-    points = [one.rising + one.falling for one in halves]
+    both = both_sides(fields[1], x, r, order, context, context.dps)
+    points = [one.rising + one.falling for one in both]
     pairs = []
     for k, (field, begin) in enumerate(zip(fields, (-x, x), strict=True)):
         lo, hi = max(begin, Fraction(-1)), min(r, Fraction(1))
@@ -111,7 +108,7 @@ def seen(
     chosen = _chosen(pairs[0] + pairs[1])
     return [
         OneSide(one, [fold for fold, _ in own if any(fold is c for c in chosen)])
-        for one, own in zip(halves, pairs, strict=True)
+        for one, own in zip(both, pairs, strict=True)
     ]
 
 

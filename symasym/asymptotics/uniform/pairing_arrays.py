@@ -15,18 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair
-from symasym.asymptotics.weak_noise.critical_point_arrays import (
-    Found,
-    clear_of_zero,
-    structure,
-    unchanged,
-)
+from symasym.asymptotics.weak_noise.arrays import Found, unchanged
 from symasym.asymptotics.weak_noise.one_sided import mapped
 from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import IntArray
-from symasym.drift.polynomial_scenes import Scenes
-from symasym.numbers.polynomial_roots import Zeros, zeros_of
-from symasym.numbers.polynomials import poly, shifted
+from symasym.drift.polynomial_scenes import Scenes, clear_of_zero, structure
+from symasym.numbers.polynomials import Zeros, poly, shifted, zeros_of
 from symasym.numbers.quadratic_factor import Pair, pairs_of
 
 __all__ = ["found_of"]

@@ -30,12 +30,15 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.weak_noise.critical_points import wells_and_barriers
-from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
+from symasym.asymptotics.weak_noise.one_sided import (
+    CriticalPoint,
+    OneSided,
+    endpoint_coefficients,
+)
 from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import mpf_of
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
-from symasym.numbers.power_series import laurent
 from symasym.special.dawson import dawson, erfcx_area
 
 if TYPE_CHECKING:
@@ -172,8 +175,7 @@ def truncations_at(
     zeros = sorted(zeros, key=lambda z: z.u)
     count = order + 1 + BEYOND
     taylor = [mpf_of(c, context) for c in field.taylor(p, Fraction(1), count)[:count]]
-    taylor += [context.zero] * (count - len(taylor))
-    h = [row[0] for row in laurent(taylor, False, count)]
+    h = endpoint_coefficients(taylor, count)
     first = sum(1 for z in zeros if z.u < at)
     rows = []
     for k, toward in ((first - 1, 1), (first, -1)):

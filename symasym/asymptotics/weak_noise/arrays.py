@@ -10,21 +10,26 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.weak_noise.compose import Composed
-from symasym.asymptotics.weak_noise.critical_point_arrays import Found, found_of
 from symasym.asymptotics.weak_noise.interpolation import columns, of_one
-from symasym.asymptotics.weak_noise.one_sided import OneSided, first_of, mapped
-from symasym.asymptotics.weak_noise.series import Point, Sizes
+from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided, first_of, mapped
+from symasym.asymptotics.weak_noise.series import Numbers, Point, Sizes
 from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes as PolynomialScenes
-from symasym.drift.polynomial_scenes import scenes_of
-from symasym.drift.scenes import Scenes, by_drift, input_rounding, rows_of
+from symasym.drift.polynomial_scenes import clear_of_zero, scenes_of, structure
+from symasym.drift.scenes import Scenes, by_drift, grouped, input_rounding, rows_of
+from symasym.numbers.polynomials import Zeros, zeros_of
 
 # Scenes at once: the work arrays of one step, about twenty with errors and ten without, stay in
 # the second-level cache, and below what the C library gives back to the system at every step.
 _AT_ONCE = 4096
 _WITHOUT_ERRORS = 12288
+# Drifts at once: with a quarter of them NumPy's cost per call doubles the time; twice as many
+# are no quicker and take twice the memory.
+_DRIFTS_AT_ONCE = 4096
+# Zeros of A whose rounding, relative to their distances, is more than this are not used.
+_ROUGHEST = 1e-10
 # More values of kappa than that for one drift are taken apart from other drifts'.
 _MANY = 256
 # Where errors are not asked for, they are looked at for so many scenes; the refusal
@@ -35,6 +40,64 @@ _SMALL = 1e-3
 _SMALL_SMOOTH = 0.03
 
 Expansions = tuple[OneSided, OneSided]
+
+
+class Found(NamedTuple):
+    """The two sides of these scenes, left and right."""
+
+    rows: IntArray
+    sides: Expansions
+
+
+def _plain_number(x: Numbers) -> Any:
+    """The number in an array of one, which Python is quicker with."""
+    return x[..., 0].tolist() if isinstance(x, np.ndarray) else x
+
+
+def unchanged(x: Numbers) -> Any:
+    """`x` itself."""
+    return x
+
+
+def found_of(scenes: PolynomialScenes, order: int) -> Iterator[Found]:
+    """The expansions of all scenes that float64 is enough for, chunk by chunk."""
+    degree = np.where(scenes.c != 0, np.arange(len(scenes.c))[:, None], 0).max(axis=0)
+    for d in np.unique(degree):
+        rows = np.flatnonzero(degree == d)
+        zeros = zeros_of(scenes.c[: d + 1, rows])
+        good = zeros.apart & clear_of_zero(scenes.take(rows))
+        keys = structure(scenes.take(rows), zeros)
+        for key in np.unique(keys[good]):
+            members = np.flatnonzero(good & (keys == key))
+            for low in range(0, len(members), _DRIFTS_AT_ONCE):
+                chosen = members[low : low + _DRIFTS_AT_ONCE]
+                some = scenes.take(rows[chosen])
+                some = some._replace(c=some.c[: d + 1])
+                built = _built(rows[chosen], some, zeros.take(chosen), order)
+                if built is not None:
+                    yield built
+
+
+def _built(rows: IntArray, scenes: PolynomialScenes, zeros: Zeros, order: int) -> Found | None:
+    """Those of one structure that float64 is enough for."""
+    if len(rows) == 1:
+        try:
+            builder = Builder(scenes, zeros, order, _plain_number)
+            sure = builder.roughest() < _ROUGHEST and builder.estimated()
+            return Found(rows, builder.both_sides()) if sure else None
+        except (ArithmeticError, ValueError):
+            # Python refuses what NumPy makes infinite.
+            pass
+    builder = Builder(scenes, zeros, order, unchanged)
+    sure = np.broadcast_to((builder.roughest() < _ROUGHEST) & builder.estimated(), rows.shape)
+    if not sure.any():
+        return None
+    if not sure.all():
+        chosen = np.flatnonzero(sure)
+        builder = Builder(scenes.take(chosen), zeros.take(chosen), order, unchanged)
+    return Found(rows[sure], builder.both_sides())
+
+
 Evaluate = Callable[[Composed, Point], tuple[FloatArray, Any]]
 Analyse = Callable[[Drift, float, float], Expansions]
 Find = Callable[[PolynomialScenes, int], Iterator[Found]]
@@ -75,7 +138,9 @@ def logs_of(
     """
     logs = errors = np.empty(0)
     with np.errstate(all="ignore"):
-        for drifts in _grouped(scenes, index_of(shapes, scenes.shape) if index is None else index):
+        if index is None and shapes:
+            index = index_of(shapes, scenes.shape)
+        for drifts in _grouped(scenes, index):
             # One drift has all scenes, or none.
             if drifts.rows is not None and not logs.size:
                 logs, errors = (np.full(len(scenes.lam), x) for x in (np.nan, np.inf))
@@ -115,14 +180,12 @@ def index_of(shapes: list[tuple[int, ...]], shape: tuple[int, ...]) -> IntArray:
     return np.broadcast_to(count.reshape(own), shape).ravel()
 
 
-def _grouped(scenes: Scenes, index: IntArray) -> Iterator[Drifts]:
+def _grouped(scenes: Scenes, index: IntArray | None) -> Iterator[Drifts]:
     """Drifts with about as many scenes each; what one has less it has several times."""
-    if not len(index) or (index == index[0]).all():
+    if index is None or not len(index) or (index == index[0]).all():
         yield _drifts_of(scenes, None)
         return
-    order = np.argsort(index, kind="stable")
-    first = np.flatnonzero(np.diff(index[order], prepend=-1))
-    count = np.diff(first, append=len(order))
+    order, first, count = grouped(index)
     width = 2 ** np.ceil(np.log2(count)).astype(np.intp)
     for most in np.unique(width):
         chosen = np.flatnonzero(width == most)

@@ -1,34 +1,32 @@
-"""Critical points of the integrals of e^{lam V} and e^{-lam V} from a start x on, in weak noise.
+"""One-sided expansions of one drift to any digits: any A, and a start on a zero of A.
 
-Each is a sum over critical points: the maxima of the exponent, with Laplace's series; the start
-and the end, with the formal series of an end, whatever the sign of the slope there; and
-u = -1 and 1, with the difference of that series' two sides, since A's derivatives jump.
-Where the exponent has a minimum nothing is added: the exponentials that the two sides of
-the formal series differ by there are those of the maxima.
+The text is that of `symasym.asymptotics.weak_noise.one_sided`; here are the zeros of A, bracketed
+between the points where A turns and refined by Newton, A's Taylor coefficients in rational
+arithmetic, the refusals where a series' next terms vanish, and the series at a start on a well or
+a barrier, whose halves of Gaussians bring log(lam) into the regular part.
 """
 
 from __future__ import annotations
 
 from fractions import Fraction
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from symasym.asymptotics.laplace.watson import (
-    laplace_coefficients,
-    perron_coefficients,
-)
+from symasym.asymptotics.weak_noise.majorants import FURTHER
 from symasym.asymptotics.weak_noise.one_sided import (
+    Builder,
     CriticalPoint,
     OneSided,
     add_edge,
-    formal_series,
+    arc_coefficients,
+    endpoint_coefficients,
 )
-from symasym.asymptotics.weak_noise.regular_part import layer_integrals
-from symasym.asymptotics.weak_noise.series import BEYOND, Part, Series, trimmed
+from symasym.asymptotics.weak_noise.regular_part import panel_integrals, polynomial_primitives
+from symasym.asymptotics.weak_noise.series import BEYOND, Numbers, Part, Series, trimmed
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
-from symasym.drift.landscape import bracketed_zero
 from symasym.drift.taylor_field import ExactField, to_fraction
+from symasym.numbers.arithmetic import Digits
+from symasym.numbers.polynomials import bracketed_zero
 from symasym.numbers.power_series import laurent, power
 
 if TYPE_CHECKING:
@@ -56,7 +54,7 @@ def series_of(groups: Groups, unit: mpf) -> Series:
     return Series([Part(*key, row) for key, c in parts.items() if (row := trimmed(c))], unit)
 
 
-def half(
+def both_sides(
     field: ExactField,
     x: Fraction,
     r: Fraction,
@@ -64,225 +62,228 @@ def half(
     context: MPContext,
     outer: int,
     estimated: bool = True,
-) -> OneSided:
-    """The one-sided expansion right of `x`; `r` counts only where below 1.
+) -> tuple[OneSided, OneSided]:
+    """The one-sided expansions left of `x`, mirrored, and right of it, out to `r`.
 
-    The regular part is to `outer` digits. Where the next terms have to give the error
-    (`estimated`), zeros of A where they vanish are refused.
+    The regular part is to `outer` digits, or left out for 0. Where the next terms have to give the
+    error (`estimated`), zeros of A where they vanish are refused.
     """
-    return _Builder(field, order, context, estimated).half(x, r, outer)
-
-
-def whole(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
-    """Of int e^{-lam V} over the whole line where it converges, V measured from -1."""
-    builder, one = _Builder(field, order, context), Fraction(1)
-    ends = [builder.flat(field.value(side * one)) for side in (-1, 1)]
-    builder.edge("kink", -one, context.zero, ends[0], builder.smooth(-one))
-    builder.layer(-one, one, context.zero, 0)
-    height = -builder.drop(-context.one, context.one)
-    builder.edge("kink", one, height, builder.smooth(one), ends[1])
-    return builder.falling
-
-
-def barriers(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
-    """Those of [-1, 1], V measured from -1."""
-    builder = _Builder(field, order, context)
-    builder.layer(Fraction(-1), Fraction(1), context.zero, 0)
-    return builder.rising
-
-
-def wells_and_barriers(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
-    """All of [-1, 1], left to right, V measured from -1."""
-    builder = _Builder(field, order, context)
-    builder.layer(Fraction(-1), Fraction(1), context.zero, 0)
-    return sorted(builder.rising + builder.falling, key=lambda point: point.u)
-
-
-class _Builder:
-    def __init__(
-        self, field: ExactField, order: int, context: MPContext, estimated: bool = True
-    ) -> None:
-        self.field, self.context, self.estimated = field, context, estimated
-        self.count = order + 1 + BEYOND
-        self.rising: list[CriticalPoint] = []
-        self.falling: list[CriticalPoint] = []
-        self.outer: Groups = [[] for _ in range(self.count)]
-        self.least = self.unit = 64 * context.eps
-        self.start: tuple[Series, Series, bool]
-
-    def number(self, x: Fraction | mpf | int) -> Any:
-        """`x` in the context."""
-        return mpf_of(x, self.context)
-
-    def half(self, x: Fraction, r: Fraction, outer: int) -> OneSided:
-        """The one-sided expansion right of `x`: start, layer, kinks, end, what is beyond."""
-        one, height = Fraction(1), self.context.zero
-        a_minus, a_plus = (self.field.value(side * one) for side in (-1, 1))
-        if not (a_minus and a_plus):
+    for u in (Fraction(-1), Fraction(1)):
+        if not field.value(u):
             raise InputError(
                 "a- or a+ is 0, a tangency, where the weak-noise series has no terms; use "
                 "method='exact'."
             )
-        if r < 1 and not self.field.value(r):
-            end = -r if self.field.mirrored else r
+    for u in (-r, r):
+        if r < 1 and not field.value(u):
             raise InputError(
-                f"r is {float(r):.6g} and A is 0 at u = {float(end):.6g}, where the weak-noise "
+                f"r is {float(r):.6g} and A is 0 at u = {float(u):.6g}, where the weak-noise "
                 "series of an end has no terms; use method='exact'."
             )
-        if x >= 1:
-            self.start = *formal_series(self.flat(a_plus)), True
-            return self.done((self.number(x), height, self.number(a_plus)))
-        lo, hi = max(x, -one), min(r, one)
-        if x < -1:
-            self.start = *formal_series(self.flat(a_minus)), True
-            length = self.number(-one - x)
-            self.outer[0].append((length / self.number(a_minus), 1, 0))
-            height -= length * self.number(a_minus)
-            self.edge("kink", lo, height, self.flat(a_minus), self.smooth(lo))
-        elif self.field.value(x) == 0:
-            self.start = self.start_at_zero(x)
-        else:
-            self.start = *formal_series(self.smooth(lo)), True
-        self.layer(lo, hi, height, outer)
-        height -= self.drop(self.number(lo), self.number(hi))
-        if r <= 1:
-            self.edge("end", hi, height, self.smooth(hi), None)
-            return self.done(None)
-        self.edge("kink", hi, height, self.smooth(hi), self.flat(a_plus))
-        return self.done((self.number(hi), height, self.number(a_plus)))
+    return _FieldBuilder(field, x, r, order, context, outer, estimated).both_sides()
 
-    def done(self, beyond: tuple[Any, Any, Any] | None) -> OneSided:
-        """The expansion, its critical points ranked from the start on."""
-        at = sorted({p.u for p in self.rising + self.falling})
-        rising, falling = (
-            [p._replace(rank=at.index(p.u)) for p in points]
-            for points in (self.rising, self.falling)
+
+def whole(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
+    """Of int e^{-lam V} over the whole line where it converges, V measured from -1."""
+    builder = _of_layer(field, order, context)
+    rising: list[CriticalPoint] = []
+    falling: list[CriticalPoint] = []
+    zero, (low, _, high) = context.zero, builder.edges
+    builder.at_edge = [builder.smooth(u) for u in (low, low, high)]
+    flat = builder.flat(builder.a_minus)
+    add_edge(rising, falling, 0, zero, flat, builder.at_edge[0], "kink", -context.one)
+    builder.end(1, builder.between(1, rising, falling), rising, falling)
+    return falling
+
+
+def wells_and_barriers(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
+    """All of [-1, 1], left to right, V measured from -1."""
+    rising: list[CriticalPoint] = []
+    falling: list[CriticalPoint] = []
+    _of_layer(field, order, context).between(1, rising, falling)
+    return sorted(rising + falling, key=lambda point: point.u)
+
+
+def barriers(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
+    """Those of [-1, 1], V measured from -1."""
+    return [p for p in wells_and_barriers(field, order, context) if p.kind == "barrier"]
+
+
+def _of_layer(field: ExactField, order: int, context: MPContext) -> _FieldBuilder:
+    """The builder of the whole layer, V measured from -1."""
+    builder = _FieldBuilder(field, Fraction(-1), Fraction(2), order, context)
+    builder.base = context.zero
+    return builder
+
+
+class _FieldBuilder(Builder):
+    """One drift, in the digits of a context; `edges` are exact rationals."""
+
+    def __init__(
+        self,
+        field: ExactField,
+        x: Fraction,
+        r: Fraction,
+        order: int,
+        context: MPContext,
+        outer: int = 0,
+        estimated: bool = True,
+    ) -> None:
+        self.arithmetic = Digits(context)
+        self.field, self.context, self.digits, self.must_tell = field, context, outer, estimated
+        self.count, self.degree = order + 1 + BEYOND, 0
+        self.height_size = self.height_rough = 0.0
+        self.least = self.unit = 64 * context.eps
+        reach = min(r, Fraction(1))
+        self.edges = [-reach, min(max(x, -reach), reach), reach]
+        self.x, self.beyond = x, r > 1
+        self.start = self.arithmetic.number(x)
+        self.a_minus, self.a_plus = (
+            self.arithmetic.number(field.value(Fraction(side))) for side in (-1, 1)
         )
-        outer = series_of(self.outer, self.unit)
-        return OneSided(*self.start, rising, falling, outer, beyond)
+        self.at_zero = abs(x) < 1 and not field.value(x)
+        sides = zip(self.edges[:2], self.edges[1:], strict=True)
+        left, right = (simple_zeros(field, lo, hi, context) if lo < hi else [] for lo, hi in sides)
+        self.lines, self.barriers = ([z[k] for z in left + right] for k in (0, 1))
+        self.before = len(left)
 
-    def drop(self, lo: mpf, hi: mpf) -> Any:
-        """V(lo) - V(hi), in the layer."""
-        return -self.field.potential_rise(lo, hi)
+    # -- the drift --------------------------------------------------------------------------
 
-    # -- ends and kinks --------------------------------------------------------------------
+    def inside(self, sign: int) -> list[int]:
+        return list(range(self.before, len(self.lines)) if sign > 0 else range(self.before)[::-1])
 
-    def flat(self, a: Fraction) -> Series:
-        """h_k beside a straight potential."""
-        return Series([Part(1.0, 0, [1 / self.number(a)])], self.least)
+    def barrier(self, k: int) -> bool:
+        return bool(self.barriers[k])
 
-    def smooth(self, u: Fraction) -> Series:
-        """h_k(u) from inside the layer."""
-        taylor = [self.number(c) for c in self.field.taylor(u, Fraction(1), self.count + 1)]
-        taylor = (taylor + [self.context.zero] * self.count)[: self.count]
-        h = [row[0] for row in laurent(taylor, False, self.count)]
-        if not any(h[-BEYOND:]) and any(self.field.taylor(u, Fraction(1), _FLATTEST)[1:]):
+    def exact_taylor(self, u: Numbers, count: int) -> list[Fraction]:
+        """Taylor coefficients of A at a rational or an mpf; all of them for a polynomial."""
+        return self.field.taylor(to_fraction(u) if hasattr(u, "_mpf_") else u, Fraction(1), count)
+
+    def taylor(self, u: Numbers, count: int | None = None) -> list[Any]:
+        exact = self.exact_taylor(u, 2 * self.count + 2 if count is None else count)
+        return [mpf_of(c, self.context) for c in exact]
+
+    def potential(self, u: Numbers) -> Any:
+        lo, hi = (self.arithmetic.number(x) for x in (self.edges[1], u))
+        return self.field.potential_rise(lo, hi)
+
+    # -- series -----------------------------------------------------------------------------
+
+    def smooth(self, u: Numbers, value: Numbers = None) -> Series:
+        if self.at_zero and u == self.x:
+            return Series([])
+        h = endpoint_coefficients(self.taylor(u, self.count + 1), self.count)
+        if not any(h[-BEYOND:]) and any(self.exact_taylor(u, _FLATTEST)[1:]):
             raise self.no_estimate("flat", u)
         return Series([Part(1.0, 0, trimmed(h))], self.least)
 
-    def no_estimate(self, shape: str, u: Fraction) -> AccuracyError:
+    def peak(self, k: int) -> Series:
+        taylor = self.taylor(self.lines[k], 2 * self.count + 2 + FURTHER)
+        arc = arc_coefficients(taylor, 2 * self.count, 2, self.context.one)
+        self.require_estimate(self.lines[k], abs(taylor[1]), arc, 2)
+        return self.gaussian(arc, taylor, self.least)
+
+    def no_estimate(self, shape: str, u: Numbers) -> AccuracyError:
         """The refusal of a point where the series' next terms vanish."""
-        point = (-float(u) if self.field.mirrored else float(u)) + 0.0
         return AccuracyError(
-            f"A is {shape} to order {self.count} at u = {point:.6g}, where the series' next terms "
-            "vanish and do not tell its error; give another order, or use method='exact'."
+            f"A is {shape} to order {self.count} at u = {float(u) + 0.0:.6g}, where the series' "
+            "next terms vanish and do not tell its error; give another order, or use "
+            "method='exact'."
         )
 
-    def require_estimate(self, u: Fraction, fall: list[Any], last: dict[int, Any]) -> None:
-        """Refuse a zero of A where the `last` terms, by their powers of 1/length, all but vanish.
+    def require_estimate(self, u: Numbers, slope: mpf, arc: list[Any], step: int) -> None:
+        """Refuse a zero of A where the last of a_0, a_step, ... all but vanish.
 
         But not where A is straight and has no others.
         """
         c = self.context
         # A zero that is not rational leaves some rounding.
         small = c.ldexp(1, -c.prec // 2)
-        if not self.estimated or any(abs(x) > small for x in last.values()):
+        after = range(len(arc) - 2 * BEYOND // step, len(arc))
+        last = {step * n: arc[n] / arc[0] ** (step * n + 1) for n in after}
+        if not self.must_tell or any(abs(x) > small for x in last.values()):
             return
-        more = [abs(self.number(x)) for x in self.field.taylor(u, Fraction(1), _FLATTEST)[2:]]
-        rates = [(x / abs(2 * fall[2])) ** (c.one / j) for j, x in enumerate(more, start=1) if x]
-        if rates and all(abs(x) <= small * max(rates) ** power for power, x in last.items()):
+        more = [abs(mpf_of(x, c)) for x in self.exact_taylor(u, _FLATTEST)[2:]]
+        rates = [(x / slope) ** (c.one / j) for j, x in enumerate(more, start=1) if x]
+        if rates and all(abs(x) <= small * max(rates) ** n for n, x in last.items()):
             raise self.no_estimate("straight", u)
 
-    def edge(self, kind: str, u: Fraction, height: mpf, left: Series, right: Series | None) -> None:
-        """Both integrals at a point where the drift changes, or ends."""
-        add_edge(self.rising, self.falling, 0, height, left, right, kind, self.number(u))
+    # -- the regular part -------------------------------------------------------------------
 
-    # -- inside the layer ------------------------------------------------------------------
+    def primitives(self) -> Any:
+        """The regular part to its own number of digits: int h_k left of the start, and right."""
+        c, edges = self.context, self.edges
+        if not self.digits:
+            return {-1: [], 1: []}
+        # Taylor panels take a number of terms that grows with the digits.
+        with c.workdps(min(self.digits, c.dps)):
+            self.unit = c.eps * 2**24
+            rows = polynomial_primitives(self.field, edges, self.count, c)
+            if rows is not None:
+                return {sign: [row[1 + sign] - row[1] for row in rows] for sign in (-1, 1)}
+            shares = {}
+            for sign in (-1, 1):
+                field = self.field if sign > 0 else self.field.mirror()
+                lo, hi = sign * edges[1], sign * edges[1 + sign]
+                zeros = [sign * self.lines[k] for k in self.inside(sign)]
+                shares[sign] = (
+                    panel_integrals(field, lo, hi, zeros, self.count, c) if lo < hi else []
+                )
+            return shares
 
-    def layer(self, lo: Fraction, hi: Fraction, height: mpf, outer: int) -> None:
-        """The wells and barriers of [lo, hi] and, where it is wanted, the regular part."""
-        zeros = simple_zeros(self.field, lo, hi, self.context)
-        if outer:
-            points = [u for u, _ in zeros]
-            # Taylor panels take a number of terms that grows with the digits.
-            with self.context.workdps(min(outer, self.context.dps)):
-                self.unit = self.context.eps * 2**24
-                integrals = layer_integrals(self.field, lo, hi, points, self.count, self.context)
-            for k, value in enumerate(integrals):
-                self.outer[k].append((value, k + 1, 0))
-        for u, barrier in zeros:
-            here = height - self.drop(self.number(lo), u)
-            fall = self.fall(to_fraction(u), barrier)
-            weight = [self.context.one, *[self.context.zero] * (len(fall) - 1)]
-            terms = laplace_coefficients(fall, weight, 2, sides=2)
-            last = range(self.count - BEYOND, self.count)
-            relative = {2 * n: terms[n] / terms[0] * abs(fall[2]) ** n for n in last}
-            self.require_estimate(to_fraction(u), fall, relative)
-            kind, points, sign = (
-                ("barrier", self.rising, 1) if barrier else ("well", self.falling, -1)
-            )
-            series = Series([Part(0.5, 0, trimmed(terms[: self.count]))], self.least)
-            points.append(CriticalPoint(0, sign * here, series, None, kind, u))
+    def outer(self, sign: int, extra: Numbers) -> Series:
+        groups: Groups = [[] for _ in range(self.count)]
+        if self.at_zero:
+            self.add_corner(sign, groups)
+        if extra:
+            groups[0].append((extra, 1, 0))
+        for k, value in enumerate(self.regular[sign]):
+            groups[k].append((value, k + 1, 0))
+        return series_of(groups, self.unit)
 
-    def fall(self, u: Fraction, barrier: bool) -> list[Any]:
-        """Taylor coefficients of -|V - V(u)| about a zero of A."""
-        count = 2 * self.count + 2
-        taylor = [self.number(c) for c in self.field.taylor(u, Fraction(1), count)]
-        taylor += [self.context.zero] * (count - len(taylor))
-        sign = -1 if barrier else 1
-        zero = self.context.zero
-        return [zero, zero, *(sign * c / (k + 2) for k, c in enumerate(taylor[1:count]))]
+    # -- a start on a zero of A ---------------------------------------------------------------
 
-    def start_at_zero(self, x: Fraction) -> tuple[Series, Series, bool]:
+    def beginning(self, sign: int) -> tuple[Series, Series, bool]:
         """The start is a well or a barrier: halves of Gaussians, and log(lam) in the regular part.
 
         With V - V(x) = ±s^2/2 and du = (a_0 + a_1 s + …) ds all integrals are known.
         """
-        c = self.context
-        # Exact for a polynomial, where rounding would hide a multiple zero.
-        slope = self.number(self.field.taylor(x, Fraction(1), 2)[1])
-        if not slope:
-            raise degenerate(x)
-        barrier = bool(slope > 0)
-        fall = self.fall(x, barrier)
-        reduced = perron_coefficients(fall, [c.one, *[c.zero] * (len(fall) - 1)], 2)
-        half = c.mpf(1) / 2
-        a = [d * abs(slope) ** (-half * (i + 1)) for i, d in enumerate(reduced[: 2 * self.count])]
-        last = range(2 * (self.count - BEYOND), 2 * self.count)
-        self.require_estimate(x, fall, {i: reduced[i] / reduced[0] for i in last})
+        if not self.at_zero:
+            return super().beginning(sign)
+        c, taylor, a = self.context, *self.arc(sign)
+        self.require_estimate(self.x, abs(taylor[1]), a, 1)
         peak: Groups = [[] for _ in range(self.count)]
         formal: Groups = [[] for _ in range(self.count)]
         for i, coefficient in enumerate(a):
-            power = half * (i + 1)
-            size = coefficient * c.gamma(power) * 2**power / 2
-            peak[i // 2].append((size, power, 0))
+            exponent = c.mpf(i + 1) / 2
+            size = coefficient * c.gamma(exponent) * 2**exponent / 2
+            peak[i // 2].append((size, exponent, 0))
             if i % 2:
-                formal[i // 2].append(((-1) ** (i // 2 + 1) * size, power, 0))
+                formal[i // 2].append(((-1) ** (i // 2 + 1) * size, exponent, 0))
+        own, other = series_of(peak, self.least), series_of(formal, self.least)
+        return (own, other, False) if taylor[1] > 0 else (other, own, True)
+
+    def arc(self, sign: int) -> tuple[list[Any], list[Any]]:
+        """Taylor coefficients of phi at the start as it is seen to that side, and the a_i."""
+        # Exact for a polynomial, where rounding would hide a multiple zero.
+        taylor = self.taylor(self.x)
+        if not taylor[1]:
+            raise degenerate(self.x)
+        taylor = [t * sign if j % 2 == 0 else t for j, t in enumerate(taylor)]
+        return taylor, arc_coefficients(taylor, 2 * self.count, 1, self.context.one)
+
+    def add_corner(self, sign: int, groups: Groups) -> None:
+        """Add the double integrals beside the start, and what its finite part is to change by.
+
+        The finite part of `regular_part` leaves out powers of u - x, `_corner` those of s.
+        """
+        c = self.context
+        taylor, a = self.arc(sign)
         for i, p in enumerate(a):
             for j, q in enumerate(a[: len(a) - i]):
-                group = (i + j) // 2
-                if group < self.count:
-                    self.outer[group] += _corner(p * q, i, j, barrier, c)
-        self.outer_shift(x, a)
-        own, other = series_of(peak, self.least), series_of(formal, self.least)
-        return (own, other, False) if barrier else (other, own, True)
-
-    def outer_shift(self, x: Fraction, a: list[Any]) -> None:
-        """The finite part leaves out powers of u - x; `_corner` those of s. This is the change."""
-        c = self.context
-        taylor = [self.number(t) for t in self.field.taylor(x, Fraction(1), 2 * self.count + 2)]
-        taylor = [c.zero, *taylor[1:]]
-        taylor += [c.zero] * (2 * self.count + 2 - len(taylor))
+                if (i + j) // 2 < self.count:
+                    groups[(i + j) // 2] += _corner(p * q, i, j, bool(taylor[1] > 0), c)
+        taylor = [c.zero, *taylor[1:], *[c.zero] * (2 * self.count + 2 - len(taylor))]
         # u - x = a_0 s (1 + alpha_1 s + …).
         alpha = [value / (a[0] * (i + 1)) for i, value in enumerate(a)]
         for k, series in enumerate(laurent(taylor, True, self.count)):
@@ -292,7 +293,7 @@ class _Builder:
                 p = top - j
                 constant = power(alpha, -p, 1, p + 1, c.one)[p] * a[0] ** -p
                 change += series[j] * constant / -p
-            self.outer[k].append((-change, k + 1, 0))
+            groups[k].append((-change, k + 1, 0))
 
 
 def _corner(weight: mpf, i: int, j: int, barrier: bool, c: MPContext) -> list[tuple[Any, Any, int]]:
@@ -319,6 +320,9 @@ def _corner(weight: mpf, i: int, j: int, barrier: bool, c: MPContext) -> list[tu
     front *= (-1) ** ((i + j + 2) // 2)
     constant = c.digamma(c.mpf(1 - i) / 2 if barrier else c.mpf(j + 1) / 2) + c.log(2)
     return [(front * constant, power, 0), (-front, power, 1)]
+
+
+# -- zeros of A, and where it turns ----------------------------------------------------------------
 
 
 def degenerate(u: Fraction | mpf) -> InputError:
@@ -357,8 +361,7 @@ def simple_zeros(
             raise degenerate(edges[k] if low else edges[k - 1])
         if (low > 0) != (high > 0):
             a, b = (mpf_of(e, context) for e in edges[k - 1 : k + 1])
-            pair = partial(_value_and_slope, field)
-            zeros.append((bracketed_zero(pair, a, b, context), bool(high > 0)))
+            zeros.append((bracketed_zero(field.value_and_slope, a, b, context), bool(high > 0)))
     return zeros
 
 
@@ -399,8 +402,3 @@ def turning_points(
 def _quotient(a: Fraction | mpf, b: Fraction | mpf, context: MPContext) -> Any:
     """a/b in the context."""
     return mpf_of(a, context) / mpf_of(b, context)
-
-
-def _value_and_slope(field: ExactField, u: mpf) -> tuple[Any, Any]:
-    """A(u) and A'(u)."""
-    return field.number(u), field.slope(u)

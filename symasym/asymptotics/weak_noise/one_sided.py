@@ -1,30 +1,50 @@
-"""The one-sided expansion of the integrals of e^{±lam V}: a value that every later stage receives.
+"""The one-sided expansions of the integrals of e^{±lam V} from a start on, over an arithmetic.
 
-Each is a sum over critical points: interior maxima of the exponent with Laplace's series; the
-start and the end with the formal series of an endpoint; and the kinks u = -1 and 1 with the
-difference of that series' two sides. Numbers are those of one drift with any digits, or float64,
-one of a drift or an array over drifts whose critical points come in the same order.
+Each is a sum over critical points: the maxima of the exponent, with Laplace's series; the start
+and the end, with the formal series of an endpoint, whatever the sign of the slope there; and the
+kinks u = -1 and 1, with the difference of that series' two sides, since A's derivatives jump.
+Where the exponent has a minimum nothing is added: the exponentials that the two sides of the
+formal series differ by there are those of the maxima.
+
+Both sides of the start are made at once, the left one as it is seen in the mirror, where h_k(u)
+(`symasym.asymptotics.weak_noise.regular_part`) becomes -h_k(-u), and a well or a barrier stays what
+it is. Numbers are an array over polynomial drifts whose zeros, starts and radii come in the same
+order, or the float of one of them (`Builder`), or mpf, and then of any drift
+(`symasym.asymptotics.weak_noise.critical_points`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import cmath
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import is_dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.asymptotics.weak_noise.majorants import Majorants, majorants
+from symasym.asymptotics.weak_noise.regular_part import Pole, pole_sums
 from symasym.asymptotics.weak_noise.series import (
+    BEYOND,
     ROUNDING,
     Local,
     Numbers,
     Part,
     Series,
     higher,
+    lower,
     trimmed,
 )
 from symasym.base.inputs import FloatArray
-from symasym.numbers.arithmetic import Number
+from symasym.drift.polynomial_scenes import Scenes, edges_of
+from symasym.numbers.arithmetic import FLOATS, Arithmetic, Number
+from symasym.numbers.polynomials import Zeros, poly, poly_slope, shifted
+from symasym.numbers.power_series import laurent, power
+
+_EPS = 2.3e-16
+# A's first derivatives beside the later ones, below which they are taken to vanish.
+_FLAT = 1e-8
 
 
 class CriticalPoint(NamedTuple):
@@ -140,12 +160,296 @@ def add_edge(
     falling.append(CriticalPoint(rank, -height, changes[1], None, kind, u))
 
 
+def mirrored(series: Series, sign: int) -> Series:
+    """The series times `sign`, as h_k(u) becomes -h_k(-u) in the mirror."""
+    if sign > 0:
+        return series
+    parts = [Part(p.offset, p.logs, [-c for c in p.coefficients]) for p in series.parts]
+    return Series(parts, series.rounding, series.size)
+
+
+def endpoint_coefficients(taylor: list[Any], count: int) -> list[Any]:
+    """h_1, ..., h_count at a point where phi has these Taylor coefficients."""
+    taylor = (taylor + [0.0] * count)[:count]
+    return [row[0] for row in laurent(taylor, False, count)]
+
+
+def arc_coefficients(taylor: list[Any], count: int, step: int, one: Number) -> list[Any]:
+    """a_0, a_step, ... below a_count of du = (a_0 + a_1 s + ...) ds with V - V(z) = ±s²/2.
+
+    z is a simple zero of phi with these Taylor coefficients; a_i is the i-th coefficient of
+    (1 + alpha_1 t + ...)^(-(i + 1)/2) over |phi'(z)|^((i + 1)/2), Perron's formula
+    (`symasym.asymptotics.laplace.watson`), with V - V(z) = -phi'(z) t²/2 (1 + alpha_1 t + ...).
+    """
+    slope = taylor[1]
+    alpha = [1, *(2 * c / ((j + 2) * slope) for j, c in enumerate(taylor[2 : count + 1], start=1))]
+    front = abs(slope) ** -0.5
+    square, arc = front**2, []
+    for i in range(0, count, step):
+        arc.append(power(alpha, -(i + 1), 2, i + 1, one)[i] * front)
+        front = front * (square if step == 2 else abs(slope) ** -0.5)
+    return arc
+
+
+def _log(x: Numbers) -> Any:
+    """The principal logarithm, of real or complex numbers."""
+    if isinstance(x, np.ndarray):
+        return np.log(x)
+    return cmath.log(x) if isinstance(x, complex) else math.log(x)
+
+
+def first(x: Numbers) -> Any:
+    """The first entry of an array, or the number itself."""
+    return x[0] if isinstance(x, np.ndarray) else x
+
+
+class Builder:
+    """Both one-sided expansions, to order `count` - 1 in 1/lam with those that tell the error.
+
+    What is asked of the drift is `taylor`, `barrier`, `potential` and `outer`; here A is a
+    polynomial whose zeros are known, in float64, with a bound of the rounding of each number.
+
+    Attributes
+    ----------
+    edges : list
+        -r, the start and r, each moved to the nearest point of the layer [-1, 1].
+    lines : list
+        The real zeros of A, ascending; `pairs` are the others above the real axis.
+    beyond : bool
+        Whether r > 1, so that a straight part of the potential follows the layer.
+    """
+
+    arithmetic: Arithmetic = FLOATS
+    #: The rounding of h_1 beside a straight potential.
+    least: Numbers = ROUNDING
+
+    def __init__(
+        self, scenes: Scenes, zeros: Zeros, order: int, only: Callable[[Any], Any]
+    ) -> None:
+        self.count = order + 1 + BEYOND
+        self.c = [only(c) for c in scenes.c]
+        self.degree = len(self.c) - 1
+        self.edges: Any = [only(u) for u in edges_of(scenes)]
+        self.a_minus, self.a_plus = only(scenes.a_minus), only(scenes.a_plus)
+        self.start, self.beyond = only(scenes.start), bool(scenes.r[0] > 1)
+        real = int(zeros.real[0]) if len(zeros.real) else 0
+        self.lines = [only(zeros.values[k]) for k in range(real)]
+        self.pairs = [only(z) for z in zeros.pairs]
+        self.v = [-c / k for k, c in enumerate(self.c, start=1)]
+        self.c_size = [abs(c) for c in self.c]
+        self.height_size = sum(abs(v) for v in self.v)
+        self.rough = [self.roughness(z) for z in self.lines]
+        self.rough_pairs = [self.roughness(z) for z in self.pairs]
+
+    # -- rounding ---------------------------------------------------------------------------
+
+    def roughness(self, z: Numbers) -> Any:
+        """The relative rounding bound of the zero z, in units of its distance to the next."""
+        moved = poly(self.c_size, abs(z)) / abs(self.slope(z))
+        near = 1 + abs(z)
+        for w in self.others(z):
+            near = lower(near, abs(z - w))
+        return _EPS * (1 + moved / near)
+
+    def others(self, z: Numbers) -> Iterator[Any]:
+        """All zeros of A but z: real ones, and both of each complex pair."""
+        for w in self.lines:
+            if w is not z:
+                yield w
+        for w in self.pairs:
+            if w is not z:
+                yield w
+            yield w.conjugate()
+
+    def roughest(self) -> Any:
+        """The largest of these, infinite where one is undefined."""
+        worst: Any = 0.0
+        for rough in self.rough + self.rough_pairs:
+            worst = higher(worst, rough)
+        return np.where(np.isfinite(worst), worst, np.inf)
+
+    def estimated(self) -> Any:
+        """True where the next two terms of every series tell its error: A not straight or flat."""
+        order, good = self.count - 1 - BEYOND, True
+        at = [(z, 2, 2 * order + 5) for z in self.lines] + [(u, 1, order + 2) for u in self.edges]
+        for u, low, high in at:
+            if self.degree > high:
+                row = self.taylor(u)
+                near = sum(abs(c) for c in row[low : high + 1])
+                good = good & (near > _FLAT * sum(abs(c) for c in row[high + 1 :]))
+        return good
+
+    # -- the drift --------------------------------------------------------------------------
+
+    def slope(self, z: Numbers) -> Any:
+        """A'(z)."""
+        return poly_slope(self.c, z)
+
+    def taylor(self, u: Numbers) -> list[Any]:
+        """Taylor coefficients of A at u."""
+        return shifted(self.c, u)
+
+    def potential(self, u: Numbers) -> Any:
+        """V(u) in the layer, up to a constant."""
+        return poly(self.v, u) * u
+
+    def barrier(self, k: int) -> bool:
+        """True if the k-th real zero is a barrier, False for a well."""
+        return bool(first(self.slope(self.lines[k])) > 0)
+
+    def inside(self, sign: int) -> list[int]:
+        """Numbers of the real zeros between the start and the layer's end, from the start on."""
+        low, high = sorted((first(self.edges[1]), first(self.edges[1 + sign])))
+        order = range(len(self.lines)) if sign > 0 else reversed(range(len(self.lines)))
+        return [k for k in order if low < first(self.lines[k]) < high]
+
+    # -- series -----------------------------------------------------------------------------
+
+    def smooth(self, u: Numbers, value: Numbers = None) -> Series:
+        """h_k(u), k = 1, 2, ..., where A(u) may be known better than from float64."""
+        psi = self.taylor(u)
+        if value is not None:
+            psi[0] = value
+        h = endpoint_coefficients(psi, self.count)
+        size = poly(self.c_size, abs(u)) * abs(h[0])
+        return Series([Part(1.0, 0, trimmed(h))], _EPS * 4 * self.count * (1 + size))
+
+    def flat(self, a: Numbers) -> Series:
+        """h_1 = 1/phi beside a straight potential."""
+        return Series([Part(1.0, 0, [1 / a])], self.least)
+
+    def peak(self, k: int) -> Series:
+        """Laplace's series at the k-th real zero."""
+        taylor = self.taylor(self.lines[k])
+        arc = arc_coefficients(taylor, 2 * self.count, 2, self.arithmetic.one)
+        # Higher coefficients depend on the zeros' distances by higher powers.
+        return self.gaussian(arc, taylor, 8 * (self.count + self.degree) * self.rough[k])
+
+    def gaussian(self, arc: list[Any], taylor: list[Any], rounding: Numbers) -> Series:
+        """int e^{-lam |V - V(z)|} du, terms a_2n (2n - 1)!! (2 pi)^(1/2) lam^-(n + 1/2).
+
+        (Watson's lemma for the even coefficients, DLMF 2.4(iv).)
+        """
+        terms, moment = [], (2 * self.arithmetic.pi) ** 0.5
+        for n, a in enumerate(arc):
+            terms.append(a * moment)
+            moment *= 2 * n + 1
+        known = majorants(taylor, self.count, self.arithmetic)
+        return Series([Part(0.5, 0, trimmed(terms))], rounding, majorants=known)
+
+    def poles(self) -> Iterator[Pole]:
+        """The zeros of A, of a complex pair one."""
+        for z, rough in zip(self.lines, self.rough, strict=True):
+            yield Pole(z, self.taylor(z), 1, rough)
+        for z, rough in zip(self.pairs, self.rough_pairs, strict=True):
+            yield Pole(z, self.taylor(z), 2, rough)
+
+    def primitives(self) -> tuple[list[Any], list[Any]]:
+        """Primitives of h_1, h_2, ... at each of the edges, and what is rounded in them."""
+        if self.degree:
+            return pole_sums(self.poles(), self.edges, self.count, _log)
+        totals, sizes = ([[0.0] * 3 for _ in range(self.count)] for _ in range(2))
+        totals[0] = [u / self.c[0] for u in self.edges]
+        sizes[0] = [abs(total) * _EPS for total in totals[0]]
+        return totals, sizes
+
+    def outer(self, sign: int, extra: Numbers) -> Series:
+        """The regular part of one side, with what is `extra` before the layer."""
+        totals, sizes = self.regular
+        shares = [row[1 + sign] - row[1] for row in totals]
+        wrong = [row[1 + sign] + row[1] for row in sizes]
+        shares[0] = shares[0] + extra
+        wrong[0] = wrong[0] + abs(extra) * _EPS * 4
+        return Series([Part(1.0, 0, trimmed(shares))], 1.0, wrong)
+
+    # -- the two sides ----------------------------------------------------------------------
+
+    def both_sides(self) -> tuple[OneSided, OneSided]:
+        """The one-sided expansions to the left, mirrored, and to the right of the start."""
+        self.regular = self.primitives()
+        middle, start = self.edges[1], self.start
+        outside = 0.0 * start
+        if first(start) < -1:
+            outside = (start + 1) * self.a_minus
+        if first(start) > 1:
+            outside = (start - 1) * self.a_plus
+        # V from the start on.
+        self.base = self.potential(middle) - outside
+        # Horner's rounding at both points; products with lam are rounded elsewhere.
+        rough = (self.degree + 3) * self.height_size + 2 * abs(outside)
+        self.height_rough = _EPS * rough if self.arithmetic.context is None else 0.0
+        # The same numbers on both sides of a kink, whose first terms cancel.
+        known = [self.a_minus if self.beyond else None, None, self.a_plus if self.beyond else None]
+        if abs(first(start)) >= 1:
+            known[1] = self.a_minus if first(start) < 0 else self.a_plus
+        self.at_edge = [self.smooth(u, a) for u, a in zip(self.edges, known, strict=True)]
+        return self.side(-1), self.side(1)
+
+    def side(self, sign: int) -> OneSided:
+        """The one-sided expansion right of the start, or, in the mirror, left of it."""
+        near, far = self.a_minus, self.a_plus
+        if sign < 0:
+            near, far = -far, -near
+        start = sign * self.start
+        if first(start) >= 1:
+            own, line = formal_series(self.flat(far)), (start, 0 * start, far)
+            return OneSided(*own, True, [], [], Series([]), line, self.height_rough)
+        rising: list[CriticalPoint] = []
+        falling: list[CriticalPoint] = []
+        extra: Any = 0.0
+        if first(start) < -1:
+            h, inner = self.flat(near), mirrored(self.at_edge[1], sign)
+            extra = (-1 - start) / near
+            # V at the layer's near edge.
+            height = (1 + start) * near
+            add_edge(rising, falling, 0, height, h, inner, "kink", -1 + 0 * start)
+            begin = *formal_series(h), True
+        else:
+            begin = self.beginning(sign)
+        outer = self.outer(sign, extra)
+        rank = self.between(sign, rising, falling)
+        beyond = self.end(sign, rank, rising, falling)
+        return OneSided(*begin, rising, falling, outer, beyond, self.height_rough)
+
+    def beginning(self, sign: int) -> tuple[Series, Series, bool]:
+        """The series of a start in the layer, and whether their product is part of D."""
+        return *formal_series(mirrored(self.at_edge[1], sign)), True
+
+    def between(self, sign: int, rising: list[CriticalPoint], falling: list[CriticalPoint]) -> int:
+        """Add wells and barriers; returns the rank of what comes next."""
+        inside = self.inside(sign)
+        for rank, k in enumerate(inside, start=1):
+            height = self.potential(self.lines[k]) - self.base
+            barrier, u = self.barrier(k), sign * self.lines[k]
+            points, kind = (rising, "barrier") if barrier else (falling, "well")
+            height = height if barrier else -height
+            points.append(CriticalPoint(rank, height, self.peak(k), None, kind, u))
+        return len(inside) + 1
+
+    def end(
+        self, sign: int, rank: int, rising: list[CriticalPoint], falling: list[CriticalPoint]
+    ) -> tuple[Any, Any, Any] | None:
+        """Add the end of the layer, or r before it; returns what lies beyond."""
+        edge = self.edges[1 + sign]
+        height, inner = self.potential(edge) - self.base, mirrored(self.at_edge[1 + sign], sign)
+        u = sign * self.arithmetic.number(edge)
+        if not self.beyond:
+            add_edge(rising, falling, rank, height, inner, None, "end", u)
+            return None
+        slope = self.a_plus if sign > 0 else -self.a_minus
+        add_edge(rising, falling, rank, height, inner, self.flat(slope), "kink", u)
+        return 1.0 + 0 * height, height, slope
+
+
 def _float_series(x: Series | Local | None) -> Any:
     """The series in float64; what is no series stays."""
     if not isinstance(x, Series):
         return x
     parts = [p._replace(coefficients=[float(c) for c in p.coefficients]) for p in x.parts]
-    return Series(parts, ROUNDING)
+    known = x.majorants
+    if known is not None:
+        known = Majorants(*([float(c) for c in row] for row in known))
+    return Series(parts, ROUNDING, majorants=known)
 
 
 def float_point(p: CriticalPoint) -> CriticalPoint:

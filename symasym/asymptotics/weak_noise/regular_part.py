@@ -11,19 +11,19 @@ A all is a sum over the zeros of A in the complex plane; otherwise over Taylor p
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from symasym.asymptotics.weak_noise.series import counts
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.patience import step
 from symasym.drift.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Number
-from symasym.numbers.polynomial_roots import refined
-from symasym.numbers.polynomials import shifted
+from symasym.numbers.polynomials import refined, shifted
 from symasym.numbers.power_series import laurent, product, reciprocal
 from symasym.numbers.quadratic_factor import split_pair
 
@@ -31,9 +31,7 @@ if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
-    pass
-
-__all__ = ["layer_integrals", "panel_integrals", "pole_primitive"]
+__all__ = ["Pole", "panel_integrals", "pole_primitive", "pole_sums", "polynomial_primitives"]
 
 # Zeros closer than this are not separated well enough for partial fractions.
 _CLUSTER = 1e-5
@@ -44,30 +42,69 @@ _MOST_PANELS = 60
 _NARROWEST = Fraction(1, 2**12)
 
 
-def layer_integrals(
-    field: ExactField,
-    lo: Fraction,
-    hi: Fraction,
-    zeros: Sequence[Any],
-    count: int,
-    context: MPContext,
-) -> list[Any]:
-    """Finite parts of int h_k over [lo, hi] inside [-1, 1], k = 1 to `count`.
+class Pole(NamedTuple):
+    """A simple zero of A, its Taylor coefficients there, and the relative rounding of these.
 
-    `zeros` are those of phi in (lo, hi), all simple; one exactly at `lo` is taken as a zero too,
-    and then what diverges as a power or logarithm of the distance is dropped.
+    `times` is 2 for one of a complex pair, whose shares are twice the real part.
     """
-    if field.is_polynomial:
-        taylor = field.taylor(Fraction(0), Fraction(1), 0)
-        numbers = [mpf_of(c, context) for c in taylor]
-        roots = _roots(numbers, context)
-        if roots is not None:
-            integrals = _by_fractions(
-                numbers, roots, mpf_of(lo, context), mpf_of(hi, context), count
-            )
-            if integrals is not None:
-                return integrals
-    return panel_integrals(field, lo, hi, zeros, count, context)
+
+    z: Any
+    taylor: list[Any]
+    times: int
+    rough: Any
+
+
+def pole_sums(
+    poles: Iterable[Pole], edges: Sequence[Any], count: int, log: Callable[[Any], Any]
+) -> tuple[list[list[Any]], list[list[Any]]]:
+    """Primitives of h_1, ..., h_count at each of the edges, polynomial A, and their rounding.
+
+    By partial fractions: h_k has its poles at the zeros of A and vanishes at infinity, so that it
+    is the sum of the negative powers of its Laurent series there.
+    """
+    totals, sizes = ([[0.0] * len(edges) for _ in range(count)] for _ in range(2))
+    for z, taylor, times, rough in poles:
+        psi = (taylor + [0.0] * 2 * count)[: 2 * count]
+        known = list(laurent(psi, True, count))
+        rounding = [rough * (6 + 4 * k) if counts(rough) else 0.0 for k in range(count)]
+        for side, u in enumerate(edges):
+            t = u - z
+            logarithm = log(abs(t) if times == 1 else t) if isinstance(t, np.ndarray) or t else t
+            for k, series in enumerate(known):
+                total = pole_primitive(series, k, t, logarithm)
+                here = total if times == 1 else 2 * total.real
+                totals[k][side] = totals[k][side] + here
+                if counts(rounding[k]):
+                    sizes[k][side] = sizes[k][side] + abs(total) * rounding[k]
+    return totals, sizes
+
+
+def polynomial_primitives(
+    field: ExactField, edges: Sequence[Any], count: int, context: MPContext
+) -> list[list[Any]] | None:
+    """Primitives of h_1, ..., h_count at the edges; at a simple zero of A the finite part.
+
+    None unless A is a polynomial whose zeros are far enough from each other for `pole_sums`.
+    """
+    if not field.is_polynomial:
+        return None
+    c = [mpf_of(x, context) for x in field.taylor(Fraction(0), Fraction(1), 0)]
+    points = [mpf_of(u, context) for u in edges]
+    roots = _roots(c, context)
+    if roots is None:
+        return None
+    if not roots:
+        return [[u / c[0] for u in points], *([context.zero] * len(points),) * (count - 1)]
+    poles = []
+    for z in roots:
+        # Zeros come with their conjugates, so that half of them are enough.
+        if context.im(z) >= 0:
+            root = refined(c, z, context)
+            if root is None:
+                return None
+            times = 1 if isinstance(root, context.mpf) else 2
+            poles.append(Pole(root, shifted(c, root)[: 2 * count], times, 0.0))
+    return pole_sums(poles, points, count, context.log)[0]
 
 
 def pole_primitive(series: list[Any], k: int, t: Number, log: Number) -> Any:
@@ -141,35 +178,6 @@ def _close_pair(c: list[Any], middle: float, context: MPContext) -> list[Any] | 
         return None
     apart = context.sqrt(pair.square)
     return [x + pair.middle - apart, x + pair.middle + apart]
-
-
-def _by_fractions(c: list[Any], roots: list[Any], lo: mpf, hi: mpf, count: int) -> list[Any] | None:
-    """Finite parts by partial fractions: at each zero of A the poles of h_k, as series there.
-
-    None where a zero can't be refined. Zeros come with their conjugates, so that half are enough.
-    """
-    context = lo.context
-    if not roots:
-        return [(hi - lo) / c[0], *[context.zero] * (count - 1)]
-    totals = [context.zero] * count
-    for z in roots:
-        if context.im(z) < 0:
-            continue
-        root = refined(c, z, context)
-        if root is None:
-            return None
-        taylor = shifted(c, root)[: 2 * count]
-        taylor[0] = context.zero
-        taylor += [context.zero] * (2 * count - len(taylor))
-        twice = 1 if isinstance(root, context.mpf) else 2
-        ends = []
-        for t, sign in ((hi - root, 1), (lo - root, -1)):
-            log = (context.log(abs(t)) if twice == 1 else context.log(t)) if t else t
-            ends.append((t, log, sign))
-        for k, series in enumerate(laurent(taylor, True, count)):
-            for t, log, sign in ends:
-                totals[k] += twice * sign * context.re(pole_primitive(series, k, t, log))
-    return totals
 
 
 # -- Taylor panels ---------------------------------------------------------------------------------

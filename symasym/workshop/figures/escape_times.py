@@ -1,4 +1,7 @@
-"""The escape time of the friction oscillator, exact and by the paper's formula (fric1, fric2)."""
+"""The friction oscillator's escape time, z frozen, exact and by the paper's formula (fric1, fric2).
+
+In the oscillator z moves while the block sticks, so this is not the time of its release.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +18,19 @@ from symasym.workshop.figures.style import (
     INK,
     colors,
     dark,
+    light,
     new_figure,
     number_text,
     several,
+    shape_colors,
     style,
 )
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from symasym.quantities import TimeMethod
 
 # The paper's setting: everything is exact, and eps, kappa and r are the physical ones.
 EPS = "0.01"
@@ -102,7 +109,7 @@ def curve(
         right = np.union1d(z0[z0 > fold], near[near < edge])
         sides = [np.append(z0[z0 < fold - 1e-9], fold - 1e-9), right][: 1 + bool(right.size)]
 
-    def log_time(at: FloatArray, method: str) -> FloatArray:
+    def log_time(at: FloatArray, method: TimeMethod) -> FloatArray:
         """log T at these z0."""
         drift = family.bind(z0=at)
         return np.asarray(sa.escape_time(drift, scales.kappa, scales.r, method=method, log=True))
@@ -126,7 +133,7 @@ def fric1(
     eps: Number = EPS,
     r: Number = R,
 ) -> Figure:
-    """The escape time against z0 at several noise amplitudes (Fig. fric1).
+    """The escape time with z frozen at z0, at several noise amplitudes (Fig. fric1).
 
     Parameters
     ----------
@@ -161,7 +168,7 @@ def fric1(
     panels = [[_curve(m, k, points, low, setting) for k in amplitudes] for m in shapes]
     labels = [rf"$\kappa = {number_text(exact('kappa', k))}$" for k in amplitudes]
     caption = (
-        f"Logarithm of the escape time of the oscillator against its spring extension, "
+        "Logarithm of the mean escape time with the spring extension frozen at z0, "
         f"{_setting_text(setting)}: the exact integral (solid) and the paper's leading-order "
         "formula (dotted), for the kappa beside the curves."
     )
@@ -178,7 +185,9 @@ def fric1(
         ):
             number = f"({('i', 'ii', 'iii', 'iv')[n]})  " if len(shapes) > 1 else ""
             _limits(axes, curves, 0.03)
-            _panel(axes, curves, labels, rf"{number}$\mu = {number_text(exact('mu', m))}$")
+            _panel(
+                axes, curves, labels, rf"{number}$\mu = {number_text(exact('mu', m))}$", colors()
+            )
             _fold_inset(axes, curves)
         if any(axes.child_axes for axes in figure.axes):
             figure.set_label(f"{caption} The inset magnifies the fold.")
@@ -195,7 +204,7 @@ def fric2(
     eps: Number = EPS,
     r: Number = R,
 ) -> Figure:
-    """The escape time against z0 for several mu at small noise (Fig. fric2).
+    """The escape time with z frozen at z0, for several mu at small noise (Fig. fric2).
 
     Parameters
     ----------
@@ -230,17 +239,19 @@ def fric2(
     curves = [_curve(m, kappa, points, low, setting) for m in shapes]
     noise = number_text(exact("kappa", kappa))
     caption = (
-        f"Logarithm of the escape time against the spring extension at kappa = {noise}, "
-        f"{_setting_text(setting)}, for the mu beside the curves: the exact integral (solid) and "
-        "the paper's leading-order formula (dotted), whose Stokes discontinuities are marked."
+        "Logarithm of the mean escape time with the spring extension frozen at z0, "
+        f"kappa = {noise}, {_setting_text(setting)}, for the mu beside the curves: the "
+        "exact integral (solid) and the paper's leading-order formula (dotted). The numbers are "
+        "the folds, at which the formula jumps: its Stokes discontinuities."
     )
     with style():
         figure = new_figure(5.4, 3.8, caption)
         axes = figure.subplots()
-        _limits(axes, curves, 0.25)
+        _limits(axes, curves, 0.03)
         labels = [rf"$\mu = {number_text(exact('mu', m))}$" for m in shapes]
-        _panel(axes, curves, labels, rf"$\kappa = {noise}$")
-        _mark_folds(axes, curves)
+        hues = shape_colors([exact("mu", m) for m in shapes])
+        _panel(axes, curves, labels, rf"$\kappa = {noise}$", hues)
+        _mark_folds(axes, curves, hues)
         axes.legend(handles=_key(), loc="upper left")
         return figure
 
@@ -274,27 +285,28 @@ def _limits(axes: Axes, curves: list[Curve], below: float) -> None:
     axes.set(xlim=(curves[0].z0[0], edge), ylim=(least - below * height, most + 0.03 * height))
 
 
-def _panel(axes: Axes, curves: list[Curve], labels: list[str], title: str) -> None:
+def _panel(axes: Axes, curves: list[Curve], labels: list[str], title: str, hues: list[str]) -> None:
     """Draw all curves of one panel, with their names."""
-    for color, drawn in zip(colors(), curves, strict=False):
+    for color, drawn in zip(hues, curves, strict=False):
         _draw(axes, drawn, color, gid="")
     axes.set(title=title, xlabel="$z_0$", ylabel=r"$\log\,\tilde{T}$")
-    _label_ends(axes, [float(drawn.exact[-1]) for drawn in curves], labels)
+    _label_ends(axes, [float(drawn.exact[-1]) for drawn in curves], labels, hues)
 
 
 def _draw(axes: Axes, drawn: Curve, color: str, gid: str) -> None:
     """Draw the exact curve and the asymptotic one on both sides of the fold."""
     name = f"{gid}mu-{drawn.mu.replace('/', '-over-')}-kappa-{drawn.kappa}"
-    axes.plot(drawn.z0, drawn.exact, color=color, gid=f"exact-{name}")
+    axes.plot(drawn.z0, drawn.exact, color=light(color, 0.45), **_SOLID, gid=f"exact-{name}")
     for side, (z0, log_time) in zip(("left", "right"), drawn.asymptotic, strict=False):
-        # Darker than the solid line, so that it shows where the two coincide.
-        axes.plot(z0, log_time, color=dark(color, 0.25), **_DOTTED, gid=f"asymptotic-{side}-{name}")
+        # Of the same hue and darker, so that it shows where the two coincide.
+        axes.plot(z0, log_time, color=dark(color, 0.7), **_DOTTED, gid=f"asymptotic-{side}-{name}")
 
 
-_DOTTED: dict[str, Any] = {"linewidth": 1.1, "linestyle": (0, (1.0, 1.7))}
+_SOLID: dict[str, Any] = {"linewidth": 2.4}
+_DOTTED: dict[str, Any] = {"linewidth": 1.4, "linestyle": (0, (1.0, 1.5))}
 
 
-def _label_ends(axes: Axes, ends: list[float], labels: list[str]) -> None:
+def _label_ends(axes: Axes, ends: list[float], labels: list[str], hues: list[str]) -> None:
     """Write each curve's name beside its right end, pushed apart where two would overlap."""
     low, high = axes.get_ylim()
     heights = [(end - low) / (high - low) for end in ends]
@@ -308,9 +320,9 @@ def _label_ends(axes: Axes, ends: list[float], labels: list[str]) -> None:
             xycoords="axes fraction",
             textcoords="axes fraction",
             va="center",
-            color=dark(colors()[i], 0.8),
+            color=dark(hues[i], 0.8),
             annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "color": colors()[i], "linewidth": 0.7},
+            arrowprops={"arrowstyle": "-", "color": hues[i], "linewidth": 0.7},
         )
 
 
@@ -319,7 +331,7 @@ def _key() -> list[Any]:
     from matplotlib.lines import Line2D
 
     return [
-        Line2D([], [], color=INK, label="exact"),
+        Line2D([], [], color="0.65", **_SOLID, label="exact"),
         Line2D([], [], color=INK, **_DOTTED, label="asymptotic"),
     ]
 
@@ -348,11 +360,18 @@ def _fold_inset(axes: Axes, curves: list[Curve]) -> None:
     inset.set_xticks([e for e in ends if e < right], names[: sum(e < right for e in ends)])
     inset.tick_params(labelsize="small")
     inset.spines[["top", "right"]].set_visible(True)
-    axes.indicate_inset_zoom(inset, edgecolor="0.5")
+    zoom = axes.indicate_inset_zoom(inset, edgecolor="0.5")
+    # From the right corners only: the left ones' lines would go through the tick labels.
+    for corner, line in zip(_CORNERS, zoom.connectors or (), strict=True):
+        line.set_visible(corner == "lower right")
 
 
-def _mark_folds(axes: Axes, curves: list[Curve]) -> None:
-    """A pointer, from below, to every discontinuity of the asymptotic value."""
+# In matplotlib's order.
+_CORNERS = ("lower left", "upper left", "lower right", "upper right")
+
+
+def _mark_folds(axes: Axes, curves: list[Curve], hues: list[str]) -> None:
+    """A pointer, from above, to every discontinuity of the asymptotic value."""
     folded = [(c.fold, k) for k, c in enumerate(curves) if c.fold is not None]
     low, high = axes.get_ylim()
     left, right = axes.get_xlim()
@@ -363,14 +382,10 @@ def _mark_folds(axes: Axes, curves: list[Curve]) -> None:
         text = min(fold, text - 0.04 * (right - left))
         axes.annotate(
             f"{fold:.2f}".replace("-", "\N{MINUS SIGN}"),
-            xy=(float(z0[-1]), float(log_time[-1]) - 0.005 * (high - low)),
-            xytext=(text, low + 0.1 * (high - low)),
+            xy=(float(z0[-1]), float(log_time[-1]) + 0.025 * (high - low)),
+            xytext=(text, float(log_time[-1]) + 0.095 * (high - low)),
             ha="center",
-            color=dark(colors()[k], 0.8),
-            arrowprops={"arrowstyle": "->", "color": colors()[k], "linewidth": 0.9},
+            color=dark(hues[k], 0.8),
+            arrowprops={"arrowstyle": "->", "color": hues[k], "linewidth": 0.9},
         )
         text -= 0.1 * (right - left)
-    if folded:
-        words = "Stokes discontinuities of the asymptotic value, at $z_0^{(+)}$"
-        at = (0.97, 0.025)
-        axes.annotate(words, xy=at, xycoords="axes fraction", ha="right", color=INK)

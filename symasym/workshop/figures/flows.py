@@ -16,6 +16,7 @@ from symasym.workshop.figures.style import (
     INK,
     arrow,
     colors,
+    dark,
     layer_band,
     new_figure,
     number_text,
@@ -106,8 +107,8 @@ def flows(mu: Number = 3, alpha: Number = 1, eps: Number = "1/10") -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Orbits in (z, u), u = y/eps, and where the scaled drift vanishes: an
-        attracting stretch (solid) and a repelling one (dashed).
+        Orbits in (z, u), u = y/eps, and the slow manifold, an orbit itself (Fenichel):
+        its attracting branch (solid) and its repelling one (dashed).
 
     Raises
     ------
@@ -132,12 +133,13 @@ def flows(mu: Number = 3, alpha: Number = 1, eps: Number = "1/10") -> Figure:
     fold = float(cubic.folds().z0[0])
     caption = (
         f"The smoothed switch with a layer |u| <= 1 of half-width eps = {number_text(width)} "
-        f"(grey), u = y/eps, alpha = {number_text(exact('alpha', alpha))}. Bold: where the drift "
-        "across the layer vanishes, attracting where solid, repelling where dashed. "
-        "(i) Sliding region: orbits settle close to the attracting curve. (ii.a) Crossing "
+        f"(grey), u = y/eps, alpha = {number_text(exact('alpha', alpha))}. Bold: the slow "
+        "manifold, attracting where solid, repelling where dashed. "
+        "(i) Sliding region: orbits settle on the attracting one. (ii.a) Crossing "
         "region, linear smoothing: nothing stops them. (ii.b) The same region with "
-        f"mu = {number_text(shape)}: the drift changes sign twice, and orbits from below stay "
-        f"in the layer until the curve turns back at z = {_short(fold)}."
+        f"mu = {number_text(shape)}: orbits from below stay in the layer until the manifold "
+        f"ends at the fold, z = {_short(fold)} (dot); those that begin on the repelling branch "
+        "leave it either way."
     )
     edge = 1 - a
     left = min(edge - 1.2 * a, fold - 0.4 * a)
@@ -153,14 +155,23 @@ def flows(mu: Number = 3, alpha: Number = 1, eps: Number = "1/10") -> Figure:
         for axes, (title, drift, low, high) in zip(panels, cases, strict=True):
             axes.set(xlim=(low, high), ylim=(-3, 3), title=title)
             layer_band(axes, horizontal=True)
-            _smoothed_orbits(axes, drift, small)
-            _loci(axes, drift)
+            branches = _slow_manifold(drift, small, low, high)
+            _smoothed_orbits(axes, drift, small, branches.get("repelling"))
+            for kind, path in branches.items():
+                dashed = {"linestyle": (0, (3, 1.5))} if kind == "repelling" else {}
+                thick = {**_SURFACE, "linewidth": 2.2, **dashed}
+                axes.plot(*_thinned(path).T, color=INK, gid=f"slow-{kind}", **thick)
+            for edge_of_layer in (-1, 1):
+                axes.axhline(edge_of_layer, color=FAINT, linewidth=0.6)
             _axis_labels(axes, r"$u = y/\varepsilon$" if axes is panels[0] else "")
             axes.set_yticks([-3, -1, 0, 1, 3])
         panels[2].plot([fold], [cubic.turning_points()], "o", color=INK, markersize=4, gid="fold")
         panels[2].plot([fold, fold], [-3, cubic.turning_points()], ":", color=FAINT, linewidth=1)
-        ends = [left, fold, edge]
-        panels[2].set_xticks(ends, [_short(left), "$z_0^{(+)}$", _short(edge)])
+        for axes in panels[1:]:
+            axes.set_xticks(np.round(np.linspace(left, edge, 5), 2))
+        panels[2].annotate(
+            "$z_0^{(+)}$", (fold, -3), (3, 4), textcoords="offset points", ha="left", va="bottom"
+        )
         return figure
 
 
@@ -193,10 +204,10 @@ def phase(alpha: Number = 1) -> Figure:
     a = float(strength)
     caption = (
         "Phase portrait of the oscillator with Coulomb friction, "
-        f"alpha = {number_text(strength)}, by Filippov's convention. On the surface y = 0 the "
-        "block sticks to the belt and rides to the left along the solid stretch, from which it "
-        "slips into y > 0 at its left end; on the dashed stretches orbits cross. The dot is the "
-        "rest point of the slipping block."
+        f"alpha = {number_text(strength)}, by Filippov's convention. On y = 0 the block sticks to "
+        "the belt along the solid stretch, 1 - alpha < z < 1 + alpha, rides to the left and slips "
+        "into y > 0 at its end (black); on the dashed stretches orbits cross, from y < 0 (red) "
+        "or from y > 0 (blue). The dot is the rest point of the slipping block."
     )
     with style():
         figure = new_figure(5.6, 4.2, caption)
@@ -205,8 +216,7 @@ def phase(alpha: Number = 1) -> Figure:
         axes.set(xlim=(low, high), ylim=(-2.2, 3.0))
         _surface(axes, a)
         starts = [(z, -2.2) for z in np.linspace(low + 0.4, high - 0.2, 6)]
-        starts += [(z, 3.0) for z in np.linspace(low - 0.8, high - 1.6, 5)]
-        starts.append((high, -0.9))
+        starts += [(z, 3.0) for z in np.linspace(low - 0.8, high - 2.0, 5)]
         for z, y in starts:
             _filippov_orbit(axes, z, y, a, 25.0)
         # The orbit that leaves the end of the sliding stretch, which all that stick share.
@@ -243,10 +253,10 @@ def _phase_key(figure: Figure) -> None:
 
     above, below = colors()[:2]
     handles = [
-        Line2D([], [], color=above, linewidth=1.1, label="slip, $y > 0$"),
-        Line2D([], [], color=below, linewidth=1.1, label="slip, $y < 0$"),
-        Line2D([], [], color=INK, linewidth=2.0, label="sliding: the block sticks"),
-        Line2D([], [], color=INK, linewidth=1.4, linestyle=(0, (4, 2)), label="crossing"),
+        Line2D([], [], color=above, linewidth=1.1, label="slips, $y > 0$"),
+        Line2D([], [], color=below, linewidth=1.1, label="slips, $y < 0$"),
+        Line2D([], [], color=INK, linewidth=2.0, label="sticks"),
+        Line2D([], [], color=INK, linewidth=1.4, linestyle=(0, (4, 2)), label="crosses"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize="small")
 
@@ -288,9 +298,12 @@ def _construction(axes: Axes, z: float, alpha: float) -> None:
     share = fields[-1][1] / (fields[-1][1] - fields[1][1])
     sliding = share * fields[1] + (1 - share) * fields[-1]
     # Fields of their own length would run off the panel where alpha is not 1.
-    unit = 0.42 * alpha / max(np.hypot(*f) for f in fields.values())
+    unit = 0.5 * alpha / max(np.hypot(*f) for f in fields.values())
+    # Each field in the colour of its side's orbits.
+    hues = {1: colors()[0], -1: colors()[1]}
     for side, name in ((1, "$f^+$"), (-1, "$f^-$")):
-        vector(axes, (z, 0), unit * fields[side], INK, 1.2, f"f{side:+d}")
+        hue = dark(hues[side], 0.75)
+        vector(axes, (z, 0), unit * fields[side], hue, 2.0, f"f{side:+d}")
         end = unit * fields[side]
         axes.annotate(
             name,
@@ -299,6 +312,7 @@ def _construction(axes: Axes, z: float, alpha: float) -> None:
             textcoords="offset points",
             ha="right",
             va="center",
+            color=hue,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
             zorder=5,
         )
@@ -307,7 +321,7 @@ def _construction(axes: Axes, z: float, alpha: float) -> None:
     vector(axes, (z, 0), unit * sliding, INK, 3.4, "sliding-vector")
 
 
-def _smoothed_orbits(axes: Axes, drift: Friction, eps: float) -> None:
+def _smoothed_orbits(axes: Axes, drift: Friction, eps: float, repelling: FloatArray | None) -> None:
     """Draw orbits through the layer of the smoothed switch."""
     low, high = axes.get_xlim()
     span = high - low
@@ -315,8 +329,11 @@ def _smoothed_orbits(axes: Axes, drift: Friction, eps: float) -> None:
     starts = [(z, -3.0) for z in np.linspace(low + 0.1 * span, high + 0.25 * span, 7)]
     if high > 1:
         starts += [(z, 3.0) for z in np.linspace(low + 0.25 * span, high + 0.3 * span, 6)]
-    elif drift.scalars()["mu"] > 0:
-        starts += _beside_the_barrier(drift, low, high)
+    if repelling is not None:
+        # Off the repelling branch by less than is seen, to both sides of it in turn.
+        for k, share in enumerate((0.15, 0.35, 0.55, 0.75)):
+            z, u = repelling[int(share * (len(repelling) - 1))]
+            starts.append((z, u + (1e-3 if k % 2 else -1e-3)))
     steps = _steps(drift, eps, span)
     paths = motion.smoothed(drift, np.array(starts), eps, steps, 1.5 * span / steps)
     for k, (_, u) in enumerate(starts):
@@ -326,7 +343,38 @@ def _smoothed_orbits(axes: Axes, drift: Friction, eps: float) -> None:
         side = 1 if u > 0 else -1
         color = colors()[0 if side > 0 else 1]
         axes.plot(*_thinned(path).T, color=color, linewidth=1.0, gid=f"orbit-{k}")
-        arrow(axes, path, color, 0.5 if abs(u) < 1.5 else 0.18, gid=f"along-{k}")
+        arrow(axes, path, color, 0.75 if abs(u) < 1.5 else 0.18, gid=f"along-{k}")
+
+
+def _slow_manifold(drift: Friction, eps: float, low: float, high: float) -> dict[str, FloatArray]:
+    """The branches of the slow manifold in a window: orbits that have forgotten their start.
+
+    An orbit forgets where it came from along the attracting branch, and run backwards along
+    the repelling one. Each begins on the zero of the drift at one end of the branch.
+    """
+    turn = float(drift.turning_points())
+    folded = not np.isnan(turn)
+    fold = float(drift(turn)) if folded else -np.inf
+    span = high - low
+    steps = _steps(drift, eps, span)
+    step = 1.5 * span / steps
+    branches = {}
+    # The drift at z0 = 0 is where z has to be for it to vanish.
+    u = np.linspace(-turn if folded else -1.0, turn if folded else 1.0, 401)
+    z = drift(u)
+    begin = min(high + 0.4 * span, float(z.max()) - 1e-3)
+    if float(z.min()) < high and begin > max(low, fold):
+        start = [begin, float(np.interp(-begin, -z, u))]
+        path = motion.smoothed(drift, np.array([start]), eps, steps, step)[:, 0]
+        seen = (path[:, 0] <= high) & (path[:, 0] >= max(low, fold))
+        branches["attracting"] = path[seen]
+    if folded:
+        u = np.linspace(turn, 1.0, 401)
+        z = drift(u)
+        start = [fold + 1e-3, float(np.interp(fold + 1e-3, z, u))]
+        path = motion.smoothed(drift, np.array([start]), eps, steps, -step)[:, 0]
+        branches["repelling"] = path[(path[:, 0] <= high) & (path[:, 1] <= 1)]
+    return branches
 
 
 def _steps(drift: Friction, eps: float, span: float) -> int:
@@ -342,32 +390,8 @@ def _steps(drift: Friction, eps: float, span: float) -> int:
     return steps
 
 
-def _beside_the_barrier(drift: Friction, low: float, high: float) -> list[tuple[float, float]]:
-    """Starts just above the repelling curve, from which orbits leave upwards."""
-    turn = drift.turning_points()
-    heights = np.linspace(turn, 1.0, 5)[1:-1]
-    return [(float(drift(u)), float(u) + 0.06) for u in heights if low < drift(u) < high]
-
-
 def _thinned(path: FloatArray) -> FloatArray:
     """Every so many points of a path of tiny steps, its end included."""
     stride = max(1, len(path) // 400)
     kept = path[::stride]
     return kept if (len(path) - 1) % stride == 0 else np.append(kept, path[-1:], axis=0)
-
-
-def _loci(axes: Axes, drift: Friction) -> None:
-    """Draw the zeros of the drift at z, phi(u; 0) = z, by the sign of its slope in u."""
-    turn = float(drift.turning_points())
-    turn = 1.0 if np.isnan(turn) else turn
-    for low, high, kind in ((-1, -turn, "repelling"), (-turn, turn, "attracting"), (turn, 1, "")):
-        u = np.linspace(low, high, 200)
-        z = drift(u)
-        seen = (z >= axes.get_xlim()[0]) & (z <= axes.get_xlim()[1])
-        if high - low < 1e-9 or seen.sum() < 2:
-            continue
-        dashed = {"linestyle": (0, (3, 1.5))} if kind != "attracting" else {}
-        gid = f"locus-{kind or 'repelling'}"
-        axes.plot(z, u, color=INK, gid=gid, **{**_SURFACE, "linewidth": 2.2, **dashed})
-    axes.axhline(-1, color=FAINT, linewidth=0.6)
-    axes.axhline(1, color=FAINT, linewidth=0.6)

@@ -19,6 +19,7 @@ from symasym.workshop.figures.style import (
     new_figure,
     number_text,
     several,
+    shape_colors,
     style,
     vector,
 )
@@ -55,7 +56,7 @@ def potential_sketch(
     Returns
     -------
     matplotlib.figure.Figure
-        V(u) of eq:V, wells as full dots and barriers as open ones.
+        V(u) of eq:V, the well u1 as a full dot and the barrier u2 as an open one.
 
     Raises
     ------
@@ -66,7 +67,7 @@ def potential_sketch(
     --------
     >>> from symasym.workshop.figures import potential_sketch
     >>> potential_sketch(mu=2).axes[2].get_title(loc="left")
-    '(iii)  crossing, $\\\\mu = 2$'
+    '(iii)  local well'
     """
     shape = exact("mu", mu)
     family = sa.friction(mu=shape, alpha=alpha)
@@ -87,14 +88,14 @@ def potential_sketch(
     caption = (
         f"The potential of the scaled drift, alpha = {number_text(exact('alpha', alpha))}, the "
         "layer in grey; wells are full dots, barriers open ones. "
-        f"(i) Sliding, z0 = {number_text(z0)}: one well that nothing leaves. "
-        f"(ii) Crossing, z0 = {number_text(past)}, mu = 0: no well. (iii) The same with "
+        f"(i) Sliding, mu = 0, z0 = {number_text(z0)}: one well that nothing leaves. "
+        f"(ii) Crossing, mu = 0, z0 = {number_text(past)}: no well. (iii) The same with "
         f"mu = {number_text(shape)}: {_count(drifts[2])}, which noise alone can cross."
     )
     titles = (
-        f"(i)  sliding, $z_0 = {number_text(z0)}$",
-        r"(ii)  crossing, $\mu = 0$",
-        rf"(iii)  crossing, $\mu = {number_text(shape)}$",
+        "(i)  global well",
+        "(ii)  no well",
+        "(iii)  local well" if drifts[2].wells() else "(iii)  no well",
     )
     with style():
         figure = new_figure(9.6, 3.0, caption)
@@ -127,10 +128,22 @@ def _potential(axes: Axes, drift: Friction) -> None:
     axes.set(xlim=(-2.5, 2.5), xlabel="$u$")
     axes.set_xticks([-2, -1, 0, 1, 2])
     layer_band(axes, horizontal=False)
-    axes.plot(u, drift.potential_at(u), color=colors()[0], gid="potential")
-    for point in drift.critical_points():
+    height = drift.potential_at(u)
+    axes.plot(u, height, color=colors()[0], gid="potential")
+    # Room for the well's name below it.
+    axes.set_ylim(bottom=height.min() - 0.14 * np.ptp(height))
+    for number, point in enumerate(drift.critical_points(), 1):
         filled = {"well": INK, "barrier": "white"}.get(point.kind, FAINT)
         at = float(point.u)
+        below = point.kind == "well"
+        axes.annotate(
+            f"$u_{number}$",
+            xy=(at, float(drift.potential_at(at))),
+            xytext=(0, -7 if below else 7),
+            textcoords="offset points",
+            ha="center",
+            va="top" if below else "bottom",
+        )
         axes.plot(
             [at],
             [drift.potential_at(at)],
@@ -191,19 +204,20 @@ def fricforce(mu: Numbers = ("0", "1/2", "3"), alpha: Number = 1) -> Figure:
         layer_band(axes, horizontal=False)
         axes.axhline(0, color=FAINT, linewidth=0.6)
         u = np.union1d(np.linspace(-2.1, 2.1, 421), [-1.0, 1.0])
-        for color, drift, shape in zip(colors(), drifts, shapes, strict=False):
+        for color, drift, shape in zip(shape_colors(shapes), drifts, shapes, strict=True):
             label = rf"$\mu = {number_text(shape)}$"
             name = str(shape).replace("/", "-over-")
             axes.plot(u, -drift(u), color=color, label=label, gid=f"force-mu-{name}")
         ticks = {-a: r"$-\alpha$", 0.0: "0", a: r"$\alpha$"}
         for drift in peaked:
             turn, beta = drift.turning_points(), drift.beta()
-            axes.plot([-turn, turn], [-beta, beta], "o", color=INK, markersize=4, gid="turning")
+            ends = [-turn, turn], [-beta, beta]
+            axes.plot(*ends, "o", color=INK, markersize=4, gid="turning", zorder=4)
         if peaked:
             highest = max(peaked, key=lambda drift: float(drift.beta()))
             turn, beta = highest.turning_points(), highest.beta()
-            axes.plot([-2.1, turn], [beta, beta], ":", color=FAINT, linewidth=1)
-            axes.plot([turn, turn], [0, beta], ":", color=FAINT, linewidth=1)
+            axes.plot([-2.1, turn], [beta, beta], ":", color=FAINT, linewidth=1, zorder=1)
+            axes.plot([turn, turn], [0, beta], ":", color=FAINT, linewidth=1, zorder=1)
             axes.annotate(
                 r"$y_s/\varepsilon$",
                 xy=(turn, 0),

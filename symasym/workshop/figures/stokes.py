@@ -10,15 +10,17 @@ import symasym as sa
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Number, exact
 from symasym.drift.models import check_count
-from symasym.workshop.figures.style import INK, colors, new_figure, number_text, style
+from symasym.workshop.figures.style import INK, colors, dark, new_figure, number_text, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-POINTS = 27
+    from symasym.quantities import TimeMethod
+
+POINTS = 49
 # As many more where arrays are quick.
-_FINER = 8
+_FINER = 5
 # Noise amplitudes of the error map.
 _MAP = np.geomspace(0.04, 0.28, 40)
 
@@ -39,7 +41,8 @@ def stokes(
     Parameters
     ----------
     points : int
-        Values of z0 on both sides of the fold, at least 8.
+        Values of z0 on both sides of the fold, at least 8, for the methods that take
+        one scene at a time; the others have five times as many.
     mu, alpha : number
         Shape and strength of the friction force; mu > 1/2, so that there is a fold.
     kappa, r : number
@@ -60,7 +63,7 @@ def stokes(
     --------
     >>> from symasym.workshop.figures import stokes
     >>> [len(axes.lines) for axes in stokes(points=8).axes[:3]]
-    [5, 3, 5]
+    [5, 4, 6]
     """
     if check_count("points", points) < 8:
         raise InputError(f"points is {points}; give 8 or more.")
@@ -76,8 +79,8 @@ def stokes(
     wanted = np.asarray(sa.escape_time(every, noise, r, log=True))
     both = np.asarray(sa.escape_time(every, noise, r, method="uniform", order=0, log=True))
 
-    def log_time(method: str, order: int | None = None) -> FloatArray:
-        """log T over z0 by a method."""
+    def log_time(method: TimeMethod, order: int | None = None) -> FloatArray:
+        """log T over z0 by a method that takes one scene at a time."""
         return np.asarray(
             sa.escape_time(drift, float(kappa), r, method=method, order=order, log=True)
         )
@@ -90,18 +93,37 @@ def stokes(
         "uniform, order 1": (z0, log_time("uniform", 1)),
         "uniform, order 2": (z0, log_time("uniform", 2)),
     }
-    exact_logs = dict(zip(fine.tolist(), wanted[:, 0].tolist(), strict=True))
     with style():
-        figure = new_figure(7.2, 5.6, _caption(fold, mu, kappa, r))
+        figure = new_figure(7.6, 6.0, _caption(fold, mu, kappa, r))
         times, shares, errors, plane = figure.subplots(2, 2).ravel()
         _times(times, curves, fine, wanted[:, 0], fold)
-        _shares(shares, drift, kappa, z0, fold)
-        _errors(errors, curves, exact_logs)
+        _shares(shares, family.bind(z0=fine), kappa, fine, fold)
+        _errors(errors, curves, fine, wanted[:, 0], fold)
         _plane(plane, fine, np.abs(np.expm1(both - wanted))[:, 1:], fold)
-        for letter, one in zip("abcd", (times, shares, errors, plane), strict=True):
-            one.set_title(f"({letter})", loc="left")
+        amplitude = rf"$\kappa = {number_text(exact('kappa', kappa))}$"
+        titles = {
+            times: rf"escape time, $\mu = {number_text(exact('mu', mu))}$, {amplitude}, $r = {r}$",
+            shares: f"Stokes multiplier, {amplitude}",
+            errors: f"error, {amplitude}",
+            plane: r"error of uniform, order 0",
+        }
+        for letter, (one, title) in zip("abcd", titles.items(), strict=True):
+            one.set_title(f"({letter})  {title}", loc="left")
             one.set_xlabel(r"$z_0$")
     return figure
+
+
+def _looks() -> dict[str, tuple[object, str]]:
+    """Colour and dashes of each formula, the same in all panels."""
+    blue, red, teal, ochre = colors()
+    return {
+        "exact": (INK, "-"),
+        "step (the paper)": (blue, "-."),
+        "local": (red, "--"),
+        "uniform, order 0": (teal, "-"),
+        "uniform, order 1": (ochre, "-"),
+        "uniform, order 2": (dark(ochre, 0.5), "-"),
+    }
 
 
 def _caption(fold: float, mu: Number, kappa: Number, r: Number) -> str:
@@ -109,7 +131,7 @@ def _caption(fold: float, mu: Number, kappa: Number, r: Number) -> str:
     given = {"mu": mu, "kappa": kappa, "r": r}
     shown = ", ".join(f"{name} = {number_text(exact(name, x))}" for name, x in given.items())
     return (
-        f"A well is born at z0 = {fold:.4g} ({shown}): the escape time (a), the "
+        f"A well is born at z0 = {fold:.4g} ({shown}): the escape time with z frozen (a), the "
         "Stokes multiplier (b), relative errors (c), and the error of the uniform formula's "
         "leading order over z0 and kappa (d)."
     )
@@ -123,45 +145,49 @@ def _marked(axes: Axes, fold: float) -> None:
 def _times(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray, fold: float) -> None:
     """Draw the escape time near the fold."""
     near = 0.55 * np.ptp(z0) / 2
-    chosen = np.abs(z0 - fold) < near
-    axes.semilogy(z0[chosen], np.exp(wanted[chosen]), color=INK, label="exact")
-    shown = ("step (the paper)", "local", "uniform, order 0")
-    for name, color, dashes in zip(shown, colors(), ("-.", "--", ":"), strict=False):
-        at, logs = curves[name]
+    looks = _looks()
+    shown = {"exact": (z0, wanted), **{name: curves[name] for name in list(curves)[2::-1]}}
+    for name, (at, logs) in shown.items():
+        color, dashes = looks[name]
         chosen = np.abs(at - fold) < near
         at, values = at[chosen], np.exp(logs[chosen])
         if name.startswith("step"):
             # A gap, not a line, at the step.
             index = int(np.searchsorted(at, fold))
             at, values = np.insert(at, index, fold), np.insert(values, index, np.nan)
-        axes.semilogy(at, values, dashes, color=color, label=name)
+        wide = 3.2 if name == "exact" else 1.5
+        axes.semilogy(at, values, dashes, color=color, linewidth=wide, label=name)
     _marked(axes, fold)
-    axes.set_ylabel("escape time")
+    axes.set_ylabel(r"$T$")
     axes.legend()
 
 
 def _shares(axes: Axes, drift: sa.Drift, kappa: Number, z0: FloatArray, fold: float) -> None:
     """Draw the Stokes multiplier."""
-    for method, color, dashes in zip(
-        ("uniform", "local"), colors()[2:0:-1], ("-", "--"), strict=False
-    ):
+    looks = _looks()
+    for method, name in (("uniform", "uniform, order 0"), ("local", "local")):
         values = sa.stokes_multiplier(drift, float(kappa), method=method)
+        color, dashes = looks[name]
         axes.plot(z0, values, dashes, color=color, label=method)
-    axes.step([z0[0], fold, z0[-1]], [0, 0, 1], where="pre", color=INK, label="step", zorder=1)
-    axes.set_ylabel("Stokes multiplier")
-    axes.legend()
+    color, dashes = looks["step (the paper)"]
+    ends, values = [z0[0], fold, fold, z0[-1]], [0, 0, 1, 1]
+    axes.plot(ends, values, dashes, color=color, label="step (the paper)", zorder=1)
+    _marked(axes, fold)
+    axes.legend(loc="upper left")
 
 
-def _errors(axes: Axes, curves: Curves, wanted: dict[float, float]) -> None:
+def _errors(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray, fold: float) -> None:
     """Draw the relative errors of T."""
-    looks = zip(curves.items(), [*colors(), INK], ("-.", "--", "-", "-", "-"), strict=False)
-    for (name, (z0, logs)), color, dashes in looks:
-        exact_logs = np.array([wanted[z] for z in z0.tolist()])
-        error = np.maximum(np.abs(np.expm1(logs - exact_logs)), 1e-16)
-        axes.semilogy(z0, error, dashes, color=color, label=name)
+    looks = _looks()
+    for name, (at, logs) in curves.items():
+        color, dashes = looks[name]
+        known = wanted[:: (len(z0) - 1) // (len(at) - 1)]
+        error = np.maximum(np.abs(np.expm1(logs - known)), 1e-16)
+        axes.semilogy(at, error, dashes, color=color, label=name)
+    _marked(axes, fold)
     axes.set_ylabel("relative error")
-    axes.set_ylim(top=1e3)
-    axes.legend(fontsize=7.2, ncols=2, loc="upper left")
+    axes.set_ylim(top=3e4)
+    axes.legend(fontsize=7.2, ncols=2, loc="upper left", columnspacing=3.0)
 
 
 def _plane(axes: Axes, z0: FloatArray, error: FloatArray, fold: float) -> None:

@@ -76,11 +76,26 @@ def colors() -> list[str]:
     return [str(color) for color in rcParams["axes.prop_cycle"].by_key()["color"]]
 
 
+def shape_colors(shapes: Iterable[Fraction]) -> list[str]:
+    """The colour of each shape mu of the friction force: the paper's keep theirs in all figures."""
+    known = dict(zip(("1/2", "1", "2", "3"), colors(), strict=True)) | {"0": FAINT}
+    named = [str(shape) for shape in shapes]
+    free = iter([color for name, color in known.items() if name not in named and name != "0"])
+    return [known[name] if name in known else next(free) for name in named]
+
+
 def dark(color: str, share: float) -> tuple[float, ...]:
     """A colour with this share of its light."""
     from matplotlib.colors import to_rgb
 
     return tuple(share * part for part in to_rgb(color))
+
+
+def light(color: str, share: float) -> tuple[float, ...]:
+    """A colour with this share of white mixed in."""
+    from matplotlib.colors import to_rgb
+
+    return tuple(part + share * (1 - part) for part in to_rgb(color))
 
 
 def several(name: str, values: Any) -> tuple[Any, ...]:
@@ -131,7 +146,12 @@ def arrow(axes: Axes, path: FloatArray, color: str, share: float = 0.5, gid: str
 
 
 def vector(
-    axes: Axes, start: Iterable[float], step: Iterable[float], color: str, width: float, gid: str
+    axes: Axes,
+    start: Iterable[float],
+    step: Iterable[float],
+    color: str | tuple[float, ...],
+    width: float,
+    gid: str,
 ) -> None:
     """A straight arrow from `start` by `step`, in data units."""
     begin = np.asarray(tuple(start), dtype=float)
