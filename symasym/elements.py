@@ -62,6 +62,8 @@ def each(
         if _of_the_question(error, drift, numbers):
             raise
         elements = Elements(drift, numbers)
+        if not len(elements):
+            raise
         if request.errors == "nan":
             return _spared(ask, elements, request)
         raise _first(ask, elements, request, error) from None

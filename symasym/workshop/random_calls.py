@@ -30,8 +30,8 @@ import symasym as sa
 
 __all__ = ["LATE", "Outcome", "main", "outcome_of", "random_call"]
 
-#: Seconds of processor time after which a call is late, patience being `PATIENCE`.
-LATE, PATIENCE = 20.0, 2.0
+#: Seconds of processor time after which a call is late, and its patience.
+LATE, PATIENCE = 20.0, 1.0
 
 _SENSIBLE = ["0.1", "0.3", "1", "2", "-0.4", "1/3", "5", "0.02", "10", "-1", "0.7", "3"]
 _EXTREME = [
