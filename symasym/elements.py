@@ -21,7 +21,7 @@ from symasym.base.errors import (
     TimeLimitError,
 )
 from symasym.base.estimate import ErrorKind, Estimate
-from symasym.base.inputs import IntArray, is_array
+from symasym.base.inputs import IntArray, floats, is_array
 from symasym.base.patience import left, limited
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import Request, one_scene
@@ -114,7 +114,15 @@ class Elements:
 
 
 def _elements(drift: Drift, numbers: dict[str, Any]) -> Elements:
-    """The elements; an error where the arrays do not broadcast."""
+    """The elements; an error where an array is none, or where they do not broadcast."""
+    for name, x in numbers.items():
+        if is_array(x):
+            try:
+                array = np.asarray(x)
+            except ValueError:
+                array = np.empty(0)
+            if not array.size or array.dtype.kind not in "iufOUS":
+                floats(name, x)
     try:
         return Elements(drift, numbers)
     except ValueError:

@@ -303,7 +303,9 @@ def _stencil_slopes(
     with np.errstate(all="ignore"):
         middle = logs[:, 4:5]
         first, second, third = ((weights[:, k] * (logs - middle)).sum(axis=1) / h for k in range(3))
-        truncated = np.abs(first - second) + np.abs(second - third) / 1000
+        # Beside a jump of phi' both converge as slowly, the first three times as close as they are
+        # apart.
+        truncated = 10 * np.abs(first - second) + np.abs(second - third) / 1000
         # The rounding of the weights, and of the values themselves.
         known = errors + 2e-16 * np.abs(logs)
         rounded = (np.abs(weights[:, 0]) * known).sum(axis=1) / h + 1e-15 * np.abs(first)

@@ -102,7 +102,7 @@ def carried_text(value: Any, error: Any, most: int) -> tuple[str, str]:
     Examples
     --------
     >>> carried_text(2.0 / 3, 1e-6, 17)
-    ('0.666667', '1.34e-6')
+    ('0.66667', '4.34e-6')
     """
     text, rounding = _rounded(value, error, 0, most)
     return text, _upwards(error, rounding)

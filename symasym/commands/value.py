@@ -23,7 +23,7 @@ _LINEAR = "--drift linear --set a_minus=1 --set a_plus=-1"
 _EXAMPLES = {
     "escape-time": (
         f"{_FRICTION} --kappa 0.1 --r 10 --dps 30",
-        '--expr "1/2 - u + b*u**3" --set b=3/4 --kappa 0.3 --r 5 --method laplace --order 4',
+        '--expr "1/2 - u + b*u**3" --set b=3/4 --kappa 0.05 --r 5 --method laplace --order 4',
     ),
     "exit-probability": (
         f"{_FRICTION} --kappa 0.1 --r 10 --log",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from fractions import Fraction
 from functools import lru_cache
 from itertools import count
@@ -22,7 +23,6 @@ _LONGEST = 13_200  # binary digits of a number in an expression, which Python pr
 _OVERLAP = Fraction(9, 16)  # half would let neighbouring balls touch only
 
 
-@lru_cache(maxsize=128, typed=True)
 def read(
     A: sympy.Expr | str,
     u: sympy.Symbol | str | None,
@@ -30,6 +30,14 @@ def read(
     a_plus: sympy.Expr | Number | None,
 ) -> models.Expression:
     """The model of the drift A(u), its ends checked against a- and a+ (eq:cont)."""
+    given = (A, u, a_minus, a_plus)
+    # What can't be hashed is refused below.
+    return (_read if all(isinstance(x, Hashable) for x in given) else _read.__wrapped__)(*given)
+
+
+@lru_cache(maxsize=128, typed=True)
+def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
+    """The model; the last ones that were read are kept."""
     formula = parse("A", A)
     symbol = _symbol(formula, u)
     for s in formula.free_symbols:

@@ -325,14 +325,13 @@ def test_a_well_far_thinner_than_rounding(kappa: str, high: str, steepness: str)
     assert sa.occupation(drift, kappa, log=True) == 0.0
 
 
-@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("drift", [sa.tanh(1, "-1/2", "1.4"), sa.sine(1, -1, "-2")], ids=str)
 def test_an_unresolved_block_claims_what_it_does_not_know(
-    side: int, monkeypatch: pytest.MonkeyPatch
+    drift: sa.Drift, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # With no bisection at all, every block that is neither slow nor sampled is unresolved.
     from symasym.exact import float_blocks
 
-    drift = sa.tanh(side, "-1/2", "1.4")
     wanted = sa.escape_time(drift, F(0.003), 2, log=True, dps=20)
     monkeypatch.setattr(float_blocks, "_DEEPEST", 0)
     from symasym.drift.scenes import float_scenes

@@ -163,6 +163,16 @@ def test_at_the_end_of_a_range() -> None:
     assert at_kink.derivative["start"] == pytest.approx(float(inside.derivative["start"]), rel=1e-8)
 
 
+def test_an_array_of_one_is_asked_as_a_scalar() -> None:
+    drift = sa.friction(3, 1, "-0.4")
+    one, many = (sa.sensitivity(drift, kappa, 10) for kappa in (0.2, [[0.2]]))
+    assert many.error_kind == one.error_kind
+    for name, value in one.derivative.items():
+        assert many.derivative[name].shape == (1, 1)
+        assert many.derivative[name][0, 0] == value
+        assert many.error[name][0, 0] == one.error[name]
+
+
 def test_float64_and_arrays() -> None:
     z0, kappa = np.array([-1.2, -0.5]), np.array([[0.3], [2.0]])
     found = sa.sensitivity(sa.friction(mu=3, alpha=1, z0=z0), kappa, "5")

@@ -113,7 +113,7 @@ def laplace_integral(
     >>> stirling.contributions[0].coefficients
     (sqrt(2)*sqrt(pi), sqrt(2)*sqrt(pi)/12, sqrt(2)*sqrt(pi)/288)
     >>> print(stirling.evaluate(1000, dps=20, log=True, full=True))
-    -1002.5348557730 ± 4.98e-11 (bound, laplace)
+    -1002.53485577295316 ± 2.69e-12 (proved bound, laplace)
     >>> stirling.evaluate([10.0, 100.0]).round(12).tolist()
     [3.6288097e-05, 0.0]
     """

@@ -355,6 +355,9 @@ class LaplaceExpansion(IntegralExpansion):
         text = str(sympy.latex(self.expression(symbol)))
         return text + r" + O\left(" + str(sympy.latex(size)) + r"\right)"
 
+    def _repr_latex_(self) -> str:
+        return rf"$\displaystyle {self.latex()}$"
+
     def __str__(self) -> str:
         lines = []
         for c in self.contributions:

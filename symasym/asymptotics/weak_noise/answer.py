@@ -29,7 +29,7 @@ from symasym.asymptotics.weak_noise.compose import (
     regular_part,
     rising_of,
 )
-from symasym.asymptotics.weak_noise.critical_points import both_sides, whole
+from symasym.asymptotics.weak_noise.critical_points import both_sides, float_point, in_float, whole
 from symasym.asymptotics.weak_noise.evaluation import (
     Found,
     chosen,
@@ -43,12 +43,7 @@ from symasym.asymptotics.weak_noise.evaluation import (
     time_with_digits,
     unresolved_in,
 )
-from symasym.asymptotics.weak_noise.one_sided import (
-    CriticalPoint,
-    OneSided,
-    float_point,
-    in_float,
-)
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.series import Part, Point, Series, Sizes
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
