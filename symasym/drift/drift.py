@@ -467,7 +467,10 @@ class Drift:
 
     def _key(self) -> tuple[Any, ...]:
         """What tells this drift from others."""
-        return self._model, tuple(
+        model: Any = self._model
+        if isinstance(model, models.Expression):
+            model = model.canonical, model.u
+        return model, tuple(
             (name, (value.shape, value.tobytes()) if is_array(value) else value)
             for name, value in sorted(self._values.items())
         )
@@ -485,7 +488,7 @@ class Drift:
         named = ", ".join(f"{name}={text}" for name, text in texts.items())
         if isinstance(self._model, models.Expression):
             other = "" if self._model.u.name == "u" else f", {self._model.u.name!r}"
-            made = f"sa.Drift({str(self._model.formula)!r}{other})"
+            made = f"sa.Drift({str(self._model.canonical)!r}{other})"
             return f"{made}.bind({named})" if named else made
         if isinstance(self._model, models.Polynomial) and not self.free:
             named = ", ".join(texts.values())

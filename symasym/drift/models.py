@@ -193,6 +193,15 @@ class Expression(Model):
     def parameters(self) -> tuple[str, ...]:
         return tuple(sorted(s.name for s in self.formula.free_symbols - {self.u}))
 
+    @cached_property
+    def canonical(self) -> Any:
+        """The formula as SymPy makes it from its parts, whatever way it came here."""
+
+        def made(part: Any) -> Any:
+            return part.func(*map(made, part.args)) if part.args else part
+
+        return made(self.formula)
+
     def _values(self, p: Values) -> dict[Any, Any]:
         """The parameters' values by symbol."""
         return {s: p[s.name] for s in self.formula.free_symbols - {self.u}}
