@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from derivations.labels import DEFINITIONS, REASONS
+from derivations.prose import prose
 from derivations.runner import SCHEMA, slug
 from symasym.base.files import versions, write_bytes, write_json
 

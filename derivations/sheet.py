@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 
 from derivations.registry import entries
+from derivations.prose import prose as in_words
 from derivations.report import tex_text
 from symasym.formula import Formula, formula
 
@@ -57,6 +58,11 @@ a formula is: what it leaves out, and when.
 symbol & meaning & in the paper \\ \hline"""
 
 
+def prose(text: str) -> str:
+    """Plain text for LaTeX, the formulas in it set as such."""
+    return in_words(text, tex_text)
+
+
 def sheet() -> str:
     """The LaTeX document; it needs amsmath, amssymb and geometry."""
     lines = [_HEAD]
@@ -104,57 +110,3 @@ def _rows(latex: str) -> list[str]:
         else:
             broken.append(row)
     return broken
-
-
-# -- words with formulas in them ---------------------------------------------------------------
-
-_GREEK = {
-    "kappa": r"\kappa",
-    "lam": r"\lambda",
-    "eps": r"\varepsilon",
-    "ell": r"\ell",
-    "sigma": r"\sigma",
-    "phi": r"\phi",
-    "delta": r"\delta",
-    "Delta": r"\Delta",
-    "mu": r"\mu",
-    "alpha": r"\alpha",
-    "uhat": r"\hat u",
-}
-_NAME = rf"(?:{'|'.join(_GREEK)})"
-_TAIL = r"(?:_\w+)?(?:\^(?:\{[^{}]*\}|-?\d+))?"
-_ATOM = re.compile(
-    r"<=|>="
-    r"|\b(?:exp|sqrt|[A-Z]'{0,2}|[a-z]'{0,2})\([^()]*(?:\([^()]*\)[^()]*)*\)"  # O(kappa^2), V(u1)
-    rf"|(?<![\w\\]){_NAME}(?!\w){_TAIL}"
-    r"|\ba[+-](?![\w])" + _TAIL + r"|\b[A-Za-z]\d\b"
-    r"|\b[A-Za-z]\^(?:\{[^{}]*\}|-?\d+)"  # e^{lam V}, r^2
-    r"|\b[A-Za-z]_\w+"
-    r"|(?<!['\w])[b-zB-HJ-Z](?!\w)'{0,2}(?!\w)"  # a single letter that is no word
-    r"|(?<!\w)-(?=[\w( ])(?!-)"  # a minus, which is no hyphen
-)
-
-
-def prose(text: str) -> str:
-    """Plain text for LaTeX, the formulas in it set as such.
-
-    ``relative O(kappa^2), where a+ > 0`` becomes
-    ``relative $O(\\kappa^{2})$, where $a^+$ $>$ 0``.
-    """
-    parts, at = [], 0
-    for found in _ATOM.finditer(text):
-        parts += [tex_text(text[at : found.start()]), f"${_math(found[0])}$"]
-        at = found.end()
-    return "".join([*parts, tex_text(text[at:])])
-
-
-def _math(text: str) -> str:
-    text = re.sub(r"\ba([+-])\^(-?\d+)", r"(a^\1)^{\2}", text)
-    text = re.sub(r"\ba([+-])(?!\w)", r"a^\1", text)
-    text = re.sub(rf"(?<![\w\\]){_NAME}(?![A-Za-z])", lambda m: _GREEK[m[0]], text)
-    text = re.sub(r"\b([A-Za-z])(\d)\b", r"\1_\2", text)
-    text = re.sub(r"\^(-?\d+)", r"^{\1}", text)
-    text = re.sub(r"_(\w\w+)", r"_{\\mathrm{\1}}", text)
-    text = re.sub(r"sqrt\(([^()]*)\)", r"\\sqrt{\1}", text)
-    text = re.sub(r"\bexp\(", r"\\exp(", text)
-    return text.replace("<=", r"\le").replace(">=", r"\ge")
