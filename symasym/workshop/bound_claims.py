@@ -69,8 +69,8 @@ class Search:
         if kind == 0:
             return sa.friction(3, 1, str(round(rng.uniform(-1.5, 3.5), 3)))
         if kind == 1:
-            ends = [str(x) for x in rng.uniform(-2, 2, 2).round(2) + 0.005]
-            return sa.tanh(*ends, int(rng.integers(1, 6)))
+            low, high = (str(x) for x in rng.uniform(-2, 2, 2).round(2) + 0.005)
+            return sa.tanh(low, high, int(rng.integers(1, 6)))
         if kind == 2:
             return sa.Drift(f"sin(4*u + {rng.integers(7)}) + {rng.integers(-9, 10)}/10")
         return sa.polynomial(*(str(x) for x in rng.uniform(-3, 3, rng.integers(1, 7)).round(2)))
@@ -124,7 +124,7 @@ class Search:
         hard = wrong + room > claimed.error
         rows = np.flatnonzero(hard & (rng.random(len(kappa)) < 0.05))
         rows = np.union1d(rows, np.flatnonzero(rng.random(len(kappa)) < _SHARE))
-        for row in rows:
+        for row in rows.tolist():
             one = float(np.broadcast_to(radius, kappa.shape)[row])
             self._check("C, arrays", drift, kappa[row], one, scene, claimed, row)
 
