@@ -24,8 +24,9 @@ if TYPE_CHECKING:
     from symasym.drift.reduction import reduce
     from symasym.drift.smoothings import hill, linear, polynomial, sine, tanh
     from symasym.emit import emit
-    from symasym.formula import Formula, formula
+    from symasym.formula import Formula, formula, labels
     from symasym.plan import plan
+    from symasym.plot import plot
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
     from symasym.release import System, oscillator, release
     from symasym.sensitivity import Sensitivity, sensitivity
@@ -51,11 +52,13 @@ __all__ = [
     "formula",
     "friction",
     "hill",
+    "labels",
     "laplace_integral",
     "linear",
     "occupation",
     "oscillator",
     "plan",
+    "plot",
     "polynomial",
     "reduce",
     "release",
@@ -90,11 +93,13 @@ _HOMES = {
     "formula": "symasym.formula",
     "friction": "symasym.drift.friction",
     "hill": "symasym.drift.smoothings",
+    "labels": "symasym.formula",
     "laplace_integral": "symasym.asymptotics.laplace.integral",
     "linear": "symasym.drift.smoothings",
     "occupation": "symasym.quantities",
     "oscillator": "symasym.release",
     "plan": "symasym.plan",
+    "plot": "symasym.plot",
     "polynomial": "symasym.drift.smoothings",
     "reduce": "symasym.drift.reduction",
     "release": "symasym.release",
@@ -112,7 +117,7 @@ _HOMES = {
 class _Package(ModuleType):
     """This package, whose public names are loaded when first asked for.
 
-    Four verbs have the name of their module (``symasym.plan``): importing the module
+    Five verbs have the name of their module (``symasym.plan``): importing the module
     would put it in the verb's place.
     """
 
@@ -129,7 +134,7 @@ class _Package(ModuleType):
         return value
 
     def __dir__(self) -> list[str]:
-        return sorted({*super().__dir__(), *__all__})
+        return sorted(__all__)
 
 
 sys.modules[__name__].__class__ = _Package

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, Literal
 
-from symasym.drift.scenes import Request
+from symasym.base.errors import InputError
+from symasym.drift.scenes import Request, require_drift
+from symasym.elements import each
 from symasym.methods.table import QUANTITIES, answer, require_drift_of, require_method
 
 if TYPE_CHECKING:
@@ -14,6 +17,11 @@ if TYPE_CHECKING:
 
 __all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"]
 
+TimeMethod = Literal["exact", "paper", "laplace", "local", "uniform", "strong_noise", "auto"]
+ExitMethod = Literal["exact", "paper", "laplace", "strong_noise", "bound", "auto"]
+OccupationMethod = Literal["exact", "paper", "laplace", "uniform", "strong_noise", "auto"]
+Errors = Literal["raise", "nan"]
+
 
 def escape_time(
     drift: Drift,
@@ -21,12 +29,14 @@ def escape_time(
     r: Numbers,
     *,
     start: Numbers = 0,
-    method: str = "exact",
-    order: int | str | None = None,
+    method: TimeMethod = "exact",
+    order: int | Literal["optimal"] | None = None,
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
     rtol: Number | None = None,
+    errors: Errors = "raise",
+    workers: int | None = None,
 ) -> Any:
     """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region).
 
@@ -55,13 +65,19 @@ def escape_time(
         Of an expansion: the highest power that is kept, 2 if left out. ``"optimal"``
         (of ``"laplace"``): where the stated error is smallest.
     dps : int, optional
-        Digits, 1 to 10,000. None: float64, vectorised, right to 1e-12.
+        Digits, 1 to 10,000. None: float64, vectorised, right to 1e-12. Arrays give an array of
+        mpf objects.
     log : bool
         Natural logarithm instead, finite where T overflows.
     full : bool
         Return an `Estimate` with the error.
     rtol : number, optional
         Relative error allowed, for ``"auto"`` alone.
+    errors : {"raise", "nan"}
+        ``"nan"``: an element of an array that is refused, or whose value does not fit, is nan and
+        takes no other one with it; the `mask` of an `Estimate` tells which.
+    workers : int, optional
+        Processes that share the elements of an array with `dps`; this one alone when left out.
 
     Returns
     -------
@@ -85,8 +101,8 @@ def escape_time(
     >>> nstr(sa.escape_time(drift, "0.1", 10, dps=40), 40)
     '239803837121.0377700112780486795091847626'
     """
-    request = Request("T", method, order, dps, log, full)
-    return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol)
+    request = Request("T", method, order, dps, log, full, errors)
+    return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol, workers)
 
 
 def exit_probability(
@@ -96,18 +112,20 @@ def exit_probability(
     *,
     start: Numbers = 0,
     complement: bool = False,
-    method: str = "exact",
-    order: int | str | None = None,
+    method: ExitMethod = "exact",
+    order: int | Literal["optimal"] | None = None,
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
     rtol: Number | None = None,
+    errors: Errors = "raise",
+    workers: int | None = None,
 ) -> Any:
     """Probability C of leaving ``|u| < r`` through -r (eq:C).
 
     Parameters
     ----------
-    drift, kappa, r, start, order, dps, log, full, rtol
+    drift, kappa, r, start, order, dps, log, full, rtol, errors, workers
         As in `escape_time`.
     complement : bool
         The probability 1 - C of leaving through +r, with its own relative precision.
@@ -132,8 +150,8 @@ def exit_probability(
     >>> sa.exit_probability(sa.linear(1, 1), "1e-4", 5, log=True)
     -1000000000.0
     """
-    request = Request("1 - C" if complement else "C", method, order, dps, log, full)
-    return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol)
+    request = Request("1 - C" if complement else "C", method, order, dps, log, full, errors)
+    return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol, workers)
 
 
 def occupation(
@@ -141,18 +159,20 @@ def occupation(
     kappa: Numbers,
     *,
     complement: bool = False,
-    method: str = "exact",
-    order: int | str | None = None,
+    method: OccupationMethod = "exact",
+    order: int | Literal["optimal"] | None = None,
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
     rtol: Number | None = None,
+    errors: Errors = "raise",
+    workers: int | None = None,
 ) -> Any:
     """Stationary probability P of ``|u| <= 1`` (eq:P); the region must be sliding.
 
     Parameters
     ----------
-    drift, kappa, order, dps, log, full, rtol
+    drift, kappa, order, dps, log, full, rtol, errors, workers
         As in `escape_time`.
     complement : bool
         1 - P instead, with its own relative precision.
@@ -177,8 +197,8 @@ def occupation(
     >>> print(f"{sa.occupation(sa.linear(1, -1), '0.01', complement=True, log=True):.12g}")
     -10005.1775351
     """
-    request = Request("1 - P" if complement else "P", method, order, dps, log, full)
-    return _asked(drift, {"kappa": kappa}, request, rtol)
+    request = Request("1 - P" if complement else "P", method, order, dps, log, full, errors)
+    return _asked(drift, {"kappa": kappa}, request, rtol, workers)
 
 
 def stationary_density(
@@ -189,12 +209,14 @@ def stationary_density(
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
+    errors: Errors = "raise",
+    workers: int | None = None,
 ) -> Any:
     """Stationary density p_ss at the scaled position y (eq:pss); the region must be sliding.
 
     Parameters
     ----------
-    drift, kappa, dps, log, full
+    drift, kappa, dps, log, full, errors, workers
         As in `escape_time`.
     y : number or array_like
         Scaled position, anywhere.
@@ -215,8 +237,8 @@ def stationary_density(
     >>> sa.stationary_density(sa.linear(1, -1), 1, [-0.5, 0.0, 0.5]).round(8)
     array([0.41836647, 0.53719319, 0.41836647])
     """
-    request = Request("p_ss", "exact", None, dps, log, full)
-    return _asked(drift, {"kappa": kappa, "y": y}, request)
+    request = Request("p_ss", "exact", None, dps, log, full, errors)
+    return _asked(drift, {"kappa": kappa, "y": y}, request, workers=workers)
 
 
 def call_named(name: str, drift: Drift, numbers: Mapping[str, Any], **options: Any) -> Any:
@@ -232,10 +254,29 @@ def call_named(name: str, drift: Drift, numbers: Mapping[str, Any], **options: A
 
 
 def _asked(
-    drift: Drift, numbers: dict[str, Any], request: Request, rtol: Number | None = None
+    drift: Drift,
+    numbers: dict[str, Any],
+    request: Request,
+    rtol: Number | None = None,
+    workers: int | None = None,
 ) -> Any:
-    """The quantity of `request`, by its method or by the cheapest."""
+    """The quantity of `request` for one scene, or for each of an array's."""
     require_method(request, rtol)
+    require_drift(drift)
+    if request.errors not in ("raise", "nan"):
+        raise InputError(f"errors is {request.errors!r}; give 'raise' or 'nan'.")
+    if workers is not None and request.dps is None:
+        raise InputError(
+            f"workers is {workers!r}, but float64 arrays are computed in this process; give dps=… "
+            "too, or leave it out."
+        )
+    return each(
+        partial(_answered, rtol), drift, numbers, request, 1 if workers is None else workers
+    )
+
+
+def _answered(rtol: Number | None, drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
+    """The quantity of `request`, by its method or by the cheapest."""
     require_drift_of(request.name, drift)
     if request.method == "auto":
         from symasym.plan import automatic

@@ -10,7 +10,8 @@ from typing import Any
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import whole
-from symasym.commands.settings import Commands, settings
+from symasym.base.texts import meant
+from symasym.commands.settings import Commands, document, settings
 
 
 def add_parser(subparsers: Commands) -> None:
@@ -43,6 +44,7 @@ def add_parser(subparsers: Commands) -> None:
         metavar="FILE",
         help="a .png, .svg or .pdf file; may be repeated (NAME.png and NAME.svg)",
     )
+    document(parser, ("symasym figure fric1 --set mu=3,1/2 -o fric1.svg", "symasym figure phase"))
     parser.set_defaults(run=run)
 
 
@@ -55,7 +57,10 @@ def run(arguments: argparse.Namespace) -> None:
             print(f"{name:16} {str(draw.__doc__).partition(chr(10))[0]}")
         return
     if arguments.name not in FIGURES:
-        raise InputError(f"{arguments.name} is no figure; the figures are {', '.join(FIGURES)}.")
+        near = meant(arguments.name, FIGURES)
+        raise InputError(
+            f"{arguments.name} is no figure; the figures are {', '.join(FIGURES)}{near}."
+        )
     write(arguments.name, settings(arguments.set), arguments.out)
 
 

@@ -23,6 +23,7 @@ from symasym.commands import (
     value,
     verify,
 )
+from symasym.commands.settings import Parser, document
 
 _BAD_INPUT = 2
 _INTERRUPTED = 130
@@ -51,7 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         status = int(arguments.run(arguments) or 0)
         sys.stdout.flush()
     except SymasymError as error:
-        print(f"symasym: {error}", file=sys.stderr)
+        print(f"symasym: {in_options(str(error))}", file=sys.stderr)
         return _BAD_INPUT
     except KeyboardInterrupt:
         print("symasym: interrupted; every file that was written is whole.", file=sys.stderr)
@@ -70,6 +71,32 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
         return _BAD_INPUT
     return status
+
+
+# How Python says it, and how the command line does.
+_AS_OPTIONS = [
+    (r"\bbind\((\w+)=…\)", r"--set \1=…"),
+    (r"\bsa\.labels\(\) lists them", "symasym show --all lists them"),
+    (r"\b(log|complement)=True\b", r"--\1"),
+    (r"\bfull=True\b", "--json"),
+    (r"\b(dps|order)=(?:n|…)", r"--\1 N"),
+    (r"\brtol=…", "--rtol X"),
+    (r"\b(method|order|dps)='?(\w+)'?", r"--\1 \2"),
+    (r"\bescape_time\b", "escape-time"),
+]
+
+
+def in_options(message: str) -> str:
+    """A message whose advice is for Python, for the command line.
+
+    Examples
+    --------
+    >>> in_options("mu has no value; set it with bind(mu=…), or pass log=True.")
+    'mu has no value; set it with --set mu=…, or pass --log.'
+    """
+    for pattern, option in _AS_OPTIONS:
+        message = re.sub(pattern, option, message)
+    return message
 
 
 def _drop_output() -> None:
@@ -102,15 +129,16 @@ class _Version(argparse.Action):
         parser.exit()
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> Parser:
     """The parser of the whole command line."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="symasym",
         description="Escape times and Laplace-type integrals of smoothed switches with noise.",
         allow_abbrev=False,
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    document(parser, ("symasym value --help", "symasym show eq:Ttilde"))
     for command in (reproduce, value, release, derive, show, emit, figure, table, verify, report):
         command.add_parser(commands)
     return parser

@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import Commands
+from symasym.commands.settings import Commands, document
 
 if TYPE_CHECKING:
     from symasym.formula import Formula
@@ -19,6 +19,7 @@ def add_parser(subparsers: Commands) -> None:
     parser.add_argument("--all", action="store_true", help="every formula; a document with --latex")
     parser.add_argument("--latex", action="store_true", help="as LaTeX")
     parser.add_argument("--steps", action="store_true", help="with the steps of its derivation")
+    document(parser, ("symasym show eq:Ttilde", "symasym show fr1 --latex --steps"))
     parser.set_defaults(run=run)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import lru_cache
 from itertools import count
 from typing import Any
 
@@ -19,6 +20,7 @@ _DEEPEST = 120
 _OVERLAP = Fraction(9, 16)  # half would let neighbouring balls touch only
 
 
+@lru_cache(maxsize=128, typed=True)
 def read(
     A: sympy.Expr | str,
     u: sympy.Symbol | str | None,
@@ -38,7 +40,9 @@ def read(
                 "make them equal (give decimals as strings to keep them exact)."
             )
     _check_functions(formula, symbol)
-    return models.Expression(formula, symbol)
+    # Symbols are known by their names, whatever was assumed of them.
+    plain = {s: sympy.Symbol(s.name) for s in formula.free_symbols}
+    return models.Expression(formula.xreplace(plain), sympy.Symbol(symbol.name))
 
 
 def parse(name: str, given: sympy.Expr | Number, names: dict[str, Any] | None = None) -> Any:

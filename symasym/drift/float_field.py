@@ -18,8 +18,7 @@ from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import ComplexBall, tame
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
-from symasym.numbers.polynomial_roots import real_parts
-from symasym.numbers.polynomials import poly
+from symasym.numbers.polynomials import poly, real_parts
 
 if TYPE_CHECKING:
     from symasym.numbers.truncated_series import SeriesOps

@@ -14,7 +14,7 @@ from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.generated.numpy_formulas import potential_left, potential_right
 from symasym.numbers.complex_balls import ComplexBall, tame
-from symasym.numbers.polynomial_roots import bracketed_zero
+from symasym.numbers.polynomials import bracketed_zero
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -41,6 +41,11 @@ class Model:
         return type(self).__name__.lower()
 
     @property
+    def shape(self) -> dict[str, int]:
+        """The whole numbers that shape the formula, by the names that a caller gives them."""
+        return {}
+
+    @property
     def parameters(self) -> tuple[str, ...]:
         """Names of the parameters, in order."""
         raise NotImplementedError
@@ -121,6 +126,10 @@ class Sine(Model):
     waves: int
 
     @property
+    def shape(self) -> dict[str, int]:
+        return {"waves": self.waves}
+
+    @property
     def parameters(self) -> tuple[str, ...]:
         return ("a_minus", "a_plus", "b")
 
@@ -152,6 +161,10 @@ class Hill(Model):
     """The Hill function x^n (1 + K^n)/(K^n + x^n) of x = (1+u)/2, from a- to a+."""
 
     n: int
+
+    @property
+    def shape(self) -> dict[str, int]:
+        return {"n": self.n}
 
     @property
     def parameters(self) -> tuple[str, ...]:

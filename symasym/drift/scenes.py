@@ -40,7 +40,10 @@ FLOAT_DIGITS = 20
 
 
 class Request(NamedTuple):
-    """What is asked for, apart from the scene itself; `name` is that of the quantity."""
+    """What is asked for, apart from the scene itself; `name` is that of the quantity.
+
+    `errors` is ``"raise"``, or ``"nan"`` where elements of arrays that are refused become nan.
+    """
 
     name: str
     method: str
@@ -48,6 +51,7 @@ class Request(NamedTuple):
     dps: int | None
     log: bool
     full: bool
+    errors: str = "raise"
 
     @property
     def digits(self) -> int:
@@ -290,7 +294,10 @@ def as_floats(request: Request, shape: tuple[int, ...], answers: Answers) -> Any
     if request.full and answers.errors is not None:
         # A logarithm close to 0 may have underflowed.
         error = answers.errors.reshape(shape) + 1e-300
-    require_fits(request.name, logs, request.log)
+    if request.errors == "raise":
+        require_fits(request.name, logs, request.log)
+    else:
+        logs = value = np.where(_fitting(logs, request.log), logs, np.nan)
     if not request.log:
         value = np.exp(logs)
         if error is not None:
@@ -301,8 +308,9 @@ def as_floats(request: Request, shape: tuple[int, ...], answers: Answers) -> Any
     if not request.full:
         return value
     order = None if isinstance(request.order, range) else request.order
+    mask = np.isnan(value) if request.errors == "nan" else None
     return Estimate(
-        value, error, answers.kind, request.method, order, answers.terms, answers.dropped
+        value, error, answers.kind, request.method, order, answers.terms, answers.dropped, mask
     )
 
 
@@ -343,10 +351,15 @@ def _fits(name: str, value: mpf) -> None:
     require_fits(name, np.asarray(size), False)
 
 
+def _fitting(logs: FloatArray, log: bool) -> Any:
+    """True where e^logs is a float, or logs with `log`."""
+    return np.isfinite(logs) if log else (logs >= _SMALLEST) & (logs <= _LARGEST)
+
+
 def require_fits(name: str, logs: FloatArray, log: bool) -> None:
     """Raise unless the values e^logs, or their logarithms with `log`, are floats."""
     if log:
-        if not np.isfinite(logs).all():
+        if not _fitting(logs, log).all():
             raise RangeError(
                 f"log {name} is outside the range of float64 itself; pass log=True with dps=…."
             )
@@ -356,3 +369,8 @@ def require_fits(name: str, logs: FloatArray, log: bool) -> None:
         raise RangeError(
             f"{name} is e^{extreme:.6g}, outside the range of float64; pass log=True, or dps=…."
         )
+
+
+def working_digits(digits: int, lam: Fraction, r: Fraction) -> int:
+    """Digits that leave `digits` right in e^{lam V}."""
+    return digits + 2 * len(str(int(lam * (1 + r) + 1))) + 20

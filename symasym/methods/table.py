@@ -22,6 +22,7 @@ import numpy as np
 
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import Number
+from symasym.base.texts import meant
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     Answer,
@@ -107,6 +108,8 @@ class Method:
         Names of the quantities that it answers.
     module : str
         Its home.
+    about : str
+        What it gives, in a line.
     orders : tuple of int or None
         Of an expansion: the order that is taken where none is given, and the highest.
     optimal : bool
@@ -118,6 +121,7 @@ class Method:
     name: str
     quantities: tuple[str, ...]
     module: str
+    about: str
     orders: tuple[int, int] | None = None
     optimal: bool = False
     in_float: Callable[[Drift, Request], bool] = lambda drift, request: False
@@ -170,13 +174,50 @@ _NOISE = "symasym.asymptotics"
 METHODS = {
     method.name: method
     for method in (
-        Method("exact", (*_ALL, "p_ss"), "symasym.methods.exact", in_float=_without_error),
-        Method("paper", _ALL, "symasym.paper"),
-        Method("laplace", _ALL, "symasym.methods.laplace", WEAK_NOISE_ORDERS, optimal=True),
-        Method("local", ("T",), f"{_NOISE}.uniform.answer", (0, 0)),
-        Method("uniform", ("T", "P", "1 - P"), f"{_NOISE}.uniform.answer", (2, 6)),
-        Method("strong_noise", _ALL, f"{_NOISE}.strong_noise.answer", (2, 100), in_float=_unproved),
-        Method("bound", ("C", "1 - C"), f"{_NOISE}.proofs.exit_bounds"),
+        Method(
+            "exact",
+            (*_ALL, "p_ss"),
+            "symasym.methods.exact",
+            "the integral, nothing dropped",
+            in_float=_without_error,
+        ),
+        Method("paper", _ALL, "symasym.paper", "the paper's own leading order"),
+        Method(
+            "laplace",
+            _ALL,
+            "symasym.methods.laplace",
+            "weak noise, in powers of kappa^2",
+            WEAK_NOISE_ORDERS,
+            optimal=True,
+        ),
+        Method(
+            "local",
+            ("T",),
+            f"{_NOISE}.uniform.answer",
+            "weak noise near a fold, to leading order",
+            (0, 0),
+        ),
+        Method(
+            "uniform",
+            ("T", "P", "1 - P"),
+            f"{_NOISE}.uniform.answer",
+            "weak noise, also where wells, barriers, the start or an end meet",
+            (2, 6),
+        ),
+        Method(
+            "strong_noise",
+            _ALL,
+            f"{_NOISE}.strong_noise.answer",
+            "in powers of 2/kappa^2",
+            (2, 100),
+            in_float=_unproved,
+        ),
+        Method(
+            "bound",
+            ("C", "1 - C"),
+            f"{_NOISE}.proofs.exit_bounds",
+            "two proved bounds, which close as kappa goes to 0",
+        ),
     )
 }
 
@@ -191,7 +232,10 @@ def require_method(request: Request, rtol: Number | None = None) -> None:
         )
     known = [name for name, m in METHODS.items() if request.name in m.quantities] + ["auto"]
     if not isinstance(method, str) or method not in known:
-        raise InputError(f"method is {method!r}; this quantity has {', '.join(map(repr, known))}.")
+        raise InputError(
+            f"method is {method!r}; this quantity has "
+            f"{', '.join(map(repr, known))}{meant(method, known)}."
+        )
 
 
 def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:

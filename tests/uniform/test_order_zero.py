@@ -11,8 +11,8 @@ import pytest
 
 import symasym as sa
 from symasym.asymptotics.uniform import answer as uniform_noise
+from symasym.asymptotics.uniform.one_drift import scene_of
 from symasym.asymptotics.uniform.order_zero import OrderZero
-from symasym.asymptotics.uniform.order_zero_digits import scene_of
 from symasym.base.contexts import own_context
 from symasym.numbers.arithmetic import Digits
 from symasym.special.airy import airy_products

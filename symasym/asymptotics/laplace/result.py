@@ -271,7 +271,7 @@ class LaplaceExpansion(IntegralExpansion):
             context.dps = more
             large = mpf_of(lam, context)
             top = self.contributions[0].height_in(context)
-            total, orders = context.mpf(0), []
+            shares, orders, size = [], [], context.mpf(0)
             for c in self.contributions:
                 terms = c.terms(large, more, context)
                 used = len(terms)
@@ -279,12 +279,15 @@ class LaplaceExpansion(IntegralExpansion):
                     sizes = [abs(t) if t else context.inf for t in terms]
                     used = max(1, sizes.index(min(sizes)))
                 orders.append(used)
-                total += context.exp(large * (c.height_in(context) - top)) * context.fsum(
-                    terms[:used]
-                )
+                weight = context.exp(large * (c.height_in(context) - top))
+                shares.append(weight * context.fsum(terms[:used]))
+                size += weight * context.fsum(map(abs, terms[:used]))
+            total = context.fsum(shares)
             error, kind = context.mpf(0), self._errors.kind
             if full:
-                error, kind = self._errors.relative(large, orders, total, context)
+                error, kind = self._errors.relative(lam, orders, shares, context)
+            # Rounding of the terms, and of lam times the height.
+            error += size * (1 + abs(large * top)) * context.mpf(10) ** (5 - more)
             if not isinstance(self.height, sympy.Basic):
                 # A rounded height, times lam, is an error of the exponent.
                 error += abs(total * large * top) * context.mpf(10) ** -(self._errors.digits + 8)

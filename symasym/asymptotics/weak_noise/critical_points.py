@@ -11,6 +11,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from symasym.asymptotics.weak_noise.majorants import FURTHER
 from symasym.asymptotics.weak_noise.one_sided import (
     Builder,
     CriticalPoint,
@@ -25,7 +26,7 @@ from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Digits
-from symasym.numbers.polynomial_roots import bracketed_zero
+from symasym.numbers.polynomials import bracketed_zero
 from symasym.numbers.power_series import laurent, power
 
 if TYPE_CHECKING:
@@ -177,10 +178,10 @@ class _FieldBuilder(Builder):
         return Series([Part(1.0, 0, trimmed(h))], self.least)
 
     def peak(self, k: int) -> Series:
-        taylor = self.taylor(self.lines[k])
+        taylor = self.taylor(self.lines[k], 2 * self.count + 2 + FURTHER)
         arc = arc_coefficients(taylor, 2 * self.count, 2, self.context.one)
         self.require_estimate(self.lines[k], abs(taylor[1]), arc, 2)
-        return self.gaussian(arc, self.least)
+        return self.gaussian(arc, taylor, self.least)
 
     def no_estimate(self, shape: str, u: Numbers) -> AccuracyError:
         """The refusal of a point where the series' next terms vanish."""

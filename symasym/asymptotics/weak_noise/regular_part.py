@@ -22,8 +22,7 @@ from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.drift.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Number
-from symasym.numbers.polynomial_roots import refined
-from symasym.numbers.polynomials import shifted
+from symasym.numbers.polynomials import refined, shifted
 from symasym.numbers.power_series import laurent, product, reciprocal
 from symasym.numbers.quadratic_factor import split_pair
 

@@ -130,7 +130,7 @@ def _friction() -> Iterator[Finding]:
     with own_context(_DPS + 12) as mp:
         known = _landscape(Field(sa.friction(*_DRIFT), mp))
         given = [mp.convert(x) for x in (mu, alpha)]
-        omega = of.friction_angle(mp, *given, mp.convert(z0))
+        omega = of.friction_angle(mp, given[0], given[1], mp.convert(z0))
         closed = {
             "slope_well": of.friction_slope_well(mp, omega, *given),
             "slope_barrier": of.friction_slope_barrier(mp, omega, *given),
