@@ -7,7 +7,7 @@ import json
 from typing import Any
 
 from symasym.base.inputs import whole
-from symasym.commands.settings import Commands, settings
+from symasym.commands.settings import Commands, document, settings
 
 
 def add_parser(commands: Commands) -> None:
@@ -37,6 +37,11 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--workers", default="1", metavar="N", help="of --method simulate")
     parser.add_argument("--quantiles", action="store_true", help="of the time and of z, too")
     parser.add_argument("--json", action="store_true", help="all of it as a record")
+    examples = (
+        "symasym release --kappa 0.3 --r 10 --eps 0.01 --z -0.4 --quantiles",
+        'symasym release --phi "7/5 - u - z" --velocity " -1" --kappa 1 --r 5 --eps 0.01 --z 0',
+    )
+    document(parser, examples)
     parser.set_defaults(run=run)
 
 
