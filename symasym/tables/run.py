@@ -306,7 +306,7 @@ def _check_versions(record: dict[str, Any], who: str, path: Path) -> None:
             )
 
 
-# -- for plotting and data frames ----------------------------------------------------------------------------
+# -- for plotting and data frames ---
 
 
 def _csv(spec: Spec, lines: Iterable[bytes]) -> tuple[bytes, int]:
