@@ -15,6 +15,7 @@ import pytest
 import symasym as sa
 from symasym.commands.main import _parser, in_options
 from symasym.methods.table import METHODS
+from symasym.release.answer import METHODS as OF_RELEASE
 
 ROOTS = [Path(str(sa.__file__)).parent, Path(str(sa.__file__)).parent.parent / "derivations"]
 
@@ -90,7 +91,7 @@ def test_what_is_advised_exists(message: str) -> None:
     for name in re.findall(r"\b([a-zA-Z_]\w*)=(?:…|n\b|True|'|\")", message):
         assert name in known | {"CC", "positive"}, name
     for name in re.findall(r"method='(\w+)'", message):
-        assert name in {*METHODS, "auto"}, name
+        assert name in {*METHODS, *OF_RELEASE}, name
     for name in re.findall(r"(?<![\w.])([a-z_]{3,})\((?:\)|…|\w+=)", message):
         assert name in calls, name
     for flag in re.findall(r"(?<![\w-])--[a-z][\w-]*", message):
