@@ -78,6 +78,9 @@ def add_parser(commands: Commands) -> None:
             quantity.add_argument("--complement", action="store_true", help="1 minus it")
         quantity.add_argument("--dps", type=int, metavar="N", help="digits (float64 if left out)")
         quantity.add_argument("--log", action="store_true", help="its natural logarithm")
+        quantity.add_argument(
+            "--patience", type=float, default=10.0, metavar="SECONDS", help="that it may take (10)"
+        )
         quantity.add_argument("--json", action="store_true", help="with error, method, time")
         quantity.set_defaults(run=run, quantity=name, verb=verb)
 
@@ -102,7 +105,8 @@ def run(arguments: argparse.Namespace) -> None:
     start = time.perf_counter()
     # The exact value to `dps` digits has them without a proof, which takes longer.
     proved = arguments.json or dps is None or inputs.get("method", "exact") != "exact"
-    answer = verb(drift, **inputs, dps=dps, full=proved)
+    options = {"dps": dps, "full": proved, "patience": arguments.patience}
+    answer = verb(drift, **inputs, **options)
     seconds = time.perf_counter() - start
     value, error = _texts(answer, arguments.dps)
     if arguments.json:

@@ -11,6 +11,7 @@ import numpy as np
 
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, floats, is_array
+from symasym.base.patience import step
 from symasym.base.texts import meant, number_repr
 from symasym.drift import landscape, models
 from symasym.numbers.complex_balls import ComplexBall, ComplexBallOps
@@ -209,11 +210,13 @@ class Drift:
 
     def evaluate(self, u: Any, ops: Operations) -> Any:
         """A(u) in the arithmetic of `ops` (see `symasym.numbers.trees`); scalar parameters only."""
+        step()
         values = {name: ops.rational(value) for name, value in self.scalars().items()}
         return self._model.evaluate(u, values, ops)
 
     def evaluate_values(self, u: Any, values: dict[str, Any], ops: Operations) -> Any:
         """A(u) with these parameter values, all in the arithmetic of `ops`."""
+        step()
         return self._model.evaluate(u, values, ops)
 
     def evaluate_float(self, u: FloatArray, values: dict[str, FloatArray] | None = None) -> Any:

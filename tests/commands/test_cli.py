@@ -322,3 +322,65 @@ def test_value_loads_neither_sympy_nor_matplotlib() -> None:
         "assert not {'sympy', 'matplotlib'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code, *ESCAPE, "--dps", "20"], check=True)
+
+
+# -- terminals, places and sizes -----------------------------------------------------------------
+
+
+def test_a_terminal_without_unicode() -> None:
+    environment = {
+        "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii", "PYTHONCOERCECLOCALE": "0",
+        "PYTHONPATH": str(Path(sa.__file__).parent.parent), "PATH": "",
+    }  # fmt: skip
+    script = "import sys; from symasym.commands.main import main; sys.exit(main())"
+    for arguments in (["show", "fr1"], ["show", "eq:Ttilde"], ["value", "occupation", "--help"]):
+        done = subprocess.run(
+            [sys.executable, "-c", script, *arguments], capture_output=True, env=environment
+        )
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.isascii()
+        assert len(done.stdout) > 50
+    done = subprocess.run(
+        [sys.executable, "-c", script, *ESCAPE, "--dps", "\N{MINUS SIGN}5", "--r", "é"],
+        capture_output=True, env={**environment, "PYTHONIOENCODING": "utf-8"},
+    )  # fmt: skip
+    assert done.returncode == 2
+
+
+def test_places_that_are_no_files(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "dir.png").mkdir()
+    (tmp_path / "dir.jsonl").mkdir()
+    (tmp_path / "t.toml").write_text(
+        'quantities = ["T"]\ndps = 15\nkappa = "1"\nr = "2"\nexpr = "1 - u"\n'
+    )
+    for arguments in (
+        ("table", "t.toml", "-o", ""),
+        ("table", "t.toml", "-o", "dir.jsonl"),
+        ("table", "t.toml", "-o", "."),
+        ("figure", "phase", "-o", "dir.png"),
+        ("figure", "phase", "-o", ""),
+    ):
+        refused(capsys, *arguments)
+    assert {p.name for p in tmp_path.iterdir()} == {"dir.png", "dir.jsonl", "t.toml"}
+
+
+def test_sizes_are_bounded(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    out = ("-o", str(tmp_path / "x.png"))
+    assert "points is" in refused(capsys, "figure", "fric2", "--set", "points=1000000000", *out)
+    assert "alpha = 1e-300" in refused(capsys, "figure", "fil", "--set", "alpha=1e-300", *out)
+    assert "waves" in refused(
+        capsys, "value", "escape-time", "--drift", "sine", "--set", "a_minus=1", "--set",
+        "a_plus=1", "--set", "b=1", "--set", "waves=1000000", "--kappa", "1", "--r", "2",
+    )  # fmt: skip
+
+
+def test_a_value_has_its_time(capsys: pytest.CaptureFixture[str]) -> None:
+    stiff = ["--drift", "tanh", "--set", "a_minus=1", "--set", "a_plus=-1", "--set", "steepness=2"]
+    told = refused(
+        capsys, "value", "occupation", *stiff, "--kappa", "1e-60", "--dps", "400", "--log",
+        "--patience", "0.2",
+    )  # fmt: skip
+    assert "0.2 seconds" in told

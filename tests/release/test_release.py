@@ -246,6 +246,34 @@ def test_bad_systems(phi, velocity, noise, message):
         sa.System(phi, velocity, noise)
 
 
+def test_a_reduction_becomes_a_system():
+    relay = sa.reduce(
+        ("1 - 2*x - w", "-1 - x"),
+        ("-1 - 2*x - w", "-1 - x"),
+        ("-sin(pi*s/2) - 2*x - w", "-1 - x"),
+        ((1,), (0,)),
+        ("x", "w"),
+    )
+    system = sa.System.of(relay, "w", "x")
+    assert system == sa.System("-sin(pi*u/2) - 2*y - z", "-1 - y")
+    for arguments, message in (
+        (("q", "x"), "slow is 'q'; give two different coordinates out of x, w"),
+        (("w", "w"), "two different coordinates"),
+    ):
+        with pytest.raises(InputError, match=message):
+            sa.System.of(relay, *arguments)
+
+
+def test_the_drag_time_is_the_way_to_the_fold():
+    fold = sa.friction(mu=2, alpha=1).folds().z0[0]
+    block = sa.oscillator(mu=2, alpha=1)
+    assert block.drag_time("-0.3", "0.02") == pytest.approx((-0.3 - fold) / 0.02, rel=1e-5)
+    assert block.drag_time("-3", "0.02") == float("inf")
+    # Marched without much noise, the block is past the fold that much later and its flight.
+    answer = sa.release(block, 0.05, 10, eps="0.02", start=(0, "-0.3"), rtol=1e-3)
+    assert block.drag_time("-0.3", "0.02") < answer.mean < block.drag_time("-0.3", "0.02") + 40
+
+
 def test_only_known_laws():
     answer = sa.release(BLOCK, 1, 10, eps="1e-9", start=(0, "-0.4"), method="frozen")
     with pytest.raises(InputError, match="gives no law"):
