@@ -13,6 +13,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from symasym.base.errors import InputError
 from symasym.base.inputs import Number, count, exact
 from symasym.generated.plain_formulas import friction_coefficients
 from symasym.numbers.trees import Operand, Operations, call, evaluate_tree, integer_power
