@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         RangeError,
         RegionError,
         SymasymError,
+        TimeLimitError,
     )
     from symasym.base.estimate import Estimate
     from symasym.base.scales import Scales, rescale
@@ -46,6 +47,7 @@ __all__ = [
     "Sensitivity",
     "SymasymError",
     "System",
+    "TimeLimitError",
     "emit",
     "escape_time",
     "exit_probability",
@@ -87,6 +89,7 @@ _HOMES = {
     "Sensitivity": "symasym.sensitivity",
     "SymasymError": "symasym.base.errors",
     "System": "symasym.release",
+    "TimeLimitError": "symasym.base.errors",
     "emit": "symasym.emit",
     "escape_time": "symasym.quantities",
     "exit_probability": "symasym.quantities",

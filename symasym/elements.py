@@ -13,9 +13,16 @@ from typing import Any
 import numpy as np
 
 from symasym.base import executors
-from symasym.base.errors import AccuracyError, InputError, RegionError, SymasymError
+from symasym.base.errors import (
+    AccuracyError,
+    InputError,
+    RegionError,
+    SymasymError,
+    TimeLimitError,
+)
 from symasym.base.estimate import ErrorKind, Estimate
-from symasym.base.inputs import IntArray, is_array
+from symasym.base.inputs import IntArray, floats, is_array
+from symasym.base.patience import left, limited
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import Request, one_scene
 
@@ -49,10 +56,14 @@ def each(
         return _with_digits(ask, _elements(drift, numbers), request, workers)
     try:
         return ask(drift, numbers, request)
+    except TimeLimitError:
+        raise
     except SymasymError as error:
         if _of_the_question(error, drift, numbers):
             raise
         elements = Elements(drift, numbers)
+        if not len(elements):
+            raise
         if request.errors == "nan":
             return _spared(ask, elements, request)
         raise _first(ask, elements, request, error) from None
@@ -103,7 +114,15 @@ class Elements:
 
 
 def _elements(drift: Drift, numbers: dict[str, Any]) -> Elements:
-    """The elements; an error where the arrays do not broadcast."""
+    """The elements; an error where an array is none, or where they do not broadcast."""
+    for name, x in numbers.items():
+        if is_array(x):
+            try:
+                array = np.asarray(x)
+            except ValueError:
+                array = np.empty(0)
+            if not array.size or array.dtype.kind not in "iufOUS":
+                floats(name, x)
     try:
         return Elements(drift, numbers)
     except ValueError:
@@ -119,6 +138,8 @@ def _first(ask: Ask, elements: Elements, request: Request, error: SymasymError) 
         low = rows[: len(rows) // 2]
         try:
             ask(*elements.part(low), request)
+        except TimeLimitError:
+            raise
         except SymasymError:
             rows = low
         else:
@@ -157,6 +178,8 @@ def _spared(ask: Ask, elements: Elements, request: Request) -> Any:
         rows = pending.pop()
         try:
             parts.append((rows, ask(*elements.part(rows), request)))
+        except TimeLimitError:
+            raise
         except SymasymError as error:
             if len(rows) > 1:
                 middle = len(rows) // 2
@@ -207,7 +230,7 @@ def _with_digits(ask: Ask, elements: Elements, request: Request, workers: int) -
     found: list[Any] = []
     with executors.local(workers) as executor:
         futures = [
-            executor.submit(_batch, ask, [elements.part(int(row)) for row in rows], request)
+            executor.submit(_batch, ask, [elements.part(int(row)) for row in rows], request, left())
             for rows in _batches(len(elements))
         ]
         for future in futures:
@@ -233,12 +256,15 @@ def _batches(count: int) -> Iterator[range]:
         yield range(low, min(low + _BATCH, count))
 
 
-def _batch(ask: Ask, scenes: list[tuple[Drift, dict[str, Any]]], request: Request) -> list[Any]:
-    """The answers for some scenes; the first error ends them."""
+def _batch(
+    ask: Ask, scenes: list[tuple[Drift, dict[str, Any]]], request: Request, seconds: float
+) -> list[Any]:
+    """The answers for some scenes, in so many seconds; the first error ends them."""
     found: list[Any] = []
-    for drift, numbers in scenes:
-        try:
-            found.append(_alone(ask, drift, numbers, request))
-        except SymasymError as error:
-            return [*found, error]
+    with limited(seconds):
+        for drift, numbers in scenes:
+            try:
+                found.append(_alone(ask, drift, numbers, request))
+            except SymasymError as error:
+                return [*found, error]
     return found

@@ -19,6 +19,7 @@ from symasym.base.contexts import own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import BeyondFloat, FloatArray, IntArray, Number, exact, is_array
+from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     Answer,
@@ -132,7 +133,16 @@ class Plan:
     __repr__ = __str__
 
 
-def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: Number = 0) -> Plan:
+@patient
+def plan(
+    drift: Drift,
+    kappa: Number,
+    r: Number,
+    rtol: Number = 1e-6,
+    *,
+    start: Number = 0,
+    patience: float | None = None,
+) -> Plan:
     """The terms of T that this scene needs, those left out, and the bound on each.
 
     This is for many scenes that share the drift, as in an array, or for a formula: for one value
@@ -146,6 +156,8 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
         Scaled, as in `escape_time`.
     rtol : number
         Relative error allowed, between 0 and 1.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------

@@ -83,7 +83,7 @@ def plot(
     >>> ax = sa.plot("T", drift, np.geomspace(0.05, 2, 50), 10)
     >>> ax = sa.plot("T", drift, np.geomspace(0.05, 2, 50), 10, method="laplace", ax=ax)
     >>> ax.get_xlabel(), ax.get_ylabel(), len(ax.lines)
-    ('κ', 'log₁₀ of mean escape time T', 2)
+    ('κ', 'mean escape time T', 2)
     """
     if quantity not in _LABELS:
         near = meant(quantity, _LABELS)

@@ -7,6 +7,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from symasym.base.errors import InputError
+from symasym.base.inputs import choice, flag, shown
+from symasym.base.patience import patient
 from symasym.drift.scenes import Request, require_drift
 from symasym.elements import each
 from symasym.methods.table import QUANTITIES, answer, require_drift_of, require_method
@@ -23,6 +25,7 @@ OccupationMethod = Literal["exact", "paper", "laplace", "uniform", "strong_noise
 Errors = Literal["raise", "nan"]
 
 
+@patient
 def escape_time(
     drift: Drift,
     kappa: Numbers,
@@ -37,6 +40,7 @@ def escape_time(
     rtol: Number | None = None,
     errors: Errors = "raise",
     workers: int | None = None,
+    patience: float | None = None,
 ) -> Any:
     """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region).
 
@@ -78,6 +82,8 @@ def escape_time(
         takes no other one with it; the `mask` of an `Estimate` tells which.
     workers : int, optional
         Processes that share the elements of an array with `dps`; this one alone when left out.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------
@@ -90,6 +96,8 @@ def escape_time(
         For a value outside its range, a free parameter, shapes that do not broadcast.
     RangeError
         If the value does not fit float64 and `log` is False.
+    TimeLimitError
+        If it would take longer than `patience`.
 
     Examples
     --------
@@ -105,6 +113,7 @@ def escape_time(
     return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol, workers)
 
 
+@patient
 def exit_probability(
     drift: Drift,
     kappa: Numbers,
@@ -120,12 +129,13 @@ def exit_probability(
     rtol: Number | None = None,
     errors: Errors = "raise",
     workers: int | None = None,
+    patience: float | None = None,
 ) -> Any:
     """Probability C of leaving ``|u| < r`` through -r (eq:C).
 
     Parameters
     ----------
-    drift, kappa, r, start, order, dps, log, full, rtol, errors, workers
+    drift, kappa, r, start, order, dps, log, full, rtol, errors, workers, patience
         As in `escape_time`.
     complement : bool
         The probability 1 - C of leaving through +r, with its own relative precision.
@@ -150,10 +160,11 @@ def exit_probability(
     >>> sa.exit_probability(sa.linear(1, 1), "1e-4", 5, log=True)
     -1000000000.0
     """
-    request = Request("1 - C" if complement else "C", method, order, dps, log, full, errors)
+    request = Request(_named("C", complement), method, order, dps, log, full, errors)
     return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol, workers)
 
 
+@patient
 def occupation(
     drift: Drift,
     kappa: Numbers,
@@ -167,12 +178,13 @@ def occupation(
     rtol: Number | None = None,
     errors: Errors = "raise",
     workers: int | None = None,
+    patience: float | None = None,
 ) -> Any:
     """Stationary probability P of ``|u| <= 1`` (eq:P); the region must be sliding.
 
     Parameters
     ----------
-    drift, kappa, order, dps, log, full, rtol, errors, workers
+    drift, kappa, order, dps, log, full, rtol, errors, workers, patience
         As in `escape_time`.
     complement : bool
         1 - P instead, with its own relative precision.
@@ -197,10 +209,11 @@ def occupation(
     >>> print(f"{sa.occupation(sa.linear(1, -1), '0.01', complement=True, log=True):.12g}")
     -10005.1775351
     """
-    request = Request("1 - P" if complement else "P", method, order, dps, log, full, errors)
+    request = Request(_named("P", complement), method, order, dps, log, full, errors)
     return _asked(drift, {"kappa": kappa}, request, rtol, workers)
 
 
+@patient
 def stationary_density(
     drift: Drift,
     kappa: Numbers,
@@ -211,12 +224,13 @@ def stationary_density(
     full: bool = False,
     errors: Errors = "raise",
     workers: int | None = None,
+    patience: float | None = None,
 ) -> Any:
     """Stationary density p_ss at the scaled position y (eq:pss); the region must be sliding.
 
     Parameters
     ----------
-    drift, kappa, dps, log, full, errors, workers
+    drift, kappa, dps, log, full, errors, workers, patience
         As in `escape_time`.
     y : number or array_like
         Scaled position, anywhere.
@@ -253,6 +267,11 @@ def call_named(name: str, drift: Drift, numbers: Mapping[str, Any], **options: A
     return globals()[quantity.verb](drift, **taken, **options)
 
 
+def _named(probability: str, complement: bool) -> str:
+    """The name of a probability or of its complement."""
+    return f"1 - {probability}" if flag("complement", complement) else probability
+
+
 def _asked(
     drift: Drift,
     numbers: dict[str, Any],
@@ -261,14 +280,14 @@ def _asked(
     workers: int | None = None,
 ) -> Any:
     """The quantity of `request` for one scene, or for each of an array's."""
+    request = request._replace(log=flag("log", request.log), full=flag("full", request.full))
     require_method(request, rtol)
     require_drift(drift)
-    if request.errors not in ("raise", "nan"):
-        raise InputError(f"errors is {request.errors!r}; give 'raise' or 'nan'.")
+    choice("errors", request.errors, ("raise", "nan"))
     if workers is not None and request.dps is None:
         raise InputError(
-            f"workers is {workers!r}, but float64 arrays are computed in this process; give dps=… "
-            "too, or leave it out."
+            f"workers is {shown(workers)}, but float64 arrays are computed in this process; give "
+            "dps=… too, or leave it out."
         )
     return each(
         partial(_answered, rtol), drift, numbers, request, 1 if workers is None else workers

@@ -1,7 +1,7 @@
 """The pages of docs/ and those made for the site, side by side in one folder.
 
 What is written by hand stays plain Markdown that reads well in a repository: the
-order of the pages in the site is that of the links in docs/index.md, heading by
+order of the pages in the site is that of the lists of links in docs/index.md, heading by
 heading, and a page that is not linked there yet comes after them.
 """
 
@@ -68,7 +68,8 @@ def with_toctrees(index: str, pages: set[str]) -> str:
             caption = line.lstrip("# ") if line.startswith("##") else ""
             listed.setdefault(caption, [])
             continue
-        for name in _LINK.findall(line):
+        # A link in a sentence gives a page no place.
+        for name in _LINK.findall(line) if line.startswith(("- ", "  ")) else ():
             if name in pages and not any(name in names for names in listed.values()):
                 listed[caption].append(name)
     left = sorted(pages - {name for names in listed.values() for name in names})

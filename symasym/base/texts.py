@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,9 @@ def meant(given: object, known: Iterable[str]) -> str:
     from difflib import get_close_matches
 
     plain = {name.lower().replace("_", "-"): name for name in known}
-    near = get_close_matches(str(given)[:100].lower().replace("_", "-"), plain, 1)
+    if not isinstance(given, str):
+        return ""
+    near = get_close_matches(given[:100].lower().replace("_", "-"), plain, 1)
     return f"; perhaps you mean {plain[near[0]]!r}" if near else ""
 
 
@@ -48,8 +51,13 @@ def number_text(x: Fraction) -> str:
         if scaled.denominator == 1:
             whole, part = divmod(abs(scaled.numerator), 10**decimals)
             tail = f".{part:0{decimals}d}" if decimals else ""
-            return f"{'-' if x < 0 else ''}{whole}{tail}"
-    return f"{x.numerator}/{x.denominator}"
+            return f"{'-' if x < 0 else ''}{_digits(whole)}{tail}"
+    return f"{_digits(x.numerator)}/{_digits(x.denominator)}"
+
+
+def _digits(n: int) -> str:
+    """The digits of a whole number, also of one that is longer than Python prints."""
+    return str(n) if abs(n) < 10**4000 else str(Decimal(n))
 
 
 def number_repr(x: Fraction) -> str:
@@ -94,7 +102,7 @@ def carried_text(value: Any, error: Any, most: int) -> tuple[str, str]:
     Examples
     --------
     >>> carried_text(2.0 / 3, 1e-6, 17)
-    ('0.666667', '1.34e-6')
+    ('0.66667', '4.34e-6')
     """
     text, rounding = _rounded(value, error, 0, most)
     return text, _upwards(error, rounding)

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import codecs
+import io
+import math
 import os
 import re
 import signal
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import NoReturn, TextIO
 
 from symasym.base.errors import SymasymError
+from symasym.base.patience import limited
 from symasym.commands import (
     derive,
     emit,
@@ -47,9 +51,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv = sys.argv[1:]
         # A batch system that stops the job is owed the same tidiness as Ctrl-C.
         signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for stream in (sys.stdout, sys.stderr):
+        _make_printable(stream)
     arguments = _parser().parse_args(_join_negative(argv))
     try:
-        status = int(arguments.run(arguments) or 0)
+        # A command is waited for; the one that has a limit has an option.
+        with limited(math.inf):
+            status = int(arguments.run(arguments) or 0)
         sys.stdout.flush()
     except SymasymError as error:
         print(f"symasym: {in_options(str(error))}", file=sys.stderr)
@@ -71,6 +79,27 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
         return _BAD_INPUT
     return status
+
+
+#: What stands for a sign that the terminal does not have; for any other a question mark.
+_PLAIN = {"±": "+-", "κ": "kappa", "λ": "lambda", "φ": "phi", "…": "...", "−": "-", "–": "-",
+          "·": "*", "×": "x", "²": "^2", "≤": "<=", "≥": ">=", "≈": "~", "’": "'", "“": '"',
+          "”": '"'}  # fmt: skip
+
+
+def _plainly(error: UnicodeError) -> tuple[str, int]:
+    """An encoder's error handler."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    wrong = error.object[error.start : error.end]
+    return "".join(_PLAIN.get(sign, "?") for sign in wrong), error.end
+
+
+def _make_printable(stream: TextIO) -> None:
+    """Let a stream without Unicode print something for each sign."""
+    if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+        codecs.register_error("symasym", _plainly)
+        stream.reconfigure(errors="symasym")
 
 
 # How Python says it, and how the command line does.

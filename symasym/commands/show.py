@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from typing import TYPE_CHECKING
 
 from symasym.base.errors import InputError
@@ -76,8 +77,18 @@ def pretty(shown: Formula) -> str:
     """A formula drawn with characters, as wide as it needs."""
     import sympy
 
-    text = str(sympy.pretty(shown.expression, use_unicode=True, num_columns=10_000))
+    drawn = {"use_unicode": _has_unicode(), "num_columns": 10_000}
+    text = str(sympy.pretty(shown.expression, **drawn))
     if shown.remainder is not None:
-        order = str(sympy.pretty(shown.remainder, use_unicode=True, num_columns=10_000))
+        order = str(sympy.pretty(shown.remainder, **drawn))
         text += f"\n\nup to the order ({shown.limit}) of\n\n{order}"
     return text
+
+
+def _has_unicode() -> bool:
+    """True where standard output can show the signs that a formula is drawn with."""
+    try:
+        "⎛⎝∫λ√".encode(sys.stdout.encoding or "ascii")
+    except UnicodeEncodeError:
+        return False
+    return True

@@ -23,7 +23,7 @@ _LINEAR = "--drift linear --set a_minus=1 --set a_plus=-1"
 _EXAMPLES = {
     "escape-time": (
         f"{_FRICTION} --kappa 0.1 --r 10 --dps 30",
-        '--expr "1/2 - u + b*u**3" --set b=3/4 --kappa 0.3 --r 5 --method laplace --order 4',
+        '--expr "1/2 - u + b*u**3" --set b=3/4 --kappa 0.05 --r 5 --method laplace --order 4',
     ),
     "exit-probability": (
         f"{_FRICTION} --kappa 0.1 --r 10 --log",
@@ -78,6 +78,9 @@ def add_parser(commands: Commands) -> None:
             quantity.add_argument("--complement", action="store_true", help="1 minus it")
         quantity.add_argument("--dps", type=int, metavar="N", help="digits (float64 if left out)")
         quantity.add_argument("--log", action="store_true", help="its natural logarithm")
+        quantity.add_argument(
+            "--patience", type=float, default=10.0, metavar="SECONDS", help="that it may take (10)"
+        )
         quantity.add_argument("--json", action="store_true", help="with error, method, time")
         quantity.set_defaults(run=run, quantity=name, verb=verb)
 
@@ -102,7 +105,8 @@ def run(arguments: argparse.Namespace) -> None:
     start = time.perf_counter()
     # The exact value to `dps` digits has them without a proof, which takes longer.
     proved = arguments.json or dps is None or inputs.get("method", "exact") != "exact"
-    answer = verb(drift, **inputs, dps=dps, full=proved)
+    options = {"dps": dps, "full": proved, "patience": arguments.patience}
+    answer = verb(drift, **inputs, **options)
     seconds = time.perf_counter() - start
     value, error = _texts(answer, arguments.dps)
     if arguments.json:

@@ -11,6 +11,7 @@ import numpy as np
 
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, floats, is_array
+from symasym.base.patience import step
 from symasym.base.texts import meant, number_repr
 from symasym.drift import landscape, models
 from symasym.numbers.complex_balls import ComplexBall, ComplexBallOps
@@ -209,11 +210,13 @@ class Drift:
 
     def evaluate(self, u: Any, ops: Operations) -> Any:
         """A(u) in the arithmetic of `ops` (see `symasym.numbers.trees`); scalar parameters only."""
+        step()
         values = {name: ops.rational(value) for name, value in self.scalars().items()}
         return self._model.evaluate(u, values, ops)
 
     def evaluate_values(self, u: Any, values: dict[str, Any], ops: Operations) -> Any:
         """A(u) with these parameter values, all in the arithmetic of `ops`."""
+        step()
         return self._model.evaluate(u, values, ops)
 
     def evaluate_float(self, u: FloatArray, values: dict[str, FloatArray] | None = None) -> Any:
@@ -464,7 +467,10 @@ class Drift:
 
     def _key(self) -> tuple[Any, ...]:
         """What tells this drift from others."""
-        return self._model, tuple(
+        model: Any = self._model
+        if isinstance(model, models.Expression):
+            model = model.canonical, model.u
+        return model, tuple(
             (name, (value.shape, value.tobytes()) if is_array(value) else value)
             for name, value in sorted(self._values.items())
         )
@@ -482,7 +488,7 @@ class Drift:
         named = ", ".join(f"{name}={text}" for name, text in texts.items())
         if isinstance(self._model, models.Expression):
             other = "" if self._model.u.name == "u" else f", {self._model.u.name!r}"
-            made = f"sa.Drift({str(self._model.formula)!r}{other})"
+            made = f"sa.Drift({str(self._model.canonical)!r}{other})"
             return f"{made}.bind({named})" if named else made
         if isinstance(self._model, models.Polynomial) and not self.free:
             named = ", ".join(texts.values())

@@ -19,12 +19,14 @@ from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
     FloatArray,
     IntArray,
+    count,
     digits,
     exact,
     float_text,
     floats,
     is_array,
     positive,
+    shown,
 )
 from symasym.drift.drift import Drift
 
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
 _LARGEST, _SMALLEST = 709.78, -708.39
 _KAPPA_RANGE = (1e-145, 1e145)
 _R_RANGE = (1e-150, 1e152)
+# Of any number: exponents, and digits of exponentials, stay such that work is short.
+_MOST_BITS = 3_330
 
 #: Digits behind a float64 value whose error is part of it.
 FLOAT_DIGITS = 20
@@ -133,22 +137,18 @@ def read_order(order: int | str | None, default: int, most: int) -> int:
     """The order of an expansion, a whole number from 0 to `most`."""
     if order is None:
         return default
-    if order == "optimal":
+    if isinstance(order, str) and order == "optimal":
         raise InputError(
             "order is 'optimal', but this series converges for every kappa, so that more terms "
             f"are always better; give a whole number from 0 to {most}."
         )
-    if isinstance(order, bool) or not isinstance(order, (int, np.integer)):
-        raise InputError(f"order is {order!r}; give a whole number from 0 to {most}.")
-    if not 0 <= order <= most:
-        raise InputError(f"order is {order}; give a whole number from 0 to {most}.")
-    return int(order)
+    return count("order", order, 0, most)
 
 
 def require_drift(drift: object) -> None:
     """Raise InputError unless `drift` is a Drift with all its parameters given."""
     if not isinstance(drift, Drift):
-        raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction(…).")
+        raise InputError(f"drift is {shown(drift)}; give a Drift, such as sa.friction(…).")
     drift.require_bound()
 
 
@@ -168,6 +168,11 @@ def exact_scene(drift: Drift, numbers: dict[str, Any], dps: int | None) -> dict[
                     "so pass one value at a time."
                 )
     values = {name: exact(name, value) for name, value in numbers.items()}
+    for name, number in (values | drift.scalars()).items():
+        if number and abs(_bits(number)) > _MOST_BITS:
+            raise InputError(
+                f"{name} is {float_text(number)}, beyond 1e±1000; rescale the problem."
+            )
     for name in ("kappa", "r"):
         if name in values:
             positive(name, values[name])
@@ -176,8 +181,12 @@ def exact_scene(drift: Drift, numbers: dict[str, Any], dps: int | None) -> dict[
             f"start is {float_text(values['start'])} and r is {float_text(values['r'])}; "
             "start must lie inside (-r, r)."
         )
-    drift.scalars()
     return values
+
+
+def _bits(x: Fraction) -> int:
+    """log2 of a number's size, to within 1."""
+    return abs(x.numerator).bit_length() - x.denominator.bit_length()
 
 
 def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:

@@ -13,7 +13,7 @@ from typing import Any
 
 from symasym.base.errors import InputError, OutputError
 from symasym.base.files import write_bytes
-from symasym.base.inputs import is_name
+from symasym.base.inputs import is_name, shown
 from symasym.derivation.code import DIALECTS, Dialect
 from symasym.emit.program import Program, Ready
 from symasym.emit.targets import to_c, to_javascript, to_latex, to_mpmath, to_numpy, to_python
@@ -54,9 +54,9 @@ def add_target(name: str, render: Callable[[Program, list[Ready]], str], dialect
     -----
     docs/extending.md adds a language in this way, and runs its files.
     """
-    if name in TARGETS or not is_name(name):
+    if not is_name(name) or name in TARGETS:
         raise InputError(
-            f"target is {name!r}; give a name of letters and digits, and none of "
+            f"target is {shown(name)}; give a name of letters and digits, and none of "
             f"{', '.join(TARGETS)}."
         )
     _RENDER[name], DIALECTS[name] = render, dialect
@@ -64,9 +64,9 @@ def add_target(name: str, render: Callable[[Program, list[Ready]], str], dialect
 
 def check_target(target: str) -> None:
     """Raise InputError for what is none of `TARGETS`, and was not added."""
-    if target not in TARGETS and target not in _RENDER:
+    if not isinstance(target, str) or (target not in TARGETS and target not in _RENDER):
         known = dict.fromkeys((*TARGETS, *_RENDER))
-        raise InputError(f"target is {target!r}; give one of {', '.join(known)}.")
+        raise InputError(f"target is {shown(target)}; give one of {', '.join(known)}.")
 
 
 class Source(str):

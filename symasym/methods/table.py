@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, Protocol, cast
 import numpy as np
 
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import Number
+from symasym.base.inputs import Number, exact, float_text, shown
 from symasym.base.texts import meant
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
@@ -137,16 +137,16 @@ class Method:
         if self.orders is None:
             if order is not None:
                 raise InputError(
-                    f"order is {order!r}, but method {self.name!r} has no order; leave it out."
+                    f"order is {shown(order)}, but method {self.name!r} has no order; leave it out."
                 )
             return request
-        if self.optimal and order == "optimal":
+        if self.optimal and isinstance(order, str) and order == "optimal":
             return request._replace(order=range(self.orders[1] + 1))
         if self.orders[1] == 0:
-            if order not in (None, 0):
+            if order is not None and read_order(order, 0, 10**9) != 0:
                 raise InputError(
-                    f"order is {order!r}, but method {self.name!r} is of order 0; leave it out, or "
-                    "use method='uniform'."
+                    f"order is {shown(order)}, but method {self.name!r} is of order 0; leave it "
+                    "out, or use method='uniform'."
                 )
             return request._replace(order=0)
         return request._replace(order=read_order(order, *self.orders))
@@ -225,15 +225,15 @@ METHODS = {
 def require_method(request: Request, rtol: Number | None = None) -> None:
     """Raise InputError unless the method answers the quantity, or is ``"auto"``."""
     method = request.method
-    if rtol is not None and method != "auto":
+    if rtol is not None and not (isinstance(method, str) and method == "auto"):
         raise InputError(
-            f"rtol is {rtol!r}, but method {method!r} has its own error; leave it out, or use "
-            "method='auto'."
+            f"rtol is {shown(rtol)}, but method {shown(method)} has its own error; leave it out, "
+            "or use method='auto'."
         )
     known = [name for name, m in METHODS.items() if request.name in m.quantities] + ["auto"]
     if not isinstance(method, str) or method not in known:
         raise InputError(
-            f"method is {method!r}; this quantity has "
+            f"method is {shown(method)}; this quantity has "
             f"{', '.join(map(repr, known))}{meant(method, known)}."
         )
 
@@ -258,12 +258,13 @@ def require_drift_of(name: str, drift: Drift) -> None:
     require_drift(drift)
     if not quantity_of(name).sliding:
         return
-    a_minus, a_plus = drift.ends
-    wrong = ~((np.asarray(a_minus, dtype=float) > 0) & (np.asarray(a_plus, dtype=float) < 0))
+    ends = [np.asarray(x) for x in drift.ends]
+    # Exact ones may be beyond every float.
+    wrong = np.asarray(~((ends[0] > 0) & (ends[1] < 0)), dtype=bool)
     if wrong.any():
         first = tuple(np.argwhere(wrong)[0]) if wrong.ndim else ()
-        shown = [float(np.asarray(x, dtype=float)[first]) for x in (a_minus, a_plus)]
+        here = [float_text(exact("A", x[first])) for x in ends]
         raise RegionError(
-            f"a- = {shown[0]:.6g} and a+ = {shown[1]:.6g} make no sliding region (a- > 0 > a+), so "
+            f"a- = {here[0]} and a+ = {here[1]} make no sliding region (a- > 0 > a+), so "
             "there is no stationary density; ask for escape_time instead."
         )

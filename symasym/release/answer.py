@@ -13,6 +13,7 @@ import numpy as np
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import Number, exact, float_text, positive, to_float
+from symasym.base.texts import with_error
 from symasym.quantities import escape_time
 from symasym.release.expansions import adiabatic, expanded
 from symasym.release.laws import Law, laws
@@ -63,7 +64,8 @@ class Release:
     def __str__(self) -> str:
         if self.error is None:
             return f"{self.mean:.6g} (no error claimed, {self.method})"
-        return f"{self.mean:.10g} ≈± {self.error:.2g} ({self.error_kind}, {self.method})"
+        text = " ± ".join(with_error(self.mean, self.error))
+        return f"{text} ({self.error_kind}, {self.method})"
 
     @cached_property
     def _laws(self) -> tuple[Law, Law]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import os
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
@@ -22,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 from symasym.base import progress
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError, OutputError, SymasymError
-from symasym.base.executors import Here
+from symasym.base.executors import Here, result_of
 from symasym.base.files import reference_value, versions, write_bytes
 from symasym.base.inputs import exact
 from symasym.drift.named import named_drift
@@ -81,7 +82,9 @@ def value_record(quantity: str, drift: Drift, x: Mapping[str, str], dps: int) ->
     dps : int
         Digits to print.
     """
-    estimate = call_named(quantity, drift, x, dps=min(dps + _GUARD, 10_000), full=True)
+    # A table is made to wait for.
+    given: dict[str, Any] = {"dps": min(dps + _GUARD, 10_000), "full": True, "patience": math.inf}
+    estimate = call_named(quantity, drift, x, **given)
     return {"quantity": quantity, **reference_value(x, estimate, dps)}
 
 
@@ -141,6 +144,8 @@ def write_table(
         was written stays, and the next run goes on from there.
     """
     path = Path(out)
+    if not path.name:
+        raise InputError(f"the file is {str(out)!r}; give a name, such as table.jsonl.")
     csv = path.with_suffix(".csv")
     if csv == path:
         raise InputError(f"{path} is the name of the CSV file; end it otherwise, as in .jsonl.")
@@ -184,7 +189,7 @@ def _in_order(
                 waiting.append(executor.submit(lines_of, *arguments))
             if not waiting:
                 return
-            yield waiting.popleft().result()
+            yield result_of(waiting.popleft(), executor)
     except BrokenExecutor:
         raise OutputError(
             f"a worker process was ended from outside or ran out of memory; {path} is whole, "
@@ -306,7 +311,7 @@ def _check_versions(record: dict[str, Any], who: str, path: Path) -> None:
             )
 
 
-# -- for plotting and data frames ---
+# -- for plotting and data frames ------------------------------------------------------------
 
 
 def _csv(spec: Spec, lines: Iterable[bytes]) -> tuple[bytes, int]:

@@ -11,10 +11,11 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -467,6 +468,66 @@ def test_a_scheduler_that_is_not_there(
     assert main([*arguments, "tcp://127.0.0.1:1"]) == 2
     assert "no scheduler answers" in capsys.readouterr().err
     assert os.listdir(tmp_path) == ["spec.toml"]
+
+
+class StandIn:
+    """A client of dask.distributed as far as it is used, with as many workers as are set."""
+
+    def __init__(self, workers: int, answers: bool = True) -> None:
+        self.workers, self.answers = workers, answers
+
+    def __enter__(self) -> StandIn:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def get_executor(self) -> StandIn:
+        return self
+
+    def submit(self, work: Any, *arguments: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        if self.workers:
+            future.set_result(work(*arguments))
+        return future
+
+    def scheduler_info(self) -> dict[str, Any]:
+        if not self.answers:
+            time.sleep(3600)
+        return {"workers": dict.fromkeys(range(self.workers))}
+
+
+@pytest.mark.parametrize(
+    ("client", "told"),
+    [
+        (StandIn(0), "has no workers"),
+        (StandIn(0, answers=False), "does not answer"),
+        (StandIn(2), None),
+    ],
+)
+def test_a_cluster_without_workers_is_told_and_left(
+    client: StandIn,
+    told: str | None,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    module = SimpleNamespace(Client=lambda *_, **__: client, KilledWorker=RuntimeError)
+    monkeypatch.setitem(sys.modules, "distributed", module)
+    monkeypatch.setattr(executors, "_PATIENCE", 0.2)
+    monkeypatch.setattr(executors, "_GIVE_UP", 1)
+    (tmp_path / "spec.toml").write_text(GOOD)
+    out = tmp_path / "t.jsonl"
+    status = main(["table", str(tmp_path / "spec.toml"), "-o", str(out), "--scheduler", "h:1"])
+    lines = capsys.readouterr().err.splitlines()
+    if told is None:
+        assert status == 0
+        return
+    assert status == 2
+    assert any(told in line and line.endswith("waiting for 1 seconds.") for line in lines[:-1])
+    assert told in lines[-1]
+    assert lines[-1].endswith("keeps what is written.")
+    assert out.exists()  # from which the next run goes on
 
 
 @contextmanager

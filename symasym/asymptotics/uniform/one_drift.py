@@ -14,6 +14,8 @@ from itertools import pairwise
 from operator import add
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair, with_left_out
 from symasym.asymptotics.uniform.structure import _structure
 from symasym.asymptotics.weak_noise.compose import sides_of, time_and_error
@@ -102,7 +104,8 @@ class Scene(NamedTuple):
     def time(self, lam: Any) -> tuple[Any, Any] | None:
         """T and its error at this lam; None where these forms do not serve."""
         c, point = self.arithmetic, _DigitsPoint(lam, self.r, self.arithmetic)
-        sides = sides_of(self.sides, self.r, point)
+        with np.errstate(all="ignore"):
+            sides = sides_of(self.sides, self.r, point)
         if not sides.sure():
             return None
         time, wrong = time_and_error(sides)
@@ -129,10 +132,12 @@ def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | No
         if not 1 / _LARGEST < max(map(abs, near)) < _LARGEST or abs(start) > _LARGEST:
             return None
         arithmetic = Digits(context)
-        one = _of_drift(near, start, exact, x, r, arithmetic)
-        if one is None or one.beside_a_barrier():
-            return None
-        return Scene(arithmetic, one.both_sides(), arithmetic.number(r), _names(one))
+        # Sizes of order 1 may be infinite; then they claim nothing.
+        with np.errstate(all="ignore"):
+            one = _of_drift(near, start, exact, x, r, arithmetic)
+            if one is None or one.beside_a_barrier():
+                return None
+            return Scene(arithmetic, one.both_sides(), arithmetic.number(r), _names(one))
     except (ArithmeticError, ValueError):
         # Multiple zeros, and what overflows.
         return None

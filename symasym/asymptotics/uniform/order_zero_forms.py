@@ -37,7 +37,7 @@ from symasym.numbers.arithmetic import FLOATS, Arithmetic
 from symasym.numbers.polynomials import poly, shifted
 from symasym.numbers.quadratic_factor import Pair
 from symasym.special.airy import AiryProducts, airy_products
-from symasym.special.dawson import dawson
+from symasym.special.dawson import _gaussians, dawson
 from symasym.special.exponentials import quotients
 
 __all__ = [
@@ -169,25 +169,22 @@ def _over_end(
     t: Number,
     peak: Number,
     rest: Number,
-    erfcx: Number,
-    value: Number,
+    sigma: Number,
+    falling: Number,
     area: Number,
-) -> tuple[Number, Number, Number, Number, Number]:
-    """int e^{lam V} from the end on, int e^{-lam V}, both; and sigma and D, times the peak."""
-    root = c.sqrt(lam)
-    tail = peak * erfcx * c.sqrt(c.pi / 2) / root
-    slow = peak * value * c.sqrt(c.rational(2)) / root
+) -> tuple[Number, Number, Number]:
+    """int e^{lam V} from the end on, int e^{-lam V}, and both (see `_gaussians`)."""
     beyond = rest / lam
+    slow = peak * falling
     # int D less its own logarithm, which the regular part has.
-    area = area - (c.euler + c.log(2 * lam)) / 2 - c.log(t)
-    both = peak * peak * area / lam - slow * beyond
-    return -tail - beyond, slow + beyond, both, tail, slow
+    both = peak * peak * (area - c.log(t)) / lam - slow * beyond
+    return -peak * sigma - beyond, slow + beyond, both
 
 
 #: The functions that are emitted as well.
 EMITTED = (
     _canonical, _over_pair, _over_pair_twice, _pair_share, _turn, _past_pair, _past_barrier,
-    _faded, _before_end, _over_end,
+    _faded, _before_end, _gaussians, _over_end,
 )  # fmt: skip
 
 
@@ -446,9 +443,9 @@ def _truncated(e: Truncated, point: Any) -> dict[str, tuple[Number, Number]]:
     """All four; what lies beyond the end is included."""
     c, lam, x = point.arithmetic, point.lam, point.x
     near = dawson(e.t * c.sqrt(lam / 2), c)
-    rising, falling, both, tail, slow = _over_end(
-        c, lam, e.t, e.peak, e.rest, near.erfcx, near.value, near.area
-    )
+    sigma, falling, area = _gaussians(c, lam, *near)
+    tail, slow = e.peak * sigma, e.peak * falling
+    rising, falling, both = _over_end(c, lam, e.t, e.peak, e.rest, sigma, falling, area)
     straight = beyond = c.zero
     if e.slope is not None:
         # int_1^r e^{-lam slope (u - 1)} du, and the double integral beyond the end.

@@ -37,7 +37,7 @@ _DAWSON_BEYOND: list[float] = []
 # The library's formulas, in doubles (`symasym.emit.kernels.kernel.in_doubles`).
 _FORM: Any = None
 _canonical = _over_pair = _over_pair_twice = _pair_share = _past_pair = _past_barrier = _FORM
-_faded = _before_end = _over_end = _FORM
+_faded = _before_end = _gaussians = _over_end = _FORM
 
 
 def _dawson(x: float, found: list[float]) -> None:
@@ -231,9 +231,10 @@ def _side(
     if edge[at + 4] >= 0:
         # From the barrier, the last of the real zeros, down to the end.
         height -= edge[at] * edge[at] / 2
-        near, over = [0.0] * 3, [0.0] * 5
+        near, shared, over = [0.0] * 3, [0.0] * 3, [0.0] * 3
         _dawson(edge[at] * math.sqrt(lam / 2), near)
-        _over_end(lam, edge[at], edge[at + 1], edge[at + 2], near[0], near[1], near[2], over)
+        _gaussians(lam, near[0], near[1], near[2], shared)
+        _over_end(lam, edge[at], edge[at + 1], edge[at + 2], shared[0], shared[1], shared[2], over)
         length = max(r - 1, 0.0)
         value = length * _exprel(-lam * slope * length)
         _passed(sums, height, over[0] + value, lam)
