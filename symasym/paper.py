@@ -303,15 +303,13 @@ def _lower_bound(
         a_minus, a_plus = (mpf_of(field.value(Fraction(x)), context) for x in (-1, 1))
         noise = mpf_of(kappa, context)
         share = mpmath_formulas.occupation_bound(context, noise, a_minus, a_plus, length, top)
-    if full and balls.available() and _proved(scene, mirrored, _exactly(length), _exactly(share)):
+    if (
+        full
+        and balls.available()
+        and _proved(scene, mirrored, exact("L", length), exact("P", share))
+    ):
         return share, "bound"
     return share, "estimate"
-
-
-def _exactly(x: mpf) -> Fraction:
-    """The rational that an mpf is."""
-    sign, mantissa, exponent, _ = x._mpf_
-    return (-1) ** sign * int(mantissa) * Fraction(2) ** exponent
 
 
 def _proved(scene: Scene, mirrored: bool, length: Fraction, share: Fraction) -> bool:

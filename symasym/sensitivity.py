@@ -462,7 +462,7 @@ def _gathered(
                 rounded = _plain(value, shape, dps)
                 # Rounding the value is part of its error, and the error itself is rounded, too.
                 error = context.convert(slope.error) + abs(context.convert(rounded) - value)
-                error = _plain(error * (1 + context.mpf(2) ** -20), shape, dps)
+                error = _plain(error * (1 + context.mpf(2) ** -20), shape, max(dps, 15))
                 parts["derivative"][name].append(rounded)
                 # What float64 takes for 0 is none.
                 parts["error"][name].append(error if shape is None else max(error, 5e-324))

@@ -51,7 +51,7 @@ class Intervals:
     @classmethod
     def of(cls, value: Intervals | Fraction | arb | FloatArray | float) -> Intervals:
         """An interval as it is; the smallest around floats, rationals or a ball."""
-        if isinstance(value, cls):
+        if isinstance(value, Intervals):
             return value
         if isinstance(value, Fraction):
             near = _nearest(value)
@@ -84,7 +84,7 @@ class Intervals:
         return self + -Intervals.of(other)
 
     def __rsub__(self, other: Any) -> Intervals:
-        return -self + other
+        return Intervals.of(other) + -self
 
     def __mul__(self, other: Any) -> Intervals:
         y = Intervals.of(other)
@@ -213,7 +213,7 @@ class Compensated:
     @classmethod
     def of(cls, value: Compensated | Fraction | arb | FloatArray | float) -> Compensated:
         """Floats and rationals as they are; a ball by its middle."""
-        if isinstance(value, cls):
+        if isinstance(value, Compensated):
             return value
         if isinstance(value, Fraction):
             head = _nearest(value)

@@ -119,7 +119,8 @@ def references(label: str) -> frozenset[str]:
     found = {step for steps in uses(label).values() for step in steps}
     found |= {s.name for s in derivation.steps if "order" in s.check.kind}
     for step in derivation.steps:
-        for _, mutant in list(mutants(step.result))[:3]:
+        changes = list(mutants(step.result))
+        for _, mutant in changes[:: max(1, len(changes) // 5)]:
             try:
                 other = stated(label, registry.build, at=step.name, change=lambda _, m=mutant: m)
                 found |= set(failing(other)) - {step.name}

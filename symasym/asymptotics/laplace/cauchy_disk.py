@@ -358,13 +358,13 @@ def _proved(
     return _down(rho), _up(peak * length / (2 * flint.arb.pi()))
 
 
-def _step(a: complex, b: complex) -> acb:
+def _step(a: complex, b: complex) -> Any:
     """b - a."""
     flint = flint_module()
     return flint.acb(b.real, b.imag) - flint.acb(a.real, a.imag)
 
 
-def _turn(around: _Surroundings, a: complex, b: complex) -> arb:
+def _turn(around: _Surroundings, a: complex, b: complex) -> Any:
     """The change of the argument of h from a to b, where it is less than pi."""
     flint = flint_module()
     first, last = (around.at(around.f, flint.acb(t.real, t.imag)) for t in (a, b))

@@ -17,7 +17,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from symasym.asymptotics.laplace.cauchy_disk import THETA, Disk, disk
 from symasym.asymptotics.laplace.expansion import Contribution
@@ -83,14 +84,14 @@ class Proof:
         context : MPContext
             Of the numbers.
         """
-        bits = int(lam * (1 + abs(_rational(top)))).bit_length()
+        bits = int(lam * (1 + abs(_exactly(top)))).bit_length()
         with precision(bits + max(_bits(len(d.coefficients)) for d in self.disks)):
-            number, height = exact_ball(lam), exact_ball(_rational(top))
+            number, height = exact_ball(lam), exact_ball(_exactly(top))
             wrong = flint_module().arb(0)
             for d, c, part in zip(self.disks, self.contributions, weights, strict=False):
-                own = exact_ball(_rational(c.height_in(context)))
+                own = exact_ball(_exactly(c.height_in(context)))
                 off = (number * abs(d.top - own)).expm1()
-                wrong += exact_ball(_rational(abs(part))) * off
+                wrong += exact_ball(_exactly(abs(part))) * off
             ratios = [(number * (d.top - height)).exp() for d in self.disks]
             algebraic, small = self._two(number, orders, ratios)
             return _above(algebraic + small + wrong, context)
@@ -124,7 +125,7 @@ class Proof:
             if steep:
                 start = max(start, 2 * Fraction(growth) / Fraction(steep))
         for gap in self.gaps:
-            start = max(start, power / _rational(gap))
+            start = max(start, power / _exactly(gap))
         # A number with few digits.
         return Fraction(math.ceil(start * 2**20), 2**20)
 
@@ -138,8 +139,8 @@ class Proof:
         # Of the sum itself, in which rounding is counted apart.
         for c, gap in zip(self.others, self.gaps, strict=True):
             for s, k in zip(*c.numbers(20), strict=True):
-                term = abs(exact_ball(_rational(k))) * lam ** -exact_ball(_rational(s))
-                small += term * (-lam * exact_ball(_rational(gap))).exp() * (1 + _SAFETY)
+                term = abs(exact_ball(_exactly(k))) * lam ** -exact_ball(_exactly(s))
+                small += term * (-lam * exact_ball(_exactly(gap))).exp() * (1 + _SAFETY)
         for weight, drop, steep, growth in self.parts:
             divisor = lam * steep - growth
             if not divisor > 0:
@@ -154,10 +155,7 @@ def _bits(count: int) -> int:
     return 128 + 12 * count
 
 
-def _rational(x: mpf) -> Fraction:
-    """The rational that an mpf is."""
-    sign, mantissa, exponent, _ = x._mpf_
-    return (-1) ** sign * int(mantissa) * Fraction(2) ** exponent
+_exactly = partial(exact, "a number")
 
 
 def _beside(d: Disk, c: Contribution, used: int, lam: arb) -> tuple[arb, arb]:
@@ -192,7 +190,7 @@ def _beside(d: Disk, c: Contribution, used: int, lam: arb) -> tuple[arb, arb]:
     return best
 
 
-def _cauchy_tail(d: Disk, count: int, lam: arb) -> arb:
+def _cauchy_tail(d: Disk, count: int, lam: arb) -> Any:
     """The bound of the terms from n = `count` on, on all sides, as far as u = THETA rho.
 
     It is M rho^-n Gamma(s) lam^-s/(mu (1 - THETA)), s = (n + beta)/mu (Cauchy's estimate).
@@ -203,7 +201,7 @@ def _cauchy_tail(d: Disk, count: int, lam: arb) -> arb:
     return len(d.sides) * size * s.gamma() * lam**-s
 
 
-def _upper_gamma(s: arb, z: arb) -> arb:
+def _upper_gamma(s: arb, z: arb) -> Any:
     """A bound of Gamma(s, z): DLMF 8.10.1 for s <= 1, integration by parts beyond, and Gamma(s)."""
     whole = s.gamma()
     if not z > 0:

@@ -31,6 +31,7 @@ from symasym.asymptotics.weak_noise.compose import (
 )
 from symasym.asymptotics.weak_noise.critical_points import both_sides, float_point, in_float, whole
 from symasym.asymptotics.weak_noise.evaluation import (
+    DROPPED,
     Found,
     chosen,
     escape_time,
@@ -68,8 +69,6 @@ if TYPE_CHECKING:
 
 # Relative error of arrays beyond which they are refused: log 2 of the logarithm.
 _MOST_FLOAT = 0.4
-_BOUNDED = ("higher orders of every series, and what is exponentially small, in the bound",)
-_DROPPED = ("higher orders of every series, in the error",)
 
 
 class Quantity(NamedTuple):
@@ -116,7 +115,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
         _require_small(scenes.numbers["kappa"], logs, errors, orders[-1], request.log)
     else:
         logs = np.where(_lost(logs, errors, request.log), np.nan, logs)
-    return Answers(logs, errors, "estimate", terms, _DROPPED)
+    return Answers(logs, errors, "estimate", terms, DROPPED)
 
 
 def _orders(request: Request) -> Sequence[int]:
@@ -147,7 +146,7 @@ def _occupation(scene: Scene, request: Request, prove: Prove | None) -> Answer:
         taken = chosen(expanded, prove, request.full, context)
         if taken is None:
             raise _too_strong(scene.noise, order)
-        (share, error, order, _), kind = taken
+        (share, error, order, _), kind = taken.found, taken.kind
         value = share if complement else 1 - share
         if not error < value:
             raise _too_strong(scene.noise, order)
@@ -155,8 +154,7 @@ def _occupation(scene: Scene, request: Request, prove: Prove | None) -> Answer:
             error = of_log(error / value, kind, context)
             value = context.log(share) if complement else context.log1p(-share)
         error += abs(value) * context.mpf(10) ** -(digits + 5)
-        dropped = _BOUNDED if kind == "bound" else _DROPPED
-        return Answer(value, error, kind, terms, dropped, order)
+        return Answer(value, error, kind, terms, taken.dropped(context), order)
 
 
 def _stationary(
@@ -206,14 +204,13 @@ def _answer(scene: Scene, request: Request, prove: Prove | None) -> Answer:
         taken = chosen(expanded, prove, request.full, context)
         if taken is None:
             raise _too_strong(scene.noise, order)
-        (value, size, order, _), kind = taken
+        (value, size, order, _), kind = taken.found, taken.kind
         if request.log:
             log = quantity.log(composed, at(order)) if quantity.log else None
             size = of_log(size / value, kind, context)
             value = context.log(value) if log is None else log
         size += abs(value) * context.mpf(10) ** -(digits + 5)
-        dropped = _BOUNDED if kind == "bound" else _DROPPED
-        return Answer(value, size, kind, _terms(both, context), dropped, order)
+        return Answer(value, size, kind, _terms(both, context), taken.dropped(context), order)
 
 
 def _with_digits(
