@@ -29,9 +29,9 @@ _GREEK = {
         *("zeta", "theta", "pi"),
     )
 }
-_FUNCTIONS = {name: f"\\{name}" for name in ("log", "sin", "cos", "arccos", "min", "max", "int")} | {
-    "erf": r"\operatorname{erf}"
-}
+_FUNCTIONS = {
+    name: f"\\{name}" for name in ("log", "sin", "cos", "arccos", "min", "max", "int")
+} | {"erf": r"\operatorname{erf}"}
 _DIFFERENTIALS = ("du", "ds", "dp", "dt", "dW")
 _SIGNS = {
     "<=": r"\le",
@@ -142,7 +142,7 @@ def _symbol(tokens: list[Token], place: int) -> bool:
     name = tokens[place][1].rstrip("'")
     if name in ("a", "A"):
         after = "".join(text for _, text in tokens[place + 1 : place + 3])
-        return not re.fullmatch(r" [a-zA-Z]{3,}(?:-\w+)*", after) or after.strip() in _AFTER
+        return not re.fullmatch(r" [a-zA-Z]{3,}(?:-\w+)*(?:'s)?", after) or after.strip() in _AFTER
     if name in ("exp", "sqrt"):
         return place + 1 < len(tokens) and tokens[place + 1][1] == "("
     known = name in (*_GREEK, *_FUNCTIONS, *_DIFFERENTIALS) or name in _names()

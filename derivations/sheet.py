@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 
 from derivations.registry import entries
-from derivations.prose import prose as in_words
-from derivations.report import tex_text
+from derivations.report import tex, tex_text
 from symasym.formula import Formula, formula
 
 _SECTIONS = {
@@ -58,17 +56,12 @@ a formula is: what it leaves out, and when.
 symbol & meaning & in the paper \\ \hline"""
 
 
-def prose(text: str) -> str:
-    """Plain text for LaTeX, the formulas in it set as such."""
-    return in_words(text, tex_text)
-
-
 def sheet() -> str:
     """The LaTeX document; it needs amsmath, amssymb and geometry."""
     lines = [_HEAD]
     for symbol, meaning, printed in _SYMBOLS:
         shown = printed if printed == "the same" else f"${printed}$"
-        lines.append(f"${symbol}$ & {prose(meaning)} & {shown} \\\\")
+        lines.append(f"${symbol}$ & {tex(meaning)} & {shown} \\\\")
     lines.append("\\end{tabular}")
     section = ""
     for label, entry in entries().items():
@@ -82,14 +75,14 @@ def sheet() -> str:
 
 def _entry(found: Formula) -> Iterator[str]:
     label = tex_text(found.label)
-    yield f"\\formula{{{prose(found.title)}}}{{{label}}}{{{prose(found.error)}}}"
+    yield f"\\formula{{{tex(found.title)}}}{{{label}}}{{{tex(found.error)}}}"
     yield "\\begin{equation}"
     yield f"\\label{{{found.label}}}"
     rows = " \\\\\n".join(_rows(found.latex()))
     yield f"\\begin{{gathered}}\n{rows}\n\\end{{gathered}}" if "\n" in rows else rows
     yield "\\end{equation}"
     if found.note:
-        yield f"{{\\small Here {prose(found.note)}.}}"
+        yield f"{{\\small Here {tex(found.note)}.}}"
 
 
 #: Longer ones are broken before their remainder, which is as wide as what stands before it.
@@ -98,8 +91,6 @@ _LONG = 150
 
 def _rows(latex: str) -> list[str]:
     """The lines of a formula: one a statement, and a long remainder on its own."""
-    # Names that are words, and not products of letters.
-    latex = re.sub(r"(?<![\\{A-Za-z])([a-z]{3,})", r"\\mathrm{\1}", latex)
     parts = latex.split(" ,\\quad ")
     rows = parts if len(latex) > _LONG else [latex]
     broken: list[str] = []

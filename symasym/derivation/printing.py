@@ -12,6 +12,7 @@ joined only where their arguments have no negative factor left alone
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from itertools import pairwise
 from typing import Any
 
 import sympy
@@ -41,7 +42,7 @@ def tex(expression: Any, names: Mapping[Any, str] | None = None) -> str:
     return str(_Printer({"symbol_names": dict(names or {})}).doprint(expression))
 
 
-class _Printer(LatexPrinter):
+class _Printer(LatexPrinter):  # type: ignore[misc]
     """SymPy's printer with the order of factors and terms of the module's head."""
 
     def _print_Symbol(self, symbol: Any, style: str = "plain") -> str:
@@ -72,7 +73,7 @@ class _Printer(LatexPrinter):
 
     def _print_Mul(self, expr: Any) -> str:
         if _negative(expr):
-            return "-" + self._print(-expr)
+            return f"-{self._print(-expr)}"
         above, below, behind = self._sorted(expr)
         parts = []
         top, bottom = self._row(above), self._row(below)
@@ -123,9 +124,14 @@ class _Printer(LatexPrinter):
             above, behind = sums, [(rank, f) for rank, f in behind if rank != _SUM]
         if not above and any(isinstance(f, sympy.Integral) for f in below):
             # A quotient of integrals.
-            above, behind = [f for rank, f in behind if rank == _INTEGRAL], [
-                item for item in behind if item[0] != _INTEGRAL
-            ]
+            above, behind = (
+                [f for rank, f in behind if rank == _INTEGRAL],
+                [item for item in behind if item[0] != _INTEGRAL],
+            )
+        if not below:
+            # Values of functions stand behind sums: (a - C) V(v).
+            behind += [(_FUNCTION, f) for f in above if isinstance(f, AppliedUndef)]
+            above = [f for f in above if not isinstance(f, AppliedUndef)]
         behind.sort(key=lambda item: (item[0], sympy.default_sort_key(item[1])))
         shown = [self._behind(rank, factor) for rank, factor in behind]
         return above, below, [lead, *shown] if lead else shown
@@ -153,15 +159,15 @@ class _Printer(LatexPrinter):
                 shown.append(self._parenthesised(self._print(factor)))
             else:
                 shown.append(self._print(factor))
-        # Words among the factors are kept apart.
-        return " ".join(rf"{one}\," if one.startswith(r"\mathrm") else one for one in shown[:-1]) + (
-            f" {shown[-1]}" if len(shown) > 1 else "".join(shown)
-        )
+        # A word is kept apart from the factors beside it.
+        row = shown[:1]
+        for before, factor in pairwise(shown):
+            word = before.startswith(r"\mathrm") or factor.startswith(r"\mathrm")
+            row.append(rf"\, {factor}" if word else factor)
+        return " ".join(row)
 
     def _place(self, factor: Any) -> tuple[int, str]:
-        """Order within a row: numbers, constants, symbols, u and values of functions, sums, roots.
-
-        """
+        """Order in a row: numbers, constants, symbols, u and values of functions, sums, roots."""
         if isinstance(factor, _Root):
             return (1 if all(f.is_Integer for f in factor.factors) else 5), ""
         if factor.is_number:
@@ -351,12 +357,11 @@ def _terms(expr: Any) -> list[Any]:
     degree = {t: _degree(t, position) for t in terms}
     highest = max(terms, key=lambda t: degree[t])
     # A polynomial whose leading term is positive is written by falling powers.
-    falling = degree[highest] > 1 and not _negative(highest)
+    falling = degree[highest] > 0 and not _negative(highest)
     return sorted(
         terms,
         key=lambda t: (
-            _negative(t) if not falling else False,
-            -degree[t],
+            -degree[t] if falling else 0,
             _negative(t),
             0 if t.is_number and not _negative(t) else 1,
             sympy.count_ops(t),
