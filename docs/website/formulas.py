@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from html import escape
 from importlib import metadata
+from pathlib import Path
 from typing import Any
 
 import sympy
@@ -50,6 +51,7 @@ NAMES = {
 
 #: The row of an indicator function, where a formula has one.
 _INDICATOR = r"| $\mathbf{1}_{x > 0}$ | 1 where $x > 0$, 0 where $x < 0$ | a number |"
+DOCS = Path(__file__).parent.parent
 VERSION = metadata.version("symasym")
 _ARXIV = "https://arxiv.org/abs/1310.8328"
 _SIGNS = {"kappa": "κ", "sigma": "σ", "eps": "ε", "^2": "²", "a-": "a⁻", "a+": "a⁺"}
@@ -71,7 +73,19 @@ def pages(
         "formulas/quantities.md": by_quantity(records),
         "formulas/graph.md": graph_page(records),
         "formulas/formulas.json": machine_readable(records),
+        "errata.md": linked((DOCS / "errata.md").read_text("utf-8"), records),
     }
+
+
+def linked(text: str, records: Records) -> str:
+    """A page of docs/ whose labels in code lead to their formulas."""
+    return re.sub(
+        r"`([\w:-]+)`",
+        lambda found: (
+            f"[`{found[1]}`](formulas/{slug(found[1])}.md)" if found[1] in records else found[0]
+        ),
+        text,
+    )
 
 
 def machine_readable(records: Records) -> str:
