@@ -338,6 +338,43 @@ def variables() -> list[tuple[Path, ast.Assign, str]]:
     return found
 
 
+#: Twice the first of these is the same statement, since it is
+SAME = {
+    "a side of an equation whose other side is 0": (
+        ("eq:Ttilde", "gap"),
+        ("backward", "rest"),
+        ("threshold", "logarithm"),
+        ("eq:osc2", "model"),
+    ),
+    "in both parts of a quotient, or on both sides": (
+        ("eq:Tsmall", "formula"),
+        ("eq:S", "weight"),
+        ("eq:S", "double"),
+        ("eq:TtildetoT", "T"),
+        ("eq:Ttilde0", "mode"),
+        ("eq:FPE", "(g, q)"),
+    ),
+    "nowhere used, the others are": (
+        ("eq:scaledSDEx", "F"),
+        ("eq:S", "(_, begin, *_)"),
+    ),
+    "infinite, or becomes so": (
+        ("gaussian-step", "line"),
+        ("first-three", "(inner, (low, high))"),
+        ("first-three", "((low, _), outer)"),
+        ("other-pieces", "(inner, outer)"),
+    ),
+    "something whose limit is 0": (
+        ("eq:Ttildesmall", "(first, third)"),
+        ("eq:Ttildesmall", "small"),
+    ),
+    "any place in an open range, or any upper bound": (
+        ("eq:forcePWC", "third"),
+        ("eq:TtildeCzero", "high"),
+    ),
+}
+
+
 class NoExpression(Exception):
     """The variable holds nothing that can be wrong by a factor."""
 
@@ -353,7 +390,7 @@ def twice(x: Any) -> Any:
 
 @pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.slow)])
 def test_no_variable_changed_throughout_passes(every, capsys):
-    tried, survivors = 0, []
+    tried, survivors, same = 0, [], {place for places in SAME.values() for place in places}
     for path, node, own in variables()[::every]:
         try:
             module = module_of(
@@ -376,7 +413,7 @@ def test_no_variable_changed_throughout_passes(every, capsys):
         except NoExpression:
             continue
         tried += 1
-        if not found:
+        if not found and (own, ast.unparse(node.targets[0])) not in same:
             survivors.append(f"{path.name}:{node.lineno}: {ast.unparse(node)[:80]}")
     with capsys.disabled():
         print(f"\n{tried} variables changed throughout, {len(survivors)} pass")
