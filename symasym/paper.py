@@ -17,10 +17,12 @@ import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import InputError, RegionError
+from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import Answer, Answers, Request, Scene, Scenes, scene_at
 from symasym.generated import mpmath_formulas, numpy_formulas
+from symasym.numbers import balls
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -59,7 +61,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     if request.name == "T":
         _require_start_0(scenes.given["start"])
         return Answers(_log_escape_times(scenes), None, "none")
-    request = request._replace(log=True)
+    request = request._replace(log=True, full=False)
     each = (_occupation(scene_at(scenes, row), request) for row in range(len(scenes.lam)))
     return Answers(np.array([float(one.value) for one in each]), None, "none")
 
@@ -261,38 +263,76 @@ def _occupation(scene: Scene, request: Request) -> Answer:
         a_minus, a_plus = (mpf_of(Fraction(x), context) for x in scene.drift.ends)
         noise = mpf_of(scene.numbers["kappa"], context)
         share = mpmath_formulas.strong_noise_occupation(context, noise, a_minus, a_plus)
-        bounded = share >= 1
-        if bounded:
-            share = _lower_bound(scene.drift, noise, context)
-            # As many digits of 1 - P.
-            with context.workprec(context.prec - min(0, context.mag(1 - share))):
-                noise = mpf_of(scene.numbers["kappa"], context)
-                share = _lower_bound(scene.drift, noise, context)
+        kind: ErrorKind = "none"
+        if share >= 1:
+            share, kind = _lower_bound(scene, request.digits, request.full, context)
         value = 1 - share if request.complement else share
-        error = 1 - share if bounded else None
+        error = 1 - share
         if request.log:
             # log(1 - P) has no lower bound.
-            error = -context.log(share) if bounded and not request.complement else None
-            value = context.log(value)
-        if error is None:
-            return Answer(value, None, "none")
+            kind = "none" if request.complement else kind
+            error, value = -context.log(share), context.log(value)
+        if kind == "none":
+            return Answer(value, None, kind)
         # What rounding here leaves between the value's other end and the truth.
         error += (1 + abs(value)) * context.mpf(10) ** -(request.digits + 5)
-        return Answer(value, error, "bound")
+        return Answer(value, error, kind)
 
 
-def _lower_bound(drift: Drift, noise: mpf, context: MPContext) -> mpf:
-    """The unlabelled bound before eq:Psmall2, with the largest L that the drift allows."""
+def _lower_bound(
+    scene: Scene, digits: int, full: bool, context: MPContext
+) -> tuple[mpf, ErrorKind]:
+    """The unlabelled bound before eq:Psmall2, with the largest L that the drift allows.
+
+    Where the error is asked for, it is a bound if balls show it, and an estimate elsewhere: without
+    python-flint.
+    """
     from symasym.drift.taylor_field import ExactField
 
+    drift, kappa = scene.drift, scene.numbers["kappa"]
     field = ExactField(drift, False, context)
     top = field.potential_rise(context.mpf(-1), context.mpf(1))
-    if top > 0:
+    mirrored = bool(top > 0)
+    if mirrored:
         # V(1) > 0: the same in the mirrored variable, whose V at the right end is -V(1).
         field, top = ExactField(drift, True, context), -top
-    a_minus, a_plus = (mpf_of(field.value(Fraction(x)), context) for x in (-1, 1))
-    length = _stays_below(drift, field, context)
-    return mpmath_formulas.occupation_bound(context, noise, a_minus, a_plus, length, top)
+    # A little less than it is found to be, so that V stays below V(1) by more than rounding.
+    length = _stays_below(drift, field, context) * (1 - context.mpf(10) ** -(digits + 6))
+    # As many digits of 1 - P, which is kappa^2 in size.
+    with context.workprec(context.prec + scene.lam.numerator.bit_length()):
+        a_minus, a_plus = (mpf_of(field.value(Fraction(x)), context) for x in (-1, 1))
+        noise = mpf_of(kappa, context)
+        share = mpmath_formulas.occupation_bound(context, noise, a_minus, a_plus, length, top)
+    if (
+        full
+        and balls.available()
+        and _proved(scene, mirrored, exact("L", length), exact("P", share))
+    ):
+        return share, "bound"
+    return share, "estimate"
+
+
+def _proved(scene: Scene, mirrored: bool, length: Fraction, share: Fraction) -> bool:
+    """True if V <= V(1) for 1 - length <= u <= 1, and the bound is at least share^2.
+
+    So is 2 share - 1: claims of P and of log P that reach from 1 to twice as far as `share` hold.
+    """
+    from symasym.asymptotics.proofs.layer_bounds import below_its_end, layer_of
+
+    drift, bits = scene.drift, share.denominator.bit_length()
+    one = Fraction(1)
+    profile = balls.profile_of(drift)
+    profile = profile.mirrored() if mirrored else profile
+    with balls.precision(128 + 2 * bits):
+        if not below_its_end(layer_of(drift, mirrored, one - length, one)):
+            return False
+        top = layer_of(drift, mirrored, -one, one).end
+        a_minus, a_plus = profile.value(-one), profile.value(one)
+        noise, reach = balls.exact_ball(scene.numbers["kappa"]), balls.exact_ball(length)
+        bound = mpmath_formulas.occupation_bound(
+            balls.BallContext(), noise, a_minus, a_plus, reach, top
+        )
+        return bool(bound >= balls.exact_ball(share**2))
 
 
 def _stays_below(drift: Drift, field: ExactField, context: MPContext) -> mpf:

@@ -232,6 +232,15 @@ class BallOps:
         return partial(_function, name)
 
 
+class BallContext:
+    """What an emitted formula asks of its context (`symasym.generated`), for balls."""
+
+    @staticmethod
+    def exp(x: arb) -> Any:
+        """e^x."""
+        return x.exp()
+
+
 def _function(name: str, x: Ball) -> Any:
     """An elementary function of x, not finite where it is not analytic on all of a complex x."""
     flint = flint_module()

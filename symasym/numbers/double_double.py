@@ -52,8 +52,8 @@ class DoubleDouble:
 
     def __add__(self, other: DoubleDouble | Fraction | Floats) -> DoubleDouble:
         y = DoubleDouble.of(other)
-        s, e = _two_sum(self.hi, y.hi)
-        t, f = _two_sum(self.lo, y.lo)
+        s, e = two_sum(self.hi, y.hi)
+        t, f = two_sum(self.lo, y.lo)
         s, e = _fast_two_sum(s, e + t)
         return DoubleDouble(*_fast_two_sum(s, e + f))
 
@@ -136,7 +136,7 @@ def shift(coefficients: list[DoubleDouble], centre: FloatArray) -> list[FloatArr
     return [np.broadcast_to(c.hi + c.lo, np.shape(centre)) for c in about]
 
 
-def _two_sum(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+def two_sum(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
     """a + b rounded, and the exact error of it (Knuth)."""
     s = a + b
     t = s - a

@@ -28,6 +28,7 @@ from symasym.asymptotics.laplace.kinks import Piece, number
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, exact
+from symasym.base.patience import step
 from symasym.numbers.balls import BallOps, NotProved, exact_ball, flint_module
 from symasym.numbers.trees import NumpyOps, evaluate_tree
 
@@ -50,7 +51,7 @@ _ROOT = Fraction(1, 10**45)
 
 @dataclass(frozen=True)
 class Disk:
-    """M, rho and the coefficients; the reach and its u^mu for each side in `sides`.
+    """M, rho, the coefficients, f(p); the reach and its u^mu for each side in `sides`.
 
     Attributes
     ----------
@@ -65,6 +66,8 @@ class Disk:
     sides : tuple of (sign, reach, drop)
         The transformed part is 0 <= t <= reach (None: to the end of the piece); u^mu is at
         least `drop` there.
+    top : arb
+        f(p).
     """
 
     contact: int
@@ -73,6 +76,7 @@ class Disk:
     rho: float
     coefficients: list[arb]
     sides: tuple[tuple[int, Fraction | None, float], ...]
+    top: arb
 
 
 def disk(
@@ -115,7 +119,7 @@ def disk(
             # The first corner lies on the positive axis, the middle one on the negative.
             radius = float(abs(corners[0 if s > 0 else _RAYS // 2])) * (1 - 1e-12)
             sides.append((s, *_reach(around, s, end, radius, rho)))
-    return Disk(contact, power, peak, rho, coefficients, tuple(sides))
+    return Disk(contact, power, peak, rho, coefficients, tuple(sides), f[0])
 
 
 def ball_at(expression: Expr) -> Any:
@@ -323,39 +327,48 @@ def _proved(
     """rho and M of a polygon, None if something that is needed does not hold or is not seen."""
     if not _analytic(around, corners):
         return None
-    rho, peak, length, turned = math.inf, 0.0, 0.0, 0.0
+    flint = flint_module()
+    rho, peak = flint.arb("inf"), flint.arb(0)
+    length = turned = flint.arb(0)
     wanted = (0.93 * level) ** around.contact
+    power = exact_ball(around.beta - around.zeros)
     for start, end in zip(corners, np.roll(corners, -1), strict=True):
         waiting = [(complex(start), complex(end), 0)]
         while waiting:
+            step()
             a, b, depth = waiting.pop()
             box = _box(a, b)
             height, weight = around.at(around.f, box), around.at(around.smooth, box)
-            drop = None if height is None else _down((around.top - height).abs_lower())
+            drop = None if height is None else (around.top - height).abs_lower()
             if weight is None or drop is None or not drop > wanted:
                 if depth == _DEEPEST:
                     return None
                 middle = (a + b) / 2
                 waiting += [(a, middle, depth + 1), (middle, b, depth + 1)]
                 continue
-            u = drop ** (1 / around.contact) * (1 - 1e-14)
-            near, far = _down(abs(box).abs_lower()), _up(abs(box).abs_upper())
-            power = float(around.beta) - around.zeros
-            size = _up(weight.abs_upper()) * (far if power > 0 else near) ** power
-            rho, peak = min(rho, u), max(peak, size * u ** -float(around.beta))
-            length += abs(b - a) / near
+            u = drop ** exact_ball(Fraction(1, around.contact))
+            near, far = box.abs_lower(), box.abs_upper()
+            size = weight.abs_upper() * (far if power > 0 else near) ** power
+            rho, peak = rho.min(u), peak.max(size * u ** -exact_ball(around.beta))
+            length += _step(a, b).abs_upper() / near
             # The box of h leaves out 0 and is convex: its argument changes by less than pi.
             turned += _turn(around, a, b)
-    if not abs(turned / (2 * math.pi) - around.contact) < 0.1:
+    if not abs(turned / (2 * flint.arb.pi()) - around.contact) < 0.1:
         return None
-    return rho, peak * length / (2 * math.pi) * (1 + 1e-10)
+    return _down(rho), _up(peak * length / (2 * flint.arb.pi()))
 
 
-def _turn(around: _Surroundings, a: complex, b: complex) -> float:
+def _step(a: complex, b: complex) -> Any:
+    """b - a."""
+    flint = flint_module()
+    return flint.acb(b.real, b.imag) - flint.acb(a.real, a.imag)
+
+
+def _turn(around: _Surroundings, a: complex, b: complex) -> Any:
     """The change of the argument of h from a to b, where it is less than pi."""
     flint = flint_module()
     first, last = (around.at(around.f, flint.acb(t.real, t.imag)) for t in (a, b))
-    return float(((around.top - last) / (around.top - first)).arg())
+    return ((around.top - last) / (around.top - first)).arg()
 
 
 def _box(a: complex, b: complex) -> Any:
@@ -374,9 +387,14 @@ def _analytic(around: _Surroundings, corners: ComplexArray) -> bool:
     flint = flint_module()
     reach = np.abs(corners)
     reach = np.maximum(np.maximum(reach, np.roll(reach, 1)), np.roll(reach, -1))
-    outermost = float(reach.max()) * 1.001
+    # More than rounding moves a corner or a middle between two of them.
+    reach = reach * (1 + 1e-9)
+    mantissa, exponent = math.frexp(float(reach.max()) * 1.001)
+    # So few digits that the squares' corners below are exact, and leave nothing out.
+    outermost = math.ldexp(math.ceil(mantissa * 2**12), exponent - 12)
     waiting = [(0.0, 0.0, outermost, 0)]
     while waiting:
+        step()
         re, im, half, depth = waiting.pop()
         if _outside(re, im, half, reach):
             continue
@@ -386,9 +404,7 @@ def _analytic(around: _Surroundings, corners: ComplexArray) -> bool:
         if depth == _DEEPEST + 2:
             return False
         q = half / 2
-        waiting += [
-            (re + a * q, im + b * q, q * (1 + 1e-15), depth + 1) for a in (-1, 1) for b in (-1, 1)
-        ]
+        waiting += [(re + a * q, im + b * q, q, depth + 1) for a in (-1, 1) for b in (-1, 1)]
     return True
 
 

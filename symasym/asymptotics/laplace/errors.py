@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -10,7 +11,7 @@ from symasym.asymptotics.laplace.expansion import Contribution, contact_of, expa
 from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.laplace.maxima import Peak
 from symasym.asymptotics.laplace.watson import perron_coefficients, times_moments
-from symasym.base.contexts import own_context
+from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
 from symasym.numbers.coefficient_fields import RealField
@@ -71,17 +72,19 @@ class ErrorModel:
         return None if self.proof is None else self.proof.statement(order, sigma)
 
     def relative(
-        self, lam: mpf, orders: list[int], total: mpf, context: MPContext
+        self, lam: Fraction, orders: list[int], shares: list[mpf], context: MPContext
     ) -> tuple[mpf, ErrorKind]:
-        """The error over e^(lam height) of `total`, the sum of the first `orders` terms; its kind.
+        """The error over e^(lam height) of the sum of `shares`; its kind.
 
-        A bound that exceeds the sum itself says nothing; the estimate, named as such, does.
+        `shares` are the first `orders` terms of each contribution. A bound that exceeds the sum
+        itself says nothing; the estimate, named as such, does.
         """
         if self.proof is not None:
-            bound = self.proof.relative(lam, orders, context)
-            if bound <= abs(total):
+            top = self.contributions[0].height_in(context)
+            bound = self.proof.relative(lam, orders, shares, top, context)
+            if bound <= abs(context.fsum(shares)):
                 return bound, "bound"
-        return self._estimated(lam, orders, context), "estimate"
+        return self._estimated(mpf_of(lam, context), orders, context), "estimate"
 
     def _estimated(self, lam: mpf, orders: list[int], context: MPContext) -> mpf:
         """Twice the largest of the next terms, and what ends and smaller maxima add."""

@@ -16,16 +16,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from symasym.asymptotics.laplace.cauchy_disk import THETA, Disk, disk
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import Piece, difference, number
 from symasym.asymptotics.laplace.maxima import agree
 from symasym.asymptotics.laplace.tail_bounds import Part, boxes
-from symasym.base.contexts import mpf_of, own_context
+from symasym.base.contexts import own_context
 from symasym.base.inputs import exact
-from symasym.numbers.balls import NotProved, exact_ball, precision
+from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision, to_mpf
 
 if TYPE_CHECKING:
     from flint import arb
@@ -64,58 +66,88 @@ class Proof:
     gaps: list[mpf]
     parts: list[Part]
 
-    def relative(self, lam: mpf, orders: list[int], context: MPContext) -> mpf:
-        """The bound with the first orders[i] terms used of the i-th contribution."""
-        algebraic, small = self._two(lam, orders, context)
-        return algebraic + small
+    def relative(
+        self, lam: Fraction, orders: list[int], weights: list[mpf], top: mpf, context: MPContext
+    ) -> mpf:
+        """The bound over e^(lam top), the first orders[i] terms used of the i-th contribution.
+
+        Parameters
+        ----------
+        lam : Fraction
+        orders : list of int
+            Of all contributions, the smaller maxima last.
+        weights : list of mpf
+            What the sum has of each contribution, over e^(lam top): heights are numbers there, and
+            the balls of f at the maxima tell how wrong these are.
+        top : mpf
+            The height that is taken out.
+        context : MPContext
+            Of the numbers.
+        """
+        bits = int(lam * (1 + abs(_exactly(top)))).bit_length()
+        with precision(bits + max(_bits(len(d.coefficients)) for d in self.disks)):
+            number, height = exact_ball(lam), exact_ball(_exactly(top))
+            wrong = flint_module().arb(0)
+            for d, c, part in zip(self.disks, self.contributions, weights, strict=False):
+                own = exact_ball(_exactly(c.height_in(context)))
+                off = (number * abs(d.top - own)).expm1()
+                wrong += exact_ball(_exactly(abs(part))) * off
+            ratios = [(number * (d.top - height)).exp() for d in self.disks]
+            algebraic, small = self._two(number, orders, ratios)
+            return _above(algebraic + small + wrong, context)
 
     def statement(self, order: int, sigma: Expr) -> tuple[mpf, Expr, mpf]:
         """(K, sigma, lam0): every summand times lam^sigma falls for lam >= lam0."""
-        with own_context(20) as context:
-            power = context.mpf(sigma.p) / sigma.q
+        bits = max(_bits(len(d.coefficients)) for d in self.disks)
+        with own_context(20) as context, precision(bits):
+            power = Fraction(int(sigma.p), int(sigma.q))
             orders = [order] * len(self.contributions)
+            ratios = [flint_module().arb(1)] * len(self.disks)
             start = self._falls_from(power)
             for _ in range(200):
-                algebraic, small = self._two(start, orders, context)
-                if small <= algebraic / 100 or not algebraic:
+                algebraic, small = self._two(exact_ball(start), orders, ratios)
+                if small <= algebraic / 100 or algebraic.is_zero():
                     break
-                start *= context.mpf(5) / 4
-            constant = (algebraic + small) * start**power
-            return context.mpf(constant), sigma, start
+                start *= Fraction(5, 4)
+            constant = (algebraic + small) * exact_ball(start) ** exact_ball(power)
+            shown = to_mpf(exact_ball(start), 20)
+            return _above(constant, context), sigma, context.make_mpf((shown[0] + shown[1])._mpf_)
 
-    def _falls_from(self, power: mpf) -> mpf:
+    def _falls_from(self, power: Fraction) -> Fraction:
         """A lam from which lam^power times each exponentially small term decreases."""
-        with own_context(20) as context:
-            start = context.mpf(1)
-            for d in self.disks:
-                largest = (len(d.coefficients) + context.mpf(d.beta.numerator)) / d.contact
-                for _, _, drop in d.sides:
-                    start = max(start, (power + largest + 2) / drop)
-            for _, drop, steep, growth in self.parts:
-                start = max(start, power / drop)
-                if steep:
-                    start = max(start, 2 * growth / steep)
-            for gap in self.gaps:
-                start = max(start, power / context.make_mpf(gap._mpf_))
-            return start
+        start = Fraction(1)
+        for d in self.disks:
+            largest = (len(d.coefficients) + d.beta) / d.contact
+            for _, _, drop in d.sides:
+                start = max(start, (power + largest + 2) / Fraction(drop))
+        for _, drop, steep, growth in self.parts:
+            start = max(start, power / Fraction(drop))
+            if steep:
+                start = max(start, 2 * Fraction(growth) / Fraction(steep))
+        for gap in self.gaps:
+            start = max(start, power / _exactly(gap))
+        # A number with few digits.
+        return Fraction(math.ceil(start * 2**20), 2**20)
 
-    def _two(self, lam: mpf, orders: list[int], context: MPContext) -> tuple[mpf, mpf]:
+    def _two(self, lam: arb, orders: list[int], ratios: list[arb]) -> tuple[arb, arb]:
         """The bounds of what is of a power of lam, and of what is exponentially small."""
-        algebraic, small = context.mpf(0), context.mpf(0)
-        for d, c, used in zip(self.disks, self.contributions, orders, strict=False):
-            with precision(_bits(len(d.coefficients))):
-                powers, beyond = _beside(d, c, used, lam, context)
-            algebraic += powers
-            small += beyond
+        algebraic = small = flint_module().arb(0)
+        for d, c, used, ratio in zip(self.disks, self.contributions, orders, ratios, strict=False):
+            powers, beyond = _beside(d, c, used, lam)
+            algebraic += powers * ratio
+            small += beyond * ratio
+        # Of the sum itself, in which rounding is counted apart.
         for c, gap in zip(self.others, self.gaps, strict=True):
-            size = sum(abs(term) for term in c.terms(lam, 20, context))
-            small += size * context.exp(-lam * context.make_mpf(gap._mpf_))
+            for s, k in zip(*c.numbers(20), strict=True):
+                term = abs(exact_ball(_exactly(k))) * lam ** -exact_ball(_exactly(s))
+                small += term * (-lam * exact_ball(_exactly(gap))).exp() * (1 + _SAFETY)
         for weight, drop, steep, growth in self.parts:
             divisor = lam * steep - growth
-            if divisor <= 0:
-                return context.inf, context.inf
-            small += weight * context.exp(-lam * drop) / divisor
-        return algebraic * (1 + _SAFETY), small * (1 + _SAFETY)
+            if not divisor > 0:
+                infinite = flint_module().arb("inf")
+                return infinite, infinite
+            small += weight * (-lam * drop).exp() / divisor
+        return algebraic.upper(), small.upper()
 
 
 def _bits(count: int) -> int:
@@ -123,7 +155,10 @@ def _bits(count: int) -> int:
     return 128 + 12 * count
 
 
-def _beside(d: Disk, c: Contribution, used: int, lam: mpf, context: MPContext) -> tuple[mpf, mpf]:
+_exactly = partial(exact, "a number")
+
+
+def _beside(d: Disk, c: Contribution, used: int, lam: arb) -> tuple[arb, arb]:
     """Bounds of the truncation error beside one maximum: powers of lam, and exponentially small.
 
     The first is the next terms one by one, then Cauchy's tail; the second the terms' integrals
@@ -132,53 +167,61 @@ def _beside(d: Disk, c: Contribution, used: int, lam: mpf, context: MPContext) -
     """
     both = len(d.sides) == 2
     _, coefficients = c.numbers(40)
-    beta = mpf_of(d.beta, context)
+    arb = flint_module().arb
     # On two sides every second coefficient cancels.
     shift = int(d.beta - 1) % 2 if both else 0
-    position, total, small = 0, context.mpf(0), context.mpf(0)
-    best = context.inf, context.inf
+    position, total, small = 0, arb(0), arb(0)
+    best, least = (arb("inf"), arb("inf")), math.inf
     for k, ball in enumerate(d.coefficients):
-        s = (k + beta) / d.contact
-        size = d.peak * context.mpf(d.rho) ** -k / d.contact * lam**-s
-        small += size * sum(_upper_gamma(s, lam * drop, context) for _, _, drop in d.sides)
+        s = exact_ball((k + d.beta) / d.contact)
+        power = lam**-s
+        size = d.peak * arb(d.rho) ** -k / d.contact * power
+        small += size * sum((_upper_gamma(s, lam * drop) for _, _, drop in d.sides), arb(0))
         if not (both and (k + shift) % 2):
             value = 2 * ball if both else ball
             if position < used:
                 value = value - exact_ball(exact("c", coefficients[position]))
-            total += _mpf(abs(value), context) * lam**-s
+            total += abs(value) * power
             position += 1
         if position >= used:
-            powers = total + _cauchy_tail(d, k + 1, lam, beta, context)
-            if powers + small < sum(best):
-                best = powers, small
+            powers = total + _cauchy_tail(d, k + 1, lam)
+            if float(powers + small) < least:
+                best, least = (powers, small), float(powers + small)
     return best
 
 
-def _cauchy_tail(d: Disk, count: int, lam: mpf, beta: mpf, context: MPContext) -> mpf:
+def _cauchy_tail(d: Disk, count: int, lam: arb) -> Any:
     """The bound of the terms from n = `count` on, on all sides, as far as u = THETA rho.
 
     It is M rho^-n Gamma(s) lam^-s/(mu (1 - THETA)), s = (n + beta)/mu (Cauchy's estimate).
     """
-    s = (count + beta) / d.contact
-    size = d.peak * context.mpf(d.rho) ** -count / (1 - context.mpf(THETA)) / d.contact
-    return len(d.sides) * size * context.gamma(s) * lam**-s
+    s = exact_ball((count + d.beta) / d.contact)
+    arb = flint_module().arb
+    size = d.peak * arb(d.rho) ** -count / (1 - arb(THETA)) / d.contact
+    return len(d.sides) * size * s.gamma() * lam**-s
 
 
-def _upper_gamma(s: mpf, z: mpf, context: MPContext) -> mpf:
+def _upper_gamma(s: arb, z: arb) -> Any:
     """A bound of Gamma(s, z): DLMF 8.10.1 for s <= 1, integration by parts beyond, and Gamma(s)."""
-    whole = context.gamma(s)
-    if z <= 0:
+    whole = s.gamma()
+    if not z > 0:
         return whole
     if s <= 1:
-        return min(whole, z ** (s - 1) * context.exp(-z))
-    if z <= s - 1:
+        return whole.min(z ** (s - 1) * (-z).exp())
+    if not z > s - 1:
         return whole
-    return min(whole, z**s * context.exp(-z) / (z - s + 1))
+    return whole.min(z**s * (-z).exp() / (z - s + 1))
 
 
-def _mpf(value: arb, context: MPContext) -> mpf:
-    """The upper end of a ball, rounded up."""
-    return context.mpf(value.upper().str(20, radius=False)) * (1 + context.mpf(10) ** -15)
+def _above(value: arb, context: MPContext) -> mpf:
+    """The upper end of a ball, exactly."""
+    from mpmath import libmp
+
+    end = value.upper()
+    if not end.is_finite():
+        return context.inf
+    mantissa, exponent = end.man_exp()
+    return context.make_mpf(libmp.from_man_exp(int(mantissa), int(exponent)))
 
 
 def prove(
@@ -204,7 +247,7 @@ def prove(
             with precision(_bits(count)):
                 disks.append(disk(piece, x, point, side, c.contact, c.beta, count))
         taken = [o for o, use in zip(origins, kept, strict=True) if use]
-        parts = _complement(pieces, x, taken, disks, top)
+        parts = _complement(pieces, x, taken, disks)
     except (NotProved, OverflowError, ZeroDivisionError):
         return None
     gaps = [difference(top, number(c.height)) for c in others]
@@ -216,11 +259,10 @@ def _complement(
     x: Symbol,
     origins: list[tuple[Piece, Real, str]],
     disks: list[Disk],
-    top: mpf,
 ) -> list[Part]:
     """The interval without the transformed neighbourhoods."""
     gap = min(drop for d in disks for _, _, drop in d.sides)
-    ceiling = math.nextafter(float(top), -math.inf)
+    ceiling = math.nextafter(min(float(d.top.lower()) for d in disks), -math.inf)
     parts: list[Part] = []
     for piece in pieces:
         low, high = _float(piece.lo, -1), _float(piece.hi, 1)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from symasym.asymptotics.proofs.layer_bounds import Barrier, Edge, Layer, Region, layer_of
 from symasym.asymptotics.proofs.panels import Bounds, between_lines
-from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
-from symasym.base.inputs import FloatArray, float_text
+from symasym.base.inputs import IntArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     Answer,
@@ -21,22 +21,28 @@ from symasym.drift.scenes import (
     Scene,
     Scenes,
     by_drift,
-    input_rounding,
-    rows_of,
     scene_at,
 )
-from symasym.drift.taylor_field import ExactField
+from symasym.generated import mpmath_formulas
 from symasym.numbers.arithmetic import Number
-from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of
-from symasym.special.exponentials import ball_quotient, log_quotient
+from symasym.numbers.balls import (
+    BallContext,
+    exact_ball,
+    flint_module,
+    precision,
+    profile_of,
+    to_mpf,
+)
+from symasym.numbers.float_intervals import Compensated, Intervals, log_sum, stacked
+from symasym.special.exponentials import ball_quotient
 
 if TYPE_CHECKING:
     from flint import arb
-    from mpmath.ctx_mp import MPContext
 
 # Bounds further apart say nothing that is worth a number.
 _MOST_RATIO = 3
-_UNIT = 1e-15
+_FLOAT_BITS = 128
+_SCENES_AT_ONCE = 256
 _PAPER_TERMS = ("eq:C, C-bound",)
 _PAPER_NOTE = ("C lies between 0 and the value",)
 _TERMS = ("lower and upper bound of the integrals on both sides of the start",)
@@ -57,9 +63,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
             raise _too_far(scene.noise)
         if request.log:
             low, high = _log(wanted[0], other[1]), _log(wanted[1], other[0])
-        from symasym.numbers import balls
-
-        middle, radius = balls.to_mpf(low.union(high), digits + 10)
+        middle, radius = to_mpf(low.union(high), digits + 10)
     return Answer(middle, radius, "bound", _TERMS)
 
 
@@ -121,64 +125,38 @@ def _region(region: Region, exactly: Fraction) -> Bounds:
     peak = region.peak
     if peak is None:
         return Bounds(low, high)
-    lead, least, most = _by_laplace(peak, lam, _Balls())
+    lead, least, most = _by_laplace(peak, lam, lambda ball: ball)
     scale = (lam * peak.height).exp() * lead
     # max and min of balls enclose those of what is in them.
     return Bounds(low.max(scale * least), high.min(scale * most))
 
 
 def _by_laplace(
-    peak: Edge | Barrier, lam: Number, numbers: _Balls | _Floats
+    peak: Edge | Barrier, lam: Number, number: Callable[[arb], Any]
 ) -> tuple[Any, Any, Any]:
     """Laplace's leading term of int e^{lam (V - height)} over a window, and bounds of its share."""
-    number, above = numbers.number, numbers.above
     if isinstance(peak, Edge):
-        slope, bend = number(peak.slope), above(peak.bend)
-        lost = bend * slope / lam
-        return 1 / (lam * slope), -numbers.expm1(-lam * number(peak.fall)) - lost, 1 + lost
-    c, cubic, quartic = number(peak.curvature), above(abs(peak.cubic)), above(peak.quartic)
-    reach, gap = number(peak.reach), above(peak.gap)
-    lead = numbers.sqrt(numbers.pi / (lam * c))
-    tail = numbers.exp(-lam * c * reach**2) / (lam * c * reach)
+        slope = number(peak.slope)
+        lost = number(peak.bend) * slope / lam
+        return 1 / (lam * slope), -(-lam * number(peak.fall)).expm1() - lost, 1 + lost
+    c, cubic, quartic = number(peak.curvature), number(abs(peak.cubic)), number(peak.quartic)
+    reach, gap = number(peak.reach), number(peak.gap)
+    lead = (number(flint_module().arb.pi()) / (lam * c)).sqrt()
+    tail = (-lam * c * reach**2).exp() / (lam * c * reach)
     less = c - cubic * reach - quartic * reach**2
-    most = (15 * cubic**2 / less + 12 * quartic) / (16 * less**2 * numbers.sqrt(less))
+    most = (15 * cubic**2 / less + 12 * quartic) / (16 * less**2 * less.sqrt())
     low = 1 - 3 * quartic / (4 * lam * c**2) - (tail + 2 * gap) / lead
-    return lead, low, 1 + numbers.sqrt(c) * most / lam + 2 * gap / lead
+    return lead, low, 1 + c.sqrt() * most / lam + 2 * gap / lead
 
 
-class _Balls:
-    """What `_by_laplace` asks of numbers; a ball's upper end is the ball's own business."""
-
-    def __init__(self) -> None:
-        self.pi = flint_module().arb.pi()
-
-    def number(self, x: Number) -> Any:
-        return x
-
-    above = number
-
-    def sqrt(self, x: Number) -> Any:
-        return x.sqrt()
-
-    def exp(self, x: Number) -> Any:
-        return x.exp()
-
-    def expm1(self, x: Number) -> Any:
-        return x.expm1()
+# -- many scenes, in intervals of float64 ----------------------------------------------------------
 
 
-class _Floats:
-    """The same in float64."""
+class _LogIntegral(NamedTuple):
+    """The logarithm of an integral of e^{lam V}: lam height + log."""
 
-    pi, number = np.pi, float
-    sqrt, exp, expm1 = np.sqrt, np.exp, np.expm1
-
-    @staticmethod
-    def above(x: arb) -> float:
-        return float(np.nextafter(float(x.upper()), np.inf))
-
-
-# -- many scenes, in float64 -----------------------------------------------------------------------
+    height: Compensated
+    log: Intervals
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
@@ -187,82 +165,123 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     r, start = scenes.numbers["r"], scenes.numbers["start"]
     ends = np.minimum(r, 1.0), np.clip(start, -1.0, 1.0)
     logs, errors = np.empty(len(r)), np.empty(len(r))
-    steepest = np.zeros(len(r))
     for one, rows in by_drift(scenes, *ends):
-        with np.errstate(all="ignore"):
-            steepest[rows] = np.abs(one.evaluate_float(np.linspace(-1, 1, 65))).max()
-            left, right = (
-                _float_side(one, side < 0, r[rows], side * start[rows], scenes.lam[rows])
-                for side in (-1, 1)
-            )
-            wanted, other = (left, right) if request.complement else (right, left)
-            # log C = -log(1 + sigma_L/sigma_R); the ends of the one from opposite ends of both.
-            ratios = other[[1, 0]] - wanted
-            ends_of_log = -np.logaddexp(0.0, ratios[:2])
-            rounding = _UNIT * 8 * (8 + np.abs(other).max(axis=0) + np.abs(wanted).max(axis=0))
-            rounding = rounding + input_rounding(rows_of(scenes, rows), steepest[rows])
-        logs[rows] = ends_of_log.mean(axis=0)
-        errors[rows] = (ends_of_log[1] - ends_of_log[0]) / 2 + rounding
+        with np.errstate(all="ignore"), precision(_FLOAT_BITS):
+            sides = [_Stretch(scenes, rows[0], one, mirrored) for mirrored in (True, False)]
+            for some in np.split(rows, range(_SCENES_AT_ONCE, len(rows), _SCENES_AT_ONCE)):
+                log = _float_log(sides, scenes, some, request.complement)
+                logs[some] = (log.low + log.high) / 2
+                errors[some] = (log - logs[some]).magnitude()
     bad = np.flatnonzero(~(errors < np.log(_MOST_RATIO) / 2))
     if bad.size:
         raise _too_far(scenes.noise(bad[0]))
     return Answers(logs, errors, "bound", _TERMS)
 
 
-def _float_side(
-    drift: Drift, mirrored: bool, r: FloatArray, x: FloatArray, lam: FloatArray
-) -> FloatArray:
-    """Logarithms of both bounds of int_x^r e^{lam (V - V(x))}; r < 1 and x inside are the same."""
-    low = max(Fraction(float(np.clip(x[0], -1, 1))), Fraction(-1))
-    high = min(Fraction(float(r[0])), Fraction(1))
-    sign = -1 if mirrored else 1
-    slopes = [sign * float(e) for e in drift.ends[::sign]]
-    height = np.zeros_like(lam)
-    parts = []
+def _float_log(
+    sides: list[_Stretch], scenes: Scenes, rows: IntArray, complement: bool
+) -> Intervals:
+    """log C = -log(1 + sigma_L/sigma_R) of scenes whose stretches on both sides are `sides`."""
+    kappa, r, start = (_read(scenes, name, rows) for name in ("kappa", "r", "start"))
+    lam = 2 / kappa.interval() ** 2
+    left, right = (
+        _float_side(side, r, x, lam) for side, x in zip(sides, (-start, start), strict=True)
+    )
+    wanted, other = (left, right) if complement else (right, left)
+    # Heights are subtracted before lam multiplies them: most of them may cancel.
+    ratio = lam * (other.height - wanted.height).interval() + other.log - wanted.log
+    return -ratio.log1p_exp()
 
-    def outer(a: float, length: FloatArray) -> None:
+
+def _read(scenes: Scenes, name: str, rows: IntArray) -> Compensated:
+    """A number of the scenes: the floats of an array, or exactly what was given for all."""
+    given = scenes.given[name]
+    if is_array(given):
+        return Compensated.of(scenes.numbers[name][rows])
+    return Compensated.of(exact(name, given))
+
+
+class _Stretch:
+    """What the scenes of one group share: the slopes outside, and the layer from the start on."""
+
+    def __init__(self, scenes: Scenes, row: int, drift: Drift, mirrored: bool) -> None:
+        numbers = scene_at(scenes, row).numbers
+        one, x = Fraction(1), -numbers["start"] if mirrored else numbers["start"]
+        profile = profile_of(drift)
+        profile = profile.mirrored() if mirrored else profile
+        self.slopes = [Compensated.of(profile.value(side)) for side in (-one, one)]
+        #: Whether parts of u < -1, of the layer and of u > 1 lie ahead of the start.
+        self.before, self.inside, self.after = x <= -1, x < 1, numbers["r"] >= 1
+        if self.inside:
+            self.layer = layer_of(drift, mirrored, max(x, -one), min(numbers["r"], one))
+
+
+def _float_side(stretch: _Stretch, r: Compensated, x: Compensated, lam: Intervals) -> _LogIntegral:
+    """int_x^r e^{lam (V - V(x))}; r < 1 and x inside the layer are those of the stretch."""
+    height = Compensated.of(0.0)
+    parts: list[_LogIntegral] = []
+
+    def outer(slope: Compensated, length: Compensated) -> None:
         """The integral over a stretch of constant drift, and what it adds."""
         nonlocal height
-        size = np.maximum(length, 0.0)
-        y = -lam * a * size
-        parts.append(np.tile(lam * height + np.log(size) + log_quotient(y), (2, 1)))
-        height = height - a * size
+        fall = slope * length
+        falls = fall.head >= 0
+        # From the higher of its two ends.
+        size = fall.where(falls, -fall).interval()
+        log = length.interval().log() + (lam * size).log_mean_decay()
+        parts.append(_LogIntegral(height.where(falls, height - fall), log))
+        height = height - fall
 
-    outer(slopes[0], np.minimum(-1.0, r) - x)
-    if low < high:
-        with precision(128):
-            layer = layer_of(drift, mirrored, low, high)
-            parts.append(_float_layer(layer, lam) + lam * height)
-            height = height + float(layer.end)
-    outer(slopes[1], (r - np.maximum(x, 1.0)) * (r > 1))
-    return (
-        np.logaddexp(np.logaddexp(parts[0], parts[1]), parts[-1])
-        if len(parts) == 3
-        else (np.logaddexp(parts[0], parts[-1]))
-    )
+    if stretch.before:
+        outer(stretch.slopes[0], -x - 1.0)
+    if stretch.inside:
+        layer = _float_layer(stretch.layer, lam)
+        parts.append(_LogIntegral(height + layer.height, layer.log))
+        height = height + stretch.layer.end
+    if stretch.after:
+        outer(stretch.slopes[1], r - (1.0 if stretch.inside else x))
+    return _added(parts, lam)
 
 
-def _float_layer(layer: Layer, lam: FloatArray) -> FloatArray:
-    """Logarithms of the lower and the upper bound over the layer, V from its beginning."""
-    totals = []
+def _added(parts: list[_LogIntegral], lam: Intervals) -> _LogIntegral:
+    """The sum of integrals, from the height of the largest."""
+    base, most = parts[0].height, (lam * parts[0].height.head + parts[0].log).high
+    for part in parts[1:]:
+        size = (lam * part.height.head + part.log).high
+        base, most = part.height.where(size > most, base), np.maximum(size, most)
+    logs = [part.log + lam * (part.height - base).interval() for part in parts]
+    return _LogIntegral(base, log_sum(stacked(logs)))
+
+
+def _float_layer(layer: Layer, lam: Intervals) -> _LogIntegral:
+    """int e^{lam V} over the layer, V from its beginning."""
+    tops, falls = [], []
+    for panel in (p for region in layer.regions for p in region.panels):
+        # From the higher of the line's two ends.
+        rise = panel.slope * panel.width
+        rises = rise.mid() > 0
+        tops.append(panel.height + rise if rises else panel.height)
+        falls.append(rise if rises else -rise)
+    # Of V itself: the lines may rise above it.
+    heights = [r.peak.height for r in layer.regions if r.peak] + [layer.end, 0 * layer.end]
+    top = max(heights, key=lambda height: float(height.mid()))
+    regions, first = [], 0
     for region in layer.regions:
-        panels = [
-            (float(p.width), float(p.height), float(p.slope), _Floats.above(p.bend))
-            for p in region.panels
-        ]
-        width, start, slope, bend = np.array(panels).T[:, :, None]
-        line = lam * start + np.log(width) + log_quotient(lam * slope * width)
-        bounds = [np.logaddexp.reduce(line + s * lam * bend, axis=0) for s in (-1.0, 1.0)]
+        part = slice(first, first := first + len(region.panels))
+        decay = lam * Intervals.column(falls[part])
+        line = lam * Intervals.column([height - top for height in tops[part]])
+        line += Intervals.column([p.width for p in region.panels]).log() + decay.log_mean_decay()
+        bend = (lam * Intervals.column([p.bend for p in region.panels])).high
+        total = log_sum(line + Intervals(-bend, bend))
         if region.peak is not None:
-            lead, least, most = _by_laplace(region.peak, lam, _Floats())
-            top = lam * float(region.peak.height) + np.log(lead)
-            bounds = [
-                np.fmax(bounds[0], top + np.log(least)),
-                np.fmin(bounds[1], top + np.log(most)),
-            ]
-        totals.append(np.array(bounds))
-    logs: FloatArray = np.logaddexp.reduce(np.array(totals), axis=0)
-    return logs
+            lead, least, most = _by_laplace(region.peak, lam, Intervals.of)
+            above = lam * Intervals.of(region.peak.height - top) + lead.log()
+            total = Intervals(
+                np.maximum(total.low, (above + least.log()).low),
+                np.minimum(total.high, (above + most.log()).high),
+            )
+        regions.append(total)
+    return _LogIntegral(Compensated.of(top), log_sum(stacked(regions)))
 
 
 # -- the paper's bound -----------------------------------------------------------------------------
@@ -276,72 +295,70 @@ def paper_bound(scene: Scene, request: Request) -> Answer:
     [0, 1] and e^{3 a- r/(2 kappa^2)} >= 4. It lies between 0 and the value, which is
     the error; its logarithm has none.
     """
-    with own_context(request.digits + 15) as context:
-        value = _paper_log(scene, request.complement, context)
-        if request.log:
-            return Answer(value, None, "none", _PAPER_TERMS, _PAPER_NOTE)
-        with context.workprec(context.prec + max(0, int(context.mag(value)))):
-            value = context.exp(_paper_log(scene, request.complement, context))
-        return Answer(value, value, "bound", _PAPER_TERMS, _PAPER_NOTE)
+    log, value = (to_mpf(ball, request.digits + 10)[0] for ball in _paper_value(scene, request))
+    if request.log:
+        return Answer(log, None, "none", _PAPER_TERMS, _PAPER_NOTE)
+    # C lies between 0 and the bound: between 0 and twice its middle, whatever that was rounded to.
+    return Answer(value, value, "bound", _PAPER_TERMS, _PAPER_NOTE)
 
 
 def paper_bounds(scenes: Scenes, request: Request) -> Answers:
-    """The same for many: the condition in exact arithmetic, scene by scene."""
+    """The same for many, scene by scene."""
     logs = np.empty(len(scenes.lam))
-    with own_context(25) as context:
-        for one, rows in by_drift(scenes):
-            for row in rows:
-                scene = scene_at(scenes, row)._replace(drift=one)
-                logs[row] = float(_paper_log(scene, request.complement, context))
+    for one, rows in by_drift(scenes):
+        for row in rows:
+            scene = scene_at(scenes, row)._replace(drift=one)
+            logs[row] = float(_paper_value(scene, request)[0].mid())
     if request.log:
         return Answers(logs, None, "none", _PAPER_TERMS, _PAPER_NOTE)
-    # As wide as the value itself: from 0 to it.
-    errors = np.log(2.0) + 4 * _UNIT * (1 + np.abs(logs))
+    # From 0 to twice the value, which is more than what rounding changes in the logarithm.
+    errors = np.log(2.0) + 4e-15 * (1 + np.abs(logs))
     return Answers(logs, errors, "bound", _PAPER_TERMS, _PAPER_NOTE)
 
 
-def _paper_log(scene: Scene, complement: bool, context: MPContext) -> Any:
-    """The logarithm of the bound of eq:C (derivation C-bound), where its conditions hold."""
+def _paper_value(scene: Scene, request: Request) -> tuple[arb, arb]:
+    """Balls of the bound of eq:C (C-bound) and its logarithm, where its conditions are proved."""
     from symasym.base.errors import InputError, RegionError
 
-    drift, values = scene.drift, scene.numbers
+    drift, values, complement = scene.drift, scene.numbers, request.complement
     if values["start"] != 0:
         raise InputError(
             f"start is {float_text(values['start'])}; the paper's bound is for start 0, use "
             "method='bound' or 'exact'."
         )
-    field = ExactField(drift, complement, context)
-    a_minus, a_plus = (field.value(Fraction(side)) for side in (-1, 1))
-    if not (a_minus > 0 and a_plus > 0):
-        name, sign = ("1 - C", "negative") if complement else ("C", "positive")
-        raise RegionError(
-            f"a- = {float(drift.ends[0]):.6g} and a+ = {float(drift.ends[1]):.6g} are not both "
-            f"{sign}, where alone the paper bounds {name}; use method='bound' or 'exact'."
-        )
+    flint_module()
     kappa, r = values["kappa"], values["r"]
-    if r < 4:
-        raise InputError(
-            f"r is {float_text(r)}; the paper's bound is for r of at least 4, use method='bound' "
-            "or 'exact'."
-        )
-    top = _highest(drift, complement)
-    if not top <= a_minus * r / 4:
-        raise InputError(
-            f"V reaches {float(top):.6g} between the start and the layer's edge, more than "
-            f"a- r/4 = {float_text(a_minus * r / 4)}, where the paper's bound may fail; use a "
-            "larger r, or method='bound' or 'exact'."
-        )
-
-    def number(x: Fraction) -> Any:
-        return mpf_of(x, context)
-
-    rate = number(a_minus * r / kappa**2)
-    if not rate * 3 / 2 >= context.log(4):
-        raise InputError(
-            f"kappa is {float_text(kappa)}, so that exp(3 a- r/(2 kappa^2)) is below 4, where the "
-            "paper's bound may fail; use method='bound' or 'exact'."
-        )
-    return context.log(number(2 * a_minus * (1 / a_plus + 2 / kappa**2))) - rate
+    profile = profile_of(drift)
+    profile = profile.mirrored() if complement else profile
+    size = int(scene.lam * (1 + r) * 1024)
+    with precision(int(request.digits * 3.33) + 80 + size.bit_length()):
+        a_minus, a_plus = (profile.value(Fraction(side)) for side in (-1, 1))
+        if not (a_minus > 0 and a_plus > 0):
+            name, sign = ("1 - C", "negative") if complement else ("C", "positive")
+            raise RegionError(
+                f"a- = {float(drift.ends[0]):.6g} and a+ = {float(drift.ends[1]):.6g} are not both "
+                f"{sign}, where alone the paper bounds {name}; use method='bound' or 'exact'."
+            )
+        if r < 4:
+            raise InputError(
+                f"r is {float_text(r)}; the paper's bound is for r of at least 4, use "
+                "method='bound' or 'exact'."
+            )
+        radius, noise = exact_ball(r), exact_ball(kappa)
+        top = _highest(drift, complement)
+        if not exact_ball(top) <= a_minus * radius / 4:
+            raise InputError(
+                f"V reaches {float(top):.6g} between the start and the layer's edge, more than "
+                f"a- r/4 = {float((a_minus * radius / 4).mid()):.6g}, where the paper's bound may "
+                "fail; use a larger r, or method='bound' or 'exact'."
+            )
+        if not (3 * a_minus * radius / (2 * noise**2)).exp() >= 4:
+            raise InputError(
+                f"kappa is {float_text(kappa)}, so that exp(3 a- r/(2 kappa^2)) is below 4, where "
+                "the paper's bound may fail; use method='bound' or 'exact'."
+            )
+        value = mpmath_formulas.exit_bound(BallContext(), noise, radius, a_minus, a_plus)
+        return value.log(), value
 
 
 @lru_cache(maxsize=256)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.proofs.panels import Panel
+from symasym.base import patience
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.balls import BallOps, exact_ball, flint_module, profile_of
@@ -120,6 +121,28 @@ def layer_of(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> Layer:
     return Layer(regions, height)
 
 
+def below_its_end(layer: Layer) -> bool:
+    """True if V <= V(b) on the whole stretch [a, b], proved.
+
+    On a panel V is below a line and its bend; where that is not enough, V is shown to be monotone,
+    so that it is largest at one end: |V'| is at least the line's slope less 4 bend/width.
+    """
+    end = layer.end
+    for region in layer.regions:
+        if isinstance(region.peak, Edge) and (
+            region.peak.height is end or region.peak.height <= end
+        ):
+            # A has one sign in the window.
+            continue
+        for panel in region.panels:
+            line = panel.height.max(panel.height + panel.slope * panel.width) + panel.bend
+            steep = panel.width * abs(panel.slope) > 4 * panel.bend
+            tops = [panel.ends[0] if panel.slope < 0 else panel.ends[1]] if steep else [line]
+            if not all(top is end or top <= end for top in tops):
+                return False
+    return True
+
+
 def _rough_top(field: _Drift, a: Fraction, b: Fraction) -> float:
     """max V - V(a) over [a, b] in float64, by trapezoids."""
     u = np.linspace(float(a), float(b), _SAMPLES)
@@ -138,6 +161,7 @@ def _panels(
     waiting = [(left + k * step, left + (k + 1) * step) for k in reversed(range(count))]
     panels: list[Panel] = []
     while waiting:
+        patience.step()
         lo, hi = waiting.pop()
         center, half = (lo + hi) / 2, (hi - lo) / 2
         h = exact_ball(half)
@@ -253,8 +277,8 @@ def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
         series = field.taylor(exact_ball(center), 2 * field.terms)
         rest = flint.arb(0, (wide * half ** (2 * field.terms + 1)).abs_upper())
         fall = sum((c * (-half) ** (k + 1) / (k + 1) for k, c in enumerate(series)), rest)
-        # V changes by less than gap^2 |A'| between the centre and the root, and less than gap.
-        blur = flint.arb(0, (exact_ball(gap) * (1 + abs(local[1]))).abs_upper())
+        # V' is 0 at the root: V changes by less than gap^2 |A'| between the centre and there.
+        blur = flint.arb(0, (exact_ball(gap) ** 2 * local[1]).abs_upper())
         return Barrier(begin + fall + blur, curvature, cubic, quartic, half, exact_ball(gap))
 
     return center - reach, center + reach, made

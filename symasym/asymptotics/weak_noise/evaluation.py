@@ -10,6 +10,7 @@ between critical points: the resolution test looks for that.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ from symasym.asymptotics.weak_noise.series import (
     plus,
     times,
 )
+from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.drift import Drift
@@ -33,6 +35,8 @@ from symasym.numbers.arithmetic import Number
 if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
+_BOUNDED = ("higher orders of every series, and what is exponentially small, in the bound",)
+DROPPED = ("higher orders of every series, in the error",)
 # A relative error of a value beyond which nothing is said.
 _MOST = 0.4
 # Of the resolution test: points in the layer, and scenes at once.
@@ -92,12 +96,35 @@ def _found(composed: Composed, at: Point, value: Number, error: Number) -> Found
 # -- the order that is taken -----------------------------------------------------------------------
 
 
+class Chosen(NamedTuple):
+    """The order that is taken, the kind of its error, and what a proof allows where that is larger.
+
+    `allowed` is relative to the value.
+    """
+
+    found: Found
+    kind: ErrorKind
+    allowed: Any = None
+
+    def dropped(self, context: MPContext) -> tuple[str, ...]:
+        """What is left out, in words; never an estimate below what a proof allows without that."""
+        if self.kind == "bound":
+            return _BOUNDED
+        if self.allowed is None:
+            return DROPPED
+        size = context.nstr(self.allowed, 3)
+        return (
+            *DROPPED,
+            f"the error is an estimate; what is proved is a relative error of {size}",
+        )
+
+
 def chosen(
     expanded: list[Found],
     prove: Callable[[int], Any] | None,
     full: bool,
     context: MPContext,
-) -> tuple[Found, ErrorKind] | None:
+) -> Chosen | None:
     """The best order, its error proved where that is asked for or where no estimate is sure.
 
     None where neither is known. `prove` gives bounds in balls, or None, for an order.
@@ -107,15 +134,19 @@ def chosen(
     bounds = None
     if prove is not None and (full or not sure):
         bounds = prove((best or expanded)[-1].order)
+    allowed = None
     if bounds is not None:
         proved = [f._replace(error=_distance(bounds, f.value, context)) for f in best or expanded]
         # What is refused unless it is proved has to be as good as what is not; where the bounds
-        # are far apart, as without a well, a good estimate says more.
+        # are far apart, as without a well, a good estimate says more, unless they disprove it.
         most = max(best[0].value / 100, min(best[0].value, 100 * best[0].error)) if sure else None
+        if most is None or _outside(bounds, best[0], context):
+            best, most = [], None
+        allowed = min(f.error / abs(f.value) for f in proved)
         proved = [f for f in proved if f.error < (f.value / 2 if most is None else most)]
         if proved:
-            return min(proved, key=lambda f: f.error), "bound"
-    return (best[0], "estimate") if sure else None
+            return Chosen(min(proved, key=lambda f: f.error), "bound")
+    return Chosen(best[0], "estimate", allowed) if best else None
 
 
 def of_log(relative: Number, kind: ErrorKind, context: MPContext) -> Any:
@@ -125,15 +156,24 @@ def of_log(relative: Number, kind: ErrorKind, context: MPContext) -> Any:
     return relative / (1 - relative / 2)
 
 
+def _ends(bounds: Any, context: MPContext) -> list[Any]:
+    """Two proved bounds as numbers of the context."""
+    pairs = (x.man_exp() for x in (bounds.low, bounds.high))
+    return [context.mpf(int(mantissa)) * context.mpf(2) ** int(power) for mantissa, power in pairs]
+
+
 def _distance(bounds: Any, value: Number, context: MPContext) -> Any:
     """The farther of two proved bounds from the value."""
-    low, high = (
-        context.mpf(int(mantissa)) * context.mpf(2) ** int(exponent)
-        for mantissa, exponent in (x.man_exp() for x in (bounds.low, bounds.high))
-    )
-    size = max(abs(high - value), abs(low - value))
+    size = max(abs(end - value) for end in _ends(bounds, context))
     # The roundings here.
     return size + (abs(value) + size) * context.mpf(10) ** (8 - context.dps)
+
+
+def _outside(bounds: Any, found: Found, context: MPContext) -> bool:
+    """True where proved bounds leave no room for the value and its estimated error."""
+    low, high = _ends(bounds, context)
+    reach = found.error + abs(found.value) * context.mpf(10) ** (8 - context.dps)
+    return bool(found.value + reach < low or found.value - reach > high)
 
 
 # -- at lam, in float64 ----------------------------------------------------------------------------
@@ -209,6 +249,17 @@ def unresolved(drift: Drift, lam: float, folds: Sequence[float] = ()) -> bool:
     with np.errstate(all="ignore"):
         phi = np.broadcast_to(drift.evaluate_float(u), u.shape)
     return bool(_unresolved(phi[None], np.array([lam]), folds)[0])
+
+
+def require_resolved(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
+    """Raise AccuracyError where A varies too fast for the noise (`unresolved`), but at folds."""
+    # Noise beyond the range of float64 is weak.
+    if lam < 10**300 and unresolved(drift, float(lam), folds):
+        raise AccuracyError(
+            f"kappa is {float(2 / lam) ** 0.5:.6g}, where the noise is too strong for a drift that "
+            "varies this fast: no term of Laplace's method estimates its error; use "
+            "method='exact' or 'strong_noise'."
+        )
 
 
 def unresolved_in(drift: Drift, scenes: Scenes) -> Any:

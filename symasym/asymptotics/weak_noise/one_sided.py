@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.asymptotics.weak_noise.majorants import majorants
 from symasym.asymptotics.weak_noise.regular_part import Pole, pole_sums
 from symasym.asymptotics.weak_noise.series import (
     BEYOND,
@@ -38,8 +39,7 @@ from symasym.asymptotics.weak_noise.series import (
 from symasym.base.inputs import FloatArray
 from symasym.drift.polynomial_scenes import Scenes, edges_of
 from symasym.numbers.arithmetic import FLOATS, Arithmetic, Number
-from symasym.numbers.polynomial_roots import Zeros
-from symasym.numbers.polynomials import poly, poly_slope, shifted
+from symasym.numbers.polynomials import Zeros, poly, poly_slope, shifted
 from symasym.numbers.power_series import laurent, power
 
 _EPS = 2.3e-16
@@ -320,11 +320,12 @@ class Builder:
 
     def peak(self, k: int) -> Series:
         """Laplace's series at the k-th real zero."""
-        arc = arc_coefficients(self.taylor(self.lines[k]), 2 * self.count, 2, self.arithmetic.one)
+        taylor = self.taylor(self.lines[k])
+        arc = arc_coefficients(taylor, 2 * self.count, 2, self.arithmetic.one)
         # Higher coefficients depend on the zeros' distances by higher powers.
-        return self.gaussian(arc, 8 * (self.count + self.degree) * self.rough[k])
+        return self.gaussian(arc, taylor, 8 * (self.count + self.degree) * self.rough[k])
 
-    def gaussian(self, arc: list[Any], rounding: Numbers) -> Series:
+    def gaussian(self, arc: list[Any], taylor: list[Any], rounding: Numbers) -> Series:
         """int e^{-lam |V - V(z)|} du, terms a_2n (2n - 1)!! (2 pi)^(1/2) lam^-(n + 1/2).
 
         (Watson's lemma for the even coefficients, DLMF 2.4(iv).)
@@ -333,7 +334,8 @@ class Builder:
         for n, a in enumerate(arc):
             terms.append(a * moment)
             moment *= 2 * n + 1
-        return Series([Part(0.5, 0, trimmed(terms))], rounding)
+        known = majorants(taylor, self.count, self.arithmetic)
+        return Series([Part(0.5, 0, trimmed(terms))], rounding, majorants=known)
 
     def poles(self) -> Iterator[Pole]:
         """The zeros of A, of a complex pair one."""
@@ -437,36 +439,6 @@ class Builder:
         slope = self.a_plus if sign > 0 else -self.a_minus
         add_edge(rising, falling, rank, height, inner, self.flat(slope), "kink", u)
         return 1.0 + 0 * height, height, slope
-
-
-def _float_series(x: Series | Local | None) -> Any:
-    """The series in float64; what is no series stays."""
-    if not isinstance(x, Series):
-        return x
-    parts = [p._replace(coefficients=[float(c) for c in p.coefficients]) for p in x.parts]
-    return Series(parts, ROUNDING)
-
-
-def float_point(p: CriticalPoint) -> CriticalPoint:
-    """A critical point that was computed with more digits than float64 has, in float64."""
-    return p._replace(
-        height=float(p.height), series=_float_series(p.series), onward=_float_series(p.onward)
-    )
-
-
-def in_float(one: OneSided) -> OneSided:
-    """An expansion that was computed with more digits than float64 has, in float64."""
-    rising, falling = (list(map(float_point, points)) for points in (one.rising, one.falling))
-    return one._replace(
-        rising_start=_float_series(one.rising_start),
-        falling_start=_float_series(one.falling_start),
-        outer=_float_series(one.outer),
-        rising=rising,
-        falling=falling,
-        beyond=one.beyond and tuple(float(x) for x in one.beyond),  # type: ignore[arg-type]
-        # Heights cancel each other in pairs of critical points.
-        rough=3e-16 * max([abs(p.height) for p in rising + falling], default=0.0),
-    )
 
 
 def mapped(value: Any, change: Callable[[FloatArray], Any]) -> Any:

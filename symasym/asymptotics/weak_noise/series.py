@@ -3,7 +3,9 @@
 A series is a sum of parts lam^-offset log(lam)^logs (c_0 + c_1/lam + ...). Its value to order N has
 the terms up to c_N. Its truncation error is judged by the next two, (|c_{N+1}| + |c_{N+2}|/lam)
 lam^-(N+1) over 1 - q, where terms fall by a factor q, at most 3/4: an estimate, as such series
-diverge (R. B. Dingle, Asymptotic Expansions, 1973, ch. XXI).
+diverge (R. B. Dingle, Asymptotic Expansions, 1973, ch. XXI). These two may nearly vanish; the error
+of a well's or a barrier's series is no less than a share of what their majorants allow
+(`symasym.asymptotics.weak_noise.majorants`).
 
 Every pass over an array costs about as much as any other, so that passes are what is saved:
 powers and exponentials of one array of lam are computed once, the next two terms of a series by
@@ -19,6 +21,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from symasym.asymptotics.weak_noise.majorants import Majorants
 from symasym.base.inputs import FloatArray
 from symasym.numbers.arithmetic import FLOATS, Arithmetic
 
@@ -46,6 +49,8 @@ class Series(NamedTuple):
     rounding: Numbers = 0.0
     # Coefficients as large as what cancels in those of the first part.
     size: list[Numbers] | None = None
+    # Of the coefficients of its only part, where they are known.
+    majorants: Majorants | None = None
 
 
 class Local(Protocol):
@@ -95,6 +100,8 @@ def added(a: Series, b: Series) -> Series:
 
 
 _MOST_FALL = 0.75
+#: Of what the majorants allow. Claims are twice the truncation error.
+_SHARE = 0.55
 # Terms before the next two whose ratios count: one of these two may be small by chance.
 _LOOK_BACK = 3
 # Beyond this a term is below 1e-16 of the rest if its coefficients are no larger; they may be by
@@ -178,6 +185,28 @@ class Value:
         if counts(other.error):
             cross = plus(cross, times(self.size, other.error))
         return Value(value, cross)
+
+    def __truediv__(self, other: Value) -> Value:
+        """Over a positive value whose own error is left out."""
+        error = None if self.error is None else self.error / other.value
+        return Value(self.value / other.value, error)
+
+    def __neg__(self) -> Value:
+        return Value(-self.value, self.error)
+
+    def __sub__(self, other: Value) -> Value:
+        return self + -other
+
+    def __abs__(self) -> Value:
+        return Value(self.size, 0.0)
+
+    def known(self) -> Value:
+        """The same without its error."""
+        return Value(self.value, 0.0 if self.error is not None else None)
+
+    def wrong(self) -> Value:
+        """Its error as a value."""
+        return Value(self.error, 0.0)
 
 
 def _leading(part: Part) -> int:
@@ -371,12 +400,23 @@ class Point:
             weight = self._rounding(rough)
             if series.size is None:
                 weight = plus(weight, series.rounding)
-            total.error = plus(self._truncation(series.parts), times(total.size, weight))
+            cut = self._truncation(series.parts)
+            if series.majorants is not None:
+                cut = plus(cut, self._allowed(series.parts[0], series.majorants))
+            total.error = plus(cut, times(total.size, weight))
             if series.size is not None:
                 part = series.parts[0] if series.parts else Part(1.0, 0, [])
                 cancels = self._front(part, self._horner(series.size[: self.order + 1]))
                 total.error = plus(total.error, times(cancels, series.rounding))
         return total
+
+    def _allowed(self, part: Part, majorants: Majorants) -> Any:
+        """A share of what majorants of the terms behind the next two allow."""
+        first = self.order + 1 + BEYOND
+        later = self._horner(trimmed(majorants.behind(first)))
+        if isinstance(later, float) and later == 0:
+            return later
+        return self._front(part, _SHARE * later * self.power(float(first)))
 
     def _front(self, part: Part, value: Numbers) -> Any:
         """The value of a part from that of its bracket: times lam^-offset log(lam)^logs."""
