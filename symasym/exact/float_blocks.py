@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.base.inputs import FloatArray
-from symasym.drift.float_field import Field, IntArray
+from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels
 from symasym.exact.float_panels import REACH, SLOWNESS, Moments
 from symasym.numbers.complex_balls import tame

@@ -334,7 +334,7 @@ def test_an_unresolved_block_claims_what_it_does_not_know(
 
     wanted = sa.escape_time(drift, F(0.003), 2, log=True, dps=20)
     monkeypatch.setattr(float_blocks, "_DEEPEST", 0)
-    from symasym.drift.scenes import float_scenes
+    from symasym.drift.field.scenes import float_scenes
     from symasym.methods.exact import float_logs
 
     logs, errors = float_logs(float_scenes(drift, {"kappa": 0.003, "r": 2, "start": 0}), "T")
