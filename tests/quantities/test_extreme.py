@@ -325,21 +325,34 @@ def test_a_well_far_thinner_than_rounding(kappa: str, high: str, steepness: str)
     assert sa.occupation(drift, kappa, log=True) == 0.0
 
 
-@pytest.mark.parametrize("drift", [sa.tanh(1, "-1/2", "1.4"), sa.sine(1, -1, "-2")], ids=str)
+@pytest.mark.parametrize("steepness", ["1.4", "5"])
 def test_an_unresolved_block_claims_what_it_does_not_know(
-    drift: sa.Drift, monkeypatch: pytest.MonkeyPatch
+    steepness: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # With no bisection at all, every block that is neither slow nor sampled is unresolved.
-    from symasym.exact import float_blocks
-
-    wanted = sa.escape_time(drift, F(0.003), 2, log=True, dps=20)
-    monkeypatch.setattr(float_blocks, "_DEEPEST", 0)
     from symasym.drift.scenes import float_scenes
+    from symasym.exact import float_blocks
     from symasym.methods.exact import float_logs
 
-    logs, errors = float_logs(float_scenes(drift, {"kappa": 0.003, "r": 2, "start": 0}), "T")
-    assert errors[0] > 1e-9  # there are such blocks
-    assert abs(logs[0] - wanted) <= errors[0]
+    # A zero at 1e-15 in place of 0: beside it nothing is resolved at this noise.
+    monkeypatch.setattr(float_blocks, "_polished", lambda field, scene, zeros, rate: zeros)
+    unresolved: list[int] = []
+    ask = float_blocks._unresolved
+
+    def counted(field: Any, lam: Any, blocks: Any, anchors: Any) -> Any:
+        unresolved.append(len(blocks.t0))
+        return ask(field, lam, blocks, anchors)
+
+    monkeypatch.setattr(float_blocks, "_unresolved", counted)
+    drift, kappa = sa.tanh(1, -1, steepness), 1e-26
+    with mpmath.workdps(60):
+        s, lam = mpmath.mpf(float(F(steepness))), 2 / mpmath.mpf(kappa) ** 2
+        edge = mpmath.log(mpmath.cosh(s)) / (s * mpmath.tanh(s))
+    for name, wanted in (("1 - P", -lam * edge), ("T", lam * (edge + 1))):
+        numbers = {"kappa": [kappa]} | ({"r": 2, "start": 0} if name == "T" else {})
+        logs, errors = float_logs(float_scenes(drift, numbers), name)
+        assert abs(logs[0] - wanted) <= errors[0] + 1e-15 * abs(wanted)
+        assert errors[0] < 1e-6 * abs(wanted)
+    assert unresolved
 
 
 REFUSED_OR_ANSWERED: dict[str, Callable[[], Any]] = {
