@@ -325,34 +325,26 @@ def test_a_well_far_thinner_than_rounding(kappa: str, high: str, steepness: str)
     assert sa.occupation(drift, kappa, log=True) == 0.0
 
 
-@pytest.mark.parametrize("steepness", ["1.4", "5"])
+@pytest.mark.parametrize("drift", [sa.tanh(1, "-1/2", "1.4"), sa.sine(1, -1, "-2")], ids=str)
 def test_an_unresolved_block_claims_what_it_does_not_know(
-    steepness: str, monkeypatch: pytest.MonkeyPatch
+    drift: sa.Drift, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from symasym.drift.scenes import float_scenes
     from symasym.exact import float_blocks
     from symasym.methods.exact import float_logs
 
-    # A zero at 1e-15 in place of 0: beside it nothing is resolved at this noise.
-    monkeypatch.setattr(float_blocks, "_polished", lambda field, scene, zeros, rate: zeros)
-    unresolved: list[int] = []
-    ask = float_blocks._unresolved
-
-    def counted(field: Any, lam: Any, blocks: Any, anchors: Any) -> Any:
-        unresolved.append(len(blocks.t0))
-        return ask(field, lam, blocks, anchors)
-
-    monkeypatch.setattr(float_blocks, "_unresolved", counted)
-    drift, kappa = sa.tanh(1, -1, steepness), 1e-26
-    with mpmath.workdps(60):
-        s, lam = mpmath.mpf(float(F(steepness))), 2 / mpmath.mpf(kappa) ** 2
-        edge = mpmath.log(mpmath.cosh(s)) / (s * mpmath.tanh(s))
-    for name, wanted in (("1 - P", -lam * edge), ("T", lam * (edge + 1))):
-        numbers = {"kappa": [kappa]} | ({"r": 2, "start": 0} if name == "T" else {})
+    # Hardly bisected, the drift is taken for constant on wide blocks.
+    monkeypatch.setattr(float_blocks, "_DEEPEST", 2)
+    monkeypatch.setattr(float_blocks, "_OPEN", 1e9)
+    monkeypatch.setattr(float_blocks, "hidden", lambda *given: np.ones(len(given[4]), dtype=bool))
+    kappa = F(1, 4)
+    for name, wanted in (
+        ("T", sa.escape_time(drift, kappa, 2, log=True, dps=20)),
+        ("1 - P", sa.occupation(drift, kappa, complement=True, log=True, dps=20)),
+    ):
+        numbers = {"kappa": kappa} | ({"r": 2, "start": 0} if name == "T" else {})
         logs, errors = float_logs(float_scenes(drift, numbers), name)
-        assert abs(logs[0] - wanted) <= errors[0] + 1e-15 * abs(wanted)
-        assert errors[0] < 1e-6 * abs(wanted)
-    assert unresolved
+        assert 1e-4 < abs(logs[0] - wanted) <= errors[0] < 1e3
 
 
 REFUSED_OR_ANSWERED: dict[str, Callable[[], Any]] = {
