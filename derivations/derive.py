@@ -53,7 +53,7 @@ def derive(
             raise InputError(f"{label} is not derived. {REASONS[label]}")
         if label not in entries():
             near = [entry for entry in entries() if label.split(":")[-1] in entry]
-            hint = f"perhaps {min(near, key=len)}" if near else "see symasym.formula.labels()"
+            hint = f"perhaps {min(near, key=len)}" if near else "sa.labels() lists them"
             raise InputError(f"{label} is no label that is derived; {hint}.")
     with nullcontext(step) if step else stage("derivations", len(closure(chosen))) as report:
         records = run(chosen, out / "cache", report, fresh=fresh)

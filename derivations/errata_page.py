@@ -17,6 +17,7 @@ _SIGNS = {
     r"\mu": "μ",
     r"\Delta": "Δ",
     r"\sqrt": "√",
+    r"{\max}": "max",
     r"\log": "log ",
     r"\max": "max",
     r"\dot z": "z'",
@@ -47,6 +48,28 @@ def without_tex(sentence: str) -> str:
     return re.sub(" +", " ", sentence)
 
 
+def _input(name: str, given: str) -> str:
+    """An input in TeX; words in its value stay as they are."""
+    symbol = _NAMES.get(name, name)
+    if re.search("[b-tv-zA-Z]", given):
+        return f"${symbol}$ = {given}"
+    power = re.sub(r"\^(-?\d+)", r"^{\1}", given)
+    return f"${symbol} = {power}$"
+
+
+_NAMES = {
+    "mu": r"\mu",
+    "alpha": r"\alpha",
+    "z0": "z_0",
+    "kappa": r"\kappa",
+    "kappa_p": r"\kappa_p",
+    "eps": r"\varepsilon",
+    "Delta": r"\Delta",
+    "a-": "a_-",
+    "a+": "a_+",
+}
+
+
 def text() -> str:
     """All entries, for the terminal."""
     lines = []
@@ -62,7 +85,7 @@ def text() -> str:
         if example := row.get("counterexample"):
             inputs = ", ".join(f"{k} = {v}" for k, v in example["inputs"].items())
             lines += [
-                f"   {example['quantity']} at {inputs}:",
+                f"   {without_tex(example['quantity'])} at {inputs}:",
                 f"     printed {example['printed']}, true {example['true']}, "
                 f"derived {example['derived']}",
             ]
@@ -98,7 +121,7 @@ def markdown() -> str:
         if row["argument"]:
             lines.append(f"- Because {row['argument']}")
         if example := row.get("counterexample"):
-            inputs = ", ".join(f"{k} = {v}" for k, v in example["inputs"].items())
+            inputs = ", ".join(_input(k, v) for k, v in example["inputs"].items())
             lines += [
                 f"- {example['quantity']}, at {inputs}:",
                 "",

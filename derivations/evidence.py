@@ -70,7 +70,7 @@ def a_plus() -> Evidence:
     with own_context(40) as ctx:
         true = pieces(ctx, scene, ctx.mpf(1), ctx.mpf(1000)).T
         return Evidence(
-            "T, leading order r/a+",
+            "$T$, leading order $r/a_+$",
             {"mu": "1/2", "alpha": "1", "z0": "-2/5", "kappa": "1", "r": "1000"},
             1000 / ctx.mpf("2.4"),
             true,
@@ -83,7 +83,7 @@ def amplitude() -> Evidence:
     """Variance of 3 X + 4 Y over the four outcomes of two fair coins, X, Y = 1 or -1."""
     outcomes = [3 * x + 4 * y for x in (-1, 1) for y in (-1, 1)]
     return Evidence(
-        "standard deviation of B dW for unit time",
+        r"standard deviation of $B\,dW$ for unit time",
         {"B": "(3, 4)"},
         5**0.5,
         (sum(x * x for x in outcomes) / 4) ** 0.5,
@@ -102,8 +102,8 @@ def noise_threshold() -> Evidence:
         )
         # The direction as a sign: log T(kappa = 0.2 layer units) against log T(2).
         return Evidence(
-            "sign of log T(0.02) - log T(0.2), kappa unscaled",
-            {"mu": "3", "alpha": "1", "z0": "-1/10", "eps": "1/100", "r": "1/10"},
+            r"sign of $\log T$ at $\kappa_p = 0.02$ less that at $0.2$",
+            {"mu": "3", "alpha": "1", "z0": "-1/10", "eps": "1/100", "r_p": "1/10"},
             -1,
             int(ctx.sign(logs[0] - logs[1])),
             int(ctx.sign(low - high)),
@@ -121,8 +121,8 @@ def noise_scale() -> Evidence:
             return (logs[0] - logs[1]) / (1 / first**2 - 1 / second**2)
 
         return Evidence(
-            "d log T / d(1/kappa^2), its ratio for eps = 1/50 and 1/100",
-            {"mu": "3", "alpha": "1", "z0": "-1/10", "kappa": "0.004 to 0.0041"},
+            r"$d\log T/d(1/\kappa_p^2)$, its ratio for $\varepsilon = 1/50$ and $1/100$",
+            {"mu": "3", "alpha": "1", "z0": "-1/10", "kappa_p": "0.004 to 0.0041"},
             1,
             slope(ctx.mpf(1) / 50) / slope(ctx.mpf(1) / 100),
             2,
@@ -136,7 +136,7 @@ def threshold_constant() -> Evidence:
     with own_context(40) as ctx:
         size = ctx.log(boundary_value(scene, 0.08, 10)[0])
         return Evidence(
-            "kappa/sqrt(eps) at which eps T = 1, T scaled",
+            r"$\kappa_p/\sqrt\varepsilon$ at which $\varepsilon T = 1$",
             {"mu": "3", "alpha": "1", "z0": "-1/10", "eps": "1/T = 10^-41.7", "r": "10"},
             ctx.sqrt(1 / size),
             0.08,
@@ -148,7 +148,7 @@ def threshold_constant() -> Evidence:
 def large_noise_time() -> Evidence:
     """T at large noise, against r/z and r/(-z0)."""
     return Evidence(
-        "scaled T",
+        "$T$",
         {"mu": "3", "alpha": "1", "z0": "-2/5", "kappa": "1", "r": "1000"},
         1000 / -0.4,
         escape(friction("-2/5"), "1", "1000"),
@@ -176,7 +176,7 @@ def C_hypothesis() -> Evidence:
             ctx.sqrt(ctx.pi * k**2 / slope) * 2 * am / k**2
         )
         return Evidence(
-            "log C (printed: its upper bound)",
+            r"$\log C$ (printed: its upper bound)",
             {"A": "3 (u + 19/20)(u - 3/5)", "kappa": "1/5", "r": "10"},
             bound,
             ctx.log(found.C),
@@ -189,7 +189,7 @@ def any_Delta() -> Evidence:
     """(1 + Delta)/(1 - Delta) <= 1 + 4 Delta fails for Delta = 3/4."""
     D = Fraction(3, 4)
     return Evidence(
-        "(1 + Delta)/(1 - Delta) (printed: at most 1 + 4 Delta)",
+        r"$(1 + \Delta)/(1 - \Delta)$ (printed: at most $1 + 4 \Delta$)",
         {"Delta": "3/4"},
         float(1 + 4 * D),
         float((1 + D) / (1 - D)),
@@ -209,7 +209,7 @@ def slack_factor() -> Evidence:
         )
         scale = am * (1 / ap + 2 / k**2) / grown
         return Evidence(
-            "factor in front of the bound on C at Delta = 1/4",
+            "factor in front of the bound on $C$",
             {"a-": "3/2", "a+": "1/2", "kappa": "9/10", "r": "7", "Delta": "1/4"},
             5 / ctx.mpf(3),
             above / below / scale,
@@ -221,7 +221,7 @@ def exit_point() -> Evidence:
     """Chance of ever reaching -1 against that of leaving through -r; a = kappa = 1, r = 10."""
     with own_context(40) as ctx:
         return Evidence(
-            "C (printed: chance of escape through -1)",
+            "$C$ (printed: chance of escape through $-1$)",
             {"A": "1", "kappa": "1", "r": "10"},
             (1 - ctx.exp(-20)) / (ctx.exp(2) - ctx.exp(-20)),
             boundary_value(Scene((Fraction(1),)), 1.0, 10)[1],
@@ -267,7 +267,7 @@ def occupation_order() -> Evidence:
             )
         )
         return Evidence(
-            "log(1 - P) (printed: order kappa^2)",
+            r"$\log(1 - P)$ (printed: order $\kappa^2$)",
             {"mu": "1", "alpha": "1", "z0": "1/2", "kappa": "1/10"},
             2 * ctx.log(k),
             ctx.log(outside_share(SLIDING, k, ctx)),
@@ -293,7 +293,7 @@ def _by_the_exact_integral(z0: str, mu: str, kappa: str) -> Evidence:
         k, r = ctx.mpf(Fraction(kappa).numerator) / Fraction(kappa).denominator, ctx.mpf(10)
         wells = well_term(ctx, scene, k) if len(scene.roots(ctx)) == 2 else 0
         return Evidence(
-            "T (derived: eq:Ttilde)",
+            "$T$ (derived: eq:Ttilde)",
             {"mu": mu, "alpha": "1", "z0": z0, "kappa": kappa, "r": "10"},
             wells + r / scene.end(ctx, 1),
             boundary_value(scene, float(Fraction(kappa)), 10)[0],
@@ -314,7 +314,7 @@ def first_term() -> Evidence:
         k, r = ctx.mpf(1), ctx.mpf(10)
         direct = 10 / float(scene.end(ctx, 1))
         return Evidence(
-            "T a+/r (printed: large, derived: eq:Ttilde)",
+            "$T a_+/r$ (printed: large, derived: eq:Ttilde)",
             {"mu": "3", "alpha": "1", "z0": "-7/10", "kappa": "1", "r": "10"},
             float("inf"),
             boundary_value(scene, 1.0, 10)[0] / direct,
@@ -342,7 +342,7 @@ def behind_barrier() -> Evidence:
         )
         ahead = r / BEHIND.end(ctx, 1)
         return Evidence(
-            "T",
+            "$T$",
             {"A": "4 (u + 4/5)(u + 1/10)", "kappa": "1/20", "r": "10"},
             ahead,
             pieces(ctx, BEHIND, k, r).T,
@@ -357,7 +357,7 @@ def harmless_well() -> Evidence:
         k, r = ctx.mpf("0.05"), ctx.mpf(10)
         ahead = r / HARMLESS.end(ctx, 1)
         return Evidence(
-            "T a+/r (printed: without bound)",
+            "$T a_+/r$ (printed: without bound)",
             {"A": "3/10 + 2 u + 3 u^2", "kappa": "1/20", "r": "1000"},
             float("inf"),
             pieces(ctx, HARMLESS, k, 100 * r).T / (100 * ahead),
@@ -372,7 +372,7 @@ def far_radius() -> Evidence:
     with own_context(60) as ctx:
         k, r = ctx.mpf("0.3"), ctx.mpf(10) ** 12
         return Evidence(
-            "T a+/r (printed: without bound)",
+            "$T a_+/r$ (printed: without bound)",
             {"mu": "3", "alpha": "1", "z0": "-2/5", "kappa": "3/10", "r": "10^12"},
             float("inf"),
             pieces(ctx, scene, k, r).T * scene.end(ctx, 1) / r,
@@ -387,7 +387,7 @@ def smooth_crossing() -> Evidence:
     with own_context(40) as ctx:
         true = pieces(ctx, scene, ctx.mpf("0.02"), ctx.mpf(10)).T - ctx.mpf(10) / 2
         return Evidence(
-            "scaled T - r/a+ (printed: 0 in the limit)",
+            "$T - r/a_+$ (printed: 0 in the limit)",
             {"A": "3/2 + u/2", "kappa": "1/50", "r": "10"},
             ctx.zero,
             true,
@@ -405,7 +405,7 @@ def weak_outward_drift() -> Evidence:
         return r * abs(1 - float(drift) * T / r)
 
     return Evidence(
-        "(1 - T a+/r) r/kappa^2 at a+ r = 1, its ratio for a+ = 1/20 and 1/2",
+        r"$(1 - T a_+/r)\,r/\kappa^2$ at $a_+ r = 1$, its ratio for $a_+ = 1/20$ and $1/2$",
         {"A": "1/20, 1/2", "kappa": "1", "r": "20, 2"},
         1,
         constant(a, 20) / constant(b, 2),
@@ -420,8 +420,15 @@ def comparison_with_sqrt_eps() -> Evidence:
     with own_context(40) as ctx:
         k = ctx.mpf(1) / 10
         return Evidence(
-            "log T (printed: Filippov's r/a+; derived: eq:Ttildesmall)",
-            {"mu": "3", "alpha": "1", "z0": "-2/5", "eps": "10^-4", "kappa": "10^-3", "r": "10^-3"},
+            r"$\log T$ (printed: Filippov's $r/a_+$; derived: eq:Ttildesmall)",
+            {
+                "mu": "3",
+                "alpha": "1",
+                "z0": "-2/5",
+                "eps": "10^-4",
+                "kappa_p": "10^-3",
+                "r_p": "10^-3",
+            },
             ctx.log(10 / scene.end(ctx, 1)),
             ctx.log(boundary_value(scene, 0.1, 10)[0]),
             ctx.log(well_term(ctx, scene, k) + 10 / scene.end(ctx, 1)),
@@ -435,7 +442,7 @@ def no_well() -> Evidence:
     with own_context(40) as ctx:
         direct = 10 / float(scene.end(ctx, 1))
         return Evidence(
-            "T a+/r (printed: exponentially large)",
+            "$T a_+/r$ (printed: exponentially large)",
             {"mu": "1/2", "alpha": "1", "z0": "-2/5", "kappa": "1/10", "r": "10"},
             float("inf"),
             boundary_value(scene, 0.1, 10)[0] / direct,

@@ -23,7 +23,7 @@ def radius_one() -> Evidence:
     """Escape from |u| <= 1 is not escape from |u| < r: both boundary-value problems."""
     scene = friction("-2/5")
     return Evidence(
-        "T at r = 10 (printed: from |u| <= 1; derived: eq:Ttilde)",
+        r"$T$ (printed: from $\lvert u\rvert \le 1$; derived: eq:Ttilde)",
         {"mu": "3", "alpha": "1", "z0": "-2/5", "kappa": "1", "r": "10"},
         boundary_value(scene, 1.0, 1)[0],
         boundary_value(scene, 1.0, 10)[0],
@@ -36,7 +36,7 @@ def both_ends() -> Evidence:
     """Escape through both ends against first passage to r alone, a = kappa = r = 1."""
     with own_context(40) as ctx:
         return Evidence(
-            "T (printed: time to reach r)",
+            "$T$ (printed: time to reach $r$)",
             {"A": "1", "kappa": "1", "r": "1"},
             ctx.one,
             pieces(ctx, Scene((Fraction(1),)), ctx.one, ctx.one).T,
@@ -52,14 +52,14 @@ def caption_noise() -> Evidence:
         other = ctx.log(pieces(ctx, scene, ctx.mpf(1), ctx.mpf(10)).T)
         term = ctx.log(well_term(ctx, scene, ctx.mpf("0.1")))
         return Evidence(
-            "log T",
+            r"$\log T$",
             {
                 "mu": "3",
                 "alpha": "1",
                 "z0": "-2/5",
                 "eps": "1/100",
-                "kappa": "0.01 (text: 0.1)",
-                "r": "1/10",
+                "kappa_p": "0.01 (text: 0.1)",
+                "r_p": "1/10",
             },
             other,
             true,
@@ -81,8 +81,8 @@ def count_of_roots() -> Evidence:
         counts.append(int(inside))
     # For |1 - z0| < alpha only the middle branch, else the peak is passed twice or not at all.
     return Evidence(
-        "largest number of roots in (-1, 1)",
-        {"mu": "3", "alpha": "1", "z0": "k/13, k = -40 ... 59"},
+        "largest number of roots in $(-1, 1)$",
+        {"mu": "3", "alpha": "1", "z0": "k/13, k from -40 to 59"},
         3,
         max(counts),
         2,
@@ -96,7 +96,7 @@ def other_crossing() -> Evidence:
         same = int(scene.end(ctx, -1) * scene.end(ctx, 1) > 0)
         roots = len(scene.roots(ctx))
         return Evidence(
-            "critical points at a crossing point z > 2 (printed: not in the list)",
+            "critical points at a crossing point $z > 2$ (printed: not in the list)",
             {"mu": "3", "alpha": "1", "z": "5/2"},
             float("nan"),
             same * roots,
@@ -113,7 +113,7 @@ def maximum_not_well() -> Evidence:
         f = [scene.V(ctx, high + j * h) for j in (-1, 0, 1)]
         curvature = (f[0] - 2 * f[1] + f[2]) / h**2
         return Evidence(
-            "sign of the curvature of V(v) - V(u) at its critical point",
+            "sign of the curvature of $V(v) - V(u)$ at its critical point",
             {"mu": "3", "alpha": "1", "z0": "-2/5"},
             1,
             int(ctx.sign(curvature)),
@@ -126,7 +126,7 @@ def slip_direction() -> Evidence:
     y = Fraction(1, 2)
     block, belt = y - 1, Fraction(-1)
     return Evidence(
-        "sign of the slip for y > 0 (left -1, right 1)",
+        "sign of the slip for $y > 0$ (left $-1$, right 1)",
         {"y": "1/2"},
         -1,
         1 if block - belt > 0 else -1,
@@ -140,7 +140,7 @@ def breakaway_gap() -> Evidence:
         force = [u + (u - u**3) / 2 for u in (ctx.mpf(k) / 1000 for k in range(1001))]
         mu = ctx.mpf(1) / 2
         return Evidence(
-            "beta/alpha",
+            r"$\beta/\alpha$",
             {"mu": "1/2"},
             ctx.nan,
             max(force),
@@ -157,7 +157,7 @@ def breakaway_position() -> Evidence:
     A = sympy.Rational(16, 9) - 4 * u + 3 * u**3
     (double,) = [root for root, count in sympy.roots(A, u).items() if count == 2]
     return Evidence(
-        "u of the stuck block at the breakaway point",
+        "$u$ of the stuck block at the breakaway point",
         {"mu": "3", "alpha": "1", "z0": "-7/9"},
         0,
         float(double),
@@ -173,21 +173,21 @@ def second_piece_order() -> Evidence:
         small, large = (strong_pieces(ctx.mpf(k), ctx)[1] for k in ("1e3", "1e4"))
         order = ctx.log(large / small) / ctx.log(10)
         inputs = {"mu": "3", "alpha": "1", "z0": "-2/5", "kappa": "10^3, 10^4", "r": "kappa^4"}
-        return Evidence("power of kappa in the second piece", inputs, 2, order, -2, 1e-4)
+        return Evidence(r"power of $\kappa$ in the second piece", inputs, 2, order, -2, 1e-4)
 
 
 def released_by_the_belt() -> Evidence:
     """Mean release time of eq:osc3 from (0, z0), simulated, against that without noise."""
     eps, kappa, r = 0.01, 0.1, 10.0
     return Evidence(
-        "scaled mean time until |y| = r (derived: without noise)",
+        r"mean time until $\lvert u\rvert = r$ (derived: without noise)",
         {
             "mu": "3",
             "alpha": "1",
             "z0": "-2/5",
             "eps": "1/100",
-            "kappa": "1/100",
-            "r": "1/10",
+            "kappa_p": "1/100",
+            "r_p": "1/10",
         },
         escape(friction("-2/5"), "1/10", "10"),
         _oscillator(eps, kappa, r, paths=300),
@@ -220,8 +220,8 @@ def example_radius() -> Evidence:
     # eq:eekappar: scaled r/kappa^2 is r_phys/kappa_phys^2.
     scaled = (r / eps) / 1**2
     return Evidence(
-        "kappa/r at kappa = sqrt(eps), unscaled (printed: small)",
-        {"eps": "1/100", "r": "1/10"},
+        r"$\kappa_p/r_p$ at $\kappa_p = \sqrt\varepsilon$ (printed: small)",
+        {"eps": "1/100", "r_p": "1/10"},
         0,
         noise / float(r),
         1 / (noise * float(scaled)),
@@ -238,7 +238,8 @@ def remaining() -> Evidence:
         )
         derived = inside / (inside + outside(ctx, scene, ctx.one))
     return Evidence(
-        "chance of |u| <= 1 at t = 100 mean times of the first exit (printed: at most, by Markov)",
+        r"chance of $\lvert u\rvert \le 1$ at 100 mean times of the first exit (printed: at most, "
+        "by Markov)",
         {"mu": "1", "alpha": "1", "z0": "1/2", "kappa": "1"},
         first_exit / (100 * first_exit),
         _long_run(scene),
@@ -272,7 +273,7 @@ def stuck_block() -> Evidence:
     """A stuck block moves with the belt: its displacement relative to the belt does not change."""
     spring, belt = Fraction(-1), Fraction(-1)  # z and the belt after unit time, y = z' + 1 = 0
     return Evidence(
-        "displacement of a stuck block relative to the belt after unit time (printed: z)",
+        "displacement of a stuck block relative to the belt after unit time (printed: $z$)",
         {"y": "0", "z": "0 at the start"},
         spring,
         spring - belt,
@@ -286,7 +287,7 @@ def which_term() -> Evidence:
     with own_context(40) as ctx:
         k = ctx.mpf("0.05")
         return Evidence(
-            "contribution of the neighbourhood of (u1, u2) to T (printed: second term)",
+            "contribution of the neighbourhood of $(u_1, u_2)$ to $T$ (printed: second term)",
             {"mu": "3", "alpha": "1", "z0": "-2/5", "kappa": "1/20", "r": "10"},
             10 / scene.end(ctx, 1),
             well_integral(ctx, scene, k),
@@ -308,7 +309,7 @@ def not_enough_for_the_integral() -> Evidence:
         times = [pieces(ctx, scene, ctx.mpf("0.5"), ctx.mpf(10)).T for scene in (first, other)]
     direct = [boundary_value(scene, 0.5, 10)[0] for scene in (first, other)]
     return Evidence(
-        "T of two drifts with equal a+, u_i and A'(u_i), their ratio (derived: eq:Ttilde)",
+        "$T$ of two drifts with equal $a_+$, $u_i$ and $A'(u_i)$, their ratio (derived: eq:Ttilde)",
         {"A": "mu = 3, z0 = -1/2, and with (1 - u)(u - u1)^2 (u - u2)^2 more", "kappa": "1/2"},
         1,
         direct[1] / direct[0],
@@ -328,7 +329,7 @@ def cubic_without_well() -> Evidence:
     ]
     return Evidence(
         "critical points in the layer (printed: a well and a barrier)",
-        {"mu": "1/2", "alpha": "1", "z0": "-k/10, k = 1 ... 39"},
+        {"mu": "1/2", "alpha": "1", "z0": "-k/10, k from 1 to 39"},
         2,
         max(counts),
         0,

@@ -122,7 +122,15 @@ def bound_on_C(d: Any) -> None:
         "bound on the right integral",
         "integrate",
         (1 + kappa**2 / (2 * a_plus)) * sympy.exp(lam * V_max),
-        Identity(lambda: sympy.integrate(inside.larger, (u, 0, 1)) + inside.larger * most.larger),
+        Satisfies(
+            lambda high: {
+                "over (0, 1) and beyond": high
+                - sympy.integrate(inside.larger, (u, 0, 1))
+                - inside.larger * most.larger,
+                "the smaller side is the integrand": inside.smaller.subs(gap, V_max - V(u))
+                - sympy.exp(lam * V(u)),
+            }
+        ),
     )
     ratio = C_in_halves(d).subs(I1, X + q)
     bounded = d.step(
@@ -181,6 +189,7 @@ def bound_on_C(d: Any) -> None:
         * sympy.exp(-lam * a_minus * r * (1 - 2 * Delta)),
         Satisfies(
             lambda found: {
+                "1/(1 - Delta) in the factor": factor.smaller * (1 - Delta) - (1 + Delta),
                 "exponents": exponent.smaller
                 - _exponent(chained).subs(V_max, Delta * a_minus * r - gap),
                 "the chain": found

@@ -13,7 +13,15 @@ from derivations.numerics import Scene, integral, outside, outside_share, unifor
 from derivations.paper import V, a_minus, kappa, lam, u
 from derivations.paper import a_plus_sliding as a_plus
 from derivations.registry import derives
-from symasym.derivation import Bound, Expansion, Identity, Inequality, Order, Together
+from symasym.derivation import (
+    Bound,
+    Expansion,
+    Identity,
+    Inequality,
+    Order,
+    Satisfies,
+    Together,
+)
 
 N = Symbol("N", positive=True)
 V_1 = Symbol("V_1", real=True)
@@ -145,7 +153,13 @@ def lower_bound(d: Any) -> None:
         "integrate the floor",
         "integrate",
         L * sympy.exp(-lam * V_1),
-        Identity(lambda: sympy.integrate(below.smaller, (u, 1 - L, 1))),
+        Satisfies(
+            lambda floor: {
+                "of the smaller side": floor - sympy.integrate(below.smaller, (u, 1 - L, 1)),
+                "the larger side is the integrand": below.larger.subs(gap, V_1 - V(u))
+                - sympy.exp(-lam * V(u)),
+            }
+        ),
     )
     low = d.step(
         "put the floor in",

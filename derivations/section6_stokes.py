@@ -137,12 +137,13 @@ def stokes(d: Any) -> None:
             r"0 < u_2 < 1",
             r"u_2 = 0",
             r"u_2 < 0",
-            r"\text{no well}",
-            r"u_2 \text{ near } 0",
-            r"\text{near the fold}",
+            r"A > 0",
+            r"u_2 = O(\kappa)",
+            r"Z = O(1)",
         ),
-        note="Z = lam^(2/3) zeta as in pair-products; the multiplier belongs to the well's term of "
-        "eq:Ttildesmall, and for u2 < 0 another term may be large",
+        note="A > 0 is no well; Z = lam^(2/3) zeta as in pair-products, near the fold; the "
+        "multiplier belongs to the well's term of eq:Ttildesmall, and for u2 < 0 another term may "
+        "be large",
     )
 
 

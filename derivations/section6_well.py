@@ -275,6 +275,10 @@ def others(d: Any) -> None:
         "phi > 0 left of u1 and right of u2; so both are exponentially smaller than D's term",
         _below,
     )
+    d.suppose(
+        "V(u1) < V(1)",
+        where="the third piece; else what u = 1 itself contributes, O(kappa^2), is larger",
+    )
     d.conclude(Symbol("T_3"), after, "relative O(kappa^2)")
 
 

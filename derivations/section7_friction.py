@@ -145,8 +145,8 @@ def turning(d: Any) -> None:
     d.step(
         "inside the layer",
         "bound",
-        Inequality(3 * mu, ">", 1 + mu),
-        shifted(2 * _above, {mu: _HALF + _above}, "mu = 1/2 + m, m > 0"),
+        Inequality(sympy.S.One, ">", found**2),
+        shifted(2 * _above / (3 * (_HALF + _above)), {mu: _HALF + _above}, "mu = 1/2 + m, m > 0"),
         "the square is below 1 exactly for mu > 1/2",
     )
     d.conclude(Symbol("u_s"), found)
@@ -165,13 +165,13 @@ def breakaway(d: Any) -> None:
     d.step(
         "above alpha for mu > 1/2",
         "bound",
-        Inequality(4 * (1 + mu) ** 3, ">", 27 * mu),
+        Inequality(found**2, ">", alpha**2),
         shifted(
-            4 * _above**2 * (_above + sympy.Rational(9, 2)),
+            4 * alpha**2 * _above**2 * (_above + sympy.Rational(9, 2)) / (27 * (_HALF + _above)),
             {mu: _HALF + _above},
             "mu = 1/2 + m, m > 0",
         ),
-        "(beta/alpha)^2 > 1 as polynomials: the difference is (2 mu - 1)^2 (mu + 4)",
+        "the difference is (2 mu - 1)^2 (mu + 4) alpha^2/(27 mu)",
     )
     d.step(
         "at mu = 1/2",
@@ -186,9 +186,9 @@ def breakaway(d: Any) -> None:
     d.step(
         "no turning point for mu < 1/2: the force grows",
         "bound",
-        Inequality(1 + mu - 3 * mu * u**2, ">", sympy.S.Zero),
+        Inequality(d.use("turning-points", step="slope"), ">", sympy.S.Zero),
         shifted(
-            _growing(low, q),
+            alpha * _growing(low, q),
             {mu: 1 / (2 + low), u: inside},
             "mu = 1/(2 + s) < 1/2, |u| = 1/(1+q) < 1",
         ),

@@ -133,7 +133,12 @@ MEANINGS: dict[str, Meaning] = {
 }
 
 LOCAL: dict[str, dict[str, Meaning]] = {
-    "eq:cont": {"F": Meaning("acceleration inside the layer", "unscaled", _A)},
+    "eq:cont": {
+        "F": Meaning("field inside the layer", "unscaled", _A),
+        "f^-": Meaning("field below the layer", "unscaled"),
+        "f^+": Meaning("field above the layer", "unscaled"),
+    },
+    "eq:S": {"Z": Meaning("λ^(2/3) ζ, of the distance from the fold", _PURE)},
     "eq:eekappar": {
         "rho": Meaning("r/κ² in the paper's own variables", "unscaled", _S),
     },

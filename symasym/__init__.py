@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         RangeError,
         RegionError,
         SymasymError,
+        TimeLimitError,
     )
     from symasym.base.estimate import Estimate
     from symasym.base.scales import Scales, rescale
@@ -24,9 +25,11 @@ if TYPE_CHECKING:
     from symasym.drift.reduction import reduce
     from symasym.drift.smoothings import hill, linear, polynomial, sine, tanh
     from symasym.emit import emit
-    from symasym.formula import Formula, formula
+    from symasym.formula import Formula, formula, labels
     from symasym.plan import plan
+    from symasym.plot import plot
     from symasym.quantities import escape_time, exit_probability, occupation, stationary_density
+    from symasym.release import System, oscillator, release
     from symasym.sensitivity import Sensitivity, sensitivity
     from symasym.stokes import stokes_multiplier
 
@@ -43,18 +46,24 @@ __all__ = [
     "Scales",
     "Sensitivity",
     "SymasymError",
+    "System",
+    "TimeLimitError",
     "emit",
     "escape_time",
     "exit_probability",
     "formula",
     "friction",
     "hill",
+    "labels",
     "laplace_integral",
     "linear",
     "occupation",
+    "oscillator",
     "plan",
+    "plot",
     "polynomial",
     "reduce",
+    "release",
     "rescale",
     "sensitivity",
     "sine",
@@ -79,18 +88,24 @@ _HOMES = {
     "Scales": "symasym.base.scales",
     "Sensitivity": "symasym.sensitivity",
     "SymasymError": "symasym.base.errors",
+    "System": "symasym.release",
+    "TimeLimitError": "symasym.base.errors",
     "emit": "symasym.emit",
     "escape_time": "symasym.quantities",
     "exit_probability": "symasym.quantities",
     "formula": "symasym.formula",
     "friction": "symasym.drift.friction",
     "hill": "symasym.drift.smoothings",
+    "labels": "symasym.formula",
     "laplace_integral": "symasym.asymptotics.laplace.integral",
     "linear": "symasym.drift.smoothings",
     "occupation": "symasym.quantities",
+    "oscillator": "symasym.release",
     "plan": "symasym.plan",
+    "plot": "symasym.plot",
     "polynomial": "symasym.drift.smoothings",
     "reduce": "symasym.drift.reduction",
+    "release": "symasym.release",
     "rescale": "symasym.base.scales",
     "sensitivity": "symasym.sensitivity",
     "sine": "symasym.drift.smoothings",
@@ -105,7 +120,7 @@ _HOMES = {
 class _Package(ModuleType):
     """This package, whose public names are loaded when first asked for.
 
-    Four verbs have the name of their module (``symasym.plan``): importing the module
+    Five verbs have the name of their module (``symasym.plan``): importing the module
     would put it in the verb's place.
     """
 
@@ -122,7 +137,7 @@ class _Package(ModuleType):
         return value
 
     def __dir__(self) -> list[str]:
-        return sorted({*super().__dir__(), *__all__})
+        return sorted(__all__)
 
 
 sys.modules[__name__].__class__ = _Package

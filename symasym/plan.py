@@ -1,7 +1,14 @@
-"""Which terms a scene needs for a stated error, and the cheapest method that gives it."""
+"""Which terms a scene needs for a stated error, and the cheapest method that gives it.
+
+An expansion is cheap once its drift is analysed, and the analysis costs more than the exact value
+of one scene. `plan` therefore tells what many scenes of a drift need; ``method="auto"`` takes the
+exact integral for one scene, and for arrays those expansions whose predicted cost is a fraction of
+the predicted cost of the exact integrals.
+"""
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -9,9 +16,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symasym.base.contexts import own_context, to_mpf
-from symasym.base.errors import AccuracyError, InputError, SymasymError
+from symasym.base.errors import AccuracyError, InputError, RangeError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
-from symasym.base.inputs import FloatArray, IntArray, Number, exact, is_array
+from symasym.base.inputs import BeyondFloat, FloatArray, IntArray, Number, exact, is_array
+from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     Answer,
@@ -25,7 +33,8 @@ from symasym.drift.scenes import (
     read_scene,
     require_drift,
 )
-from symasym.methods.table import answer
+from symasym.methods.table import METHODS, answer
+from symasym.numbers.trees import NumpyOps
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -42,13 +51,17 @@ _ORDERS = {"laplace": _WEAK_ORDERS, "strong_noise": (0, 1, 2, 4, 8, 16)}
 _FOR_DROPPED = Fraction(1, 10)
 # Below this, rtol=1e-12 as a float included.
 _FLOAT_RTOL = Fraction(999, 10**15)
-_PARTS = ("wells, barriers, start, ends, kinks and the part between",)
-_REST = ("higher orders of every series, in the error",)
 # In the time of an exponential a point once the drift is analysed, as docs/plan.md measures it.
 _LAPLACE_COST, _LAPLACE_TERM = 50, 20
 _UNIFORM_COST = 450
 _STRONG_COST = 5_000
 _EXACT_COST = 10_000
+# Predicted seconds in arrays, of which the ratios matter alone; measured as docs/plan.md says.
+_SECONDS_A_CALL, _SECONDS_A_POINT, _SECONDS_A_DRIFT = 2e-3, 1e-6, 2e-5
+_SECONDS_WITH_DIGITS = 2.0
+_SECONDS_EXACT, _SECONDS_EXACT_PER_EXPONENT, _MOST_EXPONENT = 5e-6, 7e-8, 2000.0
+# Of the exact integrals, for one attempt and for all of them.
+_FOR_ATTEMPT, _FOR_ATTEMPTS = 0.2, 0.35
 
 
 @dataclass(frozen=True)
@@ -59,21 +72,21 @@ class Term:
     ----------
     name : str
     kept : bool
-    size : float
-        Relative to T, with its sign.
+    size : mpf
+        Relative to T, with its sign; it may be far below the range of float64.
     reason : str
         Why it is kept or left out.
     """
 
     name: str
     kept: bool
-    size: float
+    size: mpf
     reason: str
 
 
 @dataclass(frozen=True, repr=False)
 class Plan:
-    """The way in which ``method="auto"`` finds the escape time of a scene.
+    """The cheapest way to the escape time of many scenes such as this one.
 
     Attributes
     ----------
@@ -81,7 +94,7 @@ class Plan:
         The cheapest whose stated error is at most `rtol`.
     order : int or None
     terms : tuple of Term
-        Largest first.
+        Largest first; none where the method is no sum of parts.
     error : float
         Stated relative error, what is left out included.
     error_kind : {"bound", "estimate"}
@@ -90,6 +103,8 @@ class Plan:
     rtol : float
     refused : dict
         Cheaper methods, and why each of them does not do.
+    estimate : Estimate
+        T in this way.
     """
 
     method: str
@@ -100,6 +115,7 @@ class Plan:
     cost: float
     rtol: float
     refused: dict[str, str]
+    estimate: Estimate
 
     def __str__(self) -> str:
         order = "" if self.order is None else f", order {self.order}"
@@ -108,7 +124,7 @@ class Plan:
             f"about {self.cost:,.0f} exponentials a point"
         )
         lines = [
-            f"  {'kept' if t.kept else 'left out':9}{t.size:>10.2g}  {t.name}: {t.reason}"
+            f"  {'kept' if t.kept else 'left out':9}{_short(t.size):>10}  {t.name}: {t.reason}"
             for t in self.terms
         ]
         lines += [f"  not {name}: {why}" for name, why in self.refused.items()]
@@ -117,8 +133,20 @@ class Plan:
     __repr__ = __str__
 
 
-def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: Number = 0) -> Plan:
+@patient
+def plan(
+    drift: Drift,
+    kappa: Number,
+    r: Number,
+    rtol: Number = 1e-6,
+    *,
+    start: Number = 0,
+    patience: float | None = None,
+) -> Plan:
     """The terms of T that this scene needs, those left out, and the bound on each.
+
+    This is for many scenes that share the drift, as in an array, or for a formula: for one value
+    the exact integral is the faster way, which ``method="auto"`` therefore takes.
 
     Parameters
     ----------
@@ -128,11 +156,13 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
         Scaled, as in `escape_time`.
     rtol : number
         Relative error allowed, between 0 and 1.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------
     Plan
-        What ``escape_time(…, method="auto", rtol=rtol)`` does.
+        The cheapest method a point, once the drift is analysed.
 
     Raises
     ------
@@ -152,7 +182,7 @@ def plan(drift: Drift, kappa: Number, r: Number, rtol: Number = 1e-6, *, start: 
         raise InputError("plan is for one scene; give numbers, not arrays.")
     allowed = read_rtol(rtol)
     request = Request("T", "auto", None, _digits_for(allowed), False, True)
-    return _planned(drift, numbers, allowed, request, in_float=True)[0]
+    return _planned(drift, numbers, allowed, request)
 
 
 def read_rtol(rtol: Number | None) -> Fraction:
@@ -181,11 +211,26 @@ def automatic(drift: Drift, numbers: dict[str, Any], rtol: Number | None, reques
         )
     if request.dps is None and not one_scene(drift, numbers):
         return _of_arrays(drift, numbers, allowed, request)
-    digits = max(_digits_for(allowed), request.dps or 0)
-    wanted = request._replace(dps=digits, full=True)
-    if request.name == "T":
-        estimate = _planned(drift, numbers, allowed, wanted, in_float=request.dps is None)[1]
-    else:
+    return _of_one(drift, numbers, allowed, request)
+
+
+def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: Request) -> Any:
+    """The exact value, which is cheaper than to analyse the drift; an expansion where it fails."""
+    exactly = request._replace(method="exact")
+    # With digits an expansion is not cheaper, and its error not smaller.
+    if request.dps is None:
+        # With its error by running analysis, which is cheaper than a proof.
+        with suppress(BeyondFloat, AccuracyError):
+            answers = METHODS["exact"].home.of_scenes(float_scenes(drift, numbers), exactly)
+            if answers.errors is not None and answers.errors[0] <= np.log1p(float(allowed)):
+                return as_floats(exactly, (), answers)
+    try:
+        return answer(drift, numbers, exactly)
+    except RangeError:
+        raise
+    except AccuracyError:
+        digits = max(_digits_for(allowed), request.dps or 0)
+        wanted = request._replace(dps=digits, full=True)
         estimate = _cheapest(drift, numbers, allowed, wanted)[0]
     request = request._replace(method=estimate.method, order=estimate.order)
     with own_context(digits + 10) as context:
@@ -229,15 +274,8 @@ def _relative(estimate: Estimate, log: bool) -> mpf:
 # -- the escape time, term by term -----------------------------------------------------------------
 
 
-def _planned(
-    drift: Drift,
-    numbers: dict[str, Any],
-    allowed: Fraction,
-    request: Request,
-    *,
-    in_float: bool,
-) -> tuple[Plan, Estimate]:
-    """The plan, and the value that it gives, `in_float` if float64 is enough."""
+def _planned(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: Request) -> Plan:
+    """The plan of one scene."""
     from symasym.asymptotics.weak_noise import answer as weak_noise
 
     rtol, scene = float(allowed), read_scene(drift, numbers, request.dps)
@@ -252,34 +290,25 @@ def _planned(
         if parts.error <= float(known):
             return _of_parts(parts, rtol, request)
         refused["laplace"] = f"its stated error is {float(parts.error):.2g} at best"
-    if in_float:
-        try:
-            relative, estimate = _uniform(drift, numbers, request.log)
-        except SymasymError as error:
-            refused["uniform"] = str(error)
-        else:
-            if relative <= rtol:
-                terms = _whole(estimate)
-                cost = _UNIFORM_COST
-                made = Plan("uniform", 0, terms, relative, "estimate", cost, rtol, refused)
-                return made, estimate
-            refused["uniform"] = f"its stated error in float64, order 0, is {relative:.2g}"
+    try:
+        relative, estimate = _uniform(drift, numbers, request.log)
+    except SymasymError as error:
+        refused["uniform"] = str(error)
+    else:
+        if relative <= rtol:
+            cost = _UNIFORM_COST
+            return Plan("uniform", 0, (), relative, "estimate", cost, rtol, refused, estimate)
+        refused["uniform"] = (
+            f"its stated error in float64, order 0, is {relative:.2g}"
+            if relative < np.inf
+            else "its error in float64, order 0, is not known here"
+        )
     estimate, more = _cheapest(drift, numbers, allowed, request, ("strong_noise",))
     refused |= more
     cost = _EXACT_COST if estimate.method == "exact" else _STRONG_COST
     relative = float(_relative(estimate, request.log))
-    terms = _whole(estimate)
-    plan = Plan(
-        estimate.method, estimate.order, terms, relative, estimate.error_kind, cost, rtol, refused
-    )
-    return plan, estimate
-
-
-def _whole(estimate: Estimate) -> tuple[Term, ...]:
-    """The terms of a method that has no parts to leave out."""
-    terms = [Term(name, True, float("nan"), "part of the method") for name in estimate.terms]
-    terms += [Term(name, False, 0.0, "in the stated error") for name in estimate.dropped]
-    return tuple(terms)
+    method, order, kind = estimate.method, estimate.order, estimate.error_kind
+    return Plan(method, order, (), relative, kind, cost, rtol, refused, estimate)
 
 
 def _uniform(drift: Drift, numbers: dict[str, Any], log: bool) -> tuple[float, Estimate]:
@@ -294,10 +323,10 @@ def _uniform(drift: Drift, numbers: dict[str, Any], log: bool) -> tuple[float, E
                 value = context.exp(value)
                 error = value * relative
         value, error = to_mpf(value, 30), to_mpf(error, 30)
-    return relative, Estimate(value, error, "estimate", "uniform", 0, _PARTS, _REST)
+    return relative, Estimate(value, error, "estimate", "uniform", 0)
 
 
-def _of_parts(parts: Parts, rtol: float, request: Request) -> tuple[Plan, Estimate]:
+def _of_parts(parts: Parts, rtol: float, request: Request) -> Plan:
     """Leave out the smallest parts as long as their sum is small enough."""
     context = parts.total.context
     room = context.mpf(rtol) / (1 + context.mpf(rtol)) / 10
@@ -312,7 +341,7 @@ def _of_parts(parts: Parts, rtol: float, request: Request) -> tuple[Plan, Estima
         dropped.add(name)
     terms, value = [], context.zero
     for name, share, error in reversed(ordered):
-        size = float(share / parts.total)
+        size = to_mpf(share / parts.total, 15)
         if name in dropped:
             bound = context.nstr((abs(share) + error) / parts.total, 2)
             why = f"below {bound} of T"
@@ -328,8 +357,15 @@ def _of_parts(parts: Parts, rtol: float, request: Request) -> tuple[Plan, Estima
     if request.log:
         value, error = context.log(value), relative / (1 - relative)
     estimate = Estimate(value, error, "estimate", "laplace", parts.order, kept, left)
-    made = Plan("laplace", parts.order, tuple(terms), float(relative), "estimate", cost, rtol, {})
-    return made, estimate
+    order, relative = parts.order, float(relative)
+    return Plan("laplace", order, tuple(terms), relative, "estimate", cost, rtol, {}, estimate)
+
+
+def _short(size: mpf) -> str:
+    """Two digits of a number, however small."""
+    from mpmath import libmp
+
+    return str(libmp.to_str(size._mpf_, 2))
 
 
 # -- arrays, each scene by the cheapest method in float64 whose error will do ----------------------
@@ -343,11 +379,15 @@ def _of_arrays(
 ) -> Any:
     """Each element by the first method and order whose stated error is small enough.
 
-    Strong noise takes longer than the exact integral in arrays, so that it is left out.
+    What is predicted to cost more than a share of the exact integrals that it may save is not
+    tried. Strong noise takes longer than the exact integral in arrays, so that it is left out.
     """
+    scenes = float_scenes(drift, numbers)
+    exact_seconds = _exact_seconds(drift, scenes)
+    if _FOR_ATTEMPT * exact_seconds.sum() < _SECONDS_A_CALL:
+        return answer(drift, numbers, request._replace(method="exact"))
     from symasym.asymptotics.weak_noise.arrays import index_of, own_shapes
 
-    scenes = float_scenes(drift, numbers)
     logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
     given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
     shapes = own_shapes(drift, numbers, scenes) if request.name[-1] != "P" else [drift.shape]
@@ -356,11 +396,20 @@ def _of_arrays(
     most = np.log1p(float(allowed)) * (1 - 1e-12)
     plans: list[tuple[str, int | None]] = [("laplace", n) for n in _ARRAY_ORDERS]
     plans += [("uniform", 0)] * (request.name == "T") + [("exact", None)]
+    # Other drifts than polynomials, and P, are analysed with more digits than float64 has.
+    polynomial = drift.coefficients(drift.float_values(), NumpyOps()) is not None
+    in_float = polynomial and request.name[-1] != "P"
     used = []
+    left = _FOR_ATTEMPTS * exact_seconds.sum()
     for method, order in plans:
         rows = np.flatnonzero(~(errors <= most))
         if not rows.size:
             break
+        if order is not None:
+            seconds = _seconds(in_float, index[rows], order)
+            if seconds > min(left, _FOR_ATTEMPT * exact_seconds[rows].sum()):
+                continue
+            left -= seconds
         some = drift.bind(**{name: x[rows] for name, x in given.items()}) if given else drift
         # A number that all share stays what it is, so that reading it as a float counts.
         values = {n: scenes.numbers[n][rows] if is_array(x) else x for n, x in numbers.items()}
@@ -369,7 +418,8 @@ def _of_arrays(
             logs_and_errors = np.atleast_1d(last.value), np.atleast_1d(last.error)
             better = np.ones(len(rows), dtype=bool)
         else:
-            logs_and_errors = _attempt(some, values, request.name, method, order, index[rows])
+            how = (method, order, in_float)
+            logs_and_errors = _attempt(some, values, request.name, how, index[rows])
             better = logs_and_errors[1] <= most
         logs[rows[better]], errors[rows[better]] = (
             logs_and_errors[0][better],
@@ -381,16 +431,44 @@ def _of_arrays(
     return as_floats(request, scenes.shape, Answers(logs, errors, "estimate", tuple(used)))
 
 
+def _exact_seconds(drift: Drift, scenes: Scenes) -> FloatArray:
+    """Predicted time of each exact integral, which grows with lam |A| up to a limit."""
+    grid = np.linspace(-1, 1, 9)
+    values = {
+        name: np.asarray(x, dtype=float)[..., None] if is_array(x) else np.asarray(float(x))
+        for name, x in scenes.parameters.items()
+    }
+    with np.errstate(all="ignore"):
+        size = np.abs(drift.evaluate_float(grid, values)).max(axis=-1)
+        exponent = np.fmin(scenes.lam * size, _MOST_EXPONENT)
+    seconds: FloatArray = _SECONDS_EXACT + _SECONDS_EXACT_PER_EXPONENT * exponent
+    return seconds
+
+
+def _seconds(in_float: bool, index: IntArray, order: int) -> float:
+    """Predicted time to expand the drifts with these numbers, and to evaluate their scenes."""
+    one = _SECONDS_A_DRIFT if in_float else _SECONDS_WITH_DIGITS
+    points = _SECONDS_A_CALL + _SECONDS_A_POINT * len(index)
+    return (1 + order / 4) * points + one * len(np.unique(index))
+
+
 def _attempt(
-    drift: Drift, numbers: dict[str, Any], name: str, method: str, order: int, index: IntArray
+    drift: Drift,
+    numbers: dict[str, Any],
+    name: str,
+    how: tuple[str, int, bool],
+    index: IntArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Logarithms and their errors by one method, infinite errors where it refuses."""
+    """Logarithms and their errors by one method and order, infinite errors where it refuses.
+
+    Drifts are analysed in float64 alone, or all of them with more digits.
+    """
     from symasym.asymptotics.weak_noise import answer as weak_noise
 
-    scenes = float_scenes(drift, numbers)
+    (method, order, in_float), scenes = how, float_scenes(drift, numbers)
     try:
         if method == "laplace":
-            return weak_noise.array_logs(drift, scenes, name, order, index)
+            return weak_noise.array_logs(drift, scenes, name, order, index, not in_float)
         return _uniform_logs(drift, scenes, index)
     except SymasymError:
         return np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)

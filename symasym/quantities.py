@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, Literal
 
-from symasym.drift.scenes import Request
+from symasym.base.errors import InputError
+from symasym.base.inputs import choice, flag, shown
+from symasym.base.patience import patient
+from symasym.drift.scenes import Request, require_drift
+from symasym.elements import each
 from symasym.methods.table import QUANTITIES, answer, require_drift_of, require_method
 
 if TYPE_CHECKING:
@@ -14,19 +19,28 @@ if TYPE_CHECKING:
 
 __all__ = ["escape_time", "exit_probability", "occupation", "stationary_density"]
 
+TimeMethod = Literal["exact", "paper", "laplace", "local", "uniform", "strong_noise", "auto"]
+ExitMethod = Literal["exact", "paper", "laplace", "strong_noise", "bound", "auto"]
+OccupationMethod = Literal["exact", "paper", "laplace", "uniform", "strong_noise", "auto"]
+Errors = Literal["raise", "nan"]
 
+
+@patient
 def escape_time(
     drift: Drift,
     kappa: Numbers,
     r: Numbers,
     *,
     start: Numbers = 0,
-    method: str = "exact",
-    order: int | str | None = None,
+    method: TimeMethod = "exact",
+    order: int | Literal["optimal"] | None = None,
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
     rtol: Number | None = None,
+    errors: Errors = "raise",
+    workers: int | None = None,
+    patience: float | None = None,
 ) -> Any:
     """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region).
 
@@ -55,13 +69,21 @@ def escape_time(
         Of an expansion: the highest power that is kept, 2 if left out. ``"optimal"``
         (of ``"laplace"``): where the stated error is smallest.
     dps : int, optional
-        Digits, 1 to 10,000. None: float64, vectorised, right to 1e-12.
+        Digits, 1 to 10,000. None: float64, vectorised, right to 1e-12. Arrays give an array of
+        mpf objects.
     log : bool
         Natural logarithm instead, finite where T overflows.
     full : bool
         Return an `Estimate` with the error.
     rtol : number, optional
         Relative error allowed, for ``"auto"`` alone.
+    errors : {"raise", "nan"}
+        ``"nan"``: an element of an array that is refused, or whose value does not fit, is nan and
+        takes no other one with it; the `mask` of an `Estimate` tells which.
+    workers : int, optional
+        Processes that share the elements of an array with `dps`; this one alone when left out.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------
@@ -74,6 +96,8 @@ def escape_time(
         For a value outside its range, a free parameter, shapes that do not broadcast.
     RangeError
         If the value does not fit float64 and `log` is False.
+    TimeLimitError
+        If it would take longer than `patience`.
 
     Examples
     --------
@@ -85,10 +109,11 @@ def escape_time(
     >>> nstr(sa.escape_time(drift, "0.1", 10, dps=40), 40)
     '239803837121.0377700112780486795091847626'
     """
-    request = Request("T", method, order, dps, log, full)
-    return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol)
+    request = Request("T", method, order, dps, log, full, errors)
+    return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol, workers)
 
 
+@patient
 def exit_probability(
     drift: Drift,
     kappa: Numbers,
@@ -96,18 +121,21 @@ def exit_probability(
     *,
     start: Numbers = 0,
     complement: bool = False,
-    method: str = "exact",
-    order: int | str | None = None,
+    method: ExitMethod = "exact",
+    order: int | Literal["optimal"] | None = None,
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
     rtol: Number | None = None,
+    errors: Errors = "raise",
+    workers: int | None = None,
+    patience: float | None = None,
 ) -> Any:
     """Probability C of leaving ``|u| < r`` through -r (eq:C).
 
     Parameters
     ----------
-    drift, kappa, r, start, order, dps, log, full, rtol
+    drift, kappa, r, start, order, dps, log, full, rtol, errors, workers, patience
         As in `escape_time`.
     complement : bool
         The probability 1 - C of leaving through +r, with its own relative precision.
@@ -132,27 +160,31 @@ def exit_probability(
     >>> sa.exit_probability(sa.linear(1, 1), "1e-4", 5, log=True)
     -1000000000.0
     """
-    request = Request("1 - C" if complement else "C", method, order, dps, log, full)
-    return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol)
+    request = Request(_named("C", complement), method, order, dps, log, full, errors)
+    return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol, workers)
 
 
+@patient
 def occupation(
     drift: Drift,
     kappa: Numbers,
     *,
     complement: bool = False,
-    method: str = "exact",
-    order: int | str | None = None,
+    method: OccupationMethod = "exact",
+    order: int | Literal["optimal"] | None = None,
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
     rtol: Number | None = None,
+    errors: Errors = "raise",
+    workers: int | None = None,
+    patience: float | None = None,
 ) -> Any:
     """Stationary probability P of ``|u| <= 1`` (eq:P); the region must be sliding.
 
     Parameters
     ----------
-    drift, kappa, order, dps, log, full, rtol
+    drift, kappa, order, dps, log, full, rtol, errors, workers, patience
         As in `escape_time`.
     complement : bool
         1 - P instead, with its own relative precision.
@@ -177,10 +209,11 @@ def occupation(
     >>> print(f"{sa.occupation(sa.linear(1, -1), '0.01', complement=True, log=True):.12g}")
     -10005.1775351
     """
-    request = Request("1 - P" if complement else "P", method, order, dps, log, full)
-    return _asked(drift, {"kappa": kappa}, request, rtol)
+    request = Request(_named("P", complement), method, order, dps, log, full, errors)
+    return _asked(drift, {"kappa": kappa}, request, rtol, workers)
 
 
+@patient
 def stationary_density(
     drift: Drift,
     kappa: Numbers,
@@ -189,12 +222,15 @@ def stationary_density(
     dps: int | None = None,
     log: bool = False,
     full: bool = False,
+    errors: Errors = "raise",
+    workers: int | None = None,
+    patience: float | None = None,
 ) -> Any:
     """Stationary density p_ss at the scaled position y (eq:pss); the region must be sliding.
 
     Parameters
     ----------
-    drift, kappa, dps, log, full
+    drift, kappa, dps, log, full, errors, workers, patience
         As in `escape_time`.
     y : number or array_like
         Scaled position, anywhere.
@@ -215,8 +251,8 @@ def stationary_density(
     >>> sa.stationary_density(sa.linear(1, -1), 1, [-0.5, 0.0, 0.5]).round(8)
     array([0.41836647, 0.53719319, 0.41836647])
     """
-    request = Request("p_ss", "exact", None, dps, log, full)
-    return _asked(drift, {"kappa": kappa, "y": y}, request)
+    request = Request("p_ss", "exact", None, dps, log, full, errors)
+    return _asked(drift, {"kappa": kappa, "y": y}, request, workers=workers)
 
 
 def call_named(name: str, drift: Drift, numbers: Mapping[str, Any], **options: Any) -> Any:
@@ -231,11 +267,35 @@ def call_named(name: str, drift: Drift, numbers: Mapping[str, Any], **options: A
     return globals()[quantity.verb](drift, **taken, **options)
 
 
+def _named(probability: str, complement: bool) -> str:
+    """The name of a probability or of its complement."""
+    return f"1 - {probability}" if flag("complement", complement) else probability
+
+
 def _asked(
-    drift: Drift, numbers: dict[str, Any], request: Request, rtol: Number | None = None
+    drift: Drift,
+    numbers: dict[str, Any],
+    request: Request,
+    rtol: Number | None = None,
+    workers: int | None = None,
 ) -> Any:
-    """The quantity of `request`, by its method or by the cheapest."""
+    """The quantity of `request` for one scene, or for each of an array's."""
+    request = request._replace(log=flag("log", request.log), full=flag("full", request.full))
     require_method(request, rtol)
+    require_drift(drift)
+    choice("errors", request.errors, ("raise", "nan"))
+    if workers is not None and request.dps is None:
+        raise InputError(
+            f"workers is {shown(workers)}, but float64 arrays are computed in this process; give "
+            "dps=… too, or leave it out."
+        )
+    return each(
+        partial(_answered, rtol), drift, numbers, request, 1 if workers is None else workers
+    )
+
+
+def _answered(rtol: Number | None, drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
+    """The quantity of `request`, by its method or by the cheapest."""
     require_drift_of(request.name, drift)
     if request.method == "auto":
         from symasym.plan import automatic

@@ -11,6 +11,7 @@ from functools import cache, cached_property
 from typing import Any, Self
 
 from symasym.base.errors import InputError
+from symasym.base.inputs import shown
 
 __all__ = ["Record", "definition", "labels"]
 
@@ -39,15 +40,15 @@ class Record:
             If there is no such formula, or the label is a definition.
         """
         if not isinstance(label, str):
-            raise InputError(f"label is {label!r}; give one of symasym.formula.labels().")
+            raise InputError(f"label is {shown(label)}; give one of sa.labels().")
         data = _all()
         if label in data["definitions"]:
             defined = data["definitions"][label]
             raise InputError(f"{label} is not derived: {defined['reason']} {defined['text']}")
         if label not in data["formulas"]:
             near = [other for other in data["formulas"] if label.split(":")[-1] in other]
-            hint = f"perhaps {near[0]}" if near else "see symasym.formula.labels()"
-            raise InputError(f"{label!r} is no formula; {hint}.")
+            hint = f"perhaps {near[0]}" if near else "sa.labels() lists them"
+            raise InputError(f"{shown(label)} is no formula; {hint}.")
         known = data["formulas"][label]
         return cls(
             label=label,

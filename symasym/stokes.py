@@ -14,7 +14,8 @@ import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import InputError, SymasymError
-from symasym.base.inputs import Numbers
+from symasym.base.inputs import Numbers, choice
+from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     FLOAT_DIGITS,
@@ -35,8 +36,14 @@ _METHODS = ("step", "local", "uniform")
 _GUARD = 15
 
 
+@patient
 def stokes_multiplier(
-    drift: Drift, kappa: Numbers, *, method: str = "uniform", dps: int | None = None
+    drift: Drift,
+    kappa: Numbers,
+    *,
+    method: str = "uniform",
+    dps: int | None = None,
+    patience: float | None = None,
 ) -> Any:
     """Share of a well's exponential in T, from 0 before the fold to 1 beyond it (eq:Ttildesmall).
 
@@ -59,6 +66,8 @@ def stokes_multiplier(
         phi at its turning point. ``"step"``: 0, 1/2 or 1, as the paper has it.
     dps : int, optional
         Digits, 1 to 10,000, for scalars. None: float64.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------
@@ -84,8 +93,7 @@ def stokes_multiplier(
     0.9283
     """
     require_drift(drift)
-    if method not in _METHODS:
-        raise InputError(f"method is {method!r}; give one of {', '.join(map(repr, _METHODS))}.")
+    choice("method", method, _METHODS)
     numbers = {"kappa": kappa}
     if dps is None and not one_scene(drift, numbers):
         scenes = float_scenes(drift, numbers)

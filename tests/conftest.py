@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -9,6 +11,7 @@ import pytest
 from symasym.asymptotics.uniform import answer as uniform_noise
 from symasym.asymptotics.uniform import sums
 from symasym.asymptotics.uniform.truncated_gaussian import Truncations
+from symasym.base.patience import limited
 
 
 @pytest.fixture
@@ -29,3 +32,10 @@ def as_in_float(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(uniform_noise, "truncations_of", fewer)
     monkeypatch.setattr(sums, "corrected", alone)
     monkeypatch.setattr(sums, "_beyond", lambda *_: 0)
+
+
+@pytest.fixture(autouse=True)
+def _unhurried() -> Iterator[None]:
+    """Tests compare numbers, not machines: those of `patience` set their own."""
+    with limited(math.inf):
+        yield

@@ -13,6 +13,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 COMMANDS = {
     "value": "value escape-time --drift linear --set a_minus=1 --set a_plus=-1 --kappa 1 --r 2",
+    "release": "release --kappa 0.5 --r 10 --eps 0.01 --z -0.4",
     "derive": "derive eq:V --out derived",
     "show": "show eq:Ttilde --latex",
     "emit": "emit eq:Ttildelarge --target c -o time.c",

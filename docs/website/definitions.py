@@ -17,6 +17,7 @@ from website.symbolic import along, of, parts, value
 
 #: Labels with nothing to plot, and why.
 NOTHING = {
+    "eq:cont": "it is a condition on the fields of any system",
     "eq:scaledSDEx": "it holds the fields of any system; of the friction oscillator they are "
     "eq:phifric0, which is plotted there",
     "eq:reducedSDE": "it puts together what is plotted with eq:phi and noise-amplitude",
@@ -42,7 +43,6 @@ def _fields() -> list[Plot]:
     u = np.linspace(-2, 2, 161)
     tanh = sa.tanh(1, -1, 5)
     phi = sa.emit("eq:phi", "numpy", drift=tanh).load().phi
-    z = np.linspace(-1, 3, 60)
     near = np.logspace(-6, -1.5, 60)
     # The friction oscillator above its layer: the field at (r, z) and the one at the surface.
     field = value("eq:osc2", 1, F=lambda y: 1.0)
@@ -51,11 +51,6 @@ def _fields() -> list[Plot]:
             "filippov", "sliding velocity", "a⁻ = 1, g⁻ = 1/2, g⁺ = 2", above, _tangent,
             along(value("filippov"), "a_plus", a_minus=1, g_minus=0.5, g_plus=2), "a⁺",
             logs=False, log_x=False,
-        ),
-        Plot(
-            "eq:cont", "field at the upper edge", f"{_OSCILLATOR}, ε = 1/100", z,
-            lambda z: sa.friction(3, 1, z).evaluate_float(np.float64(1.0)) - 0.01,
-            along(value("eq:cont"), "z", alpha=1, epsilon=0.01), "z", logs=False, log_x=False,
         ),
         Plot(
             "eq:scaledSDE", "field across the surface", f"{_OSCILLATOR}, z = -2/5, above the layer",

@@ -1,7 +1,7 @@
 """The pages of docs/ and those made for the site, side by side in one folder.
 
 What is written by hand stays plain Markdown that reads well in a repository: the
-order of the pages in the site is that of the links in docs/index.md, heading by
+order of the pages in the site is that of the lists of links in docs/index.md, heading by
 heading, and a page that is not linked there yet comes after them.
 """
 
@@ -18,12 +18,13 @@ OUTSIDE = {"../CHANGELOG.md": "CHANGELOG.md"}
 NO_PAGES = ("*.py", "*.json", "website", "__pycache__", "mathjax.js")
 # Indexes of made pages, with what they are called beside the pages of docs/.
 MADE = {"Formulas": "formulas/index", "Reference": "api/index"}
-# What the front page says of them, before its first heading.
-IN_THE_SITE = """- [Formulas](formulas/index.md) by section of the paper, [by
+# What the front page says of them, first under these headings.
+IN_THE_SITE = {
+    "Formulas": """- [Formulas](formulas/index.md) by section of the paper, [by
   quantity](formulas/quantities.md), and [as a graph](formulas/graph.md) of which rests on which
-- [API reference](api/index.rst)
-
-"""
+""",
+    "Reference": "- [API reference](api/index.rst)\n",
+}
 _LINK = re.compile(r"\]\(([\w./-]+\.md)(?:#[\w-]*)?\)")
 
 
@@ -67,14 +68,16 @@ def with_toctrees(index: str, pages: set[str]) -> str:
             caption = line.lstrip("# ") if line.startswith("##") else ""
             listed.setdefault(caption, [])
             continue
-        for name in _LINK.findall(line):
+        # A link in a sentence gives a page no place.
+        for name in _LINK.findall(line) if line.startswith(("- ", "  ")) else ():
             if name in pages and not any(name in names for names in listed.values()):
                 listed[caption].append(name)
     left = sorted(pages - {name for names in listed.values() for name in names})
     listed.setdefault("More", []).extend(left)
     for heading, name in MADE.items():
         listed.setdefault(heading, []).insert(0, f"{name}.md")
-    index = index.replace("\n## ", f"\n{IN_THE_SITE}## ", 1)
+    for heading, line in IN_THE_SITE.items():
+        index = index.replace(f"\n## {heading}\n\n", f"\n## {heading}\n\n{line}")
     return index + "".join(_toctree(caption, names) for caption, names in listed.items() if names)
 
 

@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from numbers import Rational
 from typing import TYPE_CHECKING
 
+from symasym.base.patience import step
+
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
@@ -20,6 +22,7 @@ _local = threading.local()
 @contextmanager
 def own_context(dps: int) -> Iterator[MPContext]:
     """An mpmath context private to this thread, at `dps` digits while the block runs."""
+    step()
     stack = getattr(_local, "stack", None)
     if stack is None:
         stack = _local.stack = []

@@ -2,21 +2,38 @@
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
-from symasym.base.inputs import Floats
+from symasym.base.errors import RangeError
+from symasym.base.texts import with_error
 
 if TYPE_CHECKING:
     from mpmath import mpf
 
 
 ErrorKind = Literal["bound", "estimate", "none"]
+_IN_WORDS = {"bound": "proved bound", "estimate": "estimate"}
 
 
-@dataclass(frozen=True, repr=False)
+def _compared(name: str) -> Callable[[Any, Any], Any]:
+    """The comparison of that name, of values."""
+    compare = getattr(operator, name)
+
+    def method(self: Estimate, other: object) -> Any:
+        return compare(self.value, other.value if isinstance(other, Estimate) else other)
+
+    return method
+
+
+@dataclass(frozen=True, repr=False, eq=False)
 class Estimate:
     """The result of a verb with ``full=True``.
+
+    It stands for its value where a number is expected: in ``float()``, ``mpmath.mpf()``,
+    comparisons and formats such as ``f"{estimate:.6g}"``. ``value, error = estimate`` unpacks it.
 
     Attributes
     ----------
@@ -33,6 +50,24 @@ class Estimate:
         What was added up.
     dropped : tuple of str
         What was left out, and why that is allowed.
+    mask : ndarray of bool or None
+        With ``errors="nan"``: True where there is no value.
+
+    Notes
+    -----
+    As text the value goes on to the third digit of its error, and the error is rounded upwards,
+    the rounding of the value included.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> drift = sa.friction(mu=3, alpha=1, z0=-2)
+    >>> estimate = sa.escape_time(drift, "0.3", 10, method="laplace", order=4, full=True)
+    >>> print(estimate)
+    5.1104219 ± 3.94e-5 (estimate, laplace)
+    >>> value, error = estimate
+    >>> estimate < 6, f"{estimate:.4f}"
+    (True, '5.1104')
     """
 
     value: Any
@@ -42,58 +77,90 @@ class Estimate:
     order: int | None = None
     terms: tuple[str, ...] = field(default=())
     dropped: tuple[str, ...] = field(default=())
+    mask: Any = None
 
     def __str__(self) -> str:
         if self.error_kind == "none":
-            return f"{_shown(self.value, 15)} (no error claimed, {self.method})"
-        sign = "±" if self.error_kind == "bound" else "≈±"
+            return f"{_without_error(self.value)} (no error claimed, {self.method})"
+        kind = _IN_WORDS[self.error_kind]
         if hasattr(self.value, "shape"):
-            return f"{self.value} {sign} {self.error} ({self.error_kind}, {self.method})"
-        text, error = _text_with_error(self.value, self.error)
-        return f"{text} {sign} {error} ({self.error_kind}, {self.method})"
+            return f"{_of_array(self.value, self.error)} ({kind}, {self.method})"
+        return f"{' ± '.join(with_error(self.value, self.error))} ({kind}, {self.method})"
 
     def __repr__(self) -> str:
         return f"Estimate({self})"
 
+    def _repr_latex_(self) -> str | None:
+        """Value and error for a notebook; None for arrays, which it shows as text."""
+        if hasattr(self.value, "shape"):
+            return None
+        if self.error_kind == "none":
+            return f"${_in_tex(_without_error(self.value))}$"
+        value, error = map(_in_tex, with_error(self.value, self.error))
+        return rf"${value} \pm {error}$"
 
-def _shown(value: mpf | Floats, digits: int) -> str:
-    """The value to so many digits; an array as NumPy shows it."""
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self.value, self.error))
+
+    def __float__(self) -> float:
+        number = float(self.value)
+        if abs(number) == float("inf") or (number == 0 and self.value != 0):
+            raise RangeError(
+                f"the value {_without_error(self.value)} is outside the range of float64; use its "
+                "attribute value, an mpf."
+            )
+        return number
+
+    def _mpmath_(self, prec: int, rounding: str) -> mpf:
+        """The value as mpmath's number, for ``mpmath.mpf(estimate)``."""
+        import mpmath
+
+        return mpmath.mp.convert(self.value)
+
+    def __format__(self, spec: str) -> str:
+        if not spec:
+            return str(self)
+        return format(self.value if isinstance(self.value, complex) else float(self), spec)
+
+    __eq__ = _compared("eq")
+    __ne__ = _compared("ne")
+    __lt__ = _compared("lt")
+    __le__ = _compared("le")
+    __gt__ = _compared("gt")
+    __ge__ = _compared("ge")
+
+    def __hash__(self) -> int:
+        return hash(self.value)
+
+
+def _without_error(value: Any) -> str:
+    """A value of which no error is known, to 15 digits; an array as NumPy shows it."""
     from mpmath import libmp
 
     if hasattr(value, "shape"):
         return str(value)
     exactly = value._mpf_ if hasattr(value, "_mpf_") else libmp.from_float(float(value))
-    return str(libmp.to_str(exactly, digits))
+    return str(libmp.to_str(exactly, 15))
 
 
-def _text_with_error(value: mpf | Floats, error: mpf | Floats) -> tuple[str, str]:
-    """The digits that the error leaves, and the error with what printing them rounds off."""
-    from mpmath import nstr
+def _of_array(value: Any, error: Any) -> str:
+    """Each element with its error, as NumPy lays them out."""
+    import numpy as np
 
-    from symasym.base.contexts import own_context
-
-    if hasattr(value, "_mpc_") or isinstance(value, complex):
-        (re, wide), (im, high) = (_text_with_error(y, error) for y in (value.real, value.imag))
-        # Each part was rounded by itself; both errors already hold the whole.
-        return f"({re} {'' if im.startswith('-') else '+'}{im}j)", _wider(wide, high)
-    with own_context(15) as context:
-        exact, radius = (context.mpf(getattr(x, "_mpf_", x)) for x in (value, error))
-        digits = 17
-        if exact and radius:
-            digits = max(1, int(context.floor(context.log10(abs(exact) / radius))))
-        context.dps = digits + 20
-        exact = context.make_mpf(value._mpf_) if hasattr(value, "_mpf_") else context.mpf(value)
-        text = nstr(exact, digits, strip_zeros=False)
-        total = radius + abs(exact - context.mpf(text))
-        # Three digits, rounded upwards: printing can lower the number by half a percent.
-        return text, nstr(total * context.mpf("1.006"), 3)
+    pairs = np.arange(value.size).reshape(value.shape)
+    shown: Any = np.array2string(
+        pairs,
+        separator=", ",
+        formatter={"int": lambda i: _element(value.flat[i], error.flat[i])},
+    )
+    return str(shown)
 
 
-def _wider(first: str, second: str) -> str:
-    """An error of both parts from two, each of which holds that of the whole."""
-    from mpmath import nstr
+def _element(value: Any, error: Any) -> str:
+    return " ± ".join(with_error(value, error)) if value == value else "nan"
 
-    from symasym.base.contexts import own_context
 
-    with own_context(15) as context:
-        return str(nstr((context.mpf(first) + context.mpf(second)) * context.mpf("1.006"), 3))
+def _in_tex(text: str) -> str:
+    """A number as LaTeX."""
+    mantissa, _, power = text.partition("e")
+    return rf"{mantissa} \times 10^{{{int(power)}}}" if power else text

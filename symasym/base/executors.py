@@ -6,7 +6,9 @@ import logging
 import os
 import re
 import signal
+import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -14,10 +16,10 @@ from typing import Any
 
 from symasym.base.errors import InputError, OutputError
 
-__all__ = ["Here", "cluster", "local", "processors"]
+__all__ = ["Here", "cluster", "local", "processors", "result_of"]
 
-#: Seconds to wait for a scheduler to answer.
-_PATIENCE = 10
+#: Seconds to wait for a scheduler to answer, and for workers once none is left.
+_PATIENCE, _GIVE_UP = 10, 300
 
 
 class Here(Executor):
@@ -28,6 +30,67 @@ class Here(Executor):
         done: Future[Any] = Future()
         done.set_result(fn(*args, **kwargs))
         return done
+
+
+class _Cluster(Executor):
+    """The workers of a cluster, whose state can be asked for.
+
+    Parameters
+    ----------
+    client : distributed.Client
+    address : str
+    """
+
+    def __init__(self, client: Any, address: str) -> None:
+        self._client, self._executor, self._address = client, client.get_executor(), address
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """The call's result, in a future."""
+        future: Future[Any] = self._executor.submit(fn, *args, **kwargs)
+        return future
+
+    def trouble(self) -> str | None:
+        """Why nothing can be done there at the moment; None where work goes on."""
+        answers: list[Any] = []
+        # A scheduler that hangs must not take this thread with it.
+        asking = threading.Thread(
+            target=lambda: answers.append(self._client.scheduler_info()), daemon=True
+        )
+        asking.start()
+        asking.join(_PATIENCE)
+        if not answers:
+            return f"the scheduler at {self._address} does not answer"
+        return None if answers[0]["workers"] else f"the cluster at {self._address} has no workers"
+
+
+def result_of(future: Future[Any], executor: Executor) -> Any:
+    """What a future holds once it is done, however long work goes on.
+
+    Raises
+    ------
+    OutputError
+        If a cluster has been without workers, or its scheduler silent, for five minutes.
+    """
+    if not isinstance(executor, _Cluster):
+        return future.result()
+    since: float | None = None
+    while True:
+        try:
+            return future.result(timeout=_PATIENCE)
+        except TimeoutError:
+            if future.done():  # the work's own
+                raise
+            trouble = executor.trouble()
+        if trouble is None:
+            since = None
+        elif since is None:
+            since = time.monotonic()
+            print(f"{trouble}; waiting for {_GIVE_UP} seconds.", file=sys.stderr, flush=True)
+        elif time.monotonic() - since > _GIVE_UP:
+            raise OutputError(
+                f"{trouble} since {_GIVE_UP} seconds; start workers with dask worker, then run the "
+                "same command again, which keeps what is written."
+            )
 
 
 def processors() -> int:
@@ -115,7 +178,7 @@ def cluster(address: str) -> Iterator[Executor]:
         ) from None
     with client:
         try:
-            yield client.get_executor()
+            yield _Cluster(client, address)
         except (RuntimeError, ImportError, CancelledError, distributed.KilledWorker) as error:
             reason = str(error).partition(".")[0] or type(error).__name__
             raise OutputError(

@@ -36,6 +36,8 @@ def write_bytes(path: str | os.PathLike[str], data: bytes) -> None:
         If the file cannot be written.
     """
     target = Path(path)
+    if not target.name:
+        raise OutputError(f"the file is {os.fspath(path)!r}; give the name of a file.")
     beside = target.with_name(f".{target.name}.{os.getpid()}.tmp")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)

@@ -1,9 +1,16 @@
-"""Reading numbers: what a caller may write, and the exact value it stands for."""
+"""Reading arguments: what a caller may write, and the exact value it stands for.
+
+Every public argument that is no expression (`symasym.drift.grammar`) is read here: numbers
+(`exact`, `floats`), whole numbers (`count`, `digits`), flags (`flag`), words (`choice`) and names
+(`is_name`). What a message quotes goes through `shown`, since printing a value may fail as well.
+"""
 
 from __future__ import annotations
 
 import math
+import operator
 import re
+from collections.abc import Iterable
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from numbers import Rational
@@ -27,8 +34,65 @@ Floats = float | FloatArray
 Number = int | float | str | Fraction | Decimal
 Numbers = ArrayLike | Fraction | Decimal
 
-# Python refuses to read longer decimal strings by default, and nobody means them.
+# Nobody means longer exponents and numbers, and reading them would fill the memory.
 _LONGEST_EXPONENT = 100_000
+_LONGEST_TEXT = 100_000
+_LONGEST_BITS = 400_000
+_SHOWN = 80
+
+
+def shown(value: object) -> str:
+    """A value as messages quote it: on one line, cut where it is long, whatever it is."""
+    if isinstance(value, int) and not isinstance(value, bool) and abs(value) >= 10**_SHOWN:
+        return float_text(Fraction(value))
+    try:
+        text = repr(value)
+    except Exception:  # a stranger's object may fail in any way
+        text = f"an object of type {type(value).__name__}"
+    text = re.sub(r"\s+", " ", text)
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
+
+
+def flag(name: str, value: object) -> bool:
+    """True or False; InputError for anything else.
+
+    Examples
+    --------
+    >>> flag("log", True)
+    True
+    """
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    raise InputError(f"{name} is {shown(value)}; give True or False.")
+
+
+def choice(name: str, value: object, known: Iterable[str]) -> str:
+    """The one of the `known` words that `value` is."""
+    words = list(known)
+    if isinstance(value, str) and value in words:
+        return value
+    raise InputError(f"{name} is {shown(value)}; give one of {', '.join(map(repr, words))}.")
+
+
+def count(name: str, value: object, low: int, high: int, of: str = "", also: str = "") -> int:
+    """A whole number from `low` to `high`; `of` what, and what else would do, messages say.
+
+    Examples
+    --------
+    >>> count("order", 3, 0, 20)
+    3
+    """
+    try:
+        if isinstance(value, (bool, np.bool_, np.ndarray)):
+            raise TypeError
+        number = operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        number = low - 1
+    if not low <= number <= high:
+        raise InputError(
+            f"{name} is {shown(value)}; give a whole number{of} from {low} to {high}{also}."
+        )
+    return number
 
 
 def is_name(value: object) -> bool:
@@ -39,6 +103,16 @@ def is_name(value: object) -> bool:
 def is_array(value: object) -> bool:
     """True for what broadcasts: arrays with at least one axis, lists and tuples."""
     return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
+
+
+def sequence(name: str, value: object) -> list[Any]:
+    """The items of a list, tuple, array or other collection; InputError for anything else."""
+    if isinstance(value, (str, bytes, dict)) or not isinstance(value, Iterable):
+        raise InputError(f"{name} is {shown(value)}; give a sequence.")
+    try:
+        return list(value)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} is {shown(value)}; give a sequence.") from None
 
 
 def exact(name: str, value: object) -> Fraction:
@@ -65,9 +139,9 @@ def exact(name: str, value: object) -> Fraction:
     False
     """
     if isinstance(value, (bool, np.bool_)):
-        raise InputError(f"{name} is {value!r}, a truth value; give a number.")
+        raise InputError(f"{name} is {shown(value)}, a truth value; give a number.")
     if isinstance(value, (int, Fraction)):
-        return Fraction(value)
+        return _bounded(name, Fraction(value))
     if isinstance(value, str):
         return _from_text(name, value)
     if isinstance(value, np.ndarray) and value.ndim == 0:
@@ -75,35 +149,56 @@ def exact(name: str, value: object) -> Fraction:
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, (complex,)):
-        raise InputError(f"{name} is {value!r}, which is complex; give a real number.")
+        raise InputError(f"{name} is {shown(value)}, which is complex; give a real number.")
     if isinstance(value, Rational):  # int, and the rationals of gmpy2
-        return Fraction(int(value.numerator), int(value.denominator))
+        return _bounded(name, Fraction(int(value.numerator), int(value.denominator)))
     if isinstance(value, (float, Decimal)):
         if not (value.is_finite() if isinstance(value, Decimal) else math.isfinite(value)):
-            raise InputError(f"{name} is {value!r}; give a finite number.")
+            raise InputError(f"{name} is {shown(value)}; give a finite number.")
+        if isinstance(value, Decimal) and abs(value.adjusted()) > _LONGEST_EXPONENT:
+            raise _beyond(name, value)
         return Fraction(value)
     return _from_library(name, value)
 
 
 def _from_text(name: str, text: str) -> Fraction:
     """The rational that a text stands for: a decimal or a quotient."""
-    exponent = text.lower().rpartition("e")[2] if "e" in text.lower() else "0"
+    if len(text) > _LONGEST_TEXT:
+        raise InputError(
+            f"{name} has {len(text):,} characters; a number has at most {_LONGEST_TEXT:,}."
+        )
+    exponent = text.lower().rpartition("e")[2][:20] if "e" in text.lower() else "0"
     try:
         if abs(int(exponent)) > _LONGEST_EXPONENT:
-            raise InputError(
-                f"{name} is {text!r}, whose exponent is beyond ±{_LONGEST_EXPONENT}; "
-                "rescale the problem."
-            )
+            raise _beyond(name, text)
         plain = text.strip().replace("\N{MINUS SIGN}", "-")
         # Decimal reads any number of digits; int and with it Fraction stop at 4300.
         return Fraction(plain) if "/" in plain or len(plain) < 4000 else Fraction(Decimal(plain))
     except InputError:
         raise
     except (ValueError, ZeroDivisionError, InvalidOperation):
-        shown = text if len(text) < 60 else text[:57] + "..."
         raise InputError(
-            f'{name} is {shown!r}, which is not a number; write it like "-0.4", "1/3" or "1e-8".'
+            f"{name} is {shown(text)}, which is not a number; "
+            'write it like "-0.4", "1/3" or "1e-8".'
         ) from None
+
+
+def _bounded(name: str, value: Fraction) -> Fraction:
+    """The value, unless it is too long to work with."""
+    if max(abs(value.numerator), value.denominator).bit_length() > _LONGEST_BITS:
+        raise InputError(
+            f"{name} is {float_text(value)}, of more than {_LONGEST_EXPONENT:,} digits; "
+            "rescale the problem."
+        )
+    return value
+
+
+def _beyond(name: str, value: object) -> InputError:
+    """The refusal of a number that is too large or too small to work with."""
+    return InputError(
+        f"{name} is {shown(value)}, whose exponent is beyond ±{_LONGEST_EXPONENT}; "
+        "rescale the problem."
+    )
 
 
 def _from_library(name: str, value: mpf | Expr) -> Fraction:
@@ -112,9 +207,11 @@ def _from_library(name: str, value: mpf | Expr) -> Fraction:
         sign, mantissa, exponent, _ = value._mpf_
         if not mantissa and exponent:
             raise InputError(f"{name} is {value}; give a finite number.")
+        if abs(exponent) > 4 * _LONGEST_EXPONENT:
+            raise _beyond(name, value)
         return Fraction(int(mantissa)) * Fraction(2) ** int(exponent) * (-1 if sign else 1)
     if getattr(value, "is_Rational", False):
-        return Fraction(int(value.p), int(value.q))
+        return _bounded(name, Fraction(int(value.p), int(value.q)))
     if getattr(value, "is_number", False):
         raise InputError(
             f"{name} is {value}, which is not a finite rational number; give a rational, "
@@ -123,7 +220,7 @@ def _from_library(name: str, value: mpf | Expr) -> Fraction:
     if hasattr(value, "_mpc_"):
         raise InputError(f"{name} is {value}, which is complex; give a real number.")
     raise InputError(
-        f"{name} is {value!r} of type {type(value).__name__}; give an int, float, str, "
+        f"{name} is {shown(value)} of type {type(value).__name__}; give an int, float, str, "
         "Fraction, Decimal, mpf or SymPy rational."
     )
 
@@ -178,13 +275,9 @@ def to_float(name: str, value: Fraction | int) -> float:
     return result
 
 
-def digits(dps: int) -> int:
-    """A number of decimal digits, 1 to 10,000."""
-    if isinstance(dps, bool) or not isinstance(dps, (int, np.integer)):
-        raise InputError(f"dps is {dps!r}; give a whole number of digits from 1 to 10000.")
-    if not 1 <= dps <= 10_000:
-        raise InputError(f"dps is {dps}; give a whole number of digits from 1 to 10000.")
-    return int(dps)
+def digits(dps: object, most: int = 10_000) -> int:
+    """A number of decimal digits, 1 to `most`."""
+    return count("dps", dps, 1, most, " of digits")
 
 
 def whole(name: str, text: str) -> int:

@@ -10,6 +10,7 @@ import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.inputs import Numbers, exact, floats, is_array, positive
+from symasym.base.texts import number_text
 from symasym.generated import numpy_formulas, plain_formulas
 
 __all__ = ["Scales", "rescale"]
@@ -33,6 +34,17 @@ class Scales:
     kappa: Any
     r: Any
     time: Any
+
+    def __repr__(self) -> str:
+        return f"Scales({', '.join(f'{name}={_shown(x)}' for name, x in vars(self).items())})"
+
+
+def _shown(x: Any) -> str:
+    """A number as a short decimal, or to 15 digits."""
+    if not isinstance(x, Fraction):
+        return str(x)
+    exactly = number_text(x)
+    return exactly if len(exactly) < 20 and "/" not in exactly else f"{float(x):.15g}"
 
 
 def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
@@ -62,8 +74,10 @@ def rescale(eps: Numbers, kappa: Numbers, r: Numbers = 1) -> Scales:
     --------
     >>> import symasym as sa
     >>> s = sa.rescale(eps="0.01", kappa="0.03", r="0.1")
-    >>> s.kappa, s.r, s.time
-    (Fraction(3, 10), Fraction(10, 1), Fraction(1, 100))
+    >>> s
+    Scales(kappa=0.3, r=10, time=0.01)
+    >>> s.kappa
+    Fraction(3, 10)
     """
     if any(map(is_array, (eps, kappa, r))):
         from symasym.base.errors import InputError

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from symasym.base.errors import SymasymError
-from symasym.commands.settings import Commands
+from symasym.commands.settings import Commands, document
 
 
 def add_parser(subparsers: Commands) -> None:
@@ -28,6 +28,7 @@ def add_parser(subparsers: Commands) -> None:
         action="store_true",
         help="list where the paper's print differs, with counterexamples",
     )
+    document(parser, ("symasym derive eq:Ttilde", "symasym derive --errata"))
     parser.set_defaults(run=run)
 
 

@@ -6,7 +6,7 @@ import argparse
 import re
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import Commands, settings
+from symasym.commands.settings import Commands, document, settings
 from symasym.drift.named import DRIFTS, named_drift
 
 
@@ -23,6 +23,7 @@ def add_parser(commands: Commands) -> None:
     targets = "numpy, mpmath, python, c, javascript or latex"
     parser.add_argument("--target", required=True, metavar="T", help=targets)
     parser.add_argument("-o", "--out", metavar="FILE", help="where to (standard output)")
+    parser.add_argument("--header", action="store_true", help="of C: write FILE.h beside FILE.c")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--drift", choices=DRIFTS, help="put this drift into the formula")
     what.add_argument("--expr", metavar="A", help='or this A(u), e.g. "1/2 - u + u**3"')
@@ -30,6 +31,13 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--order", type=int, metavar="N", help="of --method laplace, 0 to 20")
     parser.add_argument(
         "--set", action="append", default=[], metavar="NAME=X", help="fold a parameter in"
+    )
+    document(
+        parser,
+        (
+            "symasym emit folds --target python",
+            "symasym emit eq:Ttilde --target c --drift friction --set mu=3 --set alpha=1 -o time.c",
+        ),
     )
     parser.set_defaults(run=_run)
 
@@ -48,8 +56,8 @@ def _run(arguments: argparse.Namespace) -> None:
     how = {"method": arguments.method, "order": arguments.order}
     source = sa.emit(arguments.label, arguments.target, values, drift=drift, **how)
     if arguments.out:
-        print(*source.write(arguments.out), sep="\n")
-    elif source.header:
-        raise InputError("C comes as two files; say where to with -o FILE.c.")
+        print(*source.write(arguments.out, header=arguments.header), sep="\n")
+    elif arguments.header:
+        raise InputError("--header writes a file beside another; say where to with -o FILE.c.")
     else:
         print(source, end="")

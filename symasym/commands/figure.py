@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import inspect
 import textwrap
+import warnings
 from pathlib import Path
 from typing import Any
 
-from symasym.base.errors import InputError
+from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import whole
-from symasym.commands.settings import Commands, settings
+from symasym.base.texts import meant
+from symasym.commands.settings import Commands, document, settings
 
 
 def add_parser(subparsers: Commands) -> None:
@@ -43,6 +45,7 @@ def add_parser(subparsers: Commands) -> None:
         metavar="FILE",
         help="a .png, .svg or .pdf file; may be repeated (NAME.png and NAME.svg)",
     )
+    document(parser, ("symasym figure fric1 --set mu=3,1/2 -o fric1.svg", "symasym figure phase"))
     parser.set_defaults(run=run)
 
 
@@ -55,7 +58,10 @@ def run(arguments: argparse.Namespace) -> None:
             print(f"{name:16} {str(draw.__doc__).partition(chr(10))[0]}")
         return
     if arguments.name not in FIGURES:
-        raise InputError(f"{arguments.name} is no figure; the figures are {', '.join(FIGURES)}.")
+        near = meant(arguments.name, FIGURES)
+        raise InputError(
+            f"{arguments.name} is no figure; the figures are {', '.join(FIGURES)}{near}."
+        )
     write(arguments.name, settings(arguments.set), arguments.out)
 
 
@@ -68,7 +74,20 @@ def write(name: str, values: dict[str, str], out: list[str] | None) -> None:
     for file in files:
         if file.suffix[1:] not in KINDS:
             raise InputError(f"{file} has no ending that is drawn; end it in .png, .svg or .pdf.")
-    figure = FIGURES[name](**_read(name, values))
+    arguments = _read(name, values)
+    with warnings.catch_warnings():
+        # matplotlib warns where axes have no extent.
+        warnings.simplefilter("error", UserWarning)
+        try:
+            figure = FIGURES[name](**arguments)
+        except (UserWarning, ArithmeticError) as error:
+            if isinstance(error, SymasymError):
+                raise
+            given = ", ".join(f"{key} = {text}" for key, text in values.items())
+            raise InputError(
+                f"{name} cannot be drawn with {given or 'its own values'} ({error}); give values "
+                "nearer to 1."
+            ) from None
     for file in files:
         write_bytes(file, encode(figure, file.suffix[1:]))
         print(file)

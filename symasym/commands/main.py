@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import argparse
+import codecs
+import io
+import math
 import os
 import re
 import signal
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import NoReturn, TextIO
 
 from symasym.base.errors import SymasymError
+from symasym.base.patience import limited
 from symasym.commands import (
     derive,
     emit,
     figure,
+    release,
     report,
     reproduce,
     show,
@@ -22,6 +27,7 @@ from symasym.commands import (
     value,
     verify,
 )
+from symasym.commands.settings import Parser, document
 
 _BAD_INPUT = 2
 _INTERRUPTED = 130
@@ -45,12 +51,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv = sys.argv[1:]
         # A batch system that stops the job is owed the same tidiness as Ctrl-C.
         signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for stream in (sys.stdout, sys.stderr):
+        _make_printable(stream)
     arguments = _parser().parse_args(_join_negative(argv))
     try:
-        status = int(arguments.run(arguments) or 0)
+        # A command is waited for; the one that has a limit has an option.
+        with limited(math.inf):
+            status = int(arguments.run(arguments) or 0)
         sys.stdout.flush()
     except SymasymError as error:
-        print(f"symasym: {error}", file=sys.stderr)
+        print(f"symasym: {in_options(str(error))}", file=sys.stderr)
         return _BAD_INPUT
     except KeyboardInterrupt:
         print("symasym: interrupted; every file that was written is whole.", file=sys.stderr)
@@ -71,6 +81,53 @@ def main(argv: Sequence[str] | None = None) -> int:
     return status
 
 
+#: What stands for a sign that the terminal does not have; for any other a question mark.
+_PLAIN = {"±": "+-", "κ": "kappa", "λ": "lambda", "φ": "phi", "…": "...", "−": "-", "–": "-",
+          "·": "*", "×": "x", "²": "^2", "≤": "<=", "≥": ">=", "≈": "~", "’": "'", "“": '"',
+          "”": '"'}  # fmt: skip
+
+
+def _plainly(error: UnicodeError) -> tuple[str, int]:
+    """An encoder's error handler."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    wrong = error.object[error.start : error.end]
+    return "".join(_PLAIN.get(sign, "?") for sign in wrong), error.end
+
+
+def _make_printable(stream: TextIO) -> None:
+    """Let a stream without Unicode print something for each sign."""
+    if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+        codecs.register_error("symasym", _plainly)
+        stream.reconfigure(errors="symasym")
+
+
+# How Python says it, and how the command line does.
+_AS_OPTIONS = [
+    (r"\bbind\((\w+)=…\)", r"--set \1=…"),
+    (r"\bsa\.labels\(\) lists them", "symasym show --all lists them"),
+    (r"\b(log|complement)=True\b", r"--\1"),
+    (r"\bfull=True\b", "--json"),
+    (r"\b(dps|order)=(?:n|…)", r"--\1 N"),
+    (r"\brtol=…", "--rtol X"),
+    (r"\b(method|order|dps)='?(\w+)'?", r"--\1 \2"),
+    (r"\bescape_time\b", "escape-time"),
+]
+
+
+def in_options(message: str) -> str:
+    """A message whose advice is for Python, for the command line.
+
+    Examples
+    --------
+    >>> in_options("mu has no value; set it with bind(mu=…), or pass log=True.")
+    'mu has no value; set it with --set mu=…, or pass --log.'
+    """
+    for pattern, option in _AS_OPTIONS:
+        message = re.sub(pattern, option, message)
+    return message
+
+
 def _drop_output() -> None:
     """Send what is still buffered nowhere, or Python fails on it again at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -80,7 +137,10 @@ def _join_negative(argv: Sequence[str]) -> list[str]:
     """Write ``--start -1/3`` as ``--start=-1/3``, which argparse would take for an option."""
     joined: list[str] = []
     for word in argv:
-        takes_value = joined and joined[-1] in {"--start", "--y", "--kappa", "--r", "--expr"}
+        takes_value = joined and joined[-1] in {
+            *("--start", "--y", "--kappa", "--r", "--expr"),
+            *("--z", "--phi", "--velocity", "--noise", "--eps"),
+        }
         if takes_value and re.match(r"-[^-]", word):
             joined[-1] += f"={word}"
         else:
@@ -98,15 +158,16 @@ class _Version(argparse.Action):
         parser.exit()
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> Parser:
     """The parser of the whole command line."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="symasym",
         description="Escape times and Laplace-type integrals of smoothed switches with noise.",
         allow_abbrev=False,
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (reproduce, value, derive, show, emit, figure, table, verify, report):
+    document(parser, ("symasym value --help", "symasym show eq:Ttilde"))
+    for command in (reproduce, value, release, derive, show, emit, figure, table, verify, report):
         command.add_parser(commands)
     return parser

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from symasym.commands.settings import Commands
+from symasym.commands.settings import Commands, document
 
 
 def add_parser(subparsers: Commands) -> None:
@@ -23,6 +23,7 @@ def add_parser(subparsers: Commands) -> None:
         "--stability", action="store_true", help="digits claimed and true, over the extreme scenes"
     )
     parser.add_argument("-o", "--out", default="build/report", metavar="DIR", help="output folder")
+    document(parser, ("symasym report --quick", 'symasym report --scene "friction k=0.1" --quick'))
     parser.set_defaults(run=run_report)
 
 

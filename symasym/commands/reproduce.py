@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from symasym.commands.settings import Commands
+from symasym.commands.settings import Commands, document
 
 
 def add_parser(commands: Commands) -> None:
@@ -25,6 +25,7 @@ def add_parser(commands: Commands) -> None:
         "--dps", type=int, default=50, metavar="N", help="digits of the reference table (50)"
     )
     parser.add_argument("--force", action="store_true", help="make everything again")
+    document(parser, ("symasym reproduce --only figures", "symasym reproduce --dps 30 --out build"))
     parser.set_defaults(run=run)
 
 

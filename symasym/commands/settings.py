@@ -1,16 +1,54 @@
-"""The option ``--set NAME=X`` of a command line."""
+"""What the commands share: their parser, its help, and the option ``--set NAME=X``."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
-from typing import TypeAlias
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import NoReturn, TypeAlias
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import is_name
+from symasym.base.texts import meant
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that names what may have been meant, and lists more in its help when asked."""
+
+    #: Texts that stand at the end of the help.
+    endings: tuple[Callable[[], str], ...] = ()
+
+    def format_help(self) -> str:
+        """The help, whose endings are made now: they load what they list."""
+        self.formatter_class = argparse.RawDescriptionHelpFormatter
+        self.epilog = "\n\n".join(ending() for ending in self.endings) or None
+        return super().format_help()
+
+    def error(self, message: str) -> NoReturn:
+        """The usage, and what is wrong with a word that is close to it."""
+        if choice := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
+            message += meant(choice[1], re.findall(r"[\w-]+", choice[2]))
+        elif unknown := re.search(r"unrecognized arguments: (-[\w-]+)", message):
+            message += meant(unknown[1], self._options())
+        super().error(message)
+
+    def _options(self) -> Iterator[str]:
+        """Every option of this parser and of those below it."""
+        for action in self._actions:
+            yield from action.option_strings
+            if isinstance(action, argparse._SubParsersAction):
+                for parser in action.choices.values():
+                    yield from parser._options()
+
 
 #: What ``add_subparsers`` returns, to which each command adds its parser.
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
+
+
+def document(parser: Parser, examples: Iterable[str], *more: Callable[[], str]) -> None:
+    """End a command's help with examples, and with what `more` lists."""
+    lines = "\n".join(["examples:", *(f"  {line}" for line in examples)])
+    parser.endings = (*more, lambda: lines)
 
 
 def settings(pairs: Sequence[str]) -> dict[str, str]:

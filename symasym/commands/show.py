@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from typing import TYPE_CHECKING
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import Commands
+from symasym.commands.settings import Commands, document
 
 if TYPE_CHECKING:
     from symasym.formula import Formula
@@ -19,6 +20,7 @@ def add_parser(subparsers: Commands) -> None:
     parser.add_argument("--all", action="store_true", help="every formula; a document with --latex")
     parser.add_argument("--latex", action="store_true", help="as LaTeX")
     parser.add_argument("--steps", action="store_true", help="with the steps of its derivation")
+    document(parser, ("symasym show eq:Ttilde", "symasym show fr1 --latex --steps"))
     parser.set_defaults(run=run)
 
 
@@ -75,8 +77,18 @@ def pretty(shown: Formula) -> str:
     """A formula drawn with characters, as wide as it needs."""
     import sympy
 
-    text = str(sympy.pretty(shown.expression, use_unicode=True, num_columns=10_000))
+    drawn = {"use_unicode": _has_unicode(), "num_columns": 10_000}
+    text = str(sympy.pretty(shown.expression, **drawn))
     if shown.remainder is not None:
-        order = str(sympy.pretty(shown.remainder, use_unicode=True, num_columns=10_000))
+        order = str(sympy.pretty(shown.remainder, **drawn))
         text += f"\n\nup to the order ({shown.limit}) of\n\n{order}"
     return text
+
+
+def _has_unicode() -> bool:
+    """True where standard output can show the signs that a formula is drawn with."""
+    try:
+        "⎛⎝∫λ√".encode(sys.stdout.encoding or "ascii")
+    except UnicodeEncodeError:
+        return False
+    return True

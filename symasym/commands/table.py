@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from symasym.commands.settings import Commands
+from symasym.commands.settings import Commands, document
 
 
 def add_parser(subparsers: Commands) -> None:
@@ -25,6 +25,13 @@ def add_parser(subparsers: Commands) -> None:
     )
     where.add_argument("--scheduler", metavar="ADDRESS", help="of a dask.distributed cluster")
     parser.add_argument("--force", action="store_true", help="make everything again")
+    document(
+        parser,
+        (
+            "symasym table well.toml -o well.jsonl",
+            "symasym table well.toml -o well.jsonl --workers 4",
+        ),
+    )
     parser.set_defaults(run=run)
 
 

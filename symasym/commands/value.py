@@ -4,14 +4,34 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 import time
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from symasym.commands.settings import Commands, settings
+from symasym.commands.settings import Commands, document, settings
 from symasym.drift.named import DRIFTS, named_drift
 
 if TYPE_CHECKING:
     from symasym.base.estimate import Estimate
+
+_FLOAT_DIGITS = 17
+# Digits of a formula in float64.
+_EVALUATED = 12
+_FRICTION = "--drift friction --set mu=3 --set alpha=1 --set z0=-0.4"
+_LINEAR = "--drift linear --set a_minus=1 --set a_plus=-1"
+_EXAMPLES = {
+    "escape-time": (
+        f"{_FRICTION} --kappa 0.1 --r 10 --dps 30",
+        '--expr "1/2 - u + b*u**3" --set b=3/4 --kappa 0.05 --r 5 --method laplace --order 4',
+    ),
+    "exit-probability": (
+        f"{_FRICTION} --kappa 0.1 --r 10 --log",
+        f"{_LINEAR} --kappa 1 --r 5 --start -1/3 --method strong_noise --json",
+    ),
+    "occupation": (f"{_LINEAR} --kappa 1 --complement", f"{_LINEAR} --kappa 0.3 --json"),
+    "stationary-density": (f"{_LINEAR} --kappa 1 --y 1/2", f"{_LINEAR} --kappa 0.1 --y 3 --log"),
+}
 
 
 def add_parser(commands: Commands) -> None:
@@ -22,6 +42,8 @@ def add_parser(commands: Commands) -> None:
         description="Print one number. All inputs are scaled (u = y/eps) and exact as written.",
         allow_abbrev=False,
     )
+    first = (f"symasym value {name} {_EXAMPLES[name][0]}" for name in ("escape-time", "occupation"))
+    document(parser, first, partial(_methods_and_drifts, "escape_time"))
     quantities = parser.add_subparsers(title="quantities", required=True, metavar="QUANTITY")
     for name, verb, about, escapes in (
         ("escape-time", "escape_time", "mean time to leave |u| < r", True),
@@ -30,6 +52,8 @@ def add_parser(commands: Commands) -> None:
         ("stationary-density", "stationary_density", "stationary density at y (sliding)", False),
     ):
         quantity = quantities.add_parser(name, help=about, description=about, allow_abbrev=False)
+        lines = [f"symasym value {name} {line}" for line in _EXAMPLES[name]]
+        document(quantity, lines, partial(_methods_and_drifts, verb))
         what = quantity.add_mutually_exclusive_group(required=True)
         what.add_argument("--drift", choices=DRIFTS, help="a ready-made drift")
         what.add_argument("--expr", metavar="A", help='A(u), e.g. "1/2 - u + u**3"')
@@ -54,6 +78,9 @@ def add_parser(commands: Commands) -> None:
             quantity.add_argument("--complement", action="store_true", help="1 minus it")
         quantity.add_argument("--dps", type=int, metavar="N", help="digits (float64 if left out)")
         quantity.add_argument("--log", action="store_true", help="its natural logarithm")
+        quantity.add_argument(
+            "--patience", type=float, default=10.0, metavar="SECONDS", help="that it may take (10)"
+        )
         quantity.add_argument("--json", action="store_true", help="with error, method, time")
         quantity.set_defaults(run=run, quantity=name, verb=verb)
 
@@ -66,7 +93,6 @@ def _order(text: str) -> int | str:
 def run(arguments: argparse.Namespace) -> None:
     """``symasym value``."""
     import symasym as sa
-    from symasym.base.files import decimal_text
     from symasym.base.inputs import digits
 
     given: dict[str, Any] = vars(arguments)
@@ -77,30 +103,50 @@ def run(arguments: argparse.Namespace) -> None:
     drift = named_drift(arguments.drift, arguments.expr, settings(arguments.set))
     verb = getattr(sa, arguments.verb)
     start = time.perf_counter()
-    answer = verb(drift, **inputs, dps=dps, full=arguments.json)
+    # The exact value to `dps` digits has them without a proof, which takes longer.
+    proved = arguments.json or dps is None or inputs.get("method", "exact") != "exact"
+    options = {"dps": dps, "full": proved, "patience": arguments.patience}
+    answer = verb(drift, **inputs, **options)
     seconds = time.perf_counter() - start
+    value, error = _texts(answer, arguments.dps)
     if arguments.json:
-        _print_json(arguments, inputs, answer, seconds)
-    elif dps is None:
-        print(repr(float(answer)))
+        _print_json(arguments, inputs, answer, value, error, seconds)
     else:
-        print(decimal_text(answer, arguments.dps))
+        print(value)
+    if "complement" in given and not (arguments.complement or arguments.log) and float(value) == 1:
+        print(
+            "symasym: the value is 1 to these digits; --complement has the rest.", file=sys.stderr
+        )
+
+
+def _texts(answer: Any, dps: int | None) -> tuple[str, str | None]:
+    """The digits that the error carries, `dps` at most, and the error of that text.
+
+    A value without a stated error has the digits to which its formula is evaluated.
+    """
+    from symasym.base.estimate import Estimate
+    from symasym.base.files import decimal_text
+    from symasym.base.texts import carried_text
+
+    if not isinstance(answer, Estimate):
+        assert dps is not None
+        return decimal_text(answer, dps), None
+    if answer.error is not None:
+        return carried_text(answer.value, answer.error, _FLOAT_DIGITS if dps is None else dps)
+    return f"{answer.value:.{_EVALUATED}g}" if dps is None else decimal_text(
+        answer.value, dps
+    ), None
 
 
 def _print_json(
-    arguments: argparse.Namespace, inputs: dict[str, Any], estimate: Estimate, seconds: float
+    arguments: argparse.Namespace,
+    inputs: dict[str, Any],
+    estimate: Estimate,
+    value: str,
+    error: str | None,
+    seconds: float,
 ) -> None:
     """Print the value with its error, kind, method, time and inputs."""
-    from symasym.base.files import decimal_ball, decimal_text
-
-    error: str | None
-    if arguments.dps is None:
-        value = repr(float(estimate.value))
-        error = None if estimate.error is None else repr(float(estimate.error))
-    elif estimate.error is None:
-        value, error = decimal_text(estimate.value, arguments.dps), None
-    else:
-        value, error = decimal_ball(estimate.value, estimate.error, arguments.dps)
     drift = {"expr": arguments.expr} if arguments.expr else {"drift": arguments.drift}
     record = {
         "quantity": arguments.quantity,
@@ -113,3 +159,22 @@ def _print_json(
         "inputs": {**drift, "set": settings(arguments.set), **inputs},
     }
     print(json.dumps(record, indent=1))
+
+
+def _methods_and_drifts(verb: str) -> str:
+    """The methods of a quantity, and the drifts with their parameters."""
+    from symasym.drift.named import drift_signatures
+    from symasym.methods.table import METHODS, QUANTITIES
+
+    names = {name for name, quantity in QUANTITIES.items() if quantity.verb == verb}
+    methods = {m.name: m.about for m in METHODS.values() if names & set(m.quantities)}
+    listed = {**methods, "auto": "the cheapest whose relative error is at most --rtol"}
+    return "\n\n".join(
+        ([_listed("methods", listed)] if names else [])
+        + [_listed("drifts, with what --set gives them", drift_signatures())]
+    )
+
+
+def _listed(title: str, items: dict[str, str]) -> str:
+    """A title and lines of two columns."""
+    return "\n".join([f"{title}:", *(f"  {name:14}{text}" for name, text in items.items())])

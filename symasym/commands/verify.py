@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from symasym.commands.settings import Commands
+from symasym.commands.settings import Commands, document
 
 
 def add_parser(subparsers: Commands) -> None:
@@ -19,6 +19,7 @@ def add_parser(subparsers: Commands) -> None:
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of random scenes (1)")
     parser.add_argument("--workers", type=int, metavar="N", help="processes (one a processor)")
     parser.add_argument("-o", "--out", metavar="FILE", help="write the record there, as JSON")
+    document(parser, ("symasym verify", "symasym verify --level full --seed 2 -o verify.json"))
     parser.set_defaults(run=run_verify)
 
 

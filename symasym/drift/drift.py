@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
@@ -10,11 +11,14 @@ import numpy as np
 
 from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, floats, is_array
+from symasym.base.patience import step
+from symasym.base.texts import meant, number_repr
 from symasym.drift import landscape, models
 from symasym.numbers.complex_balls import ComplexBall, ComplexBallOps
 from symasym.numbers.trees import FractionOps, NotRational, NumpyOps, Operations, SympyOps
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from mpmath import mpf
     from sympy import Expr, Symbol
 
@@ -25,6 +29,8 @@ _BALLS = ComplexBallOps(_NUMPY)
 # Rounding a million times too large leaves the range in which balls themselves are rounded,
 # and is still small enough to be linear.
 _ROUNDED = ComplexBallOps(_NUMPY, 2.0**-33)
+# Values of an array in `repr`.
+_MOST_SHOWN = 1000
 
 
 class Drift:
@@ -49,7 +55,8 @@ class Drift:
 
     Notes
     -----
-    All quantities are scaled: u = y/eps, and the drift is that of eq:phi.
+    All quantities are scaled: u = y/eps, and the drift is that of eq:phi. Drifts are values: those
+    of one formula and equal parameters are equal, and `repr` is the call that makes the drift.
 
     Examples
     --------
@@ -138,9 +145,15 @@ class Drift:
             if name not in self.parameters:
                 known = ", ".join(self.parameters) or "none at all"
                 raise InputError(
-                    f"{name} is no parameter of this drift; its parameters are {known}."
+                    f"{name} is no parameter of this drift; its parameters are "
+                    f"{known}{meant(name, self.parameters)}."
                 )
-            bound[name] = floats(name, value) if is_array(value) else exact(name, value)
+            if is_array(value):
+                bound[name] = floats(name, value)
+                # A drift is a value: what was asked of it stays true.
+                bound[name].flags.writeable = False
+            else:
+                bound[name] = exact(name, value)
             self._check_range(name, bound[name])
         drift = type(self).__new__(type(self))
         drift._model, drift._values = self._model, bound
@@ -197,11 +210,13 @@ class Drift:
 
     def evaluate(self, u: Any, ops: Operations) -> Any:
         """A(u) in the arithmetic of `ops` (see `symasym.numbers.trees`); scalar parameters only."""
+        step()
         values = {name: ops.rational(value) for name, value in self.scalars().items()}
         return self._model.evaluate(u, values, ops)
 
     def evaluate_values(self, u: Any, values: dict[str, Any], ops: Operations) -> Any:
         """A(u) with these parameter values, all in the arithmetic of `ops`."""
+        step()
         return self._model.evaluate(u, values, ops)
 
     def evaluate_float(self, u: FloatArray, values: dict[str, FloatArray] | None = None) -> Any:
@@ -418,19 +433,86 @@ class Drift:
         """Local maxima of V in (-1, 1), left to right, as critical points."""
         return [point for point in self.critical_points() if point.kind == "barrier"]
 
+    def plot(self, axes: Sequence[Axes] | None = None) -> Any:
+        """Draw phi and V over the layer and beside it, with their wells and barriers named.
+
+        Parameters
+        ----------
+        axes : two matplotlib Axes, optional
+            For phi and for V; those of a new figure when left out.
+
+        Returns
+        -------
+        the two Axes
+
+        Raises
+        ------
+        InputError
+            For free parameters or arrays.
+
+        Examples
+        --------
+        >>> import matplotlib
+        >>> matplotlib.use("agg")
+        >>> import symasym as sa
+        >>> above, below = sa.friction(mu=3, alpha=1, z0="-0.4").plot()
+        >>> [text.get_text() for text in below.texts]
+        ['well at 0.3969', 'barrier at 0.9039']
+        """
+        from symasym.drift.plot import plot
+
+        return plot(self, axes)
+
+    # -- as a value ------------------------------------------------------------------------
+
+    def _key(self) -> tuple[Any, ...]:
+        """What tells this drift from others."""
+        model: Any = self._model
+        if isinstance(model, models.Expression):
+            model = model.canonical, model.u
+        return model, tuple(
+            (name, (value.shape, value.tobytes()) if is_array(value) else value)
+            for name, value in sorted(self._values.items())
+        )
+
+    def __eq__(self, other: object) -> bool:
+        return self._key() == other._key() if isinstance(other, Drift) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
     def __repr__(self) -> str:
-        shown = []
-        for name in self.parameters:
-            value = self._values.get(name)
-            if value is None:
-                shown.append(name)
-            elif is_array(value):
-                shown.append(f"{name}=array{value.shape}")
-            else:
-                shown.append(f"{name}={value}")
+        """The call that makes this drift, ``sa`` being symasym; long arrays are shortened."""
+        bound = {name: self._values[name] for name in self.parameters if name in self._values}
+        texts = {name: _source(value) for name, value in bound.items()}
+        named = ", ".join(f"{name}={text}" for name, text in texts.items())
         if isinstance(self._model, models.Expression):
-            shown.insert(0, str(self._model.formula))
-        return f"{self._model.name}({', '.join(shown)})"
+            other = "" if self._model.u.name == "u" else f", {self._model.u.name!r}"
+            made = f"sa.Drift({str(self._model.canonical)!r}{other})"
+            return f"{made}.bind({named})" if named else made
+        if isinstance(self._model, models.Polynomial) and not self.free:
+            named = ", ".join(texts.values())
+        shape = [f"{key}={value!r}" for key, value in self._model.shape.items()]
+        return f"sa.{self.name}({', '.join([*filter(None, [named]), *shape])})"
+
+    def _repr_latex_(self) -> str:
+        """A(u) for a notebook; parameters that are free or arrays stay symbols."""
+        import sympy
+
+        formula = self.expression()
+        # Floats are shown as such.
+        long = [x for x in formula.atoms(sympy.Rational) if x.q > 10**6]
+        formula = formula.xreplace({x: sympy.Float(x, 15) for x in long})
+        return rf"$\displaystyle \phi(u) = {sympy.latex(formula, full_prec=False)}$"
+
+
+def _source(value: Fraction | FloatArray) -> str:
+    """Python source of a parameter's value."""
+    if not isinstance(value, np.ndarray):
+        return number_repr(value)
+    if value.size > _MOST_SHOWN:
+        return f"<{value.size} values from {value.min():.6g} to {value.max():.6g}>"
+    return str(value.tolist())
 
 
 def _region(a_minus: Fraction | float, a_plus: Fraction | float) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from fractions import Fraction
+from functools import lru_cache
 from itertools import count
 from typing import Any
 
@@ -10,12 +12,14 @@ import sympy
 
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
-from symasym.base.inputs import Number, exact, is_name
+from symasym.base.inputs import Number, exact, float_text, is_name, shown
+from symasym.base.patience import step
 from symasym.drift import grammar, models
 from symasym.numbers.complex_balls import ComplexBallOps
 from symasym.numbers.trees import MpmathOps, evaluate_tree
 
 _DEEPEST = 120
+_LONGEST = 13_200  # binary digits of a number in an expression, which Python prints
 _OVERLAP = Fraction(9, 16)  # half would let neighbouring balls touch only
 
 
@@ -26,8 +30,21 @@ def read(
     a_plus: sympy.Expr | Number | None,
 ) -> models.Expression:
     """The model of the drift A(u), its ends checked against a- and a+ (eq:cont)."""
+    given = (A, u, a_minus, a_plus)
+    # What can't be hashed is refused below.
+    return (_read if all(isinstance(x, Hashable) for x in given) else _read.__wrapped__)(*given)
+
+
+@lru_cache(maxsize=128, typed=True)
+def _read(A: Any, u: Any, a_minus: Any, a_plus: Any) -> models.Expression:
+    """The model; the last ones that were read are kept."""
     formula = parse("A", A)
     symbol = _symbol(formula, u)
+    for s in formula.free_symbols:
+        if not is_name(s.name):
+            raise InputError(
+                f"A has the symbol {shown(s.name)}; give symbols names of letters, digits and _."
+            )
     for name, given, end in (("a-", a_minus, -1), ("a+", a_plus, 1)):
         if given is None:
             continue
@@ -38,7 +55,9 @@ def read(
                 "make them equal (give decimals as strings to keep them exact)."
             )
     _check_functions(formula, symbol)
-    return models.Expression(formula, symbol)
+    # Symbols are known by their names, whatever was assumed of them.
+    plain = {s: sympy.Symbol(s.name) for s in formula.free_symbols}
+    return models.Expression(formula.xreplace(plain), sympy.Symbol(symbol.name))
 
 
 def parse(name: str, given: sympy.Expr | Number, names: dict[str, Any] | None = None) -> Any:
@@ -63,13 +82,21 @@ def parse(name: str, given: sympy.Expr | Number, names: dict[str, Any] | None = 
             expression = None
     # Lists, truth values and relations are read by SymPy, too.
     if not isinstance(expression, sympy.Expr):
-        raise InputError(f"{name} is {given!r}; give a SymPy expression, a number or a string.")
-    return exactly(expression)
+        raise InputError(
+            f"{name} is {shown(given)}; give a SymPy expression, a number or a string."
+        )
+    return exactly(expression, name)
 
 
-def exactly(expression: sympy.Expr) -> Any:
-    """Every float replaced by its exact binary value."""
-    floats = {f: _rational(exact("A", f)) for f in expression.atoms(sympy.Float)}
+def exactly(expression: sympy.Expr, name: str = "A") -> Any:
+    """Every float replaced by its exact binary value; refused with numbers nobody can print."""
+    for x in expression.atoms(sympy.Rational):
+        if max(int(abs(x.p)), int(x.q)).bit_length() > _LONGEST:
+            raise InputError(
+                f"{name} has the number {float_text(Fraction(int(x.p), int(x.q)))}, of more than "
+                "4,000 digits; rescale the problem."
+            )
+    floats = {f: _rational(exact(name, f)) for f in expression.atoms(sympy.Float)}
     return expression.xreplace(floats)
 
 
@@ -83,7 +110,7 @@ def _symbol(formula: sympy.Expr, u: sympy.Symbol | str | None) -> Any:
     if u is not None:
         symbol = sympy.Symbol(u) if is_name(u) else u
         if not isinstance(symbol, sympy.Symbol):
-            raise InputError(f"u is {u!r}; give the SymPy Symbol or the name of A's variable.")
+            raise InputError(f"u is {shown(u)}; give the SymPy Symbol or the name of A's variable.")
         return symbol
     named = [s for s in formula.free_symbols if s.name == "u"]
     if named:
@@ -136,6 +163,7 @@ def check_regular(model: models.Expression, values: dict[str, Fraction]) -> None
 
         pending = [(Fraction(-1), Fraction(1), 0)]
         while pending:
+            step()
             lo, hi, depth = pending.pop()
             if regular(lo, hi):
                 continue

@@ -15,11 +15,11 @@ import numpy as np
 
 from symasym.base.contexts import own_context
 from symasym.base.inputs import FloatArray
+from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import ComplexBall, tame
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
-from symasym.numbers.polynomial_roots import real_parts
-from symasym.numbers.polynomials import poly
+from symasym.numbers.polynomials import poly, real_parts
 
 if TYPE_CHECKING:
     from symasym.numbers.truncated_series import SeriesOps
@@ -186,6 +186,11 @@ class AnalyticField:
         self._values = {name: np.tile(p.hi, 2) for name, p in pairs.items()}
         self._count = count
         self.sign = np.repeat((1.0, -1.0), count)
+        # Scenes of one drift share its analysis, which costs far more than finding them.
+        numbers = [x for p in pairs.values() for x in (p.hi, p.lo)] or [np.zeros(count)]
+        self._kind = np.unique(np.array(numbers), axis=1, return_inverse=True)[1].ravel()
+        self._marks: dict[int, FloatArray] = {}
+        self._rows: dict[tuple[int, float], FloatArray] = {}
         everyone = np.arange(2 * count)
         ends = self.phi(everyone, np.tile((-1.0, 1.0), (2 * count, 1)))
         self.a_minus, self.a_plus = ends.T.copy()
@@ -248,16 +253,26 @@ class AnalyticField:
 
     def zeros(self, scene: IntArray) -> FloatArray:
         """Zeros and extremes of A on [-1, 1], by Chebyshev proxies."""
-        from symasym.drift.landscape import float_marks
-
-        rows = [
-            float_marks(partial(self._phi_of_one, [s]), partial(self._spread_of_one, s))
-            for s in scene
-        ]
+        rows = [self._marks_of(int(s)) for s in scene]
         width = max([len(row) for row in rows] + [1])
         return np.array(
             [np.pad(row, (0, width - len(row)), constant_values=np.nan) for row in rows]
         )
+
+    def _marks_of(self, scene: int) -> FloatArray:
+        """Zeros and extremes of one scene, a mirror image's from what it mirrors."""
+        from symasym.drift.landscape import float_marks
+
+        original = scene % self._count
+        kind = int(self._kind[original])
+        if kind not in self._marks:
+            self._marks[kind] = np.asarray(
+                float_marks(
+                    partial(self._phi_of_one, [original]), partial(self._spread_of_one, original)
+                )
+            )
+        marks = self._marks[kind]
+        return marks if self.sign[scene] > 0 else -marks[::-1]
 
     def turning(self, scene: IntArray) -> FloatArray:
         # The marks hold the extremes; zeros among them do no harm to monotone pieces.
@@ -270,29 +285,30 @@ class AnalyticField:
         rows, radii = [], []
         with own_context(45) as context:
             ops = SeriesOps(self.ORDER, context)
+            powers = np.arange(self.ORDER)
             for s, c in zip(scene, centre, strict=True):
-                row = self._taylor_of_one(int(s), float(c), ops)
-                rows.append(row)
-                radii.append(_trust(row))
+                sign, original = self.sign[s], int(s) % self._count
+                key = int(self._kind[original]), float(sign * c)
+                if key not in self._rows:
+                    self._rows[key] = self._taylor_of_one(original, key[1], ops)
+                rows.append(sign * self._rows[key] * sign**powers)
+                radii.append(_trust(rows[-1]))
         return np.array(rows), self._tamed(scene, centre, np.array(rows), np.array(radii))
 
     def _taylor_of_one(self, scene: int, centre: float, ops: SeriesOps) -> FloatArray:
-        """Taylor coefficients, from a series in units of 2^-shift.
+        """Taylor coefficients of A, not mirrored, from a series in units of 2^-shift.
 
         A series's digits are relative to its largest coefficient, so beside a narrow feature
         the unit shrinks until that is not one of the last.
         """
         from symasym.numbers.truncated_series import TruncatedSeries
 
-        sign = int(self.sign[scene])
-        values = {
-            n: ops.rational(self._exact_value(p, scene % self._count))
-            for n, p in self._pairs.items()
-        }
+        values = {n: ops.rational(self._exact_value(p, scene)) for n, p in self._pairs.items()}
         last = range(self.ORDER - 4, self.ORDER)
         shift = 0
         while True:
-            point = ops.variable(Fraction(sign * centre), Fraction(sign, 1 << shift))
+            step()
+            point = ops.variable(Fraction(centre), Fraction(1, 1 << shift))
             series = self._drift.evaluate_values(point, values, ops)
             scaled = TruncatedSeries.coefficients_of(series, ops)
             lead = ops.context.mag(max(self._size[scene], abs(scaled[0])))
@@ -303,9 +319,7 @@ class AnalyticField:
             if not 3 < rate < np.inf or shift > _FINEST:
                 break
             shift += math.ceil(rate)
-        return sign * np.array(
-            [float(ops.context.ldexp(x, k * shift)) for k, x in enumerate(scaled)]
-        )
+        return np.array([float(ops.context.ldexp(x, k * shift)) for k, x in enumerate(scaled)])
 
     def _tamed(
         self, scene: IntArray, centre: FloatArray, rows: FloatArray, radii: FloatArray
@@ -314,6 +328,7 @@ class AnalyticField:
         active = np.isfinite(radii) & (radii > 0)
         radii = np.minimum(radii, 2.0)
         while active.any():
+            step()
             change = self.spread(scene, centre, 2 * radii).radius
             size = (np.abs(rows) * radii[:, None] ** np.arange(rows.shape[1])).sum(axis=1)
             active &= ~tame(change, size) & (radii > 1e-14)

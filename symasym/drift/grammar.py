@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import sympy
 
 from symasym.base.errors import InputError
+from symasym.base.inputs import shown
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -110,8 +111,9 @@ class _Reader:
 
     def _error(self, why: str) -> InputError:
         """An error that shows the text."""
-        shown = self.text if len(self.text) <= 80 else self.text[:77] + "..."
-        return InputError(f"{self.name} is {shown!r}, which {why}; write it like 1/2 - u + 3*u**3.")
+        return InputError(
+            f"{self.name} is {shown(self.text)}, which {why}; write it like 1/2 - u + 3*u**3."
+        )
 
     def _take(self, *signs: str) -> str:
         """The next token if it is one of the signs, which is passed then; else nothing."""

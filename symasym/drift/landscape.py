@@ -12,9 +12,10 @@ import numpy as np
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
+from symasym.base.patience import step
 from symasym.generated.numpy_formulas import potential_left, potential_right
 from symasym.numbers.complex_balls import ComplexBall, tame
-from symasym.numbers.polynomial_roots import bracketed_zero
+from symasym.numbers.polynomials import bracketed_zero
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -256,6 +257,7 @@ def _proxies(
     pending = [(-1.0, 1.0)]
     done: list[tuple[float, float, Any]] = []
     while pending:
+        step()
         lo, hi = pending.pop()
         with np.errstate(all="ignore"):
             x = (lo + hi) / 2 + (hi - lo) / 2 * nodes
@@ -299,6 +301,7 @@ def potential_at(drift: Switch, u: FloatArray) -> float | FloatArray:
     inside = np.clip(position, -1.0, 1.0)
     total, panels = _minus_integral(drift, inside, values, 32), 32
     while panels < 8192:
+        step()
         panels *= 4
         finer = _minus_integral(drift, inside, values, panels)
         settled = np.abs(finer - total).max() <= 1e-13 * (np.abs(finer).max() + 1e-300)

@@ -13,8 +13,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from symasym.base.errors import InputError
-from symasym.base.inputs import Number, exact
+from symasym.base.inputs import Number, count, exact
 from symasym.generated.plain_formulas import friction_coefficients
 from symasym.numbers.trees import Operand, Operations, call, evaluate_tree, integer_power
 
@@ -23,6 +22,9 @@ if TYPE_CHECKING:
 
 
 Values = Mapping[str, Any]
+
+# Waves, exponents and degrees beyond it make no switch that anybody has.
+_MOST = 1_000
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,11 @@ class Model:
     def name(self) -> str:
         """The class's name in small letters."""
         return type(self).__name__.lower()
+
+    @property
+    def shape(self) -> dict[str, int]:
+        """The whole numbers that shape the formula, by the names that a caller gives them."""
+        return {}
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -121,6 +128,10 @@ class Sine(Model):
     waves: int
 
     @property
+    def shape(self) -> dict[str, int]:
+        return {"waves": self.waves}
+
+    @property
     def parameters(self) -> tuple[str, ...]:
         return ("a_minus", "a_plus", "b")
 
@@ -154,6 +165,10 @@ class Hill(Model):
     n: int
 
     @property
+    def shape(self) -> dict[str, int]:
+        return {"n": self.n}
+
+    @property
     def parameters(self) -> tuple[str, ...]:
         return ("a_minus", "a_plus", "K")
 
@@ -177,6 +192,15 @@ class Expression(Model):
     @property
     def parameters(self) -> tuple[str, ...]:
         return tuple(sorted(s.name for s in self.formula.free_symbols - {self.u}))
+
+    @cached_property
+    def canonical(self) -> Any:
+        """The formula as SymPy makes it from its parts, whatever way it came here."""
+
+        def made(part: Any) -> Any:
+            return part.func(*map(made, part.args)) if part.args else part
+
+        return made(self.formula)
 
     def _values(self, p: Values) -> dict[Any, Any]:
         """The parameters' values by symbol."""
@@ -217,8 +241,6 @@ class Expression(Model):
 
 
 def check_count(name: str, value: Number) -> int:
-    """A whole number >= 1 that shapes a model (waves of a sine, exponent of a Hill switch)."""
+    """A whole number from 1 on that shapes a model (waves of a sine, exponent of a Hill switch)."""
     number = exact(name, value)
-    if number.denominator != 1 or number < 1:
-        raise InputError(f"{name} is {value!r}; give a whole number of at least 1.")
-    return int(number)
+    return count(name, int(number) if number.denominator == 1 else value, 1, _MOST)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import whole
+from symasym.base.texts import meant
 
 if TYPE_CHECKING:
     from symasym.drift.drift import Drift
@@ -42,20 +43,40 @@ def named_drift(name: str | None, expression: str | None, values: Mapping[str, A
     if expression is not None:
         return _of_formula(expression).bind(**values)
     if name not in DRIFTS:
-        raise InputError(f"{name} is no ready-made drift; they are {', '.join(DRIFTS)}.")
-    from symasym.drift import friction, smoothings
-
-    make = getattr(friction if name == "friction" else smoothings, name)
+        near = meant(name, DRIFTS)
+        raise InputError(f"{name} is no ready-made drift; they are {', '.join(DRIFTS)}{near}.")
+    make = _maker(name)
     known = inspect.signature(make).parameters
     for given in values:
         if given not in known and name != "polynomial":
             raise InputError(
-                f"{given} is no parameter of {name}; its parameters are {', '.join(known)}."
+                f"{given} is no parameter of {name}; its parameters are "
+                f"{', '.join(known)}{meant(given, known)}."
             )
     # The shape of a drift (waves, exponent) is a whole number and no parameter of its formula.
     shape = {key: whole(key, values[key]) for key in {"waves", "n"} & values.keys()}
     drift: Drift = make(**{**values, **shape})
     return drift
+
+
+def drift_signatures() -> dict[str, str]:
+    """The ready-made drifts with the names of their parameters, for a help text."""
+    return {
+        name: ", ".join(
+            "c0, c1, c2, ..." if name == "polynomial" else str(parameter).partition(":")[0]
+            for parameter in list(inspect.signature(_maker(name)).parameters.values())[
+                : 1 if name == "polynomial" else None
+            ]
+        )
+        for name in DRIFTS
+    }
+
+
+def _maker(name: str) -> Any:
+    """The function that makes the ready-made drift of that name."""
+    from symasym.drift import friction, smoothings
+
+    return getattr(friction if name == "friction" else smoothings, name)
 
 
 @lru_cache(maxsize=8)

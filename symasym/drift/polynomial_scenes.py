@@ -13,8 +13,7 @@ import numpy as np
 from symasym.base.inputs import FloatArray, IntArray
 from symasym.drift.drift import Drift
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
-from symasym.numbers.polynomial_roots import Zeros
-from symasym.numbers.polynomials import poly
+from symasym.numbers.polynomials import Zeros, poly
 
 _MOST_DEGREE = 12
 # |A| at the start, at an end or at a kink beside its largest term, below which it is not known.

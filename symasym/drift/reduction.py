@@ -6,7 +6,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import numpy as np
+
 from symasym.base.errors import InputError, RegionError
+from symasym.base.inputs import is_name, sequence, shown
 from symasym.drift.drift import Drift
 
 if TYPE_CHECKING:
@@ -148,12 +151,13 @@ def reduce(
     """
     import sympy
 
-    names = [c.name if isinstance(c, sympy.Symbol) else str(c) for c in coordinates]
-    known = {
-        n: c if isinstance(c, sympy.Symbol) else sympy.Symbol(n, real=True)
-        for n, c in zip(names, coordinates, strict=True)
-    }
-    inside = layer if isinstance(layer, sympy.Symbol) else sympy.Symbol(layer, real=True)
+    symbols = [_symbol("coordinates", c) for c in sequence("coordinates", coordinates)]
+    known = {s.name: s for s in symbols}
+    inside = _symbol("layer", layer)
+    if len({*known, inside.name}) <= len(symbols):
+        raise InputError(
+            f"coordinates is {shown(coordinates)} and layer is {inside}; give each its own name."
+        )
     read = _reader({**known, inside.name: inside})
     x = list(known.values())
     fields = [
@@ -162,7 +166,7 @@ def reduce(
     ]
     h = x[0] if switch is None else read("switch", switch)
     gradient = sympy.Matrix([[sympy.diff(h, c) for c in x]])
-    point = _point(h, x, at or {}, read)
+    point = _point(h, x, {} if at is None else at, read)
     on = _on_surface(h, x, point)
     normal = gradient.subs(on)
     if all(sympy.simplify(g) == 0 for g in normal):
@@ -182,6 +186,17 @@ def reduce(
     return Reduction(drift, sympy.simplify(amplitude), tuple(x), minus, plus, sliding)
 
 
+def _symbol(name: str, given: Symbol | str) -> Any:
+    """A coordinate as a symbol."""
+    import sympy
+
+    if isinstance(given, sympy.Symbol) and is_name(given.name):
+        return given
+    if not is_name(given):
+        raise InputError(f"{name} has {shown(given)}; give symbols or names of letters and digits.")
+    return sympy.Symbol(given, real=True)
+
+
 def _reader(known: Mapping[str, Any]) -> Reader:
     """A function that reads an expression, strings with exact decimals."""
     import sympy
@@ -197,8 +212,8 @@ def _reader(known: Mapping[str, Any]) -> Reader:
                 expression = sympy.nsimplify(sympy.sympify(given, strict=True), rational=True)
         except (sympy.SympifyError, TypeError, AttributeError) as error:
             raise InputError(
-                f"{name} has an entry {given!r}, which SymPy cannot read ({type(error).__name__}); "
-                "write it like 1/2 - z."
+                f"{name} has an entry {shown(given)}, which SymPy cannot read "
+                f"({type(error).__name__}); write it like 1/2 - z."
             ) from None
         # One name is one symbol, whatever assumptions it was written with.
         return expression.subs(
@@ -214,7 +229,7 @@ def _reader(known: Mapping[str, Any]) -> Reader:
 
 def _vector(name: str, given: Sequence[Any], x: list[Any], read: Reader) -> list[Any]:
     """The components of a field, one for each coordinate."""
-    components = [read(name, component) for component in given]
+    components = [read(name, component) for component in sequence(name, given)]
     if len(components) != len(x):
         raise InputError(
             f"{name} has {len(components)} components; give {len(x)}, one for each coordinate."
@@ -226,8 +241,8 @@ def _matrix(D: Sequence[Any], x: list[Any], read: Reader) -> Any:
     """D as a matrix of n rows; a column may be given as one sequence."""
     import sympy
 
-    rows = D.tolist() if hasattr(D, "tolist") else list(D)
-    rows = [[row] if not isinstance(row, (list, tuple)) else list(row) for row in rows]
+    rows = D.tolist() if isinstance(D, (np.ndarray, sympy.MatrixBase)) else sequence("D", D)
+    rows = [list(row) if isinstance(row, (list, tuple, np.ndarray)) else [row] for row in rows]
     if len(rows) != len(x) or len({len(row) for row in rows}) != 1:
         raise InputError(
             f"D has {len(rows)} rows of lengths {[len(row) for row in rows]}; "
@@ -239,6 +254,10 @@ def _matrix(D: Sequence[Any], x: list[Any], read: Reader) -> Any:
 def _point(h: Expr, x: list[Any], at: Mapping[Any, Any], read: Reader) -> dict[Any, Any]:
     """The coordinates in `at` and their values, by symbol."""
     names = {str(c): c for c in x}
+    if not isinstance(at, Mapping):
+        raise InputError(
+            f"at is {shown(at)}; give a mapping from coordinates to numbers, such as {{'z': 0}}."
+        )
     unknown = [str(k) for k in at if str(k) not in names]
     if unknown:
         raise InputError(

@@ -19,12 +19,14 @@ from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
     FloatArray,
     IntArray,
+    count,
     digits,
     exact,
     float_text,
     floats,
     is_array,
     positive,
+    shown,
 )
 from symasym.drift.drift import Drift
 
@@ -34,13 +36,18 @@ if TYPE_CHECKING:
 _LARGEST, _SMALLEST = 709.78, -708.39
 _KAPPA_RANGE = (1e-145, 1e145)
 _R_RANGE = (1e-150, 1e152)
+# Of any number: exponents, and digits of exponentials, stay such that work is short.
+_MOST_BITS = 3_330
 
 #: Digits behind a float64 value whose error is part of it.
 FLOAT_DIGITS = 20
 
 
 class Request(NamedTuple):
-    """What is asked for, apart from the scene itself; `name` is that of the quantity."""
+    """What is asked for, apart from the scene itself; `name` is that of the quantity.
+
+    `errors` is ``"raise"``, or ``"nan"`` where elements of arrays that are refused become nan.
+    """
 
     name: str
     method: str
@@ -48,6 +55,7 @@ class Request(NamedTuple):
     dps: int | None
     log: bool
     full: bool
+    errors: str = "raise"
 
     @property
     def digits(self) -> int:
@@ -129,22 +137,18 @@ def read_order(order: int | str | None, default: int, most: int) -> int:
     """The order of an expansion, a whole number from 0 to `most`."""
     if order is None:
         return default
-    if order == "optimal":
+    if isinstance(order, str) and order == "optimal":
         raise InputError(
             "order is 'optimal', but this series converges for every kappa, so that more terms "
             f"are always better; give a whole number from 0 to {most}."
         )
-    if isinstance(order, bool) or not isinstance(order, (int, np.integer)):
-        raise InputError(f"order is {order!r}; give a whole number from 0 to {most}.")
-    if not 0 <= order <= most:
-        raise InputError(f"order is {order}; give a whole number from 0 to {most}.")
-    return int(order)
+    return count("order", order, 0, most)
 
 
 def require_drift(drift: object) -> None:
     """Raise InputError unless `drift` is a Drift with all its parameters given."""
     if not isinstance(drift, Drift):
-        raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction(…).")
+        raise InputError(f"drift is {shown(drift)}; give a Drift, such as sa.friction(…).")
     drift.require_bound()
 
 
@@ -164,6 +168,11 @@ def exact_scene(drift: Drift, numbers: dict[str, Any], dps: int | None) -> dict[
                     "so pass one value at a time."
                 )
     values = {name: exact(name, value) for name, value in numbers.items()}
+    for name, number in (values | drift.scalars()).items():
+        if number and abs(_bits(number)) > _MOST_BITS:
+            raise InputError(
+                f"{name} is {float_text(number)}, beyond 1e±1000; rescale the problem."
+            )
     for name in ("kappa", "r"):
         if name in values:
             positive(name, values[name])
@@ -172,8 +181,12 @@ def exact_scene(drift: Drift, numbers: dict[str, Any], dps: int | None) -> dict[
             f"start is {float_text(values['start'])} and r is {float_text(values['r'])}; "
             "start must lie inside (-r, r)."
         )
-    drift.scalars()
     return values
+
+
+def _bits(x: Fraction) -> int:
+    """log2 of a number's size, to within 1."""
+    return abs(x.numerator).bit_length() - x.denominator.bit_length()
 
 
 def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
@@ -290,7 +303,10 @@ def as_floats(request: Request, shape: tuple[int, ...], answers: Answers) -> Any
     if request.full and answers.errors is not None:
         # A logarithm close to 0 may have underflowed.
         error = answers.errors.reshape(shape) + 1e-300
-    require_fits(request.name, logs, request.log)
+    if request.errors == "raise":
+        require_fits(request.name, logs, request.log)
+    else:
+        logs = value = np.where(_fitting(logs, request.log), logs, np.nan)
     if not request.log:
         value = np.exp(logs)
         if error is not None:
@@ -301,8 +317,9 @@ def as_floats(request: Request, shape: tuple[int, ...], answers: Answers) -> Any
     if not request.full:
         return value
     order = None if isinstance(request.order, range) else request.order
+    mask = np.isnan(value) if request.errors == "nan" else None
     return Estimate(
-        value, error, answers.kind, request.method, order, answers.terms, answers.dropped
+        value, error, answers.kind, request.method, order, answers.terms, answers.dropped, mask
     )
 
 
@@ -343,10 +360,15 @@ def _fits(name: str, value: mpf) -> None:
     require_fits(name, np.asarray(size), False)
 
 
+def _fitting(logs: FloatArray, log: bool) -> Any:
+    """True where e^logs is a float, or logs with `log`."""
+    return np.isfinite(logs) if log else (logs >= _SMALLEST) & (logs <= _LARGEST)
+
+
 def require_fits(name: str, logs: FloatArray, log: bool) -> None:
     """Raise unless the values e^logs, or their logarithms with `log`, are floats."""
     if log:
-        if not np.isfinite(logs).all():
+        if not _fitting(logs, log).all():
             raise RangeError(
                 f"log {name} is outside the range of float64 itself; pass log=True with dps=…."
             )
@@ -356,3 +378,8 @@ def require_fits(name: str, logs: FloatArray, log: bool) -> None:
         raise RangeError(
             f"{name} is e^{extreme:.6g}, outside the range of float64; pass log=True, or dps=…."
         )
+
+
+def working_digits(digits: int, lam: Fraction, r: Fraction) -> int:
+    """Digits that leave `digits` right in e^{lam V}."""
+    return digits + 2 * len(str(int(lam * (1 + r) + 1))) + 20

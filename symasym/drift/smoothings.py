@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
+
 from symasym.base.errors import InputError
-from symasym.base.inputs import Numbers
+from symasym.base.inputs import Numbers, shown
 from symasym.drift import models
 from symasym.drift.drift import Drift
 
@@ -47,8 +49,8 @@ def polynomial(*coefficients: Numbers, **named: Numbers) -> Drift:
         raise InputError("polynomial takes its coefficients c0, c1, … either in order or by name.")
     if named:
         for name in named:
-            if not (name[:1] == "c" and name[1:].isdigit()):
-                raise InputError(f"{name} is no coefficient; name them c0, c1, c2, ….")
+            if not re.fullmatch(r"c(0|[1-9][0-9]{0,2})", name):
+                raise InputError(f"{shown(name)} is no coefficient; name them c0, c1, c2, …, c999.")
         degree = max(int(name[1:]) for name in named)
         coefficients = tuple(named.get(f"c{k}", 0) for k in range(degree + 1))
     model = models.Polynomial(len(coefficients) - 1)

@@ -12,6 +12,7 @@ import numpy as np
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
+from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.numbers.complex_balls import ComplexBallOps, tame
 from symasym.numbers.polynomials import poly, shifted
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
+_MOST_BITS = 1_000_000
 _MOST_EXTRA_BITS = 4096
 
 
@@ -193,6 +195,7 @@ class ExactField:
         """[lo, hi] cut so that nothing narrower than a piece hides in it."""
         waiting, edges = [(lo, hi)], [lo]
         while waiting:
+            step()
             a, b = waiting.pop()
             middle, width = to_fraction((a + b) / 2), to_fraction(abs(b - a))
             size = max(abs(self.number(x)) for x in (a, (a + b) / 2, b))
@@ -251,6 +254,11 @@ def to_fraction(x: mpf) -> Fraction:
         if exponent:
             raise AccuracyError("A is not finite on [-1, 1]; give an A that is smooth there.")
         return Rational(0)
+    size = exponent + int(mantissa).bit_length()
+    if size > _MOST_BITS:
+        raise AccuracyError("A is beyond 2^1000000 on [-1, 1]; rescale the problem.")
+    if size < -_MOST_BITS:
+        return Rational(0)  # far below the last digit of anything
     numerator = -int(mantissa) if sign else int(mantissa)
     if exponent >= 0:
         return Rational(numerator << exponent)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import exact, is_name
+from symasym.base.inputs import exact, is_name, shown
 from symasym.emit.folding import fold
 from symasym.emit.forms import quotients
 from symasym.emit.program import TAKEN, Case, Function, Program, require_closed
@@ -130,13 +130,17 @@ def _of_formula(formula: Record) -> Program:
 
 def _of_expression(what: Any, name: str) -> Program:
     if isinstance(what, Mapping) or not is_name(name) or name in TAKEN:
-        raise InputError(f"name is {name!r}; give a name made of letters, digits and _.")
+        raise InputError(f"name is {shown(name)}; give a name made of letters, digits and _.")
     try:
         e = sympy.sympify(what, strict=True)
-    except sympy.SympifyError:
+    except (sympy.SympifyError, TypeError, ValueError, AttributeError):
+        e = None
+    if not isinstance(e, (sympy.Expr, sympy.Basic, sympy.MatrixBase, list, tuple)) or isinstance(
+        e, sympy.Set
+    ):
         raise InputError(
-            f"{what!r} is no formula, label or SymPy expression; give one of these."
-        ) from None
+            f"{shown(what)} is no formula, label or SymPy expression; give one of these."
+        )
     function = _function(name, f"{sympy.sstr(e)[:80]}", e)
     return Program("expression", f"{sympy.sstr(e)[:400]}", (function,))
 
@@ -147,6 +151,13 @@ def _function(name: str, doc: str, expression: Expr | Sequence[Expr]) -> Functio
 
     values = tuple(parts(expression))
     arguments = tuple(sorted({s.name for e in values for s in e.free_symbols}))
+    # What is written into code is a name, and nothing that ends a line or a comment.
+    for argument in arguments:
+        if not is_name(argument):
+            raise InputError(
+                f"{name} has the symbol {shown(argument)}; give symbols names of letters, digits "
+                "and _."
+            )
     if any(v.is_Relational or v.is_Boolean for v in values):
         raise InputError(f"{name} is a condition and no number; emit a number.")
     if len(values) > 1 or not values[0].has(sympy.Piecewise):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import is_array
+from symasym.base.inputs import is_array, shown
 from symasym.drift.drift import Drift
 from symasym.emit.exact_time import by_powers, critical, exact_time
 from symasym.emit.folding import fold
@@ -36,7 +36,7 @@ def program(
 ) -> Program:
     """A formula of `LABELS` for a drift; `numbers` are the drift's parameters, or the others."""
     if not isinstance(drift, Drift):
-        raise InputError(f"drift is {drift!r}; give a Drift, such as sa.friction().")
+        raise InputError(f"drift is {shown(drift)}; give a Drift, such as sa.friction().")
     if what.label not in LABELS:
         raise InputError(
             f"{what.label} takes no drift; those that do are {', '.join(LABELS)}. "
@@ -90,11 +90,13 @@ def _method_of(what: Record, method: str | None, order: int | str | None) -> str
     if what.label != "eq:Ttilde":
         raise InputError(f"{what.label} has no method or order; eq:Ttilde has.")
     if method not in (None, "exact", "laplace", "uniform"):
-        raise InputError(f"method is {method!r}; emitted are 'exact', 'laplace' and 'uniform'.")
+        raise InputError(
+            f"method is {shown(method)}; emitted are 'exact', 'laplace' and 'uniform'."
+        )
     if method == "uniform":
         if order not in (None, 0) or isinstance(order, bool):
             raise InputError(
-                f"order is {order!r}; with method='uniform' order 0 is emitted, call "
+                f"order is {shown(order)}; with method='uniform' order 0 is emitted, call "
                 "sa.escape_time for more."
             )
     elif method != "laplace" and order is not None:

@@ -13,7 +13,7 @@ from typing import Any
 
 from symasym.base.errors import InputError, OutputError
 from symasym.base.files import write_bytes
-from symasym.base.inputs import is_name
+from symasym.base.inputs import is_name, shown
 from symasym.derivation.code import DIALECTS, Dialect
 from symasym.emit.program import Program, Ready
 from symasym.emit.targets import to_c, to_javascript, to_latex, to_mpmath, to_numpy, to_python
@@ -54,9 +54,9 @@ def add_target(name: str, render: Callable[[Program, list[Ready]], str], dialect
     -----
     docs/extending.md adds a language in this way, and runs its files.
     """
-    if name in TARGETS or not is_name(name):
+    if not is_name(name) or name in TARGETS:
         raise InputError(
-            f"target is {name!r}; give a name of letters and digits, and none of "
+            f"target is {shown(name)}; give a name of letters and digits, and none of "
             f"{', '.join(TARGETS)}."
         )
     _RENDER[name], DIALECTS[name] = render, dialect
@@ -64,9 +64,9 @@ def add_target(name: str, render: Callable[[Program, list[Ready]], str], dialect
 
 def check_target(target: str) -> None:
     """Raise InputError for what is none of `TARGETS`, and was not added."""
-    if target not in TARGETS and target not in _RENDER:
+    if not isinstance(target, str) or (target not in TARGETS and target not in _RENDER):
         known = dict.fromkeys((*TARGETS, *_RENDER))
-        raise InputError(f"target is {target!r}; give one of {', '.join(known)}.")
+        raise InputError(f"target is {shown(target)}; give one of {', '.join(known)}.")
 
 
 class Source(str):
@@ -87,26 +87,35 @@ class Source(str):
     _program: Program
     _ready: list[Ready]
 
-    def write(self, path: str | PathLike[str]) -> list[Path]:
-        """Write the file, for C its header beside it; whole files or none.
+    def write(self, path: str | PathLike[str], *, header: bool = False) -> list[Path]:
+        """Write the file, and nothing else unless `header` asks for it; whole files or none.
+
+        Parameters
+        ----------
+        path : path
+        header : bool
+            For C: write the header beside it, which the file then includes; a file without
+            declares its functions itself.
 
         Raises
         ------
         InputError
-            If a C file does not end in .c.
+            If a C file does not end in .c, or there is no header.
         OutputError
             If a file cannot be written.
         """
         place = Path(path)
-        if self.target != "c":
+        if self.target == "c" and place.suffix != ".c":
+            raise InputError(f"{place} is to hold C; let its name end in .c.")
+        if not header:
             write_bytes(place, str(self).encode())
             return [place]
-        if place.suffix != ".c":
-            raise InputError(f"{place} is to hold C; let its name end in .c.")
-        text, header = to_c.render(self._program, self._ready, place.stem)
+        if self.target != "c":
+            raise InputError(f"{self.target} has no header; leave header out.")
+        text, declarations = to_c.render(self._program, self._ready, place.stem)
         beside = place.with_suffix(".h")
         # The header first: a source whose header is missing would not compile.
-        write_bytes(beside, header.encode())
+        write_bytes(beside, declarations.encode())
         write_bytes(place, text.encode())
         return [place, beside]
 
@@ -155,7 +164,8 @@ def rendered(program: Program, target: str) -> Source:
     if target != "latex":
         functions = program.in_digits if target == "mpmath" else program.in_doubles
     if target == "c":
-        text, header = to_c.render(program, functions, program.name)
+        text = to_c.render(program, functions)[0]
+        header = to_c.render(program, functions, program.name)[1]
     else:
         text, header = _RENDER[target](program, functions), ""
     source = Source(text)
@@ -175,9 +185,7 @@ def _compiled(program: Program, functions: list[Ready]) -> SimpleNamespace:
         )
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "emitted.c"
-        text, header = to_c.render(program, functions, "emitted")
-        place.write_text(text)
-        place.with_suffix(".h").write_text(header)
+        place.write_text(to_c.render(program, functions)[0])
         library = Path(folder) / "emitted.so"
         command = [compiler, "-std=c99", "-O2", "-fPIC", "-shared", "-o", str(library)]
         done = subprocess.run([*command, str(place), "-lm"], capture_output=True, text=True)

@@ -1,6 +1,7 @@
 """The uniform formula of the escape time to order 0, as a program for polynomial drifts.
 
-The functions are those of `symasym.emit.kernels.uniform`, for one scene at a time, in doubles.
+The functions are those of `symasym.emit.kernels.uniform` and what they call, for one scene at a
+time, in doubles.
 """
 
 from __future__ import annotations
@@ -9,10 +10,12 @@ from functools import cache
 
 import sympy
 
+from symasym.asymptotics.uniform import structure
+from symasym.asymptotics.uniform.order_zero_forms import EMITTED
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
-from symasym.emit.kernels import airy, elementary, tables, uniform, uniform_pairs, uniform_roots
-from symasym.emit.kernels.kernel import kernel_of
+from symasym.emit.kernels import airy, elementary, guarded, tables, uniform
+from symasym.emit.kernels.kernel import in_doubles, kernel_of
 from symasym.emit.kernels.transcribe import transcribed
 from symasym.emit.program import FirstPassage, Function, Program, Ready
 from symasym.emit.writing import Written
@@ -27,7 +30,10 @@ ERROR = (
     "of log T, or of 1 where that is larger; to fewer digits, nine at least, where zeros nearly "
     "coincide that are not taken together"
 )
-OUTSIDE = "kappa or r is out of range, or the start or r is at a zero of the drift"
+OUTSIDE = (
+    "kappa or r is out of range, or the start or r is at a zero of the drift, or a barrier lies "
+    "uphill from the start"
+)
 #: What the drift's zeros are good for, by the degree from which on it is needed.
 _NEEDED = {2: "_PAIRS", 4: "_MANY"}
 _ABSENT = {
@@ -86,6 +92,6 @@ def helpers_of(target: str, functions: list[Ready]) -> dict[str, Written]:
 @cache
 def _kernel(target: str, degree: int) -> dict[str, Written]:
     flags = {name: degree >= least for least, name in _NEEDED.items()}
-    modules = (elementary, uniform_roots, airy, uniform_pairs, uniform)
-    texts = transcribed(kernel_of(*modules, flags=flags), target)
+    kernel = kernel_of(guarded, elementary, structure, airy, uniform, flags=flags)
+    texts = transcribed({**kernel, **in_doubles(EMITTED)}, target)
     return {**tables.helpers_of({**tables.dawson(), **tables.airy(True)}, target), **texts}

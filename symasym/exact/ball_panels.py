@@ -13,6 +13,7 @@ from operator import mul
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import AccuracyError
+from symasym.base.patience import step
 from symasym.exact.sweep import Deferred, Record
 from symasym.numbers.balls import Profile, exact_ball, flint_module
 from symasym.special.exponentials import ball_quotient
@@ -143,6 +144,7 @@ class Panel(Piece):
     @cached_property
     def _exponent(self) -> Any:
         """lam (V - V(centre)), a series in t."""
+        step()
         flint = flint_module()
         flint.ctx.cap = self.terms
         series = self.profile.series(self.center, self.half, self.terms)
@@ -371,6 +373,7 @@ def cut(profile: Profile, lam: Fraction, a: Fraction, b: Fraction) -> list[Panel
     waiting, panels = [(a, b)], list[Panel]()
     narrowest = (b - a) * _NARROWEST
     while waiting:
+        step()
         left, right = waiting.pop()
         center, half = (left + right) / 2, (right - left) / 2
         slope_bound = exact_ball(lam * half) * profile.bound(center, RATIO * half)

@@ -17,6 +17,7 @@ import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError
+from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField, dyadic, places
 from symasym.exact import sweep
@@ -249,6 +250,7 @@ class Partition:
 
     def _block(self, centre: Fraction, t0: Fraction, t1: Fraction, depth: int) -> Iterator[Panel]:
         """A block by layers where that is exact to working precision, else by Taylor panels."""
+        step()
         if depth > _DEEPEST:
             raise AccuracyError(
                 f"the drift varies too fast near u = {float(centre):.6g} to reach the digits "
@@ -325,6 +327,7 @@ class Partition:
         """Panels from t0 to t1, each as wide as is cheapest."""
         t, unit = t0, Rational(1)
         while t < t1:
+            step()
             here, most = centre + t, t1 - t
             if not self.field.is_polynomial:
                 unit = most = self._tame_width(here, min(4 * unit, t1 - t))
@@ -402,6 +405,7 @@ class Partition:
 
         whole = h == most
         while sum(growth(h)) > self.reach:
+            step()
             h, whole = h / 2, False
         if not whole:
             # Back up in eighths, so that halving costs little reach.

@@ -24,6 +24,7 @@ MILD = 5e3
 _SAMPLES_PER_BLOCK = 32  # panels merged before the log domain is entered: e^(32 REACH) < 1e112
 _PANELS_AT_ONCE = 1024  # stays in cache, and below the size at which BLAS starts threads
 _DEEPEST = 90  # bisections
+_THIN = 1e24  # lam |A| from which on a zero's layer, lam^-1/2 wide, is thinner than 1e-12
 #: Blocks of one scene waiting for bisection: more of them means that bisecting does not help.
 _MOST_BLOCKS = 1 << 13
 
@@ -95,7 +96,7 @@ def _graded_blocks(
     so that a layer of width 1e-9 is resolved to full relative precision.
     """
     low, high = lo[scene, None], hi[scene, None]
-    zeros = field.zeros(scene)
+    zeros = _polished(field, scene, field.zeros(scene), lam[scene] * field.size()[scene])
     zeros = np.where((zeros > low) & (zeros < high), zeros, np.nan)
     marks = np.sort(np.concatenate((low, zeros, high), axis=1), axis=1)  # nan last
     marks[:, 1:][marks[:, 1:] == marks[:, :-1]] = np.nan
@@ -124,6 +125,22 @@ def _graded_blocks(
         t0, t1 = (-outer, -inner) if from_right else (inner, outer)
         chosen.append(Blocks(scene[row][which], part[which], anchor[which], t0, t1))
     return Blocks(*(np.concatenate(f) for f in zip(*chosen, strict=True))), anchors
+
+
+def _polished(field: Field, scene: IntArray, zeros: FloatArray, rate: FloatArray) -> FloatArray:
+    """The zeros, by Newton's method where their layers are thinner than their rounding."""
+    row, column = np.nonzero(np.isfinite(zeros) & (rate > _THIN)[:, None])
+    if not row.size:
+        return zeros
+    polished = zeros.copy()
+    for _ in range(2):
+        at = polished[row, column]
+        taylor = field.taylor(scene[row], at)[0]
+        with np.errstate(all="ignore"):
+            step = taylor[:, 0] / taylor[:, 1]
+        # Extremes of A are among the zeros, and stay where they are.
+        polished[row, column] = np.where(np.abs(step) < 1e-12, at - step, at)
+    return polished
 
 
 def _levels_needed(
@@ -194,10 +211,7 @@ def hidden(
     lam_h: FloatArray,
 ) -> np.ndarray:
     """Blocks with a feature too narrow for their nodes to see (see `numbers.complex_balls`)."""
-    middle = (blocks.t0 + blocks.t1) / 2
-    taken_about = blocks.anchor >= 0
-    if taken_about.any():
-        middle = middle + np.where(taken_about, anchors.centre[blocks.anchor], 0.0)
+    taken_about, middle = blocks.anchor >= 0, _middle(blocks, anchors)
     around = field.spread(blocks.scene, middle, blocks.t1 - blocks.t0)
     if around is None:
         return np.zeros(len(size), dtype=bool)  # a polynomial has none
@@ -208,6 +222,15 @@ def hidden(
     negligible = lam_h * around.radius < 1e-5
     seen: np.ndarray = (tame(around.radius, size) | negligible) & (close | ~taken_about)
     return ~seen
+
+
+def _middle(blocks: Blocks, anchors: Anchors) -> FloatArray:
+    """The middles of the blocks, in u."""
+    middle: FloatArray = (blocks.t0 + blocks.t1) / 2
+    taken_about = blocks.anchor >= 0
+    if taken_about.any():
+        middle = middle + np.where(taken_about, anchors.centre[blocks.anchor], 0.0)
+    return middle
 
 
 # -- records of blocks ----------------------------------------------------------------------------
@@ -271,11 +294,8 @@ def merged(records: Records) -> Records:
     )
 
 
-def records_of(
-    field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors
-) -> tuple[Records, np.ndarray]:
+def records_of(field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors) -> Records:
     """Moments of all blocks, bisecting those that are neither slow nor few panels."""
-    failed = np.zeros(len(lam), dtype=bool)
     nothing = np.empty(0)
     done = [Records.exactly(np.empty(0, dtype=np.intp), 0, Moments(*(nothing,) * 4))]
     for depth in range(_DEEPEST + 1):
@@ -289,7 +309,7 @@ def records_of(
         waiting = np.bincount(blocks.scene, minlength=len(lam))
         hopeless = waiting > (_MOST_BLOCKS if depth < _DEEPEST else 0)
         if hopeless.any():
-            failed |= hopeless
+            done.append(_unresolved(field, lam, blocks.take(hopeless[blocks.scene]), anchors))
             blocks = blocks.take(~hopeless[blocks.scene])
         middle = (blocks.t0 + blocks.t1) / 2
         blocks = Blocks(
@@ -299,7 +319,33 @@ def records_of(
             np.concatenate((blocks.t0, middle)),
             np.concatenate((middle, blocks.t1)),
         )
-    return Records.joined(done), failed
+    return Records.joined(done)
+
+
+def _unresolved(field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors) -> Records:
+    """Records of blocks that bisecting doesn't resolve, with all that is open as their error.
+
+    Where phi is known to be within d of its value m in the middle of a block of width h, e^{lam V}
+    is that of the drift m times a number between e^-x and e^x, x = lam d h, and so are the moments,
+    with 2 x. That is all that is needed where log T is far larger than x, as beside a zero of A
+    whose layer is thinner than its rounding.
+    """
+    h = blocks.t1 - blocks.t0
+    phi = phi_at(field, blocks, anchors, np.array([0.5]))[:, 0]
+    series = field.series(blocks.scene)
+    if series is None:
+        middle = _middle(blocks, anchors)
+        around = field.spread(blocks.scene, middle, 0.51 * h + 1e-15)
+        assert around is not None
+        known = field.rounding(blocks.scene, middle[:, None])[:, 0]
+        off = np.abs(around.centre - phi) + around.radius + known
+    else:
+        slope = (np.arange(len(series))[:, None] * np.abs(series)).sum(axis=0)
+        off = 0.51 * h * slope + 1e-15 * field.size()[blocks.scene]
+    lam_here = lam[blocks.scene]
+    change = lam_here * h * np.where(np.isnan(off), np.inf, off + 1e-15 * np.abs(phi))
+    moments = float_panels.constant(lam_here * phi, h)
+    return Records(*blocks[:2], blocks.t0, moments, np.zeros(len(h), bool), change, 2 * change)
 
 
 def _digest(

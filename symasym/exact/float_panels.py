@@ -25,6 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symasym.base.inputs import FloatArray
+from symasym.base.patience import step
 from symasym.generated.numpy_formulas import (
     constant_nested_down,
     constant_nested_up,
@@ -259,6 +260,7 @@ def merge(moments: Moments, k: np.ndarray, count: np.ndarray) -> Moments:
     back = np.where(up, 1.0, shrink)
     e_int, inverse_int, double = int_e * grow, int_inverse * back, nested * back
     while (count > 1).any():
+        step()
         left = np.flatnonzero(k % 2 == 0)
         paired = k[left] + 1 < count[left]
         right = np.where(paired, left + 1, left)

@@ -32,7 +32,7 @@ class Logs(NamedTuple):
 
 
 def escape_time(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray) -> Logs:
-    """log T (eq:Ttilde) of each scene; the error of a scene that was given up is infinite.
+    """log T (eq:Ttilde) of each scene; the error of a scene that is not resolved may be infinite.
 
     Parameters
     ----------
@@ -40,18 +40,18 @@ def escape_time(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray)
         Each scene and, after all of them, each mirror image.
     lam, r, start : arrays of shape (scenes,)
     """
-    left, right, failed = _from_both_ends(field, lam, r, start)
-    return _logs(sweep.escape_time(left, right), failed)
+    left, right = _from_both_ends(field, lam, r, start)
+    return _logs(sweep.escape_time(left, right))
 
 
 def exit_probability(
     field: Field, lam: FloatArray, r: FloatArray, start: FloatArray, complement: bool
 ) -> Logs:
     """log C (eq:C), or log(1 - C); parameters as in `escape_time`."""
-    left, right, failed = _from_both_ends(field, lam, r, start)
+    left, right = _from_both_ends(field, lam, r, start)
     if complement:
         left, right = right, left
-    return _logs(plain_formulas.exit_share(left.sigma, right.sigma), failed)
+    return _logs(plain_formulas.exit_share(left.sigma, right.sigma))
 
 
 def stationary_density(field: Field, lam: FloatArray, y: FloatArray) -> Logs:
@@ -65,7 +65,7 @@ def stationary_density(field: Field, lam: FloatArray, y: FloatArray) -> Logs:
         (LogPositive.of(plain_formulas.tail_left(field.a_minus)),),
         rate,
     )
-    return _logs(sweep.density(rate[:n], w[:n], w[n:]), _either(panels.failed))
+    return _logs(sweep.density(rate[:n], w[:n], w[n:]))
 
 
 def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
@@ -82,26 +82,19 @@ def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
     )
     after = LogPositive.of(plain_formulas.tail_right(field.a_plus[:n]))
     wanted, rest = sweep.layer_times(InLayer(*layer), after, complement)
-    return _logs(plain_formulas.occupation_share(wanted, rest), panels.failed)
+    return _logs(plain_formulas.occupation_share(wanted, rest))
 
 
-def _logs(quantity: LogPositive, failed: np.ndarray) -> Logs:
-    """Logarithms and their errors, infinite where a scene was given up."""
-    bad = failed | np.isnan(quantity.log) | np.isnan(quantity.error)
+def _logs(quantity: LogPositive) -> Logs:
+    """Logarithms and their errors, infinite where they are unknown."""
+    bad = np.isnan(quantity.log) | np.isnan(quantity.error)
     return Logs(np.asarray(quantity.log), np.where(bad, np.inf, quantity.error))
-
-
-def _either(failed: np.ndarray) -> np.ndarray:
-    """Scenes of which one side failed."""
-    n = len(failed) // 2
-    result: np.ndarray = failed[:n] | failed[n:]
-    return result
 
 
 def _from_both_ends(
     field: Field, lam: FloatArray, r: FloatArray, start: FloatArray
-) -> tuple[Swept, Swept, np.ndarray]:
-    """sigma and w at the start from the left and from the right, and which scenes failed."""
+) -> tuple[Swept, Swept]:
+    """sigma and w at the start from the left and from the right."""
     n, rates = len(lam), np.tile(lam, 2)
     panels = _panels(field, rates, -np.tile(r, 2), np.concatenate((start, -start)))
     unknown = LogPositive.of(np.full(2 * n, np.nan))
@@ -111,16 +104,15 @@ def _from_both_ends(
         LogPositive.of(rates),
         sweep.first,
     )
-    return Swept(sigma[:n], w[:n]), Swept(sigma[n:], w[n:]), _either(panels.failed)
+    return Swept(sigma[:n], w[:n]), Swept(sigma[n:], w[n:])
 
 
 class _Panels(NamedTuple):
-    """Panels of many scenes, of each from `begin` on; and the scenes that were given up."""
+    """Panels of many scenes, of each from `begin` on."""
 
     records: Record
     begin: IntArray
     number: IntArray
-    failed: np.ndarray
 
     def through(
         self,
@@ -156,7 +148,7 @@ def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -
         lam[left] * field.a_minus[left], np.minimum(end[left], -1.0) - start[left]
     )
     blocks, anchors = partition(field, lam, np.maximum(start, -1.0), np.minimum(end, 1.0))
-    inside, failed = records_of(field, lam, blocks, anchors)
+    inside = records_of(field, lam, blocks, anchors)
     right = np.flatnonzero(end > 1.0)
     beyond = float_panels.constant(
         lam[right] * field.a_plus[right], end[right] - np.maximum(1.0, start[right])
@@ -185,4 +177,4 @@ def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -
         fall=LogPositive(np.minimum(rise, 0.0), np.where(rise > 0, 0.0, moved)),
         climb=LogPositive(np.minimum(-rise, 0.0), np.where(rise > 0, moved, 0.0)),
     )
-    return _Panels(logs, np.cumsum(count) - count, count, failed)
+    return _Panels(logs, np.cumsum(count) - count, count)

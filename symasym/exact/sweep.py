@@ -25,6 +25,7 @@ from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from symasym.base.patience import step
 from symasym.generated import plain_formulas
 from symasym.numbers.arithmetic import Number
 
@@ -121,6 +122,7 @@ def absorbed(records: Iterable[Record], lam: Ratios) -> Swept:
     remaining = iter(records)
     state = first(next(remaining), lam)
     for p in remaining:
+        step()
         state = carried(state, p, lam)
     return state
 
@@ -232,6 +234,7 @@ class Deferred(_Open):
     @cached_property
     def value(self) -> Any:
         """The number, computed once."""
+        step()
         return self._compute()
 
 

@@ -28,7 +28,7 @@ from symasym.drift.scenes import (
 from symasym.methods.table import quantity_of
 from symasym.numbers import balls
 
-__all__ = ["TOLERANCE", "of_scene", "of_scenes"]
+__all__ = ["TOLERANCE", "float_logs", "of_scene", "of_scenes"]
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
 TOLERANCE = 1e-12
@@ -77,10 +77,10 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     return Answers(logs, errors, "estimate", (request.name,))
 
 
-def _logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
-    """Logarithms in float64 and their errors; what is in doubt is evaluated with more digits."""
+def float_logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
+    """Logarithms in float64 and their errors, however large these are."""
     from symasym.drift.float_field import field_of
-    from symasym.exact import digits, floats
+    from symasym.exact import floats
 
     quantity = quantity_of(name)
     count = len(scenes.lam)
@@ -89,7 +89,14 @@ def _logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
     numbers |= {"complement": quantity.complement} if quantity.has_complement else {}
     with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
         logs, errors = getattr(floats, quantity.verb)(field, scenes.lam, **numbers)
-        errors = errors + input_rounding(scenes, field.size()[:count])
+        return logs, errors + input_rounding(scenes, field.size()[:count])
+
+
+def _logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
+    """Logarithms in float64 and their errors; what is in doubt is evaluated with more digits."""
+    from symasym.exact import digits
+
+    logs, errors = float_logs(scenes, name)
     doubtful = ~(errors <= TOLERANCE * np.maximum(1.0, np.abs(logs)))
     for row in np.flatnonzero(doubtful):
         logs[row] = float(_value(digits, scene_at(scenes, row), name, _FLOAT_DIGITS, True))

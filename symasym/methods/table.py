@@ -21,7 +21,8 @@ from typing import Any, NamedTuple, Protocol, cast
 import numpy as np
 
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import Number
+from symasym.base.inputs import Number, exact, float_text, shown
+from symasym.base.texts import meant
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import (
     Answer,
@@ -107,6 +108,8 @@ class Method:
         Names of the quantities that it answers.
     module : str
         Its home.
+    about : str
+        What it gives, in a line.
     orders : tuple of int or None
         Of an expansion: the order that is taken where none is given, and the highest.
     optimal : bool
@@ -118,6 +121,7 @@ class Method:
     name: str
     quantities: tuple[str, ...]
     module: str
+    about: str
     orders: tuple[int, int] | None = None
     optimal: bool = False
     in_float: Callable[[Drift, Request], bool] = lambda drift, request: False
@@ -133,16 +137,16 @@ class Method:
         if self.orders is None:
             if order is not None:
                 raise InputError(
-                    f"order is {order!r}, but method {self.name!r} has no order; leave it out."
+                    f"order is {shown(order)}, but method {self.name!r} has no order; leave it out."
                 )
             return request
-        if self.optimal and order == "optimal":
+        if self.optimal and isinstance(order, str) and order == "optimal":
             return request._replace(order=range(self.orders[1] + 1))
         if self.orders[1] == 0:
-            if order not in (None, 0):
+            if order is not None and read_order(order, 0, 10**9) != 0:
                 raise InputError(
-                    f"order is {order!r}, but method {self.name!r} is of order 0; leave it out, or "
-                    "use method='uniform'."
+                    f"order is {shown(order)}, but method {self.name!r} is of order 0; leave it "
+                    "out, or use method='uniform'."
                 )
             return request._replace(order=0)
         return request._replace(order=read_order(order, *self.orders))
@@ -170,13 +174,50 @@ _NOISE = "symasym.asymptotics"
 METHODS = {
     method.name: method
     for method in (
-        Method("exact", (*_ALL, "p_ss"), "symasym.methods.exact", in_float=_without_error),
-        Method("paper", _ALL, "symasym.paper"),
-        Method("laplace", _ALL, "symasym.methods.laplace", WEAK_NOISE_ORDERS, optimal=True),
-        Method("local", ("T",), f"{_NOISE}.uniform.answer", (0, 0)),
-        Method("uniform", ("T", "P", "1 - P"), f"{_NOISE}.uniform.answer", (2, 6)),
-        Method("strong_noise", _ALL, f"{_NOISE}.strong_noise.answer", (2, 100), in_float=_unproved),
-        Method("bound", ("C", "1 - C"), f"{_NOISE}.proofs.exit_bounds"),
+        Method(
+            "exact",
+            (*_ALL, "p_ss"),
+            "symasym.methods.exact",
+            "the integral, nothing dropped",
+            in_float=_without_error,
+        ),
+        Method("paper", _ALL, "symasym.paper", "the paper's own leading order"),
+        Method(
+            "laplace",
+            _ALL,
+            "symasym.methods.laplace",
+            "weak noise, in powers of kappa^2",
+            WEAK_NOISE_ORDERS,
+            optimal=True,
+        ),
+        Method(
+            "local",
+            ("T",),
+            f"{_NOISE}.uniform.answer",
+            "weak noise near a fold, to leading order",
+            (0, 0),
+        ),
+        Method(
+            "uniform",
+            ("T", "P", "1 - P"),
+            f"{_NOISE}.uniform.answer",
+            "weak noise, also where wells, barriers, the start or an end meet",
+            (2, 6),
+        ),
+        Method(
+            "strong_noise",
+            _ALL,
+            f"{_NOISE}.strong_noise.answer",
+            "in powers of 2/kappa^2",
+            (2, 100),
+            in_float=_unproved,
+        ),
+        Method(
+            "bound",
+            ("C", "1 - C"),
+            f"{_NOISE}.proofs.exit_bounds",
+            "two proved bounds, which close as kappa goes to 0",
+        ),
     )
 }
 
@@ -184,14 +225,17 @@ METHODS = {
 def require_method(request: Request, rtol: Number | None = None) -> None:
     """Raise InputError unless the method answers the quantity, or is ``"auto"``."""
     method = request.method
-    if rtol is not None and method != "auto":
+    if rtol is not None and not (isinstance(method, str) and method == "auto"):
         raise InputError(
-            f"rtol is {rtol!r}, but method {method!r} has its own error; leave it out, or use "
-            "method='auto'."
+            f"rtol is {shown(rtol)}, but method {shown(method)} has its own error; leave it out, "
+            "or use method='auto'."
         )
     known = [name for name, m in METHODS.items() if request.name in m.quantities] + ["auto"]
     if not isinstance(method, str) or method not in known:
-        raise InputError(f"method is {method!r}; this quantity has {', '.join(map(repr, known))}.")
+        raise InputError(
+            f"method is {shown(method)}; this quantity has "
+            f"{', '.join(map(repr, known))}{meant(method, known)}."
+        )
 
 
 def answer(drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
@@ -214,12 +258,13 @@ def require_drift_of(name: str, drift: Drift) -> None:
     require_drift(drift)
     if not quantity_of(name).sliding:
         return
-    a_minus, a_plus = drift.ends
-    wrong = ~((np.asarray(a_minus, dtype=float) > 0) & (np.asarray(a_plus, dtype=float) < 0))
+    ends = [np.asarray(x) for x in drift.ends]
+    # Exact ones may be beyond every float.
+    wrong = np.asarray(~((ends[0] > 0) & (ends[1] < 0)), dtype=bool)
     if wrong.any():
         first = tuple(np.argwhere(wrong)[0]) if wrong.ndim else ()
-        shown = [float(np.asarray(x, dtype=float)[first]) for x in (a_minus, a_plus)]
+        here = [float_text(exact("A", x[first])) for x in ends]
         raise RegionError(
-            f"a- = {shown[0]:.6g} and a+ = {shown[1]:.6g} make no sliding region (a- > 0 > a+), so "
+            f"a- = {here[0]} and a+ = {here[1]} make no sliding region (a- > 0 > a+), so "
             "there is no stationary density; ask for escape_time instead."
         )

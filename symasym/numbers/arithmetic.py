@@ -22,11 +22,15 @@ import numpy as np
 if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
-__all__ = ["FLOATS", "Arithmetic", "Digits"]
+__all__ = ["BITS", "FLOATS", "GUARD", "Arithmetic", "Digits", "from_fixed"]
 
 #: An array, a float or an mpf; a test is an array of booleans or one.
 Number = Any
 Test = Any
+
+#: Bits of e, and bits beyond those asked for in sums of integers of fixed point.
+BITS = 1.4426950408889634
+GUARD = 24
 
 
 class Arithmetic(Protocol):
@@ -36,6 +40,8 @@ class Arithmetic(Protocol):
     context: Any
     bits: int
     eps: Number
+    #: Below any number that counts; its reciprocal and its square root are numbers.
+    tiny: Number
     zero: Number
     one: Number
     inf: Number
@@ -44,6 +50,7 @@ class Arithmetic(Protocol):
 
     def rational(self, p: int, q: int = 1) -> Number: ...
     def number(self, x: Number) -> Number: ...
+    def size(self, x: Number) -> Number: ...
     def sqrt(self, x: Number) -> Number: ...
     def cbrt(self, x: Number) -> Number: ...
     def exp(self, x: Number) -> Number: ...
@@ -65,6 +72,7 @@ class _Floats:
     context = None
     bits = 53
     eps = 2.0**-52
+    tiny = 1e-290
     zero, one, inf = 0.0, 1.0, float("inf")
     pi, euler = float(np.pi), float(np.euler_gamma)
 
@@ -91,6 +99,10 @@ class _Floats:
         """`x` itself if it is an array, else the float nearest to it."""
         return x if isinstance(x, np.ndarray) else float(x)
 
+    def size(self, x: Number) -> Any:
+        """`x` as it is wanted for the size of an error: itself."""
+        return x
+
     def any(self, test: Test) -> bool:
         return bool(np.any(test))
 
@@ -113,6 +125,7 @@ class Digits:
             context.one,
             context.inf,
         )
+        self.tiny = self.eps**18
         self.pi, self.euler = +context.pi, +context.euler
         self.cbrt, self.exp, self.expm1 = context.cbrt, context.exp, context.expm1
         self.log1p = context.log1p
@@ -146,6 +159,10 @@ class Digits:
             return self.context.mpf(x.numerator) / x.denominator
         return self.context.mpf(x)
 
+    def size(self, x: Number) -> float:
+        """`x` in float64, which is enough for the size of an error, and never infinite."""
+        return max(-1e300, min(float(x), 1e300))
+
     def where(self, test: Test, a: Number, b: Number) -> Any:
         return a if test else b
 
@@ -154,3 +171,10 @@ class Digits:
 
     def all(self, test: Test) -> bool:
         return bool(test)
+
+
+def from_fixed(x: int, bits: int, context: MPContext) -> Any:
+    """x/2^bits in the context: an integer of fixed point, in which a power series is added up."""
+    from mpmath import libmp
+
+    return context.make_mpf(libmp.from_man_exp(x, -bits, context.prec, "n"))

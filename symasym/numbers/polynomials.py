@@ -1,18 +1,46 @@
-"""Polynomials as lists of their coefficients, ascending, in any arithmetic.
+"""Polynomials as lists of their coefficients, ascending, in any arithmetic, and their zeros.
 
 Coefficients may be floats, the rows of an array (one column a scene), Fractions, mpf, balls,
-double-doubles or elements of a SymPy ring: what is asked of them is + and *. Zeros are in
-`symasym.numbers.polynomial_roots`, factors of degree two in `symasym.numbers.quadratic_factor`.
+double-doubles or elements of a SymPy ring: what `poly` and its kin ask of them is + and *. Factors
+of degree two are in `symasym.numbers.quadratic_factor`.
+
+All zeros of many polynomials of one degree at once are found in float64: degree 2 by the formula
+that does not cancel, 3 by Viete's cosines or Cardano's sum, higher ones as eigenvalues of the
+companion matrix; then Newton's steps (W. H. Press et al., Numerical Recipes, sections 5.6 and
+9.5). One zero is found to any digits, of any function between two points by Newton's steps kept in
+a bracket.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
+from symasym.base.inputs import FloatArray
 from symasym.numbers.arithmetic import Number
 
-__all__ = ["divided", "poly", "poly_slope", "shifted"]
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
+__all__ = [
+    "Zeros",
+    "bracketed_zero",
+    "divided",
+    "poly",
+    "poly_slope",
+    "real_parts",
+    "refined",
+    "shifted",
+    "zeros_of",
+]
+
+# Zeros closer than this are not separated well enough for partial fractions.
+_CLUSTER = 1e-3
+# An imaginary part below this, after Newton's steps, is rounding.
+_REAL = 1e-9
 
 
 def poly(c: Sequence[Any], x: Number) -> Any:
@@ -49,3 +77,190 @@ def divided(c: Sequence[Any], p: Number, q: Number) -> tuple[list[Any], Any, Any
         work[k + 1] = work[k + 1] - p * top
         work[k] = work[k] - q * top
     return work[2:], work[1], work[0]
+
+
+# -- zeros -----------------------------------------------------------------------------------------
+
+
+class Zeros(NamedTuple):
+    """Columns of zeros.
+
+    Attributes
+    ----------
+    values : array, shape (degree, n)
+        The real zeros, ascending, then infinities.
+    real : array, shape (n,)
+        How many are real.
+    pairs : list of array, shape (n,)
+        The others above the real axis, then infinities.
+    apart : array, shape (n,)
+        Whether no two of them are close to each other.
+    complete : array, shape (n,)
+        Whether all of them have been found.
+    """
+
+    values: FloatArray
+    real: Any
+    pairs: list[Any]
+    apart: Any
+    complete: Any
+
+    def take(self, rows: Any) -> Zeros:
+        """Those of some polynomials, with as many real zeros each."""
+        real = self.real[rows]
+        above = (len(self.values) - int(real[0])) // 2
+        pairs = [pair[rows] for pair in self.pairs[:above]]
+        return Zeros(self.values[:, rows], real, pairs, self.apart[rows], self.complete[rows])
+
+
+def zeros_of(c: FloatArray) -> Zeros:
+    """Zeros of the columns of `c`, ascending powers, the last not 0."""
+    degree, count = len(c) - 1, c.shape[1]
+    if degree == 0:
+        every = np.ones(count, bool)
+        return Zeros(np.empty((0, count)), np.zeros(count, int), [], every, every)
+    with np.errstate(all="ignore"):
+        z = _cubic(c) if degree == 3 else _quadratic(c) if degree == 2 else _companion(c)
+        for _ in range(3):
+            z = _newton(c, z)
+    size = np.maximum(1.0, np.abs(z))
+    is_real = np.abs(z.imag) < _REAL * (1 + np.abs(z))
+    complete = np.isfinite(z).all(axis=0)
+    apart = complete
+    for k in range(degree):
+        for j in range(k):
+            gap = np.abs(z[k] - z[j])
+            apart = apart & (gap > _CLUSTER * np.maximum(size[k], size[j]))
+    values = np.sort(np.where(is_real, z.real, np.inf), axis=0)
+    real = is_real.sum(axis=0)
+    above = ~is_real & (z.imag > 0)
+    # As many below the axis as above it.
+    complete &= 2 * above.sum(axis=0) + real == degree
+    return Zeros(values, real, _chosen(z, above), apart & complete, complete)
+
+
+def refined(c: Sequence[Any], z: Number, context: MPContext) -> Any:
+    """The simple zero near `z` to all digits of the context, None where Newton's steps fail."""
+    last, falling = False, list(c[::-1])
+    for _ in range(context.prec.bit_length() + 8):
+        value, slope = context.polyval(falling, z, derivative=True)
+        if not slope:
+            return None
+        step = value / slope
+        z -= step
+        if last:
+            return z
+        # The step after the one that has half of the digits has all of them.
+        last = abs(step) <= context.ldexp(1 + abs(z), -context.prec // 2 - 8)
+    return None
+
+
+def bracketed_zero(
+    pair: Callable[[Any], Sequence[Any]], lo: mpf, hi: mpf, context: MPContext
+) -> mpf:
+    """The zero between mpf lo and hi by Newton kept inside a shrinking bracket.
+
+    `pair` gives the value and the slope, of opposite signs at lo and hi.
+    """
+    low_sign = pair(lo)[0] > 0
+    x = (lo + hi) / 2
+    # Newton's next step is the square of one this small: beyond the digits.
+    enough = context.ldexp(1, -4 * context.prec // 5)
+    for _ in range(400):
+        value, slope = pair(x)
+        if value == 0:
+            return x
+        if (value > 0) == low_sign:
+            lo = x
+        else:
+            hi = x
+        step = value / slope if slope else context.inf
+        new = x - step
+        # Before the bracket, whose ends are a unit of rounding apart when Newton has come so far.
+        if abs(step) < enough:
+            return min(max(new, lo), hi)
+        if not lo < new < hi:
+            new = (lo + hi) / 2
+        if abs(new - x) < enough:
+            return new
+        x = new
+    return x
+
+
+def _chosen(zeros: Any, above: np.ndarray[Any, Any]) -> list[Any]:
+    """Those above the real axis first, as many as there may be."""
+    half = len(zeros) // 2
+    if half == 1:
+        # Sorting is slow for so few.
+        first = np.full(zeros.shape[1], np.inf + 0j)
+        for row, chosen in zip(zeros, above, strict=True):
+            np.copyto(first, row, where=chosen)
+        return [first]
+    at = np.argsort(~above, axis=0, kind="stable")
+    return list(np.take_along_axis(zeros, at, axis=0)[:half])
+
+
+def real_parts(c: FloatArray) -> FloatArray:
+    """Real parts of all zeros of the columns of `c`, the last not 0, be it ever so small."""
+    with np.errstate(all="ignore"):
+        zeros = _companion(c, 1e150)
+        for _ in range(3):
+            zeros = _newton(c, zeros)
+    return np.real(zeros)
+
+
+def _newton(c: FloatArray, z: np.ndarray[Any, Any]) -> Any:
+    """One step of Newton's method for every zero; none where it would be large."""
+    value, slope = c[-1] + 0 * z, 0 * z
+    for row in c[-2::-1]:
+        slope = slope * z + value
+        value = value * z + row
+    step = value / slope
+    good = np.abs(step) < 1e-3 * (1 + np.abs(z))
+    return z - np.where(good, step, 0.0)
+
+
+def _companion(c: FloatArray, most: float = np.inf) -> Any:
+    """Eigenvalues of the companion matrices, whose entries are clipped at `most`."""
+    degree, count = len(c) - 1, c.shape[1]
+    if degree == 1:
+        return (np.clip(-c[0] / c[1], -most, most) + 0j)[None]
+    matrix = np.zeros((count, degree, degree))
+    matrix[:, np.arange(1, degree), np.arange(degree - 1)] = 1.0
+    last = np.clip(-c[:-1] / c[-1], -most, most)
+    fine = np.isfinite(last).all(axis=0)
+    matrix[:, :, -1] = np.where(fine, last, 0.0).T
+    return np.where(fine, np.linalg.eigvals(matrix).T, np.nan)
+
+
+def _quadratic(c: FloatArray) -> Any:
+    """The zeros for degree 2, by the formula that does not cancel."""
+    half, product = c[1] / (-2 * c[2]), c[0] / c[2]
+    root = np.sqrt(half * half - product + 0j)
+    # The zero without cancellation first, the other from their product.
+    first = half + np.where(half < 0, -root, root)
+    return np.array([first, np.where(first == 0, 0.0, product / np.where(first == 0, 1, first))])
+
+
+def _cubic(c: FloatArray) -> Any:
+    """Viète's cosines where all are real, Cardano's sum and a quadratic else."""
+    b, e, f = c[2] / c[3], c[1] / c[3], c[0] / c[3]
+    middle = -b / 3
+    p = e - b * b / 3
+    q = f + b * (2 * b * b / 27 - e / 3)
+    D = q * q / 4 + p * p * p / 27
+    size = 2 * np.sqrt(np.maximum(-p / 3, 0.0))
+    angle = np.arccos(np.clip(3 * q / np.where(p == 0, 1, p) / np.where(size == 0, 1, size), -1, 1))
+    zeros = np.empty((3, len(b)), dtype=complex)
+    for k in range(3):
+        zeros[k] = middle + size * np.cos((angle - 2 * np.pi * k) / 3)
+    one = np.flatnonzero(~(D < 0))
+    if one.size:
+        p, q = p[one], q[one]
+        root = np.cbrt(np.abs(q) / 2 + np.sqrt(np.maximum(D[one], 0.0)))
+        t = np.where(q > 0, -1.0, 1.0) * (root - p / (3 * np.where(root == 0, 1, root)))
+        zeros[0, one] = t + middle[one]
+        imag = np.sqrt(np.maximum(3 * t * t / 4 + p, 0.0))
+        zeros[1, one] = middle[one] - t / 2 + 1j * imag
+        zeros[2, one] = np.conj(zeros[1, one])
+    return zeros

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from symasym.base.patience import step
 from symasym.numbers.arithmetic import Number
 
 __all__ = [
@@ -44,6 +45,7 @@ def _sum(pairs: list[tuple[Any, Any]], nothing: Number) -> Any:
     if len(pairs) > 2:
         context = getattr(pairs[0][0], "context", None) or getattr(pairs[0][1], "context", None)
         if context is not None:
+            step()
             return context.fdot(pairs)
     if not pairs:
         return nothing

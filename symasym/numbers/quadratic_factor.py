@@ -29,10 +29,10 @@ __all__ = [
     "mean_of_values",
     "not_alone",
     "numbers",
-    "pair_of",
     "pairs_of",
     "poly",
     "rows",
+    "seen_from",
     "shifted",
     "split_pair",
     "tiny",
@@ -121,14 +121,9 @@ def pairs_of(taylor: Sequence[Any]) -> tuple[Pair, Any]:
         return _split(list(taylor), None)
 
 
-def pair_of(taylor: list[float]) -> Pair | None:
-    """As `pairs_of`, of one phi in Python's floats."""
-    from mpmath import fp
-
-    if taylor[2] == 0:
-        return None
-    pair, good = _split(taylor, fp)
-    return pair if good else None
+def seen_from(c: list[Any], side: int) -> list[Any]:
+    """Taylor coefficients of phi in the mirror for side = -1."""
+    return [x * side if j % 2 == 0 else x for j, x in enumerate(c)] if side < 0 else list(c)
 
 
 def _split(

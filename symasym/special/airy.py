@@ -16,8 +16,7 @@ import numpy as np
 from mpmath import libmp
 
 from symasym.base.inputs import FloatArray
-from symasym.numbers.arithmetic import Arithmetic, Digits, Number
-from symasym.special.fixed_point import BITS, GUARD, from_fixed
+from symasym.numbers.arithmetic import BITS, GUARD, Arithmetic, Digits, Number, from_fixed
 from symasym.special.tables import Exact, Table, table_of
 
 if TYPE_CHECKING:

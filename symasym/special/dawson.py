@@ -15,8 +15,7 @@ import numpy as np
 from mpmath import libmp
 
 from symasym.base.inputs import FloatArray
-from symasym.numbers.arithmetic import Arithmetic, Digits, Number
-from symasym.special.fixed_point import BITS, GUARD, from_fixed
+from symasym.numbers.arithmetic import BITS, GUARD, Arithmetic, Digits, Number, from_fixed
 from symasym.special.tables import DIGITS, Table, table_of
 
 if TYPE_CHECKING:
@@ -50,6 +49,19 @@ def dawson(x: Number, arithmetic: Arithmetic) -> Dawson:
     if isinstance(arithmetic, Digits):
         return _of_digits(x, arithmetic.context)
     return _of_arrays(np.asarray(x))
+
+
+def _gaussians(
+    c: Arithmetic, lam: Number, erfcx: Number, value: Number, area: Number
+) -> tuple[Number, Number, Number]:
+    """sigma, D and lam int D without its constant, from the functions of x = t (lam/2)^(1/2).
+
+    sigma = e^{lam t^2/2} int_t^inf e^{-lam s^2/2} ds, D = e^{-lam t^2/2} int_0^t e^{lam s^2/2} ds.
+    """
+    root = c.sqrt(lam)
+    sigma = erfcx * c.sqrt(c.pi / 2) / root
+    falling = value * c.sqrt(c.rational(2)) / root
+    return sigma, falling, area - (c.euler + c.log(2 * lam)) / 2
 
 
 def _dawsons(x: mpf, c: MPContext) -> tuple[Any, ...]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import os
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
@@ -22,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 from symasym.base import progress
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError, OutputError, SymasymError
-from symasym.base.executors import Here
+from symasym.base.executors import Here, result_of
 from symasym.base.files import reference_value, versions, write_bytes
 from symasym.base.inputs import exact
 from symasym.drift.named import named_drift
@@ -44,7 +45,7 @@ _MOST_IN_BATCH = 16
 AHEAD = 64
 _LIBRARIES = ("mpmath", "gmpy2", "python-flint")
 _SECONDS_BETWEEN_LINES = 10.0
-_BEGINNING = b'{"table": '
+_BEGINNING = b'{"drift": '
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,9 @@ def value_record(quantity: str, drift: Drift, x: Mapping[str, str], dps: int) ->
     dps : int
         Digits to print.
     """
-    estimate = call_named(quantity, drift, x, dps=min(dps + _GUARD, 10_000), full=True)
+    # A table is made to wait for.
+    given: dict[str, Any] = {"dps": min(dps + _GUARD, 10_000), "full": True, "patience": math.inf}
+    estimate = call_named(quantity, drift, x, **given)
     return {"quantity": quantity, **reference_value(x, estimate, dps)}
 
 
@@ -93,16 +96,20 @@ def lines_of(
 ) -> list[str]:
     """The lines of a batch of quantities and points; what a worker does.
 
-    A value that is refused becomes a line with the reason, because the other ones are wanted.
+    All have the same keys. A value that is refused becomes a line with the reason, because the
+    other ones are wanted.
     """
     lines = []
+    made = {"drift": drift, "expr": expr}
     for quantity, x in batch:
         try:
             parameters = {n: v for n, v in x.items() if n not in ("kappa", "r", "start")}
             record = value_record(quantity, named_drift(drift, expr, parameters), x, dps)
+            record = {**made, **record, "refused": None}
         except SymasymError as error:
-            record = {"quantity": quantity, "x": x, "error": str(error)}
-            record["versions"] = versions(*_LIBRARIES)
+            nothing = dict.fromkeys(("mid", "rad", "error_kind"))
+            record = {**made, "quantity": quantity, "x": x, **nothing, "dps": dps, "method": None}
+            record |= {"versions": versions(*_LIBRARIES), "refused": str(error)}
         lines.append(json.dumps(record, ensure_ascii=False) + "\n")
     return lines
 
@@ -137,6 +144,8 @@ def write_table(
         was written stays, and the next run goes on from there.
     """
     path = Path(out)
+    if not path.name:
+        raise InputError(f"the file is {str(out)!r}; give a name, such as table.jsonl.")
     csv = path.with_suffix(".csv")
     if csv == path:
         raise InputError(f"{path} is the name of the CSV file; end it otherwise, as in .jsonl.")
@@ -180,7 +189,7 @@ def _in_order(
                 waiting.append(executor.submit(lines_of, *arguments))
             if not waiting:
                 return
-            yield waiting.popleft().result()
+            yield result_of(waiting.popleft(), executor)
     except BrokenExecutor:
         raise OutputError(
             f"a worker process was ended from outside or ran out of memory; {path} is whole, "
@@ -252,51 +261,33 @@ def _unwritable(path: Path, error: OSError) -> OutputError:
     )
 
 
-def _header(spec: Spec) -> bytes:
-    """The first line of a table, which says what it holds."""
-    record = {
-        "table": "exact values of a smoothed switch with noise, in scaled units",
-        "drift": spec.drift,
-        "expr": spec.expr,
-        "quantities": spec.quantities,
-        "dps": spec.dps,
-        "axes": dict(spec.axes),
-    }
-    return (json.dumps(record, ensure_ascii=False) + "\n").encode()
-
-
 def _kept(file: FileIO, path: Path, spec: Spec) -> int:
     """The number of values that the file holds already; the rest of a torn last line is cut off."""
     file.seek(0)
     # A file of its own, so that closing the buffer leaves `file` open.
     with open(os.dup(file.fileno()), "rb") as lines:
-        first = lines.readline()
-        if not first.endswith(b"\n") and _header(spec).startswith(first):
-            file.truncate(0)
-            _append(file, _header(spec), path)
-            return 0
-        if first != _header(spec):
-            raise InputError(
-                f"{path} holds something else than this spec asks for; choose another file, or "
-                "--force to make it anew."
-            )
-        end, done, expected = len(first), 0, _values(spec)
+        end, done, expected = 0, 0, _values(spec)
         for line in lines:
-            if not line.endswith(b"\n"):
+            if not line.endswith(b"\n") and line[: len(_BEGINNING)] == _BEGINNING[: len(line)]:
                 break
-            _check_line(line, next(expected, None), f"{path}, line {done + 2},", path)
+            _check_line(line, spec, next(expected, None), f"{path}, line {done + 1},", path)
             end, done = end + len(line), done + 1
     file.truncate(end)
     return done
 
 
 def _check_line(
-    line: bytes, expected: tuple[str, dict[str, str]] | None, where: str, path: Path
+    line: bytes,
+    spec: Spec,
+    expected: tuple[str, dict[str, str]] | None,
+    where: str,
+    path: Path,
 ) -> None:
     """Refuse a line that is not the value expected there."""
     try:
         record = json.loads(line)
         known = (record["quantity"], record["x"]) == expected and "versions" in record
+        known &= all(record[key] == getattr(spec, key) for key in ("drift", "expr", "dps"))
     except (ValueError, KeyError, TypeError):
         known = False
     if not known:
@@ -320,22 +311,25 @@ def _check_versions(record: dict[str, Any], who: str, path: Path) -> None:
             )
 
 
-# -- for plotting ----------------------------------------------------------------------------
+# -- for plotting and data frames ------------------------------------------------------------
 
 
 def _csv(spec: Spec, lines: Iterable[bytes]) -> tuple[bytes, int]:
-    """A row for each point, with the logarithms of its values; how many have none."""
+    """A row for each point: values, errors and decimal logarithms; how many have none."""
     names = [name for name, _ in spec.axes]
-    heads = [f"log10_{quantity.replace(' ', '')}" for quantity in spec.quantities]
+    short = [quantity.replace(" ", "") for quantity in spec.quantities]
+    heads = [head for name in short for head in (name, f"{name}_error", f"log10_{name}")]
     rows, refused = [",".join([*names, *heads])], 0
-    records = map(json.loads, itertools.islice(lines, 1, None))
+    records = map(json.loads, lines)
     with own_context(25) as context:
         for x in spec.points():
             cells = [_decimal(x[name]) for name in names]
             for _ in spec.quantities:
-                mid = next(records).get("mid")
+                record = next(records)
+                mid = record["mid"]
                 refused += mid is None
-                cells.append("" if mid is None else repr(float(context.log10(context.mpf(mid)))))
+                log = "" if mid is None else repr(float(context.log10(context.mpf(mid))))
+                cells += [mid or "", record["rad"] or "", log]
             rows.append(",".join(cells))
     return ("\n".join(rows) + "\n").encode(), refused
 

@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import digits, exact, positive
+from symasym.base.texts import number_text
 from symasym.drift.named import named_drift
 from symasym.methods.table import QUANTITIES
 
@@ -307,23 +308,6 @@ def _log_range(key: str, low: Fraction, high: Fraction, count: int) -> Iterator[
             else:
                 value = first * context.exp(growth * k / (count - 1))
                 yield str(context.nstr(value, _LOG_DIGITS))
-
-
-def number_text(x: Fraction) -> str:
-    """An exact number as a decimal where it is a short one, else as a quotient.
-
-    Examples
-    --------
-    >>> number_text(Fraction(-1, 8)), number_text(Fraction(1, 3)), number_text(Fraction(7))
-    ('-0.125', '1/3', '7')
-    """
-    for decimals in range(20):
-        scaled = x * 10**decimals
-        if scaled.denominator == 1:
-            whole, part = divmod(abs(scaled.numerator), 10**decimals)
-            tail = f".{part:0{decimals}d}" if decimals else ""
-            return f"{'-' if x < 0 else ''}{whole}{tail}"
-    return f"{x.numerator}/{x.denominator}"
 
 
 def _line_of(text: str, wanted: str) -> int:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from decimal import Decimal
 from fractions import Fraction as F
 from typing import Any
@@ -14,7 +16,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import symasym as sa
-from symasym.base.inputs import digits, exact, float_text, floats, is_array, positive
+from symasym.base.inputs import (
+    choice,
+    count,
+    digits,
+    exact,
+    flag,
+    float_text,
+    floats,
+    is_array,
+    positive,
+    sequence,
+    shown,
+)
 
 EXACT: list[tuple[Any, F]] = [
     (3, F(3)),
@@ -186,3 +200,60 @@ def test_short_texts(value: F, text: str) -> None:
 @pytest.mark.parametrize("value", [F(10**6000), F(-1, 10**6000), F(10**6000 + 1, 3)])
 def test_short_texts_of_numbers_beyond_float64(value: F) -> None:
     assert len(float_text(value)) < 20
+
+
+class Mute:
+    def __repr__(self) -> str:
+        raise RuntimeError
+
+
+ODD: list[Any] = [
+    None, [], {}, slice(1, 2), np.array([True, False]), np.array([]), np.array(3),
+    sympy.Symbol("x"), sympy.Matrix([1, 2]), Mute(), object(), "x", "3", b"1", 1j, math.inf,
+    math.nan, 2.0, 10**5000, -(10**5000), lambda: 1, ..., int, {1}, (1, 2), Decimal("1E+999999"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("value", ODD, ids=[str(k) for k in range(len(ODD))])
+def test_flags_words_and_counts_are_what_they_say(value: Any) -> None:
+    for read in (
+        lambda: flag("x", value),
+        lambda: choice("x", value, ["a", "b"]),
+        lambda: count("x", value, 0, 20),
+    ):
+        with pytest.raises(sa.InputError, match=r"^x is .*; give .*\.$") as caught:
+            read()
+        assert len(str(caught.value)) < 250
+
+
+def test_what_is_taken() -> None:
+    assert [flag("x", value) for value in (True, False, np.True_)] == [True, False, True]
+    assert choice("x", "b", ["a", "b"]) == "b"
+    assert [count("x", n, 0, 20) for n in (0, np.int8(20), sympy.Integer(3))] == [0, 20, 3]
+    assert sequence("x", np.array([1, 2])) == [1, 2]
+    for bad in (True, "ab", 3, None, {"a": 1}, np.array(1.0)):
+        with pytest.raises(sa.InputError, match="^x is .*; give a sequence"):
+            sequence("x", bad)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        Decimal("1E+999999"), Decimal("-1E-999999"), mpmath.mpf("1e1000000"), 10**200_000,
+        F(1, 10**200_000), "1e200000", "9" * 200_000, "1/" + "9" * 200_000,
+    ],
+    ids=[str(k) for k in range(8)],
+)  # fmt: skip
+def test_numbers_that_would_fill_the_memory_are_refused_at_once(value: Any) -> None:
+    begun = time.process_time()
+    with pytest.raises(sa.InputError, match=r"^kappa (is|has) ") as caught:
+        exact("kappa", value)
+    assert time.process_time() - begun < 1
+    assert len(str(caught.value)) < 250
+
+
+def test_a_quoted_value_is_one_short_line() -> None:
+    for value in (Mute(), np.ones((50, 50)), "x" * 10_000, 10**10_000, -(10**10_000)):
+        text = shown(value)
+        assert len(text) <= 80
+        assert "\n" not in text

@@ -448,12 +448,6 @@ def uniform(options: argparse.Namespace) -> Part:
         )
         times = [_time(x / count) for x in (value, full, exact)]
         cells.append([name, *times, _number(value / once), _number(exact / value)])
-    one = _friction("-0.7")
-    (fifty,) = interleaved(
-        lambda: sa.escape_time(one, "0.05", R, method="uniform", order=0, dps=50), runs=3
-    )
-    (same,) = interleaved(lambda: sa.escape_time(one, "0.05", R, dps=50), runs=3)
-    rows.append(Row("exact over uniform, order 0, 50 digits, kappa = 0.05", same / fifty, 3, True))
     head = ["100,000 points", "uniform", "with errors", "exact", "over `np.exp`", "exact over it"]
     return Part(rows, [table(head, cells)])
 

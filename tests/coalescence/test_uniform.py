@@ -243,7 +243,7 @@ def test_floats_arrays_logs():
     wave = sa.uniform_integral("I*(t**3/3 - t)", 1, "t", "-oo", "oo")
     assert isinstance(wave.evaluate(5), complex)
     shown = str(wave.evaluate(5, dps=20, full=True))
-    text, _, error = shown.partition(" ≈± ")
+    text, _, error = shown.partition(" ± ")
     true = wave.evaluate(5, dps=30)
     assert abs(complex(text.replace(" ", "")) - complex(true)) <= float(error.split()[0])
     with pytest.raises(AccuracyError, match="complex"):

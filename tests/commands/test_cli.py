@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
+import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +15,8 @@ import pytest
 from mpmath import mp, mpf
 
 import symasym as sa
-from symasym.commands.main import main
+from symasym.commands.main import _join_negative, _parser, main
+from symasym.methods.table import METHODS, quantity_of
 
 FRICTION = ["--drift", "friction", "--set", "mu=3", "--set", "alpha=1", "--set", "z0=-0.4"]
 ESCAPE = ["value", "escape-time", *FRICTION, "--kappa", "0.1", "--r", "10"]
@@ -53,21 +58,112 @@ def test_the_last_digit_is_rounded_right(capsys: pytest.CaptureFixture[str]) -> 
             assert abs(mpf(printed) - truth) <= mpf(10) ** (12 - dps) * 0.5001
 
 
-def test_float64_without_dps(capsys: pytest.CaptureFixture[str]) -> None:
-    drift = sa.friction(mu=3, alpha=1, z0="-0.4")
-    assert float(ok(capsys, *ESCAPE)) == sa.escape_time(drift, "0.1", 10)
-    log_time = float(ok(capsys, *ESCAPE, "--log"))
-    assert log_time == sa.escape_time(drift, "0.1", 10, log=True)
+def test_float64_prints_the_digits_that_its_error_carries(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for words in ([], ["--log"], ["--method", "laplace"], ["--method", "uniform", "--order", "1"]):
+        printed = ok(capsys, *ESCAPE, *words).strip()
+        record = json.loads(ok(capsys, *ESCAPE, *words, "--json"))
+        assert record["value"] == printed
+        mantissa, _, power = printed.partition("e")
+        with mp.workdps(60):
+            truth = mp.log(mpf(T_50)) if words == ["--log"] else mpf(T_50)
+            assert abs(mpf(printed) - truth) <= mpf(record["error"])
+            # The last digit is off by one at most.
+            unit = mpf(10) ** (int(power or 0) - len(mantissa.partition(".")[2]))
+            assert mpf(record["error"]) <= unit
+    assert ok(capsys, *ESCAPE) == "239803837121.0378\n"
+    assert ok(capsys, *ESCAPE, "--method", "laplace") == "2.398e+11\n"
+
+
+def test_digits_asked_for_are_no_more_than_the_error_carries(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    printed = ok(capsys, *ESCAPE, "--method", "laplace", "--order", "6", "--dps", "40").strip()
+    record = json.loads(
+        ok(capsys, *ESCAPE, "--method", "laplace", "--order", "6", "--dps", "40", "--json")
+    )
+    assert record["value"] == printed
+    assert 4 < len(printed) < 20
+    with mp.workdps(60):
+        assert abs(mpf(printed) - mpf(T_50)) <= mpf(record["error"])
+
+
+def test_a_probability_of_one_points_to_its_complement(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    words = ["value", "occupation", "--drift", "linear", "--set", "a_minus=1", "--set", "a_plus=-1"]
+    status, out, err = run(capsys, *words, "--kappa", "0.1")
+    assert (status, float(out)) == (0, 1)
+    assert "--complement" in err
+    assert 0 < float(ok(capsys, *words, "--kappa", "0.1", "--complement")) < 1e-40
+    ok(capsys, *words, "--kappa", "1")
 
 
 def test_options_reach_the_verb(capsys: pytest.CaptureFixture[str]) -> None:
     drift = sa.friction(mu=3, alpha=1, z0="-0.4")
     paper = float(ok(capsys, *ESCAPE, "--method", "paper"))
-    assert paper == sa.escape_time(drift, "0.1", 10, method="paper")
+    assert paper == pytest.approx(sa.escape_time(drift, "0.1", 10, method="paper"), rel=1e-11)
     started = ok(capsys, *ESCAPE, "--start", "-1/3", "--dps", "20")
     assert started == ok(capsys, *ESCAPE, "--start=-1/3", "--dps", "20")
     truth = sa.escape_time(drift, "0.1", 10, start="-1/3", dps=20)
     assert float(started) == pytest.approx(float(truth), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "meant"),
+    [
+        (["valeu"], "value"),
+        (["value", "escape_time"], "escape-time"),
+        (["value", "escape-time", "--drift", "frictoin", "--kappa", "1", "--r", "1"], "friction"),
+        ([*ESCAPE, "--kapa", "1"], "--kappa"),
+        ([*ESCAPE, "--method", "strongnoise"], "strong_noise"),
+        ([*ESCAPE, "--set", "alhpa=1"], "alpha"),
+        (["figure", "phaze"], "phase"),
+        (["show", "eq:Ttild"], "eq:Ttilde"),
+    ],
+)
+def test_what_may_have_been_meant(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], meant: str
+) -> None:
+    with contextlib.suppress(SystemExit):
+        assert main(arguments) == 2
+    assert re.search(rf"perhaps (you mean )?'?{meant}'?\.?$", capsys.readouterr().err.strip())
+
+
+def helped(*command: str) -> str:
+    """What --help prints."""
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out), pytest.raises(SystemExit):
+        main([*command, "--help"])
+    return out.getvalue()
+
+
+@pytest.mark.parametrize(
+    "command",
+    "reproduce value release derive show emit figure table verify report".split(),  # noqa: SIM905
+)
+def test_help_has_two_examples_that_are_read(command: str) -> None:
+    lines = helped(command).partition("examples:\n")[2].splitlines()
+    assert len(lines) == 2
+    for line in lines:
+        program, *words = shlex.split(line)
+        assert program == "symasym"
+        assert _parser().parse_args(_join_negative(words)).run
+
+
+@pytest.mark.parametrize(
+    "quantity", ["escape-time", "exit-probability", "occupation", "stationary-density"]
+)
+def test_help_lists_methods_and_drifts(quantity: str, capsys: pytest.CaptureFixture[str]) -> None:
+    text = helped("value", quantity)
+    assert re.search(r"friction +mu, alpha, z0\n.*\n +sine +a_minus, a_plus, b, waves", text)
+    verb = quantity.replace("-", "_")
+    known = {m.name for m in METHODS.values() for q in m.quantities if quantity_of(q).verb == verb}
+    listed = re.findall(r"^  (\w+) ", text.partition("methods:")[2].partition("drifts")[0], re.M)
+    assert set(listed) == (known | {"auto"} if quantity != "stationary-density" else set())
+    for line in text.partition("examples:\n")[2].splitlines():
+        ok(capsys, *shlex.split(line)[1:])
 
 
 SLIDING = ["--drift", "linear", "--set", "a_minus=1", "--set", "a_plus=-2", "--kappa", "0.5"]
@@ -76,11 +172,11 @@ SLIDING = ["--drift", "linear", "--set", "a_minus=1", "--set", "a_plus=-2", "--k
 def test_every_quantity(capsys: pytest.CaptureFixture[str]) -> None:
     drift = sa.linear(1, -2)
     inside = float(ok(capsys, "value", "occupation", *SLIDING))
-    assert inside == sa.occupation(drift, 0.5)
+    assert inside == pytest.approx(sa.occupation(drift, 0.5), rel=1e-12)
     outside = float(ok(capsys, "value", "occupation", *SLIDING, "--complement"))
     assert inside + outside == pytest.approx(1, abs=1e-11)
     density = float(ok(capsys, "value", "stationary-density", *SLIDING, "--y", "-0.3"))
-    assert density == sa.stationary_density(drift, 0.5, "-0.3")
+    assert density == pytest.approx(sa.stationary_density(drift, 0.5, "-0.3"), rel=1e-12)
     left = float(ok(capsys, "value", "exit-probability", *SLIDING, "--r", "2"))
     right = float(ok(capsys, "value", "exit-probability", *SLIDING, "--r", "2", "--complement"))
     assert left == sa.exit_probability(drift, 0.5, 2)
@@ -125,7 +221,8 @@ def test_json_claims_nothing_for_the_papers_formula(capsys: pytest.CaptureFixtur
 
 def test_json_in_float64(capsys: pytest.CaptureFixture[str]) -> None:
     record = json.loads(ok(capsys, *ESCAPE, "--json"))
-    assert abs(mpf(record["value"]) - mpf(T_50)) <= mpf(record["error"])
+    with mp.workdps(60):
+        assert abs(mpf(record["value"]) - mpf(T_50)) <= mpf(record["error"])
 
 
 @pytest.mark.parametrize(
@@ -139,7 +236,11 @@ def test_json_in_float64(capsys: pytest.CaptureFixture[str]) -> None:
         ([*ESCAPE, "--dps", "10001"], "dps is 10001"),
         ([*ESCAPE, "--method", "magic"], "method is 'magic'"),
         ([*ESCAPE, "--order", "3"], "order is 3"),
-        ([*ESCAPE, "--kappa", "0.01"], "log=True"),
+        ([*ESCAPE, "--kappa", "0.01"], "pass --log, or --dps N"),
+        (
+            ["value", "escape-time", "--drift", "linear", "--kappa", "1", "--r", "2"],
+            "with --set a_minus=…",
+        ),
         ([*ESCAPE, "--set", "z0=1"], "z0 is set twice"),
         ([*ESCAPE, "--set", "nu=1"], "nu is no parameter of friction"),
         ([*ESCAPE, "--set", "nu"], "--set is 'nu'"),
@@ -196,6 +297,16 @@ def test_a_reader_that_left_is_no_traceback() -> None:
     assert process.returncode == 1
 
 
+def test_derive_into_head_is_quiet(tmp_path: Path) -> None:
+    command = [*PROGRAM, "derive", "eq:V", "--out", str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b"derivations: 1 steps\n"
+    assert process.returncode == 1
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 def test_full_standard_output_is_one_sentence() -> None:
     with open("/dev/full", "wb") as full:
@@ -211,3 +322,65 @@ def test_value_loads_neither_sympy_nor_matplotlib() -> None:
         "assert not {'sympy', 'matplotlib'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code, *ESCAPE, "--dps", "20"], check=True)
+
+
+# -- terminals, places and sizes -----------------------------------------------------------------
+
+
+def test_a_terminal_without_unicode() -> None:
+    environment = {
+        "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii", "PYTHONCOERCECLOCALE": "0",
+        "PYTHONPATH": str(Path(sa.__file__).parent.parent), "PATH": "",
+    }  # fmt: skip
+    script = "import sys; from symasym.commands.main import main; sys.exit(main())"
+    for arguments in (["show", "fr1"], ["show", "eq:Ttilde"], ["value", "occupation", "--help"]):
+        done = subprocess.run(
+            [sys.executable, "-c", script, *arguments], capture_output=True, env=environment
+        )
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.isascii()
+        assert len(done.stdout) > 50
+    done = subprocess.run(
+        [sys.executable, "-c", script, *ESCAPE, "--dps", "\N{MINUS SIGN}5", "--r", "é"],
+        capture_output=True, env={**environment, "PYTHONIOENCODING": "utf-8"},
+    )  # fmt: skip
+    assert done.returncode == 2
+
+
+def test_places_that_are_no_files(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "dir.png").mkdir()
+    (tmp_path / "dir.jsonl").mkdir()
+    (tmp_path / "t.toml").write_text(
+        'quantities = ["T"]\ndps = 15\nkappa = "1"\nr = "2"\nexpr = "1 - u"\n'
+    )
+    for arguments in (
+        ("table", "t.toml", "-o", ""),
+        ("table", "t.toml", "-o", "dir.jsonl"),
+        ("table", "t.toml", "-o", "."),
+        ("figure", "phase", "-o", "dir.png"),
+        ("figure", "phase", "-o", ""),
+    ):
+        refused(capsys, *arguments)
+    assert {p.name for p in tmp_path.iterdir()} == {"dir.png", "dir.jsonl", "t.toml"}
+
+
+def test_sizes_are_bounded(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    out = ("-o", str(tmp_path / "x.png"))
+    assert "points is" in refused(capsys, "figure", "fric2", "--set", "points=1000000000", *out)
+    assert "alpha = 1e-300" in refused(capsys, "figure", "fil", "--set", "alpha=1e-300", *out)
+    assert "waves" in refused(
+        capsys, "value", "escape-time", "--drift", "sine", "--set", "a_minus=1", "--set",
+        "a_plus=1", "--set", "b=1", "--set", "waves=1000000", "--kappa", "1", "--r", "2",
+    )  # fmt: skip
+
+
+def test_a_value_has_its_time(capsys: pytest.CaptureFixture[str]) -> None:
+    stiff = ["--drift", "tanh", "--set", "a_minus=1", "--set", "a_plus=-1", "--set", "steepness=2"]
+    told = refused(
+        capsys, "value", "occupation", *stiff, "--kappa", "1e-60", "--dps", "400", "--log",
+        "--patience", "0.2",
+    )  # fmt: skip
+    assert "0.2 seconds" in told

@@ -62,10 +62,11 @@ def _well(rng: random.Random) -> Drift:
     return Drift.layer([scale * c for c in found])
 
 
-def _bowl(rng: random.Random) -> Drift:
-    """One well in (-0.3, 0.3), sliding."""
+def _bowl(rng: random.Random, bend: Fraction | None = None) -> Drift:
+    """One well in (-0.3, 0.3), sliding; its drift bends as `bend` says."""
     low, scale = within(rng, "-0.3", "0.3"), within(rng, "0.5", "1")
-    inner = (Fraction(1), *(within(rng, "-0.2", "0.2") for _ in range(4)))
+    first = within(rng, "-0.2", "0.2") if bend is None else bend
+    inner = (Fraction(1), first, *(within(rng, "-0.2", "0.2") for _ in range(3)))
     shifted = [scale * low * c for c in (*inner, 0)]
     return Drift.layer([a - scale * b for a, b in zip(shifted, (0, *inner), strict=True)])
 
@@ -559,7 +560,7 @@ def short_way(rng: random.Random) -> Callable[[Any], Numbers]:
 
 def one_well(rng: random.Random) -> Callable[[Any], Numbers]:
     """The integral of e^{-lam V} about a well, over that of its parabola, as lam -> oo."""
-    drift = _bowl(rng)
+    drift = _bowl(rng, within(rng, "0.4", "0.6"))
 
     def at(lam: Any) -> Numbers:
         scene = Scene(drift, CTX.sqrt(2 / lam))

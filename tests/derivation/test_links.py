@@ -6,10 +6,15 @@ later step, a derivation that uses the conclusion, or the conclusion's anchor ha
 
 from __future__ import annotations
 
+import ast
 import importlib
+import inspect
 import random
+import sys
+import types
 from collections.abc import Callable, Iterator
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -114,7 +119,8 @@ def references(label: str) -> frozenset[str]:
     found = {step for steps in uses(label).values() for step in steps}
     found |= {s.name for s in derivation.steps if "order" in s.check.kind}
     for step in derivation.steps:
-        for _, mutant in list(mutants(step.result))[:3]:
+        changes = list(mutants(step.result))
+        for _, mutant in changes[:: max(1, len(changes) // 5)]:
             try:
                 other = stated(label, registry.build, at=step.name, change=lambda _, m=mutant: m)
                 found |= set(failing(other)) - {step.name}
@@ -209,4 +215,169 @@ def test_no_step_changed_with_its_reference_passes(every, capsys):
                     survivors.append(f"{label}: {step.name}: {change}")
     with capsys.disabled():
         print(f"\n{tried} steps changed with their reference, {len(survivors)} pass")
+    assert not survivors
+
+
+# -- the same by changing the sources -------------------------------------------------------
+
+
+def module_of(path: Path, change: Callable[[str], Any], **names: Any) -> types.ModuleType:
+    """A section module whose source, or tree, is changed before it is run."""
+    module = types.ModuleType(f"changed_{path.stem}")
+    vars(module).update(names)
+    sys.modules[module.__name__] = module  # where dataclasses look their module up
+    exec(compile(change(path.read_text(encoding="utf-8")), str(path), "exec"), vars(module))
+    return module
+
+
+def source_of(label: str) -> Path:
+    return Path(importlib.import_module(entries()[label].module).__file__)
+
+
+#: A mistake that is made in a statement and in what it is compared with.
+CONSISTENT = {
+    "eq:Ttilde: three times too large": (
+        ("lam * Integral(Integral(kernel,", "3 * lam * Integral(Integral(kernel,"),
+        ("lambda: lam * Integral(together", "lambda: 3 * lam * Integral(together"),
+    ),
+    "eq:Ttilde: the left side is C": (
+        ('d.conclude(Symbol("T"), found)', 'd.conclude(Symbol("C"), found)'),
+    ),
+    "eq:Ttilde0: the mass in (-r, 0) alone": (("(u, -r, r)", "(u, -r, 0)"),),
+    "backward: (kappa^2/2) T'' + phi T' = -2": (
+        ("e * (c - lam * down)", "e * (c - 2 * lam * down)"),
+        ("* S + 1,", "* S + 2,"),
+    ),
+    "C-bound: exponent -5 a- r/kappa^2": (("(1 - 2 * Delta)", "(3 - 2 * Delta)"),),
+    "C-bound: without its factor 2": (
+        ("2 * a_minus * (1 / a_plus + 2", "a_minus * (1 / a_plus + 2"),
+        ("lambda: at_limit.subs(", "lambda: sympy.S.Half * at_limit.subs("),
+    ),
+    "eq:S: 1/3": (
+        (
+            "(sympy.S.One, sympy.S.Half, sympy.S.Zero)",
+            "(sympy.S.One/3, sympy.S.Half/3, sympy.S.Zero)",
+        ),
+        ("sympy.limit(at_start", "sympy.S.One / 3 * sympy.limit(at_start"),
+    ),
+    "eq:V: from 0": (("(v, -1, u)", "(v, 0, u)"), ("V.subs(u, -1)", "V.subs(u, 0)")),
+    "threshold: e^(D eps/kappa^2)": (
+        ("sympy.exp(2 * D * eps / k**2)", "sympy.exp(D * eps / k**2)"),
+        ("scaled = well.subs", "scaled = sympy.sqrt(well).subs"),
+        ("sympy.sqrt(2 * D * eps / big)", "sympy.sqrt(D * eps / big)"),
+        ("-4 * D * eps", "-2 * D * eps"),
+    ),
+    "constant-drift: twice T": (
+        ("r / a * sympy.tanh", "2 * r / a * sympy.tanh"),
+        ("mean.subs(u, 0)", "2 * mean.subs(u, 0)"),
+        ('- d.use("backward", "T")', '- 2 * d.use("backward", "T")'),
+    ),
+    "eq:TtildeCzero: over (-r, r)": (("(v, 0, r)", "(v, -r, r)"), ("(v, 0, end)", "(v, low, end)")),
+    "eq:Psmall2: the left side is P": (('1 - Symbol("P")', 'Symbol("P")'),),
+    "eq:odeR: over m^2": (
+        ("operator / _m", "operator / _m**2"),
+        (
+            '(t, 0, sympy.oo)) * d.use("eq:FPE", "Lq")',
+            '(t, 0, sympy.oo)) / _m * d.use("eq:FPE", "Lq")',
+        ),
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", CONSISTENT)
+def test_no_mistake_in_two_places_passes(mistake):
+    label = mistake.partition(": ")[0]
+    entry = entries()[label]
+    functions = vars(importlib.import_module(entry.module))
+    text = inspect.getsource(functions[entry.function])
+    changed = text
+    for old, new in CONSISTENT[mistake]:
+        assert old in changed, old
+        changed = changed.replace(old, new)
+    module = module_of(source_of(label), lambda source: source.replace(text, changed))
+    try:
+        found = wrong(stated(label, registry.build, vars(module)[entry.function]))
+    except Exception as error:
+        found = str(error)
+    assert found
+
+
+class Once(ast.NodeTransformer):
+    """Hands the value of one assignment to `CHANGED`."""
+
+    def __init__(self, target: ast.Assign) -> None:
+        self.place = target.lineno, target.col_offset
+
+    def visit_Assign(self, node: ast.Assign) -> Any:
+        if (node.lineno, node.col_offset) == self.place:
+            node.value = ast.Call(ast.Name("CHANGED", ast.Load()), [node.value], [])
+        return ast.fix_missing_locations(node)
+
+
+def variables() -> list[tuple[Path, ast.Assign, str]]:
+    """Every variable of a derivation, or of a section, that is no step's result."""
+    found = []
+    for path in sorted({source_of(label) for label in LABELS}):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            label = next(
+                (
+                    e.label
+                    for e in entries().values()
+                    if e.module == f"derivations.{path.stem}"
+                    and e.function == getattr(node, "name", "")
+                ),
+                "",
+            )
+            for inner in (
+                [node] if isinstance(node, ast.Assign) else ast.walk(node) if label else []
+            ):
+                if isinstance(inner, ast.Assign) and not ast.unparse(inner.value).startswith(
+                    "d.step("
+                ):
+                    found.append((path, inner, label))
+    return found
+
+
+class NoExpression(Exception):
+    """The variable holds nothing that can be wrong by a factor."""
+
+
+def twice(x: Any) -> Any:
+    """An expression that is no symbol, times 2; of a tuple the first."""
+    if isinstance(x, (tuple, list)) and x:
+        return type(x)([twice(x[0]), *x[1:]])
+    if not isinstance(x, sympy.Expr) or x.is_Symbol:
+        raise NoExpression
+    return 2 * x
+
+
+@pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.slow)])
+def test_no_variable_changed_throughout_passes(every, capsys):
+    tried, survivors = 0, []
+    for path, node, own in variables()[::every]:
+        try:
+            module = module_of(
+                path, lambda text, n=node: Once(n).visit(ast.parse(text)), CHANGED=twice
+            )
+            labels = (
+                [own]
+                if own
+                else [e.label for e in entries().values() if e.module.endswith(path.stem)]
+            )
+            found = ""
+            for label in labels:
+                function = vars(module)[entries()[label].function]
+                try:
+                    found = found or wrong(stated(label, registry.build, function))
+                except NoExpression:
+                    raise
+                except Exception as error:
+                    found = str(error) or "no value"
+        except NoExpression:
+            continue
+        tried += 1
+        if not found:
+            survivors.append(f"{path.name}:{node.lineno}: {ast.unparse(node)[:80]}")
+    with capsys.disabled():
+        print(f"\n{tried} variables changed throughout, {len(survivors)} pass")
     assert not survivors

@@ -60,7 +60,7 @@ def test_every_call_is_of_a_formula() -> None:
 EXACT = {
     "eq:Vfric", "friction-well", "turning-points", "beta", "folds", "eq:V", "constant-panel",
     "eq:C", "eq:P", "eq:P2", "eq:pss", "constant-drift", "eq:Ttilde",
-    "filippov", "eq:cont", "noise-amplitude", "eq:phi", "eq:tildexykappa", "eq:tilder",
+    "filippov", "noise-amplitude", "eq:phi", "eq:tildexykappa", "eq:tilder",
     "eq:eekappar", "eq:TtildetoT", "eq:phifric0", "eq:forcePerturbed", "eq:forcePWC", "cubic",
     "fr1", "eq:osc2", "fr2", "eq:odeR", "first-integral", "density-R", "eq:FPE", "backward",
     "positive-form", "positive-density", "panel-step", "eq:V2", "eq:fourPieces", "tails",

@@ -6,6 +6,7 @@ import random
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -74,20 +75,33 @@ def seconds(count: int) -> Iterator[None]:
         signal.alarm(0)
 
 
-def _command(text: str) -> None:
-    code = main(["value", "escape-time", "--expr", text, "--kappa", "1", "--r", "2"])
+def _told(code: int) -> None:
+    """A command's refusal as an error."""
     if code:
         raise sa.InputError("told by the command.")
 
 
-def _table(text: str) -> None:
+def _value(*options: str) -> None:
+    _told(main(["value", "escape-time", *options, "--kappa", "1", "--r", "2"]))
+
+
+def _table(line: str, text: str) -> None:
     quoted = text.replace("\\", "\\\\").replace('"', '\\"').replace("\x00", "\\u0000")
-    Path("t.toml").write_text(
-        f'quantities = ["T"]\ndps = 15\nkappa = "1"\nr = "2"\nexpr = "{quoted}"\n'
-    )
-    code = main(["table", "t.toml", "-o", "t.jsonl"])
-    if code:
-        raise sa.InputError("told by the command.")
+    lines = {"quantities": '["T"]', "dps": "15", "kappa": '"1"', "r": '"2"', "expr": '"a - u"'}
+    parameters = {"a": '"1"'}
+    key = line.partition(".")
+    if key[0] == "parameters":
+        parameters[f'"{quoted}"' if key[2] == "?" else key[2]] = f'"{quoted}"'
+    else:
+        lines[f'"{quoted}"' if line == "?" else line] = f'"{quoted}"'
+    if line == "drift":
+        del lines["expr"]
+    written = [*lines.items(), ("[parameters]", ""), *parameters.items()]
+    Path("t.toml").write_text("\n".join(f"{k} = {v}" if v else k for k, v in written) + "\n")
+    _told(main(["table", "t.toml", "-o", "t.jsonl"]))
+
+
+FRICTION = ["--drift", "friction", "--set", "alpha=1", "--set", "z0=0"]
 
 
 ENTRIES: dict[str, Callable[[str], Any]] = {
@@ -108,9 +122,33 @@ ENTRIES: dict[str, Callable[[str], Any]] = {
     "emit": lambda t: sa.emit(t),
     "target": lambda t: sa.emit("eq:T", t),
     "name": lambda t: sa.emit(U + 1, name=t),
-    "command": _command,
-    "table": _table,
+    "symbol": lambda t: sa.Drift(sympy.Symbol(t) * U),
+    "emitted symbol": lambda t: sa.emit(sympy.Symbol(t) + 1, "python"),
+    "coordinate": lambda t: sa.reduce(
+        ("1", "1"), ("-1", "1"), ("-s", "1"), ((0, 1), (0, 0)), ("y", t)
+    ),
+    "command": lambda t: _value(f"--expr={t}"),
+    "command, parameter": lambda t: _value(*FRICTION, "--set", f"mu={t}"),
+    "command, name": lambda t: _value(*FRICTION, "--set", f"{t}=1"),
+    "command, start": lambda t: _value(*FRICTION, "--set", "mu=1", f"--start={t}"),
+    "command, method": lambda t: _value(*FRICTION, "--set", "mu=1", f"--method={t}"),
+    "show": lambda t: _told(main(["show", "--", t])),
+    "figure": lambda t: _told(main(["figure", "--", t])),
+    "table": partial(_table, "expr"),
+    "table, drift": partial(_table, "drift"),
+    "table, quantity": partial(_table, "quantities"),
+    "table, number": partial(_table, "kappa"),
+    "table, parameter": partial(_table, "parameters.a"),
+    "table, name": partial(_table, "parameters.?"),
+    "table, key": partial(_table, "?"),
 }
+
+
+#: Entries that take numbers.
+NUMBERS = (
+    "bind", "friction", "kappa", "command, parameter", "command, start", "table, number",
+    "table, parameter",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("entry", ENTRIES)
@@ -119,7 +157,7 @@ def test_hostile_text_is_answered_in_a_sentence(entry, tmp_path, monkeypatch, ca
     texts = [*CODE, *HUGE]
     if entry == "name":
         texts += ["lambda", "double", "u" * 100]
-    if entry in ("bind", "friction", "kappa"):  # which are numbers for Python, too
+    if entry in NUMBERS:  # which are numbers for Python, too
         texts = [t for t in texts if t != "1_000" and not t.isdigit()]
     for text in texts:
         with seconds(20), pytest.raises((sa.SymasymError, SystemExit)):

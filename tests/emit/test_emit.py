@@ -450,15 +450,22 @@ def test_the_command(tmp_path, capsys):
     place = tmp_path / "time.c"
     words = ["emit", "eq:Ttildesmall", "--target", "c", "-o", str(place)]
     assert cli.main([*words, "--drift", "friction", "--set", "mu=3", "--set", "kappa=0.1"]) == 0
+    assert capsys.readouterr().out.split() == [str(place)]
+    # <time.h> is the system's.
+    assert [file.name for file in tmp_path.iterdir()] == ["time.c"]
+    assert "double log_weak_noise_time(double r, double alpha, double z0);" in place.read_text()
+    assert cli.main([*words, "--header"]) == 0
     assert capsys.readouterr().out.split() == [str(place), str(tmp_path / "time.h")]
-    assert "double log_weak_noise_time(double r, double alpha, double z0)" in place.read_text()
     assert '#include "time.h"' in place.read_text()
+    assert cli.main(["emit", "folds", "--target", "c"]) == 0
+    assert "#include <math.h>" in capsys.readouterr().out
     assert cli.main(["emit", "folds", "--target", "python", "--set", "alpha=1"]) == 0
     assert "def friction_folds(mu):" in capsys.readouterr().out
     for words, message in (
         (["nope", "--target", "c"], "'nope' is no formula"),
         (["folds", "--target", "basic"], "target is 'basic'"),
-        (["folds", "--target", "c"], "say where to with -o"),
+        (["folds", "--target", "c", "--header"], "say where to with -o"),
+        (["folds", "--target", "python", "--header", "-o", "/proc/x.py"], "python has no header"),
         (["folds", "--target", "latex", "-o", "/proc/none/x.tex"], "cannot be written"),
         (["folds", "--target", "python", "--set", "mu"], "write it as NAME=NUMBER"),
     ):

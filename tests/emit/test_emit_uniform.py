@@ -158,6 +158,25 @@ def test_where_it_has_no_value_it_says_so(target):
             load.log_uniform_time(*arguments)
 
 
+@pytest.mark.parametrize("target", TARGETS[:3])
+def test_a_barrier_uphill_is_refused_where_the_library_takes_the_series(target):
+    if why := emitted.available(target):
+        pytest.skip(why)
+    free = sa.Drift("c0 + c1*u", "u")
+    load = formula(target, free).load()
+    # Downhill from 0 the end u = 1, or a well; uphill nothing, or a barrier at -0.5.
+    assert np.isfinite(load.log_uniform_time(0.1, 10, 0.5, -1.0))
+    assert np.isfinite(load.log_uniform_time(0.1, 0.4, 0.5, 1.0))
+    assert library(sa.polynomial(np.array([0.5]), -1.0), 0.1, 10) > 0
+    with pytest.raises(sa.AccuracyError):
+        library(sa.polynomial(np.array([0.5]), 1.0), 0.1, 10)
+    if target == "c":
+        assert np.isnan(load.log_uniform_time(0.1, 10, 0.5, 1.0))
+        return
+    with pytest.raises(ValueError, match="a barrier lies uphill from the start"):
+        load.log_uniform_time(0.1, 10, 0.5, 1.0)
+
+
 def test_javascript_throws_where_it_has_no_value(tmp_path):
     if why := emitted.available("javascript"):
         pytest.skip(why)

@@ -57,7 +57,6 @@ CASES: dict[str, tuple[Callable[[], Any], type[Exception], str]] = {
     "dps 0": (lambda: sa.escape_time(FRICTION, 1, 1, dps=0), sa.InputError, "dps is 0"),
     "dps 2.5": (lambda: sa.escape_time(FRICTION, 1, 1, dps=2.5), sa.InputError, "2.5"),
     "dps 20000": (lambda: sa.escape_time(FRICTION, 1, 1, dps=20000), sa.InputError, "20000"),
-    "array and dps": (lambda: sa.escape_time(FRICTION, [1.0], 1, dps=9), sa.InputError, "array"),
     "pole": (lambda: sa.Drift("1/(u - 1/3)"), sa.InputError, "0.333333"),
     "pole, bound later": (lambda: sa.Drift("1/(u-c)").bind(c="0.5"), sa.InputError, "0.5"),
     "pole in an array": (
@@ -174,16 +173,6 @@ CASES: dict[str, tuple[Callable[[], Any], type[Exception], str]] = {
         "broadcast",
     ),
     "drift called, free": (lambda: sa.friction()(0), sa.InputError, "mu, alpha, z0"),
-    "array parameters and dps": (
-        lambda: sa.escape_time(FRICTION.bind(z0=[1.0, 2.0]), 1, 2, dps=20),
-        sa.InputError,
-        "z0",
-    ),
-    "density, an array of y and dps": (
-        lambda: sa.stationary_density(SLIDING, 1, [0.0], dps=20),
-        sa.InputError,
-        "y is an array",
-    ),
     "density, y text": (lambda: sa.stationary_density(SLIDING, 1, "y"), sa.InputError, "y is 'y'"),
     "density, y complex": (lambda: sa.stationary_density(SLIDING, 1, 1j), sa.InputError, "1j"),
     "sliding in part of an array": (
@@ -351,4 +340,4 @@ def test_anything_is_taken_or_refused_in_one_sentence(name: str) -> None:
             assert len(message) < 400, message
         else:
             if isinstance(found, (float, np.ndarray)):
-                assert np.isfinite(found).all(), value
+                assert all(map(mpmath.isfinite, np.ravel(found))), value

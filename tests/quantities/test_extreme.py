@@ -6,6 +6,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from decimal import Decimal
 from fractions import Fraction as F
 from typing import Any
 
@@ -296,3 +297,80 @@ def test_extreme_scenes_are_there() -> None:
     assert min(k for k, _ in numbers) == F("1e-8")
     assert max(k for k, _ in numbers) == F("1e8")
     assert max(r for _, r in numbers) == F("1e12")
+
+
+# -- layers thinner than rounding ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kappa", ["1e-20", "1e-30", "1e-60", "1e-124"])
+@pytest.mark.parametrize(("high", "steepness"), [("1", "1.4"), ("2", "3")])
+def test_a_well_far_thinner_than_rounding(kappa: str, high: str, steepness: str) -> None:
+    # phi = -h tanh(s u)/tanh(s), V = h log cosh(s u)/(s tanh(s)): log T = lam max V, all else far
+    # below rounding.
+    drift = sa.tanh(high, f"-{high}", steepness)
+    with mpmath.workdps(40):
+        h, s, k = (mpmath.mpf(x) for x in (high, steepness, kappa))
+        lam = 2 / k**2
+        edge = h * mpmath.log(mpmath.cosh(s)) / (s * mpmath.tanh(s))
+        wanted = {"T": lam * (edge + h), "1 - P": -lam * edge, "p_ss": -lam * (edge + h / 2)}
+    begun = time.process_time()
+    found = {
+        "T": sa.escape_time(drift, kappa, 2, log=True),
+        "1 - P": sa.occupation(drift, kappa, complement=True, log=True),
+        "p_ss": sa.stationary_density(drift, kappa, "1.5", log=True),
+    }
+    assert time.process_time() - begun < 3
+    for name, value in found.items():
+        assert distance(value, wanted[name]) <= 1e-12 * abs(wanted[name]), name
+    assert sa.occupation(drift, kappa, log=True) == 0.0
+
+
+@pytest.mark.parametrize("drift", [sa.tanh(1, "-1/2", "1.4"), sa.sine(1, -1, "-2")], ids=str)
+def test_an_unresolved_block_claims_what_it_does_not_know(
+    drift: sa.Drift, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # With no bisection at all, every block that is neither slow nor sampled is unresolved.
+    from symasym.exact import float_blocks
+
+    wanted = sa.escape_time(drift, F(0.003), 2, log=True, dps=20)
+    monkeypatch.setattr(float_blocks, "_DEEPEST", 0)
+    from symasym.drift.scenes import float_scenes
+    from symasym.methods.exact import float_logs
+
+    logs, errors = float_logs(float_scenes(drift, {"kappa": 0.003, "r": 2, "start": 0}), "T")
+    assert errors[0] > 1e-9  # there are such blocks
+    assert abs(logs[0] - wanted) <= errors[0]
+
+
+REFUSED_OR_ANSWERED: dict[str, Callable[[], Any]] = {
+    "density, a huge Decimal": lambda: sa.stationary_density(
+        sa.tanh(1, -1, 1), 2, Decimal("1E+999999"), log=True
+    ),
+    "r = 1e99999": lambda: sa.exit_probability(sa.linear(1, 1), 1, "1e99999"),
+    "r = 1e99999, dps": lambda: sa.exit_probability(sa.linear(1, 1), 1, "1e99999", dps=15),
+    "kappa = 1e-500": lambda: sa.escape_time(sa.tanh(1, -1, 2), "1e-500", 2, log=True, dps=15),
+    "kappa = 1e-139": lambda: sa.escape_time(sa.linear(1, -1), "1e-139", 2, log=True),
+    "steepness 1e15": lambda: sa.occupation(sa.tanh(1, -1, "1e15"), "0.1", log=True),
+    "steepness 2.7e-59": lambda: sa.escape_time(sa.tanh(1, -1, "2.7e-59"), 1, 2, method="laplace"),
+    "r = 2e-300": lambda: sa.escape_time(
+        sa.linear(1, "1/7"), 0.8, "2e-300", method="uniform", order=0
+    ),
+    "g = x^100": lambda: sa.uniform_integral("-tan(x)**2", "x**100", "x", -1, 1).evaluate(10),
+    "mu = 10^5000": lambda: sa.escape_time(sa.friction(10**5000, 1, "-0.4"), 0.1, 10),
+    "slope 1e400": lambda: sa.occupation(sa.polynomial(1, -1, 10**400), 1, log=True, dps=15),
+    "n = 10^9": lambda: sa.hill(1, 2, 1, n=10**9),
+    "c999999999": lambda: sa.polynomial(c999999999=1),
+    "end 1e99999": lambda: sa.laplace_integral("cos(x)", 1, "x", "1e99999", 0),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED_OR_ANSWERED)
+def test_at_the_end_of_all_numbers_nothing_takes_long(name: str) -> None:
+    begun, told = time.process_time(), "."
+    try:
+        REFUSED_OR_ANSWERED[name]()
+    except sa.SymasymError as error:
+        told = str(error)
+    assert told.endswith(".")
+    assert len(told) < 300
+    assert time.process_time() - begun < 10

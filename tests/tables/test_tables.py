@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import json
 import os
@@ -10,10 +11,11 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -22,10 +24,11 @@ from mpmath import mp, mpf
 import symasym as sa
 from symasym.base import executors, progress
 from symasym.base.errors import InputError, OutputError
+from symasym.base.texts import number_text
 from symasym.commands.main import main
 from symasym.tables import run as tables
 from symasym.tables.run import write_table
-from symasym.tables.spec import Spec, number_text, read_spec
+from symasym.tables.spec import Spec, read_spec
 from symasym.workshop import reference_quadrature
 
 SMALL = """\
@@ -62,7 +65,7 @@ def spec_of(folder: Path, text: str = SMALL) -> Spec:
 
 
 def records_of(path: Path) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in path.read_bytes().splitlines()[1:]]
+    return [json.loads(line) for line in path.read_bytes().splitlines()]
 
 
 # -- values ----------------------------------------------------------------------------------
@@ -120,20 +123,46 @@ def test_number_text_is_exact() -> None:
         assert Fraction(number_text(x)) == x
 
 
-def test_the_csv_has_logarithms_for_plotting(tmp_path: Path) -> None:
+def test_the_csv_has_values_errors_and_logarithms(tmp_path: Path) -> None:
+    spec = spec_of(tmp_path)
+    outcome = write_table(spec, tmp_path / "t.jsonl")
+    rows = list(csv.DictReader(outcome.csv.read_text().splitlines()))
+    names = ["kappa", "r", "start", "mu", "alpha", "z0"]
+    columns = ["T", "T_error", "log10_T", "1-C", "1-C_error", "log10_1-C"]
+    assert list(rows[0]) == names + columns
+    assert len(rows) == 8
+    for row, x in zip(rows, spec.points(), strict=True):
+        drift = sa.friction(mu=x["mu"], alpha=x["alpha"], z0=x["z0"])
+        scene: Any = (drift, x["kappa"], x["r"])
+        # Quotients are rounded in the columns.
+        assert float(row["start"]) == float(Fraction(x["start"]))
+        with mp.workdps(30):
+            time = sa.escape_time(*scene, start=x["start"], dps=30)
+            share = sa.exit_probability(*scene, start=x["start"], complement=True, dps=30)
+            for name, known in (("T", time), ("1-C", share)):
+                assert abs(mpf(row[name]) - known) <= mpf(row[f"{name}_error"]) < 1e-19 * known
+                assert float(row[f"log10_{name}"]) == pytest.approx(float(mp.log10(known)))
+
+
+def test_every_line_is_a_row_of_one_shape(tmp_path: Path) -> None:
+    text = SMALL.replace('"T", "1 - C"', '"T", "P"').replace("z0 = {", "z0 = [0.5, -0.6]\n# {")
+    outcome = write_table(spec_of(tmp_path, text), tmp_path / "t.jsonl")
+    records = records_of(outcome.path)
+    assert len(records) == outcome.values == 16
+    assert len({tuple(record) for record in records}) == 1
+    assert {record["drift"] for record in records} == {"friction"}
+    assert sum(record["refused"] is None for record in records) == 12
+    assert all((record["mid"] is None) == (record["refused"] is not None) for record in records)
+
+
+def test_pandas_reads_both_files(tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas")
     outcome = write_table(spec_of(tmp_path), tmp_path / "t.jsonl")
-    rows = [line.split(",") for line in outcome.csv.read_text().splitlines()]
-    assert rows[0] == ["kappa", "r", "start", "mu", "alpha", "z0", "log10_T", "log10_1-C"]
-    assert len(rows) == 9
-    for kappa, r, start, mu, alpha, z0, log_time, log_share in rows[1:]:
-        drift = sa.friction(mu=mu, alpha=alpha, z0=z0)
-        scene = (drift, kappa, r)
-        with mp.workdps(20):
-            ten = mp.log(10)
-            known = sa.escape_time(*scene, start=start, log=True) / ten
-            assert float(log_time) == pytest.approx(float(known), rel=1e-13)
-            known = sa.exit_probability(*scene, start=start, complement=True, log=True) / ten
-            assert float(log_share) == pytest.approx(float(known), rel=1e-13)
+    table = pandas.read_csv(outcome.csv)
+    assert table.shape == (8, 12)
+    assert all(table["T_error"] < 1e-19 * table["T"])
+    lines = pandas.read_json(outcome.path, lines=True, dtype=False)
+    assert list(lines["mid"]) == [record["mid"] for record in records_of(outcome.path)]
 
 
 def test_any_drift_and_values_that_do_not_exist(
@@ -148,8 +177,8 @@ def test_any_drift_and_values_that_do_not_exist(
     assert "2 values do not exist" in capsys.readouterr().out
     inside, outside, *none = records_of(tmp_path / "t.jsonl")
     assert mpf(inside["mid"]) + mpf(outside["mid"]) == pytest.approx(1, abs=1e-11)
-    assert all("no sliding region" in record["error"] for record in none)
-    assert (tmp_path / "t.csv").read_text().splitlines()[2] == "0.5,2,,"
+    assert all("no sliding region" in record["refused"] for record in none)
+    assert (tmp_path / "t.csv").read_text().splitlines()[2] == "0.5,2,,,,,,"
     assert main(arguments) == 1  # nothing new, and the same to say
     assert "up to date" in capsys.readouterr().out
 
@@ -169,7 +198,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Spec, bytes, bytes]
 def test_a_rerun_makes_what_is_missing_and_the_same_bytes(
     tmp_path: Path, whole: tuple[Spec, bytes, bytes]
 ) -> None:
-    spec, lines, csv = whole
+    spec, lines, rows = whole
     path = tmp_path / "t.jsonl"
     assert b"\n" in lines[:700]
     ends = [k for k, byte in enumerate(lines) if byte == 10]
@@ -177,21 +206,21 @@ def test_a_rerun_makes_what_is_missing_and_the_same_bytes(
     for cut in [*sorted(cuts), len(lines)]:
         path.write_bytes(lines[:cut])
         outcome = write_table(spec, path)
-        assert outcome.made == 16 - max(0, lines[:cut].count(b"\n") - 1)
-        assert (path.read_bytes(), outcome.csv.read_bytes()) == (lines, csv)
+        assert outcome.made == 16 - lines[:cut].count(b"\n")
+        assert (path.read_bytes(), outcome.csv.read_bytes()) == (lines, rows)
 
 
 def test_every_executor_makes_the_same_bytes(
     tmp_path: Path, whole: tuple[Spec, bytes, bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    spec, lines, csv = whole
+    spec, lines, rows = whole
     monkeypatch.setattr(tables, "_MOST_IN_BATCH", 2)
     with ThreadPoolExecutor(3) as threads:
         outcome = write_table(spec, tmp_path / "t.jsonl", executor=threads)
-    assert (outcome.path.read_bytes(), outcome.csv.read_bytes()) == (lines, csv)
+    assert (outcome.path.read_bytes(), outcome.csv.read_bytes()) == (lines, rows)
     with executors.local(2) as processes:
         outcome = write_table(spec, tmp_path / "p.jsonl", executor=processes)
-    assert (outcome.path.read_bytes(), outcome.csv.read_bytes()) == (lines, csv)
+    assert (outcome.path.read_bytes(), outcome.csv.read_bytes()) == (lines, rows)
     assert write_table(spec, tmp_path / "p.jsonl", force=True).made == 16
 
 
@@ -312,11 +341,12 @@ def test_a_file_of_something_else_is_not_touched(
     path = tmp_path / "t.jsonl"
     first, second, third, *rest = lines.splitlines(keepends=True)
     for content, told in (
-        (b"my notes", "something else"),
-        (first.replace(b"friction", b"linear"), "something else"),
+        (b"my notes", "line 1, is not the value"),
+        (first.replace(b"friction", b"linear"), "line 1, is not the value"),
+        (first.replace(b'"dps": 20', b'"dps": 19'), "line 1, is not the value"),
         (first + third, "line 2, is not the value"),
         (first + second + b"{}\n", "line 3, is not the value"),
-        (lines + second, "line 18, is not the value"),
+        (lines + second, "line 17, is not the value"),
         (first + second.replace(b'"mpmath": "', b'"mpmath": "0.'), "with mpmath 0.1"),
     ):
         path.write_bytes(content)
@@ -438,6 +468,66 @@ def test_a_scheduler_that_is_not_there(
     assert main([*arguments, "tcp://127.0.0.1:1"]) == 2
     assert "no scheduler answers" in capsys.readouterr().err
     assert os.listdir(tmp_path) == ["spec.toml"]
+
+
+class StandIn:
+    """A client of dask.distributed as far as it is used, with as many workers as are set."""
+
+    def __init__(self, workers: int, answers: bool = True) -> None:
+        self.workers, self.answers = workers, answers
+
+    def __enter__(self) -> StandIn:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def get_executor(self) -> StandIn:
+        return self
+
+    def submit(self, work: Any, *arguments: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        if self.workers:
+            future.set_result(work(*arguments))
+        return future
+
+    def scheduler_info(self) -> dict[str, Any]:
+        if not self.answers:
+            time.sleep(3600)
+        return {"workers": dict.fromkeys(range(self.workers))}
+
+
+@pytest.mark.parametrize(
+    ("client", "told"),
+    [
+        (StandIn(0), "has no workers"),
+        (StandIn(0, answers=False), "does not answer"),
+        (StandIn(2), None),
+    ],
+)
+def test_a_cluster_without_workers_is_told_and_left(
+    client: StandIn,
+    told: str | None,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    module = SimpleNamespace(Client=lambda *_, **__: client, KilledWorker=RuntimeError)
+    monkeypatch.setitem(sys.modules, "distributed", module)
+    monkeypatch.setattr(executors, "_PATIENCE", 0.2)
+    monkeypatch.setattr(executors, "_GIVE_UP", 1)
+    (tmp_path / "spec.toml").write_text(GOOD)
+    out = tmp_path / "t.jsonl"
+    status = main(["table", str(tmp_path / "spec.toml"), "-o", str(out), "--scheduler", "h:1"])
+    lines = capsys.readouterr().err.splitlines()
+    if told is None:
+        assert status == 0
+        return
+    assert status == 2
+    assert any(told in line and line.endswith("waiting for 1 seconds.") for line in lines[:-1])
+    assert told in lines[-1]
+    assert lines[-1].endswith("keeps what is written.")
+    assert out.exists()  # from which the next run goes on
 
 
 @contextmanager

@@ -11,8 +11,9 @@ import pytest
 
 import symasym as sa
 from symasym.asymptotics.uniform import answer as uniform_noise
+from symasym.asymptotics.uniform.one_drift import scene_of
 from symasym.asymptotics.uniform.order_zero import OrderZero
-from symasym.asymptotics.uniform.order_zero_digits import scene_of
+from symasym.asymptotics.uniform.structure import _lines
 from symasym.base.contexts import own_context
 from symasym.numbers.arithmetic import Digits
 from symasym.special.airy import airy_products
@@ -186,3 +187,20 @@ def test_digits_agree() -> None:
     assert relative(sa.escape_time(drift, "0.07", 10, dps=40, **options), many) <= 1e-40
     alone = sa.escape_time(drift, "0.07", 10, **options)
     assert relative(alone, many) <= 3e-16
+
+
+@pytest.mark.parametrize("gap", [0.5, 1e-3, 1e-6])
+def test_real_zeros_of_one_polynomial(gap: float) -> None:
+    """Simple zeros, two of them close, beside complex ones: known as they were put in."""
+    rng = np.random.default_rng(5)
+    for _ in range(50):
+        first = np.sort(rng.uniform(-2, 2, 3) + [-4, 0, 4])
+        zeros = np.sort([*first, first[1] + gap])
+        c = np.polynomial.polynomial.polyfromroots(zeros)
+        if rng.integers(2):
+            c = np.convolve(c, [1 + rng.uniform(0, 3), 0, 1])
+        c *= 10.0 ** rng.integers(-8, 9)
+        found = [0.0] * 13
+        count = _lines([*c.tolist(), *[0.0] * (13 - len(c))], len(c), found)
+        assert count == len(zeros)
+        assert np.abs(np.array(found[:count]) - zeros).max() < 1e-11 / gap

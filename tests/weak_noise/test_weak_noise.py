@@ -14,7 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symasym as sa
+from symasym.asymptotics.laplace.watson import moment_coefficients
 from symasym.asymptotics.weak_noise import critical_points, regular_part
+from symasym.asymptotics.weak_noise.one_sided import arc_coefficients
 from symasym.asymptotics.weak_noise.regular_part import panel_integrals
 from symasym.base.contexts import own_context
 from symasym.drift.taylor_field import ExactField
@@ -381,6 +383,29 @@ def test_finite_parts_in_two_ways(drift: sa.Drift, lo: Fraction) -> None:
         panels = panel_integrals(field, lo, Fraction(1), zeros, 5, context)
         for one, other in zip(fractions, panels, strict=True):
             assert abs(one - other) < 1e-25 * (1 + abs(one))
+
+
+def test_arc_of_a_zero_against_moments() -> None:
+    """du/ds where V = -phi'(z) s²/2 about a zero of phi, by moments instead of a reversion."""
+    with own_context(30) as context:
+        phi = [context.mpf(x) for x in (0, "1.5", "-0.7", 2, "0.3", -1, "0.9")]
+        arc = arc_coefficients(phi, 6, 1, context.one)
+        fall = [context.zero, context.zero, *(-c / (k + 2) for k, c in enumerate(phi[1:]))]
+        d = moment_coefficients(fall, [context.one, *[context.zero] * 5], 2)
+        assert arc_coefficients(phi, 6, 2, context.one) == arc[::2]
+        for i, (a, b) in enumerate(zip(arc, d, strict=False)):
+            assert abs(a - b / context.sqrt(phi[1]) ** (i + 1)) < 1e-27
+
+
+def test_the_mirror_of_a_field() -> None:
+    with own_context(30) as context:
+        for drift, offset in ((FRICTION, Fraction(1, 9)), (sa.Drift("tanh(u) - u/3"), Fraction(0))):
+            field = ExactField(drift, False, context, offset)
+            u = context.mpf("0.3")
+            value, slope = field.mirror().value_and_slope(-u)
+            assert abs(value + field.number(u)) < 1e-28
+            assert abs(slope - field.slope(u)) < 1e-28
+            assert field.mirror().mirror().number(u) == field.number(u)
 
 
 def test_finite_part_of_a_zero_by_hand() -> None:

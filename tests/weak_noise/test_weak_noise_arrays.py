@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import symasym as sa
 from symasym.asymptotics.weak_noise import answer as weak_noise
-from symasym.numbers.polynomial_roots import zeros_of
+from symasym.numbers.polynomials import zeros_of
 from tests.strategies import SAMPLE, WHOLE, powers_of_ten, rationals
 
 QUANTITIES: dict[str, tuple[Any, dict[str, Any]]] = {

@@ -34,6 +34,7 @@ import numpy as np
 
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
+from symasym.base.patience import step
 from symasym.numbers.polynomials import poly, poly_slope, shifted
 from symasym.numbers.power_series import composed, power, product
 from symasym.numbers.quadratic_factor import (
@@ -287,6 +288,7 @@ def _around_both(
         rate = max(0.35, float(context.sqrt(abs(square))))
         size = min(_MOST, 4 * (int(-context.prec / 3.4 / np.log2(rate)) + 4)) if rate < 1 else _MOST
     while size <= _MOST:
+        step()
         sums, lost = _sums(t, zeta, g, count, size, context)
         # The error falls as rho^n for n points: twice as many square it.
         if everywhere(lost**2 <= (1e-14 if context is None else tiny(context))):
@@ -394,6 +396,7 @@ def _nodes(
         # Digits double from float64's on; one step more than needed costs little.
         digits = 12
         while digits < 2 * context.dps:
+            step()
             w = v * v - zeta
             v -= (v * (w - zeta * 2) - target * 3) / (3 * w)
             digits *= 2

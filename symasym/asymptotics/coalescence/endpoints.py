@@ -285,10 +285,14 @@ class _Local:
         self.d = perron_coefficients([0 * f[0], 0 * f[0], *f[2:]], g, 2)
         # For the series and for what it gives after differentiating, the later terms count.
         top = max(abs(y) for y in self.d[:4]) or max(abs(y) for y in self.d)
-        rates = [
+        if not top:
+            raise InputError(
+                f"g = {part.piece.g} vanishes at the maximum to so high an order that no term "
+                "asked for is left; ask for a higher order, or use laplace_integral."
+            )
+        self._rate = max(
             (abs(y) / top) ** (field.context.mpf(1) / k) for k, y in enumerate(self.d) if k > 3
-        ]
-        self._rate = max(rates) if top else field.context.mpf(0)
+        )
         self.a = [row[0] for row in saddle_rows(self.d, self.alpha, self._count)]
 
     def _end(self, end: Real) -> tuple[Any, list[Any], Any]:

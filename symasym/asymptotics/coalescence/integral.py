@@ -10,7 +10,6 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
 import sympy
 
 from symasym.asymptotics.coalescence.endpoints import BestOf, EndPart, Part, SaddlePart
@@ -30,6 +29,8 @@ from symasym.asymptotics.laplace.kinks import WORK, Piece, at, cut, number
 from symasym.asymptotics.laplace.maxima import peaks, vanishes_identically
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
+from symasym.base.inputs import count
+from symasym.base.patience import patient
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -45,6 +46,7 @@ _MOST = 40
 _FLAT = 1e-45
 
 
+@patient
 def uniform_integral(
     f: Number,
     g: Number | tuple[Number, Number],
@@ -54,6 +56,7 @@ def uniform_integral(
     order: int = 3,
     *,
     near: Number | None = None,
+    patience: float | None = None,
 ) -> UniformExpansion:
     """Expansion of the integral of g(x) e^(lam f(x)), uniform as its critical points coalesce.
 
@@ -84,6 +87,8 @@ def uniform_integral(
         Terms kept, 1 to 40: powers lam^0 to lam^(1 - order) with each special function.
     near : number, optional
         A point beside the pair of saddles, if f has several pairs.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------
@@ -116,13 +121,13 @@ def uniform_integral(
     ...     "z*sinh(t) - t", "1/(2*pi*I)", "t", "oo - I*pi", "oo + I*pi", order=4
     ... )
     >>> print(bessel.bind(z=1).evaluate(100, dps=20, full=True))
-    0.09636667330 ≈± 6.18e-12 (estimate, uniform)
+    0.09636667329519 ± 1.35e-12 (estimate, uniform)
 
     Temme's incomplete gamma function: the maximum of log(x) - x at 1, near the end mu.
 
     >>> gamma = sa.uniform_integral("log(x) - x", "1/x", "x", "mu", "oo", order=4)
     >>> print(gamma.bind(mu="1.01").evaluate(100, dps=20, log=True, full=True))
-    -102.1877779348 ≈± 3.7e-11 (estimate, uniform)
+    -102.18777793476922 ± 5.98e-12 (estimate, uniform)
 
     The time through a saddle-node with noise, an iterated integral; it is all in the first term.
 
@@ -130,11 +135,9 @@ def uniform_integral(
     >>> print(law.bind(c="-1/4").evaluate(20, dps=20))
     0.308419621286275
     """
-    whole = isinstance(order, (int, np.integer)) and not isinstance(order, bool)
-    if not (whole and 1 <= order <= _MOST):
-        raise InputError(f"order is {order!r}; give a number of terms from 1 to {_MOST}.")
+    order = count("order", order, 1, _MOST, " of terms")
     if isinstance(g, (tuple, list, sympy.Tuple)):
-        return _iterated(f, g, x, a, b, int(order), near)
+        return _iterated(f, g, x, a, b, order, near)
     kind, formula, weight, factor, symbol, lo, hi = read_integral(f, g, x, a, b)
     given_f, given_g = (formula * sympy.I if kind == "oscillating" else formula), weight * factor
     free = set().union(*(e.free_symbols for e in (formula, given_g, lo, hi))) - {symbol}
@@ -155,7 +158,7 @@ def uniform_integral(
         symbol,
         lo,
         hi,
-        int(order),
+        order,
         partial(uniform_integral, near=near),
         "erfc" if kind == "real" else "airy",
         tuple(conditions),

@@ -23,6 +23,7 @@ import sympy
 from symasym.asymptotics.coalescence.endpoints import series_of
 from symasym.asymptotics.coalescence.saddle_pair import Nearby, root_test
 from symasym.base.errors import AccuracyError
+from symasym.base.patience import step
 from symasym.numbers.coefficient_fields import RealField
 from symasym.numbers.polynomials import poly, shifted
 from symasym.numbers.power_series import laurent
@@ -93,6 +94,7 @@ class RegularPart:
         while size <= 4096:
             total, sizes = [context.zero] * self._count, [context.zero] * self._count
             for j in range(size):
+                step()
                 turn = 2 * context.pi * radius / size * context.expjpi(context.mpf(2 * j) / size)
                 for k, y in enumerate(self._values(zero + turn * size / (2 * context.pi))):
                     total[k] -= context.im(y * turn)

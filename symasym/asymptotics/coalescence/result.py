@@ -19,7 +19,7 @@ from symasym.asymptotics.coalescence.saddle_pair import PairPart
 from symasym.asymptotics.laplace.kinks import number
 from symasym.asymptotics.laplace.result import IntegralExpansion
 from symasym.base.contexts import mpf_of, own_context, to_mpf
-from symasym.base.errors import AccuracyError, InputError
+from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.estimate import Estimate
 from symasym.base.inputs import digits, float_text
 
@@ -138,6 +138,13 @@ class UniformExpansion(IntegralExpansion):
         f = sympy.expand(self.f / sympy.I) if oscillating else self.f
         formula = pair_formula(f, weight, self.x, self.order, symbol, saddles, oscillating)
         return self._factor * formula
+
+    def _repr_latex_(self) -> str | None:
+        """The formula for a notebook; None where it is not one of a few terms."""
+        try:
+            return rf"$\displaystyle {sympy.latex(self.expression())}$"
+        except SymasymError:
+            return None
 
     def _by_digits(self, lam: Fraction, dps: int, log: bool, full: bool) -> Any:
         """The sum at one lam as an mpf or mpc, or an `Estimate` from the next terms."""

@@ -28,6 +28,7 @@ from symasym.asymptotics.laplace.kinks import Piece, number
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, exact
+from symasym.base.patience import step
 from symasym.numbers.balls import BallOps, NotProved, exact_ball, flint_module
 from symasym.numbers.trees import NumpyOps, evaluate_tree
 
@@ -334,6 +335,7 @@ def _proved(
     for start, end in zip(corners, np.roll(corners, -1), strict=True):
         waiting = [(complex(start), complex(end), 0)]
         while waiting:
+            step()
             a, b, depth = waiting.pop()
             box = _box(a, b)
             height, weight = around.at(around.f, box), around.at(around.smooth, box)
@@ -392,6 +394,7 @@ def _analytic(around: _Surroundings, corners: ComplexArray) -> bool:
     outermost = math.ldexp(math.ceil(mantissa * 2**12), exponent - 12)
     waiting = [(0.0, 0.0, outermost, 0)]
     while waiting:
+        step()
         re, im, half, depth = waiting.pop()
         if _outside(re, im, half, reach):
             continue

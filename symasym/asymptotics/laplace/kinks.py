@@ -15,6 +15,7 @@ import sympy
 
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
+from symasym.base.patience import step
 from symasym.numbers.coefficient_fields import sampled_parameters
 from symasym.numbers.trees import MpmathOps, evaluate_tree
 
@@ -167,6 +168,7 @@ def _smooth(expression: Expr, x: Symbol, middle: Expr, samples: list[dict[Symbol
         return signs.pop()
 
     while True:
+        step()
         nodes = expression.atoms(
             sympy.Abs, sympy.sign, sympy.Heaviside, sympy.Max, sympy.Min, sympy.Piecewise
         )

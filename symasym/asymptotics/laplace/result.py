@@ -23,7 +23,17 @@ from symasym.asymptotics.laplace.kinks import difference, number
 from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import ErrorKind, Estimate
-from symasym.base.inputs import FloatArray, digits, exact, float_text, floats, is_array, positive
+from symasym.base.inputs import (
+    FloatArray,
+    digits,
+    exact,
+    flag,
+    float_text,
+    floats,
+    is_array,
+    positive,
+)
+from symasym.base.patience import patient
 from symasym.numbers.double_double import two_product
 
 if TYPE_CHECKING:
@@ -87,8 +97,15 @@ class IntegralExpansion:
         """
         return cast(Self, self._again(*self._with_numbers(values), self.order))
 
+    @patient
     def evaluate(
-        self, lam: Numbers, *, dps: int | None = None, log: bool = False, full: bool = False
+        self,
+        lam: Numbers,
+        *,
+        dps: int | None = None,
+        log: bool = False,
+        full: bool = False,
+        patience: float | None = None,
     ) -> Any:
         """The sum of the terms at `lam`.
 
@@ -102,6 +119,8 @@ class IntegralExpansion:
             Natural logarithm of a real value, finite where the value overflows.
         full : bool
             An `Estimate`: its error is that of the sum as a value of the integral.
+        patience : float, optional
+            Seconds of processor time that it may take, 10 if left out.
 
         Returns
         -------
@@ -119,6 +138,7 @@ class IntegralExpansion:
             rounded coefficients have; if coalescing saddles are too far apart for one expansion.
         """
         self._require_bound()
+        log, full = flag("log", log), flag("full", full)
         if not is_array(lam):
             scalar = positive("lam", exact("lam", cast("Number", lam)))
             if dps is None:
@@ -334,6 +354,9 @@ class LaplaceExpansion(IntegralExpansion):
         size = sympy.exp(symbol * _sympy(self.height)) * symbol**-self.omitted
         text = str(sympy.latex(self.expression(symbol)))
         return text + r" + O\left(" + str(sympy.latex(size)) + r"\right)"
+
+    def _repr_latex_(self) -> str:
+        return rf"$\displaystyle {self.latex()}$"
 
     def __str__(self) -> str:
         lines = []

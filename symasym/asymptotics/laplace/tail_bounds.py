@@ -15,6 +15,7 @@ import sympy
 
 from symasym.asymptotics.laplace.cauchy_disk import without_power
 from symasym.asymptotics.laplace.kinks import Piece, number
+from symasym.base.patience import step
 from symasym.numbers.balls import NotProved
 from symasym.numbers.extended_intervals import enclosure
 
@@ -47,6 +48,7 @@ def boxes(piece: Piece, x: Symbol, lo: float, hi: float, top: float, gap: float)
         lo = -start
     waiting = [(lo, hi, 0)]
     while waiting:
+        step()
         a, b, depth = waiting.pop()
         if not a < b:
             continue

@@ -18,6 +18,7 @@ from symasym.asymptotics.laplace.cauchy_disk import Disk, disk
 from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.proofs.panels import Panel
 from symasym.asymptotics.weak_noise.critical_points import simple_zeros
+from symasym.base import patience
 from symasym.base.contexts import own_context
 from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
@@ -228,6 +229,7 @@ def _between(layer: _Layer, left: Fraction, right: Fraction, levels: list[Any]) 
     edges = [*(left + k * step for k in range(_CELLS)), right]
     waiting = [(a, b, 0) for a, b in pairwise(edges)]
     while waiting:
+        patience.step()
         a, b, depth = waiting.pop()
         (panel,) = layer.panels(a, b, 1)
         ends = panel.height, panel.height + panel.slope * panel.width

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.proofs.panels import Panel
+from symasym.base import patience
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
 from symasym.numbers.balls import BallOps, exact_ball, flint_module, profile_of
@@ -160,6 +161,7 @@ def _panels(
     waiting = [(left + k * step, left + (k + 1) * step) for k in reversed(range(count))]
     panels: list[Panel] = []
     while waiting:
+        patience.step()
         lo, hi = waiting.pop()
         center, half = (lo + hi) / 2, (hi - lo) / 2
         h = exact_ball(half)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import Number, exact, float_text, positive
+from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.drift.scenes import exact_scene, read_order, require_drift
 
@@ -81,6 +82,7 @@ def _short(x: Fraction) -> str:
         return f"{(decimal.Decimal(x.numerator) / decimal.Decimal(x.denominator)).normalize():g}"
 
 
+@patient
 def weak_noise_bound(
     drift: Drift,
     r: Number,
@@ -89,6 +91,7 @@ def weak_noise_bound(
     order: int | None = None,
     kappa0: Number | None = None,
     rtol: Number | None = None,
+    patience: float | None = None,
 ) -> RangeBound:
     """Bound the error of the weak-noise escape time for all ``kappa <= kappa0`` at once.
 
@@ -109,6 +112,8 @@ def weak_noise_bound(
         which the bound is at most `rtol` is searched, to 2 percent.
     rtol : number, optional
         For that search; 1 if left out, where the bound says no more than T < 2 T_N.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
 
     Returns
     -------

@@ -69,6 +69,10 @@ def _require_small(kappa: FloatArray, errors: FloatArray, order: int) -> None:
         raise _too_weak(f"{kappa[bad[0]]:.6g}", order)
 
 
+#: The mean of lam |A| over the layer, over the number of terms, from which on they are of no use.
+_HOPELESS = 1e6
+
+
 def _too_weak(kappa: str, order: int) -> AccuracyError:
     """The refusal of noise so weak that the error is as large as the value."""
     return AccuracyError(
@@ -184,6 +188,10 @@ class _Stretches:
 def _enclosed(scene: Scene, request: Request) -> tuple[Any, Any]:
     """The expansion's value and a bound of what it and the rounding leave out."""
     digits, order, log = request.digits, request.order, request.log
+    with np.errstate(all="ignore"):
+        drift = np.abs(scene.drift.evaluate_float(np.linspace(-0.9, 0.9, 7)))
+    if scene.lam > 10**300 or not float(scene.lam) * np.mean(drift) < _HOPELESS * (order + 1):
+        raise _too_weak(scene.noise, order)
     exponent = scene.lam * (1 + scene.numbers.get("r", Fraction(0))) * 64
     bits = int(digits * 3.33) + 64 + int(exponent).bit_length()
     for _ in range(_ATTEMPTS):

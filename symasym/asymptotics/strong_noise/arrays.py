@@ -16,6 +16,7 @@ from symasym.asymptotics.strong_noise.moments import Moments, moments_of
 from symasym.asymptotics.strong_noise.sweep import Side, Stretch, after, odds, weights
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
+from symasym.base.patience import step
 from symasym.drift.float_field import Field, IntArray, field_of
 from symasym.drift.scenes import Scenes
 from symasym.special.exponentials import log_quotient, mean_place
@@ -160,6 +161,7 @@ def _moments(
     """
     panels, before = 8, _on_panels(field, scene, a, b, order, 4)
     while True:
+        step()
         after = _on_panels(field, scene, a, b, order, panels)
         error = np.zeros_like(a)
         length = np.where(b > a, b - a, 1.0)

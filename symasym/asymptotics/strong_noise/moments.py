@@ -19,6 +19,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 from symasym.base.errors import AccuracyError
+from symasym.base.patience import step
 from symasym.drift.drift import Drift
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.balls import BallOps, exact_ball, flint_module, profile_of
@@ -111,6 +112,7 @@ class _Polynomials:
         """The integral of f dt from the left end, as a function; its value at the right end."""
         integrals, value = [], 0
         for panel, part in zip(self._panels, f, strict=True):
+            step()
             whole = part.integral()
             whole += value - whole(panel.begin)
             integrals.append(self._cut(whole) if self._cap else whole)
@@ -127,6 +129,7 @@ class _Polynomials:
 
     def times_slope(self, f: list[Any]) -> list[Any]:
         """A f du/dt."""
+        step()
         return [panel.slope * part for panel, part in zip(self._panels, f, strict=True)]
 
     def _cut(self, f: arb_poly) -> Any:
@@ -208,6 +211,7 @@ def _of_analytic(
     profile = profile.mirrored() if mirrored else profile
     waiting, pieces = [(a, b)], []
     while waiting:
+        step()
         left, right = waiting.pop()
         center, half = (left + right) / 2, (right - left) / 2
         bound = profile.bound(center, _RATIO * half)

@@ -4,6 +4,7 @@
 critical points are taken together), `coalescing_pair` (Chester-Friedman-Ursell),
 `truncated_gaussian` (Bleistein), `sums`. Order 0 of polynomial A, without cancellation and with an
 error of its own: `order_zero` and `order_zero_forms` over floats or digits; `pairing_arrays` finds
-the structure of arrays, `order_zero_digits` that of one drift. One integral of your own with
-coalescing saddles is `symasym.asymptotics.coalescence`.
+the structure of arrays, `structure` that of one drift, whose zeros `one_drift` takes to all digits.
+`structure` and the closed forms of `order_zero_forms` are what `symasym.emit` writes as well. One
+integral of your own with coalescing saddles is `symasym.asymptotics.coalescence`.
 """

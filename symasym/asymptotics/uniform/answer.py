@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, parabola
+from symasym.asymptotics.uniform.one_drift import Scene as ClosedScene
+from symasym.asymptotics.uniform.one_drift import scene_of
 from symasym.asymptotics.uniform.order_zero import escape_time as in_float
-from symasym.asymptotics.uniform.order_zero_digits import Scene as ClosedScene
-from symasym.asymptotics.uniform.order_zero_digits import scene_of
 from symasym.asymptotics.uniform.pairing import (
     OneSide,
     Stretch,
@@ -36,9 +36,9 @@ from symasym.asymptotics.uniform.truncated_gaussian import (
     truncations_at,
     truncations_of,
 )
-from symasym.asymptotics.weak_noise.answer import require_resolved, working_digits
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.critical_points import barriers, whole
+from symasym.asymptotics.weak_noise.evaluation import require_resolved
 from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
@@ -53,6 +53,7 @@ from symasym.drift.scenes import (
     Scenes,
     by_drift,
     rows_of,
+    working_digits,
 )
 from symasym.drift.taylor_field import ExactField
 

@@ -4,7 +4,7 @@ Wells, barriers and pairs of both sides of the start (`symasym.asymptotics.weak_
 with the canonical Airy form of pairs that may coalesce and the truncated Gaussian of a barrier next
 to an end (`symasym.asymptotics.uniform.order_zero_forms`), for zeros of A however close to each
 other or to the layer's end. Which zeros go together is decided in float64 (`.pairing_arrays` for
-many drifts, `symasym.numbers.factors` for one); `OrderZero` is what follows from it, once for both:
+many drifts, `.structure` for one); `OrderZero` is what follows from it, once for both:
 to all digits zeros, differences of the potential, Airy functions and Dawson's integral.
 """
 
@@ -38,9 +38,9 @@ from symasym.asymptotics.weak_noise.one_sided import (
 from symasym.asymptotics.weak_noise.series import Point, Series
 from symasym.base.inputs import FloatArray
 from symasym.numbers.arithmetic import FLOATS
-from symasym.numbers.factors import seen_from
 from symasym.numbers.polynomials import divided, poly, shifted
 from symasym.numbers.quadratic_factor import Pair as Local
+from symasym.numbers.quadratic_factor import seen_from
 
 __all__ = ["Apart", "OrderZero", "Together", "escape_time", "factor_pair", "with_left_out"]
 
@@ -72,6 +72,8 @@ class Together(NamedTuple):
         Their numbers among the real zeros; empty for a complex pair.
     height : number
         Mean of V over both.
+    drop : number
+        V from the barrier down to the well; 0 for a complex pair.
     """
 
     form: AiryForm
@@ -81,6 +83,7 @@ class Together(NamedTuple):
     onward: bool
     members: tuple[int, ...]
     height: Any
+    drop: Any
 
 
 class Apart(NamedTuple):
@@ -118,6 +121,7 @@ class OrderZero(Builder):
         self.members = members
         self.single = [k for k in range(len(self.lines)) if k not in members]
         self.known: dict[int, Series] = {}
+        self.order: dict[int, list[int]] = {}
         self.before_end = {sign: self.barrier_before(sign) for sign in (-1, 1)}
         return self
 
@@ -139,21 +143,26 @@ class OrderZero(Builder):
             worst = np.maximum(worst, rough)
         return worst < _ROUGHEST
 
+    def inside(self, sign: int) -> list[int]:
+        if sign not in self.order:
+            self.order[sign] = super().inside(sign)
+        return self.order[sign]
+
     def peak(self, k: int) -> Series:
         """Laplace's series at a single zero; one of a pair has none."""
         if k in self.members:
             return Series([])
         if k not in self.known:
-            self.known[k] = self.barrier_or_well(k)
+            series, c = self.next_orders(k), self.arithmetic
+            if self.in_float is not None:
+                slope = abs(self.slope(self.lines[k]))
+                series = _with_first(series, c.sqrt(2 * c.pi / slope))
+            self.known[k] = series
         return self.known[k]
 
-    def barrier_or_well(self, k: int) -> Series:
-        """Laplace's series at a zero, also at one of a pair."""
-        if self.in_float is None:
-            return super().peak(k)
-        c = self.arithmetic
-        slope = abs(self.slope(self.lines[k]))
-        return _with_first(self.in_float.peak(k), c.sqrt(2 * c.pi / slope))
+    def next_orders(self, k: int) -> Series:
+        """Laplace's series at a zero, also at one of a pair, in float64."""
+        return super().peak(k) if self.in_float is None else self.in_float.peak(k)
 
     def smooth(self, u: Any, value: Any = None) -> Series:
         if self.in_float is None:
@@ -176,8 +185,10 @@ class OrderZero(Builder):
         rough = _EPS * poly(self.c_size, abs(point)) if in_float is None else self.arithmetic.zero
         form = airy_form(key, pair, rough, self.arithmetic, in_float)
         height = self.potential(point) - pair.level
-        onward = bool(first(pair.sign) > 0)
-        return Together(form, pair, side * point, side, onward, members, height)
+        onward, c = bool(first(pair.sign) > 0), self.arithmetic
+        zeta = c.maximum(form.zeta, c.zero)
+        drop = 4 * zeta * c.sqrt(zeta) / 3
+        return Together(form, pair, side * point, side, onward, members, height, drop)
 
     def between(self, sign: int, rising: list[CriticalPoint], falling: list[CriticalPoint]) -> int:
         inside = self.inside(sign)
@@ -206,7 +217,7 @@ class OrderZero(Builder):
     ) -> None:
         """Both integrals over a pair, and the double one in place of their product."""
         low, high = self.ranks(pair, inside)
-        rise = self.drop_of(pair) / 2
+        rise = pair.drop / 2
         height = pair.height - self.base
         well, barrier = (low, high) if pair.onward else (high, low)
         both = AiryIntegral(pair.form, "both") if pair.onward else None
@@ -215,11 +226,6 @@ class OrderZero(Builder):
             CriticalPoint(barrier, height + rise, AiryIntegral(pair.form, "rising"), None)
         )
         falling.append(CriticalPoint(well, rise - height, AiryIntegral(pair.form, "falling"), None))
-
-    def drop_of(self, pair: Together) -> Any:
-        """V from the barrier down to the well; 0 for a complex pair."""
-        zeta = self.arithmetic.maximum(pair.form.zeta, self.arithmetic.zero)
-        return 4 * zeta * self.arithmetic.sqrt(zeta) / 3
 
     def ranks(self, pair: Together, inside: list[int]) -> tuple[Any, Any]:
         """Of its two zeros, from the start on; between two ranks for a complex pair."""
@@ -269,7 +275,7 @@ class OrderZero(Builder):
         place, drop = sign * self.lines[last], None
         if pair is not None:
             place = pair.point + pair.pair.middle + c.sqrt(c.maximum(pair.pair.square, c.zero))
-            drop = self.drop_of(pair)
+            drop = pair.drop
         elif len(inside) > 1:
             drop = self.potential(self.lines[last]) - self.potential(self.lines[inside[-2]])
         slope = None
@@ -279,9 +285,10 @@ class OrderZero(Builder):
         gap = abs(self.edges[1 + sign]) - place
         psi = shifted(seen_from(self.c, sign), place)[1:]
         ratio = c.zero
-        if pair is None or c.any(self.drop_of(pair) > _NO_DROP):
-            row = self.barrier_or_well(last).parts[0].coefficients
-            ratio = abs(row[1] / row[0])
+        if pair is None or c.any(pair.drop > _NO_DROP):
+            row = self.next_orders(last).parts[0].coefficients
+            # A parabola has no further orders.
+            ratio = abs(row[1] / row[0]) if len(row) > 1 else ratio
         gaussian = truncated_gaussian(sign, psi, gap, drop, ratio, slope, c)
         return _BeforeEnd(gaussian, last, gap)
 

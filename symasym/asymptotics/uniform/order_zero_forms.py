@@ -21,7 +21,9 @@ units of e^{±lam V(g)}. Near a well the peak is faded out, so that nothing is s
 end come together.
 
 What is singular at a coalescence is combined beforehand, so nothing is subtracted there and one
-text serves float64 arrays and any number of digits. Each value comes with the size of order 1.
+text serves float64 arrays and any number of digits. Each value comes with the size of order 1. The
+functions of `EMITTED` are also what `symasym.emit` writes, in doubles and in other languages: they
+hold numbers alone.
 """
 
 from __future__ import annotations
@@ -31,28 +33,162 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.coalescence.cubic_map import map_coefficients
-from symasym.numbers.arithmetic import Arithmetic
+from symasym.numbers.arithmetic import FLOATS, Arithmetic
 from symasym.numbers.polynomials import poly, shifted
 from symasym.numbers.quadratic_factor import Pair
 from symasym.special.airy import AiryProducts, airy_products
-from symasym.special.dawson import dawson
+from symasym.special.dawson import _gaussians, dawson
+from symasym.special.exponentials import quotients
 
 __all__ = [
-    "AiryForm", "AiryIntegral", "Truncated", "TruncatedIntegral", "airy_form", "regular_share",
-    "truncated_gaussian",
+    "EMITTED", "AiryForm", "AiryIntegral", "Truncated", "TruncatedIntegral", "airy_form",
+    "regular_share", "truncated_gaussian",
 ]  # fmt: skip
 
 #: An array over the scenes, or the number of one.
 Number = Any
 
+# Sizes of order 1 are found in float64.
+_SIZES: Arithmetic = FLOATS
 # How fast the peak's share is faded out as a well comes near: any number would do for every order.
 _FADE = 8
 # For the size of order 1, zeros closer than this (by the layer's width) are taken to be so far
 # apart: it hardly depends on the distance there, and is not lost to rounding.
 _APART = 0.03
-# Ratios below which a series is taken in place of a function's difference.
-_SMALL, _SMALL_RATIO = 0.1, 1e-4
+# Ratio below which a series is taken in place of a function's difference.
+_SMALL_RATIO = 1e-4
+
+
+# -- the closed forms ------------------------------------------------------------------------------
+
+
+def _canonical(
+    c: Arithmetic, sign: Number, slope: Number, even: Number, odd: Number, square: Number
+) -> tuple[Number, Number]:
+    """u' = a + b s at both zeros: a, b from the sums of what is left of phi there."""
+    norm = even * even - odd * odd * square
+    a = c.sqrt((even + c.sqrt(norm)) / (2 * slope * norm))
+    return a, -sign * odd / (2 * a * norm)
+
+
+def _over_pair(
+    c: Arithmetic, third: Number, a: Number, b: Number, bi: Number, bi_slope: Number
+) -> tuple[Number, Number]:
+    """int e^{lam V} and int e^{-lam V} over a pair; `third` is lam^(1/3)."""
+    small = 1 / third
+    even = a * bi * (c.pi * small)
+    odd = b * bi_slope * (c.pi * small * small)
+    return even + odd, even - odd
+
+
+def _over_pair_twice(
+    c: Arithmetic, third: Number, a: Number, b: Number, squares: Number, slopes: Number
+) -> Number:
+    """The double integral over a pair."""
+    small = 1 / third
+    unit = c.pi * small * (c.pi * small)
+    return unit * (a * a * squares - b * b * slopes * (small * small))
+
+
+def _pair_share(
+    c: Arithmetic, sign: Number, even: Number, odd: Number, square: Number
+) -> tuple[Number, Number]:
+    """alpha and beta: the pair's share of 1/phi is (alpha + beta y)/(y^2 - square)."""
+    norm = even * even - odd * odd * square
+    return sign * even / norm, -sign * odd / norm
+
+
+def _turn(c: Arithmetic, square: Number, y: Number) -> Number:
+    """artanh(root/y)/root, root^2 = square, and atan for square < 0; y > 0."""
+    q = square / (y * y)
+    small = abs(q) < _SMALL_RATIO
+    series = 0 * q
+    if c.any(small):
+        for k in range(c.bits // 13 + 1, -1, -1):
+            series = series * q + c.rational(1, 2 * k + 1)
+        series = series / y
+        if c.all(small):
+            return series
+    safe = c.where(small, c.one, c.sqrt(abs(square)))
+    behind = c.where(square > 0, y - safe, y + safe)
+    real = c.log(abs((y + safe) / behind)) / 2
+    return c.where(small, series, c.where(square > 0, real, c.atan2(safe, y)) / safe)
+
+
+def _past_pair(
+    c: Arithmetic, alpha: Number, beta: Number, square: Number, y: Number
+) -> tuple[Number, Number]:
+    """Both parts of a primitive of a pair's share past both zeros, y from the pair's middle."""
+    side = c.where(y < 0, -c.one, c.one)
+    return -side * alpha * _turn(c, square, abs(y)), beta / 2 * c.log(abs(y * y - square))
+
+
+def _past_barrier(
+    c: Arithmetic, alpha: Number, beta: Number, square: Number, gap: Number
+) -> tuple[Number, Number]:
+    """The same at y = root + gap, from the barrier on."""
+    root = c.sqrt(c.maximum(square, c.zero))
+    twice = c.maximum(2 * root, c.tiny)
+    return -alpha * c.log1p(twice / gap) / twice, beta / 2 * c.log(gap * (gap + twice))
+
+
+def _faded(c: Arithmetic, drop: Number, gap: Number, area: Number) -> tuple[Number, Number, Number]:
+    """rho, and the shares of the barrier's order 0 and 1 that are faded out as a well comes near.
+
+    `drop` is V from the barrier down to the well: as they meet, its own series breaks down.
+    """
+    rho = _FADE * drop / (gap * gap * area)
+    fade = c.exp(-rho)
+    return rho, (1 + rho) * fade, (1 + rho + rho * rho / 2) * fade
+
+
+def _before_end(
+    c: Arithmetic,
+    bottom: Number,
+    gap: Number,
+    area: Number,
+    first: Number,
+    second: Number,
+    value: Number,
+    keep: Number,
+) -> tuple[Number, Number, Number]:
+    """t, peak and rest of a barrier before an end: t^2/2 = gap^2 area, phi(end) = gap value."""
+    whole = 1 / c.sqrt(bottom)
+    t = gap * c.sqrt(2 * area)
+    mean = c.sqrt(2 * area * bottom)
+    # 1/phi(end) - whole/t without its cancellation.
+    rest = first * bottom - 2 * bottom * second - gap * second * second
+    rest = rest / (value * mean * (value + mean)) + whole / t * keep
+    apart = 1 / (gap * value) - whole * (1 - keep) / t
+    return t, whole * (1 - keep), c.where(keep > 0.5, apart, rest)
+
+
+def _over_end(
+    c: Arithmetic,
+    lam: Number,
+    t: Number,
+    peak: Number,
+    rest: Number,
+    sigma: Number,
+    falling: Number,
+    area: Number,
+) -> tuple[Number, Number, Number]:
+    """int e^{lam V} from the end on, int e^{-lam V}, and both (see `_gaussians`)."""
+    beyond = rest / lam
+    slow = peak * falling
+    # int D less its own logarithm, which the regular part has.
+    both = peak * peak * (area - c.log(t)) / lam - slow * beyond
+    return -peak * sigma - beyond, slow + beyond, both
+
+
+#: The functions that are emitted as well.
+EMITTED = (
+    _canonical, _over_pair, _over_pair_twice, _pair_share, _turn, _past_pair, _past_barrier,
+    _faded, _before_end, _gaussians, _over_end,
+)  # fmt: skip
+
+
+# -- from phi's coefficients -----------------------------------------------------------------------
 
 
 class AiryForm(NamedTuple):
@@ -92,9 +228,6 @@ class Truncated(NamedTuple):
     slope: Number | None
 
 
-# -- from phi's coefficients -----------------------------------------------------------------------
-
-
 def airy_form(
     key: int, pair: Pair, rough: Number, arithmetic: Arithmetic, in_float: Pair | None = None
 ) -> AiryForm:
@@ -102,10 +235,8 @@ def airy_form(
 
     The size of order 1 is found from `in_float`, if given, the same pair in float64.
     """
-    ((a, b),) = map_coefficients(pair, 1, arithmetic.context, None)
-    # s runs against u where phi is negative outside: du = u' ds with it.
-    onward, where = pair.sign > 0, arithmetic.where
-    a, b = where(onward, a, -a), where(onward, b, -b)
+    even, odd = _sums(pair)
+    a, b = _canonical(arithmetic, pair.sign, pair.slope, even, odd, pair.square)
     moved = rough / (pair.psi[0] * pair.slope**2)
     return AiryForm(key, pair.zeta, a, b, *_next_terms(in_float or pair), moved)
 
@@ -118,41 +249,23 @@ def regular_share(
     Of a pair that is `taken` together the real part past both zeros, which has no jump; of another
     complex one along the real line. y counts from its middle, `gap` from the barrier, if known.
     """
-    c, even, odd = arithmetic, poly(pair.psi[0::2], pair.square), poly(pair.psi[1::2], pair.square)
-    norm = even * even - odd * odd * pair.square
-    alpha, beta = pair.sign * even / norm, -pair.sign * odd / norm
+    c, square, (even, odd) = arithmetic, pair.square, _sums(pair)
+    alpha, beta = _pair_share(c, pair.sign, even, odd, square)
 
     def parts(y: Number, gap: Number | None) -> tuple[Number, Number]:
         if gap is not None:
-            # From the barrier, at y = root + gap.
-            root = c.sqrt(c.maximum(pair.square, c.zero))
-            twice = c.maximum(2 * root, c.eps**18)
-            log = c.log(gap * (gap + twice))
-            return -alpha * c.log1p(twice / gap) / twice, beta / 2 * log
-        log = c.log(abs(y * y - pair.square))
-        if not taken:
-            root = c.sqrt(-pair.square)
-            return -alpha * c.atan2(root, y) / root, beta / 2 * log
-        sign = c.where(y < 0, -1, 1)
-        return -sign * alpha * _turn(pair.square, abs(y), c), beta / 2 * log
+            return _past_barrier(c, alpha, beta, square, gap)
+        if taken:
+            return _past_pair(c, alpha, beta, square, y)
+        root = c.sqrt(-square)
+        return -alpha * c.atan2(root, y) / root, beta / 2 * c.log(abs(y * y - square))
 
     return parts
 
 
-def _turn(square: Number, y: Number, c: Arithmetic) -> Number:
-    """artanh(root/y)/root, root² = square, and atan for square < 0; y > 0."""
-    q = square / (y * y)
-    small = abs(q) < _SMALL_RATIO
-    series = 0 * q
-    if c.any(small):
-        for k in range(c.bits // 13 + 1, -1, -1):
-            series = series * q + c.rational(1, 2 * k + 1)
-        series = series / y
-        if c.all(small):
-            return series
-    safe = c.where(small, 1, c.sqrt(abs(square)))
-    real = c.log(abs((y + safe) / (y - safe))) / 2
-    return c.where(small, series, c.where(square > 0, real, c.atan2(safe, y)) / safe)
+def _sums(pair: Pair) -> tuple[Number, Number]:
+    """The even and the odd terms of what is left of phi at a pair."""
+    return poly(pair.psi[0::2], pair.square), poly(pair.psi[1::2], pair.square)
 
 
 def _next_terms(pair: Pair) -> tuple[Number, Number]:
@@ -201,44 +314,30 @@ def truncated_gaussian(
     c = arithmetic
     keep: Any = c.zero
     keep_next: Any = c.zero
+    area = _area(psi, gap)
     if drop is not None:
-        # As the well comes near the barrier, its own series breaks down, and is faded out.
-        rho = _FADE * drop / (gap * gap * _area(psi, gap))
-        fade = c.exp(-rho)
-        keep = (1 + rho) * fade
-        keep_next = keep + rho * rho / 2 * fade
+        rho, keep, keep_next = _faded(c, drop, gap, area)
         ratio = c.where(rho > 1e-6, ratio, c.zero)
     bottom = c.maximum(psi[0], c.eps**6)
-    whole = 1 / c.sqrt(bottom)
-    t = gap * c.sqrt(2 * _area(psi, gap))
-    rest = _rest(bottom, psi, gap, c) + whole / t * keep
-    if drop is not None:
-        rest = c.where(keep > 0.5, 1 / (gap * poly(psi, gap)) - whole * (1 - keep) / t, rest)
-    peak = whole * (1 - keep)
+    value = poly(psi, gap)
+    first = poly([2 * a / (k + 3) for k, a in enumerate(psi[1:])], gap)
+    second = poly(psi[1:], gap)
+    t, peak, rest = _before_end(c, bottom, gap, area, first, second, value, keep)
     # Order 1 hardly depends on where the end is, close to the barrier.
-    far = c.maximum(gap, c.number(_APART))
-    t_far = far * c.sqrt(2 * _area(psi, far))
+    near, psi = _SIZES, [c.size(a) for a in psi]
+    far = near.maximum(c.size(gap), _APART)
+    t_far = far * near.sqrt(2 * _area(psi, far))
     value = far * poly(psi, far)
     bend = poly([(k + 1) * x for k, x in enumerate(psi)], far)
-    next_peak = ratio * (1 - keep_next)
-    next_rest = -bend / value**3 - whole * next_peak / t_far + peak / t_far**3
+    next_peak = c.size(ratio) * (1 - c.size(keep_next))
+    next_rest = -bend / value**3 - next_peak / near.sqrt(c.size(bottom)) / t_far
+    next_rest = next_rest + c.size(peak) / t_far**3
     return Truncated(key, t, peak, rest, next_peak, abs(next_rest), slope)
 
 
 def _area(psi: list[Number], x: Number) -> Number:
     """int_0^1 y psi(x y) dy: V falls by x² times that."""
     return poly([a / (k + 2) for k, a in enumerate(psi)], x)
-
-
-def _rest(bottom: Number, psi: list[Number], gap: Number, c: Arithmetic) -> Number:
-    """1/(gap psi(gap)) - 1/sqrt(psi(0) 2 area)/gap."""
-    if len(psi) == 1:
-        return 0 * gap
-    end = poly(psi, gap)
-    mean = c.sqrt(2 * _area(psi, gap) * bottom)
-    first = poly([2 * a / (k + 3) for k, a in enumerate(psi[1:])], gap)
-    second = poly(psi[1:], gap)
-    return (first * bottom - 2 * bottom * second - gap * second**2) / (end * mean * (end + mean))
 
 
 # -- at one lam, or many ---------------------------------------------------------------------------
@@ -278,13 +377,14 @@ def _airy(f: AiryForm, point: Any, single: bool) -> tuple[Number, AiryProducts]:
 def _single(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
     """int e^{lam V} and int e^{-lam V}."""
     c, third = point.arithmetic, point.third
-    small = 1 / third
     z, airy = _airy(f, point, True)
-    bi, slope = airy.bi * (c.pi * small), airy.bi_slope * (c.pi * small * small)
-    up, down = f.a * bi + f.b * slope, f.a * bi - f.b * slope
+    up, down = _over_pair(c, third, f.a, f.b, airy.bi, airy.bi_slope)
     if not point.errors:
         return {"rising": (up, None), "falling": (down, None)}
-    wrong = abs(f.next_a) * point.x * abs(bi) + abs(f.next_b) * point.x * abs(slope)
+    f, airy, (z, third, x) = _sizes(f, airy, z, point)
+    c, small = _SIZES, 1 / third
+    bi, slope = airy.bi * (c.pi * small), airy.bi_slope * (c.pi * small * small)
+    wrong = abs(f.next_a) * x * abs(bi) + abs(f.next_b) * x * abs(slope)
     # Off the real line a pair leaves both integrals to the start and the ends, the further the
     # more; but those have it in no order of their series.
     size = abs(f.a) * c.sqrt(airy.squares) + abs(f.b) * small * c.sqrt(airy.slopes)
@@ -296,14 +396,15 @@ def _single(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
 def _double(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
     """The double integral over both."""
     c, third = point.arithmetic, point.third
-    small = 1 / third
     z, airy = _airy(f, point, False)
-    squares, slopes = airy.squares, airy.slopes * (small * small)
-    unit = (c.pi * small) ** 2
-    both = unit * (f.a * f.a * squares - f.b * f.b * slopes)
+    both = _over_pair_twice(c, third, f.a, f.b, airy.squares, airy.slopes)
     if not point.errors:
         return {"both": (both, None)}
-    next_a, next_b = abs(f.next_a) * point.x, abs(f.next_b) * point.x
+    size = c.size(both)
+    f, airy, (z, third, x) = _sizes(f, airy, z, point)
+    c, small = _SIZES, 1 / third
+    squares, slopes, unit = airy.squares, airy.slopes * (small * small), (c.pi * small) ** 2
+    next_a, next_b = abs(f.next_a) * x, abs(f.next_b) * x
     # Order 1 has the cross term alone, which may vanish; its parts do not.
     cross = abs(airy.cross) * small
     missed = 2 * (abs(f.a) * next_b + next_a * abs(f.b)) * cross
@@ -311,7 +412,16 @@ def _double(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
     # log(Ai² + Bi²) has a slope of 2 sqrt(Z) above, and of 1/(2 Z) below.
     slope = c.where(z > 0, 2 * c.sqrt(c.maximum(z, c.zero)) + 1, 1 / (1 + abs(z)))
     lost = third * third * f.rough * slope
-    return {"both": (both, unit * missed + lost * both)}
+    return {"both": (both, unit * missed + lost * size)}
+
+
+def _sizes(
+    f: AiryForm, airy: AiryProducts, z: Number, point: Any
+) -> tuple[AiryForm, AiryProducts, tuple[Number, ...]]:
+    """What the errors are made of, in float64: with Airy's argument, lam^(1/3) and 1/lam."""
+    size = point.arithmetic.size
+    form = AiryForm(f.key, *map(size, f[1:]))
+    return form, AiryProducts(*map(size, airy)), tuple(map(size, (z, point.third, point.x)))
 
 
 class TruncatedIntegral(NamedTuple):
@@ -332,20 +442,22 @@ class TruncatedIntegral(NamedTuple):
 def _truncated(e: Truncated, point: Any) -> dict[str, tuple[Number, Number]]:
     """All four; what lies beyond the end is included."""
     c, lam, x = point.arithmetic, point.lam, point.x
-    root = c.sqrt(lam)
-    near = dawson(e.t * root * c.sqrt(c.rational(1, 2)), c)
-    tail = e.peak * near.erfcx * c.sqrt(c.pi / 2) / root
-    slow = e.peak * near.value * c.sqrt(c.rational(2)) / root
+    near = dawson(e.t * c.sqrt(lam / 2), c)
+    sigma, falling, area = _gaussians(c, lam, *near)
+    tail, slow = e.peak * sigma, e.peak * falling
+    rising, falling, both = _over_end(c, lam, e.t, e.peak, e.rest, sigma, falling, area)
+    straight = beyond = c.zero
+    if e.slope is not None:
+        # int_1^r e^{-lam slope (u - 1)} du, and the double integral beyond the end.
+        length = point.r - 1
+        straight, beyond = quotients(-lam * e.slope * length, c)
+        straight, beyond = length * straight, length * length * beyond
+    rising, both = rising + straight, both + beyond
     rest = e.rest * x
-    straight, beyond = _straight(e.slope, point)
-    rising = straight - tail - rest
-    falling = slow + rest
-    # int F less its own logarithm, which the regular part has.
-    area = near.area - (c.euler + c.log(2 * lam)) / 2 - c.log(e.t)
-    both = e.peak * e.peak * area * x - slow * rest + beyond
     values = {"rising": rising, "falling": falling, "onward": straight, "both": both}
     if not point.errors:
         return {part: (value, None) for part, value in values.items()}
+    x, tail, slow, rest = (c.size(y) for y in (x, tail, slow, rest))
     wrong, miss = abs(e.next_peak) * x, abs(e.next_rest) * x * x
     errors = {
         "rising": tail * wrong + miss,
@@ -354,23 +466,3 @@ def _truncated(e: Truncated, point: Any) -> dict[str, tuple[Number, Number]]:
         "both": rest * rest / 2 + slow * (wrong * abs(rest) + miss),
     }
     return {part: (value, errors[part]) for part, value in values.items()}
-
-
-def _straight(slope: Number | None, point: Any) -> tuple[Number, Number]:
-    """int_1^r e^{-lam slope (u - 1)} du, and the double integral beyond the end."""
-    c = point.arithmetic
-    if slope is None:
-        return c.zero, c.zero
-    length = point.r - 1
-    y = point.lam * slope * length
-    small = abs(y) < _SMALL
-    first: Any = c.zero
-    second: Any = c.zero
-    if c.any(small):
-        for k in range(c.bits // 6 + 1, -1, -1):
-            first, second = (1 - y * first) / (k + 1), (1 - y * second) / (k + 2)
-    safe = c.where(small, c.one, y)
-    fall = c.expm1(-safe)
-    first = c.where(small, first, -fall / safe)
-    second = c.where(small, second, (safe + fall) / (safe * safe))
-    return length * first, length * length * second

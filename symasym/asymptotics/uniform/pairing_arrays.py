@@ -20,8 +20,7 @@ from symasym.asymptotics.weak_noise.one_sided import mapped
 from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes, clear_of_zero, structure
-from symasym.numbers.polynomial_roots import Zeros, zeros_of
-from symasym.numbers.polynomials import poly, shifted
+from symasym.numbers.polynomials import Zeros, poly, shifted, zeros_of
 from symasym.numbers.quadratic_factor import Pair, pairs_of
 
 __all__ = ["found_of"]

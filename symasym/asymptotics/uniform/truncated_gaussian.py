@@ -39,7 +39,7 @@ from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import mpf_of
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
-from symasym.special.dawson import dawson, erfcx_area
+from symasym.special.dawson import _gaussians, dawson, erfcx_area
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -315,14 +315,12 @@ class _Functions(NamedTuple):
 
 def _functions(truncation: Truncation, lam: mpf, context: MPContext) -> _Functions:
     """sigma, D and their integrals at one lam (DLMF 7.2, 7.8)."""
-    c = context
+    c = Digits(context)
     x = abs(truncation.t) * c.sqrt(lam / 2)
     side = 1 if truncation.t > 0 else -1
-    values = dawson(x, Digits(c))
-    area = (values.area if truncation.barrier else erfcx_area(x, Digits(c))) - (
-        c.euler + c.log(2 * lam)
-    ) / 2
-    sigma, falling = c.sqrt(c.pi / (2 * lam)) * values.erfcx, c.sqrt(2 / lam) * values.value
+    values = dawson(x, c)
+    area = values.area if truncation.barrier else erfcx_area(x, c)
+    sigma, falling, area = _gaussians(c, lam, values.erfcx, values.value, area)
     return _Functions(side * sigma, side * falling, area / lam)
 
 

@@ -29,7 +29,7 @@ from symasym.asymptotics.weak_noise.compose import (
     regular_part,
     rising_of,
 )
-from symasym.asymptotics.weak_noise.critical_points import both_sides, whole
+from symasym.asymptotics.weak_noise.critical_points import both_sides, float_point, in_float, whole
 from symasym.asymptotics.weak_noise.evaluation import (
     DROPPED,
     Found,
@@ -40,23 +40,26 @@ from symasym.asymptotics.weak_noise.evaluation import (
     of_log,
     plain,
     probability_with_digits,
+    require_resolved,
     time_with_digits,
-    unresolved,
     unresolved_in,
 )
-from symasym.asymptotics.weak_noise.one_sided import (
-    CriticalPoint,
-    OneSided,
-    float_point,
-    in_float,
-)
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.series import Part, Point, Series, Sizes
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.float_field import IntArray
-from symasym.drift.scenes import Answer, Answers, Request, Scene, Scenes, by_drift
+from symasym.drift.scenes import (
+    Answer,
+    Answers,
+    Request,
+    Scene,
+    Scenes,
+    by_drift,
+    working_digits,
+)
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
 
@@ -66,8 +69,6 @@ if TYPE_CHECKING:
 
 # Relative error of arrays beyond which they are refused: log 2 of the logarithm.
 _MOST_FLOAT = 0.4
-# Exact values that cost as much as the analysis of one drift with more digits, 10 to 250 ms.
-_WORTH = 4000
 
 
 class Quantity(NamedTuple):
@@ -110,7 +111,10 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
             scenes.drift, scenes, shapes, orders, quantity, request.full, exactly
         )
         terms = ("wells, barriers, start, ends, kinks and the part between",)
-    _require_small(scenes.numbers["kappa"], logs, errors, orders[-1], request.log)
+    if request.errors == "raise":
+        _require_small(scenes.numbers["kappa"], logs, errors, orders[-1], request.log)
+    else:
+        logs = np.where(_lost(logs, errors, request.log), np.nan, logs)
     return Answers(logs, errors, "estimate", terms, DROPPED)
 
 
@@ -284,25 +288,9 @@ def _named(point: CriticalPoint, sign: int, r: mpf) -> str:
     return f"{point.kind} at {sign * float(r if point.u is None else point.u):.4g}"
 
 
-def working_digits(digits: int, lam: Fraction, r: Fraction) -> int:
-    """Digits that leave `digits` right in e^{lam V}."""
-    return digits + 2 * len(str(int(lam * (1 + r) + 1))) + 20
-
-
 def digits_lost(r: Fraction, x: Fraction) -> int:
     """Digits that cancel where the way to an end is short: T is as small, its terms are not."""
     return len(str(int(max(r, Fraction(1)) / (r - abs(x))))) - 1
-
-
-def require_resolved(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
-    """Raise AccuracyError where A varies too fast for the noise (`unresolved`), but at folds."""
-    # Noise beyond the range of float64 is weak.
-    if lam < 10**300 and unresolved(drift, float(lam), folds):
-        raise AccuracyError(
-            f"kappa is {float(2 / lam) ** 0.5:.6g}, where the noise is too strong for a drift that "
-            "varies this fast: no term of Laplace's method estimates its error; use "
-            "method='exact' or 'strong_noise'."
-        )
 
 
 def _too_strong(kappa: str, order: int) -> AccuracyError:
@@ -365,20 +353,23 @@ def _array_logs(
 
 
 def array_logs(
-    drift: Drift, scenes: Scenes, name: str, order: int, index: IntArray
+    drift: Drift, scenes: Scenes, name: str, order: int, index: IntArray, with_digits: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Logarithms of T, C, 1 - C, P or 1 - P with their errors, infinite where nothing is known.
 
     Scenes of equal `index` have the drift, the start and a radius below 1 in common. A drift
-    that needs more digits is left out unless it has many scenes.
+    that needs more digits is left out unless `with_digits`; P always does.
     """
-    worth = len(index) >= _WORTH * len(np.unique(index))
     if name in _QUANTITIES:
         quantity = _QUANTITIES[name]
-        return _array_logs(drift, scenes, [], (order,), quantity, True, index=index, many=worth)
-    if not worth:
-        return np.full(len(index), np.nan), np.full(len(index), np.inf)
+        return _array_logs(drift, scenes, [], (order,), quantity, True, None, index, with_digits)
     return _occupation_logs(drift, scenes, name == "1 - P", (order,))
+
+
+def _lost(logs: FloatArray, errors: FloatArray, log: bool) -> Any:
+    """True where an error leaves no digit of the value, or is not known."""
+    # A logarithm of 1e15 is right to all its digits where it is wrong by 1.
+    return ~(errors <= np.maximum(np.log(2), 1e-11 * np.abs(logs) if log else 0.0))
 
 
 def _require_small(
@@ -390,8 +381,7 @@ def _require_small(
     bad = np.flatnonzero(~(errors < np.inf))
     if bad.size:
         raise _too_strong(f"{kappa[bad[0]]:.6g}", order)
-    # A logarithm of 1e15 is right to all its digits where it is wrong by 1.
-    lost = np.flatnonzero(errors > np.maximum(np.log(2), 1e-11 * np.abs(logs) if log else 0.0))
+    lost = np.flatnonzero(_lost(logs, errors, log))
     if lost.size:
         raise AccuracyError(
             f"kappa is {kappa[lost[0]]:.6g}, so small that the exponents of float64 leave no digit "

@@ -19,7 +19,7 @@ from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes as PolynomialScenes
 from symasym.drift.polynomial_scenes import clear_of_zero, scenes_of, structure
 from symasym.drift.scenes import Scenes, by_drift, grouped, input_rounding, rows_of
-from symasym.numbers.polynomial_roots import Zeros, zeros_of
+from symasym.numbers.polynomials import Zeros, zeros_of
 
 # Scenes at once: the work arrays of one step, about twenty with errors and ten without, stay in
 # the second-level cache, and below what the C library gives back to the system at every step.

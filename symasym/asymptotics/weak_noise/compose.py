@@ -41,7 +41,6 @@ from symasym.asymptotics.weak_noise.series import (
     plus,
     terms,
 )
-from symasym.numbers.arithmetic import Number
 
 #: Rounding of lam, of a product with it, and of an exponential.
 ULP = 1.2e-15
@@ -74,18 +73,18 @@ class Node:
         return _Share(self, other)
 
     def __neg__(self) -> Node:
-        return _Changed(self, lambda x: Value(-x.value, x.error))
+        return _Changed(self, Value.__neg__)
 
     def __abs__(self) -> Node:
-        return _Changed(self, lambda x: Value(x.size, 0.0))
+        return _Changed(self, Value.__abs__)
 
     def known(self) -> Node:
         """The same without its error."""
-        return _Changed(self, lambda x: Value(x.value, 0.0 if x.error is not None else None))
+        return _Changed(self, Value.known)
 
-    def error(self) -> Node:
+    def wrong(self) -> Node:
         """Its error as a value."""
-        return _Changed(self, lambda x: Value(x.error, 0.0))
+        return _Changed(self, Value.wrong)
 
 
 class Leaf(Node):
@@ -96,16 +95,6 @@ class Leaf(Node):
 
     def evaluated(self, at: Point) -> Value:
         return at.series(self.series, self.rough)
-
-
-class Constant(Node):
-    """A value with its error, at height 0."""
-
-    def __init__(self, value: Numbers, error: Numbers = 0.0) -> None:
-        self.value = Value(value, error)
-
-    def evaluated(self, at: Point) -> Value:
-        return self.value
 
 
 class _Changed(Node):
@@ -241,7 +230,7 @@ class Sides:
     def shares(self) -> tuple[Any, Any]:
         """int e^{lam V} over either side with the start's contribution, its error left out."""
         left, right = (_total([side.scale, side.rising]) for side in (self.left, self.right))
-        return (left.known(), right.known()) if isinstance(left, Node) else (left, right)
+        return (left.known(), right.known()) if isinstance(left, Node | Value) else (left, right)
 
 
 def rising_of(one: OneSided, r: Numbers, ring: Ring) -> list[tuple[CriticalPoint, Any]]:
@@ -351,7 +340,7 @@ class Composed:
     @cached_property
     def time(self) -> tuple[Node, Node]:
         """T/lam and its error."""
-        return _time(self.sides)
+        return time_and_error(self.sides)
 
     @cached_property
     def probabilities(self) -> tuple[_Probability, _Probability]:
@@ -372,8 +361,11 @@ class Composed:
         ]
 
 
-def _time(sides: Sides) -> tuple[Node, Node]:
-    """T/lam, and its error: its own and what errors of S and of the start make of it."""
+def time_and_error(sides: Sides) -> tuple[Any, Any]:
+    """T/lam, and its error: its own and what errors of S and of the start make of it.
+
+    Expressions, or values at one lam, as the sides are.
+    """
     left, right, total = sides.left, sides.right, sides.total
     value = mean_time(sides)
     behind, ahead = sides.shares
@@ -384,13 +376,14 @@ def _time(sides: Sides) -> tuple[Node, Node]:
     # How T changes with S on the left, on the right, and with the start's contributions.
     gap = right.nested - left.nested
     errors = [
-        value.error(),
-        left.scale.error() * (abs((ahead / total) * (gap + slopes[1])) / total),
-        right.scale.error() * (abs((behind / total) * (gap - slopes[0])) / total),
-        (abs(gap + slopes[1] - slopes[0]) / total) * right.rising.error(),
-        ((abs(gap) + abs(slopes[0]) + abs(slopes[1])) / total) * sides.rising.error(),
+        value.wrong(),
+        left.scale.wrong() * (abs((ahead / total) * (gap + slopes[1])) / total),
+        right.scale.wrong() * (abs((behind / total) * (gap - slopes[0])) / total),
+        (abs(gap + slopes[1] - slopes[0]) / total) * right.rising.wrong(),
+        ((abs(gap) + abs(slopes[0]) + abs(slopes[1])) / total) * sides.rising.wrong(),
     ]
-    return value, Sum(errors, value.height)
+    error = Sum(errors, value.height) if isinstance(value, Node) else _total(errors)
+    return value, error
 
 
 class _Probability(NamedTuple):
@@ -410,22 +403,9 @@ def _probability(
     (part, rest), total = ordered, sides.total
     own, other = (share / total for share in shares)
     errors = [
-        part.scale.error() * abs(other),
-        rest.scale.error() * abs(own),
-        part.rising.error(),
-        sides.rising.error(),
+        part.scale.wrong() * abs(other),
+        rest.scale.wrong() * abs(own),
+        part.rising.wrong(),
+        sides.rising.wrong(),
     ]
     return _Probability(*shares, own, other, Sum(errors, part.scale.height))
-
-
-def time_of(sides: Sides, lam: Number) -> Value:
-    """T and its error at one lam, from values of both sides at it."""
-    at = Point(lam, 0, True)
-
-    def constant(x: Value) -> Node:
-        return Constant(x.value, x.error)
-
-    left, right = (Side(*map(constant, side)) for side in (sides.left, sides.right))
-    starts = constant(sides.rising), constant(sides.falling)
-    value, error = _time(Sides(left, right, *starts, sides.corner))
-    return Value(lam * at.value_of(value).value, lam * at.value_of(error).value)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from symasym.asymptotics.weak_noise.majorants import FURTHER
+from symasym.asymptotics.weak_noise.majorants import FURTHER, Majorants
 from symasym.asymptotics.weak_noise.one_sided import (
     Builder,
     CriticalPoint,
@@ -21,12 +21,20 @@ from symasym.asymptotics.weak_noise.one_sided import (
     endpoint_coefficients,
 )
 from symasym.asymptotics.weak_noise.regular_part import panel_integrals, polynomial_primitives
-from symasym.asymptotics.weak_noise.series import BEYOND, Numbers, Part, Series, trimmed
+from symasym.asymptotics.weak_noise.series import (
+    BEYOND,
+    ROUNDING,
+    Local,
+    Numbers,
+    Part,
+    Series,
+    trimmed,
+)
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Digits
-from symasym.numbers.polynomial_roots import bracketed_zero
+from symasym.numbers.polynomials import bracketed_zero
 from symasym.numbers.power_series import laurent, power
 
 if TYPE_CHECKING:
@@ -320,6 +328,42 @@ def _corner(weight: mpf, i: int, j: int, barrier: bool, c: MPContext) -> list[tu
     front *= (-1) ** ((i + j + 2) // 2)
     constant = c.digamma(c.mpf(1 - i) / 2 if barrier else c.mpf(j + 1) / 2) + c.log(2)
     return [(front * constant, power, 0), (-front, power, 1)]
+
+
+# -- in float64 ------------------------------------------------------------------------------------
+
+
+def _float_series(x: Series | Local | None) -> Any:
+    """The series in float64; what is no series stays."""
+    if not isinstance(x, Series):
+        return x
+    parts = [p._replace(coefficients=[float(c) for c in p.coefficients]) for p in x.parts]
+    known = x.majorants
+    if known is not None:
+        known = Majorants(*([float(c) for c in row] for row in known))
+    return Series(parts, ROUNDING, majorants=known)
+
+
+def float_point(p: CriticalPoint) -> CriticalPoint:
+    """A critical point that was computed with more digits than float64 has, in float64."""
+    return p._replace(
+        height=float(p.height), series=_float_series(p.series), onward=_float_series(p.onward)
+    )
+
+
+def in_float(one: OneSided) -> OneSided:
+    """An expansion that was computed with more digits than float64 has, in float64."""
+    rising, falling = (list(map(float_point, points)) for points in (one.rising, one.falling))
+    return one._replace(
+        rising_start=_float_series(one.rising_start),
+        falling_start=_float_series(one.falling_start),
+        outer=_float_series(one.outer),
+        rising=rising,
+        falling=falling,
+        beyond=one.beyond and tuple(float(x) for x in one.beyond),  # type: ignore[arg-type]
+        # Heights cancel each other in pairs of critical points.
+        rough=3e-16 * max([abs(p.height) for p in rising + falling], default=0.0),
+    )
 
 
 # -- zeros of A, and where it turns ----------------------------------------------------------------

@@ -10,6 +10,7 @@ between critical points: the resolution test looks for that.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ from symasym.asymptotics.weak_noise.series import (
     plus,
     times,
 )
+from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.drift import Drift
@@ -247,6 +249,17 @@ def unresolved(drift: Drift, lam: float, folds: Sequence[float] = ()) -> bool:
     with np.errstate(all="ignore"):
         phi = np.broadcast_to(drift.evaluate_float(u), u.shape)
     return bool(_unresolved(phi[None], np.array([lam]), folds)[0])
+
+
+def require_resolved(drift: Drift, lam: Fraction, folds: Sequence[float] = ()) -> None:
+    """Raise AccuracyError where A varies too fast for the noise (`unresolved`), but at folds."""
+    # Noise beyond the range of float64 is weak.
+    if lam < 10**300 and unresolved(drift, float(lam), folds):
+        raise AccuracyError(
+            f"kappa is {float(2 / lam) ** 0.5:.6g}, where the noise is too strong for a drift that "
+            "varies this fast: no term of Laplace's method estimates its error; use "
+            "method='exact' or 'strong_noise'."
+        )
 
 
 def unresolved_in(drift: Drift, scenes: Scenes) -> Any:

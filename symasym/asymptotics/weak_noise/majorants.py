@@ -43,13 +43,13 @@ def majorants(taylor: list[Numbers], count: int, arithmetic: Arithmetic) -> Majo
     slope = abs(taylor[1])
     a = slope / 2
     alpha = [2 * abs(c) / ((j + 2) * slope) for j, c in enumerate(taylor[2:], start=1)]
-    one = 1 + 0 * a
-    negative = [one, *(-x for x in alpha)]
-    full, later = [], []
+    negative = [1, *(-x for x in alpha)]
+    full, later, inverse = [], [], 1 / a
+    front = a**-0.5 * a
     for n in range(max(count, len(alpha)) + 1):
-        front = a ** -(arithmetic.rational(2 * n + 1, 2))
+        front = front * inverse
         if n <= count:
-            positive = power(negative, -(2 * n + 1), 2, 2 * n + 1, one)[2 * n]
+            positive = power(negative, -(2 * n + 1), 2, 2 * n + 1, arithmetic.one)[2 * n]
             full.append(front * arithmetic.gamma(2 * n + 1, 2) * positive)
         pairs: Numbers = 0 * a
         for i in range(max(1, 2 * n - len(alpha)), min(len(alpha), 2 * n - 1) + 1):

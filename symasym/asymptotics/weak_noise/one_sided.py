@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise.majorants import Majorants, majorants
+from symasym.asymptotics.weak_noise.majorants import majorants
 from symasym.asymptotics.weak_noise.regular_part import Pole, pole_sums
 from symasym.asymptotics.weak_noise.series import (
     BEYOND,
@@ -39,8 +39,7 @@ from symasym.asymptotics.weak_noise.series import (
 from symasym.base.inputs import FloatArray
 from symasym.drift.polynomial_scenes import Scenes, edges_of
 from symasym.numbers.arithmetic import FLOATS, Arithmetic, Number
-from symasym.numbers.polynomial_roots import Zeros
-from symasym.numbers.polynomials import poly, poly_slope, shifted
+from symasym.numbers.polynomials import Zeros, poly, poly_slope, shifted
 from symasym.numbers.power_series import laurent, power
 
 _EPS = 2.3e-16
@@ -440,39 +439,6 @@ class Builder:
         slope = self.a_plus if sign > 0 else -self.a_minus
         add_edge(rising, falling, rank, height, inner, self.flat(slope), "kink", u)
         return 1.0 + 0 * height, height, slope
-
-
-def _float_series(x: Series | Local | None) -> Any:
-    """The series in float64; what is no series stays."""
-    if not isinstance(x, Series):
-        return x
-    parts = [p._replace(coefficients=[float(c) for c in p.coefficients]) for p in x.parts]
-    known = x.majorants
-    if known is not None:
-        known = Majorants(*([float(c) for c in row] for row in known))
-    return Series(parts, ROUNDING, majorants=known)
-
-
-def float_point(p: CriticalPoint) -> CriticalPoint:
-    """A critical point that was computed with more digits than float64 has, in float64."""
-    return p._replace(
-        height=float(p.height), series=_float_series(p.series), onward=_float_series(p.onward)
-    )
-
-
-def in_float(one: OneSided) -> OneSided:
-    """An expansion that was computed with more digits than float64 has, in float64."""
-    rising, falling = (list(map(float_point, points)) for points in (one.rising, one.falling))
-    return one._replace(
-        rising_start=_float_series(one.rising_start),
-        falling_start=_float_series(one.falling_start),
-        outer=_float_series(one.outer),
-        rising=rising,
-        falling=falling,
-        beyond=one.beyond and tuple(float(x) for x in one.beyond),  # type: ignore[arg-type]
-        # Heights cancel each other in pairs of critical points.
-        rough=3e-16 * max([abs(p.height) for p in rising + falling], default=0.0),
-    )
 
 
 def mapped(value: Any, change: Callable[[FloatArray], Any]) -> Any:

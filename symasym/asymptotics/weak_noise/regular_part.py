@@ -20,10 +20,10 @@ import numpy as np
 from symasym.asymptotics.weak_noise.series import counts
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError, SymasymError
+from symasym.base.patience import step
 from symasym.drift.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Number
-from symasym.numbers.polynomial_roots import refined
-from symasym.numbers.polynomials import shifted
+from symasym.numbers.polynomials import refined, shifted
 from symasym.numbers.power_series import laurent, product, reciprocal
 from symasym.numbers.quadratic_factor import split_pair
 
@@ -248,6 +248,7 @@ def _about_pairs(
         ]
         reach = min([abs(u - mark) / 2 for u in edges] + [Fraction(1, 4)])
         while reach > near / 3:
+            step()
             if _add_pair(field, mark, reach, totals, context):
                 panels.append((mark - reach, mark + reach))
                 break
@@ -329,6 +330,7 @@ def _pair_integrals(
         first = share = context.zero
         coefficient, i = context.one, 0
         while True:
+            step()
             order = 1 - 2 * n - 2 * i
             term = coefficient * square**i / order
             first += term * (ends[1] ** order - ends[0] ** order)
@@ -374,6 +376,7 @@ def _from_zero(
     """Add a panel from `lo` on about a zero before it; how far it reaches from there."""
     gap = lo - zero
     while reach > max(2 * gap, _NARROWEST):
+        step()
         if _add(field, zero, reach, True, (mpf_of(gap / reach, context), 1), totals, context):
             return reach
         reach /= 2
@@ -393,6 +396,7 @@ def _beside_end(
     """Add a panel about a zero, up to the `end` of the range if that is near; where it lies."""
     gap = abs(zero - end)
     while reach > gap:
+        step()
         near = -mpf_of(gap / reach, context), context.one
         if _add(field, zero, reach, True, near if end < zero else (-1, -near[0]), totals, context):
             return [end, zero + reach] if end < zero else [zero - reach, end]
@@ -411,6 +415,7 @@ def _about_zero(
 ) -> Fraction:
     """Add a panel about a zero of A, and return how far it reaches."""
     while not _add(field, zero, reach, True, sides, totals, context):
+        step()
         reach /= 2
         if reach < _NARROWEST:
             raise _too_narrow(field, zero)

@@ -186,6 +186,28 @@ class Value:
             cross = plus(cross, times(self.size, other.error))
         return Value(value, cross)
 
+    def __truediv__(self, other: Value) -> Value:
+        """Over a positive value whose own error is left out."""
+        error = None if self.error is None else self.error / other.value
+        return Value(self.value / other.value, error)
+
+    def __neg__(self) -> Value:
+        return Value(-self.value, self.error)
+
+    def __sub__(self, other: Value) -> Value:
+        return self + -other
+
+    def __abs__(self) -> Value:
+        return Value(self.size, 0.0)
+
+    def known(self) -> Value:
+        """The same without its error."""
+        return Value(self.value, 0.0 if self.error is not None else None)
+
+    def wrong(self) -> Value:
+        """Its error as a value."""
+        return Value(self.error, 0.0)
+
 
 def _leading(part: Part) -> int:
     """The number of its first term."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from symasym.emit.kernels.elementary import _horner
+from symasym.asymptotics.uniform.structure import _horner
 
 # Put in when a file is written (`symasym.emit.kernels.tables`).
 _AIRY_NEAR: list[float] = []

@@ -1,7 +1,7 @@
-"""Zeros of a polynomial, Gauss-Legendre's quadrature and quotients that are 0/0, to be emitted.
+"""Gauss-Legendre's quadrature and quotients that are 0/0, to be emitted.
 
 Helpers of the emitted files: those in Python hold them as they stand, C and JavaScript as
-`symasym.emit.kernels.transcribe` writes them. A polynomial is c[0] + c[1] u + ... .
+`symasym.emit.kernels.transcribe` writes them.
 """
 
 from __future__ import annotations
@@ -16,46 +16,6 @@ Curve = Callable[[float], float]
 # Put in when a file is written (`symasym.emit.kernels.tables`).
 _GAUSS_X: list[float] = []
 _GAUSS_W: list[float] = []
-
-
-def _horner(c: list[float], at: int, n: int, u: float) -> float:
-    """The polynomial of n coefficients from c[at] on."""
-    total = 0.0
-    for k in range(n - 1, -1, -1):
-        total = total * u + c[at + k]
-    return total
-
-
-def _zeros(c: list[float], n: int, low: float, high: float, found: list[float]) -> int:
-    """Zeros in (low, high) at which the sign changes, ascending: one between two of the slope."""
-    slope, marks = [0.0] * 128, [0.0] * 128
-    while n > 1 and c[n - 1] == 0.0:
-        n -= 1
-    if n < 2:
-        return 0
-    for k in range(1, n):
-        slope[k - 1] = k * c[k]
-    turns, count, a = _zeros(slope, n - 1, low, high, marks), 0, low
-    for k in range(turns + 1):
-        b = marks[k] if k < turns else high
-        next_a = b
-        below: int = _horner(c, 0, n, a) > 0
-        above: int = _horner(c, 0, n, b) > 0
-        if below != above:
-            for _ in range(2000):
-                m = (a + b) / 2
-                value = _horner(c, 0, n, m)
-                if value == 0.0 or not a < m < b:
-                    break
-                now: int = value > 0
-                if now == below:
-                    a = m
-                else:
-                    b = m
-            found[count] = (a + b) / 2
-            count += 1
-        a = next_a
-    return count
 
 
 def _panel(g: Curve, a: float, b: float, top: float) -> float:

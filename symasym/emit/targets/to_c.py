@@ -1,4 +1,4 @@
-"""C99: a source and its header."""
+"""C99: a source, and its header where that is wanted."""
 
 from __future__ import annotations
 
@@ -26,16 +26,17 @@ C = Language(
 )  # fmt: skip
 
 
-def render(program: Program, functions: list[Ready], name: str) -> tuple[str, str]:
-    """The source, which includes ``name.h``, and that header."""
+def render(program: Program, functions: list[Ready], name: str = "") -> tuple[str, str]:
+    """The source and its header; the source declares its functions, or includes ``name.h``."""
     top = "\n".join(["/*", *comment(header(program, in_doubles(functions)), " *"), " */", ""])
     guard = f"SYMASYM_{''.join(c if c.isalnum() else '_' for c in name).upper()}_H"
     declared = "\n\n".join(_declared(f) for f in functions)
     head = f"{top}#ifndef {guard}\n#define {guard}\n\n{declared}\n\n#endif\n"
     code = "\n\n".join(_function(f) for f in functions)
     used = helpers(code, {**helpers_of("c"), **uniform_time.helpers_of("c", functions)})
-    start = f'{top}#include "{name}.h"\n\n#include <math.h>\n'
-    return "\n".join([start, *used, code, ""]), head
+    includes = f'#include "{name}.h"\n\n#include <math.h>\n' if name else "#include <math.h>\n"
+    start = [f"{top}{includes}", *([] if name else [declared, ""])]
+    return "\n".join([*start, *used, code, ""]), head
 
 
 def compiler() -> str | None:

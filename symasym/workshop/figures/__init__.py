@@ -21,6 +21,7 @@ from symasym.workshop.figures.escape_times import (
     fric2,
 )
 from symasym.workshop.figures.flows import fil, flows, phase
+from symasym.workshop.figures.release import regimes, release
 from symasym.workshop.figures.shapes import fricforce, friction_osc, potential_sketch
 from symasym.workshop.figures.stokes import stokes
 from symasym.workshop.figures.style import KINDS, encode
@@ -48,6 +49,8 @@ __all__ = [
     "friction_osc",
     "phase",
     "potential_sketch",
+    "regimes",
+    "release",
     "stokes",
 ]
 
@@ -62,4 +65,6 @@ FIGURES: dict[str, Callable[..., Figure]] = {
     "fric1": fric1,
     "fric2": fric2,
     "stokes": stokes,
+    "release": release,
+    "regimes": regimes,
 }

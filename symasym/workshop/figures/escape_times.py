@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from symasym.quantities import TimeMethod
+
 # The paper's setting: everything is exact, and eps, kappa and r are the physical ones.
 EPS = "0.01"
 R = "0.1"
@@ -107,7 +109,7 @@ def curve(
         right = np.union1d(z0[z0 > fold], near[near < edge])
         sides = [np.append(z0[z0 < fold - 1e-9], fold - 1e-9), right][: 1 + bool(right.size)]
 
-    def log_time(at: FloatArray, method: str) -> FloatArray:
+    def log_time(at: FloatArray, method: TimeMethod) -> FloatArray:
         """log T at these z0."""
         drift = family.bind(z0=at)
         return np.asarray(sa.escape_time(drift, scales.kappa, scales.r, method=method, log=True))

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from symasym.quantities import TimeMethod
+
 POINTS = 49
 # As many more where arrays are quick.
 _FINER = 5
@@ -77,7 +79,7 @@ def stokes(
     wanted = np.asarray(sa.escape_time(every, noise, r, log=True))
     both = np.asarray(sa.escape_time(every, noise, r, method="uniform", order=0, log=True))
 
-    def log_time(method: str, order: int | None = None) -> FloatArray:
+    def log_time(method: TimeMethod, order: int | None = None) -> FloatArray:
         """log T over z0 by a method that takes one scene at a time."""
         return np.asarray(
             sa.escape_time(drift, float(kappa), r, method=method, order=order, log=True)

@@ -17,6 +17,8 @@ from symasym.workshop.report.timing import capped
 if TYPE_CHECKING:
     from mpmath import mpf
 
+    from symasym.quantities import TimeMethod
+
 
 class Outcome(NamedTuple):
     """log T with its claimed error, of kind "bound", "estimate", "none" or "asked for".
@@ -47,7 +49,7 @@ def ours(problem: Problem, quick: bool) -> Iterator[Run]:
     """All of ours that T has; those that refuse the scene do so when they are run."""
     kappa, r, start = problem.kappa, problem.r, problem.start
 
-    def run(method: str, setting: str, name: str, **options: Any) -> Run:
+    def run(method: str, setting: str, name: TimeMethod, **options: Any) -> Run:
         """A run of a method that states its error."""
 
         def call() -> Outcome:

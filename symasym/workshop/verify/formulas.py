@@ -125,16 +125,15 @@ def _folds() -> Iterator[Finding]:
 
 def _friction() -> Iterator[Finding]:
     """Findings on friction-well, from mpmath's zeros of A, and on threshold, where T is 1."""
-    mu, alpha, z0 = (Fraction(x) for x in _DRIFT)
     where = "mu = 3, z0 = -0.4"
     with own_context(_DPS + 12) as mp:
         known = _landscape(Field(sa.friction(*_DRIFT), mp))
-        given = [mp.convert(x) for x in (mu, alpha)]
-        omega = of.friction_angle(mp, *given, mp.convert(z0))
+        shape, size, place = (mp.convert(Fraction(x)) for x in _DRIFT)
+        omega = of.friction_angle(mp, shape, size, place)
         closed = {
-            "slope_well": of.friction_slope_well(mp, omega, *given),
-            "slope_barrier": of.friction_slope_barrier(mp, omega, *given),
-            "barrier": of.friction_barrier(mp, omega, *given),
+            "slope_well": of.friction_slope_well(mp, omega, shape, size),
+            "slope_barrier": of.friction_slope_barrier(mp, omega, shape, size),
+            "barrier": of.friction_barrier(mp, omega, shape, size),
         }
         for name, value in closed.items():
             gap = relative(value, known[name])

@@ -1,0 +1,165 @@
+"""How long a call may take: one limit for all methods, tested between the steps of every long loop.
+
+A verb runs under `limited`, whose seconds are the caller's ``patience=``. Loops without a known end
+say `step()` at each turn; one whose number of turns is known runs over `steps`, which predicts the
+whole from the first turns and refuses what is too long then, not at the end. Time is that of the
+processor in this thread, so that a busy machine refuses nothing, and a verb inside a verb has what
+is left of the outer one's.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any, NamedTuple, ParamSpec, TypeVar
+
+from numpy.linalg import LinAlgError
+
+from symasym.base.errors import AccuracyError, InputError, SymasymError, TimeLimitError
+from symasym.base.inputs import shown
+
+__all__ = ["PATIENCE", "expect", "left", "limited", "patient", "step", "steps"]
+
+#: Seconds that a call may take where nothing is said.
+PATIENCE = 10.0
+
+# A prediction from turns that took less than this, in seconds, says little.
+_MEASURED = 0.5
+
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+_T = TypeVar("_T")
+
+
+class _Limit(NamedTuple):
+    """The seconds allowed, and the time of this thread at which they are over."""
+
+    seconds: float
+    end: float
+
+
+_limit: ContextVar[_Limit | None] = ContextVar("limit", default=None)
+
+
+@contextmanager
+def limited(patience: float | None = None) -> Iterator[None]:
+    """Allow what runs inside so many seconds.
+
+    Parameters
+    ----------
+    patience : float, optional
+        Seconds, `math.inf` for no limit. None: those of the call around, else `PATIENCE`.
+
+    Raises
+    ------
+    TimeLimitError
+        By `step`, `steps` and `expect` inside.
+
+    Examples
+    --------
+    >>> from symasym.base.errors import TimeLimitError
+    >>> try:
+    ...     with limited(0.01):
+    ...         while True:
+    ...             step()
+    ... except TimeLimitError as error:
+    ...     print(str(error).partition(";")[0])
+    this takes longer than the 0.01 seconds of processor time that it may
+    """
+    outer = _limit.get()
+    seconds = PATIENCE if patience is None else _seconds(patience)
+    limit = _Limit(seconds, time.thread_time() + seconds)
+    if outer is not None and (patience is None or outer.end < limit.end):
+        limit = outer
+    token = _limit.set(limit)
+    try:
+        yield
+    finally:
+        _limit.reset(token)
+
+
+def patient(verb: Callable[_P, _R]) -> Callable[_P, _R]:
+    """`verb`, run under its ``patience``; numbers that defeat it are told in a sentence."""
+
+    @functools.wraps(verb)
+    def run(*args: _P.args, **kwargs: _P.kwargs) -> _R:
+        seconds: Any = kwargs.get("patience")
+        try:
+            with limited(seconds):
+                return verb(*args, **kwargs)
+        except SymasymError:
+            raise
+        except (ArithmeticError, MemoryError, RecursionError, LinAlgError) as error:
+            raise AccuracyError(
+                f"the numbers are too extreme for this method, or cancel ({type(error).__name__}); "
+                "rescale the problem, or use another method."
+            ) from error
+
+    return run
+
+
+def step() -> None:
+    """Raise TimeLimitError where the time of this call is over."""
+    limit = _limit.get()
+    if limit is not None and time.thread_time() > limit.end:
+        raise TimeLimitError(
+            f"this takes longer than the {limit.seconds:g} seconds of processor time that it may; "
+            f"{_WAY_OUT}."
+        )
+
+
+def expect(seconds: float) -> None:
+    """Raise TimeLimitError where so many seconds more would be too many."""
+    limit = _limit.get()
+    if limit is not None and time.thread_time() + seconds > limit.end:
+        raise TimeLimitError(
+            f"this would take about {_rounded(seconds)} seconds, more than the {limit.seconds:g} "
+            f"that it may; {_WAY_OUT}."
+        )
+
+
+def left() -> float:
+    """Seconds that this call has left."""
+    limit = _limit.get()
+    return math.inf if limit is None else max(limit.end - time.thread_time(), 1e-3)
+
+
+def steps(turns: Sequence[_T]) -> Iterator[_T]:
+    """The turns of a loop, all of which take about as long; too many are refused early."""
+    begun, predicted = time.thread_time(), False
+    for done, turn in enumerate(turns):
+        step()
+        taken = time.thread_time() - begun
+        if not predicted and done and taken > _MEASURED:
+            predicted = True
+            # Turns differ: only what is far too long for certain is refused before its time.
+            expect(taken / done * (len(turns) - done) / 2)
+        yield turn
+
+
+_WAY_OUT = "pass patience=… (seconds, or inf), or ask for fewer digits, more noise or a lower order"
+
+
+def _rounded(seconds: float) -> str:
+    """One digit of a prediction, which has no more."""
+    if not math.isfinite(seconds) or seconds > 1e9:
+        return "1e9 or more"
+    digits = math.floor(math.log10(max(seconds, 1.0)))
+    return f"{round(seconds / 10**digits) * 10**digits:,}"
+
+
+def _seconds(patience: object) -> float:
+    """The seconds that a caller allows."""
+    number = isinstance(patience, (int, float)) and not isinstance(patience, bool)
+    if not number or not patience > 0:  # type: ignore[operator]
+        raise InputError(
+            f"patience is {shown(patience)}; give seconds, a number greater than 0 or inf."
+        )
+    try:
+        return float(patience)  # type: ignore[arg-type]
+    except OverflowError:
+        return math.inf

@@ -1,0 +1,102 @@
+"""The command ``symasym release``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+from symasym.base.inputs import whole
+from symasym.commands.settings import Commands, document, settings
+
+
+def add_parser(commands: Commands) -> None:
+    """Add the parser of ``release``."""
+    parser = commands.add_parser(
+        "release",
+        help="print when a block that sticks comes free while its slow variable moves",
+        description="Print the mean time of release of the friction oscillator, or of du = phi dt "
+        "+ kappa noise dW, dz = eps velocity dt, in scaled time. All inputs are scaled and exact "
+        "as written.",
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=X", help="mu or alpha (3 and 1)"
+    )
+    parser.add_argument("--phi", metavar="F", help="velocity of u, in u, z and y = eps u")
+    parser.add_argument("--velocity", metavar="G", help="velocity of z, in the same")
+    parser.add_argument("--noise", metavar="S", help="factor of the noise, in u (1)")
+    for name, about in (("kappa", "noise amplitude"), ("r", "radius"), ("eps", "half-width")):
+        parser.add_argument(f"--{name}", required=True, metavar="X", help=about)
+    parser.add_argument("--start", default="0", metavar="X", help="u at the start (0)")
+    parser.add_argument("--z", required=True, metavar="X", help="z at the start")
+    parser.add_argument("--method", default="auto", metavar="NAME", help="(auto)")
+    parser.add_argument("--rtol", default="1e-6", metavar="X", help="relative error (1e-6)")
+    parser.add_argument("--paths", default="10000", metavar="N", help="of --method simulate")
+    parser.add_argument("--seed", default="0", metavar="N", help="of --method simulate")
+    parser.add_argument("--workers", default="1", metavar="N", help="of --method simulate")
+    parser.add_argument("--quantiles", action="store_true", help="of the time and of z, too")
+    parser.add_argument("--json", action="store_true", help="all of it as a record")
+    lines = (
+        "symasym release --kappa 0.3 --r 10 --eps 0.01 --z -0.4 --rtol 1e-4",
+        "symasym release --set mu=3 --kappa 1 --r 10 --eps 0.1 --z -0.4 --quantiles --json",
+    )
+    document(parser, lines)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """``symasym release``."""
+    import symasym as sa
+    from symasym.base.errors import InputError
+
+    given = settings(arguments.set)
+    if unknown := set(given) - {"mu", "alpha"}:
+        raise InputError(f"{min(unknown)} is no parameter of the oscillator; they are mu, alpha.")
+    if (arguments.phi is None) != (arguments.velocity is None):
+        raise InputError("one of --phi and --velocity is missing; give both or neither.")
+    if arguments.phi is None:
+        system = sa.oscillator(**{"mu": "3", "alpha": "1", **given})
+        if arguments.noise is not None:
+            system = sa.System(system.phi, system.velocity, arguments.noise)
+    elif given:
+        raise InputError("--set is for the oscillator; write the numbers into --phi.")
+    else:
+        system = sa.System(arguments.phi, arguments.velocity, arguments.noise or "1")
+    answer = sa.release(
+        system,
+        arguments.kappa,
+        arguments.r,
+        eps=arguments.eps,
+        start=(arguments.start, arguments.z),
+        method=arguments.method,
+        rtol=arguments.rtol,
+        paths=whole("--paths", arguments.paths),
+        seed=whole("--seed", arguments.seed),
+        workers=whole("--workers", arguments.workers),
+    )
+    record: dict[str, Any] = {
+        "mean": answer.mean,
+        "error": answer.error,
+        "error_kind": answer.error_kind,
+        "method": answer.method,
+        "std": answer.std,
+        "exit": answer.exit,
+        "notes": list(answer.notes),
+    }
+    if arguments.quantiles:
+        levels = [0.05, 0.5, 0.95]
+        for name, law in (("time", answer.time), ("z", answer.z)):
+            record[name] = {str(p): float(law.quantile(p)) for p in levels}
+    if arguments.json:
+        print(json.dumps(record, indent=1))
+        return
+    print(answer)
+    if answer.std is not None:
+        print(f"standard deviation {answer.std:.4g}")
+    for name in ("time", "z"):
+        if name in record:
+            shown = ", ".join(f"{x:.4g}" for x in record[name].values())
+            print(f"{name}: 5 %, half, 95 % at {shown}")
+    for note in answer.notes:
+        print(note)

@@ -1,0 +1,58 @@
+"""The drift and its potential as curves, wells and barriers named."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from symasym.base.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from symasym.drift.drift import Drift
+
+_POINTS = 400
+_REACH = 1.5
+
+
+def plot(drift: Drift, axes: Sequence[Axes] | None) -> Any:
+    """phi above V; see `symasym.drift.drift.Drift.plot`."""
+    drift.scalars()
+    if axes is None:
+        from matplotlib import pyplot
+
+        axes = pyplot.subplots(2, sharex=True, layout="constrained")[1]
+    if np.size(np.asarray(axes, dtype=object)) != 2:
+        raise InputError("axes is not two axes; give those of phi and of V, or leave it out.")
+    above, below = axes
+    u = np.union1d(np.linspace(-_REACH, _REACH, _POINTS), [-1.0, 1.0])
+    above.plot(u, drift(u))
+    above.axhline(0, color="0.6", linewidth=0.8)
+    above.set_ylabel("φ(u)")
+    below.plot(u, drift.potential_at(u))
+    below.set_ylabel("V(u)")
+    below.set_xlabel("u")
+    for ax in axes:
+        # The layer's ends, outside of which the drift is constant.
+        for end in (-1, 1):
+            ax.axvline(end, color="0.6", linewidth=0.8, linestyle=":")
+    for kind, points, side in (("well", drift.wells(), -1), ("barrier", drift.barriers(), 1)):
+        for point in points:
+            place = float(point.u)
+            height = float(drift.potential_at(place))
+            above.plot(place, 0, "o", color="0.3", markersize=4)
+            below.plot(place, height, "o", color="0.3", markersize=4)
+            below.annotate(
+                f"{kind} at {place:.4g}",
+                (place, height),
+                xytext=(0, 9 * side),
+                textcoords="offset points",
+                ha="center",
+                va="bottom" if side > 0 else "top",
+                fontsize="small",
+            )
+    below.margins(y=0.2)
+    return axes

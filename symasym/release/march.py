@@ -1,0 +1,367 @@
+"""The release of a system whose slow variable is a clock, marched in it.
+
+Where g keeps its sign, z is a clock and the state (u, z) a diffusion in one dimension (see
+`symasym.release.slabs`). The density of u is marched away from the start, which gives the laws of
+time and z at release; the mean and the variance of the time solve the backward equation
+
+    eps g T_z + phi T_u + (kappa^2/2) T_uu = -1,    eps g v_z + phi v_u + (kappa^2/2) v_uu
+        = -kappa^2 T_u^2,    0 at u = -r and r,
+
+marched to the start from a z that the block all but never reaches. What is dropped there is the
+chance to reach it times the time left. The second run has every slab halved and two degrees more;
+its difference from the first is the error that is stated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from symasym.base.errors import AccuracyError, InputError
+from symasym.base.inputs import FloatArray, IntArray
+from symasym.release.slabs import Elements, Slab, radau
+from symasym.release.system import System
+
+__all__ = ["Backward", "Forward", "Marched", "Scene", "backward", "forward", "march"]
+
+_MOST_SLABS = 3000
+_FINEST = 4
+
+
+class Scene(NamedTuple):
+    """One question, in float64 and scaled variables."""
+
+    system: System
+    kappa: float
+    r: float
+    eps: float
+    u: float
+    z: float
+
+    @property
+    def sign(self) -> float:
+        """The direction in which z goes."""
+        return float(np.sign(self.speed(np.array(self.u), self.z, checked=False)))
+
+    def speed(self, u: FloatArray, z: float, checked: bool = True) -> FloatArray:
+        """g at z, refused where z is no clock."""
+        g = self.system.velocity_at(u, z, self.eps)
+        if checked and not ((g > 0).all() or (g < 0).all()):
+            away = float(np.ravel(u)[np.argmin(np.abs(g))])
+            raise InputError(
+                f"the slow variable's velocity has no one sign in |u| < {self.r:g} at z = {z:.6g} "
+                f"(it vanishes about u = {away:.3g}), so that it is no clock; take r eps smaller "
+                "(below 1 for friction), or method='simulate'."
+            )
+        return g
+
+
+class Forward(NamedTuple):
+    """Densities marched from the start.
+
+    Attributes
+    ----------
+    way : ndarray, shape (m + 1,)
+        The way that z has gone at the slabs' ends.
+    held : ndarray, shape (m, n + 1)
+        The chance to be held at each slab's beginning and stages.
+    left : ndarray, shape (m, n + 1)
+        The chance to have left through -r by then.
+    flux : ndarray, shape (m, n, 3)
+        What leaves at the stages, for each unit of way: probability, and that times the first and
+        the second power of the time beyond `clock`.
+    clock : ndarray, shape (m, n + 1)
+        The time that z takes if u = 0.
+    weight : list of ndarray
+        At the slabs' ends, the probability at each node.
+    """
+
+    way: FloatArray
+    held: FloatArray
+    left: FloatArray
+    flux: FloatArray
+    clock: FloatArray
+    weight: list[FloatArray]
+
+    @classmethod
+    def of(
+        cls, way: list[float], rows: list[list[FloatArray]], weight: list[FloatArray]
+    ) -> Forward:
+        """From the slabs' `held`, `left`, `flux` and `clock`, one after the other."""
+        held, left, flux, clock = (np.array(row) for row in rows)
+        return cls(np.array(way), held, left, flux, clock, weight)
+
+
+class Backward(NamedTuple):
+    """Mean, variance, chance to leave through -r, all from the start; the slabs' lengths."""
+
+    mean: float
+    variance: float
+    left: float
+    reach: float
+    steps: FloatArray
+
+
+@dataclass(frozen=True)
+class Marched:
+    """A mean with its error, and what came with it."""
+
+    mean: float
+    error: float
+    variance: float
+    left: float
+    way: float
+    density: Forward
+
+
+def mesh(scene: Scene, z_end: float, coarse: float, flight: bool = False) -> FloatArray:
+    """Breakpoints of the elements: fine where T bends, times `coarse`.
+
+    Boundary layers at the ends have the width kappa^2/(2 |phi|), the transition over a barrier
+    kappa/sqrt(2 |phi_u|), and outside the layer paths that z sends apart, d = eps t^2/2, are
+    blurred by kappa sqrt(t). Of the density also packets in `flight` to r are resolved.
+    """
+    system, r, eps = scene.system, scene.r, scene.eps
+    factor = system.noise_at(np.linspace(-1.0, 1.0, 201))
+    # The least noise makes the finest layers, outside the layer and in it.
+    kappa = scene.kappa * float(factor.min())
+    z = np.linspace(scene.z, z_end, 9)[:, None]
+    ends = np.abs(system.phi_at(np.array([-r, r]), z, eps)).max()
+    across = np.linspace(-1.0, 1.0, 201)
+    values = system.phi_at(across, z, eps)
+    bend = np.abs(np.gradient(values, across, axis=1)).max()
+    skin = kappa**2 / (2.0 * max(ends, 1e-300))
+    width = 2.5 * kappa / np.sqrt(2.0 * max(bend, 1e-300))
+
+    def size(u: FloatArray) -> FloatArray:
+        """Length of an element at u."""
+        away = np.maximum(np.abs(u) - 1.0, 0.0)
+        blur = 2.5 * kappa * (2.0 * away / eps) ** 0.25
+        if flight:
+            blur = np.minimum(blur, 4.0 * kappa * np.sqrt(1.0 + away))
+        result: FloatArray = coarse * np.minimum.reduce(
+            [
+                3.0 * skin + 0.5 * (r - np.abs(u)),
+                width + 0.5 * away,
+                np.maximum(blur, width),
+                np.full_like(u, 0.5) + 0.5 * away,
+            ]
+        )
+        return result
+
+    marks = sorted({-r, r, scene.u, *(x for x in (-1.0, 1.0) if abs(x) < r)})
+    points = [np.array([-r])]
+    for low, high in zip(marks[:-1], marks[1:], strict=True):
+        # Dense towards both ends, where the elements are smallest.
+        near = np.concatenate([np.geomspace(1e-9, 0.5, 400), np.linspace(0.0, 0.5, 2000)])
+        x = low + (high - low) * np.unique(np.concatenate([near, 1.0 - near]))
+        density = 1.0 / size(x)
+        count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(x))])
+        number = max(1, int(np.ceil(count[-1])))
+        inner = np.interp(np.linspace(0.0, count[-1], number + 1)[1:-1], count, x)
+        points.append(np.append(inner, high))
+    result = np.concatenate(points)
+    if result.size > 1500:
+        raise AccuracyError(
+            f"the march would need {result.size} elements in u at kappa = {kappa:g}, r = {r:g}, "
+            "and takes at most 1500; take kappa larger or r smaller, or method='simulate'."
+        )
+    return result
+
+
+class _Path:
+    """Matrices of one scene on one mesh, slab by slab."""
+
+    def __init__(self, scene: Scene, elements: Elements, stages: int) -> None:
+        self.scene, self.elements, self.rule = scene, elements, radau(stages)
+        self.diffusion = scene.kappa**2 / 2 * scene.system.noise_at(elements.u) ** 2
+
+    def capacity(self, z: float) -> FloatArray:
+        """eps |g| on the nodes."""
+        scene = self.scene
+        result: FloatArray = scene.eps * np.abs(scene.speed(self.elements.u, z))
+        return result
+
+    def slab(self, z: float, step: float, forward: bool) -> tuple[Slab, FloatArray, FloatArray]:
+        """The slab from z on, its G and its K at the stages."""
+        scene, elements = self.scene, self.elements
+        sign = scene.sign if forward else -scene.sign
+        at = z + sign * step * self.rule.nodes
+        capacity = np.stack([self.capacity(x) for x in at])
+        phi = np.stack([scene.system.phi_at(elements.u, x, scene.eps) for x in at])
+        generator = elements.generator(phi, self.diffusion)
+        slab = Slab(elements, self.rule, step, self.capacity(z), capacity, generator, forward)
+        return slab, capacity, generator
+
+    def start(self) -> tuple[IntArray, ...]:
+        """The places (element, node) of the start."""
+        return np.nonzero(self.elements.u == self.scene.u)
+
+    def top(self, first: FloatArray, stages: FloatArray) -> FloatArray:
+        """Size of what the slab's highest degree adds."""
+        result: FloatArray = np.abs(
+            self.rule.top[0] * first + np.tensordot(self.rule.top[1:], stages, 1)
+        )
+        return result
+
+
+def forward(scene: Scene, elements: Elements, stages: int, tol: float, least: float) -> Forward:
+    """The density from the start until less than `least` of it is held."""
+    path = _Path(scene, elements, stages)
+    rule, weights = path.rule, elements.weights
+    place = path.start()
+    y = [np.zeros_like(elements.u) for _ in range(3)]
+    y[0][place] = 1.0 / (weights * path.capacity(scene.z))[place].sum()
+    way, step, held, left, time = [0.0], scene.eps * 1e-3, 1.0, 0.0, 0.0
+    rows: list[list[FloatArray]] = [[], [], [], []]
+    weight = [weights * path.capacity(scene.z) * y[0]]
+    inner = np.ones_like(elements.u)
+    inner[0, 0] = inner[-1, -1] = 0.0
+    present = 1.0
+    while present > least:
+        z = scene.z + scene.sign * way[-1]
+        slab, capacity, generator = path.slab(z, step, True)
+        new = [slab.solve(y[0], np.zeros_like(capacity))]
+        mass = weights * capacity * new[0]
+        error = float(path.top(weight[-1], mass).sum())
+        factor = min(3.0, 0.8 * (tol / max(error, 1e-300)) ** (1.0 / stages))
+        if error > 2.0 * tol and step > 1e-12 * (1.0 + abs(z)):
+            step *= max(factor, 0.1)
+            continue
+        if len(way) > _MOST_SLABS:
+            raise AccuracyError(
+                f"the block is still held with probability {held:.2g} at z = {z:.6g}, after "
+                f"{_MOST_SLABS} slabs; start nearer to where it is released."
+            )
+        alone = np.zeros(1)
+        reference = scene.eps * np.abs(
+            [scene.speed(alone, z + scene.sign * step * c)[0] for c in rule.nodes]
+        )
+        ahead = weights * (1.0 - capacity / reference[:, None, None])
+        for k in (1, 2):
+            new.append(slab.solve(y[k], k * ahead * new[k - 1]))
+        ends = np.stack(
+            [np.einsum("ka,ka->k", generator[:, 0, :, 0], part[:, 0]) for part in new], axis=-1
+        )
+        others = np.stack(
+            [np.einsum("ka,ka->k", generator[:, -1, :, -1], part[:, -1]) for part in new], axis=-1
+        )
+        integral = np.linalg.inv(rule.slopes[:, 1:]) * step
+        rows[0].append(np.concatenate([[held], mass.sum((1, 2))]))
+        rows[1].append(np.concatenate([[left], left + integral @ ends[:, 0]]))
+        rows[2].append(ends + others)
+        rows[3].append(np.concatenate([[time], time + integral @ (1.0 / reference)]))
+        # Absolute values: where a narrow packet is not resolved, waves of both signs go before it.
+        present = float(np.abs(mass[-1]).sum())
+        held, left, time = rows[0][-1][-1], rows[1][-1][-1], rows[3][-1][-1]
+        y = [part[-1] for part in new]
+        weight.append(mass[-1])
+        way.append(way[-1] + step)
+        step *= factor
+    return Forward.of(way, rows, weight)
+
+
+def backward(
+    scene: Scene,
+    elements: Elements,
+    stages: int,
+    far: float,
+    steps: FloatArray | None = None,
+    weight: tuple[FloatArray, list[FloatArray]] | None = None,
+    tol: float = 0.0,
+) -> Backward:
+    """Mean and variance of the time, marched to the start from where z has gone `far`.
+
+    The slabs are `steps`; without them they are chosen such that what their highest degree adds,
+    weighed with the chance `weight` to be there, stays below `tol`.
+    """
+    path = _Path(scene, elements, stages)
+    weights, place = elements.weights, tuple(p[0] for p in path.start())
+    mean, variance = np.zeros_like(elements.u), np.zeros_like(elements.u)
+    reach, exits = np.ones_like(elements.u), np.zeros_like(elements.u)
+    reach[0, 0] = reach[-1, -1] = 0.0
+    exits[0, 0] = 1.0
+    made: list[float] = []
+    gone, step = far, scene.eps * 0.3
+    while gone > 0.0 if steps is None else len(made) < len(steps):
+        if steps is not None:
+            step = float(steps[len(made)])
+        elif step > 0.7 * gone:
+            step = gone if step >= gone else gone / 2
+        slab, capacity, generator = path.slab(scene.z + scene.sign * gone, step, False)
+        new = slab.solve(mean, np.broadcast_to(weights, capacity.shape))
+        factor = 1.0
+        if steps is None:
+            assert weight is not None
+            k = np.searchsorted(weight[0], [gone - step, gone])
+            share = np.max(weight[1][max(int(k[0]) - 1, 0) : int(k[1]) + 1], axis=0)
+            error = float((share * path.top(mean, new)).sum() / new[-1].max())
+            factor = min(3.0, 0.8 * (tol / max(error, 1e-300)) ** (1.0 / stages))
+            if len(made) >= _MOST_SLABS or step < 1e-7 * scene.eps:
+                raise AccuracyError(
+                    f"the march to tolerance {tol:.2g} needs more than {_MOST_SLABS} slabs in z, "
+                    f"or steps below the rounding of T = {new[-1].max():.3g}; ask for a larger "
+                    "rtol."
+                )
+            if error > 2.0 * tol:
+                step *= max(factor, 0.1)
+                continue
+        slope = np.einsum("mab,kmb->kma", elements.slope, new)
+        none = np.zeros_like(capacity)
+        variance = slab.solve(variance, weights * 2.0 * path.diffusion * slope**2)[-1]
+        reach = slab.solve(reach, none)[-1]
+        exits = slab.solve(exits, none, (1.0, 0.0))[-1]
+        mean = new[-1]
+        made.append(step)
+        gone = gone - step if gone - step > 1e-13 * far else 0.0
+        step *= factor
+    at = [float(f[place]) for f in (mean, variance, exits, reach)]
+    return Backward(at[0], at[1], at[2], at[3], np.array(made))
+
+
+def march(scene: Scene, rtol: float) -> Marched:
+    """The mean time of release to `rtol`, by two resolutions.
+
+    Raises
+    ------
+    AccuracyError
+        If the finest resolution that is tried does not reach `rtol`.
+    """
+    stages, degree = (4, 6) if rtol > 1e-7 else (5, 8)
+    coarse = 1.5
+    tol = min(1e-3, 30.0 * rtol**0.6)
+    first = Elements(mesh(scene, scene.z, coarse), degree)
+    density = forward(scene, first, stages, max(tol, 1e-4), 1e-3 * rtol)
+    far = float(density.way[-1])
+    best = np.inf
+    for _ in range(_FINEST):
+        low = Elements(mesh(scene, scene.z + scene.sign * far, coarse), degree)
+        high = Elements(low.ends, degree + 2)
+        weighed = density.way, [_onto(first, low, w) for w in density.weight]
+        rough = backward(scene, low, stages, far, weight=weighed, tol=tol)
+        fine = backward(scene, high, stages, far, np.repeat(rough.steps / 2, 2))
+        # What is left to wait for where the march begins is of the order of the time before.
+        dropped = abs(fine.reach) * 3.0 * (fine.mean + density.clock[-1, -1])
+        error = abs(fine.mean - rough.mean) + dropped + 4e-14 * len(rough.steps) ** 0.5 * fine.mean
+        best = min(best, error / fine.mean) if fine.mean > 0 else best
+        if fine.mean > 0 and error <= rtol * fine.mean:
+            variance = max(fine.variance, 0.0)
+            return Marched(fine.mean, float(error), variance, fine.left, far, density)
+        tol, coarse, degree = tol / 30.0, coarse * 0.8, degree + 1
+    raise AccuracyError(
+        f"the march reaches {best:.2g} relative error with {len(low.ends) - 1} elements and "
+        f"{len(fine.steps)} slabs, and {rtol:.2g} is asked; ask for a larger rtol."
+    )
+
+
+def _onto(given: Elements, wanted: Elements, weight: FloatArray) -> FloatArray:
+    """Probabilities at nodes moved onto those of another mesh, as a weight for errors."""
+    if np.array_equal(given.u, wanted.u):
+        return np.abs(weight)
+    density = np.abs(weight) / given.weights
+    order = np.argsort(given.u.ravel(), kind="stable")
+    moved = np.interp(wanted.u.ravel(), given.u.ravel()[order], density.ravel()[order])
+    result: FloatArray = moved.reshape(wanted.u.shape) * wanted.weights
+    return result

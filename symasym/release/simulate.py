@@ -1,0 +1,128 @@
+"""Monte Carlo of the whole system: Euler and Maruyama's method, its boundary moved inwards.
+
+A path that is looked at every h misses excursions over u = r and back between two looks. To first
+order in sqrt(h) that is undone by a boundary nearer by -zeta(1/2)/sqrt(2 pi) kappa sqrt(h), 0.5826
+kappa sqrt(h) (Broadie, Glasserman and Kou, Math. Finance 7 (1997) 325; Gobet, Stochastic Process.
+Appl. 87 (2000) 167). What bias is left is of order h and is seen from paths at twice the step.
+"""
+
+from __future__ import annotations
+
+import warnings
+from concurrent.futures import BrokenExecutor, CancelledError, Executor
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symasym.base.errors import AccuracyError, InputError
+from symasym.base.executors import local
+from symasym.base.inputs import FloatArray
+from symasym.release.system import System
+
+__all__ = ["Paths", "simulate"]
+
+#: -zeta(1/2)/sqrt(2 pi)
+SHIFT = 0.5825971579390106
+_AT_ONCE = 5000
+_MOST_STEPS = 20_000_000
+
+
+class Paths(NamedTuple):
+    """Times, z and sides (-1 or 1) at release of independent paths, and the steps they took."""
+
+    time: FloatArray
+    z: FloatArray
+    side: FloatArray
+    steps: int
+
+
+def simulate(
+    system: System,
+    kappa: float,
+    r: float,
+    eps: float,
+    start: tuple[float, float],
+    paths: int,
+    h: float,
+    seed: int,
+    workers: int | Executor = 1,
+) -> Paths:
+    """Independent paths from `start` to release, the same for every number of workers.
+
+    Raises
+    ------
+    InputError
+        For a seed or a number of paths that is no whole number.
+    """
+    for name, value, least in (("seed", seed, 0), ("paths", paths, 2)):
+        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+            raise InputError(f"{name} is {value!r}; give a whole number of at least {least}.")
+    counts = [_AT_ONCE] * (paths // _AT_ONCE) + [paths % _AT_ONCE] * (paths % _AT_ONCE > 0)
+    seeds = np.random.SeedSequence(seed).spawn(len(counts))
+    work = [(system, kappa, r, eps, start, n, h, s) for n, s in zip(counts, seeds, strict=True)]
+    if isinstance(workers, Executor):
+        parts = _through(workers, work)
+    else:
+        if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:
+            raise InputError(f"workers is {workers!r}; give a whole number of at least 1.")
+        with local(min(int(workers), len(work))) as executor:
+            parts = _through(executor, work)
+    time, z, side = (np.concatenate(column) for column in list(zip(*parts, strict=True))[:3])
+    return Paths(time, z, side, sum(part.steps for part in parts))
+
+
+def _through(executor: Executor, work: list[Any]) -> list[Paths]:
+    """The parts of the work; what a broken executor leaves undone is done here."""
+    parts: list[Paths | None] = [None] * len(work)
+    try:
+        futures = [executor.submit(_batch, *item) for item in work]
+        for k, future in enumerate(futures):
+            parts[k] = future.result()
+    except (BrokenExecutor, CancelledError, OSError) as error:
+        missing = sum(p is None for p in parts)
+        warnings.warn(
+            f"the executor died ({type(error).__name__}) with {missing} of {len(work)} batches "
+            "not done; they are simulated in this process.",
+            RuntimeWarning,
+            stacklevel=4,
+        )
+    return [_batch(*item) if p is None else p for p, item in zip(parts, work, strict=True)]
+
+
+def _batch(
+    system: System,
+    kappa: float,
+    r: float,
+    eps: float,
+    start: tuple[float, float],
+    paths: int,
+    h: float,
+    seed: np.random.SeedSequence,
+) -> Paths:
+    """Paths of one batch."""
+    normal = np.random.default_rng(seed).standard_normal
+    plain = system.noise == 1
+    inside = r - SHIFT * kappa * np.sqrt(h) * float(system.noise_at(np.array(r)))
+    u, z = np.full(paths, start[0]), np.full(paths, start[1])
+    times, ends, sides, step, total = [], [], [], 0, 0
+    while u.size:
+        if step > _MOST_STEPS:
+            raise AccuracyError(
+                f"{u.size} of {paths} paths are held after {step} steps of {h:.3g}; the mean is "
+                "beyond simulation, take method='march'."
+            )
+        total += u.size
+        step += 1
+        push = kappa * np.sqrt(h) * normal(u.size)
+        if not plain:
+            push *= system.noise_at(u)
+        moved = u + h * system.phi_at(u, z, eps) + push
+        z = z + h * eps * system.velocity_at(u, z, eps)
+        u = moved
+        gone = np.abs(u) >= inside
+        if gone.any():
+            times.append(np.full(np.count_nonzero(gone), step * h))
+            ends.append(z[gone])
+            sides.append(np.sign(u[gone]))
+            u, z = u[~gone], z[~gone]
+    return Paths(np.concatenate(times), np.concatenate(ends), np.concatenate(sides), total)

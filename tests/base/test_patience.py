@@ -1,0 +1,146 @@
+"""The time a call may take: told before it is over, in every verb, and Ctrl-C at any moment."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import symasym as sa
+from symasym.base import patience
+from symasym.base.patience import expect, limited, step, steps
+
+
+def spend(seconds: float) -> None:
+    """Use the processor for so long."""
+    end = time.thread_time() + seconds
+    while time.thread_time() < end:
+        pass
+
+
+def test_a_step_beyond_the_limit_is_refused() -> None:
+    with limited(0.05):
+        step()
+        spend(0.06)
+        with pytest.raises(sa.TimeLimitError, match=r"^this takes longer than the 0.05 seconds"):
+            step()
+    step()
+
+
+def test_the_limit_around_holds_inside() -> None:
+    for outer, inner in ((0.05, 100), (100, 0.05)):
+        with limited(outer), limited(inner):
+            spend(0.06)
+            with pytest.raises(sa.TimeLimitError, match=r"0\.05"):
+                step()
+    with limited(math.inf), limited():
+        spend(0.02)
+        step()
+
+
+def test_work_is_predicted() -> None:
+    with limited(5):
+        expect(4)
+        with pytest.raises(
+            sa.TimeLimitError, match=r"would take about 300 seconds, more than the 5"
+        ):
+            expect(311)
+    turns = steps(range(1000))
+    with limited(3):
+        done = sum(1 for _ in zip(range(4), turns, strict=False) if spend(0.1) is None)
+        spend(0.2)
+        with pytest.raises(sa.TimeLimitError, match="would take about"):
+            next(turns)
+    assert done == 4  # far from three seconds
+    with limited(30):
+        assert list(steps(range(5))) == [0, 1, 2, 3, 4]
+
+
+def test_time_is_that_of_the_thread() -> None:
+    with limited(0.2):
+        busy = threading.Thread(target=spend, args=(0.4,))
+        busy.start()
+        busy.join()
+        step()
+
+
+@pytest.mark.parametrize("bad", [0, -1, math.nan, "5", True, [3], 1j])
+def test_what_is_no_time_is_refused(bad: Any) -> None:
+    with pytest.raises(sa.InputError, match=r"^patience is .*; give seconds"):
+        sa.escape_time(sa.linear(1, 1), 1, 2, patience=bad)
+
+
+STIFF = sa.tanh(1, -1, "1.4")
+LONG: dict[str, Callable[[float], Any]] = {
+    "digits": lambda p: sa.escape_time(sa.friction(3, 1, "-0.4"), "1e-3", 9, dps=9000, patience=p),
+    "balls": lambda p: sa.exit_probability(
+        sa.tanh(3, 1, 1), "0.05", 2, dps=2000, full=True, patience=p
+    ),
+    "occupation": lambda p: sa.occupation(STIFF, "1e-60", dps=400, log=True, patience=p),
+    "density": lambda p: sa.stationary_density(STIFF, "1e-60", "0.5", dps=400, patience=p),
+    "laplace": lambda p: sa.escape_time(
+        sa.sine(3, -1, 7, waves=3), "0.05", 2, method="laplace", order=12, dps=300, patience=p
+    ),
+    "strong noise": lambda p: sa.escape_time(
+        sa.tanh(3, 1, 9), "0.9", 2, method="strong_noise", order=100, dps=2000, patience=p
+    ),
+    "sensitivity": lambda p: sa.sensitivity(sa.tanh(3, 1, 1), "0.02", 2, dps=600, patience=p),
+    "plan": lambda p: sa.plan(sa.sine(3, -1, 7, waves=3), "0.03", 2, 1e-300, patience=p),
+    "laplace_integral": lambda p: sa.laplace_integral(
+        "cos(x) - x**4", "exp(x)", "x", -2, 2, 300, dps=300, patience=p
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_every_verb_keeps_to_its_time(name: str) -> None:
+    begun = time.thread_time()
+    with pytest.raises(sa.TimeLimitError, match="pass patience="):
+        LONG[name](0.3)
+    assert time.thread_time() - begun < 4
+
+
+def test_the_default_is_ten_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert patience.PATIENCE == 10
+    monkeypatch.setattr(patience, "PATIENCE", 0.2)
+    # The tests' own limit is none; a thread of its own begins with the default.
+    told: list[BaseException] = []
+
+    def ask() -> None:
+        try:
+            sa.occupation(STIFF, "1e-60", dps=400, log=True)
+        except sa.TimeLimitError as error:
+            told.append(error)
+
+    asking = threading.Thread(target=ask)
+    asking.start()
+    asking.join()
+    assert "0.2 seconds" in str(told[0])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_an_interrupt_ends_a_long_call(tmp_path: Path) -> None:
+    script = (
+        "import symasym as sa; print('begun', flush=True); "
+        "sa.occupation(sa.tanh(1, -1, '1.4'), '1e-60', dps=3000, log=True, patience=1e9)"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(Path(sa.__file__).parent.parent)}
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        env=environment,
+    )  # fmt: skip
+    assert process.stdout is not None
+    assert process.stdout.readline() == b"begun\n"
+    time.sleep(2)
+    process.send_signal(signal.SIGINT)
+    told = process.communicate(timeout=60)[1]
+    assert told.rstrip().endswith(b"KeyboardInterrupt")

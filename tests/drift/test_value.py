@@ -1,0 +1,126 @@
+"""A drift as a value: its repr makes it again, equal drifts are one key, and it can be drawn."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given
+from hypothesis import strategies as st
+
+import symasym as sa
+from tests.problems import PROBLEMS
+from tests.strategies import SAMPLE, drifts, narrow
+
+mpl.use("agg")
+
+READY_MADE: list[sa.Drift] = [
+    sa.friction(3, 1, 0.1),
+    sa.friction(mu=3),
+    sa.friction(),
+    sa.friction(3, [1.0, 2.0], [[-0.4], [1e-3]]),
+    sa.linear(1, "-1/3"),
+    sa.sine(1, 1, 4, waves=2),
+    sa.sine(b="1e-30"),
+    sa.tanh(1, -1, 5.5),
+    sa.hill("1/3", 2, "1/5", n=12),
+    sa.polynomial(1, "-0.4", 0, 2.5),
+    sa.polynomial([1, 2], -1),
+    sa.Drift("1/2 - u + b*u**3"),
+    sa.Drift("exp(-x)*cos(2*x + a) - x/3", "x").bind(a=[0.5, 1.0]),
+    sa.Drift(1 - 0.1 * sympy.Symbol("s", real=True), sympy.Symbol("s", real=True)),
+]
+
+
+def same(drift: sa.Drift) -> None:
+    again: Any = eval(repr(drift), {"sa": sa})
+    for other in (again, copy.deepcopy(drift), pickle.loads(pickle.dumps(drift))):
+        assert other == drift
+        assert hash(other) == hash(drift)
+        assert type(other) is type(drift)
+        assert repr(other) == repr(drift)
+
+
+@pytest.mark.parametrize("drift", READY_MADE, ids=repr)
+def test_repr_makes_the_drift(drift: sa.Drift) -> None:
+    same(drift)
+
+
+@pytest.mark.parametrize("problem", [p for p in PROBLEMS if "refused" not in p.tags], ids=str)
+def test_repr_on_the_table(problem: Any) -> None:
+    same(problem.make())
+
+
+@SAMPLE
+@given(drifts() | narrow())
+def test_repr_of_random_drifts(drift: sa.Drift) -> None:
+    same(drift)
+
+
+@SAMPLE
+@given(st.floats(-10, 10))
+def test_floats_are_written_as_floats(z0: float) -> None:
+    drift = sa.friction(3, 1, z0)
+    same(drift)
+    if z0 != int(z0):
+        assert f"z0={z0!r})" in repr(drift)
+
+
+def test_equality() -> None:
+    drift = sa.friction(3, 1, "-0.4")
+    assert drift == sa.friction(z0="-2/5", alpha=1.0, mu=3) == sa.friction().bind(**drift.values)
+    assert drift != sa.friction(3, 1, -0.4)
+    assert drift != sa.friction(3, 1)
+    assert drift != "friction"
+    assert sa.sine(1, 1, 4) != sa.sine(1, 1, 4, waves=2)
+    assert sa.linear([1, 2], -1) != sa.linear([[1, 2]], -1)
+    assert len({drift, sa.friction(3, 1, "-0.4"), sa.friction(3, 1, 0)}) == 2
+    assert sa.Drift("u - 1") == sa.Drift(sympy.Symbol("u", real=True) - 1) == sa.Drift("-1 + u")
+
+
+def test_a_drift_stays_what_it_is() -> None:
+    z0 = np.array([-0.4, -0.3])
+    drift = sa.friction(3, 1, z0)
+    before = hash(drift)
+    z0[0] = 5
+    assert hash(drift) == before
+    with pytest.raises(ValueError, match="read-only"):
+        drift.values["z0"][0] = 5
+
+
+def test_long_arrays_are_shortened() -> None:
+    shown = repr(sa.linear(np.linspace(1, 2, 5000), -1))
+    assert shown == "sa.linear(a_minus=<5000 values from 1 to 2>, a_plus=-1)"
+
+
+def test_latex() -> None:
+    assert sa.linear(1, 0.3)._repr_latex_() == (r"$\displaystyle \phi(u) = 0.65 - 0.35 u$")
+    assert r"\alpha" in sa.friction(mu=3)._repr_latex_()
+
+
+def test_pictures() -> None:
+    from matplotlib import pyplot
+
+    drift = sa.sine(1, 1, 4, waves=2)
+    figure, given_axes = pyplot.subplots(2)
+    above, below = drift.plot(given_axes)
+    assert (above, below) == tuple(given_axes)
+    words = [text.get_text() for text in below.texts]
+    known = [*drift.wells(), *drift.barriers()]
+    assert words == [f"{p.kind} at {float(p.u):.4g}" for p in known]
+    u, v = below.lines[0].get_data()
+    np.testing.assert_allclose(v, drift.potential_at(u))
+    u, phi = above.lines[0].get_data()
+    np.testing.assert_allclose(phi, drift(u))
+    pyplot.close(figure)
+    with pytest.raises(sa.InputError, match="is an array"):
+        sa.linear([1, 2], -1).plot()
+    with pytest.raises(sa.InputError, match="have no value"):
+        sa.linear(1).plot()
+    with pytest.raises(sa.InputError, match="two axes"):
+        drift.plot([above])

@@ -1,0 +1,105 @@
+"""Elements of arrays: refused ones are named or left out, and digits element by element."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+
+import symasym as sa
+
+FRICTION = sa.friction(3, 1, "-0.4")
+#: A verb, its options, and noises of which those that are False have no value.
+REFUSED: list[tuple[Any, sa.Drift, dict[str, Any], dict[float, bool]]] = [
+    # T is 1e1000000 at the first.
+    (sa.escape_time, FRICTION, {"r": 10}, {1e-3: False, 0.1: True, 1e-4: False, 1.0: True}),
+    (sa.escape_time, FRICTION, {"r": 10}, {0.1: True, -1.0: False, 0.2: True, np.nan: False}),
+    (
+        sa.escape_time,
+        FRICTION,
+        {"r": 10, "method": "laplace"},
+        {0.05: True, 3.0: False, 0.06: True, 2.0: False},
+    ),
+    (
+        sa.escape_time,
+        FRICTION,
+        {"r": 10, "method": "strong_noise", "order": 2},
+        {0.05: False, 30.0: True, 0.06: False, 200.0: True},
+    ),
+    (sa.occupation, sa.linear(1, -1), {"complement": True}, {0.01: False, 1.0: True}),
+    (sa.stationary_density, sa.linear(1, -1), {"y": 3}, {0.01: False, 1.0: True}),
+]
+
+
+@pytest.mark.parametrize(("verb", "drift", "options", "noises"), REFUSED)
+def test_refused_elements(
+    verb: Any, drift: sa.Drift, options: dict[str, Any], noises: dict[float, bool]
+) -> None:
+    kappa, good = np.array(list(noises)), np.array(list(noises.values()))
+    first = int(np.argmin(good))
+    with pytest.raises(sa.SymasymError, match=rf"^at index \({first}\), .*errors='nan'"):
+        verb(drift, kappa, **options)
+    alone = np.array([verb(drift, float(k), **options) for k in kappa[good]])
+    found = verb(drift, kappa[:, None], **options, errors="nan")
+    assert found.shape == (len(kappa), 1)
+    assert (np.isnan(found[:, 0]) == ~good).all()
+    np.testing.assert_allclose(found[good, 0], alone, rtol=1e-9)
+    estimate = verb(drift, kappa, **options, errors="nan", full=True)
+    assert (estimate.mask == ~good).all()
+    assert np.isfinite(estimate.error[good]).all()
+    assert (np.abs(estimate.value[good] - alone) <= estimate.error[good] + 1e-9 * alone).all()
+    one = float(kappa[first])
+    if one > 0:
+        assert np.isnan(verb(drift, one, **options, errors="nan"))
+        assert verb(drift, one, **options, errors="nan", full=True).mask
+
+
+def test_drifts_that_are_refused() -> None:
+    drift = sa.linear([1.0, -1.0, 2.0], -1)
+    with pytest.raises(sa.RegionError, match=r"^at index \(1\)"):
+        sa.occupation(drift, 1)
+    share = sa.occupation(drift, 1, errors="nan", full=True)
+    assert share.mask.tolist() == [False, True, False]
+    assert share.value[2] == sa.occupation(sa.linear(2, -1), 1)
+
+
+def test_what_is_wrong_for_all_is_said() -> None:
+    many: Any = np.array([0.1, 0.2])
+    for options, wrong in (
+        ({"order": 99, "method": "laplace"}, "order is 99"),
+        ({"method": "none"}, "method is"),
+        ({"errors": "ignore"}, "errors is 'ignore'"),
+        ({"workers": 2}, "workers is 2"),
+        ({"start": [0, 0, 0]}, "broadcast"),
+    ):
+        with pytest.raises(sa.InputError, match=rf"^(the )?\D*{wrong}"):
+            sa.escape_time(FRICTION, many, 10, **({"errors": "nan"} | options))
+    with pytest.raises(sa.InputError, match="kappa is -[12]"):
+        sa.escape_time(FRICTION, -many * 10, 10, errors="nan")
+
+
+@pytest.mark.parametrize("workers", [None, 2])
+def test_arrays_with_digits(workers: int | None) -> None:
+    kappa = ["0.1", "1/3", 0.5]
+    z0 = np.array([[-0.4], [-0.25]])
+    found = sa.escape_time(sa.friction(3, 1, z0), kappa, 10, dps=30, full=True, workers=workers)
+    assert found.value.shape == found.error.shape == (2, 3)
+    for j, z in enumerate(z0[:, 0]):
+        for k, noise in enumerate(kappa):
+            alone = sa.escape_time(sa.friction(3, 1, z), noise, 10, dps=30, full=True)
+            assert found.value[j, k] == alone.value
+            assert found.error[j, k] == alone.error
+            assert isinstance(found.value[j, k], mpmath.mpf)
+    assert found.error_kind == alone.error_kind
+
+
+def test_refused_elements_with_digits() -> None:
+    with pytest.raises(sa.InputError, match=r"^at index \(1\), kappa is -1"):
+        sa.escape_time(FRICTION, ["0.1", -1], 10, dps=20)
+    drift = sa.linear([1, -1], -1)
+    share = sa.occupation(drift, 1, dps=20, errors="nan")
+    assert share[0] == sa.occupation(sa.linear(1, -1), 1, dps=20)
+    assert mpmath.isnan(share[1])
+    assert sa.occupation(drift, 1, dps=20, errors="nan", full=True).mask.tolist() == [False, True]
