@@ -31,6 +31,7 @@ _WIDEST = Fraction(1, 32)
 _NARROWEST = Fraction(1, 2**16)
 _MOST_PANELS = 300
 _SAMPLES = 2001
+_LOST = 2.0**-64
 
 
 class Edge(NamedTuple):
@@ -171,6 +172,9 @@ def _panels(
         if half > _NARROWEST:
             gap = 0.0 if top is None else top - float(height.mid()) - float(abs(wide[0]).mid() * h)
             coarse = top is not None and float(bend.mid()) * 8 > gap
+            # What A's Taylor series leaves out has to stay below V's own rounding.
+            lost = wide[field.terms] * h ** (field.terms + 1)
+            coarse = coarse or not abs(lost) < _LOST
             if not bend.is_finite() or (coarse and len(panels) + len(waiting) < _MOST_PANELS):
                 waiting += [(center, hi), (lo, center)]
                 continue
