@@ -37,11 +37,11 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--workers", default="1", metavar="N", help="of --method simulate")
     parser.add_argument("--quantiles", action="store_true", help="of the time and of z, too")
     parser.add_argument("--json", action="store_true", help="all of it as a record")
-    lines = (
-        "symasym release --kappa 0.3 --r 10 --eps 0.01 --z -0.4 --rtol 1e-4",
-        "symasym release --set mu=3 --kappa 1 --r 10 --eps 0.1 --z -0.4 --quantiles --json",
+    examples = (
+        "symasym release --kappa 0.3 --r 10 --eps 0.01 --z -0.4 --quantiles",
+        'symasym release --phi "7/5 - u - z" --velocity " -1" --kappa 1 --r 5 --eps 0.01 --z 0',
     )
-    document(parser, lines)
+    document(parser, examples)
     parser.set_defaults(run=run)
 
 

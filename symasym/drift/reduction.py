@@ -39,6 +39,12 @@ class Reduction:
         Filippov's sliding vector field, a component per coordinate: the convex
         combination of f- and f+ tangent to the surface. It is the dynamics
         only where the region is sliding (attracting or repelling).
+    normal_inside : SymPy expression
+        The component of F along grad h, before `at` is put in.
+    inside : tuple of SymPy expression
+        F itself.
+    layer : Symbol
+        h/eps in them.
     """
 
     drift: Drift
@@ -47,6 +53,9 @@ class Reduction:
     normal_minus: Any
     normal_plus: Any
     sliding: tuple[Any, ...]
+    normal_inside: Any
+    inside: tuple[Any, ...]
+    layer: Any
 
     def __iter__(self) -> Iterator[Any]:
         yield self.drift
@@ -183,7 +192,17 @@ def reduce(
         sympy.simplify((minus * p - plus * m) / (minus - plus)) if minus != plus else sympy.nan
         for m, p in zip(fields[0], fields[1], strict=True)
     )
-    return Reduction(drift, sympy.simplify(amplitude), tuple(x), minus, plus, sliding)
+    return Reduction(
+        drift,
+        sympy.simplify(amplitude),
+        tuple(x),
+        minus,
+        plus,
+        sliding,
+        middle,
+        tuple(fields[2]),
+        inside,
+    )
 
 
 def _symbol(name: str, given: Symbol | str) -> Any:

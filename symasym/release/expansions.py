@@ -100,8 +100,8 @@ def adiabatic(scene: Scene, least: float = 1e-12) -> Forward:
         nodes = np.concatenate([[0.0], rule.nodes]) * step
         z = scene.z + scene.sign * (way[-1] + nodes)
         logs = escape_time(drift.bind(z=z), scene.kappa, scene.r, start=scene.u, log=True)
-        if np.ptp(logs) > 0.7 and step > 1e-12:
-            step *= max(0.2, 0.5 / float(np.ptp(logs)))
+        if np.ptp(logs) > 1.5 and step > 1e-12:
+            step *= max(0.1, 1.2 / float(np.ptp(logs)))
             continue
         speeds = np.array([float(scene.speed(alone, x)) for x in z[1:]])
         slowness = 1.0 / (scene.eps * np.abs(speeds))
@@ -117,5 +117,5 @@ def adiabatic(scene: Scene, least: float = 1e-12) -> Forward:
         rows[3].append(np.concatenate([[clock], clocks]))
         gone, clock = float(hazard[-1]), float(clocks[-1])
         way.append(way[-1] + step)
-        step *= 1.5 if hazard[-1] - hazard[0] < 0.5 else 0.8
+        step *= 2.0 if hazard[-1] - hazard[0] < 0.7 else 0.8
     return Forward.of(way, rows, [])

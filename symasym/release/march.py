@@ -297,7 +297,7 @@ def backward(
             assert weight is not None
             k = np.searchsorted(weight[0], [gone - step, gone])
             share = np.max(weight[1][max(int(k[0]) - 1, 0) : int(k[1]) + 1], axis=0)
-            error = float((share * path.top(mean, new)).sum() / new[-1].max())
+            error = float((share * path.top(mean, new)).sum() / max(new[-1].max(), 1e-300))
             factor = min(3.0, 0.8 * (tol / max(error, 1e-300)) ** (1.0 / stages))
             if len(made) >= _MOST_SLABS or step < 1e-7 * scene.eps:
                 raise AccuracyError(

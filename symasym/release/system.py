@@ -23,7 +23,11 @@ from symasym.drift.drift import Drift
 from symasym.numbers.trees import NumpyOps, evaluate_tree
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from sympy import Expr
+
+    from symasym.drift.reduction import Reduction
 
 __all__ = ["System", "oscillator"]
 
@@ -86,6 +90,90 @@ class System:
                 f"noise is {self.noise}, which comes down to {factor.min():.3g} in the layer; give "
                 "an expression that stays above 0."
             )
+
+    @classmethod
+    def of(
+        cls,
+        reduction: Reduction,
+        slow: str,
+        across: str,
+        at: Mapping[str, Number] | None = None,
+    ) -> System:
+        """The system of a reduction in which one coordinate moves and the others stay.
+
+        Parameters
+        ----------
+        reduction : Reduction
+            From `symasym.reduce`; kappa is to be multiplied by its amplitude.
+        slow, across : str
+            The coordinate that becomes z, and the one that is the switch h.
+        at : mapping
+            The other coordinates and parameters, name -> number.
+
+        Raises
+        ------
+        InputError
+            If a name is no coordinate, or a value is missing.
+
+        Examples
+        --------
+        >>> import symasym as sa
+        >>> reduction = sa.reduce(
+        ...     ("1 - z - y + alpha", "y - 1"), ("1 - z - y - alpha", "y - 1"),
+        ...     ("1 - z - y - alpha*(s + 3*(s - s**3))", "y - 1"), ((1,), (0,)), ("y", "z"))
+        >>> sa.System.of(reduction, "z", "y", {"alpha": 1}) == sa.oscillator(mu=3, alpha=1)
+        True
+        """
+        import sympy
+
+        names = [str(c) for c in reduction.coordinates]
+        for name, given in (("slow", slow), ("across", across)):
+            if given not in names or slow == across:
+                raise InputError(
+                    f"{name} is {given!r}; give two different coordinates out of "
+                    f"{', '.join(names)}."
+                )
+        put: dict[Any, Any] = {reduction.layer: sympy.Symbol("u")}
+        expressions = reduction.normal_inside, reduction.inside[names.index(slow)]
+        for symbol in set().union(*(e.free_symbols for e in expressions)) - {reduction.layer}:
+            if symbol.name in (slow, across):
+                put[symbol] = sympy.Symbol("z" if symbol.name == slow else "y")
+            elif symbol.name in (at or {}):
+                value = exact(symbol.name, (at or {})[symbol.name])
+                put[symbol] = sympy.Rational(value.numerator, value.denominator)
+            else:
+                raise InputError(f"at has no value of {symbol.name}; give it a number there.")
+        phi, velocity = (e.subs(put, simultaneous=True) for e in expressions)
+        return cls(phi, velocity)
+
+    def drag_time(self, z: Number, eps: Number) -> float:
+        """Scaled time after which z has moved by as much as the wells at z can bear.
+
+        To first order: the depth of the drift between a well and its barrier, over the rate at
+        which the motion of z changes it. A time T of the scalar equation at z describes the whole
+        system where it is far shorter. Infinite without a well that a barrier ends, or where the
+        motion makes the wells firmer.
+
+        Examples
+        --------
+        >>> import symasym as sa
+        >>> block = sa.oscillator(mu=3, alpha=1)
+        >>> round(block.drag_time("-0.4", "0.01"), 1)  # to the fold at -7/9
+        37.8
+        """
+        at = float(exact("z", z))
+        width = float(positive("eps", exact("eps", eps)))
+        slope = System(self.phi.diff(self._symbols["z"]), self.velocity)
+        points = self.drift.bind(z=z).critical_points()
+        times = []
+        for one, other in zip(points[:-1], points[1:], strict=True):
+            u = np.linspace(float(one.u), float(other.u), 2001)
+            phi = self.phi_at(u, at, 0.0)
+            k = int(np.argmax(np.abs(phi)))
+            rate = slope.phi_at(u[k], at, 0.0) * self.velocity_at(u[k], at, 0.0) * width
+            if {one.kind, other.kind} == {"well", "barrier"} and rate * phi[k] < 0.0:
+                times.append(float(abs(phi[k] / rate)))
+        return min(times, default=float("inf"))
 
     @cached_property
     def drift(self) -> Drift:

@@ -164,6 +164,17 @@ def _after(count: int, step: Callable[[], object]) -> Callable[[], object]:
     return lambda: step() if next(calls) >= count else None
 
 
+def frozen_and_whole() -> tuple[float, float]:
+    """T with z frozen at -2/5 and the mean time of release, mu = 3, eps = 1/100, r = 1/10."""
+    scales = sa.rescale(eps="0.01", kappa="0.01", r="0.1")
+    frozen = sa.escape_time(sa.friction(mu=3, alpha=1, z0="-0.4"), scales.kappa, scales.r)
+    block = sa.oscillator(mu=3, alpha=1)
+    whole = sa.release(
+        block, scales.kappa, scales.r, eps=scales.time, start=(0, "-0.4"), rtol="1e-4"
+    )
+    return float(frozen), whole.mean
+
+
 def worst_disagreement(out: str | Path = "build") -> Disagreement | None:
     """The worst of the reference table in `out`; None where there is no table."""
     from mpmath import mp

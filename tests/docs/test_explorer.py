@@ -80,6 +80,24 @@ def _scene(position: tuple[str, ...]):
     return sa.friction(mu, alpha, z0), sa.rescale(eps=eps, kappa=kappa, r=r)
 
 
+def test_the_way_to_the_fold_is_the_drag_time(shown) -> None:
+    ways = 0
+    for position in POSITIONS:
+        drift, _ = _scene(position)
+        mu, alpha, z0, _, eps, _ = position
+        fold = drift.folds().z0
+        way = shown[position]["wayToFold"]
+        if not fold[0] < float(z0) < fold[1]:
+            assert way is None
+            continue
+        assert way == pytest.approx((float(z0) - fold[0]) / float(eps), rel=1e-12)
+        if float(z0) < 1 - float(alpha):
+            block = sa.oscillator(mu=mu, alpha=alpha)
+            assert way == pytest.approx(block.drag_time(z0, eps), rel=1e-5)
+            ways += 1
+    assert ways >= 3
+
+
 @pytest.mark.parametrize("position", POSITIONS, ids=" ".join)
 def test_numbers_are_those_of_python(shown, position) -> None:
     drift, scales = _scene(position)

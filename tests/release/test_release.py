@@ -178,6 +178,32 @@ def test_noise_that_depends_on_the_state():
     assert answer.mean == pytest.approx(nested[-1] * s[at] / s[-1] - nested[at], rel=1e-5)
 
 
+def test_simulation_by_the_verb():
+    """With strong noise and a long step the boundary's shift is most of the answer."""
+    ask = {"eps": "0.01", "start": (0, "-0.4"), "method": "simulate", "step": "0.02"}
+    answer = sa.release(BLOCK, 2, 5, paths=20_000, seed=11, **ask)
+    whole = marched(2, 5, 0.01, (0, -0.4))
+    assert abs(answer.mean - whole.mean) < 0.02 * whole.mean
+    assert abs(answer.mean - whole.mean) <= answer.error
+    assert answer.exit[0] == pytest.approx(whole.exit[0], abs=0.015)
+    assert answer.time.quantile(0.5) == pytest.approx(whole.time.quantile(0.5), rel=0.03)
+    assert "standard error" in answer.notes[0]
+
+
+def test_adiabatic_where_escape_is_rare_and_early():
+    slow = sa.release(BLOCK, "0.15", 10, eps="1e-4", start=(0, "-0.5"), method="adiabatic")
+    whole = marched(0.15, 10, 1e-4, (0, -0.5), rtol=1e-4)
+    assert slow.error is None
+    assert slow.mean == pytest.approx(whole.mean, rel=0.015)
+    assert slow.std == pytest.approx(whole.std, rel=0.05)
+    # Where nothing changes it is the exponential law of mean T.
+    still = sa.System("7/5 - u - 3*(u - u**3)", "-1")
+    answer = sa.release(still, "0.3", 10, eps="0.01", method="adiabatic")
+    exact = sa.escape_time(sa.Drift("7/5 - u - 3*(u - u**3)"), "0.3", 10)
+    assert answer.mean == pytest.approx(exact, rel=1e-6)
+    assert answer.time.cdf(exact) == pytest.approx(1 - np.exp(-1), abs=1e-6)
+
+
 def test_simulation_is_the_same_for_any_workers():
     ask = (BLOCK, 1.0, 5.0, 0.01, (0.0, -0.4), 12_000, 0.05, 4)
     alone = simulate(*ask)
@@ -244,6 +270,34 @@ def test_bad_input(change, message):
 def test_bad_systems(phi, velocity, noise, message):
     with pytest.raises(InputError, match=message):
         sa.System(phi, velocity, noise)
+
+
+def test_a_reduction_becomes_a_system():
+    relay = sa.reduce(
+        ("1 - 2*x - w", "-1 - x"),
+        ("-1 - 2*x - w", "-1 - x"),
+        ("-sin(pi*s/2) - 2*x - w", "-1 - x"),
+        ((1,), (0,)),
+        ("x", "w"),
+    )
+    system = sa.System.of(relay, "w", "x")
+    assert system == sa.System("-sin(pi*u/2) - 2*y - z", "-1 - y")
+    for arguments, message in (
+        (("q", "x"), "slow is 'q'; give two different coordinates out of x, w"),
+        (("w", "w"), "two different coordinates"),
+    ):
+        with pytest.raises(InputError, match=message):
+            sa.System.of(relay, *arguments)
+
+
+def test_the_drag_time_is_the_way_to_the_fold():
+    fold = sa.friction(mu=2, alpha=1).folds().z0[0]
+    block = sa.oscillator(mu=2, alpha=1)
+    assert block.drag_time("-0.3", "0.02") == pytest.approx((-0.3 - fold) / 0.02, rel=1e-5)
+    assert block.drag_time("-3", "0.02") == float("inf")
+    # Marched without much noise, the block is past the fold that much later and its flight.
+    answer = sa.release(block, 0.05, 10, eps="0.02", start=(0, "-0.3"), rtol=1e-3)
+    assert block.drag_time("-0.3", "0.02") < answer.mean < block.drag_time("-0.3", "0.02") + 40
 
 
 def test_only_known_laws():

@@ -240,6 +240,8 @@ def test_the_command_tells_where_things_are(
     assert all(str(tmp_path / name) in printed.out for name in FILES)
     assert "farthest from the exact escape time at mu = 1/2, kappa = 0.1" in printed.out
     assert "2 derivations whose" in printed.out
+    assert "2.398e+11 units of eps, and the whole oscillator" in printed.out
+    assert "releases the block after 51.1." in printed.out
     assert [line.partition(":")[0] for line in printed.err.splitlines()] == STAGES
     assert main(["reproduce", "--out", str(tmp_path), "--dps", "15"]) == 0
     printed = capsys.readouterr()

@@ -99,6 +99,12 @@ function scaled({ mu, alpha, z0, kappa, eps, r }) {
   };
 }
 
+/** Scaled time in which the belt takes a block that sticks to the fold; null where none sticks. */
+function wayToFold(s) {
+  const ends = folds(s.mu, s.alpha);
+  return ends && s.z0 > ends[0] && s.z0 < ends[1] ? (s.z0 - ends[0]) / s.time : null;
+}
+
 /** The numbers of one position of the sliders. */
 function numbers(sliders) {
   const s = scaled(sliders);
@@ -113,6 +119,7 @@ function numbers(sliders) {
     aPlus: found.aPlus,
     points: criticalPoints(s.mu, s.alpha, s.z0),
     folds: folds(s.mu, s.alpha),
+    wayToFold: wayToFold(s),
     step: multiplier(s, s.z0),
     smooth: smoothMultiplier(s, s.z0),
     logTime: logTime(s, s.z0),

@@ -62,6 +62,13 @@ function inWords(n) {
   return `${REGION[n.region](n)} ${layer}`;
 }
 
+/** The way to the fold in time, marked where T, which has z frozen, is longer than it. */
+function dragged(n) {
+  if (n.wayToFold === null) return NONE;
+  const longer = n.logExact !== null && n.logExact > Math.log(n.wayToFold);
+  return short(n.wayToFold) + (longer ? " — T is not the block’s time" : "");
+}
+
 function rows(n) {
   const height = n.points.length === 2 ? Math.abs(n.points[1].V - n.points[0].V) : null;
   const physical = n.logExact === null ? null : n.logExact + Math.log(n.time);
@@ -73,7 +80,8 @@ function rows(n) {
     "folds z0⁽⁺⁾, z0⁽⁻⁾": n.folds ? n.folds.map((z) => short(z)).join(", ") : NONE,
     "height of the barrier": short(height),
     "Stokes multiplier, and as a step": `${short(n.smooth)}, ${short(n.step)}`,
-    "T, scaled": fromLog(n.logExact),
+    "T, scaled, z frozen": fromLog(n.logExact),
+    "until the belt has z at the fold z0⁽⁺⁾": dragged(n),
     "T, physical: ε times that": fromLog(physical),
     "T, scaled, by the paper’s formula": fromLog(n.logTime),
     "T, scaled, by the uniform formula": fromLog(n.logUniform),

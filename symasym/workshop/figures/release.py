@@ -255,7 +255,8 @@ def regimes(
         "physical kappa. It is held to the fold with probability 1/2 on the solid curve, by the "
         "adiabatic law; above the dashed one T is less than twice the time of the ideal switch. "
         "Scenes that were marched are squares where it is held to the fold, rings where noise "
-        "frees it before, and crosses where it passes. Dotted: the paper's threshold."
+        "frees it before, and crosses where its mean time is less than twice that of the ideal "
+        "switch, which at the right the belt alone sees to. Dotted: the paper's threshold."
     )
     with style():
         figure = new_figure(5.4, 4.6, caption)
@@ -284,7 +285,7 @@ def regimes(
         )
         block = sa.oscillator(mu=mu, alpha=alpha)
         for e in np.geomspace(3e-5, 0.03, points).tolist():
-            for k in np.geomspace(0.08, 1.6, points).tolist():
+            for k in np.geomspace(0.05, 1.6, points).tolist():
                 found = march(Scene(block, k, radius, e, 0.0, start), _RTOL)
                 _, law = laws(found.density, start, -1.0)
                 # Past the fold it still takes its way to r.
@@ -313,12 +314,12 @@ def regimes(
         )
         axes.text(0.03, 0.93, "passes", transform=axes.transAxes, va="top", color=FAINT)
         axes.text(
-            0.3,
-            0.4,
+            0.28,
+            0.25,
             "escapes by noise",
             transform=axes.transAxes,
             ha="center",
-            rotation=24,
+            rotation=32,
             color=FAINT,
         )
         figure.legend(loc="outside lower center")
