@@ -254,7 +254,7 @@ def _auto(scene: Scene, rtol: float) -> Release:
     # The first correction is of the order of eps T, the error after it of its square.
     if scene.system.noise == 1:
         log_time = escape_time(
-            scene.system.drift.bind(z=scene.z), scene.kappa, scene.r, start=scene.u, log=True
+            scene.system.frozen(scene.z), scene.kappa, scene.r, start=scene.u, log=True
         )
         if 2.0 * (np.log(scene.eps) + log_time) < np.log(rtol):
             for method in (_frozen, _first_order):
