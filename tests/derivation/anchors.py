@@ -298,9 +298,9 @@ def multiplier(_: str, left: Any, result: Any, seeds: range) -> None:
     for seed in seeds:
         path = scenes(on.weak, seed)
         u2, A2 = path(CTX.one)["u2"], path(CTX.one)["A_2"]
-        width = 1 / CTX.sqrt(A2)
+        width, unit = 1 / CTX.sqrt(A2), CTX.mpf("0.3")
         for away, want in (
-            *((c * width, value(passing, {"A_2": A2, "u2": c * width, "kappa": 1}))
+            *((c * width, value(passing, {"A_2": A2, "u2": c * width * unit, "kappa": unit}))
               for c in (CTX.mpf("-0.4"), CTX.mpf("0.9"))),
             (CTX.zero, value(on_top, {})),
         ):  # fmt: skip
