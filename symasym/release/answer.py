@@ -121,7 +121,7 @@ def release(
     paths: int = 10_000,
     seed: int = 0,
     step: Number | None = None,
-    workers: int | Executor = 1,
+    workers: int | str | Executor = 1,
 ) -> Release:
     """Mean time until ``|u| = r`` while the slow variable z moves (eq:osc3).
 
@@ -144,7 +144,7 @@ def release(
         Relative error allowed, from 1e-10, for ``"auto"`` and ``"march"``.
     paths, seed, step, workers
         Of ``"simulate"``: independent paths, a seed of random numbers, the step in scaled time, and
-        processes of this machine or an executor.
+        processes of this machine, a dask scheduler's address, or an executor.
 
     Returns
     -------
@@ -274,7 +274,7 @@ _BY_METHOD = {
 
 
 def _simulated(
-    scene: Scene, paths: int, seed: int, step: Number | None, workers: int | Executor
+    scene: Scene, paths: int, seed: int, step: Number | None, workers: int | str | Executor
 ) -> Release:
     """By Monte Carlo, a fifth of the paths at twice the step for what bias is left."""
     system, kappa, r, eps, u, z = scene

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.base.errors import AccuracyError, InputError
-from symasym.base.executors import local
+from symasym.base.executors import cluster, local
 from symasym.base.inputs import FloatArray
 from symasym.release.system import System
 
@@ -45,7 +45,7 @@ def simulate(
     paths: int,
     h: float,
     seed: int,
-    workers: int | Executor = 1,
+    workers: int | str | Executor = 1,
 ) -> Paths:
     """Independent paths from `start` to release, the same for every number of workers.
 
@@ -62,6 +62,9 @@ def simulate(
     work = [(system, kappa, r, eps, start, n, h, s) for n, s in zip(counts, seeds, strict=True)]
     if isinstance(workers, Executor):
         parts = _through(workers, work)
+    elif isinstance(workers, str):
+        with cluster(workers) as executor:
+            parts = _through(executor, work)
     else:
         if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:
             raise InputError(f"workers is {workers!r}; give a whole number of at least 1.")

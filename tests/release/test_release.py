@@ -211,6 +211,10 @@ def test_simulation_is_the_same_for_any_workers():
         shared = simulate(*ask, threads)
     assert np.array_equal(alone.time, shared.time)
     assert np.array_equal(alone.z, shared.z)
+    elsewhere = simulate(*ask, 2)
+    assert np.array_equal(alone.time, elsewhere.time)
+    with pytest.raises(InputError, match="scheduler"):
+        simulate(*ask, "nowhere")
 
 
 class Dying(Executor):
