@@ -190,6 +190,16 @@ def test_simulation_by_the_verb():
     assert "standard error" in answer.notes[0]
 
 
+def test_coloured_noise_tends_to_the_white():
+    still = sa.System("7/5 - u - 3*(u - u**3)", "-1")
+    ask = {"eps": "0.01", "method": "simulate", "paths": 4000, "seed": 2}
+    exact = sa.escape_time(sa.Drift("7/5 - u - 3*(u - u**3)"), "0.5", 10)
+    long = sa.release(still, "0.5", 10, tau="0.16", step="0.02", **ask)
+    short = sa.release(still, "0.5", 10, tau="0.02", step="0.005", **ask)
+    assert long.mean > 1.06 * exact
+    assert short.mean == pytest.approx(exact, rel=0.03)
+
+
 def test_adiabatic_where_escape_is_rare_and_early():
     slow = sa.release(BLOCK, "0.15", 10, eps="1e-4", start=(0, "-0.5"), method="adiabatic")
     whole = marched(0.15, 10, 1e-4, (0, -0.5), rtol=1e-4)
@@ -254,6 +264,8 @@ def test_an_executor_that_dies_loses_nothing():
         ({"method": "simulate", "paths": 0}, "paths is 0; give a whole number"),
         ({"method": "simulate", "workers": 0}, "workers is 0; give a whole number"),
         ({"method": "simulate", "step": -1}, "step is -1; it must be greater"),
+        ({"method": "simulate", "tau": -1}, "tau is -1; it must be at least 0"),
+        ({"method": "march", "tau": 1}, "coloured noise is for method='simulate'"),
         ({"kappa": "1e-4"}, "would need .* elements"),
     ],
 )
