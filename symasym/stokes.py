@@ -110,7 +110,7 @@ def _multiplier(scene: Scene, method: str, digits: int) -> mpf:
     """G(Z)/(G(Z) + G(-Z)) of the pair that is nearest to its fold."""
     from symasym.asymptotics.weak_noise.critical_points import turning_points
     from symasym.drift.taylor_field import ExactField
-    from symasym.numbers.quadratic_factor import split_pair
+    from symasym.series.quadratic_factor import split_pair
 
     drift, lam = scene.drift, scene.lam
     with own_context(2 * digits + len(str(int(lam + 1))) + _GUARD) as context:

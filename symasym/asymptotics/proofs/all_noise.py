@@ -33,7 +33,7 @@ from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.taylor_field import ExactField
 from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
-from symasym.numbers.taylor_models import Model, Range, SmallTerm, SmallTerms, supremum
+from symasym.series.taylor_models import Model, Range, SmallTerm, SmallTerms, supremum
 
 if TYPE_CHECKING:
     from flint import arb

@@ -21,7 +21,7 @@ from symasym.base.inputs import FloatArray
 from symasym.drift.float_field import IntArray
 from symasym.drift.polynomial_scenes import Scenes, clear_of_zero, structure
 from symasym.numbers.polynomials import Zeros, poly, shifted, zeros_of
-from symasym.numbers.quadratic_factor import Pair, pairs_of
+from symasym.series.quadratic_factor import Pair, pairs_of
 
 __all__ = ["found_of"]
 

@@ -35,7 +35,7 @@ from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Digits
 from symasym.numbers.polynomials import bracketed_zero
-from symasym.numbers.power_series import laurent, power
+from symasym.series.power_series import laurent, power
 
 if TYPE_CHECKING:
     from mpmath import mpf
