@@ -115,6 +115,23 @@ def test_two_derivations_of_the_variance_agree():
     assert answer.time.error < 1e-3
 
 
+def test_the_mirrored_block_is_released_at_the_same_time():
+    """u, z to -u, -z: the clock runs the other way."""
+    mirrored = sa.System("-1 - z - y - u - 3*(u - u**3)", "y + 1")
+    one = marched(2, 5, 0.02, (0.5, -0.4))
+    other = sa.release(mirrored, 2, 5, eps="0.02", start=("-0.5", "0.4"), method="march")
+    assert other.mean == pytest.approx(one.mean, rel=1e-6)
+    assert other.exit == pytest.approx(one.exit[::-1], abs=1e-6)
+    assert other.z.quantile(0.2) == pytest.approx(-one.z.quantile(0.8), abs=1e-4)
+    assert other.std == pytest.approx(one.std, rel=1e-5)
+
+
+def test_a_clock_that_comes_to_rest_is_refused():
+    resting = sa.System("7/5 - u - 3*(u - u**3)", "-z")
+    with pytest.raises((InputError, AccuracyError), match="no one sign|still held"):
+        sa.release(resting, "0.1", 10, eps="0.05", start=(0, "1e-3"), method="march", rtol=1e-3)
+
+
 def test_laws_are_laws():
     answer = marched(0.3, 10, 0.01, (0, -0.4))
     for law in (answer.time, answer.z):
