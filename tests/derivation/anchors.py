@@ -319,12 +319,10 @@ def multiplier(_: str, left: Any, result: Any, seeds: range) -> None:
 
 
 def regions(_: str, left: Any, result: Any, seeds: range) -> None:
-    """How many of the two fields point to the surface; rows a- < 0, > 0 and columns a+ < 0, > 0."""
+    """How many of the two fields point to the surface, by a small step along each."""
     assert left.name == "N"
-    for row, am in enumerate((-1, 1)):
-        for column, ap in enumerate((-1, 1)):
-            toward = sum(abs(y + v / 10) < abs(y) for y, v in ((-1, am), (1, ap)))
-            assert result[row, column] == toward, (am, ap)
+    for number, (am, ap) in zip(result, ((1, -1), (1, 1), (-1, -1), (-1, 1)), strict=True):
+        assert number == sum(abs(y + v / 10) < abs(y) for y, v in ((-1, am), (1, ap))), (am, ap)
 
 
 def upper_bound(_: str, left: Any, result: Any, seeds: range) -> None:
