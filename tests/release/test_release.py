@@ -115,6 +115,23 @@ def test_two_derivations_of_the_variance_agree():
     assert answer.time.error < 1e-3
 
 
+def test_the_mirrored_block_is_released_at_the_same_time():
+    """u, z to -u, -z: the clock runs the other way."""
+    mirrored = sa.System("-1 - z - y - u - 3*(u - u**3)", "y + 1")
+    one = marched(2, 5, 0.02, (0.5, -0.4))
+    other = sa.release(mirrored, 2, 5, eps="0.02", start=("-0.5", "0.4"), method="march")
+    assert other.mean == pytest.approx(one.mean, rel=1e-6)
+    assert other.exit == pytest.approx(one.exit[::-1], abs=1e-6)
+    assert other.z.quantile(0.2) == pytest.approx(-one.z.quantile(0.8), abs=1e-4)
+    assert other.std == pytest.approx(one.std, rel=1e-5)
+
+
+def test_a_clock_that_comes_to_rest_is_refused():
+    resting = sa.System("7/5 - u - 3*(u - u**3)", "-z")
+    with pytest.raises((InputError, AccuracyError), match="no one sign|still held"):
+        sa.release(resting, "0.1", 10, eps="0.05", start=(0, "1e-3"), method="march", rtol=1e-3)
+
+
 def test_laws_are_laws():
     answer = marched(0.3, 10, 0.01, (0, -0.4))
     for law in (answer.time, answer.z):
@@ -190,6 +207,16 @@ def test_simulation_by_the_verb():
     assert "standard error" in answer.notes[0]
 
 
+def test_coloured_noise_tends_to_the_white():
+    still = sa.System("7/5 - u - 3*(u - u**3)", "-1")
+    ask = {"eps": "0.01", "method": "simulate", "paths": 4000, "seed": 2}
+    exact = sa.escape_time(sa.Drift("7/5 - u - 3*(u - u**3)"), "0.5", 10)
+    long = sa.release(still, "0.5", 10, tau="0.16", step="0.02", **ask)
+    short = sa.release(still, "0.5", 10, tau="0.02", step="0.005", **ask)
+    assert long.mean > 1.06 * exact
+    assert short.mean == pytest.approx(exact, rel=0.03)
+
+
 def test_adiabatic_where_escape_is_rare_and_early():
     slow = sa.release(BLOCK, "0.15", 10, eps="1e-4", start=(0, "-0.5"), method="adiabatic")
     whole = marched(0.15, 10, 1e-4, (0, -0.5), rtol=1e-4)
@@ -211,6 +238,10 @@ def test_simulation_is_the_same_for_any_workers():
         shared = simulate(*ask, threads)
     assert np.array_equal(alone.time, shared.time)
     assert np.array_equal(alone.z, shared.z)
+    elsewhere = simulate(*ask, 2)
+    assert np.array_equal(alone.time, elsewhere.time)
+    with pytest.raises(InputError, match="scheduler"):
+        simulate(*ask, "nowhere")
 
 
 class Dying(Executor):
@@ -250,6 +281,8 @@ def test_an_executor_that_dies_loses_nothing():
         ({"method": "simulate", "paths": 0}, "paths is 0; give a whole number"),
         ({"method": "simulate", "workers": 0}, "workers is 0; give a whole number"),
         ({"method": "simulate", "step": -1}, "step is -1; it must be greater"),
+        ({"method": "simulate", "tau": -1}, "tau is -1; it must be at least 0"),
+        ({"method": "march", "tau": 1}, "coloured noise is for method='simulate'"),
         ({"kappa": "1e-4"}, "would need .* elements"),
     ],
 )

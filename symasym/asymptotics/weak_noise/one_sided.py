@@ -37,7 +37,7 @@ from symasym.asymptotics.weak_noise.series import (
     trimmed,
 )
 from symasym.base.inputs import FloatArray
-from symasym.drift.polynomial_scenes import Scenes, edges_of
+from symasym.drift.field.polynomial_scenes import Scenes, edges_of
 from symasym.numbers.arithmetic import FLOATS, Arithmetic, Number
 from symasym.numbers.polynomials import Zeros, poly, poly_slope, shifted
 from symasym.series.power_series import laurent, power

@@ -21,7 +21,7 @@ from symasym.asymptotics.weak_noise.series import counts
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.patience import step
-from symasym.drift.taylor_field import ExactField, to_fraction
+from symasym.drift.field.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.polynomials import refined, shifted
 from symasym.series.power_series import laurent, product, reciprocal
