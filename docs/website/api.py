@@ -18,11 +18,8 @@ TITLES = {
 }
 # By the module or package a name lives in; one that is not listed is under "quantities".
 _PLACES = {
-    "symasym.drift.drift": "drifts",
-    "symasym.drift.ready_made.friction": "drifts",
-    "symasym.drift.ready_made.smoothings": "drifts",
     "symasym.base.scales": "drifts",
-    "symasym.drift.reduction": "drifts",
+    "symasym.drift": "drifts",
     "symasym.release": "release",
     "symasym.asymptotics.laplace.integral": "integrals",
     "symasym.asymptotics.coalescence.integral": "integrals",
