@@ -12,7 +12,7 @@ import numpy as np
 
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
-from symasym.base.inputs import Number, exact, float_text, positive, to_float
+from symasym.base.inputs import Number, choice, exact, flag, float_text, positive, to_float
 from symasym.base.texts import with_error
 from symasym.quantities import escape_time
 from symasym.release.expansions import adiabatic, expanded
@@ -118,6 +118,7 @@ def release(
     start: Sequence[Number] = (0, 0),
     method: str = "auto",
     rtol: Number = 1e-6,
+    full: bool = False,
     paths: int = 10_000,
     seed: int = 0,
     step: Number | None = None,
@@ -143,6 +144,9 @@ def release(
         first three whose stated relative error is at most `rtol`.
     rtol : number
         Relative error allowed, from 1e-10, for ``"auto"`` and ``"march"``.
+    full : bool
+        Compute the laws of the time and of z now, where the method has them, in place of when they
+        are first asked for.
     paths, seed, step, workers, tau
         Of ``"simulate"``: independent paths, a seed of random numbers, the step in scaled time, and
         processes of this machine, a dask scheduler's address, or an executor; the
@@ -172,8 +176,7 @@ def release(
             f"system is of type {type(system).__name__}; give a System, such as "
             "sa.oscillator(mu=3, alpha=1)."
         )
-    if method not in METHODS:
-        raise InputError(f"method is {method!r}; give one of {', '.join(METHODS)}.")
+    method = choice("method", method, METHODS)
     if not isinstance(start, (tuple, list)) or len(start) != 2:
         raise InputError(f"start is {start!r}; give the pair (u, z).")
     read = {
@@ -194,11 +197,15 @@ def release(
         if correlation < 0:
             raise InputError(f"tau is {float_text(correlation)}; it must be at least 0.")
         return _simulated(scene, paths, seed, step, workers, float(correlation))
+    full = flag("full", full)
     if exact("tau", tau) != 0:
         raise InputError(f"tau is {tau}; coloured noise is for method='simulate' alone.")
     # z is a clock, or the sentence that says where it is not.
     scene.speed(np.linspace(-scene.r, scene.r, 201), scene.z)
-    return _BY_METHOD[method](scene, float(read["rtol"]))
+    answer = _BY_METHOD[method](scene, float(read["rtol"]))
+    if full and answer._known is not None:
+        _ = answer._laws
+    return answer
 
 
 def _marched(scene: Scene, rtol: float) -> Release:

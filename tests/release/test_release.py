@@ -145,6 +145,12 @@ def test_laws_are_laws():
     assert answer.z.mean == pytest.approx(-0.4 - 0.01 * answer.mean, abs=0.03)
 
 
+def test_full_has_the_laws_at_once():
+    answer = sa.release(sa.oscillator(3, 1), 1, 10, eps=0.01, start=(0, -0.4), full=True)
+    assert "_laws" in vars(answer)
+    assert answer.time.mean == pytest.approx(answer.mean, rel=1e-3)
+
+
 def test_first_order_is_the_slope_in_eps():
     ask = {"start": (0, "-0.4")}
     frozen = sa.release(BLOCK, "0.5", 10, eps="1e-5", method="frozen", **ask)
@@ -275,7 +281,7 @@ def test_an_executor_that_dies_loses_nothing():
         ({"r": 100}, "no one sign in .* r eps smaller"),
         ({"start": (10, 0)}, r"start's u is 10; it must be inside \(-r, r\)"),
         ({"start": 0}, "give the pair"),
-        ({"method": "magic"}, "give one of auto, march"),
+        ({"method": "magic"}, "give one of 'auto', 'march'"),
         ({"rtol": "1e-14"}, "rtol is 1e-14; give at least 1e-10"),
         ({"method": "simulate", "seed": 1.5}, "seed is 1.5; give a whole number"),
         ({"method": "simulate", "paths": 0}, "paths is 0; give a whole number"),
