@@ -41,7 +41,9 @@ def stage(folder: Path, made: dict[str, str]) -> None:
     if folder.exists():
         shutil.rmtree(folder)
     shutil.copytree(DOCS, folder, ignore=shutil.ignore_patterns(*NO_PAGES))
-    shutil.copy(ROOT / "CHANGELOG.md", folder)
+    # From the root of the repository its links lead into docs/, whose pages stand beside it here.
+    changes = (ROOT / "CHANGELOG.md").read_text("utf-8").replace("](docs/", "](")
+    (folder / "CHANGELOG.md").write_text(changes, encoding="utf-8")
     for name, text in made.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -241,6 +241,14 @@ def test_pages_take_the_place_of_their_link_and_new_ones_are_not_lost() -> None:
     assert listed[:3] == [["b", "a"], ["Guides", "c"], ["More", "new"]]
 
 
+def test_links_of_the_changelog_lead_to_pages_beside_it(tmp_path: Path) -> None:
+    stage.stage(tmp_path / "source", {})
+    text = (tmp_path / "source" / "CHANGELOG.md").read_text("utf-8")
+    linked = re.findall(r"\]\(([\w./-]+\.md)", text)
+    assert linked
+    assert all((tmp_path / "source" / name).is_file() for name in linked)
+
+
 def test_plain_text_stays_plain() -> None:
     assert plain("a|b <= [c]* $x_1$") == r"a\|b \<= \[c\]\* \$x\_1\$"
 
