@@ -501,6 +501,35 @@ def test_the_explorer_answers_to_every_slider_by_key(site: Path, browser) -> Non
     tab.close()
 
 
+@pytest.mark.slow
+def test_the_explorers_address_holds_its_sliders(site: Path, browser) -> None:
+    tab = browser.new_page()
+    page = (site / "explorer.html").as_uri()
+    tab.goto(f"{page}#mu=2&z0=-0.5&kappa=0.045&r=nothing")
+    seen = tab.evaluate(_DRAWN)
+    wanted = {"mu": "2.00", "z0": "-0.50", "kappa": "0.045", "r": "0.1"}
+    assert {name: seen["sliders"][name] for name in wanted} == wanted
+    log = {
+        name: float(seen["values"][f"T, scaled, {name}"].replace(" × 10", "e"))
+        for name in ("z frozen", "by the paper’s formula")
+    }
+    error = abs(log["by the paper’s formula"] / log["z frozen"] - 1)
+    shown = float(
+        seen["values"]["relative error of the paper’s formula"]
+        .replace(" × 10", "e")
+        .replace("−", "-")
+    )
+    assert shown == pytest.approx(error, abs=2e-3)
+    tab.get_by_role("slider", name=SLIDERS["alpha"]).focus()
+    tab.keyboard.press("ArrowRight")
+    again = tab.evaluate(_DRAWN)
+    other = browser.new_page()
+    other.goto(tab.url)
+    assert other.evaluate(_DRAWN)["sliders"] == again["sliders"] != seen["sliders"]
+    other.close()
+    tab.close()
+
+
 _CONTRAST = """() => {
   const light = (colour) => {
     const part = colour.match(/[\\d.]+/g).slice(0, 3).map((x) => x / 255);

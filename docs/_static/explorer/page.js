@@ -19,6 +19,28 @@ function sliderText(input) {
   return String(Number(`${DECADE[count - DECADE.length * power]}e${power}`));
 }
 
+/** The sliders as an address has them (#mu=2&kappa=0.05); one is set to the nearest it can show. */
+function fromAddress() {
+  const given = new URLSearchParams(location.hash.slice(1));
+  for (const input of form.querySelectorAll("input")) {
+    const value = Number(given.get(input.name) ?? NaN);
+    if (!Number.isFinite(value)) continue;
+    if (!input.hasAttribute("data-decades")) {
+      input.value = value;
+    } else if (value > 0) {
+      const power = Math.floor(Math.log10(value) + 1e-9);
+      const digits = value / 10 ** power;
+      const off = DECADE.map((one) => Math.abs(one - digits));
+      input.value = DECADE.length * power + off.indexOf(Math.min(...off));
+    }
+  }
+}
+
+/** The address of what is shown. */
+function toAddress() {
+  history.replaceState(null, "", `#${new URLSearchParams(sliderValues())}`);
+}
+
 /** The values that the sliders show: what is computed with is what is read. */
 function sliderValues() {
   const found = {};
@@ -69,6 +91,15 @@ function dragged(n) {
   return short(n.wayToFold) + (longer ? " — T is not the block’s time" : "");
 }
 
+/** Relative error of a formula, both logarithms given. */
+function relative(log, exact) {
+  if (log === null || exact === null) return NONE;
+  const ratio = log - exact;
+  if (ratio === 0) return "0";
+  // Beyond e^30 the 1 that is taken off has no digit.
+  return fromLog(ratio > 30 ? ratio : Math.log(Math.abs(Math.expm1(ratio))));
+}
+
 function rows(n) {
   const height = n.points.length === 2 ? Math.abs(n.points[1].V - n.points[0].V) : null;
   const physical = n.logExact === null ? null : n.logExact + Math.log(n.time);
@@ -84,7 +115,9 @@ function rows(n) {
     "until the belt has z at the fold z0⁽⁺⁾": dragged(n),
     "T, physical: ε times that": fromLog(physical),
     "T, scaled, by the paper’s formula": fromLog(n.logTime),
+    "relative error of the paper’s formula": relative(n.logTime, n.logExact),
     "T, scaled, by the uniform formula": fromLog(n.logUniform),
+    "relative error of the uniform formula": relative(n.logUniform, n.logExact),
     "P, share of time in the layer": n.occupation?.toPrecision(4) ?? NONE,
     "1 − P": fromLog(n.logOutside),
   };
@@ -210,5 +243,12 @@ form.addEventListener("input", soon);
 form.addEventListener("submit", (event) => event.preventDefault());
 // The sliders go back after the event.
 form.addEventListener("reset", () => setTimeout(soon));
+form.addEventListener("change", toAddress);
+form.addEventListener("reset", () => setTimeout(toAddress));
+addEventListener("hashchange", () => {
+  fromAddress();
+  soon();
+});
 new ResizeObserver(soon).observe(explorer);
+fromAddress();
 update();
