@@ -248,7 +248,7 @@ def reduced_scaled(d: Any) -> None:
 
 
 #: The signs of a- and a+ in each of the four regions.
-REGIONS = ((1, -1), (1, 1), (-1, -1), (-1, 1))
+REGIONS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
 @derives("regions", "Sliding, crossing, repelling: the signs of a- and a+")
@@ -264,7 +264,7 @@ def regions(d: Any) -> None:
     found = d.step(
         "sides from which the field points at the surface",
         "evaluate",
-        tuple(map(sympy.Integer, (2, 1, 1, 0))),
+        tuple(map(sympy.Integer, (1, 0, 2, 1))),
         Identity(count),
         "2 is attracting sliding, 1 crossing, 0 repelling sliding",
     )
@@ -272,9 +272,9 @@ def regions(d: Any) -> None:
         Symbol("N"),
         found,
         cases=(
-            r"a^- > 0 > a^+ \text{: attracting sliding}",
-            r"a^- > 0, \ a^+ > 0 \text{: crossing to the right}",
             r"a^- < 0, \ a^+ < 0 \text{: crossing to the left}",
             r"a^- < 0 < a^+ \text{: repelling sliding}",
+            r"a^- > 0 > a^+ \text{: attracting sliding}",
+            r"a^- > 0, \ a^+ > 0 \text{: crossing to the right}",
         ),
     )

@@ -321,7 +321,7 @@ def multiplier(_: str, left: Any, result: Any, seeds: range) -> None:
 def regions(_: str, left: Any, result: Any, seeds: range) -> None:
     """How many of the two fields point to the surface, by a small step along each."""
     assert left.name == "N"
-    for number, (am, ap) in zip(result, ((1, -1), (1, 1), (-1, -1), (-1, 1)), strict=True):
+    for number, (am, ap) in zip(result, ((-1, -1), (-1, 1), (1, -1), (1, 1)), strict=True):
         assert number == sum(abs(y + v / 10) < abs(y) for y, v in ((-1, am), (1, ap))), (am, ap)
 
 

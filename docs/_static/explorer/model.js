@@ -18,7 +18,7 @@ function region(alpha, z0) {
   const aMinus = emitted["eq:phifric0"].friction_left(alpha, z0);
   const aPlus = emitted["eq:phifric0"].friction_right(alpha, z0);
   if (sign(aMinus) === 0 || sign(aPlus) === 0) return { aMinus, aPlus, name: "tangency" };
-  // Rows a- < 0, a- > 0; columns a+ < 0, a+ > 0.
+  // The signs of a-, a+ in their order: --, -+, +-, ++.
   const place = 2 * (aMinus > 0) + (aPlus > 0);
   return { aMinus, aPlus, name: REGIONS[emitted["regions"].regions()[place]] };
 }
