@@ -366,8 +366,8 @@ def expand(
     >>> import symasym as sa
     >>> e = sa.expand(sa.Drift.general(), "T", order=1)
     >>> e.terms[0].coefficients[1]
-    V^(4)(u2)/(16*V''(u2)**2) - V^(4)(u1)/(16*V''(u1)**2) - 5*V'''(u2)**2/(48*V''(u2)**3) + \
-5*V'''(u1)**2/(48*V''(u1)**3)
+    5*V'''(u1)**2/(48*V''(u1)**3) - 5*V'''(u2)**2/(48*V''(u2)**3) + V^(4)(u2)/(16*V''(u2)**2) \
+- V^(4)(u1)/(16*V''(u1)**2)
     """
     if quantity not in QUANTITIES:
         raise InputError(f"quantity is {quantity!r}; give one of {', '.join(QUANTITIES)}.")

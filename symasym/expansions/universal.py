@@ -52,7 +52,7 @@ def gaussian(order: int, kept: int | None = None) -> list[Any]:
     Examples
     --------
     >>> gaussian(1)
-    [1, 5/24*a1**2 - 1/8*a2]
+    [1, 15/8*a1**2 - 3/2*a2]
     """
     one, alpha = _generators(2 * order, _length(2 * order, kept))
     f = [0, 0, -1, *(-a for a in alpha)]

@@ -73,7 +73,11 @@ def polynomial(problem: Problem) -> bool:
     )  # fmt: skip
 
 
-SCENES = [p for p in all_answered() if "weak" in p.tags and "extreme" not in p.tags and polynomial(p)]
+SCENES = [
+    p for p in all_answered()
+    if "weak" in p.tags and "extreme" not in p.tags and "fold" not in p.name
+    and polynomial(p) and len(p.make().exact_coefficients() or ()) <= 5
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("problem", SCENES, ids=str)
@@ -234,7 +238,7 @@ def test_latex_compiles(tmp_path: Path, quantity: str) -> None:
     general = sa.expand(sa.Drift.general(), order=1).latex()
     page = tmp_path / "page.tex"
     page.write_text(
-        "\\documentclass{article}\\usepackage{amsmath}\\usepackage[paperwidth=2m,paperheight=2m]"
+        "\\documentclass{article}\\usepackage{amsmath}\\usepackage[paperwidth=300cm,paperheight=200cm]"
         f"{{geometry}}\\begin{{document}}\\[{text}\\]\\[{general}\\]\\end{{document}}"
     )
     compiled(page)
@@ -286,9 +290,9 @@ def test_binding_one_after_the_other_keeps_exactness() -> None:
     for name, value in (("mu", 3), ("alpha", 1), ("z0", "-0.4")):
         e = e.bind(**{name: value})
     assert not e.expression.atoms(sympy.Float)
-    assert e.evaluate(0.3, 10) == sa.escape_time(e.drift, 0.3, 10, method="laplace", order=2)
-    array = sa.escape_time(e.drift, [0.2, 0.3], 10, method="laplace", order=2)
-    assert np.array_equal(e.evaluate([0.2, 0.3], 10), array)
+    assert e.evaluate(0.1, 10) == sa.escape_time(e.drift, 0.1, 10, method="laplace", order=2)
+    array = sa.escape_time(e.drift, [0.05, 0.1], 10, method="laplace", order=2)
+    assert np.array_equal(e.evaluate([0.05, 0.1], 10), array)
 
 
 @pytest.mark.parametrize(
