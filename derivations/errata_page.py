@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 from derivations.errata import table
+from derivations.labels import NUMBERS
 from symasym.base.files import write_bytes
 
 #: TeX that stands in the entries, and what a terminal shows of it.
@@ -92,30 +94,67 @@ def text() -> str:
     return "\n".join(lines)
 
 
+def _place(row: dict[str, Any]) -> str:
+    """Section, and equations by their numbers with the labels."""
+    place = re.sub(
+        r"\beq:\w+|(?<=, )(?:cubic|fr1|fr2)\b",
+        lambda m: f"({NUMBERS[m[0]]}) `{m[0]}`" if m[0] in NUMBERS else f"`{m[0]}`",
+        row["place"],
+    )
+    return place[0].upper() + place[1:]
+
+
+def _evidence(row: dict[str, Any]) -> str:
+    """One line: the quantity with the print's number and the true one, or why there is none."""
+    example = row.get("counterexample")
+    if example is None:
+        return str(row["argument"])
+    return f"{example['quantity']}: printed {example['printed']}, true {example['true']}"
+
+
 def markdown() -> str:
     """The page ``docs/errata.md``; written by ``python -m derivations.errata_page``."""
     lines = [
-        "# Slips of the paper",
+        "# Errata of the paper",
         "",
-        "Where the printed paper is wrong or says less than it could, the weightiest first. Every",
-        "number is worked out at the exact inputs beside it. *True* comes from the definition (a",
-        "boundary-value problem by differences, a count, a simulation) or from an exact integral",
-        "that print and derivation both approximate; it is never the formula that is judged.",
+        "Where the printed paper is wrong or says less than it could, the weightiest first.",
+        "Equation numbers are those of [arXiv:1310.8328](https://arxiv.org/abs/1310.8328).",
         "Variables are scaled, as in the [glossary](glossary.md#symbols); the index $p$ marks",
-        "physical ones. Written by `python -m derivations.errata_page`.",
+        "physical ones. The number of a row leads to its details.",
         "",
         "*wrong*: false as it stands, or true only under a condition that is not stated.",
         "*misprint*: another sign, symbol, number or reference was meant, as the paper's own",
         "formulas show. *not sharp*: true, and more is derived. *wording*: it says something other",
         "than what is meant, or two places contradict each other.",
         "",
+        "| No. | Place | Printed | Correct | Kind | Consequence | Evidence |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for number, row in enumerate(table(), 1):
+        told = (row["printed"], row["right"], row["kind"], row["consequence"], _evidence(row))
+        cells = [f"[{number}](#erratum-{number})", _place(row), *told]
+        lines.append(f"| {' | '.join(cells)} |")
+    lines += [
+        "",
+        "## Details",
+        "",
+        "*Derived* is the label whose derivation decides. Every number is worked out at the exact",
+        "inputs beside it. *True* comes from the definition (a boundary-value problem by",
+        "differences, a count, a simulation) or from an exact integral that print and derivation",
+        "both approximate; it is never the formula that is judged. Written by",
+        "`python -m derivations.errata_page`.",
+        "",
     ]
     for number, row in enumerate(table(), 1):
         lines += [
-            f"## {number}. {row['place'][0].upper()}{row['place'][1:]} ({row['kind']})",
+            f"### Erratum {number}",
+            "",
+            f"<details><summary>{row['kind']}, derived in {row['derivation']}</summary>",
+            "",
+            f"{_place(row)}.",
             "",
             f"- Printed: {row['printed']}",
-            f"- Right (`{row['derivation']}`): {row['right']}",
+            f"- Correct (`{row['derivation']}`): {row['right']}",
             f"- Consequence: {row['consequence']}",
         ]
         if row["argument"]:
@@ -129,7 +168,7 @@ def markdown() -> str:
                 "  |---|---|---|",
                 f"  | {example['printed']} | {example['true']} | {example['derived']} |",
             ]
-        lines.append("")
+        lines += ["", "</details>", ""]
     return "\n".join(lines).replace("<=", "≤").replace(">=", "≥")
 
 

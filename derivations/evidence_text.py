@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
+import symasym as sa
 from derivations.evidence import Evidence, escape, friction, well_term
 from derivations.numerics import (
     Scene,
@@ -17,6 +18,7 @@ from derivations.numerics import (
     well_integral,
 )
 from symasym.base.contexts import own_context
+from symasym.base.inputs import FloatArray
 
 
 def radius_one() -> Evidence:
@@ -177,8 +179,11 @@ def second_piece_order() -> Evidence:
 
 
 def released_by_the_belt() -> Evidence:
-    """Mean release time of eq:osc3 from (0, z0), simulated, against that without noise."""
-    eps, kappa, r = 0.01, 0.1, 10.0
+    """Mean release time of eq:osc3 from (0, z0), marched, against that without noise."""
+    block = sa.oscillator(mu=3, alpha=1)
+    whole = sa.release(
+        block, "1/10", 10, eps="1/100", start=(0, "-2/5"), method="march", rtol="1e-9"
+    )
     return Evidence(
         r"mean time until $\lvert u\rvert = r$ (derived: without noise)",
         {
@@ -190,27 +195,32 @@ def released_by_the_belt() -> Evidence:
             "r_p": "1/10",
         },
         escape(friction("-2/5"), "1/10", "10"),
-        _oscillator(eps, kappa, r, paths=300),
-        _oscillator(eps, 0.0, r, paths=1),
+        whole.mean,
+        _without_noise(0.01, 10.0, -0.4),
         0.1,
     )
 
 
-def _oscillator(eps: float, kappa: float, r: float, paths: int, step: float = 0.01) -> float:
-    """Mean release time of the oscillator from (0, -2/5), mu = 3, alpha = 1, by Euler-Maruyama."""
-    normal = np.random.default_rng(20).standard_normal
-    u, z, time = np.zeros(paths), np.full(paths, -0.4), 0.0
-    total = 0.0
-    while u.size:
-        inside = np.clip(u, -1.0, 1.0)
-        force = 1 - z - (inside + 3 * (inside - inside**3)) - eps * u
-        z = z + step * eps * (eps * u - 1)
-        u = u + step * force + kappa * np.sqrt(step) * normal(u.size)
+def _without_noise(eps: float, r: float, z: float, step: float = 1 / 256) -> float:
+    """Scaled time until u = r from (0, z), mu = 3 and alpha = 1, by Runge and Kutta's method."""
+
+    def field(at: FloatArray) -> FloatArray:
+        """The velocity of (u, z)."""
+        inside = min(max(at[0], -1.0), 1.0)
+        force = 1 - at[1] - (inside + 3 * (inside - inside**3)) - eps * at[0]
+        return np.array([force, eps * (eps * at[0] - 1)])
+
+    state, time = np.array([0.0, z]), 0.0
+    while state[0] < r:
+        before = state
+        first = field(state)
+        second = field(state + step / 2 * first)
+        third = field(state + step / 2 * second)
+        fourth = field(state + step * third)
+        state = state + step / 6 * (first + 2 * (second + third) + fourth)
         time += step
-        stays = np.abs(u) < r
-        total += time * float(np.count_nonzero(~stays))
-        u, z = u[stays], z[stays]
-    return total / paths
+    # The path is all but straight within the last step.
+    return float(time - step * (state[0] - r) / (state[0] - before[0]))
 
 
 def example_radius() -> Evidence:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+#: The equations of the paper without a label, which are numbered as well.
+_UNLABELLED_NUMBERS = (28, 31, 46, 48, 52, 55)
 PAPER = (
     "eq:genFilippov",
     "eq:genPerturbed",
@@ -56,6 +58,9 @@ PAPER = (
     "fr2",
     "eq:odeR",
 )
+
+#: Label -> number of the equation in the paper (arXiv:1310.8328), counted through.
+NUMBERS = dict(zip(PAPER, (n for n in range(1, 57) if n not in _UNLABELLED_NUMBERS), strict=True))
 
 # Results without a label that carry weight, by the names given to them here.
 UNLABELLED = (

@@ -8,58 +8,79 @@ from pathlib import Path
 from typing import Any
 
 from derivations.labels import DEFINITIONS, REASONS
+from derivations.prose import prose
 from derivations.runner import SCHEMA, slug
 from symasym.base.files import versions, write_bytes, write_json
-
-_MARKS = {"checked": "checked", "assumed": "assumed", "fails": "does not hold"}
 
 
 def markdown(record: dict[str, Any]) -> str:
     """The page of one label."""
     lines = [
-        f"# {record['label']}: {record['title']}",
+        f"# {record['label']}: {words(record['title'])}",
         "",
         *statement(record),
     ]
     if record["rests_on"]:
         links = ", ".join(f"[{on}]({slug(on)}.md)" for on in record["rests_on"])
         lines += [f"Rests on {links}.", ""]
-    return "\n".join([*lines, *ledger(record), *steps(record, 2)])
+    lines += [*conditions(record, "## "), *counterexamples(record, "## "), *steps(record, 2)]
+    return "\n".join(lines)
 
 
 def statement(record: dict[str, Any]) -> list[str]:
     """Lines of Markdown: the formula, its error, what its own symbols are."""
-    lines = [f"$$ {record['latex']} $$", "", f"Error: {plain(record['error'])}.", ""]
+    lines = [f"$$ {record['latex']} $$", "", f"**Error**: {words(record['error'])}.", ""]
     if record["note"]:
-        lines += [f"Here {plain(record['note'])}.", ""]
+        lines += [f"**Here** {words(record['note'])}.", ""]
     return lines
 
 
-def ledger(record: dict[str, Any]) -> list[str]:
-    """Lines of Markdown: the table of hypotheses, if there are any."""
-    if not record["hypotheses"]:
-        return []
-    rows = [
-        f"| {plain(h['statement'])} | {_MARKS[h['status']]} | {plain(h['where'])} |"
+def conditions(record: dict[str, Any], mark: str) -> list[str]:
+    """Lines of Markdown: what the formula supposes, if anything, under a heading."""
+    lines = []
+    for h in record["hypotheses"]:
+        if h["status"] != "fails":
+            shown = f" (checked: {words(h['where'])})" if h["status"] == "checked" else ""
+            shown = shown or (f" ({words(h['where'])})" if h["where"] else "")
+            lines.append(f"- {_sentence(h['statement'])}{shown}")
+    return [f"{mark}Conditions", "", *lines, ""] if lines else []
+
+
+def counterexamples(record: dict[str, Any], mark: str) -> list[str]:
+    """Lines of Markdown: weaker conditions that are not enough, each with what shows it."""
+    lines = [
+        f"- {_sentence(h['statement'])}: false for {words(h['where'])}"
         for h in record["hypotheses"]
+        if h["status"] == "fails"
     ]
-    return ["| hypothesis | status | where |", "|---|---|---|", *rows, ""]
+    return [f"{mark}Counterexamples: what is not enough", "", *lines, ""] if lines else []
 
 
 def steps(record: dict[str, Any], level: int) -> list[str]:
     """Lines of Markdown: each step under a heading of this level."""
     lines = []
     for number, step in enumerate(record["steps"], 1):
-        lines += [f"{'#' * level} {number}. {plain(step['name'])} ({step['rule']})", ""]
+        lines += [f"{'#' * level} {number}. {words(step['name'])} ({step['rule']})", ""]
         if step["reason"]:
-            lines += [f"Why: {plain(step['reason'])}.", ""]
+            lines += [f"Why: {words(step['reason'])}.", ""]
         lines += [
             f"$$ {step['latex']} $$",
             "",
-            f"Check ({step['kind']}): {plain(step['how'])}. Found: {plain(step['detail'])}.",
+            f"Check ({step['kind']}): {words(step['how'])}. Found: {words(step['detail'])}.",
             "",
         ]
     return lines
+
+
+def _sentence(text: str) -> str:
+    """Words with formulas, the first of them with a capital letter."""
+    shown = words(text)
+    return shown[:1].upper() + shown[1:]
+
+
+def words(text: str) -> str:
+    """Plain text for Markdown, its formulas as TeX."""
+    return prose(text, plain)
 
 
 def plain(text: str) -> str:
@@ -84,26 +105,31 @@ def tex_text(text: str) -> str:
     return "".join(_SPECIAL.get(c) or (f"\\{c}" if c in "#$%&_{}" else c) for c in text)
 
 
+def tex(text: str) -> str:
+    """Plain text for LaTeX, its formulas set as such."""
+    return prose(text, tex_text)
+
+
 def latex(record: dict[str, Any]) -> str:
     r"""A snippet to ``\input``: needs amsmath and nothing else."""
     lines = [
         f"% {record['label']}, written by symasym; \\input this file.",
-        f"\\paragraph{{{tex_text(record['title'])} ({tex_text(record['label'])}).}}",
+        f"\\paragraph{{{tex(record['title'])} ({tex_text(record['label'])}).}}",
         f"\\[ {record['latex']} \\]",
-        f"Error: {tex_text(record['error'])}.",
+        f"Error: {tex(record['error'])}.",
     ]
     if record["note"]:
-        lines.append(f"Here {tex_text(record['note'])}.")
+        lines.append(f"Here {tex(record['note'])}.")
     for h in record["hypotheses"]:
-        where = f" ({tex_text(h['where'])})" if h["where"] else ""
-        lines.append(f"\\par Hypothesis, {h['status']}: {tex_text(h['statement'])}{where}.")
+        where = f" ({tex(h['where'])})" if h["where"] else ""
+        lines.append(f"\\par Hypothesis, {h['status']}: {tex(h['statement'])}{where}.")
     lines.append("\\begin{enumerate}")
     for step in record["steps"]:
-        reason = f": {tex_text(step['reason'])}" if step["reason"] else ""
+        reason = f": {tex(step['reason'])}" if step["reason"] else ""
         lines += [
-            f"\\item {tex_text(step['name'])} ({step['rule']}{reason})",
+            f"\\item {tex(step['name'])} ({step['rule']}{reason})",
             f"\\[ {step['latex']} \\]",
-            f"{tex_text(step['kind'])}: {tex_text(step['detail'])}.",
+            f"{tex_text(step['kind'])}: {tex(step['detail'])}.",
         ]
     return "\n".join([*lines, "\\end{enumerate}", ""])
 
@@ -146,15 +172,15 @@ def definitions() -> list[str]:
     return [
         line
         for label, defined in DEFINITIONS.items()
-        for line in (f"**{label}**: {plain(defined.reason)}", "", f"$$ {defined.latex} $$", "")
+        for line in (f"**{label}**: {words(defined.reason)}", "", f"$$ {defined.latex} $$", "")
     ]
 
 
 def _index(records: dict[str, dict[str, Any]]) -> str:
     lines = ["# Derivations", "", "| label | what | steps | error |", "|---|---|---|---|"]
     lines += [
-        f"| [{label}]({slug(label)}.md) | {plain(r['title'])} | {len(r['steps'])} "
-        f"| {plain(r['error'])} |"
+        f"| [{label}]({slug(label)}.md) | {words(r['title'])} | {len(r['steps'])} "
+        f"| {words(r['error'])} |"
         for label, r in records.items()
     ]
     lines += ["", "Definitions, with nothing to derive:", ""]

@@ -130,7 +130,7 @@ def t_large(d: Any) -> None:
     d.step(
         "kappa^2 is inside O(r^2)",
         "bound",
-        Inequality(_k**2, "<", (_k + s) ** 2),
+        Inequality(scaled[1], "<", (_k + s) ** 2),
         Bound(difference=2 * _k * s + s**2, on="kappa < r = kappa + s"),
         "with the O(r) of the coefficients this is the paper's O(r^2)",
     )

@@ -247,30 +247,34 @@ def reduced_scaled(d: Any) -> None:
     )
 
 
+#: The signs of a- and a+ in each of the four regions.
+REGIONS = ((1, -1), (1, 1), (-1, -1), (-1, 1))
+
+
 @derives("regions", "Sliding, crossing, repelling: the signs of a- and a+")
 def regions(d: Any) -> None:
     def count() -> Any:
-        rows = []
-        for minus in (-1, 1):
-            row = []
-            for plus in (-1, 1):
-                # d(y^2)/dt = 2 y dy/dt at y = -1 and y = 1: negative means towards the surface.
-                inward = [2 * side * field < 0 for side, field in ((-1, minus), (1, plus))]
-                row.append(sum(inward))
-            rows.append(row)
-        return sympy.Matrix(rows)
+        numbers = []
+        for minus, plus in REGIONS:
+            # d(y^2)/dt = 2 y dy/dt at y = -1 and y = 1: negative means towards the surface.
+            inward = [2 * side * field < 0 for side, field in ((-1, minus), (1, plus))]
+            numbers.append(sum(inward))
+        return numbers
 
     found = d.step(
         "sides from which the field points at the surface",
         "evaluate",
-        sympy.ImmutableMatrix([[1, 0], [2, 1]]),
-        Identity(lambda: list(count())),
-        "rows a- < 0, a- > 0, columns a+ < 0, a+ > 0; "
+        tuple(map(sympy.Integer, (2, 1, 1, 0))),
+        Identity(count),
         "2 is attracting sliding, 1 crossing, 0 repelling sliding",
     )
     d.conclude(
         Symbol("N"),
         found,
-        note="rows a- < 0, a- > 0, columns a+ < 0, a+ > 0; "
-        "2 is attracting sliding, 1 crossing, 0 repelling sliding",
+        cases=(
+            r"a^- > 0 > a^+ \text{: attracting sliding}",
+            r"a^- > 0, \ a^+ > 0 \text{: crossing to the right}",
+            r"a^- < 0, \ a^+ < 0 \text{: crossing to the left}",
+            r"a^- < 0 < a^+ \text{: repelling sliding}",
+        ),
     )

@@ -263,7 +263,16 @@ def without_C(d: Any) -> None:
     d.step(
         "at most",
         "bound",
-        Inequality(-left_out.subs(C, high - gap), "<=", high * lam * (J0 + J1)),
+        Inequality(
+            -left_out.subs(C, high - gap),
+            "<=",
+            2
+            * a_minus
+            * (1 / a_plus + 2 / kappa**2)
+            * sympy.exp(-r * a_minus / kappa**2)
+            * lam
+            * (J0 + J1),
+        ),
         Bound(difference=gap * lam * (J0 + J1), on="C = C_high - delta, delta > 0 (C-bound)"),
         "exponentially small",
     )

@@ -10,6 +10,7 @@ from sympy import Symbol
 from derivations.labels import DEFINITIONS
 from derivations.paper import alpha, kappa_physical, mu, phi, u, z0
 from derivations.registry import derives
+from derivations.section4_reduction import REGIONS
 from symasym.derivation import Bound, Definition, Identity, Inequality, Satisfies
 
 y, z = Symbol("y", real=True), Symbol("z", real=True)
@@ -75,8 +76,8 @@ def coulomb(d: Any) -> None:
     third = (edges[1] - edges[0]) / 3
 
     def directions() -> list[Any]:
-        table = d.use("regions", "N")
-        signs = [[int(bool(field.subs(z, at) > 0)) for field in both] for at in beside]
+        table = dict(zip(REGIONS, d.use("regions", "N"), strict=True))
+        signs = [tuple(int(sympy.sign(field.subs(z, at))) for field in both) for at in beside]
         return [table[minus, plus] for minus, plus in signs]
 
     beside = (edges[0] - third, edges[0] + third, edges[1] + third)

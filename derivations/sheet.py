@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 
 from derivations.registry import entries
-from derivations.report import tex_text
+from derivations.report import tex, tex_text
 from symasym.formula import Formula, formula
 
 _SECTIONS = {
@@ -62,7 +61,7 @@ def sheet() -> str:
     lines = [_HEAD]
     for symbol, meaning, printed in _SYMBOLS:
         shown = printed if printed == "the same" else f"${printed}$"
-        lines.append(f"${symbol}$ & {prose(meaning)} & {shown} \\\\")
+        lines.append(f"${symbol}$ & {tex(meaning)} & {shown} \\\\")
     lines.append("\\end{tabular}")
     section = ""
     for label, entry in entries().items():
@@ -76,14 +75,14 @@ def sheet() -> str:
 
 def _entry(found: Formula) -> Iterator[str]:
     label = tex_text(found.label)
-    yield f"\\formula{{{prose(found.title)}}}{{{label}}}{{{prose(found.error)}}}"
+    yield f"\\formula{{{tex(found.title)}}}{{{label}}}{{{tex(found.error)}}}"
     yield "\\begin{equation}"
     yield f"\\label{{{found.label}}}"
     rows = " \\\\\n".join(_rows(found.latex()))
     yield f"\\begin{{gathered}}\n{rows}\n\\end{{gathered}}" if "\n" in rows else rows
     yield "\\end{equation}"
     if found.note:
-        yield f"{{\\small Here {prose(found.note)}.}}"
+        yield f"{{\\small Here {tex(found.note)}.}}"
 
 
 #: Longer ones are broken before their remainder, which is as wide as what stands before it.
@@ -92,8 +91,6 @@ _LONG = 150
 
 def _rows(latex: str) -> list[str]:
     """The lines of a formula: one a statement, and a long remainder on its own."""
-    # Names that are words, and not products of letters.
-    latex = re.sub(r"(?<![\\{A-Za-z])([a-z]{3,})", r"\\mathrm{\1}", latex)
     parts = latex.split(" ,\\quad ")
     rows = parts if len(latex) > _LONG else [latex]
     broken: list[str] = []
@@ -104,57 +101,3 @@ def _rows(latex: str) -> list[str]:
         else:
             broken.append(row)
     return broken
-
-
-# -- words with formulas in them ---------------------------------------------------------------
-
-_GREEK = {
-    "kappa": r"\kappa",
-    "lam": r"\lambda",
-    "eps": r"\varepsilon",
-    "ell": r"\ell",
-    "sigma": r"\sigma",
-    "phi": r"\phi",
-    "delta": r"\delta",
-    "Delta": r"\Delta",
-    "mu": r"\mu",
-    "alpha": r"\alpha",
-    "uhat": r"\hat u",
-}
-_NAME = rf"(?:{'|'.join(_GREEK)})"
-_TAIL = r"(?:_\w+)?(?:\^(?:\{[^{}]*\}|-?\d+))?"
-_ATOM = re.compile(
-    r"<=|>="
-    r"|\b(?:exp|sqrt|[A-Z]'{0,2}|[a-z]'{0,2})\([^()]*(?:\([^()]*\)[^()]*)*\)"  # O(kappa^2), V(u1)
-    rf"|(?<![\w\\]){_NAME}(?!\w){_TAIL}"
-    r"|\ba[+-](?![\w])" + _TAIL + r"|\b[A-Za-z]\d\b"
-    r"|\b[A-Za-z]\^(?:\{[^{}]*\}|-?\d+)"  # e^{lam V}, r^2
-    r"|\b[A-Za-z]_\w+"
-    r"|(?<!['\w])[b-zB-HJ-Z](?!\w)'{0,2}(?!\w)"  # a single letter that is no word
-    r"|(?<!\w)-(?=[\w( ])(?!-)"  # a minus, which is no hyphen
-)
-
-
-def prose(text: str) -> str:
-    """Plain text for LaTeX, the formulas in it set as such.
-
-    ``relative O(kappa^2), where a+ > 0`` becomes
-    ``relative $O(\\kappa^{2})$, where $a^+$ $>$ 0``.
-    """
-    parts, at = [], 0
-    for found in _ATOM.finditer(text):
-        parts += [tex_text(text[at : found.start()]), f"${_math(found[0])}$"]
-        at = found.end()
-    return "".join([*parts, tex_text(text[at:])])
-
-
-def _math(text: str) -> str:
-    text = re.sub(r"\ba([+-])\^(-?\d+)", r"(a^\1)^{\2}", text)
-    text = re.sub(r"\ba([+-])(?!\w)", r"a^\1", text)
-    text = re.sub(rf"(?<![\w\\]){_NAME}(?![A-Za-z])", lambda m: _GREEK[m[0]], text)
-    text = re.sub(r"\b([A-Za-z])(\d)\b", r"\1_\2", text)
-    text = re.sub(r"\^(-?\d+)", r"^{\1}", text)
-    text = re.sub(r"_(\w\w+)", r"_{\\mathrm{\1}}", text)
-    text = re.sub(r"sqrt\(([^()]*)\)", r"\\sqrt{\1}", text)
-    text = re.sub(r"\bexp\(", r"\\exp(", text)
-    return text.replace("<=", r"\le").replace(">=", r"\ge")

@@ -42,40 +42,42 @@ class Meaning:
     quantity: str = ""
 
 
-_SCALED_TIME = "scaled: time / ε"
+_SCALED_TIME = "scaled: t/eps"
 _PURE = "a number"
-_DRIFT = "unscaled: a velocity"
+_DRIFT = "velocity, y/t: the same scaled and unscaled"
+_SLOPE = "1/scaled time"
+_POTENTIAL = "scaled: position times velocity"
 
 MEANINGS: dict[str, Meaning] = {
     # Position, time, scales.
-    "u": Meaning("position across the surface", "scaled: y/ε", _S),
+    "u": Meaning("position across the surface", "scaled: y/eps", _S),
     "y": Meaning("position across the surface", "unscaled"),
     "z": Meaning("position along the surface; the spring's extension", "unscaled"),
     "t": Meaning("time", "unscaled"),
     "t_s": Meaning("time", _SCALED_TIME, _S),
     "epsilon": Meaning("half the width of the smoothed layer", "unscaled"),
-    "kappa": Meaning("noise amplitude", "scaled: κ/√ε", _S),
+    "kappa": Meaning("noise amplitude", "scaled: kappa/sqrt(eps)", _S),
     "kappa_phys": Meaning("noise amplitude", "unscaled"),
-    "lam": Meaning("the large parameter 2/κ²", "scaled", _S),
-    "r": Meaning("radius of escape", "scaled: r/ε", _S),
+    "lam": Meaning("the large parameter 2/kappa^2", "scaled", _S),
+    "r": Meaning("radius of escape", "scaled: r/eps", _S),
     "r_phys": Meaning("radius of escape", "unscaled"),
     # The drift.
     "phi": Meaning("drift", _DRIFT, _A),
     "A": Meaning("drift inside the layer", _DRIFT, _A),
-    "a_minus": Meaning("drift for u ≤ -1", _DRIFT),
-    "a_plus": Meaning("drift for u ≥ 1", _DRIFT, _A),
+    "a_minus": Meaning("drift for u <= -1", _DRIFT),
+    "a_plus": Meaning("drift for u >= 1", _DRIFT, _A),
     "a": Meaning("a drift that is constant", _DRIFT),
-    "A'": Meaning("slope of the drift inside the layer", "scaled position", _A),
-    "A'_1": Meaning("slope of the drift at the well u₁", "scaled position", _A),
-    "A'_2": Meaning("slope of the drift at the barrier u₂", "scaled position", _A),
-    "A_1": Meaning("slope of the drift at the well u₁, negative", "scaled position", _A),
-    "A_2": Meaning("slope of the drift at the barrier u₂, positive", "scaled position", _A),
+    "A'": Meaning("slope of the drift inside the layer", _SLOPE, _A),
+    "A'_1": Meaning("slope of the drift at the well u1", _SLOPE, _A),
+    "A'_2": Meaning("slope of the drift at the barrier u2", _SLOPE, _A),
+    "A_1": Meaning("slope of the drift at the well u1, negative", _SLOPE, _A),
+    "A_2": Meaning("slope of the drift at the barrier u2, positive", _SLOPE, _A),
     "F": Meaning("friction force", "unscaled", _A),
     "mu": Meaning("shape of the friction force", _PURE),
     "alpha": Meaning("friction force at the layer's edges", "unscaled", _A),
     "z0": Meaning("where on the surface: the spring's extension", "unscaled"),
     "beta": Meaning("breakaway force", "unscaled", _A),
-    "u_s": Meaning("turning point of the friction force", "scaled: y/ε", _A),
+    "u_s": Meaning("turning point of the friction force", "scaled: y/eps", _A),
     "z_1": Meaning("lower edge of the sliding region", "unscaled", _A),
     "z_2": Meaning("upper edge of the sliding region", "unscaled", _A),
     "g_s": Meaning("sliding velocity along the surface", "unscaled", _A),
@@ -86,18 +88,18 @@ MEANINGS: dict[str, Meaning] = {
     "f": Meaning("vector field", "unscaled", _A),
     "f_0": Meaning("vector field at the origin", "unscaled"),
     # Potential, wells, barriers.
-    "V": Meaning("potential, V' = -φ and V(-1) = 0", "scaled: drift times y/ε", _V),
-    "V_1": Meaning("potential at the layer's right edge", "as V"),
-    "V_top": Meaning("potential at the layer's right edge", "as V"),
-    "V_u1": Meaning("potential at the well", "as V"),
-    "V_m": Meaning("lowest value of the potential", "as V"),
-    "K_m": Meaning("curvature of the potential at its lowest point", "scaled position"),
-    "D": Meaning("height of the barrier, V(u₂) - V(u₁)", "as V", _V),
-    "u1": Meaning("the well, a zero of the drift", "scaled: y/ε"),
-    "u2": Meaning("the barrier, a zero of the drift", "scaled: y/ε"),
-    "u3": Meaning("the third zero of the cubic", "scaled: y/ε"),
-    "z_plus": Meaning("fold: where well and barrier meet, right", "unscaled", _V),
-    "z_minus": Meaning("fold: where well and barrier meet, left", "unscaled", _V),
+    "V": Meaning("potential, V' = -phi and V(-1) = 0", _POTENTIAL, _V),
+    "V_1": Meaning("potential at the layer's right edge", _POTENTIAL),
+    "V_top": Meaning("potential at the layer's right edge", _POTENTIAL),
+    "V_u1": Meaning("potential at the well", _POTENTIAL),
+    "V_m": Meaning("lowest value of the potential", _POTENTIAL),
+    "K_m": Meaning("curvature of V at its lowest point, V'' = -A'", _SLOPE),
+    "D": Meaning("height of the barrier, V(u2) - V(u1)", _POTENTIAL, _V),
+    "u1": Meaning("the well, a zero of the drift", "scaled: y/eps"),
+    "u2": Meaning("the barrier, a zero of the drift", "scaled: y/eps"),
+    "u3": Meaning("the third zero of the cubic", "scaled: y/eps"),
+    "z_plus": Meaning("fold where well and barrier meet on u > 0, 1 - beta", "unscaled", _V),
+    "z_minus": Meaning("fold where well and barrier meet on u < 0, 1 + beta", "unscaled", _V),
     # Escape.
     "T": Meaning("mean escape time from |u| < r, start 0", _SCALED_TIME, _T),
     "T_0": Meaning("mean escape time without the terms of C", _SCALED_TIME, _T),
@@ -109,25 +111,27 @@ MEANINGS: dict[str, Meaning] = {
     "C_high": Meaning("upper bound on C", _PURE, _C),
     "J": Meaning("flux of R", _PURE, _C),
     "kappa_c": Meaning("noise below which escape is exponentially slow", "unscaled", _T),
-    "kappa_e": Meaning("noise at which the well outlasts the way to r", "scaled: κ/√ε", _T),
-    "ell": Meaning("-log ε", _PURE),
+    "kappa_e": Meaning(
+        "noise at which the well outlasts the way to r", "scaled: kappa/sqrt(eps)", _T
+    ),
+    "ell": Meaning("-log eps", _PURE),
     # Steady state.
     "p_ss": Meaning("stationary density", "per scaled length", _R),
     "K": Meaning("its normalizing constant", "per scaled length"),
-    "P": Meaning("stationary probability of |u| ≤ 1", _PURE, _P),
+    "P": Meaning("stationary probability of |u| <= 1", _PURE, _P),
     "P_low": Meaning("lower bound on P", _PURE, _P),
-    "L": Meaning("width of the stretch beside u = 1", "scaled: y/ε"),
-    "I_left": Meaning("integral of exp(-2V/κ²) over u < -1", "scaled length", _P),
-    "I_right": Meaning("integral of exp(-2V/κ²) over u > 1", "scaled length", _P),
+    "L": Meaning("width of the stretch beside u = 1", "scaled: y/eps"),
+    "I_left": Meaning("integral of exp(-2V/kappa^2) over u < -1", "scaled length", _P),
+    "I_right": Meaning("integral of exp(-2V/kappa^2) over u > 1", "scaled length", _P),
     "Lq": Meaning("Fokker-Planck operator applied to q", "per scaled length and time", _R),
     "LR": Meaning("Fokker-Planck operator applied to R", "per scaled length", _T),
     "q": Meaning("a density; a mode of the operator", "per scaled length"),
     # Terms of the exact integrals.
     "w": Meaning("time spent at a point per unit of rate", "scaled time per scaled length"),
-    "sigma_left": Meaning("S/s on the left of the start, s = exp(λV)", "scaled length"),
-    "sigma_right": Meaning("S/s on the right of the start, s = exp(λV)", "scaled length"),
-    "I0": Meaning("integral of exp(λV) over (0, r)", "scaled length"),
-    "I1": Meaning("integral of exp(λV) over (-r, 0)", "scaled length"),
+    "sigma_left": Meaning("S/s on the left of the start, s = exp(lam V)", "scaled length"),
+    "sigma_right": Meaning("S/s on the right of the start, s = exp(lam V)", "scaled length"),
+    "I0": Meaning("integral of exp(lam V) over (0, r)", "scaled length"),
+    "I1": Meaning("integral of exp(lam V) over (-r, 0)", "scaled length"),
     "J0": Meaning("double integral over v in (0, r), see the note", "scaled length squared"),
     "J1": Meaning("double integral over v in (-r, 0), see the note", "scaled length squared"),
 }
@@ -138,9 +142,9 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "f^-": Meaning("field below the layer", "unscaled"),
         "f^+": Meaning("field above the layer", "unscaled"),
     },
-    "eq:S": {"Z": Meaning("λ^(2/3) ζ, of the distance from the fold", _PURE)},
+    "eq:S": {"Z": Meaning("lam^(2/3) zeta, of the distance from the fold", _PURE)},
     "eq:eekappar": {
-        "rho": Meaning("r/κ² in the paper's own variables", "unscaled", _S),
+        "rho": Meaning("r/kappa^2 in the paper's own variables", "unscaled", _S),
     },
     "eq:scaledSDE": {
         "rho": Meaning("distance from the origin, at most of order r", "unscaled"),
@@ -165,44 +169,47 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "c_2": Meaning("coefficient of the second derivative in the generator", "scaled", _S),
     },
     "regions": {"N": Meaning("how many of the two fields point to the surface", _PURE, _A)},
-    "eq:Plarge": {"P": Meaning("stationary probability of |y| ≤ ε", _PURE, _P)},
-    "eq:Psmall": {"P": Meaning("stationary probability of |y| ≤ ε", _PURE, _P)},
+    "eq:Plarge": {"P": Meaning("stationary probability of |y| <= eps", _PURE, _P)},
+    "eq:Psmall": {"P": Meaning("stationary probability of |y| <= eps", _PURE, _P)},
     "eq:Tlarge": {"T": Meaning("mean escape time from |y| < r", "unscaled", _T)},
     "eq:TtildetoT": {"T": Meaning("mean escape time from |y| < r", "unscaled", _T)},
     "eq:odeR": {"m": Meaning("decay rate of the mode", "per scaled time")},
     "laplace-substitution": {
-        "c2": Meaning("curvature of V at the saddle", "scaled position"),
-        "uhat": Meaning("distance from the saddle in units of κ", "scaled"),
+        "c2": Meaning("curvature of V at the saddle, V''(u1)", _SLOPE),
+        "uhat": Meaning("distance from the saddle in units of kappa", "scaled"),
     },
     "saddle-series": {
-        "c_2": Meaning("curvature of V at the well, of -V at a barrier", "scaled"),
+        "S": Meaning(
+            "ratio of the integral of exp(-lam V) about the well to its Gaussian", _PURE, _T
+        ),
+        "c_2": Meaning("curvature of V at the well, of -V at a barrier", _SLOPE),
         **{
-            f"c_{j}": Meaning(f"derivative {j} of V there, of -V at a barrier", "scaled")
+            f"c_{j}": Meaning(f"derivative {j} of V there, of -V at a barrier", "V/u^" + str(j))
             for j in range(3, 7)
         },
     },
     "pair-products": {
-        "Z": Meaning("λ^(2/3) ζ, of the pair's distance", _PURE, _A),
+        "Z": Meaning("lam^(2/3) zeta, of the pair's distance", _PURE, _A),
         "t": Meaning("s(v) - s(u)", _PURE),
         "m": Meaning("half-way between s(u) and s(v)", _PURE, _A),
-        "J": Meaning("double integral over the pair", "units of λ^(-2/3)", _T),
-        "J_1": Meaning("the same with the weight s(v), its finite part", "units of λ^(-1)", _T),
-        "J_2": Meaning("the same with s(u) s(v), its finite part", "units of λ^(-4/3)", _T),
+        "J": Meaning("double integral over the pair", "units of lam^(-2/3)", _T),
+        "J_1": Meaning("the same with the weight s(v), its finite part", "units of lam^(-1)", _T),
+        "J_2": Meaning("the same with s(u) s(v), its finite part", "units of lam^(-4/3)", _T),
     },
     "gaussian-step": {"P": Meaning("product of two Gaussian integrals", "scaled", _T)},
     "eq:fourPieces": {
-        "f": Meaning("exp(-λV)", _PURE),
-        "g": Meaning("exp(λV)", _PURE),
+        "f": Meaning("exp(-lam V)", _PURE),
+        "g": Meaning("exp(lam V)", _PURE),
     },
     **{
         label: {
-            "N": Meaning("integral of exp(-2V/κ²) inside the layer", "scaled length"),
-            "M": Meaning("integral of exp(-2V/κ²) outside the layer", "scaled length"),
+            "N": Meaning("integral of exp(-2V/kappa^2) inside the layer", "scaled length"),
+            "M": Meaning("integral of exp(-2V/kappa^2) outside the layer", "scaled length"),
         }
         for label in ("eq:P", "eq:P2")
     },
     "constant-panel": {
-        "x": Meaning("λ|a|h, h the width of the panel", _PURE),
+        "x": Meaning("lam |a| h, h the width of the panel", _PURE),
         "int_e": Meaning("integral with the weight 1 at the high end", "widths", _X),
         "nested_down": Meaning("double integral, falling", "squared widths", _X),
         "nested_up": Meaning("double integral, rising", "squared widths", _X),
@@ -211,11 +218,11 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "sigma": Meaning("S/s at the panel's left end", "scaled length"),
         "sigma_b": Meaning("S/s at the panel's right end", "scaled length", _X),
         "w_b": Meaning("w at the panel's right end", "scaled time per scaled length", _X),
-        "int_e": Meaning("climb times the integral of e = exp(λ(V - V(a)))", "scaled length"),
+        "int_e": Meaning("climb times the integral of e = exp(lam (V - V(a)))", "scaled length"),
         "int_inverse": Meaning("fall times the integral of 1/e", "scaled length"),
         "nested": Meaning("fall times the double integral of e(v)/e(u)", "scaled length squared"),
-        "fall": Meaning("exp(-λ(V(a) - V(b))) where V falls, else 1", _PURE),
-        "climb": Meaning("exp(-λ(V(b) - V(a))) where V rises, else 1", _PURE),
+        "fall": Meaning("exp(-lam(V(a) - V(b))) where V falls, else 1", _PURE),
+        "climb": Meaning("exp(-lam(V(b) - V(a))) where V rises, else 1", _PURE),
     },
     "eq:osc3": {
         "drift_z": Meaning("drift of z", "unscaled", _A),
@@ -223,7 +230,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "noise_z": Meaning("noise amplitude of z", "unscaled", _S),
         "noise_y": Meaning("noise amplitude of y", "unscaled", _S),
     },
-    "friction-well": {"omega": Meaning("a third of arccos((1 - z₀)/β)", "an angle", _A)},
+    "friction-well": {"omega": Meaning("a third of arccos((1 - z0)/beta)", "an angle", _A)},
     "eq:forcePWC": {"alpha": Meaning("Coulomb friction force", "unscaled")},
 }
 

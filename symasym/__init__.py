@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from symasym.base.estimate import Estimate
     from symasym.base.scales import Scales, rescale
     from symasym.drift.drift import Drift
-    from symasym.drift.friction import friction
+    from symasym.drift.ready_made.friction import friction
+    from symasym.drift.ready_made.smoothings import hill, linear, polynomial, sine, tanh
     from symasym.drift.reduction import reduce
-    from symasym.drift.smoothings import hill, linear, polynomial, sine, tanh
     from symasym.emit import emit
     from symasym.expansions import Expansion, expand
     from symasym.formula import Formula, formula, labels
@@ -99,24 +99,24 @@ _HOMES = {
     "exit_probability": "symasym.quantities",
     "expand": "symasym.expansions",
     "formula": "symasym.formula",
-    "friction": "symasym.drift.friction",
-    "hill": "symasym.drift.smoothings",
+    "friction": "symasym.drift.ready_made.friction",
+    "hill": "symasym.drift.ready_made.smoothings",
     "labels": "symasym.formula",
     "laplace_integral": "symasym.asymptotics.laplace.integral",
-    "linear": "symasym.drift.smoothings",
+    "linear": "symasym.drift.ready_made.smoothings",
     "occupation": "symasym.quantities",
     "oscillator": "symasym.release",
     "plan": "symasym.plan",
     "plot": "symasym.plot",
-    "polynomial": "symasym.drift.smoothings",
+    "polynomial": "symasym.drift.ready_made.smoothings",
     "reduce": "symasym.drift.reduction",
     "release": "symasym.release",
     "rescale": "symasym.base.scales",
     "sensitivity": "symasym.sensitivity",
-    "sine": "symasym.drift.smoothings",
+    "sine": "symasym.drift.ready_made.smoothings",
     "stationary_density": "symasym.quantities",
     "stokes_multiplier": "symasym.stokes",
-    "tanh": "symasym.drift.smoothings",
+    "tanh": "symasym.drift.ready_made.smoothings",
     "uniform_integral": "symasym.asymptotics.coalescence.integral",
     "weak_noise_bound": "symasym.asymptotics.proofs.range_bound",
 }

@@ -24,7 +24,7 @@ from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import IntArray, floats, is_array
 from symasym.base.patience import left, limited
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import Request, one_scene
+from symasym.drift.field.scenes import Request, one_scene
 
 __all__ = ["Ask", "each"]
 

@@ -20,7 +20,7 @@ from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import Answer, Answers, Request, Scene, Scenes, scene_at
+from symasym.drift.field.scenes import Answer, Answers, Request, Scene, Scenes, scene_at
 from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.numbers import balls
 
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from symasym.base.inputs import Numbers
 
 if TYPE_CHECKING:
-    from symasym.drift.float_field import Field
-    from symasym.drift.taylor_field import ExactField
+    from symasym.drift.field.float_field import Field
+    from symasym.drift.field.taylor_field import ExactField
 
 
 def of_scene(scene: Scene, request: Request) -> Answer:
@@ -125,7 +125,7 @@ def well(drift: Drift, context: MPContext) -> Well:
     InputError
         If A has other zeros than those of one well and one barrier.
     """
-    from symasym.drift.taylor_field import ExactField
+    from symasym.drift.field.taylor_field import ExactField
 
     a_minus, a_plus = drift.ends
     if a_minus * a_plus <= 0:
@@ -169,7 +169,7 @@ def _bits(x: Fraction) -> int:
 
 def _log_escape_times(scenes: Scenes) -> FloatArray:
     """log T of scenes in float64."""
-    from symasym.drift.float_field import field_of
+    from symasym.drift.field.float_field import field_of
 
     drift = scenes.drift
     k, radius = (scenes.numbers[name].reshape(scenes.shape) for name in ("kappa", "r"))
@@ -200,7 +200,7 @@ def _log_escape_times(scenes: Scenes) -> FloatArray:
 
 def _well_and_barrier(field: Field, scene: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
     """First two zeros of A inside (-1, 1), and how many there are, for each scene."""
-    from symasym.drift.float_field import extremes
+    from symasym.drift.field.float_field import extremes
 
     marks = extremes(field, scene)
     n = len(scene)
@@ -287,7 +287,7 @@ def _lower_bound(
     Where the error is asked for, it is a bound if balls show it, and an estimate elsewhere: without
     python-flint.
     """
-    from symasym.drift.taylor_field import ExactField
+    from symasym.drift.field.taylor_field import ExactField
 
     drift, kappa = scene.drift, scene.numbers["kappa"]
     field = ExactField(drift, False, context)

@@ -21,7 +21,7 @@ from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import BeyondFloat, FloatArray, IntArray, Number, exact, is_array
 from symasym.base.patience import patient
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import (
+from symasym.drift.field.scenes import (
     Answer,
     Answers,
     Request,

@@ -10,7 +10,7 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Numbers, floats, is_array
 from symasym.base.texts import meant
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import require_drift
+from symasym.drift.field.scenes import require_drift
 from symasym.methods.table import QUANTITIES
 from symasym.quantities import call_named, stationary_density
 

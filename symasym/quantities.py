@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from symasym.base.errors import InputError
 from symasym.base.inputs import choice, flag, shown
 from symasym.base.patience import patient
-from symasym.drift.scenes import Request, require_drift
+from symasym.drift.field.scenes import Request, require_drift
 from symasym.elements import each
 from symasym.methods.table import QUANTITIES, answer, require_drift_of, require_method
 

@@ -16,7 +16,7 @@ from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, Numbers, choice, digits, exact, floats
 from symasym.base.patience import patient
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import (
+from symasym.drift.field.scenes import (
     FLOAT_DIGITS,
     Request,
     Scene,

@@ -17,7 +17,7 @@ from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import Numbers, choice
 from symasym.base.patience import patient
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import (
+from symasym.drift.field.scenes import (
     FLOAT_DIGITS,
     Scene,
     float_scenes,
@@ -109,8 +109,8 @@ def stokes_multiplier(
 def _multiplier(scene: Scene, method: str, digits: int) -> mpf:
     """G(Z)/(G(Z) + G(-Z)) of the pair that is nearest to its fold."""
     from symasym.asymptotics.weak_noise.critical_points import turning_points
-    from symasym.drift.taylor_field import ExactField
-    from symasym.numbers.quadratic_factor import split_pair
+    from symasym.drift.field.taylor_field import ExactField
+    from symasym.series.quadratic_factor import split_pair
 
     drift, lam = scene.drift, scene.lam
     with own_context(2 * digits + len(str(int(lam + 1))) + _GUARD) as context:

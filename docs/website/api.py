@@ -17,8 +17,8 @@ TITLES = {
 # By the module a name lives in; a module that is not listed is under "numbers".
 _PLACES = {
     "symasym.drift.drift": "drifts",
-    "symasym.drift.friction": "drifts",
-    "symasym.drift.smoothings": "drifts",
+    "symasym.drift.ready_made.friction": "drifts",
+    "symasym.drift.ready_made.smoothings": "drifts",
     "symasym.base.scales": "drifts",
     "symasym.drift.reduction": "drifts",
     "symasym.asymptotics.laplace.integral": "integrals",

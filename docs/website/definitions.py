@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 import symasym as sa
+from derivations.section4_reduction import REGIONS
 from symasym.generated import numpy_formulas as emitted
 from website import pieces
 from website.plots import Picture, Plot
@@ -270,15 +271,15 @@ def _zeros() -> list[Plot]:
 
 
 def _regions() -> Picture:
-    table = np.array(parts("regions")[0].tolist(), dtype=int)
+    table = dict(zip(REGIONS, map(int, parts("regions")), strict=True))
+    shades = [[table[a, b] for a in (-1, 1)] for b in (-1, 1)]
 
     def draw(axes: Any) -> None:
-        axes.pcolormesh([-2, 0, 2], [-2, 0, 2], table.T, cmap="Greys", vmin=-1, vmax=5)
-        for i, a in enumerate((-1, 1)):
-            for j, b in enumerate((-1, 1)):
-                # The engines' name, which the derivation's number stands for.
-                name = sa.linear(a, b).region
-                axes.text(a, b, f"{name}\n({table[i, j]})", ha="center", va="center")
+        axes.pcolormesh([-2, 0, 2], [-2, 0, 2], shades, cmap="Greys", vmin=-1, vmax=5)
+        for a, b in REGIONS:
+            # The engines' name, which the derivation's number stands for.
+            name = sa.linear(a, b).region
+            axes.text(a, b, f"{name}\n({table[a, b]})", ha="center", va="center")
         axes.set(xlabel="a⁻", ylabel="a⁺", title="regions, by the signs of both drifts")
 
     return Picture("regions", "the four regions over the signs of a⁻ and a⁺", draw)

@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import json
+import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
+from html import escape
+from importlib import metadata
+from pathlib import Path
 from typing import Any
+
+import sympy
 
 from derivations import report
 from derivations.errata import ERRATA
+from derivations.labels import NUMBERS
 from derivations.registry import entries
 from derivations.runner import slug
 from derivations.symbols import QUANTITIES, quantities, symbols
@@ -30,12 +39,28 @@ TARGETS = {
     "javascript": "javascript",
     "latex": "latex",
 }
+NAMES = {
+    "numpy": "NumPy",
+    "mpmath": "mpmath",
+    "python": "Python",
+    "c": "C",
+    "javascript": "JavaScript",
+    "latex": "LaTeX",
+}
+
+
+#: The row of an indicator function, where a formula has one.
+_INDICATOR = r"| $\mathbf{1}_{x > 0}$ | 1 where $x > 0$, 0 where $x < 0$ | a number |"
+DOCS = Path(__file__).parent.parent
+VERSION = metadata.version("symasym")
+_ARXIV = "https://arxiv.org/abs/1310.8328"
+_SIGNS = {"kappa": "κ", "sigma": "σ", "eps": "ε", "^2": "²", "a-": "a⁻", "a+": "a⁺"}
 
 
 def pages(
     records: Records, plots: Iterable[Plot | Picture], nothing: Mapping[str, str]
 ) -> dict[str, str]:
-    """File name -> Markdown: a page for each record and the indexes.
+    """File name -> text: a page for each record, the indexes, and one file of all for machines.
 
     `nothing` says of labels without a plot why they have none.
     """
@@ -47,33 +72,136 @@ def pages(
         "formulas/index.md": index(records),
         "formulas/quantities.md": by_quantity(records),
         "formulas/graph.md": graph_page(records),
+        "formulas/formulas.json": machine_readable(records),
+        "errata.md": linked((DOCS / "errata.md").read_text("utf-8"), records),
     }
+
+
+def linked(text: str, records: Records) -> str:
+    """A page of docs/ whose labels in code lead to their formulas."""
+    return re.sub(
+        r"`([\w:-]+)`",
+        lambda found: (
+            f"[`{found[1]}`](formulas/{slug(found[1])}.md)" if found[1] in records else found[0]
+        ),
+        text,
+    )
+
+
+def machine_readable(records: Records) -> str:
+    """JSON of every formula: label, equation number, TeX, SymPy, assumptions, error, checks."""
+    listed = []
+    for label, record in records.items():
+        found = formula(label)
+        listed.append(
+            {
+                "label": label,
+                "equation": NUMBERS.get(label),
+                "title": record["title"],
+                "latex": record["latex"],
+                "sympy": sympy.srepr(found.expression),
+                "remainder": None if found.remainder is None else sympy.srepr(found.remainder),
+                "limit": found.limit,
+                "assumptions": [
+                    {"statement": h["statement"], "status": h["status"], "where": h["where"]}
+                    for h in record["hypotheses"]
+                ],
+                "error": record["error"],
+                "note": record["note"],
+                "rests_on": record["rests_on"],
+                "checks": dict(Counter(step["kind"] for step in record["steps"])),
+            }
+        )
+    data = {"format": "symasym-site-formulas/1", "version": VERSION, "formulas": listed}
+    return json.dumps(data, indent=1, ensure_ascii=False) + "\n"
 
 
 def page(label: str, records: Records, plot: Iterable[str] = ()) -> str:
     """The page of one formula; `plot` are the lines about its plot."""
     record = records[label]
     parts = [
-        [f"# {label}", "", f"{report.plain(record['title'])}. {_section(label)}.", ""],
+        [f"# {heading(record['title'])}", "", f"{place(label)}. {_section(label)}.", ""],
         report.statement(record),
+        _tools(label, record),
         _errata(label),
-        ["## Symbols", "", *_symbols(label)],
-        ["## Assumptions", "", *report.ledger(record)] if record["hypotheses"] else [],
-        ["## Evaluate it", "", *_evaluation(label)],
+        ["## Symbols", "", *_symbols(label, record)],
+        report.conditions(record, "## "),
+        report.counterexamples(record, "## "),
         list(plot),
-        ["## What it rests on, and what rests on it", "", *_neighbours(label, records)],
-        ["## Derivation", "", *report.steps(record, 3)],
+        ["## Evaluate it", "", *_evaluation(label)],
+        ["## Derivation", "", *_rests(label, records), *report.steps(record, 3)],
+        ["## Used by", "", *_used(label, records)],
     ]
     return "\n".join(line for part in parts for line in part)
 
 
+def heading(title: str) -> str:
+    """A title as plain text, which the sidebar and the browser's tab show as well."""
+    for ascii_, sign in _SIGNS.items():
+        title = re.sub(rf"(?<!\w){re.escape(ascii_)}(?!\w)", sign, title)
+        title = title.replace(ascii_, sign) if ascii_ == "^2" else title
+    return report.plain(numbered(title))
+
+
+def numbered(text: str) -> str:
+    """Words with the paper's equation numbers in place of its labels."""
+    return re.sub(
+        r"\beq:\w+",
+        lambda found: f"equation ({NUMBERS[found[0]]})" if found[0] in NUMBERS else found[0],
+        text,
+    )
+
+
+def place(label: str) -> str:
+    """A label, and the number of its equation in the paper if it has one."""
+    number = f", equation ({NUMBERS[label]}) of [the paper]({_ARXIV})" if label in NUMBERS else ""
+    return f"`{label}`{number}"
+
+
 def _link(label: str, text: str = "") -> str:
-    return f"[{text or label}]({slug(label)}.md)"
+    return f"[{text or heading(entries()[label].title)}]({slug(label)}.md)"
 
 
 def _section(label: str) -> str:
     """The first words of the section module's docstring: where in the paper the formula is."""
     return sections()[entries()[label].module].partition(":")[0]
+
+
+def _tools(label: str, record: Mapping[str, Any]) -> list[str]:
+    """Permalink, TeX to copy, a BibTeX entry to cite."""
+    number = f", equation ({NUMBERS[label]})" if label in NUMBERS else ""
+    entry = [
+        "@article{JeffreySimpson,",
+        "  author = {Jeffrey, M. R. and Simpson, D. J. W.},",
+        "  title = {Non-{F}ilippov dynamics arising from the smoothing of nonsmooth systems, and",
+        "           its robustness to noise},",
+        "  eprint = {1310.8328},",
+        f"  archiveprefix = {{arXiv}}{number and ','}",
+        *([f"  note = {{{number.removeprefix(', ').capitalize()}}}"] if number else []),
+        "}",
+        "@software{symasym,",
+        "  author = {{The symasym developers}},",
+        "  title = {symasym: escape times and {Laplace}-type integrals of smoothed switches",
+        "           with noise},",
+        f"  version = {{{VERSION}}},",
+        f"  note = {{Formula {label}}}",
+        "}",
+    ]
+    return [
+        "```{raw} html",
+        '<div class="formula-tools">',
+        '<button type="button" data-permalink="">copy permalink</button>',
+        f'<button type="button" data-copy="{escape(record["latex"])}">copy TeX</button>',
+        "</div>",
+        "```",
+        "",
+        *folded("Cite", ["```bibtex", *entry, "```", ""]),
+    ]
+
+
+def folded(summary: str, lines: Iterable[str]) -> list[str]:
+    """Lines that are shown when their summary is chosen."""
+    return [f"<details><summary>{summary}</summary>", "", *lines, "</details>", ""]
 
 
 @cache
@@ -86,22 +214,32 @@ def sections() -> dict[str, str]:
     return found
 
 
-def _symbols(label: str) -> list[str]:
+def _symbols(label: str, record: Mapping[str, Any]) -> list[str]:
     rows = [
-        f"| ${s.latex}$ | {report.plain(s.meaning.text)} | {report.plain(s.meaning.scale)} |"
+        f"| ${s.latex}$ | {report.words(s.meaning.text)} | {report.words(s.meaning.scale)} |"
         for s in symbols(label)
     ]
+    if r"\mathbf{1}" in record["latex"]:
+        rows.append(_INDICATOR)
     return ["| symbol | meaning | measured in |", "|---|---|---|", *rows, ""]
 
 
 def _errata(label: str) -> list[str]:
-    lines = [
-        f"- {slip.place} ({slip.kind}). Printed: {slip.printed}. Right: {slip.right}. "
-        f"Number {place} of the [errata](../errata.md)."
-        for place, slip in enumerate(ERRATA, 1)
-        if label == slip.label or (label == slip.derivation and slip.counterexample is not None)
-    ]
-    return [":::{admonition} Where the print differs", *lines, ":::", ""] if lines else []
+    """Boxes of the errata about a formula."""
+    lines: list[str] = []
+    for number, slip in enumerate(ERRATA, 1):
+        if label == slip.label or (label == slip.derivation and slip.counterexample is not None):
+            lines += [
+                f":::{{admonition}} The paper differs ({slip.kind}): {numbered(slip.place)}",
+                f"Printed: {numbered(slip.printed)}.",
+                "",
+                f"Correct: {numbered(slip.right)}.",
+                "",
+                f"Number {number} of the [errata](../errata.md).",
+                ":::",
+                "",
+            ]
+    return lines
 
 
 def _evaluation(label: str) -> list[str]:
@@ -110,7 +248,7 @@ def _evaluation(label: str) -> list[str]:
     if session:
         lines += ["```pycon", session, "```", ""]
     else:
-        lines += ["No verb of symasym is for this formula alone.", ""]
+        lines += ["No function of symasym evaluates this formula alone.", ""]
     found = formula(label)
     if found.functions:
         names = ", ".join(f"`{name}`" for name in found.functions)
@@ -119,8 +257,9 @@ def _evaluation(label: str) -> list[str]:
 
 
 def _emitted(found: Formula) -> list[str]:
-    """The code for each target, with friction where a drift is asked for, or why there is none."""
+    """One fold with the code for each target, or why there is none."""
     lines: list[str] = []
+    names = []
     refused = ""
     for target, language in TARGETS.items():
         drift = ""
@@ -129,25 +268,20 @@ def _emitted(found: Formula) -> list[str]:
         except InputError as error:
             refused = refused or str(error)
             try:
-                code, drift = emit(found, target, drift=friction()), ", friction in it"
+                code, drift = emit(found, target, drift=friction()), ", with the friction drift"
             except InputError:
                 continue
-        lines += [
-            f"<details><summary>As code for {target}{drift}</summary>",
-            "",
-            f"```{language}",
-            code.rstrip(),
-            "```",
-            "",
-            "</details>",
-            "",
-        ]
-    return lines or [f"No code is emitted: {report.plain(refused)}", ""]
+        names.append(NAMES[target])
+        title = f"**{NAMES[target]}**{drift}"
+        lines += [title, "", f"```{language}", code.rstrip(), "```", ""]
+    if not lines:
+        return [f"No code is emitted: {report.words(refused)}", ""]
+    return folded(f"As code: {', '.join(names)}", lines)
 
 
 def nothing_of(why: str) -> list[str]:
     """What a page says that has no plot."""
-    return ["## Plot", "", f"Nothing to plot: {report.plain(why)}.", ""]
+    return ["## Plot", "", f"Nothing to plot: {report.words(why)}.", ""]
 
 
 def about(plot: Plot | Picture) -> list[str]:
@@ -165,30 +299,35 @@ def about(plot: Plot | Picture) -> list[str]:
     return lines
 
 
-def _neighbours(label: str, records: Records) -> list[str]:
+def _rests(label: str, records: Records) -> list[str]:
     below = records[label]["rests_on"]
+    return [f"Starts from: {'; '.join(map(_link, below)) or 'definitions only'}.", ""]
+
+
+def _used(label: str, records: Records) -> list[str]:
     above = [other for other, record in records.items() if label in record["rests_on"]]
     return [
-        f"Rests on: {', '.join(map(_link, below)) or 'definitions only'}.",
+        f"{'; '.join(map(_link, above)) or 'Nothing here'}.",
         "",
-        f"Rests on it: {', '.join(map(_link, above)) or 'nothing here'}.",
-        "",
-        "All of them: [the graph](graph.md).",
+        f"[The graph about this formula](graph.md#focus-{slug(label)}) shows all that it rests on "
+        "and all that rests on it.",
         "",
     ]
 
 
 def _rows(labels: Iterable[str], records: Records) -> list[str]:
-    return [
-        "| formula | what | error |",
-        "|---|---|---|",
-        *(
-            f"| {_link(label)} | {report.plain(records[label]['title'])} "
-            f"| {report.plain(records[label]['error'])} |"
-            for label in labels
-        ),
-        "",
-    ]
+    """Each formula under its title, with its error."""
+    lines: list[str] = []
+    for label in labels:
+        record = records[label]
+        number = f" ({NUMBERS[label]})" if label in NUMBERS else ""
+        lines += [
+            f"**{_link(label)}**, `{label}`{number}; error: {report.words(record['error'])}.",
+            "",
+            f"$$ {record['latex']} $$",
+            "",
+        ]
+    return lines
 
 
 def _grouped(groups: Iterable[tuple[str, Callable[[str], bool]]], records: Records) -> list[str]:
@@ -217,7 +356,8 @@ def index(records: Records) -> str:
             f"{len(records)} results in {steps} steps, made from the derivations when this site "
             "was built, after every check had passed. They are listed here by section of the "
             "paper; also [by quantity](quantities.md), and as [a graph](graph.md) of which "
-            "rests on which.",
+            "rests on which. [All of them in one file](formulas.json), for programs: label, TeX, "
+            "SymPy expression, assumptions, error, number of checks of each kind.",
             "",
             *_grouped(groups, records),
             "## Definitions, with nothing to derive",
@@ -243,6 +383,10 @@ def by_quantity(records: Records) -> str:
 
 def graph_page(records: Records) -> str:
     """The graph of which formula rests on which, as a drawing and as a list."""
+    chosen = [
+        f'<option value="{slug(label)}">{escape(heading(record["title"]))}</option>'
+        for label, record in sorted(records.items(), key=lambda item: item[1]["title"])
+    ]
     lines = [
         "# Which formula rests on which",
         "",
@@ -250,6 +394,10 @@ def graph_page(records: Records) -> str:
         "are on the left. Each name leads to its page.",
         "",
         "```{raw} html",
+        '<p><label>Only what one formula rests on, and what rests on it: <select id="graph-focus">'
+        '<option value="">all formulas</option>',
+        *chosen,
+        "</select></label></p>",
         graph.svg({label: record["rests_on"] for label, record in records.items()}),
         "```",
         "",
@@ -258,5 +406,5 @@ def graph_page(records: Records) -> str:
     ]
     for label, record in records.items():
         if record["rests_on"]:
-            lines.append(f"- {_link(label)} rests on {', '.join(map(_link, record['rests_on']))}")
+            lines.append(f"- {_link(label)} rests on: {'; '.join(map(_link, record['rests_on']))}.")
     return "\n".join([*lines, ""])

@@ -82,18 +82,19 @@ def svg(rests: Rests) -> str:
     right = max(x for x, _ in at.values()) + WIDTH + MARGIN
     bottom = max(y for _, y in at.values()) + HEIGHT + MARGIN
     lines = [
-        f'<div class="graph"><svg viewBox="0 0 {right} {bottom}" width="{right}" '
+        f'<div class="graph" data-focus=""><svg viewBox="0 0 {right} {bottom}" width="{right}" '
         f'height="{bottom:g}" role="img" aria-label="Which formula rests on which">'
     ]
     for node, below in rests.items():
         for b in below:
-            ends = f'data-from="{escape(b)}" data-to="{escape(node)}"'
+            ends = f'data-from="{slug(b)}" data-to="{slug(node)}"'
             lines.append(f'<path {ends} d="{_curve(_way(b, node, level), at)}"/>')
     for node in rests:
         if node in at:
             x, y = at[node]
             lines.append(
-                f'<a href="{slug(node)}.html"><rect x="{x:g}" y="{y:g}" width="{WIDTH}" '
+                f'<a id="focus-{slug(node)}" data-node="{slug(node)}" href="{slug(node)}.html">'
+                f'<rect x="{x:g}" y="{y:g}" width="{WIDTH}" '
                 f'height="{HEIGHT}" rx="4"/><text x="{x + WIDTH / 2:g}" '
                 f'y="{y + HEIGHT / 2 + 4:g}">{escape(node)}</text></a>'
             )

@@ -15,11 +15,13 @@ from contextlib import contextmanager
 from typing import Any
 
 from symasym.base.errors import InputError, OutputError
+from symasym.base.inputs import count
 
 __all__ = ["Here", "cluster", "local", "processors", "result_of"]
 
 #: Seconds to wait for a scheduler to answer, and for workers once none is left.
 _PATIENCE, _GIVE_UP = 10, 300
+_MOST_WORKERS = 1_000
 
 
 class Here(Executor):
@@ -107,8 +109,7 @@ def local(workers: int) -> Iterator[Executor]:
     An error or an interrupt ends them at once, and so does the end of this process, however it
     comes.
     """
-    if workers < 1:
-        raise InputError(f"workers is {workers}; give a whole number of at least 1.")
+    workers = count("workers", workers, 1, _MOST_WORKERS)
     if workers == 1:
         yield Here()
         return

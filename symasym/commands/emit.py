@@ -7,7 +7,7 @@ import re
 
 from symasym.base.errors import InputError
 from symasym.commands.settings import Commands, document, settings
-from symasym.drift.named import DRIFTS, named_drift
+from symasym.drift.ready_made.named import DRIFTS, named_drift
 
 
 def add_parser(commands: Commands) -> None:

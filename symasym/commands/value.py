@@ -10,7 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from symasym.commands.settings import Commands, document, settings
-from symasym.drift.named import DRIFTS, named_drift
+from symasym.drift.ready_made.named import DRIFTS, named_drift
 
 if TYPE_CHECKING:
     from symasym.base.estimate import Estimate
@@ -163,7 +163,7 @@ def _print_json(
 
 def _methods_and_drifts(verb: str) -> str:
     """The methods of a quantity, and the drifts with their parameters."""
-    from symasym.drift.named import drift_signatures
+    from symasym.drift.ready_made.named import drift_signatures
     from symasym.methods.table import METHODS, QUANTITIES
 
     names = {name for name, quantity in QUANTITIES.items() if quantity.verb == verb}

@@ -8,6 +8,8 @@ from typing import Any, TypeAlias
 
 import sympy
 
+from symasym.derivation.printing import tex
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -99,26 +101,37 @@ def parts(result: Statement) -> list[Any]:
 
 
 def latex(result: Statement, names: dict[Any, str] | None = None) -> str:
-    """LaTeX of any result, with `names` for symbols (see `sympy.latex`)."""
+    """LaTeX of any result, with `names` for symbols (see `symasym.derivation.printing`)."""
     names = names or {}
-
-    def tex(expression: sympy.Expr) -> str:
-        """LaTeX of one expression, its terms in their own order."""
-        return str(sympy.latex(expression, symbol_names=names, order="none"))
-
     if isinstance(result, Expansion):
-        gauge = tex(result.gauge)
-        if result.leading == 0:
-            return f"O\\left({gauge}\\right)"
-        return f"{tex(result.leading)} + O\\left({gauge}\\right)"
+        return _expansion(result, names)
     if isinstance(result, Inequality):
         sign = {"<=": r"\le", ">=": r"\ge", "<": "<", ">": ">"}[result.relation]
-        return f"{tex(result.left)} {sign} {tex(result.right)}"
+        return f"{tex(result.left, names)} {sign} {tex(result.right, names)}"
     items = [
-        tex(x) if not isinstance(x, (Expansion, Inequality)) else latex(x, names)
+        tex(x, names) if not isinstance(x, (Expansion, Inequality)) else latex(x, names)
         for x in (result if isinstance(result, (tuple, list, sympy.Tuple)) else [result])
     ]
     return r" ,\quad ".join(items)
+
+
+def _expansion(result: Expansion, names: dict[Any, str]) -> str:
+    """``leading + O(gauge)``, or ``leading (1 + O(x))`` where the remainder is relative."""
+    gauge = result.gauge.as_coeff_Mul()[1]
+    if result.leading == 0:
+        return _order(gauge, names)
+    leading = tex(result.leading, names)
+    relative = result.gauge / result.leading
+    if not result.leading.is_Add and relative.free_symbols <= {result.variable}:
+        one = relative.as_coeff_Mul()[1]
+        if result.leading.free_symbols >= {result.variable}:
+            return rf"{leading} \left(1 + {_order(one, names)}\right)"
+    return f"{leading} + {_order(gauge, names)}"
+
+
+def _order(gauge: Any, names: dict[Any, str]) -> str:
+    shown = tex(gauge, names)
+    return rf"O\left({shown}\right)" if r"\frac" in shown else f"O({shown})"
 
 
 def statement(left: Statement, result: Any, cases: tuple[str, ...], names: dict[Any, str]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from fractions import Fraction
 from functools import lru_cache
 from itertools import count
@@ -31,8 +30,11 @@ def read(
 ) -> models.Expression:
     """The model of the drift A(u), its ends checked against a- and a+ (eq:cont)."""
     given = (A, u, a_minus, a_plus)
-    # What can't be hashed is refused below.
-    return (_read if all(isinstance(x, Hashable) for x in given) else _read.__wrapped__)(*given)
+    try:
+        hash(given)
+    except TypeError:  # which is refused below
+        return _read.__wrapped__(*given)
+    return _read(*given)
 
 
 @lru_cache(maxsize=128, typed=True)

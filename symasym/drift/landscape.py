@@ -146,7 +146,7 @@ def _of_analytic(drift: Switch) -> list[CriticalPoint]:
     """
     import mpmath
 
-    from symasym.numbers.truncated_series import SeriesOps, TruncatedSeries
+    from symasym.series.truncated_series import SeriesOps, TruncatedSeries
 
     order = 8
     with own_context(_DIGITS + 20) as context:

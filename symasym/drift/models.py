@@ -196,12 +196,20 @@ class Expression(Model):
 
     @cached_property
     def canonical(self) -> Any:
-        """The formula as SymPy makes it from its parts, whatever way it came here."""
+        """The formula as it is read back from its text, whatever way it came here."""
+        from symasym.drift import grammar
 
-        def made(part: Any) -> Any:
-            return part.func(*map(made, part.args)) if part.args else part
-
-        return made(self.formula)
+        formula = self.formula
+        # SymPy multiplies some sums out as it reads them, after which they stay.
+        for _ in range(3):
+            try:
+                again = grammar.read("A", str(formula))
+            except InputError:
+                break
+            if again == formula:
+                break
+            formula = again
+        return formula
 
     def _values(self, p: Values) -> dict[Any, Any]:
         """The parameters' values by symbol."""

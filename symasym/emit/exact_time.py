@@ -75,7 +75,7 @@ def critical(drift: Drift) -> tuple[Any, ...]:
 def _marks(drift: Drift) -> tuple[Any, ...]:
     """Zeros of the drift, and where it turns: what is narrow is not stepped over."""
     from symasym.base.contexts import own_context
-    from symasym.drift.taylor_field import ExactField
+    from symasym.drift.field.taylor_field import ExactField
 
     zeros = critical(drift)
     with own_context(30) as context:

@@ -29,7 +29,7 @@ from symasym.asymptotics.weak_noise.series import Point, added
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.drift import Drift
-from symasym.drift.taylor_field import ExactField
+from symasym.drift.field.taylor_field import ExactField
 from symasym.emit.program import Program, by_logarithm
 from symasym.emit.source import rendered
 from symasym.emit.symbolic_sums import (
@@ -118,7 +118,7 @@ def _program(
 
 def read_order(order: int | str | None) -> int:
     """`order`, 2 where it is None."""
-    from symasym.drift.scenes import read_order as read
+    from symasym.drift.field.scenes import read_order as read
     from symasym.methods.table import WEAK_NOISE_ORDERS
 
     if order == "optimal":

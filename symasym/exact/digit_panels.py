@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError
-from symasym.drift.taylor_field import ExactField
+from symasym.drift.field.taylor_field import ExactField
 from symasym.exact.sweep import Deferred, Record
 from symasym.generated.mpmath_formulas import (
     constant_nested_down,

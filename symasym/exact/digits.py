@@ -19,7 +19,7 @@ from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError
 from symasym.base.patience import step
 from symasym.drift.drift import Drift
-from symasym.drift.taylor_field import ExactField, dyadic, places
+from symasym.drift.field.taylor_field import ExactField, dyadic, places
 from symasym.exact import sweep
 from symasym.exact.digit_panels import (
     Constant,

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.base.inputs import FloatArray
-from symasym.drift.float_field import Field, IntArray
+from symasym.base.patience import step
+from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels
 from symasym.exact.float_panels import REACH, SLOWNESS, Moments
 from symasym.numbers.complex_balls import tame
@@ -24,6 +25,7 @@ MILD = 5e3
 _SAMPLES_PER_BLOCK = 32  # panels merged before the log domain is entered: e^(32 REACH) < 1e112
 _PANELS_AT_ONCE = 1024  # stays in cache, and below the size at which BLAS starts threads
 _DEEPEST = 90  # bisections
+_OPEN = 1e-9  # of log T, roughly: what unresolved blocks may leave open
 _THIN = 1e24  # lam |A| from which on a zero's layer, lam^-1/2 wide, is thinner than 1e-12
 #: Blocks of one scene waiting for bisection: more of them means that bisecting does not help.
 _MOST_BLOCKS = 1 << 13
@@ -137,9 +139,9 @@ def _polished(field: Field, scene: IntArray, zeros: FloatArray, rate: FloatArray
         at = polished[row, column]
         taylor = field.taylor(scene[row], at)[0]
         with np.errstate(all="ignore"):
-            step = taylor[:, 0] / taylor[:, 1]
+            move = taylor[:, 0] / taylor[:, 1]
         # Extremes of A are among the zeros, and stay where they are.
-        polished[row, column] = np.where(np.abs(step) < 1e-12, at - step, at)
+        polished[row, column] = np.where(np.abs(move) < 1e-12, at - move, at)
     return polished
 
 
@@ -300,6 +302,7 @@ def records_of(field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors) 
     done = [Records.exactly(np.empty(0, dtype=np.intp), 0, Moments(*(nothing,) * 4))]
     for depth in range(_DEEPEST + 1):
         kept = [blocks.take(np.arange(0))]
+        step()
         for low in range(0, len(blocks.scene), _PANELS_AT_ONCE):
             chunk = blocks.take(slice(low, low + _PANELS_AT_ONCE))
             kept.append(_digest(field, lam, chunk, anchors, done))
@@ -344,6 +347,17 @@ def _unresolved(field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors)
         off = 0.51 * h * slope + 1e-15 * field.size()[blocks.scene]
     lam_here = lam[blocks.scene]
     change = lam_here * h * np.where(np.isnan(off), np.inf, off + 1e-15 * np.abs(phi))
+    # What is open in a scene as a whole, beside the most that log T can be: too much for any digit
+    # makes one record of it, since sweeping thousands would take seconds.
+    whole = np.bincount(blocks.scene, change, len(lam))
+    hopeless = ~(whole <= _OPEN * (1.0 + lam * field.size()[: len(lam)]))[blocks.scene]
+    change[hopeless] = np.inf
+    first = np.unique(blocks.scene, return_index=True)[1]
+    kept = ~hopeless
+    kept[first] = True
+    blocks, lam_here, phi, h, change = (
+        blocks.take(kept), lam_here[kept], phi[kept], h[kept], change[kept]
+    )  # fmt: skip
     moments = float_panels.constant(lam_here * phi, h)
     return Records(*blocks[:2], blocks.t0, moments, np.zeros(len(h), bool), change, 2 * change)
 

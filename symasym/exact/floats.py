@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symasym.base.inputs import FloatArray
-from symasym.drift.float_field import Field, IntArray
+from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels, sweep
 from symasym.exact.float_blocks import MILD, Records, merged, partition, records_of
 from symasym.exact.sweep import InLayer, Record, Swept

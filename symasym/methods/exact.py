@@ -15,7 +15,7 @@ import numpy as np
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.inputs import FloatArray, float_text, is_array
-from symasym.drift.scenes import (
+from symasym.drift.field.scenes import (
     Answer,
     Answers,
     Request,
@@ -79,7 +79,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
 
 def float_logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
     """Logarithms in float64 and their errors, however large these are."""
-    from symasym.drift.float_field import field_of
+    from symasym.drift.field.float_field import field_of
     from symasym.exact import floats
 
     quantity = quantity_of(name)

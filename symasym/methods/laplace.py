@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from symasym.asymptotics.weak_noise import answer as weak_noise
 from symasym.asymptotics.weak_noise.answer import of_scenes
-from symasym.drift.scenes import Answer, Request, Scene
+from symasym.drift.field.scenes import Answer, Request, Scene
 
 if TYPE_CHECKING:
     from symasym.asymptotics.weak_noise.answer import Prove

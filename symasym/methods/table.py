@@ -24,7 +24,7 @@ from symasym.base.errors import InputError, RegionError
 from symasym.base.inputs import Number, exact, float_text, shown
 from symasym.base.texts import meant
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import (
+from symasym.drift.field.scenes import (
     Answer,
     Answers,
     Request,

@@ -9,7 +9,7 @@ out as nan (oo - oo, 0 oo) is the whole line.
 A sum x + e of a float and an interval (`Compensated`) keeps what a float64 loses: heights of a
 potential are subtracted in it before lam multiplies them. TwoSum and TwoProduct are exact but for
 underflow (T. J. Dekker, Numer. Math. 18 (1971) 224; D. E. Knuth, The Art of Computer Programming
-2, section 4.2.2), which `_TINY` covers.
+2, section 4.2.2), which `_UNDERFLOW` covers.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _ULPS = 8
 _RELATIVE = _ULPS * 2.0**-52
-_TINY = 1e-290
+_TINY, _UNDERFLOW = 1e-306, 1e-290
 _MOST = float(np.finfo(float).max)
 
 
@@ -237,7 +237,7 @@ class Compensated:
     def __mul__(self, other: Any) -> Compensated:
         y = Compensated.of(other)
         head, error = two_product(self.head, y.head)
-        lacking = Intervals(error - _TINY, error + _TINY)
+        lacking = Intervals(error - _UNDERFLOW, error + _UNDERFLOW)
         crossed = self.tail * Intervals.of(y.head) + y.tail * Intervals.of(self.head)
         return Compensated(head, lacking + crossed + self.tail * y.tail)
 

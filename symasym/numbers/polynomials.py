@@ -2,7 +2,7 @@
 
 Coefficients may be floats, the rows of an array (one column a scene), Fractions, mpf, balls,
 double-doubles or elements of a SymPy ring: what `poly` and its kin ask of them is + and *. Factors
-of degree two are in `symasym.numbers.quadratic_factor`.
+of degree two are in `symasym.series.quadratic_factor`.
 
 All zeros of many polynomials of one degree at once are found in float64: degree 2 by the formula
 that does not cancel, 3 by Viete's cosines or Cardano's sum, higher ones as eigenvalues of the

@@ -12,7 +12,7 @@ import numpy as np
 
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
-from symasym.base.inputs import Number, exact, float_text, positive, to_float
+from symasym.base.inputs import Number, choice, exact, flag, float_text, positive, to_float
 from symasym.base.texts import with_error
 from symasym.quantities import escape_time
 from symasym.release.expansions import adiabatic, expanded
@@ -118,10 +118,12 @@ def release(
     start: Sequence[Number] = (0, 0),
     method: str = "auto",
     rtol: Number = 1e-6,
+    full: bool = False,
     paths: int = 10_000,
     seed: int = 0,
     step: Number | None = None,
-    workers: int | Executor = 1,
+    workers: int | str | Executor = 1,
+    tau: Number = 0,
 ) -> Release:
     """Mean time until ``|u| = r`` while the slow variable z moves (eq:osc3).
 
@@ -142,9 +144,13 @@ def release(
         first three whose stated relative error is at most `rtol`.
     rtol : number
         Relative error allowed, from 1e-10, for ``"auto"`` and ``"march"``.
-    paths, seed, step, workers
+    full : bool
+        Compute the laws of the time and of z now, where the method has them, in place of when they
+        are first asked for.
+    paths, seed, step, workers, tau
         Of ``"simulate"``: independent paths, a seed of random numbers, the step in scaled time, and
-        processes of this machine or an executor.
+        processes of this machine, a dask scheduler's address, or an executor; the
+        correlation time of coloured noise, 0 for the white one.
 
     Returns
     -------
@@ -163,15 +169,14 @@ def release(
     >>> block = sa.oscillator(mu=3, alpha=1)
     >>> answer = sa.release(block, "0.1", 10, eps="0.01", start=(0, "-0.4"))
     >>> print(f"{answer.mean:.4f}, {answer.std:.3f}, {answer.z.quantile(0.5):.3f}")
-    51.1044, 3.468, -0.894
+    51.1044, 3.468, -0.905
     """
     if not isinstance(system, System):
         raise InputError(
             f"system is of type {type(system).__name__}; give a System, such as "
             "sa.oscillator(mu=3, alpha=1)."
         )
-    if method not in METHODS:
-        raise InputError(f"method is {method!r}; give one of {', '.join(METHODS)}.")
+    method = choice("method", method, METHODS)
     if not isinstance(start, (tuple, list)) or len(start) != 2:
         raise InputError(f"start is {start!r}; give the pair (u, z).")
     read = {
@@ -188,10 +193,19 @@ def release(
     noise, radius, width = (to_float(name, read[name]) for name in ("kappa", "r", "eps"))
     scene = Scene(system, noise, radius, width, float(u), float(z))
     if method == "simulate":
-        return _simulated(scene, paths, seed, step, workers)
+        correlation = exact("tau", tau)
+        if correlation < 0:
+            raise InputError(f"tau is {float_text(correlation)}; it must be at least 0.")
+        return _simulated(scene, paths, seed, step, workers, float(correlation))
+    full = flag("full", full)
+    if exact("tau", tau) != 0:
+        raise InputError(f"tau is {tau}; coloured noise is for method='simulate' alone.")
     # z is a clock, or the sentence that says where it is not.
     scene.speed(np.linspace(-scene.r, scene.r, 201), scene.z)
-    return _BY_METHOD[method](scene, float(read["rtol"]))
+    answer = _BY_METHOD[method](scene, float(read["rtol"]))
+    if full and answer._known is not None:
+        _ = answer._laws
+    return answer
 
 
 def _marched(scene: Scene, rtol: float) -> Release:
@@ -254,7 +268,7 @@ def _auto(scene: Scene, rtol: float) -> Release:
     # The first correction is of the order of eps T, the error after it of its square.
     if scene.system.noise == 1:
         log_time = escape_time(
-            scene.system.drift.bind(z=scene.z), scene.kappa, scene.r, start=scene.u, log=True
+            scene.system.frozen(scene.z), scene.kappa, scene.r, start=scene.u, log=True
         )
         if 2.0 * (np.log(scene.eps) + log_time) < np.log(rtol):
             for method in (_frozen, _first_order):
@@ -274,18 +288,30 @@ _BY_METHOD = {
 
 
 def _simulated(
-    scene: Scene, paths: int, seed: int, step: Number | None, workers: int | Executor
+    scene: Scene,
+    paths: int,
+    seed: int,
+    step: Number | None,
+    workers: int | str | Executor,
+    tau: float,
 ) -> Release:
     """By Monte Carlo, a fifth of the paths at twice the step for what bias is left."""
     system, kappa, r, eps, u, z = scene
     if step is None:
         across = np.linspace(-1.0, 1.0, 201)
         bend = np.abs(np.gradient(system.phi_at(across, z, eps), across)).max()
-        h = min(0.05 / max(float(bend), 1e-300), 0.002 * (r / kappa) ** 2, 0.05)
+        h = min(
+            0.05 / max(float(bend), 1e-300),
+            0.002 * (r / kappa) ** 2,
+            0.05,
+            tau / 8 if tau else 0.05,
+        )
     else:
         h = float(positive("step", exact("step", step)))
-    found = simulate(system, kappa, r, eps, (u, z), paths, h, seed, workers)
-    check = simulate(system, kappa, r, eps, (u, z), max(2, paths // 5), 2.0 * h, seed + 1, workers)
+    found = simulate(system, kappa, r, eps, (u, z), paths, h, seed, workers, tau)
+    check = simulate(
+        system, kappa, r, eps, (u, z), max(2, paths // 5), 2.0 * h, seed + 1, workers, tau
+    )
     mean, std = float(found.time.mean()), float(found.time.std())
     noise = std / paths**0.5
     bias = abs(float(check.time.mean()) - mean)

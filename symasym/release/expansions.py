@@ -42,7 +42,7 @@ class Expanded(NamedTuple):
 
 def expanded(scene: Scene) -> Expanded:
     """The time with z frozen, and the first correction to it."""
-    drift = scene.system.drift
+    system = scene.system
     elements = Elements(mesh(scene, scene.z, 1.0), _DEGREE)
     u, weights, lam = elements.u, elements.weights, 2.0 / scene.kappa**2
     inner = np.abs(u) < scene.r
@@ -50,8 +50,12 @@ def expanded(scene: Scene) -> Expanded:
     # log T0 bends on the scale 1/lam of z.
     delta = min(1e-3, 0.02 * scene.kappa**2)
     shifts = np.array([-2.0, -1.0, 0.0, 1.0, 2.0]) * delta
-    here = drift.bind(z=(scene.z + shifts)[:, None])
-    logs = escape_time(here, scene.kappa, scene.r, start=u[inner][None, :], log=True)
+    here = system.frozen((scene.z + shifts)[:, None])
+    starts = u[inner]
+    logs = np.broadcast_to(
+        escape_time(here, scene.kappa, scene.r, start=starts[None, :], log=True),
+        (shifts.size, starts.size),
+    )
     time = np.zeros(u.shape)
     by_z = np.zeros(u.shape)
     # In units of the time at the start, which may be beyond float64 squared.
@@ -64,7 +68,7 @@ def expanded(scene: Scene) -> Expanded:
     g = scene.system.velocity_at(u, scene.z, 0.0)
     by_y = scene.system.slope_in_y().phi_at(u, scene.z, 0.0)
     source = g * by_z + u * by_y * by_u
-    frozen = drift.bind(z=scene.z)
+    frozen = system.frozen(scene.z)
     height = lam * frozen.potential_at(u)
     total = height.max() + np.log((weights * np.exp(height - height.max())).sum())
     before = np.zeros(u.shape)
@@ -87,7 +91,6 @@ def adiabatic(scene: Scene, least: float = 1e-12) -> Forward:
     """What is held at each z if escape at each is a Poisson process of the rate 1/T0."""
     rule = radau(_STAGES)
     integral = np.linalg.inv(rule.slopes[:, 1:])
-    drift = scene.system.drift
     way, gone, clock, step = [0.0], 0.0, 0.0, scene.eps
     rows: list[list[FloatArray]] = [[], [], [], []]
     alone = np.array(scene.u if abs(scene.u) < 1 else 0.0)
@@ -99,7 +102,9 @@ def adiabatic(scene: Scene, least: float = 1e-12) -> Forward:
             )
         nodes = np.concatenate([[0.0], rule.nodes]) * step
         z = scene.z + scene.sign * (way[-1] + nodes)
-        logs = escape_time(drift.bind(z=z), scene.kappa, scene.r, start=scene.u, log=True)
+        here = scene.system.frozen(z)
+        logs = escape_time(here, scene.kappa, scene.r, start=scene.u, log=True)
+        logs = np.broadcast_to(logs, z.shape)
         if np.ptp(logs) > 1.5 and step > 1e-12:
             step *= max(0.1, 1.2 / float(np.ptp(logs)))
             continue

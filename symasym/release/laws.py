@@ -21,7 +21,8 @@ from symasym.release.slabs import radau
 
 __all__ = ["Law", "Piecewise", "laws"]
 
-_BISECTIONS = 60
+# An interval is cut into so many parts, so often.
+_PARTS, _CUTS = 32, 11
 
 
 class Piecewise:
@@ -86,15 +87,27 @@ class Law:
         level = floats("p", p)
         if not ((level > 0.0) & (level < 1.0)).all():
             raise InputError(f"p is {level[()]}; give a probability between 0 and 1.")
-        low, high = np.full(level.shape, self._low), np.full(level.shape, self._high)
-        for _ in range(_BISECTIONS):
-            middle = (low + high) / 2.0
-            above = self._cdf(middle) >= level
-            low, high = np.where(above, low, middle), np.where(above, middle, high)
-        return float(high) if high.ndim == 0 else high
+        found = _crossing(
+            lambda x: self._cdf(x) >= level[..., None],
+            np.full(level.shape, self._low),
+            np.full(level.shape, self._high),
+        )
+        return float(found) if found.ndim == 0 else found
 
     def __repr__(self) -> str:
         return f"Law(mean={self.mean:.6g}, std={self.std:.3g})"
+
+
+def _crossing(above: Callable[[FloatArray], Any], low: FloatArray, high: FloatArray) -> FloatArray:
+    """Where `above`, of points on a last axis, becomes true between `low` and `high`."""
+    shares = np.linspace(0.0, 1.0, _PARTS + 1)
+    for _ in range(_CUTS):
+        points = low[..., None] + (high - low)[..., None] * shares
+        past = np.asarray(above(points[..., 1:-1]))
+        first = np.where(past.any(-1), np.argmax(past, axis=-1), _PARTS - 1)[..., None]
+        low = np.take_along_axis(points, first, -1)[..., 0]
+        high = np.take_along_axis(points, first + 1, -1)[..., 0]
+    return high
 
 
 def laws(density: Forward, z: float, sign: float, error: float = 0.0) -> tuple[Law, Law]:
@@ -126,12 +139,12 @@ def laws(density: Forward, z: float, sign: float, error: float = 0.0) -> tuple[L
         """The chance to have left by the time x."""
         total = np.zeros(x.shape)
         for normal, weight in zip(normals, weights, strict=True):
-            low, high = np.zeros(x.shape), np.full(x.shape, ends[-1])
-            for _ in range(_BISECTIONS):
-                middle = (low + high) / 2.0
-                past = arrival(middle, normal) >= x
-                low, high = np.where(past, low, middle), np.where(past, middle, high)
-            total += weight * (1.0 - held(high))
+            way = _crossing(
+                lambda way, normal=normal: arrival(way, normal) >= x[..., None],  # type: ignore[misc]
+                np.zeros(x.shape),
+                np.full(x.shape, ends[-1]),
+            )
+            total += weight * (1.0 - held(way))
         return total
 
     def z_cdf(x: FloatArray) -> FloatArray:

@@ -48,12 +48,12 @@ class Scene(NamedTuple):
     def speed(self, u: FloatArray, z: float, checked: bool = True) -> FloatArray:
         """g at z, refused where z is no clock."""
         g = self.system.velocity_at(u, z, self.eps)
-        if checked and not ((g > 0).all() or (g < 0).all()):
+        if checked and not (g * self.sign > 0).all():
             away = float(np.ravel(u)[np.argmin(np.abs(g))])
             raise InputError(
                 f"the slow variable's velocity has no one sign in |u| < {self.r:g} at z = {z:.6g} "
-                f"(it vanishes about u = {away:.3g}), so that it is no clock; take r eps smaller "
-                "(below 1 for friction), or method='simulate'."
+                f"(its least size is about u = {away:.3g}), so that it is no clock; take r eps "
+                "smaller (below 1 for friction), or method='simulate'."
             )
         return g
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.base.errors import AccuracyError, InputError
-from symasym.base.executors import local
+from symasym.base.executors import cluster, local
 from symasym.base.inputs import FloatArray
 from symasym.release.system import System
 
@@ -45,9 +45,13 @@ def simulate(
     paths: int,
     h: float,
     seed: int,
-    workers: int | Executor = 1,
+    workers: int | str | Executor = 1,
+    tau: float = 0.0,
 ) -> Paths:
     """Independent paths from `start` to release, the same for every number of workers.
+
+    With `tau` > 0 the noise is Ornstein and Uhlenbeck's of that correlation time, which tends to
+    the white one: kappa x dt in place of kappa dW, dx = (-x dt + dW)/tau; h must be far below it.
 
     Raises
     ------
@@ -59,9 +63,14 @@ def simulate(
             raise InputError(f"{name} is {value!r}; give a whole number of at least {least}.")
     counts = [_AT_ONCE] * (paths // _AT_ONCE) + [paths % _AT_ONCE] * (paths % _AT_ONCE > 0)
     seeds = np.random.SeedSequence(seed).spawn(len(counts))
-    work = [(system, kappa, r, eps, start, n, h, s) for n, s in zip(counts, seeds, strict=True)]
+    work = [
+        (system, kappa, r, eps, start, n, h, s, tau) for n, s in zip(counts, seeds, strict=True)
+    ]
     if isinstance(workers, Executor):
         parts = _through(workers, work)
+    elif isinstance(workers, str):
+        with cluster(workers) as executor:
+            parts = _through(executor, work)
     else:
         if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:
             raise InputError(f"workers is {workers!r}; give a whole number of at least 1.")
@@ -98,11 +107,18 @@ def _batch(
     paths: int,
     h: float,
     seed: np.random.SeedSequence,
+    tau: float,
 ) -> Paths:
     """Paths of one batch."""
     normal = np.random.default_rng(seed).standard_normal
     plain = system.noise == 1
-    inside = r - SHIFT * kappa * np.sqrt(h) * float(system.noise_at(np.array(r)))
+    # Paths in coloured noise are smooth, and are not missed between two looks.
+    shift = 0.0 if tau else SHIFT
+    kept, fresh = (
+        (np.exp(-h / tau), np.sqrt(-np.expm1(-2.0 * h / tau) / (2.0 * tau))) if tau else (0.0, 1.0)
+    )
+    colour = normal(paths) / np.sqrt(2.0 * tau) if tau else np.zeros(paths)
+    inside = r - shift * kappa * np.sqrt(h) * float(system.noise_at(np.array(r)))
     u, z = np.full(paths, start[0]), np.full(paths, start[1])
     times, ends, sides, step, total = [], [], [], 0, 0
     while u.size:
@@ -113,7 +129,11 @@ def _batch(
             )
         total += u.size
         step += 1
-        push = kappa * np.sqrt(h) * normal(u.size)
+        if tau:
+            push = kappa * h * colour
+            colour = kept * colour + fresh * normal(u.size)
+        else:
+            push = kappa * np.sqrt(h) * normal(u.size)
         if not plain:
             push *= system.noise_at(u)
         moved = u + h * system.phi_at(u, z, eps) + push
@@ -124,5 +144,5 @@ def _batch(
             times.append(np.full(np.count_nonzero(gone), step * h))
             ends.append(z[gone])
             sides.append(np.sign(u[gone]))
-            u, z = u[~gone], z[~gone]
+            u, z, colour = u[~gone], z[~gone], colour[~gone]
     return Paths(np.concatenate(times), np.concatenate(ends), np.concatenate(sides), total)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, Number, exact, float_text, positive
+from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, positive
 from symasym.drift.drift import Drift
 from symasym.numbers.trees import NumpyOps, evaluate_tree
 
@@ -164,7 +164,7 @@ class System:
         at = float(exact("z", z))
         width = float(positive("eps", exact("eps", eps)))
         slope = System(self.phi.diff(self._symbols["z"]), self.velocity)
-        points = self.drift.bind(z=z).critical_points()
+        points = self.frozen(z).critical_points()
         times = []
         for one, other in zip(points[:-1], points[1:], strict=True):
             u = np.linspace(float(one.u), float(other.u), 2001)
@@ -184,6 +184,10 @@ class System:
                 "take method='march' or 'simulate'."
             )
         return Drift(self.phi.subs(self._symbols["y"], 0), "u")
+
+    def frozen(self, z: Numbers) -> Drift:
+        """The scalar drift at z, which it need not depend on."""
+        return self.drift.bind(z=z) if "z" in self.drift.parameters else self.drift
 
     def phi_at(self, u: FloatArray, z: Any, eps: float) -> FloatArray:
         """phi in float64 at scaled positions u and at z."""

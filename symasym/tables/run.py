@@ -26,7 +26,7 @@ from symasym.base.errors import InputError, OutputError, SymasymError
 from symasym.base.executors import Here, result_of
 from symasym.base.files import reference_value, versions, write_bytes
 from symasym.base.inputs import exact
-from symasym.drift.named import named_drift
+from symasym.drift.ready_made.named import named_drift
 from symasym.quantities import call_named
 from symasym.tables.spec import Spec
 

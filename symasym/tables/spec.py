@@ -17,7 +17,7 @@ from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import digits, exact, positive
 from symasym.base.texts import number_text
-from symasym.drift.named import named_drift
+from symasym.drift.ready_made.named import named_drift
 from symasym.methods.table import QUANTITIES
 
 __all__ = ["Spec", "read_spec"]

@@ -27,8 +27,8 @@ from symasym.numbers import balls
 PRECISIONS = ((20, 24), (53, 53), (400, 300))
 _KAPPAS = (-8.0, 3.0)
 _AT_ONCE = 400
-# Of an array's claims, the share that is looked at with more digits whatever float64 says.
-_SHARE = 0.01
+# Of an array's claims, how many are looked at with more digits, and where float64 can't tell.
+_LOOKED_AT, _HARD = 1, 3
 
 
 @contextmanager
@@ -122,8 +122,8 @@ class Search:
         if (wrong > claimed.error + room).any():
             self.violated.append(f"{drift} {scene} {kappa[np.argmax(wrong - claimed.error)]!r}")
         hard = wrong + room > claimed.error
-        rows = np.flatnonzero(hard & (rng.random(len(kappa)) < 0.05))
-        rows = np.union1d(rows, np.flatnonzero(rng.random(len(kappa)) < _SHARE))
+        rows = rng.permutation(np.flatnonzero(hard))[:_HARD]
+        rows = np.union1d(rows, rng.integers(len(kappa), size=_LOOKED_AT))
         for row in rows.tolist():
             one = float(np.broadcast_to(radius, kappa.shape)[row])
             self._check("C, arrays", drift, kappa[row], one, scene, claimed, row)

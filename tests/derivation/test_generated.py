@@ -190,7 +190,7 @@ def test_formula():
     assert found.limit == "kappa -> 0"
     assert found.assumptions
     assert [step["name"] for step in found.trace][0] == "sum"
-    assert "O\\left(" in found.latex()
+    assert " + O(" in found.latex()
     assert "def weak_noise_time(" in found.emit()
     assert "ctx.exp" in found.emit("mpmath")
     # No function was emitted for this one: all its symbols become arguments.

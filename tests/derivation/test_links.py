@@ -112,6 +112,12 @@ def killed(label: str, step: str, change: Change) -> str:
         return str(error) or "no value"
 
 
+def some(result: Any) -> list[Any]:
+    """Some changes of a result, of all its pieces."""
+    changes = [mutant for _, mutant in mutants(result)]
+    return changes[:: max(1, len(changes) // 9)]
+
+
 @cache
 def references(label: str) -> frozenset[str]:
     """The steps that are compared with other steps, with other derivations, or with quadrature."""
@@ -119,8 +125,7 @@ def references(label: str) -> frozenset[str]:
     found = {step for steps in uses(label).values() for step in steps}
     found |= {s.name for s in derivation.steps if "order" in s.check.kind}
     for step in derivation.steps:
-        changes = list(mutants(step.result))
-        for _, mutant in changes[:: max(1, len(changes) // 5)]:
+        for mutant in some(step.result):
             try:
                 other = stated(label, registry.build, at=step.name, change=lambda _, m=mutant: m)
                 found |= set(failing(other)) - {step.name}
@@ -165,7 +170,7 @@ def _edges(every: int) -> list[tuple[str, str]]:
     return [(a, on) for a in LABELS for on in entries()[a].rests_on][::every]
 
 
-@pytest.mark.parametrize("every", [6, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("every", [16, pytest.param(1, marks=pytest.mark.slow)])
 def test_every_edge_bears_load(every):
     """Something that the lower one states can be changed so that the upper one fails."""
     for label, on in _edges(every):
@@ -182,7 +187,7 @@ def test_every_edge_bears_load(every):
         assert any(
             fails(stated(on, registry.build, at=s.name, change=lambda _, m=mutant: m))
             for s in below.steps
-            for _, mutant in list(mutants(s.result))[:4]
+            for mutant in some(s.result)
         ), f"{label} -> {on}"
 
 
@@ -199,7 +204,7 @@ def test_the_left_side_is_part_of_the_statement(every):
 # -- a mistake in two consistent places -----------------------------------------------------
 
 
-@pytest.mark.parametrize("every", [12, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("every", [30, pytest.param(1, marks=pytest.mark.slow)])
 def test_no_step_changed_with_its_reference_passes(every, capsys):
     tried, survivors = 0, []
     for label in LABELS[::every]:
@@ -338,6 +343,40 @@ def variables() -> list[tuple[Path, ast.Assign, str]]:
     return found
 
 
+#: Twice the first of these is the same statement, since it is
+SAME = {
+    "a side of an equation whose other side is 0": (
+        ("eq:Ttilde", "gap"),
+        ("backward", "rest"),
+        ("threshold", "logarithm"),
+        ("eq:osc2", "model"),
+    ),
+    "in both parts of a quotient, or on both sides": (
+        ("eq:Tsmall", "formula"),
+        ("eq:S", "weight"),
+        ("eq:S", "double"),
+        ("eq:TtildetoT", "T"),
+        ("eq:Ttilde0", "mode"),
+        ("eq:FPE", "(g, q)"),
+    ),
+    "nowhere used, the others are": (
+        ("eq:scaledSDEx", "F"),
+        ("eq:S", "(_, begin, *_)"),
+    ),
+    "infinite, or becomes so": (
+        ("gaussian-step", "line"),
+        ("first-three", "(inner, (low, high))"),
+        ("first-three", "((low, _), outer)"),
+        ("other-pieces", "(inner, outer)"),
+    ),
+    "something whose limit is 0": (
+        ("eq:Ttildesmall", "(first, third)"),
+        ("eq:Ttildesmall", "small"),
+    ),
+    "any place in an open range": (("eq:forcePWC", "third"),),
+}
+
+
 class NoExpression(Exception):
     """The variable holds nothing that can be wrong by a factor."""
 
@@ -351,9 +390,9 @@ def twice(x: Any) -> Any:
     return 2 * x
 
 
-@pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("every", [40, pytest.param(1, marks=pytest.mark.slow)])
 def test_no_variable_changed_throughout_passes(every, capsys):
-    tried, survivors = 0, []
+    tried, survivors, same = 0, [], {place for places in SAME.values() for place in places}
     for path, node, own in variables()[::every]:
         try:
             module = module_of(
@@ -376,7 +415,7 @@ def test_no_variable_changed_throughout_passes(every, capsys):
         except NoExpression:
             continue
         tried += 1
-        if not found:
+        if not found and (own, ast.unparse(node.targets[0])) not in same:
             survivors.append(f"{path.name}:{node.lineno}: {ast.unparse(node)[:80]}")
     with capsys.disabled():
         print(f"\n{tried} variables changed throughout, {len(survivors)} pass")

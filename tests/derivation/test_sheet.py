@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from derivations.sheet import prose, sheet
+from derivations.report import tex
+from derivations.sheet import sheet
 from symasym.commands.main import main
 from symasym.formula import formula, labels
 from tests.latex import compiled, needs_latex
@@ -36,7 +37,7 @@ def test_every_formula_stands_under_its_label(document: str) -> None:
 
 def test_every_formula_says_how_exact_it_is(document: str) -> None:
     for label in labels():
-        title, error = (prose(text) for text in (formula(label).title, formula(label).error))
+        title, error = (tex(text) for text in (formula(label).title, formula(label).error))
         name = label.replace("_", r"\_")
         assert document.count(f"\\formula{{{title}}}{{{name}}}{{{error}}}\n") == 1
 
@@ -44,16 +45,22 @@ def test_every_formula_says_how_exact_it_is(document: str) -> None:
 @pytest.mark.parametrize(
     ("text", "wanted"),
     [
-        ("relative O(kappa^2), where a+ > 0", r"relative $O(\kappa^{2})$, where $a^+$ $>$ 0"),
-        ("D = V(u2) - V(u1)", "$D$ = $V(u_2)$ $-$ $V(u_1)$"),
+        ("relative O(kappa^2), where a+ > 0", r"relative $O(\kappa^{2})$, where $a^+ > 0$"),
+        ("D = V(u2) - V(u1)", "$D = V(u_2) - V(u_1)$"),
         ("e^{-lam V} is a well's weight", r"$e^{-\lambda V}$ is a well's weight"),
         ("the Fokker-Planck share, 50 %", r"the Fokker-Planck share, 50 \%"),
-        ("u_m <= r^2", r"$u_m$ $\le$ $r^{2}$"),
-        ("exp(3 a- r) and sqrt(eps)", r"$\exp(3 a^- r)$ and $\sqrt{\varepsilon}$"),
+        ("u_m <= r^2", r"$u_m \le r^{2}$"),
+        ("exp(3 a- r/(2 kappa^2)) or", r"$e^{3 a^- r/(2 \kappa^{2})}$ or"),
+        ("sqrt(eps), at most", r"$\sqrt{\varepsilon}$, at most"),
+        ("A lower bound on a drift a", "A lower bound on a drift $a$"),
+        ("a+^2 (strong), a well in (0, r)", "$(a^+)^{2}$ (strong), a well in $(0, r)$"),
+        ("J'' over (kappa small)", "$J''$ over ($\\kappa$ small)"),
+        ("from 1e-1 to 3e-2 of |u|", r"from $10^{-1}$ to $3 \times 10^{-2}$ of $\lvert u\rvert$"),
+        ("drift < 0, c_j = V^(j)(u1)", "drift $<$ 0, $c_j = V^{(j)}(u_1)$"),
     ],
 )
 def test_formulas_in_words(text: str, wanted: str) -> None:
-    assert prose(text) == wanted
+    assert tex(text) == wanted
 
 
 def test_the_command_prints_it(document: str, capsys: pytest.CaptureFixture[str]) -> None:

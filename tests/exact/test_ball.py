@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from symasym.base.errors import AccuracyError, InputError, RegionError
-from symasym.drift import smoothings
+from symasym.drift.ready_made import smoothings
 from symasym.exact import ball_panels, ball_sweep
 from symasym.numbers import balls
 from symasym.special.exponentials import ball_quotient

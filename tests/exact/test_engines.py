@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from symasym.drift.float_field import field_of
-from symasym.drift.taylor_field import ExactField, dyadic, to_fraction
+from symasym.drift.field.float_field import field_of
+from symasym.drift.field.taylor_field import ExactField, dyadic, to_fraction
 from symasym.exact import float_blocks, float_panels
 from symasym.exact import floats as double
 from symasym.exact.digits import Partition

@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import gzip
 import json
+import math
 import signal
 import sys
 import time
@@ -52,11 +53,13 @@ def _text(x: Any) -> Any:
 def answer(ask: Any) -> dict[str, Any]:
     """The answer as plain texts."""
     import symasym as sa
+    from symasym.base.patience import limited
 
     signal.signal(signal.SIGPROF, _stop)
     signal.setitimer(signal.ITIMER_PROF, _SECONDS)
     try:
-        got = ask()
+        with limited(math.inf):
+            got = ask()
     except sa.SymasymError as error:
         return {"refused": type(error).__name__, "says": str(error)}
     except _TooLong:

@@ -23,7 +23,7 @@ from symasym.exact.digit_panels import (
     terms_needed,
 )
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
-from symasym.numbers.truncated_series import SeriesOps, TruncatedSeries
+from symasym.series.truncated_series import SeriesOps, TruncatedSeries
 
 
 def context(dps: int) -> Any:

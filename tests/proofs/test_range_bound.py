@@ -18,7 +18,7 @@ from symasym.asymptotics.proofs.formal_sums import Formal, Sum, expansion
 from symasym.base.contexts import own_context
 from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, flint_module, precision
-from symasym.numbers.taylor_models import Model, Range, SmallTerm, supremum
+from symasym.series.taylor_models import Model, Range, SmallTerm, supremum
 from symasym.workshop import reference_quadrature
 from tests.strategies import ALL, SAMPLE, powers_of_ten, rationals
 

@@ -329,17 +329,22 @@ def test_a_well_far_thinner_than_rounding(kappa: str, high: str, steepness: str)
 def test_an_unresolved_block_claims_what_it_does_not_know(
     drift: sa.Drift, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # With no bisection at all, every block that is neither slow nor sampled is unresolved.
+    from symasym.drift.field.scenes import float_scenes
     from symasym.exact import float_blocks
-
-    wanted = sa.escape_time(drift, F(0.003), 2, log=True, dps=20)
-    monkeypatch.setattr(float_blocks, "_DEEPEST", 0)
-    from symasym.drift.scenes import float_scenes
     from symasym.methods.exact import float_logs
 
-    logs, errors = float_logs(float_scenes(drift, {"kappa": 0.003, "r": 2, "start": 0}), "T")
-    assert errors[0] > 1e-9  # there are such blocks
-    assert abs(logs[0] - wanted) <= errors[0]
+    # Hardly bisected, the drift is taken for constant on wide blocks.
+    monkeypatch.setattr(float_blocks, "_DEEPEST", 2)
+    monkeypatch.setattr(float_blocks, "_OPEN", 1e9)
+    monkeypatch.setattr(float_blocks, "hidden", lambda *given: np.ones(len(given[4]), dtype=bool))
+    kappa = F(1, 4)
+    for name, wanted in (
+        ("T", sa.escape_time(drift, kappa, 2, log=True, dps=20)),
+        ("1 - P", sa.occupation(drift, kappa, complement=True, log=True, dps=20)),
+    ):
+        numbers = {"kappa": kappa} | ({"r": 2, "start": 0} if name == "T" else {})
+        logs, errors = float_logs(float_scenes(drift, numbers), name)
+        assert 1e-4 < abs(logs[0] - wanted) <= errors[0] < 1e3
 
 
 REFUSED_OR_ANSWERED: dict[str, Callable[[], Any]] = {

@@ -109,7 +109,7 @@ def test_backward_equation(name: str) -> None:
 
 def mpmath_fraction(drift: sa.Drift, u: F) -> F:
     """A(u) to 120 digits, as a rational."""
-    from symasym.drift.taylor_field import to_fraction
+    from symasym.drift.field.taylor_field import to_fraction
     from symasym.numbers.trees import MpmathOps
 
     context = mpmath.MPContext()

@@ -115,6 +115,23 @@ def test_two_derivations_of_the_variance_agree():
     assert answer.time.error < 1e-3
 
 
+def test_the_mirrored_block_is_released_at_the_same_time():
+    """u, z to -u, -z: the clock runs the other way."""
+    mirrored = sa.System("-1 - z - y - u - 3*(u - u**3)", "y + 1")
+    one = marched(2, 5, 0.02, (0.5, -0.4))
+    other = sa.release(mirrored, 2, 5, eps="0.02", start=("-0.5", "0.4"), method="march")
+    assert other.mean == pytest.approx(one.mean, rel=1e-6)
+    assert other.exit == pytest.approx(one.exit[::-1], abs=1e-6)
+    assert other.z.quantile(0.2) == pytest.approx(-one.z.quantile(0.8), abs=1e-4)
+    assert other.std == pytest.approx(one.std, rel=1e-5)
+
+
+def test_a_clock_that_comes_to_rest_is_refused():
+    resting = sa.System("7/5 - u - 3*(u - u**3)", "-z")
+    with pytest.raises((InputError, AccuracyError), match="no one sign|still held"):
+        sa.release(resting, "0.1", 10, eps="0.05", start=(0, "1e-3"), method="march", rtol=1e-3)
+
+
 def test_laws_are_laws():
     answer = marched(0.3, 10, 0.01, (0, -0.4))
     for law in (answer.time, answer.z):
@@ -126,6 +143,12 @@ def test_laws_are_laws():
         assert abs(np.trapezoid(1 - law.cdf(grid), grid) + grid[0] - law.mean) < 1e-3 * law.std
     # While it sticks z moves at about -1, by eps in a unit of time.
     assert answer.z.mean == pytest.approx(-0.4 - 0.01 * answer.mean, abs=0.03)
+
+
+def test_full_has_the_laws_at_once():
+    answer = sa.release(sa.oscillator(3, 1), 1, 10, eps=0.01, start=(0, -0.4), full=True)
+    assert "_laws" in vars(answer)
+    assert answer.time.mean == pytest.approx(answer.mean, rel=1e-3)
 
 
 def test_first_order_is_the_slope_in_eps():
@@ -178,6 +201,42 @@ def test_noise_that_depends_on_the_state():
     assert answer.mean == pytest.approx(nested[-1] * s[at] / s[-1] - nested[at], rel=1e-5)
 
 
+def test_simulation_by_the_verb():
+    """With strong noise and a long step the boundary's shift is most of the answer."""
+    ask = {"eps": "0.01", "start": (0, "-0.4"), "method": "simulate", "step": "0.02"}
+    answer = sa.release(BLOCK, 2, 5, paths=20_000, seed=11, **ask)
+    whole = marched(2, 5, 0.01, (0, -0.4))
+    assert abs(answer.mean - whole.mean) < 0.02 * whole.mean
+    assert abs(answer.mean - whole.mean) <= answer.error
+    assert answer.exit[0] == pytest.approx(whole.exit[0], abs=0.015)
+    assert answer.time.quantile(0.5) == pytest.approx(whole.time.quantile(0.5), rel=0.03)
+    assert "standard error" in answer.notes[0]
+
+
+def test_coloured_noise_tends_to_the_white():
+    still = sa.System("7/5 - u - 3*(u - u**3)", "-1")
+    ask = {"eps": "0.01", "method": "simulate", "paths": 4000, "seed": 2}
+    exact = sa.escape_time(sa.Drift("7/5 - u - 3*(u - u**3)"), "0.5", 10)
+    long = sa.release(still, "0.5", 10, tau="0.16", step="0.02", **ask)
+    short = sa.release(still, "0.5", 10, tau="0.02", step="0.005", **ask)
+    assert long.mean > 1.06 * exact
+    assert short.mean == pytest.approx(exact, rel=0.03)
+
+
+def test_adiabatic_where_escape_is_rare_and_early():
+    slow = sa.release(BLOCK, "0.15", 10, eps="1e-4", start=(0, "-0.5"), method="adiabatic")
+    whole = marched(0.15, 10, 1e-4, (0, -0.5), rtol=1e-4)
+    assert slow.error is None
+    assert slow.mean == pytest.approx(whole.mean, rel=0.015)
+    assert slow.std == pytest.approx(whole.std, rel=0.05)
+    # Where nothing changes it is the exponential law of mean T.
+    still = sa.System("7/5 - u - 3*(u - u**3)", "-1")
+    answer = sa.release(still, "0.3", 10, eps="0.01", method="adiabatic")
+    exact = sa.escape_time(sa.Drift("7/5 - u - 3*(u - u**3)"), "0.3", 10)
+    assert answer.mean == pytest.approx(exact, rel=1e-6)
+    assert answer.time.cdf(exact) == pytest.approx(1 - np.exp(-1), abs=1e-6)
+
+
 def test_simulation_is_the_same_for_any_workers():
     ask = (BLOCK, 1.0, 5.0, 0.01, (0.0, -0.4), 12_000, 0.05, 4)
     alone = simulate(*ask)
@@ -185,6 +244,10 @@ def test_simulation_is_the_same_for_any_workers():
         shared = simulate(*ask, threads)
     assert np.array_equal(alone.time, shared.time)
     assert np.array_equal(alone.z, shared.z)
+    elsewhere = simulate(*ask, 2)
+    assert np.array_equal(alone.time, elsewhere.time)
+    with pytest.raises(InputError, match="scheduler"):
+        simulate(*ask, "nowhere")
 
 
 class Dying(Executor):
@@ -218,12 +281,14 @@ def test_an_executor_that_dies_loses_nothing():
         ({"r": 100}, "no one sign in .* r eps smaller"),
         ({"start": (10, 0)}, r"start's u is 10; it must be inside \(-r, r\)"),
         ({"start": 0}, "give the pair"),
-        ({"method": "magic"}, "give one of auto, march"),
+        ({"method": "magic"}, "give one of 'auto', 'march'"),
         ({"rtol": "1e-14"}, "rtol is 1e-14; give at least 1e-10"),
         ({"method": "simulate", "seed": 1.5}, "seed is 1.5; give a whole number"),
         ({"method": "simulate", "paths": 0}, "paths is 0; give a whole number"),
         ({"method": "simulate", "workers": 0}, "workers is 0; give a whole number"),
         ({"method": "simulate", "step": -1}, "step is -1; it must be greater"),
+        ({"method": "simulate", "tau": -1}, "tau is -1; it must be at least 0"),
+        ({"method": "march", "tau": 1}, "coloured noise is for method='simulate'"),
         ({"kappa": "1e-4"}, "would need .* elements"),
     ],
 )

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import symasym as sa
 from symasym.asymptotics.strong_noise import arrays as strong_noise_double
 from symasym.asymptotics.strong_noise.moments import moments
-from symasym.drift.float_field import field_of
+from symasym.drift.field.float_field import field_of
 from symasym.numbers import balls
 from symasym.workshop import reference_quadrature
 from tests.problems import PROBLEMS, Problem, constant_drift, distance, linear_sliding, relative

@@ -10,7 +10,7 @@ import mpmath
 import pytest
 
 from symasym.base.errors import AccuracyError, InputError, RegionError
-from symasym.drift import smoothings
+from symasym.drift.ready_made import smoothings
 from symasym.workshop import reference_quadrature
 
 

@@ -36,8 +36,8 @@ from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
 from symasym.base.patience import step
 from symasym.numbers.polynomials import poly, poly_slope, shifted
-from symasym.numbers.power_series import composed, power, product
-from symasym.numbers.quadratic_factor import (
+from symasym.series.power_series import composed, power, product
+from symasym.series.quadratic_factor import (
     Pair,
     everywhere,
     mean_of_values,

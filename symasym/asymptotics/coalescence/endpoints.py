@@ -28,10 +28,10 @@ from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
-from symasym.numbers.coefficient_fields import RealField
 from symasym.numbers.polynomials import poly
-from symasym.numbers.power_series import product
-from symasym.numbers.taylor_series import NotAnalytic, algebraic, taylor
+from symasym.series.coefficient_fields import RealField
+from symasym.series.power_series import product
+from symasym.series.taylor_series import NotAnalytic, algebraic, taylor
 
 if TYPE_CHECKING:
     from mpmath import mpf

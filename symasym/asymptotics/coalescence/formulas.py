@@ -16,8 +16,8 @@ from symasym.asymptotics.coalescence.endpoints import beyond_erfc, end_series, s
 from symasym.asymptotics.laplace.kinks import number
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
-from symasym.numbers.coefficient_fields import ExpressionField, sampled_parameters
-from symasym.numbers.taylor_series import NotAnalytic, taylor
+from symasym.series.coefficient_fields import ExpressionField, sampled_parameters
+from symasym.series.taylor_series import NotAnalytic, taylor
 from symasym.special.airy_products import by_parts
 
 if TYPE_CHECKING:

@@ -29,8 +29,8 @@ from symasym.asymptotics.coalescence.saddle_pair import nearby_pair
 from symasym.asymptotics.laplace.kinks import Piece, at, number
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
-from symasym.numbers.coefficient_fields import RealField
-from symasym.numbers.power_series import product
+from symasym.series.coefficient_fields import RealField
+from symasym.series.power_series import product
 from symasym.special.airy_products import Rows, Term, by_parts, pair_terms, product_rows
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from symasym.asymptotics.coalescence.endpoints import end_series
 from symasym.asymptotics.coalescence.formulas import taylor_of, two_saddles
 from symasym.asymptotics.coalescence.iterated import end_products
 from symasym.base.errors import InputError
-from symasym.numbers.power_series import product
+from symasym.series.power_series import product
 from symasym.special.airy_products import product_rows
 
 if TYPE_CHECKING:

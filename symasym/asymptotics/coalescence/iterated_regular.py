@@ -24,9 +24,9 @@ from symasym.asymptotics.coalescence.endpoints import series_of
 from symasym.asymptotics.coalescence.saddle_pair import Nearby, root_test
 from symasym.base.errors import AccuracyError
 from symasym.base.patience import step
-from symasym.numbers.coefficient_fields import RealField
 from symasym.numbers.polynomials import poly, shifted
-from symasym.numbers.power_series import laurent
+from symasym.series.coefficient_fields import RealField
+from symasym.series.power_series import laurent
 
 if TYPE_CHECKING:
     from mpmath import mpc, mpf

@@ -18,8 +18,8 @@ from symasym.asymptotics.coalescence.endpoints import Term, kept, series_of
 from symasym.asymptotics.laplace.expansion import refined
 from symasym.asymptotics.laplace.kinks import Piece
 from symasym.base.errors import AccuracyError
-from symasym.numbers.coefficient_fields import RealField
-from symasym.numbers.quadratic_factor import Pair, split_pair
+from symasym.series.coefficient_fields import RealField
+from symasym.series.quadratic_factor import Pair, split_pair
 from symasym.special.airy_products import by_parts
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from symasym.asymptotics.laplace.watson import perron_coefficients, times_moment
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
-from symasym.numbers.coefficient_fields import RealField
-from symasym.numbers.taylor_series import algebraic, taylor
+from symasym.series.coefficient_fields import RealField
+from symasym.series.taylor_series import algebraic, taylor
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -8,7 +8,7 @@ maximum p, on one side or on both, its contribution is
 (Laplace's method by Watson's lemma; DLMF 2.3(ii), 2.3(iii); A. Erdelyi, Asymptotic Expansions,
 section 2.4). On both sides of a smooth maximum the terms with k + beta - 1 odd cancel. The
 coefficients are those of `symasym.asymptotics.laplace.watson`, in a coefficient field of
-`symasym.numbers.coefficient_fields`: exact, with parameters, or rounded.
+`symasym.series.coefficient_fields`: exact, with parameters, or rounded.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from symasym.asymptotics.laplace.watson import (
 )
 from symasym.base.contexts import own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError
-from symasym.numbers.coefficient_fields import (
+from symasym.series.coefficient_fields import (
     ExpressionField,
     FunctionField,
     MissingConstant,
     RealField,
     sign_of,
 )
-from symasym.numbers.taylor_series import NotAnalytic, Series, algebraic, taylor
+from symasym.series.taylor_series import NotAnalytic, Series, algebraic, taylor
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
     from symasym.asymptotics.laplace.kinks import Real
     from symasym.numbers.arithmetic import Number as Element
-    from symasym.numbers.coefficient_fields import CoefficientField
+    from symasym.series.coefficient_fields import CoefficientField
 
     Field: TypeAlias = ExpressionField | FunctionField | RealField
 

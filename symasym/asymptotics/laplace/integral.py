@@ -315,7 +315,7 @@ def _symbolic_tops(
 
 def _within(point: Real, piece: Piece) -> bool:
     """True if the point lies inside the piece at all sampled parameters."""
-    from symasym.numbers.coefficient_fields import sampled_parameters
+    from symasym.series.coefficient_fields import sampled_parameters
 
     free = point.free_symbols | piece.lo.free_symbols | piece.hi.free_symbols
     return all(

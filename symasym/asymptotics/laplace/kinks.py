@@ -16,8 +16,8 @@ import sympy
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
 from symasym.base.patience import step
-from symasym.numbers.coefficient_fields import sampled_parameters
 from symasym.numbers.trees import MpmathOps, evaluate_tree
+from symasym.series.coefficient_fields import sampled_parameters
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -21,8 +21,8 @@ from symasym.asymptotics.laplace.kinks import WORK, Piece, at, number
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import InputError
 from symasym.base.inputs import exact
-from symasym.numbers.coefficient_fields import sampled_parameters, vanishes
 from symasym.numbers.trees import MpmathOps, NumpyOps, evaluate_tree
+from symasym.series.coefficient_fields import sampled_parameters, vanishes
 
 if TYPE_CHECKING:
     from mpmath import mpf

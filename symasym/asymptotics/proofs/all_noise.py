@@ -31,9 +31,9 @@ from symasym.asymptotics.weak_noise.critical_points import both_sides
 from symasym.base.contexts import own_context
 from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
-from symasym.drift.taylor_field import ExactField
+from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
-from symasym.numbers.taylor_models import Model, Range, SmallTerm, SmallTerms, supremum
+from symasym.series.taylor_models import Model, Range, SmallTerm, SmallTerms, supremum
 
 if TYPE_CHECKING:
     from flint import arb

@@ -22,7 +22,7 @@ from symasym.base import patience
 from symasym.base.contexts import own_context
 from symasym.base.errors import SymasymError
 from symasym.drift.drift import Drift
-from symasym.drift.taylor_field import ExactField, to_fraction
+from symasym.drift.field.taylor_field import ExactField, to_fraction
 from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.proofs.cells import Cell, Landscape, steepness
 from symasym.numbers.balls import NotProved, exact_ball, flint_module
-from symasym.numbers.taylor_models import SmallTerm, SmallTerms
+from symasym.series.taylor_models import SmallTerm, SmallTerms
 
 if TYPE_CHECKING:
     from flint import arb

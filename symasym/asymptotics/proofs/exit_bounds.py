@@ -14,7 +14,7 @@ from symasym.asymptotics.proofs.panels import Bounds, between_lines
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import IntArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import (
+from symasym.drift.field.scenes import (
     Answer,
     Answers,
     Request,

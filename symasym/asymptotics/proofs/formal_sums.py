@@ -15,7 +15,7 @@ from symasym.asymptotics.weak_noise.one_sided import OneSided
 from symasym.asymptotics.weak_noise.series import Series
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.balls import NotProved, exact_ball, flint_module
-from symasym.numbers.taylor_models import Model, Range, SmallTerm, SmallTerms
+from symasym.series.taylor_models import Model, Range, SmallTerm, SmallTerms
 
 if TYPE_CHECKING:
     from flint import arb

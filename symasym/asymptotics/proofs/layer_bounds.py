@@ -31,6 +31,7 @@ _WIDEST = Fraction(1, 32)
 _NARROWEST = Fraction(1, 2**16)
 _MOST_PANELS = 300
 _SAMPLES = 2001
+_LOST = 2.0**-64
 
 
 class Edge(NamedTuple):
@@ -171,6 +172,9 @@ def _panels(
         if half > _NARROWEST:
             gap = 0.0 if top is None else top - float(height.mid()) - float(abs(wide[0]).mid() * h)
             coarse = top is not None and float(bend.mid()) * 8 > gap
+            # What A's Taylor series leaves out has to stay below V's own rounding.
+            lost = wide[field.terms] * h ** (field.terms + 1)
+            coarse = coarse or not abs(lost) < _LOST
             if not bend.is_finite() or (coarse and len(panels) + len(waiting) < _MOST_PANELS):
                 waiting += [(center, hi), (lo, center)]
                 continue
@@ -269,17 +273,11 @@ def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
         return None
 
     def made(begin: arb, after: arb) -> Barrier:
-        # V(root) from the window's left end, by A's Taylor series at the centre with its rest.
         """The peak, from V at both ends of the window."""
-        half = exact_ball(reach)
-        ball = flint.arb(exact_ball(center - reach / 2), (half / 2).abs_upper())
-        wide = field.taylor(ball, 2 * field.terms + 1)[-1]
-        series = field.taylor(exact_ball(center), 2 * field.terms)
-        rest = flint.arb(0, (wide * half ** (2 * field.terms + 1)).abs_upper())
-        fall = sum((c * (-half) ** (k + 1) / (k + 1) for k, c in enumerate(series)), rest)
+        _, height = _panels(field, center - reach, center, begin, None)
         # V' is 0 at the root: V changes by less than gap^2 |A'| between the centre and there.
         blur = flint.arb(0, (exact_ball(gap) ** 2 * local[1]).abs_upper())
-        return Barrier(begin + fall + blur, curvature, cubic, quartic, half, exact_ball(gap))
+        return Barrier(height + blur, curvature, cubic, quartic, exact_ball(reach), exact_ball(gap))
 
     return center - reach, center + reach, made
 

@@ -12,7 +12,7 @@ from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import Number, exact, float_text, positive
 from symasym.base.patience import patient
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import exact_scene, read_order, require_drift
+from symasym.drift.field.scenes import exact_scene, read_order, require_drift
 
 if TYPE_CHECKING:
     from symasym.asymptotics.proofs.all_noise import Proof

@@ -17,8 +17,8 @@ from symasym.asymptotics.strong_noise.sweep import Side, Stretch, after, odds, w
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
-from symasym.drift.float_field import Field, IntArray, field_of
-from symasym.drift.scenes import Scenes
+from symasym.drift.field.float_field import Field, IntArray, field_of
+from symasym.drift.field.scenes import Scenes
 from symasym.special.exponentials import log_quotient, mean_place
 
 # Rounding of a moment's terms, as a multiple of their number.

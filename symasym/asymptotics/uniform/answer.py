@@ -44,8 +44,8 @@ from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.float_field import IntArray
-from symasym.drift.scenes import (
+from symasym.drift.field.float_field import IntArray
+from symasym.drift.field.scenes import (
     Answer,
     Answers,
     Request,
@@ -55,7 +55,7 @@ from symasym.drift.scenes import (
     rows_of,
     working_digits,
 )
-from symasym.drift.taylor_field import ExactField
+from symasym.drift.field.taylor_field import ExactField
 
 __all__ = ["of_scene", "of_scenes"]
 

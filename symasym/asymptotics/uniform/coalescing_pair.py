@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from symasym.asymptotics.coalescence.cubic_map import map_coefficients
 from symasym.numbers.arithmetic import Digits
 from symasym.numbers.polynomials import shifted
-from symasym.numbers.power_series import laurent
-from symasym.numbers.quadratic_factor import Pair
+from symasym.series.power_series import laurent
+from symasym.series.quadratic_factor import Pair
 from symasym.special.airy import AiryProducts, airy_products
 from symasym.special.airy_products import by_parts, pair_terms
 

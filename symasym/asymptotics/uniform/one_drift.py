@@ -24,8 +24,8 @@ from symasym.asymptotics.weak_noise.series import BEYOND, Series, Value
 from symasym.drift.drift import Drift
 from symasym.numbers.arithmetic import Arithmetic, Digits
 from symasym.numbers.polynomials import divided, poly, refined, shifted
-from symasym.numbers.quadratic_factor import Pair as Local
-from symasym.numbers.quadratic_factor import mean_of_values, seen_from
+from symasym.series.quadratic_factor import Pair as Local
+from symasym.series.quadratic_factor import mean_of_values, seen_from
 
 __all__ = ["Scene", "scene_of"]
 

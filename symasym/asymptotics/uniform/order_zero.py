@@ -39,8 +39,8 @@ from symasym.asymptotics.weak_noise.series import Point, Series
 from symasym.base.inputs import FloatArray
 from symasym.numbers.arithmetic import FLOATS
 from symasym.numbers.polynomials import divided, poly, shifted
-from symasym.numbers.quadratic_factor import Pair as Local
-from symasym.numbers.quadratic_factor import seen_from
+from symasym.series.quadratic_factor import Pair as Local
+from symasym.series.quadratic_factor import seen_from
 
 __all__ = ["Apart", "OrderZero", "Together", "escape_time", "factor_pair", "with_left_out"]
 

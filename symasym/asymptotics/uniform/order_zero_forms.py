@@ -35,7 +35,7 @@ import numpy as np
 
 from symasym.numbers.arithmetic import FLOATS, Arithmetic
 from symasym.numbers.polynomials import poly, shifted
-from symasym.numbers.quadratic_factor import Pair
+from symasym.series.quadratic_factor import Pair
 from symasym.special.airy import AiryProducts, airy_products
 from symasym.special.dawson import _gaussians, dawson
 from symasym.special.exponentials import quotients

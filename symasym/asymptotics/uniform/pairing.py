@@ -17,8 +17,8 @@ from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError, SymasymError
 from symasym.drift.drift import Drift
-from symasym.drift.taylor_field import ExactField
-from symasym.numbers.quadratic_factor import split_pair
+from symasym.drift.field.taylor_field import ExactField
+from symasym.series.quadratic_factor import split_pair
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -18,10 +18,10 @@ from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair
 from symasym.asymptotics.weak_noise.arrays import Found, unchanged
 from symasym.asymptotics.weak_noise.one_sided import mapped
 from symasym.base.inputs import FloatArray
-from symasym.drift.float_field import IntArray
-from symasym.drift.polynomial_scenes import Scenes, clear_of_zero, structure
+from symasym.drift.field.float_field import IntArray
+from symasym.drift.field.polynomial_scenes import Scenes, clear_of_zero, structure
 from symasym.numbers.polynomials import Zeros, poly, shifted, zeros_of
-from symasym.numbers.quadratic_factor import Pair, pairs_of
+from symasym.series.quadratic_factor import Pair, pairs_of
 
 __all__ = ["found_of"]
 

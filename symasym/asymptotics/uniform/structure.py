@@ -9,7 +9,7 @@ need it. `.pairing_arrays` decides the same for the columns of an array.
 
 A drift is c[0] + c[1] u + ... + c[n - 1] u^(n - 1). A pair's middle and its distance squared are
 analytic in the coefficients, so that both are as exact at a fold as anywhere. A row about a pair
-has 16 numbers: middle, square, sign, zeta, slope, level (`symasym.numbers.quadratic_factor.Pair`),
+has 16 numbers: middle, square, sign, zeta, slope, level (`symasym.series.quadratic_factor.Pair`),
 point, side, the lower of two real zeros or -1, 1 where it is taken together (else -1), and the sums
 of the even and the odd terms of what is left of the drift.
 """

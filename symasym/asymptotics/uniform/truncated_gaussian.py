@@ -37,7 +37,7 @@ from symasym.asymptotics.weak_noise.one_sided import (
 )
 from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import mpf_of
-from symasym.drift.taylor_field import ExactField
+from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
 from symasym.special.dawson import _gaussians, dawson, erfcx_area
 

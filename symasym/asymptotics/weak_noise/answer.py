@@ -50,8 +50,8 @@ from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.float_field import IntArray
-from symasym.drift.scenes import (
+from symasym.drift.field.float_field import IntArray
+from symasym.drift.field.scenes import (
     Answer,
     Answers,
     Request,
@@ -60,7 +60,7 @@ from symasym.drift.scenes import (
     by_drift,
     working_digits,
 )
-from symasym.drift.taylor_field import ExactField
+from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
 
 if TYPE_CHECKING:

@@ -15,10 +15,10 @@ from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided, first_of
 from symasym.asymptotics.weak_noise.series import Numbers, Point, Sizes
 from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.float_field import IntArray
-from symasym.drift.polynomial_scenes import Scenes as PolynomialScenes
-from symasym.drift.polynomial_scenes import clear_of_zero, scenes_of, structure
-from symasym.drift.scenes import Scenes, by_drift, grouped, input_rounding, rows_of
+from symasym.drift.field.float_field import IntArray
+from symasym.drift.field.polynomial_scenes import Scenes as PolynomialScenes
+from symasym.drift.field.polynomial_scenes import clear_of_zero, scenes_of, structure
+from symasym.drift.field.scenes import Scenes, by_drift, grouped, input_rounding, rows_of
 from symasym.numbers.polynomials import Zeros, zeros_of
 
 # Scenes at once: the work arrays of one step, about twenty with errors and ten without, stay in

@@ -32,10 +32,10 @@ from symasym.asymptotics.weak_noise.series import (
 )
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
-from symasym.drift.taylor_field import ExactField, to_fraction
+from symasym.drift.field.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Digits
 from symasym.numbers.polynomials import bracketed_zero
-from symasym.numbers.power_series import laurent, power
+from symasym.series.power_series import laurent, power
 
 if TYPE_CHECKING:
     from mpmath import mpf

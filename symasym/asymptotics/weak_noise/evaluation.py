@@ -29,7 +29,7 @@ from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.scenes import Scenes
+from symasym.drift.field.scenes import Scenes
 from symasym.numbers.arithmetic import Number
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from symasym.numbers.arithmetic import Arithmetic
-from symasym.numbers.power_series import power
+from symasym.series.power_series import power
 
 Numbers = Any
 

@@ -37,10 +37,10 @@ from symasym.asymptotics.weak_noise.series import (
     trimmed,
 )
 from symasym.base.inputs import FloatArray
-from symasym.drift.polynomial_scenes import Scenes, edges_of
+from symasym.drift.field.polynomial_scenes import Scenes, edges_of
 from symasym.numbers.arithmetic import FLOATS, Arithmetic, Number
 from symasym.numbers.polynomials import Zeros, poly, poly_slope, shifted
-from symasym.numbers.power_series import laurent, power
+from symasym.series.power_series import laurent, power
 
 _EPS = 2.3e-16
 # A's first derivatives beside the later ones, below which they are taken to vanish.

@@ -21,11 +21,11 @@ from symasym.asymptotics.weak_noise.series import counts
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.patience import step
-from symasym.drift.taylor_field import ExactField, to_fraction
+from symasym.drift.field.taylor_field import ExactField, to_fraction
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.polynomials import refined, shifted
-from symasym.numbers.power_series import laurent, product, reciprocal
-from symasym.numbers.quadratic_factor import split_pair
+from symasym.series.power_series import laurent, product, reciprocal
+from symasym.series.quadratic_factor import split_pair
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -102,6 +102,8 @@ def added(a: Series, b: Series) -> Series:
 _MOST_FALL = 0.75
 #: Of what the majorants allow. Claims are twice the truncation error.
 _SHARE = 0.55
+# Of the series' value: a majorant tells that an error may be large, not that nothing is known.
+_MOST_SHARE = 0.1
 # Terms before the next two whose ratios count: one of these two may be small by chance.
 _LOOK_BACK = 3
 # Beyond this a term is below 1e-16 of the rest if its coefficients are no larger; they may be by
@@ -402,7 +404,8 @@ class Point:
                 weight = plus(weight, series.rounding)
             cut = self._truncation(series.parts)
             if series.majorants is not None:
-                cut = plus(cut, self._allowed(series.parts[0], series.majorants))
+                allowed = self._allowed(series.parts[0], series.majorants)
+                cut = plus(cut, lower(allowed, _MOST_SHARE * total.size))
             total.error = plus(cut, times(total.size, weight))
             if series.size is not None:
                 part = series.parts[0] if series.parts else Part(1.0, 0, [])

@@ -7,6 +7,7 @@ from typing import Any
 
 import sympy
 
+from symasym.derivation.printing import tex
 from symasym.emit.forms import as_printed
 from symasym.emit.program import Function, Program, Ready, header
 from symasym.emit.writing import comment
@@ -79,4 +80,4 @@ def _tex(e: Any) -> str:
     for s in e.free_symbols:
         if s.name.split("_")[0] in _WORDS:
             names[s] = rf"\mathrm{{{s.name.replace('_', chr(92) + ' ')}}}"
-    return str(sympy.latex(e, symbol_names=names, order="none"))
+    return tex(e, names)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from symasym.drift.friction import Friction
+    from symasym.drift.ready_made.friction import Friction
 
 #: Half-widths of the layer that flows can show: thinner ones are too stiff to see an orbit bend.
 _THINNEST, _THICKEST = 0.005, 0.5

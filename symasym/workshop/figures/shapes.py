@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from symasym.drift.friction import Friction
+    from symasym.drift.ready_made.friction import Friction
 
 _FORCES = ("spring", "damper", "friction")
 

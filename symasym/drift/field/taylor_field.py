@@ -18,7 +18,7 @@ from symasym.numbers.complex_balls import ComplexBallOps, tame
 from symasym.numbers.polynomials import poly, shifted
 from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import MpmathOps
-from symasym.numbers.truncated_series import SeriesOps, TruncatedSeries
+from symasym.series.truncated_series import SeriesOps, TruncatedSeries
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -74,7 +74,7 @@ def drift_signatures() -> dict[str, str]:
 
 def _maker(name: str) -> Any:
     """The function that makes the ready-made drift of that name."""
-    from symasym.drift import friction, smoothings
+    from symasym.drift.ready_made import friction, smoothings
 
     return getattr(friction if name == "friction" else smoothings, name)
 

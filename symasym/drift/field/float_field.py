@@ -22,7 +22,7 @@ from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
 from symasym.numbers.polynomials import poly, real_parts
 
 if TYPE_CHECKING:
-    from symasym.numbers.truncated_series import SeriesOps
+    from symasym.series.truncated_series import SeriesOps
 
 #: Where the size of A is first looked at.
 _GRID = np.cos(np.pi * np.arange(33) / 32)
@@ -280,7 +280,7 @@ class AnalyticField:
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Taylor coefficients, from series at 45 digits, and how far they are good."""
-        from symasym.numbers.truncated_series import SeriesOps
+        from symasym.series.truncated_series import SeriesOps
 
         rows, radii = [], []
         with own_context(45) as context:
@@ -301,7 +301,7 @@ class AnalyticField:
         A series's digits are relative to its largest coefficient, so beside a narrow feature
         the unit shrinks until that is not one of the last.
         """
-        from symasym.numbers.truncated_series import TruncatedSeries
+        from symasym.series.truncated_series import TruncatedSeries
 
         values = {n: ops.rational(self._exact_value(p, scene)) for n, p in self._pairs.items()}
         last = range(self.ORDER - 4, self.ORDER)

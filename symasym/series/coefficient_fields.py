@@ -1,6 +1,6 @@
 """The fields of Taylor coefficients: rationals, rational functions of parameters, or mpf.
 
-A field brings its constants to `symasym.numbers.taylor_series`: exp(c), sin(c), c^e of a constant
+A field brings its constants to `symasym.series.taylor_series`: exp(c), sin(c), c^e of a constant
 term c. In exact work every irrational constant (sqrt(2), exp(p), sin(c)) becomes a generator of a
 field of rational functions, in which arithmetic is canonical and fast, and which is turned back
 into SymPy's expressions at the end. Relations between generators are then forgotten, so zero is

@@ -1,0 +1,248 @@
+"""Sentences with formulas in plain characters, such as hypotheses and reasons, set with TeX.
+
+A formula in a sentence is a longest run of symbols, numbers, brackets and operators that holds at
+least one symbol and whose brackets are closed: ``D = V(u2) - V(u1), the barrier`` is one formula
+and three words. A symbol is a name that the derivations know, a Greek letter, a single letter (but
+for the article), or a letter with an index.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import cache
+
+_GREEK = {
+    "eps": r"\varepsilon",
+    "lam": r"\lambda",
+    "ell": r"\ell",
+    "uhat": r"\hat u",
+    "oo": r"\infty",
+    "K_m": "K_m",
+    "V_m": "V_m",
+    "V_max": r"V_{\max}",
+    "eps_phys": r"\varepsilon",
+} | {
+    name: f"\\{name}"
+    for name in (
+        *("kappa", "sigma", "phi", "delta", "Delta", "mu", "alpha", "beta", "rho", "omega"),
+        *("zeta", "theta", "pi"),
+    )
+}
+_FUNCTIONS = {
+    name: f"\\{name}" for name in ("log", "sin", "cos", "arccos", "min", "max", "int")
+} | {"erf": r"\operatorname{erf}"}
+_DIFFERENTIALS = ("du", "ds", "dp", "dt", "dW")
+_SIGNS = {
+    "<=": r"\le",
+    ">=": r"\ge",
+    "<<": r"\ll",
+    ">>": r"\gg",
+    "->": r"\to",
+    "+-": r"\pm",
+    "-+": r"\mp",
+    "*": r"\cdot",
+    "...": r"\dots",
+}
+_TOKEN = re.compile(
+    r"(?P<word>\b(?:eq:|sa\.)\w+|'[\w-]+'|[A-Za-z]+(?:-[A-Za-z]{2,})+|[A-Za-z]{2,}'s\b|\d+(?:\.\d+){2,}"
+    r"|\b\d+-[a-z]{3,})"
+    r"|(?P<side>\b[afg][+-](?=[\s,.;:)^/]|$))"
+    r"|(?P<raised>\^\((?:\+-?|-|j)\))"
+    r"|(?P<number>\d+(?:\.\d+)?(?:e[+-]?\d+)?)"
+    r"|(?P<name>[A-Za-z]+(?:_\w+|\d)?'*(?![A-Za-z]))"
+    r"|(?P<sign><=|>=|<<|>>|->|\+-|-\+|\.\.\.(?=,)|[=<>+\-*/^])"
+    r"|(?P<bracket>[(){}|])|(?P<comma>,)|(?P<space> +)|(?P<other>.)",
+    re.DOTALL,
+)
+_CLOSED = {")": "(", "}": "{"}
+Token = tuple[str, str]
+
+
+def prose(text: str, words: Callable[[str], str]) -> str:
+    """`text` with its formulas between dollar signs, and all else given through `words`.
+
+    ``relative O(kappa^2), where a+ > 0`` becomes
+    ``relative $O(\\kappa^{2})$, where $a^+ > 0$``.
+    """
+    tokens = [(str(m.lastgroup), m[0]) for m in _TOKEN.finditer(text)]
+    parts, plain, at = [], "", 0
+    while at < len(tokens):
+        end = _run(tokens, at)
+        if end > at:
+            parts += [words(plain), f"${_set(tokens[at:end])}$"]
+            plain = ""
+            at = end
+        else:
+            kind, text = tokens[at]
+            if kind == "sign" and text not in "-+/*^...":
+                # A relation between words.
+                parts += [words(plain), f"${_SIGNS.get(text, text)}$"]
+                plain = ""
+            else:
+                plain += text
+            at += 1
+    return "".join([*parts, words(plain)])
+
+
+def _run(tokens: list[Token], at: int) -> int:
+    """The end of the formula that begins at a token; `at` itself where none does."""
+    if tokens[at][0] in ("space", "comma", "other", "word", "raised"):
+        return at
+    if tokens[at][1] in ("/", "=", "*", "^", ")", "}", ">", "<", "->") and at:
+        return at
+    end, open_ = at, list[tuple[str, int]]()
+    for place in range(at, len(tokens)):
+        kind, text = tokens[place]
+        if kind in ("word", "other") or (kind == "comma" and not open_):
+            break
+        if kind == "name" and not _symbol(tokens, place):
+            break
+        if kind == "bracket":
+            if text == "|":
+                if open_ and open_[-1][0] == "|":
+                    open_.pop()
+                else:
+                    open_.append((text, place))
+            elif text in _CLOSED:
+                if not open_ or open_[-1][0] != _CLOSED[text]:
+                    break
+                open_.pop()
+            elif text == "(" and place > at and _aside(tokens, place):
+                break
+            else:
+                open_.append((text, place))
+        end = place + 1
+    if open_:
+        # A bracket that is not closed within the formula belongs to the sentence.
+        end = open_[0][1]
+    while end > at and _hangs(tokens, end - 1):
+        end -= 1
+    chosen = tokens[at:end]
+    tells = any(
+        kind in ("name", "side") or (kind == "number" and "e" in text) for kind, text in chosen
+    ) or (len(chosen) > 1 and chosen[0][1] == "-" and not any(t == "/" for _, t in chosen))
+    return end if tells else at
+
+
+def _aside(tokens: list[Token], at: int) -> bool:
+    """True for a bracket behind a space that holds a statement of its own, and no factor."""
+    if tokens[at - 1][0] != "space" or tokens[at - 2][0] == "sign":
+        return False
+    return any(t in ("=", "<", ">", "<=", ">=") for _, t in tokens[at : _closing(tokens, at)])
+
+
+def _hangs(tokens: list[Token], place: int) -> bool:
+    kind, text = tokens[place]
+    return kind in ("space", "comma", "sign")
+
+
+def _symbol(tokens: list[Token], place: int) -> bool:
+    """True for a name that is a symbol or a function here."""
+    name = tokens[place][1].rstrip("'")
+    if name in ("a", "A"):
+        after = "".join(text for _, text in tokens[place + 1 : place + 3])
+        return not re.fullmatch(r" [a-zA-Z]{3,}(?:-\w+)*(?:'s)?", after) or after.strip() in _AFTER
+    if name in ("exp", "sqrt"):
+        return place + 1 < len(tokens) and tokens[place + 1][1] == "("
+    known = name in (*_GREEK, *_FUNCTIONS, *_DIFFERENTIALS) or name in _names()
+    return known or bool(re.fullmatch(r"[b-zB-HJ-Z]|[A-Za-z](?:\d|_\w+)|int_\w+", name))
+
+
+#: Words after which an "a" before them is no article.
+_AFTER = ("less", "and", "where", "with", "for", "over", "kappa", "mu", "alpha", "lam")
+
+
+@cache
+def _names() -> dict[str, str]:
+    """Name -> TeX of the derivations' symbols."""
+    from derivations.paper import NAMES
+
+    words = {s.name: tex for s, tex in NAMES.items()}
+    return {k: v for k, v in words.items() if "_" in k and re.fullmatch(r"\w+", k)}
+
+
+def _set(tokens: list[Token]) -> str:
+    """TeX of a formula."""
+    done, at, bars = "", 0, 0
+    while at < len(tokens):
+        kind, text = tokens[at]
+        if text in ("exp", "sqrt") and at + 1 < len(tokens):
+            end = _closing(tokens, at + 1)
+            inner = _set(tokens[at + 2 : end])
+            done += (r"\sqrt{" if text == "sqrt" else "e^{") + inner + "}"
+            at = end + 1
+            continue
+        if text == "^" and at + 1 < len(tokens):
+            end = _power(tokens, at + 1)
+            inner = tokens[at + 1 : end]
+            if inner and inner[0][1] in "({":
+                inner = inner[1:-1]
+            # a^+ is raised in brackets.
+            side = re.search(r"([afg]\^[+-])$", done)
+            if side:
+                done = done[: side.start()] + f"({side[1]})"
+            done += f"^{{{_set(inner)}}}"
+            at = end
+            continue
+        if kind == "raised":
+            done += f"^{{({_SIGNS.get(text[2:-1], text[2:-1])})}}"
+            at += 1
+            continue
+        if text == "|":
+            text = r"\lvert " if bars % 2 == 0 else r"\rvert "
+            bars += 1
+        elif kind == "name":
+            text = _name(text)
+        elif kind == "side":
+            text = f"{text[0]}^{text[1]}"
+        elif kind == "number" and "e" in text:
+            mantissa, power = text.split("e")
+            text = (rf"{mantissa} \times " if mantissa != "1" else "") + f"10^{{{int(power)}}}"
+        elif kind == "sign":
+            text = _SIGNS.get(text, text)
+        elif text in "{}":
+            text = "\\" + text
+        if text and text[0].isalpha() and re.search(r"\\[a-zA-Z]+$", done):
+            done += " "
+        done += text
+        at += 1
+    return re.sub(" +", " ", done).strip()
+
+
+def _closing(tokens: list[Token], at: int) -> int:
+    """The place of the bracket that closes the one at `at`."""
+    depth = 0
+    for place in range(at, len(tokens)):
+        depth += {"(": 1, "{": 1, ")": -1, "}": -1}.get(tokens[place][1], 0)
+        if depth == 0:
+            return place
+    return len(tokens)
+
+
+def _power(tokens: list[Token], at: int) -> int:
+    """The end of an exponent."""
+    if tokens[at][1] in ("(", "{"):
+        return _closing(tokens, at) + 1
+    return at + (2 if tokens[at][1] == "-" else 1)
+
+
+def _name(text: str) -> str:
+    name = text.rstrip("'")
+    primes = text[len(name) :]
+    if name in _FUNCTIONS:
+        return _FUNCTIONS[name] + " "
+    if name in _GREEK:
+        return _GREEK[name] + primes
+    if name in _names():
+        return _names()[name] + primes
+    head, _, index = name.partition("_")
+    if name in _DIFFERENTIALS:
+        return name + " "
+    if not index and len(name) > 1:
+        head, index = name[0], name[1:]
+    if not index:
+        return text
+    head = _GREEK.get(head, head if len(head) == 1 else rf"\mathrm{{{head}}}")
+    index = index if index.isdigit() or len(index) == 1 else rf"\mathrm{{{index}}}"
+    return f"{head}{primes}_{index}" if len(index) == 1 else f"{head}{primes}_{{{index}}}"

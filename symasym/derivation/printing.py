@@ -1,0 +1,386 @@
+r"""Formulas in the order in which they are written by hand.
+
+SymPy orders factors and terms by its own canonical order, keeps roots apart and puts exponentials
+into numerators. Here a product is its sign, one fraction of numbers, symbols and one root, then
+sums, functions, exponentials and integrals, in this order; a sum has its positive terms first, and
+a polynomial in :math:`u` falling powers; an exponent is written on one line:
+:math:`\frac{2 \pi}{\sqrt{- A'(u_1) A'(u_2)}} e^{2 D/\kappa^2}`. Nothing is simplified: roots are
+joined only where their arguments have no negative factor left alone
+(:math:`\sqrt a \sqrt b = \sqrt{a b}` for :math:`a, b \ge 0`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from itertools import pairwise
+from typing import Any
+
+import sympy
+from sympy.core.function import AppliedUndef
+from sympy.printing.latex import LatexPrinter
+
+__all__ = ["tex"]
+
+#: Symbols by which a polynomial is ordered.
+_POSITIONS = ("u", "v")
+#: Names that are words and not products of letters.
+_WORDS = ("int", "nested", "climb", "fall", "drift", "noise")
+#: The rank of what follows the fraction of a product; what has none stands in the fraction.
+_SUM, _FUNCTION, _EXPONENTIAL, _DERIVATIVE, _INTEGRAL = range(1, 6)
+_HALF = sympy.S.Half
+
+
+def tex(expression: Any, names: Mapping[Any, str] | None = None) -> str:
+    """LaTeX of a SymPy expression.
+
+    Parameters
+    ----------
+    expression : SymPy expression
+    names : dict, optional
+        Symbol -> LaTeX.
+    """
+    return str(_Printer({"symbol_names": dict(names or {})}).doprint(expression))
+
+
+class _Printer(LatexPrinter):  # type: ignore[misc]
+    """SymPy's printer with the order of factors and terms of the module's head."""
+
+    def _print_Symbol(self, symbol: Any, style: str = "plain") -> str:
+        if symbol in self._settings["symbol_names"]:
+            return str(self._settings["symbol_names"][symbol])
+        name, _, index = symbol.name.partition("_")
+        head = rf"\mathrm{{{name}}}" if name in _WORDS else self._deal_with_super_sub(name)
+        if not index or "^" in name:
+            return head if not index else str(super()._print_Symbol(symbol))
+        index = rf"\mathrm{{{index}}}" if len(index) > 1 and index.isalpha() else index
+        return rf"{head}_{index}" if len(index) == 1 else rf"{head}_{{{index}}}"
+
+    # -- sums ------------------------------------------------------------------------------------
+
+    def _print_Add(self, expr: Any, order: Any = None) -> str:
+        del order
+        text = ""
+        for number, term in enumerate(_terms(expr)):
+            negative = term.could_extract_minus_sign() if term.is_Add else _negative(term)
+            shown = self._print(-term if negative else term)
+            if term.is_Add:
+                shown = rf"\left({shown}\right)"
+            sign = ("-" if negative else "") if number == 0 else (" - " if negative else " + ")
+            text += sign + shown
+        return text
+
+    # -- products --------------------------------------------------------------------------------
+
+    def _print_Mul(self, expr: Any) -> str:
+        if _negative(expr):
+            return f"-{self._print(-expr)}"
+        above, below, behind = self._sorted(expr)
+        parts = []
+        top, bottom = self._row(above), self._row(below)
+        if below:
+            parts.append(rf"\frac{{{top or 1}}}{{{bottom}}}")
+        elif top:
+            parts.append(top)
+        return " ".join([*parts, *behind])
+
+    def _sorted(self, expr: Any) -> tuple[list[Any], list[Any], list[str]]:
+        """Factors above and below the line, and behind the fraction as LaTeX."""
+        coefficient, rest = expr.as_coeff_Mul(rational=True)
+        above: list[Any] = []
+        below: list[Any] = []
+        roots: list[Any] = []
+        divisors: list[Any] = []
+        behind: list[tuple[int, Any]] = []
+        # sqrt(a) sqrt(b) is sqrt(a b) where one of them may be negative, but not both.
+        doubtful = None
+        for factor in sympy.Mul.make_args(rest):
+            base, power = factor.as_base_exp() if not isinstance(factor, sympy.exp) else (factor, 1)
+            if power in (_HALF, -_HALF) and base.is_nonnegative:
+                (roots if power == _HALF else divisors).append(base)
+            elif power == _HALF and doubtful is None:
+                doubtful = base
+                roots.append(base)
+            elif rank := _rank(base, power):
+                behind.append((rank, factor))
+            elif sympy.sympify(power).could_extract_minus_sign():
+                below.append(base**-power)
+            else:
+                above.append(factor)
+        coefficient, roots, divisors = _rooted(coefficient, roots, divisors)
+        if coefficient.p != 1:
+            above.insert(0, sympy.Integer(coefficient.p))
+        if coefficient.q != 1:
+            below.insert(0, sympy.Integer(coefficient.q))
+        lead = ""
+        if roots and divisors:
+            lead = rf"\sqrt{{{self._quotient(roots, divisors)}}}"
+        elif roots:
+            above.append(_Root(roots))
+        elif divisors:
+            below.append(_Root(divisors))
+        sums = [f for rank, f in behind if rank == _SUM]
+        if not above and len(sums) == 1 and below:
+            # A sum alone over something: no 1/x in front of it.
+            above, behind = sums, [(rank, f) for rank, f in behind if rank != _SUM]
+        if not above and any(isinstance(f, sympy.Integral) for f in below):
+            # A quotient of integrals.
+            above, behind = (
+                [f for rank, f in behind if rank == _INTEGRAL],
+                [item for item in behind if item[0] != _INTEGRAL],
+            )
+        if not below:
+            # Values of functions stand behind sums: (a - C) V(v).
+            behind += [(_FUNCTION, f) for f in above if isinstance(f, AppliedUndef)]
+            above = [f for f in above if not isinstance(f, AppliedUndef)]
+        behind.sort(key=lambda item: (item[0], sympy.default_sort_key(item[1])))
+        shown = [self._behind(rank, factor) for rank, factor in behind]
+        return above, below, [lead, *shown] if lead else shown
+
+    def _behind(self, rank: int, factor: Any) -> str:
+        shown = self._print(factor)
+        return self._parenthesised(shown) if rank == _SUM and factor.is_Add else shown
+
+    def _quotient(self, above: list[Any], below: list[Any]) -> str:
+        top, bottom = self._signed(above), self._signed(below)
+        return rf"\frac{{{top}}}{{{bottom}}}"
+
+    def _signed(self, factors: list[Any]) -> str:
+        return str(self._print(sympy.Mul(*factors)))
+
+    def _row(self, factors: Iterable[Any]) -> str:
+        """Factors in a row: numbers, symbols, sums, roots."""
+        factors = list(factors)
+        ordered = sorted(factors, key=self._place)
+        shown = []
+        for factor in ordered:
+            if isinstance(factor, _Root):
+                shown.append(rf"\sqrt{{{self._signed(factor.factors)}}}")
+            elif factor.is_Add and len(factors) > 1:
+                shown.append(self._parenthesised(self._print(factor)))
+            else:
+                shown.append(self._print(factor))
+        # A word is kept apart from the factors beside it.
+        row = shown[:1]
+        for before, factor in pairwise(shown):
+            word = before.startswith(r"\mathrm") or factor.startswith(r"\mathrm")
+            row.append(rf"\, {factor}" if word else factor)
+        return " ".join(row)
+
+    def _place(self, factor: Any) -> tuple[int, str]:
+        """Order in a row: numbers, constants, symbols, u and values of functions, sums, roots."""
+        if isinstance(factor, _Root):
+            return (1 if all(f.is_Integer for f in factor.factors) else 5), ""
+        if factor.is_number:
+            return (0 if factor.is_Rational else 1), str(factor)
+        base = factor.as_base_exp()[0]
+        if base.is_Add:
+            return 4, str(factor)
+        named = self._settings["symbol_names"].get(base, "")
+        late = isinstance(base, sympy.Function) or "(" in named or str(base) in _POSITIONS
+        return (3 if late else 2), str(factor).casefold()
+
+    def _parenthesised(self, shown: str) -> str:
+        return rf"\left({shown}\right)" if r"\frac" in shown else f"({shown})"
+
+    # -- powers ----------------------------------------------------------------------------------
+
+    def _print_Pow(self, expr: Any) -> str:
+        base, power = expr.base, expr.exp
+        if power == _HALF:
+            return rf"\sqrt{{{self._print(base)}}}"
+        if sympy.sympify(power).could_extract_minus_sign():
+            return rf"\frac{{1}}{{{self._print(base**-power)}}}"
+        raised = _group(self._line(power))
+        if isinstance(base, sympy.Function) and not isinstance(base, sympy.exp):
+            return self._applied(base, raised)
+        shown = self._print(base)
+        if base.is_Add or base.is_Mul or base.is_Pow or "^" in shown or "'" in shown:
+            shown = self._parenthesised(shown)
+        return f"{shown}^{raised}"
+
+    def _print_ExpBase(self, expr: Any, exp: Any = None) -> str:
+        shown = f"e^{{{self._line(expr.args[0])}}}"
+        return rf"\left({shown}\right)^{{{exp}}}" if exp is not None else shown
+
+    def _line(self, expr: Any) -> str:
+        """LaTeX on one line, with a slash for a fraction."""
+        if expr.is_Add:
+            text = ""
+            for number, term in enumerate(_terms(expr)):
+                sign = "-" if _negative(term) else "+"
+                lead = ("-" if sign == "-" else "") if number == 0 else f" {sign} "
+                text += lead + self._line(abs_of(term))
+            return text
+        if _negative(expr):
+            return "-" + self._line(-expr)
+        top, bottom = expr.as_numer_denom()
+        if bottom == 1:
+            return str(self._print(expr))
+        over = self._print(bottom)
+        if bottom.is_Mul:
+            over = f"({over})"
+        # 2 (a - b) for 2 a - 2 b.
+        number, rest = top.primitive()
+        shown = f"({self._print(rest)})" if rest.is_Add else self._print(top)
+        return f"{number} {shown}/{over}" if rest.is_Add and number != 1 else f"{shown}/{over}"
+
+    # -- functions -------------------------------------------------------------------------------
+
+    def _print_Function(self, expr: Any, exp: Any = None) -> str:
+        return self._applied(expr, f"{{{exp}}}" if exp is not None else "")
+
+    def _applied(self, expr: Any, raised: str) -> str:
+        """A function's name, its power, its argument."""
+        name = expr.func.__name__
+        if isinstance(expr, sympy.Heaviside):
+            return self._indicator(expr) + (f"^{raised}" if raised else "")
+        if isinstance(expr, AppliedUndef):
+            head = self._settings["symbol_names"].get(name) or super()._deal_with_super_sub(
+                name, style="plain"
+            )
+            head = f"{{{head}}}" if raised and "^" in head else head
+        elif name in _AIRY:
+            head = _AIRY[name]
+        elif hasattr(self, f"_print_{name}") and name not in _FUNCTIONS:
+            shown = str(super()._print(expr))
+            return f"{shown}^{raised}" if raised else shown
+        else:
+            head = _FUNCTIONS.get(name, rf"\operatorname{{{name}}}")
+        arguments = ", ".join(self._print(a) for a in expr.args)
+        power = f"^{raised}" if raised else ""
+        fraction = r"\frac" in arguments
+        open_, close = (r"\left(", r"\right)") if fraction else ("(", ")")
+        if head.endswith("'"):
+            return f"{head}{open_}{arguments}{close}{power}"
+        return f"{head}{power}{open_}{arguments}{close}"
+
+    def _indicator(self, expr: Any) -> str:
+        return rf"\mathbf{{1}}_{{{self._print(expr.args[0])} > 0}}"
+
+    def _print_Heaviside(self, expr: Any, exp: Any = None) -> str:
+        return self._indicator(expr) + (f"^{{{exp}}}" if exp is not None else "")
+
+    def _print_log(self, expr: Any, exp: Any = None) -> str:
+        return self._applied(expr, f"{{{exp}}}" if exp is not None else "")
+
+    _print_erf = _print_log
+    _print_airyai = _print_log
+    _print_airybi = _print_log
+    _print_airyaiprime = _print_log
+    _print_airybiprime = _print_log
+
+    # -- integrals and derivatives ---------------------------------------------------------------
+
+    def _print_Integral(self, expr: Any) -> str:
+        signs, ends = "", ""
+        for limits in expr.limits:
+            ends += rf" \, d{self._print(limits[0])}"
+        for limits in reversed(expr.limits):
+            bounds = ""
+            if len(limits) == 3:
+                bounds = f"_{{{self._print(limits[1])}}}^{{{self._print(limits[2])}}}"
+            signs += rf"\int{bounds} "
+        body = self._print(expr.function)
+        if expr.function.is_Add:
+            body = self._parenthesised(body)
+        return f"{signs}{body}{ends}"
+
+    def _print_Derivative(self, expr: Any) -> str:
+        shown = str(super()._print_Derivative(expr.func(sympy.Symbol("X"), *expr.variable_count)))
+        operator = shown.rsplit("X", 1)[0].rstrip()
+        body = self._print(expr.expr)
+        if expr.expr.is_Mul or expr.expr.is_Add:
+            body = rf"\left[{body}\right]"
+        return f"{operator} {body}"
+
+
+_AIRY = {
+    "airyai": r"\operatorname{Ai}",
+    "airybi": r"\operatorname{Bi}",
+    "airyaiprime": r"\operatorname{Ai}'",
+    "airybiprime": r"\operatorname{Bi}'",
+}
+_FUNCTIONS = {
+    name: rf"\{name}" for name in ("log", "sin", "cos", "tan", "sinh", "cosh", "tanh")
+} | {"acos": r"\arccos", "asin": r"\arcsin", "atan": r"\arctan"}
+_FUNCTIONS["erf"] = r"\operatorname{erf}"
+
+
+class _Root:
+    """Factors under one root."""
+
+    is_Add = False
+
+    def __init__(self, factors: list[Any]) -> None:
+        self.factors = factors
+
+
+def abs_of(term: Any) -> Any:
+    """A term without its sign."""
+    return -term if _negative(term) else term
+
+
+def _negative(term: Any) -> bool:
+    """True for a term that is written with a minus sign."""
+    return bool(term.as_coeff_Mul()[0].is_negative)
+
+
+def _rank(base: Any, power: Any) -> int:
+    """Where a factor stands behind the fraction; 0 for one in it."""
+    if sympy.sympify(power).could_extract_minus_sign():
+        return 0
+    if isinstance(base, sympy.Integral):
+        return _INTEGRAL
+    if isinstance(base, sympy.Derivative):
+        return _DERIVATIVE
+    if isinstance(base, sympy.exp):
+        return _EXPONENTIAL
+    if isinstance(base, sympy.Function) and not isinstance(base, (AppliedUndef, sympy.Heaviside)):
+        return _FUNCTION
+    return _SUM if base.is_Add and power == 1 else 0
+
+
+def _rooted(
+    coefficient: Any, roots: list[Any], divisors: list[Any]
+) -> tuple[Any, list[Any], list[Any]]:
+    """Whole numbers under roots against the coefficient: sqrt(3)/9 is 1/(3 sqrt(3))."""
+    for root in [x for x in roots if x.is_Integer and coefficient.q % x == 0]:
+        coefficient, divisors = coefficient * root, [root, *divisors]
+        roots = [x for x in roots if x != root]
+    return coefficient, roots, divisors
+
+
+def _terms(expr: Any) -> list[Any]:
+    """The terms of a sum in the order they are written in."""
+    terms = list(expr.args)
+    (position,) = [s for s in expr.free_symbols if s.name in _POSITIONS][:1] or (None,)
+    degree = {t: _degree(t, position) for t in terms}
+    highest = max(terms, key=lambda t: degree[t])
+    # A polynomial whose leading term is positive is written by falling powers.
+    falling = degree[highest] > 0 and not _negative(highest)
+    return sorted(
+        terms,
+        key=lambda t: (
+            -degree[t] if falling else 0,
+            _negative(t),
+            0 if t.is_number and not _negative(t) else 1,
+            sympy.count_ops(t),
+            sympy.default_sort_key(t),
+        ),
+    )
+
+
+def _degree(term: Any, position: Any) -> int:
+    if position is None:
+        return 0
+    power = term.as_powers_dict().get(position, 0) if term.is_Mul else 0
+    if term == position:
+        power = 1
+    elif term.is_Pow and term.base == position:
+        power = term.exp
+    return int(power) if sympy.sympify(power).is_Integer else 0
+
+
+def _group(text: str) -> str:
+    """`text` as an exponent."""
+    return text if len(text) == 1 else f"{{{text}}}"

@@ -1,0 +1,1 @@
+"""The drift, its potential and Taylor coefficients as numbers; scenes of one drift or of many."""

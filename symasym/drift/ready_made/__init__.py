@@ -1,0 +1,1 @@
+"""Drifts that are ready-made: friction, and the smoothings of a switch."""

@@ -1,0 +1,1 @@
+"""Power series and what bounds them: truncated, formal, Taylor models; quadratic factors."""

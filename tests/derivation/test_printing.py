@@ -1,0 +1,209 @@
+"""Printed formulas: read back by a reader of TeX of the tests' own, they have the same values."""
+
+from __future__ import annotations
+
+import random
+import re
+from typing import Any
+
+import mpmath
+import pytest
+import sympy
+from sympy import Integral, Rational, Symbol, cos, exp, sqrt
+from sympy.core.function import AppliedUndef
+
+from derivations.registry import build, entries
+from symasym.derivation import Expansion, Inequality
+from symasym.derivation.printing import tex
+from symasym.derivation.results import latex, parts
+
+u, v = Symbol("u", real=True), Symbol("v", real=True)
+a, b, k = (Symbol(name, positive=True) for name in ("a", "b", "kappa"))
+n = Symbol("n", negative=True)
+V = sympy.Function("V")
+
+
+@pytest.mark.parametrize(
+    ("expression", "wanted"),
+    [
+        (
+            2 * sympy.pi * exp(2 * a / k**2) / sqrt(-n * b),
+            r"\frac{2 \pi}{\sqrt{-b n}} e^{2 a/\kappa^2}",
+        ),
+        (sqrt(2) * sqrt(a) / sqrt(b), r"\sqrt{\frac{2 a}{b}}"),
+        (sqrt(3) * a / 9, r"\frac{a}{3 \sqrt{3}}"),
+        (exp((2 * V(v) - 2 * V(u)) / k**2), r"e^{2 (V(v) - V(u))/\kappa^2}"),
+        (-1 + u, "u - 1"),
+        (1 - a - u**2, "1 - a - u^2"),
+        (u**3 * a - u - 1, "a u^3 - u - 1"),
+        (a * (u - 1) / 2, r"\frac{a}{2} (u - 1)"),
+        ((a + b) / k, r"\frac{a + b}{\kappa}"),
+        (cos(a) ** 3, r"\cos^3(a)"),
+        (sympy.airyaiprime(u) ** 2, r"\operatorname{Ai}'(u)^2"),
+        (
+            2 * Integral((sympy.Heaviside(v) - a) * V(v), (u, -1, v), (v, 0, b)) / k**2,
+            r"\frac{2}{\kappa^2} \int_{0}^{b} \int_{-1}^{v} "
+            r"(\mathbf{1}_{v > 0} - a) V(v) \, du \, dv",
+        ),
+        (Integral(V(u), (u, 0, a)) / Integral(V(u), (u, 0, b)),
+         r"\frac{\int_{0}^{a} V(u) \, du}{\int_{0}^{b} V(u) \, du}"),
+        (Symbol("nested") * a / Symbol("int_e"), r"\frac{a \, \mathrm{nested}}{\mathrm{int}_e}"),
+    ],
+)  # fmt: skip
+def test_formulas_are_written_as_by_hand(expression: Any, wanted: str) -> None:
+    assert tex(expression) == wanted
+
+
+def test_roots_of_numbers_that_may_be_negative_are_not_joined() -> None:
+    x, y = sympy.symbols("x y", real=True)
+    assert tex(sqrt(x) * sqrt(y)).count(r"\sqrt") == 2
+    assert tex(sqrt(a) * sqrt(y)).count(r"\sqrt") == 1
+
+
+def test_a_relative_remainder_is_a_factor() -> None:
+    leading = exp(a / k**2)
+    assert latex(Expansion(leading, 3 * leading * k**2, k)) == (
+        rf"{tex(leading)} \left(1 + O(\kappa^2)\right)"
+    )
+    assert latex(Expansion(a, 2 * k**2, k)) == r"a + O(\kappa^2)"
+
+
+# -- reading back ----------------------------------------------------------------------------------
+
+_FUNCTIONS = {
+    "log": mpmath.log, "sin": mpmath.sin, "cos": mpmath.cos, "tanh": mpmath.tanh,
+    "arccos": mpmath.acos, "arcsin": mpmath.asin, "erf": mpmath.erf,
+    "Ai": mpmath.airyai, "Bi": mpmath.airybi,
+    "Ai'": lambda x: mpmath.airyai(x, derivative=1),
+    "Bi'": lambda x: mpmath.airybi(x, derivative=1),
+    "Gamma": mpmath.gamma,
+}  # fmt: skip
+_AIRY = {"airyaiprime": _FUNCTIONS["Ai'"], "airybiprime": _FUNCTIONS["Bi'"]}
+_TOKEN = re.compile(
+    r"\\(?:frac|sqrt|pi|operatorname\{\w+\}'?|[a-zA-Z]+)|@\d+|\d+|[{}()^+\-/e]|(?P<bad>\S)"
+)
+
+
+class Reader:
+    """Value of a formula in TeX, symbols being ``@0``, ``@1``, ... ."""
+
+    def __init__(self, text: str, values: list[Any]) -> None:
+        text = re.sub(r"\\left|\\right|\\,", " ", text)
+        self.tokens = [m[0] for m in _TOKEN.finditer(text)]
+        assert not any(m["bad"] for m in _TOKEN.finditer(text)), text
+        self.values, self.at = values, 0
+
+    def value(self) -> Any:
+        found = self.sum()
+        assert self.at == len(self.tokens), self.tokens[self.at :]
+        return found
+
+    def peek(self) -> str:
+        return self.tokens[self.at] if self.at < len(self.tokens) else ""
+
+    def take(self, wanted: str = "") -> str:
+        token = self.tokens[self.at]
+        assert not wanted or token == wanted, (token, wanted)
+        self.at += 1
+        return token
+
+    def sum(self) -> Any:
+        total = mpmath.mpf(0)
+        while True:
+            sign = -1 if self.peek() == "-" else 1
+            if self.peek() in ("+", "-"):
+                self.take()
+            total += sign * self.product()
+            if self.peek() not in ("+", "-"):
+                return total
+
+    def product(self) -> Any:
+        found = self.factor()
+        while self.peek() not in ("", "+", "-", ")", "}"):
+            if self.peek() == "/":
+                self.take()
+                found /= self.factor()
+            else:
+                found *= self.factor()
+        return found
+
+    def group(self) -> Any:
+        """An argument: in braces, or one token."""
+        if self.peek() != "{":
+            return self.atom()
+        self.take("{")
+        found = self.sum()
+        self.take("}")
+        return found
+
+    def factor(self) -> Any:
+        found = self.atom()
+        if self.peek() == "^":
+            self.take()
+            found **= self.group()
+        return found
+
+    def atom(self) -> Any:
+        token = self.take()
+        if token.startswith("@"):
+            return self.values[int(token[1:])]
+        if token.isdigit():
+            return mpmath.mpf(token)
+        if token == "e":
+            return +mpmath.e
+        if token == r"\pi":
+            return +mpmath.pi
+        if token == r"\frac":
+            return self.group() / self.group()
+        if token == r"\sqrt":
+            return mpmath.sqrt(self.group())
+        if token == "(":
+            found = self.sum()
+            self.take(")")
+            return found
+        function = _FUNCTIONS[re.sub(r"\\(?:operatorname\{(\w+)\}('?))?", r"\1\2", token)]
+        power = mpmath.mpf(1)
+        if self.peek() == "^":
+            self.take()
+            power = self.group()
+        self.take("(")
+        found = function(self.sum())
+        self.take(")")
+        return found**power
+
+
+def _readable(stated: Any) -> list[Any]:
+    """The expressions of a statement that hold numbers and symbols alone."""
+    if isinstance(stated, Expansion):
+        return _readable(stated.leading) + _readable(stated.gauge)
+    if isinstance(stated, Inequality):
+        return _readable(stated.left) + _readable(stated.right)
+    if isinstance(stated, (tuple, list)):
+        return [e for item in stated for e in _readable(item)]
+    beyond = (Integral, sympy.Derivative, AppliedUndef, sympy.Heaviside, sympy.Abs, sympy.Sum)
+    return [e for e in parts(stated) if isinstance(e, sympy.Expr) and not e.has(*beyond)]
+
+
+@pytest.mark.parametrize("label", entries())
+def test_printed_values_are_the_expressions(label: str) -> None:
+    derivation = build(label)
+    chance = random.Random(label)
+    stated = [derivation.result, *(step.result for step in derivation.steps)]
+    for expression in (e for one in stated for e in _readable(one)):
+        symbols = sorted(expression.free_symbols, key=str)
+        shown = {s: tex(s, derivation.names) for s in symbols}
+        text = tex(expression, derivation.names)
+        for s in sorted(symbols, key=lambda s: -len(shown[s])):
+            text = re.sub(
+                rf"(?<![@\\a-zA-Z]){re.escape(shown[s])}(?![a-zA-Z_])",
+                f"@{symbols.index(s)} ",
+                text,
+            )
+        values = [
+            Rational(chance.randint(20, 300), 151) * (-1 if s.is_negative else 1) for s in symbols
+        ]
+        with mpmath.workdps(30):
+            numbers = [mpmath.mpf(x.p) / x.q for x in values]
+            wanted = sympy.lambdify(symbols, expression, [_AIRY, "mpmath"])(*numbers)
+            found = Reader(text, numbers).value()
+            assert abs(found - wanted) <= abs(wanted) * mpmath.mpf(10) ** -20, (text, label)
