@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from symasym.drift.ready_made.smoothings import hill, linear, polynomial, sine, tanh
     from symasym.drift.reduction import reduce
     from symasym.emit import emit
+    from symasym.expansions import Expansion, expand
     from symasym.formula import Formula, formula, labels
     from symasym.plan import plan
     from symasym.plot import plot
@@ -37,6 +38,7 @@ __all__ = [
     "AccuracyError",
     "Drift",
     "Estimate",
+    "Expansion",
     "Formula",
     "InputError",
     "OutputError",
@@ -51,6 +53,7 @@ __all__ = [
     "emit",
     "escape_time",
     "exit_probability",
+    "expand",
     "formula",
     "friction",
     "hill",
@@ -79,6 +82,7 @@ _HOMES = {
     "AccuracyError": "symasym.base.errors",
     "Drift": "symasym.drift.drift",
     "Estimate": "symasym.base.estimate",
+    "Expansion": "symasym.expansions",
     "Formula": "symasym.formula",
     "InputError": "symasym.base.errors",
     "OutputError": "symasym.base.errors",
@@ -93,6 +97,7 @@ _HOMES = {
     "emit": "symasym.emit",
     "escape_time": "symasym.quantities",
     "exit_probability": "symasym.quantities",
+    "expand": "symasym.expansions",
     "formula": "symasym.formula",
     "friction": "symasym.drift.ready_made.friction",
     "hill": "symasym.drift.ready_made.smoothings",

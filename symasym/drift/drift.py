@@ -88,6 +88,11 @@ class Drift:
         drift._model, drift._values = model, {}
         return drift.bind(**{name: value for name, value in values.items() if value is not None})
 
+    @classmethod
+    def general(cls) -> Self:
+        """No drift in particular, of which `symasym.expand` states formulas in V's derivatives."""
+        return cls.of(models.General())
+
     # -- parameters ------------------------------------------------------------------------
 
     @property

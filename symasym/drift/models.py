@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, count, exact
 from symasym.generated.plain_formulas import friction_coefficients
-from symasym.numbers.trees import Operand, Operations, call, evaluate_tree, integer_power
+from symasym.numbers.trees import Operand, Operations, SympyOps, call, evaluate_tree, integer_power
 
 if TYPE_CHECKING:
     pass
@@ -247,6 +247,25 @@ class Expression(Model):
         if self._powers is None:
             return None
         return [evaluate_tree(c, self._values(p), ops) for c in self._powers]
+
+
+@dataclass(frozen=True)
+class General(Model):
+    """No drift in particular: A stays the function ``A(u)``, in formulas alone."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return ()
+
+    def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
+        """A(u) as SymPy's undefined function; no number."""
+        if isinstance(ops, SympyOps):
+            import sympy
+
+            return sympy.Function("A", real=True)(u)
+        raise InputError(
+            "Drift.general() names no drift and has no numbers; give one such as sa.friction()."
+        )
 
 
 def check_count(name: str, value: Number) -> int:

@@ -166,7 +166,7 @@ def _line(height: Expr) -> tuple[Any, Any]:
     """Value at r = 1 and slope of a height, without rounding."""
     height = sympy.expand(height)
     parts = height.coeff(BEYOND_1, 0), height.coeff(BEYOND_1, 1)
-    level, slope = (sympy.S.Zero if abs(c) < NOTHING else c for c in parts)
+    level, slope = (sympy.S.Zero if c.is_number and abs(c) < NOTHING else c for c in parts)
     return level, slope
 
 

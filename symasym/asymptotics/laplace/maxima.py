@@ -9,6 +9,7 @@ and g not to grow faster than e^(lam f) falls.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
 _EQUAL = Fraction(1, 10**35)
 _SAME_POINT = Fraction(1, 10**20)
 _GRID = 801
+# Parameters without a sign up to which the signs are tried.
+_MOST_SIGNS = 3
 _FAR = (10**2, 10**4, 10**6)
 
 
@@ -114,8 +117,61 @@ def symbolic_peak(
 ) -> tuple[list[Real], bool]:
     """Points where f is largest when parameters are free, and whether they were given.
 
-    Candidates are the ends, the kinks and the zeros of f'; which of them it is must be the same
-    at all sampled values of the parameters.
+    Raises
+    ------
+    InputError
+        Where that depends on the parameters; it asks for a sign where one decides.
+    """
+    try:
+        return _highest_of_all(pieces, x, given)
+    except InputError:
+        asked = _sign_needed(pieces, x, given)
+        if asked is None:
+            raise
+        raise InputError(asked) from None
+
+
+def _sign_needed(pieces: list[Piece], x: Symbol, given: list[Real] | None) -> str | None:
+    """The request for the signs of parameters with which the maximum is decided, None for none."""
+    known = {e for p in pieces for e in (p.f, p.g, p.lo, p.hi)}
+    free = set().union(*(e.free_symbols for e in known)) - {x}
+    unknown = sorted((s for s in free if s.is_positive is s.is_negative is None), key=str)
+    if not 0 < len(unknown) <= _MOST_SIGNS:
+        return None
+    decided = []
+    for signs in itertools.product(("positive", "negative"), repeat=len(unknown)):
+        named = {
+            s: sympy.Symbol(s.name, **{sign: True}) for s, sign in zip(unknown, signs, strict=True)
+        }
+        bound = [Piece(*(e.xreplace(named) for e in (p.lo, p.hi, p.f, p.g))) for p in pieces]
+        points = given and [sympy.sympify(point).xreplace(named) for point in given]
+        try:
+            _highest_of_all(bound, x, points)
+        except InputError:
+            continue
+        decided.append(signs)
+    if not decided:
+        return None
+    calls = [
+        ", ".join(f"Symbol('{s}', {sign}=True)" for s, sign in zip(unknown, signs, strict=True))
+        for signs in decided
+    ]
+    if len(decided) == 1:
+        rule = [f"{s} must be {sign}" for s, sign in zip(unknown, decided[0], strict=True)]
+        return f"{' and '.join(rule)}: pass {calls[0]}, so that f = {pieces[0].f} has a maximum."
+    names = ", ".join(map(str, unknown))
+    return (
+        f"where f = {pieces[0].f} is largest depends on the sign of {names}: pass "
+        f"{' or '.join(calls)}."
+    )
+
+
+def _highest_of_all(
+    pieces: list[Piece], x: Symbol, given: list[Real] | None
+) -> tuple[list[Real], bool]:
+    """The same; candidates are the ends, the kinks and the zeros of f'.
+
+    Which of them it is must be the same at all sampled values of the parameters.
     """
     candidates: list[Any] = []
     for piece in pieces:

@@ -23,8 +23,8 @@ import numpy as np
 from symasym.asymptotics.weak_noise.arrays import Evaluate, logs_of, own_shapes
 from symasym.asymptotics.weak_noise.compose import (
     Composed,
-    Leaf,
-    Sum,
+    Nodes,
+    Ring,
     pairs_of,
     regular_part,
     rising_of,
@@ -134,7 +134,7 @@ def _occupation(scene: Scene, request: Request, prove: Prove | None) -> Answer:
         points, slopes, terms = _stationary(drift, order, context)
         arithmetic = Digits(context)
         number = arithmetic.number(lam)
-        outside, whole_line = _expressions(points, slopes)
+        outside, whole_line = stationary_sums(points, slopes)
         expanded = []
         for n in orders:
             at = Point(number, n, True, None, arithmetic)
@@ -168,11 +168,14 @@ def _stationary(
     return points, slopes, (*wells, "kinks")
 
 
-def _expressions(points: list[CriticalPoint], slopes: list[Any]) -> tuple[Sum, Sum]:
-    """int e^{-lam V} over |u| > 1, and over all u."""
+def stationary_sums(
+    points: list[CriticalPoint], slopes: list[Any], ring: Ring | None = None
+) -> tuple[Any, Any]:
+    """int e^{-lam V} over |u| > 1, and over all u; of nodes without a `ring`."""
+    ring = Nodes() if ring is None else ring
     ends = zip((points[0].height, points[-1].height), slopes, strict=True)
-    outside = [Leaf(height, Series([Part(1.0, 0, [1 / slope])])) for height, slope in ends]
-    return Sum(list(outside)), Sum([Leaf(p.height, p.series) for p in points])
+    outside = [ring.leaf(height, Series([Part(1.0, 0, [1 / slope])])) for height, slope in ends]
+    return ring.total(outside), ring.total([ring.leaf(p.height, p.series) for p in points])
 
 
 def _probability(complement: bool) -> Quantity:
@@ -398,7 +401,7 @@ def _occupation_logs(
         with own_context(40) as context:
             points, slopes, _ = _stationary(one, orders[-1], context)
             points = list(map(float_point, points))
-            outside, whole_line = _expressions(points, [float(slope) for slope in slopes])
+            outside, whole_line = stationary_sums(points, [float(slope) for slope in slopes])
         lam, sizes = scenes.lam[rows], Sizes(p.series for p in points)
         top = max(abs(p.height) for p in points)
         with np.errstate(all="ignore"):

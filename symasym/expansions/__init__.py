@@ -1,0 +1,6 @@
+"""Expansions as formulas, with the drift's parameters free."""
+
+from symasym.expansions.cases import Case
+from symasym.expansions.expansion import Contribution, Expansion, expand
+
+__all__ = ["Case", "Contribution", "Expansion", "expand"]

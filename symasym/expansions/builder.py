@@ -1,0 +1,347 @@
+"""The one-sided expansions of weak noise with a symbol for everything that depends on the drift.
+
+`Symbols` is the `Builder` of `symasym.asymptotics.weak_noise.one_sided` whose numbers are SymPy
+expressions: each critical point is a symbol u1, u2, ..., left to right, each height V(u_k), V(-1),
+V(1) above V(start) another, each series a third. What they stand for is a chain of definitions:
+series in V's derivatives (`symasym.expansions.universal`), these in the parameters and u_k, and
+u_k by the equation A(u_k) = 0, or solved for where A is of degree 1 or 2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, cast
+
+import sympy
+from sympy import Expr, Rational, S, Symbol
+
+from symasym.asymptotics.weak_noise.one_sided import Builder, CriticalPoint, OneSided, add_edge
+from symasym.asymptotics.weak_noise.series import Numbers, Part, Series, terms
+from symasym.base.errors import InputError
+from symasym.drift.drift import Drift
+from symasym.drift.models import General
+from symasym.emit.symbolic_sums import X
+from symasym.expansions.cases import Case
+from symasym.expansions.universal import at_zero, endpoint, gaussian, put_in
+
+if TYPE_CHECKING:
+    from symasym.numbers.arithmetic import Arithmetic
+
+__all__ = ["FinitePart", "SeriesOf", "Symbols", "U"]
+
+#: The scaled position.
+U = Symbol("u", real=True)
+_TAKEN = {"kappa", "r", "lam", "u", "x", "beyond"}
+
+
+class FinitePart(sympy.Function):  # type: ignore[misc]
+    """Hadamard's finite part of the integral of h over u from a to b: FinitePart(h, u, a, b)."""
+
+    nargs = 4
+
+    def _latex(self, printer: Any, exp: str = "") -> str:
+        h, u, a, b = (printer._print(x) for x in self.args)
+        text = rf"\mathrm{{f.p.}}\!\int_{{{a}}}^{{{b}}} {h}\,d{u}"
+        return rf"\left({text}\right)^{{{exp}}}" if exp else text
+
+
+@dataclass(frozen=True)
+class SeriesOf:
+    """front (c_0 + c_1 x + c_2 x^2 + ...), x = kappa^2/2."""
+
+    front: Expr
+    coefficients: tuple[Expr, ...]
+
+    @property
+    def expression(self) -> Expr:
+        """The sum, with the symbol x."""
+        return self.front * sum((c * X**n for n, c in enumerate(self.coefficients)), S.Zero)
+
+
+class Symbols(Builder):
+    """Both one-sided expansions of a case to an order, in symbols.
+
+    Attributes
+    ----------
+    series : dict
+        What each symbol of a series stands for, as a `SeriesOf`.
+    values : dict
+        What each other symbol stands for: heights, V's derivatives, slopes beyond the layer,
+        critical points that are known; for a drift that is named.
+    equations : dict
+        For other critical points, A there, which is 0.
+    integrals : dict
+        The integrals of the regular part, as finite parts.
+    tex : dict
+        The symbols' LaTeX.
+    """
+
+    def __init__(self, drift: Drift, case: Case, order: int, start: Fraction) -> None:
+        self.arithmetic = cast(
+            "Arithmetic", SimpleNamespace(context=True, one=S.One, number=sympy.sympify)
+        )
+        self.general = isinstance(drift._model, General)
+        self.A = drift.expression()
+        self._require_free_names()
+        self.case, self.count = case, order + 1
+        self.degree, self.height_size = 0, 0.0
+        self.powers = None if self.general else self.A.as_poly(U)
+        self.kept = None if self.powers is None else self.powers.degree()
+        if self.kept is not None and self.kept < len(case.kinds):
+            raise InputError(
+                f"case is {str(case)!r} with {len(case.kinds)} zeros, and A = {self.A} has degree "
+                f"{self.kept}; give a case with fewer."
+            )
+        self.series: dict[Symbol, SeriesOf] = {}
+        self.values: dict[Symbol, Expr] = {}
+        self.equations: dict[Symbol, Expr] = {}
+        self.tex: dict[Symbol, str] = {}
+        self.integrals: dict[Symbol, Expr] = {}
+        self.start = Rational(start.numerator, start.denominator)
+        self.edges = [-S.One, self.start, S.One]
+        self.beyond, self.before = True, case.before
+        self.lines = self._zeros()
+        self.names = {self.edges[0]: "-1", self.edges[1]: str(start), self.edges[2]: "1"}
+        self.names |= {u: u.name for u in [*self.lines, *self.others_outside]}
+        self.heights = {u: self.height_at(u) for u in (self.edges[0], *self.lines, self.edges[2])}
+        self.heights[self.start] = S.Zero
+        self.a_minus, self.a_plus = (self._slope_beyond(u) for u in (-1, 1))
+
+    def _require_free_names(self) -> None:
+        clash = sorted(s.name for s in self.A.free_symbols - {U} if s.name in _TAKEN)
+        clash += sorted(
+            s.name for s in self.A.free_symbols if s.name[:1] == "u" and s.name[1:].isdigit()
+        )
+        if clash:
+            raise InputError(
+                f"A = {self.A} has a parameter {clash[0]}, which the expansion needs as a name of "
+                "its own (kappa, r, lam, x, u, u1, u2, ...); rename the parameter."
+            )
+
+    # -- names ------------------------------------------------------------------------------
+
+    def _point(self, k: int, real: bool) -> Symbol:
+        u = Symbol(f"u{k}", real=True) if real else Symbol(f"u{k}")
+        self.tex[u] = f"u_{{{k}}}"
+        if not self.general:
+            self.equations[u] = self.A.xreplace({U: u})
+        return u
+
+    def _zeros(self) -> list[Symbol]:
+        """The zeros in the layer; `others_outside` are those of a polynomial that are not."""
+        inside = len(self.case.kinds)
+        lines = [self._point(k + 1, True) for k in range(inside)]
+        more = 0 if self.kept is None else self.kept - inside
+        self.others_outside = [self._point(inside + k + 1, more == 1) for k in range(more)]
+        if self.kept in (1, 2):
+            self._solve(lines)
+        return lines
+
+    def _solve(self, lines: list[Symbol]) -> None:
+        """The zeros of A of degree 1 or 2 in closed form: A' = ±sqrt(c1^2 - 4 c0 c2) there."""
+        assert self.powers is not None
+        c = self.powers.all_coeffs()[::-1]
+        if self.kept == 1:
+            (u,) = [*lines, *self.others_outside]
+            self.values[u] = -c[0] / c[1]
+        else:
+            root = sympy.sqrt(c[1] ** 2 - 4 * c[0] * c[2])
+            free = [1, -1]
+            for u, kind in zip(lines, self.case.kinds, strict=True):
+                sign = 1 if kind == "barrier" else -1
+                free.remove(sign)
+                self.values[u] = (-c[1] + sign * root) / (2 * c[2])
+            for u, sign in zip(self.others_outside, free, strict=True):
+                self.values[u] = (-c[1] + sign * root) / (2 * c[2])
+        self.equations = {}
+
+    def height_at(self, u: Expr) -> Symbol:
+        """V(u) - V(start), for u in the layer."""
+        name = self.names.get(u, str(u))
+        height = Symbol(f"V({name})", real=True)
+        self.tex[height] = f"V({self.tex.get(u, name)})"
+        if not self.general:
+            if self.powers is not None:
+                primitive = sympy.integrate(self.A, U)
+                self.values[height] = primitive.subs(U, self.start) - primitive.subs(U, u)
+            else:
+                self.values[height] = -sympy.Integral(self.A, (U, self.start, u))
+        return height
+
+    def _slope_beyond(self, side: int) -> Symbol:
+        slope = Symbol(f"phi({side})", real=True)
+        self.tex[slope] = "a_+" if side > 0 else "a_-"
+        if not self.general:
+            self.values[slope] = self.A.subs(U, side)
+        return slope
+
+    def derivative(self, j: int, u: Expr) -> Expr:
+        """V^(j)(u), j >= 1: a symbol, or 0 where A is a polynomial of lower degree."""
+        if self.kept is not None and j > self.kept + 1:
+            return S.Zero
+        order = "'" * j if j < 4 else f"^({j})"
+        name = self.names[u]
+        sign: dict[str, bool] = {} if u in self.others_outside else {"real": True}
+        if j == 2 and u in self.lines:
+            sign = {"negative" if self.barrier(self.lines.index(u)) else "positive": True}
+        symbol = Symbol(f"V{order}({name})", **sign)
+        if symbol not in self.tex:
+            power = "'" * j if j < 4 else f"^{{({j})}}"
+            self.tex[symbol] = f"V{power}({self.tex.get(u, name)})"
+            if not self.general:
+                self.values[symbol] = -sympy.diff(self.A, U, j - 1).subs(U, u)
+        return symbol
+
+    def _named(self, name: str, tex: str, front: Expr, coefficients: list[Expr]) -> Series:
+        """A series of one symbol."""
+        symbol = Symbol(name, real=True)
+        self.tex[symbol] = tex.rstrip("_")
+        self.series[symbol] = SeriesOf(front, tuple(coefficients))
+        return Series([Part(0.0, 0, [symbol])])
+
+    # -- what `Builder` asks for --------------------------------------------------------------
+
+    def inside(self, sign: int) -> list[int]:
+        return list(range(self.before, len(self.lines)) if sign > 0 else range(self.before)[::-1])
+
+    def barrier(self, k: int) -> bool:
+        return self.case.kinds[k] == "barrier"
+
+    def potential(self, u: Numbers) -> Any:
+        return self.heights[u]
+
+    def smooth(self, u: Numbers, value: Numbers = None) -> Series:
+        phi = -self.derivative(1, u) if u == self.start else self.a_minus if u < 0 else self.a_plus
+        g = [-self.derivative(j + 1, u) / (sympy.factorial(j) * phi) for j in range(1, self.count)]
+        h = [put_in(p, g) / phi**k for k, p in enumerate(endpoint(self.count, self.kept), 1)]
+        return Series([Part(1.0, 0, [sympy.expand(c) for c in h])])
+
+    def peak(self, k: int) -> Series:
+        u, barrier = self.lines[k], self.barrier(k)
+        bend = self.derivative(2, u)
+        steep = -bend if barrier else bend
+        alpha = [
+            2 * self.derivative(j + 2, u) / (sympy.factorial(j + 2) * bend)
+            for j in range(1, 2 * self.count - 1)
+        ]
+        rows = gaussian(self.count - 1, self.kept if self.kept is None else self.kept - 1)
+        letter = "B" if barrier else "W"
+        return self._named(
+            f"{letter}{k + 1}", f"{letter}_{{{k + 1}}}",
+            sympy.sqrt(2 * sympy.pi * X) * steep ** -sympy.Rational(1, 2),
+            [put_in(p, alpha) / steep**n for n, p in enumerate(rows)],
+        )  # fmt: skip
+
+    def primitives(self) -> Any:
+        return None
+
+    def outer(self, sign: int, extra: Numbers) -> Series:
+        side = "+" if sign > 0 else "-"
+        lo, hi = (self.start, S.One) if sign > 0 else (-S.One, self.start)
+        rows = [self._regular(k, lo, hi, side) for k in range(1, self.count + 1)]
+        # h_k(u) is -h_k(-u) in the mirror.
+        return self._named(f"M{side}", f"M_{side}", X, [row * sign for row in rows])
+
+    def _regular(self, k: int, lo: Expr, hi: Expr, side: str) -> Expr:
+        """The finite part of the integral of h_k from lo to hi, as a symbol."""
+        symbol = Symbol(f"R{k}{side}", real=True)
+        self.tex[symbol] = f"R_{{{k}}}^{{{side}}}"
+        name = Symbol(f"h{k}")
+        self.tex[name] = f"h_{{{k}}}"
+        self.integrals[symbol] = FinitePart(name, U, lo, hi)
+        if self.powers is None:
+            phi = sympy.Function("phi")(U) if self.general else self.A
+            h = 1 / phi
+            for _ in range(k - 1):
+                h = -sympy.diff(h, U) / phi
+            self.values[symbol] = FinitePart(h, U, lo, hi)
+        else:
+            self.values[symbol] = self._partial_fractions(k, lo, hi)
+        return symbol
+
+    def _partial_fractions(self, k: int, lo: Expr, hi: Expr) -> Expr:
+        """The same for a polynomial, a sum over its zeros (`weak_noise.regular_part`)."""
+        if not self.kept:
+            return (hi - lo) / self.A if k == 1 else S.Zero
+        total = S.Zero
+        for z in [*self.lines, *self.others_outside]:
+            rate = -self.derivative(2, z)
+            g = [
+                -self.derivative(j + 2, z) / (sympy.factorial(j + 1) * rate)
+                for j in range(1, 2 * k - 1)
+            ]
+            row = at_zero(self.count, self.kept - 1)[k - 1]
+            for power, p in zip(range(1 - 2 * k, 0), row, strict=True):
+                share = put_in(p, g) / rate**k
+                if power == -1:
+                    ratio = (hi - z) / (lo - z)
+                    total += share * sympy.log(sympy.Abs(ratio) if z in self.lines else ratio)
+                else:
+                    t = [(edge - z) ** (power + 1) for edge in (hi, lo)]
+                    total += share * (t[0] - t[1]) / (power + 1)
+        return total
+
+    # -- both sides ---------------------------------------------------------------------------
+
+    def both_sides(self) -> tuple[OneSided, OneSided]:
+        """The one-sided expansions with a symbol for each series, also of kinks."""
+        return tuple(  # type: ignore[return-value]
+            self._in_symbols(one, side)
+            for one, side in zip(super().both_sides(), ("-", "+"), strict=True)
+        )
+
+    def line(self) -> list[CriticalPoint]:
+        """Of int e^{-lam V} over the whole line (as `weak_noise.critical_points.whole`)."""
+        self.base, self.before = S.Zero, 0
+        rising: list[CriticalPoint] = []
+        falling: list[CriticalPoint] = []
+        low, _, high = self.edges
+        self.at_edge = [self.smooth(u) for u in (low, low, high)]
+        flat = self.flat(self.a_minus)
+        add_edge(rising, falling, 0, self.heights[low], flat, self.at_edge[0], "kink", low)
+        self.end(1, self.between(1, rising, falling), rising, falling)
+        ends = falling[0], falling[-1]
+        sides = {id(p): side for p, side in zip(ends, "-+", strict=True)}
+        return [
+            p._replace(series=self._symbol_of(p.series, "F", sides[id(p)])) if id(p) in sides else p
+            for p in falling
+        ]
+
+    def _symbol_of(self, series: Any, letter: str, side: str) -> Series:
+        """A symbol for a series that is none yet; its coefficients are those of x^(k+1)."""
+        if not terms(series):
+            return Series([])
+        (part,) = series.parts
+        if part.offset == 0:
+            return cast(Series, series)
+        rows = [sympy.sympify(c) for c in part.coefficients]
+        return self._named(f"{letter}{side}", f"{letter}_{side}", X, rows)
+
+    def _in_symbols(self, one: OneSided, side: str) -> OneSided:
+        """The series of the kinks and of the start as symbols; those of the start cancel in S."""
+
+        def points(known: list[CriticalPoint], letter: str) -> list[CriticalPoint]:
+            return [
+                p._replace(
+                    series=self._symbol_of(p.series, letter, side),
+                    onward=p.onward and self._symbol_of(p.onward, "G", side),
+                )
+                for p in known
+            ]
+
+        start = one.rising_start
+        if side == "-":
+            (part,) = start.parts
+            start = Series([part._replace(coefficients=[-c for c in part.coefficients])])
+            start = self._symbol_of(start, "S", "")
+            own = start.parts[0].coefficients[0]
+            start = Series([Part(0.0, 0, [-own])])
+        else:
+            start = self._symbol_of(start, "S", "")
+        return one._replace(
+            rising_start=start,
+            rising=points(one.rising, "E"),
+            falling=points(one.falling, "F"),
+        )

@@ -1,0 +1,549 @@
+"""Expansions as formulas: symbols in, symbols out.
+
+The composition is that of `symasym.asymptotics.weak_noise.compose`, the one that evaluates
+``method="laplace"``, run with a symbol for every series (`symasym.expansions.builder`).
+With x = kappa^2/2 and lam = 1/x,
+
+    T = lam (L D+ + R D-)/(L + R),    C = R/(L + R),
+
+L and R being int e^{lam V} left and right of the start and D- and D+ the nested integrals there.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property, lru_cache
+from typing import Any
+
+import sympy
+from sympy import Expr, S, Symbol
+
+from symasym.asymptotics.weak_noise.answer import stationary_sums
+from symasym.asymptotics.weak_noise.compose import (
+    Side,
+    Sides,
+    mean_time,
+    pairs_of,
+    rising_of,
+    side_of,
+)
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
+from symasym.base.errors import InputError
+from symasym.base.inputs import Number, Numbers, exact
+from symasym.drift.drift import Drift
+from symasym.emit import emit
+from symasym.emit.symbolic_sums import BEYOND_1, KAPPA, LAM, R, Sum, Symbolic, X
+from symasym.expansions.builder import FinitePart, SeriesOf, Symbols, U
+from symasym.expansions.cases import Case, case_of, found_cases, read_case
+from symasym.quantities import escape_time, exit_probability, occupation
+
+__all__ = ["Contribution", "Expansion", "expand"]
+
+QUANTITIES = ("T", "C", "1-C", "P", "1-P", "density")
+# Those that depend on the start and the radius.
+_OF_START = ("T", "C", "1-C")
+_MOST = 8
+_L, _R, _LEFT, _RIGHT = sympy.symbols("L R D- D+", positive=True)
+_Y = Symbol("y", real=True)
+_TEX = {_LEFT: "D_-", _RIGHT: "D_+", LAM: r"\lambda", BEYOND_1: "(r - 1)"}
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """One product of a critical point of e^{-lam V} with one of e^{lam V}.
+
+    It adds weight * front * e^{exponent} (c_0 + c_1 kappa^2 + c_2 kappa^4 + ...) to T.
+
+    Attributes
+    ----------
+    pair : tuple of str
+        The two points, such as ``("well u1", "barrier u2")``.
+    exponent, front : expression
+    coefficients : tuple of expressions
+        c_0 = 1, c_1, ..., exact in V's derivatives at the two points.
+    weight : str
+        ``"1 - C"`` right of the start and ``"C"`` left of it.
+    """
+
+    pair: tuple[str, str]
+    exponent: Expr
+    front: Expr
+    coefficients: tuple[Expr, ...]
+    weight: str
+
+    @property
+    def expression(self) -> Expr:
+        """The contribution without its weight."""
+        series = sum((c * KAPPA ** (2 * n) for n, c in enumerate(self.coefficients)), S.Zero)
+        return self.front * sympy.exp(self.exponent) * series
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """The expansion of a quantity as a formula, as `expand` returns it.
+
+    Attributes
+    ----------
+    quantity, noise : str
+    order : int
+    drift : Drift
+    start : Fraction
+    case : Case
+        Which wells and barriers there are (`cases`).
+    formula : expression
+        In the symbols of `definitions`.
+    definitions : dict
+        What each symbol stands for: sums, series, heights, derivatives of V, critical points.
+        R1+, R2+, ... and R1-, ... are the finite parts of int h_k du right and left of the start.
+    equations : dict
+        For each critical point without a closed form: A there, which is 0.
+    terms : tuple of Contribution
+        Of T; pairs of critical points, each with its exact coefficients.
+    conditions : tuple of SymPy predicates
+        Where the formula holds.
+    integrals : mapping
+        The symbols of the regular part as finite parts of h_k (`latex`).
+    tex : mapping
+        The symbols' LaTeX.
+    """
+
+    quantity: str
+    noise: str
+    order: int
+    drift: Drift
+    start: Fraction
+    case: Case
+    formula: Expr
+    definitions: dict[Symbol, Expr]
+    equations: dict[Symbol, Expr] = field(default_factory=dict)
+    terms: tuple[Contribution, ...] = ()
+    conditions: tuple[Any, ...] = ()
+    integrals: Mapping[Symbol, Expr] = field(default_factory=dict, repr=False)
+    tex: Mapping[Symbol, str] = field(default_factory=dict, repr=False)
+
+    @property
+    def error(self) -> str:
+        """What the formula leaves out."""
+        return (
+            f"each series in kappa^2 is short of O(kappa^{2 * self.order + 2}), relative to its "
+            "first term; evaluate(…, full=True) estimates that"
+        )
+
+    @cached_property
+    def expression(self) -> Expr:
+        """The formula in kappa, r, the parameters, and u1, u2, ... where these are not solved."""
+        return self.put_in(self.formula)
+
+    def put_in(self, expression: Expr) -> Expr:
+        """An expression with the definitions put in."""
+        while known := expression.free_symbols & self.definitions.keys():
+            expression = expression.xreplace({s: self.definitions[s] for s in known})
+        return expression
+
+    @property
+    def leading(self) -> Expr:
+        """T by the pair of a well and a barrier alone, where there is one such pair.
+
+        Holds where leaving over that barrier is likelier than elsewhere by an exponential factor.
+
+        Raises
+        ------
+        InputError
+            Where there is no such pair, or there are several.
+        """
+        pairs = [t for t in self.terms if t.pair[0][:4] == "well" and t.pair[1][:7] == "barrier"]
+        if len(pairs) != 1:
+            raise InputError(
+                f"the case {str(self.case)!r} has {len(pairs)} pairs of a well and a barrier "
+                "behind it; take one of terms."
+            )
+        return pairs[0].expression
+
+    def cases(self) -> tuple[Case, ...]:
+        """The cases that a polynomial drift has, each with parameters where it holds.
+
+        They are found by trying values, and no proof that there are no others.
+        """
+        if self.drift.expression().as_poly(U) is None and self.drift.free:
+            raise InputError(
+                f"A = {self.drift.expression()} is no polynomial in u; bind its parameters, or "
+                "give case='start well barrier' or the like."
+            )
+        return found_cases(self.drift, self.start)
+
+    # -- numbers ----------------------------------------------------------------------------
+
+    def bind(self, **values: Numbers) -> Expansion:
+        """The expansion with these parameters set, exactly.
+
+        Raises
+        ------
+        InputError
+            As `Drift.bind`; and where all are bound and the drift is in another case.
+        """
+        return expand(
+            self.drift.bind(**values), self.quantity, noise=self.noise, order=self.order,
+            start=self.start, case=self.case,
+        )  # fmt: skip
+
+    def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Any:
+        """The value for a bound drift, by the verb of the quantity with this order.
+
+        Parameters
+        ----------
+        kappa, r : number or array_like
+            r is not needed by P.
+        **options
+            `dps`, `log`, `full` and others of `symasym.escape_time`.
+
+        Raises
+        ------
+        InputError
+            For free parameters, and as the verb.
+        """
+        method = {"weak": "laplace", "strong": "strong_noise"}[self.noise]
+        known: dict[str, Any] = {"method": method, "order": self.order, **options}
+        if self.quantity == "density":
+            raise InputError("the density's numbers are those of sa.stationary_density.")
+        if self.quantity[-1] == "P":
+            known["complement"] = self.quantity != "P"
+            return occupation(self.drift, kappa, **known)
+        if r is None:
+            raise InputError(f"{self.quantity} needs a radius; give r.")
+        if self.quantity == "T":
+            return escape_time(self.drift, kappa, r, start=self.start, **known)
+        known["complement"] = self.quantity != "C"
+        return exit_probability(self.drift, kappa, r, start=self.start, **known)
+
+    def emit(self, target: str = "numpy", name: str = "f") -> Any:
+        """Source code of the expression, its free symbols being the arguments (`symasym.emit`).
+
+        Critical points without a closed form are arguments, too; so are V's derivatives where no
+        drift is named. In doubles its exponentials may overflow where T does not; then emit a
+        term, or take mpmath.
+
+        Raises
+        ------
+        InputError
+            Where critical points may be complex, or a finite part has no closed form.
+        """
+        expression = self.expression
+        if expression.has(FinitePart, sympy.Integral):
+            raise InputError(
+                f"A = {self.drift.expression()} is no polynomial in u, so that the regular part "
+                "has no closed form; emit a term's expression, or use the verb."
+            )
+        odd = [s for s in expression.free_symbols if s in self.equations and not s.is_real]
+        if odd:
+            raise InputError(
+                f"{odd[0]} may be complex, which the code has no numbers for; bind the drift and "
+                "use sa.emit('eq:Ttilde', drift=…, method='laplace')."
+            )
+        plain = {s: Symbol(_plain(s.name), **s.assumptions0) for s in expression.free_symbols}
+        return emit(expression.xreplace(plain), target, name=name)
+
+    # -- as text ----------------------------------------------------------------------------
+
+    def latex(self) -> str:
+        """The formula in LaTeX, with a line for each symbol that it is made of.
+
+        The regular part's integrals stand as Hadamard's finite parts, whose closed form for a
+        polynomial is in `definitions`.
+        """
+        left = "p_{ss}(y)" if self.quantity == "density" else self.quantity.replace("-", " - ")
+        lines = [rf"{left} &\sim {self._latex(self.formula)}"]
+        for s in self._ordered():
+            if s != BEYOND_1:
+                value = self.integrals.get(s, self.definitions[s])
+                lines.append(f"{self._latex(s)} &= {self._latex(value)}")
+        if self.integrals:
+            lines.append(r"h_1(u) &= \frac{1}{\varphi(u)}, \quad h_{k+1} = -\frac{h_k'}{\varphi}")
+        lines += [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in self._met]
+        return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+
+    def _ordered(self) -> list[Symbol]:
+        """The defined symbols of the formula in the order in which they are met."""
+        return [s for s in self._met if s in self.definitions]
+
+    @cached_property
+    def _met(self) -> dict[Symbol, None]:
+        met: dict[Symbol, None] = {}
+        row = [self.formula]
+        while row:
+            new = sorted(set().union(*(e.free_symbols for e in row)) - met.keys(), key=str)
+            met |= dict.fromkeys(new)
+            row = [self.definitions[s] for s in new if s in self.definitions
+                   and s not in self.integrals]  # fmt: skip
+        return met
+
+    def _latex(self, e: Any) -> str:
+        return str(sympy.latex(e, symbol_names={**_TEX, **self.tex}))
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __str__(self) -> str:
+        """The formula, a line for each contribution, and where it holds."""
+        rows = [
+            f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}, "
+            f"case '{self.case}'",
+            f"  {self.quantity} ~ {self.formula}",
+        ]
+        for t in self.terms:
+            rows.append(f"  ({t.weight}) ({t.pair[0]}, {t.pair[1]}): {t.expression}")
+        known = ", ".join(_predicate(c) for c in self.conditions)
+        return "\n".join([*rows, f"  where {known}", f"  {self.error}"])
+
+    __repr__ = __str__
+
+
+def _predicate(c: Any) -> str:
+    return f"{c.lhs} = 0" if isinstance(c, sympy.Eq) else str(c)
+
+
+def _plain(name: str) -> str:
+    """``V''(u1)`` as ``V2_u1``, ``V^(4)(0)`` as ``V4_0``, ``V''(-1)`` as ``V2_m1``."""
+    head, _, place = name.rpartition("(")
+    if not head:
+        return name
+    order = head[3:-1] if "^" in head else str(head.count("'") or "")
+    return f"{head[0]}{order}_{place.rstrip(')').replace('-', 'm').replace('/', '_')}"
+
+
+# -- the verb --------------------------------------------------------------------------------------
+
+
+def expand(
+    drift: Drift,
+    quantity: str = "T",
+    *,
+    noise: str = "weak",
+    order: int = 2,
+    start: Number = 0,
+    case: str | Case | None = None,
+) -> Expansion:
+    """The expansion of a quantity as a formula in the drift's parameters.
+
+    Parameters
+    ----------
+    drift : Drift
+        Its parameters may be free. ``Drift.general()`` names none: the formula is then that of one
+        well and one barrier, in V's derivatives there.
+    quantity : {"T", "C", "1-C", "P", "1-P", "density"}
+    noise : {"weak"}
+        kappa -> 0.
+    order : int
+        0 to 8: the terms of each series in kappa^2 up to kappa^(2 order).
+    start : number, optional
+        In (-1, 1), no zero of A.
+    case : str, optional
+        The wells, barriers and the start from left to right, such as ``"start well barrier"``; for
+        P and the density ``"well"`` or the like. For a bound drift it is found; else it is the
+        first of `Expansion.cases`.
+
+    Returns
+    -------
+    Expansion
+
+    Raises
+    ------
+    InputError
+        For an unknown quantity or noise, an order or a start out of range, a case that the drift
+        is not in, a double zero of A, or a parameter with a name that the formula needs.
+
+    Notes
+    -----
+    The coefficients are those of Watson's lemma and of repeated integration by parts, and the
+    composition is that of ``method="laplace"`` (see `symasym.asymptotics.weak_noise`), so that with
+    numbers put in the expression is `escape_time(…, method="laplace", order=order)`.
+    That r > 1 is supposed.
+
+    Examples
+    --------
+    >>> import symasym as sa
+    >>> e = sa.expand(sa.Drift.general(), "T", order=1)
+    >>> e.terms[0].coefficients[1]
+    5*V'''(u1)**2/(48*V''(u1)**3) - 5*V'''(u2)**2/(48*V''(u2)**3) + V^(4)(u2)/(16*V''(u2)**2) \
+- V^(4)(u1)/(16*V''(u1)**2)
+    """
+    if quantity not in QUANTITIES:
+        raise InputError(f"quantity is {quantity!r}; give one of {', '.join(QUANTITIES)}.")
+    if noise != "weak":
+        raise InputError(f"noise is {noise!r}; give 'weak'.")
+    if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= _MOST:
+        raise InputError(f"order is {order!r}; give a whole number from 0 to {_MOST}.")
+    at = exact("start", start)
+    if quantity in _OF_START and not -1 < at < 1:
+        raise InputError(f"start is {start}; give a start inside the layer, between -1 and 1.")
+    if quantity not in _OF_START:
+        at = Fraction(-1)  # V is measured from there.
+        if isinstance(case, str) and "start" not in case:
+            case = f"start {case}"
+    return _weak(drift, quantity, order, at, _case(drift, at, case))
+
+
+def _case(drift: Drift, start: Fraction, case: str | Case | None) -> Case:
+    """The case asked for, or found."""
+    general = drift == Drift.general()
+    asked = None if case is None else read_case(case)
+    if general or drift.shape or drift.free:
+        if asked is not None:
+            return asked
+        if not general and drift.expression().as_poly(U) is not None:
+            cases = found_cases(drift, start)
+            if cases:
+                return cases[0]
+        return read_case("start well barrier")
+    own = case_of(drift, start)
+    if asked is not None and asked != own:
+        raise InputError(
+            f"the expansion is for the case '{asked}', and {drift!r} is in the case '{own}'; "
+            f"ask for that one with case='{own}'."
+        )
+    return own
+
+
+@lru_cache(maxsize=32)
+def _weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -> Expansion:
+    """The weak-noise expansion."""
+    ring, symbols = Symbolic(), Symbols(drift, case, order, start)
+    terms: tuple[Contribution, ...] = ()
+    sums: dict[Symbol, Expr] = {}
+    if quantity in _OF_START:
+        both = symbols.both_sides()
+        radius = 1 + BEYOND_1
+        left, right = (side_of(one, radius, ring) for one in both)
+        # The same composition over plain symbols, whose sums are defined beside it.
+        starts = [_expression(side.rising) for side in (left, right)]
+        plain = [
+            Side(total, nested, own, S.Zero)
+            for total, nested, own in zip((_L, _R), (_LEFT, _RIGHT), starts, strict=True)
+        ]
+        sides = Sides(plain[0], plain[1], S.Zero, S.Zero, both[0].corner)
+        behind, ahead = sides.shares
+        formula = {
+            "T": LAM * mean_time(sides), "C": ahead / sides.total, "1-C": behind / sides.total
+        }[quantity]  # fmt: skip
+        for symbol, value in (
+            (_L, left.scale), (_R, right.scale), (_LEFT, left.nested), (_RIGHT, right.nested)
+        ):  # fmt: skip
+            sums[symbol] = _expression(value)
+        terms = tuple(
+            t for one, weight in zip(both, ("C", "1 - C"), strict=True)
+            for t in _contributions(one, symbols, order, weight)
+        )  # fmt: skip
+    else:
+        points = symbols.line()
+        outside, whole = (
+            _expression(x)
+            for x in stationary_sums(points, [symbols.a_minus, -symbols.a_plus], ring)
+        )
+        if quantity == "density":
+            formula = sympy.exp(-LAM * symbols.height_at(_Y)) / whole
+        else:
+            formula = outside / whole if quantity == "1-P" else 1 - outside / whole
+    if symbols.general and quantity == "T":
+        pairs = [t for t in terms if t.pair[0][:4] == "well" and t.pair[1][:7] == "barrier"]
+        if len(pairs) != 1:
+            raise InputError(
+                f"case is {str(symbols.case)!r}, without one pair of a well and a barrier; give "
+                "'start well barrier' or 'barrier well start'."
+            )
+        terms, formula, sums = (pairs[0],), pairs[0].expression, {}
+    definitions = {
+        **sums,
+        **{s: value.expression for s, value in symbols.series.items()},
+        **symbols.values,
+        LAM: 2 / KAPPA**2,
+        X: KAPPA**2 / 2,
+        BEYOND_1: R - 1,
+    }
+    return Expansion(
+        quantity, "weak", order, drift, start, symbols.case, formula, definitions,
+        symbols.equations, terms, tuple(_conditions(symbols, quantity)),
+        symbols.integrals, symbols.tex,
+    )  # fmt: skip
+
+
+def _expression(total: Sum) -> Expr:
+    """A sum of exponentials as an expression."""
+    return sum((a * sympy.exp(LAM * height) for height, a in total.terms), S.Zero)
+
+
+def _contributions(
+    one: OneSided, symbols: Symbols, order: int, weight: str
+) -> Iterator[Contribution]:
+    """The pairs of one side."""
+    ring, sign = Symbolic(), "" if weight == "1 - C" else "-"
+    rising = rising_of(one, 1 + BEYOND_1, ring)
+    for low, high, product_of_both in pairs_of(one, rising, ring):
+        if not product_of_both.terms:
+            continue
+        parts = [_series(p.series, symbols) for p in (low, high)]
+        if high.rank == low.rank:
+            parts[1] = _series(high.onward, symbols)
+        rows = [[sympy.sympify(c) for c in p.coefficients] for p in parts]
+        front = 2 / KAPPA**2
+        for part in parts:
+            front *= part.front
+        product = [
+            sympy.expand(
+                sum(
+                    (rows[0][i] * rows[1][n - i] for i in range(n + 1)
+                     if i < len(rows[0]) and n - i < len(rows[1])), S.Zero,
+                ) / 2**n
+            )
+            for n in range(order + 1)
+        ]  # fmt: skip
+        yield Contribution(
+            (_called(low, sign), _called(high, sign)),
+            (2 / KAPPA**2 * (low.height + high.height)).xreplace({BEYOND_1: R - 1}),
+            sympy.powdenest(front.xreplace({X: KAPPA**2 / 2}), force=True),
+            tuple(product),
+            weight,
+        )
+
+
+def _series(series: Any, symbols: Symbols) -> SeriesOf:
+    """A series by the definition of its symbol."""
+    (part,) = series.parts
+    (c,) = part.coefficients
+    if c in symbols.series:
+        return symbols.series[c]
+    return SeriesOf(X ** sympy.Rational(part.offset), (c,))
+
+
+def _called(p: CriticalPoint, sign: str) -> str:
+    """The name of a point; in the mirror its u has the other sign."""
+    if p.u is None:
+        return f"end u = {sign}r"
+    if p.kind == "kink":
+        return f"kink u = {sign}1"
+    return f"{p.kind} {-p.u if sign else p.u}"
+
+
+def _conditions(symbols: Symbols, quantity: str) -> Iterator[Any]:
+    """Where the formula holds, as predicates."""
+    points: list[Any] = [-S.One, *symbols.lines, S.One]
+    if quantity in _OF_START:
+        points.insert(1 + symbols.case.before, symbols.start)
+        if not symbols.general:
+            yield sympy.Gt(R, 1)
+    yield from (a < b for a, b in itertools.pairwise(points) if (a < b) is not sympy.true)
+    for u in symbols.lines:
+        yield sympy.Eq(sympy.Function("A")(u) if symbols.general else symbols.A.subs(U, u), 0)
+    if symbols.general:
+        (well, barrier) = symbols.lines
+        yield sympy.Gt(symbols.heights[barrier], symbols.heights[well])
+        return
+    if symbols.powers is not None and symbols.kept:
+        yield sympy.Ne(symbols.powers.LC(), 0)
+    ends = symbols.A.subs(U, -1), symbols.A.subs(U, 1)
+    if quantity in _OF_START:
+        yield from (sympy.Ne(a, 0) for a in ends)
+        yield sympy.Ne(symbols.A.subs(U, symbols.start), 0)
+    else:
+        yield from (sympy.Gt(ends[0], 0), sympy.Lt(ends[1], 0))

@@ -1,0 +1,325 @@
+"""Expansions as formulas against the numbers of method="laplace", the exact T, and textbooks."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+
+import symasym as sa
+from symasym.asymptotics.laplace.watson import moment_coefficients
+from symasym.expansions.builder import FinitePart
+from symasym.expansions.cases import case_of
+from symasym.expansions.universal import endpoint, gaussian
+from tests.latex import compiled, needs_latex
+from tests.problems import Problem
+from tests.problems import answered as all_answered
+
+DIGITS = 30
+
+
+def roots_of(drift: sa.Drift) -> dict[str, Any]:
+    """u1, u2, ...: the zeros in the layer, left to right, then the others."""
+    c = [mpmath.mpf(x.numerator) / x.denominator for x in drift.exact_coefficients() or ()]
+    roots = mpmath.polyroots(c[::-1], maxsteps=1000, extraprec=600) if len(c) > 1 else []
+    tiny = mpmath.mpf(10) ** (10 - mpmath.mp.dps)
+    roots = [
+        z.real if abs(z.imag) < tiny * (1 + abs(z)) else z for z in map(mpmath.mpmathify, roots)
+    ]
+    inside = sorted(z for z in roots if isinstance(z, mpmath.mpf) and abs(z) < 1)
+    others = [z for z in roots if not any(z is w for w in inside)]
+    return {f"u{k}": z for k, z in enumerate([*inside, *others], 1)}
+
+
+def number(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str = "3") -> Any:
+    """The expression with numbers put in."""
+    with mpmath.workdps(120):
+        values = roots_of(drift) if drift.exact_coefficients() else {}
+        given = {**drift.values, "kappa": Fraction(kappa), "r": Fraction(r)}
+        values |= {n: mpmath.mpf(x.numerator) / x.denominator for n, x in given.items()}
+        symbols = sorted(e.expression.free_symbols, key=str)
+        f = sympy.lambdify(symbols, e.expression, "mpmath", cse=True)
+        return mpmath.re(f(*[values[s.name] for s in symbols]))
+
+
+def agrees(got: Any, want: Any, digits: int = DIGITS) -> bool:
+    with mpmath.workdps(60):
+        return bool(abs(got - want) <= abs(want) * mpmath.mpf(10) ** (1 - digits))
+
+
+def laplace(problem: Problem, order: int) -> Any:
+    """T of method="laplace", or None where it is refused."""
+    try:
+        return sa.escape_time(
+            problem.make(), problem.kappa, problem.r, start=problem.start, method="laplace",
+            order=order, dps=DIGITS,
+        )  # fmt: skip
+    except sa.SymasymError:
+        return None
+
+
+def polynomial(problem: Problem) -> bool:
+    """A polynomial with a start in the layer beside its zeros, and an end beyond it."""
+    start = Fraction(problem.start)
+    drift = problem.make()
+    return bool(
+        drift.exact_coefficients() and abs(start) < 1 and Fraction(problem.r) > 1
+        and drift.exact_value(start)
+    )  # fmt: skip
+
+
+SCENES = [
+    p for p in all_answered()
+    if "weak" in p.tags and "extreme" not in p.tags and "fold" not in p.name
+    and polynomial(p) and len(p.make().exact_coefficients() or ()) <= 5
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("problem", SCENES, ids=str)
+def test_the_expression_is_the_whole_sum_of_laplace(problem: Problem) -> None:
+    """All contributions, not only the leading pair: the expression equals T to 29 digits.
+
+    Of friction it is the formula with all parameters free.
+    """
+    want = laplace(problem, 2)
+    if want is None:
+        pytest.skip("method='laplace' refuses this scene")
+    drift, start = problem.make(), Fraction(problem.start)
+    free = sa.friction() if drift.name == "friction" else drift
+    e = sa.expand(free, order=2, start=start, case=case_of(drift, start))
+    if drift.exact_coefficients()[-1] == 0 or free.free and not drift.values["mu"]:  # type: ignore[index]
+        e = sa.expand(drift, order=2, start=start)
+    assert agrees(number(e, drift, problem.kappa, problem.r), want)
+
+
+@pytest.mark.parametrize("order", [0, 1, 5, 8])
+@pytest.mark.parametrize("quantity", ["T", "C", "1-C"])
+def test_orders(quantity: str, order: int) -> None:
+    drift = sa.friction(mu=3, alpha=1, z0="-0.4")
+    e = sa.expand(sa.friction(), quantity, order=order, case="start well barrier")
+    want = e.bind(**drift.values).evaluate("0.1", 3, dps=DIGITS)
+    assert agrees(number(e, drift, "0.1"), want)
+
+
+@pytest.mark.parametrize("quantity", ["P", "1-P"])
+def test_occupation(quantity: str) -> None:
+    drift = sa.friction(mu=3, alpha=1, z0="0.5")
+    e = sa.expand(sa.friction(), quantity, order=3, case="well")
+    want = e.bind(**drift.values).evaluate("0.2", dps=DIGITS)
+    assert agrees(number(e, drift, "0.2"), want)
+
+
+def test_density_has_total_one_to_its_order() -> None:
+    drift = sa.friction(mu=3, alpha=1, z0="0.5")
+    e = sa.expand(drift, "density", order=3)
+    y = next(s for s in e.expression.free_symbols if s.name == "y")
+    f = e.expression.subs(y, sympy.Rational(3, 10))
+    got = number(sa.Expansion(**{**vars_of(e), "formula": f}), drift, "0.2")
+    assert got == pytest.approx(float(sa.stationary_density(drift, "0.2", "0.3")), rel=1e-5)
+
+
+def vars_of(e: sa.Expansion) -> dict[str, Any]:
+    """The fields of an expansion."""
+    return {name: getattr(e, name) for name in e.__dataclass_fields__}
+
+
+def test_a_drift_that_is_no_polynomial() -> None:
+    """Its regular part is Hadamard's: the real part of an integral above the zeros of A."""
+    drift = sa.Drift("cos(2*u) - 1/5")
+    e = sa.expand(drift, order=2)
+    assert str(e.case) == "barrier start well"
+    with mpmath.workdps(50):
+        u = mpmath.acos(mpmath.mpf(1) / 5) / 2
+        points = {s: {"u1": -u, "u2": u}.get(s.name) for s in e.expression.free_symbols}
+        parts = {}
+        for part in e.expression.atoms(FinitePart):
+            h = sympy.lambdify(part.args[1], part.args[0], "mpmath")
+            a, b = (mpmath.mpf(x.p) / x.q for x in part.args[2:])
+            middle, radius = (a + b) / 2, (b - a) / 2
+            parts[part] = mpmath.re(
+                mpmath.quad(
+                    lambda t, h=h, m=middle, w=radius: h(m - w * mpmath.expjpi(-t))
+                    * w * mpmath.pi * 1j * mpmath.expjpi(-t), [0, 0.5, 1],
+                )
+            )  # fmt: skip
+        symbols = {part: sympy.Symbol(f"part{k}") for k, part in enumerate(parts)}
+        expression = e.expression.doit(integrals=True).xreplace(symbols)
+        values = {symbols[p]: v for p, v in parts.items()}
+        values |= {s: v for s, v in points.items() if v is not None}
+        values |= {s: {"kappa": mpmath.mpf("0.1"), "r": 3}[s.name] for s in points
+                   if s.name in ("kappa", "r")}  # fmt: skip
+        got = sympy.lambdify(list(values), expression, "mpmath")(*values.values())
+    assert agrees(got, e.evaluate("0.1", 3, dps=25), 25)
+
+
+# -- a general drift -------------------------------------------------------------------------------
+
+
+def test_the_first_correction_is_the_textbooks() -> None:
+    """T = T0 (1 + x (B - W)), x = kappa^2/2, V4/(8 V2^2) - 5 V3^2/(24 V2^3) at barrier and well.
+
+    Laplace's next term (C. M. Bender and S. A. Orszag, Advanced Mathematical Methods, 6.4.35) of
+    either integral of Kramers' product.
+    """
+    (term,) = sa.expand(sa.Drift.general(), "T", order=1).terms
+    v = {s.name: s for s in term.expression.free_symbols}
+
+    def shape(u: str) -> Any:
+        two, three, four = (v[f"V{k}({u})"] for k in ("''", "'''", "^(4)"))
+        return four / (8 * two**2) - 5 * three**2 / (24 * two**3)
+
+    assert sympy.expand(term.coefficients[1] - (shape("u2") - shape("u1")) / 2) == 0
+    lead = 2 * sympy.pi / sympy.sqrt(-v["V''(u1)"] * v["V''(u2)"])
+    assert sympy.simplify(term.front / lead) == 1
+
+
+@pytest.mark.parametrize("order", [0, 1, 2, 3, 4])
+def test_the_general_formula_against_the_exact_time(order: int) -> None:
+    """Its error falls as kappa^(2 order + 2): T from quadrature of the integral itself."""
+    drift = sa.friction(mu=3, alpha=1, z0="-0.6")
+    e = sa.expand(sa.Drift.general(), "T", order=order)
+    errors = []
+    with mpmath.workdps(60):
+        u = roots_of(drift)
+        x = sympy.Symbol("u", real=True)
+        A = drift.expression()
+        V = -sympy.integrate(A, x)
+        values = {}
+        for s in e.expression.free_symbols:
+            if s.name.startswith("V"):
+                head, place = s.name.rstrip(")").rsplit("(", 1)
+                j = int(head[3:-1]) if "^" in head else head.count("'")
+                values[s] = sympy.lambdify(x, sympy.diff(V, x, j), "mpmath")(u[place])
+        symbols = [*values, next(s for s in e.expression.free_symbols if s.name == "kappa")]
+        f = sympy.lambdify(symbols, e.expression, "mpmath")
+        for kappa in ("0.02", "0.01"):
+            exact = sa.escape_time(drift, kappa, 10, dps=40)
+            errors.append(abs(f(*values.values(), mpmath.mpf(kappa)) / exact - 1))
+        slope = float(mpmath.log(errors[0] / errors[1], 2))
+    assert slope == pytest.approx(2 * order + 2, abs=0.1)
+
+
+def test_universal_coefficients_by_moments() -> None:
+    """Watson's lemma by the other way: expanding the exponential."""
+    alpha = [Fraction(k * k - 3, k + 1) for k in range(1, 17)]
+    f = [Fraction(0), Fraction(0), Fraction(-1), *(-a for a in alpha)]
+    reduced = moment_coefficients(f, [Fraction(1), *[Fraction(0)] * 16], 2, step=2)
+    for n, (p, d) in enumerate(zip(gaussian(8), reduced, strict=True)):
+        odd = sympy.factorial2(2 * n - 1) if n else 1
+        value = p.as_expr(*[sympy.Rational(a.numerator, a.denominator) for a in alpha])
+        assert value == odd * sympy.Rational(d.numerator, d.denominator)
+
+
+def test_universal_endpoint_coefficients() -> None:
+    """h_(k+1) = -h_k'/phi, by SymPy's own derivative."""
+    u = sympy.Symbol("u")
+    phi = 2 + u + 3 * u**2 - u**3
+    h = 1 / phi
+    g = [sympy.Rational(c, 2) for c in (1, 3, -1)]
+    for k, p in enumerate(endpoint(4), 1):
+        value = (p.as_expr(*g) if p != 1 else sympy.S.One) / 2**k
+        assert value == h.subs(u, 0)
+        h = -sympy.diff(h, u) / phi
+
+
+# -- text and code ---------------------------------------------------------------------------------
+
+
+@needs_latex
+@pytest.mark.parametrize("quantity", ["T", "1-C", "1-P", "density"])
+def test_latex_compiles(tmp_path: Path, quantity: str) -> None:
+    case = "start well barrier" if quantity in ("T", "1-C") else "well"
+    text = sa.expand(sa.friction(), quantity, order=1, case=case).latex()
+    general = sa.expand(sa.Drift.general(), order=1).latex()
+    page = tmp_path / "page.tex"
+    page.write_text(
+        "\\documentclass{article}\\usepackage{amsmath}\\usepackage[paperwidth=300cm,paperheight=200cm]"
+        f"{{geometry}}\\begin{{document}}\\[{text}\\]\\[{general}\\]\\end{{document}}"
+    )
+    compiled(page)
+    for other in ("lam", "beyond", "kappa ", "None"):
+        assert f" {other} " not in text.replace("\\", " \\")
+
+
+@pytest.mark.parametrize("target", ["numpy", "mpmath", "python"])
+def test_emitted_code(target: str) -> None:
+    drift = sa.friction(mu=3, alpha=1, z0="-0.4")
+    e = sa.expand(sa.friction(), "T", order=3, case="start well barrier")
+    code = e.emit(target, name="time").load()
+    values = {**{n: float(x) for n, x in drift.values.items()}, "kappa": 0.5, "r": 1.5}
+    values |= {n: float(x) for n, x in roots_of(drift).items()}
+    names = sorted(s.name for s in e.expression.free_symbols)
+    got = code.time(*[values[n] for n in names])
+    want = float(number(e, drift, "1/2", "3/2"))
+    assert float(np.asarray(got, dtype=float)) == pytest.approx(want, rel=1e-12)
+
+
+def test_the_general_formula_in_c() -> None:
+    code = sa.expand(sa.Drift.general(), order=4).emit("c", name="time")
+    assert "double V2_u1" in code
+    assert "double V6_u2" in code
+
+
+def test_text_has_a_line_for_each_contribution() -> None:
+    e = sa.expand(sa.friction(), order=1, case="start well barrier")
+    lines = str(e).splitlines()
+    assert sum("(1 - C) (" in line or "(C) (" in line for line in lines) == len(e.terms) == 7
+    assert "(well u1, barrier u2)" in str(e)
+    assert e._repr_latex_().startswith("$")
+
+
+# -- cases and input -------------------------------------------------------------------------------
+
+
+def test_cases_of_friction() -> None:
+    found = sa.expand(sa.friction(), order=0).cases()
+    assert {str(case) for case in found} == {
+        "start well barrier", "start well", "start", "well start", "barrier well start"
+    }  # fmt: skip
+    for case in found:
+        assert case_of(sa.friction(**case.example), Fraction(0)) == case
+
+
+def test_binding_one_after_the_other_keeps_exactness() -> None:
+    e = sa.expand(sa.friction(), order=2, case="start well barrier")
+    for name, value in (("mu", 3), ("alpha", 1), ("z0", "-0.4")):
+        e = e.bind(**{name: value})
+    assert not e.expression.atoms(sympy.Float)
+    assert e.evaluate(0.1, 10) == sa.escape_time(e.drift, 0.1, 10, method="laplace", order=2)
+    array = sa.escape_time(e.drift, [0.05, 0.1], 10, method="laplace", order=2)
+    assert np.array_equal(e.evaluate([0.05, 0.1], 10), array)
+
+
+@pytest.mark.parametrize(
+    ("drift", "options", "words"),
+    [
+        (sa.friction(), {"quantity": "Q"}, "quantity is 'Q'; give one of"),
+        (sa.friction(), {"noise": "loud"}, "noise is 'loud'"),
+        (sa.friction(), {"order": 9}, "order is 9; give a whole number from 0 to 8"),
+        (sa.friction(), {"order": 1.5}, "order is 1.5"),
+        (sa.friction(), {"start": 2}, "start is 2; give a start inside the layer"),
+        (sa.friction(), {"case": "well well start"}, "which take turns"),
+        (sa.friction(), {"case": "well barrier"}, "'start' .once."),
+        (sa.friction(), {"case": "barrier well barrier start well"}, "has degree 3"),
+        (sa.Drift("kappa - u"), {}, "has a parameter kappa"),
+        (sa.Drift("u1 - u"), {}, "has a parameter u1"),
+        (sa.Drift("(u - 1/2)**2*(2 - 3*u)"), {}, "a zero of multiplicity 2 at u = 0.5"),
+        (sa.friction(3, 1, 1), {}, "start is 0, a zero of A"),
+        (sa.friction(3, 1, "-0.4"), {"case": "start well"}, "is in the case 'start well barrier'"),
+    ],
+)
+def test_bad_input(drift: sa.Drift, options: dict[str, Any], words: str) -> None:
+    with pytest.raises(sa.InputError, match=words):
+        sa.expand(drift, **options)
+
+
+def test_a_general_drift_has_no_numbers() -> None:
+    with pytest.raises(sa.InputError, match="names no drift"):
+        sa.escape_time(sa.Drift.general(), 1, 2)
+    with pytest.raises(sa.InputError, match="names no drift"):
+        sa.expand(sa.Drift.general(), order=1).evaluate(1, 2)
