@@ -194,7 +194,7 @@ def test_free_parameters_and_logarithms_in_digits():
 
 def test_the_exact_time_in_latex():
     text = sa.emit("eq:Ttilde", "latex", drift=sa.linear(1, 2))
-    assert r"\phi(u) = \frac{3}{2} + \frac{u}{2}" in text
+    assert r"\phi(u) = \frac{u}{2} + \frac{3}{2}" in text
     assert "Error of the formula: log T is right to 1e-12" in " ".join(
         text.replace("\n%  ", "").split()
     )
