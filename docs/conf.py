@@ -18,6 +18,8 @@ myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
 myst_heading_anchors = 4
 myst_update_mathjax = False
 exclude_patterns: list[str] = []
+# A type in words ("expression") may be the name of an attribute of several classes.
+suppress_warnings = ["ref.python"]
 # A single backtick in a docstring is a name or a value.
 default_role = "code"
 # V'' is a second derivative.
