@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from derivations.errata import table
-from derivations.labels import NUMBERS
+from derivations.labels import NUMBERS, numbered
 from symasym.base.files import write_bytes
 
 #: TeX that stands in the entries, and what a terminal shows of it.
@@ -104,12 +104,22 @@ def _place(row: dict[str, Any]) -> str:
     return place[0].upper() + place[1:]
 
 
+def _short(number: str) -> str:
+    """Four digits of a number, in TeX; a dash for what the paper does not give."""
+    if number == "nan":
+        return "–"
+    mantissa, _, power = f"{float(number):.4g}".replace("inf", r"\infty").partition("e")
+    return f"${mantissa}$" if not power else rf"${mantissa} \times 10^{{{int(power)}}}$"
+
+
 def _evidence(row: dict[str, Any]) -> str:
     """One line: the quantity with the print's number and the true one, or why there is none."""
     example = row.get("counterexample")
     if example is None:
         return str(row["argument"])
-    return f"{example['quantity']}: printed {example['printed']}, true {example['true']}"
+    quantity = re.sub(r" \((?:printed|derived)[^()]*\)$", "", example["quantity"])
+    printed, true = _short(example["printed"]), _short(example["true"])
+    return f"{quantity}: printed {printed}, true {true}"
 
 
 def markdown() -> str:
@@ -132,7 +142,7 @@ def markdown() -> str:
     ]
     for number, row in enumerate(table(), 1):
         told = (row["printed"], row["right"], row["kind"], row["consequence"], _evidence(row))
-        cells = [f"[{number}](#erratum-{number})", _place(row), *told]
+        cells = [f"[{number}](#erratum-{number})", _place(row), *map(numbered, told)]
         lines.append(f"| {' | '.join(cells)} |")
     lines += [
         "",
@@ -153,20 +163,21 @@ def markdown() -> str:
             "",
             f"{_place(row)}.",
             "",
-            f"- Printed: {row['printed']}",
-            f"- Correct (`{row['derivation']}`): {row['right']}",
-            f"- Consequence: {row['consequence']}",
+            f"- Printed: {numbered(row['printed'])}",
+            f"- Correct (`{row['derivation']}`): {numbered(row['right'])}",
+            f"- Consequence: {numbered(row['consequence'])}",
         ]
         if row["argument"]:
-            lines.append(f"- Because {row['argument']}")
+            lines.append(f"- Because {numbered(row['argument'])}")
         if example := row.get("counterexample"):
             inputs = ", ".join(_input(k, v) for k, v in example["inputs"].items())
+            given = [example[k].replace("nan", "–") for k in ("printed", "true", "derived")]
             lines += [
-                f"- {example['quantity']}, at {inputs}:",
+                f"- {numbered(example['quantity'])}, at {inputs}:",
                 "",
                 "  | printed | true | derived |",
                 "  |---|---|---|",
-                f"  | {example['printed']} | {example['true']} | {example['derived']} |",
+                f"  | {' | '.join(given)} |",
             ]
         lines += ["", "</details>", ""]
     return "\n".join(lines).replace("<=", "≤").replace(">=", "≥")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 #: The equations of the paper without a label, which are numbered as well.
@@ -164,3 +165,12 @@ DEFINITIONS = {
 }
 # Labels with nothing to derive, and why.
 REASONS = {label: defined.reason for label, defined in DEFINITIONS.items()}
+
+
+def numbered(text: str, word: str = "") -> str:
+    """A sentence with equation numbers, after `word`, in place of the paper's labels."""
+    return re.sub(
+        r"\((eq:\w+)\)|\b(eq:\w+)",
+        lambda m: f"{word}({NUMBERS[m[1] or m[2]]})" if (m[1] or m[2]) in NUMBERS else m[0],
+        text,
+    )

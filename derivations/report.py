@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from derivations.labels import DEFINITIONS, REASONS
+from derivations.labels import DEFINITIONS, NUMBERS, REASONS
 from derivations.prose import prose
 from derivations.runner import SCHEMA, slug
 from symasym.base.files import versions, write_bytes, write_json
@@ -79,8 +79,21 @@ def _sentence(text: str) -> str:
 
 
 def words(text: str) -> str:
-    """Plain text for Markdown, its formulas as TeX."""
-    return prose(text, plain)
+    """Plain text for Markdown, its formulas as TeX, labels as links to their pages."""
+    return prose(text, _linked)
+
+
+def _linked(text: str) -> str:
+    """Plain text for Markdown, where the paper's labels are equation numbers that lead to pages."""
+
+    def number(found: re.Match[str]) -> str:
+        label = found[0]
+        if label not in NUMBERS:
+            return label
+        shown = f"equation ({NUMBERS[label]})"
+        return shown if label in REASONS else f"[{shown}]({slug(label)}.md)"
+
+    return re.sub(r"\beq:\w+", number, plain(text))
 
 
 def plain(text: str) -> str:

@@ -254,9 +254,8 @@ def symbols(label: str) -> tuple[Listed, ...]:
     KeyError
         For a symbol that this module does not explain.
     """
-    import sympy
-
     from derivations.registry import build
+    from symasym.derivation.printing import tex
 
     derivation = build(label)
     left = _symbols(derivation.left, arguments=False)
@@ -267,8 +266,7 @@ def symbols(label: str) -> tuple[Listed, ...]:
         if meaning is None:
             raise KeyError(f"{label}: derivations/symbols.py does not explain {name!r}")
         symbol = found[name]
-        tex = sympy.latex(symbol, symbol_names=derivation.names)
-        listed.append(Listed(name, tex, meaning, name in left))
+        listed.append(Listed(name, tex(symbol, derivation.names), meaning, name in left))
     return tuple(listed)
 
 

@@ -23,10 +23,14 @@ default_role = "code"
 # V'' is a second derivative.
 smartquotes = False
 
-autodoc_typehints = "none"
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+python_use_unqualified_type_names = True
+python_display_short_literal_types = True
+python_maximum_signature_line_length = 80
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
-napoleon_use_rtype = False
+napoleon_use_rtype = True
 viewcode_line_numbers = True
 
 html_theme = "furo"

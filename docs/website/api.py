@@ -7,25 +7,44 @@ from importlib import import_module
 
 import symasym as sa
 
+#: The pages in their order, the functions that answer a question first.
 TITLES = {
+    "quantities": "Escape time, exit probability, occupation, density",
     "drifts": "Drifts and scales",
-    "numbers": "Exact numbers and their formulas",
+    "release": "The oscillator with a moving spring extension",
     "integrals": "Integrals with a large parameter",
-    "formulas": "Formulas and results",
+    "formulas": "Formulas, source code and results",
     "errors": "Errors",
 }
-# By the module a name lives in; a module that is not listed is under "numbers".
+# By the module or package a name lives in; one that is not listed is under "quantities".
 _PLACES = {
-    "symasym.drift.drift": "drifts",
-    "symasym.drift.ready_made.friction": "drifts",
-    "symasym.drift.ready_made.smoothings": "drifts",
     "symasym.base.scales": "drifts",
-    "symasym.drift.reduction": "drifts",
+    "symasym.drift": "drifts",
+    "symasym.release": "release",
     "symasym.asymptotics.laplace.integral": "integrals",
     "symasym.asymptotics.coalescence.integral": "integrals",
     "symasym.formula": "formulas",
+    "symasym.records": "formulas",
+    "symasym.emit": "formulas",
     "symasym.base.estimate": "formulas",
     "symasym.base.errors": "errors",
+}
+#: What stands first on its page; all else follows, functions before classes.
+_FIRST = ("escape_time", "exit_probability", "occupation", "stationary_density", "plan", "friction")
+#: Members that the package needs of itself, and that are no part of its interface.
+INNER = {
+    "Drift": (
+        *("shape_with", "scalars", "require_bound", "evaluate", "evaluate_values"),
+        *("evaluate_float", "spread", "rounding", "float_values", "coefficients"),
+        *("exact_coefficients", "exact_end", "exact_value", "end", "of"),
+    ),
+    "Formula": ("of", "values_of", "code"),
+    "Hypothesis": ("settle",),
+    **dict.fromkeys(
+        ("Bound", "Definition", "Identity", "Order", "Sampled", "Satisfies"), ("run", "how")
+    ),
+    "Together": ("run", "how"),
+    "Step": ("run",),
 }
 # Not in `symasym` itself, but written for others to build on.
 MODULES = {
@@ -40,9 +59,9 @@ def pages() -> dict[str, str]:
     grouped: dict[str, list[str]] = {place: [] for place in TITLES}
     for name in sa.__all__:
         value = getattr(sa, name)
-        grouped[_PLACES.get(value.__module__, "numbers")].append(name)
+        grouped[_place(value.__module__)].append(name)
     made = {
-        f"api/{place}.rst": _page(TITLES[place], "symasym", names)
+        f"api/{place}.rst": _page(TITLES[place], "symasym", sorted(names, key=_rank))
         for place, names in grouped.items()
         if names
     }
@@ -53,6 +72,19 @@ def pages() -> dict[str, str]:
     tree = ["", ".. toctree::", "", *(f"   {name}" for name in listed), ""]
     made["api/index.rst"] = "\n".join([*_heading("API reference"), _INTRODUCTION, *tree])
     return made
+
+
+def _place(module: str) -> str:
+    """The page of a module's names."""
+    return next(
+        (page for home, page in _PLACES.items() if f"{module}.".startswith(f"{home}.")),
+        "quantities",
+    )
+
+
+def _rank(name: str) -> tuple[int, bool, str]:
+    first = _FIRST.index(name) if name in _FIRST else len(_FIRST)
+    return first, inspect.isclass(getattr(sa, name)), name
 
 
 _INTRODUCTION = """
@@ -76,7 +108,8 @@ def _page(title: str, module: str, names: list[str]) -> str:
         if isinstance(value, type) and issubclass(value, Exception):
             lines += [f".. autoexception:: {name}", ""]
         elif inspect.isclass(value):
-            lines += [f".. autoclass:: {name}", *_CLASS, ""]
+            inner = [f"   :exclude-members: {', '.join(INNER[name])}"] if name in INNER else []
+            lines += [f".. autoclass:: {name}", *_CLASS, *inner, ""]
         elif callable(value):
             lines += [f".. autofunction:: {name}", ""]
     return "\n".join(lines)

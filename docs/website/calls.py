@@ -63,7 +63,11 @@ CALLS: dict[str, tuple[str, ...]] = {
         "sa.escape_time(drift, 1, 1000)",
     ),
     "eq:Ttildesmall": _ESCAPES,
-    "eq:S": _ESCAPES,
+    "eq:S": (
+        'drift = sa.friction(mu=3, alpha=1, z0="-0.77")',
+        'sa.stokes_multiplier(drift, "0.05")',
+        'sa.stokes_multiplier(drift, "0.2")',
+    ),
     "eq:P": _OCCUPATION,
     "eq:P2": _OCCUPATION,
     "L-bound": (

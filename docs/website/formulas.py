@@ -18,7 +18,7 @@ import sympy
 
 from derivations import report
 from derivations.errata import ERRATA
-from derivations.labels import NUMBERS
+from derivations.labels import NUMBERS, numbered
 from derivations.registry import entries
 from derivations.runner import slug
 from derivations.symbols import QUANTITIES, quantities, symbols
@@ -140,16 +140,7 @@ def heading(title: str) -> str:
     for ascii_, sign in _SIGNS.items():
         title = re.sub(rf"(?<!\w){re.escape(ascii_)}(?!\w)", sign, title)
         title = title.replace(ascii_, sign) if ascii_ == "^2" else title
-    return report.plain(numbered(title))
-
-
-def numbered(text: str) -> str:
-    """Words with the paper's equation numbers in place of its labels."""
-    return re.sub(
-        r"\beq:\w+",
-        lambda found: f"equation ({NUMBERS[found[0]]})" if found[0] in NUMBERS else found[0],
-        text,
-    )
+    return report.plain(numbered(title, "equation "))
 
 
 def place(label: str) -> str:
@@ -229,11 +220,14 @@ def _errata(label: str) -> list[str]:
     lines: list[str] = []
     for number, slip in enumerate(ERRATA, 1):
         if label == slip.label or (label == slip.derivation and slip.counterexample is not None):
+            place, printed, right = (
+                numbered(text, "equation ") for text in (slip.place, slip.printed, slip.right)
+            )
             lines += [
-                f":::{{admonition}} The paper differs ({slip.kind}): {numbered(slip.place)}",
-                f"Printed: {numbered(slip.printed)}.",
+                f":::{{admonition}} The paper differs ({slip.kind}): {place}",
+                f"Printed: {printed}.",
                 "",
-                f"Correct: {numbered(slip.right)}.",
+                f"Correct: {right}.",
                 "",
                 f"Number {number} of the [errata](../errata.md).",
                 ":::",
@@ -306,13 +300,15 @@ def _rests(label: str, records: Records) -> list[str]:
 
 def _used(label: str, records: Records) -> list[str]:
     above = [other for other, record in records.items() if label in record["rests_on"]]
-    return [
-        f"{'; '.join(map(_link, above)) or 'Nothing here'}.",
-        "",
-        f"[The graph about this formula](graph.md#focus-{slug(label)}) shows all that it rests on "
-        "and all that rests on it.",
-        "",
-    ]
+    lines = [f"{'; '.join(map(_link, above)) or 'Nothing here'}.", ""]
+    if above or records[label]["rests_on"]:
+        # In HTML: the graph's nodes are no headings, which a link in Markdown would look for.
+        lines += [
+            f'<a href="graph.html#focus-{slug(label)}">The graph about this formula</a> shows all '
+            "that it rests on and all that rests on it.",
+            "",
+        ]
+    return lines
 
 
 def _rows(labels: Iterable[str], records: Records) -> list[str]:

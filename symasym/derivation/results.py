@@ -137,8 +137,12 @@ def _order(gauge: Any, names: dict[Any, str]) -> str:
 def statement(left: Statement, result: Any, cases: tuple[str, ...], names: dict[Any, str]) -> str:
     """``left = result`` in LaTeX: pairwise for tuples, as cases where conditions are given."""
     if cases:
-        rows = r" \\ ".join(
-            f"{latex(piece, names)} , & {when}" for piece, when in zip(result, cases, strict=True)
+        pieces = [latex(piece, names) for piece in result]
+        # Fractions in full size, and room between the rows that have them.
+        tall = any(r"\frac" in piece for piece in pieces)
+        size, end = (r"\displaystyle ", r" \\[1ex] ") if tall else ("", r" \\ ")
+        rows = end.join(
+            f"{size}{piece} , & {when}" for piece, when in zip(pieces, cases, strict=True)
         )
         return rf"{latex(left, names)} = \begin{{cases}} {rows} \end{{cases}}"
     if isinstance(left, tuple):

@@ -6,6 +6,7 @@ The slow tests build the site, or take the one whose folder is in SYMASYM_SITE.
 from __future__ import annotations
 
 import importlib.util
+import json
 import os
 import re
 import shutil
@@ -18,10 +19,13 @@ from urllib.parse import unquote, urlsplit
 
 import numpy as np
 import pytest
+import sympy
 
-from derivations.registry import entries
+from derivations.registry import build, closure, entries
 from derivations.report import plain
+from derivations.runner import describe
 from derivations.symbols import MEANINGS, QUANTITIES, quantities, symbols
+from symasym.formula import formula
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
@@ -130,6 +134,90 @@ def test_expansions_err_less_than_they_state() -> None:
     assert noise.true["uniform"][0] < noise.true["laplace"][0] < noise.true["paper"][0] < 1e-3
 
 
+@pytest.fixture(scope="module")
+def records() -> formulas.Records:
+    """What a run of the derivations records, but for what its checks found."""
+    return {
+        label: {
+            **describe(build(label)),
+            "steps": [{**step, "detail": ""} for step in formula(label).trace],
+        }
+        for label in closure(entries())
+    }
+
+
+_NOT_TYPESET = re.compile(
+    r"\b(?:kappa|lam|eps|mu|alpha|sqrt|exp|delta)\b|\^|[<>]=|<<|>>|\b[uV]\d\b|\b[aVOu]\("
+)
+
+
+def test_no_formula_on_a_page_is_left_in_plain_characters(records: formulas.Records) -> None:
+    for label in records:
+        text = formulas.page(label, records)
+        text = re.sub(r"```.*?```|\$\$.*?\$\$|\$[^$]*\$|`[^`]*`", "", text, flags=re.DOTALL)
+        # Titles, here and in links, are plain text.
+        text = re.sub(r"^# .*|\[[^\]]*\]\([^)]*\)|<[^>]*>", "", text)
+        assert not _NOT_TYPESET.findall(text), (label, text)
+    assert _NOT_TYPESET.search("relative O(kappa^2)")
+
+
+def test_a_page_says_what_where_and_under_which_conditions(records: formulas.Records) -> None:
+    text = formulas.page("eq:Ttildesmall", records)
+    head = text.splitlines()[0]
+    assert head == "# The mean escape time in weak noise"
+    assert "`eq:Ttildesmall`, equation (39) of [the paper](https://arxiv.org/abs/1310.8328)" in text
+    order = [text.index(f"## {name}") for name in (
+        "Symbols", "Conditions", "Counterexamples", "Evaluate it", "Derivation", "Used by"
+    )]  # fmt: skip
+    assert order == sorted(order)
+    conditions = text[order[1] : order[2]]
+    assert conditions.count("\n- ") == 1
+    assert "false" not in conditions
+    assert text[order[2] : order[3]].count(": false for friction, $\\mu = 3$") == 2
+    assert text.count("<details>") == 2
+    assert 'data-copy="T = \\frac{r}{a^+} + ' in text
+    # Titles are words alone, in the sidebar as well.
+    for label in records:
+        title = formulas.page(label, records).splitlines()[0]
+        assert not re.search(r"eq:|\$|\bkappa\b", title), title
+
+
+def test_indexes_show_the_formulas(records: formulas.Records) -> None:
+    for text in (formulas.index(records), formulas.by_quantity(records)):
+        for label, record in records.items():
+            assert f"`{label}`" in text
+            assert f"$$ {record['latex']} $$" in text
+
+
+def test_one_file_holds_every_formula(records: formulas.Records) -> None:
+    data = json.loads(formulas.machine_readable(records))
+    found = {item["label"]: item for item in data["formulas"]}
+    assert set(found) == set(entries())
+    assert found["eq:Ttildesmall"]["equation"] == 39
+    assert found["folds"]["equation"] is None
+    for label, item in found.items():
+        assert sympy.sympify(item["sympy"]) == formula(label).expression
+        assert item["latex"] == formula(label).latex()
+        assert sum(item["checks"].values()) == len(formula(label).trace) > 0
+
+
+def test_what_a_page_links_in_the_graph_is_there(records: formulas.Records) -> None:
+    drawn = formulas.graph_page(records)
+    linked = [
+        name
+        for label in records
+        for name in re.findall(r"graph\.html#([\w-]+)", formulas.page(label, records))
+    ]
+    assert len(linked) > 60
+    assert all(f'id="{name}"' in drawn for name in linked)
+    assert len(re.findall('<option value=.[^"]', drawn)) == len(records)
+
+
+def test_labels_on_the_errata_lead_to_their_formulas(records: formulas.Records) -> None:
+    text = formulas.linked("(39) `eq:Ttildesmall`, `eq:osc1`", records)
+    assert text == "(39) [`eq:Ttildesmall`](formulas/eq-Ttildesmall.md), `eq:osc1`"
+
+
 def test_arrows_of_the_graph_lead_to_the_right() -> None:
     rests = {label: list(entry.rests_on) for label, entry in _ordered().items()}
     at = graph.positions(rests)
@@ -162,6 +250,18 @@ def test_every_public_name_is_in_the_reference() -> None:
 
     text = "\n".join(api.pages().values())
     assert all(re.search(rf":: {name}$", text, re.MULTILINE) for name in sa.__all__)
+    first = re.findall(r"auto\w+:: (\w+)", text)[:3]
+    assert first == ["escape_time", "exit_probability", "occupation"]
+
+
+def test_hidden_members_are_members() -> None:
+    import symasym as sa
+    from symasym import derivation
+
+    for name, members in api.INNER.items():
+        owner = getattr(sa, name, None) or getattr(derivation, name)
+        assert all(hasattr(owner, member) for member in members), name
+        assert f"exclude-members: {', '.join(members)}" in "\n".join(api.pages().values())
 
 
 # The site as it is built.
