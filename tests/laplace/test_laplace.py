@@ -338,7 +338,7 @@ def test_wrong_maxima_are_refused() -> None:
     with pytest.raises(sa.InputError, match="has no maximum"):
         sa.laplace_integral(-(x**2), 1, x, -1, 1, maxima=["1/2"])
     c = sympy.Symbol("c", positive=True)
-    with pytest.raises(sa.InputError, match="depends on the sign of y"):
+    with pytest.raises(sa.InputError, match="could not be decided"):
         sa.laplace_integral(-c * x**2, 1, x, -1, 1, maxima=[c])
 
 
