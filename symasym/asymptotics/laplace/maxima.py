@@ -159,8 +159,8 @@ def _sign_needed(pieces: list[Piece], x: Symbol, given: list[Real] | None) -> st
     if len(decided) == 1:
         rule = [f"{s} must be {sign}" for s, sign in zip(unknown, decided[0], strict=True)]
         return (
-            f"f = {pieces[0].f} has no maximum for some values of its parameters; {' and '.join(rule)}: pass "
-            f"{calls[0]}."
+            f"f = {pieces[0].f} has no maximum for some values of its parameters; "
+            f"{' and '.join(rule)}: pass {calls[0]}."
         )
     names = ", ".join(map(str, unknown))
     return (
