@@ -40,7 +40,7 @@ def test_the_papers_figures_are_there() -> None:
 @pytest.fixture(scope="module", params=CASES, ids=lambda case: "-".join([case[0], *case[1]]))
 def figure(request: pytest.FixtureRequest) -> Figure:
     name, values = request.param
-    points = {"fric1": 40, "fric2": 40, "release": 5, "regimes": 2}
+    points = {"fric1": 40, "fric2": 40, "stokes": 12, "release": 5, "regimes": 2}
     coarse = {"points": points[name]} if name in points else {}
     found = figures.FIGURES[name](**coarse, **values)
     with style():

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
     from symasym.quantities import TimeMethod
 
-POINTS = 49
+POINTS = 33
 # As many more where arrays are quick.
-_FINER = 5
+_FINER = 7
 # Noise amplitudes of the error map.
 _MAP = np.geomspace(0.04, 0.28, 40)
 
@@ -42,7 +42,7 @@ def stokes(
     ----------
     points : int
         Values of z0 on both sides of the fold, at least 8, for the methods that take
-        one scene at a time; the others have five times as many.
+        one scene at a time; the others have seven times as many.
     mu, alpha : number
         Shape and strength of the friction force; mu > 1/2, so that there is a fold.
     kappa, r : number
