@@ -331,15 +331,12 @@ class Symbols(Builder):
                 for p in known
             ]
 
-        start = one.rising_start
-        if side == "-":
-            (part,) = start.parts
-            start = Series([part._replace(coefficients=[-c for c in part.coefficients])])
-            start = self._symbol_of(start, "S", "")
-            own = start.parts[0].coefficients[0]
-            start = Series([Part(0.0, 0, [-own])])
-        else:
-            start = self._symbol_of(start, "S", "")
+        # No jump is at the start: what it adds on the right is taken off on the left.
+        start = (
+            self._symbol_of(one.rising_start, "S", "")
+            if side == "+"
+            else Series([Part(0.0, 0, [-Symbol("S", real=True)])])
+        )
         return one._replace(
             rising_start=start,
             rising=points(one.rising, "E"),

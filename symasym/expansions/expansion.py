@@ -38,6 +38,7 @@ from symasym.emit import emit
 from symasym.emit.symbolic_sums import BEYOND_1, KAPPA, LAM, R, Sum, Symbolic, X
 from symasym.expansions.builder import FinitePart, SeriesOf, Symbols, U
 from symasym.expansions.cases import Case, case_of, found_cases, read_case
+from symasym.expansions.strong import strong
 from symasym.quantities import escape_time, exit_probability, occupation
 
 __all__ = ["Contribution", "Expansion", "expand"]
@@ -127,6 +128,11 @@ class Expansion:
     @property
     def error(self) -> str:
         """What the formula leaves out."""
+        if self.noise == "strong":
+            return (
+                f"relative O(kappa^-{2 * self.order + 2}), whatever r/kappa^2; evaluate(…, "
+                "full=True) proves a bound"
+            )
         return (
             f"each series in kappa^2 is short of O(kappa^{2 * self.order + 2}), relative to its "
             "first term; evaluate(…, full=True) estimates that"
@@ -288,8 +294,8 @@ class Expansion:
     def __str__(self) -> str:
         """The formula, a line for each contribution, and where it holds."""
         rows = [
-            f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}, "
-            f"case '{self.case}'",
+            f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}"
+            + (f", case '{self.case}'" if self.noise == "weak" else ""),
             f"  {self.quantity} ~ {self.formula}",
         ]
         for t in self.terms:
@@ -333,10 +339,10 @@ def expand(
         Its parameters may be free. ``Drift.general()`` names none: the formula is then that of one
         well and one barrier, in V's derivatives there.
     quantity : {"T", "C", "1-C", "P", "1-P", "density"}
-    noise : {"weak"}
-        kappa -> 0.
+    noise : {"weak", "strong"}
+        kappa -> 0; or kappa -> oo, of a polynomial A, in powers of 2/kappa^2.
     order : int
-        0 to 8: the terms of each series in kappa^2 up to kappa^(2 order).
+        0 to 8: the terms of each series in kappa^2 up to kappa^(2 order), or of 2/kappa^2.
     start : number, optional
         In (-1, 1), no zero of A.
     case : str, optional
@@ -371,8 +377,8 @@ def expand(
     """
     if quantity not in QUANTITIES:
         raise InputError(f"quantity is {quantity!r}; give one of {', '.join(QUANTITIES)}.")
-    if noise != "weak":
-        raise InputError(f"noise is {noise!r}; give 'weak'.")
+    if noise not in ("weak", "strong"):
+        raise InputError(f"noise is {noise!r}; give 'weak' or 'strong'.")
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= _MOST:
         raise InputError(f"order is {order!r}; give a whole number from 0 to {_MOST}.")
     at = exact("start", start)
@@ -382,6 +388,10 @@ def expand(
         at = Fraction(-1)  # V is measured from there.
         if isinstance(case, str) and "start" not in case:
             case = f"start {case}"
+    if noise == "strong":
+        if quantity == "density":
+            raise InputError("quantity is 'density', which has a formula for weak noise only.")
+        return _strong(drift, quantity, order, at)
     return _weak(drift, quantity, order, at, _case(drift, at, case))
 
 
@@ -465,6 +475,21 @@ def _weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) 
         quantity, "weak", order, drift, start, symbols.case, formula, definitions,
         symbols.equations, terms, tuple(_conditions(symbols, quantity)),
         symbols.integrals, symbols.tex,
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=32)
+def _strong(drift: Drift, quantity: str, order: int, start: Fraction) -> Expansion:
+    """The strong-noise expansion, the same in every case."""
+    if drift == Drift.general():
+        raise InputError("Drift.general() has no moments; name a drift for noise='strong'.")
+    formula, values, tex = strong(drift, quantity, order, start)
+    where: list[Any] = [sympy.Ne(values[s], 0) for s in values if s.name[:3] == "phi"]
+    if quantity in _OF_START:
+        where.append(sympy.Gt(R, 1))
+    return Expansion(
+        quantity, "strong", order, drift, start, Case(("start",)), formula,
+        {**values, LAM: 2 / KAPPA**2}, conditions=tuple(where), tex=tex,
     )  # fmt: skip
 
 

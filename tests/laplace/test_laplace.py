@@ -321,7 +321,7 @@ y = sympy.Symbol("y")
         ((-x, 1, x, 0, 1, 0), "order is 0"),
         ((-x, 1, x, 0, 1, 2.5), "order is 2.5"),
         ((-x, 1, x, 0, 1, "best"), "order is 'best'"),
-        ((-y * x**2, 1, x, -1, 1), "could not be decided"),
+        ((-y * x**2, 1, x, -1, 1), "depends on the sign of y"),
         ((-x, x ** (y - 1), x, 0, 1), "diverges unless"),
         (("Piecewise((0, x < 1), (1 - x, True))", 1, x, 0, 2), "flat|no isolated|not largest"),
     ],

@@ -11,10 +11,10 @@ X = sympy.Symbol("x")
 @pytest.mark.parametrize(
     ("f", "ends", "words"),
     [
-        ("-x**2/2 - c*x**4", ("-oo", "oo"), "^c must be positive: pass Symbol.'c', positive=True"),
-        ("c*x", (0, "oo"), "^c must be negative: pass Symbol.'c', negative=True"),
-        ("-b*x**6 - c*x**2", ("-oo", "oo"), "depends on the sign of b, c: pass"),
-        ("c*x**2", (-1, 1), "depends on the sign of c: pass .*positive=True.* or .*negative=True"),
+        ("-x**2/2 - c*x**4", ("-oo", "oo"), "; c must be positive: pass Symbol.'c', positive=True"),
+        ("c*x", (0, "oo"), "; c must be negative: pass Symbol.'c', negative=True"),
+        ("-b*x**6 - c*x**2", ("-oo", "oo"), "depends on the sign of b, c; pass"),
+        ("c*x**2", (-1, 1), "depends on the sign of c; pass .*positive=True.* or .*negative=True"),
     ],
 )
 def test_a_sign_is_asked_for(f: str, ends: tuple[object, object], words: str) -> None:

@@ -158,10 +158,13 @@ def _sign_needed(pieces: list[Piece], x: Symbol, given: list[Real] | None) -> st
     ]
     if len(decided) == 1:
         rule = [f"{s} must be {sign}" for s, sign in zip(unknown, decided[0], strict=True)]
-        return f"{' and '.join(rule)}: pass {calls[0]}, so that f = {pieces[0].f} has a maximum."
+        return (
+            f"f = {pieces[0].f} has no maximum for some values of its parameters; "
+            f"{' and '.join(rule)}: pass {calls[0]}."
+        )
     names = ", ".join(map(str, unknown))
     return (
-        f"where f = {pieces[0].f} is largest depends on the sign of {names}: pass "
+        f"where f = {pieces[0].f} is largest depends on the sign of {names}; pass "
         f"{' or '.join(calls)}."
     )
 

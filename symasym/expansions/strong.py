@@ -1,0 +1,138 @@
+"""The strong-noise expansion as a formula: powers of lam = 2/kappa^2 with the moments of V.
+
+The sweep is `symasym.asymptotics.strong_noise.sweep` and the moments are the iterated integrals of
+`symasym.asymptotics.strong_noise.moments`, both run over SymPy: polynomials in u whose coefficients
+are polynomials in the drift's parameters. Outside the layer all is closed form.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import sympy
+from sympy import Expr, Poly, Rational, S, Symbol
+
+from symasym.asymptotics.strong_noise.moments import Moments, moments_of
+from symasym.asymptotics.strong_noise.sweep import (
+    Side,
+    Stretch,
+    after,
+    escape_time,
+    layer,
+    odds,
+    weights,
+)
+from symasym.base.errors import InputError
+from symasym.drift.drift import Drift
+from symasym.emit.symbolic_sums import LAM, R
+from symasym.expansions.builder import U
+
+__all__ = ["strong"]
+
+
+class _Polynomials:
+    """Polynomials in u on [a, b] (`moments.Primitives`)."""
+
+    def __init__(self, A: Poly, a: Expr, b: Expr) -> None:
+        self.A, self.a, self.b = A, a, b
+        # The function 1, and du/du.
+        self.one: Any = A * 0 + 1
+        self.rate: Any = self.one
+
+    def primitive(self, f: Any) -> tuple[Any, Any]:
+        """The integral of f from a, as a function; its value at b."""
+        whole = f.integrate(U)
+        whole = whole - whole.eval(self.a)
+        return whole, whole.eval(self.b)
+
+    def area(self, f: Any) -> Any:
+        """The integral of f over [a, b]."""
+        return self.primitive(f)[1]
+
+    def times_slope(self, f: Any) -> Any:
+        """A f."""
+        return self.A * f
+
+
+class _Terms:
+    """The terms that are kept (`sweep.Arithmetic`)."""
+
+    def tail(self, x: Expr, count: int) -> Expr:
+        """Nothing: what is left out is not in the formula."""
+        return S.Zero
+
+    def exponential(self, x: Expr) -> Expr:
+        """e^x."""
+        return sympy.exp(x)
+
+    def truncated(self, terms: list[Any], tail: Expr, size: Expr, x: Expr) -> Any:
+        """The sum of all terms but the last."""
+        return sum(terms[:-1], S.Zero)
+
+
+class _Formula:
+    """The stretches of one drift with a symbol for each moment."""
+
+    def __init__(self, drift: Drift, order: int) -> None:
+        self.order = order
+        expression = drift.expression()
+        poly = expression.as_poly(U)
+        if poly is None:
+            raise InputError(
+                f"A = {expression} is no polynomial in u, so that the moments of V have no closed "
+                "form; use method='strong_noise' with numbers."
+            )
+        self.A = poly.to_field()
+        self.values: dict[Symbol, Expr] = {}
+        self.tex: dict[Symbol, str] = {}
+        self.slopes = {side: self._named(f"phi({side})", "a_+" if side > 0 else "a_-",
+                                         expression.subs(U, side)) for side in (-1, 1)}  # fmt: skip
+
+    def _named(self, name: str, tex: str, value: Expr) -> Symbol:
+        symbol = Symbol(name, real=True)
+        self.values[symbol], self.tex[symbol] = sympy.sympify(value), tex
+        return symbol
+
+    def stretch(self, mirrored: bool, a: Expr, b: Expr, mark: str) -> Stretch:
+        """The stretch [a, b] of the layer, expanded."""
+        A = -self.A.compose(Poly(-U, U)) if mirrored else self.A
+        drop, *lists = moments_of(_Polynomials(A, a, b), self.order + 1, S.One)
+        rows = [
+            [self._named(f"{letter}{k}{mark}", f"{letter}_{{{k}}}^{{{mark}}}", value)
+             for k, value in enumerate(values)]
+            for letter, values in zip("nfm", lists, strict=True)
+        ]  # fmt: skip
+        fall = self._named(f"d{mark}", f"d^{{{mark}}}", drop)
+        known = Moments(b - a, fall, rows[0], rows[1], rows[2], S.Zero)
+        return layer(known, LAM, self.order, _Terms())
+
+    def side(self, mirrored: bool, start: Expr, mark: str) -> Side:
+        """S and W at the start, absorbed at -r, r > 1."""
+        slope = -self.slopes[1] if mirrored else self.slopes[-1]
+        x, length = slope * LAM * (R - 1), R - 1
+        rising, second = (sympy.exp(x) - 1) / x, (sympy.exp(x) - 1 - x) / x**2
+        outer = Stretch(
+            sympy.exp(x), length * rising, length * rising * sympy.exp(-x), length * second / rising
+        )
+        inner = self.stretch(mirrored, -S.One, -start if mirrored else start, mark)
+        return after(after(None, outer, LAM), inner, LAM)
+
+
+def strong(
+    drift: Drift, quantity: str, order: int, start: Fraction
+) -> tuple[Expr, dict[Symbol, Expr], dict[Symbol, str]]:
+    """The formula in lam, r and the moments; what these are in the parameters; their LaTeX."""
+    made = _Formula(drift, order)
+    at = Rational(start.numerator, start.denominator)
+    if quantity in ("P", "1-P"):
+        inner = made.stretch(False, -S.One, S.One, "")
+        both = weights((made.slopes[-1], -made.slopes[1]), inner, LAM)
+        formula = 1 / (1 + odds(*both, quantity != "P"))
+    else:
+        left, right = made.side(False, at, "-"), made.side(True, at, "+")
+        if quantity == "T":
+            formula = escape_time(left, right)
+        else:
+            formula = 1 / (1 + odds(left.scale, right.scale, quantity != "C"))
+    return formula, made.values, made.tex
