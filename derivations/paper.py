@@ -7,6 +7,7 @@ from typing import Any
 
 from sympy import Function, Symbol
 
+from derivations.prose import TEX
 from symasym.derivation import Derivation, DerivationError, Outcome, Step, StepRecord
 from symasym.derivation.checks import Check
 from symasym.derivation.results import Statement
@@ -41,55 +42,56 @@ p = Function("p")
 
 lam = 2 / kappa**2
 
-NAMES: dict[Any, str] = {
-    kappa: r"\kappa",
-    a_minus: "a^-",
-    a_plus: "a^+",
-    a_plus_sliding: "a^+",
-    eps: r"\varepsilon",
-    kappa_physical: r"\kappa_{\mathrm{phys}}",
-    r_physical: r"r_{\mathrm{phys}}",
-    z0: "z_0",
-    u1: "u_1",
-    u2: "u_2",
-    Symbol("V_1", real=True): "V(1)",
-    Symbol("V_top", real=True): "V(1)",
-    Symbol("V_0", real=True): "V(0)",
-    Symbol("V_m", real=True): "V(u_m)",
-    Symbol("V_u1", real=True): "V(u_1)",
-    Symbol("V_u2", real=True): "V(u_2)",
-    Symbol("V_max", real=True): r"V_{\max}",
-    Symbol("phi_0", positive=True): r"\phi(0)",
-    Symbol("K_m", positive=True): "V''(u_m)",
-    Symbol("A_1", negative=True): "A'(u_1)",
-    Symbol("A_2", positive=True): "A'(u_2)",
-    # Left sides.
-    Symbol("z_plus"): "z_0^{(+)}",
-    Symbol("z_minus"): "z_0^{(-)}",
-    Symbol("t_s"): r"\tilde t",
-    Symbol("A'_1"): "A'(u_1)",
-    Symbol("A'_2"): "A'(u_2)",
-    Symbol("A'"): "A'(u)",
-    Symbol("C_high"): r"C_{\mathrm{bound}}",
-    Symbol("P_low"): r"P_{\mathrm{bound}}",
-    Symbol("kappa_c"): r"\kappa_c",
-    Symbol("Lq"): r"\mathcal{L}^* q",
-    Symbol("LR"): r"\mathcal{L}^* R",
-    Symbol("kappa_e"): r"\kappa_e",
-    Symbol("ydot"): r"\dot y",
-    Symbol("zdot"): r"\dot z",
-    **{
-        Symbol(f"{n}_{side}", positive=True): f"{tex}_{{\\mathrm{{{side}}}}}"
+# The symbols whose TeX is not that of their name.
+_NAMED = (
+    kappa,
+    a_minus,
+    a_plus,
+    a_plus_sliding,
+    eps,
+    kappa_physical,
+    r_physical,
+    z0,
+    u1,
+    u2,
+    Symbol("V_1", real=True),
+    Symbol("V_top", real=True),
+    Symbol("V_0", real=True),
+    Symbol("V_m", real=True),
+    Symbol("V_u1", real=True),
+    Symbol("V_u2", real=True),
+    Symbol("V_max", real=True),
+    Symbol("phi_0", positive=True),
+    Symbol("K_m", positive=True),
+    Symbol("A_1", negative=True),
+    Symbol("A_2", positive=True),
+    Symbol("z_plus"),
+    Symbol("z_minus"),
+    Symbol("t_s"),
+    Symbol("A'_1"),
+    Symbol("A'_2"),
+    Symbol("A'"),
+    Symbol("C_high"),
+    Symbol("P_low"),
+    Symbol("kappa_c"),
+    Symbol("Lq"),
+    Symbol("LR"),
+    Symbol("kappa_e"),
+    Symbol("ydot"),
+    Symbol("zdot"),
+    *(
+        Symbol(f"{name}_{side}", positive=True)
         for side in ("left", "right")
-        for n, tex in (("sigma", "\\sigma"), ("K", "K"), ("M", "M"))
-    },
-    Symbol("lam", positive=True): r"\lambda",
-    Symbol("inside", positive=True): r"M_{\mathrm{in}}",
-    Symbol("outside", positive=True): r"M_{\mathrm{out}}",
-    Symbol("g_s"): "g_s",
-    Symbol("I_left"): r"I_{\mathrm{left}}",
-    Symbol("I_right"): r"I_{\mathrm{right}}",
-}
+        for name in ("sigma", "K", "M")
+    ),
+    Symbol("lam", positive=True),
+    Symbol("inside", positive=True),
+    Symbol("outside", positive=True),
+    Symbol("g_s"),
+    Symbol("I_left"),
+    Symbol("I_right"),
+)
+NAMES: dict[Any, str] = {symbol: TEX[symbol.name] for symbol in _NAMED}
 
 
 class PaperDerivation(Derivation):

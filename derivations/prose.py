@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from functools import cache
 
 _GREEK = {
     "eps": r"\varepsilon",
@@ -145,7 +144,7 @@ def _symbol(tokens: list[Token], place: int) -> bool:
         return not re.fullmatch(r" [a-zA-Z]{3,}(?:-\w+)*(?:'s)?", after) or after.strip() in _AFTER
     if name in ("exp", "sqrt"):
         return place + 1 < len(tokens) and tokens[place + 1][1] == "("
-    known = name in (*_GREEK, *_FUNCTIONS, *_DIFFERENTIALS) or name in _names()
+    known = name in (*_GREEK, *_FUNCTIONS, *_DIFFERENTIALS) or name in _NAMES
     return known or bool(re.fullmatch(r"[b-zB-HJ-Z]|[A-Za-z](?:\d|_\w+)|int_\w+", name))
 
 
@@ -153,13 +152,57 @@ def _symbol(tokens: list[Token], place: int) -> bool:
 _AFTER = ("less", "and", "where", "with", "for", "over", "kappa", "mu", "alpha", "lam")
 
 
-@cache
-def _names() -> dict[str, str]:
-    """Name -> TeX of the derivations' symbols."""
-    from derivations.paper import NAMES
-
-    words = {s.name: tex for s, tex in NAMES.items()}
-    return {k: v for k, v in words.items() if "_" in k and re.fullmatch(r"\w+", k)}
+#: Name of a symbol -> its TeX, where that is not the TeX of the name.
+TEX = {
+    "kappa": r"\kappa",
+    "a_minus": "a^-",
+    "a_plus": "a^+",
+    "epsilon": r"\varepsilon",
+    "kappa_phys": r"\kappa_{\mathrm{phys}}",
+    "r_phys": r"r_{\mathrm{phys}}",
+    "z0": "z_0",
+    "u1": "u_1",
+    "u2": "u_2",
+    "V_1": "V(1)",
+    "V_top": "V(1)",
+    "V_0": "V(0)",
+    "V_m": "V(u_m)",
+    "V_u1": "V(u_1)",
+    "V_u2": "V(u_2)",
+    "V_max": r"V_{\max}",
+    "phi_0": r"\phi(0)",
+    "K_m": "V''(u_m)",
+    "A_1": "A'(u_1)",
+    "A_2": "A'(u_2)",
+    "z_plus": "z_0^{(+)}",
+    "z_minus": "z_0^{(-)}",
+    "t_s": r"\tilde t",
+    "A'_1": "A'(u_1)",
+    "A'_2": "A'(u_2)",
+    "A'": "A'(u)",
+    "C_high": r"C_{\mathrm{bound}}",
+    "P_low": r"P_{\mathrm{bound}}",
+    "kappa_c": r"\kappa_c",
+    "Lq": r"\mathcal{L}^* q",
+    "LR": r"\mathcal{L}^* R",
+    "kappa_e": r"\kappa_e",
+    "ydot": r"\dot y",
+    "zdot": r"\dot z",
+    "sigma_left": r"\sigma_{\mathrm{left}}",
+    "K_left": r"K_{\mathrm{left}}",
+    "M_left": r"M_{\mathrm{left}}",
+    "sigma_right": r"\sigma_{\mathrm{right}}",
+    "K_right": r"K_{\mathrm{right}}",
+    "M_right": r"M_{\mathrm{right}}",
+    "lam": r"\lambda",
+    "inside": r"M_{\mathrm{in}}",
+    "outside": r"M_{\mathrm{out}}",
+    "g_s": "g_s",
+    "I_left": r"I_{\mathrm{left}}",
+    "I_right": r"I_{\mathrm{right}}",
+}
+# Those that are words with an underscore.
+_NAMES = {k: v for k, v in TEX.items() if "_" in k and re.fullmatch(r"\w+", k)}
 
 
 def _set(tokens: list[Token]) -> str:
@@ -234,8 +277,8 @@ def _name(text: str) -> str:
         return _FUNCTIONS[name] + " "
     if name in _GREEK:
         return _GREEK[name] + primes
-    if name in _names():
-        return _names()[name] + primes
+    if name in _NAMES:
+        return _NAMES[name] + primes
     head, _, index = name.partition("_")
     if name in _DIFFERENTIALS:
         return name + " "

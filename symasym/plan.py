@@ -349,13 +349,15 @@ def _of_parts(parts: Parts, rtol: float, request: Request) -> Plan:
             value += share
             why = f"its series is known to {context.nstr(error / parts.total, 2)} of T"
         terms.append(Term(name, name not in dropped, size, why))
+    # Of the exact value; relative to the one that is kept it is larger.
     relative = parts.error + gone
-    error = relative * value / (1 - relative)
+    relative /= 1 - relative
+    error = relative * value
     kept = tuple(t.name for t in terms if t.kept)
     left = tuple(f"{t.name}: {t.reason}" for t in terms if not t.kept)
     cost = _LAPLACE_COST + _LAPLACE_TERM * len(kept) * (1 + (parts.order + 1) / 4)
     if request.log:
-        value, error = context.log(value), relative / (1 - relative)
+        value, error = context.log(value), relative
     estimate = Estimate(value, error, "estimate", "laplace", parts.order, kept, left)
     order, relative = parts.order, float(relative)
     return Plan("laplace", order, tuple(terms), relative, "estimate", cost, rtol, {}, estimate)

@@ -79,7 +79,7 @@ def emit(
     --------
     >>> import symasym as sa
     >>> code = sa.emit("eq:Plarge2", "c", parameters={"a_minus": 1, "a_plus": -1})
-    >>> print(code[code.index("double strong") :].rstrip())
+    >>> print(code[code.rindex("double strong") :].rstrip())
     double strong_noise_occupation(double kappa)
     {
         return 2.0/pow(kappa, 2.0);

@@ -378,7 +378,7 @@ def test_derive_command(capsys, tmp_path):
     assert "a+ (evaluate; symbolic identity)" in out
     status, _, err = _command("derive", "eq:nothing", "--out", str(tmp_path), capsys=capsys)
     assert status == 2
-    assert "eq:nothing is no label that is derived; see" in err
+    assert "eq:nothing is no label that is derived; symasym show --all lists them." in err
     status, _, err = _command("derive", "Ttilde", "--out", str(tmp_path), capsys=capsys)
     assert status == 2
     assert "perhaps eq:Ttilde." in err

@@ -319,8 +319,8 @@ def test_regions_and_ranges() -> None:
         sa.escape_time(FRICTION, 9, 5, start=5, **STRONG)
     with pytest.raises(sa.InputError, match="kappa is -9"):
         sa.exit_probability(FRICTION, [9, -9], 5, **STRONG)
-    with pytest.raises(sa.InputError, match="dps"):
-        sa.exit_probability(FRICTION, [9], 5, dps=20, **STRONG)
+    many = sa.exit_probability(FRICTION, [9], 5, dps=20, **STRONG)
+    assert many[0] == sa.exit_probability(FRICTION, 9, 5, dps=20, **STRONG)
     with pytest.raises(sa.RangeError, match=r"e\^-.*log=True"):
         sa.exit_probability(sa.polynomial(1), 9, 1e6, **STRONG)
 

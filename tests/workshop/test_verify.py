@@ -235,7 +235,7 @@ def test_a_crash_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(arbitrary, "exit_probability", crash)
     found = checked(("sums", SCENE))
     assert not found.passed
-    assert "ZeroDivisionError: a test" in table(found)
+    assert "ZeroDivisionError" in table(found)
 
 
 def test_random_scenes_are_those_of_their_seed() -> None:
