@@ -27,7 +27,7 @@ from symasym.asymptotics.laplace.maxima import agree
 from symasym.asymptotics.laplace.tail_bounds import Part, boxes
 from symasym.base.contexts import own_context
 from symasym.base.inputs import exact
-from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision, to_mpf
+from symasym.numbers.balls import NotProved, exact_ball, flint_module, precision
 
 if TYPE_CHECKING:
     from flint import arb
@@ -110,8 +110,7 @@ class Proof:
                     break
                 start *= Fraction(5, 4)
             constant = (algebraic + small) * exact_ball(start) ** exact_ball(power)
-            shown = to_mpf(exact_ball(start), 20)
-            return _above(constant, context), sigma, context.make_mpf((shown[0] + shown[1])._mpf_)
+            return _above(constant, context), sigma, _above(exact_ball(start), context)
 
     def _falls_from(self, power: Fraction) -> Fraction:
         """A lam from which lam^power times each exponentially small term decreases."""
