@@ -91,17 +91,17 @@ def test_the_search_sees_a_claim_that_is_a_little_too_small(
 
     monkeypatch.setattr(exit_bounds, "of_scenes", less)
     search = bound_claims.Search(1)
-    search.run(1500)
+    search.run(200)
     assert search.violated
 
 
 @needs_flint
 def test_nothing_depends_on_global_precisions() -> None:
-    drift, answers = sa.tanh("1.5", "-1", 3), set()
+    drift, sliding, answers = sa.tanh("1.5", "-1", 3), sa.linear("1.5", "-1"), set()
     for precisions in bound_claims.PRECISIONS:
         with bound_claims.global_precisions(*precisions):
             array = sa.exit_probability(drift, np.array([0.1]), 2, method="bound", full=True)
-            paper = sa.occupation(drift, "0.5", method="paper", full=True)
+            paper = sa.occupation(sliding, "0.5", method="paper", full=True)
             laplace = sa.laplace_integral("-atan(x)**2", "1", "x", -1, 1, 2)
             value = laplace.evaluate(50, full=True)
             kinds = paper.error_kind, value.error_kind
