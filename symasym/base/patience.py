@@ -1,10 +1,8 @@
 """How long a call may take: one limit for all methods, tested between the steps of every long loop.
 
-A verb runs under `limited`, whose seconds are the caller's ``patience=``. Loops without a known end
-say `step()` at each turn; one whose number of turns is known runs over `steps`, which predicts the
-whole from the first turns and refuses what is too long then, not at the end. Time is that of the
-processor in this thread, so that a busy machine refuses nothing, and a verb inside a verb has what
-is left of the outer one's.
+A verb runs under `limited`, whose seconds are the caller's ``patience=``, and loops say `step()` at
+each turn. Time is that of the processor in this thread, so that a busy machine refuses nothing, and
+a verb inside a verb has what is left of the outer one's.
 """
 
 from __future__ import annotations
@@ -12,7 +10,7 @@ from __future__ import annotations
 import functools
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any, NamedTuple, ParamSpec, TypeVar
@@ -22,17 +20,13 @@ from numpy.linalg import LinAlgError
 from symasym.base.errors import AccuracyError, InputError, SymasymError, TimeLimitError
 from symasym.base.inputs import shown
 
-__all__ = ["PATIENCE", "expect", "left", "limited", "patient", "step", "steps"]
+__all__ = ["PATIENCE", "left", "limited", "patient", "step"]
 
 #: Seconds that a call may take where nothing is said.
 PATIENCE = 10.0
 
-# A prediction from turns that took less than this, in seconds, says little.
-_MEASURED = 0.5
-
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
-_T = TypeVar("_T")
 
 
 class _Limit(NamedTuple):
@@ -112,44 +106,13 @@ def step() -> None:
         )
 
 
-def expect(seconds: float) -> None:
-    """Raise TimeLimitError where so many seconds more would be too many."""
-    limit = _limit.get()
-    if limit is not None and time.thread_time() + seconds > limit.end:
-        raise TimeLimitError(
-            f"this would take about {_rounded(seconds)} seconds, more than the {limit.seconds:g} "
-            f"that it may; {_WAY_OUT}."
-        )
-
-
 def left() -> float:
     """Seconds that this call has left."""
     limit = _limit.get()
     return math.inf if limit is None else max(limit.end - time.thread_time(), 1e-3)
 
 
-def steps(turns: Sequence[_T]) -> Iterator[_T]:
-    """The turns of a loop, all of which take about as long; too many are refused early."""
-    begun, predicted = time.thread_time(), False
-    for done, turn in enumerate(turns):
-        step()
-        taken = time.thread_time() - begun
-        if not predicted and done and taken > _MEASURED:
-            predicted = True
-            # Turns differ: only what is far too long for certain is refused before its time.
-            expect(taken / done * (len(turns) - done) / 2)
-        yield turn
-
-
 _WAY_OUT = "pass patience=… (seconds, or inf), or ask for fewer digits, more noise or a lower order"
-
-
-def _rounded(seconds: float) -> str:
-    """One digit of a prediction, which has no more."""
-    if not math.isfinite(seconds) or seconds > 1e9:
-        return "1e9 or more"
-    digits = math.floor(math.log10(max(seconds, 1.0)))
-    return f"{round(seconds / 10**digits) * 10**digits:,}"
 
 
 def _seconds(patience: object) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -12,13 +12,25 @@ from symasym.base.errors import InputError
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from symasym.drift.drift import Drift
-
 _POINTS = 400
 _REACH = 1.5
 
 
-def plot(drift: Drift, axes: Sequence[Axes] | None) -> Any:
+class Drawn(Protocol):
+    """What is drawn of a drift."""
+
+    def __call__(self, u: Any) -> Any: ...
+
+    def potential_at(self, u: Any) -> Any: ...
+
+    def scalars(self) -> Any: ...
+
+    def wells(self) -> Any: ...
+
+    def barriers(self) -> Any: ...
+
+
+def plot(drift: Drawn, axes: Sequence[Axes] | None) -> Any:
     """phi above V; see `symasym.drift.drift.Drift.plot`."""
     drift.scalars()
     if axes is None:

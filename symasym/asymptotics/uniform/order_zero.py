@@ -197,15 +197,15 @@ class OrderZero(Builder):
                 z = self.lines[k]
                 height = self.potential(z) - self.base
                 barrier = bool(first(self.slope(z)) > 0)
-                spots = rising if barrier else falling
-                spots.append(
+                points = rising if barrier else falling
+                points.append(
                     CriticalPoint(rank, height if barrier else -height, self.peak(k), None)
                 )
         for pair in self.together:
             if pair.side == sign:
                 self.add(pair, inside, rising, falling)
-        rising.sort(key=lambda spot: spot.rank)
-        falling.sort(key=lambda spot: spot.rank)
+        rising.sort(key=lambda point: point.rank)
+        falling.sort(key=lambda point: point.rank)
         return len(inside) + 1
 
     def add(

@@ -39,6 +39,7 @@ from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import mpf_of
 from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
+from symasym.series.power_series import product
 from symasym.special.dawson import _gaussians, dawson, erfcx_area
 
 if TYPE_CHECKING:
@@ -234,9 +235,9 @@ def _cut(
         for ratio in (seen.beside_ratio(), seen.behind_ratio())
     )
     peak = [a * f * g for a, f, g in zip(whole, beside, behind, strict=True)]
-    shaded = product(peak, shade(t, count, c), count)
+    sigma_series = product(peak, sigma_terms(t, count, c), count)
     formal = [(-1) ** k * y if barrier else -y for k, y in enumerate(h)]
-    series = [(y - z) * f for y, z, f in zip(formal, shaded, beside, strict=True)]
+    series = [(y - z) * f for y, z, f in zip(formal, sigma_series, beside, strict=True)]
     keep = beside[-1] * behind[-1]
     return Truncation(barrier, zero.u, seen.height, rise, t, peak, whole, keep, series, digits, {})
 
@@ -249,14 +250,14 @@ def _fade(n: int, ratio: mpf | None, context: MPContext) -> Any:
 # -- at one lam ------------------------------------------------------------------------------------
 
 
-def odd_powers(t: mpf, count: int, context: MPContext) -> list[Any]:
+def dawson_terms(t: mpf, count: int, context: MPContext) -> list[Any]:
     """D = sum of these times lam^-(m+1)."""
     return [context.fac2(2 * m - 1) / t ** (2 * m + 1) for m in range(count)]
 
 
-def shade(t: mpf, count: int, context: MPContext) -> list[Any]:
+def sigma_terms(t: mpf, count: int, context: MPContext) -> list[Any]:
     """The same of sigma."""
-    return [(-1) ** m * y for m, y in enumerate(odd_powers(t, count, context))]
+    return [(-1) ** m * y for m, y in enumerate(dawson_terms(t, count, context))]
 
 
 def corrections(
@@ -273,14 +274,14 @@ def corrections(
     functions = truncation.known[lam]
     down = [(-1) ** n * a for n, a in enumerate(truncation.peak)]
     back = [(-1) ** k * b for k, b in enumerate(truncation.series)]
-    odd = odd_powers(truncation.t, terms, c)
-    shaded = product(truncation.peak, shade(truncation.t, terms, c), terms)
-    slow = product(down, odd, terms)
+    of_dawson = dawson_terms(truncation.t, terms, c)
+    sigma_series = product(truncation.peak, sigma_terms(truncation.t, terms, c), terms)
+    slow = product(down, of_dawson, terms)
     a, a_down = power_sum(truncation.peak[:terms], lam), power_sum(down[:terms], lam)
     if share is not None:
         own = power_sum(truncation.whole[:terms], lam)
         a += share[1] * (share[0] * c.sqrt(lam / (2 * c.pi)) - own)
-    sigma = a * functions.sigma - power_sum(shaded, lam) / lam
+    sigma = a * functions.sigma - power_sum(sigma_series, lam) / lam
     dawson = a_down * functions.dawson - power_sum(slow, lam) / lam
     weights = product(truncation.peak, down, terms)
     up, low = c.exp(lam * truncation.height), c.exp(-lam * truncation.height)
@@ -295,7 +296,7 @@ def corrections(
     # All orders of both: what is lost at the zero is a product as well.
     outer = a * a_down * functions.area - power_sum(product(weights, formal, terms), lam) / lam
     outer += a * functions.sigma * power_sum(back[:terms], lam) / lam
-    outer -= power_sum(product(shaded, back, order), lam) / lam**2
+    outer -= power_sum(product(sigma_series, back, order), lam) / lam**2
     return Corrections(-up * dawson, -low * sigma, -outer)
 
 
@@ -322,11 +323,6 @@ def _functions(truncation: Truncation, lam: mpf, context: MPContext) -> _Functio
     area = values.area if truncation.barrier else erfcx_area(x, c)
     sigma, falling, area = _gaussians(c, lam, values.erfcx, values.value, area)
     return _Functions(side * sigma, side * falling, area / lam)
-
-
-def product(a: list[Any], b: list[Any], count: int) -> list[Any]:
-    """The first `count` coefficients of the product of two series."""
-    return [sum(a[i] * b[k - i] for i in range(k + 1)) for k in range(count)]
 
 
 def power_sum(c: list[Any], lam: mpf) -> Any:
