@@ -283,6 +283,14 @@ def regimes(
             linestyle=":",
             label="the paper's threshold",
         )
+        ends = {
+            "marched: passes": ("x", red),
+            "marched: escapes by noise": ("o", teal),
+            "marched: sticks to the fold": ("s", blue),
+        }
+        mark: dict[str, Any] = {"fillstyle": "none", "markersize": 5, "linestyle": "none"}
+        for name, (marker, color) in ends.items():
+            axes.plot([], [], marker=marker, color=dark(color, 0.8), label=name, **mark)
         block = sa.oscillator(mu=mu, alpha=alpha)
         for e in np.geomspace(3e-5, 0.03, points).tolist():
             for k in np.geomspace(0.05, 1.6, points).tolist():
@@ -291,16 +299,10 @@ def regimes(
                 # Past the fold it still takes its way to r.
                 held = law.cdf(fold - e * radius / (1 - fold - float(exact("alpha", alpha))))
                 passes = found.mean < 2.0 * flight
-                marker, color = ("x", red) if passes else ("s", blue) if held > 0.5 else ("o", teal)
-                axes.plot(
-                    [e],
-                    [k * np.sqrt(e)],
-                    marker=marker,
-                    color=dark(color, 0.8),
-                    fillstyle="none",
-                    markersize=5,
-                    linestyle="none",
-                )
+                held_to_it = "sticks to the fold" if held > 0.5 else "escapes by noise"
+                marker, color = ends[f"marched: {'passes' if passes else held_to_it}"]
+                at = [e], [k * np.sqrt(e)]
+                axes.plot(*at, marker=marker, color=dark(color, 0.8), **mark)
         axes.set(
             xscale="log",
             yscale="log",
@@ -322,5 +324,5 @@ def regimes(
             rotation=32,
             color=FAINT,
         )
-        figure.legend(loc="outside lower center")
+        figure.legend(loc="outside lower center", ncols=2, fontsize="small")
         return figure
