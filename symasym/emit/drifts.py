@@ -12,6 +12,7 @@ import sympy
 from symasym.base.errors import InputError
 from symasym.base.inputs import is_array, shown
 from symasym.drift.drift import Drift
+from symasym.drift.field.scenes import require_drift
 from symasym.emit.exact_time import by_powers, critical, exact_time
 from symasym.emit.folding import fold
 from symasym.emit.forms import by_name, called, log_form, logaddexp, quotients
@@ -35,8 +36,7 @@ def program(
     order: int | str | None = None,
 ) -> Program:
     """A formula of `LABELS` for a drift; `numbers` are the drift's parameters, or the others."""
-    if not isinstance(drift, Drift):
-        raise InputError(f"drift is {shown(drift)}; give a Drift, such as sa.friction().")
+    require_drift(drift, bound=False)
     if what.label not in LABELS:
         raise InputError(
             f"{what.label} takes no drift; those that do are {', '.join(LABELS)}. "

@@ -32,8 +32,9 @@ from symasym.asymptotics.weak_noise.compose import (
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.base.errors import InputError
-from symasym.base.inputs import Number, Numbers, exact
+from symasym.base.inputs import Number, Numbers, choice, count, exact
 from symasym.drift.drift import Drift
+from symasym.drift.field.scenes import require_drift
 from symasym.emit import emit
 from symasym.emit.symbolic_sums import BEYOND_1, KAPPA, LAM, R, Sum, Symbolic, X
 from symasym.expansions.builder import FinitePart, SeriesOf, Symbols, U
@@ -375,12 +376,10 @@ def expand(
     5*V'''(u1)**2/(48*V''(u1)**3) - 5*V'''(u2)**2/(48*V''(u2)**3) + V^(4)(u2)/(16*V''(u2)**2) \
 - V^(4)(u1)/(16*V''(u1)**2)
     """
-    if quantity not in QUANTITIES:
-        raise InputError(f"quantity is {quantity!r}; give one of {', '.join(QUANTITIES)}.")
-    if noise not in ("weak", "strong"):
-        raise InputError(f"noise is {noise!r}; give 'weak' or 'strong'.")
-    if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= _MOST:
-        raise InputError(f"order is {order!r}; give a whole number from 0 to {_MOST}.")
+    require_drift(drift, bound=False)
+    quantity = choice("quantity", quantity, QUANTITIES)
+    noise = choice("noise", noise, ("weak", "strong"))
+    order = count("order", order, 0, _MOST)
     at = exact("start", start)
     if quantity in _OF_START and not -1 < at < 1:
         raise InputError(f"start is {start}; give a start inside the layer, between -1 and 1.")

@@ -302,6 +302,7 @@ def test_binding_one_after_the_other_keeps_exactness() -> None:
     ("drift", "options", "words"),
     [
         (sa.friction(), {"quantity": "Q"}, "quantity is 'Q'; give one of"),
+        ("friction", {}, "drift is .friction.; give a Drift"),
         (sa.friction(), {"noise": "loud"}, "noise is 'loud'"),
         (sa.friction(), {"order": 9}, "order is 9; give a whole number from 0 to 8"),
         (sa.friction(), {"order": 1.5}, "order is 1.5"),

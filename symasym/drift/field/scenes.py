@@ -145,11 +145,12 @@ def read_order(order: int | str | None, default: int, most: int) -> int:
     return count("order", order, 0, most)
 
 
-def require_drift(drift: object) -> None:
-    """Raise InputError unless `drift` is a Drift with all its parameters given."""
+def require_drift(drift: object, bound: bool = True) -> None:
+    """Raise InputError unless `drift` is a Drift, where `bound` with all its parameters given."""
     if not isinstance(drift, Drift):
         raise InputError(f"drift is {shown(drift)}; give a Drift, such as sa.friction(…).")
-    drift.require_bound()
+    if bound:
+        drift.require_bound()
 
 
 def one_scene(drift: Drift, numbers: dict[str, Any]) -> bool:
