@@ -377,6 +377,9 @@ def formulas() -> str:
         record = describe(derivation)
         result = derivation.result
         record["names"] = {s.name: name for s, name in derivation.names.items()}
+        left = derivation.left
+        record["left"] = sympy.srepr(sympy.Tuple(*left) if isinstance(left, tuple) else left)
+        record["cases"] = list(derivation.cases)
         if isinstance(result, Expansion):
             record["expression"] = sympy.srepr(result.leading)
             record["remainder"] = sympy.srepr(result.gauge)
