@@ -17,7 +17,7 @@ from derivations.registry import build, closure, entries
 from derivations.runner import describe
 from symasym.base.files import write_bytes
 from symasym.derivation import Expansion
-from symasym.derivation.code import TARGETS, function
+from symasym.derivation.code import function
 from symasym.derivation.results import latex, parts
 
 FOLDER = Path(__file__).parent.parent / "symasym" / "generated"
@@ -279,14 +279,6 @@ def expression(item: Emitted) -> Any:
 
 
 _HEADERS = {
-    "numpy": """\
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-
-if TYPE_CHECKING:
-    from symasym.base.inputs import Floats
-""",
     "mpmath": """\
 from typing import TYPE_CHECKING
 
@@ -319,7 +311,6 @@ class Field(Ratios, Protocol):
 """,
 }
 _TEXTS = {
-    "numpy": "Formulas in float64, for arrays that broadcast together.",
     "mpmath": "Formulas in an mpmath context `ctx`, at its precision.",
     "plain": "Formulas of + - * / and whole powers, for numbers of any one kind.",
 }
@@ -341,6 +332,32 @@ def module(target: str) -> str:
         names, arguments = named(stated)
         lines.append("\n" + function(item.name, arguments, stated, target, doc(item), names))
     return "\n".join(lines)
+
+
+_NUMPY = """\
+\"""The formulas of `mpmath_formulas` in float64, for arrays that broadcast together.
+
+Written by ``python -m derivations.emit`` from the checked derivations: do not edit.
+\"""
+
+from functools import partial
+from types import SimpleNamespace
+
+import numpy as np
+
+from symasym.generated import mpmath_formulas as formulas
+
+# What the formulas ask of their context.
+_ARCS = {f"a{name}": getattr(np, f"arc{name}") for name in ("sin", "cos", "tan")}
+_FLOATS = SimpleNamespace(**{**vars(np), **_ARCS, "mpf": float})
+
+"""
+
+
+def in_floats() -> str:
+    """Source of the module for NumPy: every formula of a context with NumPy in its place."""
+    bound = (f"{item.name} = partial(formulas.{item.name}, _FLOATS)\n" for item in EMITTED)
+    return _NUMPY + "".join(bound)
 
 
 def named(stated: Any) -> tuple[dict[Any, str], list[Any]]:
@@ -411,7 +428,8 @@ def sources() -> dict[str, str]:
     """File name -> content of everything that is emitted."""
     return {
         "__init__.py": '"""Code and data emitted by the derivations; do not edit."""\n',
-        **{f"{target}_formulas.py": module(target) for target in TARGETS},
+        **{f"{target}_formulas.py": module(target) for target in _TEXTS},
+        "numpy_formulas.py": in_floats(),
         "formulas.json": formulas(),
     }
 

@@ -17,10 +17,9 @@ if TYPE_CHECKING:
     from sympy import Expr
 
 
-#: "plain" has no functions at all: + - * / and whole powers, for any arithmetic.
-TARGETS = ("numpy", "mpmath", "plain")
-# The type of an argument in each, which the head of an emitted module imports or defines.
-_NUMBERS = {"numpy": "Floats", "mpmath": "mpf", "plain": "Ratios"}
+# The type of an argument of `function`, which the head of an emitted module imports or defines;
+# "plain" has no functions at all: + - * / and whole powers, for any arithmetic.
+_NUMBERS = {"mpmath": "mpf", "plain": "Ratios"}
 # SymPy's name of a function -> the name it goes by here (and in C).
 _KNOWN = {
     **{name: name for name in ("exp", "log", "tanh", "sin", "cos", "asin", "acos", "atan")},

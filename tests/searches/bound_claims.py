@@ -1,4 +1,4 @@
-"""A search for bounds that are violated: `python -m symasym.workshop.bound_claims`.
+"""A search for bounds that are violated: `python -m tests.searches.bound_claims`.
 
 Drifts, radii, starts and noise are drawn at random, the hard places among them on purpose: starts
 outside the layer at the height of a barrier, at ends, at kinks and beside zeros of A, kappa from
