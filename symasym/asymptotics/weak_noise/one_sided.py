@@ -220,6 +220,8 @@ class Builder:
     """
 
     arithmetic: Arithmetic = FLOATS
+    #: The rounding of one operation; 0 where digits are to spare.
+    eps = _EPS
     #: The rounding of h_1 beside a straight potential.
     least: Numbers = ROUNDING
 
@@ -350,7 +352,7 @@ class Builder:
             return pole_sums(self.poles(), self.edges, self.count, _log)
         totals, sizes = ([[0.0] * 3 for _ in range(self.count)] for _ in range(2))
         totals[0] = [u / self.c[0] for u in self.edges]
-        sizes[0] = [abs(total) * _EPS for total in totals[0]]
+        sizes[0] = [abs(total) * self.eps for total in totals[0]]
         return totals, sizes
 
     def outer(self, sign: int, extra: Numbers) -> Series:
@@ -359,7 +361,7 @@ class Builder:
         shares = [row[1 + sign] - row[1] for row in totals]
         wrong = [row[1 + sign] + row[1] for row in sizes]
         shares[0] = shares[0] + extra
-        wrong[0] = wrong[0] + abs(extra) * _EPS * 4
+        wrong[0] = wrong[0] + abs(extra) * self.eps * 4
         return Series([Part(1.0, 0, trimmed(shares))], 1.0, wrong)
 
     # -- the two sides ----------------------------------------------------------------------
