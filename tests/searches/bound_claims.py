@@ -52,11 +52,12 @@ class Search:
         self.checked: Counter[str] = Counter()
         self.violated: list[str] = []
 
-    def run(self, count: int) -> None:
-        """About so many claims: most of arrays."""
+    def run(self, count: int, arrays: bool = True) -> None:
+        """About so many claims: most of arrays, or of single scenes alone."""
         while self.claims.total() < count:
             with global_precisions(*PRECISIONS[self._rng.integers(len(PRECISIONS))]):
-                self._arrays()
+                if arrays:
+                    self._arrays()
                 for _ in range(3):
                     self._scalar()
 
@@ -213,9 +214,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--claims", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--single", action="store_true", help="single scenes alone, no arrays")
     options = parser.parse_args(arguments)
     search = Search(options.seed)
-    search.run(options.claims)
+    search.run(options.claims, not options.single)
     for name, count in sorted(search.claims.items()):
         print(f"{name}: {count} claims, {search.checked[name]} with more digits")
     print(f"{search.claims.total()} claims, {len(search.violated)} violated")
