@@ -78,14 +78,17 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     return Answers(logs, errors, "estimate", (request.name,))
 
 
-def float_logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
-    """Logarithms in float64 and their errors, however large these are."""
+def float_logs(
+    scenes: Scenes, name: str, directions: Directions | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Logarithms in float64 and their errors, however large these are; dual arrays where
+    `directions` are given."""
     from symasym.drift.field.float_field import field_of
     from symasym.exact import floats
 
     quantity = quantity_of(name)
     count = len(scenes.lam)
-    field = field_of(scenes.drift, scenes.parameters, count)
+    field = field_of(scenes.drift, scenes.parameters, count, directions)
     numbers: dict[str, Any] = {n: scenes.numbers[n] for n in quantity.numbers if n != "kappa"}
     numbers |= {"complement": quantity.complement} if quantity.has_complement else {}
     with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
