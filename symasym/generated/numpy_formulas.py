@@ -176,6 +176,72 @@ def saddle_second(V2: Floats, V3: Floats, V4: Floats, V5: Floats, V6: Floats) ->
     )
 
 
+def pair_norm(even: Floats, odd: Floats, square: Floats) -> Any:
+    """The product of psi at both zeros of a pair (airy-form)."""
+    return even**2 - square*odd**2
+
+
+def canonical(slope: Floats, even: Floats, odd: Floats, norm: Floats) -> Any:
+    """a and b of u' = a + b s at a pair of zeros, odd counted along s (airy-form)."""
+    return (
+        np.sqrt(2*(even + np.sqrt(norm))/(norm*slope))/2, -np.sqrt(2*slope/(norm*(even +
+        np.sqrt(norm))))*odd/2
+    )
+
+
+def pair_share(side: Floats, even: Floats, odd: Floats, norm: Floats) -> Any:
+    """alpha and beta: the pair's share of 1/phi is (alpha + beta y)/(y^2 - square) (airy-form)."""
+    return side*even/norm, -odd*side/norm
+
+
+def over_pair(a: Floats, small: Floats, b: Floats, bi: Floats, bi_slope: Floats) -> Any:
+    """int e^(lam V) and int e^(-lam V) over a pair; `small` is lam^(-1/3) (airy-form)."""
+    return np.pi*small*(a*bi + b*bi_slope*small), np.pi*small*(a*bi - b*bi_slope*small)
+
+
+def over_pair_twice(a: Floats, small: Floats, b: Floats, squares: Floats, slopes: Floats) -> Any:
+    """The double integral over a pair, from Ai^2 + Bi^2 and Ai'^2 + Bi'^2 (airy-form)."""
+    return np.pi**2*small**2*(squares*a**2 - slopes*b**2*small**2)
+
+
+def end_distance(gap: Floats, area: Floats) -> Any:
+    """t at the end of a barrier's Gaussian: t^2/2 = gap^2 area (truncated-gaussian)."""
+    return np.sqrt(2*area)*gap
+
+
+def end_peak(bottom: Floats) -> Any:
+    """du/dt at the barrier (truncated-gaussian)."""
+    return 1/np.sqrt(bottom)
+
+
+def end_mean(bottom: Floats, area: Floats) -> Any:
+    """The mean of psi before the end: peak/t = 1/(gap mean) (truncated-gaussian)."""
+    return np.sqrt(2*area*bottom)
+
+
+def end_rest(
+    bottom: Floats, gap: Floats, first: Floats, second: Floats, value: Floats, mean: Floats
+) -> Any:
+    """1/phi at the end less peak/t, without its cancellation (truncated-gaussian)."""
+    return (first*bottom - gap*second**2 - 2*second*bottom)/(mean*value*(mean + value))
+
+
+def over_end(
+    lam: Floats,
+    t: Floats,
+    peak: Floats,
+    rest: Floats,
+    tail: Floats,
+    falling: Floats,
+    integral: Floats,
+) -> Any:
+    """int e^(lam V) from the end on, int e^(-lam V) up to it, and both (truncated-gaussian)."""
+    return (
+        -rest/lam - peak*tail, rest/lam + falling*peak, peak**2*(integral - np.log(t))/lam -
+        rest*falling*peak/lam
+    )
+
+
 def weak_noise_time(
     kappa: Floats,
     r: Floats,
