@@ -247,7 +247,7 @@ def _integrals() -> list[Plot]:
         Plot("pair-products", "J", "weights 1; exact: over t = s(v) - s(u) alone, by quadrature",
              np.linspace(-6, 4, 121), _pair_by_distance, _pair, "Z", log_x=False),
         Plot("airy-form", "∫ e^(λV)", "u' = 1 + s/2, λ = 8; exact: by quadrature along rays",
-             np.linspace(-6, 4, 121), _past_pair, _airy_form, "Z", log_x=False),
+             np.linspace(-1, 5, 121), _past_pair, _airy_form, "Z", log_x=False),
         Plot("truncated-gaussian", "∫ e^(-λV)", "t = 1, u' = 1 + t/2; exact: by quadrature",
              np.logspace(0, 2, 40), _up_to_end, _truncated, "λ"),
         Plot("gaussian-step", "both integrals", "V″ at the barrier: -1", np.logspace(-1, 2, 60),
