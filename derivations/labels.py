@@ -84,6 +84,8 @@ UNLABELLED = (
     "gaussian-step",
     "saddle-series",
     "pair-products",
+    "airy-form",
+    "truncated-gaussian",
     "other-pieces",
     "turning-points",
     "beta",

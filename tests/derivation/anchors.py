@@ -139,6 +139,8 @@ EXACT: dict[str, tuple[Draw, float]] = {
     "eq:pss": (on.sliding, 1e-12),
     "eq:TtildeCzero": (on.crossing, 1e-10),
     "pair-products": (on.airy_pair, 1e-4),
+    "airy-form": (on.weighted_pair, 1e-4),
+    "truncated-gaussian": (on.cut_gaussian, 1e-10),
     "tails": (on.sliding, 1e-12),
     "eq:P": (on.sliding, 1e-12),
     "eq:P2": (on.sliding, 1e-12),

@@ -87,8 +87,7 @@ class Search:
             return Fraction(int(rng.choice([-1, 1]))), r + 1
         if kind == 2:
             # Where V is as high as at a barrier, outside the layer: V(x) = a- |x + 1|.
-            zeros = [p.u for p in drift.critical_points()]
-            a = float(drift.ends[0])
+            zeros, a = _zeros(drift), float(drift.ends[0])
             if zeros and a:
                 u = np.linspace(-1, float(zeros[rng.integers(len(zeros))]), 2001)
                 values = np.broadcast_to(drift.evaluate_float(u), u.shape)
@@ -97,7 +96,7 @@ class Search:
                 if x < -1:
                     return Fraction(x), Fraction(-x) + Fraction(int(rng.integers(1, 99)), 100)
         if kind == 3:
-            zeros = [p.u for p in drift.critical_points()]
+            zeros = _zeros(drift)
             if zeros:
                 return Fraction(float(zeros[0])), max(r, Fraction(2))
         if kind == 4:
@@ -190,6 +189,14 @@ class Search:
             exact,
             (drift, numbers, options, more),
         )
+
+
+def _zeros(drift: sa.Drift) -> list[Any]:
+    """The zeros of A; none where A is 0 everywhere."""
+    try:
+        return [p.u for p in drift.critical_points()]
+    except sa.SymasymError:
+        return []
 
 
 _COMPLEMENT = {"complement": True}
