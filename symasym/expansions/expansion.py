@@ -12,7 +12,6 @@ L and R being int e^{lam V} left and right of the start and D- and D+ the nested
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -22,6 +21,7 @@ from typing import Any
 import sympy
 from sympy import Expr, S, Symbol
 
+from symasym.asymptotics.laplace.result import named_functions
 from symasym.asymptotics.weak_noise.answer import stationary_sums
 from symasym.asymptotics.weak_noise.compose import (
     Side,
@@ -301,8 +301,7 @@ class Expansion:
         return met
 
     def _latex(self, e: Any) -> str:
-        text = str(sympy.latex(e, symbol_names={**_TEX, **self.tex}))
-        return re.sub(r"(?<![A-Za-z])([AB]i)(?![A-Za-z])", r"\\operatorname{\1}", text)
+        return named_functions(sympy.latex(e, symbol_names={**_TEX, **self.tex}))
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
