@@ -9,12 +9,15 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import Commands, document
+from symasym.commands.settings import Commands, document, settings
+from symasym.drift.ready_made.named import DRIFTS
 
 if TYPE_CHECKING:
     import sympy
 
     from symasym.formula import Formula
+
+_OF_EXPANSION = ("drift", "expr", "set", "noise", "order", "start", "case")
 
 
 def add_parser(subparsers: Commands) -> None:
@@ -24,7 +27,24 @@ def add_parser(subparsers: Commands) -> None:
     parser.add_argument("--all", action="store_true", help="every formula; a document with --latex")
     parser.add_argument("--latex", action="store_true", help="as LaTeX")
     parser.add_argument("--steps", action="store_true", help="with the steps of its derivation")
-    document(parser, ("symasym show eq:Ttilde", "symasym show fr1 --latex --steps"))
+    expansion = parser.add_argument_group(
+        "expansion:QUANTITY", "the expansion of T, C, 1-C, P, 1-P or density for a drift"
+    )
+    what = expansion.add_mutually_exclusive_group()
+    what.add_argument("--drift", choices=DRIFTS, help="a ready-made drift")
+    what.add_argument("--expr", metavar="A", help='A(u), e.g. "1/2 - u + b*u**3"')
+    expansion.add_argument("--set", action="append", metavar="NAME=X", help="set a parameter")
+    expansion.add_argument("--noise", metavar="NAME", help="weak, strong or uniform (weak)")
+    expansion.add_argument("--order", type=int, metavar="N", help="of the expansion (2; uniform 0)")
+    expansion.add_argument("--start", metavar="X", help="starting point (0)")
+    expansion.add_argument("--case", metavar="WORDS", help='such as "start well barrier"')
+    document(
+        parser,
+        (
+            "symasym show fr1 --latex --steps",
+            "symasym show expansion:T --drift friction --order 2",
+        ),
+    )
     parser.set_defaults(run=run)
 
 
@@ -33,6 +53,15 @@ def run(arguments: argparse.Namespace) -> None:
     from symasym.formula import formula
     from symasym.records import definition
 
+    given = {name for name in _OF_EXPANSION if getattr(arguments, name) is not None}
+    if arguments.label is not None and arguments.label.startswith("expansion:"):
+        _show_expansion(arguments, given)
+        return
+    if given:
+        raise InputError(
+            f"--{min(given)} does not go with {arguments.label or '--all'}; give it with a label "
+            "such as expansion:T."
+        )
     if arguments.all or arguments.label is None:
         _show_all(arguments)
         return
@@ -56,6 +85,25 @@ def run(arguments: argparse.Namespace) -> None:
             if step["reason"]:
                 print(f"   {step['reason']}")
             print(f"   {step['latex']}")
+
+
+def _show_expansion(arguments: argparse.Namespace, given: set[str]) -> None:
+    """Print the expansion of a quantity, as text or in LaTeX."""
+    from symasym.drift.drift import Drift
+    from symasym.drift.ready_made.named import named_drift
+    from symasym.expansions import expand
+
+    extra = next((name for name in ("all", "steps") if getattr(arguments, name)), None)
+    if extra is not None:
+        raise InputError(f"--{extra} does not go with {arguments.label}; leave it out.")
+    drift = Drift.general()
+    if given & {"drift", "expr"}:
+        drift = named_drift(arguments.drift, arguments.expr, settings(arguments.set or ()))
+    elif arguments.set:
+        raise InputError("--set sets a drift's parameter; give --drift or --expr.")
+    named = {n: getattr(arguments, n) for n in ("noise", "order", "start", "case") if n in given}
+    shown = expand(drift, arguments.label.removeprefix("expansion:"), **named)
+    print(shown.latex() if arguments.latex else shown)
 
 
 def _show_all(arguments: argparse.Namespace) -> None:

@@ -182,7 +182,12 @@ class Printer(StrPrinter):  # type: ignore[misc]
 
     def _print_Mul(self, expr: Expr) -> str:
         """A product, its square roots joined into one."""
-        if sum(_root_of_positive(a) for a in expr.args) < 2:
+        below = [a for a in expr.args if a.is_Pow and a.exp.is_Rational and a.exp < 0]
+        if expr.args[0].is_Rational and not expr.args[0].is_Integer:
+            below.append(expr.args[0])
+        # SymPy has no brackets about a lone denominator, which x**(5/2) would be printed as two of.
+        lone = len(below) == 1 and _root_of_positive(below[0]) and below[0].exp < -1
+        if not lone and sum(_root_of_positive(a) for a in expr.args) < 2:
             return str(super()._print_Mul(expr))
         return self._with_one_root(expr.args)
 

@@ -12,7 +12,6 @@ L and R being int e^{lam V} left and right of the start and D- and D+ the nested
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -22,6 +21,7 @@ from typing import Any
 import sympy
 from sympy import Expr, S, Symbol
 
+from symasym.asymptotics.laplace.result import named_functions
 from symasym.asymptotics.weak_noise.answer import stationary_sums
 from symasym.asymptotics.weak_noise.compose import (
     Side,
@@ -46,9 +46,9 @@ from symasym.quantities import escape_time, exit_probability, occupation
 
 __all__ = ["Contribution", "Expansion", "expand"]
 
-QUANTITIES = ("T", "C", "1-C", "P", "1-P", "density")
+QUANTITIES = ("T", "C", "1 - C", "P", "1 - P", "density")
 # Those that depend on the start and the radius.
-_OF_START = ("T", "C", "1-C")
+_OF_START = ("T", "C", "1 - C")
 _MOST = 8
 _MOST_UNIFORM = 0
 _L, _R, _LEFT, _RIGHT = sympy.symbols("L R D- D+", positive=True)
@@ -274,13 +274,13 @@ class Expansion:
         The regular part's integrals stand as Hadamard's finite parts, whose closed form for a
         polynomial is in `definitions`.
         """
-        left = "p_{ss}(y)" if self.quantity == "density" else self.quantity.replace("-", " - ")
+        left = "p_{ss}(y)" if self.quantity == "density" else self.quantity
         lines = [rf"{left} &\sim {self._latex(self.formula)}"]
         for s in self._ordered():
             if s != BEYOND_1:
                 value = self.integrals.get(s, self.definitions[s])
                 lines.append(f"{self._latex(s)} &= {self._latex(value)}")
-        if self.integrals:
+        if self.integrals.keys() & self._met.keys():
             lines.append(r"h_1(u) &= \frac{1}{\varphi(u)}, \quad h_{k+1} = -\frac{h_k'}{\varphi}")
         lines += [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in self._met]
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
@@ -301,8 +301,7 @@ class Expansion:
         return met
 
     def _latex(self, e: Any) -> str:
-        text = str(sympy.latex(e, symbol_names={**_TEX, **self.tex}))
-        return re.sub(r"(?<![A-Za-z])([AB]i)(?![A-Za-z])", r"\\operatorname{\1}", text)
+        return named_functions(sympy.latex(e, symbol_names={**_TEX, **self.tex}))
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -343,7 +342,7 @@ def expand(
     quantity: str = "T",
     *,
     noise: str = "weak",
-    order: int = 2,
+    order: int | None = None,
     start: Number = 0,
     case: str | Case | None = None,
 ) -> Expansion:
@@ -354,13 +353,13 @@ def expand(
     drift : Drift
         Its parameters may be free. ``Drift.general()`` names none: the formula is then that of one
         well and one barrier, in V's derivatives there.
-    quantity : {"T", "C", "1-C", "P", "1-P", "density"}
+    quantity : {"T", "C", "1 - C", "P", "1 - P", "density"}
     noise : {"weak", "strong", "uniform"}
         kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T of a
         polynomial A through the coalescence of a well and a barrier, in Airy functions.
-    order : int
-        0 to 8: the terms of each series in kappa^2 up to kappa^(2 order), or of 2/kappa^2; 0 for
-        ``noise="uniform"``.
+    order : int, optional
+        0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 order), or of
+        2/kappa^2; 0 for ``noise="uniform"``.
     start : number, optional
         In (-1, 1), no zero of A.
     case : str, optional
@@ -396,6 +395,8 @@ def expand(
     require_drift(drift, bound=False)
     quantity = choice("quantity", quantity, QUANTITIES)
     noise = choice("noise", noise, ("weak", "strong", "uniform"))
+    if order is None:
+        order = _MOST_UNIFORM if noise == "uniform" else 2
     order = count("order", order, 0, _MOST)
     at = exact("start", start)
     if quantity in _OF_START and not -1 < at < 1:
@@ -474,7 +475,7 @@ def _composed(
         sides = Sides(plain[0], plain[1], S.Zero, S.Zero, both[0].corner)
         behind, ahead = sides.shares
         formula = {
-            "T": LAM * mean_time(sides), "C": ahead / sides.total, "1-C": behind / sides.total
+            "T": LAM * mean_time(sides), "C": ahead / sides.total, "1 - C": behind / sides.total
         }[quantity]  # fmt: skip
         for symbol, value in (
             (_L, left.scale), (_R, right.scale), (_LEFT, left.nested), (_RIGHT, right.nested)
@@ -493,7 +494,7 @@ def _composed(
         if quantity == "density":
             formula = sympy.exp(-LAM * symbols.height_at(_Y)) / whole
         else:
-            formula = outside / whole if quantity == "1-P" else 1 - outside / whole
+            formula = outside / whole if quantity == "1 - P" else 1 - outside / whole
     if symbols.general and quantity == "T":
         pairs = [t for t in terms if t.pair[0][:4] == "well" and t.pair[1][:7] == "barrier"]
         if len(pairs) != 1:
@@ -513,7 +514,8 @@ def _composed(
     }
     return Expansion(
         quantity, noise, order, drift, start, symbols.case, formula, definitions,
-        symbols.equations, terms, tuple(_conditions(symbols, quantity)),
+        symbols.equations, terms,
+        tuple(c for c in _conditions(symbols, quantity) if c is not sympy.true),
         symbols.integrals, symbols.tex,
     )  # fmt: skip
 
