@@ -117,7 +117,8 @@ def _graded_blocks(
     halves = [(left, half, 2 * column, False), (right, half, 2 * column + 1, True)]
     # Down to where even the steepest drift moves lam V by less than a panel.
     steepest = lam[scene[row]] * np.maximum(field.size()[scene[row]], 1e-300)
-    levels = np.clip(np.ceil(np.log2(np.maximum(half * steepest / REACH, 1.0))), 1, 120) + 1
+    # What is beyond float64 is not a number here, and unresolved later on.
+    levels = np.clip(np.ceil(np.log2(np.fmax(half * steepest / REACH, 1.0))), 1, 120) + 1
     chosen = []
     for anchor, length, part, from_right in halves:
         count = _levels_needed(anchors, anchor, lam[scene[row]], length, levels, from_right)

@@ -234,10 +234,16 @@ def _outer(field: Field, lam: FloatArray, scene: IntArray, side: int, h: FloatAr
     rate = (field.directions.rate(lam) * field.directions.at_end(drift, side))[scene]
     width: Any = field.directions.outer_width(h) if side < 0 else h
     records = Records.exactly(scene, part, float_panels.constant(rate, width))
+    known = field.rounding(scene, np.full((len(scene), 1), float(side)))[:, 0]
+    relative = 1e-15 + 4 * known / np.maximum(field.size()[scene], 1e-300)
+    missed = relative * np.abs(rate.slopes)
+    missed[: len(field.directions.largest)] += (
+        relative * lam[scene] * field.directions.largest[:, scene]
+    )
+    shift = h * missed + 1e-15 * np.abs(slopes_of(records.moments.rise))
     # The moments depend on x = lam a h no faster than on log x, or than e^x.
-    exponent = np.abs(rate.slopes) * h / np.maximum(1.0, np.abs(rate.value) * h)
-    local = 2e-15 * (exponent + np.abs(slopes_of(width)) / h)
-    shift = 1e-15 * np.abs(slopes_of(records.moments.rise))
+    local = missed * h / np.maximum(1.0, np.abs(rate.value) * h)
+    local += 2e-15 * np.abs(slopes_of(width)) / h
     return records._replace(
         shift=DualArray(records.shift, shift), local=DualArray(records.local, local)
     )

@@ -8,7 +8,8 @@ one below it stretches the interval, widths h and places u alike: dh/dr = h/r, d
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -73,6 +74,14 @@ class Directions:
         of_radius = [of_drift[count] if len(of_drift) > count else np.zeros_like(of_kappa)]
         others = np.array([of_kappa, *of_radius[: len(self.names) - count - 1]])
         return np.concatenate((of_drift[:count], others))
+
+    @cached_property
+    def largest(self) -> FloatArray:
+        """About the largest |dphi/dp| on [-1, 1], of each of the drift's parameters and scene."""
+        count, scene = len(self._values), np.arange(len(self._sign))
+        places = np.broadcast_to(np.cos(np.arange(8)), (len(scene), 8))
+        sampled: FloatArray = np.abs(self.of_drift(scene, places)[:count]).max(axis=-1, initial=0)
+        return sampled
 
     def rate(self, lam: FloatArray) -> DualArray:
         """lam of the first scenes, or of all."""
