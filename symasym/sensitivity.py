@@ -13,7 +13,7 @@ import numpy as np
 from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
-from symasym.base.inputs import Numbers, choice, digits, exact, is_array
+from symasym.base.inputs import Numbers, choice, digits, exact, floats, is_array
 from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.drift.field.scenes import (
@@ -37,7 +37,8 @@ __all__ = ["Sensitivity", "sensitivity"]
 
 _ATTEMPTS = 12
 _MOST_DIGITS = 10_000
-# Error of a derivative in float64, relative or absolute, that more digits are taken for.
+# Error of p d/dp in float64, relative to the largest of a scene or to 1, that more digits are taken
+# for.
 _ENOUGH = 1e-7
 
 
@@ -216,12 +217,17 @@ def _by_floats(quantity: str, scenes: Scenes) -> list[_Slopes | None]:
     logs, errors = float_logs(scenes, quantity, directions)
     names = [*directions.names, *(["start"] if "start" in scenes.numbers else [])]
     at = {**scenes.parameters, **scenes.numbers}
+    size = np.array([np.broadcast_to(np.abs(floats(n, at[n])), scenes.lam.shape) for n in names])
+    size = np.where(size == 0, 1.0, size)
+    # What counts is the relative change of a parameter, beside that of all.
+    scale = np.maximum(1.0, (size * np.abs(logs.slopes)).max(axis=0))
+    fine = (errors.slopes <= _ENOUGH * np.maximum(1.0, scale / size)).all(axis=0)
     rows: list[_Slopes | None] = []
-    for j, (slopes, error) in enumerate(zip(logs.slopes.T, errors.slopes.T, strict=True)):
-        of_names = {n: _Slope(*x) for n, *x in zip(names, slopes, error, strict=True)}
-        fine = (error <= _ENOUGH * np.maximum(1.0, np.abs(slopes))).all()
+    for j in range(len(fine)):
+        each = zip(names, logs.slopes[:, j], errors.slopes[:, j], strict=True)
         values = {n: Fraction(x[j]) if is_array(x) else x for n, x in at.items()}
-        rows.append(_Slopes(float(logs.value[j]), of_names, values) if fine else None)
+        slopes = _Slopes(float(logs.value[j]), {n: _Slope(*x) for n, *x in each}, values)
+        rows.append(slopes if fine[j] else None)
     return rows
 
 

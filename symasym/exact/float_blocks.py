@@ -117,7 +117,8 @@ def _graded_blocks(
     halves = [(left, half, 2 * column, False), (right, half, 2 * column + 1, True)]
     # Down to where even the steepest drift moves lam V by less than a panel.
     steepest = lam[scene[row]] * np.maximum(field.size()[scene[row]], 1e-300)
-    levels = np.clip(np.ceil(np.log2(np.maximum(half * steepest / REACH, 1.0))), 1, 120) + 1
+    # What is beyond float64 is not a number here, and unresolved later on.
+    levels = np.clip(np.ceil(np.log2(np.fmax(half * steepest / REACH, 1.0))), 1, 120) + 1
     chosen = []
     for anchor, length, part, from_right in halves:
         count = _levels_needed(anchors, anchor, lam[scene[row]], length, levels, from_right)
@@ -287,12 +288,16 @@ def _sampled_slopes(
     u = _slope_nodes(pieces, anchors, float_panels.gauss().nodes)
     rate = (lam[pieces.scene] * (pieces.t1 - pieces.t0))[:, None]
     of_drift = rate * field.directions.of_drift(pieces.scene, u)
-    flat = of_drift.reshape(-1, float_panels.NODES)
+    flat, rows = of_drift.reshape(-1, float_panels.NODES), field.directions.rows
     integrals = float_panels.exponents_of_values(flat).reshape(len(of_drift), *exponents.shape)
-    slopes = field.directions.rows(integrals, pieces.scene, exponents)
-    reach, missed = np.abs(slopes).max(axis=2), np.zeros(slopes.shape[:2])
-    reach[: len(of_drift)] = np.abs(of_drift).max(axis=2)
-    missed[: len(of_drift)] = float_panels.tail(flat).reshape(of_drift.shape[:2])
+    slopes = rows(integrals, pieces.scene, exponents)
+    slopes[-1] += field.directions.stretch[pieces.scene][:, None] * exponents
+    nothing = np.zeros(len(exponents))
+    reach, missed = (
+        rows(x.reshape(of_drift.shape[:2]), pieces.scene, nothing)
+        for x in (np.abs(flat).max(axis=1, initial=0.0), float_panels.tail(flat))
+    )
+    reach = np.maximum(reach, np.abs(slopes).max(axis=2))
     return DualArray(exponents, slopes), reach, missed
 
 
@@ -459,12 +464,13 @@ def _digest(
         shift = rounding[slowly]
         # Layers see the drift at the ends only.
         local = shift / (lam_h * np.maximum(low, -high))[slowly]
-        chosen_phi = lam_phi[slowly]
+        chosen_phi, width = lam_phi[slowly], h[slowly]
         if field.directions:
             chosen_phi, shift, local = _slow_slopes(
                 field, lam, chosen, anchors, chosen_phi, shift, local
             )
-        layers = float_panels.slow(chosen_phi, h[slowly])
+            width = field.directions.stretched(width, chosen.scene)
+        layers = float_panels.slow(chosen_phi, width)
         done.append(Records(*chosen[:2], chosen.t0, layers, slowly[slowly], shift, local))
     if few.any():
         chosen = blocks.take(few)
@@ -475,7 +481,7 @@ def _digest(
         chosen, moments = chosen.take(good), Moments(*(m[good] for m in moments))
         shift = rounding[few]
         if reach is not None:
-            relative = _SLOPE_ROUNDING + 4 * shift / (lam_h * size)[few]
+            relative = _SLOPE_ROUNDING + 4 * shift / np.maximum(lam_h * size, 1e-300)[few]
             shift = DualArray(shift, relative * reach[0][:, good] + reach[1][:, good])
         done.append(
             Records(*chosen[:2], chosen.t0, moments, np.zeros_like(slowly[few]), shift, shift)
@@ -563,6 +569,7 @@ def _sampled_blocks(
         if field.directions:
             exponents, *reach = _sampled_slopes(field, lam, chunk, anchors, exponents)
             reaches.append(np.array(reach))
+            h = field.directions.stretched(h, chunk.scene)
         chunks.append(float_panels.sampled(exponents, h))
     moments = Moments(*(np.concatenate(m) for m in zip(*(f[0] for f in chunks), strict=True)))
     first = np.flatnonzero(k == 0)

@@ -167,7 +167,7 @@ def sampled(exponents: FloatArray, h: FloatArray) -> tuple[Moments, np.ndarray]:
     inverse_e = np.exp(exponents[:, :-1])  # 1/e at the nodes
     e = 1.0 / inverse_e  # a division costs less than a second exponential
     up = rise > 0
-    end = np.exp(-np.abs(rise))
+    end = np.exp(np.where(up, -rise, rise))
     down_end = np.where(up, 1.0, end)
     int_e, int_inverse = e @ rule.weights, inverse_e @ rule.weights
     samples = value_of(e), value_of(inverse_e)
@@ -263,7 +263,7 @@ def merge(moments: Moments, k: np.ndarray, count: np.ndarray) -> Moments:
     rise, int_e, int_inverse, nested = moments
     up = rise > 0
     # One scaling for all: integrals of e and 1/e as they stand at the left end.
-    shrink = np.exp(np.abs(rise))
+    shrink = np.exp(np.where(up, rise, -rise))
     grow = np.where(up, shrink, 1.0)
     back = np.where(up, 1.0, shrink)
     e_int, inverse_int, double = int_e * grow, int_inverse * back, nested * back
@@ -281,7 +281,7 @@ def merge(moments: Moments, k: np.ndarray, count: np.ndarray) -> Moments:
         rise = rise[left] + joined * rise[right]
         k, count = k[left] // 2, (count[left] + 1) // 2
     up = rise > 0
-    end = np.exp(-np.abs(rise))
+    end = np.exp(np.where(up, -rise, rise))
     down_end = np.where(up, 1.0, end)
     return Moments(rise, e_int * np.where(up, end, 1.0), inverse_int * down_end, double * down_end)
 

@@ -45,7 +45,7 @@ def escape_time(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray)
     lam, r, start : arrays of shape (scenes,)
     """
     left, right = _from_both_ends(field, lam, r, start)
-    return _with_start(_logs(sweep.escape_time(left, right)), "T", left, right)
+    return _with_start(field, _logs(sweep.escape_time(left, right)), "T", start, left, right)
 
 
 def exit_probability(
@@ -55,7 +55,7 @@ def exit_probability(
     left, right = _from_both_ends(field, lam, r, start)
     sigmas = (right.sigma, left.sigma) if complement else (left.sigma, right.sigma)
     share = _logs(plain_formulas.exit_share(*sigmas))
-    return _with_start(share, "1 - C" if complement else "C", left, right)
+    return _with_start(field, share, "1 - C" if complement else "C", start, left, right)
 
 
 def stationary_density(field: Field, lam: FloatArray, y: FloatArray) -> Logs:
@@ -103,12 +103,15 @@ def _logs(quantity: LogPositive) -> Logs:
     )
 
 
-def _with_start(logs: Logs, quantity: str, left: Swept, right: Swept) -> Logs:
+def _with_start(
+    field: Field, logs: Logs, quantity: str, start: FloatArray, left: Swept, right: Swept
+) -> Logs:
     """The logarithms with their derivative in the start, from both sides of it, as the last.
 
-    T' = (w_R sigma_R - w_L sigma_L)/(sigma_L + sigma_R); sigma is S/S' (see `exact.sweep`).
+    T' = (w_R sigma_R - w_L sigma_L)/(sigma_L + sigma_R); sigma is S/S' (see `exact.sweep`). Where
+    r stretches the interval it has moved the start as well.
     """
-    if not isinstance(logs.value, DualArray):
+    if not field.directions:
         return logs
     nothing = LogPositive.of(np.zeros_like(left.sigma.log))
     if quantity == "T":
@@ -118,9 +121,13 @@ def _with_start(logs: Logs, quantity: str, left: Swept, right: Swept) -> Logs:
         terms = (1 / left.sigma, nothing) if quantity == "1 - C" else (nothing, 1 / right.sigma)
     first, second = (np.exp(x.log) for x in terms)
     error = first * (terms[0].error + 4e-16) + second * (terms[1].error + 4e-16)
-    rows = first - second, np.where(np.isnan(error), np.inf, error)
+    slope, error = first - second, np.where(np.isnan(error), np.inf, error)
+    moved = start * field.directions.stretch[: len(start)]
+    logs.value.slopes[-1] -= moved * slope
+    logs.error.slopes[-1] += np.abs(moved) * error
     return Logs(
-        *(DualArray(x.value, np.vstack((x.slopes, row))) for x, row in zip(logs, rows, strict=True))
+        DualArray(logs.value.value, np.vstack((logs.value.slopes, slope))),
+        DualArray(logs.error.value, np.vstack((logs.error.slopes, error))),
     )
 
 
@@ -203,6 +210,7 @@ def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -
     local = 5e-15 + 8e-18 * np.where(rounding < MILD, rounding, 1e3)
     own = local[records.scene] + records.local
     rise: Any = records.moments.rise
+    up = rise > 0
     moved: Any = _ULP * np.abs(value_of(rise)) + value_of(records.shift)
     if isinstance(rise, DualArray):
         moved = DualArray(moved, _ULP * np.abs(rise.slopes) + slopes_of(records.shift))
@@ -211,14 +219,10 @@ def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -
         LogPositive.of(int_e, own),
         LogPositive.of(int_inverse, own),
         LogPositive.of(nested, own),
-        fall=with_log(np.minimum(rise, 0.0), np.where(rise > 0, 0.0, moved)),
-        climb=with_log(np.minimum(-rise, 0.0), np.where(rise > 0, moved, 0.0)),
+        fall=with_log(np.where(up, 0.0, rise), np.where(up, 0.0, moved)),
+        climb=with_log(np.where(up, -rise, 0.0), np.where(up, moved, 0.0)),
     )
-    begin = np.cumsum(count) - count
-    if field.directions and "r" in field.directions.names:
-        inner = np.flatnonzero((start > -1.0) & (count > 0))
-        _move_ends(field, lam, logs, begin[inner], start[inner], inner)
-    return _Panels(logs, begin, count)
+    return _Panels(logs, np.cumsum(count) - count, count)
 
 
 def _outer(field: Field, lam: FloatArray, scene: IntArray, side: int, h: FloatArray) -> Records:
@@ -228,34 +232,18 @@ def _outer(field: Field, lam: FloatArray, scene: IntArray, side: int, h: FloatAr
     if not field.directions:
         return Records.exactly(scene, part, float_panels.constant(lam[scene] * drift[scene], h))
     rate = (field.directions.rate(lam) * field.directions.at_end(drift, side))[scene]
-    width = field.directions.width(h) if side < 0 else h
+    width: Any = field.directions.outer_width(h) if side < 0 else h
     records = Records.exactly(scene, part, float_panels.constant(rate, width))
-    # A product of rounded slopes, and its exponentials.
-    size = 1e-15 * (h * np.abs(rate.slopes) + np.abs(slopes_of(width)) / h)
-    error = DualArray(records.shift, size + 1e-15 * np.abs(slopes_of(records.moments.rise)))
-    return records._replace(shift=error, local=error)
-
-
-def _move_ends(
-    field: Field,
-    lam: FloatArray,
-    panels: Record,
-    at: IntArray,
-    end: FloatArray,
-    scene: IntArray,
-) -> None:
-    """Add to the slopes of first panels inside [-1, 1] how r moves their absorbing ends.
-
-    With e = 1 at an end that moves outwards by d, all of e is multiplied by 1 - lam phi d, 1/e by
-    1 + lam phi d, both integrals grow by d and the nested one by d int 1/e.
-    """
-    pull = (lam[scene][:, None] * field.phi(scene, end[:, None]))[:, 0]
-    down = panels.fall.log[at] < 0
-    int_e = np.exp(panels.climb.log[at] - panels.int_e.log[at])
-    int_inverse = np.exp(panels.fall.log[at] - panels.int_inverse.log[at])
-    grown = np.exp(panels.int_inverse.log[at] - panels.nested.log[at])
-    falling, rising = np.where(down, pull, 0.0), np.where(down, 0.0, pull)
-    changes = (int_e - falling, int_inverse + rising, grown - falling, -falling, rising)
-    for number, change in zip(panels, changes, strict=True):
-        number.slopes[-1, at] += change
-        number.slope_error[-1, at] += 4e-16 * (np.abs(pull) + np.abs(change))
+    known = field.rounding(scene, np.full((len(scene), 1), float(side)))[:, 0]
+    relative = 1e-15 + 4 * known / np.maximum(field.size()[scene], 1e-300)
+    missed = relative * np.abs(rate.slopes)
+    missed[: len(field.directions.largest)] += (
+        relative * lam[scene] * field.directions.largest[:, scene]
+    )
+    shift = h * missed + 1e-15 * np.abs(slopes_of(records.moments.rise))
+    # The moments depend on x = lam a h no faster than on log x, or than e^x.
+    local = missed * h / np.maximum(1.0, np.abs(rate.value) * h)
+    local += 2e-15 * np.abs(slopes_of(width)) / h
+    return records._replace(
+        shift=DualArray(records.shift, shift), local=DualArray(records.local, local)
+    )

@@ -151,7 +151,5 @@ _RULES: dict[Any, Callable[..., Any]] = {
     np.absolute: abs,
     np.exp: _exp,
     np.expm1: _expm1,
-    np.minimum: lambda x, y: _where(value_of(x) < value_of(y), x, y),
-    np.maximum: lambda x, y: _where(value_of(x) > value_of(y), x, y),
 }
 _FUNCTIONS: dict[Any, Callable[..., Any]] = {np.where: _where, np.concatenate: _concatenate}

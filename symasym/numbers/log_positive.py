@@ -129,12 +129,17 @@ class LogSlopes(LogPositive):
         slopes, error = _slopes(other)
         # The smaller share, to full relative precision, and how far it is off.
         share = np.exp(np.minimum(self.log, term.log) - plain.log)
-        mine = np.where(self.log < term.log, share, 1.0 - share)
-        yours = np.where(self.log < term.log, 1.0 - share, share)
-        apart = np.abs(self.slopes - slopes)
-        off = share * np.minimum(self.error + term.error, 1.0) + _ROUNDING
-        slope_error = mine * self.slope_error + yours * error + off * apart
-        return LogSlopes(plain, mine * self.slopes + yours * slopes, slope_error)
+        off = np.minimum(self.error + term.error + _ROUNDING * np.abs(plain.log), 1.0) * share
+        smaller = self.log < term.log
+        first = np.where(smaller, share, 1.0 - share) * self.slopes
+        second = np.where(smaller, 1.0 - share, share) * slopes
+        slope_error = (
+            np.where(smaller, share, 1.0 - share) * self.slope_error
+            + np.where(smaller, 1.0 - share, share) * error
+            + off * np.abs(self.slopes - slopes)
+            + _ROUNDING * (np.abs(first) + np.abs(second))
+        )
+        return LogSlopes(plain, first + second, slope_error)
 
     __radd__ = __add__
 
