@@ -239,6 +239,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "T_1": Meaning("coefficient of eps in the mean time of release", _SCALED_TIME, _T),
         "S": Meaning("scale function, the integral of exp(lam V) from -r", "scaled length"),
         "s": Meaning("rate at which the motion of z and y = eps u changes T", "scaled time"),
+        "x": Meaning("position of the start", "scaled: y/eps"),
     },
     "release-adiabatic": {
         "H": Meaning("chance to be held at a time", _PURE, _T),
