@@ -92,6 +92,11 @@ UNLABELLED = (
     "folds",
     "friction-well",
     "threshold",
+    "release-time",
+    "release-order",
+    "release-adiabatic",
+    "frozen-time",
+    "fold-delay",
 )
 
 

@@ -250,6 +250,32 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "noise_z": Meaning("noise amplitude of z", "unscaled", _S),
         "noise_y": Meaning("noise amplitude of y", "unscaled", _S),
     },
+    "release-time": {
+        "T": Meaning("mean time of release from (u, z)", _SCALED_TIME, _T),
+        "v": Meaning("variance of that time", "scaled time squared", _T),
+        "g": Meaning("velocity of the slow variable z", "unscaled"),
+    },
+    "release-order": {
+        "T_1": Meaning("coefficient of eps in the mean time of release", _SCALED_TIME, _T),
+        "S": Meaning("scale function, the integral of exp(lam V) from -r", "scaled length"),
+        "s": Meaning("rate at which the motion of z and y = eps u changes T", "scaled time"),
+        "x": Meaning("position of the start", "scaled: y/eps"),
+    },
+    "release-adiabatic": {
+        "H": Meaning("chance to be held at a time", _PURE, _T),
+        "k": Meaning("rate of escape, 1/T with z frozen where it is", "1/scaled time"),
+        "t": Meaning("time", _SCALED_TIME),
+    },
+    "frozen-time": {
+        "T": Meaning("mean time of release", _SCALED_TIME, _T),
+        "T_0": Meaning("mean escape time with z frozen at its start", _SCALED_TIME),
+        "T0_z": Meaning("its slope in z", _SCALED_TIME),
+        "g": Meaning("velocity of the slow variable z", "unscaled"),
+    },
+    "fold-delay": {
+        "a": Meaning("unit of the distance from the fold's u", "scaled", _V),
+        "b": Meaning("unit of time past the fold", _SCALED_TIME, _V),
+    },
     "friction-well": {"omega": Meaning("a third of arccos((1 - z0)/beta)", "an angle", _A)},
     "eq:forcePWC": {"alpha": Meaning("Coulomb friction force", "unscaled")},
 }
