@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import symasym as sa
-from derivations.evidence_text import _without_noise
+from derivations.errata.evidence_text import _without_noise
 from derivations.release import CHAINS
 from symasym.derivation import mutants
 
