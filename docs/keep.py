@@ -17,9 +17,8 @@ from typing import Any
 from symasym.base.files import write_bytes
 from symasym.workshop.figures import encode
 from symasym.workshop.report import pages, stability
-from symasym.workshop.report.cells import Cell
 from symasym.workshop.report.growth import Grown
-from symasym.workshop.report.measure import Point
+from symasym.workshop.report.measure import Cell, Point
 
 DOCS = Path(__file__).parent
 # File of a report -> its name in docs/.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from derivations.derive import derive
+from derivations.report import derive
 from website import api, curves, definitions, explorer, formulas, identities, layers, moving, plots
 
 
