@@ -176,6 +176,65 @@ def saddle_second(V2: Floats, V3: Floats, V4: Floats, V5: Floats, V6: Floats) ->
     )
 
 
+def manifold_term(source: Floats, drift: Floats) -> Any:
+    """h_1 from the weight, h_(k+1) from -h_k': the slow manifold's terms (endpoint-series)."""
+    return source/drift
+
+
+def endpoint_shares(side: Floats, term: Floats) -> Any:
+    """A start's coefficients of lam^-k from h_k, side = (-1)^k, to its right (endpoint-series)."""
+    return -side*term, -term
+
+
+def kink_change(left: Floats, right: Floats) -> Any:
+    """What stands for h_k at a kink (endpoint-series)."""
+    return right - left
+
+
+def fall_by_powers(index: Floats, power: Floats, term: Floats) -> Any:
+    """-h' of term t^(index - power), its coefficient (regular-part)."""
+    return term*(power - index)
+
+
+def finite_part(power: Floats, term: Floats) -> Any:
+    """Primitive of term t^-power, the coefficient of t^(1 - power) (regular-part)."""
+    return term/(1 - power)
+
+
+def bend_of_saddle(j: Floats, term: Floats, slope: Floats) -> Any:
+    """alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...) (saddle-recurrences)."""
+    return 2*term/(slope*(2 + j))
+
+
+def first_moment() -> Any:
+    """int e^(-s^2/2) ds (saddle-recurrences)."""
+    return np.sqrt(2*np.pi)
+
+
+def next_moment(n: Floats, moment: Floats) -> Any:
+    """int s^(2n + 2) e^(-s^2/2) ds from that of s^(2n) (saddle-recurrences)."""
+    return moment*(1 + 2*n)
+
+
+def time_of_doubles(
+    behind: Floats, ahead: Floats, double_left: Floats, double_right: Floats, total: Floats
+) -> Any:
+    """T/lam from the single and the double integrals over both sides (two-sides)."""
+    return (ahead*double_left + behind*double_right)/total
+
+
+def time_of_sides(
+    behind: Floats,
+    ahead: Floats,
+    nested_left: Floats,
+    nested_right: Floats,
+    total: Floats,
+    falling: Floats,
+) -> Any:
+    """The same, the start's share of int e^(-lam V) apart (two-sides)."""
+    return (ahead*nested_left + behind*nested_right + ahead*behind*falling)/total
+
+
 def pair_norm(even: Floats, odd: Floats, square: Floats) -> Any:
     """The product of psi at both zeros of a pair (airy-form)."""
     return even**2 - square*odd**2
