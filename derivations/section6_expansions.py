@@ -150,7 +150,7 @@ def regular_part(d: Any) -> None:
                 )
             }
         ),
-        "coefficient of t^(index - power - 1), term that of t^(index - power) in h",
+        "term by term: term is the coefficient in h of the power index less power of t",
     )
     primitive = d.step(
         "finite part",
@@ -163,13 +163,14 @@ def regular_part(d: Any) -> None:
                 )
             }
         ),
-        "of term t^-power, power > 1, nothing at t = 0 (Hadamard); term log|t| of term/t",
+        "of a term with a pole of an order above 1, nothing at t = 0 (Hadamard); a simple "
+        "pole gives a logarithm",
     )
     d.conclude(
         (Symbol("h_next"), Symbol("H")),
         (fall, primitive),
-        note="coefficients: h_next of t^(index - power - 1) in -h' from that of t^(index - power) "
-        "in h, H of t^(1 - power) in the primitive of term t^-power",
+        note="coefficients of powers of t: h_next in -h', from term in h, whose power is index less "
+        "the order of the pole, power; H in the primitive of a term with a pole of order power",
     )
 
 
@@ -199,8 +200,8 @@ def saddle_recurrences(d: Any) -> None:
         "integrate",
         2 * term / ((j + 2) * slope),
         Satisfies(lambda found: {"t^j": sympy.simplify(found - _bend())}),
-        "V - V(z) is -slope t^2/2 times the sum of these times t^j; term is the coefficient of "
-        "t^(j+1) in phi",
+        "V is a parabola times the sum of these times t^j; term is the coefficient in phi of the "
+        "power j + 1 of t",
     )
     start = d.step(
         "first moment",
@@ -214,22 +215,22 @@ def saddle_recurrences(d: Any) -> None:
         "integrate",
         (2 * n + 1) * moment,
         Satisfies(_next_moment),
-        "of s^(2n + 2) from that of s^(2n), by parts: what is left vanishes at both ends",
+        "by parts: what is left vanishes at both ends",
     )
     d.step(
         "du/ds",
         "solve",
         (1 / sympy.sqrt(c2), *_known(d, following)),
         Identity(lambda: _perron(bend)),
-        "of s^0, s^2 and s^4, by Perron's formula and by saddle-series: coefficient of t^i in "
-        "(1 + ...)^(-(i+1)/2), over |slope|^((i+1)/2)",
+        "of s^0, s^2 and s^4, by Perron's formula and by saddle-series",
     )
     d.conclude(
         (Symbol("alpha_j"), Symbol("m_0"), Symbol("m_next")),
         (bend, start, following),
         "exact",
-        note="V - V(z) is -slope t^2/2 (1 + alpha_1 t + ...), term the coefficient of t^(j+1) in "
-        "phi; m_n are the moments of s^(2n) in e^(-s^2/2), m_next that after m_n",
+        note="beside its zero phi has the coefficients slope and term, this one of the power j + 1 "
+        "of t, and V is a parabola times a series, whose coefficient of t^j comes first; moment and "
+        "m_next are the moments n and n + 1 of even powers in exp(-s^2/2)",
     )
 
 
