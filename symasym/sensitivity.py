@@ -133,7 +133,7 @@ def sensitivity(
     >>> print(f"{change.log_condition['kappa']:.4f}")
     1.9401
     """
-    choice("quantity", quantity, QUANTITIES)
+    quantity = choice("quantity", quantity, QUANTITIES)
     require_drift(drift)
     numbers = _numbers(quantity, kappa, r, start)
     require_drift_of(quantity, drift)

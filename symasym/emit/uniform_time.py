@@ -14,7 +14,7 @@ from symasym.asymptotics.uniform import structure
 from symasym.asymptotics.uniform.order_zero_forms import EMITTED
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
-from symasym.emit.kernels import airy, elementary, guarded, tables, uniform
+from symasym.emit.kernels import airy, elementary, tables, uniform
 from symasym.emit.kernels.kernel import in_doubles, kernel_of
 from symasym.emit.kernels.transcribe import transcribed
 from symasym.emit.program import FirstPassage, Function, Program, Ready
@@ -92,6 +92,6 @@ def helpers_of(target: str, functions: list[Ready]) -> dict[str, Written]:
 @cache
 def _kernel(target: str, degree: int) -> dict[str, Written]:
     flags = {name: degree >= least for least, name in _NEEDED.items()}
-    kernel = kernel_of(guarded, elementary, structure, airy, uniform, flags=flags)
+    kernel = kernel_of(elementary, structure, airy, uniform, flags=flags)
     texts = transcribed({**kernel, **in_doubles(EMITTED)}, target)
     return {**tables.helpers_of({**tables.dawson(), **tables.airy(True)}, target), **texts}

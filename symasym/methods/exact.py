@@ -47,7 +47,8 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     dps = request.digits
     try:
         # Where A is no polynomial, ball arithmetic is the faster way as well as the proved one.
-        if balls.available() and (request.full or scene.drift.exact_coefficients() is None):
+        proved = request.full or scene.drift.exact_coefficients() is None
+        if proved and balls.available():
             try:
                 enclosure = _value(ball_sweep, scene, request.name, dps + 3, request.log)
                 return Answer(*balls.to_mpf(enclosure, dps), "bound", (request.name,))

@@ -15,7 +15,7 @@ from typing import Any
 import sympy
 
 from symasym.asymptotics.uniform import structure
-from symasym.emit.kernels import airy, elementary, exact, guarded, tables
+from symasym.emit.kernels import airy, elementary, exact, tables
 from symasym.emit.kernels.kernel import kernel_of, named
 from symasym.emit.kernels.transcribe import FUNCTION_IN_C, transcribed
 from symasym.emit.program import Body, FirstPassage, Quadrature, Ready
@@ -159,7 +159,7 @@ class Language:
 @cache
 def helpers_of(target: str) -> dict[str, Written]:
     """The helpers that the library holds as kernels, and their tables, by their names."""
-    texts = transcribed(kernel_of(guarded, elementary, structure, airy, exact), target)
+    texts = transcribed(kernel_of(elementary, structure, airy, exact), target)
     own = {"function_": FUNCTION_IN_C} if target == "c" else {}
     constants = {**tables.GAUSS, **tables.airy(False), **tables.radau()}
     return {**own, **tables.helpers_of(constants, target), **texts}

@@ -6,8 +6,8 @@ import random
 
 import pytest
 
-from symasym.workshop import random_calls
-from symasym.workshop.random_calls import CALLS, main, outcome_of, random_call
+from tests.searches import random_calls
+from tests.searches.random_calls import CALLS, main, outcome_of, random_call
 
 
 @pytest.mark.parametrize("count", [100, pytest.param(60_000, marks=pytest.mark.slow)])

@@ -1,4 +1,4 @@
-"""A search for drifts that fool the estimates of weak noise: `python -m symasym.workshop.fooling`.
+"""A search for drifts that fool the estimates of weak noise: `python -m tests.searches.fooling`.
 
 The truncation error after N terms is judged by what follows. Here the Taylor coefficients of V at
 a well are drawn at random, but those that enter the next terms c_{N+1} and c_{N+2} linearly, which

@@ -1,6 +1,6 @@
 """Random calls of every public verb: sentences or answers, nothing else, and in the time announced.
 
-    python -m symasym.workshop.random_calls [COUNT] [SEED]
+    python -m tests.searches.random_calls [COUNT] [SEED]
 
 Each call takes sensible arguments, some of which are replaced by extreme numbers or by things of
 another type. It ends in an answer, or in an error of `symasym.SymasymError`'s family; what ends in
