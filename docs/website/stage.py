@@ -11,6 +11,8 @@ import re
 import shutil
 from pathlib import Path
 
+from website import notebooks
+
 DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
 # Where a link that leaves docs/ leads in the site.
@@ -49,7 +51,10 @@ def stage(folder: Path, made: dict[str, str]) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     for page in folder.glob("*.md"):
-        page.write_text(_inward(page.read_text("utf-8")), encoding="utf-8")
+        text = _inward(page.read_text("utf-8"))
+        if f"notebooks/{page.stem}.ipynb" in made:
+            text = notebooks.offered(text, page.stem)
+        page.write_text(text, encoding="utf-8")
     index = folder / "index.md"
     pages = {str(path.relative_to(folder)) for path in folder.glob("*.md")} - {"index.md"}
     index.write_text(with_toctrees(index.read_text("utf-8"), pages), encoding="utf-8")

@@ -42,7 +42,7 @@ _PLAIN = re.compile(
 def _prose(text: str) -> str:
     """A page without code, formulas, headings, pictures, addresses and tables as measured."""
     text = re.sub(r"```.*?```|<!-- measured.*?<!-- end -->", "", text, flags=re.DOTALL)
-    text = re.sub(r"(?m)^(?: {4}.*\n)+|^#.*$", "", text)
+    text = re.sub(r"(?m)^#.*$", "", text)
     text = re.sub(r"\$\$.*?\$\$|\$[^$]*\$|`[^`]*`|!\[[^\]]*\]", "", text, flags=re.DOTALL)
     return re.sub(r"\]\([^)]*\)|<[^>]*>", "]", text)
 
