@@ -71,11 +71,7 @@ def made() -> dict[str, str]:
     measured, stable = (_record(name) for name in ("measured", "stability"))
     points = [Point(**p) for p in measured["points"]]
     cells = [Cell(**c) for c in stable["cells"]]
-    tables = {
-        "when": pages.when(points),
-        "reached": pages.reached(points),
-        "stability": stability.summary(cells),
-    }
+    tables = {"when": pages.when(points)}
     return {
         "measured.md": pages.page(
             points,

@@ -17,7 +17,7 @@ DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
 # Where a link that leaves docs/ leads in the site.
 OUTSIDE = {"../CHANGELOG.md": "CHANGELOG.md"}
-NO_PAGES = ("*.py", "*.json", "website", "__pycache__", "mathjax.js")
+NO_PAGES = ("*.py", "*.json", "paper.*", "website", "__pycache__", "mathjax.js")
 # Indexes of made pages, with what they are called beside the pages of docs/.
 MADE = {"Formulas": "formulas/index", "Reference": "api/index"}
 # What the front page says of them, first under these headings.
@@ -27,6 +27,8 @@ IN_THE_SITE = {
 """,
     "Reference": "- [API reference](api/index.rst)\n",
 }
+#: Page -> those below it in the sidebar.
+BELOW = {"report.md": ("measured.md", "stability.md")}
 _LINK = re.compile(r"\]\(([\w./-]+\.md)(?:#[\w-]*)?\)")
 
 
@@ -57,6 +59,10 @@ def stage(folder: Path, made: dict[str, str]) -> None:
         page.write_text(text, encoding="utf-8")
     index = folder / "index.md"
     pages = {str(path.relative_to(folder)) for path in folder.glob("*.md")} - {"index.md"}
+    for name, below in BELOW.items():
+        with (folder / name).open("a", encoding="utf-8") as page:
+            page.write(_toctree("", list(below)))
+        pages -= set(below)
     index.write_text(with_toctrees(index.read_text("utf-8"), pages), encoding="utf-8")
 
 
