@@ -11,7 +11,7 @@ import re
 import shutil
 from pathlib import Path
 
-from website import notebooks
+from website import glossary, notebooks
 
 DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
@@ -27,6 +27,8 @@ IN_THE_SITE = {
 """,
     "Reference": "- [API reference](api/index.rst)\n",
 }
+#: Pages whose words are not linked: the glossary, and what is a record rather than a text.
+UNLINKED = {"glossary.md", "errata.md", "CHANGELOG.md", "measured.md", "stability.md", "house.md"}
 #: Page -> those below it in the sidebar.
 BELOW = {"report.md": ("measured.md", "stability.md")}
 _LINK = re.compile(r"\]\(([\w./-]+\.md)(?:#[\w-]*)?\)")
@@ -54,6 +56,10 @@ def stage(folder: Path, made: dict[str, str]) -> None:
         path.write_text(text, encoding="utf-8")
     for page in folder.glob("*.md"):
         text = _inward(page.read_text("utf-8"))
+        if page.name not in UNLINKED:
+            text = glossary.linked(text)
+        if page.name == "glossary.md":
+            text = glossary.anchored(text)
         if f"notebooks/{page.stem}.ipynb" in made:
             text = notebooks.offered(text, page.stem)
         page.write_text(text, encoding="utf-8")
