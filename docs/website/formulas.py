@@ -17,7 +17,7 @@ from typing import Any
 import sympy
 
 from derivations import report
-from derivations.errata import ERRATA
+from derivations.errata.entries import ERRATA
 from derivations.labels import NUMBERS, numbered
 from derivations.registry import entries
 from derivations.runner import slug

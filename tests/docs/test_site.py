@@ -79,7 +79,7 @@ EXACT = {
     "eq:eekappar", "eq:TtildetoT", "eq:phifric0", "eq:forcePerturbed", "eq:forcePWC", "cubic",
     "fr1", "eq:osc2", "fr2", "eq:odeR", "first-integral", "density-R", "eq:FPE", "backward",
     "positive-form", "positive-density", "panel-step", "eq:V2", "eq:fourPieces", "tails",
-    "gaussian-step", "pair-products",
+    "gaussian-step", "pair-products", "airy-form", "truncated-gaussian",
 }  # fmt: skip
 BOUNDS = {"C-bound": 1, "L-bound": -1}
 
