@@ -29,7 +29,18 @@ from symasym.formula import formula
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
-from website import api, calls, definitions, expansions, formulas, graph, pages, plots, stage  # noqa: E402
+from website import (  # noqa: E402
+    api,
+    calls,
+    definitions,
+    expansions,
+    formulas,
+    glossary,
+    graph,
+    pages,
+    plots,
+    stage,
+)
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 # No connection is tried: neither the browser's own nor a page's.
@@ -242,6 +253,17 @@ def test_pages_take_the_place_of_their_link_and_new_ones_are_not_lost() -> None:
     trees = re.findall(r"```\{toctree\}\n(.*?)```", found, re.DOTALL)
     listed = [re.sub(r":hidden:|:caption:", "", tree).split() for tree in trees]
     assert listed[:3] == [["b", "a"], ["Guides", "c"], ["More", "new"]]
+
+
+def test_a_word_of_the_glossary_is_linked_where_it_is_first_used() -> None:
+    text = "# A well\n\nAs well as `fold`: the well, $a$ fold and the well's fold."
+    assert re.findall(r"#(term-\w+)\">(\w+)<", glossary.linked(text)) == [
+        ("term-well", "well"),
+        ("term-fold", "fold"),
+    ]
+    made = glossary.anchored((ROOT / "docs" / "glossary.md").read_text("utf-8"))
+    anchors = re.findall(r'<span id="([\w-]+)">', made)
+    assert sorted(anchors) == sorted(set(glossary.terms().values()))
 
 
 def test_links_of_the_changelog_lead_to_pages_beside_it(tmp_path: Path) -> None:
