@@ -180,10 +180,12 @@ function zeros(s) {
   const [phi, V] = [along("phi", s), along("V", s)];
   const u = even(-1, 1, 2001);
   const found = [];
-  for (let k = 1; k + 1 < u.length; k++) {
+  for (let k = 1; k < u.length; k++) {
     let [low, high] = [u[k - 1], u[k]];
     const rises = phi(high) > 0;
-    if (phi(low) > 0 === rises) continue;
+    // A zero at the layer's end is a tangency, and no well.
+    const atEnd = [low, high].some((x) => Math.abs(x) === 1 && phi(x) === 0);
+    if (atEnd || phi(low) > 0 === rises) continue;
     for (let turn = 0; turn < 60; turn++) {
       const middle = (low + high) / 2;
       if (phi(middle) > 0 === rises) high = middle;
