@@ -1,7 +1,7 @@
 // A small plot as SVG text; its colours are in explorer.css.
 "use strict";
 
-const MARGIN = { left: 46, right: 10, top: 10, bottom: 38 };
+const MARGIN = { left: 46, right: 16, top: 10, bottom: 38 };
 
 /** Round numbers in [low, high], about `count` of them, and how many decimals they need. */
 function ticks(low, high, count) {

@@ -185,11 +185,15 @@ function axisPlot(sliders, n) {
 function timePlot(sliders, n, { time: paper, uniform, belt }, exact) {
   const solid = exact.filter((curve) => curve.length > 1);
   const axis = axisPlot(sliders, n);
-  const crosses = n.region === "crossing" || axis.xlabel !== "z0";
+  const crosses = n.region === "crossing" || axisOf(sliders) !== "z0";
   const now = n.logExact === null || !crosses ? [] : [[axis.here, n.logExact / Math.LN10, "dot"]];
   const all = [...paper, ...uniform, ...solid, ...(now.length ? [[now[0]]] : [])];
-  const y = all.length ? heights(all) : [0, 1];
-  const inside = belt.map((curve) => curve.filter(([, v]) => y[0] <= v && v <= y[1]));
+  // Against kappa T soon is beyond all numbers.
+  const most = axisOf(sliders) === "kappa" ? Math.max(16, 1.5 * (now[0]?.[1] ?? 0)) : Infinity;
+  const low = all.map((curve) => curve.filter(([, v]) => v <= most));
+  const y = low.flat().length ? heights(low) : [0, 1];
+  const inside = (curves) =>
+    curves.map((curve) => curve.filter(([, v]) => y[0] <= v && v <= y[1])).filter((c) => c.length > 1);
   const others = n.folds === null && !paper.length
     ? ""
     : ", uniform (dotted), the paper’s formula (dashed)";
@@ -198,10 +202,10 @@ function timePlot(sliders, n, { time: paper, uniform, belt }, exact) {
     : "";
   return {
     ...axis,
-    curves: solid,
-    dashed: paper,
-    dotted: uniform,
-    belt: inside.filter((curve) => curve.length > 1),
+    curves: inside(solid),
+    dashed: inside(paper),
+    dotted: inside(uniform),
+    belt: inside(belt),
     y,
     points: now,
     caption: `log₁₀ T against ${axis.xlabel}: exact (solid)${others}${grey}`,
@@ -209,17 +213,18 @@ function timePlot(sliders, n, { time: paper, uniform, belt }, exact) {
 }
 
 /** The steady state, or, where there is none, where the time before escape is spent. */
-function densityPlot(sliders, u) {
+function densityPlot(sliders, n, u) {
   const p = density(sliders);
   if (p) return { ...u, curves: [p], y: heights([p], [0]), caption: "Stationary density p(u)" };
-  const { share } = passage(scaled(sliders));
-  const caption = "No steady state here: density of the time spent at u before escape";
+  const share = n.share === undefined ? passage(scaled(sliders)).share : n.share;
+  const none = n.region === "sliding" ? "D" : "No steady state here: d";
+  const caption = `${none}ensity of the time spent at u before escape`;
   if (share === null) return { none: "the noise is too weak for the page’s quadrature", caption };
   return { ...u, curves: [share], y: heights([share], [0]), caption };
 }
 
 /** The multipliers, or, where no well can be born, the chance of leaving through -r. */
-function multiplierPlot(sliders, n, { step, smooth }) {
+function multiplierPlot(sliders, n, { step, smooth }, exact) {
   const axis = axisPlot(sliders, n);
   const y = [-0.1, 1.1];
   if (smooth.length) {
@@ -228,8 +233,11 @@ function multiplierPlot(sliders, n, { step, smooth }) {
     return { ...axis, curves: smooth, dashed: step, y, points, caption };
   }
   const points = n.exit === null ? [] : [[axis.here, n.exit, "dot"]];
-  const caption = `No well is born here: C, the chance of leaving through −r, against ${axis.xlabel}`;
-  return { ...axis, curves: exitAgainstAxis(sliders, axisOf(sliders)), y, points, caption };
+  const caption = `C, the chance of leaving through −r, against ${axis.xlabel}`;
+  const curves = isFriction(sliders)
+    ? exitAgainstAxis(sliders, axisOf(sliders))
+    : exact.map((curve) => curve.map(([x, , exit]) => [x, exit]));
+  return { ...axis, curves: curves.filter((one) => one.length > 1), y, points, caption };
 }
 
 /** The plots of one position of the sliders: name -> what `drawn` takes, or why there is none. */
@@ -241,9 +249,9 @@ function plots(sliders, n, against) {
   return {
     V: { ...u, curves: [V], y: heights([V]), points: within },
     phi: { ...u, curves: [phi], y: heights([phi], [0]), zero: true, points: zeros },
-    density: densityPlot(sliders, u),
+    density: densityPlot(sliders, n, u),
     time: timePlot(sliders, n, against, []),
-    step: multiplierPlot(sliders, n, against),
+    step: multiplierPlot(sliders, n, against, []),
   };
 }
 
@@ -267,7 +275,10 @@ function update() {
   const sliders = sliderValues();
   const n = numbers(sliders);
   explorer.querySelector("#explorer-region").textContent = inWords(n);
-  const items = Object.entries(rows(n));
+  // Of the other drifts there is no paper's formula, and no fold.
+  const items = Object.entries(rows(n)).filter(
+    ([, value]) => isFriction(sliders) || ![NONE, `${NONE}, ${NONE}`].includes(value),
+  );
   explorer.querySelector("dl").innerHTML = items
     .map(([name, value]) => `<div><dt>${name}</dt><dd>${value}</dd></div>`)
     .join("");
@@ -275,6 +286,14 @@ function update() {
   const made = plots(sliders, n, against);
   for (const figure of explorer.querySelectorAll("figure")) show(figure, made[figure.dataset.plot]);
   exactly(sliders, n, against);
+}
+
+/** Draw again what holds exact curves. */
+function showExact(sliders, n, against, exact) {
+  const figure = (name) => explorer.querySelector(`figure[data-plot="${name}"]`);
+  show(figure("time"), timePlot(sliders, n, against, exact));
+  if (!isFriction(sliders)) show(figure("step"), multiplierPlot(sliders, n, against, exact));
+  figure("time").removeAttribute("aria-busy");
 }
 
 /** How many exact curves were begun; one that is not the last is given up. */
@@ -288,8 +307,7 @@ function exactly(sliders, n, against) {
   const axis = axisOf(sliders);
   const of = JSON.stringify({ ...sliders, [axis]: axis });
   if (known.of === of) {
-    show(figure, timePlot(sliders, n, against, known.curves));
-    figure.removeAttribute("aria-busy");
+    showExact(sliders, n, against, known.curves);
     return;
   }
   const steps = exactAgainstAxis(sliders, axis);
@@ -304,8 +322,7 @@ function exactly(sliders, n, against) {
       return;
     }
     known = { of, curves: step.value };
-    show(figure, timePlot(sliders, n, against, step.value));
-    figure.removeAttribute("aria-busy");
+    showExact(sliders, n, against, step.value);
   };
   setTimeout(more);
 }
