@@ -319,6 +319,6 @@ def test_other_drifts_and_the_time_spent_are_those_of_python(tmp_path) -> None:
             assert [p["kind"] for p in seen["points"]] == [p.kind for p in drift.critical_points()]
             assert seen["logExact"] == seen["logT"]
         x, curve = np.array(seen["against"][0]).T
-        noise = 10**x[::10] / s["eps"] ** 0.5
+        noise = 10 ** x[::10] / s["eps"] ** 0.5
         exact = sa.escape_time(drift, noise, r, log=True)
         assert curve[::10] * np.log(10) == pytest.approx(np.asarray(exact), rel=1e-5, abs=1e-5)
