@@ -378,7 +378,7 @@ NO_NUMBER = {
     # The rest is held to marching and to simulated paths in tests/release.
     "release-time": "an equation, whose solution is compared with simulated paths",
     "release-order": "an integral with functions left open, compared with marching as eps -> 0",
-    "release-adiabatic": "survival at a rate left open, compared with marching where escape is rare",
+    "release-adiabatic": "survival at a rate left open, compared with marching",
     "frozen-time": "its share is compared with marching as eps -> 0",
     "fold-delay": "powers of eps, compared with paths without noise",
 }

@@ -473,8 +473,8 @@ _DRAWN = """async () => {
     plots: all('svg').map((svg) => svg.innerHTML),
     values: Object.fromEntries(all('dl > div').map((row) => [text(row, 'dt'), text(row, 'dd')])),
     region: document.querySelector('#explorer-region').textContent,
-    sliders: Object.fromEntries(all('input').map(
-      (i) => [i.name, text(i.parentElement, 'output').replace('−', '-')])),
+    sliders: Object.fromEntries(all('div:not([hidden]) > input[type=range]').map((i) => [
+      i.name, i.parentElement.querySelector('input[type=text]').value.replace('−', '-')])),
   };
 }"""
 
@@ -514,7 +514,7 @@ def test_the_explorer_answers_to_every_slider_by_key(site: Path, browser) -> Non
     slid = tab.evaluate(_DRAWN)
     assert slid["region"].startswith("Sliding")
     assert "<path" in slid["plots"][2]
-    assert "<path" not in start["plots"][2]
+    assert "p(u)" in tab.locator("#oscillator figure").nth(2).inner_text()
     # The sliders stay in sight while the last plot is looked at.
     tab.locator("#oscillator figure").last.scroll_into_view_if_needed()
     box = slider.bounding_box()
@@ -552,6 +552,37 @@ def test_the_explorers_address_holds_its_sliders(site: Path, browser) -> None:
     other.goto(tab.url)
     assert other.evaluate(_DRAWN)["sliders"] == again["sliders"] != seen["sliders"]
     other.close()
+    tab.close()
+
+
+@pytest.mark.slow
+def test_the_explorer_takes_typed_numbers_other_drifts_and_an_axis_of_noise(site, browser) -> None:
+    import symasym as sa
+
+    tab = browser.new_page()
+    tab.goto((site / "explorer.html").as_uri())
+    typed = tab.get_by_label("z0 spring, typed")
+    typed.fill("-0.4321")
+    typed.press("Enter")
+    seen = tab.evaluate(_DRAWN)
+    assert seen["values"]["T, scaled, by the paper’s formula"] == _paper_time(seen["sliders"])
+    assert "z0=-0.4321" in tab.url
+    typed.fill("7")
+    typed.press("Enter")
+    assert tab.evaluate(_DRAWN)["values"] == seen["values"]
+    assert typed.evaluate("i => i.validationMessage") == "Give a number from -3 to 5."
+    tab.get_by_label("Curves against").select_option("kappa")
+    noise = tab.evaluate(_DRAWN)
+    assert noise["values"] == seen["values"]
+    for kind in ("curve", "dashed", "dotted", "belt"):
+        assert f'class="{kind}"' in noise["plots"][4]
+    for name, drift in (("tanh", sa.tanh(1, 1, 5)), ("sine", sa.sine(1, 1, 2))):
+        tab.get_by_label("Drift", exact=True).select_option(name)
+        found = tab.evaluate(_DRAWN)
+        scales = sa.rescale(eps="0.01", kappa="0.03", r="0.1")
+        time = sa.escape_time(drift, scales.kappa, scales.r)
+        assert float(found["values"]["T, scaled, z frozen"]) == pytest.approx(time, rel=1e-3)
+        assert all("<path" in plot for plot in found["plots"])
     tab.close()
 
 
