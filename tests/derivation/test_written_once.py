@@ -178,7 +178,8 @@ def test_no_derived_formula_is_written_by_hand():
         # Other letters, order and form of `end_rest`, `over_pair_twice` and `time_of_sides`.
         "def f(A, g, b, d, v, q):\n    top = A * b - d * (2 * b + g * d)\n"
         "    return top / (q + v) / q / v",
-        "def f(a, s, b, x, y):\n    z = c.pi * s\n    return z * z * (x * a * a - y * (b * s) ** 2)",
+        "def f(a, s, b, x, y):\n    z = c.pi * s\n"
+        "    return z * z * (x * a * a - y * (b * s) ** 2)",
         "def f(L, R, x, y, m, S):\n    return L / S * y + (x + L * m) * R / S",
     ],
 )
