@@ -300,21 +300,26 @@ def two_sides(d: Any) -> None:
         "T over lam: sigma and w of positive-form by their integrals, s(0) = 1; double are the "
         "double integrals of either side",
     )
+    whole = {double[0]: nested[0] + own[0] * behind, double[1]: nested[1] + own[1] * ahead}
+    moved = d.step(
+        "on the right alone",
+        "split",
+        nested[1] + ahead * falling,
+        Satisfies(
+            lambda found: {
+                "T": apart.subs({double[0]: nested[0], double[1]: found})
+                .subs(falling, own[0] + own[1])
+                .subs(total, behind + ahead)
+                - apart.subs(whole).subs(total, behind + ahead)
+            }
+        ),
+        "with the start's shares of int e^(-lam V) on both sides, T has their sum",
+    )
     together = d.step(
         "the start's share",
         "substitute",
-        (behind * nested[1] + ahead * nested[0] + ahead * behind * falling) / total,
-        Satisfies(
-            lambda found: {
-                "T": found.subs(falling, own[0] + own[1])
-                - apart.subs(
-                    {
-                        double[0]: nested[0] + own[0] * behind,
-                        double[1]: nested[1] + own[1] * ahead,
-                    }
-                )
-            }
-        ),
+        (behind * (nested[1] + ahead * falling) + ahead * nested[0]) / total,
+        Identity(lambda: apart.subs({double[0]: nested[0], double[1]: moved})),
     )
     d.conclude(
         Symbol("T") / lam,

@@ -223,16 +223,9 @@ def time_of_doubles(
     return (ahead*double_left + behind*double_right)/total
 
 
-def time_of_sides(
-    behind: Floats,
-    ahead: Floats,
-    nested_left: Floats,
-    nested_right: Floats,
-    total: Floats,
-    falling: Floats,
-) -> Any:
-    """The same, the start's share of int e^(-lam V) apart (two-sides)."""
-    return (ahead*nested_left + behind*nested_right + ahead*behind*falling)/total
+def on_the_right(ahead: Floats, nested_right: Floats, falling: Floats) -> Any:
+    """The double integral on the right with the start's share of both sides (two-sides)."""
+    return nested_right + ahead*falling
 
 
 def pair_norm(even: Floats, odd: Floats, square: Floats) -> Any:

@@ -175,12 +175,12 @@ def test_no_derived_formula_is_written_by_hand():
 @pytest.mark.parametrize(
     "text",
     [
-        # Other letters, order and form of `end_rest`, `over_pair_twice` and `time_of_sides`.
+        # Other letters, order and form of `end_rest`, `over_pair_twice` and `over_end`.
         "def f(A, g, b, d, v, q):\n    top = A * b - d * (2 * b + g * d)\n"
         "    return top / (q + v) / q / v",
         "def f(a, s, b, x, y):\n    z = c.pi * s\n"
         "    return z * z * (x * a * a - y * (b * s) ** 2)",
-        "def f(L, R, x, y, m, S):\n    return L / S * y + (x + L * m) * R / S",
+        "def f(p, i, t, L, d, r):\n    return p / L * (p * (i - np.log(t)) - d * r)",
     ],
 )
 def test_a_formula_is_known_in_other_letters(text):
