@@ -324,8 +324,8 @@ def mean_time(sides: Sides) -> Any:
         together = on_the_right(ahead, right.nested, sides.falling)
         return time_of_doubles(behind, ahead, left.nested, together, sides.total)
     # At a barrier the regular part has the products of the start's own shares.
-    double = [side.nested + side.falling * side.scale for side in (left, right)]
-    return time_of_doubles(behind, ahead, *double, sides.total)
+    below, above = (side.nested + side.falling * side.scale for side in (left, right))
+    return time_of_doubles(behind, ahead, below, above, sides.total)
 
 
 class Composed:
