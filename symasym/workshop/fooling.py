@@ -122,7 +122,8 @@ def main(arguments: list[str] | None = None) -> int:
             worst = max(worst, most)
             print(
                 f"{quantity}, order {order}: {len(result.ratios)} of {result.asked} answered, "
-                f"true over claimed error: median {_median(result.ratios):.3g}, largest {most:.3g}, "
+                f"true over claimed error: median {_median(result.ratios):.3g}, "
+                f"largest {most:.3g}, "
                 f"{(result.ratios > 1).sum()} above 1, {(result.ratios > 2).sum()} above 2"
             )
     return int(worst > 2)
