@@ -28,8 +28,9 @@ FORMAT = "symasym-formulas/1"
 class Emitted:
     """A function to emit: its name, where its expression comes from, what it is.
 
-    One that is `plain` needs no functions, and is emitted a third time for any
-    arithmetic: exact fractions, balls, double-double pairs, SymPy expressions.
+    One that is `plain` needs no functions, and is emitted a third time for any numbers: exact
+    fractions, balls, double-double pairs, SymPy expressions. One of an `arithmetic` is emitted for
+    those of `symasym.numbers.arithmetic`.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Emitted:
     step: str = ""
     piece: int | None = None
     plain: bool = False
+    arithmetic: bool = False
 
 
 EMITTED = (
@@ -154,6 +156,75 @@ EMITTED = (
         "second correction",
         plain=True,
     ),
+    Emitted(
+        "pair_norm",
+        "airy-form",
+        "The product of psi at both zeros of a pair.",
+        "psi at both zeros",
+        arithmetic=True,
+    ),
+    Emitted(
+        "canonical",
+        "airy-form",
+        "a and b of u' = a + b s at a pair of zeros, odd counted along s.",
+        "a and b",
+        arithmetic=True,
+    ),
+    Emitted(
+        "pair_share",
+        "airy-form",
+        "alpha and beta: the pair's share of 1/phi is (alpha + beta y)/(y^2 - square).",
+        "share of 1/phi",
+        arithmetic=True,
+    ),
+    Emitted(
+        "over_pair",
+        "airy-form",
+        "int e^(lam V) and int e^(-lam V) over a pair; `small` is lam^(-1/3).",
+        "single integrals from Bi and Bi'",
+        arithmetic=True,
+    ),
+    Emitted(
+        "over_pair_twice",
+        "airy-form",
+        "The double integral over a pair, from Ai^2 + Bi^2 and Ai'^2 + Bi'^2.",
+        "both from products",
+        arithmetic=True,
+    ),
+    Emitted(
+        "end_distance",
+        "truncated-gaussian",
+        "t at the end of a barrier's Gaussian: t^2/2 = gap^2 area.",
+        "t at the end",
+        arithmetic=True,
+    ),
+    Emitted(
+        "end_peak",
+        "truncated-gaussian",
+        "du/dt at the barrier.",
+        "du/dt at the barrier",
+        arithmetic=True,
+    ),
+    Emitted(
+        "end_mean",
+        "truncated-gaussian",
+        "The mean of psi before the end: peak/t = 1/(gap mean).",
+        "mean of psi",
+        arithmetic=True,
+    ),
+    Emitted(
+        "end_rest",
+        "truncated-gaussian",
+        "1/phi at the end less peak/t, without its cancellation.",
+        "1/phi less the peak's share",
+        arithmetic=True,
+    ),
+    Emitted(
+        "over_end",
+        "truncated-gaussian",
+        "int e^(lam V) from the end on, int e^(-lam V) up to it, and both.",
+        arithmetic=True,
+    ),
     Emitted("weak_noise_time", "eq:Ttildesmall", "T for weak noise, with a well.", "sum"),
     Emitted("well_edge", "eq:Tsmall", "kappa at which both terms of `weak_noise_time` are equal."),
     Emitted(
@@ -261,6 +332,31 @@ ORDER = (
     "sigma_right",
     "inside",
     "outside",
+    "side",
+    "small",
+    "t",
+    "b",
+    "bi",
+    "bi_slope",
+    "squares",
+    "slopes",
+    "slope",
+    "even",
+    "odd",
+    "square",
+    "norm",
+    "bottom",
+    "gap",
+    "area",
+    "first",
+    "second",
+    "value",
+    "mean",
+    "peak",
+    "rest",
+    "tail",
+    "falling",
+    "integral",
 )
 
 
@@ -285,6 +381,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
+""",
+    "arithmetic": """\
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from symasym.numbers.arithmetic import Arithmetic, Number
 """,
     "plain": """\
 from typing import Any, Protocol
@@ -312,6 +414,7 @@ class Field(Ratios, Protocol):
 }
 _TEXTS = {
     "mpmath": "Formulas in an mpmath context `ctx`, at its precision.",
+    "arithmetic": "Formulas over an arithmetic `c`: arrays of float64, or mpf of its context.",
     "plain": "Formulas of + - * / and whole powers, for numbers of any one kind.",
 }
 
@@ -326,7 +429,7 @@ def module(target: str) -> str:
         _HEADERS[target],
     ]
     for item in EMITTED:
-        if target == "plain" and not item.plain:
+        if not getattr(item, target, True):
             continue
         stated = expression(item)
         names, arguments = named(stated)
@@ -394,6 +497,9 @@ def formulas() -> str:
         record = describe(derivation)
         result = derivation.result
         record["names"] = {s.name: name for s, name in derivation.names.items()}
+        left = derivation.left
+        record["left"] = sympy.srepr(sympy.Tuple(*left) if isinstance(left, tuple) else left)
+        record["cases"] = list(derivation.cases)
         if isinstance(result, Expansion):
             record["expression"] = sympy.srepr(result.leading)
             record["remainder"] = sympy.srepr(result.gauge)

@@ -84,12 +84,19 @@ UNLABELLED = (
     "gaussian-step",
     "saddle-series",
     "pair-products",
+    "airy-form",
+    "truncated-gaussian",
     "other-pieces",
     "turning-points",
     "beta",
     "folds",
     "friction-well",
     "threshold",
+    "release-time",
+    "release-order",
+    "release-adiabatic",
+    "frozen-time",
+    "fold-delay",
 )
 
 

@@ -52,6 +52,7 @@ _NAMED = (
     kappa_physical,
     r_physical,
     z0,
+    Symbol("T0_z", positive=True),
     u1,
     u2,
     Symbol("V_1", real=True),

@@ -54,26 +54,24 @@ def conditions(record: dict[str, Any], mark: str) -> list[str]:
 def counterexamples(record: dict[str, Any], mark: str) -> list[str]:
     """Lines of Markdown: weaker conditions that are not enough, each with what shows it."""
     lines = [
-        f"- {_sentence(h['statement'])}: false for {words(h['where'])}"
+        f"- Not enough: {words(h['statement'])}; false for {words(h['where'])}"
         for h in record["hypotheses"]
         if h["status"] == "fails"
     ]
-    return [f"{mark}Counterexamples: what is not enough", "", *lines, ""] if lines else []
+    return [f"{mark}Counterexamples", "", *lines, ""] if lines else []
 
 
 def steps(record: dict[str, Any], level: int) -> list[str]:
-    """Lines of Markdown: each step under a heading of this level."""
-    lines = []
+    """Lines of Markdown: each step under a heading of this level, a check explained once."""
+    lines, explained = [], set[str]()
     for number, step in enumerate(record["steps"], 1):
-        lines += [f"{'#' * level} {number}. {words(step['name'])} ({step['rule']})", ""]
+        lines += [f"{'#' * level} {number}. {_sentence(step['name'])} ({step['rule']})", ""]
         if step["reason"]:
             lines += [f"Why: {words(step['reason'])}.", ""]
-        lines += [
-            f"$$ {step['latex']} $$",
-            "",
-            f"Check ({step['kind']}): {words(step['how'])}. Found: {words(step['detail'])}.",
-            "",
-        ]
+        how = "" if step["how"] in explained else f"{words(step['how'])}. "
+        explained.add(step["how"])
+        found = _sentence(step["detail"])
+        lines += [f"$$ {step['latex']} $$", "", f"Check ({step['kind']}): {how}{found}.", ""]
     return lines
 
 
@@ -261,6 +259,7 @@ _SECTIONS = {
     "5": "Stationary density and escape time",
     "6": "Strong and weak noise",
     "7": "The friction oscillator",
+    "8": "Beyond the paper: the whole system",
 }
 
 # Symbol, meaning, how the paper writes it.

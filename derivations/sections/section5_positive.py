@@ -206,7 +206,7 @@ def constant_panel(d: Any) -> None:
         sympy.symbols("int_e nested_down nested_up"),
         (first, down, up),
         note="x = lam |a| h; single in units of the width h, double in units of h^2, "
-        "scaled as docs/exact.md has it",
+        "each integrand divided by its largest value",
     )
 
 
@@ -272,5 +272,6 @@ def panel_step(d: Any) -> None:
         sympy.symbols("sigma_b w_b"),
         found,
         note="fall = e^{-lam |V(b) - V(a)|} where V falls, climb where it rises, the other is 1; "
-        "int_e, int_inverse and nested as docs/exact.md has them",
+        "int_e, int_inverse and nested are the panel's integrals, each integrand divided by its "
+        "largest value",
     )

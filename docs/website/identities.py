@@ -11,6 +11,8 @@ import sympy
 
 import symasym as sa
 from symasym.generated import numpy_formulas as emitted
+from symasym.numbers.arithmetic import FLOATS
+from symasym.special.dawson import dawson
 from website import collocation, pieces
 from website.plots import Plot
 from website.symbolic import along, of, operator, parts, value
@@ -244,6 +246,10 @@ def _integrals() -> list[Plot]:
              lambda k: np.log(left(kappa=k, a_minus=1.5))),
         Plot("pair-products", "J", "weights 1; exact: over t = s(v) - s(u) alone, by quadrature",
              np.linspace(-6, 4, 121), _pair_by_distance, _pair, "Z", log_x=False),
+        Plot("airy-form", "∫ e^(λV)", "u' = 1 + s/2, λ = 8; exact: by quadrature along rays",
+             np.linspace(-1, 5, 121), _past_pair, _airy_form, "Z", log_x=False),
+        Plot("truncated-gaussian", "∫ e^(-λV)", "t = 1, u' = 1 + t/2; exact: by quadrature",
+             np.logspace(0, 2, 40), _up_to_end, _truncated, "λ"),
         Plot("gaussian-step", "both integrals", "V″ at the barrier: -1", np.logspace(-1, 2, 60),
              _gaussians, lambda a: np.log(value("gaussian-step")(A_2=a, A_1=-1.0)),
              "V″ at the well"),
@@ -291,15 +297,46 @@ def _pair_by_distance(Z: Any) -> Any:
     return np.log(np.sqrt(np.pi) * step * both.sum(axis=1))
 
 
+_AIRY: dict[str, Any] = {
+    "airyai": mpmath.airyai,
+    "airybi": mpmath.airybi,
+    "airyaiprime": lambda x: mpmath.airyai(x, derivative=1),
+    "airybiprime": lambda x: mpmath.airybi(x, derivative=1),
+}
+
+
 def _pair(Z: Any) -> Any:
-    airy = {
-        "airyai": mpmath.airyai,
-        "airybi": mpmath.airybi,
-        "airyaiprime": lambda x: mpmath.airyai(x, derivative=1),
-        "airybiprime": lambda x: mpmath.airybi(x, derivative=1),
-    }
-    J = value("pair-products", **airy)
+    J = value("pair-products", **_AIRY)
     return np.log([float(J(Z=z)) for z in Z])
+
+
+def _airy_form(Z: Any) -> Any:
+    up = value("airy-form", **_AIRY)
+    return np.log([float(up(Z=z, a=1.0, b=0.5, small=0.5)) for z in Z])
+
+
+def _past_pair(Z: Any) -> Any:
+    """Of e^(Z s - s³/3) (1 + s/4)/2: from oo to 0 and on to the mean of both other ends."""
+    x, w = (one.ravel() for one in pieces.nodes(0.0, 9.0, 30))
+    turn = np.exp(1j * np.pi / 3)
+    found = 0.0
+    for s, slope in ((-x + 0j, 1), (x * turn, turn)):
+        found = found + np.exp(s**3 / 3 - Z[:, None] * s) * (1 - s / 4) / 2 * slope @ w
+    return np.log(found.real)
+
+
+def _truncated(lam: Any) -> Any:
+    """With Dawson's integral by the library."""
+    falling = np.sqrt(2 / lam) * dawson(np.sqrt(lam / 2), FLOATS).value
+    down = value("truncated-gaussian", 1)
+    return np.log(down(lam=lam, peak=1.0, rest=0.5, falling=falling))
+
+
+def _up_to_end(lam: Any) -> Any:
+    """∫ (1 + s/2) e^(λ(s² - 1)/2) over (0, 1), and the barrier's own end."""
+    s, w = (one.ravel() for one in pieces.nodes(0.0, 1.0, 20))
+    inside = np.exp(lam[:, None] * (s**2 - 1) / 2) * (1 + s / 2) @ w
+    return np.log(inside + np.exp(-lam / 2) / (2 * lam))
 
 
 def _gaussians(curvature: Any) -> Any:

@@ -428,6 +428,71 @@ def airy_pair_at(Z: float) -> Numbers:
     )
 
 
+def weighted_pair(rng: random.Random) -> Numbers:
+    """Integrals over a pair with the weight a + b s: on rays past the other zero, both ways."""
+    Z = float(within(rng, "-2", "1.5"))
+    a, b, small = (float(within(rng, low, "1")) for low in ("0.5", "-1", "0.1"))
+    double = airy_pair_at(Z)
+
+    def single(sign: int) -> float:
+        """Of e^{sign (s^3/3 - Z s)}: from -sign oo to 0, on to the mean of both other ends."""
+
+        def integrand(s: Any, slope: Any) -> Any:
+            # s^3/3 - Z s changes its sign with s.
+            weight = small * (a + sign * b * small * s)
+            return (weight * np.exp(s**3 / 3 - Z * s) * slope).real
+
+        def whole(x: Any) -> Any:
+            turn = np.exp(1j * np.pi / 3)
+            return integrand(-x + 0j, 1) + integrand(x * turn, turn)
+
+        return float(sum(gauss(whole, low, low + 1.0) for low in range(9)))
+
+    return Numbers(
+        **{k: (lambda x=x: x) for k, x in {"Z": Z, "a": a, "b": b, "small": small}.items()},
+        I_down=lambda: single(1),
+        I_up=lambda: single(-1),
+        I_both=lambda: small**2 * (a**2 * double["J"] + b**2 * small**2 * double["J_2"]),
+    )
+
+
+def cut_gaussian(rng: random.Random) -> Numbers:
+    """A Gaussian with the weight peak + rest s, cut off at t, and both functions of it."""
+    lam, t = (float(within(rng, low, high)) for low, high in (("2", "20"), ("0.3", "2")))
+    peak, rest = float(within(rng, "0.5", "2")), float(within(rng, "-1", "1"))
+
+    def weight(s: Any) -> Any:
+        return peak + rest * s
+
+    def beyond(f: Any) -> Any:
+        return gauss(lambda s: f(s) * np.exp(-lam * (s**2 - t**2) / 2), t, t + 12 / lam**0.5)
+
+    def dawson(x: Any) -> Any:
+        return gauss(
+            lambda s: x[..., None] * np.exp(lam * x[..., None] ** 2 * (s**2 - 1) / 2), 0.0, 1.0
+        )
+
+    def before(f: Any) -> Any:
+        return gauss(lambda s: f(s) * np.exp(lam * (s**2 - t**2) / 2), 0.0, t)
+
+    # What the start of the barrier has, and the regular part.
+    own = rest / lam * np.exp(-lam * t**2 / 2)
+    regular = (weight(t) ** 2 - peak**2 - 2 * peak * rest * t) / 2 / lam + 2 * peak * rest * t / lam
+    return Numbers(
+        **{k: (lambda x=x: x) for k, x in
+           {"lam": lam, "t": t, "peak": peak, "rest": rest}.items()},
+        tail=lambda: beyond(np.ones_like),
+        falling=lambda: before(np.ones_like),
+        integral=lambda: lam * gauss(dawson, 0.0, t),
+        I_up=lambda: -beyond(weight),
+        I_down=lambda: before(weight) + own,
+        I_both=lambda: (
+            gauss(lambda s: weight(s) * (peak * dawson(s) + rest / lam), 0.0, t)
+            - regular - peak**2 * np.log(t) / lam
+        ),
+    )  # fmt: skip
+
+
 # -- scenes on a path to a limit --------------------------------------------------------------
 
 Path = Callable[[random.Random], Callable[[Any], Numbers]]

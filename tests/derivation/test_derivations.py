@@ -355,7 +355,7 @@ def _command(*arguments: str, capsys) -> tuple[int, str, str]:
 def test_show(capsys):
     status, out, _ = _command("show", "eq:Ttildesmall", "--steps", capsys=capsys)
     assert status == 0
-    assert "supposes: " in out
+    assert "Assumes: " in out
     assert "1. sum (substitute; symbolic identity)" in out
     status, out, _ = _command("show", "folds", "--latex", capsys=capsys)
     assert out.strip().startswith("z_0^{(+)}")

@@ -48,7 +48,7 @@ const { positions, exact } = JSON.parse(require("fs").readFileSync(0));
 const wanted = new Set(exact);
 const found = positions.map((s, k) => ({
   ...numbers(s), ...landscape(s), density: density(s), against: againstSpring(s),
-  exact: wanted.has(k) ? [...exactAgainstSpring(s)].pop() ?? [] : null,
+  exact: wanted.has(k) ? [...exactAgainstAxis(s, "z0")].pop() ?? [] : null,
 }));
 console.log(JSON.stringify(found));
 """

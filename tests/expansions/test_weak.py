@@ -288,6 +288,17 @@ def test_cases_of_friction() -> None:
         assert case_of(sa.friction(**case.example), Fraction(0)) == case
 
 
+@pytest.mark.parametrize("quantity", ["1-C", "1 - C", "1 -C"])
+def test_spaces_in_a_quantity_do_not_count(quantity: str) -> None:
+    """Nor do they for the other verbs that take a quantity; printed is one form."""
+    drift = sa.linear(1, -1)
+    assert sa.expand(sa.friction(), quantity, order=0).quantity == "1 - C"
+    assert sa.sensitivity(drift, "1/2", 2, quantity=quantity).quantity == "1 - C"
+    axes = sa.plot(quantity, drift, np.array([0.5, 1.0]), 2)
+    assert "1 − C" in axes.get_ylabel()
+    axes.figure.clear()
+
+
 def test_binding_one_after_the_other_keeps_exactness() -> None:
     e = sa.expand(sa.friction(), order=2, case="start well barrier")
     for name, value in (("mu", 3), ("alpha", 1), ("z0", "-0.4")):

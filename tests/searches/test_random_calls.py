@@ -30,9 +30,13 @@ def test_every_verb_is_called() -> None:
     [
         ("sa.escape_time(sa.linear(1, 1), 1, 2)", "answer"),
         ("sa.escape_time(sa.linear(1, 1), 0, 2)", "InputError"),
-        ("1/0", "bare"),
-        ("[][1]", "bare"),
-        ("next(x for x in iter(int, 1) if x)", "late"),
+        ("sa.escape_time()", "bare"),
+        ("__import__('os')", "bare"),  # no name that a call may use
+        ("sa.tanh(1, -1, '1.4').__class__", "bare"),
+        (
+            "sa.occupation(sa.tanh(1, -1, '1.4'), '1e-60', dps=400, log=True, patience=math.inf)",
+            "late",
+        ),
     ],
 )
 def test_how_a_call_ends(call: str, kind: str) -> None:

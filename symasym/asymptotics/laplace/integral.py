@@ -85,8 +85,9 @@ def laplace_integral(
     Returns
     -------
     LaplaceExpansion
-        With ``evaluate(lam, dps=None, log=False, full=False)``, ``expression(lam)``, ``latex()``,
-        ``bind(**values)``, ``bound``, ``contributions``, ``dropped`` and ``conditions``.
+        With the verbs of `Expansion`: ``expression``, ``terms``, ``conditions``, ``error``,
+        ``bind(**values)``, ``evaluate(lam, dps=None, log=False, full=False)``, ``latex()`` and
+        ``emit(target)``; and ``bound``, ``contributions`` and ``dropped``.
 
     Raises
     ------

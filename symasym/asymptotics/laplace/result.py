@@ -9,6 +9,7 @@ logarithms are finite where the value overflows. Its error is a proved bound or 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -21,7 +22,7 @@ from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import difference, number
 from symasym.base.contexts import mpf_of, own_context, to_mpf
-from symasym.base.errors import AccuracyError, InputError, RangeError
+from symasym.base.errors import AccuracyError, InputError, RangeError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
     FloatArray,
@@ -191,6 +192,46 @@ class IntegralExpansion:
         """The sum at one lam as an mpf or mpc, or an `Estimate` of the integral."""
         raise NotImplementedError
 
+    # -- as a formula -----------------------------------------------------------------------
+
+    def expression_in(self, lam: Symbol | str = "lam") -> Expr:
+        """The sum as an expression in `lam` (a symbol or a name)."""
+        raise NotImplementedError
+
+    @property
+    def expression(self) -> Expr:
+        """The sum as an expression in the parameters and the symbol lam."""
+        return self.expression_in()
+
+    @property
+    def terms(self) -> tuple[Expr, ...]:
+        """The expressions that add up to `expression`."""
+        return tuple(sympy.Add.make_args(self.expression))
+
+    def latex(self, lam: str = "lambda") -> str:
+        """The sum in LaTeX."""
+        return named_functions(sympy.latex(self.expression_in(lam)))
+
+    def emit(self, target: str = "numpy", name: str = "f") -> Any:
+        """Source code of the sum, a function of lam and the parameters (`symasym.emit`).
+
+        Raises
+        ------
+        InputError
+            For a target that does not have its functions.
+        """
+        # The public verb, which is in a room above this one.
+        import symasym
+
+        return symasym.emit(self.expression, target, name=name)
+
+    def _repr_latex_(self) -> str | None:
+        """The formula for a notebook; None where it is not one of a few terms."""
+        try:
+            return rf"$\displaystyle {self.latex()}$"
+        except SymasymError:
+            return None
+
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self})"
 
@@ -338,8 +379,7 @@ class LaplaceExpansion(IntegralExpansion):
             for c in self.contributions
         )
 
-    def expression(self, lam: Symbol | str = "lam") -> Expr:
-        """The sum as a SymPy expression in `lam` (a symbol or a name)."""
+    def expression_in(self, lam: Symbol | str = "lam") -> Expr:
         symbol = sympy.Symbol(lam, positive=True) if isinstance(lam, str) else lam
         total = sympy.Integer(0)
         for c in self.contributions:
@@ -352,11 +392,13 @@ class LaplaceExpansion(IntegralExpansion):
         """The expansion with its O term, in LaTeX."""
         symbol = sympy.Symbol(lam, positive=True)
         size = sympy.exp(symbol * _sympy(self.height)) * symbol**-self.omitted
-        text = str(sympy.latex(self.expression(symbol)))
-        return text + r" + O\left(" + str(sympy.latex(size)) + r"\right)"
+        return f"{super().latex(lam)} + O\\left({sympy.latex(size)}\\right)"
 
-    def _repr_latex_(self) -> str:
-        return rf"$\displaystyle {self.latex()}$"
+    @property
+    def error(self) -> str:
+        """What the sum leaves out, and what is claimed of that."""
+        size = f"e^(lam ({short(self.height)})) lam^(-{_bare(self.omitted)})"
+        return f"O({size}); error: {self._error_text()}"
 
     def __str__(self) -> str:
         lines = []
@@ -366,8 +408,7 @@ class LaplaceExpansion(IntegralExpansion):
             shown = [f"({short(k)}) lam^(-{_bare(s)})" for s, k in pairs[:6] if k != 0]
             more = " + ..." if len(pairs) > 6 else ""
             lines.append(f"e^(lam ({height})) [{' + '.join(shown) or '0'}{more}]")
-        size = f"e^(lam ({short(self.height)})) lam^(-{_bare(self.omitted)})"
-        lines.append(f"O({size}); error: {self._error_text()}")
+        lines.append(self.error)
         return "\n+ ".join(lines)
 
     def _error_text(self) -> str:
@@ -395,6 +436,11 @@ def _sympy(value: Real) -> Expr:
     return (
         sympy.Float(value._mpf_, _SHOWN_DIGITS) if hasattr(value, "_mpf_") else sympy.sympify(value)
     )
+
+
+def named_functions(latex: str) -> str:
+    """LaTeX with Airy's functions upright, as authors print them."""
+    return re.sub(r"(?<![A-Za-z])([AB]i)(?![A-Za-z])", r"\\operatorname{\1}", latex)
 
 
 def _split(value: Real) -> tuple[float, float]:

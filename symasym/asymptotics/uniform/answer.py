@@ -18,17 +18,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, parabola
-from symasym.asymptotics.uniform.one_drift import Scene as ClosedScene
-from symasym.asymptotics.uniform.one_drift import scene_of
-from symasym.asymptotics.uniform.order_zero import escape_time as in_float
-from symasym.asymptotics.uniform.pairing import (
+from symasym.asymptotics.uniform.coalescing_pair import (
+    CanonicalPair,
     OneSide,
     Stretch,
     coalescing_pairs,
     lost_digits,
+    parabola,
     seen,
 )
+from symasym.asymptotics.uniform.one_drift import Scene as ClosedScene
+from symasym.asymptotics.uniform.one_drift import scene_of
+from symasym.asymptotics.uniform.order_zero import escape_time as in_float
 from symasym.asymptotics.uniform.pairing_arrays import found_of
 from symasym.asymptotics.uniform.sums import corrected, time_at, whole_at
 from symasym.asymptotics.uniform.truncated_gaussian import (

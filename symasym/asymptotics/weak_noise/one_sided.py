@@ -18,17 +18,16 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import is_dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise.majorants import majorants
 from symasym.asymptotics.weak_noise.regular_part import Pole, pole_sums
 from symasym.asymptotics.weak_noise.series import (
     BEYOND,
     ROUNDING,
     Local,
+    Majorants,
     Numbers,
     Part,
     Series,
@@ -36,13 +35,14 @@ from symasym.asymptotics.weak_noise.series import (
     lower,
     trimmed,
 )
-from symasym.base.inputs import FloatArray
 from symasym.drift.field.polynomial_scenes import Scenes, edges_of
 from symasym.numbers.arithmetic import FLOATS, Arithmetic, Number
 from symasym.numbers.polynomials import Zeros, poly, poly_slope, shifted
 from symasym.series.power_series import laurent, power
 
 _EPS = 2.3e-16
+#: Taylor coefficients of A beyond those of the terms themselves that majorants look at.
+FURTHER = 8
 # A's first derivatives beside the later ones, below which they are taken to vanish.
 _FLAT = 1e-8
 
@@ -191,6 +191,42 @@ def arc_coefficients(taylor: list[Any], count: int, step: int, one: Number) -> l
     return arc
 
 
+def majorants(taylor: list[Numbers], count: int, arithmetic: Arithmetic) -> Majorants:
+    """M_n for n <= `count` and L_n of a zero of A with the Taylor coefficients `taylor` of A.
+
+    With V - V(u) = +-a t^2 (1 + alpha_1 t + alpha_2 t^2 + ...), the coefficient of lam^-(n + 1/2)
+    is Gamma(n + 1/2) a^-(n + 1/2) [t^2n] (1 + sum alpha_j t^j)^-(n + 1/2) (Perron's formula). With
+    -|alpha_j| for alpha_j all its products are positive: M_n, which bounds its size (Cauchy's
+    method of majorants) and vanishes only where each product does. Where the next two terms behind
+    the N-th, which are known, nearly vanish, M_{N+3} tells what may follow.
+
+    An alpha_j that is first felt in a later term is felt there by
+
+        L_n = a^-(n + 1/2) (Gamma(n + 3/2) |alpha_2n| + Gamma(n + 5/2)/2 sum |alpha_i alpha_j|),
+
+    i + j = 2n: the terms of first and second order in the alpha_j.
+    """
+    slope = abs(taylor[1])
+    a = slope / 2
+    alpha = [2 * abs(c) / ((j + 2) * slope) for j, c in enumerate(taylor[2:], start=1)]
+    negative = [1, *(-x for x in alpha)]
+    full, later, inverse = [], [], 1 / a
+    front = a**-0.5 * a
+    for n in range(max(count, len(alpha)) + 1):
+        front = front * inverse
+        if n <= count:
+            positive = power(negative, -(2 * n + 1), 2, 2 * n + 1, arithmetic.one)[2 * n]
+            full.append(front * arithmetic.gamma(2 * n + 1, 2) * positive)
+        pairs: Numbers = 0 * a
+        for i in range(max(1, 2 * n - len(alpha)), min(len(alpha), 2 * n - 1) + 1):
+            pairs = pairs + alpha[i - 1] * alpha[2 * n - i - 1]
+        felt = arithmetic.gamma(2 * n + 5, 2) / 2 * pairs
+        if 0 < 2 * n <= len(alpha):
+            felt = felt + arithmetic.gamma(2 * n + 3, 2) * alpha[2 * n - 1]
+        later.append(front * felt)
+    return Majorants(full, later)
+
+
 def _log(x: Numbers) -> Any:
     """The principal logarithm, of real or complex numbers."""
     if isinstance(x, np.ndarray):
@@ -220,6 +256,8 @@ class Builder:
     """
 
     arithmetic: Arithmetic = FLOATS
+    #: The rounding of one operation; 0 where digits are to spare.
+    eps = _EPS
     #: The rounding of h_1 beside a straight potential.
     least: Numbers = ROUNDING
 
@@ -350,7 +388,7 @@ class Builder:
             return pole_sums(self.poles(), self.edges, self.count, _log)
         totals, sizes = ([[0.0] * 3 for _ in range(self.count)] for _ in range(2))
         totals[0] = [u / self.c[0] for u in self.edges]
-        sizes[0] = [abs(total) * _EPS for total in totals[0]]
+        sizes[0] = [abs(total) * self.eps for total in totals[0]]
         return totals, sizes
 
     def outer(self, sign: int, extra: Numbers) -> Series:
@@ -359,7 +397,7 @@ class Builder:
         shares = [row[1 + sign] - row[1] for row in totals]
         wrong = [row[1 + sign] + row[1] for row in sizes]
         shares[0] = shares[0] + extra
-        wrong[0] = wrong[0] + abs(extra) * _EPS * 4
+        wrong[0] = wrong[0] + abs(extra) * self.eps * 4
         return Series([Part(1.0, 0, trimmed(shares))], 1.0, wrong)
 
     # -- the two sides ----------------------------------------------------------------------
@@ -439,22 +477,3 @@ class Builder:
         slope = self.a_plus if sign > 0 else -self.a_minus
         add_edge(rising, falling, rank, height, inner, self.flat(slope), "kink", u)
         return 1.0 + 0 * height, height, slope
-
-
-def mapped(value: Any, change: Callable[[FloatArray], Any]) -> Any:
-    """The same with `change` made to every array in it."""
-    if isinstance(value, np.ndarray):
-        return change(value)
-    if isinstance(value, list):
-        return [mapped(x, change) for x in value]
-    if isinstance(value, tuple):
-        parts = [mapped(x, change) for x in value]
-        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-    if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{name: mapped(x, change) for name, x in vars(value).items()})
-    return value
-
-
-def first_of(value: Any) -> Any:
-    """The same with the arrays' first entries: NumPy is quicker with plain numbers."""
-    return mapped(value, lambda x: float(x.ravel()[0]))

@@ -17,6 +17,7 @@ from symasym.base.contexts import own_context
 from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.drift import Drift
+from symasym.drift.field.directions import Directions
 from symasym.numbers.complex_balls import ComplexBall, tame
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
 from symasym.numbers.polynomials import poly, real_parts
@@ -34,8 +35,12 @@ IntArray = np.ndarray[Any, np.dtype[np.intp]]
 
 
 class Field(Protocol):
-    """Drift of `len(sign)` scenes; `sign` is -1 for the mirrored ones."""
+    """Drift of `len(sign)` scenes; `sign` is -1 for the mirrored ones.
 
+    `directions` are those in which it is differentiated, if it is.
+    """
+
+    directions: Directions | None
     sign: FloatArray
     a_minus: FloatArray
     a_plus: FloatArray
@@ -78,14 +83,16 @@ class Field(Protocol):
         ...
 
 
-def field_of(drift: Drift, values: dict[str, Any], count: int) -> Field:
+def field_of(
+    drift: Drift, values: dict[str, Any], count: int, directions: Directions | None = None
+) -> Field:
     """The field of `drift` for `count` scenes and their mirror images."""
     pairs = {name: _double_double(value, count) for name, value in values.items()}
     coefficients = drift.coefficients(pairs, DoubleDoubleOps())
     if coefficients is None or len(coefficients) > 13:
-        return AnalyticField(drift, pairs, count)
+        return AnalyticField(drift, pairs, count, directions)
     shaped = [DoubleDouble.of(c).broadcast_to((count,)) for c in coefficients]
-    return PolynomialField(shaped)
+    return PolynomialField(shaped, directions)
 
 
 def _double_double(value: Fraction | FloatArray, count: int) -> DoubleDouble:
@@ -104,7 +111,11 @@ def extremes(field: Field, scene: IntArray) -> FloatArray:
 class PolynomialField:
     """A is a polynomial of modest degree."""
 
-    def __init__(self, coefficients: list[DoubleDouble]) -> None:
+    def __init__(
+        self, coefficients: list[DoubleDouble], directions: Directions | None = None
+    ) -> None:
+        self.directions = directions
+
         def both(k: int, c: DoubleDouble) -> DoubleDouble:
             """A coefficient of all scenes, and of their mirror images -A(-u)."""
             mirrored = c if k % 2 else -c
@@ -180,8 +191,14 @@ class AnalyticField:
 
     ORDER = 16
 
-    def __init__(self, drift: Drift, pairs: dict[str, DoubleDouble], count: int) -> None:
-        self._drift = drift
+    def __init__(
+        self,
+        drift: Drift,
+        pairs: dict[str, DoubleDouble],
+        count: int,
+        directions: Directions | None = None,
+    ) -> None:
+        self._drift, self.directions = drift, directions
         self._pairs = pairs
         self._values = {name: np.tile(p.hi, 2) for name, p in pairs.items()}
         self._count = count

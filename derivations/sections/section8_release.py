@@ -1,8 +1,7 @@
 """The whole system, beyond the paper: what `symasym.release` marches, expands and takes for a rate.
 
 Scaled variables: du = phi(u, z, eps u) dt + kappa dW, dz = eps g dt, and L f = phi f_u +
-(kappa^2/2) f_uu + eps g f_z. These chains stand beside those of the paper's labels: no label of the
-paper rests on them.
+(kappa^2/2) f_uu + eps g f_z. No label of the paper rests on these.
 """
 
 from __future__ import annotations
@@ -13,9 +12,8 @@ import sympy
 from sympy import Function, Integral, Symbol
 
 from derivations.paper import eps, kappa, r, u
-from symasym.derivation import Derivation, Identity, Satisfies
-
-__all__ = ["CHAINS", "adiabatic", "first_order", "fold_delay", "marched"]
+from derivations.registry import derives
+from symasym.derivation import Identity, Satisfies
 
 z, v, x, t = sympy.symbols("z v x t", real=True)
 g, phi, phi_y = (Symbol(name, real=True) for name in ("g", "phi", "phi_y"))
@@ -27,9 +25,8 @@ def _generator(f: Any) -> Any:
     return phi * sympy.diff(f, u) + _half * sympy.diff(f, u, 2) + eps * g * sympy.diff(f, z)
 
 
-def marched() -> Derivation:
-    """The backward equation of (u, z), and that of the variance."""
-    d = Derivation("marched", "Mean and variance of the time of release")
+@derives("release-time", "Mean and variance of the time of release")
+def marched(d: Any) -> None:
     p, q, h = sympy.symbols("p q h", positive=True)
     wave = sympy.exp(p * u + q * z)
 
@@ -51,7 +48,7 @@ def marched() -> Derivation:
         "of the mean over a short time h^2, on waves, which determine a differential operator",
     )
     T = Function("T")(u, z)
-    d.step(
+    mean = d.step(
         "mean",
         "take limit",
         sympy.S.NegativeOne,
@@ -84,14 +81,16 @@ def marched() -> Derivation:
         ),
         "v = M - T^2",
     )
-    d.conclude(Symbol("Lv"), found, note="L v, v = 0 at u = -r and r; L T = -1")
-    return d
+    d.conclude(
+        (_generator(T), _generator(Function("v")(u, z))),
+        (mean, found),
+        note="T and the variance v of the time from (u, z) are 0 at u = -r and r",
+    )
 
 
-def first_order() -> Derivation:
-    """T1 of T = T0 + eps T1 + O(eps^2), by the Green's function of the frozen equation."""
-    d = Derivation("first-order", "The first correction to T in eps")
-    T0, T1 = Function("T0")(u, z), Function("T1")(u, z)
+@derives("release-order", "The first correction to T by the motion of the slow variable")
+def first_order(d: Any) -> None:
+    T0, T1 = Function("T_0")(u, z), Function("T_1")(u, z)
     frozen = Function("phi")(u, z)
     d.suppose("T has two derivatives in eps at 0", where="eps T small against the way to the fold")
 
@@ -136,13 +135,16 @@ def first_order() -> Derivation:
         Satisfies(equations),
         "S' = e^(lam V), S(-r) = 0: the time spent at v is lam S(min)(S(r) - S(max))/(S' S(r))",
     )
-    d.conclude(Function("T1")(x), found, "O(eps^2) in T", note="s is the source")
-    return d
+    d.conclude(
+        Function("T_1")(x),
+        found,
+        "O(eps^2) in T",
+        note="T = T_0 + eps T_1; s(v) = g dT_0/dz + u (dphi/dy) dT_0/du, S' = e^(lam V), S(-r) = 0",
+    )
 
 
-def adiabatic() -> Derivation:
-    """What is held if escape at each z is a Poisson process of the rate 1/T(z)."""
-    d = Derivation("adiabatic", "The adiabatic law")
+@derives("release-adiabatic", "The adiabatic law of release")
+def adiabatic(d: Any) -> None:
     rate = Function("k")
     held = sympy.exp(-Integral(rate(x), (x, 0, t)))
     d.suppose("relaxation in the well is fast against T, and T against its own change")
@@ -171,13 +173,63 @@ def adiabatic() -> Derivation:
         ),
         "mean and standard deviation where T = tau: a flight that takes tau each time has none",
     )
-    d.conclude(Function("H")(t), found, "what the supposition leaves out")
-    return d
+    d.conclude(
+        Function("H")(t),
+        found,
+        "what the supposition leaves out",
+        note="H is the chance to be held at t, k(t) = 1/T with z frozen where it is then",
+    )
 
 
-def fold_delay() -> Derivation:
-    """Past the fold w' = w^2 + eps t has one time scale, eps^(-1/3)."""
-    d = Derivation("fold-delay", "How late a block without noise passes the fold")
+@derives("frozen-time", "Where T, with z frozen, is the time of release", ("release-adiabatic",))
+def frozen(d: Any) -> None:
+    """The first order of the adiabatic law in eps: T, less the share that z takes off."""
+    T0, slope = sympy.symbols("T_0 T0_z", positive=True)
+    d.suppose("escape is rare, so that the adiabatic law holds", where="kappa^2 small against D")
+    d.suppose("z is far from the fold, so that T(z) has two derivatives")
+    rate = d.step(
+        "rate on the way",
+        "expand",
+        1 / T0 - eps * g * t * slope / T0**2,
+        Identity(
+            lambda: sympy.series(1 / (T0 + eps * g * t * slope), eps, 0, 2).removeO(),
+        ),
+        "z = z0 + eps g t",
+    )
+
+    def mean() -> Any:
+        """The integral of what is held, to the order of eps."""
+        held = d.use("release-adiabatic", "H(t)")
+        held = held.replace(Function("k"), lambda at: rate.subs(t, at)).doit()
+        first = sympy.series(held, eps, 0, 2).removeO()
+        return sympy.expand(sympy.integrate(sympy.expand(first), (t, 0, sympy.oo)))
+
+    found = d.step(
+        "mean",
+        "integrate",
+        T0 + eps * g * T0 * slope,
+        Identity(mean),
+        "T is the time of release where eps g T_z, of the size of eps lam T, is small: T far above "
+        "r, and far below the time in which z reaches the fold",
+    )
+    D, lam = Function("D")(z), 2 / kappa**2
+    d.step(
+        "by the barrier",
+        "differentiate",
+        lam * D.diff(z),
+        Identity(lambda: sympy.diff(sympy.log(sympy.exp(lam * D)), z)),
+        "T_z/T where T grows as e^(lam D): the share is eps g lam D_z T",
+    )
+    d.conclude(
+        Symbol("T"),
+        found,
+        "O(eps^2)",
+        note="T_0: T with z frozen at the start",
+    )
+
+
+@derives("fold-delay", "How late a block without noise passes the fold")
+def fold_delay(d: Any) -> None:
     w, s, a, b = sympy.symbols("w s a b", positive=True)
     d.suppose("near the fold: u = w + u+, curvature and speed of z scaled to 1")
     found = d.step(
@@ -201,9 +253,9 @@ def fold_delay() -> Derivation:
         Satisfies(lambda path: {"w1' = w1^2 + s": path.diff(s) - path**2 - s}),
         "it leaves at the first zero of Ai, s = 2.338",
     )
-    d.conclude((a, b), found, note="units of w and of the time")
-    return d
-
-
-#: Every chain of this module.
-CHAINS = (marched, first_order, adiabatic, fold_delay)
+    d.conclude(
+        (a, b),
+        found,
+        note="units of w, the distance from the fold's u, and of the time; the block leaves 2.338 "
+        "units after the fold",
+    )
