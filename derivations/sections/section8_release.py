@@ -231,7 +231,8 @@ def frozen(d: Any) -> None:
 @derives("fold-delay", "How late a block without noise passes the fold")
 def fold_delay(d: Any) -> None:
     w, s, a, b = sympy.symbols("w s a b", positive=True)
-    d.suppose("near the fold: u = w + u+, curvature and speed of z scaled to 1")
+    d.suppose("w is the distance of u from where well and barrier meet, and small")
+    d.suppose("curvature and speed of z are 1, by the units of u and z")
     found = d.step(
         "scales",
         "scale",

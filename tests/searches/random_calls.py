@@ -174,6 +174,7 @@ _NAMES: dict[str, Any] = {
 }  # fmt: skip
 _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Pow: operator.pow,
+    ast.Div: operator.truediv,
     ast.Lt: operator.lt,
 }  # fmt: skip
 

@@ -3,7 +3,7 @@
 dA/dp is the imaginary part of A at p + ih over h, right to rounding for h far below it, since
 nothing is subtracted (J. N. Lyness, C. B. Moler, SIAM J. Numer. Anal. 4 (1967) 202). As
 lam = 2/kappa^2, d(lam phi)/dkappa is -2/kappa lam phi. A radius above 1 moves the outer ends alone;
-one below it stretches the interval, widths h and places u alike: dh/dr = h/r, dphi/dr = u phi'/r.
+one up to 1 stretches the interval, widths h and places u alike: dh/dr = h/r, dphi/dr = u phi'/r.
 """
 
 from __future__ import annotations
@@ -40,15 +40,15 @@ class Directions:
             for name, x in scenes.parameters.items()
         }
         self._sign = np.repeat((1.0, -1.0), count)
-        r = np.tile(scenes.numbers["r"], 2) if "r" in scenes.numbers else np.ones(2 * count)
-        #: 1/r where r < 1, else 0.
-        self.stretch = np.where(r < 1.0, 1.0 / r, 0.0)
+        r = np.tile(scenes.numbers["r"], 2) if "r" in scenes.numbers else np.full(2 * count, 2.0)
+        #: 1/r where r <= 1, else 0.
+        self.stretch = np.where(r <= 1.0, 1.0 / r, 0.0)
         self._stretches = bool(self.stretch.any())
         self._per_kappa = -2.0 / np.tile(scenes.numbers["kappa"], 2)
 
     def of_drift(self, scene: IntArray, u: FloatArray) -> FloatArray:
         """dphi/dp at the points `u`, one row per entry of `scene`, for the drift's parameters; and
-        dphi/dr last, where a radius is below 1."""
+        dphi/dr last, where a radius is at most 1."""
         sign, count = self._sign[scene][:, None], len(self._values)
         total = count + self._stretches
         if not total:
@@ -101,7 +101,7 @@ class Directions:
         return self._width(h, np.ones_like(h))
 
     def stretched(self, h: FloatArray, scene: IntArray) -> FloatArray | DualArray:
-        """Widths inside [-1, 1], which grow with a radius below 1."""
+        """Widths inside [-1, 1], which grow with a radius up to 1."""
         return self._width(h, h * self.stretch[scene]) if self._stretches else h
 
     def _width(self, h: FloatArray, per_r: FloatArray) -> FloatArray | DualArray:

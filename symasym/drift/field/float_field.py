@@ -7,8 +7,9 @@ mirrored drift -A(-u). Both fields below therefore hold each scene with a sign.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -30,6 +31,8 @@ _GRID = np.cos(np.pi * np.arange(33) / 32)
 
 #: Units of truncated Taylor series, in bits, so that their coefficients fit float64.
 _FINEST = 50
+#: Taylor series that are kept of one drift.
+_MOST_ROWS = 256
 
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
 
@@ -186,6 +189,20 @@ def _zeros_of(c: FloatArray) -> FloatArray:
     return zeros
 
 
+@dataclass
+class _Known:
+    """Zeros and extremes of a drift, and its Taylor series by their centres."""
+
+    marks: FloatArray | None
+    rows: dict[float, FloatArray]
+
+
+@lru_cache(maxsize=256)
+def _known(formula: object, parameters: bytes) -> _Known:
+    """What was found of the drift of this formula and parameters, for the next question."""
+    return _Known(None, {})
+
+
 class AnalyticField:
     """A is any analytic function; a stiff scene pays for a few Taylor series at 40 digits."""
 
@@ -204,10 +221,10 @@ class AnalyticField:
         self._count = count
         self.sign = np.repeat((1.0, -1.0), count)
         # Scenes of one drift share its analysis, which costs far more than finding them.
-        numbers = [x for p in pairs.values() for x in (p.hi, p.lo)] or [np.zeros(count)]
-        self._kind = np.unique(np.array(numbers), axis=1, return_inverse=True)[1].ravel()
-        self._marks: dict[int, FloatArray] = {}
-        self._rows: dict[tuple[int, float], FloatArray] = {}
+        ordered = [pairs[name] for name in sorted(pairs)]
+        numbers = [x for p in ordered for x in (p.hi, p.lo)] or [np.zeros(count)]
+        kinds, index = np.unique(np.array(numbers), axis=1, return_inverse=True)
+        self._kinds, self._kind = kinds.T, index.ravel()
         everyone = np.arange(2 * count)
         ends = self.phi(everyone, np.tile((-1.0, 1.0), (2 * count, 1)))
         self.a_minus, self.a_plus = ends.T.copy()
@@ -276,19 +293,23 @@ class AnalyticField:
             [np.pad(row, (0, width - len(row)), constant_values=np.nan) for row in rows]
         )
 
+    def _known(self, scene: int) -> _Known:
+        """What is known of the drift of a scene that is not mirrored."""
+        return _known(self._drift.model, self._kinds[self._kind[scene]].tobytes())
+
     def _marks_of(self, scene: int) -> FloatArray:
         """Zeros and extremes of one scene, a mirror image's from what it mirrors."""
         from symasym.drift.landscape import float_marks
 
         original = scene % self._count
-        kind = int(self._kind[original])
-        if kind not in self._marks:
-            self._marks[kind] = np.asarray(
+        known = self._known(original)
+        if known.marks is None:
+            known.marks = np.asarray(
                 float_marks(
                     partial(self._phi_of_one, [original]), partial(self._spread_of_one, original)
                 )
             )
-        marks = self._marks[kind]
+        marks = known.marks
         return marks if self.sign[scene] > 0 else -marks[::-1]
 
     def turning(self, scene: IntArray) -> FloatArray:
@@ -305,10 +326,12 @@ class AnalyticField:
             powers = np.arange(self.ORDER)
             for s, c in zip(scene, centre, strict=True):
                 sign, original = self.sign[s], int(s) % self._count
-                key = int(self._kind[original]), float(sign * c)
-                if key not in self._rows:
-                    self._rows[key] = self._taylor_of_one(original, key[1], ops)
-                rows.append(sign * self._rows[key] * sign**powers)
+                known, at = self._known(original).rows, float(sign * c)
+                if at not in known:
+                    if len(known) > _MOST_ROWS:
+                        known.clear()
+                    known[at] = self._taylor_of_one(original, at, ops)
+                rows.append(sign * known[at] * sign**powers)
                 radii.append(_trust(rows[-1]))
         return np.array(rows), self._tamed(scene, centre, np.array(rows), np.array(radii))
 
