@@ -169,8 +169,9 @@ def regular_part(d: Any) -> None:
     d.conclude(
         (Symbol("h_next"), Symbol("H")),
         (fall, primitive),
-        note="coefficients of powers of t: h_next in -h', from term in h, whose power is index less "
-        "the order of the pole, power; H in the primitive of a term with a pole of order power",
+        note="coefficients of powers of t: h_next in -h', from term in h, whose power is index "
+        "less the order of the pole, power; H in the primitive of a term with a pole of order "
+        "power",
     )
 
 
@@ -229,8 +230,8 @@ def saddle_recurrences(d: Any) -> None:
         (bend, start, following),
         "exact",
         note="beside its zero phi has the coefficients slope and term, this one of the power j + 1 "
-        "of t, and V is a parabola times a series, whose coefficient of t^j comes first; moment and "
-        "m_next are the moments n and n + 1 of even powers in exp(-s^2/2)",
+        "of t, and V is a parabola times a series, whose coefficient of t^j comes first; moment "
+        "and m_next are the moments n and n + 1 of even powers in exp(-s^2/2)",
     )
 
 
