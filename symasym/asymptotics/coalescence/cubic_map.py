@@ -12,10 +12,8 @@ What is done here so that nothing cancels:
 - The pair is split off as a factor, phi = (y² - D) psi(y) with y = u - m. Then both critical
   values are explicit sums in D, and zeta = D times a series that starts at psi(0)^(2/3). D is as
   relatively exact as phi at the zero of its slope.
-- p_0 and q_0 follow from psi at the pair, which is again a series in D, by a square root in the
-  algebra where s² = zeta.
-- The others, while the zeros are near, come from s as one power series in y, by Newton's steps on
-  s³/3 - zeta s = int phi du, which divide by y² - D from the highest power down. Then
+- While the zeros are near, the coefficients come from s as one power series in y, by Newton's
+  steps on s³/3 - zeta s = int phi du, which divide by y² - D from the highest power down. Then
   s² - zeta = (y² - D) chi, and by Cauchy's integrals over a circle around both zeros
 
       p_k = sum_j binom(k + j, j) D^j [y^(2k + 2j + 1)] g s chi^(-k - 1),    q_k without the s,
@@ -33,7 +31,7 @@ from typing import TYPE_CHECKING, Any
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
 from symasym.base.patience import step
-from symasym.numbers.polynomials import poly, shifted
+from symasym.numbers.polynomials import shifted
 from symasym.series.power_series import composed, power, product, quotient, reciprocal
 from symasym.series.quadratic_factor import (
     Pair,
@@ -130,40 +128,24 @@ def map_coefficients(
     pair: Pair, count: int, context: MPContext, g: list[Any] | None
 ) -> list[tuple[Any, Any]]:
     """(p_k, q_k) of `cubic_map` for a pair that is split off, without guard digits of its own."""
-    coefficients = []
     if g is not None:
         g = shifted(g, pair.middle)
-    if count:
-        coefficients.append(_leading(pair, g, context))
-    if count > 1:
-        coefficients += _higher(pair, g, count, context)
     # sign = -1: s was counted along u; it has to run against it.
-    return [(pair.sign * p, q) for p, q in coefficients]
+    return [(pair.sign * p, q) for p, q in _coefficients(pair, g, count, context)]
 
 
-def _leading(pair: Pair, g: list[Any] | None, context: MPContext) -> tuple[Any, Any]:
-    """p_0 + q_0 s = g u' modulo s² - zeta: u'² = 1/(slope psi(slope s)) there."""
-    even, odd = poly(pair.psi[0::2], pair.square), poly(pair.psi[1::2], pair.square)
-    norm = even**2 - odd**2 * pair.square
-    p = context.sqrt((even + context.sqrt(norm)) / (2 * pair.slope * norm))
-    q = -odd / (2 * p * norm)
-    if g is None:
-        return p, q
-    a, b = poly(g[0::2], pair.square), pair.slope * poly(g[1::2], pair.square)
-    return a * p + b * q * pair.zeta, a * q + b * p
-
-
-def _higher(
+def _coefficients(
     pair: Pair, g: list[Any] | None, count: int, context: MPContext
 ) -> list[tuple[Any, Any]]:
-    """p_1, q_1, ..., p_(count - 1), q_(count - 1)."""
+    """p_k and q_k, k < `count`, with s along u."""
     # The rate at which the series of psi and g grow bounds what is singular next from below.
     rates = [context.root(abs(x / pair.psi[0]), j) for j, x in enumerate(pair.psi) if j]
     known = [x for x in g or () if x]
     rates += [context.root(abs(x / known[0]), j) for j, x in enumerate(g or ()) if j and known]
     rate = 2 * max(rates, default=context.zero)
     if not rate:
-        return [(0 * pair.zeta, 0 * pair.zeta)] * (count - 1)
+        front = pair.slope if g is None else pair.slope * g[0]
+        return [(front if k == 0 else context.zero, context.zero) for k in range(count)]
     ratio = rate * context.sqrt(abs(pair.square))
     if ratio <= _NEAR:
         digits = context.dps / -context.log10(max(ratio, context.eps))
@@ -175,7 +157,7 @@ def _higher(
 def _around_both(
     pair: Pair, rate: Element, g: list[Any] | None, count: int, length: int, context: MPContext
 ) -> list[tuple[Any, Any]]:
-    """p_k and q_k, k >= 1, from so many terms of s as a power series in y."""
+    """p_k and q_k from so many terms of s as a power series in y."""
     zeta, square, zero = pair.zeta, pair.square, context.zero
     half, m = context.sqrt(abs(square)), 2 * count + 2
     psi = (pair.psi + [zero] * length)[:length]
@@ -206,9 +188,9 @@ def _around_both(
         g = (g + [zero] * length)[:length]
         p, q = product(p, g), product(q, g)
     coefficients = []
-    for k in range(1, count):
-        p, q = product(p, inverse), product(q, inverse)
+    for k in range(count):
         coefficients.append((_residue(p, square, k, context), _residue(q, square, k, context)))
+        p, q = product(p, inverse), product(q, inverse)
     return coefficients
 
 
@@ -229,7 +211,7 @@ def _residue(c: list[Any], square: Element, k: int, context: MPContext) -> Any:
 def _at_each_zero(
     pair: Pair, g: list[Any] | None, count: int, context: MPContext
 ) -> list[tuple[Any, Any]]:
-    """p_k and q_k, k >= 1, from the series of g u' at each of two zeros that are apart.
+    """p_k and q_k from the series of g u' at each of two zeros that are apart.
 
     By `both_saddles` from Perron's coefficients at s = sqrt(zeta) and s = -sqrt(zeta).
     """
@@ -250,7 +232,7 @@ def _at_each_zero(
         d = perron_coefficients(steep, weight, 2)
         sides.append(slope_by_square(d, side, 1 / root, front, count, one))
     even, odd = both_saddles(sides, 1 / root, one)
-    return [((p * root).real, q.real) for p, q in zip(even, odd, strict=True)][1:]
+    return [((p * root).real, q.real) for p, q in zip(even, odd, strict=True)]
 
 
 def both_saddles(sides: list[list[Any]], r: Element, one: Element) -> tuple[list[Any], list[Any]]:
