@@ -167,19 +167,22 @@ def _around_both(
         target[j + 1] -= square * x / (j + 1)
     target[0] = -mean_of_values(pair.psi, square)
     s = [zero, 1 / pair.slope, *[zero] * (length - 2)]
+    # The step after one this small is beyond the digits.
+    settled, least = False, context.ldexp(s[1], -3 * context.prec // 4)
     for _ in range(_MOST_STEPS):
         step()
         w = product(s, s)
         w[0] -= zeta
         chi = _over_factor(w, square)
+        if settled:
+            break
         w[0] -= 2 * zeta
         off = _over_factor([x / 3 - y for x, y in zip(product(s, w), target, strict=False)], square)
         change = quotient(off, chi, length - 2)
         s = [x - y for x, y in zip(s, [*change, zero, zero], strict=True)]
         # What coefficients further on are off by counts by powers of the zeros' distance.
         off = [x * half ** max(0, j - m) / rate ** min(j, m) for j, x in enumerate(change)]
-        if max(map(abs, off)) * rate <= 64 * context.eps * s[1]:
-            break
+        settled = max(map(abs, off)) * rate <= least
     else:
         raise not_alone()
     inverse = reciprocal(chi)
