@@ -129,6 +129,7 @@ def test_refused():
 
 def test_precision_is_the_callers():
     with own_context(20) as context:
+        assert cubic_map(drift("1/100"), 0, context)[1] == []
         cubic_map(drift("1/100"), 3, context)
         assert context.dps == 20
 

@@ -20,7 +20,7 @@ What is done here so that nothing cancels:
 
   analytic in D whether the zeros are two or one.
 - Zeros that are farther apart are taken one by one: g u' as a series at each, even and odd parts
-  taken. That loses less than four digits for each k, which are added to the precision.
+  taken. That loses two powers of their distance for each k, which are added to the precision.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 __all__ = ["cubic_map", "map_coefficients"]
 
 # Half the zeros' distance over that to the next singularity, up to which the series in y is taken.
-_NEAR = 0.1
+_NEAR = 0.02
 _MOST_STEPS = 60
 
 
@@ -143,14 +143,15 @@ def _coefficients(
     known = [x for x in g or () if x]
     rates += [context.root(abs(x / known[0]), j) for j, x in enumerate(g or ()) if j and known]
     rate = 2 * max(rates, default=context.zero)
-    if not rate:
+    if not (rate and count):
         front = pair.slope if g is None else pair.slope * g[0]
         return [(front if k == 0 else context.zero, context.zero) for k in range(count)]
-    ratio = rate * context.sqrt(abs(pair.square))
+    ratio = min(max(rate * context.sqrt(abs(pair.square)), context.eps), 1)
+    lost = -context.log10(ratio)
     if ratio <= _NEAR:
-        digits = context.dps / -context.log10(max(ratio, context.eps))
-        return _around_both(pair, rate, g, count, 2 * count + int(digits) + 6, context)
-    with context.workdps(context.dps + 4 * count):
+        digits = context.dps / lost
+        return _around_both(pair, rate, g, count, 2 * count + int(digits) + 8, context)
+    with context.workdps(context.dps + int(2 * count * (lost + 1))):
         return _at_each_zero(pair, g, count, context)
 
 
@@ -166,11 +167,13 @@ def _around_both(
     for j, x in enumerate(psi):
         target[j + 1] -= square * x / (j + 1)
     target[0] = -mean_of_values(pair.psi, square)
-    s = [zero, 1 / pair.slope, *[zero] * (length - 2)]
+    s = [zero, 1 / pair.slope, *[zero] * 6]
     # The step after one this small is beyond the digits.
     settled, least = False, context.ldexp(s[1], -3 * context.prec // 4)
     for _ in range(_MOST_STEPS):
         step()
+        # Each step doubles the terms that are right.
+        s += [zero] * min(len(s), length - len(s))
         w = product(s, s)
         w[0] -= zeta
         chi = _over_factor(w, square)
@@ -178,11 +181,11 @@ def _around_both(
             break
         w[0] -= 2 * zeta
         off = _over_factor([x / 3 - y for x, y in zip(product(s, w), target, strict=False)], square)
-        change = quotient(off, chi, length - 2)
+        change = quotient(off, chi, len(off))
         s = [x - y for x, y in zip(s, [*change, zero, zero], strict=True)]
         # What coefficients further on are off by counts by powers of the zeros' distance.
         off = [x * half ** max(0, j - m) / rate ** min(j, m) for j, x in enumerate(change)]
-        settled = max(map(abs, off)) * rate <= least
+        settled = len(s) == length and max(map(abs, off)) * rate <= least
     else:
         raise not_alone()
     inverse = reciprocal(chi)
