@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from numbers import Rational
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Concatenate, ParamSpec, TypeVar
 
 from symasym.base.patience import step
 
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
 
 
 _local = threading.local()
+
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+_KEPT = 32
 
 
 @contextmanager
@@ -38,6 +43,27 @@ def own_context(dps: int) -> Iterator[MPContext]:
         yield context
     finally:
         stack.append(context)
+
+
+def kept(analysis: Callable[Concatenate[MPContext, _P], _R]) -> Callable[_P, tuple[MPContext, _R]]:
+    """`analysis` of hashable arguments, worked out once for equal ones; its context comes with it.
+
+    Numbers carry their context, so that each of the last `_KEPT` analyses has one of its own, whose
+    digits the analysis sets and which stay, in each thread.
+    """
+
+    @lru_cache(maxsize=_KEPT)
+    def known(thread: int, *args: _P.args, **kwargs: _P.kwargs) -> tuple[MPContext, _R]:
+        from mpmath.ctx_mp import MPContext
+
+        context = MPContext()
+        return context, analysis(context, *args, **kwargs)
+
+    def of(*args: _P.args, **kwargs: _P.kwargs) -> tuple[MPContext, _R]:
+        step()
+        return known(threading.get_ident(), *args, **kwargs)
+
+    return of
 
 
 def float_with_error(value: mpf, error: mpf) -> tuple[float, float]:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from symasym.base.errors import InputError
 from symasym.commands.settings import Commands, document, settings
 from symasym.drift.ready_made.named import DRIFTS
 
 if TYPE_CHECKING:
+    import sympy
+
     from symasym.formula import Formula
 
 _OF_EXPANSION = ("drift", "expr", "set", "noise", "order", "start", "case")
@@ -74,7 +78,7 @@ def run(arguments: argparse.Namespace) -> None:
         if shown.note:
             print(f"  here {shown.note}")
         for line in shown.assumptions:
-            print(f"  supposes: {line}")
+            print(f"  {line}")
     if arguments.steps:
         for number, step in enumerate(shown.trace, 1):
             print(f"{number}. {step['name']} ({step['rule']}; {step['kind']})")
@@ -112,7 +116,7 @@ def _show_all(arguments: argparse.Namespace) -> None:
         extra = "--steps" if arguments.label is None else arguments.label
         raise InputError(f"{extra} does not go with --all; leave one of them out.")
     if arguments.latex:
-        from derivations.sheet import sheet
+        from derivations.report import sheet
 
         print(sheet(), end="")
         return
@@ -122,15 +126,46 @@ def _show_all(arguments: argparse.Namespace) -> None:
 
 
 def pretty(shown: Formula) -> str:
-    """A formula drawn with characters, as wide as it needs."""
+    """A formula drawn with characters, ``left = right``, as wide as it needs."""
     import sympy
 
-    drawn = {"use_unicode": _has_unicode(), "num_columns": 10_000}
-    text = str(sympy.pretty(shown.expression, **drawn))
+    def drawn(expression: Any) -> str:
+        named = expression.xreplace(
+            {s: sympy.Symbol(_name(s, shown.names)) for s in expression.free_symbols}
+            | {h: sympy.Symbol(f"[{h.args[0]} > 0]") for h in expression.atoms(sympy.Heaviside)}
+        )
+        return str(sympy.pretty(named, use_unicode=_has_unicode(), num_columns=10_000))
+
+    left, right = shown.left, shown.expression
+    if shown.cases:
+        pieces = [
+            f"{drawn(sympy.Eq(left, piece, evaluate=False))}\n\nwhere {_plain(when)}"
+            for piece, when in zip(right, shown.cases, strict=True)
+        ]
+    else:
+        sides = zip(left, right, strict=True) if isinstance(left, sympy.Tuple) else [(left, right)]
+        pieces = [drawn(sympy.Eq(*side, evaluate=False)) for side in sides]
     if shown.remainder is not None:
-        order = str(sympy.pretty(shown.remainder, **drawn))
-        text += f"\n\nup to the order ({shown.limit}) of\n\n{order}"
-    return text
+        pieces.append(f"up to the order ({shown.limit}) of\n\n{drawn(shown.remainder)}")
+    return "\n\n".join(pieces)
+
+
+#: LaTeX of names and conditions -> characters.
+_CHARACTERS = ((r"\le", "<="), (r"\ge", ">="), (r"\kappa", "kappa"), (r"\ ", " "))
+
+
+def _plain(latex: str) -> str:
+    """A name or a condition in plain characters: ``A'(u2)``, ``u <= -1``."""
+    for sign, character in _CHARACTERS:
+        latex = latex.replace(sign, character)
+    latex = re.sub(r"\\(?:text|mathrm)|[{}]", "", latex)
+    return re.sub(r"(?<=\w)_(?=\d)", "", latex)
+
+
+def _name(symbol: sympy.Symbol, names: Mapping[str, str]) -> str:
+    """The name to draw a symbol with: as LaTeX has it, if that is readable as characters."""
+    plain = _plain(names.get(symbol.name, symbol.name))
+    return str(symbol.name) if "\\" in plain else plain
 
 
 def _has_unicode() -> bool:

@@ -11,12 +11,14 @@ joined only where their arguments have no negative factor left alone
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from typing import Any
 
 import sympy
 from sympy.core.function import AppliedUndef
+from sympy.printing.conventions import requires_partial
 from sympy.printing.latex import LatexPrinter
 
 __all__ = ["tex"]
@@ -288,6 +290,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
     def _print_Derivative(self, expr: Any) -> str:
         shown = str(super()._print_Derivative(expr.func(sympy.Symbol("X"), *expr.variable_count)))
         operator = shown.rsplit("X", 1)[0].rstrip()
+        if requires_partial(expr.expr):
+            operator = re.sub(r"\bd\b", r"\\partial", operator)
         body = self._print(expr.expr)
         if expr.expr.is_Mul or expr.expr.is_Add:
             body = rf"\left[{body}\right]"

@@ -18,6 +18,7 @@ from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels
 from symasym.exact.float_panels import REACH, SLOWNESS, Moments
 from symasym.numbers.complex_balls import tame
+from symasym.numbers.dual_arrays import DualArray
 from symasym.numbers.polynomials import poly, shifted
 
 #: lam |A| up to which positions are measured from u = 0.
@@ -116,7 +117,8 @@ def _graded_blocks(
     halves = [(left, half, 2 * column, False), (right, half, 2 * column + 1, True)]
     # Down to where even the steepest drift moves lam V by less than a panel.
     steepest = lam[scene[row]] * np.maximum(field.size()[scene[row]], 1e-300)
-    levels = np.clip(np.ceil(np.log2(np.maximum(half * steepest / REACH, 1.0))), 1, 120) + 1
+    # What is beyond float64 is not a number here, and unresolved later on.
+    levels = np.clip(np.ceil(np.log2(np.fmax(half * steepest / REACH, 1.0))), 1, 120) + 1
     chosen = []
     for anchor, length, part, from_right in halves:
         count = _levels_needed(anchors, anchor, lam[scene[row]], length, levels, from_right)
@@ -235,13 +237,78 @@ def _middle(blocks: Blocks, anchors: Anchors) -> FloatArray:
     return middle
 
 
+# -- derivatives of exponents ---------------------------------------------------------------------
+
+#: More than the rounding of a slope, relative to the largest on its way.
+_SLOPE_ROUNDING = 4e-15
+
+
+def _slope_nodes(blocks: Blocks, anchors: Anchors, nodes: FloatArray) -> FloatArray:
+    """The nodes of the blocks in u; a slope has nothing to lose by their rounding."""
+    u = blocks.t0[:, None] + (blocks.t1 - blocks.t0)[:, None] * nodes
+    about = blocks.anchor >= 0
+    if about.any():
+        u = u + np.where(about, anchors.centre[blocks.anchor], 0.0)[:, None]
+    return np.clip(u, -1.0, 1.0)
+
+
+def _slow_slopes(
+    field: Field,
+    lam: FloatArray,
+    blocks: Blocks,
+    anchors: Anchors,
+    lam_phi: FloatArray,
+    shift: FloatArray,
+    local: FloatArray,
+) -> tuple[DualArray, DualArray, DualArray]:
+    """lam phi at the Lobatto nodes of slow blocks and the errors of their records, with slopes."""
+    assert field.directions
+    u = _slope_nodes(blocks, anchors, float_panels.lobatto().nodes)
+    of_drift = lam[blocks.scene][:, None] * field.directions.of_drift(blocks.scene, u)
+    slopes = field.directions.rows(of_drift, blocks.scene, lam_phi)
+    h = blocks.t1 - blocks.t0
+    least = np.abs(lam_phi).min(axis=1)
+    most = np.abs(slopes).max(axis=2)
+    missed = np.abs(slopes @ _tail_of()).max(axis=2)
+    rounded = (_SLOPE_ROUNDING + 4 * shift / (least * h)) * most
+    # Differentiating for the series multiplies what is wrong at an end by 2 NODES^2 a width.
+    growth = 1.0 + 2 * float_panels.NODES**2 / (least * h)
+    return (
+        DualArray(lam_phi, slopes),
+        DualArray(shift, h * (rounded + missed)),
+        DualArray(local, (rounded + missed) * growth / least),
+    )
+
+
+def _sampled_slopes(
+    field: Field, lam: FloatArray, pieces: Blocks, anchors: Anchors, exponents: FloatArray
+) -> tuple[DualArray, FloatArray, FloatArray]:
+    """Exponents with their slopes; how large these are on the way, and what the nodes miss."""
+    assert field.directions
+    u = _slope_nodes(pieces, anchors, float_panels.gauss().nodes)
+    rate = (lam[pieces.scene] * (pieces.t1 - pieces.t0))[:, None]
+    of_drift = rate * field.directions.of_drift(pieces.scene, u)
+    flat, rows = of_drift.reshape(-1, float_panels.NODES), field.directions.rows
+    integrals = float_panels.exponents_of_values(flat).reshape(len(of_drift), *exponents.shape)
+    slopes = rows(integrals, pieces.scene, exponents)
+    slopes[-1] += field.directions.stretch[pieces.scene][:, None] * exponents
+    nothing = np.zeros(len(exponents))
+    reach, missed = (
+        rows(x.reshape(of_drift.shape[:2]), pieces.scene, nothing)
+        for x in (np.abs(flat).max(axis=1, initial=0.0), float_panels.tail(flat))
+    )
+    reach = np.maximum(reach, np.abs(slopes).max(axis=2))
+    return DualArray(exponents, slopes), reach, missed
+
+
 # -- records of blocks ----------------------------------------------------------------------------
 
 
 class Records(NamedTuple):
     """Records of panels in any order, and what rounding of the drift does to them.
 
-    `shift` is the absolute error of `rise`, `local` a relative one of the other moments.
+    `shift` is the absolute error of `rise`, `local` a relative one of the other moments; of dual
+    ones, the slopes are the errors of the slopes, of the moments' logarithms in `local`.
     """
 
     scene: IntArray
@@ -359,6 +426,9 @@ def _unresolved(field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors)
         blocks.take(kept), lam_here[kept], phi[kept], h[kept], change[kept]
     )  # fmt: skip
     moments = float_panels.constant(lam_here * phi, h)
+    if field.directions:
+        # Nothing is known of the slopes.
+        change = DualArray(change, np.full((len(field.directions.names), len(h)), np.inf))
     return Records(*blocks[:2], blocks.t0, moments, np.zeros(len(h), bool), change, 2 * change)
 
 
@@ -394,14 +464,25 @@ def _digest(
         shift = rounding[slowly]
         # Layers see the drift at the ends only.
         local = shift / (lam_h * np.maximum(low, -high))[slowly]
-        layers = float_panels.slow(lam_phi[slowly], h[slowly])
+        chosen_phi, width = lam_phi[slowly], h[slowly]
+        if field.directions:
+            chosen_phi, shift, local = _slow_slopes(
+                field, lam, chosen, anchors, chosen_phi, shift, local
+            )
+            width = field.directions.stretched(width, chosen.scene)
+        layers = float_panels.slow(chosen_phi, width)
         done.append(Records(*chosen[:2], chosen.t0, layers, slowly[slowly], shift, local))
     if few.any():
         chosen = blocks.take(few)
-        moments, good = _sampled_blocks(field, lam, chosen, anchors, count[few].astype(np.intp))
+        moments, good, reach = _sampled_blocks(
+            field, lam, chosen, anchors, count[few].astype(np.intp)
+        )
         few[few] = good
         chosen, moments = chosen.take(good), Moments(*(m[good] for m in moments))
         shift = rounding[few]
+        if reach is not None:
+            relative = _SLOPE_ROUNDING + 4 * shift / np.maximum(lam_h * size, 1e-300)[few]
+            shift = DualArray(shift, relative * reach[0][:, good] + reach[1][:, good])
         done.append(
             Records(*chosen[:2], chosen.t0, moments, np.zeros_like(slowly[few]), shift, shift)
         )
@@ -470,9 +551,9 @@ def _tail(values: FloatArray) -> FloatArray:
 
 def _sampled_blocks(
     field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors, count: IntArray
-) -> tuple[Moments, np.ndarray]:
-    """Blocks cut into `count` panels each, whose records are merged pairwise; and which are
-    resolved."""
+) -> tuple[Moments, np.ndarray, FloatArray | None]:
+    """Blocks cut into `count` panels each, whose records are merged pairwise; which are resolved;
+    and where slopes are asked for, the reach of theirs and what the nodes miss."""
     owner = np.repeat(np.arange(len(count)), count)
     k = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
     width = (blocks.t1 - blocks.t0) / count
@@ -480,16 +561,21 @@ def _sampled_blocks(
     pieces = Blocks(
         blocks.scene[owner], blocks.part[owner], blocks.anchor[owner], t0, t0 + width[owner]
     )
-    chunks = []
+    chunks, reaches = [], []
     for low in range(0, len(owner), _PANELS_AT_ONCE):
         chunk = pieces.take(slice(low, low + _PANELS_AT_ONCE))
         h = width[owner[low : low + _PANELS_AT_ONCE]]
-        chunks.append(float_panels.sampled(_exponents(field, lam, chunk, h, anchors), h))
+        exponents: Any = _exponents(field, lam, chunk, h, anchors)
+        if field.directions:
+            exponents, *reach = _sampled_slopes(field, lam, chunk, anchors, exponents)
+            reaches.append(np.array(reach))
+            h = field.directions.stretched(h, chunk.scene)
+        chunks.append(float_panels.sampled(exponents, h))
     moments = Moments(*(np.concatenate(m) for m in zip(*(f[0] for f in chunks), strict=True)))
-    resolved = np.logical_and.reduceat(
-        np.concatenate([f[1] for f in chunks]), np.flatnonzero(k == 0)
-    )
-    return float_panels.merge(moments, k, count[owner]), resolved
+    first = np.flatnonzero(k == 0)
+    resolved = np.logical_and.reduceat(np.concatenate([f[1] for f in chunks]), first)
+    summed = np.add.reduceat(np.concatenate(reaches, axis=2), first, axis=2) if reaches else None
+    return float_panels.merge(moments, k, count[owner]), resolved, summed
 
 
 def _exponents(

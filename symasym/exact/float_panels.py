@@ -14,7 +14,8 @@ int_inverse e(b) int 1/e                 int 1/e
 nested      e(b) int int e(w)/e(x)       int int e(w)/e(x)
 =========== ============================ ============================
 
-All are positive and none grows with lam, so nothing cancels or overflows.
+All are positive and none grows with lam, so nothing cancels or overflows. The rules take arrays, or
+arrays that carry their derivatives (`symasym.numbers.dual_arrays`).
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from symasym.generated.numpy_formulas import (
     constant_single,
 )
 from symasym.numbers.arithmetic import FLOATS
+from symasym.numbers.dual_arrays import value_of
 from symasym.special.exponentials import quotients
 
 #: Largest lam |V(b) - V(a)| (roughly) of a panel that samples the exponential:
@@ -139,10 +141,15 @@ def _last_coefficients() -> FloatArray:
     return result
 
 
+def tail(values: FloatArray) -> FloatArray:
+    """Size of the last Legendre coefficients, from values at the Gauss nodes."""
+    result: FloatArray = np.abs(values @ _last_coefficients()) @ np.ones(4)
+    return result
+
+
 def _resolved(values: FloatArray, mean: FloatArray) -> np.ndarray:
     """Panels whose last Legendre coefficients say that the integral is right to rounding."""
-    tail = np.abs(values @ _last_coefficients())
-    resolved: np.ndarray = tail @ np.ones(4) <= RESOLUTION * mean
+    resolved: np.ndarray = tail(values) <= RESOLUTION * mean
     return resolved
 
 
@@ -160,10 +167,12 @@ def sampled(exponents: FloatArray, h: FloatArray) -> tuple[Moments, np.ndarray]:
     inverse_e = np.exp(exponents[:, :-1])  # 1/e at the nodes
     e = 1.0 / inverse_e  # a division costs less than a second exponential
     up = rise > 0
-    end = np.exp(-np.abs(rise))
+    end = np.exp(np.where(up, -rise, rise))
     down_end = np.where(up, 1.0, end)
     int_e, int_inverse = e @ rule.weights, inverse_e @ rule.weights
-    resolved = _resolved(e, int_e) & _resolved(inverse_e, int_inverse)
+    samples = value_of(e), value_of(inverse_e)
+    resolved = _resolved(samples[0], value_of(int_e))
+    resolved &= _resolved(samples[1], value_of(int_inverse))
     int_e = int_e * h * np.where(up, end, 1.0)
     int_inverse = int_inverse * h * down_end
     inverse_e *= e @ (rule.integrate * rule.weights[:, None]).T
@@ -172,18 +181,16 @@ def sampled(exponents: FloatArray, h: FloatArray) -> tuple[Moments, np.ndarray]:
     return Moments(rise, int_e, int_inverse, nested), resolved
 
 
-def slow_terms(lam_phi: FloatArray, h: FloatArray) -> FloatArray:
+def slow_terms(lam_phi: FloatArray, h: FloatArray) -> list[FloatArray]:
     """Terms t_0 = 1/(lam|phi|), t_{k+1} = t_k'/(lam|phi|) at the Lobatto nodes.
 
     Their alternating sum solves M' = 1 - lam|phi| M and their sum solves
     Q' = -1 + lam|phi| Q, the solutions that follow the drift without a layer.
     """
-    rule = lobatto()
-    terms = np.empty((_SLOW_TERMS, *lam_phi.shape))
-    terms[0] = 1.0 / np.abs(lam_phi)
-    derivative = rule.differentiate.T
-    for k in range(1, _SLOW_TERMS):
-        terms[k] = (terms[k - 1] @ derivative) / h[:, None] * terms[0]
+    terms = [1.0 / np.abs(lam_phi)]
+    derivative = lobatto().differentiate.T
+    for _ in range(1, _SLOW_TERMS):
+        terms.append((terms[-1] @ derivative) / h[:, None] * terms[0])
     return terms
 
 
@@ -198,9 +205,9 @@ def slow(lam_phi: FloatArray, h: FloatArray) -> Moments:
     """
     rule = lobatto()
     terms = slow_terms(lam_phi, h)
-    signs = (-1.0) ** np.arange(_SLOW_TERMS)
-    m = np.einsum("k,kpn->pn", signs, terms)
-    q = terms[::-1].sum(axis=0)
+    # The smallest first.
+    even, odd = sum(terms[::-2]), sum(terms[-2::-2])
+    m, q = even - odd, even + odd
     rise = -h * (lam_phi @ rule.weights)
     decay = np.exp(-np.abs(rise))
     up = rise > 0
@@ -228,12 +235,13 @@ def constant(lam_a: FloatArray, h: FloatArray) -> Moments:
         lam times the drift, and the width.
     """
     x = np.abs(lam_a * h)
-    first = np.where(x == 0, 1.0, constant_single(np.where(x == 0, 1.0, x)))
     small = x < 0.5
-    safe, single = np.where(small, 1.0, x), np.where(small, 1.0, first)
-    # Both lose digits for small x.
-    up_form, down_form = constant_nested_up(safe, single), constant_nested_down(safe, single)
+    # The closed forms lose digits for small x.
+    safe = np.where(small, 1.0, x)
     phi_1, phi_2 = quotients(np.where(small, -x, 0.0), FLOATS)
+    first = np.where(small, phi_1, constant_single(safe))
+    single = np.where(small, 1.0, first)
+    up_form, down_form = constant_nested_up(safe, single), constant_nested_down(safe, single)
     up = lam_a < 0
     second = np.where(
         up, np.where(small, phi_2, up_form), np.where(small, phi_1 - phi_2, down_form)
@@ -255,7 +263,7 @@ def merge(moments: Moments, k: np.ndarray, count: np.ndarray) -> Moments:
     rise, int_e, int_inverse, nested = moments
     up = rise > 0
     # One scaling for all: integrals of e and 1/e as they stand at the left end.
-    shrink = np.exp(np.abs(rise))
+    shrink = np.exp(np.where(up, rise, -rise))
     grow = np.where(up, shrink, 1.0)
     back = np.where(up, 1.0, shrink)
     e_int, inverse_int, double = int_e * grow, int_inverse * back, nested * back
@@ -273,7 +281,7 @@ def merge(moments: Moments, k: np.ndarray, count: np.ndarray) -> Moments:
         rise = rise[left] + joined * rise[right]
         k, count = k[left] // 2, (count[left] + 1) // 2
     up = rise > 0
-    end = np.exp(-np.abs(rise))
+    end = np.exp(np.where(up, -rise, rise))
     down_end = np.where(up, 1.0, end)
     return Moments(rise, e_int * np.where(up, end, 1.0), inverse_int * down_end, double * down_end)
 
@@ -296,8 +304,7 @@ def merge_slow(
     joins[1:] = slow_panel[1:] & slow_panel[:-1] & (scene[1:] == scene[:-1]) & (up[1:] == up[:-1])
     first = np.flatnonzero(~joins)
     last = np.append(first[1:], len(scene)) - 1
-    product = np.zeros(len(scene))
-    product[1:] = np.where(joins[1:], int_e[:-1] * int_inverse[1:], 0.0)
+    product = np.concatenate(([0.0], np.where(joins[1:], int_e[:-1] * int_inverse[1:], 0.0)))
     summed = np.add.reduceat(nested + product, first)
     single = first == last
     up = up[first]

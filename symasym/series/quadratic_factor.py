@@ -25,13 +25,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Pair",
-    "everywhere",
     "mean_of_values",
     "not_alone",
     "numbers",
     "pairs_of",
     "poly",
-    "rows",
     "seen_from",
     "shifted",
     "split_pair",
@@ -71,23 +69,20 @@ class Pair:
     level: Any
 
 
-def split_pair(
-    taylor: Sequence[Any], context: MPContext | None = None, within: Number | None = None
-) -> Pair:
+def split_pair(taylor: Sequence[Any], context: MPContext, within: Number | None = None) -> Pair:
     """The pair as a factor of phi, at the context's precision; parameters as in `cubic_map`.
 
     A search that comes further than `within` from the point of expansion is given up.
     """
-    c = rows("taylor", taylor) if context is None else numbers("taylor", taylor, context)
+    c = numbers("taylor", taylor, context)
     if len(c) < 3:
         raise InputError(f"taylor has {len(c)} coefficients; give at least three of phi.")
-    if not everywhere(c[2] != 0):
+    if not c[2]:
         raise InputError(
             "taylor[2] is 0, so phi has no pair of zeros that meet there; expand it elsewhere."
         )
-    with np.errstate(all="ignore"):
-        pair, good = _split(c, context, within)
-    if not everywhere(good):
+    pair, good = _split(c, context, within)
+    if not good:
         raise not_alone()
     return pair
 
@@ -104,15 +99,6 @@ def numbers(name: str, values: Sequence[Any], context: MPContext) -> list[Any]:
             rational = exact(f"a coefficient of {name}", value)
             converted.append(mpf_of(rational, context))
     return converted
-
-
-def rows(name: str, values: Sequence[Number]) -> list[Any]:
-    """The values as arrays of one shape."""
-    from symasym.base.inputs import floats
-
-    if isinstance(values, np.ndarray):
-        return list(floats(name, values))
-    return list(np.broadcast_arrays(*(floats(name, value) for value in values)))
 
 
 def pairs_of(taylor: Sequence[Any]) -> tuple[Pair, Any]:
@@ -156,7 +142,7 @@ def _split(
         known = abs(square) + (c[1] / c[2]) ** 2
         done = (abs(step_square) <= least * known) & (step**2 <= least * least * known)
         # What has run away is no number any more.
-        if everywhere(done | ~(good & (abs(square) < np.inf)) if context is None else done):
+        if np.all(done | ~(good & (abs(square) < np.inf)) if context is None else done):
             break
     good = good & done
     # Divided by y² - D from the highest power down: D is small beside the circle's radius.
@@ -194,11 +180,6 @@ def not_alone() -> AccuracyError:
 def tiny(context: MPContext | None) -> Any:
     """The largest step that ends the search, relative."""
     return 1e-14 if context is None else context.mpf(2) ** (8 - context.prec)
-
-
-def everywhere(condition: Number) -> bool:
-    """True where the condition holds for all."""
-    return bool(np.all(condition))
 
 
 def _shifted_in(context: MPContext, c: list[Any], by: Number) -> list[Any]:

@@ -27,11 +27,11 @@ from symasym.exact import floats as double
 from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.numbers import balls
 from symasym.workshop.verify import Verification, verify
-from symasym.workshop.verify import tasks as tasks_module
+from symasym.workshop.verify import run as tasks_module
 from symasym.workshop.verify.findings import Finding, ratio
 from symasym.workshop.verify.pages import record, rows, table
-from symasym.workshop.verify.random_scenes import random_scene
-from symasym.workshop.verify.tasks import Done, Task, tasks
+from symasym.workshop.verify.references import random_scene
+from symasym.workshop.verify.run import Done, Task, tasks
 
 SCENE = "friction k=0.3"
 MILD = ("quadrature", "friction k=1")

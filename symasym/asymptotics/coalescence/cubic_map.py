@@ -39,11 +39,9 @@ from symasym.numbers.polynomials import poly, poly_slope, shifted
 from symasym.series.power_series import composed, power, product
 from symasym.series.quadratic_factor import (
     Pair,
-    everywhere,
     mean_of_values,
     not_alone,
     numbers,
-    rows,
     split_pair,
     tiny,
 )
@@ -55,11 +53,11 @@ if TYPE_CHECKING:
 
 __all__ = ["cubic_map", "map_coefficients"]
 
-# Points on the circle: from so many on, up to so many.
-_FEWEST, _MOST = 64, 4096
-# Half the zeros' distance over the circle's radius up to which the circle is taken: in float64
-# the series at each zero lose digits, with more digits the circle needs many points.
-_NEAR_FLOAT, _NEAR_DIGITS = 0.7, 0.4
+# Points on the circle, at most.
+_MOST = 4096
+# Half the zeros' distance over the circle's radius up to which the circle is taken: beyond it
+# needs many points.
+_NEAR = 0.4
 # phi beside the pair is (y² - D) psi; up to this share of psi(0) psi may change on the circle.
 _SHARE = 0.5
 
@@ -67,7 +65,7 @@ _SHARE = 0.5
 def cubic_map(
     taylor: Sequence[Any],
     count: int,
-    context: MPContext | None = None,
+    context: MPContext,
     *,
     weight: Sequence[Any] | None = None,
 ) -> tuple[Any, list[tuple[Any, Any]]]:
@@ -75,21 +73,21 @@ def cubic_map(
 
     Parameters
     ----------
-    taylor : sequence of numbers, or array of shape (n, ...) without `context`
+    taylor : sequence of numbers
         Taylor coefficients c_0, c_1, ... of a real analytic phi about a real point beside the
         pair, best the zero of its slope between them (c_1 = 0), where nothing cancels in the
         pair's distance. What is beyond the last one is taken as zero: the relative error that
         makes is some (h/R)^(n - 2k - 2), R the radius of convergence from the pair's middle.
     count : int
         How many pairs of coefficients, 0 or more.
-    context : mpmath context, optional
-        Its precision is that of the result. None: float64, scenes behind the first axis.
+    context : mpmath context
+        Its precision is that of the result.
     weight : sequence, optional
         Taylor coefficients of g about the same point; 1 if left out.
 
     Returns
     -------
-    zeta : mpf or ndarray
+    zeta : mpf
         Positive for real zeros, 0 for one double zero, negative for a complex pair;
         (4/3) |zeta|^(3/2) is the modulus of the integral of phi from one to the other.
     coefficients : list of (p_k, q_k)
@@ -102,7 +100,7 @@ def cubic_map(
         If there are fewer than three coefficients, or c_2 is zero.
     AccuracyError
         If the pair is not alone: a third zero lies between its two or is as near to it as they are
-        to each other, or the Taylor series doesn't reach that far. One such scene refuses an array.
+        to each other, or the Taylor series doesn't reach that far.
 
     Notes
     -----
@@ -124,23 +122,18 @@ def cubic_map(
     0.0 1.0 -0.5 0.5625 -0.729167
     -1.0e-30 1.0 -0.5 0.5625 -0.729167
     """
-    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 0:
+    if isinstance(count, bool) or not isinstance(count, int) or count < 0:
         raise InputError(f"count is {count!r}; give a whole number of coefficients, 0 or more.")
-    if context is None:
-        with np.errstate(all="ignore"):
-            g = None if weight is None else rows("weight", weight)
-            pair = split_pair(taylor)
-            return pair.zeta, map_coefficients(pair, int(count), None, g)
     # What both ways lose: each k divides by two more powers of the radius, or of the distance.
-    with context.workdps(context.dps + 12 + 2 * int(count)):
+    with context.workdps(context.dps + 12 + 2 * count):
         g = None if weight is None else numbers("weight", weight, context)
         pair = split_pair(taylor, context)
-        coefficients = map_coefficients(pair, int(count), context, g)
+        coefficients = map_coefficients(pair, count, context, g)
     return +pair.zeta, [(+p, +q) for p, q in coefficients]
 
 
 def map_coefficients(
-    pair: Pair, count: int, context: MPContext | None, g: list[Any] | None
+    pair: Pair, count: int, context: MPContext, g: list[Any] | None
 ) -> list[tuple[Any, Any]]:
     """(p_k, q_k) of `cubic_map` for a pair that is split off, without guard digits of its own."""
     coefficients = []
@@ -154,12 +147,11 @@ def map_coefficients(
     return [(pair.sign * p, q) for p, q in coefficients]
 
 
-def _leading(pair: Pair, g: list[Any] | None, context: MPContext | None) -> tuple[Any, Any]:
+def _leading(pair: Pair, g: list[Any] | None, context: MPContext) -> tuple[Any, Any]:
     """p_0 + q_0 s = g u' modulo s² - zeta: u'² = 1/(slope psi(slope s)) there."""
     even, odd = poly(pair.psi[0::2], pair.square), poly(pair.psi[1::2], pair.square)
     norm = even**2 - odd**2 * pair.square
-    root = np.sqrt if context is None else context.sqrt
-    p = root((even + root(norm)) / (2 * pair.slope * norm))
+    p = context.sqrt((even + context.sqrt(norm)) / (2 * pair.slope * norm))
     q = -odd / (2 * p * norm)
     if g is None:
         return p, q
@@ -168,49 +160,25 @@ def _leading(pair: Pair, g: list[Any] | None, context: MPContext | None) -> tupl
 
 
 def _higher(
-    pair: Pair, g: list[Any] | None, count: int, context: MPContext | None
+    pair: Pair, g: list[Any] | None, count: int, context: MPContext
 ) -> list[tuple[Any, Any]]:
     """p_1, q_1, ..., p_(count - 1), q_(count - 1)."""
     radius = _radius(pair, g, context)
-    if context is not None:
-        if radius == context.inf:
-            return [(0 * pair.zeta, 0 * pair.zeta)] * (count - 1)
-        near = context.sqrt(abs(pair.square)) <= _NEAR_DIGITS * radius
-        return (_around_both if near else _at_each_zero)(pair, radius, g, count, context)
-    shape = np.shape(pair.zeta)
-    near = np.ravel(np.sqrt(abs(pair.square)) <= _NEAR_FLOAT * radius)
-    finite = np.isfinite(np.ravel(radius))
-    coefficients = np.zeros((count - 1, 2, near.size))
-    for way, chosen in ((_around_both, near & finite), (_at_each_zero, ~near & finite)):
-        if chosen.any():
-            part = _chosen(pair, chosen)
-            weight = None if g is None else [np.ravel(x + 0 * pair.zeta)[chosen] for x in g]
-            coefficients[:, :, chosen] = way(part, np.ravel(radius)[chosen], weight, count, None)
-    return [(p.reshape(shape)[()], q.reshape(shape)[()]) for p, q in coefficients]
-
-
-def _chosen(pair: Pair, scenes: np.ndarray[Any, np.dtype[np.bool_]]) -> Pair:
-    """The pairs of some scenes."""
-    return Pair(
-        np.ravel(pair.middle)[scenes],
-        np.ravel(pair.square)[scenes],
-        [np.ravel(x)[scenes] for x in pair.psi],
-        np.ravel(pair.sign)[scenes],
-        np.ravel(pair.zeta)[scenes],
-        np.ravel(pair.slope)[scenes],
-        np.ravel(pair.level)[scenes],
-    )
+    if radius == context.inf:
+        return [(0 * pair.zeta, 0 * pair.zeta)] * (count - 1)
+    if context.sqrt(abs(pair.square)) <= _NEAR * radius:
+        return _around_both(pair, radius, g, count, context)
+    return _at_each_zero(pair, g, count, context)
 
 
 def _at_each_zero(
-    pair: Pair, radius: Element, g: list[Any] | None, count: int, context: MPContext | None
+    pair: Pair, g: list[Any] | None, count: int, context: MPContext
 ) -> list[tuple[Any, Any]]:
     """p_k and q_k, k >= 1, from the series of g u' at each of two zeros that are apart.
 
     By `both_saddles` from Perron's coefficients at s = sqrt(zeta) and s = -sqrt(zeta).
     """
-    complex_root = (lambda x: np.sqrt(x + 0j)) if context is None else context.sqrt
-    half, root = complex_root(pair.square), complex_root(pair.zeta)
+    half, root = context.sqrt(pair.square), context.sqrt(pair.zeta)
     zero, one = 0 * root, 0 * root + 1
     sides = []
     for side in (1, -1):
@@ -222,7 +190,7 @@ def _at_each_zero(
         weight = [one] if g is None else shifted([x + zero for x in g], side * half)
         weight = (weight + [zero] * count)[:count]
         # The branch of u' that p_0 + q_0 s has.
-        front = complex_root(2 * root / (-2 * side * steep[2]))
+        front = context.sqrt(2 * root / (-2 * side * steep[2]))
         d = perron_coefficients(steep, weight, 2)
         sides.append(slope_by_square(d, side, 1 / root, front, count, one))
     even, odd = both_saddles(sides, 1 / root, one)
@@ -261,13 +229,13 @@ def _root_series(count: int, one: Element) -> list[Any]:
 
 
 def _around_both(
-    pair: Pair, radius: Element, g: list[Any] | None, count: int, context: MPContext | None
+    pair: Pair, radius: Element, g: list[Any] | None, count: int, context: MPContext
 ) -> list[tuple[Any, Any]]:
     """p_k and q_k, k >= 1, as Cauchy integrals of g s/(s² - zeta)^(k+1) and g/(s² - zeta)^(k+1).
 
     By the trapezoidal rule on a circle around both zeros, of which half the points give the error.
     """
-    scale = (np.cbrt if context is None else context.cbrt)(pair.psi[0]) * radius
+    scale = context.cbrt(pair.psi[0]) * radius
     zeta = pair.zeta / scale**2
     # F - mean of the critical values, in units where the circle and psi(0) are 1.
     powers, psi = 1 + 0 * radius, []
@@ -282,16 +250,14 @@ def _around_both(
     t[0] = -mean_of_values(psi, square)
     if g is not None:
         g = [x * radius**j for j, x in enumerate(g)]
-    size = _FEWEST
-    if context is not None:
-        # The integrand is analytic between the pair and some twice the radius where psi halves.
-        rate = max(0.35, float(context.sqrt(abs(square))))
-        size = min(_MOST, 4 * (int(-context.prec / 3.4 / np.log2(rate)) + 4)) if rate < 1 else _MOST
+    # The integrand is analytic between the pair and some twice the radius where psi halves.
+    rate = max(0.35, float(context.sqrt(abs(square))))
+    size = min(_MOST, 4 * (int(-context.prec / 3.4 / np.log2(rate)) + 4)) if rate < 1 else _MOST
     while size <= _MOST:
         step()
         sums, lost = _sums(t, zeta, g, count, size, context)
         # The error falls as rho^n for n points: twice as many square it.
-        if everywhere(lost**2 <= (1e-14 if context is None else tiny(context))):
+        if lost**2 <= tiny(context):
             break
         size += 4 * (size // 8)
     else:
@@ -303,47 +269,37 @@ def _around_both(
     return unscaled
 
 
-def _radius(pair: Pair, g: list[Any] | None, context: MPContext | None) -> Element:
+def _radius(pair: Pair, g: list[Any] | None, context: MPContext) -> Any:
     """The radius between the pair and where psi has changed by half, by Newton from above."""
-    largest: Any
-    root: Any
-    where: Any
-    if context is None:
-        largest, root, where = np.maximum, lambda x, j: x ** (1.0 / j), np.where
-    else:
-        largest, root, where = max, context.root, lambda test, x, y: x if test else y
-    distance = root(abs(pair.square), 2)
-    rest = [0 * distance, *(abs(x / pair.psi[0]) for x in pair.psi[1:])]
+    distance = context.sqrt(abs(pair.square))
+    rest = [context.zero, *(abs(x / pair.psi[0]) for x in pair.psi[1:])]
 
-    def bound() -> Element:
+    def bound() -> Any:
         """Cauchy's bound: no root of the series' moduli is nearer."""
-        top = 0 * distance
-        for j, x in enumerate(rest[1:], start=1):
-            top = largest(top, root(x, j))
-        return where(top > 0, 1 / where(top > 0, top, 1), np.inf)
+        top = max((context.root(x, j) for j, x in enumerate(rest) if j), default=context.zero)
+        return 1 / top if top > 0 else context.inf
 
     if g is not None:
         # The weight's series has a radius, too; what its first terms are is no matter.
-        size, unit = 0 * distance, bound()
-        unit = where(unit < np.inf, unit, where(distance > 0, distance, 1))
-        for j, x in enumerate(g[:3]):
-            size = largest(size, abs(x) * unit**j)
-        rest += [0 * distance] * (len(g) - len(rest))
-        for j, x in enumerate(g[1:], start=1):
-            rest[j] = largest(rest[j], where(size > 0, abs(x) / where(size > 0, size, 1), 0 * size))
-    first = bound()
-    r = where(first < np.inf, first, 1)
+        unit = bound()
+        if unit == context.inf:
+            unit = distance if distance > 0 else context.one
+        size = max(abs(x) * unit**j for j, x in enumerate(g[:3]))
+        rest += [context.zero] * (len(g) - len(rest))
+        for j, x in enumerate(g[1:] if size > 0 else (), start=1):
+            rest[j] = max(rest[j], abs(x) / size)
+    r = bound()
+    if r == context.inf:
+        return r
     # From above, on a convex function.
     for _ in range(60):
         slope = poly_slope(rest, r)
-        step = where(slope > 0, (poly(rest, r) - _SHARE) / where(slope > 0, slope, 1), 0 * r)
+        step = (poly(rest, r) - _SHARE) / slope if slope > 0 else context.zero
         r = r - step
-        if everywhere(abs(step) <= 1e-3 * r):
+        if abs(step) <= 1e-3 * r:
             break
-    # A larger circle costs points, of which float64 needs few, and keeps digits.
-    share = 1.2 if context is None else 0.7
-    radius = largest(largest(share * r, root(2 * r * distance, 2)), 1.1 * distance)
-    return where(first < np.inf, radius, np.inf)
+    # A larger circle costs points.
+    return max(0.7 * r, context.sqrt(2 * r * distance), 1.1 * distance)
 
 
 def _sums(
@@ -352,21 +308,20 @@ def _sums(
     g: list[Any] | None,
     count: int,
     size: int,
-    context: MPContext | None,
+    context: MPContext,
 ) -> tuple[list[tuple[Any, Any]], Any]:
     """Cauchy integrals for k = 1, ..., and how far half as many points are from them."""
     y, s, weight = _nodes(t, zeta, g, size, context)
     start = []
     for x, v, h in zip(y, s, weight, strict=True):
         start.append((h * x * v, h * x, 1 / (v * v - zeta)))
-    means, lost = [], 0.0 * abs(zeta)
-    largest = np.maximum if context is None else max
+    means, lost = [], context.zero
     for k in range(1, count):
         both = []
         for which in (0, 1):
             values = [(part[which] * part[2] ** (k + 1)) for part in start]
             both.append(_mean(values))
-            lost = largest(lost, abs(both[-1] - _mean(values[::2])))
+            lost = max(lost, abs(both[-1] - _mean(values[::2])))
         means.append((both[0], both[1]))
     return means, lost
 
@@ -378,14 +333,10 @@ def _mean(values: list[Any]) -> Element:
 
 
 def _nodes(
-    t: list[Any], zeta: Element, g: list[Any] | None, size: int, context: MPContext | None
+    t: list[Any], zeta: Element, g: list[Any] | None, size: int, context: MPContext
 ) -> tuple[list[Any], list[Any], list[Any]]:
     """y on the upper half circle, s and g there: s³/3 - zeta s = t(y), continued from y = 1."""
     angles = np.exp(1j * np.pi * np.arange(size // 2 + 1) / (size // 2))
-    if context is None:
-        rows_ = [np.asarray(x) for x in t]
-        s = _continued(rows_, zeta, list(angles))
-        return list(angles), s, [1] * len(s) if g is None else [poly(g, y) for y in angles]
     seeds = _continued([np.float64(x) for x in t], np.float64(zeta), list(angles))
     roots = [context.expjpi(context.mpf(2 * j) / size) for j in range(size)]
     targets = _at_roots(t, roots, context)
@@ -421,19 +372,17 @@ def _at_roots(c: list[Any], roots: list[Any], context: MPContext) -> list[Any]:
 
 def _continued(t: list[Any], zeta: Element, y: list[Any]) -> list[Any]:
     """s(y) in float64: on the real axis the largest root, then from point to point."""
-    target = poly(t, y[0] + 0 * t[0])
-    v = np.maximum(3.0, 3 * np.sqrt(abs(zeta))) + 0j
+    target = poly(t, y[0])
+    v = max(3.0, 3 * np.sqrt(abs(zeta))) + 0j
     for _ in range(60):
         v = v - (v * (v * v / 3 - zeta) - target) / (v * v - zeta)
     roots = [v]
     for j, x in enumerate(y[1:], start=1):
         v = roots[-1] * (roots[-1] / roots[-2] if j > 1 else x)
-        target = poly(t, x + 0 * t[0])
+        target = poly(t, x)
         for _ in range(8):
             v = v - (v * (v * v / 3 - zeta) - target) / (v * v - zeta)
         roots.append(v)
-    if not everywhere(abs(roots[-1].imag) <= 1e-6 * abs(roots[-1])) or not everywhere(
-        roots[-1].real < 0
-    ):
+    if not (abs(v.imag) <= 1e-6 * abs(v) and v.real < 0):
         raise not_alone()
     return roots

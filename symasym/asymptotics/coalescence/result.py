@@ -116,8 +116,12 @@ class UniformExpansion(IntegralExpansion):
             For more than three terms, kinks, or saddles that are not known or not real for all
             parameters.
         """
-        from symasym.asymptotics.coalescence.formulas import MOST_TERMS, end_formula, pair_formula
-        from symasym.asymptotics.coalescence.iterated_formulas import iterated_formula
+        from symasym.asymptotics.coalescence.formulas import (
+            MOST_TERMS,
+            end_formula,
+            iterated_formula,
+            pair_formula,
+        )
 
         if self.order > MOST_TERMS:
             raise InputError(
