@@ -1,14 +1,8 @@
 """Keep a report in docs/: ``python docs/keep.py build/report``.
 
-<<<<<<< HEAD
-Copies its points, diagrams and page, and the stability report's where the folder has one, and
-puts their tables into docs/choose.md. Without a folder, makes the pages anew from the points
-that are kept. With ``--picture`` draws three pictures of expansions, too, which takes a minute.
-=======
 Copies its points, and the stability report's where the folder has one, draws their diagrams,
 writes their pages, and puts a table into docs/choose.md. Without a folder, makes all that anew from
-the points that are kept. With ``--picture`` draws docs/images/expansions.png, which takes a minute.
->>>>>>> main
+the points that are kept. With ``--picture`` draws three pictures of expansions, in a minute.
 """
 
 from __future__ import annotations
