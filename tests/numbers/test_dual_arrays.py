@@ -47,9 +47,9 @@ def test_rules_of_panels(sign: float) -> None:
             (layers[k], lambda p, k=k: float_panels.slow(values(p), one)[k]),
             (
                 merged[k],
-                lambda p, k=k: float_panels.merge(
-                    float_panels.sampled(exponents(p), h)[0], *run
-                )[k],
+                lambda p, k=k: float_panels.merge(float_panels.sampled(exponents(p), h)[0], *run)[
+                    k
+                ],
             ),
         ):
             np.testing.assert_allclose(found.value, plain(0.0), rtol=1e-15)

@@ -21,8 +21,16 @@ def drift(**more: Any) -> sa.Drift:
 @pytest.mark.parametrize(
     ("module", "name", "ask"),
     [
-        (weak_noise, "both_sides", lambda d, k: sa.escape_time(d, k, 2, method="laplace", log=True)),
-        (uniform, "seen", lambda d, k: sa.escape_time(d, k, 2, method="uniform", order=1, log=True)),
+        (
+            weak_noise,
+            "both_sides",
+            lambda d, k: sa.escape_time(d, k, 2, method="laplace", log=True),
+        ),
+        (
+            uniform,
+            "seen",
+            lambda d, k: sa.escape_time(d, k, 2, method="uniform", order=1, log=True),
+        ),
         (landscape, "_of_analytic", lambda d, k: d.critical_points()),
         (landscape, "float_marks", lambda d, k: sa.escape_time(d, k, 2, log=True)),
     ],
