@@ -157,6 +157,75 @@ EMITTED = (
         plain=True,
     ),
     Emitted(
+        "manifold_term",
+        "endpoint-series",
+        "h_1 from the weight, h_(k+1) from -h_k': the slow manifold's terms.",
+        "next term",
+        plain=True,
+    ),
+    Emitted(
+        "endpoint_shares",
+        "endpoint-series",
+        "A start's coefficients of lam^-k from h_k, side = (-1)^k, to its right.",
+        "contributions to the right",
+        plain=True,
+    ),
+    Emitted(
+        "kink_change",
+        "endpoint-series",
+        "What stands for h_k at a kink.",
+        "a kink's",
+        plain=True,
+    ),
+    Emitted(
+        "fall_by_powers",
+        "regular-part",
+        "-h' of term t^(index - power), its coefficient.",
+        "-h' by powers",
+        plain=True,
+    ),
+    Emitted(
+        "finite_part",
+        "regular-part",
+        "Primitive of term t^-power, the coefficient of t^(1 - power).",
+        "finite part",
+        plain=True,
+    ),
+    Emitted(
+        "bend_of_saddle",
+        "saddle-recurrences",
+        "alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...).",
+        "bend",
+        plain=True,
+    ),
+    Emitted(
+        "first_moment",
+        "saddle-recurrences",
+        "int e^(-s^2/2) ds.",
+        "first moment",
+        arithmetic=True,
+    ),
+    Emitted(
+        "next_moment",
+        "saddle-recurrences",
+        "int s^(2n + 2) e^(-s^2/2) ds from that of s^(2n).",
+        "next moment",
+        plain=True,
+    ),
+    Emitted(
+        "time_of_doubles",
+        "two-sides",
+        "T/lam from the single and the double integrals over both sides.",
+        "sides",
+        plain=True,
+    ),
+    Emitted(
+        "time_of_sides",
+        "two-sides",
+        "The same, the start's share of int e^(-lam V) apart.",
+        plain=True,
+    ),
+    Emitted(
         "pair_norm",
         "airy-form",
         "The product of psi at both zeros of a pair.",
@@ -333,6 +402,23 @@ ORDER = (
     "inside",
     "outside",
     "side",
+    "source",
+    "drift",
+    "left",
+    "right",
+    "index",
+    "power",
+    "j",
+    "n",
+    "moment",
+    "term",
+    "behind",
+    "ahead",
+    "double_left",
+    "double_right",
+    "nested_left",
+    "nested_right",
+    "total",
     "small",
     "t",
     "b",
@@ -496,7 +582,6 @@ def formulas() -> str:
         derivation = build(label)
         record = describe(derivation)
         result = derivation.result
-        record["names"] = {s.name: name for s, name in derivation.names.items()}
         left = derivation.left
         record["left"] = sympy.srepr(sympy.Tuple(*left) if isinstance(left, tuple) else left)
         record["cases"] = list(derivation.cases)
@@ -508,6 +593,10 @@ def formulas() -> str:
             record["expression"] = sympy.srepr(
                 sympy.Tuple(*result) if isinstance(result, tuple) else result
             )
+        written = record["left"] + record["expression"] + record.get("remainder", "")
+        record["names"] = {
+            s.name: name for s, name in derivation.names.items() if f"Symbol({s.name!r}" in written
+        }
         record["steps"] = [
             {
                 "name": s.name,

@@ -196,6 +196,41 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "J_1": Meaning("the same with the weight s(v), its finite part", "units of lam^(-1)", _T),
         "J_2": Meaning("the same with s(u) s(v), its finite part", "units of lam^(-4/3)", _T),
     },
+    "endpoint-series": {
+        "E_up": Meaning("coefficient of lam^-k in the integral of exp(lam V)", "in lam", _T),
+        "E_down": Meaning("coefficient of lam^-k in that of exp(-lam V)", "in lam", _T),
+        "side": Meaning("(-1)^k", _PURE),
+        "term": Meaning("h_k at the point", "in lam"),
+    },
+    "regular-part": {
+        "h_next": Meaning("coefficient of a power in -h'", "in t", _T),
+        "H": Meaning("coefficient of a power in the primitive", "in t", _T),
+        "term": Meaning("coefficient of a power in h", "in t"),
+        "power": Meaning("order of the pole of h", "a whole number"),
+        "index": Meaning("number of the coefficient, from 0 on", "a whole number"),
+    },
+    "saddle-recurrences": {
+        "alpha_j": Meaning("coefficient of t^j beside the quadratic term of V", "in t", _T),
+        "m_0": Meaning("integral of exp(-s^2/2)", _PURE, _T),
+        "m_next": Meaning("the next moment", _PURE, _T),
+        "moment": Meaning("integral of s^(2n) exp(-s^2/2)", _PURE),
+        "n": Meaning("number of the moment, from 0 on", "a whole number"),
+        "j": Meaning("power of t", "a whole number"),
+        "term": Meaning("coefficient of t^(j + 1) in phi", "in t"),
+        "slope": Meaning("slope of the drift at its zero", _SLOPE),
+    },
+    "two-sides": {
+        "behind": Meaning("integral of exp(lam V) left of the start", "scaled length"),
+        "ahead": Meaning("integral of exp(lam V) right of the start", "scaled length"),
+        "total": Meaning("the sum of both", "scaled length"),
+        "nested_left": Meaning(
+            "double integral on the left, see the note", "scaled length squared"
+        ),
+        "nested_right": Meaning(
+            "double integral on the right, see the note", "scaled length squared"
+        ),
+        "falling": Meaning("the start's share of the integral of exp(-lam V)", "scaled length"),
+    },
     "airy-form": {
         "I_up": Meaning("integral of exp(lam V) over the pair", "scaled length", _T),
         "I_down": Meaning("integral of exp(-lam V) over the pair", "scaled length", _T),

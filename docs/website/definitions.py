@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import symasym as sa
-from derivations.section4_reduction import REGIONS
+from derivations.sections.section4_reduction import REGIONS
 from symasym.generated import numpy_formulas as emitted
 from website import pieces
 from website.plots import Picture, Plot

@@ -17,7 +17,7 @@ from typing import Any
 import sympy
 
 from derivations import report
-from derivations.errata import ERRATA
+from derivations.errata.entries import ERRATA
 from derivations.labels import NUMBERS, numbered
 from derivations.registry import entries
 from derivations.runner import slug
@@ -357,11 +357,10 @@ def index(records: Records) -> str:
         [
             "# Formulas",
             "",
-            f"{len(records)} results in {steps} steps, made from the derivations when this site "
-            "was built, after every check had passed. They are listed here by section of the "
-            "paper; also [by quantity](quantities.md), and as [a graph](graph.md) of which "
-            "rests on which. [All of them in one file](formulas.json), for programs: label, TeX, "
-            "SymPy expression, assumptions, error, number of checks of each kind.",
+            f"{len(records)} results, derived in {steps} checked steps, by section of the paper; "
+            "[by quantity](quantities.md), and as [a graph](graph.md) of which rests on which. "
+            "[All of them in one file](formulas.json), for programs: label, TeX, SymPy expression, "
+            "assumptions, error, number of checks of each kind.",
             "",
             *_grouped(groups, records),
             "## Definitions, with nothing to derive",

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 import symasym as sa
-from website.plots import Plot
+from website.plots import Picture, Plot
 from website.symbolic import value
 
 BLOCK = sa.oscillator(mu=3, alpha=1)
@@ -16,7 +16,7 @@ _OF = "friction, μ = 3, α = 1, r = 10"
 _LEAVES = 2.338107410459767
 
 
-def all_plots() -> tuple[Plot, ...]:
+def all_plots() -> tuple[Plot | Picture, ...]:
     """Those of this module."""
     return (_time(), _order(), _adiabatic(), _frozen(), _delay())
 
@@ -32,13 +32,23 @@ def _each(x: Any, mean: Any) -> Any:
     return np.log([mean(float(one)) for one in x])
 
 
-def _time() -> Plot:
-    simulated = {"method": "simulate", "paths": 500, "seed": 3}
-    return Plot(
-        "release-time", "mean time of release", f"{_OF}, ε = 1/50, z = -2/5; 500 paths",
-        np.geomspace(0.7, 5, 6), lambda k: _each(k, lambda x: _mean(x, "-0.4", 0.02, **simulated)),
-        lambda k: _each(k, lambda x: _mean(x, "-0.4", 0.02, rtol="1e-4")),
-    )  # fmt: skip
+def _time() -> Picture:
+    """The mean, marched, and simulated paths, which solve no equation."""
+
+    def draw(axes: Any) -> None:
+        kappa = np.geomspace(0.5, 5, 9)
+        axes.plot(kappa, [_mean(k, "-0.4", 0.02, rtol="1e-4") for k in kappa.tolist()])
+        for k in kappa[::2].tolist():
+            found = sa.release(
+                BLOCK, k, 10, eps="0.02", start=(0, "-0.4"), method="simulate", paths=1000, seed=3
+            )
+            assert found.error is not None
+            axes.errorbar(k, found.mean, found.error, fmt="ko", capsize=4)
+        axes.set(xscale="log", xlabel="κ, scaled", ylabel="mean time of release", ylim=(0, None))
+        axes.set_title(f"{_OF}, ε = 1/50, z = -2/5")
+
+    what = "the marched mean (line) and those of 1,000 paths, with three standard errors"
+    return Picture("release-time", what, draw)
 
 
 def _order() -> Plot:
@@ -83,7 +93,8 @@ def _delay() -> Plot:
     # There phi = 6 w^2 + eps t to the leading order.
     unit = value("fold-delay", 1)
     return Plot(
-        "fold-delay", "time from the fold to u = 1", f"{_OF}, no noise", np.geomspace(1e-7, 1e-2, 25),
+        "fold-delay", "time from the fold to u = 1", f"{_OF}, no noise",
+        np.geomspace(1e-7, 1e-2, 25),
         lambda eps: np.log(_late(eps)), lambda eps: np.log(_LEAVES * unit(epsilon=6 * eps)), "ε",
     )  # fmt: skip
 

@@ -4,8 +4,19 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from derivations.derive import derive
-from website import api, curves, definitions, explorer, formulas, identities, layers, moving, plots
+from derivations.report import derive
+from website import (
+    api,
+    curves,
+    definitions,
+    explorer,
+    formulas,
+    identities,
+    layers,
+    moving,
+    notebooks,
+    plots,
+)
 
 
 def all_plots() -> tuple[plots.Plot | plots.Picture, ...]:
@@ -24,4 +35,5 @@ def all_pages(derivations: Path) -> dict[str, str]:
         **api.pages(),
         **explorer.pages(),
         **layers.pages(),
+        **notebooks.files(),
     }

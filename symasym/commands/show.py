@@ -116,7 +116,7 @@ def _show_all(arguments: argparse.Namespace) -> None:
         extra = "--steps" if arguments.label is None else arguments.label
         raise InputError(f"{extra} does not go with --all; leave one of them out.")
     if arguments.latex:
-        from derivations.sheet import sheet
+        from derivations.report import sheet
 
         print(sheet(), end="")
         return

@@ -14,6 +14,7 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import is_array, shown
 from symasym.drift.drift import Drift
 from symasym.drift.field.scenes import require_drift
+from symasym.emit.asymptotic_time import uniform_time, weak_noise_time
 from symasym.emit.folding import fold
 from symasym.emit.forms import by_name, called, log_form, logaddexp, quotients
 from symasym.emit.program import (
@@ -26,7 +27,6 @@ from symasym.emit.program import (
     require_closed,
 )
 from symasym.emit.stokes import FRICTION, of_friction, stokes
-from symasym.emit.uniform_time import uniform_time
 from symasym.records import Record
 
 if TYPE_CHECKING:
@@ -138,14 +138,10 @@ def program(
     if chosen == "uniform":
         emitted = uniform_time(what, drift)
     elif chosen == "laplace":
-        from symasym.emit import weak_noise_time
-
         r = rest.pop("r", None)
         radius = None if r is None else Fraction(int(r.p), int(r.q))
         kappa = float(rest["kappa"]) if "kappa" in rest else None
-        emitted = weak_noise_time.program(
-            what, drift, weak_noise_time.read_order(order), radius, kappa
-        )
+        emitted = weak_noise_time(what, drift, order, radius, kappa)
         own = {**own, **({} if r is None else {"r": r})}
     else:
         emitted = LABELS[what.label](what, drift)

@@ -14,6 +14,11 @@ if TYPE_CHECKING:
     from symasym.numbers.arithmetic import Arithmetic, Number
 
 
+def first_moment(c: Arithmetic) -> Any:
+    """int e^(-s^2/2) ds (saddle-recurrences)."""
+    return c.sqrt(2*c.pi)
+
+
 def pair_norm(c: Arithmetic, even: Number, odd: Number, square: Number) -> Any:
     """The product of psi at both zeros of a pair (airy-form)."""
     return even**2 - square*odd**2

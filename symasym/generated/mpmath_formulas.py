@@ -178,6 +178,66 @@ def saddle_second(ctx: MPContext, V2: mpf, V3: mpf, V4: mpf, V5: mpf, V6: mpf) -
     )
 
 
+def manifold_term(ctx: MPContext, source: mpf, drift: mpf) -> mpf:
+    """h_1 from the weight, h_(k+1) from -h_k': the slow manifold's terms (endpoint-series)."""
+    return source/drift
+
+
+def endpoint_shares(ctx: MPContext, side: mpf, term: mpf) -> tuple[mpf, ...]:
+    """A start's coefficients of lam^-k from h_k, side = (-1)^k, to its right (endpoint-series)."""
+    return -side*term, -term
+
+
+def kink_change(ctx: MPContext, left: mpf, right: mpf) -> mpf:
+    """What stands for h_k at a kink (endpoint-series)."""
+    return right - left
+
+
+def fall_by_powers(ctx: MPContext, index: mpf, power: mpf, term: mpf) -> mpf:
+    """-h' of term t^(index - power), its coefficient (regular-part)."""
+    return term*(power - index)
+
+
+def finite_part(ctx: MPContext, power: mpf, term: mpf) -> mpf:
+    """Primitive of term t^-power, the coefficient of t^(1 - power) (regular-part)."""
+    return term/(1 - power)
+
+
+def bend_of_saddle(ctx: MPContext, j: mpf, term: mpf, slope: mpf) -> mpf:
+    """alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...) (saddle-recurrences)."""
+    return 2*term/(slope*(2 + j))
+
+
+def first_moment(ctx: MPContext) -> mpf:
+    """int e^(-s^2/2) ds (saddle-recurrences)."""
+    return ctx.sqrt(2*ctx.pi)
+
+
+def next_moment(ctx: MPContext, n: mpf, moment: mpf) -> mpf:
+    """int s^(2n + 2) e^(-s^2/2) ds from that of s^(2n) (saddle-recurrences)."""
+    return moment*(1 + 2*n)
+
+
+def time_of_doubles(
+    ctx: MPContext, behind: mpf, ahead: mpf, double_left: mpf, double_right: mpf, total: mpf
+) -> mpf:
+    """T/lam from the single and the double integrals over both sides (two-sides)."""
+    return (ahead*double_left + behind*double_right)/total
+
+
+def time_of_sides(
+    ctx: MPContext,
+    behind: mpf,
+    ahead: mpf,
+    nested_left: mpf,
+    nested_right: mpf,
+    total: mpf,
+    falling: mpf,
+) -> mpf:
+    """The same, the start's share of int e^(-lam V) apart (two-sides)."""
+    return (ahead*nested_left + behind*nested_right + ahead*behind*falling)/total
+
+
 def pair_norm(ctx: MPContext, even: mpf, odd: mpf, square: mpf) -> mpf:
     """The product of psi at both zeros of a pair (airy-form)."""
     return even**2 - square*odd**2

@@ -247,9 +247,11 @@ def _of_order(scene: Scene, name: str, mean: float, error: float, share: float) 
     """An answer of an expansion in eps."""
     error += 1e-8 * mean
     if not abs(share) <= _SMALL:
+        borne = scene.system.drag_time(scene.z, scene.eps)
         note = (
             f"z moves while the block sticks, and changes T by more than {_SMALL:g} of it: T is "
-            "not the time of release."
+            "not the time of release"
+            + (f"; the well bears it for about {borne:.4g}." if np.isfinite(borne) else ".")
         )
         return Release(mean, None, "none", None, None, name, (note,), scene)
     return Release(mean, error, "estimate", None, None, name, (), scene)

@@ -16,8 +16,6 @@ that it misses how late a block passes the fold, of order eps^(-1/3), and how re
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from symasym.base.errors import AccuracyError
@@ -26,22 +24,15 @@ from symasym.quantities import escape_time, exit_probability
 from symasym.release.march import Forward, Scene, mesh
 from symasym.release.slabs import Elements, radau
 
-__all__ = ["Expanded", "adiabatic", "expanded"]
+__all__ = ["adiabatic", "expanded"]
 
 _DEGREE = 8
 _STAGES = 8
 _MOST = 4000
 
 
-class Expanded(NamedTuple):
-    """T0 and eps T1 at the start."""
-
-    frozen: float
-    first: float
-
-
-def expanded(scene: Scene) -> Expanded:
-    """The time with z frozen, and the first correction to it."""
+def expanded(scene: Scene) -> tuple[float, float]:
+    """T0, with z frozen, and eps T1, the first correction to it, at the start."""
     system = scene.system
     elements = Elements(mesh(scene, scene.z, 1.0), _DEGREE)
     u, weights, lam = elements.u, elements.weights, 2.0 / scene.kappa**2
@@ -79,12 +70,10 @@ def expanded(scene: Scene) -> Expanded:
         )
         for complement in (True, False)
     )
-    least = np.where(u <= scene.u, before, before[place])
-    most = np.where(u <= scene.u, after[place], after)
-    log_green = np.minimum(np.log(lam) + total - height + least + most, 700.0)
-    green = np.where(inner, np.exp(log_green), 0.0)
-    first = float((weights * green * source).sum())
-    return Expanded(float(np.exp(unit)), scene.eps * first * float(np.exp(unit)))
+    ways = np.minimum(before, before[place]) + np.minimum(after, after[place])
+    green = np.where(inner, np.exp(np.minimum(np.log(lam) + total - height + ways, 700.0)), 0.0)
+    frozen_time = float(np.exp(unit))
+    return frozen_time, scene.eps * float((weights * green * source).sum()) * frozen_time
 
 
 def adiabatic(scene: Scene, least: float = 1e-12) -> Forward:

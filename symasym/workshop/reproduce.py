@@ -23,9 +23,8 @@ from typing import Any
 
 import derivations
 import symasym as sa
-from derivations.derive import derive
 from derivations.registry import closure, entries
-from derivations.report import names
+from derivations.report import derive, names
 from symasym.base import progress
 from symasym.base.errors import InputError
 from symasym.base.files import decimal_text, read_json, versions, write_bytes, write_json

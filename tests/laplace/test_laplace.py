@@ -390,5 +390,5 @@ def test_the_verbs_of_expansions(target: str) -> None:
     assert "O(" in bound.error
     want = bound.evaluate(37)
     assert float(code.integral(1 / 3, 37.0)) == pytest.approx(want, rel=1e-13)
-    assert float(bound.expression.subs("lam", 37).subs({s: 37 for s in bound.expression.free_symbols})
-                 ) == pytest.approx(want, rel=1e-13)  # fmt: skip
+    (lam,) = bound.expression.free_symbols
+    assert float(bound.expression.subs(lam, 37)) == pytest.approx(want, rel=1e-13)

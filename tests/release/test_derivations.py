@@ -9,7 +9,7 @@ import pytest
 
 import symasym as sa
 from derivations import registry
-from derivations.evidence_text import _without_noise
+from derivations.errata.evidence_text import _without_noise
 from symasym.derivation import mutants
 
 LABELS = ("release-time", "release-order", "release-adiabatic", "frozen-time", "fold-delay")

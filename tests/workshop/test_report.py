@@ -18,11 +18,9 @@ from symasym.commands.main import main
 from symasym.numbers import balls
 from symasym.workshop.problems import BY_NAME
 from symasym.workshop.report import growth, methods, pages, peers, stability, timing, write
-from symasym.workshop.report.cells import MOST, Cell
 from symasym.workshop.report.diagrams import heat_maps, work_precision
-from symasym.workshop.report.measure import Known, Point, known, point
-from symasym.workshop.report.methods import Outcome, Run
-from symasym.workshop.report.scenes import SCENES, chosen
+from symasym.workshop.report.measure import MOST, Cell, Known, Point, known, point
+from symasym.workshop.report.methods import SCENES, Outcome, Run, chosen
 from tests.benchmarks import __main__ as benchmarks
 
 PNG = b"\x89PNG\r\n"

@@ -82,11 +82,6 @@ function logTime(s, z0) {
   return emitted["eq:Ttildesmall"].log_weak_noise_time(s.kappa, s.r, s.mu, s.alpha, z0);
 }
 
-/** The natural logarithm of T; null where double precision does not tell it. */
-function logExact(s) {
-  return isFriction(s) ? logOf(s, "eq:Ttilde", "log_escape_time") : passage(s).logT;
-}
-
 /** The natural logarithm of T by the uniform formula of order 0; null where it has no value. */
 function logUniform(s, z0) {
   if (region(s.alpha, z0).name === "tangency") return null;
@@ -130,8 +125,8 @@ function numbers(sliders) {
     const { aMinus, aPlus, name } = regionOf(s.aminus, s.aplus);
     const none = { folds: null, wayToFold: null, step: null, smooth: null };
     const unknown = { logTime: null, logUniform: null, occupation: null, logOutside: null };
-    const { logT, logError, exit } = passage(s);
-    const found = { logExact: logT, logOwnError: logError, exit, points: zeros(s) };
+    const { logT, logError, exit, share } = passage(s);
+    const found = { logExact: logT, logOwnError: logError, exit, share, points: zeros(s) };
     return { kappa, r, time, region: name, aMinus, aPlus, ...none, ...unknown, ...found };
   }
   const found = region(s.alpha, s.z0);
@@ -154,7 +149,7 @@ function numbers(sliders) {
     // The emitted exact time has log T to 1e-12 of it, or to 1e-12 where that is small.
     logOwnError: logExact === null ? null : Math.log(1e-12 * Math.max(1, Math.abs(logExact))),
     logUniform: logUniform(s, s.z0),
-    exit: exitOf(s),
+    exit: logOf(s, "eq:C", "exit_probability"),
     occupation: slides ? emitted["eq:P"].occupation(s.kappa, s.mu, s.alpha, s.z0) : null,
     logOutside: slides ? emitted["eq:P"].log_complement(s.kappa, s.mu, s.alpha, s.z0) : null,
   };
@@ -170,20 +165,18 @@ function logOf(s, label, name) {
   }
 }
 
-/** C, the chance of leaving through -r. */
-function exitOf(s) {
-  return isFriction(s) ? logOf(s, "eq:C", "exit_probability") : passage(s).exit;
-}
 
 /** Zeros of phi in (-1, 1) of any drift, as `criticalPoints` has them: by signs and bisection. */
 function zeros(s) {
   const [phi, V] = [along("phi", s), along("V", s)];
   const u = even(-1, 1, 2001);
   const found = [];
-  for (let k = 1; k + 1 < u.length; k++) {
+  for (let k = 1; k < u.length; k++) {
     let [low, high] = [u[k - 1], u[k]];
     const rises = phi(high) > 0;
-    if (phi(low) > 0 === rises) continue;
+    // A zero at the layer's end is a tangency, and no well.
+    const atEnd = [low, high].some((x) => Math.abs(x) === 1 && phi(x) === 0);
+    if (atEnd || phi(low) > 0 === rises) continue;
     for (let turn = 0; turn < 60; turn++) {
       const middle = (low + high) / 2;
       if (phi(middle) > 0 === rises) high = middle;
@@ -383,8 +376,8 @@ function againstSpring(sliders) {
 }
 
 /**
- * log10 T, exact, against the axis: curves that grow by one point a step, so that the page can draw
- * between. Of friction against z0 at every third of the places of the formula: nothing jumps here.
+ * [x, log10 T, C], exact, against the axis: curves that grow by one point a step, so that the page
+ * can draw between. Of friction against z0 at every third of the places of the formula: nothing jumps here.
  */
 function* exactAgainstAxis(sliders, axis) {
   const spring = isFriction(sliders) && axis === "z0";
@@ -397,16 +390,18 @@ function* exactAgainstAxis(sliders, axis) {
     const curve = [];
     curves.push(curve);
     for (const [x, at] of stretch) {
-      const log = logExact(at);
-      if (log !== null) curve.push([x, log / Math.LN10]);
+      const known = isFriction(at)
+        ? { logT: logOf(at, "eq:Ttilde", "log_escape_time"), exit: null }
+        : passage(at);
+      if (known.logT !== null) curve.push([x, known.logT / Math.LN10, known.exit]);
       yield curves;
     }
   }
   return curves;
 }
 
-/** C against the axis: what there is to see where no well can be born. */
+/** C of the friction drift against the axis: what there is to see where no well can be born. */
 function exitAgainstAxis(sliders, axis) {
-  const curve = places(sliders, axis, 31).map(([x, s]) => [x, exitOf(s)]);
-  return [curve.filter(([, y]) => y !== null)].filter((one) => one.length > 1);
+  const exit = (s) => logOf(s, "eq:C", "exit_probability");
+  return [places(sliders, axis, 161).map(([x, s]) => [x, exit(s)]).filter(([, y]) => y !== null)];
 }

@@ -36,6 +36,13 @@ from symasym.asymptotics.weak_noise.series import (
     trimmed,
 )
 from symasym.drift.field.polynomial_scenes import Scenes, edges_of
+from symasym.generated.arithmetic_formulas import first_moment
+from symasym.generated.plain_formulas import (
+    bend_of_saddle,
+    endpoint_shares,
+    kink_change,
+    next_moment,
+)
 from symasym.numbers.arithmetic import FLOATS, Arithmetic, Number
 from symasym.numbers.polynomials import Zeros, poly, poly_slope, shifted
 from symasym.series.power_series import laurent, power
@@ -119,12 +126,12 @@ def formal_series(h: Series) -> tuple[Series, Series]:
     parts: sigma_{k+1} = sigma_k'/phi for the one, so that its coefficients are (-1)^(k+1) h_k,
     and -h_k for the other.
     """
-    row = _row(h)
-    rising = [c if k % 2 == 0 else -c for k, c in enumerate(row)]
-    return (
-        Series([Part(1.0, 0, rising)] if row else [], h.rounding),
-        Series([Part(1.0, 0, [-c for c in row])] if row else [], h.rounding),
+    shares = [endpoint_shares(1 if k % 2 else -1, c) for k, c in enumerate(_row(h))]
+    rising, falling = (
+        Series([Part(1.0, 0, list(row))] if row else [], h.rounding)
+        for row in (zip(*shares, strict=True) if shares else ((), ()))
     )
+    return rising, falling
 
 
 def _row(series: Series) -> list[Numbers]:
@@ -149,7 +156,7 @@ def add_edge(
     first, second = _row(left), [] if right is None else _row(right)
     width = max(len(first), len(second))
     first, second = (row + [0.0] * (width - len(row)) for row in (first, second))
-    change = trimmed([y - x for x, y in zip(first, second, strict=True)])
+    change = trimmed([kink_change(x, y) for x, y in zip(first, second, strict=True)])
     # phi goes on without a jump, so that the first terms of both sides cancel, exactly.
     if right is not None and change:
         change[0] = 0.0
@@ -182,7 +189,8 @@ def arc_coefficients(taylor: list[Any], count: int, step: int, one: Number) -> l
     (`symasym.asymptotics.laplace.watson`), with V - V(z) = -phi'(z) t²/2 (1 + alpha_1 t + ...).
     """
     slope = taylor[1]
-    alpha = [1, *(2 * c / ((j + 2) * slope) for j, c in enumerate(taylor[2 : count + 1], start=1))]
+    bends = enumerate(taylor[2 : count + 1], start=1)
+    alpha = [1, *(bend_of_saddle(j, c, slope) for j, c in bends)]
     front = abs(slope) ** -0.5
     square, arc = front**2, []
     for i in range(0, count, step):
@@ -368,10 +376,10 @@ class Builder:
 
         (Watson's lemma for the even coefficients, DLMF 2.4(iv).)
         """
-        terms, moment = [], (2 * self.arithmetic.pi) ** 0.5
+        terms, moment = [], first_moment(self.arithmetic)
         for n, a in enumerate(arc):
             terms.append(a * moment)
-            moment *= 2 * n + 1
+            moment = next_moment(n, moment)
         known = majorants(taylor, self.count, self.arithmetic)
         return Series([Part(0.5, 0, trimmed(terms))], rounding, majorants=known)
 

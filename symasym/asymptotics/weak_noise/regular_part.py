@@ -23,6 +23,7 @@ from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.patience import step
 from symasym.drift.field.taylor_field import ExactField, to_fraction
+from symasym.generated.plain_formulas import finite_part
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.polynomials import refined, shifted
 from symasym.series.power_series import laurent, product, reciprocal
@@ -118,7 +119,7 @@ def pole_primitive(series: list[Any], k: int, t: Number, log: Number) -> Any:
     inverse = 1 / t
     total: Any = 0.0
     for j in range(2 * k + 1, 1, -1):
-        total = (total + series[2 * k + 1 - j] / (1 - j)) * inverse
+        total = (total + finite_part(j, series[2 * k + 1 - j])) * inverse
     return total + series[2 * k] * log
 
 
@@ -128,7 +129,7 @@ def primitive(t: Number, j: int, context: MPContext) -> Any:
         return context.zero
     if j == 1:
         return context.log(abs(t)) if isinstance(t, context.mpf) else context.log(t)
-    return t ** (1 - j) / (1 - j)
+    return finite_part(j, t ** (1 - j))
 
 
 def least_square(context: MPContext) -> Any:

@@ -5,12 +5,10 @@ One start at 0, in doubles. The zeros, and which of them are taken together, are
 `symasym.asymptotics.uniform.order_zero_forms`: the library runs both texts. Here they are put
 together: a side is gone through from the start on, with S = int e^{lam V}, W = int e^{-lam V} and
 the double integral D so far, of which each well, barrier, pair and end changes what it must.
-`symasym.emit.uniform_time` writes all these functions, and those of `airy`, into a file, as they
-are or, through `symasym.emit.kernels.transcribe`, in another language. So they hold floats, whole
-numbers and lists of fixed length only, and what stands under `_PAIRS` is left out where a drift
-has no pair of zeros.
-
-A drift is c[0] + c[1] u + ... + c[n - 1] u^(n - 1).
+`symasym.emit.targets.language` writes all these functions, and those of `airy`, into a file, as
+they are or, through `symasym.emit.kernels.transcribe`, in another language. So they hold floats,
+whole numbers and lists of fixed length only, and what stands under `_PAIRS` is left out where a
+drift has no pair of zeros. A drift is c[0] + c[1] u + ... + c[n - 1] u^(n - 1).
 """
 
 from __future__ import annotations

@@ -11,10 +11,8 @@ from pathlib import Path
 from symasym.base import progress
 from symasym.workshop.report import growth
 from symasym.workshop.report.measure import Point, known, point
-from symasym.workshop.report.methods import missing, others, ours
-from symasym.workshop.report.pages import page
-from symasym.workshop.report.publish import publish
-from symasym.workshop.report.scenes import chosen, described
+from symasym.workshop.report.methods import chosen, described, missing, others, ours
+from symasym.workshop.report.pages import page, publish
 from symasym.workshop.report.timing import load, measured_on
 
 #: Seconds after which a method is stopped.

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from derivations.errata import table
+from derivations.errata.entries import table
 from derivations.labels import NUMBERS, numbered
 from symasym.base.files import write_bytes
 
@@ -123,7 +123,7 @@ def _evidence(row: dict[str, Any]) -> str:
 
 
 def markdown() -> str:
-    """The page ``docs/errata.md``; written by ``python -m derivations.errata_page``."""
+    """The page ``docs/errata.md``; written by ``python -m derivations.errata.page``."""
     lines = [
         "# Errata of the paper",
         "",
@@ -152,7 +152,7 @@ def markdown() -> str:
         "inputs beside it. *True* comes from the definition (a boundary-value problem by",
         "differences, a count, a simulation) or from an exact integral that print and derivation",
         "both approximate; it is never the formula that is judged. Written by",
-        "`python -m derivations.errata_page`.",
+        "`python -m derivations.errata.page`.",
         "",
     ]
     for number, row in enumerate(table(), 1):
@@ -185,7 +185,7 @@ def markdown() -> str:
 
 def main() -> None:
     """Write ``docs/errata.md``."""
-    path = Path(__file__).parent.parent / "docs" / "errata.md"
+    path = Path(__file__).parents[2] / "docs" / "errata.md"
     write_bytes(path, markdown().encode())
     print(f"wrote {path}")
 

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from derivations import evidence, evidence_text
-from derivations.evidence import Evidence
+from derivations.errata import evidence, evidence_text
+from derivations.errata.evidence import Evidence
 
 KINDS = ("wrong", "misprint", "not sharp", "wording")
 

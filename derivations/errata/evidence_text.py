@@ -1,4 +1,4 @@
-"""Numbers behind the errata of running text, captions and lists (see `derivations.evidence`)."""
+"""Numbers behind the errata of running text, captions and lists (see `evidence` beside it)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 
 import symasym as sa
-from derivations.evidence import Evidence, escape, friction, well_term
+from derivations.errata.evidence import Evidence, escape, friction, well_term
 from derivations.numerics import (
     Scene,
     boundary_value,
@@ -169,7 +169,7 @@ def breakaway_position() -> Evidence:
 
 def second_piece_order() -> Evidence:
     """Measured power of kappa in the second piece, strong noise."""
-    from derivations.section6_crossing import strong_pieces
+    from derivations.sections.section6_crossing import strong_pieces
 
     with own_context(40) as ctx:
         small, large = (strong_pieces(ctx.mpf(k), ctx)[1] for k in ("1e3", "1e4"))

@@ -1,9 +1,10 @@
-"""The weak-noise expansion of T for one drift, as code.
+"""The escape time of one drift by its expansions, as code: weak noise, and uniform to order 0.
 
-Places, their coefficients and their composition are those of
+In weak noise the critical points, their coefficients and their composition are those of
 `symasym.asymptotics.weak_noise.compose`: it is run with a symbol for lam and another for every
 series, and exponentials kept apart by their heights. What is emitted is log(N/D), the largest
-exponential of both taken out.
+exponential of both taken out. The uniform formula of polynomial drifts is that of
+`symasym.emit.kernels.uniform` and what it calls, for one scene at a time, in doubles.
 """
 
 from __future__ import annotations
@@ -16,12 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy
 
-from symasym.asymptotics.weak_noise.compose import (
-    Composed,
-    Sides,
-    mean_time,
-    side_of,
-)
+from symasym.asymptotics.weak_noise.compose import Composed, Sides, mean_time, side_of
 from symasym.asymptotics.weak_noise.critical_points import both_sides
 from symasym.asymptotics.weak_noise.evaluation import Found, time_with_digits, unresolved
 from symasym.asymptotics.weak_noise.one_sided import OneSided
@@ -29,8 +25,9 @@ from symasym.asymptotics.weak_noise.series import Point, added
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.drift import Drift
+from symasym.drift.field.scenes import read_order
 from symasym.drift.field.taylor_field import ExactField
-from symasym.emit.program import Program, by_logarithm
+from symasym.emit.program import FirstPassage, Function, Program, by_logarithm
 from symasym.emit.source import rendered
 from symasym.emit.symbolic_sums import (
     BEYOND_1,
@@ -44,11 +41,15 @@ from symasym.emit.symbolic_sums import (
     X,
     number_of,
 )
+from symasym.methods.table import WEAK_NOISE_ORDERS
 from symasym.numbers.arithmetic import Digits
 from symasym.records import Record
 
 if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
+
+__all__ = ["uniform_time", "weak_noise_time"]
+
 
 # Digits that are right in what the coefficients make up.
 _RIGHT = 32
@@ -56,10 +57,13 @@ _RIGHT = 32
 FAINT = 150
 
 
-def program(
-    what: Record, drift: Drift, order: int, r: Fraction | None, kappa: float | None
+def weak_noise_time(
+    what: Record, drift: Drift, order: int | str | None, r: Fraction | None, kappa: float | None
 ) -> Program:
-    """T from 0 to order `order`; for one r, or for all r > 1 where it is None."""
+    """T from 0 to order `order`, 2 if None; for one r, or for all r > 1 where it is None."""
+    if order == "optimal":
+        raise InputError("order is 'optimal', which depends on kappa; give a number.")
+    order = read_order(order, *WEAK_NOISE_ORDERS)
     if drift.free:
         raise InputError(
             f"the zeros of {drift!r} have no closed form in {', '.join(drift.free)}; bind them."
@@ -114,16 +118,6 @@ def _program(
         left_out=tuple(left_out), digits=_RIGHT,
         note="the expansion in weak noise, of T with all that is exponentially small",
     )  # fmt: skip
-
-
-def read_order(order: int | str | None) -> int:
-    """`order`, 2 where it is None."""
-    from symasym.drift.field.scenes import read_order as read
-    from symasym.methods.table import WEAK_NOISE_ORDERS
-
-    if order == "optimal":
-        raise InputError("order is 'optimal', which depends on kappa; give a number.")
-    return read(order, *WEAK_NOISE_ORDERS)
 
 
 # -- where it holds ------------------------------------------------------------------------------
@@ -248,4 +242,59 @@ def _composed(halves: tuple[OneSided, OneSided], names: Names, r: Fraction | Non
     return ratio
 
 
-__all__ = ["program", "read_order"]
+# -- uniform, to order 0 -------------------------------------------------------------------------
+
+_U = sympy.Symbol("u", real=True)
+# As many as the emitted functions have room for.
+_MOST_DEGREE = 12
+ERROR = (
+    "none is stated: the relative error is of order kappa^2, and of order 1 where the noise is "
+    "strong; sa.escape_time with full=True estimates it. The formula itself is evaluated to 1e-13 "
+    "of log T, or of 1 where that is larger; to fewer digits, nine at least, where zeros nearly "
+    "coincide that are not taken together"
+)
+OUTSIDE = (
+    "kappa or r is out of range, or the start or r is at a zero of the drift, or a barrier lies "
+    "uphill from the start"
+)
+_ABSENT = {
+    2: "pairs of zeros and Airy functions, as A has no two zeros",
+    4: "a search for complex zeros, as A has no more than two",
+}
+
+
+def uniform_time(what: Record, drift: Drift) -> Program:
+    """T from 0, uniform in what may meet, to order 0."""
+    A = sympy.sympify(drift.expression())
+    if not A.is_polynomial(_U):
+        raise InputError(
+            f"{drift!r} is no polynomial in u, and its zeros have no closed form; emit the exact "
+            "time, or call sa.escape_time with method='uniform'."
+        )
+    powers = tuple(sympy.Poly(A, _U).all_coeffs()[::-1])
+    if len(powers) > _MOST_DEGREE + 1:
+        raise InputError(
+            f"{drift!r} has degree {len(powers) - 1}; the uniform time is emitted up to "
+            f"{_MOST_DEGREE}. Emit the exact time."
+        )
+    phi = drift.phi()
+    ends = tuple(sympy.expand(A.subs(_U, end)) for end in (-1, 1))
+    if isinstance(phi, sympy.Piecewise) and (
+        sympy.expand(phi.args[0][0] - ends[0]) != 0 or sympy.expand(phi.args[-1][0] - ends[1]) != 0
+    ):
+        raise InputError(f"{drift!r} jumps at an end of the layer; emit the exact time.")
+    function = Function(
+        "uniform_time",
+        "T from 0 to |u| = r (eq:Ttilde), to order 0, uniform through folds and the layer's ends.",
+        ("kappa", "r", *drift.free),
+        (),
+        outside=OUTSIDE,
+        first_passage=FirstPassage(A, ends, sympy.S.Zero, coefficients=powers, uniform=True),
+    )
+    left = tuple(why for degree, why in _ABSENT.items() if len(powers) <= degree)
+    return Program(
+        what.label, what.title, (function,), ERROR,
+        "T is taken to leading order in weak noise, with pairs of zeros by Airy functions and a "
+        "barrier before an end of the layer by the error function and Dawson's integral",
+        what.assumptions, what.latex(), left_out=left,
+    )  # fmt: skip

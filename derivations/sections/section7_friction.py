@@ -10,7 +10,7 @@ from sympy import Symbol
 from derivations.labels import DEFINITIONS
 from derivations.paper import alpha, kappa_physical, mu, phi, u, z0
 from derivations.registry import derives
-from derivations.section4_reduction import REGIONS
+from derivations.sections.section4_reduction import REGIONS
 from symasym.derivation import Bound, Definition, Identity, Inequality, Satisfies
 
 y, z = Symbol("y", real=True), Symbol("z", real=True)

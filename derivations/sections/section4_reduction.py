@@ -11,7 +11,7 @@ from sympy import Function, Symbol
 
 from derivations.paper import eps, kappa, kappa_physical, phi, t, u, x
 from derivations.registry import derives
-from derivations.section2_systems import smoothed, z
+from derivations.sections.section2_systems import smoothed, z
 from symasym.derivation import Expansion, Identity, Outcome, Satisfies
 
 _k = kappa_physical

@@ -9,7 +9,7 @@ from sympy import Symbol
 
 from derivations.paper import a_plus, alpha, eps, kappa, kappa_physical, mu, u, u1, u2, z0
 from derivations.registry import derives
-from derivations.section7_friction import BETA, PEAK, shifted
+from derivations.sections.section7_friction import BETA, PEAK, shifted
 from symasym.derivation import Identity, Inequality, Satisfies
 
 ANGLE = Symbol("omega", positive=True)

@@ -139,8 +139,7 @@ def first_order(d: Any) -> None:
         Function("T_1")(x),
         found,
         "O(eps^2) in T",
-        note="T = T_0 + eps T_1; s(v) = g dT_0/dz + u (dphi/dy) dT_0/du, S' = e^(lam V), "
-        "S(-r) = 0",
+        note="T = T_0 + eps T_1; s(v) = g dT_0/dz + u (dphi/dy) dT_0/du, S' = e^(lam V), S(-r) = 0",
     )
 
 
@@ -182,9 +181,7 @@ def adiabatic(d: Any) -> None:
     )
 
 
-@derives(
-    "frozen-time", "Where T, with z frozen, is the time of release", ("release-adiabatic",)
-)
+@derives("frozen-time", "Where T, with z frozen, is the time of release", ("release-adiabatic",))
 def frozen(d: Any) -> None:
     """The first order of the adiabatic law in eps: T, less the share that z takes off."""
     T0, slope = sympy.symbols("T_0 T0_z", positive=True)
@@ -234,7 +231,8 @@ def frozen(d: Any) -> None:
 @derives("fold-delay", "How late a block without noise passes the fold")
 def fold_delay(d: Any) -> None:
     w, s, a, b = sympy.symbols("w s a b", positive=True)
-    d.suppose("near the fold: u = w + u+, curvature and speed of z scaled to 1")
+    d.suppose("w is the distance of u from where well and barrier meet, and small")
+    d.suppose("curvature and speed of z are 1, by the units of u and z")
     found = d.step(
         "scales",
         "scale",
