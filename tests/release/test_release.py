@@ -67,8 +67,10 @@ def test_march_against_a_hundred_thousand_paths(scene):
     system = sa.oscillator(mu=mu, alpha=1)
     # The bias is of order h: two steps give it away.
     h = min(0.01, 0.0005 * (r / kappa) ** 2)
-    fine = simulate(system, kappa, r, eps, start, 100_000, h / 2, 5)
-    rough = simulate(system, kappa, r, eps, start, 100_000, h, 6)
+    # Seeds of each scene's own: with common ones all scenes err to the same side.
+    seed = 100 * SCENES.index(scene)
+    fine = simulate(system, kappa, r, eps, start, 100_000, h / 2, seed)
+    rough = simulate(system, kappa, r, eps, start, 100_000, h, seed + 1)
     mean = 2 * fine.time.mean() - rough.time.mean()
     error = np.hypot(2 * fine.time.std(), rough.time.std()) / np.sqrt(100_000)
     assert abs(answer.mean - mean) < 3 * error + answer.error
