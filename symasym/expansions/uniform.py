@@ -29,9 +29,7 @@ from symasym.asymptotics.uniform.order_zero_forms import (
     AiryForm,
     Truncated,
     TruncatedIntegral,
-    _canonical,
     _faded,
-    _over_end,
     regular_share,
 )
 from symasym.asymptotics.weak_noise.one_sided import Builder, CriticalPoint, Joint
@@ -41,6 +39,7 @@ from symasym.drift.drift import Drift
 from symasym.emit.symbolic_sums import BEYOND_1, LAM, Sum, Symbolic
 from symasym.expansions.builder import Symbols, U
 from symasym.expansions.cases import Case
+from symasym.generated.arithmetic_formulas import canonical, over_end, pair_norm
 from symasym.numbers.polynomials import poly
 from symasym.series.quadratic_factor import Pair, seen_from
 from symasym.special.airy import AiryProducts
@@ -127,7 +126,7 @@ class Coalescing(Symbols, OrderZero):
     """Both one-sided expansions of a case with one pair, to order 0, in symbols."""
 
     taken = Symbols.taken | {
-        *("D", "Da", "P", "Z", "area", "k", "m", "p", "q", "rest"),
+        *("D", "Da", "P", "Z", "area", "k", "m", "n", "p", "q", "rest"),
         *("rho", "sigma", "t", "w", "xi", "zeta"),
     }
 
@@ -206,8 +205,9 @@ class Coalescing(Symbols, OrderZero):
         )
         root = c.cbrt(mean)
         self.values[_ZETA] = square * root**2
-        self.values[_P], q = _canonical(c, sign, 1 / root, even, odd, square)
-        self.values[_Q] = self.values[_P] * q / _P
+        norm = Symbol("n", positive=True)
+        self.values[norm] = pair_norm(c, even, odd, square)
+        self.values[_P], self.values[_Q] = canonical(c, 1 / root, even, sign * odd, norm)
         self.values[_Z] = _ZETA * LAM ** Rational(2, 3)
         self.tex |= {_ZETA: r"\zeta", _BAR: r"\bar V"}
         # The mean of V over both zeros, a polynomial in D.
@@ -269,7 +269,7 @@ class Coalescing(Symbols, OrderZero):
             named = _gaussians(c, LAM, *functions)
             self.values |= dict(zip((sigma, dawson, area), named, strict=True))
             self.tex |= {x: r"\xi", sigma: r"\sigma", dawson: r"\mathcal{D}", area: r"\Lambda"}
-        rising, falling, both = _over_end(c, LAM, e.t, e.peak, e.rest, sigma, dawson, area)
+        rising, falling, both = over_end(c, LAM, e.t, e.peak, e.rest, sigma, dawson, area)
         length = BEYOND_1
         straight, beyond = quotients(-LAM * e.slope * length, c)
         straight, beyond = length * straight, length**2 * beyond
