@@ -220,9 +220,10 @@ EMITTED = (
         plain=True,
     ),
     Emitted(
-        "time_of_sides",
+        "on_the_right",
         "two-sides",
-        "The same, the start's share of int e^(-lam V) apart.",
+        "The double integral on the right with the start's share of both sides.",
+        "on the right alone",
         plain=True,
     ),
     Emitted(

@@ -259,6 +259,7 @@ _SECTIONS = {
     "5": "Stationary density and escape time",
     "6": "Strong and weak noise",
     "7": "The friction oscillator",
+    "8": "Beyond the paper: the whole system",
 }
 
 # Symbol, meaning, how the paper writes it.

@@ -169,8 +169,8 @@ def regular_part(d: Any) -> None:
     d.conclude(
         (Symbol("h_next"), Symbol("H")),
         (fall, primitive),
-        note="coefficients of powers of t: h_next in -h', from term in h, whose power is index less "
-        "the order of the pole, power; H in the primitive of a term with a pole of order power",
+        note="coefficients of powers of t: h_next in -h', from term in h, whose power is index "
+        "less the order of the pole, power; H in the primitive of a term with a pole of that order",
     )
 
 
@@ -229,8 +229,8 @@ def saddle_recurrences(d: Any) -> None:
         (bend, start, following),
         "exact",
         note="beside its zero phi has the coefficients slope and term, this one of the power j + 1 "
-        "of t, and V is a parabola times a series, whose coefficient of t^j comes first; moment and "
-        "m_next are the moments n and n + 1 of even powers in exp(-s^2/2)",
+        "of t, and V is a parabola times a series, whose coefficient of t^j comes first; moment "
+        "and m_next are the moments n and n + 1 of even powers in exp(-s^2/2)",
     )
 
 
@@ -300,21 +300,26 @@ def two_sides(d: Any) -> None:
         "T over lam: sigma and w of positive-form by their integrals, s(0) = 1; double are the "
         "double integrals of either side",
     )
+    whole = {double[0]: nested[0] + own[0] * behind, double[1]: nested[1] + own[1] * ahead}
+    moved = d.step(
+        "on the right alone",
+        "split",
+        nested[1] + ahead * falling,
+        Satisfies(
+            lambda found: {
+                "T": apart.subs({double[0]: nested[0], double[1]: found})
+                .subs(falling, own[0] + own[1])
+                .subs(total, behind + ahead)
+                - apart.subs(whole).subs(total, behind + ahead)
+            }
+        ),
+        "with the start's shares of int e^(-lam V) on both sides, T has their sum",
+    )
     together = d.step(
         "the start's share",
         "substitute",
-        (behind * nested[1] + ahead * nested[0] + ahead * behind * falling) / total,
-        Satisfies(
-            lambda found: {
-                "T": found.subs(falling, own[0] + own[1])
-                - apart.subs(
-                    {
-                        double[0]: nested[0] + own[0] * behind,
-                        double[1]: nested[1] + own[1] * ahead,
-                    }
-                )
-            }
-        ),
+        (behind * (nested[1] + ahead * falling) + ahead * nested[0]) / total,
+        Identity(lambda: apart.subs({double[0]: nested[0], double[1]: moved})),
     )
     d.conclude(
         Symbol("T") / lam,

@@ -61,7 +61,7 @@ def marched(d: Any) -> None:
         "take limit",
         -2 * T,
         Identity(lambda: -sympy.diff((T + kernel) ** 2, kernel).subs(kernel, 0)),
-        "(s + time left)^2 has grown by 2 s T + ...: L M = -2 T",
+        "the square of s + time left has grown by 2 s T + ...: L M = -2 T",
     )
     found = d.step(
         "variance",

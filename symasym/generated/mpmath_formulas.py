@@ -225,17 +225,9 @@ def time_of_doubles(
     return (ahead*double_left + behind*double_right)/total
 
 
-def time_of_sides(
-    ctx: MPContext,
-    behind: mpf,
-    ahead: mpf,
-    nested_left: mpf,
-    nested_right: mpf,
-    total: mpf,
-    falling: mpf,
-) -> mpf:
-    """The same, the start's share of int e^(-lam V) apart (two-sides)."""
-    return (ahead*nested_left + behind*nested_right + ahead*behind*falling)/total
+def on_the_right(ctx: MPContext, ahead: mpf, nested_right: mpf, falling: mpf) -> mpf:
+    """The double integral on the right with the start's share of both sides (two-sides)."""
+    return nested_right + ahead*falling
 
 
 def pair_norm(ctx: MPContext, even: mpf, odd: mpf, square: mpf) -> mpf:

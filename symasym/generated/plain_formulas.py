@@ -143,16 +143,9 @@ def time_of_doubles(
     return (ahead*double_left + behind*double_right)/total
 
 
-def time_of_sides(
-    behind: Ratios,
-    ahead: Ratios,
-    nested_left: Ratios,
-    nested_right: Ratios,
-    total: Ratios,
-    falling: Ratios,
-) -> Any:
-    """The same, the start's share of int e^(-lam V) apart (two-sides)."""
-    return (ahead*nested_left + behind*nested_right + ahead*behind*falling)/total
+def on_the_right(ahead: Ratios, nested_right: Ratios, falling: Ratios) -> Any:
+    """The double integral on the right with the start's share of both sides (two-sides)."""
+    return nested_right + ahead*falling
 
 
 def friction_coefficients(mu: Field, alpha: Field, z0: Field) -> Any:

@@ -175,11 +175,13 @@ def laurent(
     # Divided by phi, which is short where it is a polynomial, not times 1/phi.
     psi = phi[1:] if zero else phi
     count_of = len(psi) if weight is None else min(len(weight), len(psi))
-    drift = _Cut(psi, len(psi))
-    last = manifold_term(_Cut([1] if weight is None else weight, count_of), drift)
+    drift: Any = _Cut(psi, len(psi))
+    source: Any = _Cut([1] if weight is None else weight, count_of)
+    last = manifold_term(source, drift)
     yield last
     for k in range(1, count):
         pole = 2 * k - 1 if zero else 0
         fall = [fall_by_powers(j, pole, c) for j, c in enumerate(last)][0 if zero else 1 :]
-        last = manifold_term(_Cut(fall, len(fall)), drift)
+        source = _Cut(fall, len(fall))
+        last = manifold_term(source, drift)
         yield last

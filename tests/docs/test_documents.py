@@ -60,14 +60,8 @@ def test_a_formula_in_plain_characters_is_seen() -> None:
     assert not _PLAIN.search(_prose("It is $O(\\kappa)$, or `kappa=1`, 3 ± 1."))
 
 
-def test_the_paper_is_about_what_is_here() -> None:
-    from derivations.registry import entries
-    from symasym.formula import formula
-
+def test_the_paper_cites_what_is_listed() -> None:
     text = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
-    cited = set(re.findall(r"@(\w+)", text))
     listed = (ROOT / "docs" / "paper.bib").read_text(encoding="utf-8")
-    assert cited == set(re.findall(r"@\w+\{(\w+),", listed))
-    steps = sum(len(formula(label).trace) for label in entries())
-    assert f"The {len(entries())} results" in text
-    assert f"take {steps} checked steps" in text
+    cited = set(re.findall(r"@(\w+)", text))
+    assert cited == set(re.findall(r"@\w+\{(\w+),", listed)) != set()

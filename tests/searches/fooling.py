@@ -104,6 +104,10 @@ def _ratio(drift: sa.Drift, kappa: float, quantity: str, order: int) -> float | 
     return float(wrong / claimed.error[0])
 
 
+def _median(ratios: FloatArray) -> float:
+    return float(np.median(ratios)) if len(ratios) else 0.0
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Print how far the claims of some thousand drifts were wrong."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -118,7 +122,8 @@ def main(arguments: list[str] | None = None) -> int:
             worst = max(worst, most)
             print(
                 f"{quantity}, order {order}: {len(result.ratios)} of {result.asked} answered, "
-                f"largest true over claimed error {most:.3g}, "
+                f"true over claimed error: median {_median(result.ratios):.3g}, "
+                f"largest {most:.3g}, "
                 f"{(result.ratios > 1).sum()} above 1, {(result.ratios > 2).sum()} above 2"
             )
     return int(worst > 2)

@@ -41,7 +41,7 @@ from symasym.asymptotics.weak_noise.series import (
     plus,
     terms,
 )
-from symasym.generated.plain_formulas import time_of_doubles, time_of_sides
+from symasym.generated.plain_formulas import on_the_right, time_of_doubles
 
 #: Rounding of lam, of a product with it, and of an exponential.
 ULP = 1.2e-15
@@ -321,10 +321,11 @@ def mean_time(sides: Sides) -> Any:
     left, right = sides.left, sides.right
     behind, ahead = sides.shares
     if sides.corner:
-        return time_of_sides(behind, ahead, left.nested, right.nested, sides.total, sides.falling)
+        together = on_the_right(ahead, right.nested, sides.falling)
+        return time_of_doubles(behind, ahead, left.nested, together, sides.total)
     # At a barrier the regular part has the products of the start's own shares.
-    double = [side.nested + side.falling * side.scale for side in (left, right)]
-    return time_of_doubles(behind, ahead, *double, sides.total)
+    below, above = (side.nested + side.falling * side.scale for side in (left, right))
+    return time_of_doubles(behind, ahead, below, above, sides.total)
 
 
 class Composed:
