@@ -126,7 +126,7 @@ class Coalescing(Symbols, OrderZero):
     """Both one-sided expansions of a case with one pair, to order 0, in symbols."""
 
     taken = Symbols.taken | {
-        *("D", "Da", "P", "Z", "area", "k", "m", "p", "q", "rest"),
+        *("D", "Da", "P", "Z", "area", "k", "m", "n", "p", "q", "rest"),
         *("rho", "sigma", "t", "w", "xi", "zeta"),
     }
 
@@ -205,10 +205,9 @@ class Coalescing(Symbols, OrderZero):
         )
         root = c.cbrt(mean)
         self.values[_ZETA] = square * root**2
-        norm = pair_norm(c, even, odd, square)
-        self.values[_P], _ = canonical(c, 1 / root, even, sign * odd, norm)
-        # Their product has no root.
-        self.values[_Q] = -sign * odd / (2 * norm * _P)
+        norm = Symbol("n", positive=True)
+        self.values[norm] = pair_norm(c, even, odd, square)
+        self.values[_P], self.values[_Q] = canonical(c, 1 / root, even, sign * odd, norm)
         self.values[_Z] = _ZETA * LAM ** Rational(2, 3)
         self.tex |= {_ZETA: r"\zeta", _BAR: r"\bar V"}
         # The mean of V over both zeros, a polynomial in D.

@@ -117,9 +117,7 @@ def section() -> str:
     ]
     for row in measured():
         error = "" if row.error is None else f"{row.error:.1e}"
-        lines.append(
-            f"| {row.integral} | {row.tool} | {row.seconds:.2g} | {error} | {row.claim} |"
-        )
+        lines.append(f"| {row.integral} | {row.tool} | {row.seconds:.2g} | {error} | {row.claim} |")
     peer = installed()
     lines += ["", f"`asymptotic` {peer}." if peer else
               "`asymptotic` is not installed (`pip install asymptotic`), so that ours stand alone.",
