@@ -81,9 +81,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     return Answers(logs, errors, "estimate", (request.name,))
 
 
-def float_logs(
-    scenes: Scenes, name: str, directions: Directions | None = None
-) -> tuple[Any, Any]:
+def float_logs(scenes: Scenes, name: str, directions: Directions | None = None) -> tuple[Any, Any]:
     """Logarithms in float64 and their errors, however large these are; dual arrays where
     `directions` are given."""
     from symasym.drift.field.float_field import field_of

@@ -111,7 +111,7 @@ def same(problem: Problem, order: int) -> bool:
             partial(sa.escape_time, drift, start=start, method="laplace", order=order),
         ):
             try:
-                results.append(call(**options))
+                results.append(call(kappa, problem.r, **options))
             except sa.SymasymError as error:
                 results.append(str(error))
         assert np.array_equal(*results, equal_nan=not isinstance(results[0], str)), problem

@@ -222,9 +222,7 @@ def _analysed(
 ) -> _Series:
     """For any lam up to this one, to `order` and what tells its error."""
     context, (sides, truncations) = _sides(drift, r, x, order, working_digits(digits, lam, r))
-    folds = [
-        sign * float(f.point) for sign, s in zip((-1, 1), sides, strict=True) for f in s.folds
-    ]
+    folds = [sign * float(f.point) for sign, s in zip((-1, 1), sides, strict=True) for f in s.folds]
     require_resolved(drift, lam, folds)
     return _Series(context, sides, truncations, mpf_of(r, context), local)
 
