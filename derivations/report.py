@@ -253,12 +253,13 @@ def derive(
 
 
 _SECTIONS = {
-    "2": "The systems",
-    "3": "The results in physical units",
-    "4": "Reduction to one dimension",
-    "5": "Stationary density and escape time",
-    "6": "Strong and weak noise",
-    "7": "The friction oscillator",
+    "2": "Section 2: The systems",
+    "3": "Section 3: The results in physical units",
+    "4": "Section 4: Reduction to one dimension",
+    "5": "Section 5: Stationary density and escape time",
+    "6": "Section 6: Strong and weak noise",
+    "7": "Section 7: The friction oscillator",
+    "8": "Beyond the paper: the whole system",
 }
 
 # Symbol, meaning, how the paper writes it.
@@ -312,7 +313,7 @@ def sheet() -> str:
         number = entry.module.removeprefix("derivations.sections.section")[0]
         if number != section:
             section = number
-            lines += ["", f"\\section*{{Section {number}: {_SECTIONS[number]}}}"]
+            lines += ["", f"\\section*{{{_SECTIONS[number]}}}"]
         lines += ["", *_entry(formula(label))]
     return "\n".join([*lines, "\\end{document}", ""])
 

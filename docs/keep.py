@@ -2,7 +2,7 @@
 
 Copies its points, and the stability report's where the folder has one, draws their diagrams,
 writes their pages, and puts a table into docs/choose.md. Without a folder, makes all that anew from
-the points that are kept. With ``--picture`` draws docs/images/expansions.png, which takes a minute.
+the points that are kept. With ``--picture`` draws three pictures of expansions, in a minute.
 """
 
 from __future__ import annotations
@@ -47,10 +47,15 @@ def main(arguments: list[str] | None = None) -> int:
         write_bytes(DOCS / name, encode(figure, "svg"))
     if args.picture:
         sys.path.insert(0, str(DOCS))
-        from website import expansions
+        from website import expansions, singulants
 
-        picture = encode(expansions.draw(50), "png")
-        write_bytes(DOCS / "images" / "expansions.png", picture)
+        pictures = {
+            "expansions": expansions.draw(50),
+            "singulants": singulants.draw(),
+            "orders": singulants.draw_orders(16),
+        }
+        for name, picture in pictures.items():
+            write_bytes(DOCS / "images" / f"{name}.png", encode(picture, "png"))
     return 0
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from numbers import Rational
-from typing import TYPE_CHECKING, Concatenate, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from symasym.base.patience import step
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 _local = threading.local()
 
-_P = ParamSpec("_P")
 _R = TypeVar("_R")
 _KEPT = 32
 
@@ -45,7 +44,7 @@ def own_context(dps: int) -> Iterator[MPContext]:
         stack.append(context)
 
 
-def kept(analysis: Callable[Concatenate[MPContext, _P], _R]) -> Callable[_P, tuple[MPContext, _R]]:
+def kept(analysis: Callable[..., _R]) -> Callable[..., tuple[MPContext, _R]]:
     """`analysis` of hashable arguments, worked out once for equal ones; its context comes with it.
 
     Numbers carry their context, so that each of the last `_KEPT` analyses has one of its own, whose
@@ -53,15 +52,15 @@ def kept(analysis: Callable[Concatenate[MPContext, _P], _R]) -> Callable[_P, tup
     """
 
     @lru_cache(maxsize=_KEPT)
-    def known(thread: int, *args: _P.args, **kwargs: _P.kwargs) -> tuple[MPContext, _R]:
+    def known(thread: int, *args: Hashable) -> tuple[MPContext, _R]:
         from mpmath.ctx_mp import MPContext
 
         context = MPContext()
-        return context, analysis(context, *args, **kwargs)
+        return context, analysis(context, *args)
 
-    def of(*args: _P.args, **kwargs: _P.kwargs) -> tuple[MPContext, _R]:
+    def of(*args: Hashable) -> tuple[MPContext, _R]:
         step()
-        return known(threading.get_ident(), *args, **kwargs)
+        return known(threading.get_ident(), *args)
 
     return of
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -29,7 +29,7 @@ _DIGITS = 60
 _NARROWEST = 1e-12
 
 
-class Switch(Protocol):
+class Switch(Hashable, Protocol):
     """A(u) of a smoothed switch, in the arithmetics in which it is looked at here.
 
     `symasym.drift.drift.Drift` is one.

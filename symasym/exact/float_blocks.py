@@ -413,7 +413,7 @@ def _unresolved(field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors)
         slope = (np.arange(len(series))[:, None] * np.abs(series)).sum(axis=0)
         off = 0.51 * h * slope + 1e-15 * field.size()[blocks.scene]
     lam_here = lam[blocks.scene]
-    change = lam_here * h * np.where(np.isnan(off), np.inf, off + 1e-15 * np.abs(phi))
+    change: Any = lam_here * h * np.where(np.isnan(off), np.inf, off + 1e-15 * np.abs(phi))
     # What is open in a scene as a whole, beside the most that log T can be: too much for any digit
     # makes one record of it, since sweeping thousands would take seconds.
     whole = np.bincount(blocks.scene, change, len(lam))
@@ -461,7 +461,7 @@ def _digest(
     rounding = _rounding(field, blocks, anchors, slowly | few) * lam_h
     if slowly.any():
         chosen = blocks.take(slowly)
-        shift = rounding[slowly]
+        shift: Any = rounding[slowly]
         # Layers see the drift at the ends only.
         local = shift / (lam_h * np.maximum(low, -high))[slowly]
         chosen_phi, width = lam_phi[slowly], h[slowly]
@@ -564,7 +564,7 @@ def _sampled_blocks(
     chunks, reaches = [], []
     for low in range(0, len(owner), _PANELS_AT_ONCE):
         chunk = pieces.take(slice(low, low + _PANELS_AT_ONCE))
-        h = width[owner[low : low + _PANELS_AT_ONCE]]
+        h: Any = width[owner[low : low + _PANELS_AT_ONCE]]
         exponents: Any = _exponents(field, lam, chunk, h, anchors)
         if field.directions:
             exponents, *reach = _sampled_slopes(field, lam, chunk, anchors, exponents)

@@ -21,7 +21,7 @@ arrays that carry their derivatives (`symasym.numbers.dual_arrays`).
 from __future__ import annotations
 
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -206,7 +206,8 @@ def slow(lam_phi: FloatArray, h: FloatArray) -> Moments:
     rule = lobatto()
     terms = slow_terms(lam_phi, h)
     # The smallest first.
-    even, odd = sum(terms[::-2]), sum(terms[-2::-2])
+    even: Any = sum(terms[::-2])
+    odd: Any = sum(terms[-2::-2])
     m, q = even - odd, even + odd
     rise = -h * (lam_phi @ rule.weights)
     decay = np.exp(-np.abs(rise))

@@ -231,7 +231,7 @@ def _outer(field: Field, lam: FloatArray, scene: IntArray, side: int, h: FloatAr
     drift: Any = (field.a_minus if side < 0 else field.a_plus)[: len(lam)]
     if not field.directions:
         return Records.exactly(scene, part, float_panels.constant(lam[scene] * drift[scene], h))
-    rate = (field.directions.rate(lam) * field.directions.at_end(drift, side))[scene]
+    rate: Any = (field.directions.rate(lam) * field.directions.at_end(drift, side))[scene]
     width: Any = field.directions.outer_width(h) if side < 0 else h
     records = Records.exactly(scene, part, float_panels.constant(rate, width))
     known = field.rounding(scene, np.full((len(scene), 1), float(side)))[:, 0]
@@ -244,6 +244,7 @@ def _outer(field: Field, lam: FloatArray, scene: IntArray, side: int, h: FloatAr
     # The moments depend on x = lam a h no faster than on log x, or than e^x.
     local = missed * h / np.maximum(1.0, np.abs(rate.value) * h)
     local += 2e-15 * np.abs(slopes_of(width)) / h
-    return records._replace(
-        shift=DualArray(records.shift, shift), local=DualArray(records.local, local)
-    )
+    errors: dict[str, Any] = {
+        "shift": DualArray(records.shift, shift), "local": DualArray(records.local, local)
+    }  # fmt: skip
+    return records._replace(**errors)

@@ -381,7 +381,8 @@ def expand(
     -----
     The coefficients are those of Watson's lemma and of repeated integration by parts, and the
     composition is that of ``method="laplace"`` (see `symasym.asymptotics.weak_noise`), so that with
-    numbers put in the expression is `escape_time(…, method="laplace", order=order)`.
+    numbers put in the expression is `escape_time(…, method="laplace", order=order)`; that of
+    ``noise="uniform"`` is ``method="uniform", order=0`` (`symasym.expansions.uniform`).
     That r > 1 is supposed.
 
     Examples

@@ -206,8 +206,9 @@ class Coalescing(Symbols, OrderZero):
         root = c.cbrt(mean)
         self.values[_ZETA] = square * root**2
         norm = pair_norm(c, even, odd, square)
-        self.values[_P], q = canonical(c, 1 / root, even, sign * odd, norm)
-        self.values[_Q] = self.values[_P] * q / _P
+        self.values[_P], _ = canonical(c, 1 / root, even, sign * odd, norm)
+        # Their product has no root.
+        self.values[_Q] = -sign * odd / (2 * norm * _P)
         self.values[_Z] = _ZETA * LAM ** Rational(2, 3)
         self.tex |= {_ZETA: r"\zeta", _BAR: r"\bar V"}
         # The mean of V over both zeros, a polynomial in D.

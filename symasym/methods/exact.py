@@ -83,7 +83,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
 
 def float_logs(
     scenes: Scenes, name: str, directions: Directions | None = None
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Any, Any]:
     """Logarithms in float64 and their errors, however large these are; dual arrays where
     `directions` are given."""
     from symasym.drift.field.float_field import field_of

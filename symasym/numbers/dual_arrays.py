@@ -30,7 +30,8 @@ class DualArray:
     @property
     def shape(self) -> tuple[int, ...]:
         """The shape of the values."""
-        return self.value.shape
+        shape: tuple[int, ...] = self.value.shape
+        return shape
 
     def __getitem__(self, index: Any) -> DualArray:
         inner = index if isinstance(index, tuple) else (index,)
@@ -54,10 +55,10 @@ class DualArray:
     __radd__ = __add__
 
     def __sub__(self, other: Any) -> DualArray:
-        return self + (-other)
+        return self.__add__(-other)
 
     def __rsub__(self, other: Any) -> DualArray:
-        return (-self) + other
+        return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> DualArray:
         if isinstance(other, DualArray):

@@ -36,7 +36,7 @@ class LogPositive:
         self.log, self.error = log, error
 
     @classmethod
-    def of(cls, value: FloatArray, error: FloatArray | float = 0.0) -> LogPositive:
+    def of(cls, value: FloatArray | DualArray, error: FloatArray | float = 0.0) -> LogPositive:
         """From float64 numbers that are not negative; `LogSlopes` from dual ones."""
         with np.errstate(divide="ignore"):
             log = np.maximum(np.log(value_of(value)), _NONE)

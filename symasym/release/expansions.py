@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from symasym.base.errors import AccuracyError
+from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.inputs import FloatArray
 from symasym.quantities import escape_time, exit_probability
 from symasym.release.march import Forward, Scene, mesh
@@ -52,6 +52,10 @@ def expanded(scene: Scene) -> tuple[float, float]:
     # In units of the time at the start, which may be beyond float64 squared.
     at = np.flatnonzero(u[inner] == scene.u)[0]
     unit = float(logs[2, at])
+    if unit > np.log(np.finfo(float).max):
+        raise RangeError(
+            f"T is e^{unit:.6g}, beyond float64; take escape_time with log=True, or method='march'."
+        )
     time[inner] = np.exp(logs[2] - unit)
     slope = (logs[0] - 8.0 * logs[1] + 8.0 * logs[3] - logs[4]) / (12.0 * delta)
     by_z[inner] = time[inner] * slope

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Pair",
+    "mean_of_psi",
     "mean_of_values",
     "not_alone",
     "numbers",
@@ -149,8 +150,7 @@ def _split(
     psi = list(here[2:])
     for j in range(len(psi) - 3, -1, -1):
         psi[j] = psi[j] + square * psi[j + 2]
-    weights = [3 * x / ((2 * k + 1) * (2 * k + 3)) for k, x in enumerate(psi[0::2])]
-    mean = poly(weights, square)
+    mean = mean_of_psi(psi, square)
     values = poly(psi[0::2], square), poly(psi[1::2], square)
     alone = (mean > 0) & (values[0] > 0) & (values[0] ** 2 > values[1] ** 2 * square)
     inside = (square <= 0) | (middle**2 <= square * 1.0001) | (abs(c[1]) > 0)
@@ -161,6 +161,12 @@ def _split(
     to_middle = middle * poly([x / (k + 1) for k, x in enumerate(c)], middle)
     level = sign * (to_middle + mean_of_values(psi, square))
     return Pair(middle, square, psi, sign, square * root**2, 1 / root, level), good
+
+
+def mean_of_psi(psi: list[Any], square: Number) -> Any:
+    """Mean of psi over the pair, weighted by square - y²: (zeta/square)^(3/2)."""
+    even = [3 * x / ((2 * k + 1) * (2 * k + 3)) for k, x in enumerate(psi[0::2])]
+    return poly(even, square)
 
 
 def mean_of_values(psi: list[Any], square: Number) -> Any:

@@ -21,6 +21,7 @@ import mpmath
 
 import symasym as sa
 from symasym.base.contexts import mpf_of
+from symasym.quantities import call_named
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -157,6 +158,14 @@ TAGS = {
 KNOWN_WRONG: list[str] = []
 
 
+def question(
+    quantity: str, drift: sa.Drift, kappa: Any, r: Any = None, start: Any = 0
+) -> Callable[..., Any]:
+    """A quantity of a scene, such as "1-C", as a function of the verb's options."""
+    numbers = {"kappa": kappa, "r": r, "start": start}
+    return partial(call_named, quantity.replace("-", " - "), drift, numbers)
+
+
 @dataclass(frozen=True)
 class Problem:
     """A scene.
@@ -198,20 +207,12 @@ class Problem:
 
     def questions(self) -> dict[str, Callable[..., Any]]:
         """Every quantity that exists here, as a function of the options dps, log and full."""
-        drift, scene = self.make(), (self.kappa, self.r)
-        asked: dict[str, Callable[..., Any]] = {
-            "T": lambda **o: sa.escape_time(drift, *scene, start=self.start, **o),
-            "C": lambda **o: sa.exit_probability(drift, *scene, start=self.start, **o),
-            "1-C": lambda **o: sa.exit_probability(
-                drift, *scene, start=self.start, complement=True, **o
-            ),
-        }
+        drift, names = self.make(), ("T", "C", "1-C", *(("P", "1-P") if self.slides else ()))
+        of = {name: question(name, drift, self.kappa, self.r, self.start) for name in names}
         if self.slides:
-            asked["P"] = lambda **o: sa.occupation(drift, self.kappa, **o)
-            asked["1-P"] = lambda **o: sa.occupation(drift, self.kappa, complement=True, **o)
             for y in ("3/10", "-5/2"):
-                asked[f"p({y})"] = lambda y=y, **o: sa.stationary_density(drift, self.kappa, y, **o)
-        return asked
+                of[f"p({y})"] = partial(sa.stationary_density, drift, self.kappa, y)
+        return of
 
     def engine_questions(self, engine: ModuleType) -> dict[str, Callable[[int], Any]]:
         """The same of a module of `symasym.exact` with exact arguments, as functions of dps."""

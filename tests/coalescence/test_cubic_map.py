@@ -5,11 +5,13 @@ from fractions import Fraction
 import mpmath
 import pytest
 
-from symasym.asymptotics.coalescence.cubic_map import cubic_map, split_pair
+from symasym.asymptotics.coalescence import cubic_map as module
+from symasym.asymptotics.coalescence.cubic_map import cubic_map
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
+from symasym.series.quadratic_factor import split_pair
 
-NEAR = ["0", "1e-300", "1e-30", "-1e-30", "-1e-8", "1/100", "-1/100"]
+NEAR = ["0", "1e-300", "1e-52", "-1e-50", "1e-30", "-1e-30", "-1e-8", "1e-4", "1/100", "-1/100"]
 FAR = ["1/20", "-1/20", "1/4", "-1/4"]
 BEND = Fraction(1, 5)
 COUNT = 4
@@ -61,10 +63,12 @@ def test_known_map(zeta, dps):
     with own_context(dps) as context:
         value, found = cubic_map(drift(zeta), MANY, context)
         other, flipped = cubic_map(drift(zeta, -1), MANY, context)
+        first = cubic_map(drift(zeta), 2, context)[1]
     with mpmath.workdps(dps + 10):
         exact = mpmath.mpf(Fraction(zeta).numerator) / Fraction(zeta).denominator
         assert abs(mpmath.mpf(value) - exact) <= abs(exact) * mpmath.mpf(10) ** (1 - dps)
         assert worst(found, known(zeta, count=MANY)) <= mpmath.mpf(10) ** (1 - dps)
+        assert worst(first, known(zeta, count=2)) <= mpmath.mpf(10) ** (1 - dps)
     # Of -phi the pair is the same and s runs against u.
     assert other == value
     assert flipped == [(-p, q) for p, q in found]
@@ -78,20 +82,18 @@ def test_weight(zeta):
         assert worst(found, known(zeta, weight=True)) <= mpmath.mpf("1e-29")
 
 
-def test_no_step_where_the_way_changes():
-    """Circle and series at each zero, near where one takes over (here without guard digits)."""
-    from symasym.asymptotics.coalescence import cubic_map as module
-
+@pytest.mark.parametrize("zeta", ["1/100", "-1/50"])
+def test_no_step_where_the_way_changes(zeta, monkeypatch):
+    """One series about both zeros, and series at each of them, where one takes over."""
+    found = []
     with own_context(40) as context:
-        pair = split_pair(drift("1/50"), context)
-        radius = module._radius(pair, None, context)
-        both = [
-            module._around_both(pair, radius, None, COUNT, context),
-            module._at_each_zero(pair, None, COUNT, context),
-        ]
-        for first, second in zip(*both, strict=True):
+        pair = split_pair(drift(zeta), context)
+        for near in (0, 1):
+            monkeypatch.setattr(module, "_NEAR", near)
+            found.append(module.map_coefficients(pair, MANY, context, None))
+        for first, second in zip(*found, strict=True):
             for x, y in zip(first, second, strict=True):
-                assert abs(x - y) <= abs(y) * context.mpf(10) ** -32
+                assert abs(x - y) <= abs(y) * context.mpf(10) ** -36
 
 
 def test_truncated_series():
@@ -127,6 +129,7 @@ def test_refused():
 
 def test_precision_is_the_callers():
     with own_context(20) as context:
+        assert cubic_map(drift("1/100"), 0, context)[1] == []
         cubic_map(drift("1/100"), 3, context)
         assert context.dps == 20
 

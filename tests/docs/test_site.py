@@ -577,7 +577,7 @@ def test_the_explorer_takes_typed_numbers_other_drifts_and_an_axis_of_noise(site
     assert noise["values"] == seen["values"]
     for kind in ("curve", "dashed", "dotted", "belt"):
         assert f'class="{kind}"' in noise["plots"][4]
-    for name, drift in (("tanh", sa.tanh(1, 1, 5)), ("sine", sa.sine(1, 1, 2))):
+    for name, drift in (("tanh", sa.tanh(1, "1/2", 5)), ("sine", sa.sine(1, "1/2", 2))):
         tab.get_by_label("Drift", exact=True).select_option(name)
         found = tab.evaluate(_DRAWN)
         scales = sa.rescale(eps="0.01", kappa="0.03", r="0.1")

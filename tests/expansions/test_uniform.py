@@ -51,10 +51,18 @@ def test_friction_through_the_fold(z0: str, kappa: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("drift", "start"), [(MIRROR, 0), (sa.Drift("(u - 1/3)**2 - 1/50"), 0),
-                         (sa.Drift("(u - 1/3)**2 + 1/50"), "-1/2"),
-                         (sa.Drift("u**3/5 + (u - 1/3)**2 - 1/30"), "-1/10")], ids=str,
-)  # fmt: skip
+    ("drift", "start"),
+    [
+        (MIRROR, 0),
+        (sa.friction(mu=3, alpha=1, z0="2.9"), 0),
+        (sa.Drift("(u - 1/3)**2 - 1/50"), 0),
+        (sa.Drift("(u - 1/3)**2 + 1/50"), "-1/2"),
+        (sa.Drift("-(u + 1/3)**2 - 1/50"), "1/2"),
+        (sa.Drift("-(u - 1/3)**2 - 1/50"), "-1/2"),
+        (sa.Drift("u**3/5 + (u - 1/3)**2 - 1/30"), "-1/10"),
+    ],
+    ids=str,
+)
 def test_other_drifts(drift: sa.Drift, start: Any) -> None:
     e = sa.expand(drift, noise="uniform", order=0, start=start)
     assert agrees(number(e, drift, "0.2"), e.evaluate("0.2", 3, dps=DIGITS))

@@ -166,7 +166,7 @@ def test_a_drift_that_is_no_polynomial() -> None:
 def test_the_first_correction_is_the_textbooks() -> None:
     """T = T0 (1 + x (B - W)), x = kappa^2/2, V4/(8 V2^2) - 5 V3^2/(24 V2^3) at barrier and well.
 
-    Laplace's next term (C. M. Bender and S. A. Orszag, Advanced Mathematical Methods, 6.4.35) of
+    Laplace's next term (DLMF 2.4(iv); J. Wojdylo, SIAM Rev. 48 (2006) 76) of
     either integral of Kramers' product.
     """
     (term,) = sa.expand(sa.Drift.general(), "T", order=1).terms

@@ -237,7 +237,7 @@ def test_powers_that_differ_by_an_integer_are_one_series(powers: tuple[str, str]
 )
 @pytest.mark.parametrize("lam", [3, 10])
 def test_tail_is_bounded(f: str, g: str, lam: int) -> None:
-    from symasym.asymptotics.laplace.tail_bounds import _tail
+    from symasym.asymptotics.laplace.remainder import _tail
 
     exponent, weight = sympy.sympify(f), sympy.sympify(g)
     start, (size, drop, steep, growth) = _tail(exponent, weight, x, 0.5, 0.0)

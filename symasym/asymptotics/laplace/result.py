@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Self, cast
 import numpy as np
 import sympy
 
+from symasym.asymptotics.laplace.borel import median_sums
 from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import difference, number
@@ -275,7 +276,9 @@ class LaplaceExpansion(IntegralExpansion):
     @property
     def error_kind(self) -> str:
         """``"bound"`` if the error is proved, ``"estimate"``; ``"none"`` with parameters free."""
-        return "none" if self._errors is None else self._errors.kind
+        if self._errors is None or self.order == "borel":
+            return "none" if self._errors is None else "estimate"
+        return self._errors.kind
 
     @property
     def bound(self) -> tuple[mpf, Expr, mpf] | None:
@@ -284,13 +287,13 @@ class LaplaceExpansion(IntegralExpansion):
         For lam >= lam0, the integral differs from the expansion by at most
         K lam^(-sigma) e^(lam height).
         """
-        if self._errors is None or self.order == "optimal":
+        if self._errors is None or isinstance(self.order, str):
             return None
         return self._errors.statement(int(self.order), self.omitted)
 
     def _by_arrays(self, lam: FloatArray, log: bool) -> FloatArray:
         """All lam at once; those where float64 would cancel one by one."""
-        if self.order == "optimal":
+        if isinstance(self.order, str):
             return super()._by_arrays(lam, log)
         flat = lam.ravel()
         top, rest = _split(number(self.height))
@@ -333,19 +336,30 @@ class LaplaceExpansion(IntegralExpansion):
             large = mpf_of(lam, context)
             top = self.contributions[0].height_in(context)
             shares, orders, size = [], [], context.mpf(0)
+            apart = context.zero
             for c in self.contributions:
+                weight = context.exp(large * (c.height_in(context) - top))
+                if self.order == "borel":
+                    sums = median_sums(c, large, context)
+                    shares.append(weight * sums[0])
+                    orders.append(len(c.coefficients))
+                    size += abs(shares[-1])
+                    # Of a terminating series all are the same.
+                    apart += weight * 4 * max(abs(y - sums[0]) for y in sums[1:])
+                    continue
                 terms = c.terms(large, more, context)
                 used = len(terms)
                 if self.order == "optimal":
                     sizes = [abs(t) if t else context.inf for t in terms]
                     used = max(1, sizes.index(min(sizes)))
                 orders.append(used)
-                weight = context.exp(large * (c.height_in(context) - top))
                 shares.append(weight * context.fsum(terms[:used]))
                 size += weight * context.fsum(map(abs, terms[:used]))
             total = context.fsum(shares)
             error, kind = context.mpf(0), self._errors.kind
-            if full:
+            if full and self.order == "borel":
+                error, kind = apart + self._errors.elsewhere(large, context), "estimate"
+            elif full:
                 error, kind = self._errors.relative(lam, orders, shares, context)
             # Rounding of the terms, and of lam times the height.
             error += size * (1 + abs(large * top)) * context.mpf(10) ** (5 - more)

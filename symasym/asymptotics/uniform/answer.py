@@ -39,7 +39,7 @@ from symasym.asymptotics.uniform.truncated_gaussian import (
 )
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.critical_points import barriers, whole
-from symasym.asymptotics.weak_noise.evaluation import require_resolved
+from symasym.asymptotics.weak_noise.evaluation import DROPPED, require_resolved
 from symasym.asymptotics.weak_noise.series import BEYOND
 from symasym.base.contexts import kept, mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
@@ -63,7 +63,6 @@ __all__ = ["of_scene", "of_scenes"]
 # Of lam, where the next terms are looked at.
 _BESIDE = (1, 0.8, 0.64)
 _TERMS = ("wells, barriers, start, ends, kinks and the part between",)
-_DROPPED = ("higher orders of every series, in the error",)
 
 
 def of_scene(asked: Scene, request: Request) -> Answer:
@@ -105,7 +104,7 @@ def _handed(
         size = _log_error(value, size, context)
         value = context.log(value)
     size += abs(value) * context.mpf(10) ** -(request.digits + 5)
-    return Answer(value, size, "estimate", names, _DROPPED)
+    return Answer(value, size, "estimate", names, DROPPED)
 
 
 def _occupation(asked: Scene, request: Request) -> Answer:
@@ -147,12 +146,8 @@ def _occupation(asked: Scene, request: Request) -> Answer:
             raise _too_strong(asked.noise, order)
         if not complement:
             value = 1 - value
-        if request.log:
-            size = _log_error(value, size, context)
-            value = context.log(value)
-        size += abs(value) * context.mpf(10) ** -(digits + 5)
         wells = [f"well at u = {context.nstr(p.u, 6)}" for p in places if p.kind == "well"]
-        return Answer(value, size, "estimate", (*wells, "folds and kinks"), _DROPPED)
+        return _handed(request, value, size, (*wells, "folds and kinks"), context)
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
@@ -172,7 +167,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     rest = np.flatnonzero(~(errors < np.inf))
     if rest.size:
         logs[rest], errors[rest] = _one_by_one(drift, scenes, rest, request, local)
-    return Answers(logs, errors, "estimate", _TERMS, _DROPPED)
+    return Answers(logs, errors, "estimate", _TERMS, DROPPED)
 
 
 def _one_by_one(
@@ -204,13 +199,9 @@ def _one_by_one(
         for row, kappa in kappas.items():
             value, size = _estimate(scene, 2 / kappa**2, request.order, float_text(kappa))
             keep(row, value, size, scene.context)
-    errors += 4e-16 * (1 + np.abs(logs)) + _rounding(drift, scenes)[rest]
+    rounding = np.broadcast_to(rounding_of_places(drift, scenes), scenes.lam.shape)
+    errors += 4e-16 * (1 + np.abs(logs)) + rounding[rest]
     return logs, errors
-
-
-def _rounding(drift: Drift, scenes: Scenes) -> FloatArray:
-    found: FloatArray = np.zeros(len(scenes.lam)) + rounding_of_places(drift, scenes)
-    return found
 
 
 class _Series(NamedTuple):

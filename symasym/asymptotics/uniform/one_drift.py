@@ -29,7 +29,7 @@ from symasym.drift.drift import Drift
 from symasym.numbers.arithmetic import Arithmetic, Digits
 from symasym.numbers.polynomials import divided, poly, refined, shifted
 from symasym.series.quadratic_factor import Pair as Local
-from symasym.series.quadratic_factor import mean_of_values, seen_from
+from symasym.series.quadratic_factor import mean_of_psi, mean_of_values, seen_from
 
 __all__ = ["Scene", "scene_of"]
 
@@ -227,8 +227,7 @@ def _local(factor: _Factor, side: int, arithmetic: Arithmetic) -> Local:
     psi, square = seen_from(factor.psi, side), factor.square
     sign = 1 if psi[0] > 0 else -1
     psi = [sign * a for a in psi]
-    mean = poly([3 * a / ((2 * k + 1) * (2 * k + 3)) for k, a in enumerate(psi[0::2])], square)
-    root = arithmetic.cbrt(mean)
+    root = arithmetic.cbrt(mean_of_psi(psi, square))
     level = sign * mean_of_values(psi, square)
     return Local(arithmetic.zero, square, psi, sign, square * root * root, 1 / root, level)
 

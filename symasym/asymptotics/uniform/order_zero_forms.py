@@ -48,7 +48,7 @@ from symasym.generated.arithmetic_formulas import (
 )
 from symasym.numbers.arithmetic import FLOATS, Arithmetic
 from symasym.numbers.polynomials import poly, shifted
-from symasym.series.quadratic_factor import Pair
+from symasym.series.quadratic_factor import Pair, mean_of_psi
 from symasym.special.airy import AiryProducts, airy_products
 from symasym.special.dawson import _gaussians, dawson
 from symasym.special.exponentials import quotients
@@ -230,8 +230,7 @@ def _next_terms(pair: Pair) -> tuple[Number, Number]:
     """a_1 and b_1 in float64, from the series at both zeros; only their size counts."""
     least = _APART**2
     square = np.where(np.abs(pair.square) < least, least, pair.square)
-    mean = poly([3 * x / ((2 * k + 1) * (2 * k + 3)) for k, x in enumerate(pair.psi[0::2])], square)
-    zeta = square * np.cbrt(mean) ** 2
+    zeta = square * np.cbrt(mean_of_psi(pair.psi, square)) ** 2
     half, root = np.sqrt(square + 0j), np.sqrt(zeta + 0j)
     slopes = [_series_at(pair.psi, sign * half, sign * root) for sign in (1, -1)]
     b = (slopes[0][0] - slopes[1][0]) / (2 * root)

@@ -302,7 +302,7 @@ def _unresolved(phi: FloatArray, lam: FloatArray, folds: Sequence[float] = ()) -
     known = near.copy()
     rows, columns = np.nonzero((phi[:, 1:] > 0) != (phi[:, :-1] > 0))
     # Beyond float64 nothing is known.
-    crooked = ~np.isfinite(phi).all(axis=1)
+    crooked: Any = ~np.isfinite(phi).all(axis=1)
     for row, column in zip(rows, columns, strict=True):
         if crooked[row]:
             continue

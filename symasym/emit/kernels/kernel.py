@@ -97,8 +97,10 @@ class _InDoubles(ast.NodeTransformer):
         if not isinstance(node.op, ast.Pow):
             return node
         assert isinstance(node.left, ast.Name | ast.Attribute), ast.unparse(node)
+        times = ast.literal_eval(node.right)
+        assert isinstance(times, int), ast.unparse(node)
         product: ast.expr = node.left
-        for _ in range(ast.literal_eval(node.right) - 1):
+        for _ in range(times - 1):
             product = ast.BinOp(product, ast.Mult(), node.left)
         return product
 

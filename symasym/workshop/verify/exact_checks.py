@@ -18,7 +18,7 @@ from symasym.exact import digits as arbitrary
 from symasym.methods.exact import TOLERANCE
 from symasym.numbers import balls
 from symasym.workshop import reference_quadrature
-from symasym.workshop.problems import Problem
+from symasym.workshop.problems import Problem, question
 from symasym.workshop.verify.findings import (
     Field,
     Finding,
@@ -214,13 +214,13 @@ def symmetries(problem: Problem, full: bool) -> Iterator[Finding]:
         ("reflection", _changed(drift, -1, -1), (kappa, r, -start), 1),
         ("scaling", _changed(drift, 4, 1), (2 * kappa, r, start), 4),
     ):
-        swap = name == "reflection"
+        mirrored = "1-C" if name == "reflection" else "C"
         pairs: list[tuple[str, Callable[..., Any], Callable[..., Any]]] = [
-            ("T", _time(drift, (kappa, r, start)), _time(other, scene)),
-            ("C", _exit(drift, (kappa, r, start), False), _exit(other, scene, swap)),
+            ("T", question("T", drift, kappa, r, start), question("T", other, *scene)),
+            ("C", question("C", drift, kappa, r, start), question(mirrored, other, *scene)),
         ]
         if problem.slides:
-            pairs.append(("1-P", _outside(drift, kappa), _outside(other, scene[0])))
+            pairs.append(("1-P", question("1-P", drift, kappa), question("1-P", other, scene[0])))
         for quantity, own, changed in pairs:
             where = f"{problem.name}, {quantity}"
             times = factor if quantity == "T" else 1
@@ -232,23 +232,6 @@ def symmetries(problem: Problem, full: bool) -> Iterator[Finding]:
                 room = 2e-12 * max(1.0, abs(float(logs[0])))
                 gap = abs(logs[1] + mp.log(times) - logs[0])
                 yield compared(label(quantity), "float64", name, gap, room, where)
-
-
-def _time(drift: sa.Drift, scene: tuple[Any, Any, Any]) -> Callable[..., Any]:
-    """T of a scene as a function of the options."""
-    kappa, r, start = scene
-    return lambda **o: sa.escape_time(drift, kappa, r, start=start, **o)
-
-
-def _exit(drift: sa.Drift, scene: tuple[Any, Any, Any], other: bool) -> Callable[..., Any]:
-    """C of a scene, or 1 - C, as a function of the options."""
-    kappa, r, start = scene
-    return lambda **o: sa.exit_probability(drift, kappa, r, start=start, complement=other, **o)
-
-
-def _outside(drift: sa.Drift, kappa: Fraction) -> Callable[..., Any]:
-    """1 - P as a function of the options."""
-    return lambda **o: sa.occupation(drift, kappa, complement=True, **o)
 
 
 def _changed(drift: sa.Drift, factor: int, side: int) -> sa.Drift:
@@ -270,12 +253,12 @@ def equations(problem: Problem, full: bool) -> Iterator[Finding]:
     drift = problem.make()
     kappa, r, start = (Fraction(x) for x in (problem.kappa, problem.r, problem.start))
     x, h = _with_step(problem, start)
+    right_sides = {"T": -1, "C": 0, "1-C": 0}
     asked = {
-        "T": lambda u, n: sa.escape_time(drift, kappa, r, start=u, dps=n),
-        "C": lambda u, n: sa.exit_probability(drift, kappa, r, start=u, dps=n),
-        "1-C": lambda u, n: sa.exit_probability(drift, kappa, r, start=u, complement=True, dps=n),
+        name: lambda u, n, name=name: question(name, drift, kappa, r, u)(dps=n)
+        for name in right_sides
     }
-    for quantity, right_side in (("T", -1), ("C", 0), ("1-C", 0)):
+    for quantity, right_side in right_sides.items():
         residual = _residual(asked[quantity], drift, kappa, x, h, right_side)
         where = f"{problem.name}, {quantity}"
         if residual is None:

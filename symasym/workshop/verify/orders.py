@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import symasym as sa
 from symasym.base.contexts import mpf_of, own_context
+from symasym.workshop.problems import question
 from symasym.workshop.verify.findings import LABELS, Field, Finding, compared, failed, relative
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def _observed(
     where = f"{family.name}, {quantity}{shown}"
     errors = []
     for kappa in family.kappas:
-        ask = _question(family, quantity, kappa)
+        ask = question(quantity, family.make(), kappa, family.r, family.start)
         try:
             value = ask(method=method, dps=_DPS, **setting)
         except sa.SymasymError as error:
@@ -110,18 +111,6 @@ def _observed(
             return
         errors.append(relative(value, ask(dps=_DPS)))
     yield shortfall(formula, method, where, errors, stated, family.kappas)
-
-
-def _question(family: Family, quantity: str, kappa: str) -> Callable[..., Any]:
-    """A quantity of the family at one noise, as a function of the options."""
-    drift = family.make()
-    if quantity in ("P", "1-P"):
-        return lambda **o: sa.occupation(drift, kappa, complement=quantity == "1-P", **o)
-    if quantity == "T":
-        return lambda **o: sa.escape_time(drift, kappa, family.r, start=family.start, **o)
-    return lambda **o: sa.exit_probability(
-        drift, kappa, family.r, start=family.start, complement=quantity == "1-C", **o
-    )
 
 
 def shortfall(
@@ -170,7 +159,7 @@ def strong(name: str, full: bool) -> Iterator[Finding]:
             share = (r - x) / (2 * r)
             free = {"T": (r * r - x * x) / k**2, "C": share, "1-C": 1 - share}
             for quantity, value in free.items():
-                answer = _escape(drift, quantity, kappa, r, x)
+                answer = question(quantity, drift, kappa, r, x)(dps=_DPS)
                 errors[quantity].append(abs(mp.convert(answer) / mp.convert(value) - 1))
         for quantity, pair in errors.items():
             formula = "eq:Ttilde" if quantity == "T" else "eq:C"
@@ -185,7 +174,7 @@ def weak(name: str, full: bool) -> Iterator[Finding]:
     kappas = ("1e-3", "5e-4")
     where = f"{name}, T, kappa -> 0"
     with own_context(_DPS + 10) as mp:
-        times = [mp.convert(_escape(drift, "T", k, r, Fraction(0))) for k in kappas]
+        times = [mp.convert(question("T", drift, k, r)(dps=_DPS)) for k in kappas]
         if climb is None:
             side, field = 1 if drift.ends[1] > 0 else -1, Field(drift, mp)
             flight = mp.quad(lambda u: 1 / field.A(side * u), [0, 1]) * side
@@ -216,8 +205,7 @@ def far(name: str, full: bool) -> Iterator[Finding]:
     with own_context(_DPS + 10) as mp:
         radii = (Fraction(60), Fraction(61))
         times, shares = (
-            [mp.convert(_escape(drift, q, kappa, r, Fraction(0))) for r in radii]
-            for q in ("T", "C")
+            [mp.convert(question(q, drift, kappa, r)(dps=_DPS)) for r in radii] for q in ("T", "C")
         )
         if a_minus * a_plus > 0:
             growth, wanted = times[1] - times[0], 1 / abs(mp.convert(a_plus))
@@ -228,7 +216,7 @@ def far(name: str, full: bool) -> Iterator[Finding]:
             behind = a_minus if a_plus > 0 else a_plus
             quantity = "C" if a_plus > 0 else "1-C"
             if quantity == "1-C":
-                shares = [mp.convert(_escape(drift, "1-C", kappa, r, Fraction(0))) for r in radii]
+                shares = [mp.convert(question("1-C", drift, kappa, r)(dps=_DPS)) for r in radii]
             slope = -mp.log(shares[1] / shares[0]) / 2
             gap = abs(slope / abs(mp.convert(behind)) - 1)
             yield compared("eq:C", "digits", "limit", gap, 1e-12, f"{where}, {quantity}")
@@ -237,14 +225,6 @@ def far(name: str, full: bool) -> Iterator[Finding]:
             slope = mp.log(times[1] / times[0]) / 2
             gap = abs(slope / mp.convert(easier) - 1)
             yield compared("eq:Ttilde", "digits", "limit", gap, 1e-12, f"{where}, T")
-
-
-def _escape(drift: sa.Drift, quantity: str, kappa: str | Fraction, r: Fraction, x: Fraction) -> Any:
-    """T, C or 1 - C to 40 digits."""
-    if quantity == "T":
-        return sa.escape_time(drift, kappa, r, start=x, dps=_DPS)
-    other = quantity == "1-C"
-    return sa.exit_probability(drift, kappa, r, start=x, complement=other, dps=_DPS)
 
 
 def _climb(drift: sa.Drift) -> Any:
