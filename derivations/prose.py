@@ -25,7 +25,7 @@ _GREEK = {
     name: f"\\{name}"
     for name in (
         *("kappa", "sigma", "phi", "delta", "Delta", "mu", "alpha", "beta", "rho", "omega"),
-        *("zeta", "theta", "pi"),
+        *("zeta", "theta", "pi", "psi", "xi", "tau"),
     )
 }
 _FUNCTIONS = {

@@ -51,7 +51,9 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         if symbol in self._settings["symbol_names"]:
             return str(self._settings["symbol_names"][symbol])
         name, _, index = symbol.name.partition("_")
-        head = rf"\mathrm{{{name}}}" if name in _WORDS else self._deal_with_super_sub(name)
+        head = self._deal_with_super_sub(name)
+        if name in _WORDS or (head == name and len(name) > 2 and name.isalpha()):
+            head = rf"\mathrm{{{name}}}"
         if not index or "^" in name:
             return head if not index else str(super()._print_Symbol(symbol))
         index = rf"\mathrm{{{index}}}" if len(index) > 1 and index.isalpha() else index

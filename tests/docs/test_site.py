@@ -385,9 +385,10 @@ _LOOK = """async () => {
   if (window.MathJax) await MathJax.startup.promise;
   const wrong = [...document.querySelectorAll('[data-mjx-error], [data-mml-node="merror"]')];
   const drawn = [...document.querySelectorAll('mjx-container')];
+  const folded = (c) => c.closest('details:not([open])') !== null;
   return {
-    drawn: drawn.filter((c) => c.getBoundingClientRect().width > 0).length,
-    hidden: drawn.filter((c) => c.closest('details:not([open])')).length,
+    drawn: drawn.filter((c) => !folded(c) && c.getBoundingClientRect().width > 0).length,
+    hidden: drawn.filter(folded).length,
     wrong: wrong.map((e) => e.closest('mjx-container').textContent.slice(0, 80)),
     width: document.documentElement.scrollWidth,
   };
