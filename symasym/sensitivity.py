@@ -12,7 +12,7 @@ import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError
-from symasym.base.estimate import ErrorKind
+from symasym.base.estimate import IN_WORDS, ErrorKind, with_errors
 from symasym.base.inputs import Numbers, choice, digits, exact, floats, is_array
 from symasym.base.patience import patient
 from symasym.drift.drift import Drift
@@ -69,6 +69,17 @@ class Sensitivity:
     condition: dict[str, Any]
     log_condition: dict[str, Any]
     error_kind: ErrorKind
+
+    def __str__(self) -> str:
+        """A line for each parameter: the derivative with its error, and the condition number."""
+        rows = [f"d log({self.quantity})/d(parameter), {IN_WORDS[self.error_kind]}; condition"]
+        for name, value in self.derivative.items():
+            shown = with_errors(value, self.error[name])
+            condition = self.condition[name]
+            if not isinstance(condition, np.ndarray):
+                condition = f"{float(condition):.3g}"
+            rows.append(f"  {name}: {shown}; {condition}")
+        return "\n".join(rows)
 
 
 @patient

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 ErrorKind = Literal["bound", "estimate", "none"]
-_IN_WORDS = {"bound": "proved bound", "estimate": "estimate"}
+IN_WORDS = {"bound": "proved bound", "estimate": "estimate"}
 
 
 def _compared(name: str) -> Callable[[Any, Any], Any]:
@@ -82,10 +82,8 @@ class Estimate:
     def __str__(self) -> str:
         if self.error_kind == "none":
             return f"{_without_error(self.value)} (no error claimed, {self.method})"
-        kind = _IN_WORDS[self.error_kind]
-        if hasattr(self.value, "shape"):
-            return f"{_of_array(self.value, self.error)} ({kind}, {self.method})"
-        return f"{' ± '.join(with_error(self.value, self.error))} ({kind}, {self.method})"
+        kind = IN_WORDS[self.error_kind]
+        return f"{with_errors(self.value, self.error)} ({kind}, {self.method})"
 
     def __repr__(self) -> str:
         return f"Estimate({self})"
@@ -143,10 +141,12 @@ def _without_error(value: Any) -> str:
     return str(libmp.to_str(exactly, 15))
 
 
-def _of_array(value: Any, error: Any) -> str:
-    """Each element with its error, as NumPy lays them out."""
+def with_errors(value: Any, error: Any) -> str:
+    """``value ± error``; of an array each element, as NumPy lays them out."""
     import numpy as np
 
+    if not hasattr(value, "shape"):
+        return _element(value, error)
     pairs = np.arange(value.size).reshape(value.shape)
     shown: Any = np.array2string(
         pairs,

@@ -254,6 +254,11 @@ class General(Model):
     """No drift in particular: A stays the function ``A(u)``, in formulas alone."""
 
     @property
+    def name(self) -> str:
+        """What makes it, as `repr` writes it."""
+        return "Drift.general"
+
+    @property
     def parameters(self) -> tuple[str, ...]:
         return ()
 

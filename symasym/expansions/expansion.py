@@ -307,22 +307,33 @@ class Expansion:
         return f"$\\displaystyle {self.latex()}$"
 
     def __str__(self) -> str:
-        """The formula, a line for each contribution, and where it holds."""
+        """The formula, a line for each contribution and each symbol, and where it holds."""
+        case = "" if self.noise == "strong" else f", case '{self.case}'"
         rows = [
-            f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}"
-            + ("" if self.noise == "strong" else f", case '{self.case}'"),
+            f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}{case}",
             f"  {self.quantity} ~ {self.formula}",
         ]
-        for t in self.terms:
-            rows.append(f"  ({t.weight}) ({t.pair[0]}, {t.pair[1]}): {t.expression}")
-        known = ", ".join(_predicate(c) for c in self.conditions)
-        return "\n".join([*rows, f"  where {known}", f"  {self.error}"])
+        if self.formula not in [t.expression for t in self.terms]:
+            if self.terms:
+                rows.append("contributions of pairs of critical points, times C or 1 - C")
+            rows += [f"  ({t.weight}) {t.pair[0]}, {t.pair[1]}: {t.expression}" for t in self.terms]
+            rows.append("with")
+            shown = {s: self.integrals.get(s, self.definitions[s]) for s in self._ordered()}
+            rows += [f"  {s} = {value}" for s, value in shown.items()]
+            if any(isinstance(value, FinitePart) for value in shown.values()):
+                rows.append(
+                    "  FinitePart(h, u, a, b): Hadamard's finite part of int_a^b h du, "
+                    "h1 = 1/phi, h2 = -h1'/phi, ..."
+                )
+        rows += ["where", "  " + ", ".join(_predicate(c) for c in self.conditions)]
+        return "\n".join([*rows, "error", f"  {self.error}"])
 
     __repr__ = __str__
 
 
 def _predicate(c: Any) -> str:
-    return f"{c.lhs} = 0" if isinstance(c, sympy.Eq) else str(c)
+    sign = {sympy.Eq: "=", sympy.Ne: "!="}.get(type(c))
+    return f"{c.lhs} {sign} {c.rhs}" if sign else str(c)
 
 
 def _plain(name: str) -> str:
@@ -532,7 +543,7 @@ def _strong(drift: Drift, quantity: str, order: int, start: Fraction) -> Expansi
         where.append(sympy.Gt(R, 1))
     return Expansion(
         quantity, "strong", order, drift, start, Case(("start",)), formula,
-        {**values, LAM: 2 / KAPPA**2}, conditions=tuple(where), tex=tex,
+        {**values, LAM: 2 / KAPPA**2}, conditions=tuple(c for c in where if c is not sympy.true), tex=tex,
     )  # fmt: skip
 
 

@@ -271,8 +271,11 @@ def test_the_general_formula_in_c() -> None:
 def test_text_has_a_line_for_each_contribution() -> None:
     e = sa.expand(sa.friction(), order=1, case="start well barrier")
     lines = str(e).splitlines()
-    assert sum("(1 - C) (" in line or "(C) (" in line for line in lines) == len(e.terms) == 7
-    assert "(well u1, barrier u2)" in str(e)
+    assert sum(line.startswith(("  (1 - C) ", "  (C) ")) for line in lines) == len(e.terms) == 7
+    assert "(1 - C) well u1, barrier u2: " in str(e)
+    # Every symbol of the formula has its line.
+    defined = {line.split(" = ")[0].strip() for line in lines}
+    assert {str(s) for s in e.formula.free_symbols} <= defined
     assert e._repr_latex_().startswith("$")
 
 
