@@ -72,7 +72,7 @@ def airy_form(d: Any) -> None:
         "(alpha + beta y)/(y^2 - D) has the residues of 1/phi, phi = side (y^2 - D)(even + odd y)",
     )
     exponential = sympy.exp(s**3 / 3 - Z * s)
-    d.step(
+    integrand = d.step(
         "what is left is a derivative",
         "integrate",
         exponential,
@@ -83,7 +83,7 @@ def airy_form(d: Any) -> None:
         "at Z = 0",
         "evaluate",
         tuple(_at_zero(n) for n in range(2)),
-        Identity(lambda: [_rays(n) for n in range(2)]),
+        Identity(lambda: [_rays(n, integrand) for n in range(2)]),
         "I and I' over the rays from 0 to -oo and to oo e^(+-i pi/3), the mean of both",
     )
     one = d.step(
@@ -174,9 +174,12 @@ def _at_zero(n: int) -> Any:
     return sympy.Rational(3, 2) * sympy.Integer(3) ** (power - 1) * sympy.gamma(power)
 
 
-def _rays(n: int) -> Any:
+def _rays(n: int, integrand: Any) -> Any:
     """The mean over both ways of int (-s)^n e^(s^3/3) ds."""
-    length = sympy.integrate(x**n * sympy.exp(-(x**3) / 3), (x, 0, sympy.oo))
+    start = integrand.subs({Z: 0, s: -x})
+    if start != sympy.exp(-(x**3) / 3):
+        raise ValueError(f"{start} is not the integrand that falls along both rays.")
+    length = sympy.integrate(x**n * start, (x, 0, sympy.oo))
     total = sympy.S.Zero
     for turn in (sympy.pi / 3, -sympy.pi / 3):
         out = sympy.exp(sympy.I * turn)
@@ -240,14 +243,25 @@ def truncated_gaussian(d: Any) -> None:
         "t at the end",
         "integrate",
         gap * sympy.sqrt(2 * area),
-        Satisfies(lambda found: {"the fall of V": found**2 / 2 - gap**2 * area} | _falls()),
+        Satisfies(
+            lambda found: {
+                "the fall of V": found**2 / 2 - gap**2 * area,
+                "t > 0": sympy.sqrt(found**2) - found,
+            }
+            | _falls()
+        ),
         "area is the integral of y psi(g y) over (0, 1)",
     )
     width = d.step(
         "du/dt at the barrier",
         "take limit",
         1 / sympy.sqrt(bottom),
-        Satisfies(lambda found: {"phi du = t dt": bottom * found * t * found - t}),
+        Satisfies(
+            lambda found: {
+                "phi du = t dt": bottom * found * t * found - t,
+                "u grows with t": sympy.sqrt(found**2) - found,
+            }
+        ),
         "phi = psi(0) u and u = peak t beside it",
     )
     d.step(
@@ -353,4 +367,7 @@ def _nested(found: Any) -> dict[str, Any]:
     inner = peak * _D(t) + beyond(t) / lam
     # du/phi = u'^2 dt/t: the regular part; rho' has a factor 1/lam more.
     rest_of = whole**2 / (t * lam) + peak * _D(t) * sympy.diff(beyond(t), t) / lam
-    return {"u' M": sympy.expand(whole * inner - _changed(found) - rest_of)}
+    return {
+        "u' M": sympy.expand(whole * inner - _changed(found) - rest_of),
+        "the logarithm from t = 1 on": found.subs({t: 1, integral: 0, rest: 0}),
+    }
