@@ -17,6 +17,7 @@ def add_parser(subparsers: Commands) -> None:
     )
     parser.add_argument("labels", nargs="*", metavar="LABEL", help="such as eq:Ttilde, fr1, folds")
     parser.add_argument(
+        "-o",
         "--out",
         type=Path,
         default=Path("build/derivations"),

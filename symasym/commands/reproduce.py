@@ -16,7 +16,7 @@ def add_parser(commands: Commands) -> None:
         description="Make the paper's figures, the reference table and the pages of the "
         "derivations; what is up to date stays.",
     )  # fmt: skip
-    parser.add_argument("--out", default="build", metavar="DIR", help="output folder (build)")
+    parser.add_argument("-o", "--out", default="build", metavar="DIR", help="output folder (build)")
     parser.add_argument(
         "--only", nargs="+", action="extend", metavar="NAME", help="these stages, not all"
     )

@@ -29,7 +29,8 @@ class Parser(argparse.ArgumentParser):
         if choice := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
             message += meant(choice[1], re.findall(r"[\w-]+", choice[2]))
         elif unknown := re.search(r"unrecognized arguments: (-[\w-]+)", message):
-            message += meant(unknown[1], self._options())
+            others = (option for option in self._options() if option != unknown[1])
+            message += meant(unknown[1], others)
         super().error(message)
 
     def _options(self) -> Iterator[str]:
