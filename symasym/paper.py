@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
     from symasym.base.inputs import Numbers
-
-if TYPE_CHECKING:
     from symasym.drift.field.float_field import Field
     from symasym.drift.field.taylor_field import ExactField
 

@@ -491,10 +491,10 @@ def _attempt(
 def _uniform_logs(drift: Drift, scenes: Scenes, index: IntArray) -> tuple[FloatArray, FloatArray]:
     """Order 0 in float64: polynomial A, everything else would cost more than the integral."""
     from symasym.asymptotics.uniform.order_zero import escape_time
-    from symasym.asymptotics.uniform.pairing_arrays import found_of
+    from symasym.asymptotics.uniform.pairing_arrays import paired_of
     from symasym.asymptotics.weak_noise.arrays import logs_of
 
     logs, errors = logs_of(
-        drift, scenes, [], (0,), escape_time, None, True, find=found_of, index=index
+        drift, scenes, [], (0,), escape_time, None, True, find=paired_of, index=index
     )
     return logs, np.where(errors >= 0, errors, np.inf)

@@ -19,7 +19,7 @@ import sympy
 
 from symasym.asymptotics.weak_noise.compose import Composed, Sides, mean_time, side_of
 from symasym.asymptotics.weak_noise.critical_points import both_sides
-from symasym.asymptotics.weak_noise.evaluation import Found, time_with_digits, unresolved
+from symasym.asymptotics.weak_noise.evaluation import AtOrder, time_with_digits, unresolved
 from symasym.asymptotics.weak_noise.one_sided import OneSided
 from symasym.asymptotics.weak_noise.series import Point, added
 from symasym.base.contexts import own_context
@@ -128,7 +128,7 @@ _RADII = tuple(Fraction(x) for x in ("1.001", "2", "10", "1000"))
 
 def _time(
     halves: tuple[OneSided, OneSided], kappa: float, r: Fraction, order: int, context: MPContext
-) -> Found:
+) -> AtOrder:
     """T and its claimed error."""
     arithmetic = Digits(context)
     lam = context.mpf(2) / context.mpf(kappa) ** 2

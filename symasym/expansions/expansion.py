@@ -543,7 +543,8 @@ def _strong(drift: Drift, quantity: str, order: int, start: Fraction) -> Expansi
         where.append(sympy.Gt(R, 1))
     return Expansion(
         quantity, "strong", order, drift, start, Case(("start",)), formula,
-        {**values, LAM: 2 / KAPPA**2}, conditions=tuple(c for c in where if c is not sympy.true), tex=tex,
+        {**values, LAM: 2 / KAPPA**2}, tex=tex,
+        conditions=tuple(c for c in where if c is not sympy.true),
     )  # fmt: skip
 
 

@@ -25,7 +25,7 @@ from sympy import Expr, Rational, S, Symbol
 
 from symasym.asymptotics.uniform.order_zero import OrderZero, Together
 from symasym.asymptotics.uniform.order_zero_forms import (
-    _FADE,
+    FADE,
     AiryForm,
     Truncated,
     TruncatedIntegral,
@@ -290,7 +290,7 @@ class Coalescing(Symbols, OrderZero):
         self.tex |= {rho: r"\rho", rest: "Q"}
         drop = self.heights[barrier] - self.heights[well]
         self.values[rho] = _faded(self.arithmetic, drop, S.One, fall)[0]
-        keep = _faded(self.arithmetic, rho / _FADE, S.One, S.One)[1]
+        keep = _faded(self.arithmetic, rho / FADE, S.One, S.One)[1]
         self.values[t] = sympy.sqrt(2 * fall)
         self.values[peak] = (1 - keep) / sympy.sqrt(-self.derivative(2, barrier))
         self.values[rest] = 1 / slope - peak / t

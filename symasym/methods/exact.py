@@ -1,8 +1,9 @@
 """The exact integrals (eq:Ttilde, eq:C, eq:P, eq:pss), nothing dropped.
 
-Three engines evaluate them: `symasym.exact.floats` in float64 for many scenes at once,
-`symasym.exact.digits` to any number of digits, `symasym.exact.ball_sweep` in balls, whose error is
-proved. What float64 cannot promise to a relative 1e-12 is computed with more digits.
+The integrals over panels are found by three engines (`symasym.exact`): `symasym.exact.floats` in
+float64 for many scenes at once, `symasym.exact.digits` to any number of digits,
+`symasym.exact.ball_sweep` in balls, whose error is proved. What float64 cannot promise to a
+relative 1e-12 is computed with more digits.
 """
 
 from __future__ import annotations

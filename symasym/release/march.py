@@ -8,8 +8,9 @@ time and z at release; the mean and the variance of the time solve the backward 
         = -kappa^2 T_u^2,    0 at u = -r and r,
 
 marched to the start from a z that the block all but never reaches. What is dropped there is the
-chance to reach it times the time left. The second run has every slab halved and two degrees more;
-its difference from the first is the error that is stated.
+chance to reach it times the time left. `backward` and `forward` choose their steps in z (a slab
+each) by a slab's share of the answer; `march` asks them twice. The second run has every slab
+halved and two degrees more; its difference from the first is the error that is stated.
 """
 
 from __future__ import annotations

@@ -155,7 +155,7 @@ def test_layer_against_plain_quadrature() -> None:
         layer = layer_of(FRICTION, False, Fraction(-1), Fraction(1))
         # V(1), less V(-1) = 0, is -2 c0 - 2 c2/3.
         assert layer.end.contains(ball_sweep.exact_ball(Fraction(-26, 10)))
-        kinds = [type(r.peak).__name__ for r in layer.regions if r.peak]
+        kinds = [type(r.peak).__name__ for r in layer.segments if r.peak]
     assert kinds == ["Edge", "Barrier"]
 
 

@@ -202,7 +202,7 @@ def test_a_bound_beyond_half_of_the_value_does_not_save_it(high: str, answered: 
     def prove(order: int) -> enclosures.Bounds:
         return enclosures.Bounds(arb("0.9").lower(), arb(high).upper())
 
-    given = [evaluation.Found(mpmath.mpf(1), mpmath.mpf(5), 2, False)]
+    given = [evaluation.AtOrder(mpmath.mpf(1), mpmath.mpf(5), 2, False)]
     found = evaluation.chosen(given, prove, False, mpmath.mp)
     assert (found is not None) == answered
     if found is not None:
@@ -215,7 +215,7 @@ def test_a_good_estimate_says_more_than_a_wide_bound() -> None:
 
     bounds = enclosures.Bounds(arb("0.9").lower(), arb("1.1").upper())
     for estimate, kind in (("1e-6", "estimate"), ("0.01", "bound")):
-        given = [evaluation.Found(mpmath.mpf(1), mpmath.mpf(estimate), 2, True)]
+        given = [evaluation.AtOrder(mpmath.mpf(1), mpmath.mpf(estimate), 2, True)]
         found = evaluation.chosen(given, lambda _: bounds, True, mpmath.mp)
         assert found is not None
         assert found[1] == kind

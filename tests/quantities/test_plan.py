@@ -119,11 +119,11 @@ def test_arrays_on_the_table(problem: Problem) -> None:
 @pytest.mark.usefixtures("dear")
 def test_a_drift_is_analysed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     counts: list[int] = []
-    found_of = weak_noise_arrays.found_of
+    expanded_of = weak_noise_arrays.expanded_of
 
     def counted(scenes: Any, order: int) -> Any:
         counts.append(len(scenes.start))
-        return found_of(scenes, order)
+        return expanded_of(scenes, order)
 
     logs_of: Any = weak_noise_arrays.logs_of
     monkeypatch.setattr(logs_of, "__defaults__", (counted, *logs_of.__defaults__[1:]))

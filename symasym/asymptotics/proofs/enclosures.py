@@ -1,4 +1,4 @@
-"""Proved two-sided bounds of the escape time for weak noise, at a cost that does not grow with lam.
+"""Proved two-sided bounds of T and 1 - P for weak noise, at a cost that does not grow with lam.
 
 With L, R the integrals of e^{lam V} left and right of a point and m = e^{-lam V},
 

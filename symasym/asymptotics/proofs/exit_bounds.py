@@ -1,4 +1,11 @@
-"""Two-sided bounds of the exit probability, and the paper's upper bound with its condition."""
+"""Two-sided bounds of the exit probability C, and the paper's upper bound with its condition.
+
+C = sigma_R/(sigma_L + sigma_R), sigma the integrals of e^{lam (V - V(start))} to the right and to
+the left of the start (eq:C). Each is enclosed on the segments of
+`symasym.asymptotics.proofs.layer_bounds`: between straight lines, and at a barrier or an end by
+Laplace's method with its remainder. One scene is computed in balls; arrays (`of_scenes`) in
+intervals of float64 (`symasym.numbers.float_intervals`) from the same segments.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.proofs.layer_bounds import Barrier, Edge, Layer, Region, layer_of
+from symasym.asymptotics.proofs.layer_bounds import Barrier, Edge, Layer, Segment, layer_of
 from symasym.asymptotics.proofs.panels import Bounds, between_lines
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import IntArray, exact, float_text, is_array
@@ -108,8 +115,8 @@ def _side(drift: Drift, mirrored: bool, r: Fraction, x: Fraction, lam: Fraction)
     if x < 1:
         layer = layer_of(drift, mirrored, max(x, -one), min(r, one))
         scale = (factor * height).exp()
-        for region in layer.regions:
-            below, above = _region(region, lam)
+        for segment in layer.segments:
+            below, above = _of_segment(segment, lam)
             low, high = low + scale * below, high + scale * above
         height = height + layer.end
     if r > 1:
@@ -118,11 +125,11 @@ def _side(drift: Drift, mirrored: bool, r: Fraction, x: Fraction, lam: Fraction)
     return low, high
 
 
-def _region(region: Region, exactly: Fraction) -> Bounds:
+def _of_segment(segment: Segment, exactly: Fraction) -> Bounds:
     """int e^{lam V}: by its panels and, where V is largest, by Laplace's method as well."""
-    low, high = between_lines(region.panels, exactly, 1)
+    low, high = between_lines(segment.panels, exactly, 1)
     lam = exact_ball(exactly)
-    peak = region.peak
+    peak = segment.peak
     if peak is None:
         return Bounds(low, high)
     lead, least, most = _by_laplace(peak, lam, lambda ball: ball)
@@ -256,32 +263,32 @@ def _added(parts: list[_LogIntegral], lam: Intervals) -> _LogIntegral:
 def _float_layer(layer: Layer, lam: Intervals) -> _LogIntegral:
     """int e^{lam V} over the layer, V from its beginning."""
     tops, falls = [], []
-    for panel in (p for region in layer.regions for p in region.panels):
+    for panel in (p for segment in layer.segments for p in segment.panels):
         # From the higher of the line's two ends.
         rise = panel.slope * panel.width
         rises = rise.mid() > 0
         tops.append(panel.height + rise if rises else panel.height)
         falls.append(rise if rises else -rise)
     # Of V itself: the lines may rise above it.
-    heights = [r.peak.height for r in layer.regions if r.peak] + [layer.end, 0 * layer.end]
+    heights = [r.peak.height for r in layer.segments if r.peak] + [layer.end, 0 * layer.end]
     top = max(heights, key=lambda height: float(height.mid()))
-    regions, first = [], 0
-    for region in layer.regions:
-        part = slice(first, first := first + len(region.panels))
+    segments, first = [], 0
+    for segment in layer.segments:
+        part = slice(first, first := first + len(segment.panels))
         decay = lam * Intervals.column(falls[part])
         line = lam * Intervals.column([height - top for height in tops[part]])
-        line += Intervals.column([p.width for p in region.panels]).log() + decay.log_mean_decay()
-        bend = (lam * Intervals.column([p.bend for p in region.panels])).high
+        line += Intervals.column([p.width for p in segment.panels]).log() + decay.log_mean_decay()
+        bend = (lam * Intervals.column([p.bend for p in segment.panels])).high
         total = log_sum(line + Intervals(-bend, bend))
-        if region.peak is not None:
-            lead, least, most = _by_laplace(region.peak, lam, Intervals.of)
-            above = lam * Intervals.of(region.peak.height - top) + lead.log()
+        if segment.peak is not None:
+            lead, least, most = _by_laplace(segment.peak, lam, Intervals.of)
+            above = lam * Intervals.of(segment.peak.height - top) + lead.log()
             total = Intervals(
                 np.maximum(total.low, (above + least.log()).low),
                 np.minimum(total.high, (above + most.log()).high),
             )
-        regions.append(total)
-    return _LogIntegral(Compensated.of(top), log_sum(stacked(regions)))
+        segments.append(total)
+    return _LogIntegral(Compensated.of(top), log_sum(stacked(segments)))
 
 
 # -- the paper's bound -----------------------------------------------------------------------------
@@ -369,8 +376,8 @@ def _highest(drift: Drift, mirrored: bool) -> Fraction:
         layer = layer_of(drift, mirrored, Fraction(-1), Fraction(0))
         base = layer.end
         top = base
-        for region in layer_of(drift, mirrored, Fraction(0), Fraction(1)).regions:
-            for panel in region.panels:
+        for segment in layer_of(drift, mirrored, Fraction(0), Fraction(1)).segments:
+            for panel in segment.panels:
                 end = panel.height + panel.slope * panel.width
                 top = top.max(base + panel.height.max(end) + panel.bend)
         mantissa, exponent = top.upper().man_exp()

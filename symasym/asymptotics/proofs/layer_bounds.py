@@ -1,6 +1,6 @@
 """Two-sided bounds of int e^{lam V} over a stretch of the layer, for every lam at once.
 
-The stretch is cut into regions. On each panel of a region V lies between two
+The stretch is cut into segments. On each panel of a segment V lies between two
 parallel lines, and the integral between two closed forms; that is tight while
 lam V'' width^2 is small. Where V has its largest values (at an end from which it
 falls, at a barrier) a window carries bounds by Laplace's method besides, whose
@@ -57,15 +57,15 @@ class Barrier(NamedTuple):
     gap: Any
 
 
-class Region(NamedTuple):
+class Segment(NamedTuple):
     panels: list[Panel]
     peak: Edge | Barrier | None
 
 
 class Layer(NamedTuple):
-    """Regions of a stretch, V measured from its beginning, and V at its end."""
+    """Segments of a stretch, V measured from its beginning, and V at its end."""
 
-    regions: list[Region]
+    segments: list[Segment]
     end: Any
 
 
@@ -104,13 +104,13 @@ class _Drift:
 
 
 def layer_of(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> Layer:
-    """The regions of [a, b] inside [-1, 1], at the precision of the moment."""
+    """The segments of [a, b] inside [-1, 1], at the precision of the moment."""
     field = _Drift(drift, mirrored)
     windows = _windows(field, a, b)
     cuts = sorted({a, b, *(w[0] for w in windows), *(w[1] for w in windows)})
     by_start = {w[0]: w for w in windows}
     top = float(_rough_top(field, a, b))
-    regions, height = [], flint_module().arb(0)
+    segments, height = [], flint_module().arb(0)
     for left, right in zip(cuts, cuts[1:], strict=False):
         window = by_start.get(left)
         begin = height
@@ -118,8 +118,8 @@ def layer_of(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> Layer:
         peak: Edge | Barrier | None = None
         if window:
             peak = window[2](begin, height)
-        regions.append(Region(panels, peak))
-    return Layer(regions, height)
+        segments.append(Segment(panels, peak))
+    return Layer(segments, height)
 
 
 def below_its_end(layer: Layer) -> bool:
@@ -129,13 +129,13 @@ def below_its_end(layer: Layer) -> bool:
     so that it is largest at one end: |V'| is at least the line's slope less 4 bend/width.
     """
     end = layer.end
-    for region in layer.regions:
-        if isinstance(region.peak, Edge) and (
-            region.peak.height is end or region.peak.height <= end
+    for segment in layer.segments:
+        if isinstance(segment.peak, Edge) and (
+            segment.peak.height is end or segment.peak.height <= end
         ):
             # A has one sign in the window.
             continue
-        for panel in region.panels:
+        for panel in segment.panels:
             line = panel.height.max(panel.height + panel.slope * panel.width) + panel.bend
             steep = panel.width * abs(panel.slope) > 4 * panel.bend
             tops = [panel.ends[0] if panel.slope < 0 else panel.ends[1]] if steep else [line]

@@ -1,7 +1,7 @@
 """Weak noise through the coalescence of wells, barriers and ends: T by uniform approximation.
 
 Laplace's sums (`symasym.asymptotics.weak_noise.answer`) with coalescing critical points taken
-together: a well and the barrier next to it, also past the fold where they are a complex pair
+together: a well and the barrier next to it, also past the canonical where they are a complex pair
 (`.coalescing_pair`: the canonical Airy form of Chester, Friedman and Ursell), and each of them with
 the start and with the ends of the layer (`.truncated_gaussian`: Bleistein). Their own series stay
 below the sum, in the places and in the regular part; the singular terms cancel there, for which
@@ -29,8 +29,9 @@ from symasym.asymptotics.uniform.coalescing_pair import (
 )
 from symasym.asymptotics.uniform.one_drift import Scene as ClosedScene
 from symasym.asymptotics.uniform.one_drift import scene_of
+from symasym.asymptotics.uniform.order_zero import SAFETY
 from symasym.asymptotics.uniform.order_zero import escape_time as in_float
-from symasym.asymptotics.uniform.pairing_arrays import found_of
+from symasym.asymptotics.uniform.pairing_arrays import paired_of
 from symasym.asymptotics.uniform.sums import corrected, time_at, whole_at
 from symasym.asymptotics.uniform.truncated_gaussian import (
     Truncations,
@@ -119,8 +120,8 @@ def _occupation(asked: Scene, request: Request) -> Answer:
         places = whole(field, order, context)
         every = places + barriers(field, order, context)
         stretch = Stretch(field, -one, -one, one, (-one, one), base, context)
-        folds = coalescing_pairs(stretch, order, every)
-        require_resolved(drift, lam, [float(f.point) for f in folds])
+        canonical_pairs = coalescing_pairs(stretch, order, every)
+        require_resolved(drift, lam, [float(f.point) for f in canonical_pairs])
         slopes = [abs(field.number(context.mpf(side))) for side in (-1, 1)]
         heights = places[0].height, places[-1].height
         zeros = [p for p in every if p.kind in ("well", "barrier")]
@@ -130,7 +131,7 @@ def _occupation(asked: Scene, request: Request) -> Answer:
         )
 
         def share(number: Any, n: int) -> Any:
-            total = whole_at(places, folds, number, n, context)
+            total = whole_at(places, canonical_pairs, number, n, context)
             for sign, truncations in ((1, right), (-1, left)):
                 total += sign * corrected(truncations, [], number, n, context).falling
             outside = sum(
@@ -139,7 +140,7 @@ def _occupation(asked: Scene, request: Request) -> Answer:
             return outside / total
 
         number = mpf_of(lam, context)
-        folds, cost = _apart(folds, number, context)
+        canonical_pairs, cost = _apart(canonical_pairs, number, context)
         value, size = _with_error(share, number, order, asked.noise, context)
         size += 10 * cost * value
         if not size < (value if complement else 1 - value):
@@ -160,7 +161,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     if request.order == 0 and not local:
         shapes = own_shapes(drift, scenes.given, scenes)
         logs, errors = logs_of(
-            drift, scenes, shapes, (0,), in_float, None, request.full, found_of, smooth=True
+            drift, scenes, shapes, (0,), in_float, None, request.full, paired_of, smooth=True
         )
     else:
         logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
@@ -222,8 +223,10 @@ def _analysed(
 ) -> _Series:
     """For any lam up to this one, to `order` and what tells its error."""
     context, (sides, truncations) = _sides(drift, r, x, order, working_digits(digits, lam, r))
-    folds = [sign * float(f.point) for sign, s in zip((-1, 1), sides, strict=True) for f in s.folds]
-    require_resolved(drift, lam, folds)
+    centres = [
+        sign * float(f.point) for sign, s in zip((-1, 1), sides, strict=True) for f in s.pairs
+    ]
+    require_resolved(drift, lam, centres)
     return _Series(context, sides, truncations, mpf_of(r, context), local)
 
 
@@ -258,8 +261,8 @@ def _estimate(scene: _Series, lam: Fraction, order: int, kappa: str) -> tuple[An
     context, number = scene.context, mpf_of(lam, scene.context)
     sides, costs = [], []
     for side in scene.sides:
-        folds, cost = _apart(side.folds, number, context)
-        sides.append(side._replace(folds=folds))
+        canonical_pairs, cost = _apart(side.pairs, number, context)
+        sides.append(side._replace(pairs=canonical_pairs))
         costs.append(cost)
     scene = scene._replace(sides=sides)
     value, size = _with_error(scene.time, number, order, kappa, context)
@@ -274,21 +277,23 @@ def _estimate(scene: _Series, lam: Fraction, order: int, kappa: str) -> tuple[An
     return value, size
 
 
-def _apart(folds: list[CanonicalPair], lam: Any, context: Any) -> tuple[list[CanonicalPair], Any]:
+def _apart(
+    canonical_pairs: list[CanonicalPair], lam: Any, context: Any
+) -> tuple[list[CanonicalPair], Any]:
     """Without complex pairs that the start or an end cuts through, and what either way costs.
 
     Airy functions take a pair's integrals over all of the line. Where the pair is far from the
     real line its own exponentials are small, and the outer part has all that counts.
     """
     kept, cost = [], context.zero
-    for fold in folds:
-        if fold.pair.zeta < 0:
-            inside = context.exp(-lam * fold.gap)
-            outside = context.exp(-lam * 4 * (-fold.pair.zeta) ** context.mpf(1.5) / 3)
+    for canonical in canonical_pairs:
+        if canonical.pair.zeta < 0:
+            inside = context.exp(-lam * canonical.gap)
+            outside = context.exp(-lam * 4 * (-canonical.pair.zeta) ** context.mpf(1.5) / 3)
             cost = max(cost, min(inside, outside))
             if outside < inside:
                 continue
-        kept.append(fold)
+        kept.append(canonical)
     return kept, cost
 
 
@@ -320,11 +325,10 @@ def _too_strong(kappa: str, order: int) -> AccuracyError:
 
 
 def _next_terms(found: list[Any], n: int, context: Any) -> Any:
-    """Relative truncation error of order n: five times the next two, more if they hardly fall."""
+    """Relative truncation error of order n: `SAFETY` times the next two terms, or more."""
     near, far = (abs(found[n + k + 1] - found[n + k]) for k in range(BEYOND))
     fall = min(far / near, context.mpf(3) / 4) if near else context.mpf(3) / 4
-    # Five, for scenes where fold and end meet: the error of the composite is in no next term.
-    return 5 * (near + far) / (1 - fall) / abs(found[n])
+    return SAFETY * (near + far) / (1 - fall) / abs(found[n])
 
 
 def _log_error(value: Any, size: Any, context: Any) -> Any:
@@ -332,14 +336,14 @@ def _log_error(value: Any, size: Any, context: Any) -> Any:
 
 
 def _straightened(side: OneSide, context: Any) -> OneSide:
-    """phi taken as a parabola about each fold: Airy's argument is linear in its height there."""
-    return side._replace(folds=[parabola(fold, context) for fold in side.folds])
+    """phi taken as a parabola about each pair: Airy's argument is linear in its height there."""
+    return side._replace(pairs=[parabola(canonical, context) for canonical in side.pairs])
 
 
 def _names(sides: list[OneSide], context: Any) -> tuple[str, ...]:
     found = []
     for sign, side in zip((-1, 1), sides, strict=True):
-        for fold in side.folds:
-            at = sign * mpf_of(fold.point, context)
+        for canonical in side.pairs:
+            at = sign * mpf_of(canonical.point, context)
             found.append(f"well and barrier about u = {context.nstr(at, 6)}")
     return (*found, *_TERMS)

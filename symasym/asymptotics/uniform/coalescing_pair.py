@@ -111,12 +111,14 @@ def canonical_pair(
     )
 
 
-def parabola(fold: CanonicalPair, context: MPContext) -> CanonicalPair:
+def parabola(canonical: CanonicalPair, context: MPContext) -> CanonicalPair:
     """With phi = c_0 + c_2 (u - point)²: u' = p = c_2^(-1/3) and zeta = -c_0 p, linear in c_0."""
-    low, bend = fold.bottom
+    low, bend = canonical.bottom
     p = 1 / context.cbrt(bend)
-    pair = replace(fold.pair, zeta=-low * p)
-    return fold._replace(pair=pair, terms=[(p, context.zero)], height=fold.level, known={})
+    pair = replace(canonical.pair, zeta=-low * p)
+    return canonical._replace(
+        pair=pair, terms=[(p, context.zero)], height=canonical.level, known={}
+    )
 
 
 def _share(pair: Pair, taylor: list[Any], count: int, context: MPContext) -> list[Any]:
@@ -139,13 +141,13 @@ class Airy(NamedTuple):
     both: Any
 
 
-def airy(fold: CanonicalPair, lam: mpf, order: int, context: MPContext) -> Airy:
+def airy(canonical: CanonicalPair, lam: mpf, order: int, context: MPContext) -> Airy:
     """The local integrals of the pair at one lam, to `order` (Chester, Friedman and Ursell)."""
-    c, rows = context, fold.terms[: order + 1]
-    if lam not in fold.known:
-        with c.workdps(fold.digits):
-            fold.known[lam] = airy_products(c.cbrt(lam) ** 2 * fold.pair.zeta, Digits(c))
-    known_terms = pair_terms(fold.pair.zeta, rows, rows, lam, c, fold.known[lam])
+    c, rows = context, canonical.terms[: order + 1]
+    if lam not in canonical.known:
+        with c.workdps(canonical.digits):
+            canonical.known[lam] = airy_products(c.cbrt(lam) ** 2 * canonical.pair.zeta, Digits(c))
+    known_terms = pair_terms(canonical.pair.zeta, rows, rows, lam, c, canonical.known[lam])
     rising, falling, both = (
         c.fsum(value for value, _ in terms)
         for terms in (known_terms.rising, known_terms.falling, known_terms.both)
@@ -160,7 +162,7 @@ class OneSide(NamedTuple):
     """One side of the start, with the pairs whose turning point is in it."""
 
     half: OneSided
-    folds: list[CanonicalPair]
+    pairs: list[CanonicalPair]
 
 
 def lost_digits(drift: Drift, order: int, digits: int, x: Fraction) -> tuple[int, Fraction]:
@@ -236,7 +238,7 @@ def seen(
         pairs.append(_candidates(stretch, order, points[k] + behind))
     chosen = _chosen(pairs[0] + pairs[1])
     return [
-        OneSide(one, [fold for fold, _ in own if any(fold is c for c in chosen)])
+        OneSide(one, [canonical for canonical, _ in own if any(canonical is c for c in chosen)])
         for one, own in zip(both, pairs, strict=True)
     ]
 
@@ -257,11 +259,11 @@ def _candidates(
     turns = turning_points(field, Fraction(-1), Fraction(1), context)
     for point in turns:
         if stretch.has(point):
-            fold = _fold(stretch, point, order + 1 + BEYOND, points)
-            if fold is not None and _is_own(fold, turns, context):
-                real = zeros_of(fold, context) if fold.pair.zeta > 0 else ()
+            canonical = _canonical_pair(stretch, point, order + 1 + BEYOND, points)
+            if canonical is not None and _is_own(canonical, turns, context):
+                real = zeros_of(canonical, context) if canonical.pair.zeta > 0 else ()
                 own = [p for u in real if (p := place_at(u, points)) is not None]
-                pairs.append((fold, own))
+                pairs.append((canonical, own))
     return pairs
 
 
@@ -269,16 +271,16 @@ def _chosen(pairs: list[tuple[CanonicalPair, list[CriticalPoint]]]) -> list[Cano
     """The pairs that coalesce first, no critical point in two of them, from left to right."""
     taken: list[Any] = []
     chosen = []
-    for fold, own in sorted(pairs, key=lambda f: abs(f[0].pair.zeta)):
+    for canonical, own in sorted(pairs, key=lambda f: abs(f[0].pair.zeta)):
         # From both sides a critical point has one and the same coefficients.
         if any(p.series is series for p in own for series in taken):
             continue
         taken += [p.series for p in own]
-        chosen.append(fold)
+        chosen.append(canonical)
     return sorted(chosen, key=lambda f: f.point)
 
 
-def _fold(
+def _canonical_pair(
     stretch: Stretch, point: Fraction, count: int, points: list[CriticalPoint]
 ) -> CanonicalPair | None:
     """The pair about this zero of phi's slope, if it is one by itself."""
@@ -286,43 +288,43 @@ def _fold(
     taylor = [mpf_of(c, context) for c in _taylor(stretch.field, point, count)]
     try:
         pair = split_pair(taylor, context)
-        fold = canonical_pair(
+        canonical = canonical_pair(
             pair, taylor, point, _height(stretch, point), count, stretch.digits, context
         )
     except SymasymError:
         return None
-    if pair.zeta > 0 and None in [place_at(u, points) for u in zeros_of(fold, context)]:
+    if pair.zeta > 0 and None in [place_at(u, points) for u in zeros_of(canonical, context)]:
         return None
-    gaps = [_climb(stretch, fold, u, points) for u in stretch.cuts]
+    gaps = [_climb(stretch, canonical, u, points) for u in stretch.cuts]
     middle = mpf_of(point, context) + pair.middle
     ends = [mpf_of(u, context) for u in (stretch.lo, stretch.hi)]
     # Beyond the layer phi is another function, and the pair none of its own.
     gap = min(gaps, default=context.inf) if ends[0] < middle < ends[1] else context.zero
-    return fold._replace(gap=gap)
+    return canonical._replace(gap=gap)
 
 
 def _climb(
-    stretch: Stretch, fold: CanonicalPair, cut: Fraction, points: list[CriticalPoint]
+    stretch: Stretch, canonical: CanonicalPair, cut: Fraction, points: list[CriticalPoint]
 ) -> Any:
     """The total variation of V between a pair and a cut."""
     context = stretch.context
-    point, end = (mpf_of(u, context) for u in (fold.point, cut))
+    point, end = (mpf_of(u, context) for u in (canonical.point, cut))
     zeros = sorted(
         (p for p in points if p.kind in ("well", "barrier") and (p.u - point) * (p.u - end) < 0),
         key=lambda p: abs(p.u - point),
     )
     heights = [p.height if p.kind == "barrier" else -p.height for p in zeros]
-    way = [fold.height, *heights, _height(stretch, cut)]
+    way = [canonical.height, *heights, _height(stretch, cut)]
     return sum((abs(b - a) for a, b in pairwise(way)), context.zero)
 
 
-def _is_own(fold: CanonicalPair, turns: list[Fraction], context: MPContext) -> bool:
+def _is_own(canonical: CanonicalPair, turns: list[Fraction], context: MPContext) -> bool:
     """True where no other turning point is nearer to a complex pair, which both may find."""
-    if fold.pair.zeta > 0:
+    if canonical.pair.zeta > 0:
         return True
-    others = [u - fold.point for u in turns if u != fold.point]
-    away = [abs(mpf_of(u, context) - fold.pair.middle) for u in others]
-    return all(abs(fold.pair.middle) <= distance for distance in away)
+    others = [u - canonical.point for u in turns if u != canonical.point]
+    away = [abs(mpf_of(u, context) - canonical.pair.middle) for u in others]
+    return all(abs(canonical.pair.middle) <= distance for distance in away)
 
 
 def _taylor(field: ExactField, point: Fraction, count: int) -> list[Fraction]:
@@ -343,10 +345,10 @@ def _height(stretch: Stretch, point: Fraction) -> Any:
     return rise
 
 
-def zeros_of(fold: CanonicalPair, context: MPContext) -> tuple[Any, Any]:
+def zeros_of(canonical: CanonicalPair, context: MPContext) -> tuple[Any, Any]:
     """The two of a real pair."""
-    middle = mpf_of(fold.point, context) + fold.pair.middle
-    half_way = context.sqrt(fold.pair.square)
+    middle = mpf_of(canonical.point, context) + canonical.pair.middle
+    half_way = context.sqrt(canonical.pair.square)
     return middle - half_way, middle + half_way
 
 

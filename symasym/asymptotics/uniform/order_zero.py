@@ -4,8 +4,10 @@ Wells, barriers and pairs of both sides of the start (`symasym.asymptotics.weak_
 with the canonical Airy form of pairs that may coalesce and the truncated Gaussian of a barrier next
 to an end (`symasym.asymptotics.uniform.order_zero_forms`), for zeros of A however close to each
 other or to the layer's end. Which zeros go together is decided in float64 (`.pairing_arrays` for
-many drifts, `.structure` for one); `OrderZero` is what follows from it, once for both:
-to all digits zeros, differences of the potential, Airy functions and Dawson's integral.
+many drifts, `.structure` for one); `OrderZero` is what follows from it, once for both: with
+digits, zeros, differences of the potential, Airy functions and Dawson's integral have all of them.
+The error of order 0 is that of the next terms (sizes from `order_zero_forms`) times `SAFETY`, and
+what the start or an end cuts off a pair (`with_left_out`).
 """
 
 from __future__ import annotations
@@ -43,7 +45,7 @@ from symasym.series.quadratic_factor import seen_from
 
 _EPS = 2.3e-16
 # The error of the composite where pair and end come together is in no next term.
-_FACTOR = 5
+SAFETY = 5
 # Zeros of A whose rounding, relative to their distances, is more than this are not used.
 _ROUGHEST = 1e-10
 # V from a barrier to the well before it, below which the barrier has no series of its own.
@@ -376,4 +378,4 @@ def escape_time(composed: Composed, at: Point) -> tuple[FloatArray, Any]:
 
 def with_left_out(error: Any, left_out: Any) -> Any:
     """The relative error, with what the start or an end cuts off a complex pair."""
-    return _FACTOR * error + 20 * left_out
+    return SAFETY * error + 20 * left_out

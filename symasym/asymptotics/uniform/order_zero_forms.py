@@ -54,7 +54,7 @@ from symasym.special.dawson import _gaussians, dawson
 from symasym.special.exponentials import quotients
 
 __all__ = [
-    "EMITTED", "AiryForm", "AiryIntegral", "Truncated", "TruncatedIntegral", "airy_form",
+    "EMITTED", "FADE", "AiryForm", "AiryIntegral", "Truncated", "TruncatedIntegral", "airy_form",
     "regular_share", "truncated_gaussian",
 ]  # fmt: skip
 
@@ -63,8 +63,9 @@ Number = Any
 
 # Sizes of order 1 are found in float64.
 _SIZES: Arithmetic = FLOATS
-# How fast the peak's share is faded out as a well comes near: any number would do for every order.
-_FADE = 8
+#: How fast the peak's share is faded out as a well comes near: any number would do for every order;
+#: this is about the best for friction with mu = 3.
+FADE = 8
 # For the size of order 1, zeros closer than this (by the layer's width) are taken to be so far
 # apart: it hardly depends on the distance there, and is not lost to rounding.
 _APART = 0.03
@@ -114,7 +115,7 @@ def _faded(c: Arithmetic, drop: Number, gap: Number, area: Number) -> tuple[Numb
 
     `drop` is V from the barrier down to the well: as they meet, its own series breaks down.
     """
-    rho = _FADE * drop / (gap * gap * area)
+    rho = FADE * drop / (gap * gap * area)
     fade = c.exp(-rho)
     return rho, (1 + rho) * fade, (1 + rho + rho * rho / 2) * fade
 

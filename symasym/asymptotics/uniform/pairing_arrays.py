@@ -15,14 +15,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair
-from symasym.asymptotics.weak_noise.arrays import Found, mapped, unchanged
+from symasym.asymptotics.weak_noise.arrays import ExpandedScenes, mapped, unchanged
 from symasym.base.inputs import FloatArray
 from symasym.drift.field.float_field import IntArray
 from symasym.drift.field.polynomial_scenes import Scenes, clear_of_zero, structure
 from symasym.numbers.polynomials import Zeros, poly, shifted, zeros_of
 from symasym.series.quadratic_factor import Pair, pairs_of
 
-__all__ = ["found_of"]
+__all__ = ["paired_of"]
 
 _AT_ONCE = 4096
 _LARGEST_KEY = 2.0**62
@@ -30,7 +30,7 @@ _LARGEST_KEY = 2.0**62
 _SAME = 1e-6
 
 
-def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
+def paired_of(scenes: Scenes, order: int) -> Iterator[ExpandedScenes]:
     """The places of all scenes that float64 is enough for, chunk by chunk; order 0 only."""
     if order:
         return
@@ -42,10 +42,10 @@ def found_of(scenes: Scenes, order: int) -> Iterator[Found]:
             some = scenes.take(rows)
             some = some._replace(c=some.c[: d + 1])
             for found in _found(some):
-                yield Found(rows[found.rows], found.sides)
+                yield ExpandedScenes(rows[found.rows], found.sides)
 
 
-def _found(scenes: Scenes) -> Iterator[Found]:
+def _found(scenes: Scenes) -> Iterator[ExpandedScenes]:
     zeros = zeros_of(scenes.c)
     pairs, slack = pairs_beside(scenes, zeros)
     keys = [structure(scenes, zeros), *(key_of(scenes, zeros, p) for p in pairs)]
@@ -64,9 +64,9 @@ def _found(scenes: Scenes) -> Iterator[Found]:
             both_sides = builder.both_sides()
             sure = builder.sure()
             if sure.all():
-                yield Found(part, both_sides)
+                yield ExpandedScenes(part, both_sides)
             elif sure.any():
-                yield Found(part[sure], mapped(both_sides, itemgetter(sure)))
+                yield ExpandedScenes(part[sure], mapped(both_sides, itemgetter(sure)))
 
 
 def _numbered(keys: list[IntArray]) -> IntArray:

@@ -122,8 +122,8 @@ def time_at(
     sums = [_Sum(one, r, at) for one in sides]
     members: list[Member] = []
     for k, one in enumerate(sides):
-        for fold in one.folds:
-            members += _meet(fold, k, sums, lam, order, context)
+        for canonical in one.pairs:
+            members += _meet(canonical, k, sums, lam, order, context)
     beside = truncations.start
     if not beside:
         beside = truncations.left if sums[1].ends() else truncations.right
@@ -164,20 +164,24 @@ def _same(member: Member, truncation: Truncation, context: MPContext) -> bool:
 
 
 def _meet(
-    fold: CanonicalPair, k: int, sums: list[_Sum], lam: mpf, order: int, context: MPContext
+    canonical: CanonicalPair, k: int, sums: list[_Sum], lam: mpf, order: int, context: MPContext
 ) -> list[Member]:
     """Take the pair, seen from side k, together; returns its members."""
-    local, height, own = airy(fold, lam, order, context), context.exp(lam * fold.height), sums[k]
-    for n, share in enumerate(fold.share[: order + 1]):
+    local, height, own = (
+        airy(canonical, lam, order, context),
+        context.exp(lam * canonical.height),
+        sums[k],
+    )
+    for n, share in enumerate(canonical.share[: order + 1]):
         own.nested -= share * lam ** -(n + 1)
-    if fold.pair.zeta < 0:
-        middle = mpf_of(fold.point, context)
+    if canonical.pair.zeta < 0:
+        middle = mpf_of(canonical.point, context)
         own.rising.append(_Share(middle, local.rising * height, context.zero, None))
         own.falling.append(_Share(middle, local.falling / height, context.zero, None))
-        own.nested += local.both if fold.onward else context.zero
+        own.nested += local.both if canonical.onward else context.zero
         return []
-    low, high = (_found(u, k, sums) for u in zeros_of(fold, context))
-    (well_side, well), (barrier_side, barrier) = (low, high) if fold.onward else (high, low)
+    low, high = (_found(u, k, sums) for u in zeros_of(canonical, context))
+    (well_side, well), (barrier_side, barrier) = (low, high) if canonical.onward else (high, low)
     barrier.value, well.value = local.rising * height, local.falling / height
     gain = local.both - barrier.value * well.value
     if well_side != barrier_side:
@@ -233,7 +237,7 @@ def corrected(
 
 def whole_at(
     points: list[CriticalPoint],
-    folds: list[CanonicalPair],
+    canonical_pairs: list[CanonicalPair],
     lam: mpf,
     order: int,
     context: MPContext,
@@ -241,10 +245,10 @@ def whole_at(
     """int e^{-lam V} over all u, with Laplace's series at the kinks."""
     at, left_out = Point(lam, order, False, None, Digits(context)), []
     total = context.zero
-    for fold in folds:
-        total += airy(fold, lam, order, context).falling * context.exp(-lam * fold.height)
-        if fold.pair.zeta > 0:
-            left_out += [p for u in zeros_of(fold, context) if (p := place_at(u, points))]
+    for canonical in canonical_pairs:
+        total += airy(canonical, lam, order, context).falling * context.exp(-lam * canonical.height)
+        if canonical.pair.zeta > 0:
+            left_out += [p for u in zeros_of(canonical, context) if (p := place_at(u, points))]
     for point in points:
         if not any(point is p for p in left_out):
             total += plain(Leaf(point.height, point.series), at)[0]

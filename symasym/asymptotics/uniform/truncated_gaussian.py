@@ -29,6 +29,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from symasym.asymptotics.uniform.order_zero_forms import FADE
 from symasym.asymptotics.weak_noise.critical_points import wells_and_barriers
 from symasym.asymptotics.weak_noise.one_sided import (
     CriticalPoint,
@@ -54,9 +55,6 @@ __all__ = [
     "truncations_at",
     "truncations_of",
 ]
-
-# Any number would do for every order; this is about the best for friction with mu = 3.
-_FADE = 8
 
 
 class Truncation(NamedTuple):
@@ -208,7 +206,7 @@ class _Neighbours(NamedTuple):
 
     def _ratio(self, height: mpf, other: CriticalPoint) -> Any:
         """The change of V from `height` to another zero, in the same units."""
-        return _FADE * abs(height - _rise(other)) / abs(self.height - _rise(self.zero))
+        return FADE * abs(height - _rise(other)) / abs(self.height - _rise(self.zero))
 
 
 def _rise(point: CriticalPoint) -> Any:

@@ -32,7 +32,7 @@ from symasym.asymptotics.weak_noise.compose import (
 from symasym.asymptotics.weak_noise.critical_points import both_sides, float_point, in_float, whole
 from symasym.asymptotics.weak_noise.evaluation import (
     DROPPED,
-    Found,
+    AtOrder,
     chosen,
     escape_time,
     exit_probability,
@@ -77,7 +77,7 @@ class Quantity(NamedTuple):
     `outer` says whether it needs the double integrals.
     """
 
-    with_digits: Callable[[Composed, Point], Found]
+    with_digits: Callable[[Composed, Point], AtOrder]
     log: Callable[[Composed, Point], Any] | None
     outer: bool
     in_float: Evaluate
@@ -142,7 +142,7 @@ def _occupation(scene: Scene, request: Request, prove: Prove | None) -> Answer:
             share = plain(outside / whole_line, at)[0]
             error = 2 * share * total.error / total.value
             sure = error < share and (complement or error < 1 - share)
-            expanded.append(Found(share, error, n, bool(sure)))
+            expanded.append(AtOrder(share, error, n, bool(sure)))
         taken = chosen(expanded, prove, request.full, context)
         if taken is None:
             raise _too_strong(scene.noise, order)

@@ -43,7 +43,7 @@ _SMALL_SMOOTH = 0.03
 Expansions = tuple[OneSided, OneSided]
 
 
-class Found(NamedTuple):
+class ExpandedScenes(NamedTuple):
     """The two sides of these scenes, left and right."""
 
     rows: IntArray
@@ -60,7 +60,7 @@ def unchanged(x: Numbers) -> Any:
     return x
 
 
-def found_of(scenes: PolynomialScenes, order: int) -> Iterator[Found]:
+def expanded_of(scenes: PolynomialScenes, order: int) -> Iterator[ExpandedScenes]:
     """The expansions of all scenes that float64 is enough for, chunk by chunk."""
     degree = np.where(scenes.c != 0, np.arange(len(scenes.c))[:, None], 0).max(axis=0)
     for d in np.unique(degree):
@@ -79,13 +79,15 @@ def found_of(scenes: PolynomialScenes, order: int) -> Iterator[Found]:
                     yield built
 
 
-def _built(rows: IntArray, scenes: PolynomialScenes, zeros: Zeros, order: int) -> Found | None:
+def _built(
+    rows: IntArray, scenes: PolynomialScenes, zeros: Zeros, order: int
+) -> ExpandedScenes | None:
     """Those of one structure that float64 is enough for."""
     if len(rows) == 1:
         try:
             builder = Builder(scenes, zeros, order, _plain_number)
             sure = builder.roughest() < _ROUGHEST and builder.estimated()
-            return Found(rows, builder.both_sides()) if sure else None
+            return ExpandedScenes(rows, builder.both_sides()) if sure else None
         except (ArithmeticError, ValueError):
             # Python refuses what NumPy makes infinite.
             pass
@@ -96,12 +98,12 @@ def _built(rows: IntArray, scenes: PolynomialScenes, zeros: Zeros, order: int) -
     if not sure.all():
         chosen = np.flatnonzero(sure)
         builder = Builder(scenes.take(chosen), zeros.take(chosen), order, unchanged)
-    return Found(rows[sure], builder.both_sides())
+    return ExpandedScenes(rows[sure], builder.both_sides())
 
 
 Evaluate = Callable[[Composed, Point], tuple[FloatArray, Any]]
 Analyse = Callable[[Drift, float, float], Expansions]
-Find = Callable[[PolynomialScenes, int], Iterator[Found]]
+Find = Callable[[PolynomialScenes, int], Iterator[ExpandedScenes]]
 
 
 class Drifts(NamedTuple):
@@ -124,7 +126,7 @@ def logs_of(
     evaluate: Evaluate,
     analyse: Analyse | None,
     full: bool,
-    find: Find = found_of,
+    find: Find = expanded_of,
     index: IntArray | None = None,
     smooth: bool = False,
 ) -> tuple[FloatArray, FloatArray]:

@@ -51,7 +51,7 @@ _AT_ONCE = 512
 # -- at lam, with digits ---------------------------------------------------------------------------
 
 
-class Found(NamedTuple):
+class AtOrder(NamedTuple):
     """An expansion's value at one order and its estimated error, if that is to be trusted."""
 
     value: Any
@@ -66,13 +66,13 @@ def plain(node: Node, at: Point) -> tuple[Any, Any]:
     return scaled.value * factor, None if scaled.error is None else scaled.error * factor
 
 
-def time_with_digits(composed: Composed, at: Point) -> Found:
+def time_with_digits(composed: Composed, at: Point) -> AtOrder:
     """T at one lam (eq:Ttilde)."""
     (value, _), (error, _) = (plain(node, at) for node in composed.time)
     return _found(composed, at, at.lam * value, at.lam * error)
 
 
-def probability_with_digits(complement: bool, composed: Composed, at: Point) -> Found:
+def probability_with_digits(complement: bool, composed: Composed, at: Point) -> AtOrder:
     """C or 1 - C at one lam (eq:C)."""
     p = composed.probabilities[complement]
     error = plain(p.error / composed.sides.total, at)[0]
@@ -86,11 +86,11 @@ def log_probability(complement: bool, composed: Composed, at: Point) -> Any:
     return -at.arithmetic.log1p(rest / part)
 
 
-def _found(composed: Composed, at: Point, value: Number, error: Number) -> Found:
+def _found(composed: Composed, at: Point, value: Number, error: Number) -> AtOrder:
     """The value with twice its truncation error; sure where that and the total allow it."""
     total = at.value_of(composed.sides.total)
     sure = 2 * total.error < total.value and 2 * error < value
-    return Found(value, 2 * error, at.order, bool(sure))
+    return AtOrder(value, 2 * error, at.order, bool(sure))
 
 
 # -- the order that is taken -----------------------------------------------------------------------
@@ -102,7 +102,7 @@ class Chosen(NamedTuple):
     `allowed` is relative to the value.
     """
 
-    found: Found
+    found: AtOrder
     kind: ErrorKind
     allowed: Any = None
 
@@ -120,7 +120,7 @@ class Chosen(NamedTuple):
 
 
 def chosen(
-    expanded: list[Found],
+    expanded: list[AtOrder],
     prove: Callable[[int], Any] | None,
     full: bool,
     context: MPContext,
@@ -169,7 +169,7 @@ def _distance(bounds: Any, value: Number, context: MPContext) -> Any:
     return size + (abs(value) + size) * context.mpf(10) ** (8 - context.dps)
 
 
-def _outside(bounds: Any, found: Found, context: MPContext) -> bool:
+def _outside(bounds: Any, found: AtOrder, context: MPContext) -> bool:
     """True where proved bounds leave no room for the value and its estimated error."""
     low, high = _ends(bounds, context)
     reach = found.error + abs(found.value) * context.mpf(10) ** (8 - context.dps)
