@@ -98,31 +98,50 @@ def lobatto() -> Rule:
 
 
 @cache
-def integrated_powers(count: int) -> FloatArray:
-    """Row k: x^(k+1)/(k+1) at the Gauss nodes of [0, 1] and, last, at 1."""
-    x = np.append(gauss().nodes, 1.0)
-    k = np.arange(1, count + 1)[:, None]
-    return x**k / k
+def _running_powers(count: int, terms: int) -> tuple[FloatArray, FloatArray]:
+    """Half the integrals of t^k from the left end of each of `count` equal panels of [-1, 1].
+
+    To the panel's Gauss nodes, shape (count, terms, NODES), and to its right end (count, terms).
+    """
+    rule = gauss()
+    ends = np.append(rule.nodes, 1.0)
+    left = 2 * np.arange(count)[:, None, None] / count - 1
+    t = left + 2 / count * np.outer(ends, rule.nodes)
+    powers = t[:, None] ** np.arange(terms)[:, None, None]
+    whole = powers @ rule.weights * (ends / count)
+    return np.ascontiguousarray(whole[..., :-1]), np.ascontiguousarray(whole[..., -1])
 
 
-def exponents_of_series(lam_phi_h: FloatArray) -> FloatArray:
-    """lam int phi from the left end to each Gauss node, and to the right end.
+@cache
+def lobatto_powers(terms: int) -> FloatArray:
+    """t^k at the Lobatto nodes of [-1, 1], shape (NODES + 1, terms)."""
+    powers: FloatArray = (2 * lobatto().nodes[:, None] - 1) ** np.arange(terms)
+    return powers
+
+
+def exponents_of_series(series: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """Exponents on blocks of `count` equal panels each, and how far lam V rises on a panel.
 
     Parameters
     ----------
-    lam_phi_h : array of shape (panels, terms)
-        Taylor coefficients of lam * phi * h at the left end, in units of the width h.
+    series : array of shape (blocks, terms)
+        Taylor coefficients of lam phi h about the middle of a block of width h, in half widths.
+    count : int
+
+    Returns
+    -------
+    exponents : array of shape (count, blocks, NODES)
+        lam int phi from the left end of each panel to its Gauss nodes.
+    rise : array of shape (count, blocks)
     """
-    result: FloatArray = lam_phi_h @ integrated_powers(lam_phi_h.shape[1])
-    return result
+    to_nodes, whole = _running_powers(count, series.shape[1])
+    return np.matmul(series, to_nodes), -(whole @ series.T)
 
 
-def exponents_of_values(lam_phi_h: FloatArray) -> FloatArray:
-    """The same from lam * phi * h at the Gauss nodes, shape (panels, NODES)."""
+def exponents_of_values(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The same from lam phi times a panel's width at the Gauss nodes of each."""
     rule = gauss()
-    return np.concatenate(
-        (lam_phi_h @ rule.integrate.T, (lam_phi_h @ rule.weights)[:, None]), axis=1
-    )
+    return values @ rule.integrate.T, -(values @ rule.weights)
 
 
 @cache
@@ -146,62 +165,68 @@ def _resolved(values: FloatArray, mean: FloatArray) -> np.ndarray:
     return resolved
 
 
-def sampled(exponents: FloatArray, h: FloatArray) -> tuple[Moments, np.ndarray]:
-    """Panels of width `h` on which the exponential is sampled, and which of them are resolved.
+def sampled(exponents: FloatArray, rise: FloatArray, h: FloatArray) -> tuple[Moments, np.ndarray]:
+    """Blocks of equal panels on which the exponential is sampled, and which of them are resolved.
 
     Parameters
     ----------
-    exponents : array of shape (panels, NODES + 1)
-        lam int phi from the left end to each node and to the right end.
-    h : array of shape (panels,)
+    exponents, rise : arrays of shape (panels, blocks, NODES) and (panels, blocks)
+        See `exponents_of_series`. A block's exponents must stay within the range of float64.
+    h : array of shape (blocks,)
+        The widths of the blocks.
     """
-    rule = gauss()
-    rise = -exponents[:, -1]
-    inverse_e = np.exp(exponents[:, :-1])  # 1/e at the nodes
+    rule, shape = gauss(), rise.shape
+    inverse_e = np.exp(exponents.reshape(-1, NODES))  # 1/e at the nodes
     e = 1.0 / inverse_e  # a division costs less than a second exponential
-    up = rise > 0
-    end = np.exp(-np.abs(rise))
-    down_end = np.where(up, 1.0, end)
     int_e, int_inverse = e @ rule.weights, inverse_e @ rule.weights
-    resolved = _resolved(e, int_e) & _resolved(inverse_e, int_inverse)
-    int_e = int_e * h * np.where(up, end, 1.0)
-    int_inverse = int_inverse * h * down_end
+    resolved = (_resolved(e, int_e) & _resolved(inverse_e, int_inverse)).reshape(shape).all(axis=0)
     inverse_e *= e @ (rule.integrate * rule.weights[:, None]).T
     # A product with ones is several times faster than a sum over so short an axis.
-    nested = (inverse_e @ np.ones(NODES)) * h * h * down_end
-    return Moments(rise, int_e, int_inverse, nested), resolved
+    nested = (inverse_e @ np.ones(NODES)).reshape(shape).sum(axis=0)
+    int_e, int_inverse = int_e.reshape(shape), int_inverse.reshape(shape)
+    if len(rise) > 1:
+        # As they stand at the left end of the block: neighbours differ by one exponential only.
+        ahead = np.multiply.accumulate(np.exp(rise[:-1]))
+        int_e[1:] *= ahead
+        int_inverse[1:] /= ahead
+        nested += (np.add.accumulate(int_e)[:-1] * int_inverse[1:]).sum(axis=0)
+    h = h / len(rise)
+    rise = rise.sum(axis=0)
+    up = rise > 0
+    end = np.exp(-np.abs(rise))
+    up_end, down_end = np.where(up, end, 1.0) * h, np.where(up, 1.0, end) * h
+    int_e, int_inverse = int_e.sum(axis=0), int_inverse.sum(axis=0)
+    return Moments(rise, int_e * up_end, int_inverse * down_end, nested * h * down_end), resolved
 
 
-def slow_terms(lam_phi: FloatArray, h: FloatArray) -> FloatArray:
-    """Terms t_0 = 1/(lam|phi|), t_{k+1} = t_k'/(lam|phi|) at the Lobatto nodes.
+def slow_terms(x: FloatArray) -> FloatArray:
+    """Terms t_0 = 1/|x|, t_{k+1} = t_k'/|x| at the Lobatto nodes of [0, 1].
 
-    Their alternating sum solves M' = 1 - lam|phi| M and their sum solves
-    Q' = -1 + lam|phi| Q, the solutions that follow the drift without a layer.
+    Their alternating sum solves M' = 1 - |x| M and their sum solves Q' = -1 + |x| Q, the solutions
+    that follow the drift without a layer.
     """
-    rule = lobatto()
-    terms = np.empty((_SLOW_TERMS, *lam_phi.shape))
-    terms[0] = 1.0 / np.abs(lam_phi)
-    derivative = rule.differentiate.T
+    terms = np.empty((_SLOW_TERMS, *x.shape))
+    terms[0] = 1.0 / np.abs(x)
+    derivative = lobatto().differentiate.T
     for k in range(1, _SLOW_TERMS):
-        terms[k] = (terms[k - 1] @ derivative) / h[:, None] * terms[0]
+        np.multiply(terms[k - 1] @ derivative, terms[0], out=terms[k])
     return terms
 
 
-def slow(lam_phi: FloatArray, h: FloatArray) -> Moments:
+def slow(x: FloatArray, h: FloatArray) -> Moments:
     """Panels on which lam|phi| is so large that integrals live in layers at the ends.
 
     Parameters
     ----------
-    lam_phi : array of shape (panels, NODES + 1)
-        lam * phi at the Lobatto nodes, of one sign per panel.
+    x : array of shape (panels, NODES + 1)
+        lam phi h at the Lobatto nodes, of one sign per panel.
     h : array of shape (panels,)
     """
     rule = lobatto()
-    terms = slow_terms(lam_phi, h)
-    signs = (-1.0) ** np.arange(_SLOW_TERMS)
-    m = np.einsum("k,kpn->pn", signs, terms)
-    q = terms[::-1].sum(axis=0)
-    rise = -h * (lam_phi @ rule.weights)
+    terms = slow_terms(x)
+    even, odd = terms[::2].sum(axis=0), terms[1::2].sum(axis=0)
+    m, q = even - odd, even + odd
+    rise = -(x @ rule.weights)
     decay = np.exp(-np.abs(rise))
     up = rise > 0
     # Layer at the end where 1/e is largest, and at the one where e is (roles of m and q
@@ -209,13 +234,13 @@ def slow(lam_phi: FloatArray, h: FloatArray) -> Moments:
     m_in, m_out, q_in, q_out = m[:, 0], m[:, -1], q[:, 0], q[:, -1]
     m_moment = m_out - m_in * decay
     q_moment = q_in - q_out * decay
-    both_up = h * (m @ rule.weights) - m_in * q_moment
-    both_down = q_in * m_moment - decay * h * (q @ rule.weights)
+    both_up = m @ rule.weights - m_in * q_moment
+    both_down = q_in * m_moment - decay * (q @ rule.weights)
     return Moments(
         rise,
-        np.where(up, m_moment, q_moment),
-        np.where(up, q_moment, m_moment),
-        np.where(up, both_up, both_down),
+        h * np.where(up, m_moment, q_moment),
+        h * np.where(up, q_moment, m_moment),
+        h * h * np.where(up, both_up, both_down),
     )
 
 
@@ -227,55 +252,16 @@ def constant(lam_a: FloatArray, h: FloatArray) -> Moments:
     lam_a, h : arrays of shape (panels,)
         lam times the drift, and the width.
     """
-    x = np.abs(lam_a * h)
-    first = np.where(x == 0, 1.0, constant_single(np.where(x == 0, 1.0, x)))
+    x, up = np.abs(lam_a * h), lam_a < 0
     small = x < 0.5
-    safe, single = np.where(small, 1.0, x), np.where(small, 1.0, first)
+    safe = np.where(small, 1.0, x)
+    first = constant_single(safe)
     # Both lose digits for small x.
-    up_form, down_form = constant_nested_up(safe, single), constant_nested_down(safe, single)
-    phi_1, phi_2 = quotients(np.where(small, -x, 0.0), FLOATS)
-    up = lam_a < 0
-    second = np.where(
-        up, np.where(small, phi_2, up_form), np.where(small, phi_1 - phi_2, down_form)
-    )
+    second = np.where(up, constant_nested_up(safe, first), constant_nested_down(safe, first))
+    if small.any():
+        phi_1, phi_2 = quotients(-x[small], FLOATS)
+        first[small], second[small] = phi_1, np.where(up[small], phi_2, phi_1 - phi_2)
     return Moments(np.where(up, x, -x), h * first, h * first, h * h * second)
-
-
-def merge(moments: Moments, k: np.ndarray, count: np.ndarray) -> Moments:
-    """Join neighbouring records until one is left of each run.
-
-    Parameters
-    ----------
-    moments : Moments
-        Runs of neighbouring panels, one run after the other.
-    k, count : integer arrays of shape (panels,)
-        Index of a panel in its run, and the length of that run. A run's
-        exponents must stay within the range of float64.
-    """
-    rise, int_e, int_inverse, nested = moments
-    up = rise > 0
-    # One scaling for all: integrals of e and 1/e as they stand at the left end.
-    shrink = np.exp(np.abs(rise))
-    grow = np.where(up, shrink, 1.0)
-    back = np.where(up, 1.0, shrink)
-    e_int, inverse_int, double = int_e * grow, int_inverse * back, nested * back
-    while (count > 1).any():
-        step()
-        left = np.flatnonzero(k % 2 == 0)
-        paired = k[left] + 1 < count[left]
-        right = np.where(paired, left + 1, left)
-        end = np.exp(rise[left])
-        joined = np.where(paired, 1.0, 0.0)
-        inverse_right = joined * inverse_int[right] / end
-        double = double[left] + joined * double[right] + e_int[left] * inverse_right
-        e_int = e_int[left] + joined * end * e_int[right]
-        inverse_int = inverse_int[left] + inverse_right
-        rise = rise[left] + joined * rise[right]
-        k, count = k[left] // 2, (count[left] + 1) // 2
-    up = rise > 0
-    end = np.exp(-np.abs(rise))
-    down_end = np.where(up, 1.0, end)
-    return Moments(rise, e_int * np.where(up, end, 1.0), inverse_int * down_end, double * down_end)
 
 
 def merge_slow(

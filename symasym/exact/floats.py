@@ -148,7 +148,9 @@ def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -
         lam[left] * field.a_minus[left], np.minimum(end[left], -1.0) - start[left]
     )
     blocks, anchors = partition(field, lam, np.maximum(start, -1.0), np.minimum(end, 1.0))
-    inside = records_of(field, lam, blocks, anchors)
+    ahead = np.full(len(lam), -np.inf)
+    ahead[left] = np.log(before.int_e) + np.maximum(-before.rise, 0.0)
+    inside = records_of(field, lam, blocks, anchors, ahead)
     right = np.flatnonzero(end > 1.0)
     beyond = float_panels.constant(
         lam[right] * field.a_plus[right], end[right] - np.maximum(1.0, start[right])
