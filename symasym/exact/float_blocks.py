@@ -16,14 +16,14 @@ from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels
-from symasym.exact.float_panels import REACH, SLOWNESS, Moments
+from symasym.exact.float_panels import REACH, REACH_DOWN, RESOLUTION, SLOWNESS, Moments
 from symasym.numbers.complex_balls import tame
 from symasym.numbers.polynomials import poly, shifted
 
 #: lam |A| up to which positions are measured from u = 0.
 MILD = 5e3
-#: Panels of a sampled block, joined before the log domain is entered: e^(16 REACH) < 1e56.
-_COUNTS = np.array([1, 2, 3, 4, 6, 8, 12, 16])
+#: Panels of a sampled block, joined before the log domain is entered: e^(8 REACH_DOWN) < 1e39.
+_COUNTS = np.array([1, 2, 3, 4, 5, 6, 8])
 _PANELS_AT_ONCE = 1024  # stays in cache, and below the size at which BLAS starts threads
 _DEEPEST = 90  # bisections
 _FAINT = 45.0  # what is e^-45 of a sum changes none of its digits
@@ -60,11 +60,8 @@ def partition(
 ) -> tuple[Blocks, Anchors]:
     """First blocks of each scene's part of [-1, 1], and the expansions they are taken about."""
     inside = np.flatnonzero(hi > lo)
-    grid = np.linspace(0.0, 1.0, 17)
-    points = lo[inside, None] + (hi - lo)[inside, None] * grid
-    variation = lam[inside] * np.abs(field.phi(inside, points)).mean(axis=1) * (hi - lo)[inside]
     # Rounding of phi enters the exponent as lam * size * 1e-16.
-    mild = (variation < 150 * REACH) & (lam[inside] * field.size()[inside] < MILD)
+    mild = lam[inside] * field.size()[inside] < MILD
     easy, hard = inside[mild], inside[~mild]
     first = _even_blocks(field, easy, lo, hi)
     if not hard.size:
@@ -353,13 +350,14 @@ def records_of(
             counts = _counting(ready, plan, ahead)
             done.append(_coarse(ready, plan, ~counts))
             ready, plan = ready.take(counts), plan.take(counts)
-        moments, resolved = _moments(field, lam, ready, plan, anchors)
+        moments, missed = _moments(field, lam, ready, plan, anchors)
+        resolved = missed <= RESOLUTION
         blocks = _halves(ready.take(~resolved))
         if blocks.scene.size:
-            ready, plan = ready.take(resolved), plan.take(resolved)
+            ready, plan, missed = ready.take(resolved), plan.take(resolved), missed[resolved]
             moments = Moments(*(m[resolved] for m in moments))
         done.append(
-            Records(*ready[:2], ready.t0, moments, plan.count == 0, plan.shift, plan.local)
+            Records(*ready[:2], ready.t0, moments, plan.count == 0, plan.shift, plan.local + missed)
         )
     return Records.joined(done)
 
@@ -418,7 +416,7 @@ def _planned(
         x = float_panels.lobatto_powers(series.shape[1]) @ series.T
     low, high = x.min(axis=0), x.max(axis=0)
     steep = np.maximum(np.abs(low), np.abs(high))
-    place = np.searchsorted(_COUNTS, steep / REACH)
+    place = np.searchsorted(_COUNTS, steep / np.where(low > 0, REACH_DOWN, REACH))
     count = _COUNTS[np.minimum(place, len(_COUNTS) - 1)]
     few = place < len(_COUNTS)
     slowly = is_slow(low, high, x.T)
@@ -506,10 +504,10 @@ def _coarse(blocks: Blocks, plan: Plan, left_out: np.ndarray) -> Records:
 
 def _moments(
     field: Field, lam: FloatArray, blocks: Blocks, plan: Plan, anchors: Anchors
-) -> tuple[Moments, np.ndarray]:
-    """Moments of the blocks as they are planned, and which of them are resolved."""
+) -> tuple[Moments, FloatArray]:
+    """Moments of the blocks as they are planned, and the truncation errors of those sampled."""
     n = len(blocks.scene)
-    moments, resolved = Moments(*np.empty((4, n))), np.ones(n, dtype=bool)
+    moments, missed = Moments(*np.empty((4, n))), np.zeros(n)
     order = np.argsort(plan.count, kind="stable")
     ends = np.searchsorted(plan.count[order], np.append(0, _COUNTS), side="right")
     low = 0
@@ -530,11 +528,11 @@ def _moments(
                     phi = phi_at(field, part, anchors, nodes.ravel()) * (lam_h / count)[:, None]
                     values = np.ascontiguousarray(phi.reshape(len(h), count, -1).swapaxes(0, 1))
                     exponents = float_panels.exponents_of_values(values)
-                some, resolved[index] = float_panels.sampled(*exponents, h)
+                some, missed[index] = float_panels.sampled(*exponents, h)
             for whole, values in zip(moments, some, strict=True):
                 whole[index] = values
         low = end
-    return moments, resolved
+    return moments, missed
 
 
 def _at_nodes(

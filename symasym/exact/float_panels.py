@@ -41,8 +41,10 @@ REACH = 8.0
 #: series then leave (2k-1)!! 400^-k < 1e-16.
 SLOWNESS = 400.0
 NODES = 16
-#: Largest last Legendre coefficient of the samples, relative to their mean.
-RESOLUTION = 1e-5
+#: The same where V falls all along: the nested integral is then all but a product of single ones.
+REACH_DOWN = 11.0
+#: Largest relative truncation error of a sampled panel.
+RESOLUTION = 1e-13
 _SLOW_TERMS = 9
 
 
@@ -146,27 +148,32 @@ def exponents_of_values(values: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 @cache
 def _last_coefficients() -> FloatArray:
-    """Matrix from values at the Gauss nodes to the last four Legendre coefficients.
-
-    A coefficient c_k of an entire function leaves about c_k^(2 NODES/k) to the rule,
-    so the earlier ones may be larger.
-    """
+    """Matrix from values at the Gauss nodes to the last two Legendre coefficients."""
     x, w = np.polynomial.legendre.leggauss(NODES)
-    k = np.arange(NODES - 4, NODES)
-    p = np.polynomial.legendre.legvander(x, NODES - 1)[:, k]
-    result: FloatArray = p * w[:, None] * (k + 0.5) * (0.07, 0.3, 1.0, 3.0)
+    k = np.arange(NODES - 2, NODES)
+    result: FloatArray = np.polynomial.legendre.legvander(x, NODES - 1)[:, k] * w[:, None]
+    return result * (k + 0.5)
+
+
+def _truncation(
+    e: FloatArray, inverse_e: FloatArray, int_e: FloatArray, int_inverse: FloatArray,
+    nested: FloatArray,
+) -> FloatArray:  # fmt: skip
+    """Relative errors that the rule leaves to the integrals, from the last Legendre coefficients.
+
+    What 16 nodes miss of e and of 1/e is orthogonal to the polynomials they hold, so that the
+    nested integral loses only the product of both; the factors, from 10^5 random panels of degree
+    up to 8, are twice what was seen.
+    """
+    last, ones = _last_coefficients(), np.ones(2)
+    of_e, of_inverse = np.abs(e @ last) @ ones, np.abs(inverse_e @ last) @ ones
+    single = np.maximum(of_e / int_e, of_inverse / int_inverse)
+    result: FloatArray = 1e-4 * of_e * of_inverse / nested + 3e-4 * single * single
     return result
 
 
-def _resolved(values: FloatArray, mean: FloatArray) -> np.ndarray:
-    """Panels whose last Legendre coefficients say that the integral is right to rounding."""
-    tail = np.abs(values @ _last_coefficients())
-    resolved: np.ndarray = tail @ np.ones(4) <= RESOLUTION * mean
-    return resolved
-
-
-def sampled(exponents: FloatArray, rise: FloatArray, h: FloatArray) -> tuple[Moments, np.ndarray]:
-    """Blocks of equal panels on which the exponential is sampled, and which of them are resolved.
+def sampled(exponents: FloatArray, rise: FloatArray, h: FloatArray) -> tuple[Moments, FloatArray]:
+    """Blocks of equal panels on which the exponential is sampled, and their truncation errors.
 
     Parameters
     ----------
@@ -179,10 +186,12 @@ def sampled(exponents: FloatArray, rise: FloatArray, h: FloatArray) -> tuple[Mom
     inverse_e = np.exp(exponents.reshape(-1, NODES))  # 1/e at the nodes
     e = 1.0 / inverse_e  # a division costs less than a second exponential
     int_e, int_inverse = e @ rule.weights, inverse_e @ rule.weights
-    resolved = (_resolved(e, int_e) & _resolved(inverse_e, int_inverse)).reshape(shape).all(axis=0)
-    inverse_e *= e @ (rule.integrate * rule.weights[:, None]).T
-    # A product with ones is several times faster than a sum over so short an axis.
-    nested = (inverse_e @ np.ones(NODES)).reshape(shape).sum(axis=0)
+    inner = e @ rule.integrate.T
+    inner *= inverse_e
+    # A product with a vector is several times faster than a sum over so short an axis.
+    nested = inner @ rule.weights
+    missed = _truncation(e, inverse_e, int_e, int_inverse, nested).reshape(shape).max(axis=0)
+    nested = nested.reshape(shape).sum(axis=0)
     int_e, int_inverse = int_e.reshape(shape), int_inverse.reshape(shape)
     if len(rise) > 1:
         # As they stand at the left end of the block: neighbours differ by one exponential only.
@@ -196,7 +205,7 @@ def sampled(exponents: FloatArray, rise: FloatArray, h: FloatArray) -> tuple[Mom
     end = np.exp(-np.abs(rise))
     up_end, down_end = np.where(up, end, 1.0) * h, np.where(up, 1.0, end) * h
     int_e, int_inverse = int_e.sum(axis=0), int_inverse.sum(axis=0)
-    return Moments(rise, int_e * up_end, int_inverse * down_end, nested * h * down_end), resolved
+    return Moments(rise, int_e * up_end, int_inverse * down_end, nested * h * down_end), missed
 
 
 def slow_terms(x: FloatArray) -> FloatArray:
