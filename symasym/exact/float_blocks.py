@@ -6,6 +6,7 @@ block is sampled, replaced by the layers at its ends, or bisected until one of b
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cache
 from typing import Any, NamedTuple
@@ -25,6 +26,7 @@ MILD = 5e3
 #: Panels of a sampled block, joined before the log domain is entered: e^(8 REACH_DOWN) < 1e39.
 _COUNTS = np.array([1, 2, 3, 4, 5, 6, 8])
 _PANELS_AT_ONCE = 1024  # stays in cache, and below the size at which BLAS starts threads
+_PLANNED_AT_ONCE = 4096
 _DEEPEST = 90  # bisections
 _FAINT = 45.0  # what is e^-45 of a sum changes none of its digits
 _OPEN = 1e-9  # of log T, roughly: what unresolved blocks may leave open
@@ -211,13 +213,16 @@ def hidden(
     size: FloatArray,
     lam_h: FloatArray,
 ) -> np.ndarray:
-    """Blocks with a feature too narrow for their nodes to see (see `numbers.complex_balls`)."""
+    """Blocks with a feature too narrow for their nodes to see (see `numbers.complex_balls`).
+
+    `phi` is the drift in their middles.
+    """
     taken_about, middle = blocks.anchor >= 0, _middle(blocks, anchors)
     around = field.spread(blocks.scene, middle, blocks.t1 - blocks.t0)
     if around is None:
         return np.zeros(len(size), dtype=bool)  # a polynomial has none
     # Beyond a step or a needle the Taylor expansion about an anchor would be another function.
-    straying = np.abs(around.centre - phi[:, float_panels.NODES // 2])
+    straying = np.abs(around.centre - phi)
     close = straying <= 1e-6 * size + 1e-10 * field.size()[blocks.scene]
     # What 17 nodes miss of a function on that disk is 4e-10 of its bound, at most.
     negligible = lam_h * around.radius < 1e-5
@@ -334,13 +339,15 @@ def records_of(
             if depth and hopeless.any():
                 done.append(_unresolved(field, lam, blocks.take(hopeless[blocks.scene]), anchors))
                 blocks = blocks.take(~hopeless[blocks.scene])
-            kept = [blocks.take(np.arange(0))]
-            for low in range(0, len(blocks.scene), _PANELS_AT_ONCE):
-                chunk = blocks.take(slice(low, low + _PANELS_AT_ONCE))
+                if not blocks.scene.size:
+                    break
+            parts = []
+            for low in range(0, len(blocks.scene), _PLANNED_AT_ONCE):
+                chunk = blocks.take(slice(low, low + _PLANNED_AT_ONCE))
                 ready, plan = _planned(field, lam, chunk, anchors)
                 planned.append((chunk.take(ready), plan.take(ready)))
-                kept.append(chunk.take(~ready))
-            blocks, depth = _halves(_joined(kept)), depth + 1
+                parts.append(_pieces(chunk.take(~ready), np.abs(plan.rise[~ready])))
+            blocks, depth = _joined(parts), depth + 1
         if not planned:
             break
         ready, plan = _joined([b for b, _ in planned]), _joined([p for _, p in planned])
@@ -352,7 +359,7 @@ def records_of(
             ready, plan = ready.take(counts), plan.take(counts)
         moments, missed = _moments(field, lam, ready, plan, anchors)
         resolved = missed <= RESOLUTION
-        blocks = _halves(ready.take(~resolved))
+        blocks = _pieces(ready.take(~resolved), np.zeros(np.count_nonzero(~resolved)))
         if blocks.scene.size:
             ready, plan, missed = ready.take(resolved), plan.take(resolved), missed[resolved]
             moments = Moments(*(m[resolved] for m in moments))
@@ -369,12 +376,16 @@ def _joined(parts: Sequence[Any]) -> Any:
     return type(parts[0])(*(np.concatenate(f) for f in zip(*parts, strict=True)))
 
 
-def _halves(blocks: Blocks) -> Blocks:
-    """The halves of the blocks."""
-    if not blocks.scene.size:
-        return blocks
-    middle = (blocks.t0 + blocks.t1) / 2
-    return _joined([blocks._replace(t1=middle), blocks._replace(t0=middle)])
+def _pieces(blocks: Blocks, rise: FloatArray) -> Blocks:
+    """Equal pieces of the blocks: halves, or more where lam V rises far."""
+    most = _COUNTS[-1] * REACH
+    number = np.clip(2 ** np.log2(np.maximum(rise / most, 2.0)).astype(np.intp), 2, 16)
+    owner = np.repeat(np.arange(len(number)), number)
+    k = np.arange(len(owner)) - np.repeat(np.cumsum(number) - number, number)
+    whole, number = blocks.take(owner), number[owner]
+    h = (whole.t1 - whole.t0) / number
+    right = np.where(k + 1 < number, whole.t0 + (k + 1) * h, whole.t1)
+    return whole._replace(t0=whole.t0 + k * h, t1=right)
 
 
 def _series(
@@ -425,7 +436,8 @@ def _planned(
         few &= _tail(x.T) / count**8 <= 4e-14 * count
     size = steep / lam_h
     field.reaches(blocks.scene, size)
-    ready = (slowly | few) & ~hidden(field, blocks, anchors, x / lam_h, size, lam_h)
+    phi = x[float_panels.NODES // 2] / lam_h
+    ready = (slowly | few) & ~hidden(field, blocks, anchors, phi, size, lam_h)
     shift = _rounding(field, blocks, anchors, ready) * lam_h
     # Layers see the drift at the ends only.
     local = np.where(slowly, shift / np.maximum(low, -high), shift)
@@ -510,6 +522,7 @@ def _moments(
     moments, missed = Moments(*np.empty((4, n))), np.zeros(n)
     order = np.argsort(plan.count, kind="stable")
     ends = np.searchsorted(plan.count[order], np.append(0, _COUNTS), side="right")
+    work = np.empty((3, _PANELS_AT_ONCE * float_panels.NODES))
     low = 0
     for count, end in zip((0, *_COUNTS.tolist()), ends.tolist(), strict=True):
         for begin in range(low, end, _PANELS_AT_ONCE // max(count, 1)):
@@ -522,13 +535,15 @@ def _moments(
                 some = float_panels.slow(_at_nodes(field, part, anchors, series, lam_h), h)
             else:
                 if series is not None:
-                    exponents = float_panels.exponents_of_series(series, count)
+                    shape = count, len(h), float_panels.NODES
+                    place = work[0, : math.prod(shape)].reshape(shape)
+                    exponents = float_panels.exponents_of_series(series, count, place)
                 else:
                     nodes = (np.arange(count)[:, None] + float_panels.gauss().nodes) / count
                     phi = phi_at(field, part, anchors, nodes.ravel()) * (lam_h / count)[:, None]
                     values = np.ascontiguousarray(phi.reshape(len(h), count, -1).swapaxes(0, 1))
                     exponents = float_panels.exponents_of_values(values)
-                some, missed[index] = float_panels.sampled(*exponents, h)
+                some, missed[index] = float_panels.sampled(*exponents, h, work[1:])
             for whole, values in zip(moments, some, strict=True):
                 whole[index] = values
         low = end
@@ -600,7 +615,9 @@ def _rounding(field: Field, blocks: Blocks, anchors: Anchors, ready: np.ndarray)
 def is_slow(low: FloatArray, high: FloatArray, x: FloatArray) -> np.ndarray:
     """Blocks on which the slow series holds to rounding; low <= x = lam phi h <= high at nodes."""
     smallest = np.maximum(low, -high)
-    candidate = smallest > 40.0
+    # The mean of phi'/(lam phi^2) is at most its largest value.
+    spread = 1.0 - smallest / np.maximum(high, -low)
+    candidate = (smallest > 40.0) & (spread * SLOWNESS < smallest)
     if not candidate.any():
         return candidate
     chosen, smallest = x[candidate], smallest[candidate]

@@ -69,8 +69,11 @@ class LogPositive:
         ratio = np.exp(-np.abs(apart))
         whole = 1.0 + ratio
         log = np.maximum(self.log, term.log) + np.log(whole)
-        share = np.where(apart > 0, 1.0, ratio) / whole
-        error = term.error + share * (self.error - term.error)
+        # A share may be 0 and its error 1e284: neither is found as a difference.
+        larger, smaller = 1.0 / whole, ratio / whole
+        first = apart > 0
+        error = np.where(first, larger, smaller) * self.error
+        error += np.where(first, smaller, larger) * term.error
         return LogPositive(log, error + _ROUNDING * (np.abs(log) + 2.0))
 
     __radd__ = __add__
