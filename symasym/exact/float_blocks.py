@@ -301,13 +301,13 @@ def merged(records: Records) -> Records:
 
 
 class Plan(NamedTuple):
-    """What is to be done with blocks: `count` panels are sampled, none where they are slow.
+    """What is to be done with blocks: `panels` are sampled, none where they are slow.
 
     `steep` is lam h times the largest |phi|; `turns` is True where phi may have a zero. The errors
     `shift` and `local` are those of `Records`.
     """
 
-    count: IntArray
+    panels: IntArray
     rise: FloatArray
     steep: FloatArray
     turns: np.ndarray
@@ -316,7 +316,8 @@ class Plan(NamedTuple):
 
     def take(self, index: slice | np.ndarray) -> Plan:
         """The plan of some of the blocks."""
-        return Plan(*(field[index] for field in self))
+        fields: list[Any] = [field[index] for field in self]
+        return Plan(*fields)
 
 
 def records_of(
@@ -364,7 +365,15 @@ def records_of(
             ready, plan, missed = ready.take(resolved), plan.take(resolved), missed[resolved]
             moments = Moments(*(m[resolved] for m in moments))
         done.append(
-            Records(*ready[:2], ready.t0, moments, plan.count == 0, plan.shift, plan.local + missed)
+            Records(
+                ready.scene,
+                ready.part,
+                ready.t0,
+                moments,
+                plan.panels == 0,
+                plan.shift,
+                plan.local + missed,
+            )
         )
     return Records.joined(done)
 
@@ -388,9 +397,7 @@ def _pieces(blocks: Blocks, rise: FloatArray) -> Blocks:
     return whole._replace(t0=whole.t0 + k * h, t1=right)
 
 
-def _series(
-    field: Field, lam_h: FloatArray, blocks: Blocks, anchors: Anchors
-) -> FloatArray | None:
+def _series(field: Field, lam_h: FloatArray, blocks: Blocks, anchors: Anchors) -> FloatArray | None:
     """Taylor coefficients of lam phi h about the middles, in half widths; None without a series."""
     known = field.series(blocks.scene)
     taken_about = blocks.anchor >= 0
@@ -451,8 +458,9 @@ def _counting(blocks: Blocks, plan: Plan, ahead: FloatArray) -> np.ndarray:
     """Sorted blocks that count in what a sweep over them makes, by bounds on their moments.
 
     With a_j the integral of e = e^{lam V} over block j, b_j that of 1/e and n_j the nested one, a
-    sweep needs the sums of a_j up to each block, of b_j, and of a_i b_j (i < j) and n_j. Blocks on which
-    phi has a zero always count. What does not is recorded roughly, with an error that says so.
+    sweep needs the sums of a_j up to each block, of b_j, and of a_i b_j (i < j) and n_j. Blocks on
+    which phi has a zero always count. What does not is recorded roughly, with an error that says
+    so: no error rests on these bounds.
     """
     owner = np.flatnonzero(np.diff(blocks.scene, prepend=-1))
     row = np.cumsum(np.diff(blocks.scene, prepend=-1) != 0) - 1
@@ -484,7 +492,8 @@ def _counting(blocks: Blocks, plan: Plan, ahead: FloatArray) -> np.ndarray:
     after = np.maximum.accumulate(b[:, ::-1], axis=1)[:, ::-1]
     after = np.concatenate((after[:, 1:], np.full((len(owner), 1), -np.inf)), axis=1)
     # The time is carried in units of the sum of a_j so far, which must be known at each block.
-    counts = (a >= np.maximum(up_to(a_least), a_least) - _FAINT) | (b >= b_least.max(axis=1, keepdims=True) - _FAINT)
+    counts = a >= np.maximum(up_to(a_least), a_least) - _FAINT
+    counts |= b >= b_least.max(axis=1, keepdims=True) - _FAINT
     share = np.maximum(np.maximum(up_to(a) + b, a + after), nested + fall)
     counts |= share >= double - _FAINT
     result: np.ndarray = counts[at] | plan.turns
@@ -520,8 +529,8 @@ def _moments(
     """Moments of the blocks as they are planned, and the truncation errors of those sampled."""
     n = len(blocks.scene)
     moments, missed = Moments(*np.empty((4, n))), np.zeros(n)
-    order = np.argsort(plan.count, kind="stable")
-    ends = np.searchsorted(plan.count[order], np.append(0, _COUNTS), side="right")
+    order = np.argsort(plan.panels, kind="stable")
+    ends = np.searchsorted(plan.panels[order], np.append(0, _COUNTS), side="right")
     work = np.empty((3, _PANELS_AT_ONCE * float_panels.NODES))
     low = 0
     for count, end in zip((0, *_COUNTS.tolist()), ends.tolist(), strict=True):

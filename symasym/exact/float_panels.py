@@ -25,7 +25,6 @@ from typing import NamedTuple
 import numpy as np
 
 from symasym.base.inputs import FloatArray
-from symasym.base.patience import step
 from symasym.generated.numpy_formulas import (
     constant_nested_down,
     constant_nested_up,
@@ -172,12 +171,13 @@ def sampled(
 
     What 16 nodes miss of e and of 1/e is orthogonal to the polynomials they hold, so that the
     nested integral loses only the product of both. The errors are relative and come from the last
-    Legendre coefficients; the factors are what 10^5 random panels of degree up to 8 need, and a margin.
+    Legendre coefficients; the factors are what 10^5 random panels of degree up to 8 need, and more.
 
     Parameters
     ----------
     exponents, rise : arrays of shape (panels, blocks, NODES) and (panels, blocks)
-        See `exponents_of_series`; the first is overwritten. A block's exponents must stay within the range of float64.
+        See `exponents_of_series`; the first is overwritten. A block's exponents must stay within
+        the range of float64.
     h : array of shape (blocks,)
         The widths of the blocks.
     work : array of shape (2, samples or more), optional

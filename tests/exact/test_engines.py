@@ -104,12 +104,8 @@ def test_series_and_values_give_the_same_exponents(count: int) -> None:
 
 @pytest.mark.parametrize(("coefficients", "h"), POLYNOMIALS[:7])
 @pytest.mark.parametrize("count", [2, 3, 7, 32])
-def test_joining_panels_restores_the_whole(
-    coefficients: list[float], h: float, count: int
-) -> None:
-    for whole, joined in zip(
-        sampled(coefficients, h), cut(coefficients, h, count)[0], strict=True
-    ):
+def test_joining_panels_restores_the_whole(coefficients: list[float], h: float, count: int) -> None:
+    for whole, joined in zip(sampled(coefficients, h), cut(coefficients, h, count)[0], strict=True):
         assert joined[0] == pytest.approx(whole[0], rel=3e-14, abs=1e-300)
 
 

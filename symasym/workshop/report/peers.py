@@ -304,7 +304,7 @@ def scipy_log_escape_time(
 
 @cache
 def _gauss_panels(panels: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Ends and nodes of panels of [-1, 0], 16 nodes each; weights; the running integral's matrix."""
+    """Ends and nodes of panels of [-1, 0], 16 each; weights; the running integral's matrix."""
     import numpy as np
 
     x, w = np.polynomial.legendre.leggauss(16)
