@@ -341,6 +341,33 @@ def test_bisection_gives_up_where_it_does_not_help(monkeypatch: pytest.MonkeyPat
         assert np.isinf(double.occupation(field, 2 * one, False).error).all()
 
 
+@pytest.mark.parametrize("kappa", [0.1, 0.03])
+def test_blocks_that_do_not_count_are_claimed(
+    kappa: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drift, counting, left_out = sa.friction(3, 1, "-0.4"), float_blocks._counting, []
+    exact = sa.escape_time(drift, kappa, 10, log=True, dps=25)
+
+    def seen(*args: Any) -> np.ndarray:
+        counts = counting(*args)
+        left_out.append(np.count_nonzero(~counts))
+        return counts
+
+    def log_time() -> tuple[float, float]:
+        lam, r = np.array([2 / kappa**2]), np.array([10.0])
+        logs = double.escape_time(field_of(drift, drift.values, 1), lam, r, 0 * r)
+        return float(logs.value[0]), float(logs.error[0])
+
+    monkeypatch.setattr(float_blocks, "_counting", seen)
+    value, error = log_time()
+    assert abs(value - exact) <= error < 1e-12 * abs(value)
+    assert left_out[0] > 3
+    # Even if the choice were wrong, the error would say so.
+    monkeypatch.setattr(float_blocks, "_counting", lambda blocks, plan, ahead: plan.turns)
+    value, error = log_time()
+    assert 1e-3 < abs(value - exact) <= error
+
+
 def test_dyadic_numbers_are_short_and_near() -> None:
     for x in (F(1, 3), F(-22, 7), F(10**30 + 1, 10**30)):
         near = dyadic(x, 20)
