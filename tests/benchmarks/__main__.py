@@ -332,7 +332,7 @@ def by_hand(options: argparse.Namespace) -> Part:
     text = (
         "log T for mu = 3 and 1/2 and values of z0 from -2 to -1e-6; times a point. By hand: "
         "Gauss-Legendre panels of 16 nodes on each side of the start, three or as many as 1e-12 "
-        "needs (by comparison with ours at each ninth point; it has no error of its own), cumulative "
+        "needs (by comparison with ours at each ninth point; no error of its own), cumulative "
         "integrals by a matrix, panels joined in logarithms, tails in closed form."
     )
     return Part(rows, [text, table([*head, "ratio"], lines)])
