@@ -17,7 +17,7 @@ from derivations.registry import build, closure, entries
 from derivations.runner import describe
 from symasym.base.files import write_bytes
 from symasym.derivation import Expansion
-from symasym.derivation.code import TARGETS, function
+from symasym.derivation.code import function
 from symasym.derivation.results import latex, parts
 
 FOLDER = Path(__file__).parent.parent / "symasym" / "generated"
@@ -28,8 +28,9 @@ FORMAT = "symasym-formulas/1"
 class Emitted:
     """A function to emit: its name, where its expression comes from, what it is.
 
-    One that is `plain` needs no functions, and is emitted a third time for any
-    arithmetic: exact fractions, balls, double-double pairs, SymPy expressions.
+    One that is `plain` needs no functions, and is emitted a third time for any numbers: exact
+    fractions, balls, double-double pairs, SymPy expressions. One of an `arithmetic` is emitted for
+    those of `symasym.numbers.arithmetic`.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Emitted:
     step: str = ""
     piece: int | None = None
     plain: bool = False
+    arithmetic: bool = False
 
 
 EMITTED = (
@@ -154,6 +156,145 @@ EMITTED = (
         "second correction",
         plain=True,
     ),
+    Emitted(
+        "manifold_term",
+        "endpoint-series",
+        "h_1 from the weight, h_(k+1) from -h_k': the slow manifold's terms.",
+        "next term",
+        plain=True,
+    ),
+    Emitted(
+        "endpoint_shares",
+        "endpoint-series",
+        "A start's coefficients of lam^-k from h_k, side = (-1)^k, to its right.",
+        "contributions to the right",
+        plain=True,
+    ),
+    Emitted(
+        "kink_change",
+        "endpoint-series",
+        "What stands for h_k at a kink.",
+        "a kink's",
+        plain=True,
+    ),
+    Emitted(
+        "fall_by_powers",
+        "regular-part",
+        "-h' of term t^(index - power), its coefficient.",
+        "-h' by powers",
+        plain=True,
+    ),
+    Emitted(
+        "finite_part",
+        "regular-part",
+        "Primitive of term t^-power, the coefficient of t^(1 - power).",
+        "finite part",
+        plain=True,
+    ),
+    Emitted(
+        "bend_of_saddle",
+        "saddle-recurrences",
+        "alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...).",
+        "bend",
+        plain=True,
+    ),
+    Emitted(
+        "first_moment",
+        "saddle-recurrences",
+        "int e^(-s^2/2) ds.",
+        "first moment",
+        arithmetic=True,
+    ),
+    Emitted(
+        "next_moment",
+        "saddle-recurrences",
+        "int s^(2n + 2) e^(-s^2/2) ds from that of s^(2n).",
+        "next moment",
+        plain=True,
+    ),
+    Emitted(
+        "time_of_doubles",
+        "two-sides",
+        "T/lam from the single and the double integrals over both sides.",
+        "sides",
+        plain=True,
+    ),
+    Emitted(
+        "on_the_right",
+        "two-sides",
+        "The double integral on the right with the start's share of both sides.",
+        "on the right alone",
+        plain=True,
+    ),
+    Emitted(
+        "pair_norm",
+        "airy-form",
+        "The product of psi at both zeros of a pair.",
+        "psi at both zeros",
+        arithmetic=True,
+    ),
+    Emitted(
+        "canonical",
+        "airy-form",
+        "a and b of u' = a + b s at a pair of zeros, odd counted along s.",
+        "a and b",
+        arithmetic=True,
+    ),
+    Emitted(
+        "pair_share",
+        "airy-form",
+        "alpha and beta: the pair's share of 1/phi is (alpha + beta y)/(y^2 - square).",
+        "share of 1/phi",
+        arithmetic=True,
+    ),
+    Emitted(
+        "over_pair",
+        "airy-form",
+        "int e^(lam V) and int e^(-lam V) over a pair; `small` is lam^(-1/3).",
+        "single integrals from Bi and Bi'",
+        arithmetic=True,
+    ),
+    Emitted(
+        "over_pair_twice",
+        "airy-form",
+        "The double integral over a pair, from Ai^2 + Bi^2 and Ai'^2 + Bi'^2.",
+        "both from products",
+        arithmetic=True,
+    ),
+    Emitted(
+        "end_distance",
+        "truncated-gaussian",
+        "t at the end of a barrier's Gaussian: t^2/2 = gap^2 area.",
+        "t at the end",
+        arithmetic=True,
+    ),
+    Emitted(
+        "end_peak",
+        "truncated-gaussian",
+        "du/dt at the barrier.",
+        "du/dt at the barrier",
+        arithmetic=True,
+    ),
+    Emitted(
+        "end_mean",
+        "truncated-gaussian",
+        "The mean of psi before the end: peak/t = 1/(gap mean).",
+        "mean of psi",
+        arithmetic=True,
+    ),
+    Emitted(
+        "end_rest",
+        "truncated-gaussian",
+        "1/phi at the end less peak/t, without its cancellation.",
+        "1/phi less the peak's share",
+        arithmetic=True,
+    ),
+    Emitted(
+        "over_end",
+        "truncated-gaussian",
+        "int e^(lam V) from the end on, int e^(-lam V) up to it, and both.",
+        arithmetic=True,
+    ),
     Emitted("weak_noise_time", "eq:Ttildesmall", "T for weak noise, with a well.", "sum"),
     Emitted("well_edge", "eq:Tsmall", "kappa at which both terms of `weak_noise_time` are equal."),
     Emitted(
@@ -261,6 +402,48 @@ ORDER = (
     "sigma_right",
     "inside",
     "outside",
+    "side",
+    "source",
+    "drift",
+    "left",
+    "right",
+    "index",
+    "power",
+    "j",
+    "n",
+    "moment",
+    "term",
+    "behind",
+    "ahead",
+    "double_left",
+    "double_right",
+    "nested_left",
+    "nested_right",
+    "total",
+    "small",
+    "t",
+    "b",
+    "bi",
+    "bi_slope",
+    "squares",
+    "slopes",
+    "slope",
+    "even",
+    "odd",
+    "square",
+    "norm",
+    "bottom",
+    "gap",
+    "area",
+    "first",
+    "second",
+    "value",
+    "mean",
+    "peak",
+    "rest",
+    "tail",
+    "falling",
+    "integral",
 )
 
 
@@ -279,20 +462,18 @@ def expression(item: Emitted) -> Any:
 
 
 _HEADERS = {
-    "numpy": """\
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-
-if TYPE_CHECKING:
-    from symasym.base.inputs import Floats
-""",
     "mpmath": """\
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
+""",
+    "arithmetic": """\
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from symasym.numbers.arithmetic import Arithmetic, Number
 """,
     "plain": """\
 from typing import Any, Protocol
@@ -319,8 +500,8 @@ class Field(Ratios, Protocol):
 """,
 }
 _TEXTS = {
-    "numpy": "Formulas in float64, for arrays that broadcast together.",
     "mpmath": "Formulas in an mpmath context `ctx`, at its precision.",
+    "arithmetic": "Formulas over an arithmetic `c`: arrays of float64, or mpf of its context.",
     "plain": "Formulas of + - * / and whole powers, for numbers of any one kind.",
 }
 
@@ -335,12 +516,38 @@ def module(target: str) -> str:
         _HEADERS[target],
     ]
     for item in EMITTED:
-        if target == "plain" and not item.plain:
+        if not getattr(item, target, True):
             continue
         stated = expression(item)
         names, arguments = named(stated)
         lines.append("\n" + function(item.name, arguments, stated, target, doc(item), names))
     return "\n".join(lines)
+
+
+_NUMPY = """\
+\"""The formulas of `mpmath_formulas` in float64, for arrays that broadcast together.
+
+Written by ``python -m derivations.emit`` from the checked derivations: do not edit.
+\"""
+
+from functools import partial
+from types import SimpleNamespace
+
+import numpy as np
+
+from symasym.generated import mpmath_formulas as formulas
+
+# What the formulas ask of their context.
+_ARCS = {f"a{name}": getattr(np, f"arc{name}") for name in ("sin", "cos", "tan")}
+_FLOATS = SimpleNamespace(**{**vars(np), **_ARCS, "mpf": float})
+
+"""
+
+
+def in_floats() -> str:
+    """Source of the module for NumPy: every formula of a context with NumPy in its place."""
+    bound = (f"{item.name} = partial(formulas.{item.name}, _FLOATS)\n" for item in EMITTED)
+    return _NUMPY + "".join(bound)
 
 
 def named(stated: Any) -> tuple[dict[Any, str], list[Any]]:
@@ -376,7 +583,9 @@ def formulas() -> str:
         derivation = build(label)
         record = describe(derivation)
         result = derivation.result
-        record["names"] = {s.name: name for s, name in derivation.names.items()}
+        left = derivation.left
+        record["left"] = sympy.srepr(sympy.Tuple(*left) if isinstance(left, tuple) else left)
+        record["cases"] = list(derivation.cases)
         if isinstance(result, Expansion):
             record["expression"] = sympy.srepr(result.leading)
             record["remainder"] = sympy.srepr(result.gauge)
@@ -385,6 +594,10 @@ def formulas() -> str:
             record["expression"] = sympy.srepr(
                 sympy.Tuple(*result) if isinstance(result, tuple) else result
             )
+        written = record["left"] + record["expression"] + record.get("remainder", "")
+        record["names"] = {
+            s.name: name for s, name in derivation.names.items() if f"Symbol({s.name!r}" in written
+        }
         record["steps"] = [
             {
                 "name": s.name,
@@ -408,7 +621,8 @@ def sources() -> dict[str, str]:
     """File name -> content of everything that is emitted."""
     return {
         "__init__.py": '"""Code and data emitted by the derivations; do not edit."""\n',
-        **{f"{target}_formulas.py": module(target) for target in TARGETS},
+        **{f"{target}_formulas.py": module(target) for target in _TEXTS},
+        "numpy_formulas.py": in_floats(),
         "formulas.json": formulas(),
     }
 

@@ -84,12 +84,23 @@ UNLABELLED = (
     "gaussian-step",
     "saddle-series",
     "pair-products",
+    "endpoint-series",
+    "regular-part",
+    "saddle-recurrences",
+    "two-sides",
+    "airy-form",
+    "truncated-gaussian",
     "other-pieces",
     "turning-points",
     "beta",
     "folds",
     "friction-well",
     "threshold",
+    "release-time",
+    "release-order",
+    "release-adiabatic",
+    "frozen-time",
+    "fold-delay",
 )
 
 

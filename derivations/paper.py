@@ -52,6 +52,7 @@ _NAMED = (
     kappa_physical,
     r_physical,
     z0,
+    Symbol("T0_z", positive=True),
     u1,
     u2,
     Symbol("V_1", real=True),
@@ -98,8 +99,8 @@ class PaperDerivation(Derivation):
     """A derivation that starts from what those it rests on concluded.
 
     `build` gives the derivation of a label, `holds` the truth of the numbers of a counterexample,
-    by its name in `derivations.evidence`. What is taken from another derivation is recorded, and
-    `verify` refuses a derivation that rests on something it does not use.
+    by its name in `derivations.errata.evidence`. What is taken from another derivation is recorded,
+    and `verify` refuses a derivation that rests on something it does not use.
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ _GREEK = {
     name: f"\\{name}"
     for name in (
         *("kappa", "sigma", "phi", "delta", "Delta", "mu", "alpha", "beta", "rho", "omega"),
-        *("zeta", "theta", "pi"),
+        *("zeta", "theta", "pi", "psi", "xi", "tau"),
     )
 }
 _FUNCTIONS = {
@@ -161,6 +161,7 @@ TEX = {
     "kappa_phys": r"\kappa_{\mathrm{phys}}",
     "r_phys": r"r_{\mathrm{phys}}",
     "z0": "z_0",
+    "T0_z": r"(\partial_z T_0)",
     "u1": "u_1",
     "u2": "u_2",
     "V_1": "V(1)",

@@ -42,7 +42,7 @@ def derives(label: str, title: str, rests_on: tuple[str, ...] = ()) -> Callable[
 def entries() -> dict[str, Entry]:
     """Every derivation, by label, read from the sources of the section modules."""
     found: dict[str, Entry] = {}
-    for path in sorted(HERE.glob("section*.py")):
+    for path in sorted((HERE / "sections").glob("section*.py")):
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
             if not isinstance(node, ast.FunctionDef):
                 continue
@@ -53,7 +53,8 @@ def entries() -> dict[str, Entry]:
                     on = tuple(rest[0]) if rest else tuple(rests.get("rests_on", ()))
                     if label in found:
                         raise ValueError(f"{label} is derived twice, in {path.name}.")
-                    found[label] = Entry(label, title, f"derivations.{path.stem}", node.name, on)
+                    module = f"derivations.sections.{path.stem}"
+                    found[label] = Entry(label, title, module, node.name, on)
     for entry in found.values():
         missing = [on for on in entry.rests_on if on not in found]
         if missing:
@@ -102,7 +103,7 @@ def assemble(label: str, known: Callable[[str], Any]) -> Any:
 
 
 def holds(name: str) -> bool:
-    """True if the counterexample of that name in `derivations.evidence` holds."""
+    """True if the counterexample of that name in `derivations.errata.evidence` holds."""
     # By name, since the counterexamples use the sections, which name them here.
-    evidence = importlib.import_module("derivations.evidence")
+    evidence = importlib.import_module("derivations.errata.evidence")
     return bool(getattr(evidence, name)().holds())

@@ -1,16 +1,21 @@
-"""The pages: Markdown and LaTeX of a record, and the trace of all."""
+"""Derivations checked and written: pages in Markdown and LaTeX, index, trace, and the sheet."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 from derivations.labels import DEFINITIONS, NUMBERS, REASONS
 from derivations.prose import prose
-from derivations.runner import SCHEMA, slug
+from derivations.registry import closure, entries
+from derivations.runner import SCHEMA, known, run, slug
+from symasym.base.errors import InputError
 from symasym.base.files import versions, write_bytes, write_json
+from symasym.base.progress import stage
+from symasym.formula import Formula, formula
 
 
 def markdown(record: dict[str, Any]) -> str:
@@ -49,26 +54,24 @@ def conditions(record: dict[str, Any], mark: str) -> list[str]:
 def counterexamples(record: dict[str, Any], mark: str) -> list[str]:
     """Lines of Markdown: weaker conditions that are not enough, each with what shows it."""
     lines = [
-        f"- {_sentence(h['statement'])}: false for {words(h['where'])}"
+        f"- Not enough: {words(h['statement'])}; false for {words(h['where'])}"
         for h in record["hypotheses"]
         if h["status"] == "fails"
     ]
-    return [f"{mark}Counterexamples: what is not enough", "", *lines, ""] if lines else []
+    return [f"{mark}Counterexamples", "", *lines, ""] if lines else []
 
 
 def steps(record: dict[str, Any], level: int) -> list[str]:
-    """Lines of Markdown: each step under a heading of this level."""
-    lines = []
+    """Lines of Markdown: each step under a heading of this level, a check explained once."""
+    lines, explained = [], set[str]()
     for number, step in enumerate(record["steps"], 1):
-        lines += [f"{'#' * level} {number}. {words(step['name'])} ({step['rule']})", ""]
+        lines += [f"{'#' * level} {number}. {_sentence(step['name'])} ({step['rule']})", ""]
         if step["reason"]:
             lines += [f"Why: {words(step['reason'])}.", ""]
-        lines += [
-            f"$$ {step['latex']} $$",
-            "",
-            f"Check ({step['kind']}): {words(step['how'])}. Found: {words(step['detail'])}.",
-            "",
-        ]
+        how = "" if step["how"] in explained else f"{words(step['how'])}. "
+        explained.add(step["how"])
+        found = _sentence(step["detail"])
+        lines += [f"$$ {step['latex']} $$", "", f"Check ({step['kind']}): {how}{found}.", ""]
     return lines
 
 
@@ -199,3 +202,147 @@ def _index(records: dict[str, dict[str, Any]]) -> str:
     lines += ["", "Definitions, with nothing to derive:", ""]
     lines += definitions()
     return "\n".join([*lines, ""])
+
+
+DEFAULT = Path("build/derivations")
+
+
+def derive(
+    labels: list[str] | None = None,
+    out: Path = DEFAULT,
+    *,
+    fresh: bool = False,
+    step: Callable[[], object] | None = None,
+) -> dict[str, dict[str, Any]]:
+    """Check derivations, write their pages and trace.
+
+    Parameters
+    ----------
+    labels : list of str, optional
+        Which; all if left out or empty. What they rest on is checked as well.
+    out : path
+        Folder of the Markdown and LaTeX pages, ``trace.json`` and the cache.
+    fresh : bool
+        Take nothing from the cache.
+    step : callable, optional
+        Called after every derivation; left out, the progress goes to stderr.
+
+    Returns
+    -------
+    dict
+        Label -> record, as `derivations.runner.run` gives it.
+
+    Raises
+    ------
+    InputError
+        For a label that nothing derives.
+    """
+    chosen = labels or list(entries())
+    for label in chosen:
+        if label in REASONS:
+            raise InputError(f"{label} is not derived. {REASONS[label]}")
+        if label not in entries():
+            near = [entry for entry in entries() if label.split(":")[-1] in entry]
+            hint = f"perhaps {min(near, key=len)}" if near else "sa.labels() lists them"
+            raise InputError(f"{label} is no label that is derived; {hint}.")
+    with nullcontext(step) if step else stage("derivations", len(closure(chosen))) as report:
+        records = run(chosen, out / "cache", report, fresh=fresh)
+    # A run of a few labels must not shrink the index and the trace of an earlier full one.
+    write({**known(out / "cache"), **records}, out)
+    return records
+
+
+_SECTIONS = {
+    "2": "Section 2: The systems",
+    "3": "Section 3: The results in physical units",
+    "4": "Section 4: Reduction to one dimension",
+    "5": "Section 5: Stationary density and escape time",
+    "6": "Section 6: Strong and weak noise",
+    "7": "Section 7: The friction oscillator",
+    "8": "Beyond the paper: the whole system",
+}
+
+# Symbol, meaning, how the paper writes it.
+_SYMBOLS = (
+    (r"\varepsilon", "half-width of the layer |y| <= eps, in physical units", r"\varepsilon"),
+    ("u,\\ v", "scaled position y/eps", r"\tilde y,\ u,\ v"),
+    (r"\kappa", "scaled noise amplitude, the physical one over sqrt(eps)", r"\tilde\kappa"),
+    ("r", "scaled escape radius, the physical one over eps", r"\tilde r"),
+    (r"\kappa_{\mathrm{phys}},\ r_{\mathrm{phys}}", "the same in physical units", r"\kappa,\ r"),
+    (r"\lambda", "large parameter of every Laplace-type integral", r"2/\tilde\kappa^2"),
+    (r"\phi,\ A", "scaled drift, and its part inside the layer", r"\phi,\ A"),
+    ("a^-,\\ a^+", "scaled drift for u <= -1 and u >= 1", "a^-,\\ a^+"),
+    ("V", "potential: V' = -phi, V(-1) = 0", "V"),
+    ("u_1,\\ u_2", "well and barrier, the zeros of A", r"\tilde y_1,\ \tilde y_2"),
+    ("T", "mean time to leave |u| < r from 0, in units of eps", r"\tilde T"),
+    ("C", "probability of leaving through -r", "C"),
+    ("P", "stationary probability of |u| <= 1", r"\mathbb{P}"),
+    ("S", "Stokes multiplier", "S"),
+    (r"\mu,\ \alpha,\ z_0", "shape, strength and extension of the friction model", "the same"),
+)
+
+_HEAD = r"""% Written by symasym: show --all --latex.
+\documentclass[a4paper]{article}
+\usepackage[margin=22mm]{geometry}
+\usepackage{amsmath,amssymb}
+\allowdisplaybreaks
+\setlength{\parindent}{0pt}
+\postdisplaypenalty=10000
+\newcommand{\formula}[3]{\par\pagebreak[0]\medskip
+  \textbf{#1}\quad{\small\texttt{#2}\quad#3}\nopagebreak}
+\begin{document}
+\section*{Formulas of the smoothed switch with noise}
+All quantities are scaled by the half-width of the layer unless marked. Labels are those of the
+paper, or this project's names for results that have none there. After its label stands how exact
+a formula is: what it leaves out, and when.
+
+\medskip
+\begin{tabular}{@{}lll@{}}
+symbol & meaning & in the paper \\ \hline"""
+
+
+def sheet() -> str:
+    """The LaTeX document; it needs amsmath, amssymb and geometry."""
+    lines = [_HEAD]
+    for symbol, meaning, printed in _SYMBOLS:
+        shown = printed if printed == "the same" else f"${printed}$"
+        lines.append(f"${symbol}$ & {tex(meaning)} & {shown} \\\\")
+    lines.append("\\end{tabular}")
+    section = ""
+    for label, entry in entries().items():
+        number = entry.module.removeprefix("derivations.sections.section")[0]
+        if number != section:
+            section = number
+            lines += ["", f"\\section*{{{_SECTIONS[number]}}}"]
+        lines += ["", *_entry(formula(label))]
+    return "\n".join([*lines, "\\end{document}", ""])
+
+
+def _entry(found: Formula) -> Iterator[str]:
+    label = tex_text(found.label)
+    yield f"\\formula{{{tex(found.title)}}}{{{label}}}{{{tex(found.error)}}}"
+    yield "\\begin{equation}"
+    yield f"\\label{{{found.label}}}"
+    rows = " \\\\\n".join(_rows(found.latex()))
+    yield f"\\begin{{gathered}}\n{rows}\n\\end{{gathered}}" if "\n" in rows else rows
+    yield "\\end{equation}"
+    if found.note:
+        yield f"{{\\small Here {tex(found.note)}.}}"
+
+
+#: Longer ones are broken before their remainder, which is as wide as what stands before it.
+_LONG = 150
+
+
+def _rows(latex: str) -> list[str]:
+    """The lines of a formula: one a statement, and a long remainder on its own."""
+    parts = latex.split(" ,\\quad ")
+    rows = parts if len(latex) > _LONG else [latex]
+    broken: list[str] = []
+    for row in rows:
+        before, remainder, after = row.partition(" + O\\left(")
+        if remainder and len(row) > _LONG and len(after) > 40:
+            broken += [before, "{}" + remainder + after]
+        else:
+            broken.append(row)
+    return broken

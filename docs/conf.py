@@ -1,6 +1,14 @@
 """Sphinx's settings. `docs/build.py` stages the pages and runs Sphinx with them."""
 
+import re
+import sys
 from importlib import metadata
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+
+from derivations.registry import entries
+from derivations.runner import slug
 
 project = "symasym"
 author = "The symasym developers"
@@ -49,3 +57,22 @@ html_theme_options = {"footer_icons": []}
 # refuse to load for pages opened from the file system.
 mathjax_path = "mathjax/startup.js"
 mathjax_config_path = "mathjax.js"
+
+
+def _linked(line: str) -> str:
+    """A line of a docstring whose pages and labels lead to where they are."""
+    line = re.sub(r"(?<![\w`/])docs/([\w-]+)\.md", r":doc:`/\1`", line)
+    return re.sub(
+        r"(?<![\w`\"'/])eq:\w+(?![\w`\"'])",
+        lambda m: f":doc:`{m[0]} </formulas/{slug(m[0])}>`" if m[0] in entries() else m[0],
+        line,
+    )
+
+
+def _link_docstring(app, what, name, value, options, lines) -> None:
+    lines[:] = [line if ">>>" in line else _linked(line) for line in lines]
+
+
+def setup(app) -> None:
+    """Docstrings name pages and equations as in a shell; here they lead there."""
+    app.connect("autodoc-process-docstring", _link_docstring)

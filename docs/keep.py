@@ -1,8 +1,8 @@
 """Keep a report in docs/: ``python docs/keep.py build/report``.
 
-Copies its points, diagrams and page, and the stability report's where the folder has one, and
-puts their tables into docs/choose.md. Without a folder, makes the pages anew from the points
-that are kept. With ``--picture`` draws docs/images/expansions.png, which takes a minute.
+Copies its points, and the stability report's where the folder has one, draws their diagrams,
+writes their pages, and puts a table into docs/choose.md. Without a folder, makes all that anew from
+the points that are kept. With ``--picture`` draws three pictures of expansions, in a minute.
 """
 
 from __future__ import annotations
@@ -12,23 +12,22 @@ import json
 import re
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symasym.base.files import write_bytes
 from symasym.workshop.figures import encode
-from symasym.workshop.report import pages, stability
-from symasym.workshop.report.cells import Cell
+from symasym.workshop.report import diagrams, pages, stability
 from symasym.workshop.report.growth import Grown
-from symasym.workshop.report.measure import Point
+from symasym.workshop.report.measure import Cell, Point
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DOCS = Path(__file__).parent
 # File of a report -> its name in docs/.
 KEPT = {
     "points.json": "measured.json",
-    "work-precision.svg": "work-precision.svg",
-    "growth.svg": "growth.svg",
     "stability.json": "stability.json",
-    "stability.svg": "stability.svg",
 }
 
 
@@ -41,16 +40,22 @@ def main(arguments: list[str] | None = None) -> int:
     for folder in args.folders:
         for name, kept in KEPT.items():
             if (folder / name).exists():
-                content = (folder / name).read_bytes()
-                write_bytes(DOCS / kept, short(content) if kept.endswith("json") else content)
+                write_bytes(DOCS / kept, short((folder / name).read_bytes()))
     for name, text in made().items():
         write_bytes(DOCS / name, text.encode())
+    for name, figure in drawn().items():
+        write_bytes(DOCS / name, encode(figure, "svg"))
     if args.picture:
         sys.path.insert(0, str(DOCS))
-        from website import expansions
+        from website import expansions, singulants
 
-        picture = encode(expansions.draw(50), "png")
-        write_bytes(DOCS / "images" / "expansions.png", picture)
+        pictures = {
+            "expansions": expansions.draw(50),
+            "singulants": singulants.draw(),
+            "orders": singulants.draw_orders(16),
+        }
+        for name, picture in pictures.items():
+            write_bytes(DOCS / "images" / f"{name}.png", encode(picture, "png"))
     return 0
 
 
@@ -71,11 +76,7 @@ def made() -> dict[str, str]:
     measured, stable = (_record(name) for name in ("measured", "stability"))
     points = [Point(**p) for p in measured["points"]]
     cells = [Cell(**c) for c in stable["cells"]]
-    tables = {
-        "when": pages.when(points),
-        "reached": pages.reached(points),
-        "stability": stability.summary(cells),
-    }
+    tables = {"when": pages.when(points)}
     return {
         "measured.md": pages.page(
             points,
@@ -93,6 +94,16 @@ def made() -> dict[str, str]:
             stable["command"],
         ),
         "choose.md": filled((DOCS / "choose.md").read_text("utf-8"), tables),
+    }
+
+
+def drawn() -> dict[str, Figure]:
+    """Diagram -> as the kept points have it."""
+    measured, stable = (_record(name) for name in ("measured", "stability"))
+    return {
+        "work-precision.svg": diagrams.work_precision([Point(**p) for p in measured["points"]]),
+        "growth.svg": diagrams.growth([Grown(**g) for g in measured["growth"]]),
+        "stability.svg": diagrams.heat_maps([Cell(**c) for c in stable["cells"]]),
     }
 
 

@@ -7,14 +7,13 @@ leave it out. With `dps` each element is a scene of its own, in this process or 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from symasym.base import executors
 from symasym.base.errors import (
-    AccuracyError,
     InputError,
     RegionError,
     SymasymError,
@@ -24,12 +23,10 @@ from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import IntArray, floats, is_array
 from symasym.base.patience import left, limited
 from symasym.drift.drift import Drift
-from symasym.drift.field.scenes import Request, one_scene
+from symasym.drift.field.scenes import Request
+from symasym.methods.table import Ask, alone
 
-__all__ = ["Ask", "each"]
-
-#: A question about one drift and its numbers.
-Ask = Callable[[Drift, dict[str, Any], Request], Any]
+__all__ = ["each"]
 
 # Elements that a process is given at once.
 _BATCH = 8
@@ -39,7 +36,7 @@ _KINDS: tuple[ErrorKind, ...] = ("none", "estimate", "bound")
 def each(
     ask: Ask, drift: Drift, numbers: dict[str, Any], request: Request, workers: int = 1
 ) -> Any:
-    """The answers for all elements: of arrays an array, or an `Estimate` of arrays.
+    """The answers for all elements of arrays: an array, or an `Estimate` of arrays.
 
     Parameters
     ----------
@@ -50,8 +47,6 @@ def each(
     workers : int
         Processes that share the elements of an array with `dps`.
     """
-    if one_scene(drift, numbers):
-        return _alone(ask, drift, numbers, request)
     if request.dps is not None:
         return _with_digits(ask, _elements(drift, numbers), request, workers)
     try:
@@ -154,21 +149,6 @@ def _first(ask: Ask, elements: Elements, request: Request, error: SymasymError) 
     return error
 
 
-def _alone(ask: Ask, drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
-    """The answer for one scene; with ``errors="nan"`` nan where it has none."""
-    try:
-        return ask(drift, numbers, request)
-    except (AccuracyError, RegionError):
-        if request.errors == "raise":
-            raise
-    nan: Any = float("nan")
-    if request.dps is not None:
-        import mpmath
-
-        nan = mpmath.mp.nan
-    return Estimate(nan, nan, "none", request.method, mask=np.True_) if request.full else nan
-
-
 def _spared(ask: Ask, elements: Elements, request: Request) -> Any:
     """The answers of those elements that are not refused; nan for the others."""
     parts: list[tuple[IntArray, Any]] = []
@@ -264,7 +244,7 @@ def _batch(
     with limited(seconds):
         for drift, numbers in scenes:
             try:
-                found.append(_alone(ask, drift, numbers, request))
+                found.append(alone(ask, drift, numbers, request))
             except SymasymError as error:
                 return [*found, error]
     return found

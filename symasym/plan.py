@@ -18,7 +18,16 @@ import numpy as np
 from symasym.base.contexts import own_context, to_mpf
 from symasym.base.errors import AccuracyError, InputError, RangeError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
-from symasym.base.inputs import BeyondFloat, FloatArray, IntArray, Number, exact, is_array
+from symasym.base.inputs import (
+    BeyondFloat,
+    FloatArray,
+    IntArray,
+    Number,
+    exact,
+    float_text,
+    is_array,
+    shown,
+)
 from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.drift.field.scenes import (
@@ -191,7 +200,7 @@ def read_rtol(rtol: Number | None) -> Fraction:
         raise InputError('method is "auto", which needs the relative error allowed; give rtol=….')
     allowed = exact("rtol", rtol)
     if not 0 < allowed < 1:
-        raise InputError(f"rtol is {rtol}; give a relative error between 0 and 1.")
+        raise InputError(f"rtol is {float_text(allowed)}; give a relative error between 0 and 1.")
     return allowed
 
 
@@ -204,10 +213,13 @@ def automatic(drift: Drift, numbers: dict[str, Any], rtol: Number | None, reques
     """The quantity of `request` by the cheapest method whose stated error is at most `rtol`."""
     allowed = read_rtol(rtol)
     if request.order is not None:
-        raise InputError(f"order is {request.order!r}, but method 'auto' chooses it; leave it out.")
+        raise InputError(
+            f"order is {shown(request.order)}, but method 'auto' chooses it; leave it out."
+        )
     if request.dps is None and allowed < _FLOAT_RTOL:
         raise AccuracyError(
-            f"rtol is {rtol}, below what float64 gives (1e-12); pass dps=… for more digits."
+            f"rtol is {float_text(allowed)}, below what float64 gives (1e-12); pass dps=… for more "
+            "digits."
         )
     if request.dps is None and not one_scene(drift, numbers):
         return _of_arrays(drift, numbers, allowed, request)

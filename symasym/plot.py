@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import FloatArray, Numbers, floats, is_array
-from symasym.base.texts import meant
+from symasym.base.inputs import FloatArray, Numbers, choice, floats, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.field.scenes import require_drift
 from symasym.methods.table import QUANTITIES
@@ -85,11 +84,7 @@ def plot(
     >>> ax.get_xlabel(), ax.get_ylabel(), len(ax.lines)
     ('κ', 'mean escape time T', 2)
     """
-    if quantity not in _LABELS:
-        near = meant(quantity, _LABELS)
-        raise InputError(
-            f"quantity is {quantity!r}; give one of {', '.join(map(repr, _LABELS))}{near}."
-        )
+    quantity = choice("quantity", quantity, _LABELS)
     require_drift(drift)
     given: dict[str, Any] = {"kappa": kappa, "r": r, "start": start, "y": y}
     numbers = {name: x for name, x in given.items() if x is not None and name in _takes(quantity)}

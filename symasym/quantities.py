@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 from symasym.base.errors import InputError
 from symasym.base.inputs import choice, flag, shown
 from symasym.base.patience import patient
-from symasym.drift.field.scenes import Request, require_drift
+from symasym.drift.field.scenes import Request, one_scene, require_drift
 from symasym.elements import each
-from symasym.methods.table import QUANTITIES, answer, require_drift_of, require_method
+from symasym.methods.table import QUANTITIES, alone, answer, require_drift_of, require_method
 
 if TYPE_CHECKING:
     from symasym.base.inputs import Number, Numbers
@@ -289,9 +289,10 @@ def _asked(
             f"workers is {shown(workers)}, but float64 arrays are computed in this process; give "
             "dps=… too, or leave it out."
         )
-    return each(
-        partial(_answered, rtol), drift, numbers, request, 1 if workers is None else workers
-    )
+    ask = partial(_answered, rtol)
+    if one_scene(drift, numbers):
+        return alone(ask, drift, numbers, request)
+    return each(ask, drift, numbers, request, 1 if workers is None else workers)
 
 
 def _answered(rtol: Number | None, drift: Drift, numbers: dict[str, Any], request: Request) -> Any:

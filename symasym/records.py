@@ -15,6 +15,9 @@ from symasym.base.inputs import shown
 
 __all__ = ["Record", "definition", "labels"]
 
+#: Status of a hypothesis -> the word that its line begins with.
+_LEDGER = {"assumed": "Assumes", "checked": "Checked", "fails": "Does not hold"}
+
 
 @dataclass(frozen=True)
 class Record:
@@ -54,7 +57,7 @@ class Record:
             label=label,
             title=known["title"],
             assumptions=tuple(
-                f"{h['statement']} ({h['status']}{': ' + h['where'] if h['where'] else ''})"
+                f"{_LEDGER[h['status']]}: {h['statement']}" + (h["where"] and f" ({h['where']})")
                 for h in known["hypotheses"]
             ),
             error=known["error"],
@@ -69,6 +72,22 @@ class Record:
     def expression(self) -> Any:
         """The right side as a SymPy expression (a Tuple where there are several)."""
         return _read(self._data["expression"])
+
+    @cached_property
+    def left(self) -> Any:
+        """The left side as a SymPy expression (a Tuple where there are several formulas)."""
+        return _read(self._data["left"])
+
+    @property
+    def cases(self) -> tuple[str, ...]:
+        """LaTeX of the conditions of the pieces of `expression`; empty where it has none."""
+        return tuple(self._data["cases"])
+
+    @property
+    def names(self) -> Mapping[str, str]:
+        """LaTeX of the symbols, by their names in `expression`."""
+        names: Mapping[str, str] = self._data["names"]
+        return names
 
     @cached_property
     def remainder(self) -> Any:

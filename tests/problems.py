@@ -1,7 +1,5 @@
 """The table of scenes, which is in the package because `symasym verify` needs it there."""
 
-from symasym.workshop.closed_forms import constant_drift, linear_sliding
-from symasym.workshop.comparing import distance, logarithm, relative
 from symasym.workshop.problems import (
     BY_NAME,
     FOLD,
@@ -10,8 +8,11 @@ from symasym.workshop.problems import (
     TAGS,
     Problem,
     answered,
+    constant_drift,
+    linear_sliding,
     tagged,
 )
+from symasym.workshop.verify.findings import distance, logarithm, relative
 
 __all__ = [
     "BY_NAME",

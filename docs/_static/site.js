@@ -67,12 +67,41 @@
       const kept = (below.has(from) && below.has(to)) || (above.has(from) && above.has(to));
       edge.classList.toggle("aside", known && !kept);
     }
+    // Cut to what is kept, at its own size.
+    const svg = graph.querySelector("svg");
+    svg.dataset.whole ||= svg.getAttribute("viewBox");
+    let [x, y, width, height] = svg.dataset.whole.split(" ").map(Number);
+    if (known) {
+      const boxes = [...svg.querySelectorAll("a:not(.aside), path:not(.aside)")].map((e) => e.getBBox());
+      x = Math.min(...boxes.map((b) => b.x)) - 8;
+      y = Math.min(...boxes.map((b) => b.y)) - 8;
+      width = Math.max(...boxes.map((b) => b.x + b.width)) + 8 - x;
+      height = Math.max(...boxes.map((b) => b.y + b.height)) + 8 - y;
+    }
+    svg.setAttribute("viewBox", `${x} ${y} ${width} ${height}`);
+    svg.setAttribute("width", width);
+    svg.setAttribute("height", height);
+    if (known) graph.querySelector("a.chosen").scrollIntoView({ block: "nearest", inline: "center" });
     const select = document.querySelector("#graph-focus");
     if (select) select.value = known ? name : "";
   };
 
+  // A figure leads to its file, which the browser shows as large as it is.
+  const enlarge = () => {
+    for (const image of document.querySelectorAll(".content img")) {
+      if (image.closest("a")) continue;
+      const link = document.createElement("a");
+      link.href = image.src;
+      link.className = "enlarge";
+      link.title = "enlarge";
+      image.replaceWith(link);
+      link.append(image);
+    }
+  };
+
   document.addEventListener("DOMContentLoaded", () => {
     buttons();
+    enlarge();
     const select = document.querySelector("#graph-focus");
     if (select) {
       select.addEventListener("change", () => {

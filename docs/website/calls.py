@@ -35,6 +35,17 @@ _REDUCE = (
     'at={"z": "z0"})',
 )
 
+_BLOCK = "block = sa.oscillator(mu=3, alpha=1)"
+
+
+def _release(kappa: str, eps: str, *methods: str) -> tuple[str, ...]:
+    """The mean time of release from z = -2/5 by each of the methods."""
+    return _BLOCK, *(
+        f'sa.release(block, "{kappa}", 10, eps="{eps}", start=(0, "-0.4"), method="{method}")'
+        for method in methods
+    )
+
+
 #: Label -> what to start from, then the calls.
 CALLS: dict[str, tuple[str, ...]] = {
     "filippov": _REDUCE,
@@ -104,6 +115,11 @@ CALLS: dict[str, tuple[str, ...]] = {
     "folds": (FRICTION, "drift.folds()"),
     "turning-points": (FRICTION, "drift.turning_points()"),
     "beta": (FRICTION, "drift.beta()"),
+    "release-time": _release("0.1", "0.01", "march"),
+    "release-order": _release("0.5", "1e-5", "frozen", "first_order", "march"),
+    "release-adiabatic": _release("0.1", "0.01", "adiabatic", "march"),
+    "frozen-time": _release("0.3", "1e-6", "frozen", "march"),
+    "fold-delay": (_BLOCK, 'block.drag_time("-0.4", "0.01")'),
 }
 
 

@@ -170,7 +170,7 @@ def _integrals() -> list[Plot]:
 
 
 def _escape() -> list[Plot]:
-    drift, no_well, start = _friction(), _friction(-1), np.linspace(-1.1, -0.65, 181)
+    drift, no_well = _friction(), _friction(-1)
     even = sa.linear(a_minus=1, a_plus=1)
     plain = "friction, μ = 3, α = 1, z₀ = -1 (no well)"
     slopes, height = _well()
@@ -186,10 +186,6 @@ def _escape() -> list[Plot]:
              _each(lambda k: pieces.without_exit(_friction_potential, 2 / k**2, 10))),
         Plot("eq:Ttildesmall", "T", _OSCILLATOR, _noise(-1, 0.3),
              _verb("escape_time", drift, 10), _verb("escape_time", drift, 10, method="paper")),
-        Plot("eq:S", "T", "friction, μ = 3, α = 1, κ = 1/10: the step at the fold, -7/9", start,
-             lambda z: sa.escape_time(_friction(z), 0.1, 10, log=True),
-             lambda z: sa.escape_time(_friction(z), 0.1, 10, log=True, method="paper"),
-             "z₀", log_x=False),
         Plot("eq:Ttildelarge", "T", f"{plain}, r = 10⁴", _noise(-1, 1.5),
              _verb("escape_time", no_well, 10**4),
              _verb("escape_time", no_well, 10**4, method="paper")),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import symasym as sa
-from derivations.section4_reduction import REGIONS
+from derivations.sections.section4_reduction import REGIONS
 from symasym.generated import numpy_formulas as emitted
 from website import pieces
 from website.plots import Picture, Plot
@@ -33,7 +33,7 @@ def all_plots() -> tuple[Plot, ...]:
 
 def pictures() -> tuple[Picture, ...]:
     """What has no value to be compared with."""
-    return (_regions(), _path(), _stick_slip())
+    return (_regions(), _path(), _stick_slip(), _multiplier())
 
 
 # -- fields, and what follows from them ------------------------------------------------------------
@@ -335,3 +335,20 @@ def _stick_slip() -> Picture:
 
     what = "the oscillator with and without noise on its force, in the phase plane"
     return Picture("eq:osc3", what, draw)
+
+
+def _multiplier() -> Picture:
+    """The smooth multiplier of eq:S at three noises, and the step it tends to."""
+    fold = -7 / 9
+    z0 = fold + np.linspace(-0.3, 0.3, 121)
+
+    def draw(axes: Any) -> None:
+        for kappa in (0.2, 0.1, 0.05):
+            smooth = [sa.stokes_multiplier(sa.friction(3, 1, float(z)), kappa) for z in z0]
+            axes.plot(z0, smooth, label=f"κ = {kappa}")
+        axes.plot([z0[0], fold, fold, z0[-1]], [0, 0, 1, 1], "k--", lw=1, label="step, κ → 0")
+        axes.legend()
+        axes.set(xlabel="z₀", ylabel="S", title=f"{_OSCILLATOR}: through the fold, z₀ = -7/9")
+
+    what = "the Stokes multiplier through the fold: smooth at each noise, a step in the limit"
+    return Picture("eq:S", what, draw)

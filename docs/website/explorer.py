@@ -11,8 +11,10 @@ from symasym.emit import Source
 
 DOCS = Path(__file__).parent.parent
 MARK = "<!-- the explorer -->"
+#: Drifts beside it, of which the page has phi and V.
+OTHERS = {"tanh": sa.tanh(), "hill": sa.hill(), "sine": sa.sine()}
 #: Formulas that hold a drift, with the friction oscillator's in them, and those of its own.
-WITH_DRIFT = ("eq:phi", "eq:V", "eq:Ttilde", "eq:Ttildesmall", "eq:S", "eq:pss", "eq:P")
+WITH_DRIFT = ("eq:phi", "eq:V", "eq:Ttilde", "eq:Ttildesmall", "eq:S", "eq:pss", "eq:P", "eq:C")
 PLAIN = (
     "eq:phifric0", "regions", "fr1", "turning-points", "folds", "eq:tildexykappa", "eq:tilder",
     "eq:TtildetoT",
@@ -44,6 +46,11 @@ def sources() -> Mapping[str, Source]:
     return {
         **{label: sa.emit(label, "javascript", drift=drift) for label in WITH_DRIFT},
         "eq:Ttilde uniform": uniform,
+        **{
+            f"{name} {label}": sa.emit(label, "javascript", drift=other)
+            for name, other in OTHERS.items()
+            for label in ("eq:phi", "eq:V")
+        },
         **{label: sa.emit(label, "javascript") for label in PLAIN},
     }
 

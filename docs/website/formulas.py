@@ -17,11 +17,11 @@ from typing import Any
 import sympy
 
 from derivations import report
-from derivations.errata import ERRATA
+from derivations.errata.entries import ERRATA
 from derivations.labels import NUMBERS, numbered
 from derivations.registry import entries
 from derivations.runner import slug
-from derivations.symbols import QUANTITIES, quantities, symbols
+from derivations.symbols import MEANINGS, QUANTITIES, quantities, symbols
 from symasym import friction
 from symasym.base.errors import InputError
 from symasym.emit import emit
@@ -49,6 +49,8 @@ NAMES = {
 }
 
 
+#: Symbols that stand in conditions and notes as well, as they are printed.
+_BESIDE = {"a^-": "a_minus", "a^+": "a_plus", r"\lambda": "lam", r"\kappa": "kappa"}
 #: The row of an indicator function, where a formula has one.
 _INDICATOR = r"| $\mathbf{1}_{x > 0}$ | 1 where $x > 0$, 0 where $x < 0$ | a number |"
 DOCS = Path(__file__).parent.parent
@@ -210,6 +212,12 @@ def _symbols(label: str, record: Mapping[str, Any]) -> list[str]:
         f"| ${s.latex}$ | {report.words(s.meaning.text)} | {report.words(s.meaning.scale)} |"
         for s in symbols(label)
     ]
+    shown = f"{record['latex']} {report.words(record['note'])}"
+    rows += [
+        f"| ${sign}$ | {report.words(MEANINGS[name].text)} | {report.words(MEANINGS[name].scale)} |"
+        for sign, name in _BESIDE.items()
+        if sign in shown and not any(row.startswith(f"| ${sign}$") for row in rows)
+    ]
     if r"\mathbf{1}" in record["latex"]:
         rows.append(_INDICATOR)
     return ["| symbol | meaning | measured in |", "|---|---|---|", *rows, ""]
@@ -349,11 +357,10 @@ def index(records: Records) -> str:
         [
             "# Formulas",
             "",
-            f"{len(records)} results in {steps} steps, made from the derivations when this site "
-            "was built, after every check had passed. They are listed here by section of the "
-            "paper; also [by quantity](quantities.md), and as [a graph](graph.md) of which "
-            "rests on which. [All of them in one file](formulas.json), for programs: label, TeX, "
-            "SymPy expression, assumptions, error, number of checks of each kind.",
+            f"{len(records)} results, derived in {steps} checked steps, by section of the paper; "
+            "[by quantity](quantities.md), and as [a graph](graph.md) of which rests on which. "
+            "[All of them in one file](formulas.json), for programs: label, TeX, SymPy expression, "
+            "assumptions, error, number of checks of each kind.",
             "",
             *_grouped(groups, records),
             "## Definitions, with nothing to derive",
@@ -394,7 +401,10 @@ def graph_page(records: Records) -> str:
         '<option value="">all formulas</option>',
         *chosen,
         "</select></label></p>",
-        graph.svg({label: record["rests_on"] for label, record in records.items()}),
+        graph.svg(
+            {label: record["rests_on"] for label, record in records.items()},
+            {label: heading(record["title"]) for label, record in records.items()},
+        ),
         "```",
         "",
         "## As a list",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from html import escape
 from itertools import pairwise
 
@@ -76,8 +77,8 @@ def _mean(values: list[float]) -> float:
     return sum(values) / len(values)
 
 
-def svg(rests: Rests) -> str:
-    """The drawing; nodes without any arrow are left out of it."""
+def svg(rests: Rests, titles: Mapping[str, str]) -> str:
+    """The drawing, a title at each node; nodes without any arrow are left out of it."""
     at, level = positions(rests), layers(rests)
     right = max(x for x, _ in at.values()) + WIDTH + MARGIN
     bottom = max(y for _, y in at.values()) + HEIGHT + MARGIN
@@ -94,6 +95,7 @@ def svg(rests: Rests) -> str:
             x, y = at[node]
             lines.append(
                 f'<a id="focus-{slug(node)}" data-node="{slug(node)}" href="{slug(node)}.html">'
+                f"<title>{escape(titles[node])}</title>"
                 f'<rect x="{x:g}" y="{y:g}" width="{WIDTH}" '
                 f'height="{HEIGHT}" rx="4"/><text x="{x + WIDTH / 2:g}" '
                 f'y="{y + HEIGHT / 2 + 4:g}">{escape(node)}</text></a>'

@@ -11,6 +11,8 @@ import sympy
 
 import symasym as sa
 from symasym.generated import numpy_formulas as emitted
+from symasym.numbers.arithmetic import FLOATS
+from symasym.special.dawson import dawson
 from website import collocation, pieces
 from website.plots import Plot
 from website.symbolic import along, of, operator, parts, value
@@ -154,16 +156,26 @@ def _halves() -> list[Plot]:
         known = dict(zip(("I0", "I1", "J0", "J1"), (right, left, *doubles), strict=True))
         return float(value("backward")(kappa=k, **known))
 
+    def doubles(lam: float) -> tuple[float, float]:
+        """lam times the double integrals of both sides; left of the start v < u."""
+        K_left = pieces.left_half(lambda u: -V(u), lam, r)
+        K_right = pieces.triangle(V, lam, 0, 1) + pieces.rectangle(V, lam, (0, 1), (1, r))
+        return K_left, K_right + pieces.triangle(V, lam, 1, r)
+
     def positive(k: float) -> float:
         lam = 2 / k**2
         scale = np.exp(lam * float(V(np.float64(0.0))))
         left, right = pieces.halves(V, lam, r)
-        # Left of the start the other order: v < u.
-        K_left = pieces.left_half(lambda u: -V(u), lam, r)
-        K_right = pieces.triangle(V, lam, 0, 1) + pieces.rectangle(V, lam, (0, 1), (1, r))
-        K_right += pieces.triangle(V, lam, 1, r)
+        K_left, K_right = doubles(lam)
         w = scale * (K_left / left + K_right / right)
         return float(emitted.escape_time_of_halves(w, left / scale, right / scale))
+
+    def sides(k: float) -> float:
+        lam = 2 / k**2
+        left, right = pieces.halves(V, lam, r)
+        K_left, K_right = doubles(lam)
+        known = {"behind": left, "ahead": right, "total": left + right, "falling": 0.0}
+        return float(value("two-sides")(nested_left=K_left, nested_right=K_right, **known))
 
     def shape(u: Any) -> Any:
         return u**2 / 2 + u**4 / 8 - 0.625
@@ -180,6 +192,8 @@ def _halves() -> list[Plot]:
              lambda k: np.log([backward(one) for one in k])),
         Plot("positive-form", "T", f"{name}; the integrals by quadrature", noise, exact,
              lambda k: np.log([positive(one) for one in k])),
+        Plot("two-sides", "T", f"{name}; the integrals by quadrature", noise, exact,
+             lambda k: np.log([sides(one) for one in k])),
         Plot("positive-density", "stationary density", f"A = -u - u³/2, κ = {_NOISE}", u,
              lambda u: np.log(sa.stationary_density(cubic, _NOISE, u)), density, "u", log_x=False),
         Plot("panel-step", "w", "V = u + u²/4, from 0 to 1, after a start at -1",
@@ -244,6 +258,10 @@ def _integrals() -> list[Plot]:
              lambda k: np.log(left(kappa=k, a_minus=1.5))),
         Plot("pair-products", "J", "weights 1; exact: over t = s(v) - s(u) alone, by quadrature",
              np.linspace(-6, 4, 121), _pair_by_distance, _pair, "Z", log_x=False),
+        Plot("airy-form", "∫ e^(λV)", "u' = 1 + s/2, λ = 8; exact: by quadrature along rays",
+             np.linspace(-1, 5, 121), _past_pair, _airy_form, "Z", log_x=False),
+        Plot("truncated-gaussian", "∫ e^(-λV)", "t = 1, u' = 1 + t/2; exact: by quadrature",
+             np.logspace(0, 2, 40), _up_to_end, _truncated, "λ"),
         Plot("gaussian-step", "both integrals", "V″ at the barrier: -1", np.logspace(-1, 2, 60),
              _gaussians, lambda a: np.log(value("gaussian-step")(A_2=a, A_1=-1.0)),
              "V″ at the well"),
@@ -291,15 +309,46 @@ def _pair_by_distance(Z: Any) -> Any:
     return np.log(np.sqrt(np.pi) * step * both.sum(axis=1))
 
 
+_AIRY: dict[str, Any] = {
+    "airyai": mpmath.airyai,
+    "airybi": mpmath.airybi,
+    "airyaiprime": lambda x: mpmath.airyai(x, derivative=1),
+    "airybiprime": lambda x: mpmath.airybi(x, derivative=1),
+}
+
+
 def _pair(Z: Any) -> Any:
-    airy = {
-        "airyai": mpmath.airyai,
-        "airybi": mpmath.airybi,
-        "airyaiprime": lambda x: mpmath.airyai(x, derivative=1),
-        "airybiprime": lambda x: mpmath.airybi(x, derivative=1),
-    }
-    J = value("pair-products", **airy)
+    J = value("pair-products", **_AIRY)
     return np.log([float(J(Z=z)) for z in Z])
+
+
+def _airy_form(Z: Any) -> Any:
+    up = value("airy-form", **_AIRY)
+    return np.log([float(up(Z=z, a=1.0, b=0.5, small=0.5)) for z in Z])
+
+
+def _past_pair(Z: Any) -> Any:
+    """Of e^(Z s - s³/3) (1 + s/4)/2: from oo to 0 and on to the mean of both other ends."""
+    x, w = (one.ravel() for one in pieces.nodes(0.0, 9.0, 30))
+    turn = np.exp(1j * np.pi / 3)
+    found = 0.0
+    for s, slope in ((-x + 0j, 1), (x * turn, turn)):
+        found = found + np.exp(s**3 / 3 - Z[:, None] * s) * (1 - s / 4) / 2 * slope @ w
+    return np.log(found.real)
+
+
+def _truncated(lam: Any) -> Any:
+    """With Dawson's integral by the library."""
+    falling = np.sqrt(2 / lam) * dawson(np.sqrt(lam / 2), FLOATS).value
+    down = value("truncated-gaussian", 1)
+    return np.log(down(lam=lam, peak=1.0, rest=0.5, falling=falling))
+
+
+def _up_to_end(lam: Any) -> Any:
+    """∫ (1 + s/2) e^(λ(s² - 1)/2) over (0, 1), and the barrier's own end."""
+    s, w = (one.ravel() for one in pieces.nodes(0.0, 1.0, 20))
+    inside = np.exp(lam[:, None] * (s**2 - 1) / 2) * (1 + s / 2) @ w
+    return np.log(inside + np.exp(-lam / 2) / (2 * lam))
 
 
 def _gaussians(curvature: Any) -> Any:
@@ -333,7 +382,32 @@ def _saddle() -> list[Plot]:
 
         return np.log([pieces.single(V, -x, -6, 6) / np.sqrt(2 * np.pi / x) for x in lam])
 
+    def by_parts(q: Any) -> Any:
+        # ∫ e^(-x - q x²/(2λ)) dx over λ: the coefficient of λ^-2.
+        x, w = (one.ravel() for one in pieces.nodes(0.0, 60.0))
+        return -q / 2 * np.sum(w * x**2 * np.exp(-x))
+
+    def bent(c: Any) -> Any:
+        x, w = (one.ravel() for one in pieces.nodes(0.0, 1.0, 2))
+        return (w * (x - c[:, None] * x**2)).sum(axis=1) / 0.5 - 1
+
+    def to_infinity(t: Any) -> Any:
+        # By x = t/y.
+        y, w = (one.ravel() for one in pieces.nodes(0.0, 1.0, 2))
+        return np.log([np.sum(w * (one / y) ** -3 * one / y**2) for one in t])
+
+    start = value("endpoint-series")
+    primitive, bend = value("regular-part", 1), value("saddle-recurrences")
     return [
+        # h_2 = q beside 0.
+        Plot("endpoint-series", "∫ e^(λV), coefficient of λ^-2", "φ = 1 + q u, from u = 0 on",
+             np.linspace(-2, 2, 41), by_parts, lambda q: start(side=1, term=q), "q", False, False),
+        Plot("regular-part", "-∫ dt/t³", "the finite part of it; exact: from infinity",
+             np.logspace(-1, 1, 41), to_infinity,
+             lambda t: np.log(-primitive(power=3, term=1) * t**-2.0), "t"),
+        Plot("saddle-recurrences", "α₁", "φ = -t + c t²; exact: 2V(1) - 1 by quadrature",
+             np.linspace(-2, 2, 41), bent, lambda c: bend(j=1, term=c, slope=-1.0), "c",
+             False, False),
         Plot("saddle-series", "∫ e^(-λV), scaled", "V = u²/2 + u⁴/8; over the leading term",
              np.logspace(0.7, 3, 40), ratio, series, "λ"),
         Plot("laplace-substitution", "V at u₁ + κ", "friction, μ = 3, α = 1, z₀ = -0.4: the well",

@@ -4,14 +4,25 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from derivations.derive import derive
-from website import api, curves, definitions, explorer, formulas, identities, layers, plots
+from derivations.report import derive
+from website import (
+    api,
+    curves,
+    definitions,
+    explorer,
+    formulas,
+    identities,
+    layers,
+    moving,
+    notebooks,
+    plots,
+)
 
 
 def all_plots() -> tuple[plots.Plot | plots.Picture, ...]:
     """Of every label that has something to plot."""
-    compared = (*curves.all_plots(), *identities.all_plots(), *definitions.all_plots())
-    return (*compared, *definitions.pictures())
+    made = (curves, identities, definitions, moving)
+    return (*(plot for m in made for plot in m.all_plots()), *definitions.pictures())
 
 
 def all_pages(derivations: Path) -> dict[str, str]:
@@ -24,4 +35,5 @@ def all_pages(derivations: Path) -> dict[str, str]:
         **api.pages(),
         **explorer.pages(),
         **layers.pages(),
+        **notebooks.files(),
     }

@@ -13,7 +13,7 @@ from derivations.runner import slug
 from symasym.workshop.figures import encode
 
 Curve = Callable[[Any], Any]
-# An error that is nowhere larger is that of rounding, in dots.
+# An error that is nowhere larger is that of rounding, stated and not drawn.
 _ROUNDING = 1e-9
 
 
@@ -68,7 +68,7 @@ def files(plots: Iterable[Plot | Picture]) -> dict[str, str]:
 
 
 def draw(plot: Plot | Picture) -> str:
-    """Formula and exact value above, the formula's error below; or the picture."""
+    """Formula and exact value above, the formula's error, if it has one, below; or the picture."""
     from matplotlib import style
     from matplotlib.figure import Figure
 
@@ -78,19 +78,19 @@ def draw(plot: Plot | Picture) -> str:
             plot.paint(figure.subplots())
             return encode(figure, "svg").decode()
         unit = np.log(10) if plot.logs else 1.0
-        figure = Figure(figsize=(6.4, 5.2))
-        above, below = figure.subplots(2, 1, sharex=True)
         values, formula, error = plot.values()
+        exact = np.max(error) < _ROUNDING
+        figure = Figure(figsize=(6.4, 3.4 if exact else 5.2))
+        above, *below = np.atleast_1d(figure.subplots(1 if exact else 2, 1, sharex=True))
         above.plot(plot.x, values / unit, label="exact")
         above.plot(plot.x, formula / unit, "--", label=plot.label)
         name = f"log₁₀ {plot.quantity}" if plot.logs else plot.quantity
         above.set(ylabel=name, title=plot.title, xscale="log" if plot.log_x else "linear")
         above.legend()
-        exact = np.max(error) < _ROUNDING
-        below.semilogy(plot.x, np.where(error > 0, error, np.nan), "k." if exact else "k-")
-        over = "relative error" if plot.logs else "error, over the largest value"
-        below.set(xlabel=plot.axis, ylabel=over)
         if exact:
-            below.set(ylim=(1e-17, _ROUNDING))
-            below.set_title("rounding only; where there is no dot, all digits agree", fontsize=9)
+            above.set(xlabel=f"{plot.axis}\nboth agree to rounding, {np.max(error):.0e}")
+        else:
+            below[0].semilogy(plot.x, np.where(error > 0, error, np.nan), "k-")
+            over = "relative error" if plot.logs else "error, over the largest value"
+            below[0].set(xlabel=plot.axis, ylabel=over)
         return encode(figure, "svg").decode()

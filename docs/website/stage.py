@@ -11,11 +11,13 @@ import re
 import shutil
 from pathlib import Path
 
+from website import glossary, notebooks
+
 DOCS = Path(__file__).parent.parent
 ROOT = DOCS.parent
 # Where a link that leaves docs/ leads in the site.
 OUTSIDE = {"../CHANGELOG.md": "CHANGELOG.md"}
-NO_PAGES = ("*.py", "*.json", "website", "__pycache__", "mathjax.js")
+NO_PAGES = ("*.py", "*.json", "paper.*", "website", "__pycache__", "mathjax.js")
 # Indexes of made pages, with what they are called beside the pages of docs/.
 MADE = {"Formulas": "formulas/index", "Reference": "api/index"}
 # What the front page says of them, first under these headings.
@@ -25,6 +27,10 @@ IN_THE_SITE = {
 """,
     "Reference": "- [API reference](api/index.rst)\n",
 }
+#: Pages whose words are not linked: the glossary, and what is a record rather than a text.
+UNLINKED = {"glossary.md", "errata.md", "CHANGELOG.md", "measured.md", "stability.md", "house.md"}
+#: Page -> those below it in the sidebar.
+BELOW = {"report.md": ("measured.md", "stability.md")}
 _LINK = re.compile(r"\]\(([\w./-]+\.md)(?:#[\w-]*)?\)")
 
 
@@ -49,9 +55,20 @@ def stage(folder: Path, made: dict[str, str]) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     for page in folder.glob("*.md"):
-        page.write_text(_inward(page.read_text("utf-8")), encoding="utf-8")
+        text = _inward(page.read_text("utf-8"))
+        if page.name not in UNLINKED:
+            text = glossary.linked(text)
+        if page.name == "glossary.md":
+            text = glossary.anchored(text)
+        if f"notebooks/{page.stem}.ipynb" in made:
+            text = notebooks.offered(text, page.stem)
+        page.write_text(text, encoding="utf-8")
     index = folder / "index.md"
     pages = {str(path.relative_to(folder)) for path in folder.glob("*.md")} - {"index.md"}
+    for name, below in BELOW.items():
+        with (folder / name).open("a", encoding="utf-8") as page:
+            page.write(_toctree("", list(below)))
+        pages -= set(below)
     index.write_text(with_toctrees(index.read_text("utf-8"), pages), encoding="utf-8")
 
 

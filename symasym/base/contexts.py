@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from numbers import Rational
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from symasym.base.patience import step
 
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 
 
 _local = threading.local()
+
+_R = TypeVar("_R")
+_KEPT = 32
 
 
 @contextmanager
@@ -38,6 +42,27 @@ def own_context(dps: int) -> Iterator[MPContext]:
         yield context
     finally:
         stack.append(context)
+
+
+def kept(analysis: Callable[..., _R]) -> Callable[..., tuple[MPContext, _R]]:
+    """`analysis` of hashable arguments, worked out once for equal ones; its context comes with it.
+
+    Numbers carry their context, so that each of the last `_KEPT` analyses has one of its own, whose
+    digits the analysis sets and which stay, in each thread.
+    """
+
+    @lru_cache(maxsize=_KEPT)
+    def known(thread: int, *args: Hashable) -> tuple[MPContext, _R]:
+        from mpmath.ctx_mp import MPContext
+
+        context = MPContext()
+        return context, analysis(context, *args)
+
+    def of(*args: Hashable) -> tuple[MPContext, _R]:
+        step()
+        return known(threading.get_ident(), *args)
+
+    return of
 
 
 def float_with_error(value: mpf, error: mpf) -> tuple[float, float]:

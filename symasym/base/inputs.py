@@ -67,10 +67,18 @@ def flag(name: str, value: object) -> bool:
 
 
 def choice(name: str, value: object, known: Iterable[str]) -> str:
-    """The one of the `known` words that `value` is."""
+    """The one of the `known` words that `value` is; spaces about a minus sign don't count.
+
+    Examples
+    --------
+    >>> choice("quantity", "1-C", ("C", "1 - C"))
+    '1 - C'
+    """
     words = list(known)
-    if isinstance(value, str) and value in words:
-        return value
+    if isinstance(value, str):
+        for word in words:
+            if re.sub(" *- *", "-", value) == word.replace(" - ", "-"):
+                return word
     raise InputError(f"{name} is {shown(value)}; give one of {', '.join(map(repr, words))}.")
 
 

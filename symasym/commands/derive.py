@@ -35,11 +35,11 @@ def add_parser(subparsers: Commands) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """``symasym derive``: status 1 if a check fails."""
     if arguments.errata:
-        from derivations.errata_page import text
+        from derivations.errata.page import text
 
         print(text())
         return 0
-    from derivations.derive import derive
+    from derivations.report import derive
 
     try:
         records = derive(arguments.labels, arguments.out, fresh=arguments.fresh)

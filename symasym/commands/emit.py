@@ -6,18 +6,18 @@ import argparse
 import re
 
 from symasym.base.errors import InputError
-from symasym.commands.settings import Commands, document, settings
+from symasym.commands.settings import Commands, command, settings, takes_settings
 from symasym.drift.ready_made.named import DRIFTS, named_drift
 
 
 def add_parser(commands: Commands) -> None:
-    """Add the parser of ``emit``; it sets ``run`` to its function."""
-    parser = commands.add_parser(
-        "emit",
-        help="write a formula as source code",
+    """Add the parser of ``emit``."""
+    parser = command(
+        commands, "emit", "write a formula as source code", _run,
+        "symasym emit folds --target python",
+        "symasym emit eq:Ttilde --target c --drift friction --set mu=3 --set alpha=1 -o time.c",
         description="Write a formula as source code. Parameters that are set are folded in.",
-        allow_abbrev=False,
-    )
+    )  # fmt: skip
     parser.add_argument("label", metavar="LABEL", help="such as eq:Ttildesmall, folds, eq:V")
     # The error names the targets: asking here would load SymPy.
     targets = "numpy, mpmath, python, c, javascript or latex"
@@ -29,17 +29,7 @@ def add_parser(commands: Commands) -> None:
     what.add_argument("--expr", metavar="A", help='or this A(u), e.g. "1/2 - u + u**3"')
     parser.add_argument("--method", metavar="M", help="of eq:Ttilde: exact, laplace or uniform")
     parser.add_argument("--order", type=int, metavar="N", help="of --method laplace, 0 to 20")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="NAME=X", help="fold a parameter in"
-    )
-    document(
-        parser,
-        (
-            "symasym emit folds --target python",
-            "symasym emit eq:Ttilde --target c --drift friction --set mu=3 --set alpha=1 -o time.c",
-        ),
-    )
-    parser.set_defaults(run=_run)
+    takes_settings(parser, "fold a parameter in")
 
 
 def _run(arguments: argparse.Namespace) -> None:

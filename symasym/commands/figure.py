@@ -12,41 +12,21 @@ from typing import Any
 from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import whole
 from symasym.base.texts import meant
-from symasym.commands.settings import Commands, document, settings
+from symasym.commands.settings import Commands, command, settings, takes_settings
 
 
-def add_parser(subparsers: Commands) -> None:
-    """Add the parser of ``figure``; it sets ``run`` to its function.
-
-    Parameters
-    ----------
-    subparsers : argparse subparsers action
-        What ``ArgumentParser.add_subparsers`` returned.
-    """
-    parser = subparsers.add_parser(
-        "figure",
-        help="draw one of the paper's figures",
+def add_parser(commands: Commands) -> None:
+    """Add the parser of ``figure``."""
+    parser = command(
+        commands, "figure", "draw one of the paper's figures", run,
+        "symasym figure fric1 --set mu=3,1/2 -o fric1.svg", "symasym figure phase",
         description="Draw one of the paper's figures from the model and print its caption. "
         "Without a name, list the figures.",
-        allow_abbrev=False,
-    )
+    )  # fmt: skip
     parser.add_argument("name", nargs="?", metavar="NAME", help="such as phase or fric1")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=X",
-        help="set a parameter; several values are separated by commas",
-    )
-    parser.add_argument(
-        "-o",
-        "--out",
-        action="append",
-        metavar="FILE",
-        help="a .png, .svg or .pdf file; may be repeated (NAME.png and NAME.svg)",
-    )
-    document(parser, ("symasym figure fric1 --set mu=3,1/2 -o fric1.svg", "symasym figure phase"))
-    parser.set_defaults(run=run)
+    takes_settings(parser, "set a parameter; several values are separated by commas")
+    files = "a .png, .svg or .pdf file; may be repeated (NAME.png and NAME.svg)"
+    parser.add_argument("-o", "--out", action="append", metavar="FILE", help=files)
 
 
 def run(arguments: argparse.Namespace) -> None:

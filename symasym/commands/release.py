@@ -7,22 +7,21 @@ import json
 from typing import Any
 
 from symasym.base.inputs import whole
-from symasym.commands.settings import Commands, document, settings
+from symasym.commands.settings import Commands, command, settings, takes_settings
 
 
 def add_parser(commands: Commands) -> None:
     """Add the parser of ``release``."""
-    parser = commands.add_parser(
-        "release",
-        help="print when a block that sticks comes free while its slow variable moves",
+    parser = command(
+        commands, "release",
+        "print when a block that sticks comes free while its slow variable moves", run,
+        "symasym release --kappa 0.3 --r 10 --eps 0.01 --z -0.4 --quantiles",
+        'symasym release --phi "7/5 - u - z" --velocity " -1" --kappa 1 --r 5 --eps 0.01 --z 0',
         description="Print the mean time of release of the friction oscillator, or of du = phi dt "
         "+ kappa noise dW, dz = eps velocity dt, in scaled time. All inputs are scaled and exact "
         "as written.",
-        allow_abbrev=False,
-    )
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="NAME=X", help="mu or alpha (3 and 1)"
-    )
+    )  # fmt: skip
+    takes_settings(parser, "mu or alpha (3 and 1)")
     parser.add_argument("--phi", metavar="F", help="velocity of u, in u, z and y = eps u")
     parser.add_argument("--velocity", metavar="G", help="velocity of z, in the same")
     parser.add_argument("--noise", metavar="S", help="factor of the noise, in u (1)")
@@ -37,12 +36,6 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--workers", default="1", metavar="N", help="of --method simulate")
     parser.add_argument("--quantiles", action="store_true", help="of the time and of z, too")
     parser.add_argument("--json", action="store_true", help="all of it as a record")
-    examples = (
-        "symasym release --kappa 0.3 --r 10 --eps 0.01 --z -0.4 --quantiles",
-        'symasym release --phi "7/5 - u - z" --velocity " -1" --kappa 1 --r 5 --eps 0.01 --z 0',
-    )
-    document(parser, examples)
-    parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> None:

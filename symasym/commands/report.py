@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import argparse
 
-from symasym.commands.settings import Commands, document
+from symasym.commands.settings import Commands, command
 
 
-def add_parser(subparsers: Commands) -> None:
-    """Add the parser of ``report``; it sets ``run`` to `run_report`."""
-    parser = subparsers.add_parser(
-        "report",
-        help="measure error against run time, of all methods and the peers that are installed",
-        description="Measure error against run time, of all methods and the installed peers.",
-        allow_abbrev=False,
-    )
+def add_parser(commands: Commands) -> None:
+    """Add the parser of ``report``."""
+    parser = command(
+        commands, "report",
+        "measure error against run time, of all methods and the peers that are installed",
+        run, "symasym report --quick", 'symasym report --scene "friction k=0.1" --quick',
+    )  # fmt: skip
     parser.add_argument(
         "--scene", nargs="+", action="extend", metavar="NAME", help="these scenes, not all"
     )
@@ -23,11 +22,9 @@ def add_parser(subparsers: Commands) -> None:
         "--stability", action="store_true", help="digits claimed and true, over the extreme scenes"
     )
     parser.add_argument("-o", "--out", default="build/report", metavar="DIR", help="output folder")
-    document(parser, ("symasym report --quick", 'symasym report --scene "friction k=0.1" --quick'))
-    parser.set_defaults(run=run_report)
 
 
-def run_report(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> int:
     """Status 1 if one of our methods claimed more digits than were right."""
     from symasym.base.errors import InputError
 

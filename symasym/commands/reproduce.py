@@ -5,18 +5,17 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from symasym.commands.settings import Commands, document
+from symasym.commands.settings import Commands, command
 
 
 def add_parser(commands: Commands) -> None:
     """Add the parser of ``reproduce``."""
-    parser = commands.add_parser(
-        "reproduce",
-        help="make the paper's figures, the reference table and the derivations",
+    parser = command(
+        commands, "reproduce", "make the paper's figures, the reference table and the derivations",
+        run, "symasym reproduce --only figures", "symasym reproduce --dps 30 --out build",
         description="Make the paper's figures, the reference table and the pages of the "
         "derivations; what is up to date stays.",
-        allow_abbrev=False,
-    )
+    )  # fmt: skip
     parser.add_argument("--out", default="build", metavar="DIR", help="output folder (build)")
     parser.add_argument(
         "--only", nargs="+", action="extend", metavar="NAME", help="these stages, not all"
@@ -25,8 +24,6 @@ def add_parser(commands: Commands) -> None:
         "--dps", type=int, default=50, metavar="N", help="digits of the reference table (50)"
     )
     parser.add_argument("--force", action="store_true", help="make everything again")
-    document(parser, ("symasym reproduce --only figures", "symasym reproduce --dps 30 --out build"))
-    parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> None:

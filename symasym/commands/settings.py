@@ -43,12 +43,29 @@ class Parser(argparse.ArgumentParser):
 
 #: What ``add_subparsers`` returns, to which each command adds its parser.
 Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
+Run: TypeAlias = Callable[[argparse.Namespace], int | None]
 
 
 def document(parser: Parser, examples: Iterable[str], *more: Callable[[], str]) -> None:
     """End a command's help with examples, and with what `more` lists."""
     lines = "\n".join(["examples:", *(f"  {line}" for line in examples)])
     parser.endings = (*more, lambda: lines)
+
+
+def command(
+    commands: Commands, name: str, about: str, run: Run, *examples: str, description: str = ""
+) -> Parser:
+    """The parser of a command, which `run` carries out; its help says `about`, or more."""
+    description = description or f"{about[0].upper()}{about[1:]}."
+    parser = commands.add_parser(name, help=about, description=description, allow_abbrev=False)
+    document(parser, examples)
+    parser.set_defaults(run=run)
+    return parser
+
+
+def takes_settings(parser: Parser, about: str) -> None:
+    """Add the option ``--set NAME=X``, which may be repeated."""
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=X", help=about)
 
 
 def settings(pairs: Sequence[str]) -> dict[str, str]:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import argparse
 
-from symasym.commands.settings import Commands, document
+from symasym.commands.settings import Commands, command
 
 
-def add_parser(subparsers: Commands) -> None:
+def add_parser(commands: Commands) -> None:
     """Add the parser of ``table``."""
-    parser = subparsers.add_parser(
-        "table",
-        help="make a table of exact values from a spec",
+    parser = command(
+        commands, "table", "make a table of exact values from a spec", run,
+        "symasym table well.toml -o well.jsonl",
+        "symasym table well.toml -o well.jsonl --workers 4",
         description="Make a table of exact values, or what is missing of it.",
-        allow_abbrev=False,
-    )
+    )  # fmt: skip
     parser.add_argument("spec", metavar="SPEC", help="a TOML file: drift, grid, quantities, dps")
     parser.add_argument(
         "-o", "--out", required=True, metavar="FILE", help="JSON lines; a CSV file goes beside them"
@@ -25,14 +25,6 @@ def add_parser(subparsers: Commands) -> None:
     )
     where.add_argument("--scheduler", metavar="ADDRESS", help="of a dask.distributed cluster")
     parser.add_argument("--force", action="store_true", help="make everything again")
-    document(
-        parser,
-        (
-            "symasym table well.toml -o well.jsonl",
-            "symasym table well.toml -o well.jsonl --workers 4",
-        ),
-    )
-    parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -9,7 +9,7 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from symasym.commands.settings import Commands, document, settings
+from symasym.commands.settings import Commands, document, settings, takes_settings
 from symasym.drift.ready_made.named import DRIFTS, named_drift
 
 if TYPE_CHECKING:
@@ -57,9 +57,7 @@ def add_parser(commands: Commands) -> None:
         what = quantity.add_mutually_exclusive_group(required=True)
         what.add_argument("--drift", choices=DRIFTS, help="a ready-made drift")
         what.add_argument("--expr", metavar="A", help='A(u), e.g. "1/2 - u + u**3"')
-        quantity.add_argument(
-            "--set", action="append", default=[], metavar="NAME=X", help="set a parameter"
-        )
+        takes_settings(quantity, "set a parameter")
         quantity.add_argument("--kappa", required=True, metavar="X", help="noise amplitude")
         if escapes:
             quantity.add_argument("--r", required=True, metavar="X", help="escape radius")

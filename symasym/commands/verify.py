@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import argparse
 
-from symasym.commands.settings import Commands, document
+from symasym.commands.settings import Commands, command
 
 
-def add_parser(subparsers: Commands) -> None:
-    """Add the parser of ``verify``; it sets ``run`` to `run_verify`."""
-    parser = subparsers.add_parser(
-        "verify",
-        help="check every formula and evaluator against quadrature, balls and identities",
-        description="Check every formula and evaluator against quadrature, balls and identities.",
-        allow_abbrev=False,
-    )
+def add_parser(commands: Commands) -> None:
+    """Add the parser of ``verify``."""
+    parser = command(
+        commands, "verify",
+        "check every formula and evaluator against quadrature, balls and identities",
+        run, "symasym verify", "symasym verify --level full --seed 2 -o verify.json",
+    )  # fmt: skip
     parser.add_argument("--level", default="quick", metavar="NAME", help="quick or full (quick)")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of random scenes (1)")
     parser.add_argument("--workers", type=int, metavar="N", help="processes (one a processor)")
     parser.add_argument("-o", "--out", metavar="FILE", help="write the record there, as JSON")
-    document(parser, ("symasym verify", "symasym verify --level full --seed 2 -o verify.json"))
-    parser.set_defaults(run=run_verify)
 
 
-def run_verify(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> int:
     """Status 0 if all passes, 1 if something fails, 130 after an interrupt."""
     from symasym.base.files import write_json
     from symasym.workshop.verify import verify

@@ -6,9 +6,11 @@ import re
 import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 import sympy
+from sympy import Symbol
 from sympy.printing.str import StrPrinter
 
 from symasym.derivation.results import parts
@@ -17,10 +19,11 @@ if TYPE_CHECKING:
     from sympy import Expr
 
 
-#: "plain" has no functions at all: + - * / and whole powers, for any arithmetic.
-TARGETS = ("numpy", "mpmath", "plain")
-# The type of an argument in each, which the head of an emitted module imports or defines.
-_NUMBERS = {"numpy": "Floats", "mpmath": "mpf", "plain": "Ratios"}
+# The type of an argument of `function`, which the head of an emitted module imports or defines.
+# "plain" has no functions at all: + - * / and whole powers, for any arithmetic. "arithmetic" has
+# those of `symasym.numbers.arithmetic`, the first argument, and finds shared parts once.
+_NUMBERS = {"mpmath": "mpf", "plain": "Ratios", "arithmetic": "Number"}
+_FIRST = {"mpmath": "ctx: MPContext", "arithmetic": "c: Arithmetic"}
 # SymPy's name of a function -> the name it goes by here (and in C).
 _KNOWN = {
     **{name: name for name in ("exp", "log", "tanh", "sin", "cos", "asin", "acos", "atan")},
@@ -31,6 +34,7 @@ _KNOWN = {
     # Quotients with a removable singularity at 0; each file that needs one holds it.
     **{name: name for name in ("exprel", "exprel2", "tanhc", "sinc")},
     "Abs": "abs",
+    "_Root": "sqrt",
 }
 
 
@@ -67,6 +71,7 @@ DIALECTS = {
         first="ctx",
     ),
     "plain": Dialect(""),
+    "arithmetic": Dialect("c."),
     # math.exp raises where C gives infinity.
     "python": Dialect(
         "math.",
@@ -149,6 +154,8 @@ class Printer(StrPrinter):  # type: ignore[misc]
             raise NotEmittable(f"{expr} alone is no number of every arithmetic.")
         if self.target == "mpmath":
             return f"ctx.mpf({expr.p})/{expr.q}"
+        if self.target == "arithmetic":
+            return f"c.rational({expr.p}, {expr.q})"
         return f"{expr.p}{self.dialect.whole}/{expr.q}{self.dialect.whole}"
 
     def _print_Function(self, expr: Expr) -> str:
@@ -175,7 +182,12 @@ class Printer(StrPrinter):  # type: ignore[misc]
 
     def _print_Mul(self, expr: Expr) -> str:
         """A product, its square roots joined into one."""
-        if sum(_root_of_positive(a) for a in expr.args) < 2:
+        below = [a for a in expr.args if a.is_Pow and a.exp.is_Rational and a.exp < 0]
+        if expr.args[0].is_Rational and not expr.args[0].is_Integer:
+            below.append(expr.args[0])
+        # SymPy has no brackets about a lone denominator, which x**(5/2) would be printed as two of.
+        lone = len(below) == 1 and _root_of_positive(below[0]) and below[0].exp < -1
+        if not lone and sum(_root_of_positive(a) for a in expr.args) < 2:
             return str(super()._print_Mul(expr))
         return self._with_one_root(expr.args)
 
@@ -228,6 +240,21 @@ class Printer(StrPrinter):  # type: ignore[misc]
     _print_exp = _print_ExpBase
 
 
+class _Root(sympy.Function):  # type: ignore[misc]
+    """A square root that SymPy does not take apart."""
+
+
+def _joined(product: Expr) -> Any:
+    """A product with its half-integer powers as one square root."""
+    roots = [f for f in product.args if _root_of_positive(f)]
+    if len(roots) < 2:
+        return product
+    rest = [f for f in product.args if f not in roots]
+    whole = [f.base ** int(f.exp) for f in roots]
+    under = sympy.Mul(*(f.base ** (2 * (f.exp - int(f.exp))) for f in roots))
+    return sympy.Mul(*rest, *whole, _Root(under))
+
+
 def _root_of_positive(e: Expr) -> bool:
     """A half-integer power of something positive, so that roots may be joined."""
     return bool(e.is_Pow and e.exp.is_Rational and e.exp.q == 2 and e.base.is_positive)
@@ -265,6 +292,14 @@ def function(
     missing = {s for e in parts(expression) for s in e.free_symbols} - set(arguments)
     if missing:
         raise NotEmittable(f"{name} needs {', '.join(sorted(map(str, missing)))} as arguments.")
+    shared, lines = [], []
+    if target == "arithmetic":
+        # Names of shared parts that no argument has.
+        free = (Symbol(f"x{k}") for k in count() if f"x{k}" not in shown)
+        joined = [e.replace(lambda x: x.is_Mul, _joined) for e in parts(expression)]
+        shared, pieces = sympy.cse(joined, free, order="none", list=False)
+        expression = tuple(pieces) if len(pieces) > 1 else pieces[0]
+        lines = [f"{part} = {code(e, target, names)}" for part, e in shared]
     body = code(expression, target, names)
     number = returned = _NUMBERS[target]
     if target == "plain" and re.search(r"-(?!\d)|\*\*", body):
@@ -273,7 +308,7 @@ def function(
         returned = "Any"
     elif len(parts(expression)) > 1:
         returned = f"tuple[{number}, ...]"
-    first = ["ctx: MPContext"] if target == "mpmath" else []
+    first = [_FIRST[target]] if target in _FIRST else []
     signature = ", ".join([*first, *(f"{a}: {number}" for a in shown)])
     head = f"def {name}({signature}) -> {returned}:"
     if len(head) > 100:
@@ -285,4 +320,5 @@ def function(
         spaced = body if len(max(body.split(), key=len)) < 80 else body.replace(")*", ") * ")
         wrapped = textwrap.fill(spaced, 88, break_long_words=False, break_on_hyphens=False)
         body = f"(\n{textwrap.indent(wrapped, ' ' * 8)}\n    )"
-    return f'{head}\n    """{doc}"""\n    return {body}\n'
+    before = "".join(f"    {line}\n" for line in lines)
+    return f'{head}\n    """{doc}"""\n{before}    return {body}\n'

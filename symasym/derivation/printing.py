@@ -11,12 +11,14 @@ joined only where their arguments have no negative factor left alone
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from typing import Any
 
 import sympy
 from sympy.core.function import AppliedUndef
+from sympy.printing.conventions import requires_partial
 from sympy.printing.latex import LatexPrinter
 
 __all__ = ["tex"]
@@ -49,7 +51,9 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         if symbol in self._settings["symbol_names"]:
             return str(self._settings["symbol_names"][symbol])
         name, _, index = symbol.name.partition("_")
-        head = rf"\mathrm{{{name}}}" if name in _WORDS else self._deal_with_super_sub(name)
+        head = self._deal_with_super_sub(name)
+        if name in _WORDS or (head == name and len(name) > 2 and name.isalpha()):
+            head = rf"\mathrm{{{name}}}"
         if not index or "^" in name:
             return head if not index else str(super()._print_Symbol(symbol))
         index = rf"\mathrm{{{index}}}" if len(index) > 1 and index.isalpha() else index
@@ -288,6 +292,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
     def _print_Derivative(self, expr: Any) -> str:
         shown = str(super()._print_Derivative(expr.func(sympy.Symbol("X"), *expr.variable_count)))
         operator = shown.rsplit("X", 1)[0].rstrip()
+        if requires_partial(expr.expr):
+            operator = re.sub(r"\bd\b", r"\\partial", operator)
         body = self._print(expr.expr)
         if expr.expr.is_Mul or expr.expr.is_Add:
             body = rf"\left[{body}\right]"

@@ -111,6 +111,11 @@ class Drift:
         return dict(self._values)
 
     @property
+    def model(self) -> models.Model:
+        """The formula of A, which drifts of other parameters share."""
+        return self._model
+
+    @property
     def name(self) -> str:
         """Name of the model, e.g. ``"friction"``."""
         return self._model.name

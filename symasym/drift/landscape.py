@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -28,7 +29,7 @@ _DIGITS = 60
 _NARROWEST = 1e-12
 
 
-class Switch(Protocol):
+class Switch(Hashable, Protocol):
     """A(u) of a smoothed switch, in the arithmetics in which it is looked at here.
 
     `symasym.drift.drift.Drift` is one.
@@ -91,10 +92,16 @@ def critical_points(drift: Switch) -> list[CriticalPoint]:
         distinguished from a tangency.
     """
     drift.scalars()
+    return list(_known(drift))
+
+
+@lru_cache(maxsize=128)
+def _known(drift: Switch) -> tuple[CriticalPoint, ...]:
+    """The critical points, found once for equal drifts."""
     coefficients = drift.exact_coefficients()
     if coefficients is not None:
-        return _of_polynomial(coefficients)
-    return _of_analytic(drift)
+        return tuple(_of_polynomial(coefficients))
+    return tuple(_of_analytic(drift))
 
 
 def _of_polynomial(coefficients: list[Fraction]) -> list[CriticalPoint]:

@@ -109,6 +109,11 @@ def emit(
 
 
 def _numbers(parameters: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The parameters' values by name."""
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise InputError(
+            f"parameters is {shown(parameters)}; give a dict of values by name, as {{'mu': 3}}."
+        )
     return quotients({name: exact(name, value) for name, value in (parameters or {}).items()})
 
 

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from symasym.base.errors import InputError
+from symasym.base.inputs import shown
+
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
     from sympy.printing.latex import LatexPrinter
@@ -239,6 +242,7 @@ def as_printed(e: Expr) -> Expr:
         (log1p, lambda x: sympy.log(1 + x)),
         (log_modulus, lambda x: sympy.log(sympy.airyai(x) ** 2 + sympy.airybi(x) ** 2)),
         (logaddexp, lambda x, y: sympy.log(sympy.exp(x) + sympy.exp(y))),
+        (larger, sympy.Max),
     ):
         e = e.replace(kind, written)
     return e
@@ -246,12 +250,16 @@ def as_printed(e: Expr) -> Expr:
 
 def _literal(e: Expr) -> Expr:
     """The nearest double, as a symbol that is written as its shortest decimal."""
-    value = float(sympy.N(as_printed(e), 30))
+    number = sympy.N(as_printed(e), 30)
+    if not number.is_real:
+        raise InputError(
+            f"with these parameters a constant of the formula is {shown(sympy.N(number, 6))}, no "
+            "real number; leave a parameter free."
+        )
+    value = float(number)
     if value == 0 and e != 0 and e.is_zero is not True:
         return sympy.S.Zero
     if value in (float("inf"), float("-inf")):
-        from symasym.base.errors import InputError
-
         raise InputError(
             f"a constant of about 1e{int(sympy.N(sympy.log(abs(e), 10), 5))} is beyond the range "
             'of doubles; leave a parameter free, or emit "mpmath".'

@@ -400,10 +400,7 @@ def _ready(function: Function, names: dict[Any, Any], double: bool) -> Ready:
 def header(program: Program, *more: str) -> list[str]:
     """The lines every file begins with."""
     lines = [f"{program.label}: {program.title}."]
-    lines += [
-        f"{'Does not hold' if '(fails' in line else 'Supposes'}: {line}."
-        for line in program.assumptions
-    ]
+    lines += [f"{line}." for line in program.assumptions]
     if program.error:
         lines.append(f"Error of the formula: {program.error}.")
     if program.note:

@@ -222,7 +222,8 @@ class Partition:
     def _inside(self, lo: Fraction, hi: Fraction) -> Iterator[Panel]:
         """Panels of a part of the layer: Taylor panels only where lam V varies little."""
         grid = np.linspace(float(lo), float(hi), 17)
-        mean = float(np.abs(self.field.float_values(grid)).mean())
+        with np.errstate(over="ignore"):
+            mean = float(np.abs(self.field.float_values(grid)).mean())
         if self._lam_float * mean * float(hi - lo) <= _MILD_PANELS * self.reach:
             yield from self._taylor(Rational(0), lo, hi)
             return

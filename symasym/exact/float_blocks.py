@@ -19,6 +19,7 @@ from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels
 from symasym.exact.float_panels import REACH, REACH_DOWN, RESOLUTION, SLOWNESS, Moments
 from symasym.numbers.complex_balls import tame
+from symasym.numbers.dual_arrays import DualArray
 from symasym.numbers.polynomials import poly, shifted
 
 #: lam |A| up to which positions are measured from u = 0.
@@ -117,7 +118,8 @@ def _graded_blocks(
     halves = [(left, half, 2 * column, False), (right, half, 2 * column + 1, True)]
     # Down to where even the steepest drift moves lam V by less than a panel.
     steepest = lam[scene[row]] * np.maximum(field.size()[scene[row]], 1e-300)
-    levels = np.clip(np.ceil(np.log2(np.maximum(half * steepest / REACH, 1.0))), 1, 120) + 1
+    # What is beyond float64 is not a number here, and unresolved later on.
+    levels = np.clip(np.ceil(np.log2(np.fmax(half * steepest / REACH, 1.0))), 1, 120) + 1
     chosen = []
     for anchor, length, part, from_right in halves:
         count = _levels_needed(anchors, anchor, lam[scene[row]], length, levels, from_right)
@@ -239,13 +241,97 @@ def _middle(blocks: Blocks, anchors: Anchors) -> FloatArray:
     return middle
 
 
+# -- derivatives of exponents ---------------------------------------------------------------------
+
+#: More than the rounding of a slope, relative to the largest on its way.
+_SLOPE_ROUNDING = 4e-15
+#: How much more of a slope than of the moment the nodes of a panel miss, in units of its reach.
+_SLOPE_TRUNCATION = 100.0
+
+
+def _slope_nodes(blocks: Blocks, anchors: Anchors, nodes: FloatArray) -> FloatArray:
+    """The nodes of the blocks in u; a slope has nothing to lose by their rounding."""
+    u = blocks.t0[:, None] + (blocks.t1 - blocks.t0)[:, None] * nodes
+    about = blocks.anchor >= 0
+    if about.any():
+        u = u + np.where(about, anchors.centre[blocks.anchor], 0.0)[:, None]
+    return np.clip(u, -1.0, 1.0)
+
+
+def _dual(field: Field, of_drift: FloatArray, scene: IntArray, y: FloatArray) -> DualArray:
+    """Numbers linear in lam phi h, one row for each of `scene`, from their slopes by the drift."""
+    assert field.directions
+    slopes = field.directions.rows(of_drift, scene, y)
+    slopes[-1] += (field.directions.stretch[scene] * y.T).T
+    return DualArray(y, slopes)
+
+
+def _slow_slopes(
+    field: Field,
+    lam_h: FloatArray,
+    blocks: Blocks,
+    anchors: Anchors,
+    x: FloatArray,
+    shift: FloatArray,
+) -> tuple[DualArray, FloatArray, FloatArray]:
+    """lam phi h at the Lobatto nodes of slow blocks; how far the slopes of their records are off,
+    those of `rise` and those of the other moments' logarithms."""
+    assert field.directions
+    u = _slope_nodes(blocks, anchors, float_panels.lobatto().nodes)
+    dual = _dual(
+        field, lam_h[:, None] * field.directions.of_drift(blocks.scene, u), blocks.scene, x
+    )
+    least = np.abs(x).min(axis=1)
+    off = (_SLOPE_ROUNDING + 4 * shift / least) * np.abs(dual.slopes).max(axis=2)
+    off += np.abs(dual.slopes @ _tail_of()).max(axis=2)
+    # Differentiating for the series multiplies what is wrong at an end by 2 NODES^2 a width.
+    growth = 1.0 + 2 * float_panels.NODES**2 / least
+    return dual, off, off * growth / least
+
+
+def _sampled_slopes(
+    field: Field,
+    lam_h: FloatArray,
+    blocks: Blocks,
+    anchors: Anchors,
+    exponents: FloatArray,
+    rise: FloatArray,
+) -> tuple[DualArray, DualArray, FloatArray, FloatArray]:
+    """Exponents and rises with their slopes; how large these are on the way to the end of each
+    block, and what the nodes miss of them."""
+    assert field.directions
+    count, nodes = len(rise), float_panels.NODES
+    u = _slope_nodes(blocks, anchors, _gauss_nodes(count))
+    of_drift = (lam_h / count)[:, None] * field.directions.of_drift(blocks.scene, u)
+    flat = of_drift.reshape(-1, len(lam_h), count, nodes).swapaxes(1, 2).reshape(-1, nodes)
+    scene, shape = np.tile(blocks.scene, count), (len(of_drift), rise.size)
+    both = [
+        _dual(field, integral.reshape(*shape, *y.shape[1:]), scene, y)
+        for integral, y in zip(
+            float_panels.exponents_of_values(flat),
+            (exponents.reshape(-1, nodes), rise.ravel()),
+            strict=True,
+        )
+    ]
+    nothing = np.zeros(rise.size)
+    # What the last coefficients leave to those beyond is less than four times as much.
+    reach, missed = (
+        field.directions.rows(x.reshape(shape), scene, nothing)
+        for x in (np.abs(flat).max(axis=1, initial=0.0), 4 * float_panels.sums(flat)[1])
+    )
+    reach = np.maximum(reach, np.abs(both[0].slopes).max(axis=2))
+    reach, missed = (x.reshape(len(x), *rise.shape).sum(axis=1) for x in (reach, missed))
+    return both[0].reshape(exponents.shape), both[1].reshape(rise.shape), reach, missed
+
+
 # -- records of blocks ----------------------------------------------------------------------------
 
 
 class Records(NamedTuple):
     """Records of panels in any order, and what rounding of the drift does to them.
 
-    `shift` is the absolute error of `rise`, `local` a relative one of the other moments.
+    `shift` is the absolute error of `rise`, `local` a relative one of the other moments; of dual
+    ones, the slopes are the errors of the slopes, of the moments' logarithms in `local`.
     """
 
     scene: IntArray
@@ -352,13 +438,14 @@ def records_of(
         if not planned:
             break
         ready, plan = _joined([b for b, _ in planned]), _joined([p for _, p in planned])
-        if first and np.bincount(ready.scene, plan.steep).max(initial=0.0) > 4 * _FAINT:
+        steep = np.bincount(ready.scene, plan.steep).max(initial=0.0)
+        if first and steep > 4 * _FAINT and not field.directions:
             order = np.lexsort((ready.t0, ready.part, ready.scene))
             ready, plan = ready.take(order), plan.take(order)
             counts = _counting(ready, plan, ahead)
             done.append(_coarse(ready, plan, ~counts))
             ready, plan = ready.take(counts), plan.take(counts)
-        moments, missed = _moments(field, lam, ready, plan, anchors)
+        moments, plan, missed = _moments(field, lam, ready, plan, anchors)
         resolved = missed <= RESOLUTION
         blocks = _pieces(ready.take(~resolved), np.zeros(np.count_nonzero(~resolved)))
         if blocks.scene.size:
@@ -434,7 +521,9 @@ def _planned(
         x = float_panels.lobatto_powers(series.shape[1]) @ series.T
     low, high = x.min(axis=0), x.max(axis=0)
     steep = np.maximum(np.abs(low), np.abs(high))
-    place = np.searchsorted(_COUNTS, steep / np.where(low > 0, REACH_DOWN, REACH))
+    # Slopes are sampled with more to spare: the errors of both are held against one number.
+    reach = np.where(low > 0, REACH if field.directions else REACH_DOWN, REACH)
+    place = np.searchsorted(_COUNTS, steep / reach)
     count = _COUNTS[np.minimum(place, len(_COUNTS) - 1)]
     few = place < len(_COUNTS)
     slowly = is_slow(low, high, x.T)
@@ -525,10 +614,18 @@ def _coarse(blocks: Blocks, plan: Plan, left_out: np.ndarray) -> Records:
 
 def _moments(
     field: Field, lam: FloatArray, blocks: Blocks, plan: Plan, anchors: Anchors
-) -> tuple[Moments, FloatArray]:
-    """Moments of the blocks as they are planned, and the truncation errors of those sampled."""
+) -> tuple[Moments, Plan, FloatArray]:
+    """Moments of the blocks as they are planned; the plan, whose errors are dual where slopes are
+    asked for; and the truncation errors of the blocks that are sampled."""
     n = len(blocks.scene)
     moments, missed = Moments(*np.empty((4, n))), np.zeros(n)
+    shift: Any = plan.shift
+    local: Any = plan.local
+    if field.directions:
+        slopes = np.zeros((6, len(field.directions.names), n))
+        arrays: Any = map(DualArray, (shift, local, *moments), slopes)
+        shift, local, *arrays = arrays
+        moments = Moments(*arrays)
     order = np.argsort(plan.panels, kind="stable")
     ends = np.searchsorted(plan.panels[order], np.append(0, _COUNTS), side="right")
     work = np.empty((3, _PANELS_AT_ONCE * float_panels.NODES))
@@ -537,26 +634,57 @@ def _moments(
         for begin in range(low, end, _PANELS_AT_ONCE // max(count, 1)):
             index = order[begin : min(end, begin + _PANELS_AT_ONCE // max(count, 1))]
             part = blocks.take(index)
-            h = part.t1 - part.t0
+            h: Any = part.t1 - part.t0
             lam_h = lam[part.scene] * h
             series = _series(field, lam_h, part, anchors)
+            if field.directions:
+                h = field.directions.stretched(h, part.scene)
             if count == 0:
-                some = float_panels.slow(_at_nodes(field, part, anchors, series, lam_h), h)
+                x: Any = _at_nodes(field, part, anchors, series, lam_h)
+                if field.directions:
+                    x, *off = _slow_slopes(field, lam_h, part, anchors, x, plan.shift[index])
+                some = float_panels.slow(x, h)
             else:
-                if series is not None:
-                    shape = count, len(h), float_panels.NODES
-                    place = work[0, : math.prod(shape)].reshape(shape)
-                    exponents = float_panels.exponents_of_series(series, count, place)
-                else:
-                    nodes = (np.arange(count)[:, None] + float_panels.gauss().nodes) / count
-                    phi = phi_at(field, part, anchors, nodes.ravel()) * (lam_h / count)[:, None]
-                    values = np.ascontiguousarray(phi.reshape(len(h), count, -1).swapaxes(0, 1))
-                    exponents = float_panels.exponents_of_values(values)
-                some, missed[index] = float_panels.sampled(*exponents, h, work[1:])
-            for whole, values in zip(moments, some, strict=True):
-                whole[index] = values
+                sampled: Any = _exponents(field, lam_h, part, anchors, series, count, work[0])
+                if field.directions:
+                    *sampled, reach, gap = _sampled_slopes(field, lam_h, part, anchors, *sampled)
+                memory = None if field.directions else work[1:]
+                some, missed[index] = float_panels.sampled(sampled[0], sampled[1], h, memory)
+                if field.directions:
+                    rounded = plan.shift[index] / np.maximum(plan.steep[index], 1e-300)
+                    gap += (_SLOPE_ROUNDING + 4 * rounded) * reach
+                    off = [gap, gap + _SLOPE_TRUNCATION * missed[index] * reach]
+            for whole, found in zip(moments, some, strict=True):
+                whole[index] = found
+            if field.directions:
+                shift.slopes[:, index], local.slopes[:, index] = off
         low = end
-    return moments, missed
+    return moments, plan._replace(shift=shift, local=local), missed
+
+
+def _exponents(
+    field: Field,
+    lam_h: FloatArray,
+    blocks: Blocks,
+    anchors: Anchors,
+    series: FloatArray | None,
+    count: int,
+    work: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Exponents and rises of `count` panels of each block (`float_panels.exponents_of_series`)."""
+    shape = count, len(lam_h), float_panels.NODES
+    if series is not None:
+        place = work[: math.prod(shape)].reshape(shape)
+        return float_panels.exponents_of_series(series, count, place)
+    phi = phi_at(field, blocks, anchors, _gauss_nodes(count)) * (lam_h / count)[:, None]
+    values = np.ascontiguousarray(phi.reshape(len(lam_h), *shape[::2]).swapaxes(0, 1))
+    return float_panels.exponents_of_values(values)
+
+
+def _gauss_nodes(count: int) -> FloatArray:
+    """The Gauss nodes of `count` equal panels of [0, 1], one after the other."""
+    nodes: FloatArray = (np.arange(count)[:, None] + float_panels.gauss().nodes).ravel() / count
+    return nodes
 
 
 def _at_nodes(
@@ -590,7 +718,7 @@ def _unresolved(field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors)
         slope = (np.arange(len(series))[:, None] * np.abs(series)).sum(axis=0)
         off = 0.51 * h * slope + 1e-15 * field.size()[blocks.scene]
     lam_here = lam[blocks.scene]
-    change = lam_here * h * np.where(np.isnan(off), np.inf, off + 1e-15 * np.abs(phi))
+    change: Any = lam_here * h * np.where(np.isnan(off), np.inf, off + 1e-15 * np.abs(phi))
     # What is open in a scene as a whole, beside the most that log T can be: too much for any digit
     # makes one record of it, since sweeping thousands would take seconds.
     whole = np.bincount(blocks.scene, change, len(lam))
@@ -603,6 +731,9 @@ def _unresolved(field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors)
         blocks.take(kept), lam_here[kept], phi[kept], h[kept], change[kept]
     )  # fmt: skip
     moments = float_panels.constant(lam_here * phi, h)
+    if field.directions:
+        # Nothing is known of the slopes.
+        change = DualArray(change, np.full((len(field.directions.names), len(h)), np.inf))
     return Records(*blocks[:2], blocks.t0, moments, np.zeros(len(h), bool), change, 2 * change)
 
 

@@ -14,13 +14,14 @@ int_inverse e(b) int 1/e                 int 1/e
 nested      e(b) int int e(w)/e(x)       int int e(w)/e(x)
 =========== ============================ ============================
 
-All are positive and none grows with lam, so nothing cancels or overflows.
+All are positive and none grows with lam, so nothing cancels or overflows. The rules take arrays, or
+arrays that carry their derivatives (`symasym.numbers.dual_arrays`).
 """
 
 from __future__ import annotations
 
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from symasym.generated.numpy_formulas import (
     constant_single,
 )
 from symasym.numbers.arithmetic import FLOATS
+from symasym.numbers.dual_arrays import value_of
 from symasym.special.exponentials import quotients
 
 #: Largest lam |V(b) - V(a)| (roughly) of a panel that samples the exponential:
@@ -158,10 +160,10 @@ def _last_coefficients() -> FloatArray:
     return np.ascontiguousarray((p * w[:, None] * (k + 0.5)).T)
 
 
-def _sums(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The integral of each row, and the size of its last two Legendre coefficients."""
+def sums(values: Any) -> tuple[Any, FloatArray]:
+    """The integral of each row, positive, and the size of its last two Legendre coefficients."""
     sums = np.abs(_last_coefficients() @ values.T)
-    return sums[0], sums[1] + sums[2]
+    return sums[0], value_of(sums[1] + sums[2])
 
 
 def sampled(
@@ -176,36 +178,37 @@ def sampled(
     Parameters
     ----------
     exponents, rise : arrays of shape (panels, blocks, NODES) and (panels, blocks)
-        See `exponents_of_series`; the first is overwritten. A block's exponents must stay within
-        the range of float64.
+        See `exponents_of_series`. A block's exponents must stay within the range of float64.
     h : array of shape (blocks,)
         The widths of the blocks.
     work : array of shape (2, samples or more), optional
-        Memory to be used: getting it anew takes as long as filling it.
+        Memory to be used beside that of plain `exponents`, which are overwritten then: getting it
+        anew takes as long as filling it.
     """
     rule, shape = gauss(), rise.shape
-    inverse_e = exponents.reshape(-1, NODES)
-    work = np.empty((2, exponents.size)) if work is None else work[:, : exponents.size]
-    e, inner = work.reshape(2, -1, NODES)
-    np.exp(inverse_e, out=inverse_e)  # 1/e at the nodes
-    np.divide(1.0, inverse_e, out=e)  # costs less than a second exponential
-    (int_e, of_e), (int_inverse, of_inverse) = _sums(e), _sums(inverse_e)
-    np.matmul(e, rule.integrate.T, out=inner)
+    inverse_e: Any = exponents.reshape(-1, NODES)
+    places: Any = (None, None, None)
+    if work is not None:
+        places = inverse_e, *work[:, : exponents.size].reshape(2, -1, NODES)
+    inverse_e = np.exp(inverse_e, out=places[0])  # 1/e at the nodes
+    e = np.divide(1.0, inverse_e, out=places[1])  # costs less than a second exponential
+    (int_e, of_e), (int_inverse, of_inverse) = sums(e), sums(inverse_e)
+    inner = np.matmul(e, rule.integrate.T, out=places[2])
     inner *= inverse_e
     # A product with a vector is several times faster than a sum over so short an axis.
     nested = inner @ rule.weights
-    single = np.maximum(of_e / int_e, of_inverse / int_inverse)
-    missed = 2e-4 * of_e * of_inverse / nested + 6e-4 * single * single
+    single = np.maximum(of_e / value_of(int_e), of_inverse / value_of(int_inverse))
+    missed = 2e-4 * of_e * of_inverse / value_of(nested) + 6e-4 * single * single
     missed = missed.reshape(shape).max(axis=0)
     nested = nested.reshape(shape).sum(axis=0)
     int_e, int_inverse = int_e.reshape(shape), int_inverse.reshape(shape)
-    if len(rise) > 1:
+    if shape[0] > 1:
         # As they stand at the left end of the block: neighbours differ by one exponential only.
         ahead = np.multiply.accumulate(np.exp(rise[:-1]))
         int_e[1:] *= ahead
         int_inverse[1:] /= ahead
         nested += (np.add.accumulate(int_e)[:-1] * int_inverse[1:]).sum(axis=0)
-    h = h / len(rise)
+    h = h / shape[0]
     rise = rise.sum(axis=0)
     up = rise > 0
     end = np.exp(-np.abs(rise))
@@ -214,17 +217,16 @@ def sampled(
     return Moments(rise, int_e * up_end, int_inverse * down_end, nested * h * down_end), missed
 
 
-def slow_terms(x: FloatArray) -> FloatArray:
+def slow_terms(x: FloatArray) -> list[FloatArray]:
     """Terms t_0 = 1/|x|, t_{k+1} = t_k'/|x| at the Lobatto nodes of [0, 1].
 
     Their alternating sum solves M' = 1 - |x| M and their sum solves Q' = -1 + |x| Q, the solutions
     that follow the drift without a layer.
     """
-    terms = np.empty((_SLOW_TERMS, *x.shape))
-    terms[0] = 1.0 / np.abs(x)
+    terms = [1.0 / np.abs(x)]
     derivative = lobatto().differentiate.T
-    for k in range(1, _SLOW_TERMS):
-        np.multiply(terms[k - 1] @ derivative, terms[0], out=terms[k])
+    for _ in range(1, _SLOW_TERMS):
+        terms.append((terms[-1] @ derivative) * terms[0])
     return terms
 
 
@@ -239,7 +241,9 @@ def slow(x: FloatArray, h: FloatArray) -> Moments:
     """
     rule = lobatto()
     terms = slow_terms(x)
-    even, odd = terms[::2].sum(axis=0), terms[1::2].sum(axis=0)
+    # The smallest first.
+    even: Any = sum(terms[::-2])
+    odd: Any = sum(terms[-2::-2])
     m, q = even - odd, even + odd
     rise = -(x @ rule.weights)
     decay = np.exp(-np.abs(rise))
@@ -297,8 +301,7 @@ def merge_slow(
     joins[1:] = slow_panel[1:] & slow_panel[:-1] & (scene[1:] == scene[:-1]) & (up[1:] == up[:-1])
     first = np.flatnonzero(~joins)
     last = np.append(first[1:], len(scene)) - 1
-    product = np.zeros(len(scene))
-    product[1:] = np.where(joins[1:], int_e[:-1] * int_inverse[1:], 0.0)
+    product = np.concatenate(([0.0], np.where(joins[1:], int_e[:-1] * int_inverse[1:], 0.0)))
     summed = np.add.reduceat(nested + product, first)
     single = first == last
     up = up[first]

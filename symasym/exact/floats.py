@@ -9,7 +9,7 @@ lam.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,16 +19,20 @@ from symasym.exact import float_panels, sweep
 from symasym.exact.float_blocks import MILD, Records, merged, partition, records_of
 from symasym.exact.sweep import InLayer, Record, Swept
 from symasym.generated import plain_formulas
-from symasym.numbers.log_positive import LogPositive
+from symasym.numbers.dual_arrays import DualArray, slopes_of, value_of
+from symasym.numbers.log_positive import LogPositive, LogSlopes, with_log
 
 _ULP = 3e-16  # of a logarithm, its sum included
 
 
 class Logs(NamedTuple):
-    """Natural logarithms of a quantity, and a bound on their absolute error by running analysis."""
+    """Natural logarithms of a quantity, and a bound on their absolute error by running analysis.
 
-    value: FloatArray
-    error: FloatArray
+    Of a field with directions, dual arrays: the slopes of `error` estimate the errors of slopes.
+    """
+
+    value: Any
+    error: Any
 
 
 def escape_time(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray) -> Logs:
@@ -41,7 +45,7 @@ def escape_time(field: Field, lam: FloatArray, r: FloatArray, start: FloatArray)
     lam, r, start : arrays of shape (scenes,)
     """
     left, right = _from_both_ends(field, lam, r, start)
-    return _logs(sweep.escape_time(left, right))
+    return _with_start(field, _logs(sweep.escape_time(left, right)), "T", start, left, right)
 
 
 def exit_probability(
@@ -49,16 +53,16 @@ def exit_probability(
 ) -> Logs:
     """log C (eq:C), or log(1 - C); parameters as in `escape_time`."""
     left, right = _from_both_ends(field, lam, r, start)
-    if complement:
-        left, right = right, left
-    return _logs(plain_formulas.exit_share(left.sigma, right.sigma))
+    sigmas = (right.sigma, left.sigma) if complement else (left.sigma, right.sigma)
+    share = _logs(plain_formulas.exit_share(*sigmas))
+    return _with_start(field, share, "1 - C" if complement else "C", start, left, right)
 
 
 def stationary_density(field: Field, lam: FloatArray, y: FloatArray) -> Logs:
     """log p_ss(y) (eq:pss) of each scene, which must slide."""
     n = len(lam)
     end = np.concatenate((y, -y))
-    rate = LogPositive.of(np.tile(lam, 2))
+    rate = _rates(field, np.tile(lam, 2))
     panels = _panels(field, np.tile(lam, 2), np.full(2 * n, -np.inf), end)
     (w,) = panels.through(
         lambda w, p, lam: (sweep.carried_freely(w[0], p, lam),),
@@ -74,13 +78,14 @@ def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
     one = np.ones(n)
     panels = _panels(field, lam, -one, one)
     nothing = LogPositive.of(np.zeros(n))
-    before = LogPositive.of(plain_formulas.tail_left(field.a_minus[:n]))
+    a_minus, a_plus = _ends(field, n)
+    before = LogPositive.of(plain_formulas.tail_left(a_minus))
     layer = panels.through(
         lambda state, p, lam: sweep.carried_in_layer(InLayer(*state), p, lam),
         (nothing, before),
-        LogPositive.of(lam),
+        _rates(field, lam),
     )
-    after = LogPositive.of(plain_formulas.tail_right(field.a_plus[:n]))
+    after = LogPositive.of(plain_formulas.tail_right(a_plus))
     wanted, rest = sweep.layer_times(InLayer(*layer), after, complement)
     return _logs(plain_formulas.occupation_share(wanted, rest))
 
@@ -88,7 +93,55 @@ def occupation(field: Field, lam: FloatArray, complement: bool) -> Logs:
 def _logs(quantity: LogPositive) -> Logs:
     """Logarithms and their errors, infinite where they are unknown."""
     bad = np.isnan(quantity.log) | np.isnan(quantity.error)
-    return Logs(np.asarray(quantity.log), np.where(bad, np.inf, quantity.error))
+    error = np.where(bad, np.inf, quantity.error)
+    if not isinstance(quantity, LogSlopes):
+        return Logs(np.asarray(quantity.log), error)
+    unknown = np.isnan(quantity.slopes) | np.isnan(quantity.slope_error)
+    return Logs(
+        DualArray(quantity.log, quantity.slopes),
+        DualArray(error, np.where(unknown, np.inf, quantity.slope_error)),
+    )
+
+
+def _with_start(
+    field: Field, logs: Logs, quantity: str, start: FloatArray, left: Swept, right: Swept
+) -> Logs:
+    """The logarithms with their derivative in the start, from both sides of it, as the last.
+
+    T' = (w_R sigma_R - w_L sigma_L)/(sigma_L + sigma_R); sigma is S/S' (see `exact.sweep`). Where
+    r stretches the interval it has moved the start as well.
+    """
+    if not field.directions:
+        return logs
+    nothing = LogPositive.of(np.zeros_like(left.sigma.log))
+    if quantity == "T":
+        w = left.w + right.w
+        terms = right.w / w / left.sigma, left.w / w / right.sigma
+    else:
+        terms = (1 / left.sigma, nothing) if quantity == "1 - C" else (nothing, 1 / right.sigma)
+    first, second = (np.exp(x.log) for x in terms)
+    error = first * (terms[0].error + 4e-16) + second * (terms[1].error + 4e-16)
+    slope, error = first - second, np.where(np.isnan(error), np.inf, error)
+    moved = start * field.directions.stretch[: len(start)]
+    logs.value.slopes[-1] -= moved * slope
+    logs.error.slopes[-1] += np.abs(moved) * error
+    return Logs(
+        DualArray(logs.value.value, np.vstack((logs.value.slopes, slope))),
+        DualArray(logs.error.value, np.vstack((logs.error.slopes, error))),
+    )
+
+
+def _rates(field: Field, lam: FloatArray) -> LogPositive:
+    """lam, which changes with kappa."""
+    return LogPositive.of(field.directions.rate(lam) if field.directions else lam)
+
+
+def _ends(field: Field, count: int) -> tuple[Any, Any]:
+    """a- and a+ of the first scenes."""
+    ends = field.a_minus[:count], field.a_plus[:count]
+    if not field.directions:
+        return ends
+    return field.directions.at_end(ends[0], -1.0), field.directions.at_end(ends[1], 1.0)
 
 
 def _from_both_ends(
@@ -101,7 +154,7 @@ def _from_both_ends(
     sigma, w = panels.through(
         lambda state, p, lam: sweep.carried(Swept(*state), p, lam),
         (unknown, unknown),
-        LogPositive.of(rates),
+        _rates(field, rates),
         sweep.first,
     )
     return Swept(sigma[:n], w[:n]), Swept(sigma[n:], w[n:])
@@ -144,25 +197,15 @@ class _Panels(NamedTuple):
 def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -> _Panels:
     """Panels from `start` to `end`; from u = -1 where `start` is -inf."""
     left = np.flatnonzero(np.isfinite(start) & (start < -1.0))
-    before = float_panels.constant(
-        lam[left] * field.a_minus[left], np.minimum(end[left], -1.0) - start[left]
-    )
+    before = _outer(field, lam, left, -1, np.minimum(end[left], -1.0) - start[left])
     blocks, anchors = partition(field, lam, np.maximum(start, -1.0), np.minimum(end, 1.0))
     ahead = np.full(len(lam), -np.inf)
-    ahead[left] = np.log(before.int_e) + np.maximum(-before.rise, 0.0)
+    rise, int_e = (value_of(x) for x in before.moments[:2])
+    ahead[left] = np.log(int_e) + np.maximum(-rise, 0.0)
     inside = records_of(field, lam, blocks, anchors, ahead)
     right = np.flatnonzero(end > 1.0)
-    beyond = float_panels.constant(
-        lam[right] * field.a_plus[right], end[right] - np.maximum(1.0, start[right])
-    )
-    every = Records.joined(
-        [
-            Records.exactly(left, -1, before),
-            inside,
-            Records.exactly(right, np.iinfo(np.intp).max, beyond),
-        ]
-    )
-    records = merged(every.sorted())
+    beyond = _outer(field, lam, right, 1, end[right] - np.maximum(1.0, start[right]))
+    records = merged(Records.joined([before, inside, beyond]).sorted())
     count = np.bincount(records.scene, minlength=len(lam))
     # A panel is good to about 20 ulp, and to the rounding of phi in its exponent where phi
     # is not taken about a nearby centre.
@@ -170,13 +213,41 @@ def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -
     local = 5e-15 + 8e-18 * np.where(rounding < MILD, rounding, 1e3)
     own = local[records.scene] + records.local
     rise = records.moments.rise
-    moved = _ULP * np.abs(rise) + records.shift
+    up = rise > 0
+    moved: Any = _ULP * np.abs(value_of(rise)) + value_of(records.shift)
+    if isinstance(rise, DualArray):
+        moved = DualArray(moved, _ULP * np.abs(rise.slopes) + slopes_of(records.shift))
     _, int_e, int_inverse, nested = records.moments
     logs = Record(
         LogPositive.of(int_e, own),
         LogPositive.of(int_inverse, own),
         LogPositive.of(nested, own),
-        fall=LogPositive(np.minimum(rise, 0.0), np.where(rise > 0, 0.0, moved)),
-        climb=LogPositive(np.minimum(-rise, 0.0), np.where(rise > 0, moved, 0.0)),
+        fall=with_log(np.where(up, 0.0, rise), np.where(up, 0.0, moved)),
+        climb=with_log(np.where(up, -rise, 0.0), np.where(up, moved, 0.0)),
     )
     return _Panels(logs, np.cumsum(count) - count, count)
+
+
+def _outer(field: Field, lam: FloatArray, scene: IntArray, side: int, h: FloatArray) -> Records:
+    """One record a scene outside [-1, 1], in closed form."""
+    part = -1 if side < 0 else np.iinfo(np.intp).max
+    drift: Any = (field.a_minus if side < 0 else field.a_plus)[: len(lam)]
+    if not field.directions:
+        return Records.exactly(scene, part, float_panels.constant(lam[scene] * drift[scene], h))
+    rate: Any = (field.directions.rate(lam) * field.directions.at_end(drift, side))[scene]
+    width: Any = field.directions.outer_width(h) if side < 0 else h
+    records = Records.exactly(scene, part, float_panels.constant(rate, width))
+    known = field.rounding(scene, np.full((len(scene), 1), float(side)))[:, 0]
+    relative = 1e-15 + 4 * known / np.maximum(field.size()[scene], 1e-300)
+    missed = relative * np.abs(rate.slopes)
+    missed[: len(field.directions.largest)] += (
+        relative * lam[scene] * field.directions.largest[:, scene]
+    )
+    shift = h * missed + 1e-15 * np.abs(slopes_of(records.moments.rise))
+    # The moments depend on x = lam a h no faster than on log x, or than e^x.
+    local = missed * h / np.maximum(1.0, np.abs(rate.value) * h)
+    local += 2e-15 * np.abs(slopes_of(width)) / h
+    errors: dict[str, Any] = {
+        "shift": DualArray(records.shift, shift), "local": DualArray(records.local, local)
+    }  # fmt: skip
+    return records._replace(**errors)

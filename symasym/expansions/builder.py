@@ -9,6 +9,7 @@ u_k by the equation A(u_k) = 0, or solved for where A is of degree 1 or 2.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from types import SimpleNamespace
@@ -33,7 +34,6 @@ __all__ = ["FinitePart", "SeriesOf", "Symbols", "U"]
 
 #: The scaled position.
 U = Symbol("u", real=True)
-_TAKEN = {"kappa", "r", "lam", "u", "x", "beyond"}
 
 
 class FinitePart(sympy.Function):  # type: ignore[misc]
@@ -78,6 +78,9 @@ class Symbols(Builder):
         The symbols' LaTeX.
     """
 
+    #: Names of the formula's own symbols, which no parameter has.
+    taken = frozenset({"kappa", "r", "lam", "u", "x", "beyond"})
+
     def __init__(self, drift: Drift, case: Case, order: int, start: Fraction) -> None:
         self.arithmetic = cast(
             "Arithmetic", SimpleNamespace(context=True, one=S.One, number=sympy.sympify)
@@ -110,7 +113,7 @@ class Symbols(Builder):
         self.a_minus, self.a_plus = (self._slope_beyond(u) for u in (-1, 1))
 
     def _require_free_names(self) -> None:
-        clash = sorted(s.name for s in self.A.free_symbols - {U} if s.name in _TAKEN)
+        clash = sorted(s.name for s in self.A.free_symbols - {U} if s.name in self.taken)
         clash += sorted(
             s.name for s in self.A.free_symbols if s.name[:1] == "u" and s.name[1:].isdigit()
         )
@@ -119,6 +122,10 @@ class Symbols(Builder):
                 f"A = {self.A} has a parameter {clash[0]}, which the expansion needs as a name of "
                 "its own (kappa, r, lam, x, u, u1, u2, ...); rename the parameter."
             )
+
+    def conditions(self) -> Iterator[Any]:
+        """What holds besides the order of the points, as predicates."""
+        yield from ()
 
     # -- names ------------------------------------------------------------------------------
 
@@ -309,13 +316,15 @@ class Symbols(Builder):
             for p in falling
         ]
 
-    def _symbol_of(self, series: Any, letter: str, side: str) -> Series:
+    def _symbol_of(self, series: Any, letter: str, side: str) -> Any:
         """A symbol for a series that is none yet; its coefficients are those of x^(k+1)."""
         if not terms(series):
             return Series([])
+        if not isinstance(series, Series):
+            return series
         (part,) = series.parts
         if part.offset == 0:
-            return cast(Series, series)
+            return series
         rows = [sympy.sympify(c) for c in part.coefficients]
         return self._named(f"{letter}{side}", f"{letter}_{side}", X, rows)
 

@@ -21,6 +21,7 @@ from typing import Any
 import sympy
 from sympy import Expr, S, Symbol
 
+from symasym.asymptotics.laplace.result import named_functions
 from symasym.asymptotics.weak_noise.answer import stationary_sums
 from symasym.asymptotics.weak_noise.compose import (
     Side,
@@ -40,14 +41,16 @@ from symasym.emit.symbolic_sums import BEYOND_1, KAPPA, LAM, R, Sum, Symbolic, X
 from symasym.expansions.builder import FinitePart, SeriesOf, Symbols, U
 from symasym.expansions.cases import Case, case_of, found_cases, read_case
 from symasym.expansions.strong import strong
+from symasym.expansions.uniform import PAIRED, Coalescing, Locals, require_pair
 from symasym.quantities import escape_time, exit_probability, occupation
 
 __all__ = ["Contribution", "Expansion", "expand"]
 
-QUANTITIES = ("T", "C", "1-C", "P", "1-P", "density")
+QUANTITIES = ("T", "C", "1 - C", "P", "1 - P", "density")
 # Those that depend on the start and the radius.
-_OF_START = ("T", "C", "1-C")
+_OF_START = ("T", "C", "1 - C")
 _MOST = 8
+_MOST_UNIFORM = 0
 _L, _R, _LEFT, _RIGHT = sympy.symbols("L R D- D+", positive=True)
 _Y = Symbol("y", real=True)
 _TEX = {_LEFT: "D_-", _RIGHT: "D_+", LAM: r"\lambda", BEYOND_1: "(r - 1)"}
@@ -134,6 +137,11 @@ class Expansion:
                 f"relative O(kappa^-{2 * self.order + 2}), whatever r/kappa^2; evaluate(…, "
                 "full=True) proves a bound"
             )
+        if self.noise == "uniform":
+            return (
+                f"relative O(kappa^{2 * self.order + 2}), also where well and barrier coalesce; "
+                "evaluate(…, full=True) estimates that"
+            )
         return (
             f"each series in kappa^2 is short of O(kappa^{2 * self.order + 2}), relative to its "
             "first term; evaluate(…, full=True) estimates that"
@@ -179,7 +187,8 @@ class Expansion:
                 f"A = {self.drift.expression()} is no polynomial in u; bind its parameters, or "
                 "give case='start well barrier' or the like."
             )
-        return found_cases(self.drift, self.start)
+        known = found_cases(self.drift, self.start)
+        return tuple(c for c in known if self.noise != "uniform" or str(c) in PAIRED)
 
     # -- numbers ----------------------------------------------------------------------------
 
@@ -211,7 +220,7 @@ class Expansion:
         InputError
             For free parameters, and as the verb.
         """
-        method = {"weak": "laplace", "strong": "strong_noise"}[self.noise]
+        method = {"weak": "laplace", "strong": "strong_noise"}.get(self.noise, self.noise)
         known: dict[str, Any] = {"method": method, "order": self.order, **options}
         if self.quantity == "density":
             raise InputError("the density's numbers are those of sa.stationary_density.")
@@ -237,6 +246,11 @@ class Expansion:
         InputError
             Where critical points may be complex, or a finite part has no closed form.
         """
+        if self.noise == "uniform":
+            raise InputError(
+                "noise is 'uniform', whose special functions no target has; bind the drift and use "
+                "sa.emit('eq:Ttilde', drift=…, method='uniform'), which brings them along."
+            )
         expression = self.expression
         if expression.has(FinitePart, sympy.Integral):
             raise InputError(
@@ -260,13 +274,13 @@ class Expansion:
         The regular part's integrals stand as Hadamard's finite parts, whose closed form for a
         polynomial is in `definitions`.
         """
-        left = "p_{ss}(y)" if self.quantity == "density" else self.quantity.replace("-", " - ")
+        left = "p_{ss}(y)" if self.quantity == "density" else self.quantity
         lines = [rf"{left} &\sim {self._latex(self.formula)}"]
         for s in self._ordered():
             if s != BEYOND_1:
                 value = self.integrals.get(s, self.definitions[s])
                 lines.append(f"{self._latex(s)} &= {self._latex(value)}")
-        if self.integrals:
+        if self.integrals.keys() & self._met.keys():
             lines.append(r"h_1(u) &= \frac{1}{\varphi(u)}, \quad h_{k+1} = -\frac{h_k'}{\varphi}")
         lines += [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in self._met]
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
@@ -287,7 +301,7 @@ class Expansion:
         return met
 
     def _latex(self, e: Any) -> str:
-        return str(sympy.latex(e, symbol_names={**_TEX, **self.tex}))
+        return named_functions(sympy.latex(e, symbol_names={**_TEX, **self.tex}))
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -296,7 +310,7 @@ class Expansion:
         """The formula, a line for each contribution, and where it holds."""
         rows = [
             f"{self.quantity} of {self.drift!r}, {self.noise} noise to order {self.order}"
-            + (f", case '{self.case}'" if self.noise == "weak" else ""),
+            + ("" if self.noise == "strong" else f", case '{self.case}'"),
             f"  {self.quantity} ~ {self.formula}",
         ]
         for t in self.terms:
@@ -328,7 +342,7 @@ def expand(
     quantity: str = "T",
     *,
     noise: str = "weak",
-    order: int = 2,
+    order: int | None = None,
     start: Number = 0,
     case: str | Case | None = None,
 ) -> Expansion:
@@ -339,11 +353,13 @@ def expand(
     drift : Drift
         Its parameters may be free. ``Drift.general()`` names none: the formula is then that of one
         well and one barrier, in V's derivatives there.
-    quantity : {"T", "C", "1-C", "P", "1-P", "density"}
-    noise : {"weak", "strong"}
-        kappa -> 0; or kappa -> oo, of a polynomial A, in powers of 2/kappa^2.
-    order : int
-        0 to 8: the terms of each series in kappa^2 up to kappa^(2 order), or of 2/kappa^2.
+    quantity : {"T", "C", "1 - C", "P", "1 - P", "density"}
+    noise : {"weak", "strong", "uniform"}
+        kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T of a
+        polynomial A through the coalescence of a well and a barrier, in Airy functions.
+    order : int, optional
+        0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 order), or of
+        2/kappa^2; 0 for ``noise="uniform"``.
     start : number, optional
         In (-1, 1), no zero of A.
     case : str, optional
@@ -365,7 +381,8 @@ def expand(
     -----
     The coefficients are those of Watson's lemma and of repeated integration by parts, and the
     composition is that of ``method="laplace"`` (see `symasym.asymptotics.weak_noise`), so that with
-    numbers put in the expression is `escape_time(…, method="laplace", order=order)`.
+    numbers put in the expression is `escape_time(…, method="laplace", order=order)`; that of
+    ``noise="uniform"`` is ``method="uniform", order=0`` (`symasym.expansions.uniform`).
     That r > 1 is supposed.
 
     Examples
@@ -378,7 +395,9 @@ def expand(
     """
     require_drift(drift, bound=False)
     quantity = choice("quantity", quantity, QUANTITIES)
-    noise = choice("noise", noise, ("weak", "strong"))
+    noise = choice("noise", noise, ("weak", "strong", "uniform"))
+    if order is None:
+        order = _MOST_UNIFORM if noise == "uniform" else 2
     order = count("order", order, 0, _MOST)
     at = exact("start", start)
     if quantity in _OF_START and not -1 < at < 1:
@@ -391,6 +410,13 @@ def expand(
         if quantity == "density":
             raise InputError("quantity is 'density', which has a formula for weak noise only.")
         return _strong(drift, quantity, order, at)
+    if noise == "uniform":
+        if quantity != "T" or order > _MOST_UNIFORM:
+            raise InputError(
+                f"quantity is {quantity!r} and order {order}; the uniform formula is that of T, to "
+                f"order {_MOST_UNIFORM}."
+            )
+        return _uniform(drift, order, at, _case(drift, at, case))
     return _weak(drift, quantity, order, at, _case(drift, at, case))
 
 
@@ -418,7 +444,23 @@ def _case(drift: Drift, start: Fraction, case: str | Case | None) -> Case:
 @lru_cache(maxsize=32)
 def _weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -> Expansion:
     """The weak-noise expansion."""
-    ring, symbols = Symbolic(), Symbols(drift, case, order, start)
+    symbols = Symbols(drift, case, order, start)
+    return _composed(symbols, Symbolic(), "weak", drift, quantity, order, start)
+
+
+@lru_cache(maxsize=32)
+def _uniform(drift: Drift, order: int, start: Fraction, case: Case) -> Expansion:
+    """T through a coalescence."""
+    require_pair(drift, case, start)
+    symbols = Coalescing(drift, case, start)
+    return _composed(symbols, Locals(symbols), "uniform", drift, "T", order, start)
+
+
+def _composed(
+    symbols: Symbols, ring: Any, noise: str, drift: Drift, quantity: str, order: int,
+    start: Fraction,
+) -> Expansion:  # fmt: skip
+    """The composition of both one-sided expansions."""
     terms: tuple[Contribution, ...] = ()
     sums: dict[Symbol, Expr] = {}
     if quantity in _OF_START:
@@ -434,13 +476,13 @@ def _weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) 
         sides = Sides(plain[0], plain[1], S.Zero, S.Zero, both[0].corner)
         behind, ahead = sides.shares
         formula = {
-            "T": LAM * mean_time(sides), "C": ahead / sides.total, "1-C": behind / sides.total
+            "T": LAM * mean_time(sides), "C": ahead / sides.total, "1 - C": behind / sides.total
         }[quantity]  # fmt: skip
         for symbol, value in (
             (_L, left.scale), (_R, right.scale), (_LEFT, left.nested), (_RIGHT, right.nested)
         ):  # fmt: skip
             sums[symbol] = _expression(value)
-        terms = tuple(
+        terms = () if noise == "uniform" else tuple(
             t for one, weight in zip(both, ("C", "1 - C"), strict=True)
             for t in _contributions(one, symbols, order, weight)
         )  # fmt: skip
@@ -453,7 +495,7 @@ def _weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) 
         if quantity == "density":
             formula = sympy.exp(-LAM * symbols.height_at(_Y)) / whole
         else:
-            formula = outside / whole if quantity == "1-P" else 1 - outside / whole
+            formula = outside / whole if quantity == "1 - P" else 1 - outside / whole
     if symbols.general and quantity == "T":
         pairs = [t for t in terms if t.pair[0][:4] == "well" and t.pair[1][:7] == "barrier"]
         if len(pairs) != 1:
@@ -466,13 +508,15 @@ def _weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) 
         **sums,
         **{s: value.expression for s, value in symbols.series.items()},
         **symbols.values,
+        **getattr(symbols, "locals", {}),
         LAM: 2 / KAPPA**2,
         X: KAPPA**2 / 2,
         BEYOND_1: R - 1,
     }
     return Expansion(
-        quantity, "weak", order, drift, start, symbols.case, formula, definitions,
-        symbols.equations, terms, tuple(_conditions(symbols, quantity)),
+        quantity, noise, order, drift, start, symbols.case, formula, definitions,
+        symbols.equations, terms,
+        tuple(c for c in _conditions(symbols, quantity) if c is not sympy.true),
         symbols.integrals, symbols.tex,
     )  # fmt: skip
 
@@ -551,6 +595,7 @@ def _called(p: CriticalPoint, sign: str) -> str:
 
 def _conditions(symbols: Symbols, quantity: str) -> Iterator[Any]:
     """Where the formula holds, as predicates."""
+    yield from symbols.conditions()
     points: list[Any] = [-S.One, *symbols.lines, S.One]
     if quantity in _OF_START:
         points.insert(1 + symbols.case.before, symbols.start)

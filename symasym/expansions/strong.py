@@ -125,7 +125,7 @@ def strong(
     """The formula in lam, r and the moments; what these are in the parameters; their LaTeX."""
     made = _Formula(drift, order)
     at = Rational(start.numerator, start.denominator)
-    if quantity in ("P", "1-P"):
+    if quantity in ("P", "1 - P"):
         inner = made.stretch(False, -S.One, S.One, "")
         both = weights((made.slopes[-1], -made.slopes[1]), inner, LAM)
         formula = 1 / (1 + odds(*both, quantity != "P"))

@@ -178,6 +178,120 @@ def saddle_second(ctx: MPContext, V2: mpf, V3: mpf, V4: mpf, V5: mpf, V6: mpf) -
     )
 
 
+def manifold_term(ctx: MPContext, source: mpf, drift: mpf) -> mpf:
+    """h_1 from the weight, h_(k+1) from -h_k': the slow manifold's terms (endpoint-series)."""
+    return source/drift
+
+
+def endpoint_shares(ctx: MPContext, side: mpf, term: mpf) -> tuple[mpf, ...]:
+    """A start's coefficients of lam^-k from h_k, side = (-1)^k, to its right (endpoint-series)."""
+    return -side*term, -term
+
+
+def kink_change(ctx: MPContext, left: mpf, right: mpf) -> mpf:
+    """What stands for h_k at a kink (endpoint-series)."""
+    return right - left
+
+
+def fall_by_powers(ctx: MPContext, index: mpf, power: mpf, term: mpf) -> mpf:
+    """-h' of term t^(index - power), its coefficient (regular-part)."""
+    return term*(power - index)
+
+
+def finite_part(ctx: MPContext, power: mpf, term: mpf) -> mpf:
+    """Primitive of term t^-power, the coefficient of t^(1 - power) (regular-part)."""
+    return term/(1 - power)
+
+
+def bend_of_saddle(ctx: MPContext, j: mpf, term: mpf, slope: mpf) -> mpf:
+    """alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...) (saddle-recurrences)."""
+    return 2*term/(slope*(2 + j))
+
+
+def first_moment(ctx: MPContext) -> mpf:
+    """int e^(-s^2/2) ds (saddle-recurrences)."""
+    return ctx.sqrt(2*ctx.pi)
+
+
+def next_moment(ctx: MPContext, n: mpf, moment: mpf) -> mpf:
+    """int s^(2n + 2) e^(-s^2/2) ds from that of s^(2n) (saddle-recurrences)."""
+    return moment*(1 + 2*n)
+
+
+def time_of_doubles(
+    ctx: MPContext, behind: mpf, ahead: mpf, double_left: mpf, double_right: mpf, total: mpf
+) -> mpf:
+    """T/lam from the single and the double integrals over both sides (two-sides)."""
+    return (ahead*double_left + behind*double_right)/total
+
+
+def on_the_right(ctx: MPContext, ahead: mpf, nested_right: mpf, falling: mpf) -> mpf:
+    """The double integral on the right with the start's share of both sides (two-sides)."""
+    return nested_right + ahead*falling
+
+
+def pair_norm(ctx: MPContext, even: mpf, odd: mpf, square: mpf) -> mpf:
+    """The product of psi at both zeros of a pair (airy-form)."""
+    return even**2 - square*odd**2
+
+
+def canonical(ctx: MPContext, slope: mpf, even: mpf, odd: mpf, norm: mpf) -> tuple[mpf, ...]:
+    """a and b of u' = a + b s at a pair of zeros, odd counted along s (airy-form)."""
+    return (
+        ctx.sqrt(2*(even + ctx.sqrt(norm))/(norm*slope))/2, -ctx.sqrt(2*slope/(norm*(even +
+        ctx.sqrt(norm))))*odd/2
+    )
+
+
+def pair_share(ctx: MPContext, side: mpf, even: mpf, odd: mpf, norm: mpf) -> tuple[mpf, ...]:
+    """alpha and beta: the pair's share of 1/phi is (alpha + beta y)/(y^2 - square) (airy-form)."""
+    return side*even/norm, -odd*side/norm
+
+
+def over_pair(
+    ctx: MPContext, a: mpf, small: mpf, b: mpf, bi: mpf, bi_slope: mpf
+) -> tuple[mpf, ...]:
+    """int e^(lam V) and int e^(-lam V) over a pair; `small` is lam^(-1/3) (airy-form)."""
+    return ctx.pi*small*(a*bi + b*bi_slope*small), ctx.pi*small*(a*bi - b*bi_slope*small)
+
+
+def over_pair_twice(ctx: MPContext, a: mpf, small: mpf, b: mpf, squares: mpf, slopes: mpf) -> mpf:
+    """The double integral over a pair, from Ai^2 + Bi^2 and Ai'^2 + Bi'^2 (airy-form)."""
+    return ctx.pi**2*small**2*(squares*a**2 - slopes*b**2*small**2)
+
+
+def end_distance(ctx: MPContext, gap: mpf, area: mpf) -> mpf:
+    """t at the end of a barrier's Gaussian: t^2/2 = gap^2 area (truncated-gaussian)."""
+    return ctx.sqrt(2*area)*gap
+
+
+def end_peak(ctx: MPContext, bottom: mpf) -> mpf:
+    """du/dt at the barrier (truncated-gaussian)."""
+    return 1/ctx.sqrt(bottom)
+
+
+def end_mean(ctx: MPContext, bottom: mpf, area: mpf) -> mpf:
+    """The mean of psi before the end: peak/t = 1/(gap mean) (truncated-gaussian)."""
+    return ctx.sqrt(2*area*bottom)
+
+
+def end_rest(
+    ctx: MPContext, bottom: mpf, gap: mpf, first: mpf, second: mpf, value: mpf, mean: mpf
+) -> mpf:
+    """1/phi at the end less peak/t, without its cancellation (truncated-gaussian)."""
+    return (first*bottom - gap*second**2 - 2*second*bottom)/(mean*value*(mean + value))
+
+
+def over_end(
+    ctx: MPContext, lam: mpf, t: mpf, peak: mpf, rest: mpf, tail: mpf, falling: mpf, integral: mpf
+) -> tuple[mpf, ...]:
+    """int e^(lam V) from the end on, int e^(-lam V) up to it, and both (truncated-gaussian)."""
+    return (
+        -rest/lam - peak*tail, rest/lam + falling*peak, peak**2*(integral - ctx.log(t))/lam -
+        rest*falling*peak/lam
+    )
+
+
 def weak_noise_time(
     ctx: MPContext,
     kappa: mpf,

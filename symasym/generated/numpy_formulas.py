@@ -1,315 +1,87 @@
-"""Formulas in float64, for arrays that broadcast together.
+"""The formulas of `mpmath_formulas` in float64, for arrays that broadcast together.
 
 Written by ``python -m derivations.emit`` from the checked derivations: do not edit.
 """
 
-# A formatter must not touch what a test compares.
-# fmt: off
-
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from symasym.base.inputs import Floats
-
-
-def scaled_noise(kappa: Floats, eps: Floats) -> Any:
-    """kappa/sqrt(eps), the noise in scaled variables (eq:tildexykappa)."""
-    return kappa/np.sqrt(eps)
-
-
-def scaled_radius(r: Floats, eps: Floats) -> Any:
-    """r/eps, the radius in scaled variables (eq:tilder)."""
-    return r/eps
-
-
-def potential_left(u: Floats, a_minus: Floats) -> Any:
-    """V(u) for u <= -1 (eq:V2)."""
-    return -a_minus*(1 + u)
-
-
-def potential_right(u: Floats, a_plus: Floats, V1: Floats) -> Any:
-    """V(u) for u >= 1 (eq:V2)."""
-    return V1 - a_plus*(-1 + u)
-
-
-def escape_time_of_halves(w: Floats, sigma_left: Floats, sigma_right: Floats) -> Any:
-    """T from sigma on both sides and w, the sum of both (positive-form)."""
-    return w/(1/sigma_left + 1/sigma_right)
-
-
-def exit_share(sigma_left: Floats, sigma_right: Floats) -> Any:
-    """C from sigma on both sides (positive-form)."""
-    return 1/(1 + sigma_left/sigma_right)
-
-
-def log_exit_share(sigma_left: Floats, sigma_right: Floats) -> Any:
-    """log C from sigma (positive-form)."""
-    return -np.log1p(sigma_left/sigma_right)
-
-
-def density_of_halves(lam: Floats, w: Floats) -> Any:
-    """p_ss from w, the sum of both sides (positive-density)."""
-    return lam/w
-
-
-def occupation_share(inside: Floats, outside: Floats) -> Any:
-    """P from the integrals inside and outside, in one unit (positive-density)."""
-    return 1/(1 + outside/inside)
-
-
-def log_occupation_share(inside: Floats, outside: Floats) -> Any:
-    """log P from the integrals inside and outside (positive-density)."""
-    return -np.log1p(outside/inside)
-
-
-def tail_left(a_minus: Floats) -> Any:
-    """w at -1 (positive-density)."""
-    return 1/a_minus
-
-
-def tail_right(a_plus: Floats) -> Any:
-    """w at 1, from the right (positive-density)."""
-    return -1/a_plus
-
-
-def constant_single(x: Floats) -> Any:
-    """int_e = int_inverse, per width (constant-panel)."""
-    return (-np.expm1(-x))/x
-
-
-def constant_nested_down(x: Floats, int_e: Floats) -> Any:
-    """nested where V falls, per width^2 (constant-panel)."""
-    return (int_e - np.exp(-x))/x
-
-
-def constant_nested_up(x: Floats, int_e: Floats) -> Any:
-    """nested where V rises, per width^2 (constant-panel)."""
-    return (1 - int_e)/x
-
-
-def carried(
-    lam: Floats,
-    w: Floats,
-    int_e: Floats,
-    int_inverse: Floats,
-    nested: Floats,
-    fall: Floats,
-    climb: Floats,
-    sigma: Floats,
-) -> Any:
-    """sigma and w after a panel (panel-step)."""
-    return (
-        (int_e + climb*sigma)/fall, (fall*w + int_inverse*lam)/(climb + int_e/sigma) +
-        lam*nested/(int_e + climb*sigma)
-    )
-
-
-def absorbed(lam: Floats, int_e: Floats, nested: Floats, fall: Floats) -> Any:
-    """sigma and w after a panel that begins at an absorbing end (panel-step)."""
-    return int_e/fall, lam*nested/int_e
-
-
-def constant_drift_time(kappa: Floats, r: Floats, a: Floats) -> Any:
-    """T for a constant drift a (constant-drift)."""
-    return r*np.tanh(a*r/kappa**2)/a
-
-
-def constant_drift_exit(kappa: Floats, r: Floats, a: Floats) -> Any:
-    """C for a constant drift a (constant-drift)."""
-    return 1/(1 + np.exp(2*a*r/kappa**2))
-
-
-def exit_bound(kappa: Floats, r: Floats, a_minus: Floats, a_plus: Floats) -> Any:
-    """Upper bound on C; its conditions are in sa.formula (C-bound)."""
-    return 2*a_minus*(1/a_plus + 2/kappa**2)*np.exp(-a_minus*r/kappa**2)
-
-
-def outer_piece(kappa: Floats, r: Floats, a_plus: Floats) -> Any:
-    """The fourth piece of T, exactly (eq:fourthTerm)."""
-    return (-1 + r)/a_plus - kappa**2*(-np.expm1(-2*a_plus*(-1 + r)/kappa**2))/(2*a_plus**2)
-
-
-def strong_noise_time(r: Floats, a_plus: Floats) -> Any:
-    """T for strong noise, leading order (eq:Ttildelarge)."""
-    return r/a_plus
-
-
-def strong_noise_time_next(
-    kappa: Floats, r: Floats, a_minus: Floats, a_plus: Floats, V1: Floats
-) -> Any:
-    """T for strong noise with its kappa^2 and constant terms (eq:Ttildelarge)."""
-    return (
-        r/a_plus + kappa**2*(-1/a_plus**2 + 1/(a_minus*a_plus))/2 + (V1 + a_minus +
-        a_plus)/(a_minus*a_plus)
-    )
-
-
-def well_term(kappa: Floats, slope_well: Floats, slope_barrier: Floats, barrier: Floats) -> Any:
-    """The well's share of T, leading order (eq:secondTerm)."""
-    return 2*np.pi*np.sqrt(-1/(slope_barrier*slope_well))*np.exp(2*barrier/kappa**2)
-
-
-def log_well_term(kappa: Floats, slope_well: Floats, slope_barrier: Floats, barrier: Floats) -> Any:
-    """Natural logarithm of `well_term` (eq:secondTerm)."""
-    return -np.log(-slope_barrier*slope_well)/2 + 2*barrier/kappa**2 + np.log(2*np.pi)
-
-
-def saddle_correction(kappa: Floats, V2: Floats, V3: Floats, V4: Floats) -> Any:
-    """Relative correction of one saddle from V'', V''', V'''' there (eq:secondTerm)."""
-    return kappa**2*(-V4/(8*V2**2) + 5*V3**2/(24*V2**3))/2
-
-
-def saddle_first(V2: Floats, V3: Floats, V4: Floats) -> Any:
-    """Coefficient of 1/lam in a well's series; of -V, a barrier's (saddle-series)."""
-    return -V4/(8*V2**2) + 5*V3**2/(24*V2**3)
-
-
-def saddle_second(V2: Floats, V3: Floats, V4: Floats, V5: Floats, V6: Floats) -> Any:
-    """Coefficient of 1/lam^2 in the series of `saddle_first` (saddle-series)."""
-    return (
-        -V6/(48*V2**3) + 35*V4**2/(384*V2**4) + 385*V3**4/(1152*V2**6) - 35*V4*V3**2/(64*V2**5)
-        + 7*V3*V5/(48*V2**4)
-    )
-
-
-def weak_noise_time(
-    kappa: Floats,
-    r: Floats,
-    a_plus: Floats,
-    slope_well: Floats,
-    slope_barrier: Floats,
-    barrier: Floats,
-) -> Any:
-    """T for weak noise, with a well (eq:Ttildesmall)."""
-    return r/a_plus + 2*np.pi*np.sqrt(-1/(slope_barrier*slope_well))*np.exp(2*barrier/kappa**2)
-
-
-def well_edge(
-    r: Floats, a_plus: Floats, slope_well: Floats, slope_barrier: Floats, barrier: Floats
-) -> Any:
-    """kappa at which both terms of `weak_noise_time` are equal (eq:Tsmall)."""
-    return (
-        np.sqrt(2*barrier) * np.sqrt(1/np.log(np.sqrt(-slope_barrier*slope_well) *
-        r/(2*np.pi*a_plus)))
-    )
-
-
-def behind_barrier_term(
-    kappa: Floats, drift0: Floats, slope_well: Floats, V0: Floats, V_well: Floats
-) -> Any:
-    """The large term of T for a start behind the barrier (eq:S)."""
-    return np.sqrt(-np.pi/slope_well)*kappa*np.exp((-2*V_well + 2*V0)/kappa**2)/drift0
-
-
-def occupation_from_layer(
-    kappa: Floats, a_minus: Floats, a_plus: Floats, layer: Floats, V1: Floats
-) -> Any:
-    """P from N, the integral over the layer (eq:P2)."""
-    return 1/(1 + (kappa**2/(2*a_minus) - kappa**2*np.exp(-2*V1/kappa**2)/(2*a_plus))/layer)
-
-
-def occupation_bound(kappa: Floats, a_minus: Floats, a_plus: Floats, L: Floats, V1: Floats) -> Any:
-    """Lower bound on P (L-bound)."""
-    return 1/(1 + kappa**2*(-1/a_plus + np.exp(2*V1/kappa**2)/a_minus)/(2*L))
-
-
-def strong_noise_occupation(kappa: Floats, a_minus: Floats, a_plus: Floats) -> Any:
-    """P for strong noise, leading order (eq:Plarge2)."""
-    return 4/(kappa**2*(1/a_minus - 1/a_plus))
-
-
-def weak_noise_outside(
-    kappa: Floats, a_minus: Floats, a_plus: Floats, V1: Floats, V_well: Floats, curvature: Floats
-) -> Any:
-    """1 - P for weak noise, leading order (eq:Psmall2)."""
-    return (
-        np.sqrt(curvature/np.pi)*kappa*(np.exp(2*V_well/kappa**2)/a_minus - np.exp(2*(V_well -
-        V1)/kappa**2)/a_plus)/2
-    )
-
-
-def friction_left(alpha: Floats, z0: Floats) -> Any:
-    """The friction drift for u <= -1 (a-) (eq:phifric0)."""
-    return 1 + alpha - z0
-
-
-def friction_coefficients(mu: Floats, alpha: Floats, z0: Floats) -> Any:
-    """Coefficients of A(u) in ascending powers of u (eq:phifric0)."""
-    return 1 - z0, -alpha*(1 + mu), 0, alpha*mu
-
-
-def friction_inside(u: Floats, mu: Floats, alpha: Floats, z0: Floats) -> Any:
-    """The friction drift A(u) on [-1, 1] (eq:phifric0)."""
-    return 1 - z0 - alpha*(u + mu*(u - u**3))
-
-
-def friction_right(alpha: Floats, z0: Floats) -> Any:
-    """The friction drift for u >= 1 (a+) (eq:phifric0)."""
-    return 1 - z0 - alpha
-
-
-def friction_slope(u: Floats, mu: Floats, alpha: Floats) -> Any:
-    """A'(u) of the friction drift (fr1)."""
-    return -alpha*(1 + mu - 3*mu*u**2)
-
-
-def friction_potential_left(u: Floats, alpha: Floats, z0: Floats) -> Any:
-    """V(u) for u <= -1 (eq:Vfric)."""
-    return (1 + u)*(-1 + z0 - alpha)
-
-
-def friction_potential_inside(u: Floats, mu: Floats, alpha: Floats, z0: Floats) -> Any:
-    """V(u) on [-1, 1] (eq:Vfric)."""
-    return (1 + u)*(-1 + z0) + alpha*(1 + mu)*(-1 + u**2)/2 - alpha*mu*(-1 + u**4)/4
-
-
-def friction_potential_right(u: Floats, alpha: Floats, z0: Floats) -> Any:
-    """V(u) for u >= 1 (eq:Vfric)."""
-    return -2 + 2*z0 - (-1 + u)*(1 - z0 - alpha)
-
-
-def friction_turning_point(mu: Floats) -> Any:
-    """u at which the force turns (mu > 1/2) (turning-points)."""
-    return np.sqrt(3*(1 + mu)/mu)/3
-
-
-def friction_breakaway(mu: Floats, alpha: Floats) -> Any:
-    """The largest force, for mu >= 1/2 (beta)."""
-    return 2*np.sqrt(3*(1 + mu)/mu)*alpha*(1 + mu)/9
-
-
-def friction_folds(mu: Floats, alpha: Floats) -> Any:
-    """z0 at both folds, (+) then (-) (folds)."""
-    return (
-        1 - 2*np.sqrt(3*(1 + mu)/mu)*alpha*(1 + mu)/9, 1 + 2*np.sqrt(3*(1 + mu)/mu)*alpha*(1 +
-        mu)/9
-    )
-
-
-def friction_angle(mu: Floats, alpha: Floats, z0: Floats) -> Any:
-    """omega, a third of arccos((1 - z0)/beta); z0 < 1, mu > 1/2 (friction-well)."""
-    return 2*np.arcsin(np.sqrt(1/2 - 3*np.sqrt(3*mu/(1 + mu))*(1 - z0)/(4*alpha*(1 + mu))))/3
-
-
-def friction_slope_well(omega: Floats, mu: Floats, alpha: Floats) -> Any:
-    """A'(u1) at the well (friction-well)."""
-    return -2*alpha*(1 + mu)*(-np.sin(omega) + np.sqrt(3)*np.cos(omega))*np.sin(omega)
-
-
-def friction_slope_barrier(omega: Floats, mu: Floats, alpha: Floats) -> Any:
-    """A'(u2) at the barrier (friction-well)."""
-    return 2*alpha*(1 + mu)*(np.sqrt(3)*np.cos(omega) + np.sin(omega))*np.sin(omega)
-
-
-def friction_barrier(omega: Floats, mu: Floats, alpha: Floats) -> Any:
-    """V(u2) - V(u1) (friction-well)."""
-    return 4*alpha*np.sqrt(3)*(1 + mu)**2*np.sin(omega)**3*np.cos(omega)/(3*mu)
-
-
-def noise_threshold(eps: Floats, ell: Floats, barrier: Floats) -> Any:
-    """Unscaled kappa below which T is exponentially large; ell = -log eps (threshold)."""
-    return np.sqrt(2*barrier*eps/ell)
+from symasym.generated import mpmath_formulas as formulas
+
+# What the formulas ask of their context.
+_ARCS = {f"a{name}": getattr(np, f"arc{name}") for name in ("sin", "cos", "tan")}
+_FLOATS = SimpleNamespace(**{**vars(np), **_ARCS, "mpf": float})
+
+scaled_noise = partial(formulas.scaled_noise, _FLOATS)
+scaled_radius = partial(formulas.scaled_radius, _FLOATS)
+potential_left = partial(formulas.potential_left, _FLOATS)
+potential_right = partial(formulas.potential_right, _FLOATS)
+escape_time_of_halves = partial(formulas.escape_time_of_halves, _FLOATS)
+exit_share = partial(formulas.exit_share, _FLOATS)
+log_exit_share = partial(formulas.log_exit_share, _FLOATS)
+density_of_halves = partial(formulas.density_of_halves, _FLOATS)
+occupation_share = partial(formulas.occupation_share, _FLOATS)
+log_occupation_share = partial(formulas.log_occupation_share, _FLOATS)
+tail_left = partial(formulas.tail_left, _FLOATS)
+tail_right = partial(formulas.tail_right, _FLOATS)
+constant_single = partial(formulas.constant_single, _FLOATS)
+constant_nested_down = partial(formulas.constant_nested_down, _FLOATS)
+constant_nested_up = partial(formulas.constant_nested_up, _FLOATS)
+carried = partial(formulas.carried, _FLOATS)
+absorbed = partial(formulas.absorbed, _FLOATS)
+constant_drift_time = partial(formulas.constant_drift_time, _FLOATS)
+constant_drift_exit = partial(formulas.constant_drift_exit, _FLOATS)
+exit_bound = partial(formulas.exit_bound, _FLOATS)
+outer_piece = partial(formulas.outer_piece, _FLOATS)
+strong_noise_time = partial(formulas.strong_noise_time, _FLOATS)
+strong_noise_time_next = partial(formulas.strong_noise_time_next, _FLOATS)
+well_term = partial(formulas.well_term, _FLOATS)
+log_well_term = partial(formulas.log_well_term, _FLOATS)
+saddle_correction = partial(formulas.saddle_correction, _FLOATS)
+saddle_first = partial(formulas.saddle_first, _FLOATS)
+saddle_second = partial(formulas.saddle_second, _FLOATS)
+manifold_term = partial(formulas.manifold_term, _FLOATS)
+endpoint_shares = partial(formulas.endpoint_shares, _FLOATS)
+kink_change = partial(formulas.kink_change, _FLOATS)
+fall_by_powers = partial(formulas.fall_by_powers, _FLOATS)
+finite_part = partial(formulas.finite_part, _FLOATS)
+bend_of_saddle = partial(formulas.bend_of_saddle, _FLOATS)
+first_moment = partial(formulas.first_moment, _FLOATS)
+next_moment = partial(formulas.next_moment, _FLOATS)
+time_of_doubles = partial(formulas.time_of_doubles, _FLOATS)
+on_the_right = partial(formulas.on_the_right, _FLOATS)
+pair_norm = partial(formulas.pair_norm, _FLOATS)
+canonical = partial(formulas.canonical, _FLOATS)
+pair_share = partial(formulas.pair_share, _FLOATS)
+over_pair = partial(formulas.over_pair, _FLOATS)
+over_pair_twice = partial(formulas.over_pair_twice, _FLOATS)
+end_distance = partial(formulas.end_distance, _FLOATS)
+end_peak = partial(formulas.end_peak, _FLOATS)
+end_mean = partial(formulas.end_mean, _FLOATS)
+end_rest = partial(formulas.end_rest, _FLOATS)
+over_end = partial(formulas.over_end, _FLOATS)
+weak_noise_time = partial(formulas.weak_noise_time, _FLOATS)
+well_edge = partial(formulas.well_edge, _FLOATS)
+behind_barrier_term = partial(formulas.behind_barrier_term, _FLOATS)
+occupation_from_layer = partial(formulas.occupation_from_layer, _FLOATS)
+occupation_bound = partial(formulas.occupation_bound, _FLOATS)
+strong_noise_occupation = partial(formulas.strong_noise_occupation, _FLOATS)
+weak_noise_outside = partial(formulas.weak_noise_outside, _FLOATS)
+friction_left = partial(formulas.friction_left, _FLOATS)
+friction_coefficients = partial(formulas.friction_coefficients, _FLOATS)
+friction_inside = partial(formulas.friction_inside, _FLOATS)
+friction_right = partial(formulas.friction_right, _FLOATS)
+friction_slope = partial(formulas.friction_slope, _FLOATS)
+friction_potential_left = partial(formulas.friction_potential_left, _FLOATS)
+friction_potential_inside = partial(formulas.friction_potential_inside, _FLOATS)
+friction_potential_right = partial(formulas.friction_potential_right, _FLOATS)
+friction_turning_point = partial(formulas.friction_turning_point, _FLOATS)
+friction_breakaway = partial(formulas.friction_breakaway, _FLOATS)
+friction_folds = partial(formulas.friction_folds, _FLOATS)
+friction_angle = partial(formulas.friction_angle, _FLOATS)
+friction_slope_well = partial(formulas.friction_slope_well, _FLOATS)
+friction_slope_barrier = partial(formulas.friction_slope_barrier, _FLOATS)
+friction_barrier = partial(formulas.friction_barrier, _FLOATS)
+noise_threshold = partial(formulas.noise_threshold, _FLOATS)

@@ -101,6 +101,53 @@ def saddle_second(V2: Field, V3: Field, V4: Field, V5: Field, V6: Field) -> Any:
     )
 
 
+def manifold_term(source: Ratios, drift: Ratios) -> Any:
+    """h_1 from the weight, h_(k+1) from -h_k': the slow manifold's terms (endpoint-series)."""
+    return source/drift
+
+
+def endpoint_shares(side: Field, term: Field) -> Any:
+    """A start's coefficients of lam^-k from h_k, side = (-1)^k, to its right (endpoint-series)."""
+    return -side*term, -term
+
+
+def kink_change(left: Field, right: Field) -> Any:
+    """What stands for h_k at a kink (endpoint-series)."""
+    return right - left
+
+
+def fall_by_powers(index: Field, power: Field, term: Field) -> Any:
+    """-h' of term t^(index - power), its coefficient (regular-part)."""
+    return term*(power - index)
+
+
+def finite_part(power: Field, term: Field) -> Any:
+    """Primitive of term t^-power, the coefficient of t^(1 - power) (regular-part)."""
+    return term/(1 - power)
+
+
+def bend_of_saddle(j: Ratios, term: Ratios, slope: Ratios) -> Any:
+    """alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...) (saddle-recurrences)."""
+    return 2*term/(slope*(2 + j))
+
+
+def next_moment(n: Ratios, moment: Ratios) -> Any:
+    """int s^(2n + 2) e^(-s^2/2) ds from that of s^(2n) (saddle-recurrences)."""
+    return moment*(1 + 2*n)
+
+
+def time_of_doubles(
+    behind: Ratios, ahead: Ratios, double_left: Ratios, double_right: Ratios, total: Ratios
+) -> Any:
+    """T/lam from the single and the double integrals over both sides (two-sides)."""
+    return (ahead*double_left + behind*double_right)/total
+
+
+def on_the_right(ahead: Ratios, nested_right: Ratios, falling: Ratios) -> Any:
+    """The double integral on the right with the start's share of both sides (two-sides)."""
+    return nested_right + ahead*falling
+
+
 def friction_coefficients(mu: Field, alpha: Field, z0: Field) -> Any:
     """Coefficients of A(u) in ascending powers of u (eq:phifric0)."""
     return 1 - z0, -alpha*(1 + mu), 0, alpha*mu

@@ -8,7 +8,7 @@ proved. What float64 cannot promise to a relative 1e-12 is computed with more di
 from __future__ import annotations
 
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,6 +28,9 @@ from symasym.drift.field.scenes import (
 from symasym.methods.table import quantity_of
 from symasym.numbers import balls
 
+if TYPE_CHECKING:
+    from symasym.drift.field.directions import Directions
+
 __all__ = ["TOLERANCE", "float_logs", "of_scene", "of_scenes"]
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
@@ -44,7 +47,8 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     dps = request.digits
     try:
         # Where A is no polynomial, ball arithmetic is the faster way as well as the proved one.
-        if balls.available() and (request.full or scene.drift.exact_coefficients() is None):
+        proved = request.full or scene.drift.exact_coefficients() is None
+        if proved and balls.available():
             try:
                 enclosure = _value(ball_sweep, scene, request.name, dps + 3, request.log)
                 return Answer(*balls.to_mpf(enclosure, dps), "bound", (request.name,))
@@ -77,17 +81,18 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     return Answers(logs, errors, "estimate", (request.name,))
 
 
-def float_logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
-    """Logarithms in float64 and their errors, however large these are."""
+def float_logs(scenes: Scenes, name: str, directions: Directions | None = None) -> tuple[Any, Any]:
+    """Logarithms in float64 and their errors, however large these are; dual arrays where
+    `directions` are given."""
     from symasym.drift.field.float_field import field_of
     from symasym.exact import floats
 
     quantity = quantity_of(name)
     count = len(scenes.lam)
-    field = field_of(scenes.drift, scenes.parameters, count)
     numbers: dict[str, Any] = {n: scenes.numbers[n] for n in quantity.numbers if n != "kappa"}
     numbers |= {"complement": quantity.complement} if quantity.has_complement else {}
     with np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore"):
+        field = field_of(scenes.drift, scenes.parameters, count, directions)
         logs, errors = getattr(floats, quantity.verb)(field, scenes.lam, **numbers)
         return logs, errors + input_rounding(scenes, field.size()[:count])
 

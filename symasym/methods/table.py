@@ -20,7 +20,8 @@ from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
-from symasym.base.errors import InputError, RegionError
+from symasym.base.errors import AccuracyError, InputError, RegionError
+from symasym.base.estimate import Estimate
 from symasym.base.inputs import Number, exact, float_text, shown
 from symasym.base.texts import meant
 from symasym.drift.drift import Drift
@@ -42,8 +43,10 @@ from symasym.drift.field.scenes import (
 __all__ = [
     "METHODS",
     "QUANTITIES",
+    "Ask",
     "Method",
     "Quantity",
+    "alone",
     "answer",
     "quantity_of",
     "require_drift_of",
@@ -85,6 +88,10 @@ _DENSITY = Quantity("stationary_density", False, ("kappa", "y"))
 def quantity_of(name: str) -> Quantity:
     """The quantity of that name, the stationary density ``"p_ss"`` among them."""
     return QUANTITIES.get(name, _DENSITY)
+
+
+#: A question about one drift and its numbers.
+Ask = Callable[[Drift, dict[str, Any], Request], Any]
 
 
 class Home(Protocol):
@@ -268,3 +275,18 @@ def require_drift_of(name: str, drift: Drift) -> None:
             f"a- = {here[0]} and a+ = {here[1]} make no sliding region (a- > 0 > a+), so "
             "there is no stationary density; ask for escape_time instead."
         )
+
+
+def alone(ask: Ask, drift: Drift, numbers: dict[str, Any], request: Request) -> Any:
+    """The answer for one scene; with ``errors="nan"`` nan where it has none."""
+    try:
+        return ask(drift, numbers, request)
+    except (AccuracyError, RegionError):
+        if request.errors == "raise":
+            raise
+    nan: Any = float("nan")
+    if request.dps is not None:
+        import mpmath
+
+        nan = mpmath.mp.nan
+    return Estimate(nan, nan, "none", request.method, mask=np.True_) if request.full else nan

@@ -1,14 +1,20 @@
 """Positive float64 numbers of any size: their logarithms, and bounds on those by running analysis.
 
 A sum of logarithms is right to half an ulp, and an addition of numbers forgets the error of the
-smaller term.
+smaller term. `LogSlopes` carry the derivatives of their logarithms as well, in which an addition
+forgets the smaller term, too:
+
+    d log(x + y) = s d log x + (1 - s) d log y,    s = x/(x + y).
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from symasym.base.inputs import FloatArray, IntArray
+from symasym.numbers.dual_arrays import DualArray, slopes_of, value_of
 
 #: More than the relative error of a sum of two float64 numbers.
 _ROUNDING = 1.5e-16
@@ -30,11 +36,14 @@ class LogPositive:
         self.log, self.error = log, error
 
     @classmethod
-    def of(cls, value: FloatArray, error: FloatArray | float = 0.0) -> LogPositive:
-        """From float64 numbers that are not negative."""
+    def of(cls, value: FloatArray | DualArray, error: FloatArray | float = 0.0) -> LogPositive:
+        """From float64 numbers that are not negative; `LogSlopes` from dual ones."""
         with np.errstate(divide="ignore"):
-            log = np.maximum(np.log(value), _NONE)
-        return cls(log, np.broadcast_to(error, log.shape))
+            log = np.maximum(np.log(value_of(value)), _NONE)
+        if isinstance(value, DualArray):
+            slopes = np.where(value.value == 0, 0.0, value.slopes / value.value)
+            return with_log(DualArray(log, slopes), error)
+        return with_log(log, error)
 
     def __getitem__(self, index: slice | IntArray) -> LogPositive:
         return LogPositive(self.log[index], self.error[index])
@@ -77,6 +86,82 @@ class LogPositive:
         return LogPositive(log, error + _ROUNDING * (np.abs(log) + 2.0))
 
     __radd__ = __add__
+
+
+class LogSlopes(LogPositive):
+    """Positive numbers with the derivatives of their logarithms, and estimates of the errors of
+    these; the parameters of the derivatives come before all axes."""
+
+    __slots__ = ("slope_error", "slopes")
+
+    def __init__(self, plain: LogPositive, slopes: FloatArray, slope_error: FloatArray) -> None:
+        super().__init__(plain.log, plain.error)
+        self.slopes, self.slope_error = slopes, slope_error
+
+    def __getitem__(self, index: slice | IntArray) -> LogSlopes:
+        plain = super().__getitem__(index)
+        return LogSlopes(plain, self.slopes[:, index], self.slope_error[:, index])
+
+    def followed_by(self, other: LogPositive) -> LogSlopes:
+        if not other.log.size:
+            return self
+        slopes, error = (
+            np.concatenate((x, np.broadcast_to(y, (len(x), len(other.log)))), axis=1)
+            for x, y in zip((self.slopes, self.slope_error), _slopes(other), strict=True)
+        )
+        return LogSlopes(super().followed_by(other), slopes, error)
+
+    def __mul__(self, other: LogPositive | int) -> LogSlopes:
+        slopes, error = _slopes(other)
+        total = self.slopes + slopes
+        error = self.slope_error + error + _ROUNDING * np.abs(total)
+        return LogSlopes(super().__mul__(other), total, error)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: LogPositive | int) -> LogSlopes:
+        slopes, error = _slopes(other)
+        total = self.slopes - slopes
+        error = self.slope_error + error + _ROUNDING * np.abs(total)
+        return LogSlopes(super().__truediv__(other), total, error)
+
+    def __rtruediv__(self, other: LogPositive | int) -> LogSlopes:
+        slopes, error = _slopes(other)
+        total = slopes - self.slopes
+        error = self.slope_error + error + _ROUNDING * np.abs(total)
+        return LogSlopes(_positive(other) / LogPositive(self.log, self.error), total, error)
+
+    def __add__(self, other: LogPositive | int) -> LogSlopes:
+        plain, term = super().__add__(other), _positive(other)
+        slopes, error = _slopes(other)
+        # The smaller share, to full relative precision, and how far it is off.
+        share = np.exp(np.minimum(self.log, term.log) - plain.log)
+        off = np.minimum(self.error + term.error + _ROUNDING * np.abs(plain.log), 1.0) * share
+        smaller = self.log < term.log
+        first = np.where(smaller, share, 1.0 - share) * self.slopes
+        second = np.where(smaller, 1.0 - share, share) * slopes
+        slope_error = (
+            np.where(smaller, share, 1.0 - share) * self.slope_error
+            + np.where(smaller, 1.0 - share, share) * error
+            + off * np.abs(self.slopes - slopes)
+            + _ROUNDING * (np.abs(first) + np.abs(second))
+        )
+        return LogSlopes(plain, first + second, slope_error)
+
+    __radd__ = __add__
+
+
+def _slopes(x: LogPositive | int) -> tuple[Any, Any]:
+    """The derivatives of log x and their errors, 0 of what carries none."""
+    return (x.slopes, x.slope_error) if isinstance(x, LogSlopes) else (0.0, 0.0)
+
+
+def with_log(log: FloatArray | DualArray, error: FloatArray | DualArray | float) -> LogPositive:
+    """The numbers of these logarithms; of a dual `error`, the slopes are the errors of slopes."""
+    plain = LogPositive(value_of(log), np.broadcast_to(value_of(error), value_of(log).shape))
+    if not isinstance(log, DualArray):
+        return plain
+    return LogSlopes(plain, log.slopes, slopes_of(error) + np.zeros_like(log.slopes))
 
 
 def _positive(x: LogPositive | int) -> LogPositive:

@@ -58,13 +58,13 @@ def poly_slope(c: Sequence[Any], x: Number) -> Any:
     return poly([k * a for k, a in enumerate(c)][1:], x)
 
 
-def shifted(c: Sequence[Any], by: Number) -> list[Any]:
-    """Taylor coefficients at `by`, by Horner's rule again and again."""
+def shifted(c: Sequence[Any], by: Number, count: int | None = None) -> list[Any]:
+    """Taylor coefficients at `by`, the first `count` of them, by Horner's rule again and again."""
     work = list(c)
-    for lowest in range(len(work) - 1):
+    for lowest in range(len(work) - 1)[:count]:
         for k in range(len(work) - 2, lowest - 1, -1):
             work[k] = work[k] + work[k + 1] * by
-    return work
+    return work[:count]
 
 
 def divided(c: Sequence[Any], p: Number, q: Number) -> tuple[list[Any], Any, Any]:

@@ -95,11 +95,14 @@ class NumpyOps:
         return np.power(base, float(exponent))
 
     def erf(self, x: Any) -> Any:
-        """The error function, elementwise."""
+        """The error function, elementwise; to first order in an imaginary part."""
         # NumPy has no erf and SciPy is no requirement; the C library's is exact to an ulp.
         import math
 
-        return np.vectorize(math.erf, otypes=[float])(x)
+        value = np.vectorize(math.erf, otypes=[float])(np.real(x))
+        if np.iscomplexobj(x):
+            value = value + 2j / math.sqrt(math.pi) * np.exp(-(x.real**2)) * x.imag
+        return value
 
     def __getattr__(self, name: str) -> Any:
         if name not in FUNCTIONS:

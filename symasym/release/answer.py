@@ -192,6 +192,13 @@ def release(
         raise InputError(f"rtol is {float_text(read['rtol'])}; give at least 1e-10.")
     noise, radius, width = (to_float(name, read[name]) for name in ("kappa", "r", "eps"))
     scene = Scene(system, noise, radius, width, float(u), float(z))
+    across = np.linspace(-radius, radius, 201)
+    for name, of in (("phi", system.phi_at), ("velocity", system.velocity_at)):
+        if not (finite := np.isfinite(of(across, scene.z, width))).all():
+            raise InputError(
+                f"{name} has no value at u = {across[~finite][0]:.4g}, z = {scene.z:.6g}; give an "
+                f"expression that is finite for all |u| < r."
+            )
     if method == "simulate":
         correlation = exact("tau", tau)
         if correlation < 0:
@@ -201,7 +208,7 @@ def release(
     if exact("tau", tau) != 0:
         raise InputError(f"tau is {tau}; coloured noise is for method='simulate' alone.")
     # z is a clock, or the sentence that says where it is not.
-    scene.speed(np.linspace(-scene.r, scene.r, 201), scene.z)
+    scene.speed(across, scene.z)
     answer = _BY_METHOD[method](scene, float(read["rtol"]))
     if full and answer._known is not None:
         _ = answer._laws
@@ -247,9 +254,11 @@ def _of_order(scene: Scene, name: str, mean: float, error: float, share: float) 
     """An answer of an expansion in eps."""
     error += 1e-8 * mean
     if not abs(share) <= _SMALL:
+        borne = scene.system.drag_time(scene.z, scene.eps)
         note = (
             f"z moves while the block sticks, and changes T by more than {_SMALL:g} of it: T is "
-            "not the time of release."
+            "not the time of release"
+            + (f"; the well bears it for about {borne:.4g}." if np.isfinite(borne) else ".")
         )
         return Release(mean, None, "none", None, None, name, (note,), scene)
     return Release(mean, error, "estimate", None, None, name, (), scene)

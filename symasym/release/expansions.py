@@ -16,32 +16,23 @@ that it misses how late a block passes the fold, of order eps^(-1/3), and how re
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from symasym.base.errors import AccuracyError
+from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.inputs import FloatArray
 from symasym.quantities import escape_time, exit_probability
 from symasym.release.march import Forward, Scene, mesh
 from symasym.release.slabs import Elements, radau
 
-__all__ = ["Expanded", "adiabatic", "expanded"]
+__all__ = ["adiabatic", "expanded"]
 
 _DEGREE = 8
 _STAGES = 8
 _MOST = 4000
 
 
-class Expanded(NamedTuple):
-    """T0 and eps T1 at the start."""
-
-    frozen: float
-    first: float
-
-
-def expanded(scene: Scene) -> Expanded:
-    """The time with z frozen, and the first correction to it."""
+def expanded(scene: Scene) -> tuple[float, float]:
+    """T0, with z frozen, and eps T1, the first correction to it, at the start."""
     system = scene.system
     elements = Elements(mesh(scene, scene.z, 1.0), _DEGREE)
     u, weights, lam = elements.u, elements.weights, 2.0 / scene.kappa**2
@@ -61,6 +52,10 @@ def expanded(scene: Scene) -> Expanded:
     # In units of the time at the start, which may be beyond float64 squared.
     at = np.flatnonzero(u[inner] == scene.u)[0]
     unit = float(logs[2, at])
+    if unit > np.log(np.finfo(float).max):
+        raise RangeError(
+            f"T is e^{unit:.6g}, beyond float64; take escape_time with log=True, or method='march'."
+        )
     time[inner] = np.exp(logs[2] - unit)
     slope = (logs[0] - 8.0 * logs[1] + 8.0 * logs[3] - logs[4]) / (12.0 * delta)
     by_z[inner] = time[inner] * slope
@@ -79,12 +74,10 @@ def expanded(scene: Scene) -> Expanded:
         )
         for complement in (True, False)
     )
-    least = np.where(u <= scene.u, before, before[place])
-    most = np.where(u <= scene.u, after[place], after)
-    log_green = np.minimum(np.log(lam) + total - height + least + most, 700.0)
-    green = np.where(inner, np.exp(log_green), 0.0)
-    first = float((weights * green * source).sum())
-    return Expanded(float(np.exp(unit)), scene.eps * first * float(np.exp(unit)))
+    ways = np.minimum(before, before[place]) + np.minimum(after, after[place])
+    green = np.where(inner, np.exp(np.minimum(np.log(lam) + total - height + ways, 700.0)), 0.0)
+    frozen_time = float(np.exp(unit))
+    return frozen_time, scene.eps * float((weights * green * source).sum()) * frozen_time
 
 
 def adiabatic(scene: Scene, least: float = 1e-12) -> Forward:

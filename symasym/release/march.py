@@ -27,7 +27,7 @@ from symasym.release.system import System
 __all__ = ["Backward", "Forward", "Marched", "Scene", "backward", "forward", "march"]
 
 _MOST_SLABS = 3000
-_FINEST = 4
+_FINEST = 6
 
 
 class Scene(NamedTuple):
@@ -270,12 +270,14 @@ def backward(
     far: float,
     steps: FloatArray | None = None,
     weight: tuple[FloatArray, list[FloatArray]] | None = None,
+    about: float = np.inf,
     tol: float = 0.0,
 ) -> Backward:
     """Mean and variance of the time, marched to the start from where z has gone `far`.
 
     The slabs are `steps`; without them they are chosen such that what their highest degree adds,
-    weighed with the chance `weight` to be there, stays below `tol`.
+    weighed with the chance `weight` to be there, stays below `tol`, relative to what is left to
+    wait there, or to `about` where that is less.
     """
     path = _Path(scene, elements, stages)
     weights, place = elements.weights, tuple(p[0] for p in path.start())
@@ -297,7 +299,8 @@ def backward(
             assert weight is not None
             k = np.searchsorted(weight[0], [gone - step, gone])
             share = np.max(weight[1][max(int(k[0]) - 1, 0) : int(k[1]) + 1], axis=0)
-            error = float((share * path.top(mean, new)).sum() / max(new[-1].max(), 1e-300))
+            size = max(min(float(new[-1].max()), about), 1e-300)
+            error = float((share * path.top(mean, new)).sum()) / size
             factor = min(3.0, 0.8 * (tol / max(error, 1e-300)) ** (1.0 / stages))
             if len(made) >= _MOST_SLABS or step < 1e-7 * scene.eps:
                 raise AccuracyError(
@@ -335,16 +338,21 @@ def march(scene: Scene, rtol: float) -> Marched:
     first = Elements(mesh(scene, scene.z, coarse), degree)
     density = forward(scene, first, stages, max(tol, 1e-4), 1e-3 * rtol)
     far = float(density.way[-1])
-    best = np.inf
+    # About the mean, which is small beside T elsewhere where the start is next to a way out.
+    about = float(np.trapezoid(density.held.ravel(), density.clock.ravel()))
+    best, last = np.inf, np.nan
     for _ in range(_FINEST):
         low = Elements(mesh(scene, scene.z + scene.sign * far, coarse), degree)
         high = Elements(low.ends, degree + 2)
         weighed = density.way, [_onto(first, low, w) for w in density.weight]
-        rough = backward(scene, low, stages, far, weight=weighed, tol=tol)
+        rough = backward(scene, low, stages, far, weight=weighed, about=about, tol=tol)
         fine = backward(scene, high, stages, far, np.repeat(rough.steps / 2, 2))
         # What is left to wait for where the march begins is of the order of the time before.
         dropped = abs(fine.reach) * 3.0 * (fine.mean + density.clock[-1, -1])
-        error = abs(fine.mean - rough.mean) + dropped + 4e-14 * len(rough.steps) ** 0.5 * fine.mean
+        # The two may agree by chance; each round divides its errors by some 30.
+        apart = np.fmax(abs(fine.mean - rough.mean), abs(fine.mean - last) / 30.0)
+        error = apart + dropped + 4e-14 * len(rough.steps) ** 0.5 * fine.mean
+        last = fine.mean
         best = min(best, error / fine.mean) if fine.mean > 0 else best
         if fine.mean > 0 and error <= rtol * fine.mean:
             variance = max(fine.variance, 0.0)

@@ -25,6 +25,7 @@ __all__ = ["Paths", "simulate"]
 SHIFT = 0.5825971579390106
 _AT_ONCE = 5000
 _MOST_STEPS = 20_000_000
+_MOST_PATHS = 100_000_000
 
 
 class Paths(NamedTuple):
@@ -61,6 +62,8 @@ def simulate(
     for name, value, least in (("seed", seed, 0), ("paths", paths, 2)):
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
             raise InputError(f"{name} is {value!r}; give a whole number of at least {least}.")
+    if paths > _MOST_PATHS:
+        raise InputError(f"paths is {paths}; give at most {_MOST_PATHS}.")
     counts = [_AT_ONCE] * (paths // _AT_ONCE) + [paths % _AT_ONCE] * (paths % _AT_ONCE > 0)
     seeds = np.random.SeedSequence(seed).spawn(len(counts))
     work = [

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base.patience import step
+from symasym.generated.plain_formulas import fall_by_powers, manifold_term
 from symasym.numbers.arithmetic import Number
 
 __all__ = [
@@ -150,24 +151,37 @@ def _next(slopes: list[tuple[int, Any]], known: list[Any], n: int, nothing: Numb
     return _sum([(s, known[n - j]) for j, s in slopes if j <= n], nothing)
 
 
+class _Cut:
+    """A power series of so many coefficients, to be divided."""
+
+    def __init__(self, c: Coefficients, count: int) -> None:
+        self.c, self.count = c, count
+
+    def __truediv__(self, other: _Cut) -> list[Any]:
+        return quotient(self.c, other.c, self.count)
+
+
 def laurent(
     phi: Coefficients, zero: bool, count: int, weight: Coefficients | None = None
 ) -> Iterator[list[Any]]:
     """The series of h_1 = g/phi, h_(k + 1) = -h_k'/phi, up to h_count; g = 1 without a `weight`.
 
     Integration by parts of int g e^(±lam V), V' = -phi, leaves the h_k as coefficients of lam^-k;
-    with alternating signs they are the slow manifold of M' = g - lam phi M. If `zero`, phi[0]
+    with alternating signs they are the slow manifold of M' = g - lam phi M
+    (`endpoint-series`). If `zero`, phi[0]
     counts as 0 and the series are those of h_k t^(2k - 1); else each is a coefficient shorter than
     the one before.
     """
     # Divided by phi, which is short where it is a polynomial, not times 1/phi.
     psi = phi[1:] if zero else phi
-    last = reciprocal(psi) if weight is None else quotient(weight, psi, min(len(weight), len(psi)))
+    count_of = len(psi) if weight is None else min(len(weight), len(psi))
+    drift: Any = _Cut(psi, len(psi))
+    source: Any = _Cut([1] if weight is None else weight, count_of)
+    last = manifold_term(source, drift)
     yield last
     for k in range(1, count):
-        if zero:
-            slope = [(2 * k - 1 - j) * c for j, c in enumerate(last)]
-        else:
-            slope = [-j * c for j, c in enumerate(last)][1:]
-        last = quotient(slope, psi, len(slope))
+        pole = 2 * k - 1 if zero else 0
+        fall = [fall_by_powers(j, pole, c) for j, c in enumerate(last)][0 if zero else 1 :]
+        source = _Cut(fall, len(fall))
+        last = manifold_term(source, drift)
         yield last

@@ -25,13 +25,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Pair",
-    "everywhere",
+    "mean_of_psi",
     "mean_of_values",
     "not_alone",
     "numbers",
     "pairs_of",
     "poly",
-    "rows",
     "seen_from",
     "shifted",
     "split_pair",
@@ -71,23 +70,20 @@ class Pair:
     level: Any
 
 
-def split_pair(
-    taylor: Sequence[Any], context: MPContext | None = None, within: Number | None = None
-) -> Pair:
+def split_pair(taylor: Sequence[Any], context: MPContext, within: Number | None = None) -> Pair:
     """The pair as a factor of phi, at the context's precision; parameters as in `cubic_map`.
 
     A search that comes further than `within` from the point of expansion is given up.
     """
-    c = rows("taylor", taylor) if context is None else numbers("taylor", taylor, context)
+    c = numbers("taylor", taylor, context)
     if len(c) < 3:
         raise InputError(f"taylor has {len(c)} coefficients; give at least three of phi.")
-    if not everywhere(c[2] != 0):
+    if not c[2]:
         raise InputError(
             "taylor[2] is 0, so phi has no pair of zeros that meet there; expand it elsewhere."
         )
-    with np.errstate(all="ignore"):
-        pair, good = _split(c, context, within)
-    if not everywhere(good):
+    pair, good = _split(c, context, within)
+    if not good:
         raise not_alone()
     return pair
 
@@ -104,15 +100,6 @@ def numbers(name: str, values: Sequence[Any], context: MPContext) -> list[Any]:
             rational = exact(f"a coefficient of {name}", value)
             converted.append(mpf_of(rational, context))
     return converted
-
-
-def rows(name: str, values: Sequence[Number]) -> list[Any]:
-    """The values as arrays of one shape."""
-    from symasym.base.inputs import floats
-
-    if isinstance(values, np.ndarray):
-        return list(floats(name, values))
-    return list(np.broadcast_arrays(*(floats(name, value) for value in values)))
 
 
 def pairs_of(taylor: Sequence[Any]) -> tuple[Pair, Any]:
@@ -156,15 +143,14 @@ def _split(
         known = abs(square) + (c[1] / c[2]) ** 2
         done = (abs(step_square) <= least * known) & (step**2 <= least * least * known)
         # What has run away is no number any more.
-        if everywhere(done | ~(good & (abs(square) < np.inf)) if context is None else done):
+        if np.all(done | ~(good & (abs(square) < np.inf)) if context is None else done):
             break
     good = good & done
     # Divided by y² - D from the highest power down: D is small beside the circle's radius.
     psi = list(here[2:])
     for j in range(len(psi) - 3, -1, -1):
         psi[j] = psi[j] + square * psi[j + 2]
-    weights = [3 * x / ((2 * k + 1) * (2 * k + 3)) for k, x in enumerate(psi[0::2])]
-    mean = poly(weights, square)
+    mean = mean_of_psi(psi, square)
     values = poly(psi[0::2], square), poly(psi[1::2], square)
     alone = (mean > 0) & (values[0] > 0) & (values[0] ** 2 > values[1] ** 2 * square)
     inside = (square <= 0) | (middle**2 <= square * 1.0001) | (abs(c[1]) > 0)
@@ -175,6 +161,12 @@ def _split(
     to_middle = middle * poly([x / (k + 1) for k, x in enumerate(c)], middle)
     level = sign * (to_middle + mean_of_values(psi, square))
     return Pair(middle, square, psi, sign, square * root**2, 1 / root, level), good
+
+
+def mean_of_psi(psi: list[Any], square: Number) -> Any:
+    """Mean of psi over the pair, weighted by square - y²: (zeta/square)^(3/2)."""
+    even = [3 * x / ((2 * k + 1) * (2 * k + 3)) for k, x in enumerate(psi[0::2])]
+    return poly(even, square)
 
 
 def mean_of_values(psi: list[Any], square: Number) -> Any:
@@ -194,11 +186,6 @@ def not_alone() -> AccuracyError:
 def tiny(context: MPContext | None) -> Any:
     """The largest step that ends the search, relative."""
     return 1e-14 if context is None else context.mpf(2) ** (8 - context.prec)
-
-
-def everywhere(condition: Number) -> bool:
-    """True where the condition holds for all."""
-    return bool(np.all(condition))
 
 
 def _shifted_in(context: MPContext, c: list[Any], by: Number) -> list[Any]:

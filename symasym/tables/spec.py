@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 
 from symasym.base.contexts import mpf_of, own_context
 from symasym.base.errors import InputError, SymasymError
-from symasym.base.inputs import digits, exact, positive
+from symasym.base.inputs import choice, digits, exact, positive
 from symasym.base.texts import number_text
 from symasym.drift.ready_made.named import named_drift
 from symasym.methods.table import QUANTITIES
@@ -157,12 +157,17 @@ class _Reader:
         known = ", ".join(f'"{name}"' for name in QUANTITIES)
         if not isinstance(given, list) or not given:
             raise _Refused("quantities", f"it is {given!r}; give a list of some of {known}.")
-        for index, name in enumerate(given):
-            if not isinstance(name, str) or name not in QUANTITIES:
-                raise _Refused("quantities", f"{name!r} is unknown; the quantities are {known}.")
-            if name in given[:index]:
+        names: list[str] = []
+        for one in given:
+            try:
+                name = choice("quantity", one, QUANTITIES)
+            except InputError:
+                text = f"{one!r} is unknown; the quantities are {known}."
+                raise _Refused("quantities", text) from None
+            if name in names:
                 raise _Refused("quantities", f"{name!r} stands there twice; name it once.")
-        return tuple(given)
+            names.append(name)
+        return tuple(names)
 
     # -- the grid ----------------------------------------------------------------------------
 

@@ -1,30 +1,36 @@
-"""The main job: figures, reference table, derivations; rebuilt where missing or stale."""
+"""The main job: figures, reference table, derivations; rebuilt where missing or stale.
+
+Derivations are checked beside the other stages, in a process of their own. It leaves the cache of
+`symasym derive` and nothing else, so that nothing rests on it: a derivation it did not get to, or
+that fails, is run where its outcome is wanted, with its message.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import itertools
 import json
+import os
 import shutil
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import derivations
 import symasym as sa
-from derivations.derive import derive
 from derivations.registry import closure, entries
-from derivations.report import names
+from derivations.report import derive, names
 from symasym.base import progress
 from symasym.base.errors import InputError
 from symasym.base.files import decimal_text, read_json, versions, write_bytes, write_json
 from symasym.base.inputs import digits
 from symasym.tables.run import value_record
 from symasym.workshop import figures
-from symasym.workshop.derive_ahead import ahead
 
 DPS = 50
 #: Spring extensions of the reference table.
@@ -357,3 +363,51 @@ def _stages() -> list[Stage]:
             took=_checked,
         ),
     ]
+
+
+# -- derivations beside the other stages ---------------------------------------------------------
+
+_PROGRAM = (
+    "import sys; from symasym.workshop.reproduce import fill_cache as fill; "
+    "fill(sys.argv[1], sys.argv[2:])"
+)
+
+
+def fill_cache(cache: str, labels: list[str]) -> None:
+    """Fill the cache, a line on standard output for each derivation."""
+    from derivations.runner import run
+
+    run(labels, Path(cache), lambda: print(flush=True))
+
+
+@contextmanager
+def ahead(cache: Path, labels: list[str]) -> Iterator[Callable[[Callable[[], object]], int]]:
+    """Begin with `labels`; what it gives waits for the end, calls its argument after each of
+    them, and tells how many there were. Leaving ends the process.
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-c", _PROGRAM, str(cache), *labels],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)},
+        # Ctrl-C is for this process, which ends the other one.
+        start_new_session=True,
+    )
+    assert process.stdout is not None
+    lines = process.stdout
+
+    def wait(step: Callable[[], object]) -> int:
+        """The number of derivations, when the process has ended."""
+        count = 0
+        for _ in lines:
+            step()
+            count += 1
+        return count
+
+    try:
+        yield wait
+    finally:
+        process.kill()
+        process.wait()
+        lines.close()

@@ -3,14 +3,15 @@
 from fractions import Fraction
 
 import mpmath
-import numpy as np
 import pytest
 
-from symasym.asymptotics.coalescence.cubic_map import cubic_map, split_pair
+from symasym.asymptotics.coalescence import cubic_map as module
+from symasym.asymptotics.coalescence.cubic_map import cubic_map
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
+from symasym.series.quadratic_factor import split_pair
 
-NEAR = ["0", "1e-300", "1e-30", "-1e-30", "-1e-8", "1/100", "-1/100"]
+NEAR = ["0", "1e-300", "1e-52", "-1e-50", "1e-30", "-1e-30", "-1e-8", "1e-4", "1/100", "-1/100"]
 FAR = ["1/20", "-1/20", "1/4", "-1/4"]
 BEND = Fraction(1, 5)
 COUNT = 4
@@ -62,10 +63,12 @@ def test_known_map(zeta, dps):
     with own_context(dps) as context:
         value, found = cubic_map(drift(zeta), MANY, context)
         other, flipped = cubic_map(drift(zeta, -1), MANY, context)
+        first = cubic_map(drift(zeta), 2, context)[1]
     with mpmath.workdps(dps + 10):
         exact = mpmath.mpf(Fraction(zeta).numerator) / Fraction(zeta).denominator
         assert abs(mpmath.mpf(value) - exact) <= abs(exact) * mpmath.mpf(10) ** (1 - dps)
         assert worst(found, known(zeta, count=MANY)) <= mpmath.mpf(10) ** (1 - dps)
+        assert worst(first, known(zeta, count=2)) <= mpmath.mpf(10) ** (1 - dps)
     # Of -phi the pair is the same and s runs against u.
     assert other == value
     assert flipped == [(-p, q) for p, q in found]
@@ -79,34 +82,18 @@ def test_weight(zeta):
         assert worst(found, known(zeta, weight=True)) <= mpmath.mpf("1e-29")
 
 
-def test_floats():
-    zetas = [float(Fraction(z)) for z in NEAR + FAR]
-    rows = [np.array([float(drift(Fraction(z))[k]) for z in zetas]) for k in range(6)]
-    value, found = cubic_map(np.array(rows), COUNT)
-    assert np.allclose(value, zetas, rtol=4e-15, atol=0)
-    with mpmath.workdps(30):
-        for i, z in enumerate(zetas):
-            mine = [(float(p[i]), float(q[i])) for p, q in found]
-            assert worst(mine, known(Fraction(z))) <= 1e-12, z
-    # One scene, without an array.
-    one, _ = cubic_map(drift("1/4"), 1)
-    assert one == pytest.approx(0.25, rel=1e-15)
-
-
-def test_no_step_where_the_way_changes():
-    """Circle and series at each zero, near where one takes over (here without guard digits)."""
-    from symasym.asymptotics.coalescence import cubic_map as module
-
+@pytest.mark.parametrize("zeta", ["1/100", "-1/50"])
+def test_no_step_where_the_way_changes(zeta, monkeypatch):
+    """One series about both zeros, and series at each of them, where one takes over."""
+    found = []
     with own_context(40) as context:
-        pair = split_pair(drift("1/50"), context)
-        radius = module._radius(pair, None, context)
-        both = [
-            way(pair, radius, None, COUNT, context)
-            for way in (module._around_both, module._at_each_zero)
-        ]
-        for first, second in zip(*both, strict=True):
+        pair = split_pair(drift(zeta), context)
+        for near in (0, 1):
+            monkeypatch.setattr(module, "_NEAR", near)
+            found.append(module.map_coefficients(pair, MANY, context, None))
+        for first, second in zip(*found, strict=True):
             for x, y in zip(first, second, strict=True):
-                assert abs(x - y) <= abs(y) * context.mpf(10) ** -32
+                assert abs(x - y) <= abs(y) * context.mpf(10) ** -36
 
 
 def test_truncated_series():
@@ -142,20 +129,20 @@ def test_refused():
 
 def test_precision_is_the_callers():
     with own_context(20) as context:
+        assert cubic_map(drift("1/100"), 0, context)[1] == []
         cubic_map(drift("1/100"), 3, context)
         assert context.dps == 20
 
 
 def test_friction_through_its_fold():
-    """3 u^3 - 4 u + 1 - z0 about u = 2/3, the fold at z0 = -7/9: rows of float64 and digits."""
+    """3 u^3 - 4 u + 1 - z0 about u = 2/3, the fold at z0 = -7/9: few digits and many."""
     gaps = [Fraction(x) for x in ("0", "1e-300", "1e-12", "-1e-12", "1e-4", "-1e-4")]
     gaps += [Fraction(k, 50) - Fraction(1, 1000) for k in range(-60, 39, 7)]
-    rows = np.array([[float(x) for x in gaps], *([y] * len(gaps) for y in (0.0, 6.0, 3.0))])
-    zeta, found = cubic_map(rows, 3)
-    for i in range(len(gaps)):
-        with own_context(30) as context:
-            value, pairs = cubic_map(list(rows[:, i]), 3, context)
-            assert abs(zeta[i] - value) <= 1e-14 * abs(value)
-            for (p, q), (x, y) in zip(found, pairs, strict=True):
-                assert abs(p[i] - x) <= 1e-12 * abs(x)
-                assert abs(q[i] - y) <= 1e-12 * abs(y)
+    for gap in gaps:
+        found = []
+        for dps in (15, 30):
+            with own_context(dps) as context:
+                zeta, pairs = cubic_map([gap, 0, 6, 3], 3, context)
+                found.append([zeta, *(x for pair in pairs for x in pair)])
+        few, many = found
+        assert all(abs(x - y) <= 4e-15 * abs(y) for x, y in zip(few, many, strict=True))

@@ -334,7 +334,7 @@ def test_formula_and_numbers(case, order):
         integral = (-((T - ALPHA) ** 2) - (T - ALPHA) ** 4 / 3, sympy.cos(T), T, 0, 1)
         saddles = (ALPHA,)
     expansion = sa.uniform_integral(*integral, order)
-    found = expansion.expression("lam", saddles=saddles)
+    found = expansion.expression_in("lam", saddles=saddles)
     modules = [{"airyaiprime": lambda y: mp.airyai(y, derivative=1)}, "mpmath"]
     formula = sympy.lambdify([ALPHA, sympy.Symbol("lam", positive=True)], found, modules)
     value = expansion.bind(alpha="3/5").evaluate(30, dps=20)
@@ -344,8 +344,25 @@ def test_formula_and_numbers(case, order):
 
 def test_formulas_refused():
     with pytest.raises(InputError, match="order is 4"):
-        gamma(4).expression()
+        gamma(4).expression_in()
     with pytest.raises(InputError, match="real zeros|not a maximum"):
-        bessel(1).expression()
+        bessel(1).expression_in()
     with pytest.raises(InputError, match="0 maxima"):
-        sa.uniform_integral("-x", 1, "x", 0, 1, 1).expression()
+        sa.uniform_integral("-x", 1, "x", 0, 1, 1).expression_in()
+
+
+def test_the_verbs_of_expansions() -> None:
+    """Expression, terms, error and LaTeX; code where a language has the functions."""
+    near = sa.uniform_integral("-x**2/2 + 2*x", "1 + x", "x", 0, "oo", 2)
+    assert sum(near.terms) == near.expression
+    (lam,) = near.expression.free_symbols
+    with mpmath.workdps(30):
+        got = sympy.lambdify(lam, near.expression, "mpmath")(mpmath.mpf(7))
+        assert abs(got / near.evaluate(7, dps=25) - 1) < 1e-24
+    assert "estimate" in near.error
+    assert "erfc" in near.latex()
+    with pytest.raises(sa.InputError, match="no closed form to emit"):
+        near.emit("c")
+    waves = sa.uniform_integral("I*(x**3/3 - alpha*x)", 1, "x", "-oo", "oo", 1)
+    assert "none claimed" in waves.error
+    assert waves._repr_latex_() is None

@@ -233,7 +233,7 @@ CUBIC = ALPHA**2 * X - X**3 / 3
 def test_formula_and_numbers(f: Any, weights: Any, end: Any, order: int) -> None:
     """The formula comes from series at each point and antiderivatives, the number from neither."""
     expansion = sa.uniform_integral(f, weights, X, -end, end, order)
-    formula = expansion.expression("lam", saddles=(-ALPHA, ALPHA))
+    formula = expansion.expression_in("lam", saddles=(-ALPHA, ALPHA))
     slopes = {
         f"airy{k}prime": lambda y, k=k: getattr(mp, f"airy{k}")(y, derivative=1)
         for k in ("ai", "bi")
@@ -288,7 +288,7 @@ def test_refused(arguments: Any, sentence: str) -> None:
 def test_no_formula_where_there_is_none() -> None:
     waves = sa.uniform_integral(CUBIC, (1, sympy.cos(X)), X, -2, 2, 1)
     with pytest.raises(InputError, match="not rational"):
-        waves.expression(saddles=(-ALPHA, ALPHA))
+        waves.expression_in(saddles=(-ALPHA, ALPHA))
     apart = sa.uniform_integral("9*x - x**3/3", (1, "1/(1 + x**2)"), "x", "-oo", "oo")
     with pytest.raises(AccuracyError, match="too far apart"):
         apart.evaluate(10)

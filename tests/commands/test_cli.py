@@ -384,3 +384,33 @@ def test_a_value_has_its_time(capsys: pytest.CaptureFixture[str]) -> None:
         "--patience", "0.2",
     )  # fmt: skip
     assert "0.2 seconds" in told
+
+
+def test_show_prints_expansions(capsys: pytest.CaptureFixture[str]) -> None:
+    """The formula of `sa.expand`; without a drift in V's derivatives at a well and a barrier."""
+    text = ok(capsys, "show", "expansion:T", "--drift", "friction", "--order", "1")
+    assert text == f"{sa.expand(sa.friction(), 'T', order=1)}\n"
+    latex = ok(capsys, "show", "expansion:T", "--order", "1", "--latex")
+    assert latex == f"{sa.expand(sa.Drift.general(), 'T', order=1).latex()}\n"
+    assert "h_1" not in latex
+    scene = ("--expr", "1/2 - u + b*u**3", "--set", "b=1/10", "--start", "-1/4")
+    drift = sa.Drift("1/2 - u + b*u**3").bind(b="1/10")
+    want = sa.expand(drift, "1 - C", noise="strong", order=1, start="-1/4")
+    args = ("show", "expansion:1-C", *scene, "--noise", "strong", "--order", "1")
+    assert ok(capsys, *args) == f"{want}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("eq:Ttilde --order 2", "--order does not go with eq:Ttilde"),
+        ("expansion:T --all", "--all does not go with expansion:T"),
+        ("expansion:T --set mu=3", "give --drift or --expr"),
+        ("expansion:Q --drift friction", "quantity is 'Q'; give one of"),
+        ("expansion:T --expr __import__('os')", "A"),
+    ],
+)
+def test_show_refuses_what_does_not_fit(
+    capsys: pytest.CaptureFixture[str], arguments: str, words: str
+) -> None:
+    assert words in refused(capsys, "show", *arguments.split())

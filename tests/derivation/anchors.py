@@ -139,6 +139,12 @@ EXACT: dict[str, tuple[Draw, float]] = {
     "eq:pss": (on.sliding, 1e-12),
     "eq:TtildeCzero": (on.crossing, 1e-10),
     "pair-products": (on.airy_pair, 1e-4),
+    "endpoint-series": (on.formal, 1e-9),
+    "regular-part": (on.powers, 1e-9),
+    "saddle-recurrences": (on.moments, 1e-9),
+    "two-sides": (on.both_sides, 1e-9),
+    "airy-form": (on.weighted_pair, 1e-4),
+    "truncated-gaussian": (on.cut_gaussian, 1e-10),
     "tails": (on.sliding, 1e-12),
     "eq:P": (on.sliding, 1e-12),
     "eq:P2": (on.sliding, 1e-12),
@@ -369,6 +375,12 @@ NO_NUMBER = {
     "eq:cont": "the condition that a smoothing has to meet",
     "eq:scaledSDE": "a field is its value at the origin, up to O(r): Taylor's theorem",
     "eq:scaledSDEx": "one component is picked out",
+    # The rest is held to marching and to simulated paths in tests/release.
+    "release-time": "an equation, whose solution is compared with simulated paths",
+    "release-order": "an integral with functions left open, compared with marching as eps -> 0",
+    "release-adiabatic": "survival at a rate left open, compared with marching",
+    "frozen-time": "its share is compared with marching as eps -> 0",
+    "fold-delay": "powers of eps, compared with paths without noise",
 }
 
 

@@ -428,6 +428,151 @@ def airy_pair_at(Z: float) -> Numbers:
     )
 
 
+def weighted_pair(rng: random.Random) -> Numbers:
+    """Integrals over a pair with the weight a + b s: on rays past the other zero, both ways."""
+    Z = float(within(rng, "-2", "1.5"))
+    a, b, small = (float(within(rng, low, "1")) for low in ("0.5", "-1", "0.1"))
+    double = airy_pair_at(Z)
+
+    def single(sign: int) -> float:
+        """Of e^{sign (s^3/3 - Z s)}: from -sign oo to 0, on to the mean of both other ends."""
+
+        def integrand(s: Any, slope: Any) -> Any:
+            # s^3/3 - Z s changes its sign with s.
+            weight = small * (a + sign * b * small * s)
+            return (weight * np.exp(s**3 / 3 - Z * s) * slope).real
+
+        def whole(x: Any) -> Any:
+            turn = np.exp(1j * np.pi / 3)
+            return integrand(-x + 0j, 1) + integrand(x * turn, turn)
+
+        return float(sum(gauss(whole, low, low + 1.0) for low in range(9)))
+
+    return Numbers(
+        **{k: (lambda x=x: x) for k, x in {"Z": Z, "a": a, "b": b, "small": small}.items()},
+        I_down=lambda: single(1),
+        I_up=lambda: single(-1),
+        I_both=lambda: small**2 * (a**2 * double["J"] + b**2 * small**2 * double["J_2"]),
+    )
+
+
+def formal(rng: random.Random) -> Numbers:
+    """Coefficient of lam^-k, k to 3, in int_0 e^{-+lam (p u + q u^2/2)} du, by u = x/lam."""
+    p, q = (float(within(rng, low, "2")) for low in ("0.5", "-2"))
+    k = rng.randint(1, 3)
+
+    def coefficient(sign: int) -> Any:
+        """Of e^{-sign lam (p u + q u^2/2)}: of 1/(sign lam)^k, along the ray where it falls."""
+        front = sign**k * (-q / 2) ** (k - 1) / [1, 1, 2][k - 1]
+        return front * gauss(lambda x: x ** (2 * k - 2) * np.exp(-p * x), 0.0, 60 / p, panels=30)
+
+    def h(order: int, u: Any) -> Any:
+        phi = p + q * u
+        return 1 / phi if order == 1 else -CTX.diff(lambda x: h(order - 1, x), u) / phi
+
+    return Numbers(
+        side=lambda: (-1) ** k,
+        term=lambda: h(k, CTX.zero),
+        E_up=lambda: coefficient(1),
+        E_down=lambda: coefficient(-1),
+    )
+
+
+def powers(rng: random.Random) -> Numbers:
+    """Coefficients of -h' and of the primitive of c t^(index - power), and of c t^-power."""
+    power, index, c = rng.randint(2, 7), rng.randint(0, 9), float(within(rng, "-2", "2"))
+    slope = CTX.diff(lambda t: c * t ** (index - power), CTX.one)
+    return Numbers(
+        power=lambda: power,
+        index=lambda: index,
+        term=lambda: c,
+        h_next=lambda: -slope,
+        # From oo, where nothing is left.
+        H=lambda: -gauss(lambda t: c * t**-power, 1.0, np.inf),
+    )
+
+
+def moments(rng: random.Random) -> Numbers:
+    """Moments of a Gaussian by sums; V beside a zero of the drift by quadrature."""
+    n, j = rng.randint(0, 4), rng.randint(1, 4)
+    slope, c = float(within(rng, "-2", "-0.5")), float(within(rng, "-2", "2"))
+
+    def moment(n: int) -> Any:
+        s = np.linspace(-14, 14, 561)
+        return np.sum(s ** (2 * n) * np.exp(-(s**2) / 2)) * (s[1] - s[0])
+
+    def fall(c: float) -> Any:
+        return gauss(lambda t: slope * t + c * t ** (j + 1), 0.0, 1.0)
+
+    return Numbers(
+        n=lambda: n, j=lambda: j, slope=lambda: slope, term=lambda: c,
+        m_0=lambda: moment(0), moment=lambda: moment(n), m_next=lambda: moment(n + 1),
+        alpha_j=lambda: fall(c) / fall(0.0) - 1,
+    )  # fmt: skip
+
+
+def both_sides(rng: random.Random) -> Numbers:
+    """Integrals over both sides of the start; of the inner ones any shares are the start's."""
+    at = crossing(rng)
+    lam, V, r = float(at["lam"]), at["V"], float(at["r"])
+    share = [float(within(rng, "-1", "1")) for _ in range(2)]
+
+    def up(u: Any) -> Any:
+        return np.exp(lam * V(u))
+
+    def double(end: float) -> Any:
+        return gauss(lambda v: up(v) * abs(gauss(lambda u: np.exp(-lam * V(u)), 0.0, v)), 0.0, end)
+
+    known = {"behind": abs(gauss(up, 0.0, -r)), "ahead": abs(gauss(up, 0.0, r))}
+    known |= {
+        "total": known["behind"] + known["ahead"],
+        "falling": sum(share),
+        "nested_left": abs(double(-r)) - share[0] * known["behind"],
+        "nested_right": abs(double(r)) - share[1] * known["ahead"],
+    }
+    return Numbers(
+        T=lambda: at["T"], lam=lambda: at["lam"],
+        **{name: (lambda x=x: float(x)) for name, x in known.items()},
+    )  # fmt: skip
+
+
+def cut_gaussian(rng: random.Random) -> Numbers:
+    """A Gaussian with the weight peak + rest s, cut off at t, and both functions of it."""
+    lam, t = (float(within(rng, low, high)) for low, high in (("2", "20"), ("0.3", "2")))
+    peak, rest = float(within(rng, "0.5", "2")), float(within(rng, "-1", "1"))
+
+    def weight(s: Any) -> Any:
+        return peak + rest * s
+
+    def beyond(f: Any) -> Any:
+        return gauss(lambda s: f(s) * np.exp(-lam * (s**2 - t**2) / 2), t, t + 12 / lam**0.5)
+
+    def dawson(x: Any) -> Any:
+        return gauss(
+            lambda s: x[..., None] * np.exp(lam * x[..., None] ** 2 * (s**2 - 1) / 2), 0.0, 1.0
+        )
+
+    def before(f: Any) -> Any:
+        return gauss(lambda s: f(s) * np.exp(lam * (s**2 - t**2) / 2), 0.0, t)
+
+    # What the start of the barrier has, and the regular part.
+    own = rest / lam * np.exp(-lam * t**2 / 2)
+    regular = (weight(t) ** 2 - peak**2 - 2 * peak * rest * t) / 2 / lam + 2 * peak * rest * t / lam
+    return Numbers(
+        **{k: (lambda x=x: x) for k, x in
+           {"lam": lam, "t": t, "peak": peak, "rest": rest}.items()},
+        tail=lambda: beyond(np.ones_like),
+        falling=lambda: before(np.ones_like),
+        integral=lambda: lam * gauss(dawson, 0.0, t),
+        I_up=lambda: -beyond(weight),
+        I_down=lambda: before(weight) + own,
+        I_both=lambda: (
+            gauss(lambda s: weight(s) * (peak * dawson(s) + rest / lam), 0.0, t)
+            - regular - peak**2 * np.log(t) / lam
+        ),
+    )  # fmt: skip
+
+
 # -- scenes on a path to a limit --------------------------------------------------------------
 
 Path = Callable[[random.Random], Callable[[Any], Numbers]]

@@ -57,7 +57,7 @@ def _python(folder: Path, program: str, *arguments: str) -> str:
 
 _DERIVE = (
     "import sys, json; from pathlib import Path\n"
-    "from derivations.derive import derive\n"
+    "from derivations.report import derive\n"
     "found = derive(sys.argv[2:], Path(sys.argv[1]))\n"
     "print(json.dumps(found))\n"
 )
@@ -132,7 +132,7 @@ def test_both_routes_to_the_escape_time_are_independent():
 
 
 def test_the_table_of_regions_is_what_drifts_report():
-    from derivations.section4_reduction import REGIONS
+    from derivations.sections.section4_reduction import REGIONS
     from symasym import linear
 
     names = {0: "repelling sliding", 1: "crossing", 2: "sliding"}
@@ -145,12 +145,12 @@ def test_the_table_of_regions_is_what_drifts_report():
 
 def test_one_formula_runs_what_it_rests_on_and_nothing_else(tree, tmp_path):
     program = _DERIVE + (
-        "modules = sorted(m for m in sys.modules if m.startswith('derivations.section'))\n"
+        "modules = sorted(m for m in sys.modules if m.startswith('derivations.sections.section'))\n"
         "print(json.dumps(modules))\n"
     )
     found, modules = map(json.loads, _python(tree, program, str(tmp_path), "folds").splitlines())
     # Sections that define nothing it needs are not even imported.
-    assert "derivations.section6_well" not in modules
+    assert "derivations.sections.section6_well" not in modules
     assert list(found) == registry.closure(["folds"])
     assert set(found) == {
         "folds",
@@ -197,7 +197,7 @@ def test_the_cache_is_never_stale(tmp_path):
     assert _rerun(tmp_path) == ["eq:V", "eq:osc2", "filippov"]
     assert _rerun(tmp_path) == []
     # A line of one section: its derivations alone.
-    section = tmp_path / "derivations" / "section7_friction.py"
+    section = tmp_path / "derivations" / "sections" / "section7_friction.py"
     section.write_text(section.read_text() + "\n# one more line\n")
     assert _rerun(tmp_path) == ["eq:osc2"]
     # A line of the engine: everything.
@@ -227,7 +227,7 @@ def test_the_cache_is_never_stale(tmp_path):
 def test_a_key_covers_every_source_it_can_reach():
     from derivations import content
 
-    names = {path.name for path in content.sources("derivations.section7_friction")}
+    names = {path.name for path in content.sources("derivations.sections.section7_friction")}
     assert {
         "section7_friction.py",
         "paper.py",
@@ -238,7 +238,7 @@ def test_a_key_covers_every_source_it_can_reach():
     } <= names
     assert "section6_well.py" not in names
     assert "section6_well.py" in {
-        path.name for path in content.sources("derivations.section6_well")
+        path.name for path in content.sources("derivations.sections.section6_well")
     }
 
 
@@ -308,7 +308,8 @@ def test_a_page_and_a_snippet_per_label(records):
     for label, record in found.items():
         page = (out / f"{runner.slug(label)}.md").read_text(encoding="utf-8")
         assert page.startswith(f"# {label}: ")
-        assert all(report.words(step["name"]) in page for step in record["steps"])
+        # With a capital letter, where a sentence begins.
+        assert all(report.words(step["name"])[1:] in page for step in record["steps"])
         snippet = (out / f"{runner.slug(label)}.tex").read_text(encoding="utf-8")
         # A formula a step and one for the conclusion; cases stand apart.
         assert (
@@ -355,7 +356,7 @@ def _command(*arguments: str, capsys) -> tuple[int, str, str]:
 def test_show(capsys):
     status, out, _ = _command("show", "eq:Ttildesmall", "--steps", capsys=capsys)
     assert status == 0
-    assert "supposes: " in out
+    assert "Assumes: " in out
     assert "1. sum (substitute; symbolic identity)" in out
     status, out, _ = _command("show", "folds", "--latex", capsys=capsys)
     assert out.strip().startswith("z_0^{(+)}")

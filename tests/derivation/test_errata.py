@@ -6,10 +6,10 @@ from fractions import Fraction
 
 import pytest
 
-from derivations import evidence, evidence_text
-from derivations.errata import ERRATA, KINDS, table
-from derivations.errata_page import markdown, text, without_tex
-from derivations.evidence import Evidence
+from derivations.errata import evidence, evidence_text
+from derivations.errata.entries import ERRATA, KINDS, table
+from derivations.errata.evidence import Evidence
+from derivations.errata.page import markdown, text, without_tex
 from derivations.labels import PAPER
 from derivations.registry import entries
 
@@ -90,4 +90,4 @@ def test_the_page_in_the_docs_is_todays():
     from pathlib import Path
 
     page = Path(__file__).parents[2] / "docs" / "errata.md"
-    assert page.read_text(encoding="utf-8") == markdown(), "run python -m derivations.errata_page"
+    assert page.read_text(encoding="utf-8") == markdown(), "run python -m derivations.errata.page"

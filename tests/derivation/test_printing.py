@@ -34,6 +34,8 @@ V = sympy.Function("V")
         (sqrt(3) * a / 9, r"\frac{a}{3 \sqrt{3}}"),
         (exp((2 * V(v) - 2 * V(u)) / k**2), r"e^{2 (V(v) - V(u))/\kappa^2}"),
         (-1 + u, "u - 1"),
+        # A name that is a word is one, not a product of letters.
+        (Symbol("slope") * a, r"a \, \mathrm{slope}"),
         (1 - a - u**2, "1 - a - u^2"),
         (u**3 * a - u - 1, "a u^3 - u - 1"),
         (a * (u - 1) / 2, r"\frac{a}{2} (u - 1)"),

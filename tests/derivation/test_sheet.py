@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from derivations.report import tex
-from derivations.sheet import sheet
+from derivations.report import sheet, tex
 from symasym.commands.main import main
 from symasym.formula import formula, labels
 from tests.latex import compiled, needs_latex

@@ -27,3 +27,41 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert found.exists(), f"{page.name}: no {target}"
         if anchor and found.suffix == ".md":
             assert anchor in _anchors(found), f"{page.name}: no heading for {target}"
+
+
+#: Pages that `symasym report` and the derivations write, and those of sliders and of timings.
+_MADE = {"measured.md", "stability.md", "errata.md", "CHANGELOG.md"}
+_LATER = {"speed.md", "sensitivity.md", "explorer.md"}
+_PLAIN = re.compile(
+    r"[α-ωΓΔΦΩ²³√∫′∞]|[⁰¹⁴-⁹⁻⁺₀-₉]|\^|<=|>=|<<|>>|\b(?:kappa|lam|eps|mu|alpha|sqrt|lambda)\b|\bz0\b"
+    r"|\b[a-zA-Z] ?[=<>≤≥≈] ?[-−\d]|\b[uV]\d\b|\b[aVOuAMTPGH]\(\w|\d×|[\w)] [≤≥≈×·] [\w(]"
+    r"|(?<![\w.])1e[-−]?\d"
+)
+
+
+def _prose(text: str) -> str:
+    """A page without code, formulas, headings, pictures, addresses and tables as measured."""
+    text = re.sub(r"```.*?```|<!-- measured.*?<!-- end -->", "", text, flags=re.DOTALL)
+    text = re.sub(r"(?m)^#.*$", "", text)
+    text = re.sub(r"\$\$.*?\$\$|\$[^$]*\$|`[^`]*`|!\[[^\]]*\]", "", text, flags=re.DOTALL)
+    return re.sub(r"\]\([^)]*\)|<[^>]*>", "]", text)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_formulas_are_typeset(page: Path) -> None:
+    if page.name not in _MADE | _LATER:
+        prose = _prose(page.read_text(encoding="utf-8"))
+        assert not [line for line in prose.splitlines() if _PLAIN.search(line)]
+
+
+def test_a_formula_in_plain_characters_is_seen() -> None:
+    for plain in ("of order κ²", "O(kappa)", "at u = 1", "e^x", "to 1e-6", "V(u1)", "a ≤ b"):
+        assert _PLAIN.search(_prose(f"It is {plain} here."))
+    assert not _PLAIN.search(_prose("It is $O(\\kappa)$, or `kappa=1`, 3 ± 1."))
+
+
+def test_the_paper_cites_what_is_listed() -> None:
+    text = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
+    listed = (ROOT / "docs" / "paper.bib").read_text(encoding="utf-8")
+    cited = set(re.findall(r"@(\w+)", text))
+    assert cited == set(re.findall(r"@\w+\{(\w+),", listed)) != set()

@@ -48,7 +48,7 @@ const { positions, exact } = JSON.parse(require("fs").readFileSync(0));
 const wanted = new Set(exact);
 const found = positions.map((s, k) => ({
   ...numbers(s), ...landscape(s), density: density(s), against: againstSpring(s),
-  exact: wanted.has(k) ? [...exactAgainstSpring(s)].pop() ?? [] : null,
+  exact: wanted.has(k) ? [...exactAgainstAxis(s, "z0")].pop() ?? [] : null,
 }));
 console.log(JSON.stringify(found));
 """
@@ -203,7 +203,7 @@ def test_the_exact_time_against_z0_is_that_of_python(shown, position) -> None:
     curves = shown[position]["exact"]
     assert len(curves) == len(shown[position]["against"]["time"]) > 0
     assert all(len(curve) == 21 for curve in curves)
-    z0, log10 = np.array([p for curve in curves for p in curve]).T
+    z0, log10 = np.array([p[:2] for curve in curves for p in curve]).T
     drift = sa.friction(float(position[0]), float(position[1]), z0)
     exact = sa.escape_time(drift, float(scales.kappa), float(scales.r), log=True)
     assert log10 * np.log(10) == pytest.approx(exact, rel=1e-11, abs=1e-11)
@@ -265,3 +265,60 @@ def test_the_page_holds_the_emitted_code_as_it_is() -> None:
         assert code in page
     assert explorer.MARK not in page
     assert "export" not in page[page.index("<script>") : page.index("</script>")]
+
+
+# Drift, its parameters, kappa, eps, r: wells, steady states, weak and strong noise.
+_OTHERS = [
+    ("sine", {"aminus": 1, "aplus": 1, "b": 2}, 0.03, 0.01, 0.1),
+    ("sine", {"aminus": -1, "aplus": 0.5, "b": -1.5}, 0.05, 0.02, 0.05),
+    ("tanh", {"aminus": 1, "aplus": -1, "steepness": 5}, 0.08, 0.01, 0.05),
+    ("tanh", {"aminus": -2, "aplus": 1.5, "steepness": 2}, 0.01, 0.01, 0.1),
+    ("hill", {"aminus": 1, "aplus": -0.5, "K": 0.5}, 0.1, 0.02, 0.2),
+    ("hill", {"aminus": 0, "aplus": 1, "K": 1}, 0.02, 0.02, 1.0),
+]
+_PASSAGE = """
+const asked = JSON.parse(require("fs").readFileSync(0));
+console.log(JSON.stringify(asked.map((s) => ({
+  ...numbers(s), ...passage(scaled(s)), against: [...exactAgainstAxis(s, "kappa")].pop(),
+}))));
+"""
+
+
+def test_other_drifts_and_the_time_spent_are_those_of_python(tmp_path) -> None:
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("no Node on this machine")
+    model = (ROOT / "docs" / "_static" / "explorer" / "model.js").read_text("utf-8")
+    script = tmp_path / "page.js"
+    script.write_text(explorer.formulas() + model + _PASSAGE, "utf-8")
+    friction = [dict(zip(NAMES, map(float, p), strict=True)) for p in POSITIONS[:4]]
+    asked = [
+        {"drift": name, **shape, "kappa": k, "eps": e, "r": r} for name, shape, k, e, r in _OTHERS
+    ]
+    done = subprocess.run(
+        [node, str(script)], input=json.dumps([*asked, *friction]),
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-3000:]
+    found = json.loads(done.stdout)
+    drifts = [getattr(sa, name)(*shape.values()) for name, shape, *_ in _OTHERS]
+    drifts += [sa.friction(s["mu"], s["alpha"], s["z0"]) for s in friction]
+    for s, drift, seen in zip([*asked, *friction], drifts, found, strict=True):
+        scales = sa.rescale(eps=s["eps"], kappa=s["kappa"], r=s["r"])
+        kappa, r = float(scales.kappa), float(scales.r)
+        log = sa.escape_time(drift, kappa, r, log=True)
+        own = abs(seen["logT"] - log)
+        assert own < 1e-5, (s, seen["logT"], log)
+        assert own < np.exp(seen["logError"]), s
+        left = np.exp(sa.exit_probability(drift, kappa, r, log=True))
+        assert seen["exit"] == pytest.approx(left, rel=1e-4, abs=1e-12)
+        u, share = np.array(seen["share"]).T
+        assert (np.diff(u) >= 0).all()
+        assert (share >= 0).all()
+        if s.get("drift"):
+            assert [p["kind"] for p in seen["points"]] == [p.kind for p in drift.critical_points()]
+            assert seen["logExact"] == seen["logT"]
+        x, curve = np.array([point[:2] for point in seen["against"][0]]).T
+        noise = 10 ** x[::10] / s["eps"] ** 0.5
+        exact = sa.escape_time(drift, noise, r, log=True)
+        assert curve[::10] * np.log(10) == pytest.approx(np.asarray(exact), rel=1e-5, abs=1e-5)

@@ -29,7 +29,18 @@ from symasym.formula import formula
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
-from website import api, calls, definitions, expansions, formulas, graph, pages, plots, stage  # noqa: E402
+from website import (  # noqa: E402
+    api,
+    calls,
+    definitions,
+    expansions,
+    formulas,
+    glossary,
+    graph,
+    pages,
+    plots,
+    stage,
+)
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 # No connection is tried: neither the browser's own nor a page's.
@@ -68,7 +79,8 @@ EXACT = {
     "eq:eekappar", "eq:TtildetoT", "eq:phifric0", "eq:forcePerturbed", "eq:forcePWC", "cubic",
     "fr1", "eq:osc2", "fr2", "eq:odeR", "first-integral", "density-R", "eq:FPE", "backward",
     "positive-form", "positive-density", "panel-step", "eq:V2", "eq:fourPieces", "tails",
-    "gaussian-step", "pair-products",
+    "gaussian-step", "pair-products", "airy-form", "truncated-gaussian",
+    "endpoint-series", "regular-part", "saddle-recurrences", "two-sides",
 }  # fmt: skip
 BOUNDS = {"C-bound": 1, "L-bound": -1}
 
@@ -120,7 +132,9 @@ def test_a_plot_shows_its_curves(coarse: dict[str, plots.Plot]) -> None:
     for label in ("eq:Vfric", "eq:Tlarge"):
         picture = plots.draw(coarse[label])
         assert picture.count("<svg") == 1
+        # An error of rounding is stated, any other drawn.
         assert ("rounding" in picture) == (label in EXACT)
+        assert ("relative error" in picture) == (label not in EXACT)
 
 
 def test_expansions_err_less_than_they_state() -> None:
@@ -173,7 +187,7 @@ def test_a_page_says_what_where_and_under_which_conditions(records: formulas.Rec
     conditions = text[order[1] : order[2]]
     assert conditions.count("\n- ") == 1
     assert "false" not in conditions
-    assert text[order[2] : order[3]].count(": false for friction, $\\mu = 3$") == 2
+    assert text[order[2] : order[3]].count("; false for friction, $\\mu = 3$") == 2
     assert text.count("<details>") == 2
     assert 'data-copy="T = \\frac{r}{a^+} + ' in text
     # Titles are words alone, in the sidebar as well.
@@ -224,7 +238,7 @@ def test_arrows_of_the_graph_lead_to_the_right() -> None:
     arrows = [(b, node) for node, below in rests.items() for b in below]
     assert all(at[b][0] + graph.WIDTH < at[node][0] for b, node in arrows)
     assert len(set(at.values())) == len(at)
-    assert graph.svg(rests).count("<path") == len(arrows) > 60
+    assert graph.svg(rests, {name: name for name in rests}).count("<path") == len(arrows) > 60
 
 
 def _ordered() -> dict:
@@ -239,6 +253,17 @@ def test_pages_take_the_place_of_their_link_and_new_ones_are_not_lost() -> None:
     trees = re.findall(r"```\{toctree\}\n(.*?)```", found, re.DOTALL)
     listed = [re.sub(r":hidden:|:caption:", "", tree).split() for tree in trees]
     assert listed[:3] == [["b", "a"], ["Guides", "c"], ["More", "new"]]
+
+
+def test_a_word_of_the_glossary_is_linked_where_it_is_first_used() -> None:
+    text = "# A well\n\nAs well as `fold`: the well, $a$ fold and the well's fold."
+    assert re.findall(r"#(term-\w+)\">(\w+)<", glossary.linked(text)) == [
+        ("term-well", "well"),
+        ("term-fold", "fold"),
+    ]
+    made = glossary.anchored((ROOT / "docs" / "glossary.md").read_text("utf-8"))
+    anchors = re.findall(r'<span id="([\w-]+)">', made)
+    assert sorted(anchors) == sorted(set(glossary.terms().values()))
 
 
 def test_links_of_the_changelog_lead_to_pages_beside_it(tmp_path: Path) -> None:
@@ -360,9 +385,10 @@ _LOOK = """async () => {
   if (window.MathJax) await MathJax.startup.promise;
   const wrong = [...document.querySelectorAll('[data-mjx-error], [data-mml-node="merror"]')];
   const drawn = [...document.querySelectorAll('mjx-container')];
+  const folded = (c) => c.closest('details:not([open])') !== null;
   return {
-    drawn: drawn.filter((c) => c.getBoundingClientRect().width > 0).length,
-    hidden: drawn.filter((c) => c.closest('details:not([open])')).length,
+    drawn: drawn.filter((c) => !folded(c) && c.getBoundingClientRect().width > 0).length,
+    hidden: drawn.filter(folded).length,
     wrong: wrong.map((e) => e.closest('mjx-container').textContent.slice(0, 80)),
     width: document.documentElement.scrollWidth,
   };
@@ -448,8 +474,8 @@ _DRAWN = """async () => {
     plots: all('svg').map((svg) => svg.innerHTML),
     values: Object.fromEntries(all('dl > div').map((row) => [text(row, 'dt'), text(row, 'dd')])),
     region: document.querySelector('#explorer-region').textContent,
-    sliders: Object.fromEntries(all('input').map(
-      (i) => [i.name, text(i.parentElement, 'output').replace('−', '-')])),
+    sliders: Object.fromEntries(all('div:not([hidden]) > input[type=range]').map((i) => [
+      i.name, i.parentElement.querySelector('input[type=text]').value.replace('−', '-')])),
   };
 }"""
 
@@ -489,7 +515,7 @@ def test_the_explorer_answers_to_every_slider_by_key(site: Path, browser) -> Non
     slid = tab.evaluate(_DRAWN)
     assert slid["region"].startswith("Sliding")
     assert "<path" in slid["plots"][2]
-    assert "<path" not in start["plots"][2]
+    assert "p(u)" in tab.locator("#oscillator figure").nth(2).inner_text()
     # The sliders stay in sight while the last plot is looked at.
     tab.locator("#oscillator figure").last.scroll_into_view_if_needed()
     box = slider.bounding_box()
@@ -527,6 +553,37 @@ def test_the_explorers_address_holds_its_sliders(site: Path, browser) -> None:
     other.goto(tab.url)
     assert other.evaluate(_DRAWN)["sliders"] == again["sliders"] != seen["sliders"]
     other.close()
+    tab.close()
+
+
+@pytest.mark.slow
+def test_the_explorer_takes_typed_numbers_other_drifts_and_an_axis_of_noise(site, browser) -> None:
+    import symasym as sa
+
+    tab = browser.new_page()
+    tab.goto((site / "explorer.html").as_uri())
+    typed = tab.get_by_label("z0 spring, typed")
+    typed.fill("-0.4321")
+    typed.press("Enter")
+    seen = tab.evaluate(_DRAWN)
+    assert seen["values"]["T, scaled, by the paper’s formula"] == _paper_time(seen["sliders"])
+    assert "z0=-0.4321" in tab.url
+    typed.fill("7")
+    typed.press("Enter")
+    assert tab.evaluate(_DRAWN)["values"] == seen["values"]
+    assert typed.evaluate("i => i.validationMessage") == "Give a number from -3 to 5."
+    tab.get_by_label("Curves against").select_option("kappa")
+    noise = tab.evaluate(_DRAWN)
+    assert noise["values"] == seen["values"]
+    for kind in ("curve", "dashed", "dotted", "belt"):
+        assert f'class="{kind}"' in noise["plots"][4]
+    for name, drift in (("tanh", sa.tanh(1, "1/2", 5)), ("sine", sa.sine(1, "1/2", 2))):
+        tab.get_by_label("Drift", exact=True).select_option(name)
+        found = tab.evaluate(_DRAWN)
+        scales = sa.rescale(eps="0.01", kappa="0.03", r="0.1")
+        time = sa.escape_time(drift, scales.kappa, scales.r)
+        assert float(found["values"]["T, scaled, z frozen"]) == pytest.approx(time, rel=1e-3)
+        assert all("<path" in plot for plot in found["plots"])
     tab.close()
 
 

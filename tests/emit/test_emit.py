@@ -492,3 +492,15 @@ def test_a_target_is_added_and_listed_and_none_is_replaced(monkeypatch):
     for taken in ("c", "a b", ""):
         with pytest.raises(sa.InputError, match="none of numpy"):
             add_target(taken, found._program, Dialect(""))
+
+
+@pytest.mark.parametrize("power", ["-5/2", "-3/2", "-1/2", "1/2", "5/2"])
+@pytest.mark.parametrize("factor", ["1", "3", "1/2", "c**2", "sqrt(c)", "1/c", "log(c)"])
+def test_half_integer_powers_in_products(factor, power):
+    """Also as a lone denominator, c/x**(5/2)."""
+    c, x = sympy.symbols("c x", positive=True)
+    e = sympy.sympify(factor, {"c": c}) * x ** sympy.Rational(power)
+    names = sorted(s.name for s in e.free_symbols)
+    values = {"c": 1.7, "x": 2.3}
+    got = sa.emit(e, "python").load().f(*[values[n] for n in names])
+    assert got == pytest.approx(float(e.subs({c: 1.7, x: 2.3})), rel=1e-14)

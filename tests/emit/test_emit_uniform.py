@@ -12,8 +12,8 @@ import pytest
 import symasym as sa
 from symasym.asymptotics.uniform import answer as uniform_noise
 from symasym.commands import main as cli
-from symasym.emit import uniform_time
 from symasym.emit.kernels import transcribe
+from symasym.emit.targets import language
 from symasym.emit.writing import helpers
 from tests import emitted
 from tests.problems import PROBLEMS
@@ -222,7 +222,7 @@ def test_what_has_no_transcription_is_refused():
 
 def test_blocks_that_are_not_needed_go_with_what_they_call():
     for degree, pairs, many in ((5, True, True), (3, True, False), (1, False, False)):
-        known = uniform_time._kernel("python", degree)
+        known = language._uniform("python", degree)
         text = "\n\n".join(helpers("_log_uniform(", known))
         assert ("def _airy(" in text, "def _circle(" in text) == (pairs, many)
         assert "_PAIRS" not in text

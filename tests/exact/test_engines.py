@@ -160,7 +160,7 @@ def test_terms_of_the_slow_series_are_repeated_derivatives() -> None:
     terms = float_panels.slow_terms(h / (a + b * nodes)[None, :])
     for k in range(4):
         wanted = b**k * (a + b * nodes) / h
-        assert terms[k, 0] == pytest.approx(wanted, rel=10.0 ** (3 * k - 13))
+        assert terms[k][0] == pytest.approx(wanted, rel=10.0 ** (3 * k - 13))
 
 
 @pytest.mark.parametrize("x", [0.0, 1e-300, 1e-12, 0.3, 0.49999, 0.50001, 2.0, 700.0, 1e5, 1e300])

@@ -166,7 +166,7 @@ def test_a_drift_that_is_no_polynomial() -> None:
 def test_the_first_correction_is_the_textbooks() -> None:
     """T = T0 (1 + x (B - W)), x = kappa^2/2, V4/(8 V2^2) - 5 V3^2/(24 V2^3) at barrier and well.
 
-    Laplace's next term (C. M. Bender and S. A. Orszag, Advanced Mathematical Methods, 6.4.35) of
+    Laplace's next term (DLMF 2.4(iv); J. Wojdylo, SIAM Rev. 48 (2006) 76) of
     either integral of Kramers' product.
     """
     (term,) = sa.expand(sa.Drift.general(), "T", order=1).terms
@@ -286,6 +286,17 @@ def test_cases_of_friction() -> None:
     }  # fmt: skip
     for case in found:
         assert case_of(sa.friction(**case.example), Fraction(0)) == case
+
+
+@pytest.mark.parametrize("quantity", ["1-C", "1 - C", "1 -C"])
+def test_spaces_in_a_quantity_do_not_count(quantity: str) -> None:
+    """Nor do they for the other verbs that take a quantity; printed is one form."""
+    drift = sa.linear(1, -1)
+    assert sa.expand(sa.friction(), quantity, order=0).quantity == "1 - C"
+    assert sa.sensitivity(drift, "1/2", 2, quantity=quantity).quantity == "1 - C"
+    axes = sa.plot(quantity, drift, np.array([0.5, 1.0]), 2)
+    assert "1 − C" in axes.get_ylabel()
+    axes.figure.clear()
 
 
 def test_binding_one_after_the_other_keeps_exactness() -> None:

@@ -229,7 +229,7 @@ def test_powers_that_differ_by_an_integer_are_one_series(powers: tuple[str, str]
     assert len(both.contributions) == 1
     assert both.contributions[0].exponents[0] == sympy.Rational(1, 2)
     n = sympy.Symbol("n", positive=True)
-    assert sympy.expand(both.expression(n) - sum(part.expression(n) for part in alone)) == 0
+    assert sympy.expand(both.expression_in(n) - sum(part.expression_in(n) for part in alone)) == 0
 
 
 @pytest.mark.parametrize(
@@ -237,7 +237,7 @@ def test_powers_that_differ_by_an_integer_are_one_series(powers: tuple[str, str]
 )
 @pytest.mark.parametrize("lam", [3, 10])
 def test_tail_is_bounded(f: str, g: str, lam: int) -> None:
-    from symasym.asymptotics.laplace.tail_bounds import _tail
+    from symasym.asymptotics.laplace.remainder import _tail
 
     exponent, weight = sympy.sympify(f), sympy.sympify(g)
     start, (size, drop, steep, growth) = _tail(exponent, weight, x, 0.5, 0.0)
@@ -279,7 +279,7 @@ def test_printing() -> None:
     assert "O(e^(lam (0)) lam^(-4)); error: at most" in str(result)
     assert r"O\left(\frac{1}{\lambda^{4}}\right)" in result.latex()
     n = sympy.Symbol("n", positive=True)
-    assert result.expression(n) == 1 / n - 1 / n**2 + 2 / n**3
+    assert result.expression_in(n) == 1 / n - 1 / n**2 + 2 / n**3
 
 
 def test_latex_of_two_heights_keeps_both_exponentials() -> None:
@@ -374,3 +374,21 @@ def test_expansions_show_as_latex():
     gamma = sa.uniform_integral("log(x) - x", "1/x", "x", "mu", "oo", order=1)
     assert "erfc" in gamma._repr_latex_()
     assert sa.uniform_integral("log(x) - x", "1/x", "x", "mu", "oo", order=9)._repr_latex_() is None
+
+
+@pytest.mark.parametrize("target", ["numpy", "mpmath", "python"])
+def test_the_verbs_of_expansions(target: str) -> None:
+    """Expression, terms, error, LaTeX and code are the sum that evaluate adds up."""
+    x, c = sympy.Symbol("x"), sympy.Symbol("c", positive=True)
+    free = sa.laplace_integral(-(x**2) / 2 - c * x**4 - x**3 / 9, 1 + x**2, x, "-oo", "oo", 4)
+    assert "none claimed" in free.error
+    assert sum(free.terms) == free.expression
+    assert len(free.terms) > 3
+    assert r"O\left(" in free.latex()
+    code = free.emit(target, name="integral").load()
+    bound = free.bind(c="1/3")
+    assert "O(" in bound.error
+    want = bound.evaluate(37)
+    assert float(code.integral(1 / 3, 37.0)) == pytest.approx(want, rel=1e-13)
+    (lam,) = bound.expression.free_symbols
+    assert float(bound.expression.subs(lam, 37)) == pytest.approx(want, rel=1e-13)

@@ -15,7 +15,7 @@ import pytest
 import symasym as sa
 from symasym.numbers import balls
 from symasym.numbers.float_intervals import Compensated, Intervals, log_sum
-from symasym.workshop import bound_claims, fooling
+from tests.searches import bound_claims, fooling
 
 needs_flint = pytest.mark.skipif(not balls.available(), reason="python-flint is not installed")
 ROOT = Path(__file__).parents[2]

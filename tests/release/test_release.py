@@ -67,8 +67,10 @@ def test_march_against_a_hundred_thousand_paths(scene):
     system = sa.oscillator(mu=mu, alpha=1)
     # The bias is of order h: two steps give it away.
     h = min(0.01, 0.0005 * (r / kappa) ** 2)
-    fine = simulate(system, kappa, r, eps, start, 100_000, h / 2, 5)
-    rough = simulate(system, kappa, r, eps, start, 100_000, h, 6)
+    # Seeds of each scene's own: with common ones all scenes err to the same side.
+    seed = 100 * SCENES.index(scene)
+    fine = simulate(system, kappa, r, eps, start, 100_000, h / 2, seed)
+    rough = simulate(system, kappa, r, eps, start, 100_000, h, seed + 1)
     mean = 2 * fine.time.mean() - rough.time.mean()
     error = np.hypot(2 * fine.time.std(), rough.time.std()) / np.sqrt(100_000)
     assert abs(answer.mean - mean) < 3 * error + answer.error
@@ -169,7 +171,7 @@ def test_first_order_is_the_slope_in_eps():
 def test_frozen_claims_nothing_where_z_moves():
     answer = sa.release(BLOCK, "0.1", 10, eps="0.01", start=(0, "-0.4"), method="frozen")
     assert answer.error is None
-    assert "not the time of release" in answer.notes[0]
+    assert "not the time of release; the well bears it for about 37.78." in answer.notes[0]
     with pytest.raises(AccuracyError, match="first correction is .* take method='march'"):
         sa.release(BLOCK, "0.1", 10, eps="0.01", start=(0, "-0.4"), method="first_order")
 
@@ -285,10 +287,12 @@ def test_an_executor_that_dies_loses_nothing():
         ({"rtol": "1e-14"}, "rtol is 1e-14; give at least 1e-10"),
         ({"method": "simulate", "seed": 1.5}, "seed is 1.5; give a whole number"),
         ({"method": "simulate", "paths": 0}, "paths is 0; give a whole number"),
+        ({"method": "simulate", "paths": 10**12}, "paths is 1000000000000; give at most 100000000"),
         ({"method": "simulate", "workers": 0}, "workers is 0; give a whole number"),
         ({"method": "simulate", "step": -1}, "step is -1; it must be greater"),
         ({"method": "simulate", "tau": -1}, "tau is -1; it must be at least 0"),
         ({"method": "march", "tau": 1}, "coloured noise is for method='simulate'"),
+        ({"kappa": "0.012", "method": "frozen"}, r"T is e\^1\d\d\d\.\d*, beyond float64"),
         ({"kappa": "1e-4"}, "would need .* elements"),
     ],
 )
@@ -309,6 +313,13 @@ def test_bad_input(change, message):
 def test_bad_systems(phi, velocity, noise, message):
     with pytest.raises(InputError, match=message):
         sa.System(phi, velocity, noise)
+
+
+@pytest.mark.parametrize("method", ["auto", "simulate"])
+def test_a_field_without_a_value_is_refused(method):
+    system = sa.System("1 - z - u", "-1 - sqrt(u)")
+    with pytest.raises(InputError, match="velocity has no value at u = -5, z = 0.5"):
+        sa.release(system, 1, 5, eps="0.01", start=(0, "0.5"), method=method)
 
 
 def test_a_reduction_becomes_a_system():

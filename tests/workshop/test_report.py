@@ -19,11 +19,9 @@ from symasym.commands.main import main
 from symasym.numbers import balls
 from symasym.workshop.problems import BY_NAME
 from symasym.workshop.report import growth, methods, pages, peers, stability, timing, write
-from symasym.workshop.report.cells import MOST, Cell
 from symasym.workshop.report.diagrams import heat_maps, work_precision
-from symasym.workshop.report.measure import Known, Point, known, point
-from symasym.workshop.report.methods import Outcome, Run
-from symasym.workshop.report.scenes import SCENES, chosen
+from symasym.workshop.report.measure import MOST, Cell, Known, Point, known, point
+from symasym.workshop.report.methods import SCENES, Outcome, Run, chosen
 from tests.benchmarks import __main__ as benchmarks
 
 PNG = b"\x89PNG\r\n"
@@ -288,3 +286,20 @@ def test_some_parts_of_the_benchmarks_are_renewed_alone() -> None:
     assert "| a | 1 | 2 | yes |" in with_one
     assert with_one.endswith("### Import\n\nNothing.")
     assert "### Weak noise" in with_one
+
+
+def test_laplace_integrals_beside_a_peer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Our claim holds on each; without the peer the page says so."""
+    from symasym.workshop.report import integral_peers
+
+    monkeypatch.setattr(integral_peers, "installed", lambda: None)
+    rows = integral_peers.measured()
+    assert {row.tool for row in rows} == {"symasym"}
+    for row in rows:
+        claimed = float(row.claim.rpartition(" ")[2])
+        assert row.claim.startswith("bound")
+        assert row.error is not None
+        assert 1e-12 < row.error <= claimed
+    text = integral_peers.section()
+    assert "`asymptotic` is not installed" in text
+    assert text.count("| symasym |") == len(integral_peers.INTEGRALS)

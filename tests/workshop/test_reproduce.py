@@ -22,7 +22,7 @@ import symasym as sa
 from derivations import registry
 from symasym.commands.main import main
 from symasym.workshop import figures, reference_quadrature, reproduce
-from symasym.workshop.derive_ahead import ahead
+from symasym.workshop.reproduce import ahead
 
 FILES = {"fric1.png", "fric1.svg", "fric2.png", "fric2.svg", "reference.json"}
 STAGES = ["fric1", "fric2", "reference", "derivations"]

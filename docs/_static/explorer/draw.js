@@ -1,7 +1,7 @@
 // A small plot as SVG text; its colours are in explorer.css.
 "use strict";
 
-const MARGIN = { left: 46, right: 10, top: 10, bottom: 38 };
+const MARGIN = { left: 46, right: 16, top: 10, bottom: 38 };
 
 /** Round numbers in [low, high], about `count` of them, and how many decimals they need. */
 function ticks(low, high, count) {
@@ -34,7 +34,7 @@ function heights(curves, least) {
  *
  * plot: x and y (ranges), xlabel, curves (lists of points); and, where it has them, layer (a band
  * in x), zero (a line at y = 0), lines (dashed, at x), here (a line at x), points ([x, y, class]),
- * dashed and dotted (more curves, over the others).
+ * belt, dashed and dotted (more curves, under and over the others).
  */
 function drawn(plot, width, height) {
   const right = width - MARGIN.right;
@@ -73,6 +73,7 @@ function drawn(plot, width, height) {
   }
   if (plot.here !== undefined) parts.push(upright(plot.here, "here"));
   const path = (curve) => curve.map(([u, v]) => `${px(x(u))} ${px(y(v))}`).join("L");
+  for (const curve of plot.belt ?? []) parts.push(`<path class="belt" d="M${path(curve)}"/>`);
   for (const curve of plot.curves) parts.push(`<path class="curve" d="M${path(curve)}"/>`);
   for (const curve of plot.dashed ?? []) parts.push(`<path class="dashed" d="M${path(curve)}"/>`);
   for (const curve of plot.dotted ?? []) parts.push(`<path class="dotted" d="M${path(curve)}"/>`);

@@ -7,16 +7,45 @@ const REGIONS = ["repelling sliding", "crossing", "sliding"];
 const REACH = 1.75;
 /** Ends of the slider of z0. */
 const SPRING = [-3, 5];
+/** Ends of the slider of kappa, log10. */
+const NOISE = [-2.5, -1];
+/** The parameters of each drift, in the order of the emitted functions. */
+const DRIFTS = {
+  friction: ["mu", "alpha", "z0"],
+  tanh: ["aminus", "aplus", "steepness"],
+  hill: ["aminus", "aplus", "K"],
+  sine: ["aminus", "aplus", "b"],
+};
+/** What log10 T may be drawn against: for friction z0, for the others a+, for each kappa. */
+const AXES = { z0: SPRING, aplus: [-2, 2], kappa: NOISE };
+
+function isFriction(s) {
+  return (s.drift ?? "friction") === "friction";
+}
+
+/** A formula with the drift of `s` in it, as a function of u alone. */
+function along(name, s) {
+  const drift = s.drift ?? "friction";
+  const values = DRIFTS[drift].map((one) => s[one]);
+  const label = isFriction(s) ? `eq:${name}` : `${drift} eq:${name}`;
+  return (u) => emitted[label][name](u, ...values);
+}
 
 /** The sign of what slider values make; these are multiples of 1/100, so less is rounding. */
 function sign(x) {
   return Math.abs(x) < 1e-9 ? 0 : Math.sign(x);
 }
 
-/** Signs of a- and a+, and the name of the region. */
+/** a- and a+ of the friction drift, and the name of the region. */
 function region(alpha, z0) {
-  const aMinus = emitted["eq:phifric0"].friction_left(alpha, z0);
-  const aPlus = emitted["eq:phifric0"].friction_right(alpha, z0);
+  return regionOf(
+    emitted["eq:phifric0"].friction_left(alpha, z0),
+    emitted["eq:phifric0"].friction_right(alpha, z0),
+  );
+}
+
+/** The name of the region, with its a- and a+. */
+function regionOf(aMinus, aPlus) {
   if (sign(aMinus) === 0 || sign(aPlus) === 0) return { aMinus, aPlus, name: "tangency" };
   // The signs of a-, a+ in their order: --, -+, +-, ++.
   const place = 2 * (aMinus > 0) + (aPlus > 0);
@@ -53,25 +82,10 @@ function logTime(s, z0) {
   return emitted["eq:Ttildesmall"].log_weak_noise_time(s.kappa, s.r, s.mu, s.alpha, z0);
 }
 
-/** The natural logarithm of T, exact; null where double precision does not tell it. */
-function logExact(s, z0) {
-  try {
-    return emitted["eq:Ttilde"].log_escape_time(s.kappa, s.r, s.mu, s.alpha, z0);
-  } catch (error) {
-    if (!(error instanceof RangeError)) throw error;
-    return null;
-  }
-}
-
 /** The natural logarithm of T by the uniform formula of order 0; null where it has no value. */
 function logUniform(s, z0) {
   if (region(s.alpha, z0).name === "tangency") return null;
-  try {
-    return emitted["eq:Ttilde uniform"].log_uniform_time(s.kappa, s.r, s.mu, s.alpha, z0);
-  } catch (error) {
-    if (!(error instanceof RangeError)) throw error;
-    return null;
-  }
+  return logOf({ ...s, z0 }, "eq:Ttilde uniform", "log_uniform_time");
 }
 
 /** The step multiplier of the well's term in the paper's T; null where no well can be born. */
@@ -87,12 +101,10 @@ function smoothMultiplier(s, z0) {
   return emitted["eq:S"].stokes_multiplier(s.kappa, s.mu, s.alpha, z0);
 }
 
-/** Slider values to scaled variables. */
-function scaled({ mu, alpha, z0, kappa, eps, r }) {
+/** Slider values to scaled variables; the drift's parameters stay as they are. */
+function scaled({ kappa, eps, r, ...drift }) {
   return {
-    mu,
-    alpha,
-    z0,
+    ...drift,
     kappa: emitted["eq:tildexykappa"].scaled_noise(kappa, eps),
     r: emitted["eq:tilder"].scaled_radius(r, eps),
     time: emitted["eq:TtildetoT"].TtildetoT(eps, 1),
@@ -108,12 +120,22 @@ function wayToFold(s) {
 /** The numbers of one position of the sliders. */
 function numbers(sliders) {
   const s = scaled(sliders);
+  const { kappa, r, time } = s;
+  if (!isFriction(s)) {
+    const { aMinus, aPlus, name } = regionOf(s.aminus, s.aplus);
+    const none = { folds: null, wayToFold: null, step: null, smooth: null };
+    const unknown = { logTime: null, logUniform: null, occupation: null, logOutside: null };
+    const { logT, logError, exit, share } = passage(s);
+    const found = { logExact: logT, logOwnError: logError, exit, share, points: zeros(s) };
+    return { kappa, r, time, region: name, aMinus, aPlus, ...none, ...unknown, ...found };
+  }
   const found = region(s.alpha, s.z0);
   const slides = found.name === "sliding";
+  const logExact = logOf(s, "eq:Ttilde", "log_escape_time");
   return {
-    kappa: s.kappa,
-    r: s.r,
-    time: s.time,
+    kappa,
+    r,
+    time,
     region: found.name,
     aMinus: found.aMinus,
     aPlus: found.aPlus,
@@ -123,11 +145,128 @@ function numbers(sliders) {
     step: multiplier(s, s.z0),
     smooth: smoothMultiplier(s, s.z0),
     logTime: logTime(s, s.z0),
-    logExact: logExact(s, s.z0),
+    logExact,
+    // The emitted exact time has log T to 1e-12 of it, or to 1e-12 where that is small.
+    logOwnError: logExact === null ? null : Math.log(1e-12 * Math.max(1, Math.abs(logExact))),
     logUniform: logUniform(s, s.z0),
+    exit: logOf(s, "eq:C", "exit_probability"),
     occupation: slides ? emitted["eq:P"].occupation(s.kappa, s.mu, s.alpha, s.z0) : null,
     logOutside: slides ? emitted["eq:P"].log_complement(s.kappa, s.mu, s.alpha, s.z0) : null,
   };
+}
+
+/** An emitted function of the friction drift; null where double precision does not tell it. */
+function logOf(s, label, name) {
+  try {
+    return emitted[label][name](s.kappa, s.r, s.mu, s.alpha, s.z0);
+  } catch (error) {
+    if (!(error instanceof RangeError)) throw error;
+    return null;
+  }
+}
+
+
+/** Zeros of phi in (-1, 1) of any drift, as `criticalPoints` has them: by signs and bisection. */
+function zeros(s) {
+  const [phi, V] = [along("phi", s), along("V", s)];
+  const u = even(-1, 1, 2001);
+  const found = [];
+  for (let k = 1; k < u.length; k++) {
+    let [low, high] = [u[k - 1], u[k]];
+    const rises = phi(high) > 0;
+    // A zero at the layer's end is a tangency, and no well.
+    const atEnd = [low, high].some((x) => Math.abs(x) === 1 && phi(x) === 0);
+    if (atEnd || phi(low) > 0 === rises) continue;
+    for (let turn = 0; turn < 60; turn++) {
+      const middle = (low + high) / 2;
+      if (phi(middle) > 0 === rises) high = middle;
+      else low = middle;
+    }
+    found.push({ u: high, kind: rises ? "barrier" : "well", V: V(high) });
+  }
+  return found;
+}
+
+function logSum(x, y) {
+  const high = Math.max(x, y);
+  return high === -Infinity ? high : high + Math.log1p(Math.exp(-Math.abs(x - y)));
+}
+
+/**
+ * Logarithms of (e^(ga) - 1)/g and of its integral over the way from 0 to a: of the stretches
+ * outside the layer, where the drift is constant.
+ */
+function outside(g, a) {
+  const x = g * a;
+  if (Math.abs(x) < 1e-4) return [Math.log(a * (1 + x / 2)), Math.log((a * a) / 2 * (1 + x / 3))];
+  if (x > 0) {
+    const grown = x + Math.log1p(-Math.exp(-x)) - Math.log(g);
+    return [grown, x - 2 * Math.log(g) + Math.log1p(-(1 + x) * Math.exp(-x))];
+  }
+  return [Math.log(Math.expm1(x) / g), Math.log((Math.expm1(x) - x) / (g * g))];
+}
+
+/**
+ * log T, the chance of leaving through -r, and the share of time spent at u, of any drift.
+ *
+ * With sigma(u) the integral of e^(lam (V(v) - V(u))) between u and the end on its side of the
+ * start, Green's function gives lam (C sigma) on the left and lam ((1 - C) sigma) on the right as
+ * the time spent at u (positive-form, positive-density). In the layer by Simpson's rule on panels in
+ * which lam V changes by a quarter at most, and again on panels twice as long: 15 times what both
+ * differ by is left. Null where the noise is too weak for that.
+ */
+function passage(s, panels = null) {
+  const lam = 2 / s.kappa ** 2;
+  const [phi, V] = [along("phi", s), along("V", s)];
+  if (panels === null) {
+    const steepest = Math.max(...even(-1, 1, 401).map((u) => Math.abs(phi(u))));
+    const count = 4 * Math.ceil(Math.max(100, 2 * lam * steepest));
+    if (count > 200000) return { logT: null, logError: null, exit: null, share: null };
+    const [fine, rough] = [passage(s, count), passage(s, count / 2)];
+    const apart = Math.abs(fine.logT - rough.logT) + 1e-12 * Math.max(1, Math.abs(fine.logT));
+    return { ...fine, logError: Math.log(apart) };
+  }
+  const sides = [-1, 1].map((side) => sigmas(s, side, panels, lam, phi, V));
+  const [left, right] = sides.map((one) => one.sigma[panels / 2]);
+  // S(0, r)/S(-r, r) and its complement.
+  const chances = [right - logSum(left, right), left - logSum(left, right)];
+  const logT = Math.log(lam) + logSum(chances[0] + sides[0].whole, chances[1] + sides[1].whole);
+  const share = [];
+  const every = Math.max(1, panels / 400);
+  for (const [at, side] of [-1, 1].entries()) {
+    const { sigma, before } = sides[at];
+    const density = (log) => Math.exp(Math.log(lam) + chances[at] + log - logT);
+    const mine = even(-REACH, -1, 20).slice(0, -1).map((u) => [u * -side, density(before(-u - 1))]);
+    for (let k = 0; k <= panels / 2; k += every) {
+      const n = Math.round(k);
+      mine.push([side * (1 - (2 * n) / panels), density(sigma[n])]);
+    }
+    share.push(...(side < 0 ? mine : mine.reverse()));
+  }
+  return { logT, exit: Math.exp(chances[0]), share };
+}
+
+/** log sigma from the end on one side to the start, and of its integral. */
+function sigmas(s, side, panels, lam, phi, V) {
+  const h = 2 / panels;
+  // The drift away from the end, which makes sigma grow where it is positive.
+  const g = lam * -side * phi(side * s.r);
+  const [edge, whole] = outside(g, s.r - 1);
+  const sigma = [edge];
+  let height = lam * V(side);
+  let [odd, even_] = [-Infinity, -Infinity];
+  for (let k = 1; k <= panels / 2; k++) {
+    const u = side * (1 - k * h);
+    const [middle, next] = [lam * V(u + (side * h) / 2), lam * V(u)];
+    const panel = (h / 6) * (Math.exp(height - next) + 4 * Math.exp(middle - next) + 1);
+    sigma.push(logSum(sigma[k - 1] + height - next, Math.log(panel)));
+    height = next;
+    if (k % 2) odd = logSum(odd, sigma[k]);
+    else if (k < panels / 2) even_ = logSum(even_, sigma[k]);
+  }
+  const ends = logSum(sigma[0], sigma[panels / 2]);
+  const simpson = logSum(logSum(ends, odd + Math.log(4)), even_ + Math.log(2)) + Math.log(h / 3);
+  return { sigma, whole: logSum(whole, simpson), before: (x) => outside(g, s.r - 1 - x)[0] };
 }
 
 function even(from, to, count) {
@@ -136,18 +275,15 @@ function even(from, to, count) {
 
 /** phi and V as lists of [u, value]. */
 function landscape(sliders) {
-  const { mu, alpha, z0 } = sliders;
   const u = even(-REACH, REACH, 211);
-  return {
-    phi: u.map((x) => [x, emitted["eq:phi"].phi(x, mu, alpha, z0)]),
-    V: u.map((x) => [x, emitted["eq:V"].V(x, mu, alpha, z0)]),
-  };
+  const [phi, V] = [along("phi", sliders), along("V", sliders)];
+  return { phi: u.map((x) => [x, phi(x)]), V: u.map((x) => [x, V(x)]) };
 }
 
 /** The stationary density as a list of [u, value], closer where a well is; null if none. */
 function density(sliders) {
   const s = scaled(sliders);
-  if (region(s.alpha, s.z0).name !== "sliding") return null;
+  if (!isFriction(s) || region(s.alpha, s.z0).name !== "sliding") return null;
   const u = even(-REACH, REACH, 141);
   for (const point of criticalPoints(s.mu, s.alpha, s.z0)) {
     const slope = Math.abs(emitted["fr1"].friction_slope(point.u, s.mu, s.alpha));
@@ -192,34 +328,80 @@ function uniformAgainstSpring(s, found) {
   return curves.filter((curve) => curve.length > 1);
 }
 
+/** log10 T by the paper's formula and the uniform one, and both multipliers, against the axis. */
+function againstAxis(sliders, axis) {
+  if (!isFriction(sliders)) return { time: [], uniform: [], step: [], smooth: [], belt: [] };
+  if (axis !== "kappa") return againstSpring(sliders);
+  const values = (of) => {
+    const curve = places(sliders, axis, 61).map(([x, s]) => [x, of(s)]);
+    return curve.some(([, y]) => y === null) ? [] : [curve];
+  };
+  const log10 = (log) => (log === null ? null : log / Math.LN10);
+  const way = wayToFold(scaled(sliders));
+  return {
+    time: values((s) => log10(logTime(s, s.z0))),
+    uniform: region(sliders.alpha, sliders.z0).name === "crossing"
+      ? [places(sliders, axis, 31).map(([x, s]) => [x, log10(logUniform(s, s.z0))])
+          .filter(([, y]) => y !== null)].filter((curve) => curve.length > 1)
+      : [],
+    step: values((s) => multiplier(s, s.z0)),
+    smooth: values((s) => smoothMultiplier(s, s.z0)),
+    belt: way === null ? [] : [NOISE.map((x) => [x, Math.log10(way)])],
+  };
+}
+
+/** Places of an axis, evenly: what stands on it, and the scaled variables there. */
+function places(sliders, axis, count) {
+  return even(...AXES[axis], count).map((x) => [
+    x,
+    scaled({ ...sliders, [axis]: axis === "kappa" ? 10 ** x : x }),
+  ]);
+}
+
 /** log10 T by the paper's formula and the uniform one, and both multipliers, against z0. */
 function againstSpring(sliders) {
   const s = scaled(sliders);
   const found = springs(s);
-  const born = folds(s.mu, s.alpha) ? found : [];
+  const ends = folds(s.mu, s.alpha);
+  const born = ends ? found : [];
+  // Where a block sticks; its way to the fold as a time.
+  const sticks = ends ? even(ends[0], Math.min(ends[1], SPRING[1]), 122).slice(1, -1) : [];
   return {
     time: found.map((curve) => curve.map((z) => [z, logTime(s, z) / Math.LN10])),
     uniform: uniformAgainstSpring(s, found),
     step: born.map((curve) => curve.map((z) => [z, multiplier(s, z)])),
     smooth: born.map((curve) => curve.map((z) => [z, smoothMultiplier(s, z)])),
+    belt: ends ? [sticks.map((z) => [z, Math.log10(wayToFold({ ...s, z0: z }))])] : [],
   };
 }
 
 /**
- * log10 T, exact, against z0: curves that grow by one point a step, so that the page can draw between.
- * Every third of the places of the formula will do: nothing jumps here.
+ * [x, log10 T, C], exact, against the axis: curves that grow by one point a step, so that the page
+ * can draw between. Of friction against z0 at every third of the places of the formula: nothing jumps here.
  */
-function* exactAgainstSpring(sliders) {
+function* exactAgainstAxis(sliders, axis) {
+  const spring = isFriction(sliders) && axis === "z0";
   const s = scaled(sliders);
+  const stretches = spring
+    ? springs(s).map((z) => z.filter((_, k) => k % 3 === 0).map((z0) => [z0, { ...s, z0 }]))
+    : [places(sliders, axis, 41)];
   const curves = [];
-  for (const places of springs(s)) {
+  for (const stretch of stretches) {
     const curve = [];
     curves.push(curve);
-    for (let k = 0; k < places.length; k += 3) {
-      const log = logExact(s, places[k]);
-      if (log !== null) curve.push([places[k], log / Math.LN10]);
+    for (const [x, at] of stretch) {
+      const known = isFriction(at)
+        ? { logT: logOf(at, "eq:Ttilde", "log_escape_time"), exit: null }
+        : passage(at);
+      if (known.logT !== null) curve.push([x, known.logT / Math.LN10, known.exit]);
       yield curves;
     }
   }
   return curves;
+}
+
+/** C of the friction drift against the axis: what there is to see where no well can be born. */
+function exitAgainstAxis(sliders, axis) {
+  const exit = (s) => logOf(s, "eq:C", "exit_probability");
+  return [places(sliders, axis, 161).map(([x, s]) => [x, exit(s)]).filter(([, y]) => y !== null)];
 }

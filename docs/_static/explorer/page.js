@@ -11,47 +11,93 @@ const DECADE = [
   1, 1.1, 1.2, 1.4, 1.6, 1.8, 2, 2.2, 2.5, 2.8, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8, 9,
 ];
 
-/** What a slider stands for: its value, or the preferred number that it counts to from 1. */
-function sliderText(input) {
-  if (!input.hasAttribute("data-decades")) return Number(input.value).toFixed(2);
-  const count = Number(input.value);
-  const power = Math.floor(count / DECADE.length);
-  return String(Number(`${DECADE[count - DECADE.length * power]}e${power}`));
+/** Of a slider and the field beside it. */
+const RANGES = [...form.querySelectorAll('input[type="range"]')];
+const fieldOf = (range) => range.parentElement.querySelector('input[type="text"]');
+const isDecades = (range) => range.hasAttribute("data-decades");
+
+/** What is computed with, as text: the value of a slider, or a number that was typed. */
+const shown = {};
+
+/** The value that a position of a slider stands for, or the preferred number that it counts to. */
+function atPosition(range, position) {
+  if (!isDecades(range)) return Number(position);
+  const power = Math.floor(position / DECADE.length);
+  return Number(`${DECADE[position - DECADE.length * power]}e${power}`);
 }
 
-/** The sliders as an address has them (#mu=2&kappa=0.05); one is set to the nearest it can show. */
+/** A value as the field shows it. */
+function fieldText(range, value) {
+  const even = !isDecades(range) && Math.abs(100 * value - Math.round(100 * value)) < 1e-9;
+  return even ? value.toFixed(2) : String(value);
+}
+
+/** Take a value, and put the slider to the nearest that it has; false beyond the slider's ends. */
+function take(range, value) {
+  const ends = [range.min, range.max].map((end) => atPosition(range, Number(end)));
+  if (!(ends[0] <= value && value <= ends[1])) return false;
+  shown[range.name] = fieldText(range, value);
+  if (!isDecades(range)) {
+    range.value = value;
+    return true;
+  }
+  const power = Math.floor(Math.log10(value) + 1e-9);
+  const off = DECADE.map((one) => Math.abs(one - value / 10 ** power));
+  range.value = DECADE.length * power + off.indexOf(Math.min(...off));
+  return true;
+}
+
+/** A number that was typed, taken, or refused with a sentence. */
+function typed(range) {
+  const field = fieldOf(range);
+  const text = field.value.trim().replace("−", "-");
+  const taken = text !== "" && take(range, Number(text));
+  const ends = [range.min, range.max].map((end) => atPosition(range, Number(end)));
+  field.setCustomValidity(taken ? "" : `Give a number from ${ends[0]} to ${ends[1]}.`);
+  field.reportValidity();
+  return taken;
+}
+
+/** The address (#mu=2&kappa=0.05) of what is shown is taken over; what it lacks stays. */
 function fromAddress() {
   const given = new URLSearchParams(location.hash.slice(1));
-  for (const input of form.querySelectorAll("input")) {
-    const value = Number(given.get(input.name) ?? NaN);
-    if (!Number.isFinite(value)) continue;
-    if (!input.hasAttribute("data-decades")) {
-      input.value = value;
-    } else if (value > 0) {
-      const power = Math.floor(Math.log10(value) + 1e-9);
-      const digits = value / 10 ** power;
-      const off = DECADE.map((one) => Math.abs(one - digits));
-      input.value = DECADE.length * power + off.indexOf(Math.min(...off));
-    }
+  for (const name of ["drift", "axis"]) {
+    const list = form.elements[name];
+    if ([...list.options].some((one) => one.value === given.get(name))) list.value = given.get(name);
+  }
+  for (const range of RANGES) {
+    const text = given.get(range.name);
+    if (text !== null && text.trim() !== "") take(range, Number(text));
   }
 }
 
 /** The address of what is shown. */
 function toAddress() {
-  history.replaceState(null, "", `#${new URLSearchParams(sliderValues())}`);
+  const address = new URLSearchParams({ ...sliderValues(), axis: form.elements.axis.value });
+  history.replaceState(null, "", `#${address}`);
 }
 
-/** The values that the sliders show: what is computed with is what is read. */
+/** The drift and the values that the fields show: what is computed with is what is read. */
 function sliderValues() {
-  const found = {};
-  for (const input of form.querySelectorAll("input")) {
-    const text = sliderText(input);
-    found[input.name] = Number(text);
-    const shown = text.replace("-", "−");
-    input.parentElement.querySelector("output").textContent = shown;
-    input.setAttribute("aria-valuetext", text);
+  const drift = form.elements.drift.value;
+  const found = { drift };
+  form.elements.axis.options[0].textContent = drift === "friction" ? "z0" : "a⁺";
+  for (const range of RANGES) {
+    const place = range.parentElement;
+    place.hidden = place.dataset.for !== undefined && !place.dataset.for.split(" ").includes(drift);
+    const text = shown[range.name];
+    const field = fieldOf(range);
+    if (document.activeElement !== field) field.value = text.replace("-", "−");
+    range.setAttribute("aria-valuetext", text);
+    if (!place.hidden) found[range.name] = Number(text);
   }
   return found;
+}
+
+/** What the lower plots are drawn against: z0, aplus or kappa. */
+function axisOf(sliders) {
+  if (form.elements.axis.value === "kappa") return "kappa";
+  return sliders.drift === "friction" ? "z0" : "aplus";
 }
 
 function short(x, count = 4) {
@@ -112,68 +158,116 @@ function rows(n) {
     "height of the barrier": short(height),
     "Stokes multiplier, and as a step": `${short(n.smooth)}, ${short(n.step)}`,
     "T, scaled, z frozen": fromLog(n.logExact),
+    "relative error of T itself, at most about": fromLog(n.logOwnError),
     "until the belt has z at the fold z0⁽⁺⁾": dragged(n),
     "T, physical: ε times that": fromLog(physical),
     "T, scaled, by the paper’s formula": fromLog(n.logTime),
     "relative error of the paper’s formula": relative(n.logTime, n.logExact),
     "T, scaled, by the uniform formula": fromLog(n.logUniform),
     "relative error of the uniform formula": relative(n.logUniform, n.logExact),
+    "C, chance of leaving through −r": n.exit === null ? NONE : fromLog(Math.log(n.exit)),
     "P, share of time in the layer": n.occupation?.toPrecision(4) ?? NONE,
     "1 − P": fromLog(n.logOutside),
   };
 }
 
-/** log10 T against z0: the formulas, and of the exact curve what there is by now. */
-function timePlot(sliders, n, { time: paper, uniform }, exact) {
-  const shown = exact.filter((curve) => curve.length > 1);
-  const now = n.logExact === null || !paper.length ? [] : [[sliders.z0, n.logExact / Math.LN10, "dot"]];
-  const crosses = n.region === "crossing";
+const AXIS_NAMES = { z0: "z0", aplus: "a⁺", kappa: "log₁₀ κ" };
+
+/** The axis of the lower plots, with the folds and what is shown now. */
+function axisPlot(sliders, n) {
+  const axis = axisOf(sliders);
+  const here = axis === "kappa" ? Math.log10(sliders.kappa) : sliders[axis];
+  const lines = axis === "z0" ? n.folds ?? [] : [];
+  return { x: AXES[axis], xlabel: AXIS_NAMES[axis], lines, here };
+}
+
+/** log10 T: the formulas, and of the exact curve what there is by now. */
+function timePlot(sliders, n, { time: paper, uniform, belt }, exact) {
+  const solid = exact.filter((curve) => curve.length > 1);
+  const axis = axisPlot(sliders, n);
+  const crosses = n.region === "crossing" || axisOf(sliders) !== "z0";
+  const now = n.logExact === null || !crosses ? [] : [[axis.here, n.logExact / Math.LN10, "dot"]];
+  const all = [...paper, ...uniform, ...solid, ...(now.length ? [[now[0]]] : [])];
+  // Against kappa T soon is beyond all numbers.
+  const most = axisOf(sliders) === "kappa" ? Math.max(16, 1.5 * (now[0]?.[1] ?? 0)) : Infinity;
+  const low = all.map((curve) => curve.filter(([, v]) => v <= most));
+  const y = low.flat().length ? heights(low) : [0, 1];
+  const inside = (curves) =>
+    curves.map((curve) => curve.filter(([, v]) => y[0] <= v && v <= y[1])).filter((c) => c.length > 1);
+  const others = n.folds === null && !paper.length
+    ? ""
+    : ", uniform (dotted), the paper’s formula (dashed)";
+  const grey = belt.length
+    ? "; grey: the belt’s time to the fold, and a T above it is not the block’s time"
+    : "";
   return {
-    ...spring(sliders, n),
-    curves: shown,
-    dashed: paper,
-    dotted: uniform,
-    y: heights([...paper, ...uniform, ...shown]),
-    points: crosses ? now : [],
+    ...axis,
+    curves: inside(solid),
+    dashed: inside(paper),
+    dotted: inside(uniform),
+    belt: inside(belt),
+    y,
+    points: now,
+    caption: `log₁₀ T against ${axis.xlabel}: exact (solid)${others}${grey}`,
   };
 }
 
-function spring(sliders, n) {
-  return { x: SPRING, xlabel: "z0", lines: n.folds ?? [], here: sliders.z0 };
+/** The steady state, or, where there is none, where the time before escape is spent. */
+function densityPlot(sliders, n, u) {
+  const p = density(sliders);
+  if (p) return { ...u, curves: [p], y: heights([p], [0]), caption: "Stationary density p(u)" };
+  const share = n.share === undefined ? passage(scaled(sliders)).share : n.share;
+  const none = n.region === "sliding" ? "D" : "No steady state here: d";
+  const caption = `${none}ensity of the time spent at u before escape`;
+  if (share === null) return { none: "the noise is too weak for the page’s quadrature", caption };
+  return { ...u, curves: [share], y: heights([share], [0]), caption };
+}
+
+/** The multipliers, or, where no well can be born, the chance of leaving through -r. */
+function multiplierPlot(sliders, n, { step, smooth }, exact) {
+  const axis = axisPlot(sliders, n);
+  const y = [-0.1, 1.1];
+  if (smooth.length) {
+    const points = n.smooth === null ? [] : [[axis.here, n.smooth, "dot"]];
+    const caption = `Stokes multiplier against ${axis.xlabel}: smooth (solid), the paper’s step (dashed)`;
+    return { ...axis, curves: smooth, dashed: step, y, points, caption };
+  }
+  const points = n.exit === null ? [] : [[axis.here, n.exit, "dot"]];
+  const caption = `C, the chance of leaving through −r, against ${axis.xlabel}`;
+  const curves = isFriction(sliders)
+    ? exitAgainstAxis(sliders, axisOf(sliders))
+    : exact.map((curve) => curve.map(([x, , exit]) => [x, exit]));
+  return { ...axis, curves: curves.filter((one) => one.length > 1), y, points, caption };
 }
 
 /** The plots of one position of the sliders: name -> what `drawn` takes, or why there is none. */
 function plots(sliders, n, against) {
-  const { step, smooth } = against;
   const { phi, V } = landscape(sliders);
   const u = { x: [-REACH, REACH], xlabel: "u", layer: LAYER };
-  const p = density(sliders);
   const within = n.points.map((point) => [point.u, point.V, point.kind]);
   const zeros = n.points.map((point) => [point.u, 0, point.kind]);
-  const share = n.smooth === null ? [] : [[sliders.z0, n.smooth, "dot"]];
   return {
     V: { ...u, curves: [V], y: heights([V]), points: within },
     phi: { ...u, curves: [phi], y: heights([phi], [0]), zero: true, points: zeros },
-    density: p ? { ...u, curves: [p], y: heights([p], [0]) } : "none: it does not slide here",
+    density: densityPlot(sliders, n, u),
     time: timePlot(sliders, n, against, []),
-    step: step.length
-      ? { ...spring(sliders, n), curves: smooth, dashed: step, y: [-0.1, 1.1], points: share }
-      : "none: for μ ≤ 1/2 no well is born",
+    step: multiplierPlot(sliders, n, against, []),
   };
 }
 
-function show(figure, plot, caption) {
+function show(figure, plot) {
   let svg = figure.querySelector("svg");
   if (!svg) {
     svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     svg.setAttribute("role", "img");
     figure.prepend(svg);
   }
+  const place = figure.querySelector("figcaption");
+  if (plot.caption) place.textContent = plot.caption;
   const { width, height } = svg.getBoundingClientRect();
-  const none = typeof plot === "string";
-  svg.setAttribute("aria-label", none ? `${caption}: ${plot}` : caption);
-  svg.innerHTML = none
-    ? `<text text-anchor="middle" x="${width / 2}" y="${height / 2}">${plot}</text>`
+  svg.setAttribute("aria-label", place.textContent + (plot.none ? `: ${plot.none}` : ""));
+  svg.innerHTML = plot.none
+    ? `<text text-anchor="middle" x="${width / 2}" y="${height / 2}">${plot.none}</text>`
     : drawn(plot, width, height);
 }
 
@@ -181,36 +275,42 @@ function update() {
   const sliders = sliderValues();
   const n = numbers(sliders);
   explorer.querySelector("#explorer-region").textContent = inWords(n);
-  const items = Object.entries(rows(n));
+  // Of the other drifts there is no paper's formula, and no fold.
+  const items = Object.entries(rows(n)).filter(
+    ([, value]) => isFriction(sliders) || ![NONE, `${NONE}, ${NONE}`].includes(value),
+  );
   explorer.querySelector("dl").innerHTML = items
     .map(([name, value]) => `<div><dt>${name}</dt><dd>${value}</dd></div>`)
     .join("");
-  const against = againstSpring(sliders);
+  const against = againstAxis(sliders, axisOf(sliders));
   const made = plots(sliders, n, against);
-  for (const figure of explorer.querySelectorAll("figure")) {
-    const caption = figure.querySelector("figcaption").textContent;
-    show(figure, made[figure.dataset.plot], caption);
-  }
+  for (const figure of explorer.querySelectorAll("figure")) show(figure, made[figure.dataset.plot]);
   exactly(sliders, n, against);
+}
+
+/** Draw again what holds exact curves. */
+function showExact(sliders, n, against, exact) {
+  const figure = (name) => explorer.querySelector(`figure[data-plot="${name}"]`);
+  show(figure("time"), timePlot(sliders, n, against, exact));
+  if (!isFriction(sliders)) show(figure("step"), multiplierPlot(sliders, n, against, exact));
+  figure("time").removeAttribute("aria-busy");
 }
 
 /** How many exact curves were begun; one that is not the last is given up. */
 let begun = 0;
-/** The last exact curve and what it is for: z0 only says where on it one is. */
+/** The last exact curve and what it is for: its axis only says where on it one is. */
 let known = { of: "", curves: [] };
 /** The exact curve, point by point between frames: some ten times the work of all the rest. */
 function exactly(sliders, n, against) {
   const mine = ++begun;
   const figure = explorer.querySelector('figure[data-plot="time"]');
-  const caption = figure.querySelector("figcaption").textContent;
-  const { z0, ...others } = sliders;
-  const of = JSON.stringify(others);
+  const axis = axisOf(sliders);
+  const of = JSON.stringify({ ...sliders, [axis]: axis });
   if (known.of === of) {
-    show(figure, timePlot(sliders, n, against, known.curves), caption);
-    figure.removeAttribute("aria-busy");
+    showExact(sliders, n, against, known.curves);
     return;
   }
-  const steps = exactAgainstSpring(sliders);
+  const steps = exactAgainstAxis(sliders, axis);
   figure.setAttribute("aria-busy", "true");
   const more = () => {
     if (mine !== begun) return;
@@ -222,8 +322,7 @@ function exactly(sliders, n, against) {
       return;
     }
     known = { of, curves: step.value };
-    show(figure, timePlot(sliders, n, against, step.value), caption);
-    figure.removeAttribute("aria-busy");
+    showExact(sliders, n, against, step.value);
   };
   setTimeout(more);
 }
@@ -239,16 +338,34 @@ function soon() {
   });
 }
 
+function fromSliders() {
+  for (const range of RANGES) shown[range.name] = fieldText(range, atPosition(range, Number(range.value)));
+}
+
+for (const range of RANGES) {
+  range.addEventListener("input", () => {
+    shown[range.name] = fieldText(range, atPosition(range, Number(range.value)));
+    fieldOf(range).setCustomValidity("");
+  });
+  fieldOf(range).addEventListener("change", () => typed(range) && soon());
+  fieldOf(range).addEventListener("blur", soon);
+}
 form.addEventListener("input", soon);
 form.addEventListener("submit", (event) => event.preventDefault());
+form.addEventListener("change", () => toAddress());
 // The sliders go back after the event.
-form.addEventListener("reset", () => setTimeout(soon));
-form.addEventListener("change", toAddress);
-form.addEventListener("reset", () => setTimeout(toAddress));
+form.addEventListener("reset", () =>
+  setTimeout(() => {
+    fromSliders();
+    soon();
+    toAddress();
+  }),
+);
 addEventListener("hashchange", () => {
   fromAddress();
   soon();
 });
 new ResizeObserver(soon).observe(explorer);
+fromSliders();
 fromAddress();
 update();

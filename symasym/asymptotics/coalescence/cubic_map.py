@@ -12,17 +12,15 @@ What is done here so that nothing cancels:
 - The pair is split off as a factor, phi = (y² - D) psi(y) with y = u - m. Then both critical
   values are explicit sums in D, and zeta = D times a series that starts at psi(0)^(2/3). D is as
   relatively exact as phi at the zero of its slope.
-- p_0 and q_0 follow from psi at the pair, which is again a series in D, by a square root in the
-  algebra where s² = zeta.
-- The others, while the zeros are near, are Cauchy integrals over a circle in y around both,
+- While the zeros are near, the coefficients come from s as one power series in y, by Newton's
+  steps on s³/3 - zeta s = int phi du, which divide by y² - D from the highest power down. Then
+  s² - zeta = (y² - D) chi, and by Cauchy's integrals over a circle around both zeros
 
-      p_k = (1/2πi) ∮ g s dy/(s² - zeta)^(k+1),    q_k = (1/2πi) ∮ g dy/(s² - zeta)^(k+1),
+      p_k = sum_j binom(k + j, j) D^j [y^(2k + 2j + 1)] g s chi^(-k - 1),    q_k without the s,
 
-  analytic in D whether the zeros are two or one. The trapezoidal rule converges geometrically;
-  half as many points give its error.
-- Zeros so far apart that no good circle is left between them and the next singularity are taken
-  one by one: g u' as a series at each, even and odd parts taken. That loses less than two digits
-  for each k there, which are added to the precision beforehand.
+  analytic in D whether the zeros are two or one.
+- Zeros that are farther apart are taken one by one: g u' as a series at each, even and odd parts
+  taken. That loses two powers of their distance for each k, which are added to the precision.
 """
 
 from __future__ import annotations
@@ -30,22 +28,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
 from symasym.base.patience import step
-from symasym.numbers.polynomials import poly, poly_slope, shifted
-from symasym.series.power_series import composed, power, product
+from symasym.numbers.polynomials import shifted
+from symasym.series.power_series import composed, power, product, quotient, reciprocal
 from symasym.series.quadratic_factor import (
     Pair,
-    everywhere,
+    mean_of_psi,
     mean_of_values,
     not_alone,
     numbers,
-    rows,
     split_pair,
-    tiny,
 )
 
 if TYPE_CHECKING:
@@ -55,19 +49,15 @@ if TYPE_CHECKING:
 
 __all__ = ["cubic_map", "map_coefficients"]
 
-# Points on the circle: from so many on, up to so many.
-_FEWEST, _MOST = 64, 4096
-# Half the zeros' distance over the circle's radius up to which the circle is taken: in float64
-# the series at each zero lose digits, with more digits the circle needs many points.
-_NEAR_FLOAT, _NEAR_DIGITS = 0.7, 0.4
-# phi beside the pair is (y² - D) psi; up to this share of psi(0) psi may change on the circle.
-_SHARE = 0.5
+# Half the zeros' distance over that to the next singularity, up to which the series in y is taken.
+_NEAR = 0.02
+_MOST_STEPS = 60
 
 
 def cubic_map(
     taylor: Sequence[Any],
     count: int,
-    context: MPContext | None = None,
+    context: MPContext,
     *,
     weight: Sequence[Any] | None = None,
 ) -> tuple[Any, list[tuple[Any, Any]]]:
@@ -75,21 +65,21 @@ def cubic_map(
 
     Parameters
     ----------
-    taylor : sequence of numbers, or array of shape (n, ...) without `context`
+    taylor : sequence of numbers
         Taylor coefficients c_0, c_1, ... of a real analytic phi about a real point beside the
         pair, best the zero of its slope between them (c_1 = 0), where nothing cancels in the
         pair's distance. What is beyond the last one is taken as zero: the relative error that
         makes is some (h/R)^(n - 2k - 2), R the radius of convergence from the pair's middle.
     count : int
         How many pairs of coefficients, 0 or more.
-    context : mpmath context, optional
-        Its precision is that of the result. None: float64, scenes behind the first axis.
+    context : mpmath context
+        Its precision is that of the result.
     weight : sequence, optional
         Taylor coefficients of g about the same point; 1 if left out.
 
     Returns
     -------
-    zeta : mpf or ndarray
+    zeta : mpf
         Positive for real zeros, 0 for one double zero, negative for a complex pair;
         (4/3) |zeta|^(3/2) is the modulus of the integral of phi from one to the other.
     coefficients : list of (p_k, q_k)
@@ -102,7 +92,7 @@ def cubic_map(
         If there are fewer than three coefficients, or c_2 is zero.
     AccuracyError
         If the pair is not alone: a third zero lies between its two or is as near to it as they are
-        to each other, or the Taylor series doesn't reach that far. One such scene refuses an array.
+        to each other, or the Taylor series doesn't reach that far.
 
     Notes
     -----
@@ -124,109 +114,131 @@ def cubic_map(
     0.0 1.0 -0.5 0.5625 -0.729167
     -1.0e-30 1.0 -0.5 0.5625 -0.729167
     """
-    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 0:
+    if isinstance(count, bool) or not isinstance(count, int) or count < 0:
         raise InputError(f"count is {count!r}; give a whole number of coefficients, 0 or more.")
-    if context is None:
-        with np.errstate(all="ignore"):
-            g = None if weight is None else rows("weight", weight)
-            pair = split_pair(taylor)
-            return pair.zeta, map_coefficients(pair, int(count), None, g)
     # What both ways lose: each k divides by two more powers of the radius, or of the distance.
-    with context.workdps(context.dps + 12 + 2 * int(count)):
+    with context.workdps(context.dps + 12 + 2 * count):
         g = None if weight is None else numbers("weight", weight, context)
         pair = split_pair(taylor, context)
-        coefficients = map_coefficients(pair, int(count), context, g)
+        coefficients = map_coefficients(pair, count, context, g)
     return +pair.zeta, [(+p, +q) for p, q in coefficients]
 
 
 def map_coefficients(
-    pair: Pair, count: int, context: MPContext | None, g: list[Any] | None
+    pair: Pair, count: int, context: MPContext, g: list[Any] | None
 ) -> list[tuple[Any, Any]]:
     """(p_k, q_k) of `cubic_map` for a pair that is split off, without guard digits of its own."""
-    coefficients = []
     if g is not None:
         g = shifted(g, pair.middle)
-    if count:
-        coefficients.append(_leading(pair, g, context))
-    if count > 1:
-        coefficients += _higher(pair, g, count, context)
     # sign = -1: s was counted along u; it has to run against it.
-    return [(pair.sign * p, q) for p, q in coefficients]
+    return [(pair.sign * p, q) for p, q in _coefficients(pair, g, count, context)]
 
 
-def _leading(pair: Pair, g: list[Any] | None, context: MPContext | None) -> tuple[Any, Any]:
-    """p_0 + q_0 s = g u' modulo s² - zeta: u'² = 1/(slope psi(slope s)) there."""
-    even, odd = poly(pair.psi[0::2], pair.square), poly(pair.psi[1::2], pair.square)
-    norm = even**2 - odd**2 * pair.square
-    root = np.sqrt if context is None else context.sqrt
-    p = root((even + root(norm)) / (2 * pair.slope * norm))
-    q = -odd / (2 * p * norm)
-    if g is None:
-        return p, q
-    a, b = poly(g[0::2], pair.square), pair.slope * poly(g[1::2], pair.square)
-    return a * p + b * q * pair.zeta, a * q + b * p
-
-
-def _higher(
-    pair: Pair, g: list[Any] | None, count: int, context: MPContext | None
+def _coefficients(
+    pair: Pair, g: list[Any] | None, count: int, context: MPContext
 ) -> list[tuple[Any, Any]]:
-    """p_1, q_1, ..., p_(count - 1), q_(count - 1)."""
-    radius = _radius(pair, g, context)
-    if context is not None:
-        if radius == context.inf:
-            return [(0 * pair.zeta, 0 * pair.zeta)] * (count - 1)
-        near = context.sqrt(abs(pair.square)) <= _NEAR_DIGITS * radius
-        return (_around_both if near else _at_each_zero)(pair, radius, g, count, context)
-    shape = np.shape(pair.zeta)
-    near = np.ravel(np.sqrt(abs(pair.square)) <= _NEAR_FLOAT * radius)
-    finite = np.isfinite(np.ravel(radius))
-    coefficients = np.zeros((count - 1, 2, near.size))
-    for way, chosen in ((_around_both, near & finite), (_at_each_zero, ~near & finite)):
-        if chosen.any():
-            part = _chosen(pair, chosen)
-            weight = None if g is None else [np.ravel(x + 0 * pair.zeta)[chosen] for x in g]
-            coefficients[:, :, chosen] = way(part, np.ravel(radius)[chosen], weight, count, None)
-    return [(p.reshape(shape)[()], q.reshape(shape)[()]) for p, q in coefficients]
+    """p_k and q_k, k < `count`, with s along u."""
+    # The rate at which the series of psi and g grow bounds what is singular next from below.
+    rates = [context.root(abs(x / pair.psi[0]), j) for j, x in enumerate(pair.psi) if j]
+    known = [x for x in g or () if x]
+    rates += [context.root(abs(x / known[0]), j) for j, x in enumerate(g or ()) if j and known]
+    rate = 2 * max(rates, default=context.zero)
+    if not (rate and count):
+        front = pair.slope if g is None else pair.slope * g[0]
+        return [(front if k == 0 else context.zero, context.zero) for k in range(count)]
+    ratio = min(max(rate * context.sqrt(abs(pair.square)), context.eps), 1)
+    lost = -context.log10(ratio)
+    if ratio <= _NEAR:
+        digits = context.dps / lost
+        return _around_both(pair, rate, g, count, 2 * count + int(digits) + 8, context)
+    with context.workdps(context.dps + int(2 * count * (lost + 1))):
+        return _at_each_zero(pair, g, count, context)
 
 
-def _chosen(pair: Pair, scenes: np.ndarray[Any, np.dtype[np.bool_]]) -> Pair:
-    """The pairs of some scenes."""
-    return Pair(
-        np.ravel(pair.middle)[scenes],
-        np.ravel(pair.square)[scenes],
-        [np.ravel(x)[scenes] for x in pair.psi],
-        np.ravel(pair.sign)[scenes],
-        np.ravel(pair.zeta)[scenes],
-        np.ravel(pair.slope)[scenes],
-        np.ravel(pair.level)[scenes],
-    )
+def _around_both(
+    pair: Pair, rate: Element, g: list[Any] | None, count: int, length: int, context: MPContext
+) -> list[tuple[Any, Any]]:
+    """p_k and q_k from so many terms of s as a power series in y."""
+    zeta, square, zero = pair.zeta, pair.square, context.zero
+    half, m = context.sqrt(abs(square)), 2 * count + 2
+    psi = (pair.psi + [zero] * length)[:length]
+    # int phi du less the mean of both critical values.
+    target = [zero, zero, zero, *(x / (j + 3) for j, x in enumerate(psi))]
+    for j, x in enumerate(psi):
+        target[j + 1] -= square * x / (j + 1)
+    target[0] = -mean_of_values(pair.psi, square)
+    s = [zero, 1 / pair.slope, *[zero] * 6]
+    # The step after one this small is beyond the digits.
+    settled, least = False, context.ldexp(s[1], -3 * context.prec // 4)
+    for _ in range(_MOST_STEPS):
+        step()
+        # Each step doubles the terms that are right.
+        s += [zero] * min(len(s), length - len(s))
+        w = product(s, s)
+        w[0] -= zeta
+        chi = _over_factor(w, square)
+        if settled:
+            break
+        w[0] -= 2 * zeta
+        off = _over_factor([x / 3 - y for x, y in zip(product(s, w), target, strict=False)], square)
+        change = quotient(off, chi, len(off))
+        s = [x - y for x, y in zip(s, [*change, zero, zero], strict=True)]
+        # What coefficients further on are off by counts by powers of the zeros' distance.
+        off = [x * half ** max(0, j - m) / rate ** min(j, m) for j, x in enumerate(change)]
+        settled = len(s) == length and max(map(abs, off)) * rate <= least
+    else:
+        raise not_alone()
+    inverse = reciprocal(chi)
+    p, q = product(inverse, s), inverse
+    if g is not None:
+        g = (g + [zero] * length)[:length]
+        p, q = product(p, g), product(q, g)
+    coefficients = []
+    for k in range(count):
+        coefficients.append((_residue(p, square, k, context), _residue(q, square, k, context)))
+        p, q = product(p, inverse), product(q, inverse)
+    return coefficients
+
+
+def _over_factor(c: list[Any], square: Element) -> list[Any]:
+    """The quotient by y² - square, from the highest power down."""
+    c = c[2:]
+    for j in range(len(c) - 3, -1, -1):
+        c[j] = c[j] + square * c[j + 2]
+    return c
+
+
+def _residue(c: list[Any], square: Element, k: int, context: MPContext) -> Any:
+    """The integral of the series over (y² - square)^(k + 1), around both zeros, over 2 pi i."""
+    rows = enumerate(c[2 * k + 1 :: 2])
+    return context.fsum(context.binomial(k + j, j) * square**j * x for j, x in rows)
 
 
 def _at_each_zero(
-    pair: Pair, radius: Element, g: list[Any] | None, count: int, context: MPContext | None
+    pair: Pair, g: list[Any] | None, count: int, context: MPContext
 ) -> list[tuple[Any, Any]]:
-    """p_k and q_k, k >= 1, from the series of g u' at each of two zeros that are apart.
+    """p_k and q_k from the series of g u' at each of two zeros that are apart.
 
     By `both_saddles` from Perron's coefficients at s = sqrt(zeta) and s = -sqrt(zeta).
     """
-    complex_root = (lambda x: np.sqrt(x + 0j)) if context is None else context.sqrt
-    half, root = complex_root(pair.square), complex_root(pair.zeta)
+    half = context.sqrt(pair.square)
+    root = half * context.cbrt(mean_of_psi(pair.psi, pair.square))
     zero, one = 0 * root, 0 * root + 1
     sides = []
     for side in (1, -1):
         # phi = y (2 side half + y) psi from this zero, integrated: what perron_coefficients reads.
-        psi = shifted([x + zero for x in pair.psi], side * half)
-        psi = (psi + [zero] * count)[:count]
+        psi = shifted([x + zero for x in pair.psi], side * half, count)
+        psi += [zero] * (count - len(psi))
         slope = [2 * side * half * x + y for x, y in zip(psi, [zero, *psi[:-1]], strict=True)]
         steep = [zero, zero, *(-x / (k + 2) for k, x in enumerate(slope))]
-        weight = [one] if g is None else shifted([x + zero for x in g], side * half)
-        weight = (weight + [zero] * count)[:count]
+        weight = [one] if g is None else shifted([x + zero for x in g], side * half, count)
+        weight += [zero] * (count - len(weight))
         # The branch of u' that p_0 + q_0 s has.
-        front = complex_root(2 * root / (-2 * side * steep[2]))
+        front = context.sqrt(2 * root / (-2 * side * steep[2]))
         d = perron_coefficients(steep, weight, 2)
         sides.append(slope_by_square(d, side, 1 / root, front, count, one))
     even, odd = both_saddles(sides, 1 / root, one)
-    return [((p * root).real, q.real) for p, q in zip(even, odd, strict=True)][1:]
+    return [((p * root).real, q.real) for p, q in zip(even, odd, strict=True)]
 
 
 def both_saddles(sides: list[list[Any]], r: Element, one: Element) -> tuple[list[Any], list[Any]]:
@@ -258,182 +270,3 @@ def slope_by_square(
 def _root_series(count: int, one: Element) -> list[Any]:
     """Coefficients of sqrt(1 + w)."""
     return power([one, one], 1, 2, count, one)
-
-
-def _around_both(
-    pair: Pair, radius: Element, g: list[Any] | None, count: int, context: MPContext | None
-) -> list[tuple[Any, Any]]:
-    """p_k and q_k, k >= 1, as Cauchy integrals of g s/(s² - zeta)^(k+1) and g/(s² - zeta)^(k+1).
-
-    By the trapezoidal rule on a circle around both zeros, of which half the points give the error.
-    """
-    scale = (np.cbrt if context is None else context.cbrt)(pair.psi[0]) * radius
-    zeta = pair.zeta / scale**2
-    # F - mean of the critical values, in units where the circle and psi(0) are 1.
-    powers, psi = 1 + 0 * radius, []
-    for x in pair.psi:
-        psi.append(x * powers / pair.psi[0])
-        powers = powers * radius
-    square = pair.square / radius**2
-    t = [0 * radius] * (len(psi) + 3)
-    for j, x in enumerate(psi):
-        t[j + 3] = t[j + 3] + x / (j + 3)
-        t[j + 1] = t[j + 1] - square * x / (j + 1)
-    t[0] = -mean_of_values(psi, square)
-    if g is not None:
-        g = [x * radius**j for j, x in enumerate(g)]
-    size = _FEWEST
-    if context is not None:
-        # The integrand is analytic between the pair and some twice the radius where psi halves.
-        rate = max(0.35, float(context.sqrt(abs(square))))
-        size = min(_MOST, 4 * (int(-context.prec / 3.4 / np.log2(rate)) + 4)) if rate < 1 else _MOST
-    while size <= _MOST:
-        step()
-        sums, lost = _sums(t, zeta, g, count, size, context)
-        # The error falls as rho^n for n points: twice as many square it.
-        if everywhere(lost**2 <= (1e-14 if context is None else tiny(context))):
-            break
-        size += 4 * (size // 8)
-    else:
-        raise not_alone()
-    unscaled = []
-    for k, (p, q) in enumerate(sums, start=1):
-        factor = radius / scale ** (2 * k + 2)
-        unscaled.append((p * factor * scale, q * factor))
-    return unscaled
-
-
-def _radius(pair: Pair, g: list[Any] | None, context: MPContext | None) -> Element:
-    """The radius between the pair and where psi has changed by half, by Newton from above."""
-    largest: Any
-    root: Any
-    where: Any
-    if context is None:
-        largest, root, where = np.maximum, lambda x, j: x ** (1.0 / j), np.where
-    else:
-        largest, root, where = max, context.root, lambda test, x, y: x if test else y
-    distance = root(abs(pair.square), 2)
-    rest = [0 * distance, *(abs(x / pair.psi[0]) for x in pair.psi[1:])]
-
-    def bound() -> Element:
-        """Cauchy's bound: no root of the series' moduli is nearer."""
-        top = 0 * distance
-        for j, x in enumerate(rest[1:], start=1):
-            top = largest(top, root(x, j))
-        return where(top > 0, 1 / where(top > 0, top, 1), np.inf)
-
-    if g is not None:
-        # The weight's series has a radius, too; what its first terms are is no matter.
-        size, unit = 0 * distance, bound()
-        unit = where(unit < np.inf, unit, where(distance > 0, distance, 1))
-        for j, x in enumerate(g[:3]):
-            size = largest(size, abs(x) * unit**j)
-        rest += [0 * distance] * (len(g) - len(rest))
-        for j, x in enumerate(g[1:], start=1):
-            rest[j] = largest(rest[j], where(size > 0, abs(x) / where(size > 0, size, 1), 0 * size))
-    first = bound()
-    r = where(first < np.inf, first, 1)
-    # From above, on a convex function.
-    for _ in range(60):
-        slope = poly_slope(rest, r)
-        step = where(slope > 0, (poly(rest, r) - _SHARE) / where(slope > 0, slope, 1), 0 * r)
-        r = r - step
-        if everywhere(abs(step) <= 1e-3 * r):
-            break
-    # A larger circle costs points, of which float64 needs few, and keeps digits.
-    share = 1.2 if context is None else 0.7
-    radius = largest(largest(share * r, root(2 * r * distance, 2)), 1.1 * distance)
-    return where(first < np.inf, radius, np.inf)
-
-
-def _sums(
-    t: list[Any],
-    zeta: Element,
-    g: list[Any] | None,
-    count: int,
-    size: int,
-    context: MPContext | None,
-) -> tuple[list[tuple[Any, Any]], Any]:
-    """Cauchy integrals for k = 1, ..., and how far half as many points are from them."""
-    y, s, weight = _nodes(t, zeta, g, size, context)
-    start = []
-    for x, v, h in zip(y, s, weight, strict=True):
-        start.append((h * x * v, h * x, 1 / (v * v - zeta)))
-    means, lost = [], 0.0 * abs(zeta)
-    largest = np.maximum if context is None else max
-    for k in range(1, count):
-        both = []
-        for which in (0, 1):
-            values = [(part[which] * part[2] ** (k + 1)) for part in start]
-            both.append(_mean(values))
-            lost = largest(lost, abs(both[-1] - _mean(values[::2])))
-        means.append((both[0], both[1]))
-    return means, lost
-
-
-def _mean(values: list[Any]) -> Element:
-    """The mean over the circle, from its upper half with both ends; the lower half is conjugate."""
-    inner = sum((v.real for v in values[1:-1]), 0 * values[0].real)
-    return (values[0].real + values[-1].real + 2 * inner) / (2 * (len(values) - 1))
-
-
-def _nodes(
-    t: list[Any], zeta: Element, g: list[Any] | None, size: int, context: MPContext | None
-) -> tuple[list[Any], list[Any], list[Any]]:
-    """y on the upper half circle, s and g there: s³/3 - zeta s = t(y), continued from y = 1."""
-    angles = np.exp(1j * np.pi * np.arange(size // 2 + 1) / (size // 2))
-    if context is None:
-        rows_ = [np.asarray(x) for x in t]
-        s = _continued(rows_, zeta, list(angles))
-        return list(angles), s, [1] * len(s) if g is None else [poly(g, y) for y in angles]
-    seeds = _continued([np.float64(x) for x in t], np.float64(zeta), list(angles))
-    roots = [context.expjpi(context.mpf(2 * j) / size) for j in range(size)]
-    targets = _at_roots(t, roots, context)
-    weights = [1] * len(seeds) if g is None else _at_roots(g, roots, context)
-    s = []
-    for target, seed in zip(targets, seeds, strict=True):
-        v = context.mpc(complex(seed))
-        # Digits double from float64's on; one step more than needed costs little.
-        digits = 12
-        while digits < 2 * context.dps:
-            step()
-            w = v * v - zeta
-            v -= (v * (w - zeta * 2) - target * 3) / (3 * w)
-            digits *= 2
-        s.append(v)
-    return roots[: len(s)], s, weights
-
-
-def _at_roots(c: list[Any], roots: list[Any], context: MPContext) -> list[Any]:
-    """The polynomial at the first half of the roots of unity: two scalar products for each."""
-    size = len(roots)
-    folded = [context.mpf(0)] * min(size, len(c))
-    for k, x in enumerate(c):
-        folded[k % size] += x
-    re, im = [y.real for y in roots], [y.imag for y in roots]
-    values = []
-    for j in range(size // 2 + 1):
-        powers = [j * k % size for k in range(len(folded))]
-        parts = (context.fdot(folded, [row[k] for k in powers]) for row in (re, im))
-        values.append(context.mpc(*parts))
-    return values
-
-
-def _continued(t: list[Any], zeta: Element, y: list[Any]) -> list[Any]:
-    """s(y) in float64: on the real axis the largest root, then from point to point."""
-    target = poly(t, y[0] + 0 * t[0])
-    v = np.maximum(3.0, 3 * np.sqrt(abs(zeta))) + 0j
-    for _ in range(60):
-        v = v - (v * (v * v / 3 - zeta) - target) / (v * v - zeta)
-    roots = [v]
-    for j, x in enumerate(y[1:], start=1):
-        v = roots[-1] * (roots[-1] / roots[-2] if j > 1 else x)
-        target = poly(t, x + 0 * t[0])
-        for _ in range(8):
-            v = v - (v * (v * v / 3 - zeta) - target) / (v * v - zeta)
-        roots.append(v)
-    if not everywhere(abs(roots[-1].imag) <= 1e-6 * abs(roots[-1])) or not everywhere(
-        roots[-1].real < 0
-    ):
-        raise not_alone()
-    return roots

@@ -19,7 +19,7 @@ from symasym.asymptotics.coalescence.saddle_pair import PairPart
 from symasym.asymptotics.laplace.kinks import number
 from symasym.asymptotics.laplace.result import IntegralExpansion
 from symasym.base.contexts import mpf_of, own_context, to_mpf
-from symasym.base.errors import AccuracyError, InputError, SymasymError
+from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import Estimate
 from symasym.base.inputs import digits, float_text
 
@@ -94,7 +94,7 @@ class UniformExpansion(IntegralExpansion):
                 rows = list(zip(a, b, strict=True))
             return to_mpf(zeta, dps), [tuple(to_mpf(y, dps) for y in row) for row in rows]
 
-    def expression(
+    def expression_in(
         self, lam: Symbol | str = "lam", *, saddles: Sequence[Expr] | None = None
     ) -> Expr:
         """The first terms, at most three, as a SymPy expression in airyai or erfc.
@@ -116,8 +116,12 @@ class UniformExpansion(IntegralExpansion):
             For more than three terms, kinks, or saddles that are not known or not real for all
             parameters.
         """
-        from symasym.asymptotics.coalescence.formulas import MOST_TERMS, end_formula, pair_formula
-        from symasym.asymptotics.coalescence.iterated_formulas import iterated_formula
+        from symasym.asymptotics.coalescence.formulas import (
+            MOST_TERMS,
+            end_formula,
+            iterated_formula,
+            pair_formula,
+        )
 
         if self.order > MOST_TERMS:
             raise InputError(
@@ -139,12 +143,11 @@ class UniformExpansion(IntegralExpansion):
         formula = pair_formula(f, weight, self.x, self.order, symbol, saddles, oscillating)
         return self._factor * formula
 
-    def _repr_latex_(self) -> str | None:
-        """The formula for a notebook; None where it is not one of a few terms."""
-        try:
-            return rf"$\displaystyle {sympy.latex(self.expression())}$"
-        except SymasymError:
-            return None
+    @property
+    def error(self) -> str:
+        """What the sum leaves out, and what is claimed of that."""
+        kind = "none claimed while parameters are free" if self.parameters else "estimate"
+        return f"relative O(lam^(-{self.order})), also where the points coalesce; error: {kind}"
 
     def _by_digits(self, lam: Fraction, dps: int, log: bool, full: bool) -> Any:
         """The sum at one lam as an mpf or mpc, or an `Estimate` from the next terms."""

@@ -94,6 +94,12 @@ class ErrorModel:
             terms = c.terms(lam, _DIGITS, context)[used : used + _BEYOND]
             weight = context.exp(lam * (c.height_in(context) - top))
             total += 2 * weight * max(map(abs, terms), default=0)
+        return total + self.elsewhere(lam, context)
+
+    def elsewhere(self, lam: mpf, context: MPContext) -> mpf:
+        """What ends and smaller maxima add, over e^(lam height)."""
+        total = context.mpf(0)
+        top = self.contributions[0].height_in(context)
         for height, exponents, sizes in self._elsewhere:
             pairs = zip(exponents, sizes, strict=True)
             size = sum(k * lam**-s for s, k in pairs)

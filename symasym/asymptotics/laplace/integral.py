@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from symasym.asymptotics.laplace.borel import BOREL, BOREL_DIGITS, require_unit_steps
 from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution, expand, irrational_constants
 from symasym.asymptotics.laplace.kinks import Piece, cut, difference, number
@@ -68,8 +69,10 @@ def laplace_integral(
         Variable of integration.
     a, b : Expr or number
         Ends, a < b, possibly -oo and oo.
-    order : int or "optimal"
-        Terms for each maximum, 1 to 400; ``"optimal"``: up to the smallest term at each lam.
+    order : int, "optimal" or "borel"
+        Terms for each maximum, 1 to 400; ``"optimal"``: up to the smallest term at each lam;
+        ``"borel"``: the median Borel–Padé sum of 41 terms, of polynomial f and g without free
+        parameters, far beyond that (`symasym.asymptotics.laplace.borel`).
     maxima : sequence of Expr, optional
         Where f is largest, if parameters leave it open. It is compared with f all the same.
     dps : int, optional
@@ -85,8 +88,9 @@ def laplace_integral(
     Returns
     -------
     LaplaceExpansion
-        With ``evaluate(lam, dps=None, log=False, full=False)``, ``expression(lam)``, ``latex()``,
-        ``bind(**values)``, ``bound``, ``contributions``, ``dropped`` and ``conditions``.
+        With the verbs of `Expansion`: ``expression``, ``terms``, ``conditions``, ``error``,
+        ``bind(**values)``, ``evaluate(lam, dps=None, log=False, full=False)``, ``latex()`` and
+        ``emit(target)``; and ``bound``, ``contributions`` and ``dropped``.
 
     Raises
     ------
@@ -123,6 +127,20 @@ def laplace_integral(
         maxima = [parse("maxima", point) for point in sequence("maxima", maxima)]
     if dps is not None:
         dps = digits(dps)
+    if order == "borel":
+        free = set().union(*(e.free_symbols for e in (formula, weight, lo, hi))) - {symbol}
+        if free:
+            raise InputError(
+                f'order is "borel", which needs numbers, and {", ".join(sorted(map(str, free)))} '
+                "have no value; put numbers in."
+            )
+        dps = max(dps or 0, BOREL_DIGITS)
+        for name, part in (("f", formula), ("g", weight)):
+            if not part.is_polynomial(symbol):
+                raise InputError(
+                    f'order is "borel" and {name} = {part} is no polynomial in {symbol}; give '
+                    'another order, such as "optimal".'
+                )
     pieces = cut(formula, weight, symbol, lo, hi)
     for piece in pieces:
         require_known("f", piece.f, symbol)
@@ -156,6 +174,9 @@ def laplace_integral(
             contributions += expanded
             origins += [(piece, peak.point, side)] * len(expanded)
             conditions += [line for line in more if line not in conditions]
+    if order == "borel":
+        for contribution in contributions:
+            require_unit_steps(contribution)
     left = [] if keep else others
     dropped = tuple(
         f"maximum at {symbol} = {short(p.point)}: smaller by a factor "
@@ -265,9 +286,9 @@ def require_known(name: str, expression: Expr, x: Symbol) -> None:
 
 def _order(order: int | str) -> int:
     """The number of terms that `order` asks for."""
-    if isinstance(order, str) and order == "optimal":
-        return OPTIMAL
-    return count("order", order, 1, _MOST, " of terms", ', or "optimal"')
+    if isinstance(order, str) and order in ("optimal", "borel"):
+        return OPTIMAL if order == "optimal" else BOREL
+    return count("order", order, 1, _MOST, " of terms", ', "optimal" or "borel"')
 
 
 def _numeric_tops(

@@ -9,6 +9,7 @@ logarithms are finite where the value overflows. Its error is a proved bound or 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -17,11 +18,12 @@ from typing import TYPE_CHECKING, Any, Self, cast
 import numpy as np
 import sympy
 
+from symasym.asymptotics.laplace.borel import median_sums
 from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import difference, number
 from symasym.base.contexts import mpf_of, own_context, to_mpf
-from symasym.base.errors import AccuracyError, InputError, RangeError
+from symasym.base.errors import AccuracyError, InputError, RangeError, SymasymError
 from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import (
     FloatArray,
@@ -191,6 +193,46 @@ class IntegralExpansion:
         """The sum at one lam as an mpf or mpc, or an `Estimate` of the integral."""
         raise NotImplementedError
 
+    # -- as a formula -----------------------------------------------------------------------
+
+    def expression_in(self, lam: Symbol | str = "lam") -> Expr:
+        """The sum as an expression in `lam` (a symbol or a name)."""
+        raise NotImplementedError
+
+    @property
+    def expression(self) -> Expr:
+        """The sum as an expression in the parameters and the symbol lam."""
+        return self.expression_in()
+
+    @property
+    def terms(self) -> tuple[Expr, ...]:
+        """The expressions that add up to `expression`."""
+        return tuple(sympy.Add.make_args(self.expression))
+
+    def latex(self, lam: str = "lambda") -> str:
+        """The sum in LaTeX."""
+        return named_functions(sympy.latex(self.expression_in(lam)))
+
+    def emit(self, target: str = "numpy", name: str = "f") -> Any:
+        """Source code of the sum, a function of lam and the parameters (`symasym.emit`).
+
+        Raises
+        ------
+        InputError
+            For a target that does not have its functions.
+        """
+        # The public verb, which is in a room above this one.
+        import symasym
+
+        return symasym.emit(self.expression, target, name=name)
+
+    def _repr_latex_(self) -> str | None:
+        """The formula for a notebook; None where it is not one of a few terms."""
+        try:
+            return rf"$\displaystyle {self.latex()}$"
+        except SymasymError:
+            return None
+
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self})"
 
@@ -234,7 +276,9 @@ class LaplaceExpansion(IntegralExpansion):
     @property
     def error_kind(self) -> str:
         """``"bound"`` if the error is proved, ``"estimate"``; ``"none"`` with parameters free."""
-        return "none" if self._errors is None else self._errors.kind
+        if self._errors is None or self.order == "borel":
+            return "none" if self._errors is None else "estimate"
+        return self._errors.kind
 
     @property
     def bound(self) -> tuple[mpf, Expr, mpf] | None:
@@ -243,13 +287,13 @@ class LaplaceExpansion(IntegralExpansion):
         For lam >= lam0, the integral differs from the expansion by at most
         K lam^(-sigma) e^(lam height).
         """
-        if self._errors is None or self.order == "optimal":
+        if self._errors is None or isinstance(self.order, str):
             return None
         return self._errors.statement(int(self.order), self.omitted)
 
     def _by_arrays(self, lam: FloatArray, log: bool) -> FloatArray:
         """All lam at once; those where float64 would cancel one by one."""
-        if self.order == "optimal":
+        if isinstance(self.order, str):
             return super()._by_arrays(lam, log)
         flat = lam.ravel()
         top, rest = _split(number(self.height))
@@ -292,19 +336,30 @@ class LaplaceExpansion(IntegralExpansion):
             large = mpf_of(lam, context)
             top = self.contributions[0].height_in(context)
             shares, orders, size = [], [], context.mpf(0)
+            apart = context.zero
             for c in self.contributions:
+                weight = context.exp(large * (c.height_in(context) - top))
+                if self.order == "borel":
+                    sums = median_sums(c, large, context)
+                    shares.append(weight * sums[0])
+                    orders.append(len(c.coefficients))
+                    size += abs(shares[-1])
+                    # Of a terminating series all are the same.
+                    apart += weight * 4 * max(abs(y - sums[0]) for y in sums[1:])
+                    continue
                 terms = c.terms(large, more, context)
                 used = len(terms)
                 if self.order == "optimal":
                     sizes = [abs(t) if t else context.inf for t in terms]
                     used = max(1, sizes.index(min(sizes)))
                 orders.append(used)
-                weight = context.exp(large * (c.height_in(context) - top))
                 shares.append(weight * context.fsum(terms[:used]))
                 size += weight * context.fsum(map(abs, terms[:used]))
             total = context.fsum(shares)
             error, kind = context.mpf(0), self._errors.kind
-            if full:
+            if full and self.order == "borel":
+                error, kind = apart + self._errors.elsewhere(large, context), "estimate"
+            elif full:
                 error, kind = self._errors.relative(lam, orders, shares, context)
             # Rounding of the terms, and of lam times the height.
             error += size * (1 + abs(large * top)) * context.mpf(10) ** (5 - more)
@@ -338,8 +393,7 @@ class LaplaceExpansion(IntegralExpansion):
             for c in self.contributions
         )
 
-    def expression(self, lam: Symbol | str = "lam") -> Expr:
-        """The sum as a SymPy expression in `lam` (a symbol or a name)."""
+    def expression_in(self, lam: Symbol | str = "lam") -> Expr:
         symbol = sympy.Symbol(lam, positive=True) if isinstance(lam, str) else lam
         total = sympy.Integer(0)
         for c in self.contributions:
@@ -352,11 +406,13 @@ class LaplaceExpansion(IntegralExpansion):
         """The expansion with its O term, in LaTeX."""
         symbol = sympy.Symbol(lam, positive=True)
         size = sympy.exp(symbol * _sympy(self.height)) * symbol**-self.omitted
-        text = str(sympy.latex(self.expression(symbol)))
-        return text + r" + O\left(" + str(sympy.latex(size)) + r"\right)"
+        return f"{super().latex(lam)} + O\\left({sympy.latex(size)}\\right)"
 
-    def _repr_latex_(self) -> str:
-        return rf"$\displaystyle {self.latex()}$"
+    @property
+    def error(self) -> str:
+        """What the sum leaves out, and what is claimed of that."""
+        size = f"e^(lam ({short(self.height)})) lam^(-{_bare(self.omitted)})"
+        return f"O({size}); error: {self._error_text()}"
 
     def __str__(self) -> str:
         lines = []
@@ -366,8 +422,7 @@ class LaplaceExpansion(IntegralExpansion):
             shown = [f"({short(k)}) lam^(-{_bare(s)})" for s, k in pairs[:6] if k != 0]
             more = " + ..." if len(pairs) > 6 else ""
             lines.append(f"e^(lam ({height})) [{' + '.join(shown) or '0'}{more}]")
-        size = f"e^(lam ({short(self.height)})) lam^(-{_bare(self.omitted)})"
-        lines.append(f"O({size}); error: {self._error_text()}")
+        lines.append(self.error)
         return "\n+ ".join(lines)
 
     def _error_text(self) -> str:
@@ -395,6 +450,11 @@ def _sympy(value: Real) -> Expr:
     return (
         sympy.Float(value._mpf_, _SHOWN_DIGITS) if hasattr(value, "_mpf_") else sympy.sympify(value)
     )
+
+
+def named_functions(latex: str) -> str:
+    """LaTeX with Airy's functions upright, as authors print them."""
+    return re.sub(r"(?<![A-Za-z])([AB]i)(?![A-Za-z])", r"\\operatorname{\1}", latex)
 
 
 def _split(value: Real) -> tuple[float, float]:

@@ -122,20 +122,15 @@ def _time(cut: Landscape, lam: Fraction) -> Bounds | None:
     # Of e^{lam V} on each side of the start; its own cell's, if cut by it, may be on either.
     behind = Bounds(left[at].low, (left[at].high + own.high).upper())
     ahead = Bounds(right[first].low, (right[first].high + own.high).upper())
-    middle = none
-    for k in range(at - 1, -1, -1):
-        middle = middle + rising[k]
-        between = Bounds(middle.low, (middle.high + own.high).upper())
-        share = _share(ahead, behind)
-        total = total + _product(cells[k].falling, _three(left[k], between, ahead))
-        total = total + _product(cells[k].before, share)
-    middle = none
-    for k in range(first, len(cells)):
-        middle = middle + rising[k]
-        between = Bounds(middle.low, (middle.high + own.high).upper())
-        share = _share(behind, ahead)
-        total = total + _product(cells[k].falling, _three(right[k + 1], between, behind))
-        total = total + _product(cells[k].after, share)
+    near = [(k, left[k], c.before) for k, c in enumerate(cells[:at])][::-1]
+    far = [(k, right[k + 1], c.after) for k, c in enumerate(cells) if k >= first]
+    for side, mine, other in ((near, behind, ahead), (far, ahead, behind)):
+        middle, share = none, _share(other, mine)
+        for k, outer, nested in side:
+            middle = middle + rising[k]
+            between = Bounds(middle.low, (middle.high + own.high).upper())
+            total = total + _product(cells[k].falling, _three(outer, between, other))
+            total = total + _product(nested, share)
     if cut.inside:
         # L(min) R(max)/(L + R) for u in the start's own cell, from all of it between the two to
         # none: E + A B/(A + B + E) grows with each of A, B and E.

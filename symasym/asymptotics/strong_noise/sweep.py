@@ -10,7 +10,7 @@ the other side is swept in the coordinate -u. With both at the start (eq:Ttilde 
     T = (W_L + W_R)/(1/S_L + 1/S_R),    C = S_R/(S_L + S_R).
 
 All is sums, products and quotients of positive numbers: of `arb` for one scene, of
-`log_bounds.LogBounds` for arrays.
+`arrays.LogBounds` for arrays.
 
 In the layer e^{lam V} is a power series in lam with the moments of V as coefficients (`moments`);
 with x = lam (max V - min V) an integral over a length l is short of its first N + 2 terms by less

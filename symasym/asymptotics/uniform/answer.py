@@ -18,17 +18,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, parabola
-from symasym.asymptotics.uniform.one_drift import Scene as ClosedScene
-from symasym.asymptotics.uniform.one_drift import scene_of
-from symasym.asymptotics.uniform.order_zero import escape_time as in_float
-from symasym.asymptotics.uniform.pairing import (
+from symasym.asymptotics.uniform.coalescing_pair import (
+    CanonicalPair,
     OneSide,
     Stretch,
     coalescing_pairs,
     lost_digits,
+    parabola,
     seen,
 )
+from symasym.asymptotics.uniform.one_drift import Scene as ClosedScene
+from symasym.asymptotics.uniform.one_drift import scene_of
+from symasym.asymptotics.uniform.order_zero import escape_time as in_float
 from symasym.asymptotics.uniform.pairing_arrays import found_of
 from symasym.asymptotics.uniform.sums import corrected, time_at, whole_at
 from symasym.asymptotics.uniform.truncated_gaussian import (
@@ -38,9 +39,9 @@ from symasym.asymptotics.uniform.truncated_gaussian import (
 )
 from symasym.asymptotics.weak_noise.arrays import logs_of, own_shapes, rounding_of_places
 from symasym.asymptotics.weak_noise.critical_points import barriers, whole
-from symasym.asymptotics.weak_noise.evaluation import require_resolved
+from symasym.asymptotics.weak_noise.evaluation import DROPPED, require_resolved
 from symasym.asymptotics.weak_noise.series import BEYOND
-from symasym.base.contexts import mpf_of, own_context
+from symasym.base.contexts import kept, mpf_of, own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift
@@ -62,7 +63,6 @@ __all__ = ["of_scene", "of_scenes"]
 # Of lam, where the next terms are looked at.
 _BESIDE = (1, 0.8, 0.64)
 _TERMS = ("wells, barriers, start, ends, kinks and the part between",)
-_DROPPED = ("higher orders of every series, in the error",)
 
 
 def of_scene(asked: Scene, request: Request) -> Answer:
@@ -74,9 +74,9 @@ def of_scene(asked: Scene, request: Request) -> Answer:
         answer = _closed(asked, request)
         if answer is not None:
             return answer
-    with _analysed(asked.drift, asked.r, asked.start, lam, order, request.digits, local) as scene:
-        value, size = _estimate(scene, lam, order, asked.noise)
-        return _handed(request, value, size, _names(scene.sides, scene.context), scene.context)
+    scene = _analysed(asked.drift, asked.r, asked.start, lam, order, request.digits, local)
+    value, size = _estimate(scene, lam, order, asked.noise)
+    return _handed(request, value, size, _names(scene.sides, scene.context), scene.context)
 
 
 def _closed(asked: Scene, request: Request) -> Answer | None:
@@ -104,7 +104,7 @@ def _handed(
         size = _log_error(value, size, context)
         value = context.log(value)
     size += abs(value) * context.mpf(10) ** -(request.digits + 5)
-    return Answer(value, size, "estimate", names, _DROPPED)
+    return Answer(value, size, "estimate", names, DROPPED)
 
 
 def _occupation(asked: Scene, request: Request) -> Answer:
@@ -146,12 +146,8 @@ def _occupation(asked: Scene, request: Request) -> Answer:
             raise _too_strong(asked.noise, order)
         if not complement:
             value = 1 - value
-        if request.log:
-            size = _log_error(value, size, context)
-            value = context.log(value)
-        size += abs(value) * context.mpf(10) ** -(digits + 5)
         wells = [f"well at u = {context.nstr(p.u, 6)}" for p in places if p.kind == "well"]
-        return Answer(value, size, "estimate", (*wells, "folds and kinks"), _DROPPED)
+        return _handed(request, value, size, (*wells, "folds and kinks"), context)
 
 
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
@@ -171,7 +167,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     rest = np.flatnonzero(~(errors < np.inf))
     if rest.size:
         logs[rest], errors[rest] = _one_by_one(drift, scenes, rest, request, local)
-    return Answers(logs, errors, "estimate", _TERMS, _DROPPED)
+    return Answers(logs, errors, "estimate", _TERMS, DROPPED)
 
 
 def _one_by_one(
@@ -199,17 +195,13 @@ def _one_by_one(
                         del kappas[row]
         if not kappas:
             continue
-        with _analysed(one, r, x, lam, request.order, request.digits, local) as scene:
-            for row, kappa in kappas.items():
-                value, size = _estimate(scene, 2 / kappa**2, request.order, float_text(kappa))
-                keep(row, value, size, scene.context)
-    errors += 4e-16 * (1 + np.abs(logs)) + _rounding(drift, scenes)[rest]
+        scene = _analysed(one, r, x, lam, request.order, request.digits, local)
+        for row, kappa in kappas.items():
+            value, size = _estimate(scene, 2 / kappa**2, request.order, float_text(kappa))
+            keep(row, value, size, scene.context)
+    rounding = np.broadcast_to(rounding_of_places(drift, scenes), scenes.lam.shape)
+    errors += 4e-16 * (1 + np.abs(logs)) + rounding[rest]
     return logs, errors
-
-
-def _rounding(drift: Drift, scenes: Scenes) -> FloatArray:
-    found: FloatArray = np.zeros(len(scenes.lam)) + rounding_of_places(drift, scenes)
-    return found
 
 
 class _Series(NamedTuple):
@@ -225,26 +217,28 @@ class _Series(NamedTuple):
         return time_at(self.sides, self.truncations, self.radius, lam, order, self.context)
 
 
-@contextmanager
 def _analysed(
     drift: Drift, r: Fraction, x: Fraction, lam: Fraction, order: int, digits: int, local: bool
-) -> Iterator[_Series]:
+) -> _Series:
     """For any lam up to this one, to `order` and what tells its error."""
-    base = working_digits(digits, lam, r)
-    x = _beside_zero(drift, x, base)
-    extra, offset = lost_digits(drift, order, base, x)
-    with own_context(base + extra) as context:
-        left, right = (ExactField(drift, mirrored, context, offset) for mirrored in (True, False))
-        sides = seen((left, right), x, r, order, base, context)
-        truncations = truncations_of(
-            right, (sides[0].half, sides[1].half), x, r, order, base, context
-        )
-        signs = (-1, 1)
-        folds = [
-            sign * float(f.point) for sign, s in zip(signs, sides, strict=True) for f in s.folds
-        ]
-        require_resolved(drift, lam, folds)
-        yield _Series(context, sides, truncations, mpf_of(r, context), local)
+    context, (sides, truncations) = _sides(drift, r, x, order, working_digits(digits, lam, r))
+    folds = [sign * float(f.point) for sign, s in zip((-1, 1), sides, strict=True) for f in s.folds]
+    require_resolved(drift, lam, folds)
+    return _Series(context, sides, truncations, mpf_of(r, context), local)
+
+
+@kept
+def _sides(
+    context: Any, drift: Drift, r: Fraction, x: Fraction, order: int, digits: int
+) -> tuple[list[OneSide], Truncations]:
+    """The expansions to both sides, and what tells their truncation errors."""
+    x = _beside_zero(drift, x, digits)
+    extra, offset = lost_digits(drift, order, digits, x)
+    context.dps = digits + extra
+    left, right = (ExactField(drift, mirrored, context, offset) for mirrored in (True, False))
+    sides = seen((left, right), x, r, order, digits, context)
+    halves = sides[0].half, sides[1].half
+    return sides, truncations_of(right, halves, x, r, order, digits, context)
 
 
 def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:

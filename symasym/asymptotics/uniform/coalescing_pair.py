@@ -1,4 +1,4 @@
-"""The canonical Airy form of a well and a barrier that coalesce, to every order.
+"""Wells and barriers that coalesce: which are taken together, and their canonical Airy form.
 
 The uniform expansion of Chester, Friedman and Ursell, of both integrals and the double one.
 
@@ -8,27 +8,36 @@ known in closed form to every order. With phi du = (s² - zeta) ds
 stand in the single ones, and Ai² + Bi² and its kin in the double one
 (`symasym.special.airy_products`). What is left over by the integrations by parts has no
 exponential, and is the regular part.
+
+Pairs are found for both sides of the start (`symasym.asymptotics.weak_noise.critical_points`); one
+may have a member in each. Beside a coalescence singular terms cancel, for which digits are added.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.coalescence.cubic_map import map_coefficients
+from symasym.asymptotics.weak_noise.critical_points import both_sides, turning_points
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
+from symasym.asymptotics.weak_noise.series import BEYOND
+from symasym.base.contexts import mpf_of, own_context
+from symasym.base.errors import AccuracyError, SymasymError
+from symasym.drift.drift import Drift
+from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
 from symasym.numbers.polynomials import shifted
 from symasym.series.power_series import laurent
-from symasym.series.quadratic_factor import Pair
+from symasym.series.quadratic_factor import Pair, split_pair
 from symasym.special.airy import AiryProducts, airy_products
 from symasym.special.airy_products import by_parts, pair_terms
 
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
-
-__all__ = ["Airy", "CanonicalPair", "airy", "canonical_pair", "parabola"]
 
 
 class CanonicalPair(NamedTuple):
@@ -142,3 +151,209 @@ def airy(fold: CanonicalPair, lam: mpf, order: int, context: MPContext) -> Airy:
         for terms in (known_terms.rising, known_terms.falling, known_terms.both)
     )
     return Airy(rising, falling, both)
+
+
+# -- which critical points are taken together ------------------------------------------------------
+
+
+class OneSide(NamedTuple):
+    """One side of the start, with the pairs whose turning point is in it."""
+
+    half: OneSided
+    folds: list[CanonicalPair]
+
+
+def lost_digits(drift: Drift, order: int, digits: int, x: Fraction) -> tuple[int, Fraction]:
+    """Digits that cancel, and what is added to A where a pair is too close for any."""
+    count, lost, offset = order + 1 + BEYOND, 0.0, Fraction(0)
+    # A so far below the digits asked for changes no digit of T.
+    least = Fraction(1, 10 ** (digits + 10))
+    with own_context(2 * digits + 40) as context:
+        field = ExactField(drift, False, context)
+        for point in turning_points(field, Fraction(-1), Fraction(1), context):
+            taylor = field.taylor(point, Fraction(1), 3)
+            if abs(taylor[0]) < least:
+                if not field.is_polynomial:
+                    raise AccuracyError(
+                        f"A has a double zero at u = {float(point):.6g}, or all but one, where the "
+                        "uniform series is for polynomials only; use method='exact'."
+                    )
+                offset = least if taylor[2] > 0 else -least
+            depth = max(abs(taylor[0]), least)
+            lost = max(lost, -1.5 * _log10(depth) * count)
+        for u in (Fraction(-1), Fraction(1), x):
+            slope = abs(field.value(u)) if abs(u) <= 1 else None
+            if slope:
+                lost = max(lost, 0.0) + max(0.0, -2 * _log10(slope) * (count + 1))
+    return int(lost) + 4 * count, offset
+
+
+def _log10(x: Fraction) -> float:
+    # Digits of the parts, since x may be beyond float64.
+    """log10 of x, to about 0.3."""
+    return 0.30103 * (x.numerator.bit_length() - x.denominator.bit_length())
+
+
+class Stretch(NamedTuple):
+    """The part of the layer that is looked at, seen from the start x to the right.
+
+    `cuts` are the points in it where the line ends that Airy functions take to be infinite.
+    """
+
+    field: ExactField
+    x: Fraction
+    lo: Fraction
+    hi: Fraction
+    cuts: tuple[Fraction, ...]
+    digits: int
+    context: Any
+
+    def has(self, point: Fraction) -> bool:
+        """True if it has the point; one of two that coalesce at the start has that."""
+        if point == self.lo == self.x:
+            return not self.field.mirrored
+        return self.lo < point < self.hi
+
+
+def seen(
+    fields: tuple[ExactField, ExactField],
+    x: Fraction,
+    r: Fraction,
+    order: int,
+    digits: int,
+    context: MPContext,
+) -> list[OneSide]:
+    """The expansions left of `x`, mirrored, and right of it; no critical point in two pairs."""
+    both = both_sides(fields[1], x, r, order, context, context.dps)
+    points = [one.rising + one.falling for one in both]
+    pairs = []
+    for k, (field, begin) in enumerate(zip(fields, (-x, x), strict=True)):
+        lo, hi = max(begin, Fraction(-1)), min(r, Fraction(1))
+        # Beyond u = 1 the line goes on, so that a kink is no cut.
+        cuts = tuple(u for u in (lo, hi) if abs(u) < 1)
+        stretch = Stretch(field, begin, lo, hi, cuts, digits, context)
+        behind = [p._replace(u=-p.u) for p in points[1 - k] if p.u is not None]
+        pairs.append(_candidates(stretch, order, points[k] + behind))
+    chosen = _chosen(pairs[0] + pairs[1])
+    return [
+        OneSide(one, [fold for fold, _ in own if any(fold is c for c in chosen)])
+        for one, own in zip(both, pairs, strict=True)
+    ]
+
+
+def coalescing_pairs(
+    stretch: Stretch, order: int, points: list[CriticalPoint]
+) -> list[CanonicalPair]:
+    """The pairs in it, no critical point in two of them: in that where it coalesces first."""
+    return _chosen(_candidates(stretch, order, points))
+
+
+def _candidates(
+    stretch: Stretch, order: int, points: list[CriticalPoint]
+) -> list[tuple[CanonicalPair, list[CriticalPoint]]]:
+    """Every pair, and its critical points, left to right."""
+    field, context = stretch.field, stretch.context
+    pairs = []
+    turns = turning_points(field, Fraction(-1), Fraction(1), context)
+    for point in turns:
+        if stretch.has(point):
+            fold = _fold(stretch, point, order + 1 + BEYOND, points)
+            if fold is not None and _is_own(fold, turns, context):
+                real = zeros_of(fold, context) if fold.pair.zeta > 0 else ()
+                own = [p for u in real if (p := place_at(u, points)) is not None]
+                pairs.append((fold, own))
+    return pairs
+
+
+def _chosen(pairs: list[tuple[CanonicalPair, list[CriticalPoint]]]) -> list[CanonicalPair]:
+    """The pairs that coalesce first, no critical point in two of them, from left to right."""
+    taken: list[Any] = []
+    chosen = []
+    for fold, own in sorted(pairs, key=lambda f: abs(f[0].pair.zeta)):
+        # From both sides a critical point has one and the same coefficients.
+        if any(p.series is series for p in own for series in taken):
+            continue
+        taken += [p.series for p in own]
+        chosen.append(fold)
+    return sorted(chosen, key=lambda f: f.point)
+
+
+def _fold(
+    stretch: Stretch, point: Fraction, count: int, points: list[CriticalPoint]
+) -> CanonicalPair | None:
+    """The pair about this zero of phi's slope, if it is one by itself."""
+    context = stretch.context
+    taylor = [mpf_of(c, context) for c in _taylor(stretch.field, point, count)]
+    try:
+        pair = split_pair(taylor, context)
+        fold = canonical_pair(
+            pair, taylor, point, _height(stretch, point), count, stretch.digits, context
+        )
+    except SymasymError:
+        return None
+    if pair.zeta > 0 and None in [place_at(u, points) for u in zeros_of(fold, context)]:
+        return None
+    gaps = [_climb(stretch, fold, u, points) for u in stretch.cuts]
+    middle = mpf_of(point, context) + pair.middle
+    ends = [mpf_of(u, context) for u in (stretch.lo, stretch.hi)]
+    # Beyond the layer phi is another function, and the pair none of its own.
+    gap = min(gaps, default=context.inf) if ends[0] < middle < ends[1] else context.zero
+    return fold._replace(gap=gap)
+
+
+def _climb(
+    stretch: Stretch, fold: CanonicalPair, cut: Fraction, points: list[CriticalPoint]
+) -> Any:
+    """The total variation of V between a pair and a cut."""
+    context = stretch.context
+    point, end = (mpf_of(u, context) for u in (fold.point, cut))
+    zeros = sorted(
+        (p for p in points if p.kind in ("well", "barrier") and (p.u - point) * (p.u - end) < 0),
+        key=lambda p: abs(p.u - point),
+    )
+    heights = [p.height if p.kind == "barrier" else -p.height for p in zeros]
+    way = [fold.height, *heights, _height(stretch, cut)]
+    return sum((abs(b - a) for a, b in pairwise(way)), context.zero)
+
+
+def _is_own(fold: CanonicalPair, turns: list[Fraction], context: MPContext) -> bool:
+    """True where no other turning point is nearer to a complex pair, which both may find."""
+    if fold.pair.zeta > 0:
+        return True
+    others = [u - fold.point for u in turns if u != fold.point]
+    away = [abs(mpf_of(u, context) - fold.pair.middle) for u in others]
+    return all(abs(fold.pair.middle) <= distance for distance in away)
+
+
+def _taylor(field: ExactField, point: Fraction, count: int) -> list[Fraction]:
+    """Taylor coefficients of phi at the point, at least three."""
+    terms = 4 * count + 40
+    taylor = field.taylor(point, Fraction(1), terms)
+    return list(taylor) + [Fraction(0)] * (3 - len(taylor))
+
+
+def _height(stretch: Stretch, point: Fraction) -> Any:
+    """V, from the start."""
+    field, x, context = stretch.field, stretch.x, stretch.context
+    a, b = (mpf_of(u, context) for u in (stretch.lo, point))
+    rise = field.potential_rise(a, b)
+    if x < -1:
+        fall = field.value(Fraction(-1)) * (-1 - x)
+        rise -= mpf_of(fall, context)
+    return rise
+
+
+def zeros_of(fold: CanonicalPair, context: MPContext) -> tuple[Any, Any]:
+    """The two of a real pair."""
+    middle = mpf_of(fold.point, context) + fold.pair.middle
+    half_way = context.sqrt(fold.pair.square)
+    return middle - half_way, middle + half_way
+
+
+def place_at(u: mpf, points: list[CriticalPoint]) -> CriticalPoint | None:
+    """The well or barrier at `u`."""
+    for point in points:
+        # Neighbours in a pair are much farther apart than what rounding leaves.
+        if point.kind in ("well", "barrier") and abs(point.u - u) <= u.context.eps**0.75:
+            return point
+    return None

@@ -9,23 +9,27 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from functools import reduce
-from itertools import pairwise
-from operator import add
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair, with_left_out
+from symasym.asymptotics.uniform.order_zero import (
+    Apart,
+    OrderZero,
+    UniformPoint,
+    factor_pair,
+    with_left_out,
+)
 from symasym.asymptotics.uniform.structure import _structure
-from symasym.asymptotics.weak_noise.compose import sides_of, time_and_error
-from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided
-from symasym.asymptotics.weak_noise.series import BEYOND, Series, Value
+from symasym.asymptotics.weak_noise.compose import Composed
+from symasym.asymptotics.weak_noise.evaluation import time_with_digits
+from symasym.asymptotics.weak_noise.one_sided import Builder
+from symasym.asymptotics.weak_noise.series import BEYOND, Point
 from symasym.drift.drift import Drift
 from symasym.numbers.arithmetic import Arithmetic, Digits
 from symasym.numbers.polynomials import divided, poly, refined, shifted
 from symasym.series.quadratic_factor import Pair as Local
-from symasym.series.quadratic_factor import mean_of_values, seen_from
+from symasym.series.quadratic_factor import mean_of_psi, mean_of_values, seen_from
 
 __all__ = ["Scene", "scene_of"]
 
@@ -35,88 +39,30 @@ _LARGEST = 1e20
 # |A| at an edge beside its largest term, below which float64 doesn't tell on which side a zero is.
 _NEAREST, _NEAREST_END = 1e-7, 1e-11
 _MOST_STEPS = 12
-# Ratio of two neighbouring terms beyond which a series is taken to have stopped falling.
-_MOST_FALL = 0.75
 # A relative error beyond which nothing is said.
 _MOST = 0.4
-
-
-class _DigitsPoint:
-    """One lam and the numbers made of it, and a ring of `Value` there (`compose.Ring`)."""
-
-    errors = True
-    rounding = 0.0
-
-    def __init__(self, lam: Any, r: Any, arithmetic: Digits) -> None:
-        self.lam, self.r, self.arithmetic = lam, r, arithmetic
-        self.x, self.third = 1 / lam, arithmetic.cbrt(lam)
-        self.known: dict[Any, Any] = {}
-        self.weights: dict[Any, Any] = {}
-        self.root, self.small = arithmetic.sqrt(self.x), float(self.x)
-
-    def number(self, x: Any) -> Any:
-        return x
-
-    def total(self, terms: list[Value]) -> Value:
-        return reduce(add, terms)
-
-    def leaf(self, height: Any, series: Any, rough: Any = 0.0) -> Value:
-        """A series or local integral times e^{lam height}, and what it leaves out."""
-        if not isinstance(series, Series):
-            value, error = series.at(self)
-            pair = Value(value, float(error))
-        elif not series.parts:
-            return Value(self.arithmetic.zero, self.arithmetic.zero)
-        else:
-            (part,) = series.parts
-            front = self.x if part.offset == 1 else self.root
-            sizes = [abs(float(c)) * self.small**n for n, c in enumerate(part.coefficients)]
-            pair = Value(part.coefficients[0] * front, _left_out(sizes) * front)
-        if not height:
-            return pair
-        factor = self.weight(height)
-        return Value(pair.value * factor, pair.error * factor)
-
-    def weight(self, height: Any) -> Any:
-        """e^{lam height}; one exponential serves both signs."""
-        negative, *size = height._mpf_
-        known = self.weights.get(tuple(size))
-        if known is None:
-            known = self.weights[tuple(size)] = self.arithmetic.exp(self.lam * abs(height))
-        return 1 / known if negative else known
-
-
-def _left_out(sizes: list[float]) -> float:
-    """The sum after the first term: the others over 1 - q, q the largest ratio of neighbours."""
-    known = sizes[next((k for k, size in enumerate(sizes) if size), 0) :]
-    ratio = max((after / before for before, after in pairwise(known) if before), default=0.0)
-    return sum(sizes[1:]) / (1 - min(ratio, _MOST_FALL))
 
 
 class Scene(NamedTuple):
     """A drift, start and radius, ready for any lam."""
 
     arithmetic: Digits
-    sides: tuple[OneSided, OneSided]
-    r: Any
+    composed: Composed
     names: list[str]
 
     def time(self, lam: Any) -> tuple[Any, Any] | None:
         """T and its error at this lam; None where these forms do not serve."""
-        c, point = self.arithmetic, _DigitsPoint(lam, self.r, self.arithmetic)
+        c, composed = self.arithmetic, self.composed
+        at = UniformPoint(Point(lam, 0, True, None, c), composed.r)
+        # Sizes of order 1 may be infinite; then they claim nothing.
         with np.errstate(all="ignore"):
-            sides = sides_of(self.sides, self.r, point)
-        if not sides.sure():
-            return None
-        time, wrong = time_and_error(sides)
-        value = lam * time.value
-        relative = 2 * lam * wrong.value / value if value > 0 else c.inf
+            known = time_with_digits(composed, at)
+        relative = known.error / known.value if known.sure else c.inf
         if not relative < _MOST:
             return None
-        slack = min(one.slack for one in self.sides)
-        left_out = c.exp(-lam * slack) if slack < math.inf else c.zero
+        left_out = c.exp(-lam * composed.slack) if composed.slack < math.inf else c.zero
         error = with_left_out(relative / (1 - relative), left_out)
-        return (value, error * value) if error < 1 else None
+        return (known.value, error * known.value) if error < 1 else None
 
 
 def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | None:
@@ -137,7 +83,8 @@ def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | No
             one = _of_drift(near, start, exact, x, r, arithmetic)
             if one is None or one.beside_a_barrier():
                 return None
-            return Scene(arithmetic, one.both_sides(), arithmetic.number(r), _names(one))
+            composed = Composed(one.both_sides(), arithmetic.number(r), 0.0)
+            return Scene(arithmetic, composed, _names(one))
     except (ArithmeticError, ValueError):
         # Multiple zeros, and what overflows.
         return None
@@ -234,6 +181,7 @@ def _with_factors(
     zero, one = arithmetic.zero, arithmetic.one
     rows, psi, slack = found
     self = OrderZero.__new__(OrderZero)
+    self.eps = self.least = 0.0
     self.arithmetic, self.count, self.c, self.degree = arithmetic, 1 + BEYOND, c, len(c) - 1
     self.a_minus, self.a_plus = poly(c, -one), poly(c, one)
     self.start, self.beyond = arithmetic.number(x), r > 1
@@ -279,8 +227,7 @@ def _local(factor: _Factor, side: int, arithmetic: Arithmetic) -> Local:
     psi, square = seen_from(factor.psi, side), factor.square
     sign = 1 if psi[0] > 0 else -1
     psi = [sign * a for a in psi]
-    mean = poly([3 * a / ((2 * k + 1) * (2 * k + 3)) for k, a in enumerate(psi[0::2])], square)
-    root = arithmetic.cbrt(mean)
+    root = arithmetic.cbrt(mean_of_psi(psi, square))
     level = sign * mean_of_values(psi, square)
     return Local(arithmetic.zero, square, psi, sign, square * root * root, 1 / root, level)
 

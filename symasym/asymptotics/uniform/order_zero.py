@@ -37,12 +37,9 @@ from symasym.asymptotics.weak_noise.one_sided import (
 )
 from symasym.asymptotics.weak_noise.series import Point, Series
 from symasym.base.inputs import FloatArray
-from symasym.numbers.arithmetic import FLOATS
 from symasym.numbers.polynomials import divided, poly, shifted
 from symasym.series.quadratic_factor import Pair as Local
 from symasym.series.quadratic_factor import seen_from
-
-__all__ = ["Apart", "OrderZero", "Together", "escape_time", "factor_pair", "with_left_out"]
 
 _EPS = 2.3e-16
 # The error of the composite where pair and end come together is in no next term.
@@ -353,10 +350,8 @@ def factor_pair(c: Sequence[Any], middle: Any, square: Any, psi: list[Any] | Non
 # -- many scenes in float64 ------------------------------------------------------------------------
 
 
-class _ArrayPoint(Point):
+class UniformPoint(Point):
     """With r, and the local integrals that have been found at this lam."""
-
-    arithmetic = FLOATS
 
     def __init__(self, at: Point, r: Any) -> None:
         vars(self).update(vars(at))
@@ -366,12 +361,12 @@ class _ArrayPoint(Point):
     @cached_property
     def third(self) -> Any:
         """lam^(1/3), which takes as long as ten multiplications."""
-        return np.cbrt(self.lam)
+        return self.arithmetic.cbrt(self.lam)
 
 
 def escape_time(composed: Composed, at: Point) -> tuple[FloatArray, Any]:
     """log T, and its relative error (None without `at.errors`)."""
-    point = _ArrayPoint(at, composed.r)
+    point = UniformPoint(at, composed.r)
     log, error = evaluation.escape_time(composed, point)
     if error is not None:
         error = with_left_out(error, np.exp(-point.lam * composed.slack))

@@ -20,10 +20,11 @@ sigma and D the complementary error function and Dawson's integral, scaled (DLMF
 units of e^{±lam V(g)}. Near a well the peak is faded out, so that nothing is singular when pair and
 end come together.
 
-What is singular at a coalescence is combined beforehand, so nothing is subtracted there and one
-text serves float64 arrays and any number of digits. Each value comes with the size of order 1. The
-functions of `EMITTED` are also what `symasym.emit` writes, in doubles and in other languages: they
-hold numbers alone.
+Both are derived (`airy-form`, `truncated-gaussian`), and what is imported here is what the
+derivations emitted. What is singular at a coalescence is combined beforehand, so nothing is
+subtracted there and one text serves float64 arrays and any number of digits. Each value comes with
+the size of order 1. The functions of `EMITTED` are also what `symasym.emit` writes, in doubles and
+in other languages: they hold numbers alone.
 """
 
 from __future__ import annotations
@@ -33,9 +34,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.generated.arithmetic_formulas import (
+    canonical,
+    end_distance,
+    end_mean,
+    end_peak,
+    end_rest,
+    over_end,
+    over_pair,
+    over_pair_twice,
+    pair_norm,
+    pair_share,
+)
 from symasym.numbers.arithmetic import FLOATS, Arithmetic
 from symasym.numbers.polynomials import poly, shifted
-from symasym.series.quadratic_factor import Pair
+from symasym.series.quadratic_factor import Pair, mean_of_psi
 from symasym.special.airy import AiryProducts, airy_products
 from symasym.special.dawson import _gaussians, dawson
 from symasym.special.exponentials import quotients
@@ -60,42 +73,6 @@ _SMALL_RATIO = 1e-4
 
 
 # -- the closed forms ------------------------------------------------------------------------------
-
-
-def _canonical(
-    c: Arithmetic, sign: Number, slope: Number, even: Number, odd: Number, square: Number
-) -> tuple[Number, Number]:
-    """u' = a + b s at both zeros: a, b from the sums of what is left of phi there."""
-    norm = even * even - odd * odd * square
-    a = c.sqrt((even + c.sqrt(norm)) / (2 * slope * norm))
-    return a, -sign * odd / (2 * a * norm)
-
-
-def _over_pair(
-    c: Arithmetic, third: Number, a: Number, b: Number, bi: Number, bi_slope: Number
-) -> tuple[Number, Number]:
-    """int e^{lam V} and int e^{-lam V} over a pair; `third` is lam^(1/3)."""
-    small = 1 / third
-    even = a * bi * (c.pi * small)
-    odd = b * bi_slope * (c.pi * small * small)
-    return even + odd, even - odd
-
-
-def _over_pair_twice(
-    c: Arithmetic, third: Number, a: Number, b: Number, squares: Number, slopes: Number
-) -> Number:
-    """The double integral over a pair."""
-    small = 1 / third
-    unit = c.pi * small * (c.pi * small)
-    return unit * (a * a * squares - b * b * slopes * (small * small))
-
-
-def _pair_share(
-    c: Arithmetic, sign: Number, even: Number, odd: Number, square: Number
-) -> tuple[Number, Number]:
-    """alpha and beta: the pair's share of 1/phi is (alpha + beta y)/(y^2 - square)."""
-    norm = even * even - odd * odd * square
-    return sign * even / norm, -sign * odd / norm
 
 
 def _turn(c: Arithmetic, square: Number, y: Number) -> Number:
@@ -153,38 +130,18 @@ def _before_end(
     keep: Number,
 ) -> tuple[Number, Number, Number]:
     """t, peak and rest of a barrier before an end: t^2/2 = gap^2 area, phi(end) = gap value."""
-    whole = 1 / c.sqrt(bottom)
-    t = gap * c.sqrt(2 * area)
-    mean = c.sqrt(2 * area * bottom)
-    # 1/phi(end) - whole/t without its cancellation.
-    rest = first * bottom - 2 * bottom * second - gap * second * second
-    rest = rest / (value * mean * (value + mean)) + whole / t * keep
+    whole = end_peak(c, bottom)
+    t = end_distance(c, gap, area)
+    mean = end_mean(c, bottom, area)
+    rest = end_rest(c, bottom, gap, first, second, value, mean) + whole / t * keep
     apart = 1 / (gap * value) - whole * (1 - keep) / t
     return t, whole * (1 - keep), c.where(keep > 0.5, apart, rest)
 
 
-def _over_end(
-    c: Arithmetic,
-    lam: Number,
-    t: Number,
-    peak: Number,
-    rest: Number,
-    sigma: Number,
-    falling: Number,
-    area: Number,
-) -> tuple[Number, Number, Number]:
-    """int e^{lam V} from the end on, int e^{-lam V}, and both (see `_gaussians`)."""
-    beyond = rest / lam
-    slow = peak * falling
-    # int D less its own logarithm, which the regular part has.
-    both = peak * peak * (area - c.log(t)) / lam - slow * beyond
-    return -peak * sigma - beyond, slow + beyond, both
-
-
 #: The functions that are emitted as well.
 EMITTED = (
-    _canonical, _over_pair, _over_pair_twice, _pair_share, _turn, _past_pair, _past_barrier,
-    _faded, _before_end, _gaussians, _over_end,
+    pair_norm, canonical, over_pair, over_pair_twice, pair_share, _turn, _past_pair, _past_barrier,
+    _faded, end_peak, end_distance, end_mean, end_rest, _before_end, _gaussians, over_end,
 )  # fmt: skip
 
 
@@ -236,7 +193,8 @@ def airy_form(
     The size of order 1 is found from `in_float`, if given, the same pair in float64.
     """
     even, odd = _sums(pair)
-    a, b = _canonical(arithmetic, pair.sign, pair.slope, even, odd, pair.square)
+    norm = pair_norm(arithmetic, even, odd, pair.square)
+    a, b = canonical(arithmetic, pair.slope, even, pair.sign * odd, norm)
     moved = rough / (pair.psi[0] * pair.slope**2)
     return AiryForm(key, pair.zeta, a, b, *_next_terms(in_float or pair), moved)
 
@@ -250,7 +208,7 @@ def regular_share(
     complex one along the real line. y counts from its middle, `gap` from the barrier, if known.
     """
     c, square, (even, odd) = arithmetic, pair.square, _sums(pair)
-    alpha, beta = _pair_share(c, pair.sign, even, odd, square)
+    alpha, beta = pair_share(c, pair.sign, even, odd, pair_norm(c, even, odd, square))
 
     def parts(y: Number, gap: Number | None) -> tuple[Number, Number]:
         if gap is not None:
@@ -272,8 +230,7 @@ def _next_terms(pair: Pair) -> tuple[Number, Number]:
     """a_1 and b_1 in float64, from the series at both zeros; only their size counts."""
     least = _APART**2
     square = np.where(np.abs(pair.square) < least, least, pair.square)
-    mean = poly([3 * x / ((2 * k + 1) * (2 * k + 3)) for k, x in enumerate(pair.psi[0::2])], square)
-    zeta = square * np.cbrt(mean) ** 2
+    zeta = square * np.cbrt(mean_of_psi(pair.psi, square)) ** 2
     half, root = np.sqrt(square + 0j), np.sqrt(zeta + 0j)
     slopes = [_series_at(pair.psi, sign * half, sign * root) for sign in (1, -1)]
     b = (slopes[0][0] - slopes[1][0]) / (2 * root)
@@ -378,7 +335,7 @@ def _single(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
     """int e^{lam V} and int e^{-lam V}."""
     c, third = point.arithmetic, point.third
     z, airy = _airy(f, point, True)
-    up, down = _over_pair(c, third, f.a, f.b, airy.bi, airy.bi_slope)
+    up, down = over_pair(c, f.a, 1 / third, f.b, airy.bi, airy.bi_slope)
     if not point.errors:
         return {"rising": (up, None), "falling": (down, None)}
     f, airy, (z, third, x) = _sizes(f, airy, z, point)
@@ -397,7 +354,7 @@ def _double(f: AiryForm, point: Any) -> dict[str, tuple[Number, Number]]:
     """The double integral over both."""
     c, third = point.arithmetic, point.third
     z, airy = _airy(f, point, False)
-    both = _over_pair_twice(c, third, f.a, f.b, airy.squares, airy.slopes)
+    both = over_pair_twice(c, f.a, 1 / third, f.b, airy.squares, airy.slopes)
     if not point.errors:
         return {"both": (both, None)}
     size = c.size(both)
@@ -445,7 +402,7 @@ def _truncated(e: Truncated, point: Any) -> dict[str, tuple[Number, Number]]:
     near = dawson(e.t * c.sqrt(lam / 2), c)
     sigma, falling, area = _gaussians(c, lam, *near)
     tail, slow = e.peak * sigma, e.peak * falling
-    rising, falling, both = _over_end(c, lam, e.t, e.peak, e.rest, sigma, falling, area)
+    rising, falling, both = over_end(c, lam, e.t, e.peak, e.rest, sigma, falling, area)
     straight = beyond = c.zero
     if e.slope is not None:
         # int_1^r e^{-lam slope (u - 1)} du, and the double integral beyond the end.

@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair
-from symasym.asymptotics.weak_noise.arrays import Found, unchanged
-from symasym.asymptotics.weak_noise.one_sided import mapped
+from symasym.asymptotics.weak_noise.arrays import Found, mapped, unchanged
 from symasym.base.inputs import FloatArray
 from symasym.drift.field.float_field import IntArray
 from symasym.drift.field.polynomial_scenes import Scenes, clear_of_zero, structure

@@ -5,8 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from symasym.asymptotics.uniform.coalescing_pair import CanonicalPair, airy
-from symasym.asymptotics.uniform.pairing import OneSide, place_at, zeros_of
+from symasym.asymptotics.uniform.coalescing_pair import (
+    CanonicalPair,
+    OneSide,
+    airy,
+    place_at,
+    zeros_of,
+)
 from symasym.asymptotics.uniform.truncated_gaussian import (
     Corrections,
     Truncation,

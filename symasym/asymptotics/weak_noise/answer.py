@@ -46,7 +46,7 @@ from symasym.asymptotics.weak_noise.evaluation import (
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.asymptotics.weak_noise.series import Part, Point, Series, Sizes
-from symasym.base.contexts import mpf_of, own_context
+from symasym.base.contexts import kept, mpf_of, own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
@@ -199,21 +199,21 @@ def _answer(scene: Scene, request: Request, prove: Prove | None) -> Answer:
     order = orders[-1]
     require_resolved(drift, lam)
     near = digits_lost(values["r"], values["start"])
-    with own_context(working_digits(digits, lam, values["r"]) + near) as context:
-        outer = (digits + 15 + near) * quantity.outer
-        both = _halves(drift, values["r"], values["start"], order, context, outer)
-        composed, at = _with_digits(both, lam, values["r"], context)
-        expanded = [quantity.with_digits(composed, at(n)) for n in orders]
-        taken = chosen(expanded, prove, request.full, context)
-        if taken is None:
-            raise _too_strong(scene.noise, order)
-        (value, size, order, _), kind = taken.found, taken.kind
-        if request.log:
-            log = quantity.log(composed, at(order)) if quantity.log else None
-            size = of_log(size / value, kind, context)
-            value = context.log(value) if log is None else log
-        size += abs(value) * context.mpf(10) ** -(digits + 5)
-        return Answer(value, size, kind, _terms(both, context), taken.dropped(context), order)
+    outer = (digits + 15 + near) * quantity.outer
+    dps = working_digits(digits, lam, values["r"]) + near
+    context, both = _kept_halves(drift, values["r"], values["start"], order, dps, outer)
+    composed, at = _with_digits(both, lam, values["r"], context)
+    expanded = [quantity.with_digits(composed, at(n)) for n in orders]
+    taken = chosen(expanded, prove, request.full, context)
+    if taken is None:
+        raise _too_strong(scene.noise, order)
+    (value, size, order, _), kind = taken.found, taken.kind
+    if request.log:
+        log = quantity.log(composed, at(order)) if quantity.log else None
+        size = of_log(size / value, kind, context)
+        value = context.log(value) if log is None else log
+    size += abs(value) * context.mpf(10) ** -(digits + 5)
+    return Answer(value, size, kind, _terms(both, context), taken.dropped(context), order)
 
 
 def _with_digits(
@@ -245,21 +245,21 @@ def parts(scene: Scene, digits: int, orders: range, allowed: Fraction) -> Parts:
     drift, lam, values = scene.drift, scene.lam, scene.numbers
     require_resolved(drift, lam)
     near = digits_lost(values["r"], values["start"])
-    with own_context(working_digits(digits, lam, values["r"]) + near) as context:
-        # No more digits of the regular part than its share of what is allowed.
-        outer = len(str(int(1 / allowed))) + 12 + near
-        both = _halves(drift, values["r"], values["start"], orders[-1], context, outer)
-        composed, at = _with_digits(both, lam, values["r"], context)
-        best: Parts | None = None
-        for n in orders:
-            total = time_with_digits(composed, at(n))
-            if not total.sure:
-                continue
-            error = total.error / total.value
-            if best is None or error < best.error:
-                best = Parts(_items(both, composed, at(n)), total.value, error, n)
-            if error <= mpf_of(allowed, context):
-                break
+    dps = working_digits(digits, lam, values["r"]) + near
+    # No more digits of the regular part than its share of what is allowed.
+    outer = len(str(int(1 / allowed))) + 12 + near
+    context, both = _kept_halves(drift, values["r"], values["start"], orders[-1], dps, outer)
+    composed, at = _with_digits(both, lam, values["r"], context)
+    best: Parts | None = None
+    for n in orders:
+        total = time_with_digits(composed, at(n))
+        if not total.sure:
+            continue
+        error = total.error / total.value
+        if best is None or error < best.error:
+            best = Parts(_items(both, composed, at(n)), total.value, error, n)
+        if error <= mpf_of(allowed, context):
+            break
     if best is None:
         raise _too_strong(float_text(values["kappa"]), orders[-1])
     return best
@@ -310,6 +310,15 @@ def _halves(
 ) -> tuple[OneSided, OneSided]:
     """Left, mirrored, and right."""
     return both_sides(ExactField(drift, False, context), x, r, order, context, outer)
+
+
+@kept
+def _kept_halves(
+    context: MPContext, drift: Drift, r: Fraction, x: Fraction, order: int, dps: int, outer: int
+) -> tuple[OneSided, OneSided]:
+    """The same to `dps` digits, for the next question about the drift."""
+    context.dps = dps
+    return _halves(drift, r, x, order, context, outer)
 
 
 def _terms(both: tuple[OneSided, OneSided], context: MPContext) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import is_dataclass, replace
 from functools import partial
 from operator import itemgetter
 from typing import Any, NamedTuple
@@ -11,7 +12,7 @@ import numpy as np
 
 from symasym.asymptotics.weak_noise.compose import Composed
 from symasym.asymptotics.weak_noise.interpolation import columns, of_one
-from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided, first_of, mapped
+from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided
 from symasym.asymptotics.weak_noise.series import Numbers, Point, Sizes
 from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.drift import Drift
@@ -237,6 +238,25 @@ def _apart(rows: IntArray, sides: Expansions) -> Iterator[tuple[IntArray, Expans
     """The expansions of many drifts one by one."""
     for k in range(len(rows)):
         yield rows[k : k + 1], mapped(sides, itemgetter(slice(k, k + 1)))
+
+
+def mapped(value: Any, change: Callable[[FloatArray], Any]) -> Any:
+    """The same with `change` made to every array in it."""
+    if isinstance(value, np.ndarray):
+        return change(value)
+    if isinstance(value, list):
+        return [mapped(x, change) for x in value]
+    if isinstance(value, tuple):
+        parts = [mapped(x, change) for x in value]
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{name: mapped(x, change) for name, x in vars(value).items()})
+    return value
+
+
+def first_of(value: Any) -> Any:
+    """The same with the arrays' first entries: NumPy is quicker with plain numbers."""
+    return mapped(value, lambda x: float(x.ravel()[0]))
 
 
 def _single(sides: Expansions) -> bool:

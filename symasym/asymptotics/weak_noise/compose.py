@@ -41,6 +41,7 @@ from symasym.asymptotics.weak_noise.series import (
     plus,
     terms,
 )
+from symasym.generated.plain_formulas import on_the_right, time_of_doubles
 
 #: Rounding of lam, of a product with it, and of an exponential.
 ULP = 1.2e-15
@@ -135,6 +136,9 @@ class Sum(Node):
 
     def evaluated(self, at: Point) -> Value:
         return at.total((t.height - self.height, partial(_value, t)) for t in self.terms)
+
+    def __add__(self, other: Node) -> Node:
+        return Sum([*self.terms, other])
 
     def __truediv__(self, other: Node) -> Node:
         return Sum([term / other for term in self.terms])
@@ -312,15 +316,16 @@ def mean_time(sides: Sides) -> Any:
 
     With l, m the start's contributions to int e^{lam V} and int e^{-lam V} to the right, those to
     the left are -l and -m, so that m drops out, and l from L + R: written so, errors of the two
-    series, which are large beside a zero of A, do not count where they cancel.
+    series, which are large beside a zero of A, do not count where they cancel (`two-sides`).
     """
     left, right = sides.left, sides.right
     behind, ahead = sides.shares
     if sides.corner:
-        start = [behind * (ahead * sides.falling)]
-    else:
-        start = [behind * (right.falling * right.scale), ahead * (left.falling * left.scale)]
-    return _total([behind * right.nested, ahead * left.nested, *start]) / sides.total
+        together = on_the_right(ahead, right.nested, sides.falling)
+        return time_of_doubles(behind, ahead, left.nested, together, sides.total)
+    # At a barrier the regular part has the products of the start's own shares.
+    below, above = (side.nested + side.falling * side.scale for side in (left, right))
+    return time_of_doubles(behind, ahead, below, above, sides.total)
 
 
 class Composed:

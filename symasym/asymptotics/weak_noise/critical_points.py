@@ -11,8 +11,8 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from symasym.asymptotics.weak_noise.majorants import FURTHER, Majorants
 from symasym.asymptotics.weak_noise.one_sided import (
+    FURTHER,
     Builder,
     CriticalPoint,
     OneSided,
@@ -25,6 +25,7 @@ from symasym.asymptotics.weak_noise.series import (
     BEYOND,
     ROUNDING,
     Local,
+    Majorants,
     Numbers,
     Part,
     Series,

@@ -301,8 +301,11 @@ def _unresolved(phi: FloatArray, lam: FloatArray, folds: Sequence[float] = ()) -
         near |= lam[:, None] * np.abs(rise - rise[:, middle : middle + 1]) < _NEAR
     known = near.copy()
     rows, columns = np.nonzero((phi[:, 1:] > 0) != (phi[:, :-1] > 0))
-    crooked = np.zeros(len(phi), dtype=bool)
+    # Beyond float64 nothing is known.
+    crooked: Any = ~np.isfinite(phi).all(axis=1)
     for row, column in zip(rows, columns, strict=True):
+        if crooked[row]:
+            continue
         near[row] |= lam[row] * np.abs(rise[row] - rise[row, column]) < _NEAR
         if folds and known[row, column]:
             continue

@@ -18,17 +18,16 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import is_dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise.majorants import majorants
 from symasym.asymptotics.weak_noise.regular_part import Pole, pole_sums
 from symasym.asymptotics.weak_noise.series import (
     BEYOND,
     ROUNDING,
     Local,
+    Majorants,
     Numbers,
     Part,
     Series,
@@ -36,13 +35,21 @@ from symasym.asymptotics.weak_noise.series import (
     lower,
     trimmed,
 )
-from symasym.base.inputs import FloatArray
 from symasym.drift.field.polynomial_scenes import Scenes, edges_of
+from symasym.generated.arithmetic_formulas import first_moment
+from symasym.generated.plain_formulas import (
+    bend_of_saddle,
+    endpoint_shares,
+    kink_change,
+    next_moment,
+)
 from symasym.numbers.arithmetic import FLOATS, Arithmetic, Number
 from symasym.numbers.polynomials import Zeros, poly, poly_slope, shifted
 from symasym.series.power_series import laurent, power
 
 _EPS = 2.3e-16
+#: Taylor coefficients of A beyond those of the terms themselves that majorants look at.
+FURTHER = 8
 # A's first derivatives beside the later ones, below which they are taken to vanish.
 _FLAT = 1e-8
 
@@ -119,12 +126,12 @@ def formal_series(h: Series) -> tuple[Series, Series]:
     parts: sigma_{k+1} = sigma_k'/phi for the one, so that its coefficients are (-1)^(k+1) h_k,
     and -h_k for the other.
     """
-    row = _row(h)
-    rising = [c if k % 2 == 0 else -c for k, c in enumerate(row)]
-    return (
-        Series([Part(1.0, 0, rising)] if row else [], h.rounding),
-        Series([Part(1.0, 0, [-c for c in row])] if row else [], h.rounding),
+    shares = [endpoint_shares(1 if k % 2 else -1, c) for k, c in enumerate(_row(h))]
+    rising, falling = (
+        Series([Part(1.0, 0, list(row))] if row else [], h.rounding)
+        for row in (zip(*shares, strict=True) if shares else ((), ()))
     )
+    return rising, falling
 
 
 def _row(series: Series) -> list[Numbers]:
@@ -149,7 +156,7 @@ def add_edge(
     first, second = _row(left), [] if right is None else _row(right)
     width = max(len(first), len(second))
     first, second = (row + [0.0] * (width - len(row)) for row in (first, second))
-    change = trimmed([y - x for x, y in zip(first, second, strict=True)])
+    change = trimmed([kink_change(x, y) for x, y in zip(first, second, strict=True)])
     # phi goes on without a jump, so that the first terms of both sides cancel, exactly.
     if right is not None and change:
         change[0] = 0.0
@@ -182,13 +189,50 @@ def arc_coefficients(taylor: list[Any], count: int, step: int, one: Number) -> l
     (`symasym.asymptotics.laplace.watson`), with V - V(z) = -phi'(z) t²/2 (1 + alpha_1 t + ...).
     """
     slope = taylor[1]
-    alpha = [1, *(2 * c / ((j + 2) * slope) for j, c in enumerate(taylor[2 : count + 1], start=1))]
+    bends = enumerate(taylor[2 : count + 1], start=1)
+    alpha = [1, *(bend_of_saddle(j, c, slope) for j, c in bends)]
     front = abs(slope) ** -0.5
     square, arc = front**2, []
     for i in range(0, count, step):
         arc.append(power(alpha, -(i + 1), 2, i + 1, one)[i] * front)
         front = front * (square if step == 2 else abs(slope) ** -0.5)
     return arc
+
+
+def majorants(taylor: list[Numbers], count: int, arithmetic: Arithmetic) -> Majorants:
+    """M_n for n <= `count` and L_n of a zero of A with the Taylor coefficients `taylor` of A.
+
+    With V - V(u) = +-a t^2 (1 + alpha_1 t + alpha_2 t^2 + ...), the coefficient of lam^-(n + 1/2)
+    is Gamma(n + 1/2) a^-(n + 1/2) [t^2n] (1 + sum alpha_j t^j)^-(n + 1/2) (Perron's formula). With
+    -|alpha_j| for alpha_j all its products are positive: M_n, which bounds its size (Cauchy's
+    method of majorants) and vanishes only where each product does. Where the next two terms behind
+    the N-th, which are known, nearly vanish, M_{N+3} tells what may follow.
+
+    An alpha_j that is first felt in a later term is felt there by
+
+        L_n = a^-(n + 1/2) (Gamma(n + 3/2) |alpha_2n| + Gamma(n + 5/2)/2 sum |alpha_i alpha_j|),
+
+    i + j = 2n: the terms of first and second order in the alpha_j.
+    """
+    slope = abs(taylor[1])
+    a = slope / 2
+    alpha = [2 * abs(c) / ((j + 2) * slope) for j, c in enumerate(taylor[2:], start=1)]
+    negative = [1, *(-x for x in alpha)]
+    full, later, inverse = [], [], 1 / a
+    front = a**-0.5 * a
+    for n in range(max(count, len(alpha)) + 1):
+        front = front * inverse
+        if n <= count:
+            positive = power(negative, -(2 * n + 1), 2, 2 * n + 1, arithmetic.one)[2 * n]
+            full.append(front * arithmetic.gamma(2 * n + 1, 2) * positive)
+        pairs: Numbers = 0 * a
+        for i in range(max(1, 2 * n - len(alpha)), min(len(alpha), 2 * n - 1) + 1):
+            pairs = pairs + alpha[i - 1] * alpha[2 * n - i - 1]
+        felt = arithmetic.gamma(2 * n + 5, 2) / 2 * pairs
+        if 0 < 2 * n <= len(alpha):
+            felt = felt + arithmetic.gamma(2 * n + 3, 2) * alpha[2 * n - 1]
+        later.append(front * felt)
+    return Majorants(full, later)
 
 
 def _log(x: Numbers) -> Any:
@@ -220,6 +264,8 @@ class Builder:
     """
 
     arithmetic: Arithmetic = FLOATS
+    #: The rounding of one operation; 0 where digits are to spare.
+    eps = _EPS
     #: The rounding of h_1 beside a straight potential.
     least: Numbers = ROUNDING
 
@@ -330,10 +376,10 @@ class Builder:
 
         (Watson's lemma for the even coefficients, DLMF 2.4(iv).)
         """
-        terms, moment = [], (2 * self.arithmetic.pi) ** 0.5
+        terms, moment = [], first_moment(self.arithmetic)
         for n, a in enumerate(arc):
             terms.append(a * moment)
-            moment *= 2 * n + 1
+            moment = next_moment(n, moment)
         known = majorants(taylor, self.count, self.arithmetic)
         return Series([Part(0.5, 0, trimmed(terms))], rounding, majorants=known)
 
@@ -350,7 +396,7 @@ class Builder:
             return pole_sums(self.poles(), self.edges, self.count, _log)
         totals, sizes = ([[0.0] * 3 for _ in range(self.count)] for _ in range(2))
         totals[0] = [u / self.c[0] for u in self.edges]
-        sizes[0] = [abs(total) * _EPS for total in totals[0]]
+        sizes[0] = [abs(total) * self.eps for total in totals[0]]
         return totals, sizes
 
     def outer(self, sign: int, extra: Numbers) -> Series:
@@ -359,7 +405,7 @@ class Builder:
         shares = [row[1 + sign] - row[1] for row in totals]
         wrong = [row[1 + sign] + row[1] for row in sizes]
         shares[0] = shares[0] + extra
-        wrong[0] = wrong[0] + abs(extra) * _EPS * 4
+        wrong[0] = wrong[0] + abs(extra) * self.eps * 4
         return Series([Part(1.0, 0, trimmed(shares))], 1.0, wrong)
 
     # -- the two sides ----------------------------------------------------------------------
@@ -439,22 +485,3 @@ class Builder:
         slope = self.a_plus if sign > 0 else -self.a_minus
         add_edge(rising, falling, rank, height, inner, self.flat(slope), "kink", u)
         return 1.0 + 0 * height, height, slope
-
-
-def mapped(value: Any, change: Callable[[FloatArray], Any]) -> Any:
-    """The same with `change` made to every array in it."""
-    if isinstance(value, np.ndarray):
-        return change(value)
-    if isinstance(value, list):
-        return [mapped(x, change) for x in value]
-    if isinstance(value, tuple):
-        parts = [mapped(x, change) for x in value]
-        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-    if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{name: mapped(x, change) for name, x in vars(value).items()})
-    return value
-
-
-def first_of(value: Any) -> Any:
-    """The same with the arrays' first entries: NumPy is quicker with plain numbers."""
-    return mapped(value, lambda x: float(x.ravel()[0]))

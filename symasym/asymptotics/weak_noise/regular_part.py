@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError, SymasymError
 from symasym.base.patience import step
 from symasym.drift.field.taylor_field import ExactField, to_fraction
+from symasym.generated.plain_formulas import finite_part
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.polynomials import refined, shifted
 from symasym.series.power_series import laurent, product, reciprocal
@@ -117,7 +119,7 @@ def pole_primitive(series: list[Any], k: int, t: Number, log: Number) -> Any:
     inverse = 1 / t
     total: Any = 0.0
     for j in range(2 * k + 1, 1, -1):
-        total = (total + series[2 * k + 1 - j] / (1 - j)) * inverse
+        total = (total + finite_part(j, series[2 * k + 1 - j])) * inverse
     return total + series[2 * k] * log
 
 
@@ -127,7 +129,7 @@ def primitive(t: Number, j: int, context: MPContext) -> Any:
         return context.zero
     if j == 1:
         return context.log(abs(t)) if isinstance(t, context.mpf) else context.log(t)
-    return t ** (1 - j) / (1 - j)
+    return finite_part(j, t ** (1 - j))
 
 
 def least_square(context: MPContext) -> Any:
@@ -195,126 +197,214 @@ def panel_integrals(
 
     One panel is about each zero of A, or each close pair of them, the others halved as is needed.
     """
-    totals = [context.zero] * count
     marks = [lo, *(to_fraction(z) for z in zeros), hi]
-    cuts = [lo]
-    before = _zero_before(field, lo, context)
-    if before is not None:
-        reach = _from_zero(field, before, lo, (marks[1] - before) / 2, totals, context)
-        cuts = [before + reach] if reach else [lo]
-    alone = []
-    for start, end in _about_pairs(field, marks, totals, context):
-        cuts += [start, end]
-        alone += [z for z in marks[1:-1] if start < z < end]
-    inside = [z for z in marks[1:-1] if z not in alone]
-    for zero in inside:
-        # About a zero the panel is symmetric, for its logarithms to cancel, or ends with the range.
-        others = [u for u in (*marks, *cuts) if u != zero]
-        end = lo if zero - lo < hi - zero else hi
-        reach = min(abs(zero - u) for u in others if u != end) / 2
-        cuts += _beside_end(field, zero, reach, end, totals, context)
-    cuts = sorted([*cuts, hi])
-    whole = [(cuts[k], cuts[k + 1]) for k in range(0, len(cuts), 2)]
-    waiting = list(whole)
-    for _ in range(_MOST_PANELS):
-        if not waiting:
-            return totals
-        a, b = waiting.pop()
-        middle = (a + b) / 2
-        if b - a < _NARROWEST and (a, b) not in whole:
-            raise _too_narrow(field, a)
-        if not _add(field, middle, (b - a) / 2, False, (-1, 1), totals, context):
-            waiting += [(a, middle), (middle, b)]
-    raise _too_narrow(field, waiting[-1][0])
+    panels = _Panels(field, count, context)
+    panels.cover(marks)
+    return panels.totals
 
 
-def _about_pairs(
-    field: ExactField, marks: list[Fraction], totals: list[Any], context: MPContext
-) -> list[tuple[Fraction, Fraction]]:
-    """Add a panel about each two zeros, real or complex, that are close; where the panels are."""
-    panels: list[tuple[Fraction, Fraction]] = []
-    lo, hi = marks[0], marks[-1]
-    for mark in sorted(map(Fraction, field.monotone_marks())):
-        if not lo < mark < hi:
-            continue
-        about = field.taylor(mark, Fraction(1), 3)
-        if len(about) < 3 or not about[2] or abs(about[0] / about[2]) > _APART**2:
-            continue
-        near = 4 * Fraction(_APART)
-        edges = [u for u in marks if abs(u - mark) > near] + [
-            lo,
-            hi,
-            *(u for p in panels for u in p),
-        ]
-        reach = min([abs(u - mark) / 2 for u in edges] + [Fraction(1, 4)])
-        while reach > near / 3:
-            step()
-            if _add_pair(field, mark, reach, totals, context):
-                panels.append((mark - reach, mark + reach))
-                break
-            reach = reach * 3 / 4
-    return panels
+class _Panels:
+    """The integrals of h_1, ..., h_count over the panels that have been added: `totals`."""
 
+    def __init__(self, field: ExactField, count: int, context: MPContext) -> None:
+        self.field, self.count, self.context = field, count, context
+        self.totals = [context.zero] * count
 
-def _add_pair(
-    field: ExactField, centre: Fraction, half: Fraction, totals: list[Any], context: MPContext
-) -> bool:
-    """Add the integrals over centre ± half, where phi = (y² - D) psi; False if too wide.
+    # -- where the panels are ---------------------------------------------------------------
 
-    h_k = g_k/(y² - D)^(2k - 1), g_1 = 1/psi, with every g_k a power series: nothing is singular
-    as D vanishes but, for a complex pair, the share of its zeros.
-    """
-    terms = int(context.prec / 1.2) + 2 * len(totals) + 8
-    small = context.ldexp(1, -context.prec + 16)
-    with _finer(context, len(totals), terms):
-        shares = _pair_shares(field, centre, half, len(totals), terms, small, context)
-    for k, share in enumerate(shares or ()):
-        totals[k] += share
-    return shares is not None
+    def cover(self, marks: list[Fraction]) -> None:
+        """Add all panels from the first of the marks to the last; the others are A's zeros."""
+        lo, hi, field = marks[0], marks[-1], self.field
+        cuts = [lo]
+        before = self.zero_before(lo)
+        if before is not None:
+            reach = self.from_zero(before, lo, (marks[1] - before) / 2)
+            cuts = [before + reach] if reach else [lo]
+        alone = []
+        for start, end in self.about_pairs(marks):
+            cuts += [start, end]
+            alone += [z for z in marks[1:-1] if start < z < end]
+        inside = [z for z in marks[1:-1] if z not in alone]
+        for zero in inside:
+            # About a zero the panel is symmetric, for its logarithms to cancel, or ends with the
+            # range.
+            others = [u for u in (*marks, *cuts) if u != zero]
+            end = lo if zero - lo < hi - zero else hi
+            reach = min(abs(zero - u) for u in others if u != end) / 2
+            cuts += self.beside_end(zero, reach, end)
+        cuts = sorted([*cuts, hi])
+        whole = [(cuts[k], cuts[k + 1]) for k in range(0, len(cuts), 2)]
+        waiting = list(whole)
+        for _ in range(_MOST_PANELS):
+            if not waiting:
+                return
+            a, b = waiting.pop()
+            middle = (a + b) / 2
+            if b - a < _NARROWEST and (a, b) not in whole:
+                raise _too_narrow(field, a)
+            if not self.add(middle, (b - a) / 2):
+                waiting += [(a, middle), (middle, b)]
+        raise _too_narrow(field, waiting[-1][0])
 
+    def about_pairs(self, marks: list[Fraction]) -> list[tuple[Fraction, Fraction]]:
+        """Add a panel about each two zeros, real or complex, that are close; where they are."""
+        panels: list[tuple[Fraction, Fraction]] = []
+        lo, hi = marks[0], marks[-1]
+        for mark in sorted(map(Fraction, self.field.monotone_marks())):
+            if not lo < mark < hi:
+                continue
+            about = self.field.taylor(mark, Fraction(1), 3)
+            if len(about) < 3 or not about[2] or abs(about[0] / about[2]) > _APART**2:
+                continue
+            near = 4 * Fraction(_APART)
+            edges = [u for u in marks if abs(u - mark) > near]
+            edges += [lo, hi, *(u for p in panels for u in p)]
+            reach = min([abs(u - mark) / 2 for u in edges] + [Fraction(1, 4)])
+            while reach > near / 3:
+                step()
+                if self.add_pair(mark, reach):
+                    panels.append((mark - reach, mark + reach))
+                    break
+                reach = reach * 3 / 4
+        return panels
 
-def _pair_shares(
-    field: ExactField,
-    centre: Fraction,
-    half: Fraction,
-    count: int,
-    terms: int,
-    small: mpf,
-    context: MPContext,
-) -> list[Any] | None:
-    """The integrals that `_add_pair` adds, k = 1 to `count`; None if the panel is too wide."""
-    width = mpf_of(half, context)
-    taylor = [mpf_of(c, context) for c in field.taylor(centre, half, terms)]
-    while len(taylor) > 3 and not taylor[-1]:
-        # Its division takes the square of the length.
-        taylor.pop()
-    try:
-        pair = split_pair(taylor, context, 1)
-    except SymasymError:
-        return None
-    psi = [pair.sign * c for c in pair.psi]
-    psi += [context.zero] * (terms - 2 - len(psi))
-    square, ends = pair.square, (-1 - pair.middle, 1 - pair.middle)
-    if not least_square(context) < abs(square) < 0.25 or abs(pair.middle) > 0.5:
-        return None
-    inverse = reciprocal(psi)
-    g, shares = inverse, []
-    for k in range(count):
-        # The series about the middle is to reach both ends, 1 + |middle| away.
-        top = [abs(c) * (1 + abs(pair.middle)) ** j for j, c in enumerate(g)]
-        if max(top[-8:]) > small * max(top):
+    def zero_before(self, lo: Fraction) -> Fraction | None:
+        """A simple zero of A just before the range, or at its beginning."""
+        value, slope = self.field.taylor(lo, Fraction(1), 2)[:2]
+        if value == 0:
+            return lo
+        if not slope or not 0 < value / slope < _APART:
             return None
-        powers = _pair_integrals(square, ends, len(g), 2 * k + 1, context)
-        shares.append(context.fdot(g, powers) * width ** (1 - k))
-        slope = [(j + 1) * c for j, c in enumerate(g[1:])]
-        lowered = [-square * c for c in slope[:-2]]
-        for j, c in enumerate(slope[:-2]):
-            if j + 2 < len(lowered):
-                lowered[j + 2] += c
-        for j, c in enumerate(g[: len(lowered) - 1]):
-            lowered[j + 1] -= 2 * (2 * k + 1) * c
-        g = product([-c for c in lowered], inverse[: len(lowered)])
-    return shares
+        zero = to_fraction(self.field.polish(mpf_of(lo - value / slope, self.context)))
+        return zero if max(Fraction(-1), lo - 2 * _APART) < zero < lo else None
+
+    def from_zero(self, zero: Fraction, lo: Fraction, reach: Fraction) -> Fraction | None:
+        """Add a panel from `lo` on about a zero before it; how far it reaches from there."""
+        gap = lo - zero
+        while reach > max(2 * gap, _NARROWEST):
+            step()
+            if self.add(zero, reach, (mpf_of(gap / reach, self.context), 1)):
+                return reach
+            reach /= 2
+        if gap:
+            return None
+        raise _too_narrow(self.field, zero)
+
+    def beside_end(self, zero: Fraction, reach: Fraction, end: Fraction) -> list[Fraction]:
+        """Add a panel about a zero, up to the `end` of the range if that is near; its edges."""
+        gap, before = abs(zero - end), end < zero
+        while reach > gap:
+            step()
+            near = mpf_of(gap / reach, self.context)
+            if self.add(zero, reach, (-near, self.context.one) if before else (-1, near)):
+                return [end, zero + reach] if before else [zero - reach, end]
+            reach /= 2
+        reach = min(reach, gap / 2)
+        while not self.add(zero, reach, (-1, 1)):
+            step()
+            reach /= 2
+            if reach < _NARROWEST:
+                raise _too_narrow(self.field, zero)
+        return [zero - reach, zero + reach]
+
+    # -- one panel --------------------------------------------------------------------------
+
+    def add(self, centre: Fraction, half: Fraction, sides: tuple[Any, Any] | None = None) -> bool:
+        """Add the integrals over centre + half [-1, 1]; False, and nothing added, if too wide.
+
+        With `sides`, over centre + half [sides], about a zero of A.
+        """
+        return not half or self._added(1.4, partial(self._shares, centre, half, sides))
+
+    def add_pair(self, centre: Fraction, half: Fraction) -> bool:
+        """Add the integrals over centre ± half, where phi = (y² - D) psi; False if too wide.
+
+        h_k = g_k/(y² - D)^(2k - 1), g_1 = 1/psi, with every g_k a power series: nothing is singular
+        as D vanishes but, for a complex pair, the share of its zeros.
+        """
+        return self._added(1.2, partial(self._pair_shares, centre, half))
+
+    def _added(self, bits: float, find: Callable[[int, mpf], list[Any] | None]) -> bool:
+        """Add what is found from a term for every so many bits, if anything is."""
+        c, count = self.context, self.count
+        terms, small = int(c.prec / bits) + 2 * count + 8, c.ldexp(1, -c.prec + 16)
+        # Each derivative makes rounding larger by the number of the coefficient.
+        with c.workprec(c.prec + (count - 1) * terms.bit_length()):
+            shares = find(terms, small)
+        for k, share in enumerate(shares or ()):
+            self.totals[k] += share
+        return shares is not None
+
+    def _shares(
+        self, centre: Fraction, half: Fraction, sides: Any, terms: int, small: mpf
+    ) -> list[Any] | None:
+        """The integrals that `add` adds, k = 1 to `count`; None if the panel is too wide."""
+        context, zero = self.context, sides is not None
+        sides = sides if zero else (-1, 1)
+        taylor = [mpf_of(c, context) for c in self.field.taylor(centre, half, terms)]
+        taylor += [context.zero] * (terms - len(taylor))
+        if zero:
+            taylor[0] = context.zero
+        # Where the panel is far too wide, the first coefficients are lost beside the later ones.
+        if not taylor[1 if zero else 0]:
+            return None
+        width = mpf_of(half, context)
+        shares = []
+        for k, series in enumerate(laurent(taylor, zero, self.count)):
+            if max(abs(c) for c in series[-8:]) > small * max(abs(c) for c in series):
+                return None
+            power = 2 * k + 1 if zero else 0
+            # In units of `half` the logarithm of the distance counts from there.
+            total = context.fsum(
+                c
+                * (
+                    primitive(context.mpf(sides[1]), power - j, context)
+                    - primitive(context.mpf(sides[0]), power - j, context)
+                )
+                for j, c in enumerate(series)
+            )
+            if zero and sides[0] == 0:
+                total += series[power - 1] * context.log(width)
+            # h_k is in units of 1/half^(k-1), du in those of half; phi itself was not scaled.
+            shares.append(total * width ** (1 - k))
+        return shares
+
+    def _pair_shares(
+        self, centre: Fraction, half: Fraction, terms: int, small: mpf
+    ) -> list[Any] | None:
+        """The integrals that `add_pair` adds, k = 1 to `count`; None if the panel is too wide."""
+        context, width = self.context, mpf_of(half, self.context)
+        taylor = [mpf_of(c, context) for c in self.field.taylor(centre, half, terms)]
+        while len(taylor) > 3 and not taylor[-1]:
+            # Its division takes the square of the length.
+            taylor.pop()
+        try:
+            pair = split_pair(taylor, context, 1)
+        except SymasymError:
+            return None
+        psi = [pair.sign * c for c in pair.psi]
+        psi += [context.zero] * (terms - 2 - len(psi))
+        square, ends = pair.square, (-1 - pair.middle, 1 - pair.middle)
+        if not least_square(context) < abs(square) < 0.25 or abs(pair.middle) > 0.5:
+            return None
+        inverse = reciprocal(psi)
+        g, shares = inverse, []
+        for k in range(self.count):
+            # The series about the middle is to reach both ends, 1 + |middle| away.
+            top = [abs(c) * (1 + abs(pair.middle)) ** j for j, c in enumerate(g)]
+            if max(top[-8:]) > small * max(top):
+                return None
+            powers = _pair_integrals(square, ends, len(g), 2 * k + 1, context)
+            shares.append(context.fdot(g, powers) * width ** (1 - k))
+            slope = [(j + 1) * c for j, c in enumerate(g[1:])]
+            lowered = [-square * c for c in slope[:-2]]
+            for j, c in enumerate(slope[:-2]):
+                if j + 2 < len(lowered):
+                    lowered[j + 2] += c
+            for j, c in enumerate(g[: len(lowered) - 1]):
+                lowered[j + 1] -= 2 * (2 * k + 1) * c
+            g = product([-c for c in lowered], inverse[: len(lowered)])
+        return shares
 
 
 def _pair_integrals(
@@ -354,74 +444,6 @@ def _pair_integrals(
     return rows[-1][:count]
 
 
-def _zero_before(field: ExactField, lo: Fraction, context: MPContext) -> Fraction | None:
-    """A simple zero of A just before the range, or at its beginning."""
-    value, slope = field.taylor(lo, Fraction(1), 2)[:2]
-    if value == 0:
-        return lo
-    if not slope or not 0 < value / slope < _APART:
-        return None
-    zero = to_fraction(field.polish(mpf_of(lo - value / slope, context)))
-    return zero if max(Fraction(-1), lo - 2 * _APART) < zero < lo else None
-
-
-def _from_zero(
-    field: ExactField,
-    zero: Fraction,
-    lo: Fraction,
-    reach: Fraction,
-    totals: list[Any],
-    context: MPContext,
-) -> Fraction | None:
-    """Add a panel from `lo` on about a zero before it; how far it reaches from there."""
-    gap = lo - zero
-    while reach > max(2 * gap, _NARROWEST):
-        step()
-        if _add(field, zero, reach, True, (mpf_of(gap / reach, context), 1), totals, context):
-            return reach
-        reach /= 2
-    if gap:
-        return None
-    raise _too_narrow(field, zero)
-
-
-def _beside_end(
-    field: ExactField,
-    zero: Fraction,
-    reach: Fraction,
-    end: Fraction,
-    totals: list[Any],
-    context: MPContext,
-) -> list[Fraction]:
-    """Add a panel about a zero, up to the `end` of the range if that is near; where it lies."""
-    gap = abs(zero - end)
-    while reach > gap:
-        step()
-        near = -mpf_of(gap / reach, context), context.one
-        if _add(field, zero, reach, True, near if end < zero else (-1, -near[0]), totals, context):
-            return [end, zero + reach] if end < zero else [zero - reach, end]
-        reach /= 2
-    reach = _about_zero(field, zero, min(reach, gap / 2), (-1, 1), totals, context)
-    return [zero - reach, zero + reach]
-
-
-def _about_zero(
-    field: ExactField,
-    zero: Fraction,
-    reach: Fraction,
-    sides: tuple[int, int],
-    totals: list[Any],
-    context: MPContext,
-) -> Fraction:
-    """Add a panel about a zero of A, and return how far it reaches."""
-    while not _add(field, zero, reach, True, sides, totals, context):
-        step()
-        reach /= 2
-        if reach < _NARROWEST:
-            raise _too_narrow(field, zero)
-    return reach
-
-
 def _too_narrow(field: ExactField, u: Fraction) -> AccuracyError:
     """The refusal of a drift that needs too many panels beside u."""
     point = -float(u) if field.mirrored else float(u)
@@ -429,70 +451,3 @@ def _too_narrow(field: ExactField, u: Fraction) -> AccuracyError:
         f"A varies too fast, or nearly vanishes, beside u = {point:.6g} for the weak-noise "
         "series; use method='exact'."
     )
-
-
-def _add(
-    field: ExactField,
-    centre: Fraction,
-    half: Fraction,
-    zero: bool,
-    sides: tuple[Any, Any],
-    totals: list[Any],
-    context: MPContext,
-) -> bool:
-    """Add the integrals over centre + half [sides]; False, and nothing added, if too wide."""
-    if not half:
-        return True
-    terms = int(context.prec / 1.4) + 2 * len(totals) + 8
-    small = context.ldexp(1, -context.prec + 16)
-    with _finer(context, len(totals), terms):
-        shares = _shares(field, centre, half, zero, sides, len(totals), terms, small, context)
-    for k, share in enumerate(shares or ()):
-        totals[k] += share
-    return shares is not None
-
-
-def _finer(context: MPContext, count: int, terms: int) -> Any:
-    """Bits for h_count: each derivative makes rounding larger by the number of the coefficient."""
-    return context.workprec(context.prec + (count - 1) * terms.bit_length())
-
-
-def _shares(
-    field: ExactField,
-    centre: Fraction,
-    half: Fraction,
-    zero: bool,
-    sides: tuple[int, int],
-    count: int,
-    terms: int,
-    small: mpf,
-    context: MPContext,
-) -> list[Any] | None:
-    """The integrals that `_add` adds, k = 1 to `count`; None if the panel is too wide."""
-    taylor = [mpf_of(c, context) for c in field.taylor(centre, half, terms)]
-    taylor += [context.zero] * (terms - len(taylor))
-    if zero:
-        taylor[0] = context.zero
-    # Where the panel is far too wide, the first coefficients are lost beside the later ones.
-    if not taylor[1 if zero else 0]:
-        return None
-    width = mpf_of(half, context)
-    shares = []
-    for k, series in enumerate(laurent(taylor, zero, count)):
-        if max(abs(c) for c in series[-8:]) > small * max(abs(c) for c in series):
-            return None
-        power = 2 * k + 1 if zero else 0
-        # In units of `half` the logarithm of the distance counts from there.
-        total = context.fsum(
-            c
-            * (
-                primitive(context.mpf(sides[1]), power - j, context)
-                - primitive(context.mpf(sides[0]), power - j, context)
-            )
-            for j, c in enumerate(series)
-        )
-        if zero and sides[0] == 0:
-            total += series[power - 1] * context.log(width)
-        # h_k is in units of 1/half^(k-1), du in those of half; phi itself was not scaled.
-        shares.append(total * width ** (1 - k))
-    return shares

@@ -5,7 +5,7 @@ the terms up to c_N. Its truncation error is judged by the next two, (|c_{N+1}| 
 lam^-(N+1) over 1 - q, where terms fall by a factor q, at most 3/4: an estimate, as such series
 diverge (R. B. Dingle, Asymptotic Expansions, 1973, ch. XXI). These two may nearly vanish; the error
 of a well's or a barrier's series is no less than a share of what their majorants allow
-(`symasym.asymptotics.weak_noise.majorants`).
+(`symasym.asymptotics.weak_noise.one_sided.majorants`).
 
 Every pass over an array costs about as much as any other, so that passes are what is saved:
 powers and exponentials of one array of lam are computed once, the next two terms of a series by
@@ -21,7 +21,6 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from symasym.asymptotics.weak_noise.majorants import Majorants
 from symasym.base.inputs import FloatArray
 from symasym.numbers.arithmetic import FLOATS, Arithmetic
 
@@ -40,6 +39,17 @@ class Part(NamedTuple):
     offset: float
     logs: int
     coefficients: list[Numbers]
+
+
+class Majorants(NamedTuple):
+    """M_n and L_n for n = 0, 1, ...; M_n as far as it is wanted, L_n further on."""
+
+    full: list[Numbers]
+    first_felt: list[Numbers]
+
+    def behind(self, known: int) -> list[Numbers]:
+        """Majorants of the coefficients behind the first `known`, of which the first is full."""
+        return self.full[known : known + 1] + self.first_felt[known + 1 :]
 
 
 class Series(NamedTuple):

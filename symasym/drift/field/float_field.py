@@ -7,8 +7,9 @@ mirrored drift -A(-u). Both fields below therefore hold each scene with a sign.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -17,6 +18,7 @@ from symasym.base.contexts import own_context
 from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.drift import Drift
+from symasym.drift.field.directions import Directions
 from symasym.numbers.complex_balls import ComplexBall, tame
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
 from symasym.numbers.polynomials import poly, real_parts
@@ -29,13 +31,19 @@ _GRID = np.cos(np.pi * np.arange(33) / 32)
 
 #: Units of truncated Taylor series, in bits, so that their coefficients fit float64.
 _FINEST = 50
+#: Taylor series that are kept of one drift.
+_MOST_ROWS = 256
 
 IntArray = np.ndarray[Any, np.dtype[np.intp]]
 
 
 class Field(Protocol):
-    """Drift of `len(sign)` scenes; `sign` is -1 for the mirrored ones."""
+    """Drift of `len(sign)` scenes; `sign` is -1 for the mirrored ones.
 
+    `directions` are those in which it is differentiated, if it is.
+    """
+
+    directions: Directions | None
     sign: FloatArray
     a_minus: FloatArray
     a_plus: FloatArray
@@ -78,15 +86,16 @@ class Field(Protocol):
         ...
 
 
-def field_of(drift: Drift, values: dict[str, Any], count: int) -> Field:
+def field_of(
+    drift: Drift, values: dict[str, Any], count: int, directions: Directions | None = None
+) -> Field:
     """The field of `drift` for `count` scenes and their mirror images."""
     pairs = {name: DoubleDouble.of(value) for name, value in values.items()}
     coefficients = drift.coefficients(pairs, DoubleDoubleOps())
     if coefficients is None or len(coefficients) > 13:
-        return AnalyticField(
-            drift, {name: pair.broadcast_to((count,)) for name, pair in pairs.items()}, count
-        )
-    return PolynomialField([DoubleDouble.of(c) for c in coefficients], count)
+        shaped = {name: pair.broadcast_to((count,)) for name, pair in pairs.items()}
+        return AnalyticField(drift, shaped, count, directions)
+    return PolynomialField([DoubleDouble.of(c) for c in coefficients], count, directions)
 
 
 def extremes(field: Field, scene: IntArray) -> FloatArray:
@@ -101,7 +110,10 @@ def extremes(field: Field, scene: IntArray) -> FloatArray:
 class PolynomialField:
     """A is a polynomial of modest degree."""
 
-    def __init__(self, coefficients: list[DoubleDouble], count: int) -> None:
+    def __init__(
+        self, coefficients: list[DoubleDouble], count: int, directions: Directions | None = None
+    ) -> None:
+        self.directions = directions
         self._pairs = [c.broadcast_to((count,)) for c in coefficients]
         # Mirror images are -A(-u).
         mirrored = [1.0 if k % 2 else -1.0 for k in range(len(coefficients))]
@@ -174,22 +186,42 @@ def _zeros_of(c: FloatArray) -> FloatArray:
     return zeros
 
 
+@dataclass
+class _Known:
+    """Zeros and extremes of a drift, and its Taylor series by their centres."""
+
+    marks: FloatArray | None
+    rows: dict[float, FloatArray]
+
+
+@lru_cache(maxsize=256)
+def _known(formula: object, parameters: bytes) -> _Known:
+    """What was found of the drift of this formula and parameters, for the next question."""
+    return _Known(None, {})
+
+
 class AnalyticField:
     """A is any analytic function; a stiff scene pays for a few Taylor series at 40 digits."""
 
     ORDER = 16
 
-    def __init__(self, drift: Drift, pairs: dict[str, DoubleDouble], count: int) -> None:
-        self._drift = drift
+    def __init__(
+        self,
+        drift: Drift,
+        pairs: dict[str, DoubleDouble],
+        count: int,
+        directions: Directions | None = None,
+    ) -> None:
+        self._drift, self.directions = drift, directions
         self._pairs = pairs
         self._values = {name: np.tile(p.hi, 2) for name, p in pairs.items()}
         self._count = count
         self.sign = np.repeat((1.0, -1.0), count)
         # Scenes of one drift share its analysis, which costs far more than finding them.
-        numbers = [x for p in pairs.values() for x in (p.hi, p.lo)] or [np.zeros(count)]
-        self._kind = np.unique(np.array(numbers), axis=1, return_inverse=True)[1].ravel()
-        self._marks: dict[int, FloatArray] = {}
-        self._rows: dict[tuple[int, float], FloatArray] = {}
+        ordered = [pairs[name] for name in sorted(pairs)]
+        numbers = [x for p in ordered for x in (p.hi, p.lo)] or [np.zeros(count)]
+        kinds, index = np.unique(np.array(numbers), axis=1, return_inverse=True)
+        self._kinds, self._kind = kinds.T, index.ravel()
         everyone = np.arange(2 * count)
         ends = self.phi(everyone, np.tile((-1.0, 1.0), (2 * count, 1)))
         self.a_minus, self.a_plus = ends.T.copy()
@@ -258,19 +290,23 @@ class AnalyticField:
             [np.pad(row, (0, width - len(row)), constant_values=np.nan) for row in rows]
         )
 
+    def _known(self, scene: int) -> _Known:
+        """What is known of the drift of a scene that is not mirrored."""
+        return _known(self._drift.model, self._kinds[self._kind[scene]].tobytes())
+
     def _marks_of(self, scene: int) -> FloatArray:
         """Zeros and extremes of one scene, a mirror image's from what it mirrors."""
         from symasym.drift.landscape import float_marks
 
         original = scene % self._count
-        kind = int(self._kind[original])
-        if kind not in self._marks:
-            self._marks[kind] = np.asarray(
+        known = self._known(original)
+        if known.marks is None:
+            known.marks = np.asarray(
                 float_marks(
                     partial(self._phi_of_one, [original]), partial(self._spread_of_one, original)
                 )
             )
-        marks = self._marks[kind]
+        marks = known.marks
         return marks if self.sign[scene] > 0 else -marks[::-1]
 
     def turning(self, scene: IntArray) -> FloatArray:
@@ -287,10 +323,12 @@ class AnalyticField:
             powers = np.arange(self.ORDER)
             for s, c in zip(scene, centre, strict=True):
                 sign, original = self.sign[s], int(s) % self._count
-                key = int(self._kind[original]), float(sign * c)
-                if key not in self._rows:
-                    self._rows[key] = self._taylor_of_one(original, key[1], ops)
-                rows.append(sign * self._rows[key] * sign**powers)
+                known, at = self._known(original).rows, float(sign * c)
+                if at not in known:
+                    if len(known) > _MOST_ROWS:
+                        known.clear()
+                    known[at] = self._taylor_of_one(original, at, ops)
+                rows.append(sign * known[at] * sign**powers)
                 radii.append(_trust(rows[-1]))
         return np.array(rows), self._tamed(scene, centre, np.array(rows), np.array(radii))
 

@@ -1,7 +1,8 @@
-"""Gauss-Legendre's quadrature and quotients that are 0/0, to be emitted.
+"""Gauss-Legendre's quadrature, quotients that are 0/0, and what `math` raises for, to be emitted.
 
 Helpers of the emitted files: those in Python hold them as they stand, C and JavaScript as
-`symasym.emit.kernels.transcribe` writes them.
+`symasym.emit.kernels.transcribe` writes them. For what C and JavaScript have of their own
+(`symasym.emit.kernels.transcribe_expressions`) only the target "python" takes the first four.
 """
 
 from __future__ import annotations
@@ -9,7 +10,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from symasym.emit.kernels.guarded import _expm1
+
+def _exp(x: float) -> float:
+    # math.exp raises where this is infinite.
+    return math.exp(x) if x < 709.78 else math.exp(x - 9) * math.exp(9) if x < 718 else math.inf
+
+
+def _expm1(x: float) -> float:
+    return math.expm1(x) if x < 709 else _exp(x)
+
+
+def _sinh(x: float) -> float:
+    return math.copysign(_exp(abs(x)) / 2, x) if abs(x) > 700 else math.sinh(x)
+
+
+def _cosh(x: float) -> float:
+    return _exp(abs(x)) / 2 if abs(x) > 700 else math.cosh(x)
+
 
 Curve = Callable[[float], float]
 

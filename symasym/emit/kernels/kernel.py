@@ -91,6 +91,19 @@ class _InDoubles(ast.NodeTransformer):
         value = self.known.get(node.id)
         return ast.Constant(value) if isinstance(value, int | float) else node
 
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
+        """A whole power of a name is a product."""
+        self.generic_visit(node)
+        if not isinstance(node.op, ast.Pow):
+            return node
+        assert isinstance(node.left, ast.Name | ast.Attribute), ast.unparse(node)
+        times = ast.literal_eval(node.right)
+        assert isinstance(times, int), ast.unparse(node)
+        product: ast.expr = node.left
+        for _ in range(times - 1):
+            product = ast.BinOp(product, ast.Mult(), node.left)
+        return product
+
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         """A number of the arithmetic."""
         if hasattr(math, node.attr):

@@ -5,12 +5,10 @@ One start at 0, in doubles. The zeros, and which of them are taken together, are
 `symasym.asymptotics.uniform.order_zero_forms`: the library runs both texts. Here they are put
 together: a side is gone through from the start on, with S = int e^{lam V}, W = int e^{-lam V} and
 the double integral D so far, of which each well, barrier, pair and end changes what it must.
-`symasym.emit.uniform_time` writes all these functions, and those of `airy`, into a file, as they
-are or, through `symasym.emit.kernels.transcribe`, in another language. So they hold floats, whole
-numbers and lists of fixed length only, and what stands under `_PAIRS` is left out where a drift
-has no pair of zeros.
-
-A drift is c[0] + c[1] u + ... + c[n - 1] u^(n - 1).
+`symasym.emit.targets.language` writes all these functions, and those of `airy`, into a file, as
+they are or, through `symasym.emit.kernels.transcribe`, in another language. So they hold floats,
+whole numbers and lists of fixed length only, and what stands under `_PAIRS` is left out where a
+drift has no pair of zeros. A drift is c[0] + c[1] u + ... + c[n - 1] u^(n - 1).
 """
 
 from __future__ import annotations
@@ -36,8 +34,8 @@ _DAWSON_NEAR: list[float] = []
 _DAWSON_BEYOND: list[float] = []
 # The library's formulas, in doubles (`symasym.emit.kernels.kernel.in_doubles`).
 _FORM: Any = None
-_canonical = _over_pair = _over_pair_twice = _pair_share = _past_pair = _past_barrier = _FORM
-_faded = _before_end = _gaussians = _over_end = _FORM
+pair_norm = canonical = over_pair = over_pair_twice = pair_share = over_end = _FORM
+_past_pair = _past_barrier = _faded = _before_end = _gaussians = _FORM
 
 
 def _dawson(x: float, found: list[float]) -> None:
@@ -147,7 +145,8 @@ def _primitive(
                 side = rows[to + 7]
                 own: int = rows[to + 8] >= 0 and (cut == rows[to + 8] or cut == rows[to + 8] + 1)
                 beyond: int = (at == 2 and side > 0) or (at == 0 and side < 0)
-                _pair_share(rows[to + 2], rows[to + 10], rows[to + 11], rows[to + 1], share)
+                norm = pair_norm(rows[to + 10], rows[to + 11], rows[to + 1])
+                pair_share(rows[to + 2], rows[to + 10], rows[to + 11], norm, share)
                 if own == 1 and beyond == 1:
                     _past_barrier(share[0], share[1], rows[to + 1], gap, parts)
                 else:
@@ -204,14 +203,13 @@ def _side(
                 rise = 2 * rise * math.sqrt(rise) / 3
                 level = _potential(c, n, rows[pair + 6]) - rows[pair + 5]
                 _airy(third * third * rows[pair + 3], 4, airy)
-                _canonical(
-                    rows[pair + 2], rows[pair + 4], rows[pair + 10], rows[pair + 11],
-                    rows[pair + 1], form,
-                )  # fmt: skip
-                _over_pair(third, form[0], form[1], airy[2], airy[3], here)
+                odd = rows[pair + 2] * rows[pair + 11]
+                value = pair_norm(rows[pair + 10], odd, rows[pair + 1])
+                canonical(rows[pair + 4], rows[pair + 10], odd, value, form)
+                over_pair(form[0], 1 / third, form[1], airy[2], airy[3], here)
                 _passed(sums, level + rise, here[0], lam)
                 if rows[pair + 2] > 0:
-                    value = _over_pair_twice(third, form[0], form[1], airy[0], airy[1])
+                    value = over_pair_twice(form[0], 1 / third, form[1], airy[0], airy[1])
                     _plus(sums, 2, 2 * rise, value, lam)
                 _plus(sums, 4, rise - level, here[1], lam)
                 if rows[pair + 8] >= 0:
@@ -234,7 +232,7 @@ def _side(
         near, shared, over = [0.0] * 3, [0.0] * 3, [0.0] * 3
         _dawson(edge[at] * math.sqrt(lam / 2), near)
         _gaussians(lam, near[0], near[1], near[2], shared)
-        _over_end(lam, edge[at], edge[at + 1], edge[at + 2], shared[0], shared[1], shared[2], over)
+        over_end(lam, edge[at], edge[at + 1], edge[at + 2], shared[0], shared[1], shared[2], over)
         length = max(r - 1, 0.0)
         value = length * _exprel(-lam * slope * length)
         _passed(sums, height, over[0] + value, lam)

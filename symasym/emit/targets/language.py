@@ -7,16 +7,18 @@ function of u is handed to a helper of the file. From it `block` writes a case, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from types import MappingProxyType
 from typing import Any
 
 import sympy
 
 from symasym.asymptotics.uniform import structure
-from symasym.emit.kernels import airy, elementary, exact, guarded, tables
-from symasym.emit.kernels.kernel import kernel_of, named
+from symasym.asymptotics.uniform.order_zero_forms import EMITTED
+from symasym.emit.kernels import airy, elementary, exact, tables, uniform
+from symasym.emit.kernels.kernel import in_doubles, kernel_of, named
 from symasym.emit.kernels.transcribe import FUNCTION_IN_C, transcribed
 from symasym.emit.program import Body, FirstPassage, Quadrature, Ready
 from symasym.emit.writing import Written, text, wrapped
@@ -156,10 +158,35 @@ class Language:
         return lines, f"{named('_log_uniform', self.target)}({value}kappa, r)"
 
 
+def helpers_of(
+    target: str, functions: list[Ready], own: Mapping[str, Written] = MappingProxyType({})
+) -> dict[str, Written]:
+    """The helpers of a file with such functions, and their tables, by the names that it calls.
+
+    `own` are the target's in place of those of the exact time, for arrays.
+    """
+    times = (f.first_passage for f in functions)
+    degrees = [len(time.coefficients) - 1 for time in times if time and time.uniform]
+    return {**_exact(target), **own, **(_uniform(target, max(degrees)) if degrees else {})}
+
+
 @cache
-def helpers_of(target: str) -> dict[str, Written]:
-    """The helpers that the library holds as kernels, and their tables, by their names."""
-    texts = transcribed(kernel_of(guarded, elementary, structure, airy, exact), target)
+def _exact(target: str) -> dict[str, Written]:
+    """Those of integrals and of the exact time."""
+    texts = transcribed(kernel_of(elementary, structure, airy, exact), target)
     own = {"function_": FUNCTION_IN_C} if target == "c" else {}
     constants = {**tables.GAUSS, **tables.airy(False), **tables.radau()}
     return {**own, **tables.helpers_of(constants, target), **texts}
+
+
+#: What the uniform time has for A's zeros, by the degree of A from which on it is needed.
+_NEEDED = {2: "_PAIRS", 4: "_MANY"}
+
+
+@cache
+def _uniform(target: str, degree: int) -> dict[str, Written]:
+    """Those of the uniform time of polynomial drifts up to this degree."""
+    flags = {name: degree >= least for least, name in _NEEDED.items()}
+    kernel = kernel_of(elementary, structure, airy, uniform, flags=flags)
+    texts = transcribed({**kernel, **in_doubles(EMITTED)}, target)
+    return {**tables.helpers_of({**tables.dawson(), **tables.airy(True)}, target), **texts}

@@ -8,7 +8,6 @@ from typing import Any
 
 import sympy
 
-from symasym.emit import uniform_time
 from symasym.emit.forms import by_name
 from symasym.emit.program import Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
@@ -33,7 +32,7 @@ def render(program: Program, functions: list[Ready], name: str = "") -> tuple[st
     declared = "\n\n".join(_declared(f) for f in functions)
     head = f"{top}#ifndef {guard}\n#define {guard}\n\n{declared}\n\n#endif\n"
     code = "\n\n".join(_function(f) for f in functions)
-    used = helpers(code, {**helpers_of("c"), **uniform_time.helpers_of("c", functions)})
+    used = helpers(code, helpers_of("c", functions))
     includes = f'#include "{name}.h"\n\n#include <math.h>\n' if name else "#include <math.h>\n"
     start = [f"{top}{includes}", *([] if name else [declared, ""])]
     return "\n".join([*start, *used, code, ""]), head

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from symasym.emit import uniform_time
 from symasym.emit.program import FirstPassage, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.writing import argument_values, comment, heading, helpers, signature_doc, wrapped
@@ -15,9 +14,7 @@ JAVASCRIPT = Language(
 def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n".join(_function(f) for f in functions)
-    used = helpers(
-        code, {**helpers_of("javascript"), **uniform_time.helpers_of("javascript", functions)}
-    )
+    used = helpers(code, helpers_of("javascript", functions))
     top = comment(header(program, in_doubles(functions)), "//")
     return "\n".join([*top, "", *used, code, ""])
 

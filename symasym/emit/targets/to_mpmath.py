@@ -120,7 +120,7 @@ HELPERS = {
 def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n\n".join(_function(f) for f in functions)
-    python = helpers_of("python")
+    python = helpers_of("python", [])
     used = helpers(code, {**HELPERS, "_horner": python["_horner"], "_zeros": python["_zeros"]})
     more = 'dps: digits that are right. Numbers are exact: 0.1 is a binary fraction, "0.1" is 1/10'
     if any(f.first_passage for f in functions):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from symasym.emit import uniform_time
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.targets.to_python import first_passage, floats
@@ -115,8 +114,7 @@ def _collocated(drift, scale, h, end, u, step, found):
 def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n\n".join(_function(f) for f in functions)
-    known = {**helpers_of("python"), **HELPERS}
-    used = helpers(code, {**known, **uniform_time.helpers_of("numpy", functions)})
+    used = helpers(code, helpers_of("python", functions, HELPERS))
     top = comment(
         header(program, in_doubles(functions), "Arguments are numbers or arrays that broadcast."),
         "#",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from symasym.emit import uniform_time
 from symasym.emit.program import FirstPassage, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.writing import (
@@ -20,7 +19,7 @@ PYTHON = Language("python")
 def render(program: Program, functions: list[Ready]) -> str:
     """The file."""
     code = "\n\n\n".join(_function(f) for f in functions)
-    used = helpers(code, {**helpers_of("python"), **uniform_time.helpers_of("python", functions)})
+    used = helpers(code, helpers_of("python", functions))
     top = comment(header(program, in_doubles(functions)), "#")
     return "\n".join([*top, "", "import math", "", "", "\n\n".join([*used, ""]) + code, ""])
 

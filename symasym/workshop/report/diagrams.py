@@ -6,9 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from symasym.workshop.figures.style import style
-from symasym.workshop.report.cells import MOST, Cell, columns
 from symasym.workshop.report.growth import Grown
-from symasym.workshop.report.measure import Point
+from symasym.workshop.report.measure import MOST, Cell, Point, columns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,12 +24,14 @@ _LOOKS: dict[str, tuple[str, str]] = {
     "strong_noise": ("#009E73", "D"),
     "paper": ("#000000", "*"),
     "auto": ("#AA3377", "P"),
-    "mpmath.quad": ("#999999", "x"),
-    "dblquad": ("#8C6D1F", "+"),
-    "Arb": ("#666699", "1"),
-    "PARI": ("#7F3F00", "2"),
+    "mpmath.quad": ("#000000", "x"),
+    "dblquad": ("#8B0000", "+"),
+    "Arb": ("#3B3B98", "1"),
+    "PARI": ("#5B2C00", "2"),
 }
+# The peers' marks, which have no inside: larger and bolder.
 _LINES = ("x", "+", "1", "2")
+_BOLD = {"markersize": 9, "markeredgewidth": 2.0}
 _FARTHEST = 1e-70
 
 
@@ -39,10 +40,11 @@ def work_precision(points: list[Point]) -> Figure:
     from matplotlib.figure import Figure
 
     scenes = list(dict.fromkeys(p.scene for p in points))
-    columns = min(4, len(scenes))
+    # As wide as a column of text, so that its own text is as large.
+    columns = min(2, len(scenes))
     rows = math.ceil(len(scenes) / columns)
     with style():
-        figure = Figure(figsize=(max(2.9 * columns, 5.0), 2.7 * rows + 0.7))
+        figure = Figure(figsize=(7.4, 2.5 * rows + 1.0))
         panels = figure.subplots(rows, columns, squeeze=False, sharey=True).ravel()
         for axes, scene in zip(panels, scenes, strict=False):
             _panel(axes, [p for p in points if p.scene == scene], scene)
@@ -54,7 +56,7 @@ def work_precision(points: list[Point]) -> Figure:
             axes.set_xlabel("relative error of T")
         used = {p.method for p in points if p.error is not None}
         handles = [_handle(name) for name in _LOOKS if name in used]
-        figure.legend(handles=handles, loc="outside lower center", ncols=min(6, len(handles)))
+        figure.legend(handles=handles, loc="outside lower center", ncols=min(5, len(handles)))
         return figure
 
 
@@ -63,7 +65,9 @@ def _handle(name: str) -> Any:
     from matplotlib.lines import Line2D
 
     color, mark = _LOOKS[name]
-    return Line2D([], [], color=color, marker=mark, linewidth=1, markersize=5, label=name)
+    bold = _BOLD if mark in _LINES else {"markersize": 5}
+    width = 0 if mark in _LINES else 1
+    return Line2D([], [], color=color, marker=mark, linewidth=width, label=name, **bold)
 
 
 def _panel(axes: Axes, points: list[Point], title: str) -> None:
@@ -80,7 +84,8 @@ def _panel(axes: Axes, points: list[Point], title: str) -> None:
         for p, a, b in zip(own, x, y, strict=True):
             filled = p.claimed is not None or mark in _LINES
             face = color if filled else "white"
-            axes.plot([a], [b], marker=mark, color=color, markerfacecolor=face, markersize=5)
+            bold = _BOLD if mark in _LINES else {"markersize": 5}
+            axes.plot([a], [b], marker=mark, color=color, markerfacecolor=face, **bold)
             if p.below_reference or (p.error or 0.0) < _FARTHEST:
                 axes.plot([a], [b], marker=8, color=color, markersize=5)
     axes.set_xlim(_FARTHEST / 30, 1e3)
@@ -125,12 +130,16 @@ def heat_maps(cells: list[Cell]) -> Figure:
 
     scenes = list(dict.fromkeys(c.scene for c in cells))
     methods = columns(cells)
+    across = min(7, len(methods))
+    down = math.ceil(len(methods) / across)
     by_key = {(c.scene, c.method, c.setting): c for c in cells}
     with style():
-        figure = Figure(figsize=(2.2 + 0.82 * len(methods), 1.5 + 0.24 * len(scenes)))
-        panels = figure.subplots(1, len(methods), squeeze=False, sharey=True)[0]
+        figure = Figure(figsize=(1.9 + 0.85 * across, 0.9 + down * (0.9 + 0.22 * len(scenes))))
+        panels = figure.subplots(down, across, squeeze=False, sharey=True).ravel()
         norm = Normalize(0, MOST)
-        for axes, key in zip(panels, methods, strict=True):
+        for axes in panels[len(methods) :]:
+            axes.set_visible(False)
+        for axes, key in zip(panels, methods, strict=False):
             own = [by_key.get((scene, *key)) for scene in scenes]
             pairs = [
                 [math.nan if c is None or x is None else max(x, 0.0) for x in _pair(c)] for c in own
@@ -138,14 +147,16 @@ def heat_maps(cells: list[Cell]) -> Figure:
             image = axes.imshow(pairs, aspect="auto", norm=norm, cmap="viridis")
             for row, (cell, pair) in enumerate(zip(own, pairs, strict=True)):
                 _write(axes, row, cell, pair)
-            axes.set_title(f"{key[0]}\n{key[1]}".replace(", ", ",\n"), fontsize=7, loc="center")
-            axes.set_xticks([0, 1], ["claimed", "true"], rotation=90, fontsize=7)
-            axes.set_yticks(range(len(scenes)), scenes, fontsize=7)
+            axes.set_title(f"{key[0]}\n{key[1]}".replace(", ", ",\n"), fontsize=8, loc="center")
+            axes.set_xticks([0, 1], ["claimed", "true"], rotation=90, fontsize=8)
+            axes.set_yticks(range(len(scenes)), scenes, fontsize=8)
             axes.tick_params(length=0)
             axes.set_facecolor("0.93")
             for spine in axes.spines.values():
                 spine.set_visible(False)
-        bar = figure.colorbar(image, ax=list(panels), pad=0.01, fraction=0.02)
+        bar = figure.colorbar(
+            image, ax=list(panels), location="bottom", pad=0.02, fraction=0.02, aspect=50
+        )
         bar.set_label("digits")
         return figure
 
@@ -163,11 +174,11 @@ def _write(axes: Axes, row: int, cell: Cell | None, pair: list[float]) -> None:
         if math.isfinite(digits):
             dark = digits < 0.6 * MOST
             text = f"{digits:.0f}" if digits < MOST else f"≥{MOST:.0f}"
-            axes.text(column, row, text, ha="center", va="center", fontsize=6,
+            axes.text(column, row, text, ha="center", va="center", fontsize=8,
                       color="white" if dark else "black")  # fmt: skip
         elif cell is not None:
             # Refused, stopped or without a claim.
-            axes.text(column, row, "–", ha="center", va="center", fontsize=6, color="0.5")
+            axes.text(column, row, "–", ha="center", va="center", fontsize=8, color="0.5")
     if cell is not None and cell.wrong:
         axes.add_patch(
             Rectangle((-0.48, row - 0.46), 1.96, 0.92, fill=False, edgecolor="red", linewidth=1.3)

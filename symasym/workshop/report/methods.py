@@ -1,4 +1,7 @@
-"""The runs of a report: every method and order of ours, and the peers that are installed."""
+"""The scenes and the runs of a report: every method and order of ours, and the peers that are here.
+
+Scenes are those of the table of `symasym.workshop.problems`.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import symasym as sa
 from symasym.base.contexts import mpf_of
-from symasym.workshop.problems import Problem
+from symasym.base.errors import InputError
+from symasym.workshop.problems import BY_NAME, Problem
 from symasym.workshop.report import peers
 from symasym.workshop.report.timing import capped
 
@@ -18,6 +22,32 @@ if TYPE_CHECKING:
     from mpmath import mpf
 
     from symasym.quantities import TimeMethod
+
+
+#: Name in the report -> name in the table. All start at 0, for which the peers are written.
+SCENES = {
+    "weak": "friction",
+    "moderate": "friction k=0.3",
+    "strong": "friction k=10",
+    "fold": "on the fold",
+    "kink": "kink - 1e-15",
+    "sliding": "friction sliding weak",
+    "stiff": "friction k=1e-4",
+    "extreme": "fold + 1e-30",
+}
+
+
+def chosen(names: list[str] | None) -> dict[str, Problem]:
+    """The scenes of these names, all where none are given."""
+    for name in names or ():
+        if name not in SCENES:
+            raise InputError(f"{name!r} is no scene of the report; give {', '.join(SCENES)}.")
+    return {name: BY_NAME[table] for name, table in SCENES.items() if not names or name in names}
+
+
+def described(problem: Problem) -> str:
+    """The scene in a line."""
+    return f"{problem.make()!r}, kappa = {problem.kappa}, r = {problem.r}"
 
 
 class Outcome(NamedTuple):

@@ -1,12 +1,20 @@
-"""The report as Markdown: which method when, growth, and the machine beside it."""
+"""The report as Markdown, which method when, growth, and the machine beside it; and its files."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from symasym.base.files import versions, write_bytes, write_json
 from symasym.workshop.report.growth import Grown, exponent
 from symasym.workshop.report.measure import Point
+from symasym.workshop.report.methods import missing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 THRESHOLDS = {"1e-2": 1e-2, "1e-6": 1e-6, "1e-12": 1e-12, "1e-50": 1e-50}
 EXPANSIONS = ("laplace", "uniform", "strong_noise", "local", "paper")
@@ -176,3 +184,39 @@ def page(
         refusals(points) or "Every method gave a value everywhere.",
     ]
     return "\n\n".join(blocks) + "\n"
+
+
+_LIBRARIES = ("numpy", "mpmath", "gmpy2", "python-flint", "scipy", "sympy", "matplotlib")
+
+
+def publish(
+    folder: Path,
+    texts: dict[str, bytes],
+    figures: dict[str, Figure],
+    record: tuple[str, str, str, dict[str, Any]],
+) -> list[Path]:
+    """The paths of what was written.
+
+    Parameters
+    ----------
+    folder : path
+    texts : dict
+        File name -> content.
+    figures : dict
+        Name without ending -> figure, drawn as PNG and SVG.
+    record : tuple
+        File name, command, machine and what was measured, of the JSON file.
+    """
+    from symasym.workshop.figures.style import encode
+
+    files = texts | {
+        f"{name}.{kind}": encode(figure, kind)
+        for name, figure in figures.items()
+        for kind in ("png", "svg")
+    }
+    for name, content in files.items():
+        write_bytes(folder / name, content)
+    last, command, where, measured = record
+    about = {"command": command, "machine": where, "versions": versions(*_LIBRARIES)}
+    write_json(folder / last, {**about, "missing peers": missing(), **measured})
+    return [folder / name for name in (*files, last)]

@@ -18,11 +18,13 @@ from typing import TYPE_CHECKING, Any
 
 import symasym as sa
 from symasym.base.contexts import mpf_of
-from symasym.base.inputs import FloatArray, Number
+from symasym.base.inputs import Number
 
 if TYPE_CHECKING:
     from flint import acb as Ball
     from mpmath import mpf
+
+    from symasym.base.inputs import FloatArray
 
 
 Polynomial = list[Fraction]
@@ -360,49 +362,6 @@ def numpy_log_escape_time(c: FloatArray, kappa: float, r: float, panels: int) ->
     time, n = W - sigma, c.shape[1] // 2
     rate = np.logaddexp(-sigma[:n], -sigma[n:])
     log_time: FloatArray = np.log(lam) + np.logaddexp(time[:n], time[n:]) - rate
-    return log_time
-
-
-def weak_noise_log_time(z0: str, r: float, order: int) -> Callable[[Any], Any]:
-    """log T(kappa) of friction, mu = 3, alpha = 1, start 0, as one would write it by hand.
-
-    Well, barrier, the kink at 1 and the part between, each a truncated series by Horner; what
-    the other kink, the ends and C add is far below the last digit of the scenes timed.
-    """
-    import numpy as np
-
-    from symasym.asymptotics.weak_noise import answer as weak_noise
-    from symasym.base.contexts import own_context
-
-    with own_context(40) as context:
-        drift = sa.friction(mu=3, alpha=1, z0=z0)
-        side = weak_noise._halves(drift, Fraction(r), Fraction(0), order, context, 40)[1]
-        (well,) = (p for p in side.falling if p.kind == "well")
-        (barrier,) = (p for p in side.rising if p.kind == "barrier")
-        (kink,) = (p for p in side.rising if p.kind == "kink")
-        climb, fall = float(well.height + barrier.height), float(barrier.height - kink.height)
-        low, high, edge, outer = (
-            [float(c) for c in series.parts[0].coefficients[: order + 1]]
-            for series in (well.series, barrier.series, kink.series, side.outer)
-        )
-        assert side.beyond is not None
-        u, _, slope = side.beyond
-        outer[0] += float((r - u) / slope)
-
-    def horner(c: list[float], x: FloatArray) -> Any:
-        """The polynomial of ascending coefficients at `x`."""
-        total: Any = c[-1]
-        for a in c[-2::-1]:
-            total = total * x + a
-        return total
-
-    def log_time(kappa: FloatArray) -> Any:
-        """log T: the well's series times the barrier's and the kink's, and the regular part."""
-        x = kappa * kappa / 2
-        rising = horner(high, x) + np.exp(-fall / x) * np.sqrt(x) * horner(edge, x)
-        product = horner(low, x) * rising
-        return climb / x + np.log(product + np.exp(-climb / x) * horner(outer, x))
-
     return log_time
 
 

@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING, Any
 import symasym as sa
 from symasym.base import progress
 from symasym.workshop.problems import PROBLEMS, Problem
-from symasym.workshop.report.cells import MOST, OURS, Cell, columns
 from symasym.workshop.report.diagrams import heat_maps
-from symasym.workshop.report.measure import Point, known, point
+from symasym.workshop.report.measure import MOST, OURS, Cell, Point, columns, known, point
 from symasym.workshop.report.methods import Run, missing, others, ours
-from symasym.workshop.report.pages import cause, head, lies, table
-from symasym.workshop.report.publish import publish
+from symasym.workshop.report.pages import cause, head, lies, publish, table
 from symasym.workshop.report.timing import capped, load, measured_on
 
 if TYPE_CHECKING:

@@ -9,12 +9,10 @@ from dataclasses import asdict, fields
 from pathlib import Path
 
 from symasym.base import progress
-from symasym.workshop.report import growth
+from symasym.workshop.report import growth, integral_peers
 from symasym.workshop.report.measure import Point, known, point
-from symasym.workshop.report.methods import missing, others, ours
-from symasym.workshop.report.pages import page
-from symasym.workshop.report.publish import publish
-from symasym.workshop.report.scenes import chosen, described
+from symasym.workshop.report.methods import chosen, described, missing, others, ours
+from symasym.workshop.report.pages import page, publish
 from symasym.workshop.report.timing import load, measured_on
 
 #: Seconds after which a method is stopped.
@@ -81,7 +79,7 @@ def report(
     where = measured_on(before)
     command = "symasym report" + (" --quick" if quick else "")
     command += "".join(f" --scene {name}" for name in names or ())
-    text = page(points, grown, about, missing(), where, command)
+    text = page(points, grown, about, missing(), where, command) + integral_peers.section()
     record = {
         "scenes": about,
         "points": [asdict(p) for p in points],

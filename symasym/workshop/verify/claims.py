@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import symasym as sa
-from symasym.workshop.comparing import distance, logarithm
 from symasym.workshop.problems import Problem
-from symasym.workshop.verify.findings import LABELS, Finding, compared, failed
+from symasym.workshop.verify.findings import LABELS, Finding, compared, distance, failed, logarithm
 from symasym.workshop.verify.references import Reference, reference
 
 if TYPE_CHECKING:

@@ -1,11 +1,18 @@
-"""The statement of a check."""
+"""The statement of a check, distances between numbers, and a drift by evaluation and quadrature."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import mpmath
+
+import symasym as sa
+from symasym.numbers.trees import MpmathOps
 
 if TYPE_CHECKING:
     from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
 
 
 #: What the exact integrals are called in the paper.
@@ -85,3 +92,59 @@ def _short(x: mpf | float) -> str:
     from mpmath import mpf, nstr
 
     return str(nstr(mpf(getattr(x, "_mpf_", x)), 3))
+
+
+def relative(value: mpf | float, reference: mpf | float) -> Any:
+    """abs(value - reference)/abs(reference), free of the global precision."""
+    context = mpmath.MPContext()
+    context.prec = 400 + 2 * max(_bits(value), _bits(reference))
+    a, b = context.convert(value), context.convert(reference)
+    return abs(a - b) / abs(b) if b else abs(a)
+
+
+def _bits(x: mpf | float) -> int:
+    """Bits of the mantissa of an mpf; more than enough for any other number."""
+    return int(x._mpf_[1].bit_length()) if hasattr(x, "_mpf_") else 64
+
+
+def logarithm(value: mpf | float, dps: int = 60) -> Any:
+    """log(value) as an mpf with `dps` digits."""
+    context = mpmath.MPContext()
+    context.dps = dps
+    return mpmath.mp.make_mpf(context.log(context.convert(value))._mpf_)
+
+
+def distance(value: mpf | float, reference: mpf | float) -> Any:
+    """abs(value - reference), free of the global precision."""
+    context = mpmath.MPContext()
+    context.prec = 400 + 2 * max(_bits(value), _bits(reference))
+    return abs(context.convert(value) - context.convert(reference))
+
+
+class Field:
+    """phi and V of one drift at the precision of `mp`."""
+
+    def __init__(self, drift: sa.Drift, mp: MPContext) -> None:
+        self.drift, self.mp, self.ops = drift, mp, MpmathOps(mp)
+        a_minus, a_plus = (mp.convert(Fraction(x)) for x in drift.ends)
+        self.ends = (a_minus, a_plus)
+
+    def A(self, u: mpf | Fraction | float) -> Any:
+        """The drift's formula at `u`, inside the layer or not."""
+        return self.drift.evaluate(u, self.ops)
+
+    def phi(self, u: mpf | Fraction | float) -> Any:
+        """eq:phi."""
+        return self.A(min(max(self.mp.convert(u), -self.mp.one), self.mp.one))
+
+    def rise(self, *points: mpf | Fraction | float) -> Any:
+        """V at the last of `points`, in the layer, less V at the first."""
+        return -self.mp.quad(self.A, [self.mp.convert(u) for u in points])
+
+    def slope(self, u: mpf | Fraction | float, order: int = 1) -> Any:
+        """A derivative of A."""
+        return self.mp.diff(self.A, u, order)
+
+    def zero(self, near: mpf | Fraction | float) -> Any:
+        """The zero of A beside `near`."""
+        return self.mp.findroot(self.A, self.mp.convert(near))

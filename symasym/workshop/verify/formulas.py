@@ -11,9 +11,7 @@ from symasym.base.contexts import own_context
 from symasym.generated import mpmath_formulas as of
 from symasym.generated import numpy_formulas
 from symasym.workshop import reference_quadrature
-from symasym.workshop.comparing import relative
-from symasym.workshop.verify.field import Field
-from symasym.workshop.verify.findings import Finding, compared
+from symasym.workshop.verify.findings import Field, Finding, compared, relative
 from symasym.workshop.verify.orders import shortfall
 
 if TYPE_CHECKING:

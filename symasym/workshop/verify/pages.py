@@ -8,8 +8,7 @@ from typing import Any
 
 from symasym.base.files import versions
 from symasym.workshop.verify.findings import Finding
-from symasym.workshop.verify.run import Verification
-from symasym.workshop.verify.tasks import Done
+from symasym.workshop.verify.run import Done, Verification
 
 _LIBRARIES = ("numpy", "mpmath", "gmpy2", "python-flint", "sympy")
 

@@ -1,0 +1,1 @@
+"""Where the paper's print differs from what is derived, with evidence that is evaluated."""

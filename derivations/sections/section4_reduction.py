@@ -1,0 +1,280 @@
+"""Section 4: reduction to one dimension, scaling, and the table of regions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import sympy
+from sympy import Function, Symbol
+
+from derivations.paper import eps, kappa, kappa_physical, phi, t, u, x
+from derivations.registry import derives
+from derivations.sections.section2_systems import smoothed, z
+from symasym.derivation import Expansion, Identity, Outcome, Satisfies
+
+_k = kappa_physical
+_b = sympy.symbols("b1:4", real=True)
+y = Symbol("y", real=True)
+
+
+@derives("eq:scaledSDE", "Coefficients frozen at the origin, with an O(r) remainder")
+def frozen(d: Any) -> None:
+    rho, h, M = (Symbol(n, positive=True) for n in ("rho", "h", "M"))
+    c, s = Symbol("c", real=True), Symbol("s", real=True)
+    slopes, curvature = sympy.symbols("f_x f_y", positive=True), Symbol("f_xx", real=True)
+    field, ray = Function("f"), Function("g")
+    at_zero = Symbol("f_0", positive=True)
+    d.suppose("f-, f+, F and D are smooth near the origin: their slopes are at most M there")
+    a, b = Symbol("a", real=True), Symbol("b", real=True)
+
+    def near(x: Any, y: Any) -> Any:
+        """A field near the origin, less its value there."""
+        return slopes[0] * x + slopes[1] * y + curvature * x**2
+
+    along = d.step(
+        "slope along a ray",
+        "differentiate",
+        c * sympy.Subs(sympy.Derivative(field(a, s * h), a), a, c * h)
+        + s * sympy.Subs(sympy.Derivative(field(c * h, b), b), b, s * h),
+        Satisfies(
+            lambda found: {
+                f"of f = x^{m} y^{n}": found.replace(
+                    field, lambda x, y, m=m, n=n: x**m * y**n
+                ).doit()
+                - sympy.diff((c * h) ** m * (s * h) ** n, h)
+                for m in range(4)
+                for n in range(4)
+            }
+        ),
+        "the chain rule for g(h) = f(c h, s h): both sides are linear in f, and shown on powers",
+    )
+    change = d.step(
+        "change along a ray",
+        "integrate",
+        sympy.Integral(sympy.Derivative(ray(h), h), (h, 0, rho)),
+        Satisfies(
+            lambda found: {
+                "g(rho) has the same derivative": sympy.diff(found - ray(rho), rho),
+                "0 at the origin": found.subs(rho, 0).doit(),
+            }
+        ),
+        "g(rho) - g(0) for any field along any ray",
+    )
+    most = d.step(
+        "largest change",
+        "bound",
+        M * rho,
+        Identity(lambda: change.replace(sympy.Derivative, lambda *_: M).doit()),
+        "|g'| <= M: the coefficients at a distance rho <= r are those at the origin, up to O(r)",
+    )
+    found = d.step(
+        "remainder",
+        "expand",
+        Expansion(at_zero, rho, rho),
+        _Exactly(
+            lambda: at_zero + change.replace(ray, lambda h: near(c * h, s * h)).doit(),
+            most / M,
+            lambda: along.replace(field, near).doit().subs(h, 0),
+        ),
+        "no less than O(r) where the slope along the ray is not 0",
+    )
+    d.conclude(Symbol("f"), found, "O(r)")
+
+
+@dataclass
+class _Exactly:
+    """The remainder over the gauge, which is the one derived, has a limit that is known."""
+
+    exact: Callable[[], Any]
+    gauge: Any
+    limit: Callable[[], Any]
+    kind: ClassVar[str] = "asymptotic order"
+
+    def run(self, result: Any, rng: Any) -> Outcome:
+        ratio = sympy.limit(
+            (self.exact() - result.leading) / result.gauge, result.variable, result.limit
+        )
+        right = result.gauge == self.gauge and sympy.expand(ratio - self.limit()) == 0
+        return Outcome(bool(right), f"remainder / gauge tends to {ratio}")
+
+    def how(self) -> str:
+        return "the limit of remainder / gauge, exactly"
+
+
+@derives("eq:scaledSDEx", "The component across the surface")
+def component(d: Any) -> None:
+    F = [Function(f"F{k}")(u) for k in range(1, 4)]
+    D = sympy.Matrix(3, 3, sympy.symbols("d1:4(1:4)", real=True))
+    normal = sympy.Matrix([[0, 1, 0]])
+    found = d.step(
+        "project",
+        "project",
+        (F[1], D[1, 0], D[1, 1], D[1, 2]),
+        Identity(lambda: [(normal * sympy.Matrix(F))[0], *(normal * D)]),
+        "y as the second of three coordinates: the drift's entry and the row of D",
+    )
+    d.conclude(
+        sympy.symbols("drift B1:4"), found, "O(r)", note="y is the second of three coordinates"
+    )
+
+
+@derives("noise-amplitude", "Independent noises through B add up to one of amplitude |B|")
+def amplitude(d: Any) -> None:
+    theta = Symbol("theta", real=True)
+
+    def from_characteristic() -> Any:
+        each = [sympy.exp(-((theta * b) ** 2) * t / 2) for b in _b]
+        second = -sympy.diff(sympy.prod(each), theta, 2).subs(theta, 0)
+        return sympy.sqrt(sympy.simplify(second / t))
+
+    found = d.step(
+        "standard deviation of B dW per square root of time",
+        "integrate",
+        sympy.sqrt(_b[0] ** 2 + _b[1] ** 2 + _b[2] ** 2),
+        Identity(from_characteristic),
+        "second derivative of the product of three Gaussian characteristic functions",
+    )
+    d.conclude(Symbol("sigma"), found)
+
+
+@derives("eq:phi", "The scaled drift", ("eq:cont",))
+def scaled_drift(d: Any) -> None:
+    A = Function("A")
+    d.suppose("F is continuous at both edges (eq:cont)")
+    F = Function("F")
+
+    def at_origin() -> list[Any]:
+        below, inside, above = smoothed()
+        at_edge = d.use("eq:cont", "F(-1, -epsilon, z)", "F(1, epsilon, z)")
+        frozen = [
+            below.subs({y: 0, z: 0}),
+            inside.subs(y, eps * u).replace(F, lambda s, *_: F(s, 0, 0)),
+            above.subs({y: 0, z: 0}),
+        ]
+        # f- and f+ at the origin are F at the ends.
+        ends = {
+            value.subs({eps: 0, z: 0}): F(side, 0, 0)
+            for side, value in zip((-1, 1), at_edge, strict=True)
+        }
+        return [piece.subs(ends).replace(F, lambda s, *_: A(s)) for piece in frozen]
+
+    found = d.step(
+        "three pieces",
+        "define",
+        (A(-1), A(u), A(1)),
+        Identity(at_origin),
+        "the normal component of F(y/eps, 0); its ends are a- and a+ by eq:cont",
+    )
+    d.conclude(phi(u), found, cases=(r"u \le -1", r"-1 \le u \le 1", r"u \ge 1"))
+
+
+@derives("eq:reducedSDE", "One dimension, one noise", ("noise-amplitude", "eq:scaledSDEx"))
+def reduced(d: Any) -> None:
+    f = Function("f")
+
+    def ito() -> list[Any]:
+        drift, *row = d.use("eq:scaledSDEx", "drift", "B1", "B2", "B3")
+        # The names of the component: phi for F2, b for the second row of D.
+        drift = drift.replace(Function("F2"), phi)
+        named = dict(zip(sympy.symbols("d21:24", real=True), _b, strict=True))
+        variance = (_k * d.use("noise-amplitude", "sigma")) ** 2
+        alone = [(_k * b.subs(named)) ** 2 for b in row]
+        if sympy.expand(variance - sum(alone)) != 0:
+            raise ValueError("the noises do not add up")
+        generator = drift * sympy.diff(f(x), x) + variance / 2 * sympy.diff(f(x), x, 2)
+        return [
+            generator.coeff(sympy.diff(f(x), x)),
+            sympy.sqrt(2 * generator.coeff(sympy.diff(f(x), x, 2))),
+        ]
+
+    found = d.step(
+        "Ito's generator",
+        "substitute",
+        (phi(u), _k * sympy.sqrt(_b[0] ** 2 + _b[1] ** 2 + _b[2] ** 2)),
+        Identity(ito),
+        "drift, and the amplitude kappa |B| that the paper calls kappa from here on",
+    )
+    d.conclude(sympy.symbols("drift noise"), found, "O(r)")
+
+
+@derives("eq:tildexykappa", "The scaling that makes the layer of unit size")
+def scaling(d: Any) -> None:
+    def same_equation(found: Any) -> dict[str, Any]:
+        X, time, K = found
+        slope, clock = sympy.diff(X, y), sympy.diff(time, t)
+        return {
+            "edge of the layer at 1": X.subs(y, eps) - 1,
+            "drift stays phi": slope / clock - 1,
+            "noise": sympy.sqrt(_k**2 * slope**2 / clock) - K,
+            "time starts at 0": time.subs(t, 0),
+        }
+
+    found = d.step(
+        "scale",
+        "scale",
+        (y / eps, t / eps, _k / sympy.sqrt(eps)),
+        Satisfies(same_equation),
+        "length by eps so that the layer is |u| < 1, time by eps so that phi stays",
+    )
+    d.conclude((Symbol("u"), Symbol("t_s"), Symbol("kappa")), found)
+
+
+@derives("eq:reducedSDEtilde", "The scaled equation", ("eq:tildexykappa", "eq:reducedSDE"))
+def reduced_scaled(d: Any) -> None:
+    def by_chain_rule() -> list[Any]:
+        X, time, K = d.use("eq:tildexykappa", "u", "t_s", "kappa")
+        slope, clock = sympy.diff(X, y), sympy.diff(time, t)
+        drift, noise = d.use("eq:reducedSDE", "drift", "noise")
+        # The paper's kappa has |B| in it from here on.
+        noise = noise.subs(dict(zip(_b, (1, 0, 0), strict=True)))
+        (unscaled,) = sympy.solve(K - kappa, _k)
+        second = sympy.Rational(1, 2) * noise**2 * slope**2 / clock
+        return [sympy.simplify(drift * slope / clock), sympy.simplify(second.subs(_k, unscaled))]
+
+    found = d.step(
+        "generator in scaled variables",
+        "substitute",
+        (phi(u), kappa**2 / 2),
+        Identity(by_chain_rule),
+        "coefficients of g' and g'' for a test function g",
+    )
+    d.conclude(
+        sympy.symbols("c_1 c_2"),
+        found,
+        note="c_1, c_2 are the coefficients of g' and g'' in the generator",
+    )
+
+
+#: The signs of a- and a+ in each of the four regions.
+REGIONS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
+
+
+@derives("regions", "Sliding, crossing, repelling: the signs of a- and a+")
+def regions(d: Any) -> None:
+    def count() -> Any:
+        numbers = []
+        for minus, plus in REGIONS:
+            # d(y^2)/dt = 2 y dy/dt at y = -1 and y = 1: negative means towards the surface.
+            inward = [2 * side * field < 0 for side, field in ((-1, minus), (1, plus))]
+            numbers.append(sum(inward))
+        return numbers
+
+    found = d.step(
+        "sides from which the field points at the surface",
+        "evaluate",
+        tuple(map(sympy.Integer, (1, 0, 2, 1))),
+        Identity(count),
+        "2 is attracting sliding, 1 crossing, 0 repelling sliding",
+    )
+    d.conclude(
+        Symbol("N"),
+        found,
+        cases=(
+            r"a^- < 0, \ a^+ < 0 \text{: crossing to the left}",
+            r"a^- < 0 < a^+ \text{: repelling sliding}",
+            r"a^- > 0 > a^+ \text{: attracting sliding}",
+            r"a^- > 0, \ a^+ > 0 \text{: crossing to the right}",
+        ),
+    )

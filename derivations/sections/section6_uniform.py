@@ -1,0 +1,356 @@
+"""Section 6.2, weak noise: integrals over a pair of zeros of phi, and from a barrier to an end.
+
+What `symasym.asymptotics.uniform.order_zero_forms` evaluates: the canonical Airy form of a well and
+a barrier that may meet (Chester, Friedman and Ursell), and the Gaussian that is cut off by an end
+(Bleistein), both to leading order.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+from sympy import Function, Symbol
+
+from derivations.registry import derives
+from symasym.derivation import Identity, Satisfies
+
+x = Symbol("x", positive=True)
+s = Symbol("s", real=True)
+y = Symbol("y", real=True)
+Z = Symbol("Z", real=True)
+small = Symbol("small", positive=True)
+a, b = Symbol("a", real=True), Symbol("b", real=True)
+ai, bi = sympy.airyai(Z), sympy.airybi(Z)
+# What is left of phi at the zeros y = -R, R: even - odd R and even + odd R; D = R^2.
+even, odd = Symbol("even", positive=True), Symbol("odd", real=True)
+square, root = Symbol("square", real=True), Symbol("R", positive=True)
+norm = Symbol("norm", positive=True)
+slope, side = Symbol("slope", positive=True), Symbol("side", real=True)
+# Airy functions as numbers.
+known = {
+    Symbol("bi", real=True): bi,
+    Symbol("bi_slope", real=True): sympy.diff(bi, Z),
+    Symbol("squares", positive=True): ai**2 + bi**2,
+    Symbol("slopes", positive=True): sympy.diff(ai, Z) ** 2 + sympy.diff(bi, Z) ** 2,
+}
+BI, BI_SLOPE, SQUARES, SLOPES = known
+
+
+@derives("airy-form", "A well and a barrier that may meet, to leading order", ("pair-products",))
+def airy_form(d: Any) -> None:
+    d.suppose("phi = +-(y^2 - D) psi(y) with psi > 0, y from half-way between the zeros")
+    d.suppose("phi du = (s^2 - zeta) ds with u' = a + b s + ..., Z = lam^(2/3) zeta")
+    d.suppose("each single integral is the mean of both ways past the other zero")
+    slopes = d.step(
+        "u' squared at both zeros",
+        "differentiate",
+        (1 / (slope * (even + odd * root)), 1 / (slope * (even - odd * root))),
+        Identity(_slopes),
+        "of phi du = (s^2 - zeta) ds at s = +-R/slope, y along s",
+    )
+    product = d.step(
+        "psi at both zeros",
+        "evaluate",
+        even**2 - odd**2 * square,
+        Identity(lambda: _at_both(even + odd * y)),
+        "their product, norm",
+    )
+    front = sympy.sqrt((even + sympy.sqrt(norm)) / (2 * slope * norm))
+    d.step(
+        "a and b",
+        "solve",
+        (front, -odd / (2 * norm * front)),
+        Satisfies(lambda found: _linear(found, slopes, product)),
+        "u' = a + b s at both zeros; D may have either sign",
+    )
+    d.step(
+        "share of 1/phi",
+        "split",
+        (side * even / norm, -side * odd / norm),
+        Satisfies(lambda found: _residues(found, product)),
+        "(alpha + beta y)/(y^2 - D) has the residues of 1/phi, phi = side (y^2 - D)(even + odd y)",
+    )
+    exponential = sympy.exp(s**3 / 3 - Z * s)
+    d.step(
+        "what is left is a derivative",
+        "integrate",
+        exponential,
+        Satisfies(lambda found: {"I'' - Z I": sympy.diff(found, s) - (s**2 - Z) * exponential}),
+        "it vanishes at the ends of both ways, so that I'' - Z I = 0",
+    )
+    start = d.step(
+        "at Z = 0",
+        "evaluate",
+        tuple(_at_zero(n) for n in range(2)),
+        Identity(lambda: [_rays(n) for n in range(2)]),
+        "I and I' over the rays from 0 to -oo and to oo e^(+-i pi/3), the mean of both",
+    )
+    one = d.step(
+        "I",
+        "solve",
+        sympy.pi * bi,
+        Satisfies(lambda found: _solves(found, start)),
+        "DLMF 9.5.5",
+    )
+    single = d.step(
+        "with the weight u'",
+        "substitute",
+        _single_pair(bi, sympy.diff(bi, Z)),
+        Identity(lambda: _weighted(one)),
+        "of exp(lam V) and of exp(-lam V), the height left out; V = -+ (s^3/3 - zeta s) along s",
+    )
+    both = d.step(
+        "both",
+        "substitute",
+        _double_pair(known[SQUARES], known[SLOPES]),
+        Identity(lambda: _double(*d.use("pair-products", "J", "J_1", "J_2"))),
+        "s(u) and s(v) have opposite shares, whose sum has the factor a b",
+    )
+    d.step(
+        "single integrals from Bi and Bi'",
+        "evaluate",
+        _single_pair(BI, BI_SLOPE),
+        Satisfies(lambda found: _as_numbers(found, single)),
+    )
+    d.step(
+        "both from products",
+        "evaluate",
+        _double_pair(SQUARES, SLOPES),
+        Satisfies(lambda found: _as_numbers([found], [both])),
+    )
+    d.conclude(
+        (Symbol("I_up"), Symbol("I_down"), Symbol("I_both")),
+        (*single, both),
+        "relative O(1/lam)",
+        note="I_up, I_down are integrals of e^(lam V), e^(-lam V) over both zeros, I_both that of "
+        "e^(lam (V(v) - V(u))) over u < v, heights left out; small is lam^(-1/3)",
+    )
+
+
+def _single_pair(value: Any, slope_of: Any) -> tuple[Any, Any]:
+    return tuple(sympy.pi * small * (a * value + sign * b * slope_of * small) for sign in (1, -1))
+
+
+def _double_pair(values: Any, slopes_of: Any) -> Any:
+    return sympy.pi**2 * small**2 * (a**2 * values - b**2 * slopes_of * small**2)
+
+
+def _at_both(psi: Any) -> Any:
+    return sympy.expand(psi.subs(y, root) * psi.subs(y, -root)).subs(root**2, square)
+
+
+def _slopes() -> list[Any]:
+    """2 s/phi'(y) at both zeros, from phi (dy/ds) = s^2 - zeta differentiated there."""
+    phi = (y**2 - root**2) * (even + odd * y)
+    derivative = sympy.diff(phi, y)
+    return [sympy.factor(2 * at / slope / derivative.subs(y, at)) for at in (root, -root)]
+
+
+def _linear(found: Any, slopes: Any, product: Any) -> dict[str, Any]:
+    """(a + b s)^2 at both zeros less u'^2, with q for the square root of the norm."""
+    q = Symbol("q", positive=True)
+    under = product.subs(square, root**2)
+    equations = {}
+    for name, at, wanted in (("R", root, slopes[0]), ("-R", -root, slopes[1])):
+        gap_to = sympy.expand((found[0] + found[1] * at / slope) ** 2) - wanted
+        top = sympy.numer(sympy.together(gap_to.subs(norm, q**2)))
+        equations[name] = sympy.rem(sympy.expand(top), q**2 - under, q)
+    # The branch on which u grows with s.
+    equations["a > 0"] = sympy.sqrt(found[0] ** 2) - found[0]
+    return equations
+
+
+def _residues(found: Any, product: Any) -> dict[str, Any]:
+    alpha, beta = (e.subs(norm, product.subs(square, root**2)) for e in found)
+    return {
+        name: sympy.together((alpha + beta * at) * (even + odd * at) - side)
+        for name, at in (("R", root), ("-R", -root))
+    }
+
+
+def _at_zero(n: int) -> Any:
+    power = sympy.Rational(n + 1, 3)
+    return sympy.Rational(3, 2) * sympy.Integer(3) ** (power - 1) * sympy.gamma(power)
+
+
+def _rays(n: int) -> Any:
+    """The mean over both ways of int (-s)^n e^(s^3/3) ds."""
+    length = sympy.integrate(x**n * sympy.exp(-(x**3) / 3), (x, 0, sympy.oo))
+    total = sympy.S.Zero
+    for turn in (sympy.pi / 3, -sympy.pi / 3):
+        out = sympy.exp(sympy.I * turn)
+        # s = -x from -oo on; s = x e^(i turn) onwards.
+        total += length + (-1) ** n * sympy.expand_complex(out ** (n + 1)) * length
+    return sympy.simplify(total / 2)
+
+
+def _solves(found: Any, start: Any) -> dict[str, Any]:
+    equations = {"the differential equation": sympy.diff(found, Z, 2) - Z * found}
+    for n, wanted in enumerate(start):
+        here = sympy.diff(found, Z, n).subs(Z, 0) - wanted
+        swap = 2 * sympy.pi / (sympy.sqrt(3) * sympy.gamma(sympy.Rational(1, 3)))
+        equations[f"derivative {n} at 0"] = sympy.simplify(
+            here.subs(sympy.gamma(sympy.Rational(2, 3)), swap)
+        )
+    return equations
+
+
+def _weighted(one: Any) -> list[Any]:
+    """int (a + b s) e^(-+ lam V) ds from I(Z) = int e^(s^3/3 - Z s) ds: s = small sigma."""
+    # The weight s is -d/dZ; e^(lam V) has -s in place of s.
+    return [
+        sympy.expand(a * one * small - sign * b * sympy.diff(one, Z) * small**2) for sign in (-1, 1)
+    ]
+
+
+def _double(J: Any, J_1: Any, J_2: Any) -> Any:
+    """(a + b s(u))(a + b s(v)), with s = small sigma."""
+    cross = a * b * small**3 * (J_1 - J_1)
+    return sympy.expand(a**2 * J * small**2 + cross + b**2 * J_2 * small**4)
+
+
+def _as_numbers(found: Any, stated: Any) -> dict[str, Any]:
+    return {
+        str(k): sympy.expand(e.subs(known) - whole)
+        for k, (e, whole) in enumerate(zip(found, stated, strict=True))
+    }
+
+
+# -- a barrier before an end -----------------------------------------------------------------------
+
+lam = Symbol("lam", positive=True)
+t = Symbol("t", positive=True)
+gap = Symbol("gap", positive=True)
+bottom, area = Symbol("bottom", positive=True), Symbol("area", positive=True)
+first, second = Symbol("first", real=True), Symbol("second", real=True)
+value = Symbol("value", positive=True)
+mean = Symbol("mean", positive=True)
+peak, rest = Symbol("peak", positive=True), Symbol("rest", real=True)
+tail, falling = Symbol("tail", positive=True), Symbol("falling", positive=True)
+integral = Symbol("integral", real=True)
+beyond, _sigma, _D, _area = (Function(name) for name in ("rho", "sigma", "D", "area"))
+
+
+@derives("truncated-gaussian", "A barrier before an end, to leading order")
+def truncated_gaussian(d: Any) -> None:
+    d.suppose("phi = x psi(x) > 0 from the barrier x = 0 to the end x = g; V(0) - V(x) = t^2/2")
+    d.suppose("sigma' = lam t sigma - 1, D' = 1 - lam t D (DLMF 7.2), from D = 0 at t = 0")
+    distance = d.step(
+        "t at the end",
+        "integrate",
+        gap * sympy.sqrt(2 * area),
+        Satisfies(lambda found: {"the fall of V": found**2 / 2 - gap**2 * area} | _falls()),
+        "area is the integral of y psi(g y) over (0, 1)",
+    )
+    width = d.step(
+        "du/dt at the barrier",
+        "take limit",
+        1 / sympy.sqrt(bottom),
+        Satisfies(lambda found: {"phi du = t dt": bottom * found * t * found - t}),
+        "phi = psi(0) u and u = peak t beside it",
+    )
+    d.step(
+        "mean of psi",
+        "evaluate",
+        sympy.sqrt(2 * area * bottom),
+        Satisfies(lambda found: {"t/peak over g": found - distance / (width * gap)}),
+        "phi(g) is g psi(g), and peak/t is 1/(g mean)",
+    )
+    d.step(
+        "1/phi less the peak's share",
+        "evaluate",
+        (first * bottom - 2 * bottom * second - gap * second**2) / (value * mean * (value + mean)),
+        Satisfies(_cancelled),
+        "psi(g) = psi(0) + g second, 2 area = psi(0) + g first, mean that of psi: nothing cancels",
+    )
+    d.step(
+        "by parts",
+        "integrate",
+        tuple(sign * _exponential(sign) * beyond(t) / lam for sign in (-1, 1)),
+        Satisfies(
+            lambda found: {
+                f"rho' over lam is left of e^({sign} lam t^2/2)": sympy.diff(e, t)
+                - (t * beyond(t) + sign * sympy.diff(beyond(t), t) / lam) * _exponential(sign)
+                for sign, e in zip((-1, 1), found, strict=True)
+            }
+        ),
+        "u' = peak + t rho(t)",
+    )
+    single = d.step(
+        "single integrals",
+        "substitute",
+        (-(peak * tail + rest / lam), peak * falling + rest / lam),
+        Satisfies(_single),
+        "in units of e^(-+lam t^2/2); what is left is rho' over lam",
+    )
+    both = d.step(
+        "both",
+        "integrate",
+        peak**2 * (integral - sympy.log(t)) / lam - peak * falling * rest / lam,
+        Satisfies(_nested),
+        "integral is lam int D, from 0 on; the regular part is that of 1/phi over lam",
+    )
+    d.conclude(
+        (Symbol("I_up"), Symbol("I_down"), Symbol("I_both")),
+        (*single, both),
+        "relative O(1/lam)",
+        note="the end's shares of the integrals of e^(lam V) and e^(-lam V) up to it, and of "
+        "e^(lam (V(v) - V(u))) over u < v, in units of e^(+-lam V) there; tail, falling are "
+        "e^(lam t^2/2) int_t^oo e^(-lam s^2/2) ds and Dawson's integral D",
+    )
+
+
+def _falls() -> dict[str, Any]:
+    """V falls by the integral of x psi(x), power by power, x = g y."""
+    k, c = Symbol("k", positive=True), Symbol("c", real=True)
+    inner = sympy.integrate(c * x ** (k + 1), (x, 0, gap))
+    return {"x = g y": inner - gap**2 * sympy.integrate(c * x * (gap * x) ** k, (x, 0, 1))}
+
+
+def _cancelled(found: Any) -> dict[str, Any]:
+    """The difference to 1/phi(g) - peak/t, modulo mean^2 = 2 area psi(0)."""
+    gap_to = found - (1 / (gap * value) - 1 / (gap * mean))
+    top = sympy.numer(sympy.together(gap_to)).subs(value, bottom + gap * second)
+    return {
+        "1/phi(g) - peak/t": sympy.rem(
+            sympy.expand(top), mean**2 - bottom * (bottom + gap * first), mean
+        )
+    }
+
+
+def _exponential(sign: int) -> Any:
+    return sympy.exp(sign * lam * t**2 / 2)
+
+
+def _along(e: Any) -> Any:
+    """`e` as a function of t: D, sigma, lam int D and rho change with it."""
+    return e.subs({tail: _sigma(t), falling: _D(t), integral: _area(t), rest: beyond(t)})
+
+
+def _changed(e: Any) -> Any:
+    """The derivative of that by t."""
+    slopes = {
+        _sigma(t): lam * t * _sigma(t) - 1, _D(t): 1 - lam * t * _D(t), _area(t): lam * _D(t),
+    }  # fmt: skip
+    changed = sympy.diff(_along(e), t)
+    return changed.subs({sympy.diff(f, t): slope for f, slope in slopes.items()})
+
+
+def _single(found: Any) -> dict[str, Any]:
+    whole = peak + t * beyond(t)
+    return {
+        f"e^({sign} lam t^2/2)": sympy.expand(
+            _changed(e) + sign * lam * t * _along(e)
+            - whole - sign * sympy.diff(beyond(t), t) / lam
+        )
+        for sign, e in zip((-1, 1), found, strict=True)
+    }  # fmt: skip
+
+
+def _nested(found: Any) -> dict[str, Any]:
+    whole = peak + t * beyond(t)
+    inner = peak * _D(t) + beyond(t) / lam
+    # du/phi = u'^2 dt/t: the regular part; rho' has a factor 1/lam more.
+    rest_of = whole**2 / (t * lam) + peak * _D(t) * sympy.diff(beyond(t), t) / lam
+    return {"u' M": sympy.expand(whole * inner - _changed(found) - rest_of)}

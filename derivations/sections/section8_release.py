@@ -1,0 +1,262 @@
+"""The whole system, beyond the paper: what `symasym.release` marches, expands and takes for a rate.
+
+Scaled variables: du = phi(u, z, eps u) dt + kappa dW, dz = eps g dt, and L f = phi f_u +
+(kappa^2/2) f_uu + eps g f_z. No label of the paper rests on these.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+from sympy import Function, Integral, Symbol
+
+from derivations.paper import eps, kappa, r, u
+from derivations.registry import derives
+from symasym.derivation import Identity, Satisfies
+
+z, v, x, t = sympy.symbols("z v x t", real=True)
+g, phi, phi_y = (Symbol(name, real=True) for name in ("g", "phi", "phi_y"))
+_half = kappa**2 / 2
+
+
+def _generator(f: Any) -> Any:
+    """L f, phi and g being their values at (u, z)."""
+    return phi * sympy.diff(f, u) + _half * sympy.diff(f, u, 2) + eps * g * sympy.diff(f, z)
+
+
+@derives("release-time", "Mean and variance of the time of release")
+def marched(d: Any) -> None:
+    p, q, h = sympy.symbols("p q h", positive=True)
+    wave = sympy.exp(p * u + q * z)
+
+    def expected() -> Any:
+        """Rate of change of the mean of the wave over a step h, with steps of either sign."""
+        up, down = (
+            wave.subs({u: u + phi * h**2 + s * kappa * h, z: z + eps * g * h**2}, simultaneous=True)
+            for s in (1, -1)
+        )
+        return sympy.diff((up + down) / 2, h, 2).subs(h, 0) / 2
+
+    d.suppose("phi and g are Lipschitz, so that the diffusion (u, z) exists and is unique")
+    d.suppose("release is certain and its time has a second moment", where="g keeps its sign")
+    d.step(
+        "generator",
+        "take limit",
+        sympy.expand((phi * p + _half * p**2 + eps * g * q) * wave),
+        Identity(lambda: sympy.expand(expected())),
+        "of the mean over a short time h^2, on waves, which determine a differential operator",
+    )
+    T = Function("T")(u, z)
+    mean = d.step(
+        "mean",
+        "take limit",
+        sympy.S.NegativeOne,
+        Identity(lambda: sympy.diff(T - h, h)),
+        "T is h more than its mean after a time h: L T = -1, T = 0 at u = -r and r",
+    )
+    kernel = Symbol("s", positive=True)
+    d.step(
+        "second moment",
+        "take limit",
+        -2 * T,
+        Identity(lambda: -sympy.diff((T + kernel) ** 2, kernel).subs(kernel, 0)),
+        "the square of s + time left has grown by 2 s T + ...: L M = -2 T",
+    )
+    found = d.step(
+        "variance",
+        "substitute",
+        -(kappa**2) * sympy.diff(T, u) ** 2,
+        Identity(
+            lambda: sympy.expand(
+                # L M = -2 T, and L (T^2) worked out, where L T = -1 gives T_z.
+                -2 * T
+                - _generator(T**2)
+                .doit()
+                .subs(
+                    sympy.diff(T, z),
+                    (-1 - phi * sympy.diff(T, u) - _half * sympy.diff(T, u, 2)) / (eps * g),
+                )
+            )
+        ),
+        "v = M - T^2",
+    )
+    d.conclude(
+        (_generator(T), _generator(Function("v")(u, z))),
+        (mean, found),
+        note="T and the variance v of the time from (u, z) are 0 at u = -r and r",
+    )
+
+
+@derives("release-order", "The first correction to T by the motion of the slow variable")
+def first_order(d: Any) -> None:
+    T0, T1 = Function("T_0")(u, z), Function("T_1")(u, z)
+    frozen = Function("phi")(u, z)
+    d.suppose("T has two derivatives in eps at 0", where="eps T small against the way to the fold")
+
+    def order_one() -> Any:
+        """The coefficient of eps in L (T0 + eps T1) + 1, without L0 T1."""
+        whole = (T0 + eps * T1).diff(u) * (frozen + eps * u * phi_y)
+        whole += _half * (T0 + eps * T1).diff(u, 2) + eps * g * (T0 + eps * T1).diff(z)
+        rest = sympy.diff(sympy.expand(whole), eps).subs(eps, 0)
+        return sympy.expand(rest - frozen * T1.diff(u) - _half * T1.diff(u, 2))
+
+    d.step(
+        "source",
+        "expand",
+        g * T0.diff(z) + u * phi_y * T0.diff(u),
+        Identity(order_one),
+        "L0 T1 = -(this), T1 = 0 at u = -r and r; phi_y is the slope in y = eps u",
+    )
+    S, source = Function("S"), Function("s")
+    a, b = sympy.symbols("a b", positive=True)
+    lam = 2 / kappa**2
+    left = Integral(lam * S(v) / S(v).diff(v) * source(v), (v, -r, x))
+    right = Integral(lam * (S(r) - S(v)) / S(v).diff(v) * source(v), (v, x, r))
+    solution = ((S(r) - S(x)) * left + S(x) * right) / S(r)
+
+    def equations(stated: Any) -> dict[str, Any]:
+        """L0 T1 + s, with phi = -(kappa^2/2) S''/S', and the ends, on exponentials."""
+        scale = sympy.exp(x) - sympy.exp(-r)
+        force = a * sympy.exp(2 * x) + b * sympy.exp(3 * x)
+        known = stated.replace(source, lambda at: force.subs(x, at))
+        known = sympy.expand(known.replace(S, lambda at: scale.subs(x, at)).doit())
+        drift = -_half * scale.diff(x, 2) / scale.diff(x)
+        return {
+            "L0 T1 = -s": drift * known.diff(x) + _half * known.diff(x, 2) + force,
+            "right end": known.subs(x, r),
+            "left end": known.subs(x, -r),
+        }
+
+    found = d.step(
+        "Green's function",
+        "solve",
+        solution,
+        Satisfies(equations),
+        "S' = e^(lam V), S(-r) = 0: the time spent at v is lam S(min)(S(r) - S(max))/(S' S(r))",
+    )
+    d.conclude(
+        Function("T_1")(x),
+        found,
+        "O(eps^2) in T",
+        note="T = T_0 + eps T_1; s(v) = g dT_0/dz + u (dphi/dy) dT_0/du, S' = e^(lam V), S(-r) = 0",
+    )
+
+
+@derives("release-adiabatic", "The adiabatic law of release")
+def adiabatic(d: Any) -> None:
+    rate = Function("k")
+    held = sympy.exp(-Integral(rate(x), (x, 0, t)))
+    d.suppose("relaxation in the well is fast against T, and T against its own change")
+    found = d.step(
+        "held",
+        "solve",
+        held,
+        Satisfies(
+            lambda h: {
+                "rate": sympy.simplify(h.diff(t) / h + rate(t)),
+                "all at the start": h.subs(t, 0).doit() - 1,
+            }
+        ),
+        "k(t) = 1/T(z(t))",
+    )
+    tau = Symbol("tau", positive=True)
+    d.step(
+        "of a flight",
+        "integrate",
+        (tau, tau),
+        Identity(
+            lambda: (
+                sympy.integrate(sympy.exp(-t / tau), (t, 0, sympy.oo)),
+                sympy.sqrt(sympy.integrate(2 * t * sympy.exp(-t / tau), (t, 0, sympy.oo)) - tau**2),
+            )
+        ),
+        "mean and standard deviation where T = tau: a flight that takes tau each time has none",
+    )
+    d.conclude(
+        Function("H")(t),
+        found,
+        "what the supposition leaves out",
+        note="H is the chance to be held at t, k(t) = 1/T with z frozen where it is then",
+    )
+
+
+@derives("frozen-time", "Where T, with z frozen, is the time of release", ("release-adiabatic",))
+def frozen(d: Any) -> None:
+    """The first order of the adiabatic law in eps: T, less the share that z takes off."""
+    T0, slope = sympy.symbols("T_0 T0_z", positive=True)
+    d.suppose("escape is rare, so that the adiabatic law holds", where="kappa^2 small against D")
+    d.suppose("z is far from the fold, so that T(z) has two derivatives")
+    rate = d.step(
+        "rate on the way",
+        "expand",
+        1 / T0 - eps * g * t * slope / T0**2,
+        Identity(
+            lambda: sympy.series(1 / (T0 + eps * g * t * slope), eps, 0, 2).removeO(),
+        ),
+        "z = z0 + eps g t",
+    )
+
+    def mean() -> Any:
+        """The integral of what is held, to the order of eps."""
+        held = d.use("release-adiabatic", "H(t)")
+        held = held.replace(Function("k"), lambda at: rate.subs(t, at)).doit()
+        first = sympy.series(held, eps, 0, 2).removeO()
+        return sympy.expand(sympy.integrate(sympy.expand(first), (t, 0, sympy.oo)))
+
+    found = d.step(
+        "mean",
+        "integrate",
+        T0 + eps * g * T0 * slope,
+        Identity(mean),
+        "T is the time of release where eps g T_z, of the size of eps lam T, is small: T far above "
+        "r, and far below the time in which z reaches the fold",
+    )
+    D, lam = Function("D")(z), 2 / kappa**2
+    d.step(
+        "by the barrier",
+        "differentiate",
+        lam * D.diff(z),
+        Identity(lambda: sympy.diff(sympy.log(sympy.exp(lam * D)), z)),
+        "T_z/T where T grows as e^(lam D): the share is eps g lam D_z T",
+    )
+    d.conclude(
+        Symbol("T"),
+        found,
+        "O(eps^2)",
+        note="T_0: T with z frozen at the start",
+    )
+
+
+@derives("fold-delay", "How late a block without noise passes the fold")
+def fold_delay(d: Any) -> None:
+    w, s, a, b = sympy.symbols("w s a b", positive=True)
+    d.suppose("w is the distance of u from where well and barrier meet, and small")
+    d.suppose("curvature and speed of z are 1, by the units of u and z")
+    found = d.step(
+        "scales",
+        "scale",
+        (eps ** sympy.Rational(1, 3), eps ** sympy.Rational(-1, 3)),
+        Satisfies(
+            lambda units: {
+                # a dw/ds / b = a^2 w^2 + eps b s, one number before each term.
+                "w^2": units[0] / units[1] - units[0] ** 2,
+                "drag": units[0] / units[1] - eps * units[1],
+            }
+        ),
+        "w = a w1, t = b s leave w1' = w1^2 + s",
+    )
+    Ai = sympy.airyai
+    d.step(
+        "Airy's equation",
+        "solve",
+        sympy.airyaiprime(-s) / Ai(-s),
+        Satisfies(lambda path: {"w1' = w1^2 + s": path.diff(s) - path**2 - s}),
+        "it leaves at the first zero of Ai, s = 2.338",
+    )
+    d.conclude(
+        (a, b),
+        found,
+        note="units of w, the distance from the fold's u, and of the time; the block leaves 2.338 "
+        "units after the fold",
+    )

@@ -1,0 +1,146 @@
+"""The median Borel–Padé sum of a Laplace expansion, beyond its optimal order.
+
+sum_k c_k lam^-(s + k) is lam^(b - s) times the Laplace transform of t^(b - 1) B(t), B = sum_k c_k
+t^k/Gamma(b + k), a series with a radius of convergence (Borel and Leroy; any b > 0 would do, and
+b = s/2 was the best of those tried: its singularities are the most like poles, which are all that
+Padé has). For polynomial f, B is singular where t is a singulant
+F = f(p) - f(q), q a saddle of f that is seen from the maximum p (M. V. Berry and C. J. Howls, Proc.
+R. Soc. A 434 (1991) 657). A real minimum q has F > 0, on the path of the Laplace transform: real
+lam is on the series' Stokes line. There the sum is the mean of those that pass F above and below,
+the Stokes multiplier being 1/2 (the median sum), and the real integral goes on beyond q with no
+share of it. Padé's approximant of the series [m/m] continues B; with its poles p_j and residues
+r_j, z = -p_j,
+
+    int_0^oo e^(-lam t) t^(b - 1)/(t - p_j) dt = Gamma(b) z^(b - 1) e^(lam z) Gamma(1 - b, lam z)
+
+(DLMF 8.6.4), of which for p_j > 0 the real part is the mean.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from symasym.base.contexts import own_context
+from symasym.base.errors import InputError
+
+if TYPE_CHECKING:
+    from mpmath import mpf
+    from mpmath.ctx_mp import MPContext
+
+    from symasym.asymptotics.laplace.expansion import Contribution
+
+__all__ = [
+    "BOREL",
+    "BOREL_DIGITS",
+    "Approximant",
+    "approximant",
+    "median_sums",
+    "require_unit_steps",
+]
+
+#: Coefficients that order="borel" uses, and their digits.
+BOREL, BOREL_DIGITS = 41, 90
+#: How many coefficients fewer the sums have that tell the error.
+_FEWER = (2, 4)
+# A denominator's coefficient beside the largest, below which the degree is lower.
+_NOTHING = 40
+
+
+class Approximant(NamedTuple):
+    """Padé's approximant of B, of a series from lam^-s on: a polynomial part, poles, residues."""
+
+    first: Any
+    whole: list[Any]
+    poles: list[tuple[Any, Any]]
+
+    def laplace(self, lam: mpf, context: MPContext) -> Any:
+        """The sum of the series at lam."""
+        c, b = context, self.first / 2
+        total = sum(
+            (a * c.gamma(b + k) * lam ** -(b + k) for k, a in enumerate(self.whole)), c.zero
+        )
+        for p, residue in self.poles:
+            z = -p
+            share = c.gamma(b) * z ** (b - 1) * c.exp(lam * z) * c.gammainc(1 - b, lam * z)
+            total += c.re(residue * share)
+        return total * lam ** (b - self.first)
+
+
+def approximant(coefficients: Sequence[Any], first: Any, context: MPContext) -> Approximant:
+    """Padé's approximant from c_0, c_1, ..., of exponents first, first + 1, ...
+
+    Its degrees are as equal as the number of coefficients allows, and lower where the series is
+    that of a lower one.
+    """
+    c = context
+    b = [a / c.gamma(first / 2 + k) for k, a in enumerate(coefficients)]
+    for m in range((len(b) - 1) // 2, -1, -1):
+        p, q = _quotient(b[: 2 * m + 1] if m else b, m, c)
+        if q is not None:
+            break
+    assert q is not None
+    while len(q) > 1 and abs(q[-1]) < c.mpf(10) ** -_NOTHING * max(map(abs, q)):
+        q.pop()
+    whole, rest = _divided(p, q)
+    roots = c.polyroots(q[::-1], maxsteps=2000, extraprec=c.prec) if len(q) > 1 else []
+    slope = [k * a for k, a in enumerate(q)][1:]
+    poles = [(z, c.polyval(rest[::-1], z) / c.polyval(slope[::-1], z)) for z in roots]
+    return Approximant(first, whole, poles)
+
+
+def _quotient(b: list[Any], m: int, context: MPContext) -> tuple[list[Any], list[Any] | None]:
+    """Numerator and denominator of degree m, ascending; None where there is no such one."""
+    if not m:
+        return b, [context.one]
+    try:
+        p, q = context.pade(b, m, m)
+    except ZeroDivisionError:
+        return b, None
+    return list(p), list(q)
+
+
+def _divided(p: list[Any], q: list[Any]) -> tuple[list[Any], list[Any]]:
+    """Quotient and rest, ascending."""
+    rest, whole = list(p), []
+    while len(rest) >= len(q) and (len(q) > 1 or rest):
+        factor = rest[-1] / q[-1]
+        whole.append(factor)
+        shift = len(rest) - len(q)
+        for k, a in enumerate(q):
+            rest[shift + k] -= factor * a
+        rest.pop()
+    return whole[::-1], rest or [0 * p[0]]
+
+
+def require_unit_steps(contribution: Contribution) -> None:
+    """Refuse a maximum whose exponents do not go up by 1."""
+    exponents = contribution.exponents
+    if len(exponents) > 1 and exponents[1] - exponents[0] != 1:
+        raise InputError(
+            f'order is "borel", and the maximum at {contribution.point} has terms in steps of '
+            f"lam^-({exponents[1] - exponents[0]}); it is for simple maxima, in steps of 1/lam."
+        )
+
+
+def median_sums(contribution: Contribution, lam: mpf, context: MPContext) -> list[Any]:
+    """The sum from all coefficients, and those from a few fewer."""
+    known: dict[Any, list[Approximant]] = contribution.__dict__.setdefault("_borel", {})
+    if not known:
+        with own_context(BOREL_DIGITS) as own:
+            exponents, values = (
+                [own.make_mpf(a._mpf_) for a in row] for row in contribution.numbers(BOREL_DIGITS)
+            )
+            known[0] = [
+                approximant(values[: len(values) - fewer], exponents[0], own)
+                for fewer in (0, *_FEWER)
+            ]
+    with context.workdps(max(context.dps, 30) + 20):
+        return [
+            Approximant(
+                context.make_mpf(one.first._mpf_),
+                [context.convert(a) for a in one.whole],
+                [(context.convert(p), context.convert(r)) for p, r in one.poles],
+            ).laplace(lam, context)
+            for one in known[0]
+        ]

@@ -1,0 +1,113 @@
+"""How lam phi changes with the parameters of its scenes, in float64.
+
+dA/dp is the imaginary part of A at p + ih over h, right to rounding for h far below it, since
+nothing is subtracted (J. N. Lyness, C. B. Moler, SIAM J. Numer. Anal. 4 (1967) 202). As
+lam = 2/kappa^2, d(lam phi)/dkappa is -2/kappa lam phi. A radius above 1 moves the outer ends alone;
+one up to 1 stretches the interval, widths h and places u alike: dh/dr = h/r, dphi/dr = u phi'/r.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symasym.base.inputs import FloatArray, IntArray, floats
+from symasym.numbers.dual_arrays import DualArray
+
+if TYPE_CHECKING:
+    from symasym.drift.field.scenes import Scenes
+
+__all__ = ["Directions"]
+
+_STEP = 1e-60
+
+
+class Directions:
+    """Derivatives for scenes and, after all of them, their mirror images.
+
+    `names` are the drift's parameters, kappa and, where there is one, r: the axis of parameters of
+    every `DualArray` that is made here.
+    """
+
+    def __init__(self, scenes: Scenes) -> None:
+        count = len(scenes.lam)
+        self._drift = scenes.drift
+        self.names = (*self._drift.parameters, "kappa", *(["r"] if "r" in scenes.numbers else []))
+        self._values = {
+            name: np.tile(np.broadcast_to(floats(name, x), count), 2)
+            for name, x in scenes.parameters.items()
+        }
+        self._sign = np.repeat((1.0, -1.0), count)
+        r = np.tile(scenes.numbers["r"], 2) if "r" in scenes.numbers else np.full(2 * count, 2.0)
+        #: 1/r where r <= 1, else 0.
+        self.stretch = np.where(r <= 1.0, 1.0 / r, 0.0)
+        self._stretches = bool(self.stretch.any())
+        self._per_kappa = -2.0 / np.tile(scenes.numbers["kappa"], 2)
+
+    def of_drift(self, scene: IntArray, u: FloatArray) -> FloatArray:
+        """dphi/dp at the points `u`, one row per entry of `scene`, for the drift's parameters; and
+        dphi/dr last, where a radius is at most 1."""
+        sign, count = self._sign[scene][:, None], len(self._values)
+        total = count + self._stretches
+        if not total:
+            return np.empty((0, *u.shape))
+        step = _STEP * 1j * (np.arange(total)[:, None] == np.arange(total))[:, :, None, None]
+        moved = {
+            name: value[scene][:, None] + step[k]
+            for k, (name, value) in enumerate(self._values.items())
+        }
+        at = u * sign
+        with np.errstate(all="ignore"):
+            place = at + step[count] if self._stretches else at
+            raw = np.asarray(self._drift.evaluate_float(place, moved))
+        slopes = sign * np.broadcast_to(raw.imag / _STEP, (total, *u.shape))
+        if self._stretches:
+            slopes[count] *= at * self.stretch[scene][:, None]
+        return slopes
+
+    def rows(self, of_drift: FloatArray, scene: IntArray, lam_phi: FloatArray) -> FloatArray:
+        """Rows for all names from those of the drift, for something linear in lam phi."""
+        axes, count = (slice(None), *(None,) * (lam_phi.ndim - 1)), len(self._values)
+        of_kappa = self._per_kappa[scene][axes] * lam_phi
+        of_radius = [of_drift[count] if len(of_drift) > count else np.zeros_like(of_kappa)]
+        others = np.array([of_kappa, *of_radius[: len(self.names) - count - 1]])
+        return np.concatenate((of_drift[:count], others))
+
+    @cached_property
+    def largest(self) -> FloatArray:
+        """About the largest |dphi/dp| on [-1, 1], of each of the drift's parameters and scene."""
+        count, scene = len(self._values), np.arange(len(self._sign))
+        places = np.broadcast_to(np.cos(np.arange(8)), (len(scene), 8))
+        sampled: FloatArray = np.abs(self.of_drift(scene, places)[:count]).max(axis=-1, initial=0)
+        return sampled
+
+    def rate(self, lam: FloatArray) -> DualArray:
+        """lam of the first scenes, or of all."""
+        nothing = np.zeros((len(self._values), len(lam)))
+        return DualArray(lam, self.rows(nothing, np.arange(len(lam)), lam))
+
+    def at_end(self, values: FloatArray, side: float) -> DualArray:
+        """The drift at -1 or 1, which these are the values of."""
+        scene = np.arange(len(values))
+        slopes = np.zeros((len(self.names), len(values)))
+        count = len(self._values)
+        slopes[:count] = self.of_drift(scene, np.full((len(values), 1), side))[:count, :, 0]
+        return DualArray(values, slopes)
+
+    def outer_width(self, h: FloatArray) -> FloatArray | DualArray:
+        """Widths outside [-1, 1], which grow with r."""
+        return self._width(h, np.ones_like(h))
+
+    def stretched(self, h: FloatArray, scene: IntArray) -> FloatArray | DualArray:
+        """Widths inside [-1, 1], which grow with a radius up to 1."""
+        return self._width(h, h * self.stretch[scene]) if self._stretches else h
+
+    def _width(self, h: FloatArray, per_r: FloatArray) -> FloatArray | DualArray:
+        """Widths and their derivative in r, the last of the names if it is one."""
+        if self.names[-1] != "r":
+            return h
+        slopes = np.zeros((len(self.names), len(h)))
+        slopes[-1] = per_r
+        return DualArray(h, slopes)

@@ -1,0 +1,370 @@
+"""T through a coalescence, order 0, with a symbol for everything that depends on the drift.
+
+`Coalescing` is the `OrderZero` of `symasym.asymptotics.uniform.order_zero` whose numbers are SymPy
+expressions. It has one pair of zeros of a polynomial A, A = ((u - m)^2 - D) psi(u - m), a well and
+a barrier (D > 0) or past their coalescence a complex pair (D < 0). With phi du = (s^2 - zeta) ds,
+u'(s) = p + q s at both zeros,
+
+    (4/3) zeta^(3/2) = V(barrier) - V(well),    p ± q zeta^(1/2) = (2 zeta^(1/2)/|phi'|)^(1/2),
+
+which in m, D and psi are analytic through D = 0 (C. Chester, B. Friedman, F. Ursell, Proc. Camb.
+Phil. Soc. 53 (1957) 599). A barrier before the layer's end u = 1 has its Gaussian truncated there
+(N. Bleistein, Comm. Pure Appl. Math. 19 (1966) 353). A of degree 2 or 3 has m and D in closed form:
+with A = c_3 (v^3 - 3 k^2 v + ...), v = u + c_2/(3 c_3), v = ± k T_(1/3)(± w) half-way between both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+import sympy
+from sympy import Expr, Rational, S, Symbol
+
+from symasym.asymptotics.uniform.order_zero import OrderZero, Together
+from symasym.asymptotics.uniform.order_zero_forms import (
+    _FADE,
+    AiryForm,
+    Truncated,
+    TruncatedIntegral,
+    _faded,
+    regular_share,
+)
+from symasym.asymptotics.weak_noise.one_sided import Builder, CriticalPoint, Joint
+from symasym.asymptotics.weak_noise.series import Series
+from symasym.base.errors import InputError
+from symasym.drift.drift import Drift
+from symasym.emit.symbolic_sums import BEYOND_1, LAM, Sum, Symbolic
+from symasym.expansions.builder import Symbols, U
+from symasym.expansions.cases import Case
+from symasym.generated.arithmetic_formulas import canonical, over_end, pair_norm
+from symasym.numbers.polynomials import poly
+from symasym.series.quadratic_factor import Pair, seen_from
+from symasym.special.airy import AiryProducts
+from symasym.special.dawson import _gaussians
+from symasym.special.exponentials import quotients
+
+__all__ = ["PAIRED", "Coalescing", "Locals", "require_pair"]
+
+#: The cases with one pair; the last is that of a complex one.
+PAIRED = ("start well barrier", "barrier well start", "start")
+_M = Symbol("m", real=True)
+_BAR = Symbol("V(m)", real=True)
+_ZETA, _Z, _P, _Q = sympy.symbols("zeta Z p q", real=True)
+_PARTS = {"rising": "B", "falling": "W", "both": "J", "onward": "G"}
+
+
+class _Expressions:
+    """The arithmetic of expressions; of a test that is open the general branch is taken."""
+
+    context = True
+    bits, eps = 0, S.Zero
+    zero, one, pi, euler = S.Zero, S.One, sympy.pi, sympy.EulerGamma
+    sqrt, exp, log = (staticmethod(f) for f in (sympy.sqrt, sympy.exp, sympy.log))
+    rational, number = staticmethod(Rational), staticmethod(sympy.sympify)
+
+    def cbrt(self, x: Expr) -> Expr:
+        return x ** Rational(1, 3)
+
+    def expm1(self, x: Expr) -> Expr:
+        return sympy.exp(x) - 1
+
+    def atan2(self, y: Expr, x: Expr) -> Expr:
+        """For x > 0."""
+        return sympy.atan(y / x)
+
+    def where(self, test: Any, a: Expr, b: Expr) -> Expr:
+        return a if test == True else b  # noqa: E712
+
+    def any(self, test: Any) -> bool:
+        return bool(test == True)  # noqa: E712
+
+    all = any
+
+
+class Locals(Symbolic):
+    """The ring of sums whose local integrals are symbols, too."""
+
+    def __init__(self, symbols: Coalescing) -> None:
+        self.symbols = symbols
+
+    def leaf(self, height: Expr, series: Any, rough: float = 0.0) -> Sum:
+        """One symbol times e^{lam height}."""
+        if isinstance(series, Series):
+            return super().leaf(height, series, rough)
+        return Sum([(height, self.symbols.local(series))])
+
+
+class _Place(NamedTuple):
+    """Where the pair is: right (1) or left (-1) of the start, and the sign of psi seen from it."""
+
+    side: int
+    sign: int
+
+
+def require_pair(drift: Drift, case: Case, start: Fraction) -> None:
+    """Refuse a drift or a case without one pair of zeros that has a well first, or none."""
+    if drift.expression().as_poly(U) is None:
+        raise InputError(
+            f"A = {drift.expression()} is no polynomial in u, for which alone the uniform formula "
+            "is closed; use sa.escape_time(method='uniform')."
+        )
+    if drift.expression().as_poly(U).degree() < 2:
+        raise InputError(
+            f"A = {drift.expression()} has no two zeros that coalesce; use noise='weak'."
+        )
+    if str(case) not in PAIRED:
+        raise InputError(
+            f"case is '{case}'; the uniform formula is that of 'start well barrier', of 'barrier "
+            "well start', and of 'start' past the coalescence of both."
+        )
+
+
+class Coalescing(Symbols, OrderZero):
+    """Both one-sided expansions of a case with one pair, to order 0, in symbols."""
+
+    taken = Symbols.taken | {
+        *("D", "Da", "P", "Z", "area", "k", "m", "n", "p", "q", "rest"),
+        *("rho", "sigma", "t", "w", "xi", "zeta"),
+    }
+
+    def __init__(self, drift: Drift, case: Case, start: Fraction) -> None:
+        self.drift, self.real = drift, bool(case.kinds)
+        self.square = Symbol("D", positive=self.real, negative=not self.real)
+        self.place = _place(drift, case, start)
+        self.locals: dict[Symbol, Expr] = {}
+        super().__init__(drift, case, 0, start)
+        self.arithmetic = _Expressions()  # type: ignore[assignment]
+        self.slack = S.Zero
+        self.apart = []
+        self.together = [self._pair()]
+        self.prepared()
+
+    # -- the pair -----------------------------------------------------------------------------
+
+    def _zeros(self) -> list[Symbol]:
+        """u1 and u2 = m ± D^(1/2), if they are real; `others_outside` are in no pair."""
+        assert self.powers is not None
+        self.kept = self.powers.degree()
+        self.factor = self._factor()
+        lines = [self._point(k, True) for k in (1, 2)] if self.real else []
+        for u, sign in zip(lines, (-1, 1), strict=False):
+            self.values[u] = _M + sign * sympy.sqrt(self.square)
+            del self.equations[u]
+        more = range(len(lines) + 1, len(lines) + self.kept - 1)
+        self.others_outside = [self._point(k, self.kept == 3) for k in more]
+        if self.kept == 3:
+            # The sum of all zeros.
+            (u,) = self.others_outside
+            c3, c2 = self.powers.all_coeffs()[:2]
+            self.values[u] = -c2 / c3 - 2 * _M
+            del self.equations[u]
+        return lines
+
+    def _factor(self) -> list[Symbol]:
+        """psi_0, psi_1, ..., seen from the start; m and D in closed form or their equations."""
+        assert self.powers is not None
+        assert self.kept is not None
+        c = [
+            sympy.diff(self.A, U, j).subs(U, _M) / sympy.factorial(j) for j in range(self.kept + 1)
+        ]
+        psi: list[Any] = [S.Zero] * (self.kept + 1)
+        for j in range(self.kept, 1, -1):
+            psi[j - 2] = sympy.expand(c[j] + self.square * psi[j])
+        side, sign = self.place
+        names = [Symbol(f"psi{j}", real=True) for j in range(self.kept - 1)]
+        for name, value in zip(names, seen_from(psi, side), strict=False):
+            self.values[name] = sign * value
+            self.tex[name] = rf"\psi_{{{name.name[3:]}}}"
+        a = self.powers.all_coeffs()
+        if self.kept == 2:
+            self.values[_M] = -a[1] / (2 * a[0])
+            self.values[self.square] = _M**2 - a[2] / a[0]
+        elif self.kept == 3:
+            shift, w, k = a[1] / (3 * a[0]), Symbol("w", real=True), Symbol("k", positive=True)
+            turn = side * sign * (1 if _leading(self.drift, self.case) > 0 else -1)
+            third = sympy.cos(sympy.acos(w) / 3) if self.real else sympy.cosh(sympy.acosh(w) / 3)
+            self.values[k] = sympy.sqrt(sympy.factor(shift**2 - a[2] / (3 * a[0])))
+            low = sympy.factor(self.A.subs(U, -shift) / a[0])
+            self.values[w] = turn * low / (2 * k**3)
+            self.values[_M] = turn * k * third - shift
+            self.values[self.square] = 3 * (k**2 - (_M + shift) ** 2)
+        else:
+            self.equations[_M] = sympy.expand(c[1] + self.square * psi[1])
+            self.equations[self.square] = sympy.expand(c[0] + self.square * psi[0])
+        return names
+
+    def _pair(self) -> Together:
+        """The pair in its Airy form, p + q s."""
+        c, square, (side, sign) = self.arithmetic, self.square, self.place
+        even, odd = (poly(self.factor[j::2], square) + S.Zero for j in (0, 1))
+        mean = poly(
+            [3 * a / ((2 * k + 1) * (2 * k + 3)) for k, a in enumerate(self.factor[::2])], square
+        )
+        root = c.cbrt(mean)
+        self.values[_ZETA] = square * root**2
+        norm = Symbol("n", positive=True)
+        self.values[norm] = pair_norm(c, even, odd, square)
+        self.values[_P], self.values[_Q] = canonical(c, 1 / root, even, sign * odd, norm)
+        self.values[_Z] = _ZETA * LAM ** Rational(2, 3)
+        self.tex |= {_ZETA: r"\zeta", _BAR: r"\bar V"}
+        # The mean of V over both zeros, a polynomial in D.
+        y, v = Symbol("y"), -sympy.integrate(self.A, U)
+        about = sympy.Poly(v.subs(U, _M + y) - v.subs(U, self.start), y)
+        self.values[_BAR] = sum(
+            (a * square ** (n // 2) for (n,), a in about.terms() if n % 2 == 0), S.Zero
+        )
+        form = AiryForm(2, _ZETA, _P, _Q, None, None, None)
+        pair = Pair(S.Zero, square, self.factor, sign, _ZETA, 1 / root, S.Zero)
+        members = (0, 1) if self.real else ()
+        return Together(form, pair, side * _M, side, sign > 0, members, _BAR, S.Zero)
+
+    def conditions(self) -> Iterator[Any]:
+        """Where the pair is, and what it is."""
+        side, m = self.place.side, _M
+        if self.kept == 3:
+            w = Symbol("w", real=True)
+            yield sympy.Lt(sympy.Abs(w), 1) if self.real else sympy.Gt(w, 1)
+        if self.real:
+            return
+        yield from (self.start < m, m < 1) if side > 0 else (m > -1, m < self.start)
+        # Airy functions take the pair's integrals over all of the line.
+        yield sympy.Le((-_ZETA) ** Rational(3, 2) * Rational(4, 3), sympy.Abs(_BAR))
+
+    def ranks(self, pair: Together, inside: list[int]) -> tuple[Any, Any]:
+        return (1, 2) if pair.members else (Rational(1, 2), Rational(1, 2))
+
+    # -- local integrals ----------------------------------------------------------------------
+
+    def local(self, integral: Any) -> Symbol:
+        """A symbol for a local integral, heights left out, with all that it is made of."""
+        side = "+" if self.place.side > 0 else "-"
+        airy = not isinstance(integral, TruncatedIntegral)
+        letter = _PARTS[integral.part] if airy else f"{_PARTS[integral.part]}e"
+        symbol = Symbol(f"{letter}{side}", real=True)
+        if symbol not in self.locals:
+            self.locals[symbol] = (self._over_pair if airy else self._over_end)(integral)
+            name = rf"\mathcal{{{letter[0]}}}"
+            self.tex[symbol] = name if airy else rf"{name}_{{{'+' if side == '+' else '-'}1}}"
+        return symbol
+
+    def _over_pair(self, integral: Any) -> Expr:
+        ai, bi = sympy.airyai(_Z), sympy.airybi(_Z)
+        ai1, bi1 = sympy.airyaiprime(_Z), sympy.airybiprime(_Z)
+        products = AiryProducts(ai**2 + bi**2, ai * ai1 + bi * bi1, ai1**2 + bi1**2, bi, bi1)
+        return integral.at(_Point(self.arithmetic, {(2, "airy"): (_Z, products)}))[0]
+
+    def _over_end(self, integral: TruncatedIntegral) -> Expr:
+        c, e = self.arithmetic, integral.gaussian
+        x, sigma, dawson, area = (Symbol(s, positive=True) for s in ("xi", "sigma", "Da", "area"))
+        if x not in self.values:
+            self.values[x] = e.t * sympy.sqrt(LAM / 2)
+            functions = (
+                sympy.exp(x**2) * sympy.erfc(x),
+                sympy.sqrt(sympy.pi) / 2 * sympy.exp(-(x**2)) * sympy.erfi(x),
+                x**2 * sympy.hyper([1, 1], [Rational(3, 2), 2], -(x**2)),
+            )
+            named = _gaussians(c, LAM, *functions)
+            self.values |= dict(zip((sigma, dawson, area), named, strict=True))
+            self.tex |= {x: r"\xi", sigma: r"\sigma", dawson: r"\mathcal{D}", area: r"\Lambda"}
+        rising, falling, both = over_end(c, LAM, e.t, e.peak, e.rest, sigma, dawson, area)
+        length = BEYOND_1
+        straight, beyond = quotients(-LAM * e.slope * length, c)
+        straight, beyond = length * straight, length**2 * beyond
+        return {
+            "rising": rising + straight, "falling": falling,
+            "onward": straight, "both": both + beyond,
+        }[integral.part]  # fmt: skip
+
+    def barrier_before(self, sign: int) -> Any:
+        """The barrier of the pair before the end, if that is on this side."""
+        if not self.real or sign != self.place.side:
+            return None
+        edge = self.edges[1 + sign]
+        well, barrier = self.lines[::sign]
+        t, peak, rest = (Symbol(s, real=True) for s in ("t", "P", "rest"))
+        fall = self.heights[barrier] - self.heights[edge]
+        rho, slope = Symbol("rho", positive=True), self._slope(sign)
+        self.tex |= {rho: r"\rho", rest: "Q"}
+        drop = self.heights[barrier] - self.heights[well]
+        self.values[rho] = _faded(self.arithmetic, drop, S.One, fall)[0]
+        keep = _faded(self.arithmetic, rho / _FADE, S.One, S.One)[1]
+        self.values[t] = sympy.sqrt(2 * fall)
+        self.values[peak] = (1 - keep) / sympy.sqrt(-self.derivative(2, barrier))
+        self.values[rest] = 1 / slope - peak / t
+        return Truncated(sign, t, peak, rest, S.Zero, S.Zero, slope)
+
+    def _slope(self, sign: int) -> Expr:
+        """phi beyond the end, seen from the start."""
+        return self.a_plus if sign > 0 else -self.a_minus
+
+    def end(
+        self, sign: int, rank: int, rising: list[CriticalPoint], falling: list[CriticalPoint]
+    ) -> tuple[Any, Any, Any] | None:
+        gaussian: Any = self.before_end[sign]
+        if gaussian is None:
+            return Builder.end(self, sign, rank, rising, falling)
+        height, edge = self.heights[self.edges[1 + sign]], self.edges[1 + sign]
+        parts = {part: TruncatedIntegral(gaussian, part) for part in _PARTS}
+        self.joint.append(Joint(-1, -1, S.Zero, parts["both"]))
+        rising.append(CriticalPoint(rank, height, parts["rising"], parts["onward"], "kink", edge))
+        falling.append(CriticalPoint(rank, -height, parts["falling"], None, "kink", edge))
+        return None
+
+    # -- the regular part -----------------------------------------------------------------------
+
+    def primitives(self) -> Any:
+        return None
+
+    def _partial_fractions(self, k: int, lo: Expr, hi: Expr) -> Expr:
+        """The finite part of int du/phi past the pair and over the other zeros."""
+        zeros, self.lines = self.lines, []
+        total = super()._partial_fractions(k, lo, hi)
+        self.lines = zeros
+        one, side = self.together[0], self.place.side
+        share, parts = regular_share(one.pair, True, self.arithmetic), []
+        for edge in (hi, lo):
+            beyond = edge != self.start
+            mine = (edge > self.start) == (side > 0) and beyond
+            y = Symbol(f"y({edge})", positive=mine, negative=not mine)
+            self.values[y] = side * (edge - _M)
+            self.tex[y] = f"y_{{{edge}}}"
+            parts.append(sum(share(y, None), S.Zero))
+        # Seen in the mirror a primitive has the same sign.
+        return total + (parts[0] - parts[1])
+
+
+class _Point:
+    """lam as a symbol, and the local functions there."""
+
+    errors = False
+
+    def __init__(self, arithmetic: Any, known: dict[Any, Any]) -> None:
+        self.arithmetic, self.known = arithmetic, known
+        self.third = LAM ** Rational(1, 3)
+
+
+def _leading(drift: Drift, case: Case) -> float:
+    """The sign of A's leading coefficient, that of the case's example with parameters free."""
+    known = drift.bind(**{n: case.example.get(n, 1) for n in drift.free}).exact_coefficients()
+    return float(known[-1]) if known else 1.0
+
+
+def _place(drift: Drift, case: Case, start: Fraction) -> _Place:
+    """Where the pair is; a complex one of free parameters is taken to be right of the start."""
+    if case.kinds:
+        return _Place(1 if case.before == 0 else -1, 1)
+    if drift.free:
+        return _Place(1, 1)
+    c = [float(x) for x in drift.exact_coefficients() or ()]
+    roots = [z for z in np.polynomial.polynomial.polyroots(c) if z.imag > 0 and abs(z.real) < 1]
+    if len(roots) != 1:
+        raise InputError(
+            f"{drift!r} has {len(roots)} complex pairs of zeros over the layer; the uniform "
+            "formula is that of one."
+        )
+    side = 1 if roots[0].real > start else -1
+    value = np.polynomial.polynomial.polyval(roots[0].real, c)
+    return _Place(side, 1 if side * value > 0 else -1)

@@ -1,0 +1,151 @@
+"""The uniform expansion as a formula against the numbers of method="uniform", and its parts."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import pytest
+import sympy
+
+import symasym as sa
+from tests.latex import compiled, needs_latex
+
+DIGITS = 30
+#: A quartic with two complex zeros far away, and the mirror image of friction.
+QUARTIC = sa.Drift("((u - 2/5)**2 - 1/20)*(u**2 + u + 3)")
+MIRROR = sa.friction(mu=3, alpha=1, z0="2.4")
+
+
+def number(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str = "3", **more: Any) -> Any:
+    """The expression with numbers put in, at 60 digits."""
+    names = {
+        "airyaiprime": lambda z: mpmath.airyai(z, 1),
+        "airybiprime": lambda z: mpmath.airybi(z, 1),
+    }
+    with mpmath.workdps(60):
+        given = {**drift.values, "kappa": Fraction(kappa), "r": Fraction(r)}
+        values = {n: mpmath.mpf(x.numerator) / x.denominator for n, x in given.items()} | more
+        symbols = sorted(e.expression.free_symbols, key=str)
+        f = sympy.lambdify(symbols, e.expression, [names, "mpmath"], cse=True)
+        return mpmath.re(f(*[values[s.name] for s in symbols]))
+
+
+def agrees(got: Any, want: Any, digits: int = DIGITS) -> bool:
+    with mpmath.workdps(60):
+        return bool(abs(got - want) <= abs(want) * mpmath.mpf(10) ** (1 - digits))
+
+
+@pytest.mark.parametrize("kappa", ["0.05", "0.3"])
+@pytest.mark.parametrize("z0", ["-0.02", "-0.4", "-0.77", "-0.7777", "-0.7778", "-0.8", "-1.4"])
+def test_friction_through_the_fold(z0: str, kappa: str) -> None:
+    """One formula with all parameters free on either side of z0 = -7/9 equals the evaluator."""
+    case = "start well barrier" if Fraction(z0) > Fraction(-7, 9) else "start"
+    e = sa.expand(sa.friction(), noise="uniform", order=0, case=case)
+    bound = e.bind(mu=3, alpha=1, z0=z0)
+    want = bound.evaluate(kappa, 3, dps=DIGITS)
+    assert want == sa.escape_time(bound.drift, kappa, 3, method="uniform", order=0, dps=DIGITS)
+    assert agrees(number(e, bound.drift, kappa), want)
+
+
+@pytest.mark.parametrize(
+    ("drift", "start"),
+    [
+        (MIRROR, 0),
+        (sa.friction(mu=3, alpha=1, z0="2.9"), 0),
+        (sa.Drift("(u - 1/3)**2 - 1/50"), 0),
+        (sa.Drift("(u - 1/3)**2 + 1/50"), "-1/2"),
+        (sa.Drift("-(u + 1/3)**2 - 1/50"), "1/2"),
+        (sa.Drift("-(u - 1/3)**2 - 1/50"), "-1/2"),
+        (sa.Drift("u**3/5 + (u - 1/3)**2 - 1/30"), "-1/10"),
+    ],
+    ids=str,
+)
+def test_other_drifts(drift: sa.Drift, start: Any) -> None:
+    e = sa.expand(drift, noise="uniform", order=0, start=start)
+    assert agrees(number(e, drift, "0.2"), e.evaluate("0.2", 3, dps=DIGITS))
+
+
+def test_zeros_without_a_closed_form() -> None:
+    """Of degree 4 the pair's middle and distance are given by the equations that they solve."""
+    e = sa.expand(QUARTIC, noise="uniform", order=0)
+    with mpmath.workdps(60):
+        z = mpmath.mpc(-0.5, mpmath.sqrt(11) / 2)
+        values = {"m": mpmath.mpf(2) / 5, "D": mpmath.mpf(1) / 20, "u3": z, "u4": z.conjugate()}
+        for s, equation in e.equations.items():
+            names = {t: values[t.name] for t in equation.free_symbols}
+            value = sympy.lambdify(list(names), equation, "mpmath")(*names.values())
+            assert abs(value) < mpmath.mpf(10) ** -50, s
+        got = number(e, QUARTIC, "0.2", **values)
+    assert agrees(got, e.evaluate("0.2", 3, dps=DIGITS))
+
+
+def test_zeta_and_the_weights_are_those_of_the_potential() -> None:
+    """(4/3) zeta^(3/2) = V(u2) - V(u1), p ± q zeta^(1/2) = (2 zeta^(1/2)/|V''|)^(1/2)."""
+    e = sa.expand(sa.friction(), noise="uniform", order=0)
+    at = {"mu": 3, "alpha": 1, "z0": sympy.Rational(-1, 2)}
+    values = {s.name: e.put_in(v) for s, v in e.definitions.items()}
+    zeta, p, q = (
+        values[n].subs({s: at[s.name] for s in values[n].free_symbols}).evalf(40)
+        for n in ("zeta", "p", "q")
+    )
+    drift = sa.friction(mu=3, alpha=1, z0="-0.5")
+    u = sympy.Symbol("u", real=True)
+    A = drift.expression()
+    zeros = sorted(z for z in sympy.Poly(A, u).nroots(40) if abs(z) < 1)
+    V = -sympy.integrate(A, u)
+    assert abs(V.subs(u, zeros[1]) - V.subs(u, zeros[0]) - 4 * zeta**1.5 / 3) < 1e-30
+    for zero, sign in zip(zeros, (-1, 1), strict=True):
+        slope = abs(sympy.diff(A, u).subs(u, zero))
+        assert (
+            abs(p + sign * q * sympy.sqrt(zeta) - sympy.sqrt(2 * sympy.sqrt(zeta) / slope)) < 1e-30
+        )
+
+
+@needs_latex
+@pytest.mark.parametrize("case", ["start well barrier", "start"])
+def test_latex_compiles(tmp_path: Path, case: str) -> None:
+    text = sa.expand(sa.friction(), noise="uniform", order=0, case=case).latex()
+    assert r"\operatorname{Ai}" in text
+    page = tmp_path / "page.tex"
+    page.write_text(
+        "\\documentclass{article}\\usepackage{amsmath}\\usepackage[a3paper,landscape,margin=1cm]"
+        f"{{geometry}}\\begin{{document}}\\[{text}\\]\\end{{document}}"
+    )
+    compiled(page)
+    for other in ("lam", "beyond", "area", "rest", "zeta"):
+        assert f" {other} " not in text.replace("\\", " \\").replace(r" \zeta", "")
+
+
+def test_cases_and_conditions() -> None:
+    e = sa.expand(sa.friction(), noise="uniform", order=0)
+    assert [str(c) for c in e.cases()] == [
+        "start well barrier", "barrier well start", "start"
+    ]  # fmt: skip
+    past = sa.expand(sa.friction(), noise="uniform", order=0, case="start")
+    assert [str(c) for c in e.conditions[:1]] == ["Abs(w) < 1"]
+    assert [str(c) for c in past.conditions[:1]] == ["w > 1"]
+
+
+@pytest.mark.parametrize(
+    ("drift", "options", "words"),
+    [
+        (sa.friction(), {"order": 9}, "order is 9"),
+        (sa.friction(), {"quantity": "C"}, "the uniform formula is that of T"),
+        (sa.friction(), {"case": "barrier well start barrier"}, "is that of 'start well barrier'"),
+        (sa.linear(1, 2), {}, "has no two zeros that coalesce"),
+        (sa.Drift("cos(2*u) - 1/5"), {}, "is no polynomial in u"),
+        (sa.Drift("zeta + u**2"), {"case": "start"}, "has a parameter zeta"),
+        (sa.friction(3, 1, "-7/9"), {}, "a zero of multiplicity 2"),
+    ],
+)
+def test_bad_input(drift: sa.Drift, options: dict[str, Any], words: str) -> None:
+    with pytest.raises(sa.InputError, match=words):
+        sa.expand(drift, noise="uniform", **{"order": 0, **options})
+
+
+def test_what_is_not_emitted() -> None:
+    with pytest.raises(sa.InputError, match="which brings them along"):
+        sa.expand(sa.friction(), noise="uniform", order=0).emit("c")

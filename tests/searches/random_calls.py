@@ -1,0 +1,349 @@
+"""Random calls of every public verb: sentences or answers, nothing else, and in the time announced.
+
+    python -m tests.searches.random_calls [COUNT] [SEED]
+
+Each call takes sensible arguments, some of which are replaced by extreme numbers or by things of
+another type. It ends in an answer, or in an error of `symasym.SymasymError`'s family; what ends in
+another error (a bare one), or takes longer than `LATE` seconds of processor time, is printed as a
+line that makes the call again.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+import random
+import signal
+import sys
+import time
+import traceback
+import warnings
+from collections import Counter
+from collections.abc import Callable
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import mpmath
+import numpy as np
+import sympy
+
+import symasym as sa
+
+__all__ = ["LATE", "Outcome", "main", "outcome_of", "random_call"]
+
+#: Seconds of processor time after which a call is late, and its patience.
+LATE, PATIENCE = 20.0, 1.0
+
+_SENSIBLE = ["0.1", "0.3", "1", "2", "-0.4", "1/3", "5", "0.02", "10", "-1", "0.7", "3"]
+_EXTREME = [
+    "0", "1e-30", "1e-60", "1e-124", "1e-139", "1e-145", "1e-200", "'1e-500'", "1e15", "1e150",
+    "1e308", "5e-324", "'1e400'", "'1e99999'", "'-1e99999'", "10**5000", "Fraction(1, 10**5000)",
+    "Decimal('1E+999999')", "Decimal('1E-999999')", "mpmath.mpf('1e-1000000')", "'1e15'",
+    "Fraction(10**40 + 1, 10**40)", "1 - 1e-16", "'0.99999999999999999999'", "2.7e-59", "1e-300",
+    "10**400", "-0.0", "2**63", "'1e-12'",
+]  # fmt: skip
+_WRONG = [
+    "None", "True", "np.True_", "[]", "[[1, 2], [3]]", "{}", "{1}", "object()", "slice(1, 2)",
+    "slice(None)", "lambda x: x", "'abc'", "''", "b'1'", "1j", "math.inf", "-math.inf", "math.nan",
+    "np.array([1.0, 2.0])", "np.array([])", "np.array(1.0)", "np.array([True, False])",
+    "np.array([[1, 2]])", "np.array(['a'])", "np.array([None])", "np.array([1j])",
+    "np.ma.masked_array([1.0, 2.0], [0, 1])", "np.float32(1)", "np.int8(3)", "sympy.pi",
+    "sympy.Symbol('x')", "sympy.Rational(1, 3)", "sympy.oo", "sympy.nan", "sympy.Integer(2)",
+    "sympy.true", "sympy.Matrix([[1, 2]])", "sympy.Symbol('x') < 1", "mpmath.mpf('0.5')",
+    "mpmath.mpc(1, 1)", "mpmath.inf", "range(3)", "iter([1])", "int", "...", "NotImplemented",
+    "'1_000'", "'0x10'", "'u'", "'optimal'", "'auto'", "'__import__(\"os\")'", "'\\x00'", "'é'",
+    "Mute()", "Frame()", "(1, 2)", "['0.1', '0.2']", "10**100000", "'9'*5000", "-1", "2.5",
+    "sa.Drift", "sa.friction()", "Decimal('NaN')", "Decimal('sNaN')", "np.datetime64('2020')",
+]  # fmt: skip
+
+
+class Mute:
+    """An object that can't even be printed."""
+
+    def __repr__(self) -> str:
+        raise RuntimeError
+
+
+class Frame:
+    """Like a table of pandas: no truth value, == by elements, any attribute is missing."""
+
+    def __eq__(self, other: object) -> Any:
+        return np.array([True, False])
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __bool__(self) -> bool:
+        raise ValueError("The truth value of a Frame is ambiguous.")
+
+
+class _Place(NamedTuple):
+    """An argument: the sensible expressions for it, and the chance that it is given at all."""
+
+    sensible: list[str]
+    chance: float = 1.0
+
+
+_DRIFT = _Place(["DRIFT"])
+_KAPPA, _R = _Place(_SENSIBLE[:4] + ["0.05", "[0.1, 0.5]"]), _Place(["2", "10", "'1/2'", "0.5"])
+_START = _Place(["0", "'0.1'", "-0.2", "[0, 0.1]"], 0.3)
+_FLAG = _Place(["True", "False"], 0.4)
+_DPS = _Place(["15", "30", "None"], 0.3)
+_ORDER = _Place(["0", "1", "2", "4", "'optimal'", "None"], 0.2)
+_RTOL = _Place(["1e-3", "'1e-6'", "None"], 0.15)
+_METHODS = _Place(
+    ["'exact'", "'paper'", "'laplace'", "'uniform'", "'local'", "'strong_noise'", "'auto'",
+     "'bound'"], 0.5
+)  # fmt: skip
+_OPTIONS = {"method": _METHODS, "order": _ORDER, "dps": _DPS, "log": _FLAG, "full": _FLAG,
+            "rtol": _RTOL}  # fmt: skip
+_TEXT = _Place(["'-x**2'", "'cos(x)'", "'-tan(x)**2'", "'x - x**3/3'", "'log(x) - x'", "'a*x'"])
+_WEIGHT = _Place(["1", "'x**2'", "'1/x'", "'exp(x)'", "'x**100'", "('1', 'x')"])
+_ENDS = _Place(["-1", "0", "1", "'oo'", "'-oo'", "'pi'", "'1/2'"])
+
+#: The arguments of each verb that is called.
+CALLS: dict[str, dict[str, _Place]] = {
+    "escape_time": {"drift": _DRIFT, "kappa": _KAPPA, "r": _R, "start": _START, **_OPTIONS},
+    "exit_probability": {
+        "drift": _DRIFT, "kappa": _KAPPA, "r": _R, "start": _START, "complement": _FLAG, **_OPTIONS
+    },
+    "occupation": {"drift": _DRIFT, "kappa": _KAPPA, "complement": _FLAG, **_OPTIONS},
+    "stationary_density": {
+        "drift": _DRIFT, "kappa": _KAPPA, "y": _START._replace(chance=1.0), "dps": _DPS,
+        "log": _FLAG, "full": _FLAG,
+    },
+    "sensitivity": {
+        "drift": _DRIFT, "kappa": _KAPPA, "r": _R, "start": _START, "dps": _DPS,
+        "quantity": _Place(["'T'", "'C'", "'1 - C'", "'P'", "'1 - P'"], 0.5),
+    },
+    "plan": {"drift": _DRIFT, "kappa": _KAPPA, "r": _R, "rtol": _RTOL, "start": _START},
+    "stokes_multiplier": {
+        "drift": _DRIFT, "kappa": _KAPPA, "dps": _DPS,
+        "method": _Place(["'step'", "'local'", "'uniform'"], 0.5),
+    },
+    "weak_noise_bound": {
+        "drift": _DRIFT, "r": _R, "start": _START, "order": _ORDER,
+        "kappa0": _Place(["'0.01'", "0.1"], 0.5), "rtol": _RTOL,
+    },
+    "rescale": {"eps": _KAPPA, "kappa": _KAPPA, "r": _R},
+    "laplace_integral": {
+        "f": _TEXT, "g": _WEIGHT, "x": _Place(["'x'"]), "a": _ENDS, "b": _ENDS,
+        "order": _Place(["1", "2", "3", "'optimal'"], 0.5), "maxima": _Place(["[0]"], 0.1),
+        "dps": _DPS, "keep": _FLAG, "check": _FLAG,
+    },
+    "uniform_integral": {
+        "f": _TEXT, "g": _WEIGHT, "x": _Place(["'x'"]), "a": _ENDS, "b": _ENDS,
+        "order": _Place(["1", "2", "3"], 0.5), "near": _Place(["0", "'1/2'"], 0.1),
+    },
+    "formula": {"label": _Place(["'eq:Ttilde'", "'fr1'", "'folds'", "'eq:P'"])},
+    "emit": {
+        "what": _Place(["'eq:Ttilde'", "'fr1'", "sympy.Symbol('x')**2", "'eq:S'"]),
+        "target": _Place(["'python'", "'c'", "'numpy'", "'latex'"], 0.7),
+        "parameters": _Place(["{'mu': 3}", "None"], 0.2), "drift": _Place(["DRIFT"], 0.2),
+        "name": _Place(["'f'"], 0.2),
+    },
+    "reduce": {
+        "f_minus": _Place(["('2 - z', '-z')"]), "f_plus": _Place(["('-1 - z', '-z')"]),
+        "F": _Place(["('1/2 - 3*s/2 - z', '-z')"]), "D": _Place(["((3, 4), (0, 0))"]),
+        "coordinates": _Place(["('y', 'z')"]), "switch": _Place(["'y'"], 0.1),
+        "layer": _Place(["'s'"], 0.1), "at": _Place(["{'z': 0}"]),
+    },
+    "Drift": {
+        "A": _Place(["'1/2 - u + u**3'", "'exp(-u)*cos(u)'", "'a*u'"]),
+        "u": _Place(["'u'"], 0.2), "a_minus": _Place(["-1/2", "None"], 0.1),
+        "a_plus": _Place(["1/2", "None"], 0.1),
+    },
+    "friction": {"mu": _KAPPA, "alpha": _KAPPA, "z0": _KAPPA},
+    "tanh": {"a_minus": _KAPPA, "a_plus": _KAPPA, "steepness": _KAPPA},
+    "sine": {"a_minus": _KAPPA, "a_plus": _KAPPA, "b": _KAPPA, "waves": _Place(["2"], 0.5)},
+    "hill": {"a_minus": _KAPPA, "a_plus": _KAPPA, "K": _KAPPA, "n": _Place(["3"], 0.5)},
+    "polynomial": {"c0": _KAPPA, "c3": _KAPPA},
+}  # fmt: skip
+#: Verbs with an argument ``patience``.
+_PATIENT = {
+    "escape_time", "exit_probability", "occupation", "stationary_density", "sensitivity", "plan",
+    "stokes_multiplier", "weak_noise_bound", "laplace_integral", "uniform_integral",
+}  # fmt: skip
+
+
+_NAMES: dict[str, Any] = {
+    "sa": sa, "np": np, "sympy": sympy, "mpmath": mpmath, "math": math, "Fraction": Fraction,
+    "Decimal": Decimal, "Mute": Mute, "Frame": Frame, "object": object, "slice": slice,
+    "range": range, "iter": iter, "int": int, "NotImplemented": NotImplemented,
+}  # fmt: skip
+_OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Pow: operator.pow,
+    ast.Div: operator.truediv,
+    ast.Lt: operator.lt,
+}  # fmt: skip
+
+
+def value_of(node: ast.expr) -> Any:
+    """The value of an argument, or of a call: literals, lists, `_NAMES` and what belongs to them.
+
+    Examples
+    --------
+    >>> value_of(ast.parse("[Fraction(1, 3), 2**63 - 1]", mode="eval").body)
+    [Fraction(1, 3), 9223372036854775807]
+    """
+    match node:
+        case ast.Constant():
+            return node.value
+        case ast.Name():
+            return _NAMES[node.id]
+        case ast.Attribute() if not node.attr.startswith("_"):
+            return getattr(value_of(node.value), node.attr)
+        case ast.List():
+            return [value_of(x) for x in node.elts]
+        case ast.Tuple():
+            return tuple(value_of(x) for x in node.elts)
+        case ast.Set():
+            return {value_of(x) for x in node.elts}
+        case ast.Dict():
+            keys = (value_of(x) for x in node.keys if x)
+            return dict(zip(keys, map(value_of, node.values), strict=True))
+        case ast.UnaryOp(op=ast.USub()):
+            return -value_of(node.operand)
+        case ast.BinOp():
+            return _OPERATORS[type(node.op)](value_of(node.left), value_of(node.right))
+        case ast.Compare(ops=[op], comparators=[right]):
+            return _OPERATORS[type(op)](value_of(node.left), value_of(right))
+        case ast.Lambda(body=ast.Name()):
+            return lambda x: x
+        case ast.Call():
+            given = {x.arg: value_of(x.value) for x in node.keywords if x.arg}
+            return value_of(node.func)(*map(value_of, node.args), **given)
+        case _:
+            raise ValueError(f"{ast.unparse(node)} is no argument")
+
+
+class Outcome(NamedTuple):
+    """How a call ended: ``"answer"``, an error's name, ``"bare"`` or ``"late"``; and where."""
+
+    kind: str
+    where: str
+    seconds: float
+
+
+def random_call(draw: random.Random) -> str:
+    """A call as a line of Python."""
+    verb = draw.choice(list(CALLS))
+    # Most questions are about numbers, whose verbs are few.
+    if draw.random() < 0.5:
+        verb = draw.choice(list(CALLS)[:5])
+    spoiled = draw.choice([0.0, 0.05, 0.15])
+    given = {}
+    for name, place in CALLS[verb].items():
+        if draw.random() > place.chance:
+            continue
+        text = draw.choice(place.sensible)
+        if text == "DRIFT":
+            text = _random_drift(draw)
+        if draw.random() < spoiled:
+            text = draw.choice(_EXTREME if draw.random() < 0.5 else _WRONG)
+        given[name] = text
+    if verb in ("occupation", "stationary_density") and draw.random() < 0.8:
+        given["drift"] = _random_drift(draw, sliding=True)
+    if verb in _PATIENT:
+        given["patience"] = draw.choice(_WRONG) if draw.random() < 0.01 else str(PATIENCE)
+    return f"sa.{verb}({', '.join(f'{k}={v}' for k, v in given.items())})"
+
+
+def _random_drift(draw: random.Random, sliding: bool = False) -> str:
+    """A drift, extreme ones among them."""
+
+    def number() -> str:
+        """A parameter."""
+        if draw.random() < 0.15:
+            return str(draw.choice(_EXTREME))
+        return f"{draw.choice(_SENSIBLE)!r}"
+
+    ends = f"{number()}, {number()}"
+    if sliding and draw.random() < 0.9:
+        ends = draw.choice(["1, -1", "'0.3', '-2'", "3, -1"])
+    drifts = [
+        f"sa.linear({ends})",
+        f"sa.tanh({ends}, {number()})",
+        f"sa.sine({ends}, {number()}, waves={draw.choice([1, 1, 2, 3])})",
+        f"sa.hill({ends}, {number()}, n={draw.choice([1, 2, 4])})",
+        *(() if sliding else (f"sa.friction({number()}, {number()}, {number()})",)),
+        f"sa.polynomial({ends}, {number()}, {number()})",
+        "sa.Drift('1 - 2*u - 5*10**15/sqrt(pi)*exp(-(10**15*(u+1/2))**2)')",
+        f"sa.Drift('a - b*u + exp(-c*u)').bind(a={number()}, b={number()}, c={number()})",
+    ]
+    return str(draw.choice(drifts))
+
+
+def outcome_of(call: str, late: float = LATE) -> Outcome:
+    """How a call ends."""
+    begun = time.process_time()
+    kind, where = "answer", ""
+    try:
+        with _alarm(late):
+            value_of(ast.parse(call, mode="eval").body)
+    except sa.SymasymError as error:
+        kind, where = type(error).__name__, str(error)
+        if "\n" in where or len(where) > 1000:
+            kind = "bare"
+    except _Late:
+        kind = "late"
+    except Exception as error:
+        # The last line of the package on the way.
+        lines = traceback.extract_tb(error.__traceback__)
+        own = [x for x in lines if "symasym" in x.filename] or lines
+        place = f"{own[-1].filename.rpartition('symasym/')[2]}:{own[-1].lineno}"
+        kind, where = "bare", f"{type(error).__name__}: {str(error)[:100]} at {place}"
+    return Outcome(kind, where, time.process_time() - begun)
+
+
+class _Late(BaseException):
+    """The call takes too long; no `except Exception` on the way takes it."""
+
+
+class _alarm:
+    """Interrupt what runs inside after so many seconds of processor time."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+
+    def __enter__(self) -> None:
+        def late(*_: object) -> None:
+            raise _Late
+
+        self.before = signal.signal(signal.SIGPROF, late)
+        signal.setitimer(signal.ITIMER_PROF, self.seconds)
+
+    def __exit__(self, *_: object) -> None:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, self.before)
+
+
+def main(
+    total: int = 60_000, seed: int = 1, report: Callable[[str], object] | None = print
+) -> Counter[str]:
+    """Make `total` random calls, and count how they end."""
+    draw, counts, seen = random.Random(seed), Counter[str](), Counter[str]()
+    warnings.simplefilter("ignore")
+    longest = 0.0
+    for number in range(1, total + 1):
+        call = random_call(draw)
+        outcome = outcome_of(call)
+        counts[outcome.kind] += 1
+        longest = max(longest, outcome.seconds)
+        slow = outcome.seconds > 3 * PATIENCE
+        counts["slow"] += slow
+        if report and (outcome.kind in ("bare", "late") or slow):
+            place = outcome.where.rpartition(" at ")[2] or outcome.kind
+            seen[place] += 1
+            if seen[place] <= 3:
+                report(f"{outcome.kind} {outcome.seconds:.1f} s: {call}\n    {outcome.where}")
+        if report and number % 250 == 0:
+            report(f"{number}: {dict(counts)}, longest {longest:.1f} s")
+            sys.stdout.flush()
+    return counts
+
+
+if __name__ == "__main__":
+    _total, _seed = (*map(int, sys.argv[1:3]), *(60_000, 1)[len(sys.argv) - 1 :])
+    main(_total, _seed)
