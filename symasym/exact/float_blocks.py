@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cache
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +29,7 @@ MILD = 5e3
 _COUNTS = np.array([1, 2, 3, 4, 5, 6, 8])
 _PANELS_AT_ONCE = 1024  # stays in cache, and below the size at which BLAS starts threads
 _PLANNED_AT_ONCE = 4096
+_SCENES_AT_ONCE = 128
 _DEEPEST = 90  # bisections
 _FAINT = 45.0  # what is e^-45 of a sum changes none of its digits
 _OPEN = 1e-9  # of log T, roughly: what unresolved blocks may leave open
@@ -442,7 +444,9 @@ def records_of(
         if first and steep > 4 * _FAINT and not field.directions:
             order = np.lexsort((ready.t0, ready.part, ready.scene))
             ready, plan = ready.take(order), plan.take(order)
-            counts = _counting(ready, plan, ahead)
+            ends = np.searchsorted(ready.scene, np.r_[: len(lam) : _SCENES_AT_ONCE, len(lam)])
+            some = [slice(*pair) for pair in pairwise(np.unique(ends).tolist())]
+            counts = np.concatenate([_counting(ready.take(x), plan.take(x), ahead) for x in some])
             done.append(_coarse(ready, plan, ~counts))
             ready, plan = ready.take(counts), plan.take(counts)
         moments, plan, missed = _moments(field, lam, ready, plan, anchors)
