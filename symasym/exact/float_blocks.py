@@ -6,8 +6,10 @@ block is sampled, replaced by the layers at its ends, or bisected until one of b
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cache
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,16 +18,20 @@ from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels
-from symasym.exact.float_panels import REACH, SLOWNESS, Moments
+from symasym.exact.float_panels import REACH, REACH_DOWN, RESOLUTION, SLOWNESS, Moments
 from symasym.numbers.complex_balls import tame
 from symasym.numbers.dual_arrays import DualArray
 from symasym.numbers.polynomials import poly, shifted
 
 #: lam |A| up to which positions are measured from u = 0.
 MILD = 5e3
-_SAMPLES_PER_BLOCK = 32  # panels merged before the log domain is entered: e^(32 REACH) < 1e112
+#: Panels of a sampled block, joined before the log domain is entered: e^(8 REACH_DOWN) < 1e39.
+_COUNTS = np.array([1, 2, 3, 4, 5, 6, 8])
 _PANELS_AT_ONCE = 1024  # stays in cache, and below the size at which BLAS starts threads
+_PLANNED_AT_ONCE = 4096
+_SCENES_AT_ONCE = 128
 _DEEPEST = 90  # bisections
+_FAINT = 45.0  # what is e^-45 of a sum changes none of its digits
 _OPEN = 1e-9  # of log T, roughly: what unresolved blocks may leave open
 _THIN = 1e24  # lam |A| from which on a zero's layer, lam^-1/2 wide, is thinner than 1e-12
 #: Blocks of one scene waiting for bisection: more of them means that bisecting does not help.
@@ -59,11 +65,8 @@ def partition(
 ) -> tuple[Blocks, Anchors]:
     """First blocks of each scene's part of [-1, 1], and the expansions they are taken about."""
     inside = np.flatnonzero(hi > lo)
-    grid = np.linspace(0.0, 1.0, 17)
-    points = lo[inside, None] + (hi - lo)[inside, None] * grid
-    variation = lam[inside] * np.abs(field.phi(inside, points)).mean(axis=1) * (hi - lo)[inside]
     # Rounding of phi enters the exponent as lam * size * 1e-16.
-    mild = (variation < 150 * REACH) & (lam[inside] * field.size()[inside] < MILD)
+    mild = lam[inside] * field.size()[inside] < MILD
     easy, hard = inside[mild], inside[~mild]
     first = _even_blocks(field, easy, lo, hi)
     if not hard.size:
@@ -214,13 +217,16 @@ def hidden(
     size: FloatArray,
     lam_h: FloatArray,
 ) -> np.ndarray:
-    """Blocks with a feature too narrow for their nodes to see (see `numbers.complex_balls`)."""
+    """Blocks with a feature too narrow for their nodes to see (see `numbers.complex_balls`).
+
+    `phi` is the drift in their middles.
+    """
     taken_about, middle = blocks.anchor >= 0, _middle(blocks, anchors)
     around = field.spread(blocks.scene, middle, blocks.t1 - blocks.t0)
     if around is None:
         return np.zeros(len(size), dtype=bool)  # a polynomial has none
     # Beyond a step or a needle the Taylor expansion about an anchor would be another function.
-    straying = np.abs(around.centre - phi[:, float_panels.NODES // 2])
+    straying = np.abs(around.centre - phi)
     close = straying <= 1e-6 * size + 1e-10 * field.size()[blocks.scene]
     # What 17 nodes miss of a function on that disk is 4e-10 of its bound, at most.
     negligible = lam_h * around.radius < 1e-5
@@ -241,6 +247,8 @@ def _middle(blocks: Blocks, anchors: Anchors) -> FloatArray:
 
 #: More than the rounding of a slope, relative to the largest on its way.
 _SLOPE_ROUNDING = 4e-15
+#: How much more of a slope than of the moment the nodes of a panel miss, in units of its reach.
+_SLOPE_TRUNCATION = 100.0
 
 
 def _slope_nodes(blocks: Blocks, anchors: Anchors, nodes: FloatArray) -> FloatArray:
@@ -252,53 +260,70 @@ def _slope_nodes(blocks: Blocks, anchors: Anchors, nodes: FloatArray) -> FloatAr
     return np.clip(u, -1.0, 1.0)
 
 
+def _dual(field: Field, of_drift: FloatArray, scene: IntArray, y: FloatArray) -> DualArray:
+    """Numbers linear in lam phi h, one row for each of `scene`, from their slopes by the drift."""
+    assert field.directions
+    slopes = field.directions.rows(of_drift, scene, y)
+    slopes[-1] += (field.directions.stretch[scene] * y.T).T
+    return DualArray(y, slopes)
+
+
 def _slow_slopes(
     field: Field,
-    lam: FloatArray,
+    lam_h: FloatArray,
     blocks: Blocks,
     anchors: Anchors,
-    lam_phi: FloatArray,
+    x: FloatArray,
     shift: FloatArray,
-    local: FloatArray,
-) -> tuple[DualArray, DualArray, DualArray]:
-    """lam phi at the Lobatto nodes of slow blocks and the errors of their records, with slopes."""
+) -> tuple[DualArray, FloatArray, FloatArray]:
+    """lam phi h at the Lobatto nodes of slow blocks; how far the slopes of their records are off,
+    those of `rise` and those of the other moments' logarithms."""
     assert field.directions
     u = _slope_nodes(blocks, anchors, float_panels.lobatto().nodes)
-    of_drift = lam[blocks.scene][:, None] * field.directions.of_drift(blocks.scene, u)
-    slopes = field.directions.rows(of_drift, blocks.scene, lam_phi)
-    h = blocks.t1 - blocks.t0
-    least = np.abs(lam_phi).min(axis=1)
-    most = np.abs(slopes).max(axis=2)
-    missed = np.abs(slopes @ _tail_of()).max(axis=2)
-    rounded = (_SLOPE_ROUNDING + 4 * shift / (least * h)) * most
-    # Differentiating for the series multiplies what is wrong at an end by 2 NODES^2 a width.
-    growth = 1.0 + 2 * float_panels.NODES**2 / (least * h)
-    return (
-        DualArray(lam_phi, slopes),
-        DualArray(shift, h * (rounded + missed)),
-        DualArray(local, (rounded + missed) * growth / least),
+    dual = _dual(
+        field, lam_h[:, None] * field.directions.of_drift(blocks.scene, u), blocks.scene, x
     )
+    least = np.abs(x).min(axis=1)
+    off = (_SLOPE_ROUNDING + 4 * shift / least) * np.abs(dual.slopes).max(axis=2)
+    off += np.abs(dual.slopes @ _tail_of()).max(axis=2)
+    # Differentiating for the series multiplies what is wrong at an end by 2 NODES^2 a width.
+    growth = 1.0 + 2 * float_panels.NODES**2 / least
+    return dual, off, off * growth / least
 
 
 def _sampled_slopes(
-    field: Field, lam: FloatArray, pieces: Blocks, anchors: Anchors, exponents: FloatArray
-) -> tuple[DualArray, FloatArray, FloatArray]:
-    """Exponents with their slopes; how large these are on the way, and what the nodes miss."""
+    field: Field,
+    lam_h: FloatArray,
+    blocks: Blocks,
+    anchors: Anchors,
+    exponents: FloatArray,
+    rise: FloatArray,
+) -> tuple[DualArray, DualArray, FloatArray, FloatArray]:
+    """Exponents and rises with their slopes; how large these are on the way to the end of each
+    block, and what the nodes miss of them."""
     assert field.directions
-    u = _slope_nodes(pieces, anchors, float_panels.gauss().nodes)
-    rate = (lam[pieces.scene] * (pieces.t1 - pieces.t0))[:, None]
-    of_drift = rate * field.directions.of_drift(pieces.scene, u)
-    flat, rows = of_drift.reshape(-1, float_panels.NODES), field.directions.rows
-    integrals = float_panels.exponents_of_values(flat).reshape(len(of_drift), *exponents.shape)
-    slopes = rows(integrals, pieces.scene, exponents)
-    slopes[-1] += field.directions.stretch[pieces.scene][:, None] * exponents
-    nothing = np.zeros(len(exponents))
+    count, nodes = len(rise), float_panels.NODES
+    u = _slope_nodes(blocks, anchors, _gauss_nodes(count))
+    of_drift = (lam_h / count)[:, None] * field.directions.of_drift(blocks.scene, u)
+    flat = of_drift.reshape(-1, len(lam_h), count, nodes).swapaxes(1, 2).reshape(-1, nodes)
+    scene, shape = np.tile(blocks.scene, count), (len(of_drift), rise.size)
+    both = [
+        _dual(field, integral.reshape(*shape, *y.shape[1:]), scene, y)
+        for integral, y in zip(
+            float_panels.exponents_of_values(flat),
+            (exponents.reshape(-1, nodes), rise.ravel()),
+            strict=True,
+        )
+    ]
+    nothing = np.zeros(rise.size)
+    # What the last coefficients leave to those beyond is less than four times as much.
     reach, missed = (
-        rows(x.reshape(of_drift.shape[:2]), pieces.scene, nothing)
-        for x in (np.abs(flat).max(axis=1, initial=0.0), float_panels.tail(flat))
+        field.directions.rows(x.reshape(shape), scene, nothing)
+        for x in (np.abs(flat).max(axis=1, initial=0.0), 4 * float_panels.sums(flat)[1])
     )
-    reach = np.maximum(reach, np.abs(slopes).max(axis=2))
-    return DualArray(exponents, slopes), reach, missed
+    reach = np.maximum(reach, np.abs(both[0].slopes).max(axis=2))
+    reach, missed = (x.reshape(len(x), *rise.shape).sum(axis=1) for x in (reach, missed))
+    return both[0].reshape(exponents.shape), both[1].reshape(rise.shape), reach, missed
 
 
 # -- records of blocks ----------------------------------------------------------------------------
@@ -363,33 +388,317 @@ def merged(records: Records) -> Records:
     )
 
 
-def records_of(field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors) -> Records:
-    """Moments of all blocks, bisecting those that are neither slow nor few panels."""
+class Plan(NamedTuple):
+    """What is to be done with blocks: `panels` are sampled, none where they are slow.
+
+    `steep` is lam h times the largest |phi|; `turns` is True where phi may have a zero. The errors
+    `shift` and `local` are those of `Records`.
+    """
+
+    panels: IntArray
+    rise: FloatArray
+    steep: FloatArray
+    turns: np.ndarray
+    shift: FloatArray
+    local: FloatArray
+
+    def take(self, index: slice | np.ndarray) -> Plan:
+        """The plan of some of the blocks."""
+        fields: list[Any] = [field[index] for field in self]
+        return Plan(*fields)
+
+
+def records_of(
+    field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors, ahead: FloatArray
+) -> Records:
+    """Moments of all blocks, bisecting those that are neither slow nor few panels.
+
+    `ahead` is the logarithm of the integral of e^{lam V} before the first block of each scene,
+    with V = 0 there.
+    """
     nothing = np.empty(0)
     done = [Records.exactly(np.empty(0, dtype=np.intp), 0, Moments(*(nothing,) * 4))]
-    for depth in range(_DEEPEST + 1):
-        kept = [blocks.take(np.arange(0))]
-        step()
-        for low in range(0, len(blocks.scene), _PANELS_AT_ONCE):
-            chunk = blocks.take(slice(low, low + _PANELS_AT_ONCE))
-            kept.append(_digest(field, lam, chunk, anchors, done))
-        blocks = Blocks(*(np.concatenate(f) for f in zip(*kept, strict=True)))
-        if not blocks.scene.size:
+    depth = 0
+    while blocks.scene.size:
+        first, planned = depth == 0, []
+        while blocks.scene.size:
+            step()
+            waiting = np.bincount(blocks.scene, minlength=len(lam))
+            hopeless = waiting > (2 * _MOST_BLOCKS if depth <= _DEEPEST else 0)
+            if depth and hopeless.any():
+                done.append(_unresolved(field, lam, blocks.take(hopeless[blocks.scene]), anchors))
+                blocks = blocks.take(~hopeless[blocks.scene])
+                if not blocks.scene.size:
+                    break
+            parts = []
+            for low in range(0, len(blocks.scene), _PLANNED_AT_ONCE):
+                chunk = blocks.take(slice(low, low + _PLANNED_AT_ONCE))
+                ready, plan = _planned(field, lam, chunk, anchors)
+                planned.append((chunk.take(ready), plan.take(ready)))
+                parts.append(_pieces(chunk.take(~ready), np.abs(plan.rise[~ready])))
+            blocks, depth = _joined(parts), depth + 1
+        if not planned:
             break
-        waiting = np.bincount(blocks.scene, minlength=len(lam))
-        hopeless = waiting > (_MOST_BLOCKS if depth < _DEEPEST else 0)
-        if hopeless.any():
-            done.append(_unresolved(field, lam, blocks.take(hopeless[blocks.scene]), anchors))
-            blocks = blocks.take(~hopeless[blocks.scene])
-        middle = (blocks.t0 + blocks.t1) / 2
-        blocks = Blocks(
-            np.tile(blocks.scene, 2),
-            np.tile(blocks.part, 2),
-            np.tile(blocks.anchor, 2),
-            np.concatenate((blocks.t0, middle)),
-            np.concatenate((middle, blocks.t1)),
+        ready, plan = _joined([b for b, _ in planned]), _joined([p for _, p in planned])
+        steep = np.bincount(ready.scene, plan.steep).max(initial=0.0)
+        if first and steep > 4 * _FAINT and not field.directions:
+            order = np.lexsort((ready.t0, ready.part, ready.scene))
+            ready, plan = ready.take(order), plan.take(order)
+            ends = np.searchsorted(ready.scene, np.r_[: len(lam) : _SCENES_AT_ONCE, len(lam)])
+            some = [slice(*pair) for pair in pairwise(np.unique(ends).tolist())]
+            counts = np.concatenate([_counting(ready.take(x), plan.take(x), ahead) for x in some])
+            done.append(_coarse(ready, plan, ~counts))
+            ready, plan = ready.take(counts), plan.take(counts)
+        moments, plan, missed = _moments(field, lam, ready, plan, anchors)
+        resolved = missed <= RESOLUTION
+        blocks = _pieces(ready.take(~resolved), np.zeros(np.count_nonzero(~resolved)))
+        if blocks.scene.size:
+            ready, plan, missed = ready.take(resolved), plan.take(resolved), missed[resolved]
+            moments = Moments(*(m[resolved] for m in moments))
+        done.append(
+            Records(
+                ready.scene,
+                ready.part,
+                ready.t0,
+                moments,
+                plan.panels == 0,
+                plan.shift,
+                plan.local + missed,
+            )
         )
     return Records.joined(done)
+
+
+def _joined(parts: Sequence[Any]) -> Any:
+    """Named tuples of arrays, one after the other."""
+    if len(parts) == 1:
+        return parts[0]
+    return type(parts[0])(*(np.concatenate(f) for f in zip(*parts, strict=True)))
+
+
+def _pieces(blocks: Blocks, rise: FloatArray) -> Blocks:
+    """Equal pieces of the blocks: halves, or more where lam V rises far."""
+    most = _COUNTS[-1] * REACH
+    number = np.clip(2 ** np.log2(np.maximum(rise / most, 2.0)).astype(np.intp), 2, 16)
+    owner = np.repeat(np.arange(len(number)), number)
+    k = np.arange(len(owner)) - np.repeat(np.cumsum(number) - number, number)
+    whole, number = blocks.take(owner), number[owner]
+    h = (whole.t1 - whole.t0) / number
+    right = np.where(k + 1 < number, whole.t0 + (k + 1) * h, whole.t1)
+    return whole._replace(t0=whole.t0 + k * h, t1=right)
+
+
+def _series(field: Field, lam_h: FloatArray, blocks: Blocks, anchors: Anchors) -> FloatArray | None:
+    """Taylor coefficients of lam phi h about the middles, in half widths; None without a series."""
+    known = field.series(blocks.scene)
+    taken_about = blocks.anchor >= 0
+    if taken_about.any():
+        reach = np.maximum(np.abs(blocks.t0), np.abs(blocks.t1))
+        within = taken_about & (reach <= anchors.radius[blocks.anchor])
+        about = anchors.coefficients[blocks.anchor].T
+        if known is not None:
+            known = np.where(taken_about, about, known)
+        elif within.all():
+            known = about
+    if known is None:
+        return None
+    c = np.array(shifted(list(known), (blocks.t0 + blocks.t1) / 2))
+    half, scale = (blocks.t1 - blocks.t0) / 2, lam_h
+    for k in range(len(c)):
+        c[k] *= scale
+        scale = scale * half
+    return c.T
+
+
+def _planned(
+    field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors
+) -> tuple[np.ndarray, Plan]:
+    """True for the blocks that need no bisection, and the plan of all."""
+    h = blocks.t1 - blocks.t0
+    lam_h = lam[blocks.scene] * h
+    series = _series(field, lam_h, blocks, anchors)
+    # lam phi h; NumPy reduces a long last axis fast and a short one slowly: nodes go first.
+    if series is None:
+        x = lam_h * phi_at(field, blocks, anchors, float_panels.lobatto().nodes).T
+        x = np.ascontiguousarray(x)
+    else:
+        x = float_panels.lobatto_powers(series.shape[1]) @ series.T
+    low, high = x.min(axis=0), x.max(axis=0)
+    steep = np.maximum(np.abs(low), np.abs(high))
+    # Slopes are sampled with more to spare: the errors of both are held against one number.
+    reach = np.where(low > 0, REACH if field.directions else REACH_DOWN, REACH)
+    place = np.searchsorted(_COUNTS, steep / reach)
+    count = _COUNTS[np.minimum(place, len(_COUNTS) - 1)]
+    few = place < len(_COUNTS)
+    slowly = is_slow(low, high, x.T)
+    if series is None:
+        # The n-th Chebyshev coefficient shrinks by count^n when the block is cut into panels.
+        few &= _tail(x.T) / count**8 <= 4e-14 * count
+    size = steep / lam_h
+    field.reaches(blocks.scene, size)
+    phi = x[float_panels.NODES // 2] / lam_h
+    ready = (slowly | few) & ~hidden(field, blocks, anchors, phi, size, lam_h)
+    shift = _rounding(field, blocks, anchors, ready) * lam_h
+    # Layers see the drift at the ends only.
+    local = np.where(slowly, shift / np.maximum(low, -high), shift)
+    rise = -(float_panels.lobatto().weights @ x)
+    return ready, Plan(
+        np.where(slowly, 0, count), rise, steep, (low <= 0) & (high >= 0), shift, local
+    )
+
+
+def _counting(blocks: Blocks, plan: Plan, ahead: FloatArray) -> np.ndarray:
+    """Sorted blocks that count in what a sweep over them makes, by bounds on their moments.
+
+    With a_j the integral of e = e^{lam V} over block j, b_j that of 1/e and n_j the nested one, a
+    sweep needs the sums of a_j up to each block, of b_j, and of a_i b_j (i < j) and n_j. Blocks on
+    which phi has a zero always count. What does not is recorded roughly, with an error that says
+    so: no error rests on these bounds.
+    """
+    owner = np.flatnonzero(np.diff(blocks.scene, prepend=-1))
+    row = np.cumsum(np.diff(blocks.scene, prepend=-1) != 0) - 1
+    at = row, np.arange(len(row)) - owner[row]
+    shape = len(owner), int(at[1].max()) + 1
+
+    def placed(values: FloatArray, otherwise: float) -> FloatArray:
+        """The values of blocks, one row a scene."""
+        result = np.full(shape, otherwise)
+        result[at] = values
+        return result
+
+    rise = placed(plan.rise, 0.0)
+    height = np.add.accumulate(rise, axis=1)
+    top, bottom = np.maximum(height - rise, height), np.minimum(height - rise, height)
+    h = blocks.t1 - blocks.t0
+    width, least = placed(np.log(h), -np.inf), placed(np.log(h / (1.0 + plan.steep)), -np.inf)
+    beside = placed(np.where(plan.turns, plan.steep, 0.0), 0.0)
+    before = ahead[blocks.scene[owner], None]
+
+    def up_to(values: FloatArray) -> FloatArray:
+        """Largest value of the blocks before each."""
+        return np.maximum.accumulate(np.concatenate((before, values[:, :-1]), axis=1), axis=1)
+
+    a, b, nested = top + beside + width, -bottom + beside + width, 2 * (beside + width)
+    a_least, b_least = top + least, least - bottom
+    fall = np.maximum(-rise, 0.0)
+    double = np.maximum(up_to(a_least) + b_least, 2 * least + fall).max(axis=1, keepdims=True)
+    after = np.maximum.accumulate(b[:, ::-1], axis=1)[:, ::-1]
+    after = np.concatenate((after[:, 1:], np.full((len(owner), 1), -np.inf)), axis=1)
+    # The time is carried in units of the sum of a_j so far, which must be known at each block.
+    counts = a >= np.maximum(up_to(a_least), a_least) - _FAINT
+    counts |= b >= b_least.max(axis=1, keepdims=True) - _FAINT
+    share = np.maximum(np.maximum(up_to(a) + b, a + after), nested + fall)
+    counts |= share >= double - _FAINT
+    result: np.ndarray = counts[at] | plan.turns
+    return result
+
+
+def _coarse(blocks: Blocks, plan: Plan, left_out: np.ndarray) -> Records:
+    """One record for neighbours that do not count, of bounds, whose errors are as wide.
+
+    On a stretch of width h without a zero of phi, the integrals of e and 1/e are at most h times
+    their largest values, the nested one h^2; at least as much as where they change by a factor e.
+    """
+    index = np.flatnonzero(left_out)
+    blocks, plan = blocks.take(index), plan.take(index)
+    apart = np.diff(index, prepend=-2) != 1
+    for x in (blocks.scene, plan.rise > 0):
+        apart[1:] |= x[1:] != x[:-1]
+    first = np.flatnonzero(apart)
+    if not first.size:
+        return Records.exactly(first, 0, Moments(*(np.empty(0),) * 4))
+    width = blocks.t1 - blocks.t0
+    h, steepest = np.add.reduceat(width, first), np.maximum.reduceat(plan.steep / width, first)
+    moments = Moments(np.add.reduceat(plan.rise, first), h, h, h * h)
+    shift = np.add.reduceat(plan.shift, first)
+    local = 2.0 + 2.0 * np.log1p(h * steepest) + shift
+    blocks = blocks.take(first)
+    return Records(*blocks[:2], blocks.t0, moments, np.zeros(len(h), dtype=bool), shift, local)
+
+
+def _moments(
+    field: Field, lam: FloatArray, blocks: Blocks, plan: Plan, anchors: Anchors
+) -> tuple[Moments, Plan, FloatArray]:
+    """Moments of the blocks as they are planned; the plan, whose errors are dual where slopes are
+    asked for; and the truncation errors of the blocks that are sampled."""
+    n = len(blocks.scene)
+    moments, missed = Moments(*np.empty((4, n))), np.zeros(n)
+    shift: Any = plan.shift
+    local: Any = plan.local
+    if field.directions:
+        slopes = np.zeros((6, len(field.directions.names), n))
+        arrays: Any = map(DualArray, (shift, local, *moments), slopes)
+        shift, local, *arrays = arrays
+        moments = Moments(*arrays)
+    order = np.argsort(plan.panels, kind="stable")
+    ends = np.searchsorted(plan.panels[order], np.append(0, _COUNTS), side="right")
+    work = np.empty((3, _PANELS_AT_ONCE * float_panels.NODES))
+    low = 0
+    for count, end in zip((0, *_COUNTS.tolist()), ends.tolist(), strict=True):
+        for begin in range(low, end, _PANELS_AT_ONCE // max(count, 1)):
+            index = order[begin : min(end, begin + _PANELS_AT_ONCE // max(count, 1))]
+            part = blocks.take(index)
+            h: Any = part.t1 - part.t0
+            lam_h = lam[part.scene] * h
+            series = _series(field, lam_h, part, anchors)
+            if field.directions:
+                h = field.directions.stretched(h, part.scene)
+            if count == 0:
+                x: Any = _at_nodes(field, part, anchors, series, lam_h)
+                if field.directions:
+                    x, *off = _slow_slopes(field, lam_h, part, anchors, x, plan.shift[index])
+                some = float_panels.slow(x, h)
+            else:
+                sampled: Any = _exponents(field, lam_h, part, anchors, series, count, work[0])
+                if field.directions:
+                    *sampled, reach, gap = _sampled_slopes(field, lam_h, part, anchors, *sampled)
+                memory = None if field.directions else work[1:]
+                some, missed[index] = float_panels.sampled(sampled[0], sampled[1], h, memory)
+                if field.directions:
+                    rounded = plan.shift[index] / np.maximum(plan.steep[index], 1e-300)
+                    gap += (_SLOPE_ROUNDING + 4 * rounded) * reach
+                    off = [gap, gap + _SLOPE_TRUNCATION * missed[index] * reach]
+            for whole, found in zip(moments, some, strict=True):
+                whole[index] = found
+            if field.directions:
+                shift.slopes[:, index], local.slopes[:, index] = off
+        low = end
+    return moments, plan._replace(shift=shift, local=local), missed
+
+
+def _exponents(
+    field: Field,
+    lam_h: FloatArray,
+    blocks: Blocks,
+    anchors: Anchors,
+    series: FloatArray | None,
+    count: int,
+    work: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Exponents and rises of `count` panels of each block (`float_panels.exponents_of_series`)."""
+    shape = count, len(lam_h), float_panels.NODES
+    if series is not None:
+        place = work[: math.prod(shape)].reshape(shape)
+        return float_panels.exponents_of_series(series, count, place)
+    phi = phi_at(field, blocks, anchors, _gauss_nodes(count)) * (lam_h / count)[:, None]
+    values = np.ascontiguousarray(phi.reshape(len(lam_h), *shape[::2]).swapaxes(0, 1))
+    return float_panels.exponents_of_values(values)
+
+
+def _gauss_nodes(count: int) -> FloatArray:
+    """The Gauss nodes of `count` equal panels of [0, 1], one after the other."""
+    nodes: FloatArray = (np.arange(count)[:, None] + float_panels.gauss().nodes).ravel() / count
+    return nodes
+
+
+def _at_nodes(
+    field: Field, blocks: Blocks, anchors: Anchors, series: FloatArray | None, lam_h: FloatArray
+) -> FloatArray:
+    """lam phi h at the Lobatto nodes of each block."""
+    if series is None:
+        return lam_h[:, None] * phi_at(field, blocks, anchors, float_panels.lobatto().nodes)
+    x: FloatArray = series @ float_panels.lobatto_powers(series.shape[1]).T
+    return x
 
 
 def _unresolved(field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors) -> Records:
@@ -432,63 +741,6 @@ def _unresolved(field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors)
     return Records(*blocks[:2], blocks.t0, moments, np.zeros(len(h), bool), change, 2 * change)
 
 
-def _digest(
-    field: Field,
-    lam: FloatArray,
-    blocks: Blocks,
-    anchors: Anchors,
-    done: list[Records],
-) -> Blocks:
-    """Append the records of the blocks that are ready to `done`; return the others."""
-    rule = float_panels.lobatto()
-    h = blocks.t1 - blocks.t0
-    phi = phi_at(field, blocks, anchors, rule.nodes)
-    lam_phi = lam[blocks.scene][:, None] * phi
-    # NumPy reduces a long last axis fast and a short one slowly: nodes go first.
-    by_node = np.ascontiguousarray(phi.T)
-    low, high = by_node.min(axis=0), by_node.max(axis=0)
-    size = np.maximum(np.abs(low), np.abs(high))
-    lam_h = lam[blocks.scene] * h
-    slowly = is_slow(low, high, lam_phi, lam_h, h)
-    count = np.maximum(np.ceil(lam_h * size / REACH), 1.0)
-    # The n-th Chebyshev coefficient shrinks by count^n when the block is cut into panels.
-    truncation = _tail(phi) / count**8
-    field.reaches(blocks.scene, size)
-    unresolved = hidden(field, blocks, anchors, phi, size, lam_h)
-    slowly &= ~unresolved
-    smooth = lam_h * truncation <= 4e-14 * count
-    few = ~slowly & ~unresolved & (count <= _SAMPLES_PER_BLOCK) & smooth
-    rounding = _rounding(field, blocks, anchors, slowly | few) * lam_h
-    if slowly.any():
-        chosen = blocks.take(slowly)
-        shift: Any = rounding[slowly]
-        # Layers see the drift at the ends only.
-        local = shift / (lam_h * np.maximum(low, -high))[slowly]
-        chosen_phi, width = lam_phi[slowly], h[slowly]
-        if field.directions:
-            chosen_phi, shift, local = _slow_slopes(
-                field, lam, chosen, anchors, chosen_phi, shift, local
-            )
-            width = field.directions.stretched(width, chosen.scene)
-        layers = float_panels.slow(chosen_phi, width)
-        done.append(Records(*chosen[:2], chosen.t0, layers, slowly[slowly], shift, local))
-    if few.any():
-        chosen = blocks.take(few)
-        moments, good, reach = _sampled_blocks(
-            field, lam, chosen, anchors, count[few].astype(np.intp)
-        )
-        few[few] = good
-        chosen, moments = chosen.take(good), Moments(*(m[good] for m in moments))
-        shift = rounding[few]
-        if reach is not None:
-            relative = _SLOPE_ROUNDING + 4 * shift / np.maximum(lam_h * size, 1e-300)[few]
-            shift = DualArray(shift, relative * reach[0][:, good] + reach[1][:, good])
-        done.append(
-            Records(*chosen[:2], chosen.t0, moments, np.zeros_like(slowly[few]), shift, shift)
-        )
-    return blocks.take(~(slowly | few))
-
-
 def _rounding(field: Field, blocks: Blocks, anchors: Anchors, ready: np.ndarray) -> FloatArray:
     """Error of the drift on the blocks that are `ready`, where it is not taken by its series."""
     result = np.zeros(len(ready))
@@ -504,25 +756,23 @@ def _rounding(field: Field, blocks: Blocks, anchors: Anchors, ready: np.ndarray)
     return result
 
 
-def is_slow(
-    low: FloatArray, high: FloatArray, lam_phi: FloatArray, lam_h: FloatArray, h: FloatArray
-) -> np.ndarray:
-    """Blocks on which the slow series holds to rounding; low <= phi <= high."""
+def is_slow(low: FloatArray, high: FloatArray, x: FloatArray) -> np.ndarray:
+    """Blocks on which the slow series holds to rounding; low <= x = lam phi h <= high at nodes."""
     smallest = np.maximum(low, -high)
-    candidate = lam_h * smallest > 40.0
+    # The mean of phi'/(lam phi^2) is at most its largest value.
+    spread = 1.0 - smallest / np.maximum(high, -low)
+    candidate = (smallest > 40.0) & (spread * SLOWNESS < smallest)
     if not candidate.any():
         return candidate
-    chosen = lam_phi[candidate]
+    chosen, smallest = x[candidate], smallest[candidate]
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        # lam phi^2/|phi'|, kept from overflowing
         slope = chosen @ float_panels.lobatto().differentiate.T
-        # lam phi^2/|phi'| in terms of lam phi, kept from overflowing
-        ratio = np.ascontiguousarray((slope / chosen / chosen).T)
-        steepness = np.abs(ratio).max(axis=0) / h[candidate]
-        scale = (smallest * lam_h / h)[candidate, None]
-        tail = _tail(scale / chosen)
+        steepness = np.abs(np.ascontiguousarray((slope / chosen / chosen).T)).max(axis=0)
+        tail = _tail(smallest[:, None] / chosen)
         # A term of the slow series is a derivative of the one before, and differentiating at
         # an end multiplies what the nodes miss of 1/phi by up to 2 NODES^2 a width.
-        growth = 2 * float_panels.NODES**2 / (smallest * lam_h)[candidate]
+        growth = 2 * float_panels.NODES**2 / smallest
         # `rise` integrates phi itself, which may have poles where 1/phi is smooth. It is as
         # large as lam, so what the nodes miss is held against an ulp of the largest value, to
         # which phi is known; not against the sum of all, which lets 17 times more pass.
@@ -547,53 +797,3 @@ def _tail(values: FloatArray) -> FloatArray:
     """Size of the last two Chebyshev coefficients of each row."""
     last = np.abs(values @ _tail_of())
     return np.maximum(last[:, 0], last[:, 1])
-
-
-def _sampled_blocks(
-    field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors, count: IntArray
-) -> tuple[Moments, np.ndarray, FloatArray | None]:
-    """Blocks cut into `count` panels each, whose records are merged pairwise; which are resolved;
-    and where slopes are asked for, the reach of theirs and what the nodes miss."""
-    owner = np.repeat(np.arange(len(count)), count)
-    k = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
-    width = (blocks.t1 - blocks.t0) / count
-    t0 = blocks.t0[owner] + k * width[owner]
-    pieces = Blocks(
-        blocks.scene[owner], blocks.part[owner], blocks.anchor[owner], t0, t0 + width[owner]
-    )
-    chunks, reaches = [], []
-    for low in range(0, len(owner), _PANELS_AT_ONCE):
-        chunk = pieces.take(slice(low, low + _PANELS_AT_ONCE))
-        h: Any = width[owner[low : low + _PANELS_AT_ONCE]]
-        exponents: Any = _exponents(field, lam, chunk, h, anchors)
-        if field.directions:
-            exponents, *reach = _sampled_slopes(field, lam, chunk, anchors, exponents)
-            reaches.append(np.array(reach))
-            h = field.directions.stretched(h, chunk.scene)
-        chunks.append(float_panels.sampled(exponents, h))
-    moments = Moments(*(np.concatenate(m) for m in zip(*(f[0] for f in chunks), strict=True)))
-    first = np.flatnonzero(k == 0)
-    resolved = np.logical_and.reduceat(np.concatenate([f[1] for f in chunks]), first)
-    summed = np.add.reduceat(np.concatenate(reaches, axis=2), first, axis=2) if reaches else None
-    return float_panels.merge(moments, k, count[owner]), resolved, summed
-
-
-def _exponents(
-    field: Field, lam: FloatArray, pieces: Blocks, h: FloatArray, anchors: Anchors
-) -> FloatArray:
-    """lam int phi from the left end of each piece to its nodes and its right end."""
-    scale = lam[pieces.scene] * h
-    direct = pieces.anchor < 0
-    series = field.series(pieces.scene) if direct.all() else None
-    if series is None and not direct.any():
-        reach = np.maximum(np.abs(pieces.t0), np.abs(pieces.t1))
-        if (reach <= anchors.radius[pieces.anchor]).all():
-            series = anchors.coefficients[pieces.anchor].T
-    if series is None:
-        phi = phi_at(field, pieces, anchors, float_panels.gauss().nodes)
-        return float_panels.exponents_of_values(scale[:, None] * phi)
-    c = shifted(list(series), pieces.t0)
-    for k in range(len(c)):
-        c[k] = c[k] * scale
-        scale = scale * h
-    return float_panels.exponents_of_series(np.array(c).T)

@@ -199,7 +199,10 @@ def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -
     left = np.flatnonzero(np.isfinite(start) & (start < -1.0))
     before = _outer(field, lam, left, -1, np.minimum(end[left], -1.0) - start[left])
     blocks, anchors = partition(field, lam, np.maximum(start, -1.0), np.minimum(end, 1.0))
-    inside = records_of(field, lam, blocks, anchors)
+    ahead = np.full(len(lam), -np.inf)
+    rise, int_e = (value_of(x) for x in before.moments[:2])
+    ahead[left] = np.log(int_e) + np.maximum(-rise, 0.0)
+    inside = records_of(field, lam, blocks, anchors, ahead)
     right = np.flatnonzero(end > 1.0)
     beyond = _outer(field, lam, right, 1, end[right] - np.maximum(1.0, start[right]))
     records = merged(Records.joined([before, inside, beyond]).sorted())
@@ -209,7 +212,7 @@ def _panels(field: Field, lam: FloatArray, start: FloatArray, end: FloatArray) -
     rounding = lam * field.size()[: len(lam)]
     local = 5e-15 + 8e-18 * np.where(rounding < MILD, rounding, 1e3)
     own = local[records.scene] + records.local
-    rise: Any = records.moments.rise
+    rise = records.moments.rise
     up = rise > 0
     moved: Any = _ULP * np.abs(value_of(rise)) + value_of(records.shift)
     if isinstance(rise, DualArray):

@@ -34,7 +34,8 @@ class DoubleDouble:
 
     def __init__(self, hi: FloatArray, lo: FloatArray | float = 0.0) -> None:
         self.hi = hi
-        self.lo = np.broadcast_to(lo, np.shape(hi))
+        low: Any = lo
+        self.lo = low if np.shape(lo) == np.shape(hi) else np.broadcast_to(low, np.shape(hi))
 
     @classmethod
     def of(cls, value: DoubleDouble | Fraction | Floats) -> DoubleDouble:

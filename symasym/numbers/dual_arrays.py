@@ -37,6 +37,25 @@ class DualArray:
         inner = index if isinstance(index, tuple) else (index,)
         return DualArray(self.value[index], self.slopes[(slice(None), *inner)])
 
+    def __setitem__(self, index: Any, x: Any) -> None:
+        inner = index if isinstance(index, tuple) else (index,)
+        self.value[index] = value_of(x)
+        self.slopes[(slice(None), *inner)] = slopes_of(x)
+
+    @property
+    def T(self) -> DualArray:
+        """A matrix, transposed."""
+        return DualArray(self.value.T, self.slopes.swapaxes(1, 2))
+
+    def reshape(self, *shape: Any) -> DualArray:
+        """The same numbers in another shape."""
+        value = self.value.reshape(*shape)
+        return DualArray(value, self.slopes.reshape(len(self.slopes), *value.shape))
+
+    def sum(self, axis: int) -> DualArray:
+        """Sums along an axis, counted from the first of the values."""
+        return DualArray(self.value.sum(axis=axis), self.slopes.sum(axis=axis + 1))
+
     def __neg__(self) -> DualArray:
         return DualArray(-self.value, -self.slopes)
 
@@ -93,10 +112,16 @@ class DualArray:
     __hash__ = None  # type: ignore[assignment]
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **kwargs: Any) -> Any:
-        """A ufunc of `_RULES`, or a sum by ``reduceat``; `out` and other options are refused."""
+        """A ufunc of `_RULES`, ``reduceat`` or ``accumulate``; all options are refused."""
         if method == "reduceat" and ufunc in (np.add, np.maximum):
             x, first = inputs
             return DualArray(ufunc.reduceat(x.value, first), ufunc.reduceat(x.slopes, first, -1))
+        if method == "accumulate" and ufunc in (np.add, np.multiply):
+            (x,) = inputs
+            value = ufunc.accumulate(x.value)
+            if ufunc is np.add:
+                return DualArray(value, np.add.accumulate(x.slopes, axis=1))
+            return DualArray(value, value * np.add.accumulate(x.slopes / x.value, axis=1))
         rule = _RULES.get(ufunc)
         return rule(*inputs) if rule and method == "__call__" and not kwargs else NotImplemented
 
@@ -126,6 +151,11 @@ def _expm1(x: DualArray) -> DualArray:
     return DualArray(np.expm1(x.value), x.slopes * np.exp(x.value))
 
 
+def _product(x: FloatArray, y: DualArray) -> DualArray:
+    """A plain matrix times a dual one."""
+    return DualArray(x @ y.value, x @ y.slopes)
+
+
 def _where(test: Any, x: Any, y: Any) -> DualArray:
     """Chosen elements of two, of which one is dual."""
     return DualArray(
@@ -148,6 +178,7 @@ _RULES: dict[Any, Callable[..., Any]] = {
     np.subtract: lambda x, y: -y + x if isinstance(y, DualArray) else x - y,
     np.multiply: lambda x, y: y * x if isinstance(y, DualArray) else x * y,
     np.true_divide: lambda x, y: y.__rtruediv__(x) if not isinstance(x, DualArray) else x / y,
+    np.matmul: lambda x, y: x @ y if isinstance(x, DualArray) else _product(x, y),
     np.negative: lambda x: -x,
     np.absolute: abs,
     np.exp: _exp,

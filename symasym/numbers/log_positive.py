@@ -73,10 +73,17 @@ class LogPositive:
 
     def __add__(self, other: LogPositive | int) -> LogPositive:
         term = _positive(other)
-        log = np.logaddexp(self.log, term.log)
-        share = np.exp(np.minimum(self.log - log, 0.0))
-        error = share * self.error + (1.0 - share) * term.error + _ROUNDING * np.abs(log)
-        return LogPositive(log, error)
+        apart = self.log - term.log
+        # Exponential and logarithm are vectorised in NumPy, its logaddexp is not.
+        ratio = np.exp(-np.abs(apart))
+        whole = 1.0 + ratio
+        log = np.maximum(self.log, term.log) + np.log(whole)
+        # A share may be 0 and its error 1e284: neither is found as a difference.
+        larger, smaller = 1.0 / whole, ratio / whole
+        first = apart > 0
+        error = np.where(first, larger, smaller) * self.error
+        error += np.where(first, smaller, larger) * term.error
+        return LogPositive(log, error + _ROUNDING * (np.abs(log) + 2.0))
 
     __radd__ = __add__
 

@@ -19,18 +19,17 @@ _PACKAGE = str(Path(symasym.__file__).parent)
 
 #: What the functions of `symasym.exact` do; anything else is "the rest".
 STAGES = {
-    "samples of the exponential and their sums": ("sampled", "exponents_of_series"),
-    "exponents of panels: Taylor shifts, drift values": ("_exponents", "_phi", "phi", "series"),
-    "joining neighbouring panels": ("merge", "_sampled_blocks"),
-    "choosing panels: slow, sampled or bisected": ("_digest", "_is_slow", "_tail", "_records"),
+    "samples of the exponential and their sums": ("sampled", "exponents_of_series", "sums"),
+    "drift on blocks: Taylor shifts, values": ("_series", "shifted", "phi_at", "phi", "series"),
+    "planning blocks: slow, sampled or cut": ("_planned", "is_slow", "_tail", "_pieces", "hidden"),
+    "what counts and what does not": ("_counting", "placed", "up_to", "_coarse"),
     "slow panels": ("slow", "slow_terms", "merge_slow"),
-    "sweeps in the log domain, with their error analysis": ("_compose", "_weight", "_finite"),
+    "sweeps in the log domain, with their error analysis": ("through", "carried", "first", "of"),
     "first cuts: zeros of A, Taylor series about them": (
-        *("_partition", "_even_blocks", "_graded_blocks", "_levels_needed", "zeros", "taylor"),
-        *("shift", "_zeros_of", "_polished", "two_product", "_two_sum", "_fast_two_sum"),
-        *("__mul__", "__add__", "__getitem__"),
+        *("partition", "_even_blocks", "_graded_blocks", "_levels_needed", "zeros", "taylor"),
+        *("shift", "_zeros_of", "_polished", "two_product", "two_sum", "_fast_two_sum"),
     ),
-    "gathering and sorting records": ("sweep", "take", "<genexpr>", "<listcomp>"),
+    "gathering and sorting records": ("take", "_joined", "joined", "sorted", "records_of"),
 }
 
 

@@ -18,6 +18,7 @@ from symasym.exact import float_blocks, float_panels
 from symasym.exact import floats as double
 from symasym.exact.digits import Partition
 from symasym.exact.float_blocks import is_slow
+from symasym.exact.float_panels import Moments
 from symasym.numbers.trees import MpmathOps
 
 
@@ -49,10 +50,16 @@ def printed_moments(mp: Any, primitive: Callable[[Any], Any], h: Any) -> list[An
     return [-primitive(h), first, inverse * end, double_integral * end]
 
 
-def sampled(coefficients: list[float], h: float) -> float_panels.Moments:
-    """A panel with lam phi = sum of coefficients[k] x^k."""
-    scaled = np.array([[c * h ** (k + 1) for k, c in enumerate(coefficients)]])
-    return float_panels.sampled(float_panels.exponents_of_series(scaled), np.array([h]))[0]
+def cut(coefficients: list[float], h: float, count: int) -> tuple[Moments, np.ndarray]:
+    """A block with lam phi = sum of coefficients[k] x^k, sampled in `count` equal panels."""
+    middle = np.polynomial.Polynomial(coefficients)(np.polynomial.Polynomial([h / 2, h / 2]))
+    series = np.pad(middle.coef, (0, len(coefficients) - len(middle.coef)))[None, :] * h
+    exponents = float_panels.exponents_of_series(series, count)
+    return float_panels.sampled(*exponents, np.array([h]))
+
+
+def sampled(coefficients: list[float], h: float) -> Moments:
+    return cut(coefficients, h, 1)[0]
 
 
 POLYNOMIALS = [
@@ -85,48 +92,36 @@ def test_the_reach_of_sampled_panels_is_what_it_says() -> None:
             assert float(value[0]) == pytest.approx(float(exact), rel=5e-14)
 
 
-def test_series_and_values_give_the_same_exponents() -> None:
+@pytest.mark.parametrize("count", [1, 3, 8])
+def test_series_and_values_give_the_same_exponents(count: int) -> None:
     c = np.array([[1.5, -2.0, 0.7, 3.0], [0.1, 0.0, 0.0, -1.0]])
-    nodes = float_panels.gauss().nodes
-    values = c @ nodes[None, :] ** np.arange(4)[:, None]
-    first, second = float_panels.exponents_of_series(c), float_panels.exponents_of_values(values)
-    assert np.allclose(first, second, rtol=1e-14, atol=1e-15)
-
-
-def many(coefficients: list[float], h: float, count: int) -> float_panels.Moments:
-    """The panel cut into `count` sampled panels, merged."""
-    pieces = []
-    for k in range(count):
-        t0, width = h * k / count, h / count
-        local = np.polynomial.Polynomial(coefficients)(np.polynomial.Polynomial([t0, width]))
-        padded = np.zeros(len(coefficients))
-        padded[: len(local.coef)] = local.coef
-        pieces.append(padded * width)
-    exponents = float_panels.exponents_of_series(np.array(pieces))
-    found, _ = float_panels.sampled(exponents, np.full(count, h / count))
-    return float_panels.merge(found, np.arange(count), np.full(count, count))
+    nodes = (np.arange(count)[:, None] + float_panels.gauss().nodes) / count
+    values = np.polynomial.polynomial.polyval(2 * nodes - 1, c.T).swapaxes(0, 1) / count
+    first = float_panels.exponents_of_series(c, count)
+    for x, y in zip(first, float_panels.exponents_of_values(values), strict=True):
+        assert np.allclose(x, y, rtol=1e-14, atol=1e-15)
 
 
 @pytest.mark.parametrize(("coefficients", "h"), POLYNOMIALS[:7])
 @pytest.mark.parametrize("count", [2, 3, 7, 32])
-def test_merging_restores_the_whole(coefficients: list[float], h: float, count: int) -> None:
-    for whole, merged in zip(sampled(coefficients, h), many(coefficients, h, count), strict=True):
-        assert merged[0] == pytest.approx(whole[0], rel=3e-14, abs=1e-300)
+def test_joining_panels_restores_the_whole(coefficients: list[float], h: float, count: int) -> None:
+    for whole, joined in zip(sampled(coefficients, h), cut(coefficients, h, count)[0], strict=True):
+        assert joined[0] == pytest.approx(whole[0], rel=3e-14, abs=1e-300)
 
 
-def test_merging_keeps_runs_apart() -> None:
-    one, two = many([3.0, 1.0], 0.5, 3), many([-7.0], 0.4, 4)
-    parts = []
-    for coefficients, h, count in (([3.0, 1.0], 0.5, 3), ([-7.0], 0.4, 4)):
-        for k in range(count):
-            t0, width = h * k / count, h / count
-            local = np.polynomial.Polynomial(coefficients)(np.polynomial.Polynomial([t0, width]))
-            parts.append((np.pad(local.coef, (0, 2 - len(local.coef))) * width, width))
-    exponents = float_panels.exponents_of_series(np.array([p[0] for p in parts]))
-    found, _ = float_panels.sampled(exponents, np.array([p[1] for p in parts]))
-    k, count = np.array([0, 1, 2, 0, 1, 2, 3]), np.array([3, 3, 3, 4, 4, 4, 4])
-    for merged, first, second in zip(float_panels.merge(found, k, count), one, two, strict=True):
-        assert merged == pytest.approx([first[0], second[0]], rel=1e-13)
+@pytest.mark.parametrize("degree", [1, 2, 4, 8])
+def test_truncation_errors_are_claimed(degree: int) -> None:
+    # panels of all lengths, from those that are exact to those that are far from it
+    random, worst = np.random.default_rng(degree), 0.0
+    for reach in random.uniform(4.0, 20.0, 200):
+        c = random.normal(size=degree + 1) * random.choice([0.3, 1.0, 2.0]) ** np.arange(degree + 1)
+        c *= reach / np.abs(np.polynomial.polynomial.polyval(np.linspace(0, 1, 33), c)).max()
+        (found, missed), (exact, _) = cut(list(c), 1.0, 1), cut(list(c), 1.0, 16)
+        error = max(abs(x[0] / y[0] - 1) for x, y in zip(found[1:], exact[1:], strict=True))
+        if missed[0] < 0.1:
+            assert error <= 5e-14 + missed[0]
+            worst = max(worst, error)
+    assert worst > 1e-9
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -137,7 +132,7 @@ def test_slow_panels_are_what_sampling_gives(sign: float, slope: float) -> None:
     coefficients = [sign * size, sign * size * slope, sign * size * 0.1]
     nodes = float_panels.lobatto().nodes * h
     lam_phi = np.polynomial.polynomial.polyval(nodes, coefficients)[None, :]
-    found, wanted = float_panels.slow(lam_phi, np.array([h])), many(coefficients, h, 256)
+    found, wanted = float_panels.slow(lam_phi * h, np.array([h])), cut(coefficients, h, 256)[0]
     for value, exact in zip(found, wanted, strict=True):
         assert value[0] == pytest.approx(exact[0], rel=2e-13)
 
@@ -149,10 +144,10 @@ def test_slow_panels_see_the_poles_of_the_drift() -> None:
     for reach in np.geomspace(0.02, 3.0, 40):
         u, h = reach * (2 * rule.nodes - 1), np.array([2 * reach])
         phi = 1 / (1 + u**2)[None, :]
-        low, high = phi.min(axis=1), phi.max(axis=1)
-        accepted.append(bool(is_slow(low, high, lam * phi, lam * h, h)[0]))
+        x = lam * phi * h
+        accepted.append(bool(is_slow(x.min(axis=1), x.max(axis=1), x)[0]))
         if accepted[-1]:
-            rise = float_panels.slow(lam * phi, h).rise[0]
+            rise = float_panels.slow(x, h).rise[0]
             assert rise == pytest.approx(-2 * lam[0] * np.arctan(reach), rel=1e-15)
     assert accepted[0]
     assert not accepted[-1]
@@ -162,9 +157,10 @@ def test_terms_of_the_slow_series_are_repeated_derivatives() -> None:
     # lam phi = 1/(a + b x): t_0 = a + b x and t_1 = b t_0, t_2 = b^2 t_0, ...
     a, b, h = 2e-3, 1e-3, 0.8
     nodes = float_panels.lobatto().nodes * h
-    terms = float_panels.slow_terms(1 / (a + b * nodes)[None, :], np.array([h]))
+    terms = float_panels.slow_terms(h / (a + b * nodes)[None, :])
     for k in range(4):
-        assert terms[k][0] == pytest.approx(b**k * (a + b * nodes), rel=10.0 ** (3 * k - 13))
+        wanted = b**k * (a + b * nodes) / h
+        assert terms[k][0] == pytest.approx(wanted, rel=10.0 ** (3 * k - 13))
 
 
 @pytest.mark.parametrize("x", [0.0, 1e-300, 1e-12, 0.3, 0.49999, 0.50001, 2.0, 700.0, 1e5, 1e300])
@@ -343,6 +339,33 @@ def test_bisection_gives_up_where_it_does_not_help(monkeypatch: pytest.MonkeyPat
     with np.errstate(invalid="ignore"):
         assert np.isinf(double.escape_time(field, 2 * one, one, 0 * one).error).all()
         assert np.isinf(double.occupation(field, 2 * one, False).error).all()
+
+
+@pytest.mark.parametrize("kappa", [0.1, 0.03])
+def test_blocks_that_do_not_count_are_claimed(
+    kappa: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drift, counting, left_out = sa.friction(3, 1, "-0.4"), float_blocks._counting, []
+    exact = sa.escape_time(drift, kappa, 10, log=True, dps=25)
+
+    def seen(*args: Any) -> np.ndarray:
+        counts = counting(*args)
+        left_out.append(np.count_nonzero(~counts))
+        return counts
+
+    def log_time() -> tuple[float, float]:
+        lam, r = np.array([2 / kappa**2]), np.array([10.0])
+        logs = double.escape_time(field_of(drift, drift.values, 1), lam, r, 0 * r)
+        return float(logs.value[0]), float(logs.error[0])
+
+    monkeypatch.setattr(float_blocks, "_counting", seen)
+    value, error = log_time()
+    assert abs(value - exact) <= error < 1e-12 * abs(value)
+    assert left_out[0] > 3
+    # Even if the choice were wrong, the error would say so.
+    monkeypatch.setattr(float_blocks, "_counting", lambda blocks, plan, ahead: plan.turns)
+    value, error = log_time()
+    assert 1e-3 < abs(value - exact) <= error
 
 
 def test_dyadic_numbers_are_short_and_near() -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import symasym as sa
@@ -123,6 +124,19 @@ def test_pari_is_asked_through_gp(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     text = peers.pari_program(peers.coefficients(3, "-0.3"), Fraction(1), 10, 19)
     assert text.count("intnum") == 14
     assert "default(realprecision, 19);" in text
+
+
+@pytest.mark.parametrize(("kappa", "panels"), [(1.0, 3), (0.5, 3), (0.2, 12), (0.1, 48)])
+def test_panels_by_hand_give_our_times(kappa: float, panels: int) -> None:
+    z0 = np.linspace(-2.0, -1e-6, 7)
+    c = np.array(np.broadcast_arrays(1 - z0, -4.0, 0.0, 3.0))
+    by_hand = peers.numpy_log_escape_time(c, kappa, 10, panels)
+    ours = sa.escape_time(sa.friction(mu=3, alpha=1, z0=z0), kappa, 10, log=True)
+    assert by_hand == pytest.approx(ours, rel=1e-12, abs=1e-12)
+    if kappa < 1:
+        with np.errstate(all="ignore"):
+            fewer = peers.numpy_log_escape_time(c, kappa, 10, panels // 3)
+        assert not np.allclose(fewer, ours, rtol=1e-12, atol=1e-12)
 
 
 def test_a_peer_that_breaks_or_takes_too_long_is_told() -> None:

@@ -90,16 +90,12 @@ def field_of(
     drift: Drift, values: dict[str, Any], count: int, directions: Directions | None = None
 ) -> Field:
     """The field of `drift` for `count` scenes and their mirror images."""
-    pairs = {name: _double_double(value, count) for name, value in values.items()}
+    pairs = {name: DoubleDouble.of(value) for name, value in values.items()}
     coefficients = drift.coefficients(pairs, DoubleDoubleOps())
     if coefficients is None or len(coefficients) > 13:
-        return AnalyticField(drift, pairs, count, directions)
-    shaped = [DoubleDouble.of(c).broadcast_to((count,)) for c in coefficients]
-    return PolynomialField(shaped, directions)
-
-
-def _double_double(value: Fraction | FloatArray, count: int) -> DoubleDouble:
-    return DoubleDouble.of(value).broadcast_to((count,))
+        shaped = {name: pair.broadcast_to((count,)) for name, pair in pairs.items()}
+        return AnalyticField(drift, shaped, count, directions)
+    return PolynomialField([DoubleDouble.of(c) for c in coefficients], count, directions)
 
 
 def extremes(field: Field, scene: IntArray) -> FloatArray:
@@ -115,24 +111,19 @@ class PolynomialField:
     """A is a polynomial of modest degree."""
 
     def __init__(
-        self, coefficients: list[DoubleDouble], directions: Directions | None = None
+        self, coefficients: list[DoubleDouble], count: int, directions: Directions | None = None
     ) -> None:
         self.directions = directions
-
-        def both(k: int, c: DoubleDouble) -> DoubleDouble:
-            """A coefficient of all scenes, and of their mirror images -A(-u)."""
-            mirrored = c if k % 2 else -c
-            return DoubleDouble(
-                np.concatenate((c.hi, mirrored.hi)), np.concatenate((c.lo, mirrored.lo))
-            )
-
-        count = len(coefficients[0].hi)
+        self._pairs = [c.broadcast_to((count,)) for c in coefficients]
+        # Mirror images are -A(-u).
+        mirrored = [1.0 if k % 2 else -1.0 for k in range(len(coefficients))]
+        c = np.array([pair.hi for pair in self._pairs])
+        self._c = np.concatenate((c, np.array(mirrored)[:, None] * c), axis=1)
         self.sign = np.repeat((1.0, -1.0), count)
-        self._pairs = [both(k, c) for k, c in enumerate(coefficients)]
-        self._c = np.array([c.hi + c.lo for c in self._pairs])
-        ends = np.repeat((-1.0, 1.0), 2 * count)
-        doubled = [DoubleDouble(np.tile(c.hi, 2), np.tile(c.lo, 2)) for c in self._pairs]
-        self.a_minus, self.a_plus = shift(doubled, ends)[0].reshape(2, -1)
+        even, odd = (sum(coefficients[k::2], start=DoubleDouble.of(0)) for k in (0, 1))
+        low, high = np.empty((2, count))
+        low[:], high[:] = (even - odd).hi, (even + odd).hi
+        self.a_minus, self.a_plus = np.concatenate((low, -high)), np.concatenate((high, -low))
 
     def phi(self, scene: IntArray, u: FloatArray) -> FloatArray:
         """Drift at `u`, by Horner's rule."""
@@ -170,7 +161,13 @@ class PolynomialField:
 
     def taylor(self, scene: IntArray, centre: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Taylor coefficients in double-doubles, right at any distance."""
-        local = shift([c[scene] for c in self._pairs], centre)
+        sign, original = self.sign[scene], scene % len(self._pairs[0].hi)
+        signs = [sign if k % 2 == 0 else np.ones(len(scene)) for k in range(len(self._pairs))]
+        pairs = [
+            DoubleDouble(s * c.hi[original], s * c.lo[original])
+            for c, s in zip(self._pairs, signs, strict=True)
+        ]
+        local = shift(pairs, centre)
         return np.array(local).T, np.full(len(scene), np.inf)
 
 

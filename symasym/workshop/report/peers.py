@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from itertools import accumulate, pairwise
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -23,6 +23,8 @@ from symasym.base.inputs import Number
 if TYPE_CHECKING:
     from flint import acb as Ball
     from mpmath import mpf
+
+    from symasym.base.inputs import FloatArray
 
 
 Polynomial = list[Fraction]
@@ -297,6 +299,70 @@ def scipy_log_escape_time(
         other += double(inside, -1.0, 0.0, inside, -1.0, None)
         total -= C * other
     return math.log(lam) + lam * climb + math.log(total)
+
+
+# -- NumPy ------------------------------------------------------------------------------------
+
+
+@cache
+def _gauss_panels(panels: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Ends and nodes of panels of [-1, 0], 16 each; weights; the running integral's matrix."""
+    import numpy as np
+
+    x, w = np.polynomial.legendre.leggauss(16)
+    p, k = np.polynomial.legendre.legvander(x, 16), np.arange(16)
+    running = np.empty((16, 16))
+    running[:, 0] = x + 1
+    running[:, 1:] = (p[:, 2:] - p[:, :-2]) / (2 * k[1:] + 1)
+    running = running @ ((k[:, None] + 0.5) * p[:, :16].T * w)
+    ends, h = np.linspace(-1.0, 0.0, panels + 1), 0.5 / panels
+    return ends, (ends[:-1, None] + h * (x + 1)).ravel(), h * w, h * running.T
+
+
+def numpy_log_escape_time(c: FloatArray, kappa: float, r: float, panels: int) -> FloatArray:
+    """log T in float64 of many drifts, by Gauss-Legendre panels on each side of the start 0.
+
+    `c` has a column of ascending coefficients for each. The integrals of e^{lam V} from an end are
+    summed on each panel by a 16x16 matrix and joined in logarithms; T is the quotient of sums of
+    positive terms that Green's function gives, from the left and, mirrored, from the right.
+    """
+    import numpy as np
+
+    ends, u, weights, running = _gauss_panels(panels)
+    lam, k, length = 2.0 / kappa**2, np.arange(len(c))[:, None], r - 1.0
+    odd = (-1.0) ** k
+    c = np.concatenate((c, -c * odd), axis=1)
+
+    def exponent(u: FloatArray) -> Any:
+        """lam V, V(-1) = 0."""
+        return (-lam * c / (k + 1)).T @ (u ** (k + 1) + odd)
+
+    height = exponent(ends)
+    e = np.exp(exponent(u).reshape(-1, panels, 16) - height[:, :-1, None])
+    inverse = 1.0 / e
+    # Outside, where the drift is constant, in closed form; by a series where that cancels.
+    x = lam * length * (c * odd).sum(axis=0)
+    top, size = np.maximum(x, 0.0), np.maximum(np.abs(x), 0.3)
+    decay, z = np.exp(-size), np.clip(x, -0.3, 0.3)
+    single, double = (1 - decay) / size, np.where(x > 0, 1 - (1 + size) * decay, size - 1 + decay)
+    first, second = np.zeros_like(z), np.zeros_like(z)
+    for j in range(13, 0, -1):
+        first, second = (1 + z * first) / j, (1 + z * second) / (j + 1)
+    small = np.abs(x) < 0.3
+    shrunk = np.where(small, np.exp(-top), 1.0)
+    S = np.log(length * np.where(small, first * shrunk, single)) + top
+    W = np.log(length**2 * np.where(small, second * shrunk, double / size**2)) + top
+    # S up to the end of each panel, and what a panel adds to the integral of S e^{-lam V}.
+    own = np.log(e @ weights) + height[:, :-1]
+    S = np.logaddexp.accumulate(np.concatenate((S[:, None], own), axis=1), axis=1)
+    crossed = S[:, :-1] - height[:, :-1] + np.log(inverse @ weights)
+    nested = np.log((inverse * (e @ running)) @ weights)
+    W = np.logaddexp(W, np.logaddexp.reduce(np.logaddexp(crossed, nested), axis=1))
+    sigma = S[:, -1] - height[:, -1]
+    time, n = W - sigma, c.shape[1] // 2
+    rate = np.logaddexp(-sigma[:n], -sigma[n:])
+    log_time: FloatArray = np.log(lam) + np.logaddexp(time[:n], time[n:]) - rate
+    return log_time
 
 
 # -- PARI -------------------------------------------------------------------------------------
