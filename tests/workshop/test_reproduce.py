@@ -16,6 +16,8 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from mpmath import mp, mpf
 
 import symasym as sa
@@ -33,11 +35,22 @@ PAGES = {f"{slug}.{kind}" for slug in ("eq-osc2", "filippov") for kind in ("md",
 PAGES |= {"index.md", "trace.json"}
 
 
+REAL = {"fric1": partial(figures.fric1, 12), "fric2": partial(figures.fric2, 12)}
+
+
+def line(name: str) -> Figure:
+    """A figure that is drawn at once."""
+    figure = Figure(figsize=(1, 1), label=name)
+    figure.add_artist(Line2D([0, 1], [0, 1]))
+    return figure
+
+
 @pytest.fixture(autouse=True)
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Few points, so that the whole job takes a second; and a source that stays as it is."""
-    drawn = {"fric1": partial(figures.fric1, 12), "fric2": partial(figures.fric2, 12)}
-    monkeypatch.setattr(figures, "FIGURES", drawn)
+    """Few points and plain figures, so that the whole job takes a second; and a source that
+    stays as it is.
+    """
+    monkeypatch.setattr(figures, "FIGURES", {name: partial(line, name) for name in REAL})
     monkeypatch.setattr(reproduce, "Z0", ("-1.50", "-0.80", "-0.05"))
     monkeypatch.setattr(reproduce, "_source_hash", lambda: "source")
     monkeypatch.setattr(reproduce, "_derivation_hash", lambda: "derivations")
@@ -157,13 +170,13 @@ def test_a_derivation_that_fails_ends_the_job(
     assert ".stamps.json" not in os.listdir(tmp_path)
 
 
-def test_files_are_the_same_in_every_run(
-    whole: Path, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    again = tmp_path_factory.mktemp("again")
-    made(again)
+def test_files_are_the_same_in_every_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(figures, "FIGURES", REAL)
+    for folder in ("one", "another"):
+        assert made(tmp_path / folder) == STAGES
     for name in FILES | {f"derivations/{page}" for page in PAGES - {"trace.json"}}:
-        assert (whole / name).read_bytes() == (again / name).read_bytes()
+        one, another = (tmp_path / folder / name for folder in ("one", "another"))
+        assert one.read_bytes() == another.read_bytes()
 
 
 def test_every_module_and_style_is_part_of_the_source(
