@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-import os
 import signal
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -18,6 +16,7 @@ import pytest
 import symasym as sa
 from symasym.base import patience
 from symasym.base.patience import limited, step
+from tests.processes import started
 
 
 def spend(seconds: float) -> None:
@@ -110,19 +109,15 @@ def test_the_default_is_ten_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
-def test_an_interrupt_ends_a_long_call(tmp_path: Path) -> None:
+def test_an_interrupt_ends_a_long_call() -> None:
     script = (
         "import symasym as sa; print('begun', flush=True); "
         "sa.occupation(sa.tanh(1, -1, '1.4'), '1e-60', dps=3000, log=True, patience=1e9)"
     )
-    environment = {**os.environ, "PYTHONPATH": str(Path(sa.__file__).parent.parent)}
-    process = subprocess.Popen(
-        [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        env=environment,
-    )  # fmt: skip
-    assert process.stdout is not None
-    assert process.stdout.readline() == b"begun\n"
-    time.sleep(2)
-    process.send_signal(signal.SIGINT)
-    told = process.communicate(timeout=60)[1]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with started([sys.executable, "-c", script], **pipes) as process:
+        assert process.stdout.readline() == b"begun\n"
+        time.sleep(2)
+        process.send_signal(signal.SIGINT)
+        told = process.communicate(timeout=60)[1]
     assert told.rstrip().endswith(b"KeyboardInterrupt")

@@ -17,6 +17,7 @@ from mpmath import mp, mpf
 import symasym as sa
 from symasym.commands.main import _join_negative, _parser, main
 from symasym.methods.table import METHODS, quantity_of
+from tests.processes import PROGRAM
 
 FRICTION = ["--drift", "friction", "--set", "mu=3", "--set", "alpha=1", "--set", "z0=-0.4"]
 ESCAPE = ["value", "escape-time", *FRICTION, "--kappa", "0.1", "--r", "10"]
@@ -278,13 +279,6 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
         main(["--version"])
     assert caught.value.code == 0
     assert capsys.readouterr().out.startswith("symasym 0.")
-
-
-PROGRAM = [
-    sys.executable,
-    "-c",
-    "import sys; from symasym.commands.main import main; sys.exit(main())",
-]
 
 
 def test_a_reader_that_left_is_no_traceback() -> None:

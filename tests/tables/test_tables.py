@@ -30,6 +30,7 @@ from symasym.tables import run as tables
 from symasym.tables.run import write_table
 from symasym.tables.spec import Spec, read_spec
 from symasym.workshop import reference_quadrature
+from tests.processes import PROGRAM, started
 
 SMALL = """\
 drift = "friction"
@@ -52,11 +53,6 @@ kappa = 1
 r = 2
 parameters = { mu = 3, alpha = 1, z0 = { from = -1.5, to = -0.5, points = 60 } }
 """
-PROGRAM = [
-    sys.executable,
-    "-c",
-    "import sys; from symasym.commands.main import main; sys.exit(main())",
-]
 
 
 def spec_of(folder: Path, text: str = SMALL) -> Spec:
@@ -251,11 +247,7 @@ def test_a_run_that_is_killed_goes_on_where_it_was(
     (tmp_path / "spec.toml").write_text(LONG)
     path = tmp_path / "t.jsonl"
     command = ["table", str(tmp_path / "spec.toml"), "-o", str(path), "--workers", "2"]
-    with subprocess.Popen(
-        [*PROGRAM, *command],
-        stderr=subprocess.DEVNULL,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    ) as process:
+    with started([*PROGRAM, *command], stderr=subprocess.DEVNULL) as process:
         grown(path, 6)
         workers = children(process.pid)
         assert len(workers) >= 2
@@ -272,7 +264,7 @@ def test_a_run_that_is_killed_goes_on_where_it_was(
     assert path.read_bytes() == lines
     assert sorted(os.listdir(tmp_path)) == ["spec.toml", "t.csv", "t.jsonl"]
     # And whoever did the work is gone, too.
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + 60
     while any(Path(f"/proc/{worker}").exists() for worker in workers):
         assert time.monotonic() < deadline
         time.sleep(0.05)

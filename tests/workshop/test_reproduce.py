@@ -16,6 +16,8 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from mpmath import mp, mpf
 
 import symasym as sa
@@ -23,6 +25,7 @@ from derivations import registry
 from symasym.commands.main import main
 from symasym.workshop import figures, reference_quadrature, reproduce
 from symasym.workshop.reproduce import ahead
+from tests.processes import PROGRAM, spent_by_children, started
 
 FILES = {"fric1.png", "fric1.svg", "fric2.png", "fric2.svg", "reference.json"}
 STAGES = ["fric1", "fric2", "reference", "derivations"]
@@ -32,11 +35,22 @@ PAGES = {f"{slug}.{kind}" for slug in ("eq-osc2", "filippov") for kind in ("md",
 PAGES |= {"index.md", "trace.json"}
 
 
+REAL = {"fric1": partial(figures.fric1, 12), "fric2": partial(figures.fric2, 12)}
+
+
+def line(name: str) -> Figure:
+    """A figure that is drawn at once."""
+    figure = Figure(figsize=(1, 1), label=name)
+    figure.add_artist(Line2D([0, 1], [0, 1]))
+    return figure
+
+
 @pytest.fixture(autouse=True)
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Few points, so that the whole job takes a second; and a source that stays as it is."""
-    drawn = {"fric1": partial(figures.fric1, 12), "fric2": partial(figures.fric2, 12)}
-    monkeypatch.setattr(figures, "FIGURES", drawn)
+    """Few points and plain figures, so that the whole job takes a second; and a source that
+    stays as it is.
+    """
+    monkeypatch.setattr(figures, "FIGURES", {name: partial(line, name) for name in REAL})
     monkeypatch.setattr(reproduce, "Z0", ("-1.50", "-0.80", "-0.05"))
     monkeypatch.setattr(reproduce, "_source_hash", lambda: "source")
     monkeypatch.setattr(reproduce, "_derivation_hash", lambda: "derivations")
@@ -135,10 +149,10 @@ def test_nothing_rests_on_the_process_beside(tmp_path: Path) -> None:
         assert wait(lambda: steps.append(1)) == 0
     with ahead(tmp_path, LABELS) as wait:
         assert wait(lambda: steps.append(1)) == len(steps) == 2
-    begun = time.perf_counter()
+    begun = spent_by_children()
     with ahead(tmp_path / "other", ["eq:Ttilde"]):
         pass
-    assert time.perf_counter() - begun < 1
+    assert spent_by_children() - begun < 1
 
 
 def test_a_derivation_that_fails_ends_the_job(
@@ -156,13 +170,13 @@ def test_a_derivation_that_fails_ends_the_job(
     assert ".stamps.json" not in os.listdir(tmp_path)
 
 
-def test_files_are_the_same_in_every_run(
-    whole: Path, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    again = tmp_path_factory.mktemp("again")
-    made(again)
+def test_files_are_the_same_in_every_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(figures, "FIGURES", REAL)
+    for folder in ("one", "another"):
+        assert made(tmp_path / folder) == STAGES
     for name in FILES | {f"derivations/{page}" for page in PAGES - {"trace.json"}}:
-        assert (whole / name).read_bytes() == (again / name).read_bytes()
+        one, another = (tmp_path / folder / name for folder in ("one", "another"))
+        assert one.read_bytes() == another.read_bytes()
 
 
 def test_every_module_and_style_is_part_of_the_source(
@@ -309,16 +323,8 @@ def test_an_interrupt_between_files_leaves_whole_ones(
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
 def test_stopped_from_outside(tmp_path: Path, stop: signal.Signals) -> None:
-    code = "import sys; from symasym.commands.main import main; sys.exit(main())"
     arguments = ["reproduce", "--out", str(tmp_path), "--only", "reference", "--dps", "200"]
-    with subprocess.Popen(
-        [sys.executable, "-c", code, *arguments],
-        stderr=subprocess.PIPE,
-        text=True,
-        # A shell's background jobs are born deaf to SIGINT, and so would be what they start.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    ) as process:
-        assert process.stderr is not None
+    with started([*PROGRAM, *arguments], stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr.readline().startswith("reference")
         time.sleep(0.3)
         process.send_signal(stop)
