@@ -244,11 +244,13 @@ def truncated_gaussian(d: Any) -> None:
         "integrate",
         gap * sympy.sqrt(2 * area),
         Satisfies(
-            lambda found: {
-                "the fall of V": found**2 / 2 - gap**2 * area,
-                "t > 0": sympy.sqrt(found**2) - found,
-            }
-            | _falls()
+            lambda found: (
+                {
+                    "the fall of V": found**2 / 2 - gap**2 * area,
+                    "t > 0": sympy.sqrt(found**2) - found,
+                }
+                | _falls()
+            )
         ),
         "area is the integral of y psi(g y) over (0, 1)",
     )

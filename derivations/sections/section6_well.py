@@ -371,7 +371,7 @@ def small(d: Any) -> None:
     d.conclude(
         Symbol("T"),
         found,
-        "relative O(kappa^2) in the first term, O(1) in the second",
+        "relative O(kappa^2) in the exponential term, O(1) in the other",
         note="D = V(u2) - V(u1), the height of the barrier",
     )
 

@@ -9,13 +9,27 @@ from pathlib import Path
 
 DOCS = Path(__file__).parent.parent
 # Words of every day as well, which a link would take for the glossary's.
-_PLAIN = {"none", "order", "release", "pair", "check", "region", "crossing", "clock", "`dps`"}
-# The noun alone: not "as well".
-_NOUN = {"well": r"(?:(?<=\ba )|(?<=\bA )|(?<=\bthe )|(?<=\bno ))well|\bwells"}
+_PLAIN = {
+    "none",
+    "panel",
+    "order",
+    "release",
+    "pair",
+    "check",
+    "region",
+    "crossing",
+    "clock",
+    "`dps`",
+}
+# The noun alone: not "as well", nor "without bound".
+_NOUN = {
+    "well": r"(?:(?<=\ba )|(?<=\bA )|(?<=\bthe )|(?<=\bno ))well|\bwells",
+    "bound": r"(?<!without )(?<!be )(?<!is )(?<!are )bounds?",
+}
 _ROW = re.compile(r"^\| ([^|$]+?) \|(?=[^|]*\|$)", re.MULTILINE)
 # What is no prose: code, formulas, links and pictures, headings, tables, tags.
 _APART = re.compile(
-    r"^```.*?^```|^:::.*?$|\$\$.*?\$\$|\$[^$]*\$|`[^`]*`|!?\[[^\]]*\]\([^)]*\)|^#.*?$|^\|.*?$|<[^>]*>"
+    r"<script\b.*?</script>|<style\b.*?</style>|<svg\b.*?</svg>|^```.*?^```|^:::.*?$|\$\$.*?\$\$|\$[^$]*\$|`[^`]*`|!?\[[^\]]*\]\([^)]*\)|^#.*?$|^\|.*?$|<[^>]*>"
     r"|\*\*.*?\*\*|^ {4}.*?$",
     re.DOTALL | re.MULTILINE,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -137,6 +137,10 @@ def _caption(fold: float, mu: Number, kappa: Number, r: Number) -> str:
     )
 
 
+# A legend that the line at the fold does not go through.
+_ON_TOP: dict[str, Any] = {"frameon": True, "framealpha": 1, "edgecolor": "none"}
+
+
 def _marked(axes: Axes, fold: float) -> None:
     """Draw the fold as a dotted line."""
     axes.axvline(fold, color=INK, linewidth=0.6, linestyle=":")
@@ -159,7 +163,7 @@ def _times(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray, fold:
         axes.semilogy(at, values, dashes, color=color, linewidth=wide, label=name)
     _marked(axes, fold)
     axes.set_ylabel(r"$T$")
-    axes.legend()
+    axes.legend(loc="upper left", **_ON_TOP)
 
 
 def _shares(axes: Axes, drift: sa.Drift, kappa: Number, z0: FloatArray, fold: float) -> None:
@@ -173,7 +177,7 @@ def _shares(axes: Axes, drift: sa.Drift, kappa: Number, z0: FloatArray, fold: fl
     ends, values = [z0[0], fold, fold, z0[-1]], [0, 0, 1, 1]
     axes.plot(ends, values, dashes, color=color, label="step (the paper)", zorder=1)
     _marked(axes, fold)
-    axes.legend(loc="upper left")
+    axes.legend(loc="upper left", bbox_to_anchor=(0, 0.93), fontsize=7.2, handlelength=1.6)
 
 
 def _errors(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray, fold: float) -> None:
@@ -187,7 +191,7 @@ def _errors(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray, fold
     _marked(axes, fold)
     axes.set_ylabel("relative error")
     axes.set_ylim(top=3e4)
-    axes.legend(fontsize=7.2, ncols=2, loc="upper left", columnspacing=3.0)
+    axes.legend(fontsize=7.2, ncols=2, loc="upper left", columnspacing=3.0, **_ON_TOP)
 
 
 def _plane(axes: Axes, z0: FloatArray, error: FloatArray, fold: float) -> None:
