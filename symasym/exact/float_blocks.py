@@ -27,6 +27,8 @@ from symasym.numbers.polynomials import poly, shifted
 MILD = 5e3
 #: Panels of a sampled block, joined before the log domain is entered: e^(8 REACH_DOWN) < 1e39.
 _COUNTS = np.array([1, 2, 3, 4, 5, 6, 8])
+#: The same where slopes are carried and a sweep takes longer than samples: e^(32 REACH) < 1e112.
+_COUNTS_OF_SLOPES = np.array([1, 2, 3, 4, 6, 8, 12, 16, 24, 32])
 _PANELS_AT_ONCE = 1024  # stays in cache, and below the size at which BLAS starts threads
 _PLANNED_AT_ONCE = 4096
 _SCENES_AT_ONCE = 128
@@ -418,7 +420,7 @@ def records_of(
     """
     nothing = np.empty(0)
     done = [Records.exactly(np.empty(0, dtype=np.intp), 0, Moments(*(nothing,) * 4))]
-    depth = 0
+    depth, most = 0, _counts(field)[-1] * REACH
     while blocks.scene.size:
         first, planned = depth == 0, []
         while blocks.scene.size:
@@ -435,7 +437,7 @@ def records_of(
                 chunk = blocks.take(slice(low, low + _PLANNED_AT_ONCE))
                 ready, plan = _planned(field, lam, chunk, anchors)
                 planned.append((chunk.take(ready), plan.take(ready)))
-                parts.append(_pieces(chunk.take(~ready), np.abs(plan.rise[~ready])))
+                parts.append(_pieces(chunk.take(~ready), np.abs(plan.rise[~ready]) / most))
             blocks, depth = _joined(parts), depth + 1
         if not planned:
             break
@@ -476,10 +478,9 @@ def _joined(parts: Sequence[Any]) -> Any:
     return type(parts[0])(*(np.concatenate(f) for f in zip(*parts, strict=True)))
 
 
-def _pieces(blocks: Blocks, rise: FloatArray) -> Blocks:
-    """Equal pieces of the blocks: halves, or more where lam V rises far."""
-    most = _COUNTS[-1] * REACH
-    number = np.clip(2 ** np.log2(np.maximum(rise / most, 2.0)).astype(np.intp), 2, 16)
+def _pieces(blocks: Blocks, wanted: FloatArray) -> Blocks:
+    """Equal pieces of the blocks: of each a power of 2 from 2 to 16, at most the number wanted."""
+    number = np.clip(2 ** np.log2(np.maximum(wanted, 2.0)).astype(np.intp), 2, 16)
     owner = np.repeat(np.arange(len(number)), number)
     k = np.arange(len(owner)) - np.repeat(np.cumsum(number) - number, number)
     whole, number = blocks.take(owner), number[owner]
@@ -527,9 +528,10 @@ def _planned(
     steep = np.maximum(np.abs(low), np.abs(high))
     # Slopes are sampled with more to spare: the errors of both are held against one number.
     reach = np.where(low > 0, REACH if field.directions else REACH_DOWN, REACH)
-    place = np.searchsorted(_COUNTS, steep / reach)
-    count = _COUNTS[np.minimum(place, len(_COUNTS) - 1)]
-    few = place < len(_COUNTS)
+    counts = _counts(field)
+    place = np.searchsorted(counts, steep / reach)
+    count = counts[np.minimum(place, len(counts) - 1)]
+    few = place < len(counts)
     slowly = is_slow(low, high, x.T)
     if series is None:
         # The n-th Chebyshev coefficient shrinks by count^n when the block is cut into panels.
@@ -631,10 +633,11 @@ def _moments(
         shift, local, *arrays = arrays
         moments = Moments(*arrays)
     order = np.argsort(plan.panels, kind="stable")
-    ends = np.searchsorted(plan.panels[order], np.append(0, _COUNTS), side="right")
+    counts = np.append(0, _counts(field))
+    ends = np.searchsorted(plan.panels[order], counts, side="right")
     work = np.empty((3, _PANELS_AT_ONCE * float_panels.NODES))
     low = 0
-    for count, end in zip((0, *_COUNTS.tolist()), ends.tolist(), strict=True):
+    for count, end in zip(counts.tolist(), ends.tolist(), strict=True):
         for begin in range(low, end, _PANELS_AT_ONCE // max(count, 1)):
             index = order[begin : min(end, begin + _PANELS_AT_ONCE // max(count, 1))]
             part = blocks.take(index)
@@ -683,6 +686,11 @@ def _exponents(
     phi = phi_at(field, blocks, anchors, _gauss_nodes(count)) * (lam_h / count)[:, None]
     values = np.ascontiguousarray(phi.reshape(len(lam_h), *shape[::2]).swapaxes(0, 1))
     return float_panels.exponents_of_values(values)
+
+
+def _counts(field: Field) -> IntArray:
+    """The numbers of panels that a sampled block may have."""
+    return _COUNTS_OF_SLOPES if field.directions else _COUNTS
 
 
 def _gauss_nodes(count: int) -> FloatArray:

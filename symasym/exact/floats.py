@@ -23,6 +23,7 @@ from symasym.numbers.dual_arrays import DualArray, slopes_of, value_of
 from symasym.numbers.log_positive import LogPositive, LogSlopes, with_log
 
 _ULP = 3e-16  # of a logarithm, its sum included
+_UNDERFLOW = 1e-300  # below which slopes lose digits
 
 
 class Logs(NamedTuple):
@@ -99,7 +100,7 @@ def _logs(quantity: LogPositive) -> Logs:
     unknown = np.isnan(quantity.slopes) | np.isnan(quantity.slope_error)
     return Logs(
         DualArray(quantity.log, quantity.slopes),
-        DualArray(error, np.where(unknown, np.inf, quantity.slope_error)),
+        DualArray(error, np.where(unknown, np.inf, quantity.slope_error + _UNDERFLOW)),
     )
 
 
@@ -121,6 +122,7 @@ def _with_start(
         terms = (1 / left.sigma, nothing) if quantity == "1 - C" else (nothing, 1 / right.sigma)
     first, second = (np.exp(x.log) for x in terms)
     error = first * (terms[0].error + 4e-16) + second * (terms[1].error + 4e-16)
+    error += _UNDERFLOW
     slope, error = first - second, np.where(np.isnan(error), np.inf, error)
     moved = start * field.directions.stretch[: len(start)]
     logs.value.slopes[-1] -= moved * slope
