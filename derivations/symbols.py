@@ -294,6 +294,9 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "T_1": Meaning("coefficient of eps in the mean time of release", _SCALED_TIME, _T),
         "S": Meaning("scale function, the integral of exp(lam V) from -r", "scaled length"),
         "s": Meaning("rate at which the motion of z and y = eps u changes T", "scaled time"),
+        "T_0": Meaning("mean escape time with z frozen", _SCALED_TIME),
+        "g": Meaning("velocity of the slow variable z", "unscaled"),
+        "phi_y": Meaning("slope of the drift in y, unscaled", "unscaled"),
         "x": Meaning("position of the start", "scaled: y/eps"),
     },
     "release-adiabatic": {
@@ -303,6 +306,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     },
     "frozen-time": {
         "T": Meaning("mean time of release", _SCALED_TIME, _T),
+        "sigma_T": Meaning("standard deviation of that time", _SCALED_TIME, _T),
         "T_0": Meaning("mean escape time with z frozen at its start", _SCALED_TIME),
         "T0_z": Meaning("its slope in z", _SCALED_TIME),
         "g": Meaning("velocity of the slow variable z", "unscaled"),
@@ -310,6 +314,8 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     "fold-delay": {
         "a": Meaning("unit of the distance from the fold's u", "scaled", _V),
         "b": Meaning("unit of time past the fold", _SCALED_TIME, _V),
+        "w_1": Meaning("distance from the fold's u in its unit", _PURE, _V),
+        "s": Meaning("time past the fold in its unit", _PURE),
     },
     "friction-well": {"omega": Meaning("a third of arccos((1 - z0)/beta)", "an angle", _A)},
     "eq:forcePWC": {"alpha": Meaning("Coulomb friction force", "unscaled")},
