@@ -200,7 +200,8 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "E_up": Meaning("coefficient of lam^-k in the integral of exp(lam V)", "in lam", _T),
         "E_down": Meaning("coefficient of lam^-k in that of exp(-lam V)", "in lam", _T),
         "side": Meaning("(-1)^k", _PURE),
-        "term": Meaning("h_k at the point", "in lam"),
+        "left": Meaning("h_k on the left of the point, 0 at a start", "in lam"),
+        "right": Meaning("h_k on the right of the point, 0 at an end", "in lam"),
     },
     "regular-part": {
         "h_next": Meaning("coefficient of a power in -h'", "in t", _T),

@@ -51,20 +51,27 @@ def endpoint_series(d: Any) -> None:
         Satisfies(lambda found: _contributions(found, first, following)),
         "of e^(lam V) and e^(-lam V), times lam^-k; side is (-1)^k and term h_k",
     )
-    d.step(
+    change = d.step(
         "a kink's",
         "split",
         right - left,
         Satisfies(lambda found: _at_kink(found, first, pair)),
         "of h_k on both sides; to the left the contributions have the other sign",
     )
+    both = d.step(
+        "of any point",
+        "substitute",
+        (side * (left - right), left - right),
+        Identity(lambda: [stated.subs(term, change) for stated in pair]),
+        "h_k is 0 on the left of a start and on the right of an end",
+    )
     d.conclude(
         (Symbol("E_up"), Symbol("E_down")),
-        pair,
+        both,
         "a formal series",
-        note="coefficients of lam^-k in the integrals of e^(lam V) and e^(-lam V) to the right of "
-        "a point, in units of e^(+-lam V) there; side is (-1)^k and term h_k, with h_1 = 1/phi "
-        "and h_(k+1) = -h_k'/phi",
+        note="coefficients of lam^-k in the integrals of e^(lam V) and e^(-lam V) about a point, "
+        "in units of e^(+-lam V) there, from h_k on both sides of it: h_1 = 1/phi and "
+        "h_(k+1) = -h_k'/phi, and 0 where nothing is integrated",
     )
 
 

@@ -271,7 +271,7 @@ def truncated_gaussian(d: Any) -> None:
         Satisfies(lambda found: {"t/peak over g": found - distance / (width * gap)}),
         "phi(g) is g psi(g), and peak/t is 1/(g mean)",
     )
-    d.step(
+    beside = d.step(
         "1/phi less the peak's share",
         "evaluate",
         (first * bottom - 2 * bottom * second - gap * second**2) / (value * mean * (value + mean)),
@@ -279,6 +279,13 @@ def truncated_gaussian(d: Any) -> None:
         "psi(g) = psi(0) + g second, 2 area = psi(0) + g first, mean that of psi: nothing cancels",
     )
     d.step(
+        "close to the barrier",
+        "take limit",
+        (-2 * second / (3 * bottom**2), 5 * second**2 / (6 * bottom ** sympy.Rational(7, 2))),
+        Satisfies(lambda found: _next_slopes(found, width, beside)),
+        "rho(0) and rho'(0) of u' = peak + t rho(t), where psi is a straight line and the end near",
+    )
+    parts = d.step(
         "by parts",
         "integrate",
         tuple(sign * _exponential(sign) * beyond(t) / lam for sign in (-1, 1)),
@@ -295,7 +302,7 @@ def truncated_gaussian(d: Any) -> None:
         "single integrals",
         "substitute",
         (-(peak * tail + rest / lam), peak * falling + rest / lam),
-        Satisfies(_single),
+        Satisfies(lambda found: _single(found, parts)),
         "in units of e^(-+lam t^2/2); what is left is rho' over lam",
     )
     both = d.step(
@@ -351,15 +358,35 @@ def _changed(e: Any) -> Any:
     return changed.subs({sympy.diff(f, t): slope for f, slope in slopes.items()})
 
 
-def _single(found: Any) -> dict[str, Any]:
-    whole = peak + t * beyond(t)
+def _single(found: Any, parts: Any) -> dict[str, Any]:
+    """The peak's integral and what by parts gives, each divided by the Gaussian."""
     return {
         f"e^({sign} lam t^2/2)": sympy.expand(
             _changed(e) + sign * lam * t * _along(e)
-            - whole - sign * sympy.diff(beyond(t), t) / lam
+            - peak - sympy.diff(part, t) / _exponential(sign)
         )
-        for sign, e in zip((-1, 1), found, strict=True)
+        for sign, e, part in zip((-1, 1), found, parts, strict=True)
     }  # fmt: skip
+
+
+def _next_slopes(found: Any, width: Any, beside: Any) -> dict[str, Any]:
+    """phi du = t dt to the third power of t, and what is left of 1/phi as the end comes near."""
+    at = width * t + found[0] * t**2 / 2 + found[1] * t**3 / 3
+    whole = sympy.expand(at * (bottom + second * at) * sympy.diff(at, t) - t)
+    # The mean of 2 y (psi(g y) - psi(0))/g over (0, 1).
+    slope_of = second * sympy.integrate(2 * y**2, (y, 0, 1))
+    line = {
+        first: slope_of,
+        value: bottom + gap * second,
+        mean: sympy.sqrt(bottom * (bottom + gap * slope_of)),
+    }
+    near = beside.subs(line) - found[0] - found[1] * gap / width
+    return {
+        "t^2": whole.coeff(t, 2),
+        "t^3": whole.coeff(t, 3),
+        "g = 0": near.subs(gap, 0),
+        "its slope in g": sympy.simplify(sympy.diff(near, gap).subs(gap, 0)),
+    }
 
 
 def _nested(found: Any) -> dict[str, Any]:

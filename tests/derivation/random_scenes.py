@@ -457,22 +457,32 @@ def weighted_pair(rng: random.Random) -> Numbers:
 
 
 def formal(rng: random.Random) -> Numbers:
-    """Coefficient of lam^-k, k to 3, in int_0 e^{-+lam (p u + q u^2/2)} du, by u = x/lam."""
-    p, q = (float(within(rng, low, "2")) for low in ("0.5", "-2"))
-    k = rng.randint(1, 3)
+    """Coefficient of lam^-k, k to 3, in int e^{-+lam (p u + q u^2/2)} du, by u = x/lam.
 
-    def coefficient(sign: int) -> Any:
+    At 0 the integral begins or ends, or q has another value on the left.
+    """
+    p = float(within(rng, "0.5", "2"))
+    bends = [float(within(rng, "-2", "2")) for _ in range(2)]
+    k, kind = rng.randint(1, 3), rng.choice(("start", "kink", "kink", "end"))
+
+    def beyond(sign: int, q: float) -> Any:
         """Of e^{-sign lam (p u + q u^2/2)}: of 1/(sign lam)^k, along the ray where it falls."""
         front = sign**k * (-q / 2) ** (k - 1) / [1, 1, 2][k - 1]
         return front * gauss(lambda x: x ** (2 * k - 2) * np.exp(-p * x), 0.0, 60 / p, panels=30)
 
-    def h(order: int, u: Any) -> Any:
+    def coefficient(sign: int) -> Any:
+        # The left in a mirror.
+        left, right = beyond(-sign, -bends[0]), beyond(sign, bends[1])
+        return (kind != "start") * left + (kind != "end") * right
+
+    def h(order: int, u: Any, q: float) -> Any:
         phi = p + q * u
-        return 1 / phi if order == 1 else -CTX.diff(lambda x: h(order - 1, x), u) / phi
+        return 1 / phi if order == 1 else -CTX.diff(lambda x: h(order - 1, x, q), u) / phi
 
     return Numbers(
         side=lambda: (-1) ** k,
-        term=lambda: h(k, CTX.zero),
+        left=lambda: (kind != "start") * h(k, CTX.zero, bends[0]),
+        right=lambda: (kind != "end") * h(k, CTX.zero, bends[1]),
         E_up=lambda: coefficient(1),
         E_down=lambda: coefficient(-1),
     )
