@@ -293,7 +293,7 @@ def gaussians(_: str, left: Any, result: Any, seeds: range) -> None:
             lam * both[0] * both[1],
             value(result, {k: of_fraction(a) for k, a in at.items()}),
         )
-        assert left.name == "P"
+        assert left.name == "G"
         assert abs(got - want) <= 1e-12 * want, (seed, want, got)
 
 
