@@ -145,6 +145,7 @@ def _symbol(tokens: list[Token], place: int) -> bool:
     if name in ("exp", "sqrt"):
         return place + 1 < len(tokens) and tokens[place + 1][1] == "("
     known = name in (*_GREEK, *_FUNCTIONS, *_DIFFERENTIALS) or name in _NAMES
+    known = known or ("_" in name and name.partition("_")[0] in _GREEK)
     return known or bool(re.fullmatch(r"[b-zB-HJ-Z]|[A-Za-z](?:\d|_\w+)|int_\w+", name))
 
 
@@ -204,10 +205,9 @@ TEX = {
 }
 #: Label -> the same for the symbols of its statement and steps.
 TEX_OF = {
-    "constant-panel": {"int_e": "E", "nested_down": r"D_{\downarrow}", "nested_up": r"D_{\uparrow}"},
-    "panel-step": {
-        "int_e": r"\hat E", "int_inverse": r"\hat F", "nested": r"\hat D", "fall": "f", "climb": "c",
-    },
+    # As in docs/exact.md.
+    "constant-panel": {"int_e": "I", "nested_down": "N_{-}", "nested_up": "N_{+}"},
+    "panel-step": {"int_e": "I", "int_inverse": "J", "nested": "N", "fall": "f", "climb": "c"},
     "endpoint-series": {
         "E_up": "E_k^{+}", "E_down": "E_k^{-}", "side": "(-1)^k", "term": "h_k",
         "left": "h_k(u^{-})", "right": "h_k(u^{+})", "source": "g", "drift": r"\phi",
@@ -217,7 +217,7 @@ TEX_OF = {
         "term": "c_{j+1}", "slope": "c_1", "moment": "m_n", "m_next": "m_{n+1}",
     },
     "two-sides": {
-        "behind": r"I_{\mathrm{left}}", "ahead": r"I_{\mathrm{right}}", "total": "I",
+        "behind": r"I_{\mathrm{left}}", "ahead": r"I_{\mathrm{right}}", "total": "W",
         "double_left": r"K_{\mathrm{left}}", "double_right": r"K_{\mathrm{right}}",
         "nested_left": r"J_{\mathrm{left}}", "nested_right": r"J_{\mathrm{right}}",
         "falling": "m", "own_left": r"m_{\mathrm{left}}", "own_right": r"m_{\mathrm{right}}",

@@ -176,8 +176,8 @@ def regular_part(d: Any) -> None:
     d.conclude(
         (Symbol("h_next"), Symbol("H")),
         (fall, primitive),
-        note="c_i is the coefficient of t^(i - p) in h, c'_i that of t^(i - p - 1) in -h'; C_i is that of "
-        "t^(1 - p) in the primitive of c_i t^-p",
+        note="c_i is the coefficient of t^(i - p) in h, the first that of t^(i - p - 1) in -h', C_i "
+        "that of t^(1 - p) in the primitive of c_i t^(-p)",
     )
 
 
@@ -292,7 +292,7 @@ falling = Symbol("falling", real=True)
 
 @derives("two-sides", "The escape time from the integrals over both sides", ("positive-form",))
 def two_sides(d: Any) -> None:
-    d.suppose("I_left and I_right are int e^(lam V) on both sides of the start, I is their sum")
+    d.suppose("I_left and I_right are int e^(lam V) on both sides of the start, W is their sum")
     d.suppose(
         "J_left and J_right are int int e^(lam (V(v) - V(u))), v beyond u, without the start's "
         "shares of int e^(-lam V), m_left and m_right, whose sum is m"
@@ -302,8 +302,8 @@ def two_sides(d: Any) -> None:
         "substitute",
         (behind * double[1] + ahead * double[0]) / total,
         Satisfies(lambda found: {"T": found.subs(total, behind + ahead) - _from_sweeps(d)}),
-        "T over lam: sigma and w of positive-form by their integrals, s(0) = 1; K_left, K_right are the "
-        "double integrals of either side",
+        "T over lam: sigma and w of positive-form by their integrals, s(0) = 1; K_left and "
+        "K_right are the double integrals of either side",
     )
     whole = {double[0]: nested[0] + own[0] * behind, double[1]: nested[1] + own[1] * ahead}
     moved = d.step(
@@ -329,7 +329,7 @@ def two_sides(d: Any) -> None:
     d.conclude(
         Symbol("T") / lam,
         together,
-        note="I_left and I_right are int e^(lam V) on both sides of the start, I is their sum; "
+        note="I_left and I_right are int e^(lam V) on both sides of the start, W is their sum; "
         "J_left and J_right are the double integrals of e^(lam (V(v) - V(u))), v beyond u, without "
         "the start's shares of the inner one, whose sum is m",
     )

@@ -123,8 +123,8 @@ def airy_form(d: Any) -> None:
         (Symbol("I_up"), Symbol("I_down"), Symbol("I_both")),
         (*single, both),
         "relative O(1/lam)",
-        note="integrals of e^(lam V), of e^(-lam V) over both zeros and of e^(lam (V(v) - V(u))) over "
-        "u < v, heights left out; delta = lam^(-1/3)",
+        note="integrals of e^(lam V), of e^(-lam V) over both zeros and of e^(lam (V(v) - V(u))) "
+        "over u < v, heights left out; delta = lam^(-1/3)",
     )
 
 

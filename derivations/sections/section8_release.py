@@ -47,7 +47,7 @@ def marched(d: Any) -> None:
         phi * p + kappa**2 / 2 * p**2 + eps * g * q,
         Identity(lambda: sympy.expand(expected() / wave)),
         "of the mean over a short time h^2, on the waves e^(p u + q z), over the wave: they "
-        "determine a differential operator, p for d/du and q for d/dz",
+        "determine a differential operator, p for the derivative by u, q for that by z",
     )
     T = Function("T")(u, z)
     mean = d.step(

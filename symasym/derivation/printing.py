@@ -187,8 +187,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         base = factor.as_base_exp()[0]
         if base.is_Add:
             return 4, str(factor)
-        late = isinstance(base, sympy.Function) or "(" in self._named(base) or str(base) in _POSITIONS
-        return (3 if late else 2), str(factor).casefold()
+        late = isinstance(base, sympy.Function) or str(base) in _POSITIONS
+        return (3 if late or "(" in self._named(base) else 2), str(factor).casefold()
 
     def _parenthesised(self, shown: str) -> str:
         return rf"\left({shown}\right)" if r"\frac" in shown else f"({shown})"
@@ -205,7 +205,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         if isinstance(base, sympy.Function) and not isinstance(base, sympy.exp):
             return self._applied(base, raised)
         shown = self._print(base)
-        if base.is_Add or base.is_Mul or base.is_Pow or base.is_Derivative or "^" in shown or "'" in shown:
+        joined = base.is_Add or base.is_Mul or base.is_Pow or base.is_Derivative
+        if joined or "^" in shown or "'" in shown:
             shown = self._parenthesised(shown)
         return f"{shown}^{raised}"
 
