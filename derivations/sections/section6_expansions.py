@@ -176,8 +176,8 @@ def regular_part(d: Any) -> None:
     d.conclude(
         (Symbol("h_next"), Symbol("H")),
         (fall, primitive),
-        note="c_i is the coefficient of t^(i - p) in h, the first that of t^(i - p - 1) in -h', C_i "
-        "that of t^(1 - p) in the primitive of c_i t^(-p)",
+        note="c_i is the coefficient of t^(i - p) in h, the first that of t^(i - p - 1) in -h', "
+        "C_i that of t^(1 - p) in the primitive of c_i t^(-p)",
     )
 
 
