@@ -596,7 +596,7 @@ def formulas() -> str:
             )
         written = record["left"] + record["expression"] + record.get("remainder", "")
         record["names"] = {
-            s.name: name for s, name in derivation.names.items() if f"Symbol({s.name!r}" in written
+            name: shown for name, shown in derivation.names.items() if f"Symbol({name!r}" in written
         }
         record["steps"] = [
             {

@@ -7,7 +7,7 @@ from typing import Any
 
 from sympy import Function, Symbol
 
-from derivations.prose import TEX
+from derivations.prose import TEX, TEX_OF
 from symasym.derivation import Derivation, DerivationError, Outcome, Step, StepRecord
 from symasym.derivation.checks import Check
 from symasym.derivation.results import Statement
@@ -42,58 +42,6 @@ p = Function("p")
 
 lam = 2 / kappa**2
 
-# The symbols whose TeX is not that of their name.
-_NAMED = (
-    kappa,
-    a_minus,
-    a_plus,
-    a_plus_sliding,
-    eps,
-    kappa_physical,
-    r_physical,
-    z0,
-    Symbol("T0_z", positive=True),
-    u1,
-    u2,
-    Symbol("V_1", real=True),
-    Symbol("V_top", real=True),
-    Symbol("V_0", real=True),
-    Symbol("V_m", real=True),
-    Symbol("V_u1", real=True),
-    Symbol("V_u2", real=True),
-    Symbol("V_max", real=True),
-    Symbol("phi_0", positive=True),
-    Symbol("K_m", positive=True),
-    Symbol("A_1", negative=True),
-    Symbol("A_2", positive=True),
-    Symbol("z_plus"),
-    Symbol("z_minus"),
-    Symbol("t_s"),
-    Symbol("A'_1"),
-    Symbol("A'_2"),
-    Symbol("A'"),
-    Symbol("C_high"),
-    Symbol("P_low"),
-    Symbol("kappa_c"),
-    Symbol("Lq"),
-    Symbol("LR"),
-    Symbol("kappa_e"),
-    Symbol("ydot"),
-    Symbol("zdot"),
-    *(
-        Symbol(f"{name}_{side}", positive=True)
-        for side in ("left", "right")
-        for name in ("sigma", "K", "M")
-    ),
-    Symbol("lam", positive=True),
-    Symbol("inside", positive=True),
-    Symbol("outside", positive=True),
-    Symbol("g_s"),
-    Symbol("I_left"),
-    Symbol("I_right"),
-)
-NAMES: dict[Any, str] = {symbol: TEX[symbol.name] for symbol in _NAMED}
-
 
 class PaperDerivation(Derivation):
     """A derivation that starts from what those it rests on concluded.
@@ -117,7 +65,7 @@ class PaperDerivation(Derivation):
         build: Callable[[str], Derivation],
         holds: Callable[[str], bool],
     ) -> None:
-        super().__init__(label, title, rests_on, dict(NAMES))
+        super().__init__(label, title, rests_on, TEX | TEX_OF.get(label, {}))
         self._build = build
         self.holds = holds
         self.used: dict[str, set[str]] = {}

@@ -145,6 +145,7 @@ def _symbol(tokens: list[Token], place: int) -> bool:
     if name in ("exp", "sqrt"):
         return place + 1 < len(tokens) and tokens[place + 1][1] == "("
     known = name in (*_GREEK, *_FUNCTIONS, *_DIFFERENTIALS) or name in _NAMES
+    known = known or ("_" in name and name.partition("_")[0] in _GREEK)
     return known or bool(re.fullmatch(r"[b-zB-HJ-Z]|[A-Za-z](?:\d|_\w+)|int_\w+", name))
 
 
@@ -202,6 +203,39 @@ TEX = {
     "I_left": r"I_{\mathrm{left}}",
     "I_right": r"I_{\mathrm{right}}",
 }
+#: Label -> the same for the symbols of its statement and steps.
+TEX_OF = {
+    # As in docs/exact.md.
+    "constant-panel": {"int_e": "I", "nested_down": "N_{-}", "nested_up": "N_{+}"},
+    "panel-step": {"int_e": "I", "int_inverse": "J", "nested": "N", "fall": "f", "climb": "c"},
+    "endpoint-series": {
+        "E_up": "E_k^{+}", "E_down": "E_k^{-}", "side": "(-1)^k", "term": "h_k",
+        "left": "h_k(u^{-})", "right": "h_k(u^{+})", "source": "g", "drift": r"\phi",
+    },
+    "regular-part": {"term": "c_i", "power": "p", "index": "i", "h_next": "c'_i", "H": "C_i"},
+    "saddle-recurrences": {
+        "term": "c_{j+1}", "slope": "c_1", "moment": "m_n", "m_next": "m_{n+1}",
+    },
+    "two-sides": {
+        "behind": r"I_{\mathrm{left}}", "ahead": r"I_{\mathrm{right}}", "total": "W",
+        "double_left": r"K_{\mathrm{left}}", "double_right": r"K_{\mathrm{right}}",
+        "nested_left": r"J_{\mathrm{left}}", "nested_right": r"J_{\mathrm{right}}",
+        "falling": "m", "own_left": r"m_{\mathrm{left}}", "own_right": r"m_{\mathrm{right}}",
+    },
+    "airy-form": {
+        "I_up": "I_{+}", "I_down": "I_{-}", "I_both": "I_{+-}", "small": r"\delta",
+        "even": r"\psi_{\mathrm{even}}", "odd": r"\psi_{\mathrm{odd}}", "square": "D",
+        "norm": "N", "slope": "c", "side": r"\sigma",
+        "bi": r"\mathrm{Bi}", "bi_slope": r"\mathrm{Bi}'", "squares": "S", "slopes": "S'",
+    },
+    "truncated-gaussian": {
+        "I_up": "I_{+}", "I_down": "I_{-}", "I_both": "I_{+-}", "gap": "g", "area": "a",
+        "bottom": r"\psi(0)", "value": r"\psi(g)", "mean": r"\bar\psi", "first": r"\psi_1",
+        "second": r"\psi_2", "peak": "p", "rest": "q", "tail": r"\sigma", "falling": "D",
+        "integral": "L",
+    },
+    "release-order": {"phi_y": r"\phi_y"},
+}  # fmt: skip
 # Those that are words with an underscore.
 _NAMES = {k: v for k, v in TEX.items() if "_" in k and re.fullmatch(r"\w+", k)}
 

@@ -200,7 +200,8 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "E_up": Meaning("coefficient of lam^-k in the integral of exp(lam V)", "in lam", _T),
         "E_down": Meaning("coefficient of lam^-k in that of exp(-lam V)", "in lam", _T),
         "side": Meaning("(-1)^k", _PURE),
-        "term": Meaning("h_k at the point", "in lam"),
+        "left": Meaning("h_k on the left of the point, 0 at a start", "in lam"),
+        "right": Meaning("h_k on the right of the point, 0 at an end", "in lam"),
     },
     "regular-part": {
         "h_next": Meaning("coefficient of a power in -h'", "in t", _T),
@@ -246,12 +247,12 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "I_both": Meaning("the end's share of the double integral", "scaled length squared", _T),
         "t": Meaning("the square root of twice the fall of V to the end", "root of phi u"),
         "peak": Meaning("du/dt at the barrier", "scaled"),
-        "rest": Meaning("1/phi at the end less peak/t", "scaled"),
+        "rest": Meaning("1/phi at the end less p/t, p = du/dt at the barrier", "scaled"),
         "tail": Meaning("the Gaussian beyond the end", "scaled"),
         "falling": Meaning("Dawson's integral up to the end", "scaled"),
         "integral": Meaning("lam times the integral of Dawson's", _PURE),
     },
-    "gaussian-step": {"P": Meaning("product of two Gaussian integrals", "scaled", _T)},
+    "gaussian-step": {"G": Meaning("product of two Gaussian integrals", "scaled", _T)},
     "eq:fourPieces": {
         "f": Meaning("exp(-lam V)", _PURE),
         "g": Meaning("exp(lam V)", _PURE),
@@ -294,6 +295,9 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "T_1": Meaning("coefficient of eps in the mean time of release", _SCALED_TIME, _T),
         "S": Meaning("scale function, the integral of exp(lam V) from -r", "scaled length"),
         "s": Meaning("rate at which the motion of z and y = eps u changes T", "scaled time"),
+        "T_0": Meaning("mean escape time with z frozen", _SCALED_TIME),
+        "g": Meaning("velocity of the slow variable z", "unscaled"),
+        "phi_y": Meaning("slope of the drift in y, unscaled", "unscaled"),
         "x": Meaning("position of the start", "scaled: y/eps"),
     },
     "release-adiabatic": {
@@ -303,6 +307,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     },
     "frozen-time": {
         "T": Meaning("mean time of release", _SCALED_TIME, _T),
+        "sigma_T": Meaning("standard deviation of that time", _SCALED_TIME, _T),
         "T_0": Meaning("mean escape time with z frozen at its start", _SCALED_TIME),
         "T0_z": Meaning("its slope in z", _SCALED_TIME),
         "g": Meaning("velocity of the slow variable z", "unscaled"),
@@ -310,6 +315,8 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     "fold-delay": {
         "a": Meaning("unit of the distance from the fold's u", "scaled", _V),
         "b": Meaning("unit of time past the fold", _SCALED_TIME, _V),
+        "w_1": Meaning("distance from the fold's u in its unit", _PURE, _V),
+        "s": Meaning("time past the fold in its unit", _PURE),
     },
     "friction-well": {"omega": Meaning("a third of arccos((1 - z0)/beta)", "an angle", _A)},
     "eq:forcePWC": {"alpha": Meaning("Coulomb friction force", "unscaled")},

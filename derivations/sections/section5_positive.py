@@ -249,7 +249,7 @@ def panel_step(d: Any) -> None:
             (fall * work + rate * int_inverse) / (climb + int_e / sigma) + rate * nested / grown,
         ),
         Identity(lambda: [after.subs(scaled), later.subs(scaled)]),
-        "e(b) = fall/climb; int_e = climb E, int_inverse = fall F, nested = fall D",
+        "e(b) = f/c; c E, f F and f D are the panel's integrals of docs/exact.md",
     )
     begun = d.step(
         "from an absorbing end",
@@ -271,7 +271,7 @@ def panel_step(d: Any) -> None:
     d.conclude(
         sympy.symbols("sigma_b w_b"),
         found,
-        note="fall = e^{-lam |V(b) - V(a)|} where V falls, climb where it rises, the other is 1; "
-        "int_e, int_inverse and nested are the panel's integrals, each integrand divided by its "
+        note="f = e^{-lam |V(b) - V(a)|} where V falls, c where it rises, the other is 1; I, "
+        "J and N are the panel's integrals of e, of 1/e and of both, each integrand divided by its "
         "largest value",
     )

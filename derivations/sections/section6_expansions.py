@@ -35,36 +35,43 @@ def endpoint_series(d: Any) -> None:
         source / drift,
         Satisfies(_by_parts),
         "-e^(lam V) h/lam and e^(-lam V) h/lam are primitives of e^(+-lam V) phi h, up to h'; "
-        "source is the weight",
+        "g is the weight",
     )
     following = d.step(
         "next term",
         "integrate",
         source / drift,
         Satisfies(lambda found: _manifold(first, found)),
-        "source is -h_k'; M = h_1/lam + h_2/lam^2 + ... solves M' = 1 - lam phi M, order by order",
+        "g is -h_k'; M = h_1/lam + h_2/lam^2 + ... solves M' = 1 - lam phi M, order by order",
     )
     pair = d.step(
         "contributions to the right",
         "integrate",
         (-side * term, -term),
         Satisfies(lambda found: _contributions(found, first, following)),
-        "of e^(lam V) and e^(-lam V), times lam^-k; side is (-1)^k and term h_k",
+        "of e^(lam V) and e^(-lam V), times lam^-k",
     )
-    d.step(
+    change = d.step(
         "a kink's",
         "split",
         right - left,
         Satisfies(lambda found: _at_kink(found, first, pair)),
         "of h_k on both sides; to the left the contributions have the other sign",
     )
+    both = d.step(
+        "of any point",
+        "substitute",
+        (side * (left - right), left - right),
+        Identity(lambda: [stated.subs(term, change) for stated in pair]),
+        "h_k is 0 on the left of a start and on the right of an end",
+    )
     d.conclude(
         (Symbol("E_up"), Symbol("E_down")),
-        pair,
+        both,
         "a formal series",
-        note="coefficients of lam^-k in the integrals of e^(lam V) and e^(-lam V) to the right of "
-        "a point, in units of e^(+-lam V) there; side is (-1)^k and term h_k, with h_1 = 1/phi "
-        "and h_(k+1) = -h_k'/phi",
+        note="coefficients of lam^-k in the integrals of e^(lam V) and e^(-lam V) about a point, "
+        "in units of e^(+-lam V) there, from h_k on both sides of it: h_1 = 1/phi and "
+        "h_(k+1) = -h_k'/phi, and 0 where nothing is integrated",
     )
 
 
@@ -150,7 +157,7 @@ def regular_part(d: Any) -> None:
                 )
             }
         ),
-        "term by term: term is the coefficient in h of the power index less power of t",
+        "term by term: c_i is the coefficient of t^(i - p) in h",
     )
     primitive = d.step(
         "finite part",
@@ -169,8 +176,8 @@ def regular_part(d: Any) -> None:
     d.conclude(
         (Symbol("h_next"), Symbol("H")),
         (fall, primitive),
-        note="coefficients of powers of t: h_next in -h', from term in h, whose power is index "
-        "less the order of the pole, power; H in the primitive of a term with a pole of that order",
+        note="c_i is the coefficient of t^(i - p) in h, the first that of t^(i - p - 1) in -h', "
+        "C_i that of t^(1 - p) in the primitive of c_i t^(-p)",
     )
 
 
@@ -194,14 +201,13 @@ moment = Symbol("moment", positive=True)
     "saddle-recurrences", "A well or barrier to every order", ("gaussian-step", "saddle-series")
 )
 def saddle_recurrences(d: Any) -> None:
-    d.suppose("phi has a simple zero, where the derivative of phi is slope; t from there")
+    d.suppose("phi has a simple zero, where the derivative of phi is c_1; t from there")
     bend = d.step(
         "bend",
         "integrate",
         2 * term / ((j + 2) * slope),
         Satisfies(lambda found: {"t^j": sympy.simplify(found - _bend())}),
-        "V is a parabola times the sum of these times t^j; term is the coefficient in phi of the "
-        "power j + 1 of t",
+        "V is a parabola times the sum of these times t^j; c_j is the coefficient of t^j in phi",
     )
     start = d.step(
         "first moment",
@@ -228,9 +234,8 @@ def saddle_recurrences(d: Any) -> None:
         (Symbol("alpha_j"), Symbol("m_0"), Symbol("m_next")),
         (bend, start, following),
         "exact",
-        note="beside its zero phi has the coefficients slope and term, this one of the power j + 1 "
-        "of t, and V is a parabola times a series, whose coefficient of t^j comes first; moment "
-        "and m_next are the moments n and n + 1 of even powers in exp(-s^2/2)",
+        note="beside its zero phi is c_1 t + c_2 t^2 + ... and V a parabola times the sum of "
+        "alpha_j t^j; m_n is the integral of s^(2 n) exp(-s^2/2)",
     )
 
 
@@ -287,18 +292,18 @@ falling = Symbol("falling", real=True)
 
 @derives("two-sides", "The escape time from the integrals over both sides", ("positive-form",))
 def two_sides(d: Any) -> None:
-    d.suppose("behind and ahead are int e^(lam V) left and right of the start, total their sum")
+    d.suppose("I_left and I_right are int e^(lam V) on both sides of the start, W is their sum")
     d.suppose(
-        "nested are int int e^(lam (V(v) - V(u))), v beyond u, without the start's share of "
-        "e^(-lam V), whose sum over both sides is falling"
+        "J_left and J_right are int int e^(lam (V(v) - V(u))), v beyond u, without the start's "
+        "shares of int e^(-lam V), m_left and m_right, whose sum is m"
     )
     apart = d.step(
         "sides",
         "substitute",
         (behind * double[1] + ahead * double[0]) / total,
         Satisfies(lambda found: {"T": found.subs(total, behind + ahead) - _from_sweeps(d)}),
-        "T over lam: sigma and w of positive-form by their integrals, s(0) = 1; double are the "
-        "double integrals of either side",
+        "T over lam: sigma and w of positive-form by their integrals, s(0) = 1; K_left and "
+        "K_right are the double integrals of either side",
     )
     whole = {double[0]: nested[0] + own[0] * behind, double[1]: nested[1] + own[1] * ahead}
     moved = d.step(
@@ -324,9 +329,9 @@ def two_sides(d: Any) -> None:
     d.conclude(
         Symbol("T") / lam,
         together,
-        note="behind and ahead are int e^(lam V) left and right of the start, total their sum; "
-        "nested_left and nested_right are the double integrals of e^(lam (V(v) - V(u))), v beyond "
-        "u, without the start's shares of the inner one, whose sum is falling",
+        note="I_left and I_right are int e^(lam V) on both sides of the start, W is their sum; "
+        "J_left and J_right are the double integrals of e^(lam (V(v) - V(u))), v beyond u, without "
+        "the start's shares of the inner one, whose sum is m",
     )
 
 

@@ -47,14 +47,14 @@ def airy_form(d: Any) -> None:
         "differentiate",
         (1 / (slope * (even + odd * root)), 1 / (slope * (even - odd * root))),
         Identity(_slopes),
-        "of phi du = (s^2 - zeta) ds at s = +-R/slope, y along s",
+        "of phi du = (s^2 - zeta) ds at s = +-R/c, y along s",
     )
     product = d.step(
         "psi at both zeros",
         "evaluate",
         even**2 - odd**2 * square,
         Identity(lambda: _at_both(even + odd * y)),
-        "their product, norm",
+        "their product N",
     )
     front = sympy.sqrt((even + sympy.sqrt(norm)) / (2 * slope * norm))
     d.step(
@@ -69,7 +69,7 @@ def airy_form(d: Any) -> None:
         "split",
         (side * even / norm, -side * odd / norm),
         Satisfies(lambda found: _residues(found, product)),
-        "(alpha + beta y)/(y^2 - D) has the residues of 1/phi, phi = side (y^2 - D)(even + odd y)",
+        "(alpha + beta y)/(y^2 - D) has the residues of 1/phi, phi = sigma (y^2 - D) psi(y)",
     )
     exponential = sympy.exp(s**3 / 3 - Z * s)
     integrand = d.step(
@@ -123,8 +123,8 @@ def airy_form(d: Any) -> None:
         (Symbol("I_up"), Symbol("I_down"), Symbol("I_both")),
         (*single, both),
         "relative O(1/lam)",
-        note="I_up, I_down are integrals of e^(lam V), e^(-lam V) over both zeros, I_both that of "
-        "e^(lam (V(v) - V(u))) over u < v, heights left out; small is lam^(-1/3)",
+        note="integrals of e^(lam V), of e^(-lam V) over both zeros and of e^(lam (V(v) - V(u))) "
+        "over u < v, heights left out; delta = lam^(-1/3)",
     )
 
 
@@ -252,7 +252,7 @@ def truncated_gaussian(d: Any) -> None:
                 | _falls()
             )
         ),
-        "area is the integral of y psi(g y) over (0, 1)",
+        "a is the integral of y psi(g y) over (0, 1)",
     )
     width = d.step(
         "du/dt at the barrier",
@@ -264,23 +264,30 @@ def truncated_gaussian(d: Any) -> None:
                 "u grows with t": sympy.sqrt(found**2) - found,
             }
         ),
-        "phi = psi(0) u and u = peak t beside it",
+        "phi = psi(0) u and u = p t beside it, p being this",
     )
     d.step(
         "mean of psi",
         "evaluate",
         sympy.sqrt(2 * area * bottom),
         Satisfies(lambda found: {"t/peak over g": found - distance / (width * gap)}),
-        "phi(g) is g psi(g), and peak/t is 1/(g mean)",
+        "phi(g) is g psi(g), and p/t is 1/g over this",
     )
-    d.step(
+    beside = d.step(
         "1/phi less the peak's share",
         "evaluate",
         (first * bottom - 2 * bottom * second - gap * second**2) / (value * mean * (value + mean)),
         Satisfies(_cancelled),
-        "psi(g) = psi(0) + g second, 2 area = psi(0) + g first, mean that of psi: nothing cancels",
+        "psi(g) = psi(0) + g psi_2, 2 a = psi(0) + g psi_1: nothing cancels",
     )
     d.step(
+        "close to the barrier",
+        "take limit",
+        (-2 * second / (3 * bottom**2), 5 * second**2 / (6 * bottom ** sympy.Rational(7, 2))),
+        Satisfies(lambda found: _next_slopes(found, width, beside)),
+        "rho(0) and rho'(0) of u' = p + t rho(t), where psi is a straight line and the end near",
+    )
+    parts = d.step(
         "by parts",
         "integrate",
         tuple(sign * _exponential(sign) * beyond(t) / lam for sign in (-1, 1)),
@@ -291,29 +298,29 @@ def truncated_gaussian(d: Any) -> None:
                 for sign, e in zip((-1, 1), found, strict=True)
             }
         ),
-        "u' = peak + t rho(t)",
+        "u' = p + t rho(t)",
     )
     single = d.step(
         "single integrals",
         "substitute",
         (-(peak * tail + rest / lam), peak * falling + rest / lam),
-        Satisfies(_single),
-        "in units of e^(-+lam t^2/2); what is left is rho' over lam",
+        Satisfies(lambda found: _single(found, parts)),
+        "in units of e^(-+lam t^2/2), q = rho(t) at the end; what is left is rho' over lam",
     )
     both = d.step(
         "both",
         "integrate",
         peak**2 * (integral - sympy.log(t)) / lam - peak * falling * rest / lam,
         Satisfies(_nested),
-        "integral is lam int D, from 0 on; the regular part is that of 1/phi over lam",
+        "L is lam int D, from 0 on; the regular part is that of 1/phi over lam",
     )
     d.conclude(
         (Symbol("I_up"), Symbol("I_down"), Symbol("I_both")),
         (*single, both),
         "relative O(1/lam)",
         note="the end's shares of the integrals of e^(lam V) and e^(-lam V) up to it, and of "
-        "e^(lam (V(v) - V(u))) over u < v, in units of e^(+-lam V) there; tail, falling are "
-        "e^(lam t^2/2) int_t^oo e^(-lam s^2/2) ds and Dawson's integral D",
+        "e^(lam (V(v) - V(u))) over u < v, in units of e^(+-lam V) there; sigma is "
+        "e^(lam t^2/2) int e^(-lam s^2/2) ds from t on, D is Dawson's integral, L that of lam D",
     )
 
 
@@ -353,15 +360,35 @@ def _changed(e: Any) -> Any:
     return changed.subs({sympy.diff(f, t): slope for f, slope in slopes.items()})
 
 
-def _single(found: Any) -> dict[str, Any]:
-    whole = peak + t * beyond(t)
+def _single(found: Any, parts: Any) -> dict[str, Any]:
+    """The peak's integral and what by parts gives, each divided by the Gaussian."""
     return {
         f"e^({sign} lam t^2/2)": sympy.expand(
             _changed(e) + sign * lam * t * _along(e)
-            - whole - sign * sympy.diff(beyond(t), t) / lam
+            - peak - sympy.diff(part, t) / _exponential(sign)
         )
-        for sign, e in zip((-1, 1), found, strict=True)
+        for sign, e, part in zip((-1, 1), found, parts, strict=True)
     }  # fmt: skip
+
+
+def _next_slopes(found: Any, width: Any, beside: Any) -> dict[str, Any]:
+    """phi du = t dt to the third power of t, and what is left of 1/phi as the end comes near."""
+    at = width * t + found[0] * t**2 / 2 + found[1] * t**3 / 3
+    whole = sympy.expand(at * (bottom + second * at) * sympy.diff(at, t) - t)
+    # The mean of 2 y (psi(g y) - psi(0))/g over (0, 1).
+    slope_of = second * sympy.integrate(2 * y**2, (y, 0, 1))
+    line = {
+        first: slope_of,
+        value: bottom + gap * second,
+        mean: sympy.sqrt(bottom * (bottom + gap * slope_of)),
+    }
+    near = beside.subs(line) - found[0] - found[1] * gap / width
+    return {
+        "t^2": whole.coeff(t, 2),
+        "t^3": whole.coeff(t, 3),
+        "g = 0": near.subs(gap, 0),
+        "its slope in g": sympy.simplify(sympy.diff(near, gap).subs(gap, 0)),
+    }
 
 
 def _nested(found: Any) -> dict[str, Any]:

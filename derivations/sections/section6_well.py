@@ -124,7 +124,7 @@ def gaussian(d: Any) -> None:
         return whole.subs({S1: curvatures[0], S2: -curvatures[1]})
 
     found = d.step("in terms of A'", "substitute", prefactor, Identity(in_slopes))
-    d.conclude(Symbol("P"), found)
+    d.conclude(Symbol("G"), found)
 
 
 @derives(
@@ -138,7 +138,7 @@ def second(d: Any) -> None:
         "leading term",
         "substitute",
         prefactor * sympy.exp(2 * D / kappa**2),
-        Identity(lambda: d.use("gaussian-step", "P") * sympy.exp(lam * D)),
+        Identity(lambda: d.use("gaussian-step", "G") * sympy.exp(lam * D)),
     )
     depth = Symbol("s", positive=True)
     d.step(

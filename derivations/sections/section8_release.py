@@ -17,17 +17,18 @@ from symasym.derivation import Identity, Satisfies
 
 z, v, x, t = sympy.symbols("z v x t", real=True)
 g, phi, phi_y = (Symbol(name, real=True) for name in ("g", "phi", "phi_y"))
-_half = kappa**2 / 2
+p, q = sympy.symbols("p q", positive=True)
 
 
-def _generator(f: Any) -> Any:
-    """L f, phi and g being their values at (u, z)."""
-    return phi * sympy.diff(f, u) + _half * sympy.diff(f, u, 2) + eps * g * sympy.diff(f, z)
+def _operator(symbol: Any, f: Any) -> Any:
+    """L f from the symbol of L: p stands for d/du, q for d/dz."""
+    terms = sympy.Poly(symbol, p, q).terms()
+    return sum(c * sympy.diff(f, (u, i), (z, j)) for (i, j), c in terms)
 
 
 @derives("release-time", "Mean and variance of the time of release")
 def marched(d: Any) -> None:
-    p, q, h = sympy.symbols("p q h", positive=True)
+    h = Symbol("h", positive=True)
     wave = sympy.exp(p * u + q * z)
 
     def expected() -> Any:
@@ -40,12 +41,13 @@ def marched(d: Any) -> None:
 
     d.suppose("phi and g are Lipschitz, so that the diffusion (u, z) exists and is unique")
     d.suppose("release is certain and its time has a second moment", where="g keeps its sign")
-    d.step(
+    generator = d.step(
         "generator",
         "take limit",
-        sympy.expand((phi * p + _half * p**2 + eps * g * q) * wave),
-        Identity(lambda: sympy.expand(expected())),
-        "of the mean over a short time h^2, on waves, which determine a differential operator",
+        phi * p + kappa**2 / 2 * p**2 + eps * g * q,
+        Identity(lambda: sympy.expand(expected() / wave)),
+        "of the mean over a short time h^2, on the waves e^(p u + q z), over the wave: they "
+        "determine a differential operator, p for the derivative by u, q for that by z",
     )
     T = Function("T")(u, z)
     mean = d.step(
@@ -55,40 +57,39 @@ def marched(d: Any) -> None:
         Identity(lambda: sympy.diff(T - h, h)),
         "T is h more than its mean after a time h: L T = -1, T = 0 at u = -r and r",
     )
-    kernel = Symbol("s", positive=True)
-    d.step(
+    past = Symbol("s", positive=True)
+    second = d.step(
         "second moment",
         "take limit",
         -2 * T,
-        Identity(lambda: -sympy.diff((T + kernel) ** 2, kernel).subs(kernel, 0)),
+        Identity(lambda: -sympy.diff((T + past) ** 2, past).subs(past, 0)),
         "the square of s + time left has grown by 2 s T + ...: L M = -2 T",
     )
+
+    def spread() -> Any:
+        """L M - L (T^2), where L T = -1 gives T_z."""
+        (slope,) = sympy.solve(_operator(generator, T) - mean, sympy.diff(T, z))
+        return sympy.expand((second - _operator(generator, T**2)).subs(sympy.diff(T, z), slope))
+
     found = d.step(
         "variance",
         "substitute",
         -(kappa**2) * sympy.diff(T, u) ** 2,
-        Identity(
-            lambda: sympy.expand(
-                # L M = -2 T, and L (T^2) worked out, where L T = -1 gives T_z.
-                -2 * T
-                - _generator(T**2)
-                .doit()
-                .subs(
-                    sympy.diff(T, z),
-                    (-1 - phi * sympy.diff(T, u) - _half * sympy.diff(T, u, 2)) / (eps * g),
-                )
-            )
-        ),
+        Identity(spread),
         "v = M - T^2",
     )
     d.conclude(
-        (_generator(T), _generator(Function("v")(u, z))),
+        (_operator(generator, T), _operator(generator, Function("v")(u, z))),
         (mean, found),
         note="T and the variance v of the time from (u, z) are 0 at u = -r and r",
     )
 
 
-@derives("release-order", "The first correction to T by the motion of the slow variable")
+@derives(
+    "release-order",
+    "The first correction to T by the motion of the slow variable",
+    ("release-time",),
+)
 def first_order(d: Any) -> None:
     T0, T1 = Function("T_0")(u, z), Function("T_1")(u, z)
     frozen = Function("phi")(u, z)
@@ -96,34 +97,34 @@ def first_order(d: Any) -> None:
 
     def order_one() -> Any:
         """The coefficient of eps in L (T0 + eps T1) + 1, without L0 T1."""
-        whole = (T0 + eps * T1).diff(u) * (frozen + eps * u * phi_y)
-        whole += _half * (T0 + eps * T1).diff(u, 2) + eps * g * (T0 + eps * T1).diff(z)
+        symbol = d.use("release-time", step="generator")
+        whole = _operator(symbol.subs(phi, frozen + eps * u * phi_y), T0 + eps * T1)
         rest = sympy.diff(sympy.expand(whole), eps).subs(eps, 0)
-        return sympy.expand(rest - frozen * T1.diff(u) - _half * T1.diff(u, 2))
+        return sympy.expand(rest - _operator(symbol.subs({eps: 0, phi: frozen}), T1))
 
-    d.step(
+    source = d.step(
         "source",
         "expand",
         g * T0.diff(z) + u * phi_y * T0.diff(u),
         Identity(order_one),
         "L0 T1 = -(this), T1 = 0 at u = -r and r; phi_y is the slope in y = eps u",
     )
-    S, source = Function("S"), Function("s")
+    S, s = Function("S"), Function("s")
     a, b = sympy.symbols("a b", positive=True)
     lam = 2 / kappa**2
-    left = Integral(lam * S(v) / S(v).diff(v) * source(v), (v, -r, x))
-    right = Integral(lam * (S(r) - S(v)) / S(v).diff(v) * source(v), (v, x, r))
+    left = Integral(lam * S(v) / S(v).diff(v) * s(v), (v, -r, x))
+    right = Integral(lam * (S(r) - S(v)) / S(v).diff(v) * s(v), (v, x, r))
     solution = ((S(r) - S(x)) * left + S(x) * right) / S(r)
 
     def equations(stated: Any) -> dict[str, Any]:
         """L0 T1 + s, with phi = -(kappa^2/2) S''/S', and the ends, on exponentials."""
         scale = sympy.exp(x) - sympy.exp(-r)
         force = a * sympy.exp(2 * x) + b * sympy.exp(3 * x)
-        known = stated.replace(source, lambda at: force.subs(x, at))
+        known = stated.replace(s, lambda at: force.subs(x, at))
         known = sympy.expand(known.replace(S, lambda at: scale.subs(x, at)).doit())
-        drift = -_half * scale.diff(x, 2) / scale.diff(x)
+        drift = -scale.diff(x, 2) / scale.diff(x) / lam
         return {
-            "L0 T1 = -s": drift * known.diff(x) + _half * known.diff(x, 2) + force,
+            "L0 T1 = -s": drift * known.diff(x) + known.diff(x, 2) / lam + force,
             "right end": known.subs(x, r),
             "left end": known.subs(x, -r),
         }
@@ -136,10 +137,10 @@ def first_order(d: Any) -> None:
         "S' = e^(lam V), S(-r) = 0: the time spent at v is lam S(min)(S(r) - S(max))/(S' S(r))",
     )
     d.conclude(
-        Function("T_1")(x),
-        found,
+        (s(u), Function("T_1")(x)),
+        (source, found),
         "O(eps^2) in T",
-        note="T = T_0 + eps T_1; s(v) = g dT_0/dz + u (dphi/dy) dT_0/du, S' = e^(lam V), S(-r) = 0",
+        note="T = T_0 + eps T_1; S' = e^(lam V), S(-r) = 0; phi_y is the slope of phi in y = eps u",
     )
 
 
@@ -160,19 +161,6 @@ def adiabatic(d: Any) -> None:
         ),
         "k(t) = 1/T(z(t))",
     )
-    tau = Symbol("tau", positive=True)
-    d.step(
-        "of a flight",
-        "integrate",
-        (tau, tau),
-        Identity(
-            lambda: (
-                sympy.integrate(sympy.exp(-t / tau), (t, 0, sympy.oo)),
-                sympy.sqrt(sympy.integrate(2 * t * sympy.exp(-t / tau), (t, 0, sympy.oo)) - tau**2),
-            )
-        ),
-        "mean and standard deviation where T = tau: a flight that takes tau each time has none",
-    )
     d.conclude(
         Function("H")(t),
         found,
@@ -183,7 +171,7 @@ def adiabatic(d: Any) -> None:
 
 @derives("frozen-time", "Where T, with z frozen, is the time of release", ("release-adiabatic",))
 def frozen(d: Any) -> None:
-    """The first order of the adiabatic law in eps: T, less the share that z takes off."""
+    """The first order of the adiabatic law in eps: T and its deviation, and the motion's share."""
     T0, slope = sympy.symbols("T_0 T0_z", positive=True)
     d.suppose("escape is rare, so that the adiabatic law holds", where="kappa^2 small against D")
     d.suppose("z is far from the fold, so that T(z) has two derivatives")
@@ -197,34 +185,48 @@ def frozen(d: Any) -> None:
         "z = z0 + eps g t",
     )
 
-    def mean() -> Any:
-        """The integral of what is held, to the order of eps."""
+    def moment(weight: Any) -> Any:
+        """The integral of what is held, with a weight, to the order of eps."""
         held = d.use("release-adiabatic", "H(t)")
         held = held.replace(Function("k"), lambda at: rate.subs(t, at)).doit()
         first = sympy.series(held, eps, 0, 2).removeO()
-        return sympy.expand(sympy.integrate(sympy.expand(first), (t, 0, sympy.oo)))
+        return sympy.expand(sympy.integrate(sympy.expand(weight * first), (t, 0, sympy.oo)))
 
-    found = d.step(
+    mean = d.step(
         "mean",
         "integrate",
         T0 + eps * g * T0 * slope,
-        Identity(mean),
+        Identity(lambda: moment(1)),
         "T is the time of release where eps g T_z, of the size of eps lam T, is small: T far above "
         "r, and far below the time in which z reaches the fold",
     )
+    deviation = d.step(
+        "standard deviation",
+        "expand",
+        T0 + 2 * eps * g * T0 * slope,
+        Identity(lambda: sympy.series(sympy.sqrt(moment(2 * t) - mean**2), eps, 0, 2).removeO()),
+        "T0 where z rests: a flight, which takes the same time always, is no such waiting time",
+    )
     D, lam = Function("D")(z), 2 / kappa**2
-    d.step(
+    grown = d.step(
         "by the barrier",
         "differentiate",
         lam * D.diff(z),
         Identity(lambda: sympy.diff(sympy.log(sympy.exp(lam * D)), z)),
-        "T_z/T where T grows as e^(lam D): the share is eps g lam D_z T",
+        "T_z/T where T grows as e^(lam D)",
+    )
+    d.step(
+        "share",
+        "substitute",
+        eps * g * lam * D.diff(z) * T0,
+        Identity(lambda: sympy.expand((mean / T0 - 1).subs(slope, grown * T0))),
+        "of T, that the motion of z adds",
     )
     d.conclude(
-        Symbol("T"),
-        found,
+        (Symbol("T"), Symbol("sigma_T")),
+        (mean, deviation),
         "O(eps^2)",
-        note="T_0: T with z frozen at the start",
+        note="T_0: T with z frozen at the start; sigma_T is the standard deviation of the time",
     )
 
 
@@ -247,16 +249,16 @@ def fold_delay(d: Any) -> None:
         "w = a w1, t = b s leave w1' = w1^2 + s",
     )
     Ai = sympy.airyai
-    d.step(
+    path = d.step(
         "Airy's equation",
         "solve",
         sympy.airyaiprime(-s) / Ai(-s),
-        Satisfies(lambda path: {"w1' = w1^2 + s": path.diff(s) - path**2 - s}),
+        Satisfies(lambda stated: {"w1' = w1^2 + s": stated.diff(s) - stated**2 - s}),
         "it leaves at the first zero of Ai, s = 2.338",
     )
     d.conclude(
-        (a, b),
-        found,
-        note="units of w, the distance from the fold's u, and of the time; the block leaves 2.338 "
-        "units after the fold",
+        (a, b, Function("w_1")(s)),
+        (*found, path),
+        note="units of w, the distance from the fold's u, and of the time, and w in its units; the "
+        "block leaves 2.338 units after the fold",
     )

@@ -401,7 +401,8 @@ def _saddle() -> list[Plot]:
     return [
         # h_2 = q beside 0.
         Plot("endpoint-series", "∫ e^(λV), coefficient of λ^-2", "φ = 1 + q u, from u = 0 on",
-             np.linspace(-2, 2, 41), by_parts, lambda q: start(side=1, term=q), "q", False, False),
+             np.linspace(-2, 2, 41), by_parts, lambda q: start(side=1, left=0, right=q), "q",
+             False, False),
         Plot("regular-part", "-∫ dt/t³", "the finite part of it; exact: from infinity",
              np.logspace(-1, 1, 41), to_infinity,
              lambda t: np.log(-primitive(power=3, term=1) * t**-2.0), "t"),

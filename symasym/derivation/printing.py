@@ -39,7 +39,7 @@ def tex(expression: Any, names: Mapping[Any, str] | None = None) -> str:
     ----------
     expression : SymPy expression
     names : dict, optional
-        Symbol -> LaTeX.
+        Symbol, or the name of one or of a function -> LaTeX.
     """
     return str(_Printer({"symbol_names": dict(names or {})}).doprint(expression))
 
@@ -47,9 +47,14 @@ def tex(expression: Any, names: Mapping[Any, str] | None = None) -> str:
 class _Printer(LatexPrinter):  # type: ignore[misc]
     """SymPy's printer with the order of factors and terms of the module's head."""
 
+    def _named(self, symbol: Any) -> str:
+        """The LaTeX that a symbol was given; empty if none."""
+        names = self._settings["symbol_names"]
+        return str(names.get(symbol) or names.get(str(symbol), ""))
+
     def _print_Symbol(self, symbol: Any, style: str = "plain") -> str:
-        if symbol in self._settings["symbol_names"]:
-            return str(self._settings["symbol_names"][symbol])
+        if shown := self._named(symbol):
+            return shown
         name, _, index = symbol.name.partition("_")
         head = self._deal_with_super_sub(name)
         if name in _WORDS or (head == name and len(name) > 2 and name.isalpha()):
@@ -126,6 +131,9 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         if not above and len(sums) == 1 and below:
             # A sum alone over something: no 1/x in front of it.
             above, behind = sums, [(rank, f) for rank, f in behind if rank != _SUM]
+        if not above and len(behind) == len(below) == 1 and below[0].is_Function:
+            # A quotient of functions.
+            above, behind = [behind[0][1]], []
         if not above and any(isinstance(f, sympy.Integral) for f in below):
             # A quotient of integrals.
             above, behind = (
@@ -179,9 +187,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         base = factor.as_base_exp()[0]
         if base.is_Add:
             return 4, str(factor)
-        named = self._settings["symbol_names"].get(base, "")
-        late = isinstance(base, sympy.Function) or "(" in named or str(base) in _POSITIONS
-        return (3 if late else 2), str(factor).casefold()
+        late = isinstance(base, sympy.Function) or str(base) in _POSITIONS
+        return (3 if late or "(" in self._named(base) else 2), str(factor).casefold()
 
     def _parenthesised(self, shown: str) -> str:
         return rf"\left({shown}\right)" if r"\frac" in shown else f"({shown})"
@@ -198,7 +205,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         if isinstance(base, sympy.Function) and not isinstance(base, sympy.exp):
             return self._applied(base, raised)
         shown = self._print(base)
-        if base.is_Add or base.is_Mul or base.is_Pow or "^" in shown or "'" in shown:
+        joined = base.is_Add or base.is_Mul or base.is_Pow or base.is_Derivative
+        if joined or "^" in shown or "'" in shown:
             shown = self._parenthesised(shown)
         return f"{shown}^{raised}"
 
@@ -290,6 +298,9 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         return f"{signs}{body}{ends}"
 
     def _print_Derivative(self, expr: Any) -> str:
+        if isinstance(expr.expr, AppliedUndef) and expr.expr.args == expr.variables:
+            # S'(v), which no factor behind it can be taken into.
+            return str(self._print(expr.expr.func)) + f"'({self._print(expr.variables[0])})"
         shown = str(super()._print_Derivative(expr.func(sympy.Symbol("X"), *expr.variable_count)))
         operator = shown.rsplit("X", 1)[0].rstrip()
         if requires_partial(expr.expr):

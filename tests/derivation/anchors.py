@@ -145,6 +145,8 @@ EXACT: dict[str, tuple[Draw, float]] = {
     "two-sides": (on.both_sides, 1e-9),
     "airy-form": (on.weighted_pair, 1e-4),
     "truncated-gaussian": (on.cut_gaussian, 1e-10),
+    "release-adiabatic": (on.held, 1e-7),
+    "fold-delay": (on.past_fold, 1e-7),
     "tails": (on.sliding, 1e-12),
     "eq:P": (on.sliding, 1e-12),
     "eq:P2": (on.sliding, 1e-12),
@@ -291,7 +293,7 @@ def gaussians(_: str, left: Any, result: Any, seeds: range) -> None:
             lam * both[0] * both[1],
             value(result, {k: of_fraction(a) for k, a in at.items()}),
         )
-        assert left.name == "P"
+        assert left.name == "G"
         assert abs(got - want) <= 1e-12 * want, (seed, want, got)
 
 
@@ -359,6 +361,68 @@ def lower_bound(_: str, left: Any, result: Any, seeds: range) -> None:
         assert low <= at["P"]
 
 
+def leaving(_: str, left: Any, result: Any, seeds: range) -> None:
+    """The equations of a mean time and of a variance, with the derivatives of those of a walk."""
+    u, z = sympy.symbols("u z", real=True)
+    for seed in seeds:
+        at = scenes(on.moving, seed)
+
+        def known(stated: Any, at: Numbers = at) -> Any:
+            """The value at u = z = 0 where T and v are their Taylor polynomials."""
+            for f in ("T", "v"):
+                parts = [sympy.Rational(at[f + by]) for by in ("", "u", "uu", "z")]
+                poly = sympy.Add(*map(sympy.Mul, parts, (1, u, u**2 / 2, z)))
+                stated = sympy.sympify(stated).replace(
+                    sympy.Function(f), lambda x, y, e=poly: e.subs({u: x, z: y})
+                )
+            return value(stated.doit().subs({u: 0, z: 0}), at)
+
+        for a, b in zip(left, result, strict=True):
+            want, got = known(a), known(b)
+            # The slope of T may be small.
+            assert abs(got - want) <= 1e-3 * (abs(want) + 0.1), (seed, a, want, got)
+
+
+def first_order(_: str, left: Any, result: Any, seeds: range) -> None:
+    """The change of a walk's mean time with eps; S and T_0 of a constant drift in its formula."""
+    u, z, a, b, r, kappa = (sympy.Symbol(name) for name in ("u", "z", "a", "b", "r", "kappa"))
+    assert [e.func.__name__ for e in left] == ["s", "T_1"]
+
+    def scale(x: Any, drift: Any = a) -> Any:
+        """The integral of e^(lam V) from -r on."""
+        return (1 - sympy.exp(-2 * drift * (x + r) / kappa**2)) * kappa**2 / (2 * drift)
+
+    def still(x: Any, y: Any) -> Any:
+        """T_0; the drift is a + b z."""
+        return (2 * r * scale(x, a + b * y) / scale(r, a + b * y) - x - r) / (a + b * y)
+
+    def named(stated: Any) -> Any:
+        """The same with one symbol of each name, and derivatives worked out."""
+        stated = stated.xreplace({s: sympy.Symbol(s.name) for s in stated.atoms(sympy.Symbol)})
+        stated = stated.replace(sympy.Function("S"), scale)
+        stated = stated.replace(sympy.Function("T_0"), still)
+        return stated.replace(sympy.Derivative, lambda *e: sympy.diff(*e))
+
+    source = named(result[0]).subs(z, 0)
+    whole = named(result[1].replace(sympy.Function("s"), sympy.Function("f")))
+    whole = whole.replace(sympy.Function("f"), lambda x: source.subs(u, x))
+    for seed in seeds:
+        at = scenes(on.nudged, seed)
+        known = ChainMap({"z": 0.0, "u": at["x"]}, at)
+        assert abs(value(still(u, z), known) - at["rest"]) < 1e-4, seed
+        got, want = value(whole, known), at["T_1"]
+        assert abs(got - want) <= 1e-3 * (abs(want) or 1), (seed, want, got)
+
+
+def second_order(_: str, left: Any, result: Any, seeds: range) -> None:
+    """Both sides differ by what falls as eps^2."""
+    for seed in seeds:
+        path = scenes(on.waiting, seed)
+        for a, b in zip(left, result, strict=True):
+            gaps = [abs(value(a, at) - value(b, at)) for at in map(path, (2e-3, 1e-3))]
+            assert 3.5 < gaps[0] / gaps[1] < 4.5, (seed, a, gaps)
+
+
 OTHERS: dict[str, Callable[[str, Any, Any, range], None]] = {
     "eq:fourPieces": four_pieces,
     "eq:FPE": forward_operator,
@@ -366,6 +430,9 @@ OTHERS: dict[str, Callable[[str, Any, Any, range], None]] = {
     "gaussian-step": gaussians,
     "eq:S": multiplier,
     "regions": regions,
+    "release-time": leaving,
+    "release-order": first_order,
+    "frozen-time": second_order,
     "C-bound": upper_bound,
     "L-bound": lower_bound,
 }
@@ -375,12 +442,6 @@ NO_NUMBER = {
     "eq:cont": "the condition that a smoothing has to meet",
     "eq:scaledSDE": "a field is its value at the origin, up to O(r): Taylor's theorem",
     "eq:scaledSDEx": "one component is picked out",
-    # The rest is held to marching and to simulated paths in tests/release.
-    "release-time": "an equation, whose solution is compared with simulated paths",
-    "release-order": "an integral with functions left open, compared with marching as eps -> 0",
-    "release-adiabatic": "survival at a rate left open, compared with marching",
-    "frozen-time": "its share is compared with marching as eps -> 0",
-    "fold-delay": "powers of eps, compared with paths without noise",
 }
 
 

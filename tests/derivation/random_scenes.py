@@ -457,22 +457,32 @@ def weighted_pair(rng: random.Random) -> Numbers:
 
 
 def formal(rng: random.Random) -> Numbers:
-    """Coefficient of lam^-k, k to 3, in int_0 e^{-+lam (p u + q u^2/2)} du, by u = x/lam."""
-    p, q = (float(within(rng, low, "2")) for low in ("0.5", "-2"))
-    k = rng.randint(1, 3)
+    """Coefficient of lam^-k, k to 3, in int e^{-+lam (p u + q u^2/2)} du, by u = x/lam.
 
-    def coefficient(sign: int) -> Any:
+    At 0 the integral begins or ends, or q has another value on the left.
+    """
+    p = float(within(rng, "0.5", "2"))
+    bends = [float(within(rng, "-2", "2")) for _ in range(2)]
+    k, kind = rng.randint(1, 3), rng.choice(("start", "kink", "kink", "end"))
+
+    def beyond(sign: int, q: float) -> Any:
         """Of e^{-sign lam (p u + q u^2/2)}: of 1/(sign lam)^k, along the ray where it falls."""
         front = sign**k * (-q / 2) ** (k - 1) / [1, 1, 2][k - 1]
         return front * gauss(lambda x: x ** (2 * k - 2) * np.exp(-p * x), 0.0, 60 / p, panels=30)
 
-    def h(order: int, u: Any) -> Any:
+    def coefficient(sign: int) -> Any:
+        # The left in a mirror.
+        left, right = beyond(-sign, -bends[0]), beyond(sign, bends[1])
+        return (kind != "start") * left + (kind != "end") * right
+
+    def h(order: int, u: Any, q: float) -> Any:
         phi = p + q * u
-        return 1 / phi if order == 1 else -CTX.diff(lambda x: h(order - 1, x), u) / phi
+        return 1 / phi if order == 1 else -CTX.diff(lambda x: h(order - 1, x, q), u) / phi
 
     return Numbers(
         side=lambda: (-1) ** k,
-        term=lambda: h(k, CTX.zero),
+        left=lambda: (kind != "start") * h(k, CTX.zero, bends[0]),
+        right=lambda: (kind != "end") * h(k, CTX.zero, bends[1]),
         E_up=lambda: coefficient(1),
         E_down=lambda: coefficient(-1),
     )
@@ -573,6 +583,125 @@ def cut_gaussian(rng: random.Random) -> Numbers:
     )  # fmt: skip
 
 
+# -- z moves ----------------------------------------------------------------------------------
+
+
+def walked(
+    drift: Callable[[Any, float], Any], kappa: float, r: float, around: int = 1, n: int = 12
+) -> tuple[float, Any]:
+    """Mean time to leave (-r, r), and mean square, of a walk whose drift changes with the time.
+
+    The step h, and both from 2 n + 1 places by rows, at the times k h, |k| <= `around`, by columns.
+    The walk goes dx = r/n up or down each h = (dx/kappa)^2; its error, O(dx^2), is extrapolated.
+    """
+    found, step = [], (r / n / kappa) ** 2
+    for fine in (1, 2):
+        u = np.linspace(-r, r, 2 * n * fine + 1)
+        h, kept = step / fine**2, []
+        first, square = np.zeros((2, u.size))
+        # Whoever is in at 14 widths' time has left all but surely.
+        for k in range(round(14 * (r / kappa) ** 2 / h), -around * fine**2 - 1, -1):
+            up = 0.5 + drift(u, k * h)[1:-1] * (u[1] - u[0]) / (2 * kappa**2)
+            ahead, ahead_square = (up * f[2:] + (1 - up) * f[:-2] for f in (first, square))
+            first[1:-1], square[1:-1] = h + ahead, h * h + 2 * h * ahead + ahead_square
+            if k % fine**2 == 0 and abs(k) <= around * fine**2:
+                kept.insert(0, (first[::fine].copy(), square[::fine].copy()))
+        found.append(np.array(kept).transpose(1, 2, 0))
+    return step, (4 * found[1] - found[0]) / 3
+
+
+def moving(rng: random.Random) -> Numbers:
+    """Mean and variance of the time to leave, and their derivatives at a point, z moving with t."""
+    r, kappa, n = 1.0, float(within(rng, "0.8", "1.2")), 12
+    a, b, c, g = (float(within(rng, low, "1")) for low in ("-1", "0.2", "-1", "0.3"))
+    eps, place = float(within(rng, "0.2", "0.8")), n + rng.randint(-4, 4)
+    step, (first, square) = walked(
+        lambda u, t: a + b * eps * g * t + c * u, kappa, r, around=2, n=n
+    )
+
+    def slopes(f: Any) -> dict[str, Any]:
+        """The value, both derivatives by u and that by z = eps g t; differences of 5 points."""
+        row, column = f[place - 2 : place + 3, 2], f[place]
+        rise, bend = np.array([1, -8, 0, 8, -1]) / 12, np.array([-1, 16, -30, 16, -1]) / 12
+        return {
+            "": row[2], "u": rise @ row * n / r, "uu": bend @ row * (n / r) ** 2,
+            "z": rise @ column / step / (eps * g),
+        }  # fmt: skip
+
+    known = {"T": slopes(first), "v": slopes(square - first**2)}
+    return Numbers(
+        **{f"{f}{by}": (lambda x=x: x) for f, all_ in known.items() for by, x in all_.items()},
+        phi=lambda: a + c * (place - n) * r / n, g=lambda: g, epsilon=lambda: eps,
+        kappa=lambda: kappa,
+    )  # fmt: skip
+
+
+def nudged(rng: random.Random) -> Numbers:
+    """The derivative by eps at 0 of the mean time to leave, phi = a + b z + c y, y = eps u."""
+    r, kappa, n, eps = 1.0, float(within(rng, "0.8", "1.2")), 12, 0.02
+    a, b, c, g = (float(within(rng, low, "1")) for low in ("0.2", "0.2", "0.2", "-1"))
+    place = n + rng.randint(-4, 4)
+
+    def mean(eps: float) -> Any:
+        return walked(lambda u, t: a + eps * (b * g * t + c * u), kappa, r, n=n)[1][0, place, 1]
+
+    return Numbers(
+        a=lambda: a, b=lambda: b, phi_y=lambda: c, g=lambda: g, kappa=lambda: kappa, r=lambda: r,
+        x=lambda: (place - n) * r / n, rest=lambda: mean(0.0),
+        T_1=lambda: (mean(eps) - mean(-eps)) / (2 * eps),
+    )  # fmt: skip
+
+
+def survival(rate: Callable[[Any], Any], end: float, n: int) -> tuple[Any, Any]:
+    """Times, and the chances not to have left by then: those of short times multiplied."""
+    t = np.linspace(0, end, n + 1)
+    half = rate((t[1:] + t[:-1]) / 2) * (t[1] - t[0]) / 2
+    return t, np.concatenate(([1.0], np.cumprod((1 - half) / (1 + half))))
+
+
+def held(rng: random.Random) -> Numbers:
+    """A rate that changes, and the chance not to have left at a time."""
+    start, slope, end = (float(within(rng, low, "2")) for low in ("0.2", "-0.1", "0.5"))
+
+    def rate(x: Any) -> Any:
+        return start + slope * x**2
+
+    return Numbers(
+        t=lambda: end, k=lambda: rate,
+        H=lambda: lambda at: CTX.mpf(float(survival(rate, float(at), 20_000)[1][-1])),
+    )  # fmt: skip
+
+
+def past_fold(rng: random.Random) -> Numbers:
+    """Paths of w' = w^2 + eps t from the well on, with one eps and with 1."""
+    eps, at = float(within(rng, "0.1", "0.6")), float(within(rng, "-1", "1.5"))
+
+    def path(eps: float, until: float = np.inf) -> tuple[float, float]:
+        """The time at which w is infinite, or `until`, and w there: tan(angle) is w."""
+
+        def rate(t: float, angle: float) -> float:
+            return np.sin(angle) ** 2 + eps * t * np.cos(angle) ** 2
+
+        # From far before, where the path runs into that of the well.
+        t, h = -30.0, 2e-3
+        angle = -np.arctan(np.sqrt(-eps * t))
+        while angle < np.pi / 2 and t < until:
+            h = min(h, until - t)
+            one = rate(t, angle)
+            two = rate(t + h / 2, angle + h * one / 2)
+            three = rate(t + h / 2, angle + h * two / 2)
+            four = rate(t + h, angle + h * three)
+            t, angle = t + h, angle + h * (one + 2 * two + 2 * three + four) / 6
+        return t - max(angle - np.pi / 2, 0.0), np.tan(angle)
+
+    return Numbers(
+        epsilon=lambda: eps, s=lambda: at,
+        a=lambda: path(eps, 0.0)[1] / path(1.0, 0.0)[1],
+        b=lambda: path(eps)[0] / path(1.0)[0],
+        w_1=lambda: lambda s: CTX.mpf(float(path(1.0, float(s))[1])),
+    )  # fmt: skip
+
+
 # -- scenes on a path to a limit --------------------------------------------------------------
 
 Path = Callable[[random.Random], Callable[[Any], Numbers]]
@@ -645,6 +774,28 @@ def long_escape(rng: random.Random) -> Callable[[Any], Numbers]:
         return numbers(
             scene, kappa_c=lambda: kappa * CTX.sqrt(eps), epsilon=lambda: eps, ell=lambda: ell
         )
+
+    return at
+
+
+def waiting(rng: random.Random) -> Callable[[Any], Numbers]:
+    """Mean and deviation of the time of leaving at a rate 1/T(z), as eps -> 0, z = eps g t."""
+    time, slope, bend, g = (
+        float(within(rng, low, high))
+        for low, high in (("1", "3"), ("0.3", "1"), ("0", "0.1"), ("0.5", "1"))
+    )
+
+    def at(eps: Any) -> Numbers:
+        def rate(t: Any) -> Any:
+            z = float(eps) * g * t
+            return 1 / (time + slope * z + bend * z**2)
+
+        t, chance = survival(rate, 50 * time, 200_000)
+        mean, square = np.trapezoid(chance, t), np.trapezoid(2 * t * chance, t)
+        return Numbers(
+            T_0=lambda: time, T0_z=lambda: slope, g=lambda: g, epsilon=lambda: eps,
+            T=lambda: mean, sigma_T=lambda: np.sqrt(square - mean**2),
+        )  # fmt: skip
 
     return at
 

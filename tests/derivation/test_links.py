@@ -137,7 +137,8 @@ def wrong(derivation: Any) -> str:
     """What shows that a changed derivation is wrong: "" for nothing."""
     found = next(failing(derivation), "") or noticed(derivation)
     known = registry.build(derivation.label)
-    if found or derivation.label in NO_NUMBER or derivation.result == known.result:
+    same = (derivation.left, derivation.result) == (known.left, known.result)
+    if found or derivation.label in NO_NUMBER or same:
         return found
     return "" if holds(derivation.label, derivation.left, derivation.result) else "its anchor"
 

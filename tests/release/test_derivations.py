@@ -37,7 +37,7 @@ def test_the_share_that_the_motion_of_z_takes_off(z, flight):
         sa.friction(mu=3, alpha=1, z0=z0 + h * np.array([-1.0, 0.0, 1.0])), kappa, 10
     )
     slope = (right - left) / (2 * h)
-    stated, eps = sa.formula("frozen-time").expression, 1e-3 / slope
+    (stated, _), eps = sa.formula("frozen-time").expression, 1e-3 / slope
     put = {"T_0": frozen, "T0_z": slope, "epsilon": eps, "g": -1.0}
     share = float(stated.subs({s: put[s.name] for s in stated.free_symbols})) / frozen - 1
     block = sa.oscillator(mu=3, alpha=1)
