@@ -192,7 +192,13 @@ class Expression(Model):
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        return tuple(sorted(s.name for s in self.formula.free_symbols - {self.u}))
+        return tuple(self._symbols)
+
+    @cached_property
+    def _symbols(self) -> dict[str, Any]:
+        """The parameters' symbols by name; SymPy walks the whole formula for them."""
+        free = self.formula.free_symbols - {self.u}
+        return {s.name: s for s in sorted(free, key=lambda s: s.name)}
 
     @cached_property
     def canonical(self) -> Any:
@@ -213,7 +219,7 @@ class Expression(Model):
 
     def _values(self, p: Values) -> dict[Any, Any]:
         """The parameters' values by symbol."""
-        return {s: p[s.name] for s in self.formula.free_symbols - {self.u}}
+        return {symbol: p[name] for name, symbol in self._symbols.items()}
 
     def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
         """The formula by its tree, exact until the arithmetic rounds; a constant of u's shape."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -188,12 +189,8 @@ def evaluate_tree(expression: Expr, values: dict[Any, Any], ops: Operations) -> 
         if node.is_Add:
             return _accumulate(map(walk, node.args), lambda a, b: a + b)
         if node.is_Mul:
-            # exp(-x) stays a factor: as a divisor exp(x) it would overflow.
-            below = [f for f in node.args if f.is_Pow and f.exp.is_Integer and f.exp < 0]
-            above = [f for f in node.args if f not in below]
-            if below and above:
-                divisor = sympy.Mul(*(1 / f for f in below))
-                return walk(sympy.Mul(*above)) / walk(divisor)
+            if parts := _quotient(node):
+                return walk(parts[0]) / walk(parts[1])
             return _accumulate(map(walk, node.args), lambda a, b: a * b)
         if node.is_Pow:
             return power_of(node)
@@ -220,6 +217,17 @@ def evaluate_tree(expression: Expr, values: dict[Any, Any], ops: Operations) -> 
         return call(ops, "exp", walk(exponent) * call(ops, "log", walk(base)))
 
     return walk(sympy.sympify(expression))
+
+
+@lru_cache(maxsize=1024)
+def _quotient(product: Expr) -> tuple[Expr, Expr] | None:
+    """A product's numerator and divisor, or None where it has but one of them."""
+    import sympy
+
+    # exp(-x) stays a factor: as a divisor exp(x) it would overflow.
+    below = [f for f in product.args if f.is_Pow and f.exp.is_Integer and f.exp < 0]
+    above = [f for f in product.args if f not in below]
+    return (sympy.Mul(*above), sympy.Mul(*(1 / f for f in below))) if below and above else None
 
 
 def integer_power(base: Operand, exponent: int) -> Any:

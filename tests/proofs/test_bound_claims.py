@@ -90,7 +90,7 @@ def test_the_search_sees_a_claim_that_is_a_little_too_small(
         return answers._replace(logs=answers.logs + 1.01 * answers.errors)
 
     monkeypatch.setattr(exit_bounds, "of_scenes", less)
-    search = bound_claims.Search(1)
+    search = bound_claims.Search(2)
     search.run(200)
     assert search.violated
 
