@@ -23,7 +23,7 @@ from symasym.base.estimate import ErrorKind, Estimate
 from symasym.base.inputs import IntArray, floats, is_array
 from symasym.base.patience import left, limited
 from symasym.drift.drift import Drift
-from symasym.drift.field.scenes import Request
+from symasym.drift.field.scenes import Request, common_shape
 from symasym.methods.table import Ask, alone
 
 __all__ = ["each"]
@@ -94,7 +94,8 @@ class Elements:
             for name, x in (drift.values | numbers).items()
             if is_array(x)
         }
-        self.shape = np.broadcast_shapes(*(x.shape for x in given.values()))
+        shapes = {name: x.shape for name, x in given.items() if name in numbers}
+        self.shape = common_shape(drift, shapes)
         self._flat = {n: np.broadcast_to(x, self.shape).ravel() for n, x in given.items()}
 
     def __len__(self) -> int:
@@ -118,12 +119,7 @@ def _elements(drift: Drift, numbers: dict[str, Any]) -> Elements:
                 array = np.empty(0)
             if not array.size or array.dtype.kind not in "iufOUS":
                 floats(name, x)
-    try:
-        return Elements(drift, numbers)
-    except ValueError:
-        raise InputError(
-            "the arrays' shapes do not broadcast; give arrays of shapes that NumPy broadcasts."
-        ) from None
+    return Elements(drift, numbers)
 
 
 def _first(ask: Ask, elements: Elements, request: Request, error: SymasymError) -> SymasymError:

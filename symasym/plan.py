@@ -42,7 +42,7 @@ from symasym.drift.field.scenes import (
     read_scene,
     require_drift,
 )
-from symasym.methods.table import METHODS, answer
+from symasym.methods.table import answer
 from symasym.numbers.trees import NumpyOps
 
 if TYPE_CHECKING:
@@ -69,6 +69,9 @@ _EXACT_COST = 10_000
 _SECONDS_A_CALL, _SECONDS_A_POINT, _SECONDS_A_DRIFT = 2e-3, 1e-6, 2e-5
 _SECONDS_WITH_DIGITS = 2.0
 _SECONDS_EXACT, _SECONDS_EXACT_PER_EXPONENT, _MOST_EXPONENT = 5e-6, 7e-8, 2000.0
+_LAYER_EXPONENT = 150.0
+# In the analysis of an exponent in float64, for a prediction.
+_ROUNDINGS = 20
 # Of the exact integrals, for one attempt and for all of them.
 _FOR_ATTEMPT, _FOR_ATTEMPTS = 0.2, 0.35
 
@@ -228,16 +231,28 @@ def automatic(drift: Drift, numbers: dict[str, Any], rtol: Number | None, reques
 
 def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: Request) -> Any:
     """The exact value, which is cheaper than to analyse the drift; an expansion where it fails."""
+    from symasym.methods.exact import ROUNDING, TOLERANCE, of_scene, of_scenes
+
     exactly = request._replace(method="exact")
     # With digits an expansion is not cheaper, and its error not smaller.
     if request.dps is None:
-        # With its error by running analysis, which is cheaper than a proof.
+        answers = None
         with suppress(BeyondFloat, AccuracyError):
-            answers = METHODS["exact"].home.of_scenes(float_scenes(drift, numbers), exactly)
-            if answers.errors is not None and answers.errors[0] <= np.log1p(float(allowed)):
+            scenes = float_scenes(drift, numbers)
+            # With its error by running analysis, which is cheaper than a proof.
+            if not request.full or _floats_do(drift, scenes, allowed):
+                answers = of_scenes(scenes, exactly)
+        if answers is not None and answers.errors is not None:
+            rounding = 0.0
+            if request.log:
+                # Where an error is stated, it is no more than float64's; else what exact gives.
+                size = abs(answers.logs[0])
+                rounding = ROUNDING * size if request.full else TOLERANCE * max(1.0, size)
+            if answers.errors[0] <= np.log1p(float(allowed)) + rounding:
                 return as_floats(exactly, (), answers)
     try:
-        return answer(drift, numbers, exactly)
+        scene = read_scene(drift, numbers, request.dps)
+        return as_digits(exactly, of_scene(scene, exactly))
     except RangeError:
         raise
     except AccuracyError:
@@ -250,6 +265,20 @@ def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: R
         return as_digits(
             request, Answer(value, error, estimate.error_kind, estimate.terms, estimate.dropped)
         )
+
+
+def _floats_do(drift: Drift, scenes: Scenes, allowed: Fraction) -> bool:
+    """True unless a proof is as cheap as float64: for one piece in closed form, and where the
+    rounding of lam times the barrier exceeds `allowed`, so that float64 is tried in vain."""
+    with np.errstate(all="ignore"):
+        phi = _on_grid(drift, scenes)[0]
+        beyond = max(float(scenes.numbers["r"][0]) - 1.0, 0.0) if "r" in scenes.numbers else 0.0
+        moved = (phi[1:] + phi[:-1]) / (len(phi) - 1)
+        potential = -np.cumsum([0.0, phi[0] * beyond, *moved, phi[-1] * beyond])
+        # To the right, and to the left.
+        climbs = [(v - np.minimum.accumulate(v)).max() for v in (potential, potential[::-1])]
+        rounding = _ROUNDINGS * np.finfo(float).eps * scenes.lam[0] * min(climbs)
+        return bool(np.ptp(phi) > 0 and rounding <= float(allowed))
 
 
 def _cheapest(
@@ -447,16 +476,25 @@ def _of_arrays(
 
 def _exact_seconds(drift: Drift, scenes: Scenes) -> FloatArray:
     """Predicted time of each exact integral, which grows with lam |A| up to a limit."""
-    grid = np.linspace(-1, 1, 9)
+    with np.errstate(all="ignore"):
+        phi = _on_grid(drift, scenes)
+        exponent = np.fmin(scenes.lam * np.abs(phi).max(axis=-1), _MOST_EXPONENT)
+        # Away from zeros of A, a layer takes the place of many panels.
+        one_sign = np.abs(np.sign(phi).sum(axis=-1)) == phi.shape[-1]
+        least = scenes.lam * np.abs(phi).min(axis=-1)
+    exponent = np.where(one_sign & (least > _MOST_EXPONENT), _LAYER_EXPONENT, exponent)
+    seconds: FloatArray = _SECONDS_EXACT + _SECONDS_EXACT_PER_EXPONENT * exponent
+    return seconds
+
+
+def _on_grid(drift: Drift, scenes: Scenes) -> FloatArray:
+    """A on a coarse grid of [-1, 1], the last axis, for predictions."""
     values = {
         name: np.asarray(x, dtype=float)[..., None] if is_array(x) else np.asarray(float(x))
         for name, x in scenes.parameters.items()
     }
-    with np.errstate(all="ignore"):
-        size = np.abs(drift.evaluate_float(grid, values)).max(axis=-1)
-        exponent = np.fmin(scenes.lam * size, _MOST_EXPONENT)
-    seconds: FloatArray = _SECONDS_EXACT + _SECONDS_EXACT_PER_EXPONENT * exponent
-    return seconds
+    grid = np.linspace(-1, 1, 9)
+    return np.broadcast_to(drift.evaluate_float(grid, values), (len(scenes.lam), len(grid)))
 
 
 def _seconds(in_float: bool, index: IntArray, order: int) -> float:

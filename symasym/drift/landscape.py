@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from symasym.numbers.trees import Operations
 
 _DIGITS = 60
+_MOST_DIGITS = 1_000
 _NARROWEST = 1e-12
 
 
@@ -165,7 +166,25 @@ def _of_analytic(drift: Switch) -> list[CriticalPoint]:
             point = ops.variable(u)
             return TruncatedSeries.coefficients_of(drift.evaluate(point, ops), ops)
 
-        scale = max(abs(taylor(context.mpf(k) / 8)[0]) for k in range(-8, 9))
+        def sample() -> list[Any]:
+            """A on a coarse grid."""
+            return [taylor(context.mpf(k) / 8)[0] for k in range(-8, 9)]
+
+        # What cancels in A, as tanh(k u)/tanh(k) does for small k, is computed with more digits.
+        rough = sample()
+        while True:
+            context.dps *= 2
+            fine = sample()
+            scale = max(map(abs, fine))
+            lost = max(abs(x - y) for x, y in zip(rough, fine, strict=True))
+            if lost <= scale * context.mpf(10) ** (-_DIGITS - 5):
+                break
+            if context.dps > _MOST_DIGITS:
+                raise AccuracyError(
+                    f"A cancels more than {_MOST_DIGITS} digits on [-1, 1]; rescale its parameters."
+                )
+            rough = fine
+        context.dps //= 2
         if scale == 0:
             raise AccuracyError("A is 0 on all of [-1, 1], so every point is critical; change A.")
         marks = float_marks(drift.evaluate_float, drift.spread)

@@ -32,10 +32,12 @@ from symasym.numbers import balls
 if TYPE_CHECKING:
     from symasym.drift.field.directions import Directions
 
-__all__ = ["TOLERANCE", "float_logs", "of_scene", "of_scenes"]
+__all__ = ["ROUNDING", "TOLERANCE", "float_logs", "of_scene", "of_scenes"]
 
 #: Relative error of float64 values (of the logarithm, where that is larger than 1).
 TOLERANCE = 1e-12
+#: Relative error of a logarithm that more digits gave and float64 rounded.
+ROUNDING = 4e-16
 _SCENES_AT_ONCE = 4096
 # Behind a float64 value that was in doubt.
 _FLOAT_DIGITS = 17
@@ -106,7 +108,7 @@ def _logs(scenes: Scenes, name: str) -> tuple[FloatArray, FloatArray]:
     doubtful = ~(errors <= TOLERANCE * np.maximum(1.0, np.abs(logs)))
     for row in np.flatnonzero(doubtful):
         logs[row] = float(_value(digits, scene_at(scenes, row), name, _FLOAT_DIGITS, True))
-        errors[row] = 4e-16 * abs(logs[row])
+        errors[row] = ROUNDING * abs(logs[row])
     return logs, errors
 
 

@@ -137,6 +137,19 @@ def test_zeros_of_analytic_drifts(name: str) -> None:
         assert u == pytest.approx(v, abs=1e-6)
 
 
+@pytest.mark.parametrize("steepness", ["1e-20", "1e-70", "1e-100", "1e-145"])
+def test_digits_that_cancel_are_computed_besides(steepness: str) -> None:
+    # A is linear to twice as many digits.
+    (well,) = sa.tanh(3, -1, steepness).critical_points()
+    assert (well.kind, well.multiplicity) == ("well", 1)
+    assert abs(well.u - 0.5) <= max(mpmath.mpf(steepness) ** 2, mpmath.mpf(10) ** -50)
+
+
+def test_what_cancels_altogether_is_refused() -> None:
+    with pytest.raises(sa.AccuracyError, match="cancels more than 1000 digits"):
+        sa.Drift("sin(u)**2 + cos(u)**2 - 1").critical_points()
+
+
 def test_many_wells() -> None:
     drift = sa.sine(1, -1, 40, waves=20)
     points = drift.critical_points()

@@ -36,6 +36,16 @@ CASES: dict[str, tuple[Callable[[], Any], type[Exception], str]] = {
         sa.InputError,
         r"\(3,\)",
     ),
+    "shapes, with digits": (
+        lambda: sa.escape_time(FRICTION, [1, 2], [1, 2, 3], dps=20),
+        sa.InputError,
+        r"\(3,\)",
+    ),
+    "shapes, no region": (
+        lambda: sa.stationary_density(sa.linear(1, 1), [0.1, 0.5], np.array([])),
+        sa.InputError,
+        "broadcast",
+    ),
     "parameter shapes": (
         lambda: sa.friction(mu=[1.0, 2], alpha=1, z0=[1.0, 2, 3]),
         sa.InputError,

@@ -253,3 +253,37 @@ def test_bad_input() -> None:
         sa.escape_time(FRICTION, "0.1", 10, method="auto", rtol="1e-20")
     with pytest.raises(sa.InputError, match="drift"):
         sa.plan("friction", "0.1", 10)
+
+
+def test_auto_of_one_scene_computes_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What float64 can't hold is not tried first, and what it gives is not computed again."""
+    from symasym.exact import floats
+
+    calls: list[int] = []
+    computed = floats.escape_time
+
+    def counted(*args: Any, **options: Any) -> Any:
+        calls.append(1)
+        return computed(*args, **options)
+
+    monkeypatch.setattr(floats, "escape_time", counted)
+    for kappa, full, log, times in (
+        ("1e-8", True, True, 0),
+        ("1e-8", False, True, 1),
+        ("0.1", True, True, 1),
+        ("0.1", False, False, 1),
+    ):
+        calls.clear()
+        sa.escape_time(FRICTION, kappa, 10, method="auto", rtol=1e-6, full=full, log=log)
+        assert len(calls) == times
+
+
+def test_auto_keeps_rtol_where_the_value_is_large() -> None:
+    """A value's rtol is not that of its logarithm, which float64 has to 1e-12."""
+    scene = FRICTION, "0.0202", 10
+    exact = sa.escape_time(*scene, dps=30)
+    assert exact > mpmath.mpf(10) ** 250
+    for full in (False, True):
+        found = float(sa.escape_time(*scene, method="auto", rtol=1e-12, full=full))
+        # Not by luck: no error of float64's analysis is below 1e-12 here.
+        assert abs(found - exact) <= 2e-16 * exact

@@ -190,17 +190,22 @@ def _bits(x: Fraction) -> int:
     return abs(x.numerator).bit_length() - x.denominator.bit_length()
 
 
+def common_shape(drift: Drift, shapes: dict[str, tuple[int, ...]]) -> tuple[int, ...]:
+    """The shape to which the drift's parameters and numbers of these shapes broadcast."""
+    try:
+        return np.broadcast_shapes(drift.shape, *shapes.values())
+    except ValueError:
+        given = [f"{name} {shape}" for name, shape in shapes.items() if shape]
+        raise InputError(
+            f"the shapes do not broadcast (drift {drift.shape}, {', '.join(given)}); "
+            "give arrays of shapes that NumPy broadcasts."
+        ) from None
+
+
 def float_scenes(drift: Drift, numbers: dict[str, Any]) -> Scenes:
     """The numbers and the drift's parameters broadcast together, in their ranges."""
     arrays = {name: floats(name, value, copy=False) for name, value in numbers.items()}
-    try:
-        shape = np.broadcast_shapes(drift.shape, *(x.shape for x in arrays.values()))
-    except ValueError:
-        shapes = [f"{name} {x.shape}" for name, x in arrays.items() if x.ndim]
-        raise InputError(
-            f"the shapes do not broadcast (drift {drift.shape}, {', '.join(shapes)}); "
-            "give arrays of shapes that NumPy broadcasts."
-        ) from None
+    shape = common_shape(drift, {name: x.shape for name, x in arrays.items()})
     # A number that all scenes share is not copied for each of them.
     flat = {name: np.broadcast_to(x, shape).reshape(-1) for name, x in arrays.items()}
     for name, (low, high) in (("kappa", _KAPPA_RANGE), ("r", _R_RANGE)):
