@@ -17,12 +17,12 @@ from symasym.derivation import Expansion, Identity, Order, Satisfies
 
 @derives(
     "eq:S",
-    "The Stokes multiplier: with, without and behind the barrier, and between",
+    "The Stokes multiplier of a well, and how it changes as the barrier passes 0 or a well is born",
     ("eq:Ttildesmall", "laplace-substitution", "pair-products"),
 )
 def stokes(d: Any) -> None:
     d.suppose(
-        "without u2 > 0 no term is exponentially large",
+        "for u2 < 0 no term of T is exponentially large",
         "fails",
         "A = 4 (u + 4/5)(u + 1/10), kappa = 1/20, start at 0",
         lambda: d.holds("behind_barrier"),

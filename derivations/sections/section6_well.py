@@ -319,7 +319,7 @@ def _third(k: Any, ctx: Any) -> Any:
     ("eq:secondTerm", "eq:fourthTerm2", "other-pieces", "C-bound"),
 )
 def small(d: Any) -> None:
-    d.suppose("u1 and u2 simple and apart, u2 apart from 0 and 1: several kappa each")
+    d.suppose("u1 and u2 are simple zeros; u1, u2, 0 and 1 are several kappa apart")
     d.suppose(
         "it holds up to the fold",
         "fails",
