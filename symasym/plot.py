@@ -8,6 +8,7 @@ import numpy as np
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Numbers, choice, floats, is_array
+from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.drift.field.scenes import require_drift
 from symasym.methods.table import QUANTITIES
@@ -33,6 +34,7 @@ _MOST = 600.0
 _MANY = 100.0
 
 
+@patient
 def plot(
     quantity: str,
     drift: Drift,
@@ -43,6 +45,7 @@ def plot(
     y: Numbers | None = None,
     ax: Axes | None = None,
     label: str | None = None,
+    patience: float | None = None,
     **options: Any,
 ) -> Axes:
     """Draw a quantity against the one argument or parameter that is an array.
@@ -58,6 +61,8 @@ def plot(
         Where to draw; a new figure's when left out.
     label : str, optional
         In the legend; the method when left out.
+    patience : float, optional
+        Seconds of processor time that it may take, 10 if left out.
     **options
         Of the verb: `method`, `order`, `rtol`.
 

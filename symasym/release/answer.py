@@ -13,6 +13,7 @@ import numpy as np
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import Number, choice, exact, flag, float_text, positive, to_float
+from symasym.base.patience import patient
 from symasym.base.texts import with_error
 from symasym.quantities import escape_time
 from symasym.release.expansions import adiabatic, expanded
@@ -109,6 +110,7 @@ class Release:
         return self._laws[1]
 
 
+@patient
 def release(
     system: System,
     kappa: Number,
@@ -124,6 +126,7 @@ def release(
     step: Number | None = None,
     workers: int | str | Executor = 1,
     tau: Number = 0,
+    patience: float | None = None,
 ) -> Release:
     """Mean time until ``|u| = r`` while the slow variable z moves (eq:osc3).
 
@@ -151,6 +154,8 @@ def release(
         Of ``"simulate"``: independent paths, a seed of random numbers, the step in scaled time, and
         processes of this machine, a dask scheduler's address, or an executor; the
         correlation time of coloured noise, 0 for the white one.
+    patience : float, optional
+        Seconds of processor time that the march may take, 10 if left out.
 
     Returns
     -------
@@ -162,6 +167,8 @@ def release(
         For a value outside its range, and where z is no clock.
     AccuracyError
         Where the method does not reach its error.
+    TimeLimitError
+        If the march would take longer than `patience`.
 
     Examples
     --------

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symasym.base import patience
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, IntArray
 from symasym.release.slabs import Elements, Slab, radau
@@ -222,6 +223,7 @@ def forward(scene: Scene, elements: Elements, stages: int, tol: float, least: fl
     inner[0, 0] = inner[-1, -1] = 0.0
     present = 1.0
     while present > least:
+        patience.step()
         z = scene.z + scene.sign * way[-1]
         slab, capacity, generator = path.slab(z, step, True)
         new = [slab.solve(y[0], np.zeros_like(capacity))]
@@ -289,6 +291,7 @@ def backward(
     made: list[float] = []
     gone, step = far, scene.eps * 0.3
     while gone > 0.0 if steps is None else len(made) < len(steps):
+        patience.step()
         if steps is not None:
             step = float(steps[len(made)])
         elif step > 0.7 * gone:

@@ -375,7 +375,7 @@ def variables() -> list[tuple[Path, ast.Assign, str]]:
                 (
                     e.label
                     for e in entries().values()
-                    if e.module == f"derivations.{path.stem}"
+                    if e.module.endswith(f".{path.stem}")
                     and e.function == getattr(node, "name", "")
                 ),
                 "",
@@ -405,6 +405,11 @@ SAME = {
         ("eq:TtildetoT", "T"),
         ("eq:Ttilde0", "mode"),
         ("eq:FPE", "(g, q)"),
+        ("release-time", "wave"),
+        ("release-order", "frozen"),
+        ("release-order", "scale"),
+        ("release-order", "force"),
+        ("frozen-time", "(D, lam)"),
     ),
     "nowhere used, the others are": (
         ("eq:scaledSDEx", "F"),

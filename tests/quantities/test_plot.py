@@ -79,3 +79,8 @@ def test_bad_input() -> None:
     ):
         with pytest.raises(sa.InputError, match=wrong):
             call()
+
+
+def test_patience() -> None:
+    with pytest.raises(sa.TimeLimitError, match="0.05 seconds"):
+        sa.plot("T", sa.tanh(1, -1, 3), np.geomspace(0.01, 2, 300), 2, dps=30, patience=0.05)

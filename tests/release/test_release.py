@@ -362,3 +362,11 @@ def test_an_error_not_reached_says_so(monkeypatch):
     monkeypatch.setattr(march_module, "_FINEST", 1)
     with pytest.raises(AccuracyError, match="reaches .* elements and .* slabs"):
         marched(0.05, 10, 0.05, (0, -0.4), rtol=1e-10)
+
+
+def test_patience() -> None:
+    scene = sa.oscillator(mu=3, alpha=1), "0.1", 10
+    with pytest.raises(sa.TimeLimitError, match="0.05 seconds"):
+        sa.release(*scene, eps="0.01", start=(0, "-0.4"), method="march", patience=0.05)
+    with pytest.raises(sa.InputError, match="patience is 'x'"):
+        sa.release(*scene, eps="0.01", start=(0, "-0.4"), patience="x")  # type: ignore[arg-type]
