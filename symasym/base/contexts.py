@@ -62,6 +62,7 @@ def kept(analysis: Callable[..., _R]) -> Callable[..., tuple[MPContext, _R]]:
         step()
         return known(threading.get_ident(), *args)
 
+    of.cache_clear = known.cache_clear  # type: ignore[attr-defined]
     return of
 
 

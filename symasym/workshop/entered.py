@@ -1,7 +1,8 @@
 """Which files of the package one call enters: what a newcomer has to read to follow it.
 
 Run as ``python -m symasym.workshop.entered``. A function counts where it is called at least once
-(`sys.setprofile`), after a first call has loaded the modules and filled what is kept.
+(`sys.setprofile`), after a first call has loaded the modules; analyses that are kept are
+dropped.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import Any, NamedTuple
 
 import symasym as sa
 from symasym.base.inputs import Numbers
+from symasym.workshop.report.timing import forget
 
 HERE = Path(__file__).parents[1]
 
@@ -49,6 +51,7 @@ def calls() -> list[Call]:
 def entered(ask: Callable[[], Any]) -> dict[str, int]:
     """Files of the package that a call enters, each with the number of its functions called."""
     ask()
+    forget()
     functions: set[Any] = set()
 
     def note(frame: FrameType, event: str, _: object) -> None:
