@@ -209,8 +209,8 @@ TEX_OF = {
     "constant-panel": {"int_e": "I", "nested_down": "N_{-}", "nested_up": "N_{+}"},
     "panel-step": {"int_e": "I", "int_inverse": "J", "nested": "N", "fall": "f", "climb": "c"},
     "endpoint-series": {
-        "E_up": "E_k^{+}", "E_down": "E_k^{-}", "side": "(-1)^k", "term": "h_k",
-        "left": "h_k(u^{-})", "right": "h_k(u^{+})", "source": "g", "drift": r"\phi",
+        "E_up": "E_k^{+}", "E_down": "E_k^{-}", "side": "s_k", "term": "h_k",
+        "left": "h_k^{-}", "right": "h_k^{+}", "source": "g", "drift": r"\phi",
     },
     "regular-part": {"term": "c_i", "power": "p", "index": "i", "h_next": "c'_i", "H": "C_i"},
     "saddle-recurrences": {

@@ -49,7 +49,7 @@ def endpoint_series(d: Any) -> None:
         "integrate",
         (-side * term, -term),
         Satisfies(lambda found: _contributions(found, first, following)),
-        "of e^(lam V) and e^(-lam V), times lam^-k",
+        "of e^(lam V) and e^(-lam V), times lam^-k; s_k is (-1)^k",
     )
     change = d.step(
         "a kink's",
@@ -71,7 +71,7 @@ def endpoint_series(d: Any) -> None:
         "a formal series",
         note="coefficients of lam^-k in the integrals of e^(lam V) and e^(-lam V) about a point, "
         "in units of e^(+-lam V) there, from h_k on both sides of it: h_1 = 1/phi and "
-        "h_(k+1) = -h_k'/phi, and 0 where nothing is integrated",
+        "h_(k+1) = -h_k'/phi, and 0 where nothing is integrated; s_k is (-1)^k",
     )
 
 

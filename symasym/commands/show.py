@@ -165,6 +165,8 @@ def _plain(latex: str) -> str:
 def _name(symbol: sympy.Symbol, names: Mapping[str, str]) -> str:
     """The name to draw a symbol with: as LaTeX has it, if that is readable as characters."""
     plain = _plain(names.get(symbol.name, symbol.name))
+    if re.fullmatch(r"\\[a-zA-Z]+", plain):
+        return plain[1:].removeprefix("var")  # A Greek letter, which SymPy draws by its name.
     return str(symbol.name) if "\\" in plain else plain
 
 
