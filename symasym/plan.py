@@ -268,7 +268,7 @@ def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: R
 
 
 def _floats_do(drift: Drift, scenes: Scenes, allowed: Fraction) -> bool:
-    """True unless a proof is as cheap as float64: for one piece of hardly any drift, and where the
+    """True unless a proof is as cheap as float64: for an A that hardly varies, and where the
     rounding of lam times the barrier exceeds `allowed`, so that float64 is tried in vain."""
     with np.errstate(all="ignore"):
         phi = _on_grid(drift, scenes)[0]
