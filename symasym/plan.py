@@ -268,7 +268,7 @@ def _of_one(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: R
 
 
 def _floats_do(drift: Drift, scenes: Scenes, allowed: Fraction) -> bool:
-    """True unless a proof is as cheap as float64: for one piece in closed form, and where the
+    """True unless a proof is as cheap as float64: for an A that hardly varies, and where the
     rounding of lam times the barrier exceeds `allowed`, so that float64 is tried in vain."""
     with np.errstate(all="ignore"):
         phi = _on_grid(drift, scenes)[0]
@@ -278,7 +278,7 @@ def _floats_do(drift: Drift, scenes: Scenes, allowed: Fraction) -> bool:
         # To the right, and to the left.
         climbs = [(v - np.minimum.accumulate(v)).max() for v in (potential, potential[::-1])]
         rounding = _ROUNDINGS * np.finfo(float).eps * scenes.lam[0] * min(climbs)
-        return bool(np.ptp(phi) > 0 and rounding <= float(allowed))
+        return bool(scenes.lam[0] * np.ptp(phi) > 1e-6 and rounding <= float(allowed))
 
 
 def _cheapest(

@@ -110,6 +110,7 @@ _AS_OPTIONS = [
     (r"\bfull=True\b", "--json"),
     (r"\b(dps|order)=(?:n|…)", r"--\1 N"),
     (r"\brtol=…", "--rtol X"),
+    (r"\bpatience=…", "--patience SECONDS"),
     (r"\b(method|order|dps)='?(\w+)'?", r"--\1 \2"),
     (r"\bescape_time\b", "escape-time"),
 ]

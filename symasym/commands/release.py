@@ -33,6 +33,9 @@ def add_parser(commands: Commands) -> None:
     parser.add_argument("--rtol", default="1e-6", metavar="X", help="relative error (1e-6)")
     parser.add_argument("--paths", default="10000", metavar="N", help="of --method simulate")
     parser.add_argument("--seed", default="0", metavar="N", help="of --method simulate")
+    parser.add_argument(
+        "--patience", type=float, default=10.0, metavar="SECONDS", help="that it may take (10)"
+    )
     parser.add_argument("--workers", default="1", metavar="N", help="of --method simulate")
     parser.add_argument("--quantiles", action="store_true", help="of the time and of z, too")
     parser.add_argument("--json", action="store_true", help="all of it as a record")
@@ -67,6 +70,7 @@ def run(arguments: argparse.Namespace) -> None:
         paths=whole("--paths", arguments.paths),
         seed=whole("--seed", arguments.seed),
         workers=whole("--workers", arguments.workers),
+        patience=arguments.patience,
     )
     record: dict[str, Any] = {
         "mean": answer.mean,

@@ -239,6 +239,11 @@ def test_json_in_float64(capsys: pytest.CaptureFixture[str]) -> None:
         ([*ESCAPE, "--order", "3"], "order is 3"),
         ([*ESCAPE, "--kappa", "0.01"], "pass --log, or --dps N"),
         (
+            ["release", "--kappa", "0.1", "--r", "10", "--eps", "0.01", "--z", "-0.4"]
+            + ["--patience", "0.01"],
+            "pass --patience SECONDS",
+        ),
+        (
             ["value", "escape-time", "--drift", "linear", "--kappa", "1", "--r", "2"],
             "with --set a_minus=…",
         ),
