@@ -78,8 +78,7 @@ ERRATA: tuple[Erratum, ...] = (
         r"sticks",
         r"$T$ has $z$ frozen; the belt takes the block to the fold in scaled time "
         r"$(z_0 - z_0^{(+)})/\varepsilon$, where it is released: $T$ is the block's time only "
-        r"where $z$ changes it by little meanwhile, "
-        r"$\varepsilon\lambda\lvert \partial_{z_0} D\rvert T \ll 1$, $D$ the height of the barrier",
+        r"where $z$ changes it by little meanwhile",
         r"figures 7 and 8 where $T$ exceeds $1/\varepsilon$; section 6.2 itself claims no more "
         r"than "
         r"$T > O(r)$",

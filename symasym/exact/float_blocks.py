@@ -480,7 +480,7 @@ def _joined(parts: Sequence[Any]) -> Any:
 
 def _pieces(blocks: Blocks, wanted: FloatArray) -> Blocks:
     """Equal pieces of the blocks: of each a power of 2 from 2 to 16, at most the number wanted."""
-    number = np.clip(2 ** np.log2(np.maximum(wanted, 2.0)).astype(np.intp), 2, 16)
+    number = 2 ** np.log2(np.fmin(np.fmax(wanted, 2.0), 16.0)).astype(np.intp)
     owner = np.repeat(np.arange(len(number)), number)
     k = np.arange(len(owner)) - np.repeat(np.cumsum(number) - number, number)
     whole, number = blocks.take(owner), number[owner]

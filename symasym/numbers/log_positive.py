@@ -73,6 +73,11 @@ class LogPositive:
 
     def __add__(self, other: LogPositive | int) -> LogPositive:
         term = _positive(other)
+        if not isinstance(other, LogPositive):
+            # Of 1 + x with x far below 1 the logarithm is x.
+            log = np.logaddexp(self.log, term.log)
+            share = np.exp(np.minimum(self.log - log, 0.0))
+            return LogPositive(log, share * self.error + _ROUNDING * np.abs(log))
         apart = self.log - term.log
         # Exponential and logarithm are vectorised in NumPy, its logaddexp is not.
         ratio = np.exp(-np.abs(apart))
