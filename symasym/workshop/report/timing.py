@@ -19,11 +19,15 @@ if TYPE_CHECKING:
 
 
 def forget() -> None:
-    """Drop every analysis of a drift that is kept, so that the next question is the first one."""
-    rooms = ("symasym.asymptotics.", "symasym.drift.", "symasym.exact.")
+    """Drop every analysis of a drift that is kept, so that the next question is the first one.
+
+    Constants, such as the nodes of a rule, stay: their caches have no bound.
+    """
+    rooms = ("symasym.asymptotics.", "symasym.drift.")
     for name in [name for name in sys.modules if name.startswith(rooms)]:
         for value in vars(sys.modules[name]).values():
-            if hasattr(value, "cache_clear"):
+            bounded = getattr(value, "cache_parameters", lambda: {"maxsize": 2})()["maxsize"]
+            if hasattr(value, "cache_clear") and bounded is not None:
                 value.cache_clear()
 
 
