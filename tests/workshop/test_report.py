@@ -284,7 +284,8 @@ def test_some_parts_of_the_benchmarks_are_renewed_alone() -> None:
     with_one = benchmarks.renewed(old, f"{new}\n\n### Import\n\nNothing.")
     assert with_one.count("\n") < old.count("\n") + 2
     assert "| a | 1 | 2 | yes |" in with_one
-    assert with_one.endswith("### Import\n\nNothing.")
+    assert with_one.partition("### Import\n\nNothing.")[2][:5] in ("", "\n\n###")
+    assert with_one.count("### Import") == 1
     assert "### Weak noise" in with_one
 
 
