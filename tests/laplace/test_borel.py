@@ -21,6 +21,8 @@ CASES = [
     ("-x**2/2", "1 + x**2", "-oo", "oo"),
     ("-x - x**3", "1", "0", "oo"),
     ("-x**6/6 - x**2", "2 - x**3", "-oo", "oo"),
+    # f' = f'' = 0 at 0, outside.
+    ("-x**4 - x**3/2", "1", "-1", "-1/8"),
 ]
 
 
@@ -113,6 +115,7 @@ def test_floats_arrays_and_logarithms() -> None:
         (("log(x) - x", 1, "x", 0, "oo"), "f = .*log.x.* is no polynomial in x"),
         (("-x**2", "exp(x)", "x", "-oo", "oo"), "g = exp.x. is no polynomial in x"),
         (("-x**4", 1, "x", "-oo", "oo"), "is for simple maxima, in steps of 1/lam"),
+        (("-x**4 - x**3/2", 1, "x", "-oo", "oo"), "f' = f'' = 0 at x = 0; it is for f whose"),
         (("-c*x**2", 1, "x", "-oo", "oo"), "which needs numbers, and c have no value"),
     ],
 )

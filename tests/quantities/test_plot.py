@@ -72,8 +72,8 @@ def test_axes_in_axes_out_and_values_beyond_floats() -> None:
 def test_bad_input() -> None:
     for wrong, call in (
         ("perhaps you mean 'T'|give one of", lambda: sa.plot("t", FRICTION, KAPPA, 10)),
-        ("arrays are none", lambda: sa.plot("T", FRICTION, 1, 10)),
-        ("arrays are kappa, r", lambda: sa.plot("T", FRICTION, KAPPA, KAPPA)),
+        ("no argument is an array; give", lambda: sa.plot("T", FRICTION, 1, 10)),
+        ("kappa, r are arrays; give", lambda: sa.plot("T", FRICTION, KAPPA, KAPPA)),
         ("one axis", lambda: sa.plot("T", FRICTION, [[1, 2]], 10)),
         ("give a Drift", lambda: sa.plot("T", "friction", KAPPA, 10)),  # type: ignore[arg-type]
     ):

@@ -8,7 +8,8 @@ F = f(p) - f(q), q a saddle of f that is seen from the maximum p (M. V. Berry an
 R. Soc. A 434 (1991) 657). A real minimum q has F > 0, on the path of the Laplace transform: real
 lam is on the series' Stokes line. There the sum is the mean of those that pass F above and below,
 the Stokes multiplier being 1/2 (the median sum), and the real integral goes on beyond q with no
-share of it. Padé's approximant of the series [m/m] continues B; with its poles p_j and residues
+share of it. (From a q where f'' vanishes too it turns by other angles than where it came, and q
+would have a share of its own: such f are refused.) Padé's approximant of the series [m/m] continues B; with its poles p_j and residues
 r_j, z = -p_j,
 
     int_0^oo e^(-lam t) t^(b - 1)/(t - p_j) dt = Gamma(b) z^(b - 1) e^(lam z) Gamma(1 - b, lam z)
@@ -21,12 +22,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import sympy
+
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
 
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
+    from sympy import Expr, Symbol
 
     from symasym.asymptotics.laplace.expansion import Contribution
 
@@ -36,6 +40,7 @@ __all__ = [
     "Approximant",
     "approximant",
     "median_sums",
+    "require_simple_points",
     "require_unit_steps",
 ]
 
@@ -111,6 +116,18 @@ def _divided(p: list[Any], q: list[Any]) -> tuple[list[Any], list[Any]]:
             rest[shift + k] -= factor * a
         rest.pop()
     return whole[::-1], rest or [0 * p[0]]
+
+
+def require_simple_points(f: Expr, x: Symbol, a: Expr, b: Expr) -> None:
+    """Refuse a polynomial f with f' = f'' = 0 somewhere in a < x < b."""
+    slope = sympy.Poly(f, x).diff(x)
+    common = sympy.gcd(slope, slope.diff(x))
+    for point in common.real_roots():
+        if bool(a < point) and bool(point < b):
+            raise InputError(
+                f'order is "borel" and f = {f} has f\' = f\'\' = 0 at {x} = {point}; it is for f '
+                'whose critical points are simple; give another order, such as "optimal".'
+            )
 
 
 def require_unit_steps(contribution: Contribution) -> None:

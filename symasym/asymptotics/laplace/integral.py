@@ -14,7 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from symasym.asymptotics.laplace.borel import BOREL, BOREL_DIGITS, require_unit_steps
+from symasym.asymptotics.laplace.borel import (
+    BOREL,
+    BOREL_DIGITS,
+    require_simple_points,
+    require_unit_steps,
+)
 from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution, expand, irrational_constants
 from symasym.asymptotics.laplace.kinks import Piece, cut, difference, number
@@ -72,7 +77,7 @@ def laplace_integral(
     order : int, "optimal" or "borel"
         Terms for each maximum, 1 to 400; ``"optimal"``: up to the smallest term at each lam;
         ``"borel"``: the median Borel–Padé sum of 41 terms, of polynomial f and g without free
-        parameters, far beyond that (`symasym.asymptotics.laplace.borel`).
+        parameters and critical points simple, far beyond that (`symasym.asymptotics.laplace.borel`).
     maxima : sequence of Expr, optional
         Where f is largest, if parameters leave it open. It is compared with f all the same.
     dps : int, optional
@@ -177,6 +182,7 @@ def laplace_integral(
     if order == "borel":
         for contribution in contributions:
             require_unit_steps(contribution)
+        require_simple_points(formula, symbol, lo, hi)
     left = [] if keep else others
     dropped = tuple(
         f"maximum at {symbol} = {short(p.point)}: smaller by a factor "

@@ -316,8 +316,8 @@ def regimes(
         )
         axes.text(0.03, 0.93, "passes", transform=axes.transAxes, va="top", color=FAINT)
         axes.text(
-            0.28,
-            0.25,
+            0.27,
+            0.16,
             "escapes by noise",
             transform=axes.transAxes,
             ha="center",
