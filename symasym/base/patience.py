@@ -21,7 +21,7 @@ from numpy.linalg import LinAlgError
 from symasym.base.errors import AccuracyError, InputError, SymasymError, TimeLimitError
 from symasym.base.inputs import shown
 
-__all__ = ["PATIENCE", "left", "limited", "patient", "step"]
+__all__ = ["PATIENCE", "WAY_OUT", "left", "limited", "patient", "step"]
 
 #: Seconds that a call may take where nothing is said.
 PATIENCE = 10.0
@@ -112,7 +112,7 @@ def step() -> None:
     if remaining < 0:
         raise TimeLimitError(
             f"this takes longer than the {limit.seconds:g} seconds of processor time that it may; "
-            f"{_WAY_OUT}."
+            f"{WAY_OUT}."
         )
     limit.soonest = now + remaining
 
@@ -123,7 +123,8 @@ def left() -> float:
     return math.inf if limit is None else max(limit.end - time.thread_time(), 1e-3)
 
 
-_WAY_OUT = "pass patience=… (seconds, or inf), or ask for fewer digits, more noise or a lower order"
+#: What to do about a call that takes too long.
+WAY_OUT = "pass patience=… (seconds, or inf), or ask for fewer digits, more noise or a lower order"
 
 
 def _seconds(patience: object) -> float:
