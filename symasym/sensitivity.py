@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
-from symasym.base.errors import AccuracyError, InputError, RangeError, TimeLimitError
+from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_errors
 from symasym.base.inputs import Numbers, choice, digits, exact, floats, is_array
-from symasym.base.patience import WAY_OUT, left, patient
+from symasym.base.patience import expect, patient
 from symasym.drift.drift import Drift
 from symasym.drift.field.scenes import (
     FLOAT_DIGITS,
@@ -219,7 +219,10 @@ def _by_differences(quantity: str, scene: Scene, dps: int) -> _Slopes:
         else:
             log = _log(quantity, drift.bind(**{name: value}), numbers, n)
         seconds.append(time.thread_time() - begun)
-        _require_time(seconds, _NODES * len(at))
+        if len(seconds) > 1:
+            # What is found of a drift makes later values faster.
+            rest = _NODES * len(at) - len(seconds)
+            expect(min(seconds) * rest, f"{rest} more values for the differences")
         return log
 
     size = _size(drift, numbers)
@@ -231,19 +234,6 @@ def _by_differences(quantity: str, scene: Scene, dps: int) -> _Slopes:
         for name, value in at.items()
     }
     return _Slopes(_log(quantity, drift, numbers, dps), slopes, at)
-
-
-def _require_time(seconds: list[float], count: int) -> None:
-    """Raise TimeLimitError unless `count` values can be found in the time that is left.
-
-    `seconds` are those of the first values; what is found of a drift makes later ones faster.
-    """
-    least, rest = min(seconds), count - len(seconds)
-    if len(seconds) > 1 and least * rest > left():
-        raise TimeLimitError(
-            f"this needs {rest} more values, of which each takes {least:.2g} seconds or more; "
-            f"{WAY_OUT}."
-        )
 
 
 def _by_floats(quantity: str, scenes: Scenes) -> list[_Slopes | None]:

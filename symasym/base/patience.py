@@ -21,7 +21,7 @@ from numpy.linalg import LinAlgError
 from symasym.base.errors import AccuracyError, InputError, SymasymError, TimeLimitError
 from symasym.base.inputs import shown
 
-__all__ = ["PATIENCE", "WAY_OUT", "left", "limited", "patient", "step"]
+__all__ = ["PATIENCE", "expect", "left", "limited", "patient", "step"]
 
 #: Seconds that a call may take where nothing is said.
 PATIENCE = 10.0
@@ -58,7 +58,7 @@ def limited(patience: float | None = None) -> Iterator[None]:
     Raises
     ------
     TimeLimitError
-        By `step`, `steps` and `expect` inside.
+        By `step` and `expect` inside.
 
     Examples
     --------
@@ -112,9 +112,26 @@ def step() -> None:
     if remaining < 0:
         raise TimeLimitError(
             f"this takes longer than the {limit.seconds:g} seconds of processor time that it may; "
-            f"{WAY_OUT}."
+            f"{_WAY_OUT}."
         )
     limit.soonest = now + remaining
+
+
+def expect(seconds: float, work: str) -> None:
+    """Raise TimeLimitError, before it is begun, where `work` takes longer than is left.
+
+    Examples
+    --------
+    >>> from symasym.base.errors import TimeLimitError
+    >>> try:
+    ...     with limited(1):
+    ...         expect(60, "the sum of all terms")
+    ... except TimeLimitError as error:
+    ...     print(str(error).partition(";")[0])
+    the sum of all terms would take 60 seconds or more
+    """
+    if seconds > left():
+        raise TimeLimitError(f"{work} would take {seconds:.2g} seconds or more; {_WAY_OUT}.")
 
 
 def left() -> float:
@@ -123,8 +140,7 @@ def left() -> float:
     return math.inf if limit is None else max(limit.end - time.thread_time(), 1e-3)
 
 
-#: What to do about a call that takes too long.
-WAY_OUT = "pass patience=… (seconds, or inf), or ask for fewer digits, more noise or a lower order"
+_WAY_OUT = "pass patience=… (seconds, or inf), or ask for fewer digits, more noise or a lower order"
 
 
 def _seconds(patience: object) -> float:
