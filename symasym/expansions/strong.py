@@ -65,9 +65,9 @@ class _Terms:
 
 
 class _Formula:
-    """The stretches of one drift with a symbol for each moment (`sweep.Stretches`)."""
+    """The stretches of one drift with a symbol for each moment (`sweep.Layered`)."""
 
-    lam = LAM
+    lam: Any = LAM
 
     def __init__(self, drift: Drift, order: int) -> None:
         self.order = order
@@ -111,9 +111,7 @@ class _Formula:
         length = R - 1
         x = self.slope(mirrored) * LAM * length
         rising, second = (sympy.exp(x) - 1) / x, (sympy.exp(x) - 1 - x) / x**2
-        outside = Record(
-            length * rising, length * rising, length**2 * second, S.One, sympy.exp(x)
-        )
+        outside = Record(length * rising, length * rising, length**2 * second, S.One, sympy.exp(x))
         inside = self.layer(mirrored, -S.One, -start if mirrored else start, mark)
         return carried(first(outside, LAM), inside, LAM)
 

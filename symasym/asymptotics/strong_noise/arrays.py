@@ -17,8 +17,8 @@ from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray, field_of
-from symasym.drift.field.scenes import Scenes
 from symasym.exact.sweep import Record, Swept, carried, escape_time
+from symasym.scenes.scene import Scenes
 from symasym.special.exponentials import log_quotient, mean_place
 
 # Rounding of one operation: that of a logarithm, an exponential and a sum, and of the result.
@@ -71,12 +71,16 @@ class LogBounds:
     __radd__ = __add__
 
     def __mul__(self, other: LogBounds | FloatArray | float) -> LogBounds:
+        if isinstance(other, int) and other == 1:
+            return self
         y = self._of(other)
         return self._made(self.rows + y.rows, self.rounding + y.rounding)
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: LogBounds | FloatArray | float) -> LogBounds:
+        if isinstance(other, int) and other == 1:
+            return self
         y = self._of(other)
         return self._made(self.rows - y.rows[[0, 2, 1]], self.rounding + y.rounding)
 

@@ -38,23 +38,28 @@ class Arithmetic(Protocol):
         """
 
 
-class Stretches(Protocol):
-    """The stretches of one scene, or of many; of the drift -A(-u) if `mirrored`."""
+class Layered(Protocol):
+    """The layer of one scene, or of many; of the drift -A(-u) if `mirrored`."""
 
     lam: Any
-    nothing: Any
-
-    def behind(self, state: Any, length: Any, record: Callable[[], Record]) -> Any:
-        """sigma and w behind one more stretch, if its length is positive."""
 
     def slope(self, mirrored: bool) -> Any:
         """phi left of the layer."""
 
-    def outside(self, mirrored: bool, side: int, length: Any) -> Record:
-        """A stretch of that length left (side -1) or right (1) of the layer."""
-
     def layer(self, mirrored: bool, a: Any, b: Any) -> Record:
         """The stretch [a, b] of the layer, expanded."""
+
+
+class Stretches(Layered, Protocol):
+    """Also what lies beside the layer; `nothing` is the state at an absorbing end."""
+
+    nothing: Any
+
+    def behind(self, state: Any, length: Any, record: Callable[[], Record]) -> Any:
+        """sigma and w behind one more stretch, where its length is positive."""
+
+    def outside(self, mirrored: bool, side: int, length: Any) -> Record:
+        """A stretch of that length left (side -1) or right (1) of the layer."""
 
 
 def sides(of: Stretches, r: Any, start: Any) -> tuple[Swept, Swept]:
@@ -71,7 +76,7 @@ def _swept(of: Stretches, mirrored: bool, r: Any, x: Any) -> Swept:
     return swept
 
 
-def odds_outside(of: Stretches, complement: bool, one: Any) -> Any:
+def odds_outside(of: Layered, complement: bool, one: Any) -> Any:
     """(1 - P)/P (eq:pss), or P/(1 - P); `one` is the number 1."""
     before = InLayer(0, tail_left(of.slope(False)))
     layer = carried_in_layer(before, of.layer(False, -one, one), of.lam)
