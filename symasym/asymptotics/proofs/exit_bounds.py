@@ -96,14 +96,14 @@ def _side(drift: Drift, mirrored: bool, r: Fraction, x: Fraction, lam: Fraction)
     one, factor = Fraction(1), exact_ball(lam)
     height = low = high = exact_ball(Fraction(0))
 
-    def outer(side: int, length: Fraction) -> Any:
+    def straight(side: int, length: Fraction) -> Any:
         """The integral over a stretch of constant drift, and what it adds."""
         fall = -profile.value(Fraction(side)) * exact_ball(length)
         first = ball_quotient(factor * fall, 1)
         return (factor * height).exp() * exact_ball(length) * first, height + fall
 
     if x < -1:
-        part, height = outer(-1, -one - x if r > 1 else r - x)
+        part, height = straight(-1, -one - x if r > 1 else r - x)
         low, high = low + part, high + part
     if x < 1:
         layer = layer_of(drift, mirrored, max(x, -one), min(r, one))
@@ -113,7 +113,7 @@ def _side(drift: Drift, mirrored: bool, r: Fraction, x: Fraction, lam: Fraction)
             low, high = low + scale * below, high + scale * above
         height = height + layer.end
     if r > 1:
-        part, height = outer(1, r - max(x, one))
+        part, height = straight(1, r - max(x, one))
         low, high = low + part, high + part
     return low, high
 
@@ -221,7 +221,7 @@ def _float_side(stretch: _Stretch, r: Compensated, x: Compensated, lam: Interval
     height = Compensated.of(0.0)
     parts: list[_LogIntegral] = []
 
-    def outer(slope: Compensated, length: Compensated) -> None:
+    def straight(slope: Compensated, length: Compensated) -> None:
         """The integral over a stretch of constant drift, and what it adds."""
         nonlocal height
         fall = slope * length
@@ -233,13 +233,13 @@ def _float_side(stretch: _Stretch, r: Compensated, x: Compensated, lam: Interval
         height = height - fall
 
     if stretch.before:
-        outer(stretch.slopes[0], -x - 1.0)
+        straight(stretch.slopes[0], -x - 1.0)
     if stretch.inside:
         layer = _float_layer(stretch.layer, lam)
         parts.append(_LogIntegral(height + layer.height, layer.log))
         height = height + stretch.layer.end
     if stretch.after:
-        outer(stretch.slopes[1], r - (1.0 if stretch.inside else x))
+        straight(stretch.slopes[1], r - (1.0 if stretch.inside else x))
     return _added(parts, lam)
 
 

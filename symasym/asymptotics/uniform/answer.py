@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.asymptotics.coalescence.cubic_map import truncation
 from symasym.asymptotics.uniform.coalescing_pair import (
     CanonicalPair,
     OneSide,
@@ -271,21 +272,10 @@ def _estimate(scene: _Series, lam: Fraction, order: int, kappa: str) -> tuple[An
 def _apart(
     canonical_pairs: list[CanonicalPair], lam: Any, context: Any
 ) -> tuple[list[CanonicalPair], Any]:
-    """Without complex pairs that the start or an end cuts through, and what either way costs.
-
-    Airy functions take a pair's integrals over all of the line. Where the pair is far from the
-    real line its own exponentials are small, and the outer part has all that counts.
-    """
-    kept, cost = [], context.zero
-    for canonical in canonical_pairs:
-        if canonical.pair.zeta < 0:
-            inside = context.exp(-lam * canonical.gap)
-            outside = context.exp(-lam * 4 * (-canonical.pair.zeta) ** context.mpf(1.5) / 3)
-            cost = max(cost, min(inside, outside))
-            if outside < inside:
-                continue
-        kept.append(canonical)
-    return kept, cost
+    """Without complex pairs that the start or an end cuts through, and what either way costs."""
+    cut = [truncation(one.pair.zeta, one.gap, lam, context) for one in canonical_pairs]
+    taken = [one for one, (_, out) in zip(canonical_pairs, cut, strict=True) if not out]
+    return taken, max((cost for cost, _ in cut), default=context.zero)
 
 
 def _with_error(
