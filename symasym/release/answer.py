@@ -224,18 +224,18 @@ def release(
 
 def _marched(scene: Scene, rtol: float) -> Release:
     """By the parabolic equation."""
-    found = march(scene, rtol)
-    left = min(max(found.left, 0.0), 1.0)
+    marched = march(scene, rtol)
+    left = min(max(marched.left, 0.0), 1.0)
     return Release(
-        found.mean,
-        found.error,
+        marched.mean,
+        marched.error,
         "estimate",
-        found.variance**0.5,
+        marched.variance**0.5,
         (left, 1.0 - left),
         "march",
         (),
         scene,
-        found,
+        marched,
     )
 
 
@@ -324,14 +324,14 @@ def _simulated(
         )
     else:
         h = float(positive("step", exact("step", step)))
-    found = simulate(system, kappa, r, eps, (u, z), paths, h, seed, workers, tau)
+    sample = simulate(system, kappa, r, eps, (u, z), paths, h, seed, workers, tau)
     check = simulate(
         system, kappa, r, eps, (u, z), max(2, paths // 5), 2.0 * h, seed + 1, workers, tau
     )
-    mean, std = float(found.time.mean()), float(found.time.std())
+    mean, std = float(sample.time.mean()), float(sample.time.std())
     noise = std / paths**0.5
     bias = abs(float(check.time.mean()) - mean)
-    left = float((found.side < 0).mean())
+    left = float((sample.side < 0).mean())
     note = (
         f"{paths} paths at step {h:.3g}: standard error {noise:.2g}, at twice the step "
         f"{bias:.2g} away."
@@ -345,7 +345,7 @@ def _simulated(
         "simulate",
         (note,),
         scene,
-        found,
+        sample,
     )
 
 

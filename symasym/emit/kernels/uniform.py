@@ -38,18 +38,18 @@ pair_norm = canonical = over_pair = over_pair_twice = pair_share = over_end = _F
 _past_pair = _past_barrier = _faded = _before_end = _gaussians = _FORM
 
 
-def _dawson(x: float, found: list[float]) -> None:
+def _dawson(x: float, result: list[float]) -> None:
     """e^{x^2} erfc(x), Dawson's integral, and twice the integral of that, x >= 0."""
     if x <= 6:
         piece: int = min(int(4 * x), 23)
         t = 2 * (4 * x - piece) - 1
         for k in range(3):
-            found[k] = _horner(_DAWSON_NEAR, 13 * (piece + 24 * k), 13, t)
+            result[k] = _horner(_DAWSON_NEAR, 13 * (piece + 24 * k), 13, t)
         return
     t = 72 / (x * x) - 1
-    found[0] = _horner(_DAWSON_BEYOND, 0, 14, t) / x
-    found[1] = _horner(_DAWSON_BEYOND, 14, 14, t) / x
-    found[2] = _horner(_DAWSON_BEYOND, 28, 14, t) + math.log(2 * x) + 0.5772156649015329 / 2
+    result[0] = _horner(_DAWSON_BEYOND, 0, 14, t) / x
+    result[1] = _horner(_DAWSON_BEYOND, 14, 14, t) / x
+    result[2] = _horner(_DAWSON_BEYOND, 28, 14, t) + math.log(2 * x) + 0.5772156649015329 / 2
 
 
 def _edge(
@@ -297,8 +297,8 @@ def _log_uniform(
     here = 1 / _horner(c, 0, n, 0.0) / lam
     before = left[1] - here * math.exp(-lam * left[0])
     after = right[1] + here * math.exp(-lam * right[0])
-    found = right[3] * before / total * math.exp(lam * (behind - high))
-    found += left[3] * after / total * math.exp(lam * (ahead - high))
-    if not 0 < found < 1e300:
+    mean = right[3] * before / total * math.exp(lam * (behind - high))
+    mean += left[3] * after / total * math.exp(lam * (ahead - high))
+    if not 0 < mean < 1e300:
         return math.nan
-    return math.log(found * lam) + lam * high
+    return math.log(mean * lam) + lam * high

@@ -52,9 +52,9 @@ def _passage(function: Ready, q: FirstPassage) -> list[str]:
     lines, call = JAVASCRIPT.uniform(q)
     return [
         *lines,
-        f"  const found = {call};",
-        "  if (Number.isNaN(found)) {",
+        f"  const log_time = {call};",
+        "  if (Number.isNaN(log_time)) {",
         *("  " + line for line in _refusal(function)),
         "  }",
-        "  return found;",
+        "  return log_time;",
     ]

@@ -60,10 +60,10 @@ def first_passage(function: Ready, q: FirstPassage, language: Language) -> list[
     return [
         *lines,
         "    try:",
-        f"        found = {call}",
+        f"        log_time = {call}",
         "    except (ArithmeticError, ValueError):",
-        "        found = math.nan",
-        "    if math.isnan(found):",
+        "        log_time = math.nan",
+        "    if math.isnan(log_time):",
         *("    " + line for line in refusal(function)),
-        "    return found",
+        "    return log_time",
     ]
