@@ -136,14 +136,7 @@ def render(program: Program, functions: list[Ready]) -> str:
 def _function(function: Ready) -> str:
     names = list(function.arguments)
     inner = heading(f"def _{function.name}", ["ctx", *names], ":")
-    if function.quadrature:
-        inner += MPMATH.integral(function, function.quadrature)
-    if function.first_passage:
-        inner += _passage(function, function.first_passage)
-    for body in function.bodies:
-        inner += MPMATH.block(body)
-    if function.bodies and function.bodies[-1].conditions:
-        inner += refusal(function)
+    inner += MPMATH.body(function, _passage, refusal)
     outer = [
         *heading(f"def {function.name}", [*names, "dps=15"], ":"),
         f'    """{signature_doc(function)}"""',
