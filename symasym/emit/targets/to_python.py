@@ -44,9 +44,7 @@ def floats(names: str) -> list[str]:
     return [f"    {names} = float({names})"] if names else []
 
 
-def first_passage(
-    function: Ready, q: FirstPassage, language: Language = PYTHON
-) -> list[str]:
+def first_passage(function: Ready, q: FirstPassage, language: Language = PYTHON) -> list[str]:
     """The body of an escape time; the uniform one has a value or is refused."""
     if not q.uniform:
         return language.first_passage(function, q)
