@@ -29,7 +29,7 @@ from symasym.asymptotics.uniform.order_zero_forms import (
     AiryForm,
     Truncated,
     TruncatedIntegral,
-    _faded,
+    faded,
     regular_share,
 )
 from symasym.asymptotics.weak_noise.one_sided import Builder, CriticalPoint, Joint
@@ -43,7 +43,7 @@ from symasym.generated.arithmetic_formulas import canonical, over_end, pair_norm
 from symasym.numbers.polynomials import poly
 from symasym.series.quadratic_factor import Pair, seen_from
 from symasym.special.airy import AiryProducts
-from symasym.special.dawson import _gaussians
+from symasym.special.dawson import gaussians
 from symasym.special.exponentials import quotients
 
 __all__ = ["PAIRED", "Coalescing", "Locals", "require_pair"]
@@ -266,7 +266,7 @@ class Coalescing(Symbols, OrderZero):
                 sympy.sqrt(sympy.pi) / 2 * sympy.exp(-(x**2)) * sympy.erfi(x),
                 x**2 * sympy.hyper([1, 1], [Rational(3, 2), 2], -(x**2)),
             )
-            named = _gaussians(c, LAM, *functions)
+            named = gaussians(c, LAM, *functions)
             self.values |= dict(zip((sigma, dawson, area), named, strict=True))
             self.tex |= {x: r"\xi", sigma: r"\sigma", dawson: r"\mathcal{D}", area: r"\Lambda"}
         rising, falling, both = over_end(c, LAM, e.t, e.peak, e.rest, sigma, dawson, area)
@@ -289,8 +289,8 @@ class Coalescing(Symbols, OrderZero):
         rho, slope = Symbol("rho", positive=True), self._slope(sign)
         self.tex |= {rho: r"\rho", rest: "Q"}
         drop = self.heights[barrier] - self.heights[well]
-        self.values[rho] = _faded(self.arithmetic, drop, S.One, fall)[0]
-        keep = _faded(self.arithmetic, rho / FADE, S.One, S.One)[1]
+        self.values[rho] = faded(self.arithmetic, drop, S.One, fall)[0]
+        keep = faded(self.arithmetic, rho / FADE, S.One, S.One)[1]
         self.values[t] = sympy.sqrt(2 * fall)
         self.values[peak] = (1 - keep) / sympy.sqrt(-self.derivative(2, barrier))
         self.values[rest] = 1 / slope - peak / t

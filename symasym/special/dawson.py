@@ -51,7 +51,7 @@ def dawson(x: Number, arithmetic: Arithmetic) -> Dawson:
     return _of_arrays(np.asarray(x))
 
 
-def _gaussians(
+def gaussians(
     c: Arithmetic, lam: Number, erfcx: Number, value: Number, area: Number
 ) -> tuple[Number, Number, Number]:
     """sigma, D and lam int D without its constant, from the functions of x = t (lam/2)^(1/2).
