@@ -226,17 +226,8 @@ def _marched(scene: Scene, rtol: float) -> Release:
     """By the parabolic equation."""
     marched = march(scene, rtol)
     left = min(max(marched.left, 0.0), 1.0)
-    return Release(
-        marched.mean,
-        marched.error,
-        "estimate",
-        marched.variance**0.5,
-        (left, 1.0 - left),
-        "march",
-        (),
-        scene,
-        marched,
-    )
+    std, sides = marched.variance**0.5, (left, 1.0 - left)
+    return Release(marched.mean, marched.error, "estimate", std, sides, "march", (), scene, marched)
 
 
 def _frozen(scene: Scene, rtol: float) -> Release:
@@ -316,12 +307,8 @@ def _simulated(
     if step is None:
         across = np.linspace(-1.0, 1.0, 201)
         bend = np.abs(np.gradient(system.phi_at(across, z, eps), across)).max()
-        h = min(
-            0.05 / max(float(bend), 1e-300),
-            0.002 * (r / kappa) ** 2,
-            0.05,
-            tau / 8 if tau else 0.05,
-        )
+        slowest = tau / 8 if tau else 0.05
+        h = min(0.05 / max(float(bend), 1e-300), 0.002 * (r / kappa) ** 2, 0.05, slowest)
     else:
         h = float(positive("step", exact("step", step)))
     sample = simulate(system, kappa, r, eps, (u, z), paths, h, seed, workers, tau)
@@ -336,17 +323,8 @@ def _simulated(
         f"{paths} paths at step {h:.3g}: standard error {noise:.2g}, at twice the step "
         f"{bias:.2g} away."
     )
-    return Release(
-        mean,
-        3.0 * noise + bias,
-        "estimate",
-        std,
-        (left, 1.0 - left),
-        "simulate",
-        (note,),
-        scene,
-        sample,
-    )
+    error, sides = 3.0 * noise + bias, (left, 1.0 - left)
+    return Release(mean, error, "estimate", std, sides, "simulate", (note,), scene, sample)
 
 
 def _sampled(values: Any) -> Law:
