@@ -13,8 +13,9 @@ from fractions import Fraction
 from functools import cache
 from typing import Any
 
-from mpmath.calculus.quadrature import GaussLegendre
 from mpmath.ctx_mp import MPContext
+
+from symasym.derivation.numerical import nodes
 
 
 @dataclass(frozen=True)
@@ -77,18 +78,11 @@ def _roots(scene: Scene, precision: int) -> list[Any]:
     return sorted(x for x in found if ctx.im(x) == 0 and -1 < x < 1)
 
 
-@cache
-def _nodes(precision: int, degree: int) -> tuple[tuple[Any, Any], ...]:
-    ctx = MPContext()
-    ctx.prec = precision
-    return tuple(GaussLegendre(ctx).calc_nodes(degree, precision))
-
-
 def panel(ctx: Any, f: Any, a: Any, b: Any, degree: int = 4) -> Any:
     """Gauss-Legendre on one panel (24 nodes at degree 4)."""
     half, middle = (b - a) / 2, (a + b) / 2
     return half * ctx.fsum(
-        ctx.convert(w) * f(middle + half * ctx.convert(x)) for x, w in _nodes(ctx.prec, degree)
+        ctx.convert(w) * f(middle + half * ctx.convert(x)) for x, w in nodes(ctx.prec, degree)
     )
 
 
@@ -121,9 +115,9 @@ def nested(ctx: Any, outer: Any, inner: Any, points: list[Any], start: Any) -> t
         if b <= a:
             continue
         half, middle = (b - a) / 2, (a + b) / 2
-        nodes = sorted((ctx.convert(x), ctx.convert(w)) for x, w in _nodes(ctx.prec, 4))
+        weighted = sorted((ctx.convert(x), ctx.convert(w)) for x, w in nodes(ctx.prec, 4))
         at, base = a, running
-        for x, weight in nodes:
+        for x, weight in weighted:
             v = middle + half * x
             base += panel(ctx, inner, at, v, 3)
             at = v
