@@ -12,12 +12,35 @@ from symasym.base.files import write_bytes
 
 #: TeX that stands in the entries, and what a terminal shows of it.
 _SIGNS = {
-    r"\varepsilon": "ε", r"\kappa": "κ", r"\alpha": "α", r"\beta": "β", r"\mu": "μ", r"\Delta": "Δ",
-    r"\sqrt": "√", r"{\max}": "max", r"\log": "log ", r"\max": "max", r"\dot z": "z'",
-    r"\lvert ": "|", r"\rvert": "|", r"\gtrsim": "≳", r"\lesssim": "≲", r"\approx": "≈",
-    r"\infty": "∞", r"\le": "≤", r"\ge": "≥", r"\ll": "≪", r"\gg": "≫", r"\to": "→", r"\,": " ",
-    "^{(+)}": "⁽⁺⁾", "^{(-)}": "⁽⁻⁾", "{": "(", "}": ")", "$": "",
-}  # fmt: skip
+    r"\varepsilon": "ε",
+    r"\kappa": "κ",
+    r"\alpha": "α",
+    r"\beta": "β",
+    r"\mu": "μ",
+    r"\Delta": "Δ",
+    r"\sqrt": "√",
+    r"{\max}": "max",
+    r"\log": "log ",
+    r"\max": "max",
+    r"\dot z": "z'",
+    r"\lvert ": "|",
+    r"\rvert": "|",
+    r"\gtrsim": "≳",
+    r"\lesssim": "≲",
+    r"\approx": "≈",
+    r"\infty": "∞",
+    r"\le": "≤",
+    r"\ge": "≥",
+    r"\ll": "≪",
+    r"\gg": "≫",
+    r"\to": "→",
+    r"\,": " ",
+    "^{(+)}": "⁽⁺⁾",
+    "^{(-)}": "⁽⁻⁾",
+    "{": "(",
+    "}": ")",
+    "$": "",
+}
 
 
 def without_tex(sentence: str) -> str:
@@ -37,9 +60,16 @@ def _input(name: str, given: str) -> str:
 
 
 _NAMES = {
-    "mu": r"\mu", "alpha": r"\alpha", "z0": "z_0", "kappa": r"\kappa", "kappa_p": r"\kappa_p",
-    "eps": r"\varepsilon", "Delta": r"\Delta", "a-": "a_-", "a+": "a_+",
-}  # fmt: skip
+    "mu": r"\mu",
+    "alpha": r"\alpha",
+    "z0": "z_0",
+    "kappa": r"\kappa",
+    "kappa_p": r"\kappa_p",
+    "eps": r"\varepsilon",
+    "Delta": r"\Delta",
+    "a-": "a_-",
+    "a+": "a_+",
+}
 
 
 def text() -> str:
