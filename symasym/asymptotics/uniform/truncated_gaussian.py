@@ -41,7 +41,7 @@ from symasym.base.contexts import mpf_of
 from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
 from symasym.series.power_series import product
-from symasym.special.dawson import _gaussians, dawson, erfcx_area
+from symasym.special.dawson import dawson, erfcx_area, gaussians
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -53,6 +53,7 @@ __all__ = [
     "Truncations",
     "corrections",
     "truncations_at",
+    "truncations_beside",
     "truncations_of",
 ]
 
@@ -170,11 +171,22 @@ def truncations_at(
     context: MPContext,
 ) -> list[Truncation]:
     """The point `p`, where V is `height`, seen from the zeros left and right of it."""
-    at = mpf_of(p, context)
-    zeros = sorted(zeros, key=lambda z: z.u)
     count = order + 1 + BEYOND
     taylor = [mpf_of(c, context) for c in field.taylor(p, Fraction(1), count)[:count]]
     h = endpoint_coefficients(taylor, count)
+    return truncations_beside(mpf_of(p, context), height, h, zeros, digits, context)
+
+
+def truncations_beside(
+    at: mpf,
+    height: mpf,
+    h: list[Any],
+    zeros: list[CriticalPoint],
+    digits: int,
+    context: MPContext,
+) -> list[Truncation]:
+    """The same of a point with h_1, h_2, ... there, as many as there are terms."""
+    zeros = sorted(zeros, key=lambda z: z.u)
     first = sum(1 for z in zeros if z.u < at)
     rows = []
     for k, toward in ((first - 1, 1), (first, -1)):
@@ -183,7 +195,7 @@ def truncations_at(
                 zeros[j] if 0 <= j < len(zeros) else None for j in (k + toward, k - toward)
             )
             one = _Neighbours(zeros[k], beside, behind, at, height)
-            rows.append(_cut(one, h, count, digits, context))
+            rows.append(_cut(one, h, len(h), digits, context))
     return rows
 
 
@@ -319,7 +331,7 @@ def _functions(truncation: Truncation, lam: mpf, context: MPContext) -> _Functio
     side = 1 if truncation.t > 0 else -1
     values = dawson(x, c)
     area = values.area if truncation.barrier else erfcx_area(x, c)
-    sigma, falling, area = _gaussians(c, lam, values.erfcx, values.value, area)
+    sigma, falling, area = gaussians(c, lam, values.erfcx, values.value, area)
     return _Functions(side * sigma, side * falling, area / lam)
 
 
