@@ -111,14 +111,14 @@ def _layered(sizes: list[float], noise: float, slip: float, panel: list[float]) 
 
 
 def _crossed(
-    drift: Curve, rough: float, lam: float, p: float, q: float, found: list[float]
+    drift: Curve, rough: float, lam: float, p: float, q: float, result: list[float]
 ) -> float:
     """M' = 1 - lam |drift| M from p, M = 0, to q: M there. Also, of the stretch, M at p backwards
     from q, its integral, lam times the drift's, and the errors of that and, relative, of M's."""
     panel, sizes, loose = [0.0] * 4, [0.0] * 16, [0.0] * 3
     ahead, u, step, fallen = 0.0, p, q - p, 1.0
     for k in range(6):
-        found[k] = 0.0
+        result[k] = 0.0
     for _ in range(100000):
         last: int = abs(step) >= abs(q - u) * (1 - 1e-12)
         if last == 1:
@@ -147,19 +147,19 @@ def _crossed(
         slip += 2e-16 * panel[0]
         share = h * h * panel[3] + ahead * h * panel[2]
         loose[2] += share * missed + loose[0] * h * panel[2]
-        found[2] += share
+        result[2] += share
         share = fallen * h * panel[2]
-        loose[1] += share * (missed + found[4])
-        found[1] += share
+        loose[1] += share * (missed + result[4])
+        result[1] += share
         loose[0] = h * panel[1] * missed + decay * (loose[0] + ahead * slip)
         ahead = h * panel[1] + decay * ahead
         fallen *= decay
-        found[3] += panel[0]
-        found[4] += slip
+        result[3] += panel[0]
+        result[4] += slip
         if last == 1:
-            found[0] = ahead
-            found[3] *= 1.0 if drift((p + q) / 2) > 0 else -1.0
-            found[5] = 1e-14 + max(loose[0] / ahead, loose[1] / found[1], loose[2] / found[2])
+            result[0] = ahead
+            result[3] *= 1.0 if drift((p + q) / 2) > 0 else -1.0
+            result[5] = 1e-14 + max(loose[0] / ahead, loose[1] / result[1], loose[2] / result[2])
             return ahead
         u += step
         slope = 0.0
@@ -178,7 +178,7 @@ def _crossed(
 
 def _sweep(
     drift: Curve, ends: list[float], rough: float, lam: float, points: list[float], count: int,
-    found: list[float], most: list[float],
+    result: list[float], most: list[float],
 ) -> None:  # fmt: skip
     """log sigma and log w at the last of the points, from the end at the first; their errors.
 
@@ -228,7 +228,7 @@ def _sweep(
             share = math.exp(first - w)
             loose = share * loose + (1 - share) * (wrong + loose_sigma)
             sigma = total
-    found[0], found[1], found[2], found[3] = sigma, w, loose_sigma, loose
+    result[0], result[1], result[2], result[3] = sigma, w, loose_sigma, loose
 
 
 def _stretches(end: float, marks: list[float], count: int, points: list[float]) -> int:
