@@ -93,7 +93,7 @@ class _Sum:
         self.starts[1] -= sign * start.falling
         # From a start beyond the layer both of its ends are seen.
         at_ends = [(ends[0], near, 1), (ends[-1], far, -1)][-len(ends) :]
-        self.nested += far.outer - (start.outer if len(ends) == 1 else near.outer)
+        self.nested += far.regular - (start.regular if len(ends) == 1 else near.regular)
         for u, change, after in at_ends:
             for up in self.rising:
                 if up.u == u and up.point is not None:
