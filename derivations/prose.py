@@ -226,7 +226,7 @@ TEX_OF = {
         "I_up": "I_{+}", "I_down": "I_{-}", "I_both": "I_{+-}", "small": r"\delta",
         "even": r"\psi_{\mathrm{even}}", "odd": r"\psi_{\mathrm{odd}}", "square": "D",
         "norm": "N", "slope": "c", "side": r"\sigma",
-        "bi": r"\mathrm{Bi}", "bi_slope": r"\mathrm{Bi}'", "squares": "S", "slopes": "S'",
+        "bi": r"\mathrm{Bi}", "bi_slope": r"\mathrm{Bi}'", "squares": "Q", "slopes": "Q'",
     },
     "truncated-gaussian": {
         "I_up": "I_{+}", "I_down": "I_{-}", "I_both": "I_{+-}", "gap": "g", "area": "a",
@@ -235,6 +235,13 @@ TEX_OF = {
         "integral": "L",
     },
     "release-order": {"phi_y": r"\phi_y"},
+    "saddle-series": {"S": "Q"},
+    "threshold": {"ell": r"\log(1/\varepsilon)", "kappa_c": r"\kappa_{c,\mathrm{phys}}"},
+    "eq:Tlarge": {"T": r"T_{\mathrm{phys}}"},
+    "eq:TtildetoT": {"T": r"T_{\mathrm{phys}}", "t_s": "T"},
+    "eq:fourPieces": {f"T_{n}": rf"\frac{{T_{n}}}{{\lambda}}" for n in (1, 2, 3, 4)},
+    "eq:scaledSDE": {"f_0": "f(0)"},
+    "eq:scaledSDEx": {"F2": "A"},
 }  # fmt: skip
 # Those that are words with an underscore.
 _NAMES = {k: v for k, v in TEX.items() if "_" in k and re.fullmatch(r"\w+", k)}

@@ -125,7 +125,7 @@ def require_simple_points(f: Expr, x: Symbol, a: Expr, b: Expr) -> None:
     for point in common.real_roots():
         if bool(a < point) and bool(point < b):
             raise InputError(
-                f'order is "borel" and f = {f} has f\' = f\'\' = 0 at {x} = {point}; it is for f '
+                f"order is \"borel\" and f = {f} has f' = f'' = 0 at {x} = {point}; it is for f "
                 'whose critical points are simple; give another order, such as "optimal".'
             )
 
