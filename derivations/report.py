@@ -268,7 +268,7 @@ _SYMBOLS = (
     ("u,\\ v", "scaled position y/eps", r"\tilde y,\ u,\ v"),
     (r"\kappa", "scaled noise amplitude, the physical one over sqrt(eps)", r"\tilde\kappa"),
     ("r", "scaled escape radius, the physical one over eps", r"\tilde r"),
-    (r"\kappa_{\mathrm{phys}},\ r_{\mathrm{phys}}", "the same in physical units", r"\kappa,\ r"),
+    (r"\kappa_p,\ r_p", "the same in physical units", r"\kappa,\ r"),
     (r"\lambda", "large parameter of every Laplace-type integral", r"2/\tilde\kappa^2"),
     (r"\phi,\ A", "scaled drift, and its part inside the layer", r"\phi,\ A"),
     ("a^-,\\ a^+", "scaled drift for u <= -1 and u >= 1", "a^-,\\ a^+"),

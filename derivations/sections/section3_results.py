@@ -43,8 +43,8 @@ def eekappar(d: Any) -> None:
         "substitute",
         (1 + q) ** 2 * (1 + s),
         Identity(lambda: ratio.subs(_k, _r / (1 + q)).subs(_r, 1 / (1 + s))),
-        "kappa_phys = r_phys/(1 + q) and r_phys = 1/(1 + s) cover 0 < kappa_phys < r_phys < 1 as q and s "
-        "go over (0, oo)",
+        "kappa_phys = r_phys/(1 + q) and r_phys = 1/(1 + s) cover 0 < kappa_phys < r_phys < 1 as "
+        "q and s go over (0, oo)",
     )
     d.step(
         "the ratio exceeds 1",
@@ -95,7 +95,8 @@ def p_small(d: Any) -> None:
                 kappa, d.use("eq:tildexykappa", "kappa")
             )
         ),
-        "1 - P is exponentially small in eps/kappa_phys^2; the paper's O(kappa_phys^2/eps) is not sharp",
+        "1 - P is exponentially small in eps/kappa_phys^2; the paper's O(kappa_phys^2/eps) is not "
+        "sharp",
     )
     d.conclude(
         1 - Symbol("P"),

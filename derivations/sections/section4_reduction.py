@@ -127,16 +127,16 @@ def component(d: Any) -> None:
         sympy.symbols("drift B1:4"),
         found,
         "O(r_phys)",
-        note="y is the second of three coordinates, u = y/eps, and all else is frozen at the origin",
+        note="y is the second of three coordinates, u = y/eps; all else is frozen at the origin",
         display=(
-            *("dy = ", drift, r" \, dt + \kappa_{\mathrm{phys}} \left("),
+            *("dy = ", drift, r" \, dt + \kappa_p \left("),
             *(
                 row[0],
                 r" \, dW_1 + ",
                 row[1],
                 r" \, dW_2 + ",
                 row[2],
-                r" \, dW_3\right) + O(r_{\mathrm{phys}})",
+                r" \, dW_3\right) + O(r_p)",
             ),
         ),
     )
@@ -224,7 +224,7 @@ def reduced(d: Any) -> None:
         found,
         "O(r_phys)",
         note="u = y/eps; the b_j are the entries of D(0) that act on y",
-        display=("dy = ", drift, r" \, dt + ", noise, r" \, dW + O(r_{\mathrm{phys}})"),
+        display=("dy = ", drift, r" \, dt + ", noise, r" \, dW + O(r_p)"),
     )
 
 

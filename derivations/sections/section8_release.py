@@ -260,8 +260,8 @@ def fold_delay(d: Any) -> None:
         (a, b, Function("w_1")(s)),
         (*found, path),
         "leading order in eps, without noise; exact for w' = w^2 + s",
-        note="w is the distance of u from the fold's, t the scaled time past the fold, both in units "
-        "in which curvature and speed are 1; the block leaves at s = 2.338",
+        note="w is the distance of u from the fold's, t the scaled time past the fold, both in "
+        "units in which curvature and speed are 1; the block leaves at s = 2.338",
         display=(
             "w = ",
             found[0],

@@ -179,7 +179,7 @@ class Symbols(Builder):
 
     def _slope_beyond(self, side: int) -> Symbol:
         slope = Symbol(f"phi({side})", real=True)
-        self.tex[slope] = "a_+" if side > 0 else "a_-"
+        self.tex[slope] = "a^+" if side > 0 else "a^-"
         if not self.general:
             self.values[slope] = self.A.subs(U, side)
         return slope

@@ -281,7 +281,7 @@ class Expansion:
                 value = self.integrals.get(s, self.definitions[s])
                 lines.append(f"{self._latex(s)} &= {self._latex(value)}")
         if self.integrals.keys() & self._met.keys():
-            lines.append(r"h_1(u) &= \frac{1}{\varphi(u)}, \quad h_{k+1} = -\frac{h_k'}{\varphi}")
+            lines.append(r"h_1(u) &= \frac{1}{\phi(u)}, \quad h_{k+1} = -\frac{h_k'}{\phi}")
         lines += [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in self._met]
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
