@@ -252,7 +252,8 @@ def derive(
     return records
 
 
-_SECTIONS = {
+#: Sections of the paper, and what is beyond it.
+SECTIONS = {
     "2": "Section 2: The systems",
     "3": "Section 3: The results in physical units",
     "4": "Section 4: Reduction to one dimension",
@@ -308,14 +309,19 @@ def sheet() -> str:
         shown = printed if printed == "the same" else f"${printed}$"
         lines.append(f"${symbol}$ & {tex(meaning)} & {shown} \\\\")
     lines.append("\\end{tabular}")
-    section = ""
+    before = ""
     for label, entry in entries().items():
-        number = entry.module.removeprefix("derivations.sections.section")[0]
-        if number != section:
-            section = number
-            lines += ["", f"\\section*{{{_SECTIONS[number]}}}"]
+        number = section(entry.module)
+        if number != before:
+            before = number
+            lines += ["", f"\\section*{{{SECTIONS[number]}}}"]
         lines += ["", *_entry(formula(label))]
     return "\n".join([*lines, "\\end{document}", ""])
+
+
+def section(module: str) -> str:
+    """The entry of `SECTIONS` that a module of derivations belongs to."""
+    return module.removeprefix("derivations.sections.section")[0]
 
 
 def _entry(found: Formula) -> Iterator[str]:

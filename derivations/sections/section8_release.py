@@ -1,4 +1,4 @@
-"""The whole system, beyond the paper: what `symasym.release` marches, expands and takes for a rate.
+"""The whole system, beyond the paper: what symasym.release marches, expands and takes for a rate.
 
 Scaled variables: du = phi(u, z, eps u) dt + kappa dW, dz = eps g dt, and L f = phi f_u +
 (kappa^2/2) f_uu + eps g f_z. No label of the paper rests on these.

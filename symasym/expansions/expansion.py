@@ -369,7 +369,7 @@ def expand(
         kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T of a
         polynomial A through the coalescence of a well and a barrier, in Airy functions.
     order : int, optional
-        0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 order), or of
+        0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 N), or of
         2/kappa^2; 0 for ``noise="uniform"``.
     start : number, optional
         In (-1, 1), no zero of A.

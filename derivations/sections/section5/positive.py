@@ -1,4 +1,4 @@
-"""The exact integrals in positive terms: what the numeric engines evaluate (docs/exact.md)."""
+"""The exact integrals in positive terms: what the numeric engines evaluate."""
 
 from __future__ import annotations
 
