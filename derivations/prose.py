@@ -24,7 +24,19 @@ _GREEK = {
 } | {
     name: f"\\{name}"
     for name in (
-        *("kappa", "sigma", "phi", "delta", "Delta", "mu", "alpha", "beta", "rho", "omega"),
+        *(
+            "kappa",
+            "sigma",
+            "Sigma",
+            "phi",
+            "delta",
+            "Delta",
+            "mu",
+            "alpha",
+            "beta",
+            "rho",
+            "omega",
+        ),
         *("zeta", "theta", "pi", "psi", "xi", "tau"),
     )
 }

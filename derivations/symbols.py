@@ -128,8 +128,8 @@ MEANINGS: dict[str, Meaning] = {
     "q": Meaning("a density; a mode of the operator", "per scaled length"),
     # Terms of the exact integrals.
     "w": Meaning("time spent at a point per unit of rate", "scaled time per scaled length"),
-    "sigma_left": Meaning("I/s on the left of the start, s = exp(lam V)", "scaled length"),
-    "sigma_right": Meaning("I/s on the right of the start, s = exp(lam V)", "scaled length"),
+    "sigma_left": Meaning("Sigma/s on the left of the start, s = exp(lam V)", "scaled length"),
+    "sigma_right": Meaning("Sigma/s on the right of the start, s = exp(lam V)", "scaled length"),
     "I0": Meaning("integral of exp(lam V) over (0, r)", "scaled length"),
     "I1": Meaning("integral of exp(lam V) over (-r, 0)", "scaled length"),
     "J0": Meaning("double integral over v in (0, r), see the note", "scaled length squared"),
@@ -278,8 +278,8 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "nested_up": Meaning("double integral, rising", "squared widths", _X),
     },
     "panel-step": {
-        "sigma": Meaning("I/s at the panel's left end", "scaled length"),
-        "sigma_b": Meaning("I/s at the panel's right end", "scaled length", _X),
+        "sigma": Meaning("Sigma/s at the panel's left end", "scaled length"),
+        "sigma_b": Meaning("Sigma/s at the panel's right end", "scaled length", _X),
         "w_b": Meaning("w at the panel's right end", "scaled time per scaled length", _X),
         "int_e": Meaning("climb times the integral of e = exp(lam (V - V(a)))", "scaled length"),
         "int_inverse": Meaning("fall times the integral of 1/e", "scaled length"),
@@ -300,7 +300,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     },
     "release-order": {
         "T_1": Meaning("coefficient of eps in the mean time of release", _SCALED_TIME, _T),
-        "I": Meaning("scale function, the integral of exp(lam V) from -r", "scaled length"),
+        "Sigma": Meaning("scale function, the integral of exp(lam V) from -r", "scaled length"),
         "s": Meaning("rate at which the motion of z and y = eps u changes T", "scaled time"),
         "T_0": Meaning("mean escape time with z frozen", _SCALED_TIME),
         "g": Meaning("velocity of the slow variable z", "unscaled"),

@@ -109,19 +109,19 @@ def first_order(d: Any) -> None:
         Identity(order_one),
         "L0 T1 = -(this), T1 = 0 at u = -r and r; phi_y is the slope in y = eps u",
     )
-    I_, s = Function("I"), Function("s")
+    Sigma, s = Function("Sigma"), Function("s")
     a, b = sympy.symbols("a b", positive=True)
     lam = 2 / kappa**2
-    left = Integral(lam * I_(v) / I_(v).diff(v) * s(v), (v, -r, x))
-    right = Integral(lam * (I_(r) - I_(v)) / I_(v).diff(v) * s(v), (v, x, r))
-    solution = ((I_(r) - I_(x)) * left + I_(x) * right) / I_(r)
+    left = Integral(lam * Sigma(v) / Sigma(v).diff(v) * s(v), (v, -r, x))
+    right = Integral(lam * (Sigma(r) - Sigma(v)) / Sigma(v).diff(v) * s(v), (v, x, r))
+    solution = ((Sigma(r) - Sigma(x)) * left + Sigma(x) * right) / Sigma(r)
 
     def equations(stated: Any) -> dict[str, Any]:
-        """L0 T1 + s, with phi = -(kappa^2/2) I''/I', and the ends, on exponentials."""
+        """L0 T1 + s, with phi = -(kappa^2/2) Sigma''/Sigma', and the ends, on exponentials."""
         scale = sympy.exp(x) - sympy.exp(-r)
         force = a * sympy.exp(2 * x) + b * sympy.exp(3 * x)
         known = stated.replace(s, lambda at: force.subs(x, at))
-        known = sympy.expand(known.replace(I_, lambda at: scale.subs(x, at)).doit())
+        known = sympy.expand(known.replace(Sigma, lambda at: scale.subs(x, at)).doit())
         drift = -scale.diff(x, 2) / scale.diff(x) / lam
         return {
             "L0 T1 = -s": drift * known.diff(x) + known.diff(x, 2) / lam + force,
@@ -134,13 +134,15 @@ def first_order(d: Any) -> None:
         "solve",
         solution,
         Satisfies(equations),
-        "I' = e^(lam V), I(-r) = 0: the time spent at v is lam I(min)(I(r) - I(max))/(I' I(r))",
+        "Sigma' = e^(lam V), Sigma(-r) = 0: the time spent at v is "
+        "lam Sigma(min)(Sigma(r) - Sigma(max))/(Sigma' Sigma(r))",
     )
     d.conclude(
         (s(u), Function("T_1")(x)),
         (source, found),
         "O(eps^2) in T",
-        note="T = T_0 + eps T_1; I' = e^(lam V), I(-r) = 0; phi_y is the slope of phi in y = eps u",
+        note="T = T_0 + eps T_1; Sigma' = e^(lam V), Sigma(-r) = 0; phi_y is the slope of phi in "
+        "y = eps u",
     )
 
 

@@ -14,7 +14,7 @@ from derivations.runner import slug
 #: What is no formula: code, quotations, labels, initials of authors, an article at a line's end,
 #: the mark of a list, words with an apostrophe.
 _APART = re.compile(
-    r"``[^|].*?``|:\w+:`[^`]*`|`[^`]*`|\"[^\"]*\"|\beq:\w+|[\w/-]+\.(?:md|py)\b|\b[A-Z]\. (?=[A-Z])"
+    r"``.*?``|:\w+:`[^`]*`|`[^`]*`|\"[^\"]*\"|\beq:\w+|[\w/-]+\.(?:md|py)\b|\b[A-Z]\. (?=[A-Z])"
     r"|\be\.g\.|\ba$|^\s*- |\b\w+n't\b|(?<=\b\w)'s\b|\S*\*\*\S*|\bint\b(?! h_)"
     r"|\ba (?=float64)"
 )
@@ -42,15 +42,20 @@ def _formulas(line: str) -> str:
         end = apart.start() if apart else len(line)
         done += _piece(line[at:end])
         if apart:
-            done += apart[0]
+            done += _bars(apart[0])
             at = apart.end()
-    # A role ends before a letter only behind an escaped space.
+    # Beside a letter, and before a bracket that opens, a role needs an escaped space.
     done = re.sub(r"(?<=\w)(?=:math:`)", r"\\ ", done)
-    return re.sub(r"(:math:`[^`]*`)(?=\w)", r"\1\\ ", done)
+    return re.sub(r"(:math:`[^`]*`)(?=[\w(\[{²^+|])", r"\1\\ ", done)
+
+
+def _bars(code: str) -> str:
+    """A formula between bars, which stands as code in a docstring, as TeX; all else as it is."""
+    found = re.fullmatch(r"\$(.*)\$", prose(code.strip("`"), str)) if code[:3] == "``|" else None
+    return f":math:`{found[1]}`" if found and "$" not in found[1] else code
 
 
 def _piece(text: str) -> str:
-    text = re.sub(r"``(\|.*?)``", r"\1", text)
     found = _INTERVAL.search(text)
     if found:
         role = f":math:`{found[0]}`"

@@ -342,9 +342,9 @@ class Symbols(Builder):
 
         # No jump is at the start: what it adds on the right is taken off on the left.
         start = (
-            self._symbol_of(one.rising_start, "S", "")
+            self._symbol_of(one.rising_start, "Y", "")
             if side == "+"
-            else Series([Part(0.0, 0, [-Symbol("S", real=True)])])
+            else Series([Part(0.0, 0, [-Symbol("Y", real=True)])])
         )
         return one._replace(
             rising_start=start,
