@@ -186,18 +186,13 @@ class Truncated(NamedTuple):
     slope: Number | None
 
 
-def airy_form(
-    key: int, pair: Pair, rough: Number, arithmetic: Arithmetic, in_float: Pair | None = None
-) -> AiryForm:
-    """The canonical form of a pair; `rough` is the rounding of A there.
-
-    The size of order 1 is found from `in_float`, if given, the same pair in float64.
-    """
+def airy_form(key: int, pair: Pair, rough: Number, arithmetic: Arithmetic) -> AiryForm:
+    """The canonical form of a pair; `rough` is the rounding of A there."""
     even, odd = _sums(pair)
     norm = pair_norm(arithmetic, even, odd, pair.square)
     a, b = canonical(arithmetic, pair.slope, even, pair.sign * odd, norm)
     moved = rough / (pair.psi[0] * pair.slope**2)
-    return AiryForm(key, pair.zeta, a, b, *_next_terms(in_float or pair), moved)
+    return AiryForm(key, pair.zeta, a, b, *_next_terms(arithmetic, pair), moved)
 
 
 def regular_share(
@@ -227,13 +222,13 @@ def _sums(pair: Pair) -> tuple[Number, Number]:
     return poly(pair.psi[0::2], pair.square), poly(pair.psi[1::2], pair.square)
 
 
-def _next_terms(pair: Pair) -> tuple[Number, Number]:
+def _next_terms(c: Arithmetic, pair: Pair) -> tuple[Number, Number]:
     """a_1 and b_1 in float64, from the series at both zeros; only their size counts."""
-    least = _APART**2
-    square = np.where(np.abs(pair.square) < least, least, pair.square)
-    zeta = square * np.cbrt(mean_of_psi(pair.psi, square)) ** 2
+    least, square, psi = _APART**2, c.size(pair.square), [c.size(x) for x in pair.psi]
+    square = np.where(np.abs(square) < least, least, square)
+    zeta = square * np.cbrt(mean_of_psi(psi, square)) ** 2
     half, root = np.sqrt(square + 0j), np.sqrt(zeta + 0j)
-    slopes = [_series_at(pair.psi, sign * half, sign * root) for sign in (1, -1)]
+    slopes = [_series_at(psi, sign * half, sign * root) for sign in (1, -1)]
     b = (slopes[0][0] - slopes[1][0]) / (2 * root)
     one, two = (
         3 * w3 / (2 * sign * root) - (2 * w2 - b) / (4 * zeta)
