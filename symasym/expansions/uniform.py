@@ -29,7 +29,7 @@ from symasym.asymptotics.uniform.order_zero_forms import (
     AiryForm,
     Truncated,
     TruncatedIntegral,
-    _faded,
+    faded,
     regular_share,
 )
 from symasym.asymptotics.weak_noise.one_sided import Builder, CriticalPoint, Joint
@@ -43,7 +43,7 @@ from symasym.generated.arithmetic_formulas import canonical, over_end, pair_norm
 from symasym.numbers.polynomials import poly
 from symasym.series.quadratic_factor import Pair, seen_from
 from symasym.special.airy import AiryProducts
-from symasym.special.dawson import _gaussians
+from symasym.special.dawson import gaussians
 from symasym.special.exponentials import quotients
 
 __all__ = [
@@ -303,8 +303,8 @@ class Coalescing(PairSymbols, OrderZero):
         rho, slope = Symbol("rho", positive=True), self._slope(sign)
         self.tex |= {rho: r"\rho", rest: "Q"}
         drop = self.heights[barrier] - self.heights[well]
-        self.values[rho] = _faded(self.arithmetic, drop, S.One, fall)[0]
-        keep = _faded(self.arithmetic, rho / FADE, S.One, S.One)[1]
+        self.values[rho] = faded(self.arithmetic, drop, S.One, fall)[0]
+        keep = faded(self.arithmetic, rho / FADE, S.One, S.One)[1]
         self.values[t] = sympy.sqrt(2 * fall)
         self.values[peak] = (1 - keep) / sympy.sqrt(-self.derivative(2, barrier))
         self.values[rest] = 1 / slope - peak / t
@@ -375,7 +375,7 @@ def gaussian_functions(x: Expr, barrier: bool = True) -> tuple[Expr, Expr, Expr]
         area = sympy.sqrt(sympy.pi) * sympy.Integral(sympy.exp(y**2) * sympy.erfc(y), (y, 0, x))
     dawson = sympy.sqrt(sympy.pi) / 2 * sympy.exp(-(x**2)) * sympy.erfi(x)
     c: Any = Expressions()
-    return _gaussians(c, LAM, sympy.exp(x**2) * sympy.erfc(x), dawson, area)
+    return gaussians(c, LAM, sympy.exp(x**2) * sympy.erfc(x), dawson, area)
 
 
 def _leading(drift: Drift, case: Case) -> float:

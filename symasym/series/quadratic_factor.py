@@ -24,18 +24,9 @@ if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
 __all__ = [
-    "Pair",
-    "mean_of_psi",
-    "mean_of_values",
-    "not_alone",
-    "numbers",
-    "pairs_of",
-    "poly",
-    "seen_from",
-    "shifted",
-    "split_pair",
-    "tiny",
-]
+    "Pair", "mean_of_psi", "mean_of_values", "not_alone", "numbers", "pairs_of", "poly",
+    "seen_from", "shifted", "split_pair", "tiny",
+]  # fmt: skip
 
 _STEPS = 40
 

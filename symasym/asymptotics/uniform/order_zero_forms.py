@@ -50,7 +50,7 @@ from symasym.numbers.arithmetic import FLOATS, Arithmetic
 from symasym.numbers.polynomials import poly, shifted
 from symasym.series.quadratic_factor import Pair, mean_of_psi
 from symasym.special.airy import AiryProducts, airy_products
-from symasym.special.dawson import _gaussians, dawson
+from symasym.special.dawson import dawson, gaussians
 from symasym.special.exponentials import quotients
 
 __all__ = [
@@ -110,7 +110,7 @@ def _past_barrier(
     return -alpha * c.log1p(twice / gap) / twice, beta / 2 * c.log(gap * (gap + twice))
 
 
-def _faded(c: Arithmetic, drop: Number, gap: Number, area: Number) -> tuple[Number, Number, Number]:
+def faded(c: Arithmetic, drop: Number, gap: Number, area: Number) -> tuple[Number, Number, Number]:
     """rho, and the shares of the barrier's order 0 and 1 that are faded out as a well comes near.
 
     `drop` is V from the barrier down to the well: as they meet, its own series breaks down.
@@ -142,7 +142,7 @@ def _before_end(
 #: The functions that are emitted as well.
 EMITTED = (
     pair_norm, canonical, over_pair, over_pair_twice, pair_share, _turn, _past_pair, _past_barrier,
-    _faded, end_peak, end_distance, end_mean, end_rest, _before_end, _gaussians, over_end,
+    faded, end_peak, end_distance, end_mean, end_rest, _before_end, gaussians, over_end,
 )  # fmt: skip
 
 
@@ -269,7 +269,7 @@ def truncated_gaussian(
     keep_next: Any = c.zero
     area = _area(psi, gap)
     if drop is not None:
-        rho, keep, keep_next = _faded(c, drop, gap, area)
+        rho, keep, keep_next = faded(c, drop, gap, area)
         ratio = c.where(rho > 1e-6, ratio, c.zero)
     bottom = c.maximum(psi[0], c.eps**6)
     value = poly(psi, gap)
@@ -396,7 +396,7 @@ def _truncated(e: Truncated, point: Any) -> dict[str, tuple[Number, Number]]:
     """All four; what lies beyond the end is included."""
     c, lam, x = point.arithmetic, point.lam, point.x
     near = dawson(e.t * c.sqrt(lam / 2), c)
-    sigma, falling, area = _gaussians(c, lam, *near)
+    sigma, falling, area = gaussians(c, lam, *near)
     tail, slow = e.peak * sigma, e.peak * falling
     rising, falling, both = over_end(c, lam, e.t, e.peak, e.rest, sigma, falling, area)
     straight = beyond = c.zero

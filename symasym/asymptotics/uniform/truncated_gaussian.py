@@ -41,7 +41,7 @@ from symasym.base.contexts import mpf_of
 from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
 from symasym.series.power_series import product
-from symasym.special.dawson import _gaussians, dawson, erfcx_area
+from symasym.special.dawson import dawson, erfcx_area, gaussians
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -331,7 +331,7 @@ def _functions(truncation: Truncation, lam: mpf, context: MPContext) -> _Functio
     side = 1 if truncation.t > 0 else -1
     values = dawson(x, c)
     area = values.area if truncation.barrier else erfcx_area(x, c)
-    sigma, falling, area = _gaussians(c, lam, values.erfcx, values.value, area)
+    sigma, falling, area = gaussians(c, lam, values.erfcx, values.value, area)
     return _Functions(side * sigma, side * falling, area / lam)
 
 
