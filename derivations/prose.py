@@ -272,14 +272,14 @@ def _set(tokens: list[Token]) -> str:
             continue
         if text == "^" and at + 1 < len(tokens):
             end = _power(tokens, at + 1)
-            inner = tokens[at + 1 : end]
-            if inner and inner[0][1] in "({":
-                inner = inner[1:-1]
+            power = tokens[at + 1 : end]
+            if power and power[0][1] in "({":
+                power = power[1:-1]
             # a^+ is raised in brackets.
             side = re.search(r"([afg]\^[+-])$", done)
             if side:
                 done = done[: side.start()] + f"({side[1]})"
-            done += f"^{{{_set(inner)}}}"
+            done += f"^{{{_set(power)}}}"
             at = end
             continue
         if kind == "raised":

@@ -301,7 +301,9 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         order = len(expr.variables)
         if isinstance(expr.expr, AppliedUndef) and expr.expr.args * order == expr.variables:
             # R''(u), which no factor behind it can be taken into.
-            return str(self._print(expr.expr.func)) + "'" * order + f"({self._print(expr.variables[0])})"
+            name, at = self._print(expr.expr.func), self._print(expr.variables[0])
+            primes = "'" * order
+            return f"{name}{primes}({at})"
         shown = str(super()._print_Derivative(expr.func(sympy.Symbol("X"), *expr.variable_count)))
         operator = shown.rsplit("X", 1)[0].rstrip()
         if requires_partial(expr.expr):
