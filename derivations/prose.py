@@ -272,14 +272,14 @@ def _set(tokens: list[Token]) -> str:
             continue
         if text == "^" and at + 1 < len(tokens):
             end = _power(tokens, at + 1)
-            power = tokens[at + 1 : end]
-            if power and power[0][1] in "({":
-                power = power[1:-1]
+            exponent = tokens[at + 1 : end]
+            if exponent and exponent[0][1] in "({":
+                exponent = exponent[1:-1]
             # a^+ is raised in brackets.
             side = re.search(r"([afg]\^[+-])$", done)
             if side:
                 done = done[: side.start()] + f"({side[1]})"
-            done += f"^{{{_set(power)}}}"
+            done += f"^{{{_set(exponent)}}}"
             at = end
             continue
         if kind == "raised":
