@@ -76,6 +76,8 @@ class Symbols(Builder):
         The integrals of the regular part, as finite parts.
     tex : dict
         The symbols' LaTeX.
+    code, growth : dict
+        What is written otherwise in code (`symasym.expansions.emitted.Quotient`).
     """
 
     #: Names of the formula's own symbols, which no parameter has.
@@ -102,6 +104,8 @@ class Symbols(Builder):
         self.equations: dict[Symbol, Expr] = {}
         self.tex: dict[Symbol, str] = {}
         self.integrals: dict[Symbol, Expr] = {}
+        self.code: dict[Symbol, Expr] = {}
+        self.growth: dict[Symbol, Expr] = {}
         self.start = Rational(start.numerator, start.denominator)
         self.edges = [-S.One, self.start, S.One]
         self.beyond, self.before = True, case.before
