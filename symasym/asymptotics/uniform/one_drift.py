@@ -22,7 +22,7 @@ from symasym.asymptotics.uniform.order_zero import (
 )
 from symasym.asymptotics.uniform.structure import _structure
 from symasym.asymptotics.weak_noise.compose import Composed
-from symasym.asymptotics.weak_noise.evaluation import time_with_digits
+from symasym.asymptotics.weak_noise.evaluation import escape_time, with_digits
 from symasym.asymptotics.weak_noise.one_sided import Builder
 from symasym.asymptotics.weak_noise.series import BEYOND, Point
 from symasym.drift.drift import Drift
@@ -56,7 +56,7 @@ class Scene(NamedTuple):
         at = UniformPoint(Point(lam, 0, True, None, c), composed.r)
         # Sizes of order 1 may be infinite; then they claim nothing.
         with np.errstate(all="ignore"):
-            known = time_with_digits(composed, at)
+            known = with_digits(escape_time, composed, at)
         relative = known.error / known.value if known.sure else c.inf
         if not relative < _MOST:
             return None
@@ -194,7 +194,7 @@ def _with_factors(
             real = [*real, (f.middle - half, f.row), (f.middle + half, f.row)]
     real.sort(key=lambda pair: pair[0])
     self.lines = [u for u, _ in real]
-    self.rough = [0.0] * len(real)
+    self.zero_rounding = [0.0] * len(real)
     self.in_float = _in_float(self)
     self.slack, self.together, self.apart = slack, [], []
     for f in factors:
@@ -214,7 +214,7 @@ def _with_factors(
 def _in_float(one: OrderZero) -> Builder:
     """The float64 series from which the sizes of order 1 are taken."""
     self = Builder.__new__(Builder)
-    self.count, self.degree, self.rough = one.count, one.degree, one.rough
+    self.count, self.degree, self.zero_rounding = one.count, one.degree, one.zero_rounding
     self.c, self.lines, self.edges = (
         [float(x) for x in row] for row in (one.c, one.lines, one.edges)
     )

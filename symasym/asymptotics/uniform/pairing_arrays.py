@@ -93,7 +93,7 @@ def _of_columns(scenes: Scenes, zeros: Zeros, pairs: list[Pairs], slack: FloatAr
         one.together.append(one.of_pair(key, p.pair, p.point, side, members))
     taken = {int(p.above[0]) for p in good}
     one.apart = [
-        Apart(factor_pair(one.c, z.real, -(z.imag**2)), z.real, one.rough_pairs[j])
+        Apart(factor_pair(one.c, z.real, -(z.imag**2)), z.real, one.pair_rounding[j])
         for j, z in enumerate(one.pairs)
         if j not in taken
     ]

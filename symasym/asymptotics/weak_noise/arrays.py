@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import is_dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 from operator import itemgetter
 from typing import Any, NamedTuple
 
@@ -14,9 +14,8 @@ from symasym.asymptotics.weak_noise.compose import Composed
 from symasym.asymptotics.weak_noise.interpolation import columns, of_one
 from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided
 from symasym.asymptotics.weak_noise.series import Numbers, Point, Sizes
-from symasym.base.inputs import FloatArray, is_array
+from symasym.base.inputs import FloatArray, IntArray, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.field.float_field import IntArray
 from symasym.drift.field.polynomial_scenes import Scenes as PolynomialScenes
 from symasym.drift.field.polynomial_scenes import clear_of_zero, scenes_of, structure
 from symasym.drift.field.scenes import Scenes, by_drift, grouped, input_rounding, rows_of
@@ -29,8 +28,9 @@ _WITHOUT_ERRORS = 12288
 # Drifts at once: with a quarter of them NumPy's cost per call doubles the time; twice as many
 # are no quicker and take twice the memory.
 _DRIFTS_AT_ONCE = 4096
-# Zeros of A whose rounding, relative to their distances, is more than this are not used.
-_ROUGHEST = 1e-10
+# Zeros of A whose rounding, relative to their distances, is more than this are not used; of one
+# drift, whose zeros with more digits cost little.
+_MOST_ROUNDING, _MOST_OF_ONE = 1e-10, 1e-13
 # More values of kappa than that for one drift are taken apart from other drifts'.
 _MANY = 256
 # Where errors are not asked for, they are looked at for so many scenes; the refusal
@@ -86,13 +86,15 @@ def _built(
     if len(rows) == 1:
         try:
             builder = Builder(scenes, zeros, order, _plain_number)
-            sure = builder.roughest() < _ROUGHEST and builder.estimated()
+            sure = builder.largest_rounding() < _MOST_OF_ONE and builder.estimated()
             return ExpandedScenes(rows, builder.both_sides()) if sure else None
         except (ArithmeticError, ValueError):
             # Python refuses what NumPy makes infinite.
             pass
     builder = Builder(scenes, zeros, order, unchanged)
-    sure = np.broadcast_to((builder.roughest() < _ROUGHEST) & builder.estimated(), rows.shape)
+    sure = np.broadcast_to(
+        (builder.largest_rounding() < _MOST_ROUNDING) & builder.estimated(), rows.shape
+    )
     if not sure.any():
         return None
     if not sure.all():
@@ -101,7 +103,7 @@ def _built(
     return ExpandedScenes(rows[sure], builder.both_sides())
 
 
-Evaluate = Callable[[Composed, Point], tuple[FloatArray, Any]]
+FloatLog = Callable[[Composed, Point], tuple[FloatArray, Any]]
 Analyse = Callable[[Drift, float, float], Expansions]
 Find = Callable[[PolynomialScenes, int], Iterator[ExpandedScenes]]
 
@@ -123,7 +125,7 @@ def logs_of(
     scenes: Scenes,
     shapes: list[tuple[int, ...]],
     orders: Sequence[int],
-    evaluate: Evaluate,
+    evaluate: FloatLog,
     analyse: Analyse | None,
     full: bool,
     find: Find = expanded_of,
@@ -169,8 +171,8 @@ def logs_of(
 
 def own_shapes(drift: Drift, numbers: dict[str, Any], scenes: Scenes) -> list[tuple[int, ...]]:
     """Shapes of what the expansions depend on: parameters, start, and r inside the layer."""
-    shapes = [np.shape(x) for x in (*drift.values.values(), numbers["start"]) if is_array(x)]
-    if is_array(numbers["r"]) and (scenes.numbers["r"] <= 1).any():
+    shapes = [np.shape(x) for x in (*drift.values.values(), numbers.get("start")) if is_array(x)]
+    if is_array(numbers.get("r")) and (scenes.numbers["r"] <= 1).any():
         shapes.append(np.shape(numbers["r"]))
     return shapes
 
@@ -217,15 +219,20 @@ def _all_expansions(
 ) -> Iterator[tuple[IntArray, Expansions]]:
     """In float64 where that is enough, else one by one with more digits."""
     left = np.ones(len(drifts.start), dtype=bool)
-    values = {**scenes.parameters, **drifts.parameters}
-    known = scenes_of(drift, values, drifts.start, drifts.radius)
-    if known is not None:
-        for built in find(known, order):
-            left[built.rows] = False
-            if drifts.rows is not None and len(built.rows) > 1 and drifts.rows.shape[1] > _MANY:
-                yield from _apart(built.rows, built.sides)
-            else:
-                yield built.rows, built.sides
+    if len(left) == 1 and not drift.shape:
+        every: Iterable[ExpandedScenes] = _of_one(
+            drift, float(drifts.start[0]), float(drifts.radius[0]), order, find
+        )
+    else:
+        values = {**scenes.parameters, **drifts.parameters}
+        known = scenes_of(drift, values, drifts.start, drifts.radius)
+        every = () if known is None else find(known, order)
+    for built in every:
+        left[built.rows] = False
+        if drifts.rows is not None and len(built.rows) > 1 and drifts.rows.shape[1] > _MANY:
+            yield from _apart(built.rows, built.sides)
+        else:
+            yield built.rows, built.sides
     rest = np.flatnonzero(left)
     if analyse is None or not rest.size:
         return
@@ -234,6 +241,15 @@ def _all_expansions(
     some = scenes._replace(parameters={**scenes.parameters, **given}, lam=start)
     for one, rows in by_drift(some, radius, start):
         yield rest[rows], analyse(one, float(radius[rows[0]]), float(start[rows[0]]))
+
+
+@lru_cache(maxsize=32)
+def _of_one(
+    drift: Drift, start: float, radius: float, order: int, find: Find
+) -> list[ExpandedScenes]:
+    """The expansions of one drift in float64, for the next question about it."""
+    known = scenes_of(drift, dict(drift.values), np.array([start]), np.array([radius]))
+    return [] if known is None else list(find(known, order))
 
 
 def _apart(rows: IntArray, sides: Expansions) -> Iterator[tuple[IntArray, Expansions]]:
@@ -270,13 +286,13 @@ def _filled(
     sides: Expansions,
     scenes: Scenes,
     orders: Sequence[int],
-    evaluate: Evaluate,
+    evaluate: FloatLog,
     full: bool,
     smooth: bool,
 ) -> tuple[FloatArray, FloatArray]:
     """Scenes in columns, one a drift of `sides`, or all of one drift."""
     one, lam, r = scenes.lam.ndim == 1, scenes.lam, scenes.numbers["r"]
-    if one and not isinstance(sides[0].rough, float):
+    if one and not isinstance(sides[0].height_rounding, float):
         sides = first_of(sides)
     # A radius that all scenes share keeps its exponents shared as well.
     first = float(r.flat[0])
@@ -322,7 +338,7 @@ def _filled(
 
 
 def _between(
-    sides: Expansions, lam: FloatArray, views: Composed, order: int, evaluate: Evaluate
+    sides: Expansions, lam: FloatArray, views: Composed, order: int, evaluate: FloatLog
 ) -> tuple[FloatArray, FloatArray, Any] | None:
     """Logarithms in columns by interpolation, the largest errors, and where it is good.
 
@@ -372,7 +388,7 @@ def _sizes(sides: Expansions) -> Sizes:
 
 def _heights(side: OneSided) -> list[Any]:
     """All heights of one side, and their rounding."""
-    return [side.rough, *(point.height for point in side.rising + side.falling)]
+    return [side.height_rounding, *(point.height for point in side.rising + side.falling)]
 
 
 def _probes(lam: FloatArray) -> IntArray:

@@ -141,7 +141,7 @@ class _FieldBuilder(Builder):
         self.arithmetic = Digits(context)
         self.field, self.context, self.digits, self.must_tell = field, context, outer, estimated
         self.count, self.degree = order + 1 + BEYOND, 0
-        self.height_size = self.height_rough = 0.0
+        self.height_size = self.height_rounding = 0.0
         self.least = self.unit = 64 * context.eps
         reach = min(r, Fraction(1))
         self.edges = [-reach, min(max(x, -reach), reach), reach]
@@ -363,7 +363,7 @@ def in_float(one: OneSided) -> OneSided:
         falling=falling,
         beyond=one.beyond and tuple(float(x) for x in one.beyond),  # type: ignore[arg-type]
         # Heights cancel each other in pairs of critical points.
-        rough=3e-16 * max([abs(p.height) for p in rising + falling], default=0.0),
+        height_rounding=3e-16 * max([abs(p.height) for p in rising + falling], default=0.0),
     )
 
 

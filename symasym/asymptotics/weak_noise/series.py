@@ -123,7 +123,7 @@ _LARGER = 23.0
 # Of a product of pairs, and of their errors, over such a product.
 _FACTORS = 4
 # Rounding of exponents beyond which it is a logarithm's, whatever the weight of its terms.
-MOST_ROUGH = 0.1
+MOST_ROUNDING = 0.1
 
 
 def plus(a: Numbers, b: Numbers) -> Any:
@@ -305,7 +305,7 @@ class Point:
         self._small = 4 * arithmetic.eps
         self._powers: dict[float, Any] = {1.0: self.x}
         self._decays: dict[Any, Any] = {}
-        self._rough: dict[int, tuple[Any, Any]] = {}
+        self._moved: dict[int, tuple[Any, Any]] = {}
         self._values: dict[int, tuple[Any, Value]] = {}
 
     def value_of(self, node: Valued) -> Value:
@@ -377,31 +377,33 @@ class Point:
         exponent = self.lam * gap
         return np.exp(exponent, out=exponent) if exponent.max() > self.faint else 0.0
 
-    def _rounding(self, rough: Numbers) -> Any:
+    def _rounding(self, rounding: Numbers) -> Any:
         """lam times the rounding of a height, where that is small, else 0."""
-        if isinstance(rough, float) and (rough == 0 or rough * self.least >= MOST_ROUGH):
+        if isinstance(rounding, float) and (
+            rounding == 0 or rounding * self.least >= MOST_ROUNDING
+        ):
             return 0.0
         # With the number itself, so that its id is not given to another.
-        known = self._rough.get(id(rough))
+        known = self._moved.get(id(rounding))
         if known is None:
-            moved = self.lam * rough
-            if not moved.max() < MOST_ROUGH:
-                moved = np.where(moved < MOST_ROUGH, moved, 0.0)
-            known = self._rough[id(rough)] = rough, moved
+            moved = self.lam * rounding
+            if not moved.max() < MOST_ROUNDING:
+                moved = np.where(moved < MOST_ROUNDING, moved, 0.0)
+            known = self._moved[id(rounding)] = rounding, moved
         return known[1]
 
     # -- series ------------------------------------------------------------------------------
 
-    def series(self, series: Series | Local, rough: Numbers = 0.0) -> Value:
+    def series(self, series: Series | Local, rounding: Numbers = 0.0) -> Value:
         """The first order + 1 terms; the error is that of truncation and rounding.
 
-        `rough` is the rounding of the height of the exponential that the series goes with.
+        `rounding` is the rounding of the height of the exponential that the series goes with.
         """
         if not isinstance(series, Series):
             value, error = series.at(self)
             total = Value(value, error)
             if self.errors:
-                total.error = plus(error, times(total.size, self._rounding(rough)))
+                total.error = plus(error, times(total.size, self._rounding(rounding)))
             return total
         value = 0.0
         for part in series.parts:
@@ -409,7 +411,7 @@ class Point:
             value = plus(value, front)
         total = Value(value, None)
         if self.errors:
-            weight = self._rounding(rough)
+            weight = self._rounding(rounding)
             if series.size is None:
                 weight = plus(weight, series.rounding)
             cut = self._truncation(series.parts)
