@@ -24,10 +24,11 @@ from symasym.asymptotics.strong_noise.sweep import Side, Stretch, after, layer, 
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
-from symasym.drift.field.scenes import Answer, Answers, Request, Scene, Scenes, input_rounding
 from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of, to_mpf
 from symasym.numbers.extended_intervals import ExtendedInterval, Undefined
+from symasym.scenes.answers import Answer, Answers, Request
+from symasym.scenes.scene import Scene, Scenes, input_rounding
 from symasym.special.exponentials import ball_quotient
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray, field_of
-from symasym.drift.field.scenes import Scenes
+from symasym.scenes.scene import Scenes
 from symasym.special.exponentials import log_quotient, mean_place
 
 # Rounding of one operation: that of a logarithm, an exponential and a sum, and of the result.
