@@ -14,7 +14,7 @@ one short Horner scheme, and a factor 1 or a term 0, which are plain numbers, co
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple, Protocol
@@ -224,6 +224,12 @@ class Value:
 def _leading(part: Part) -> int:
     """The number of its first term."""
     return next((n for n, c in enumerate(part.coefficients) if nonzero(c)), 0)
+
+
+def _rows(parts: list[Part], count: int) -> Iterator[list[tuple[Part, Numbers]]]:
+    """For each n < `count` the parts that have a coefficient c_n, with it."""
+    for n in range(count):
+        yield [(p, p.coefficients[n]) for p in parts if n < len(p.coefficients)]
 
 
 def _ratio(before: Numbers, after: Numbers) -> Any:
@@ -454,63 +460,26 @@ class Point:
         return total
 
     def _truncation(self, parts: list[Part]) -> Any:
-        """The next two terms over 1 - q where terms fall by a factor q, at most 3/4."""
-        if len(parts) == 1 and not parts[0].logs:
-            return self._truncation_of_one(parts[0])
-        first = min((_leading(part) for part in parts), default=0)
-        last = []
-        for n in range(max(first, self.order + 1 - _LOOK_BACK), self.order + 1 + BEYOND):
-            term: Any = 0.0
-            for part in parts:
-                term = term + self._term(part, n)
-            last.append(abs(term))
-        error = sum(last[-BEYOND:])
+        """The next two terms over 1 - q where terms fall by a factor q, at most 3/4.
+
+        Terms are sizes times powers of 1/lam: of one part without logarithms coefficients, so that
+        q is one number times 1/lam.
+        """
+        first, total, front = self.order + 1, 0.0, 1.0
         longest = max((len(part.coefficients) for part in parts), default=0)
-        for n in range(self.order + 1 + BEYOND, longest):
-            if np.any(error > self._small * last[0]):
-                break
-            error = error + abs(sum(self._term(part, n) for part in parts))
-        if not nonzero(error):
-            return 0.0
-        ratio: Any = 0.0
-        for before, after in pairwise(last):
-            ratio = higher(ratio, _ratio(before, after))
-        return error / (1 - lower(ratio, _MOST_FALL))
-
-    def _term(self, part: Part, n: int) -> Any:
-        """The n-th term of a part."""
-        if n >= len(part.coefficients):
-            return 0.0
-        return self._front(part, part.coefficients[n] * self.power(float(n)))
-
-    def _first_of_later(self, part: Part, near: Numbers, far: Numbers) -> tuple[Any, Any]:
-        """The next two coefficients, with those further on where these two vanish."""
-        first = self.order + 1
-        later = part.coefficients[first + BEYOND :]
-        if not later:
-            return near, far
-        # Infinite where Python's own floats raise.
-        x = 1 / (np.float64(self.least) if isinstance(self.least, float) else self.least)
-        lead = abs(part.coefficients[_leading(part)])
-        for n, c in enumerate(later, start=1):
-            if np.any(near + far * x > self._small * lead * x ** (_leading(part) - first)):
-                break
-            far = far + abs(c) * x**n
-        return near, far
-
-    def _truncation_of_one(self, part: Part) -> Any:
-        """The same for one part: its terms are numbers times powers, q one times 1/lam."""
-        first = self.order + 1
-        if len(part.coefficients) <= first:
-            return 0.0
-        low = max(min(_leading(part), first), first - _LOOK_BACK)
-        sizes = [abs(c) for c in part.coefficients[low : first + BEYOND]]
-        sizes += [0.0] * (first + BEYOND - low - len(sizes))
-        near, far = sizes[-BEYOND:]
+        if longest <= first:
+            return total
+        lead = min(map(_leading, parts))
+        low = max(min(lead, first), first - _LOOK_BACK)
+        if len(parts) == 1 and not parts[0].logs:
+            sizes, front = [abs(c) for c in parts[0].coefficients], self.power(parts[0].offset)
+        else:
+            sizes = [abs(sum(self._front(p, c) for p, c in row)) for row in _rows(parts, longest)]
+        sizes += [0.0] * (first + BEYOND - longest)
         q: Any = 0.0
-        for before, after in pairwise(sizes):
+        for before, after in pairwise(sizes[low : first + BEYOND]):
             q = higher(q, _ratio(before, after))
-        near, far = self._first_of_later(part, near, far)
+        near, far = self._first_of_later(sizes, lead)
         least, most = (float(q.min()), float(q.max())) if isinstance(q, np.ndarray) else (q, q)
         total = self.x * far
         total += near
@@ -522,5 +491,19 @@ class Point:
             if most > _MOST_FALL * self.least:
                 rest = higher(rest, 1 - _MOST_FALL)
             total /= rest
-        total *= self.power(part.offset + first)
+        total *= times(self.power(float(first)), front)
         return total
+
+    def _first_of_later(self, sizes: list[Numbers], lead: int) -> tuple[Any, Any]:
+        """The next two sizes, with those further on where these two vanish."""
+        first = self.order + 1
+        near, far = sizes[first : first + BEYOND]
+        if len(sizes) == first + BEYOND:
+            return near, far
+        # Infinite where Python's own floats raise.
+        x = 1 / (np.float64(self.least) if isinstance(self.least, float) else self.least)
+        for n, c in enumerate(sizes[first + BEYOND :], start=1):
+            if np.any(near + far * x > self._small * sizes[lead] * x ** (lead - first)):
+                break
+            far = far + c * x**n
+        return near, far
