@@ -15,10 +15,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair
-from symasym.asymptotics.weak_noise.arrays import ExpandedScenes, mapped, unchanged
+from symasym.asymptotics.weak_noise.arrays import (
+    ExpandedScenes,
+    clear_of_zero,
+    mapped,
+    structure,
+    unchanged,
+)
+from symasym.asymptotics.weak_noise.one_sided import PolynomialScenes as Scenes
 from symasym.base.inputs import FloatArray
 from symasym.drift.field.float_field import IntArray
-from symasym.drift.field.polynomial_scenes import Scenes, clear_of_zero, structure
 from symasym.numbers.polynomials import Zeros, poly, shifted, zeros_of
 from symasym.series.quadratic_factor import Pair, pairs_of
 

@@ -1,4 +1,9 @@
-"""Weak noise for arrays of scenes: each drift's expansions once, then all its kappa and r."""
+"""Weak noise for arrays of scenes: each drift's expansions once, then all its kappa and r.
+
+Drifts whose A is a polynomial, its coefficients in float64 to the last digit, are expanded together
+where their zeros of A, the start and the radius come in the same order (`structure`), others one by
+one with more digits.
+"""
 
 from __future__ import annotations
 
@@ -12,13 +17,12 @@ import numpy as np
 
 from symasym.asymptotics.weak_noise.compose import Composed
 from symasym.asymptotics.weak_noise.interpolation import columns, of_one
-from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided
+from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided, PolynomialScenes, edges_of
 from symasym.asymptotics.weak_noise.series import Numbers, Point, Sizes
 from symasym.base.inputs import FloatArray, IntArray, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.field.polynomial_scenes import Scenes as PolynomialScenes
-from symasym.drift.field.polynomial_scenes import clear_of_zero, scenes_of, structure
-from symasym.numbers.polynomials import Zeros, zeros_of
+from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
+from symasym.numbers.polynomials import Zeros, poly, zeros_of
 from symasym.scenes.scene import Scenes, by_drift, grouped, input_rounding, rows_of
 
 # Scenes at once: the work arrays of one step, about twenty with errors and ten without, stay in
@@ -31,6 +35,9 @@ _DRIFTS_AT_ONCE = 4096
 # Zeros of A whose rounding, relative to their distances, is more than this are not used; of one
 # drift, whose zeros with more digits cost little.
 _MOST_ROUNDING, _MOST_OF_ONE = 1e-10, 1e-13
+_MOST_DEGREE = 12
+# |A| at the start, at an end or at a kink beside its largest term, below which it is not known.
+_NEAREST = 1e-7
 # More values of kappa than that for one drift are taken apart from other drifts'.
 _MANY = 256
 # Where errors are not asked for, they are looked at for so many scenes; the refusal
@@ -58,6 +65,61 @@ def _plain_number(x: Numbers) -> Any:
 def unchanged(x: Numbers) -> Any:
     """`x` itself."""
     return x
+
+
+def scenes_of(
+    drift: Drift, values: dict[str, Any], start: FloatArray, r: FloatArray
+) -> PolynomialScenes | None:
+    """None where A is not a polynomial of modest degree."""
+    count = len(start)
+    if count == 1 and not drift.shape:
+        exact = _exact_scene(drift, start, r)
+        if exact is not None:
+            return exact
+    pairs = {name: DoubleDouble.of(x).broadcast_to((count,)) for name, x in values.items()}
+    known = drift.coefficients(pairs, DoubleDoubleOps())
+    if known is None or not 0 < len(known) <= _MOST_DEGREE + 1:
+        return None
+    shaped = [DoubleDouble.of(c).broadcast_to((count,)) for c in known]
+    ends = [shift(shaped, np.full(count, side))[0] for side in (-1.0, 1.0)]
+    return PolynomialScenes(np.array([c.hi + c.lo for c in shaped]), ends[0], ends[1], start, r)
+
+
+def _exact_scene(drift: Drift, start: FloatArray, r: FloatArray) -> PolynomialScenes | None:
+    """The scene of a drift with rational coefficients, each rounded once; None of any other."""
+    known = drift.exact_coefficients()
+    if known is None or len(known) > _MOST_DEGREE + 1:
+        return None
+    alternating = (c if k % 2 == 0 else -c for k, c in enumerate(known))
+    try:
+        numbers = [float(c) for c in (*known, sum(alternating), sum(known))]
+    except OverflowError:
+        return None
+    *c, a_minus, a_plus = np.array(numbers)[:, None]
+    return PolynomialScenes(np.array(c), a_minus, a_plus, start, r)
+
+
+def clear_of_zero(scenes: PolynomialScenes, ends: bool = True) -> Any:
+    """True where A is not too small at the start and at r, and at the layer's `ends`."""
+    good = (scenes.a_minus != 0) & (scenes.a_plus != 0)
+    c, sizes = list(scenes.c), list(np.abs(scenes.c))
+    for u in edges_of(scenes):
+        clear = np.abs(poly(c, u)) > _NEAREST * poly(sizes, np.abs(u))
+        good &= clear if ends else clear | (np.abs(u) == 1)
+    return good
+
+
+def structure(scenes: PolynomialScenes, zeros: Zeros) -> IntArray:
+    """One number for each way in which zeros, start and radius may be ordered."""
+    low, middle, high = edges_of(scenes)
+    key = zeros.real * 2 + (scenes.r > 1)
+    for edge in (low, middle, high):
+        # Beyond the real zeros a row goes on with infinities.
+        key = key * 16 + (zeros.values.real < edge).sum(axis=0)
+    start = scenes.start
+    outside = (start < -1) + 2 * (start == -1) + 3 * (start == 1) + 4 * (start > 1)
+    key_of_order: IntArray = (key * 8 + outside) * 2 + (scenes.c[-1] > 0)
+    return key_of_order
 
 
 def expanded_of(scenes: PolynomialScenes, order: int) -> Iterator[ExpandedScenes]:
@@ -300,14 +362,14 @@ def _filled(
     shared = Composed(sides, first) if r.strides == (0,) or (r == first).all() else None
 
     def at(part: slice | IntArray, order: int, wanted: bool) -> tuple[FloatArray, Any]:
-        views = Composed(sides, r[part]) if shared is None else shared
-        return evaluate(views, Point(lam[part], order, wanted, sizes))
+        composed = Composed(sides, r[part]) if shared is None else shared
+        return evaluate(composed, Point(lam[part], order, wanted, sizes))
 
     if one and len(orders) == 1 and not full and len(lam) > 4 * _PROBES:
         if smooth and shared is not None:
-            views = shared
+            composed = shared
             known = of_one(
-                lambda x: evaluate(views, Point(x, orders[0], True, sizes)), lam, _SMALL_SMOOTH
+                lambda x: evaluate(composed, Point(x, orders[0], True, sizes)), lam, _SMALL_SMOOTH
             )
             if known is not None:
                 return known
@@ -338,7 +400,7 @@ def _filled(
 
 
 def _between(
-    sides: Expansions, lam: FloatArray, views: Composed, order: int, evaluate: FloatLog
+    sides: Expansions, lam: FloatArray, composed: Composed, order: int, evaluate: FloatLog
 ) -> tuple[FloatArray, FloatArray, Any] | None:
     """Logarithms in columns by interpolation, the largest errors, and where it is good.
 
@@ -354,7 +416,7 @@ def _between(
             Point(np.repeat(x[:, None], count, axis=1), order, wanted, sizes)
             for x in np.array_split(some, steps)
         )
-        logs, errors = zip(*(evaluate(views, point) for point in points), strict=True)
+        logs, errors = zip(*(evaluate(composed, point) for point in points), strict=True)
         return np.concatenate(logs), np.concatenate(errors) if wanted else None
 
     curves = columns(at, lam[:, 0])

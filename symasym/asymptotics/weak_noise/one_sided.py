@@ -35,7 +35,7 @@ from symasym.asymptotics.weak_noise.series import (
     lower,
     trimmed,
 )
-from symasym.drift.field.polynomial_scenes import Scenes, edges_of
+from symasym.base.inputs import FloatArray, IntArray
 from symasym.generated.arithmetic_formulas import first_moment
 from symasym.generated.plain_formulas import (
     bend_of_saddle,
@@ -247,6 +247,26 @@ def first(x: Numbers) -> Any:
     return x[0] if isinstance(x, np.ndarray) else x
 
 
+class PolynomialScenes(NamedTuple):
+    """Polynomial drifts with starts and radii, float64; coefficients of A in ascending rows."""
+
+    c: FloatArray
+    a_minus: FloatArray
+    a_plus: FloatArray
+    start: FloatArray
+    r: FloatArray
+
+    def take(self, rows: slice | IntArray) -> PolynomialScenes:
+        """Some of the scenes."""
+        return PolynomialScenes(self.c[:, rows], *(x[rows] for x in self[1:]))
+
+
+def edges_of(scenes: PolynomialScenes) -> FloatArray:
+    """(-r, start, r), each moved to the nearest point of the layer [-1, 1]."""
+    reach = np.minimum(scenes.r, 1.0)
+    return np.array([-reach, np.clip(scenes.start, -reach, reach), reach])
+
+
 class Builder:
     """Both one-sided expansions, to order `count` - 1 in 1/lam with those that tell the error.
 
@@ -270,7 +290,7 @@ class Builder:
     least: Numbers = ROUNDING
 
     def __init__(
-        self, scenes: Scenes, zeros: Zeros, order: int, only: Callable[[Any], Any]
+        self, scenes: PolynomialScenes, zeros: Zeros, order: int, only: Callable[[Any], Any]
     ) -> None:
         self.count = order + 1 + BEYOND
         self.c = [only(c) for c in scenes.c]
