@@ -20,7 +20,6 @@ from symasym.asymptotics.weak_noise.arrays import (
     clear_of_zero,
     mapped,
     structure,
-    unchanged,
 )
 from symasym.asymptotics.weak_noise.one_sided import PolynomialScenes as Scenes
 from symasym.base.inputs import FloatArray
@@ -88,7 +87,7 @@ def _numbered(keys: list[IntArray]) -> IntArray:
 
 def _of_columns(scenes: Scenes, zeros: Zeros, pairs: list[Pairs], slack: FloatArray) -> OrderZero:
     """The columns of one structure."""
-    one = OrderZero(scenes, zeros, 0, unchanged)
+    one = OrderZero(scenes, zeros, 0)
     one.edges, one.slack = np.array(one.edges), slack
     good = [p for p in pairs if p.good[0]]
     one.together = []

@@ -18,7 +18,7 @@ import numpy as np
 from symasym.asymptotics.weak_noise.compose import Composed
 from symasym.asymptotics.weak_noise.interpolation import columns, of_one
 from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided, PolynomialScenes, edges_of
-from symasym.asymptotics.weak_noise.series import Numbers, Point, Sizes
+from symasym.asymptotics.weak_noise.series import Point, Sizes
 from symasym.base.inputs import FloatArray, IntArray, is_array
 from symasym.drift.drift import Drift
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
@@ -55,16 +55,6 @@ class ExpandedScenes(NamedTuple):
 
     rows: IntArray
     sides: Expansions
-
-
-def _plain_number(x: Numbers) -> Any:
-    """The number in an array of one, which Python is quicker with."""
-    return x[..., 0].tolist() if isinstance(x, np.ndarray) else x
-
-
-def unchanged(x: Numbers) -> Any:
-    """`x` itself."""
-    return x
 
 
 def scenes_of(
@@ -147,13 +137,13 @@ def _built(
     """Those of one structure that float64 is enough for."""
     if len(rows) == 1:
         try:
-            builder = Builder(scenes, zeros, order, _plain_number)
+            builder = Builder(scenes, zeros, order, plain=True)
             sure = builder.largest_rounding() < _MOST_OF_ONE and builder.estimated()
             return ExpandedScenes(rows, builder.both_sides()) if sure else None
         except (ArithmeticError, ValueError):
             # Python refuses what NumPy makes infinite.
             pass
-    builder = Builder(scenes, zeros, order, unchanged)
+    builder = Builder(scenes, zeros, order)
     sure = np.broadcast_to(
         (builder.largest_rounding() < _MOST_ROUNDING) & builder.estimated(), rows.shape
     )
@@ -161,7 +151,7 @@ def _built(
         return None
     if not sure.all():
         chosen = np.flatnonzero(sure)
-        builder = Builder(scenes.take(chosen), zeros.take(chosen), order, unchanged)
+        builder = Builder(scenes.take(chosen), zeros.take(chosen), order)
     return ExpandedScenes(rows[sure], builder.both_sides())
 
 

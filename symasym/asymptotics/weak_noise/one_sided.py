@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -290,8 +290,12 @@ class Builder:
     least: Numbers = ROUNDING
 
     def __init__(
-        self, scenes: PolynomialScenes, zeros: Zeros, order: int, only: Callable[[Any], Any]
+        self, scenes: PolynomialScenes, zeros: Zeros, order: int, plain: bool = False
     ) -> None:
+        def only(x: Numbers) -> Any:
+            """The array, or where `plain` the number in one of one: Python is quicker with it."""
+            return x[..., 0].tolist() if plain else x
+
         self.count = order + 1 + BEYOND
         self.c = [only(c) for c in scenes.c]
         self.degree = len(self.c) - 1
