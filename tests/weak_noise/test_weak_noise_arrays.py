@@ -229,16 +229,20 @@ def test_optimal_order_where_powers_overflow() -> None:
 @pytest.mark.parametrize("complement", [False, True])
 @pytest.mark.parametrize("order", [0, 3, "optimal"])
 def test_shares_of_many_drifts(complement: bool, order: Any) -> None:
-    """P and 1 - P of one well and of two, analysed together, each as alone with digits."""
+    """P and 1 - P of one well and of two, analysed together, each as alone and as it is."""
     tilt = np.array([0.05, 0.2, -0.3, 0.6])
     options: dict[str, Any] = {"complement": complement, "method": "laplace", "order": order}
     options |= {"log": True, "full": True}
     for rest in ((-2, 0, 0.5), (2, 0, -3)):
         found = sa.occupation(sa.polynomial(tilt, *rest), [[0.05], [0.09]], **options)
         for (i, kappa), (k, a) in itertools.product(enumerate((0.05, 0.09)), enumerate(tilt)):
-            one = sa.occupation(sa.polynomial(float(a), *rest), kappa, dps=20, **options)
+            drift = sa.polynomial(float(a), *rest)
+            one = sa.occupation(drift, kappa, dps=20, **options)
             if one.error < 0.3:
                 assert_same(found.value[i, k], found.error[i, k], one, kappa)
+            # The exact integrals share nothing with the series.
+            exact = sa.occupation(drift, kappa, complement=complement, dps=20, log=True)
+            assert abs(found.value[i, k] - float(exact)) <= found.error[i, k]
 
 
 FLOATS = [
