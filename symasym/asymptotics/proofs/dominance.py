@@ -114,7 +114,7 @@ class Group(NamedTuple):
     length: Any
 
 
-class Well(NamedTuple):
+class DominantWell(NamedTuple):
     """A well that dominates; what is beyond it, between it and the start, and behind the start."""
 
     leading: LeadingCell
@@ -140,7 +140,7 @@ class Subdominant(NamedTuple):
 class Leading(NamedTuple):
     """T/lam = sum over the wells, and what is exponentially smaller than that."""
 
-    wells: tuple[Well, ...]
+    wells: tuple[DominantWell, ...]
     subdominant: tuple[Subdominant, ...]
     key: Key
 
@@ -232,7 +232,7 @@ class Dominance:
             subdominant.append(self._nested(k))
         return Leading(main, tuple(subdominant), key)
 
-    def _well(self, leading: LeadingCell) -> Well | None:
+    def _well(self, leading: LeadingCell) -> DominantWell | None:
         """A well with the three groups it goes with; None where one of them does not lead."""
         beyond, between, behind, own = self.sides(leading.cell)
         a, m, b = self.group(beyond), self.group(between, own), self.group(behind, own)
@@ -249,7 +249,7 @@ class Dominance:
                 return None
             else:
                 parts.append((group.label, 1))
-        return Well(leading, a, m, b, key_of([*parts, (label, -1)]))
+        return DominantWell(leading, a, m, b, key_of([*parts, (label, -1)]))
 
     def denominator(self, a: Group, m: Group, b: Group) -> tuple[int, Group | None] | None:
         """The label of what is largest of the three; the group, if it is one of a and b alone."""

@@ -25,7 +25,7 @@ class Bounds(NamedTuple):
         return Bounds((self.low + other.low).lower(), (self.high + other.high).upper())
 
 
-class Panel(NamedTuple):
+class LinePanel(NamedTuple):
     """V within `bend` of the line from `height` with `slope`, on a stretch of this width.
 
     `ends` are V there; `steep` is a lower bound of |V'|, at least 0.
@@ -39,7 +39,7 @@ class Panel(NamedTuple):
     steep: Any
 
 
-def between_lines(panels: Sequence[Panel], lam: Fraction, sign: int) -> Bounds:
+def between_lines(panels: Sequence[LinePanel], lam: Fraction, sign: int) -> Bounds:
     """Bounds of int e^{sign lam V} over the panels; a ratio of e^{2 lam bend} on each."""
     number, size = exact_ball(sign * lam), exact_ball(lam)
     low = high = flint_module().arb(0)

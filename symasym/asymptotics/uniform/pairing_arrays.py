@@ -85,7 +85,9 @@ def _numbered(keys: list[IntArray]) -> IntArray:
     return group
 
 
-def _of_columns(scenes: Scenes, zeros: Zeros, pairs: list[Pairs], slack: FloatArray) -> OrderZero:
+def _of_columns(
+    scenes: Scenes, zeros: Zeros, pairs: list[PairColumns], slack: FloatArray
+) -> OrderZero:
     """The columns of one structure."""
     one = OrderZero(scenes, zeros, 0)
     one.edges, one.slack = np.array(one.edges), slack
@@ -108,7 +110,7 @@ def _of_columns(scenes: Scenes, zeros: Zeros, pairs: list[Pairs], slack: FloatAr
 # -- pairs -----------------------------------------------------------------------------------------
 
 
-class Pairs(NamedTuple):
+class PairColumns(NamedTuple):
     """About one turning point of many drifts, in the orientation of the side where it lies.
 
     Attributes
@@ -129,7 +131,7 @@ class Pairs(NamedTuple):
     above: IntArray
 
 
-def pairs_beside(scenes: Scenes, zeros: Zeros) -> tuple[list[Pairs], FloatArray]:
+def pairs_beside(scenes: Scenes, zeros: Zeros) -> tuple[list[PairColumns], FloatArray]:
     """Those to be taken together, and what leaving others out costs: e^{-lam slack}."""
     with np.errstate(all="ignore"):
         slack = np.full(len(scenes.r), np.inf)
@@ -140,7 +142,7 @@ def pairs_beside(scenes: Scenes, zeros: Zeros) -> tuple[list[Pairs], FloatArray]
     return pairs, slack
 
 
-def _candidates(scenes: Scenes, zeros: Zeros, slack: FloatArray) -> Iterator[Pairs]:
+def _candidates(scenes: Scenes, zeros: Zeros, slack: FloatArray) -> Iterator[PairColumns]:
     """The two zeros about each turning point of A on one side of the start.
 
     Lowers the slack by complex pairs that are so far that they are left out.
@@ -202,7 +204,7 @@ def _room(
 
 def _pairs(
     scenes: Scenes, zeros: Zeros, point: FloatArray, inside: Any, start: FloatArray
-) -> Pairs:
+) -> PairColumns:
     """The pairs that split off at `point`, if their zeros are among the known ones."""
     count = len(point)
     rows = np.flatnonzero(inside)
@@ -234,10 +236,10 @@ def _pairs(
         known = 2 * k < len(zeros.values) - zeros.real
         above = np.where(known & (same < _SAME), k, above)
     above = np.where(first >= 0, -1, above)
-    return Pairs(pair, point, good & ((first >= 0) | (above >= 0)), first, above)
+    return PairColumns(pair, point, good & ((first >= 0) | (above >= 0)), first, above)
 
 
-def _choose(pairs: list[Pairs]) -> None:
+def _choose(pairs: list[PairColumns]) -> None:
     """Each real zero goes with the neighbour that it meets first."""
     if len(pairs) < 2:
         return
@@ -255,7 +257,7 @@ def _choose(pairs: list[Pairs]) -> None:
         p.good[:] &= mine | (p.first < 0)
 
 
-def _beside(scenes: Scenes, found: Pairs) -> FloatArray:
+def _beside(scenes: Scenes, found: PairColumns) -> FloatArray:
     """Leave out complex pairs that are cut through; e^{-lam slack} is what either way costs.
 
     Airy functions take the integrals over all of the line. Where the start or an end cuts through
@@ -275,7 +277,7 @@ def _beside(scenes: Scenes, found: Pairs) -> FloatArray:
     return slack
 
 
-def key_of(scenes: Scenes, zeros: Zeros, found: Pairs) -> IntArray:
+def key_of(scenes: Scenes, zeros: Zeros, found: PairColumns) -> IntArray:
     """One number for each way in which the pair may lie."""
     right = found.point > np.clip(scenes.start, -1, 1)
     below = (zeros.values < found.point).sum(axis=0)

@@ -191,7 +191,7 @@ def _exact(target: str) -> dict[str, Written]:
     """Those of integrals and of the exact time."""
     texts = transcribed(kernel_of(elementary, structure, airy, exact), target)
     own = {"function_": FUNCTION_IN_C} if target == "c" else {}
-    constants = {**tables.GAUSS, **tables.airy(False), **tables.radau()}
+    constants = {**tables.GAUSS, **tables.airy(False), **tables.lobatto()}
     return {**own, **tables.helpers_of(constants, target), **texts}
 
 
