@@ -340,14 +340,10 @@ def _span(cell: Cell) -> tuple[Any, Any]:
     if cell.slope is not None:
         end = cell.height - exact_ball(cell.slope * (cell.stop - cell.start))
         return cell.height.min(end).lower(), cell.height.max(end).upper()
-    low, high = None, None
-    for p in cell.panels:
-        far = p.height + p.slope * p.width
-        down, up = p.height.min(far) - p.bend, p.height.max(far) + p.bend
-        if p.steep > 0:
-            down, up = p.ends[0].min(p.ends[1]), p.ends[0].max(p.ends[1])
-        low = down.lower() if low is None else low.min(down.lower())
-        high = up.upper() if high is None else high.max(up.upper())
+    lows, highs = zip(*(panel.span() for panel in cell.panels), strict=True)
+    low, high = lows[0].lower(), highs[0].upper()
+    for down, up in zip(lows[1:], highs[1:], strict=True):
+        low, high = low.min(down.lower()), high.max(up.upper())
     if cell.peak is not None:
         if cell.peak.sign > 0:
             high = cell.peak.height.upper()

@@ -133,8 +133,7 @@ def highest(drift: Drift, mirrored: bool) -> Fraction:
         top = base
         for segment in layer_of(drift, mirrored, Fraction(0), Fraction(1)).segments:
             for panel in segment.panels:
-                end = panel.height + panel.slope * panel.width
-                top = top.max(base + panel.height.max(end) + panel.bend)
+                top = top.max(base + panel.span()[1])
         mantissa, exponent = top.upper().man_exp()
         return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 

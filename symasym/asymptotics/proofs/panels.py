@@ -38,6 +38,13 @@ class LinePanel(NamedTuple):
     ends: tuple[Any, Any]
     steep: Any
 
+    def span(self) -> tuple[Any, Any]:
+        """V's lower and upper bound."""
+        if self.steep > 0:
+            return self.ends[0].min(self.ends[1]), self.ends[0].max(self.ends[1])
+        far = self.height + self.slope * self.width
+        return self.height.min(far) - self.bend, self.height.max(far) + self.bend
+
 
 def between_lines(panels: Sequence[LinePanel], lam: Fraction, sign: int) -> Bounds:
     """Bounds of int e^{sign lam V} over the panels; a ratio of e^{2 lam bend} on each."""

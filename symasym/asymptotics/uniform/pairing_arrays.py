@@ -8,17 +8,21 @@ are.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
 from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair
-from symasym.asymptotics.weak_noise.arrays import ExpandedScenes, mapped, unchanged
+from symasym.asymptotics.weak_noise.arrays import (
+    ExpandedScenes,
+    clear_of_zero,
+    mapped,
+    structure,
+)
+from symasym.asymptotics.weak_noise.one_sided import PolynomialScenes as Scenes
 from symasym.base.inputs import FloatArray
 from symasym.drift.field.float_field import IntArray
-from symasym.drift.field.polynomial_scenes import Scenes, clear_of_zero, structure
 from symasym.numbers.polynomials import Zeros, poly, shifted, zeros_of
 from symasym.series.quadratic_factor import Pair, pairs_of
 
@@ -84,7 +88,7 @@ def _of_columns(
     scenes: Scenes, zeros: Zeros, pairs: list[PairColumns], slack: FloatArray
 ) -> OrderZero:
     """The columns of one structure."""
-    one = OrderZero(scenes, zeros, 0, unchanged)
+    one = OrderZero(scenes, zeros, 0)
     one.edges, one.slack = np.array(one.edges), slack
     good = [p for p in pairs if p.good[0]]
     one.together = []
@@ -95,7 +99,7 @@ def _of_columns(
         one.together.append(one.of_pair(key, p.pair, p.point, side, members))
     taken = {int(p.above[0]) for p in good}
     one.apart = [
-        Apart(factor_pair(one.c, z.real, -(z.imag**2)), z.real, one.rough_pairs[j])
+        Apart(factor_pair(one.c, z.real, -(z.imag**2)), z.real, one.pair_rounding[j])
         for j, z in enumerate(one.pairs)
         if j not in taken
     ]
@@ -130,18 +134,15 @@ def pairs_beside(scenes: Scenes, zeros: Zeros) -> tuple[list[PairColumns], Float
     """Those to be taken together, and what leaving others out costs: e^{-lam slack}."""
     with np.errstate(all="ignore"):
         slack = np.full(len(scenes.r), np.inf)
-        pairs = list(_candidates(scenes, zeros, slack))
+        pairs = list(_candidates(scenes, zeros))
         for found in pairs:
             slack = np.minimum(slack, _beside(scenes, found))
         _choose(pairs)
     return pairs, slack
 
 
-def _candidates(scenes: Scenes, zeros: Zeros, slack: FloatArray) -> Iterator[PairColumns]:
-    """The two zeros about each turning point of A on one side of the start.
-
-    Lowers the slack by complex pairs that are so far that they are left out.
-    """
+def _candidates(scenes: Scenes, zeros: Zeros) -> Iterator[PairColumns]:
+    """The two zeros about each turning point of A on one side of the start."""
     degree = len(scenes.c) - 1
     reach = np.minimum(scenes.r, 1.0)
     start = np.clip(scenes.start, -reach, reach)
@@ -151,8 +152,6 @@ def _candidates(scenes: Scenes, zeros: Zeros, slack: FloatArray) -> Iterator[Pai
     for k, point in enumerate(turning.values):
         inside = (k < turning.real) & (np.abs(point) < reach) & (point != start)
         if inside.any():
-            inside &= _near(scenes, zeros, turning.values, np.where(inside, point, 0.0), slack)
-        if inside.any():
             found = _pairs(scenes, zeros, np.where(inside, point, 0.0), inside, start)
             # A complex pair may be found from several turning points, and is the nearest one's.
             middle = found.point + np.where(point < start, -1.0, 1.0) * found.pair.middle
@@ -160,28 +159,6 @@ def _candidates(scenes: Scenes, zeros: Zeros, slack: FloatArray) -> Iterator[Pai
             own = np.abs(point - middle) <= nearest * (1 + _SAME)
             found.good[:] &= own | (found.first >= 0)
             yield found
-
-
-def _near(
-    scenes: Scenes, zeros: Zeros, turning: FloatArray, point: FloatArray, slack: FloatArray
-) -> Any:
-    """Points beside which a pair may lie; cheaper to look at than to split it off."""
-    reach = np.minimum(scenes.r, 1.0)
-    start = np.clip(scenes.start, -reach, reach)
-    end = np.where(point < start, -reach, reach)
-    found = np.zeros(len(point), dtype=bool)
-    for low, high in pairwise(zeros.values):
-        found |= (low - _SAME < point) & (point < high + _SAME) & (high < np.inf)
-    v = [-row / (k + 1) for k, row in enumerate(scenes.c)]
-    for z in zeros.pairs:
-        nearest = np.abs(turning - z.real).min(axis=0)
-        own = (np.abs(point - z.real) <= nearest * (1 + 1e-3) + _SAME) & (z.imag < np.inf)
-        level = poly(v, z) * z
-        room, fall = _room(scenes, level.real, start, end, z.real), 2 * np.abs(level.imag)
-        far = own & (fall > room * (1 + _SAME) + _SAME)
-        slack[far] = np.minimum(slack[far], fall[far])
-        found |= own & ~far
-    return found
 
 
 def _room(

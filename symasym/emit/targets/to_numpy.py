@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from symasym.derivation.code import LOCAL
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.targets.to_python import first_passage, floats
@@ -96,6 +97,7 @@ HELPERS: dict[str, Written] = {
     safe = np.where(x == 0, 1.0, x)
     return np.where(x == 0, 1.0, np.sin(safe) / safe)[()]
 ''',
+    **{f"_each_{f}": f"def _each_{f}(x):\n    return _each(_{f}_of, x)\n" for f in LOCAL},
 }  # fmt: skip
 
 
