@@ -22,7 +22,6 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.asymptotics.laplace.result import named_functions
-from symasym.asymptotics.weak_noise.answer import stationary_sums
 from symasym.asymptotics.weak_noise.compose import (
     Side,
     Sides,
@@ -30,6 +29,7 @@ from symasym.asymptotics.weak_noise.compose import (
     pairs_of,
     rising_of,
     side_of,
+    stationary_sums,
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.base.errors import InputError
@@ -293,7 +293,7 @@ class Expansion:
                     lines.append(f"{self._latex(s)} &= {value}")
                     short = len(value) < _SHORT
         if self.integrals.keys() & self._met.keys():
-            lines.append(r"h_1(u) &= \frac{1}{\varphi(u)}, \quad h_{k+1} = -\frac{h_k'}{\varphi}")
+            lines.append(r"h_1(u) &= \frac{1}{\phi(u)}, \quad h_{k+1} = -\frac{h_k'}{\phi}")
         lines += [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in self._met]
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
@@ -373,7 +373,7 @@ def expand(
         and 1 - P of a polynomial A through the coalescence of a well and a barrier, in Airy
         functions.
     order : int, optional
-        0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 order), or of
+        0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 N), or of
         2/kappa^2; 0 or 1 for ``noise="uniform"``, 0 if left out.
     start : number, optional
         In (-1, 1), no zero of A.

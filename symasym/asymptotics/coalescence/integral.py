@@ -84,7 +84,7 @@ def uniform_integral(
     a, b : Expr or number
         Ends, see above.
     order : int, optional
-        Terms kept, 1 to 40: powers lam^0 to lam^(1 - order) with each special function.
+        Terms kept, 1 to 40: powers lam^0 to lam^(1 - N), N the order, with each special function.
     near : number, optional
         A point beside the pair of saddles, if f has several pairs.
     patience : float, optional
