@@ -10,9 +10,9 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Numbers, choice, floats, is_array
 from symasym.base.patience import patient
 from symasym.drift.drift import Drift
-from symasym.drift.field.scenes import require_drift
 from symasym.methods.table import QUANTITIES
 from symasym.quantities import call_named, stationary_density
+from symasym.scenes.scene import require_drift
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -118,9 +118,9 @@ def _abscissa(drift: Drift, numbers: dict[str, Any]) -> tuple[str, FloatArray]:
     """The name and the values of the one array."""
     arrays = {name: x for name, x in (drift.values | numbers).items() if is_array(x)}
     if len(arrays) != 1:
-        found = f"{', '.join(arrays)} are arrays" if arrays else "no argument is an array"
+        arrays_given = f"{', '.join(arrays)} are arrays" if arrays else "no argument is an array"
         raise InputError(
-            f"{found}; give one argument or parameter, what to plot against, as an array."
+            f"{arrays_given}; give one argument or parameter, what to plot against, as an array."
         )
     ((name, given),) = arrays.items()
     values = floats(name, given)

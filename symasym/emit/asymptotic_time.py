@@ -19,13 +19,17 @@ import sympy
 
 from symasym.asymptotics.weak_noise.compose import Composed, Sides, mean_time, side_of
 from symasym.asymptotics.weak_noise.critical_points import both_sides
-from symasym.asymptotics.weak_noise.evaluation import AtOrder, time_with_digits, unresolved
+from symasym.asymptotics.weak_noise.evaluation import (
+    AtOrder,
+    escape_time,
+    unresolved,
+    with_digits,
+)
 from symasym.asymptotics.weak_noise.one_sided import OneSided
 from symasym.asymptotics.weak_noise.series import Point, added
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.drift import Drift
-from symasym.drift.field.scenes import read_order
 from symasym.drift.field.taylor_field import ExactField
 from symasym.emit.program import FirstPassage, Function, Program, by_logarithm
 from symasym.emit.source import rendered
@@ -44,6 +48,7 @@ from symasym.emit.symbolic_sums import (
 from symasym.methods.table import WEAK_NOISE_ORDERS
 from symasym.numbers.arithmetic import Digits
 from symasym.records import Record
+from symasym.scenes.answers import read_order
 
 if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
@@ -75,7 +80,7 @@ def weak_noise_time(
         names = Names(order, context, np.abs(drift.evaluate_float(np.linspace(-1, 1, 101))).max())
         ratio = _composed(halves, names, r)
     most = _reach(drift, halves, order, r)
-    # Where the places' sums cancel, doubles may tell less than the expansion does.
+    # Where the sums over critical points cancel, doubles may hold less than the expansion does.
     for _ in range(40):
         emitted = _program(what, ratio, names, order, r, kappa, most)
         if kappa is not None or _in_doubles(emitted, most, halves, r, order):
@@ -110,7 +115,9 @@ def _program(
                 if not any(s.name.startswith(kind) for s, _ in names.series)]  # fmt: skip
     if faint:
         at = f"kappa = {kappa}" if kappa else f"any kappa up to {most}"
-        left_out.append(f"{faint} products of places below e^-{FAINT} of the rest for {at}")
+        left_out.append(
+            f"{faint} products of critical points below e^-{FAINT} of the rest for {at}"
+        )
     about = f"T from 0 in weak noise, to order {order} in kappa^2."
     function = by_logarithm("weak_noise_time", about, ("kappa", "r"), log, where, kept, outside)
     return Program(
@@ -133,7 +140,7 @@ def _time(
     arithmetic = Digits(context)
     lam = context.mpf(2) / context.mpf(kappa) ** 2
     composed = Composed(halves, arithmetic.number(r), 64 * context.eps)
-    return time_with_digits(composed, Point(lam, order, True, None, arithmetic))
+    return with_digits(escape_time, composed, Point(lam, order, True, None, arithmetic))
 
 
 def _reach(

@@ -1,4 +1,4 @@
-"""Sums over places with a symbol for lam and one for every series.
+"""Sums over critical points with a symbol for lam and one for every series.
 
 `symasym.asymptotics.weak_noise.compose` runs with these in place of numbers, so that what is
 emitted is the composition that is evaluated. Exponentials are kept apart by their heights.
@@ -98,11 +98,11 @@ def number_of(x: Expr | Fraction | mpf | int) -> Expr:
 
 
 class Symbolic:
-    """The ring of these sums for `weak_noise.compose`."""
+    """These sums for `weak_noise.compose`."""
 
     rounding = 0.0
 
-    def leaf(self, height: Expr | mpf, series: Series, rough: float = 0.0) -> Sum:
+    def leaf(self, height: Expr | mpf, series: Series, rounding: float = 0.0) -> Sum:
         """One symbol, or a number over lam, times e^{lam height}."""
         factor = sum((X ** sympy.Rational(p.offset) * p.coefficients[0] for p in series.parts), 0)
         return Sum([(sympy.expand(number_of(height)), sympy.sympify(factor))])

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import Any
@@ -22,7 +22,6 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.asymptotics.laplace.result import named_functions
-from symasym.asymptotics.weak_noise.answer import stationary_sums
 from symasym.asymptotics.weak_noise.compose import (
     Side,
     Sides,
@@ -30,19 +29,29 @@ from symasym.asymptotics.weak_noise.compose import (
     pairs_of,
     rising_of,
     side_of,
+    stationary_sums,
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, Numbers, choice, count, exact
 from symasym.drift.drift import Drift
-from symasym.drift.field.scenes import require_drift
 from symasym.emit import emit
+from symasym.emit.program import Program
+from symasym.emit.source import rendered
 from symasym.emit.symbolic_sums import BEYOND_1, KAPPA, LAM, R, Sum, Symbolic, X
 from symasym.expansions.builder import FinitePart, SeriesOf, Symbols, U
 from symasym.expansions.cases import Case, case_of, found_cases, read_case
+from symasym.expansions.emitted import Quotient, plain_name, program, require_emittable
 from symasym.expansions.strong import strong
-from symasym.expansions.uniform import PAIRED, Coalescing, Locals, require_pair
+from symasym.expansions.uniform import PAIRED, WELLS, Coalescing, Locals, require_pair
+from symasym.expansions.uniform_series import (
+    UniformSeries,
+    stationary,
+    two_sides,
+    uniform_symbols,
+)
 from symasym.quantities import escape_time, exit_probability, occupation
+from symasym.scenes.scene import require_drift
 
 __all__ = ["Contribution", "Expansion", "expand"]
 
@@ -50,7 +59,9 @@ QUANTITIES = ("T", "C", "1 - C", "P", "1 - P", "density")
 # Those that depend on the start and the radius.
 _OF_START = ("T", "C", "1 - C")
 _MOST = 8
-_MOST_UNIFORM = 0
+_MOST_UNIFORM = 1
+# Characters of LaTeX that leave room for more on a line.
+_SHORT = 130
 _L, _R, _LEFT, _RIGHT = sympy.symbols("L R D- D+", positive=True)
 _Y = Symbol("y", real=True)
 _TEX = {_LEFT: "D_-", _RIGHT: "D_+", LAM: r"\lambda", BEYOND_1: "(r - 1)"}
@@ -113,6 +124,8 @@ class Expansion:
         The symbols of the regular part as finite parts of h_k (`latex`).
     tex : mapping
         The symbols' LaTeX.
+    quotient : Quotient or None
+        The formula as it is emitted.
     """
 
     quantity: str
@@ -128,6 +141,7 @@ class Expansion:
     conditions: tuple[Any, ...] = ()
     integrals: Mapping[Symbol, Expr] = field(default_factory=dict, repr=False)
     tex: Mapping[Symbol, str] = field(default_factory=dict, repr=False)
+    quotient: Quotient | None = field(default=None, repr=False)
 
     @property
     def error(self) -> str:
@@ -188,7 +202,8 @@ class Expansion:
                 "give case='start well barrier' or the like."
             )
         known = found_cases(self.drift, self.start)
-        return tuple(c for c in known if self.noise != "uniform" or str(c) in PAIRED)
+        paired = PAIRED if self.quantity == "T" else WELLS
+        return tuple(c for c in known if self.noise != "uniform" or str(c) in paired)
 
     # -- numbers ----------------------------------------------------------------------------
 
@@ -235,35 +250,27 @@ class Expansion:
         return exit_probability(self.drift, kappa, r, start=self.start, **known)
 
     def emit(self, target: str = "numpy", name: str = "f") -> Any:
-        """Source code of the expression, its free symbols being the arguments (`symasym.emit`).
+        """Source code of the formula, its free symbols being the arguments (`symasym.emit`).
 
         Critical points without a closed form are arguments, too; so are V's derivatives where no
-        drift is named. In doubles its exponentials may overflow where T does not; then emit a
-        term, or take mpmath.
+        drift is named. There is ``log_NAME`` as well, finite where T is not. In doubles uniform
+        noise to order 0 has 1e-12 of log T also at a coalescence; order 1 loses digits there, as
+        D^(-2).
 
         Raises
         ------
         InputError
             Where critical points may be complex, or a finite part has no closed form.
         """
-        if self.noise == "uniform":
-            raise InputError(
-                "noise is 'uniform', whose special functions no target has; bind the drift and use "
-                "sa.emit('eq:Ttilde', drift=…, method='uniform'), which brings them along."
-            )
+        if self.noise == "uniform" and target == "latex":
+            formula = Program("expression", f"{self.quantity} to order {self.order}", (),
+                              latex=self.latex())  # fmt: skip
+            return rendered(formula, target)
+        if self.quotient is not None and target != "latex":
+            return rendered(program(self, self.quotient, name), target)
         expression = self.expression
-        if expression.has(FinitePart, sympy.Integral):
-            raise InputError(
-                f"A = {self.drift.expression()} is no polynomial in u, so that the regular part "
-                "has no closed form; emit a term's expression, or use the verb."
-            )
-        odd = [s for s in expression.free_symbols if s in self.equations and not s.is_real]
-        if odd:
-            raise InputError(
-                f"{odd[0]} may be complex, which the code has no numbers for; bind the drift and "
-                "use sa.emit('eq:Ttilde', drift=…, method='laplace')."
-            )
-        plain = {s: Symbol(_plain(s.name), **s.assumptions0) for s in expression.free_symbols}
+        require_emittable(self, expression.free_symbols, [expression])
+        plain = {s: Symbol(plain_name(s.name), **s.assumptions0) for s in expression.free_symbols}
         return emit(expression.xreplace(plain), target, name=name)
 
     # -- as text ----------------------------------------------------------------------------
@@ -275,13 +282,18 @@ class Expansion:
         polynomial is in `definitions`.
         """
         left = "p_{ss}(y)" if self.quantity == "density" else self.quantity
-        lines = [rf"{left} &\sim {self._latex(self.formula)}"]
+        lines, short = [rf"{left} &\sim {self._latex(self.formula)}"], False
         for s in self._ordered():
             if s != BEYOND_1:
-                value = self.integrals.get(s, self.definitions[s])
-                lines.append(f"{self._latex(s)} &= {self._latex(value)}")
+                value = self._latex(self.integrals.get(s, self.definitions[s]))
+                # Short ones share a line.
+                if short and len(value) < _SHORT and len(lines[-1]) < 3 * _SHORT:
+                    lines[-1] += rf", \quad {self._latex(s)} = {value}"
+                else:
+                    lines.append(f"{self._latex(s)} &= {value}")
+                    short = len(value) < _SHORT
         if self.integrals.keys() & self._met.keys():
-            lines.append(r"h_1(u) &= \frac{1}{\varphi(u)}, \quad h_{k+1} = -\frac{h_k'}{\varphi}")
+            lines.append(r"h_1(u) &= \frac{1}{\phi(u)}, \quad h_{k+1} = -\frac{h_k'}{\phi}")
         lines += [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in self._met]
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
@@ -336,15 +348,6 @@ def _predicate(c: Any) -> str:
     return f"{c.lhs} {sign} {c.rhs}" if sign else str(c)
 
 
-def _plain(name: str) -> str:
-    """``V''(u1)`` as ``V2_u1``, ``V^(4)(0)`` as ``V4_0``, ``V''(-1)`` as ``V2_m1``."""
-    head, _, place = name.rpartition("(")
-    if not head:
-        return name
-    order = head[3:-1] if "^" in head else str(head.count("'") or "")
-    return f"{head[0]}{order}_{place.rstrip(')').replace('-', 'm').replace('/', '_')}"
-
-
 # -- the verb --------------------------------------------------------------------------------------
 
 
@@ -366,11 +369,12 @@ def expand(
         well and one barrier, in V's derivatives there.
     quantity : {"T", "C", "1 - C", "P", "1 - P", "density"}
     noise : {"weak", "strong", "uniform"}
-        kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T of a
-        polynomial A through the coalescence of a well and a barrier, in Airy functions.
+        kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T, P
+        and 1 - P of a polynomial A through the coalescence of a well and a barrier, in Airy
+        functions.
     order : int, optional
-        0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 order), or of
-        2/kappa^2; 0 for ``noise="uniform"``.
+        0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 N), or of
+        2/kappa^2; 0 or 1 for ``noise="uniform"``, 0 if left out.
     start : number, optional
         In (-1, 1), no zero of A.
     case : str, optional
@@ -393,7 +397,9 @@ def expand(
     The coefficients are those of Watson's lemma and of repeated integration by parts, and the
     composition is that of ``method="laplace"`` (see `symasym.asymptotics.weak_noise`), so that with
     numbers put in the expression is `escape_time(…, method="laplace", order=order)`; that of
-    ``noise="uniform"`` is ``method="uniform", order=0`` (`symasym.expansions.uniform`).
+    ``noise="uniform"`` is ``method="uniform"`` of this order (`symasym.expansions.uniform`,
+    `symasym.expansions.uniform_series`). Its expression is long: numbers are sooner put into
+    `formula` and `definitions`, one after the other.
     That r > 1 is supposed.
 
     Examples
@@ -408,7 +414,7 @@ def expand(
     quantity = choice("quantity", quantity, QUANTITIES)
     noise = choice("noise", noise, ("weak", "strong", "uniform"))
     if order is None:
-        order = _MOST_UNIFORM if noise == "uniform" else 2
+        order = 0 if noise == "uniform" else 2
     order = count("order", order, 0, _MOST)
     at = exact("start", start)
     if quantity in _OF_START and not -1 < at < 1:
@@ -422,12 +428,12 @@ def expand(
             raise InputError("quantity is 'density', which has a formula for weak noise only.")
         return _strong(drift, quantity, order, at)
     if noise == "uniform":
-        if quantity != "T" or order > _MOST_UNIFORM:
+        if quantity not in ("T", "P", "1 - P") or order > _MOST_UNIFORM:
             raise InputError(
-                f"quantity is {quantity!r} and order {order}; the uniform formula is that of T, to "
-                f"order {_MOST_UNIFORM}."
+                f"quantity is {quantity!r} and order {order}; the uniform formula is that of T and "
+                f"1 - P, to order {_MOST_UNIFORM}."
             )
-        return _uniform(drift, order, at, _case(drift, at, case))
+        return _uniform(drift, quantity, order, at, _case(drift, at, case))
     return _weak(drift, quantity, order, at, _case(drift, at, case))
 
 
@@ -460,11 +466,14 @@ def _weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) 
 
 
 @lru_cache(maxsize=32)
-def _uniform(drift: Drift, order: int, start: Fraction, case: Case) -> Expansion:
-    """T through a coalescence."""
-    require_pair(drift, case, start)
-    symbols = Coalescing(drift, case, start)
-    return _composed(symbols, Locals(symbols), "uniform", drift, "T", order, start)
+def _uniform(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -> Expansion:
+    """T or 1 - P through a coalescence."""
+    if quantity == "T" and order == 0:
+        require_pair(drift, case, start)
+        symbols = Coalescing(drift, case, start)
+        return _composed(symbols, Locals(symbols), "uniform", drift, "T", order, start)
+    known = uniform_symbols(drift, quantity, order, start, case)
+    return _composed(known, Symbolic(), "uniform", drift, quantity, order, start)
 
 
 def _composed(
@@ -476,8 +485,10 @@ def _composed(
     sums: dict[Symbol, Expr] = {}
     if quantity in _OF_START:
         both = symbols.both_sides()
-        radius = 1 + BEYOND_1
-        left, right = (side_of(one, radius, ring) for one in both)
+        if isinstance(symbols, UniformSeries):
+            left, right = two_sides(symbols)
+        else:
+            left, right = (side_of(one, 1 + BEYOND_1, ring) for one in both)
         # The same composition over plain symbols, whose sums are defined beside it.
         starts = [_expression(side.rising) for side in (left, right)]
         plain = [
@@ -489,6 +500,10 @@ def _composed(
         formula = {
             "T": LAM * mean_time(sides), "C": ahead / sides.total, "1 - C": behind / sides.total
         }[quantity]  # fmt: skip
+        products = {
+            "T": ((ahead, _LEFT), (behind, _RIGHT)), "C": ((ahead,),), "1 - C": ((behind,),)
+        }[quantity]  # fmt: skip
+        quotient = Quotient(products, sides.total, LAM if quantity == "T" else S.One)
         for symbol, value in (
             (_L, left.scale), (_R, right.scale), (_LEFT, left.nested), (_RIGHT, right.nested)
         ):  # fmt: skip
@@ -498,13 +513,16 @@ def _composed(
             for t in _contributions(one, symbols, order, weight)
         )  # fmt: skip
     else:
-        points = symbols.line()
-        outside, whole = (
-            _expression(x)
-            for x in stationary_sums(points, [symbols.a_minus, -symbols.a_plus], ring)
-        )
+        if noise == "uniform":
+            outside, whole = stationary(symbols, order)
+        else:
+            slopes = [symbols.a_minus, -symbols.a_plus]
+            sums_of = stationary_sums(symbols.line(), slopes, ring)
+            outside, whole = map(_expression, sums_of)
+        quotient = Quotient(((outside,),), whole, complement=quantity == "P")
         if quantity == "density":
             formula = sympy.exp(-LAM * symbols.height_at(_Y)) / whole
+            quotient = Quotient(((formula * whole,),), whole)
         else:
             formula = outside / whole if quantity == "1 - P" else 1 - outside / whole
     if symbols.general and quantity == "T":
@@ -529,6 +547,9 @@ def _composed(
         symbols.equations, terms,
         tuple(c for c in _conditions(symbols, quantity) if c is not sympy.true),
         symbols.integrals, symbols.tex,
+        None if symbols.general and quantity == "T" else replace(
+            quotient, sums=tuple(sums), code=symbols.code, growth=symbols.growth
+        ),
     )  # fmt: skip
 
 
@@ -548,8 +569,10 @@ def _strong(drift: Drift, quantity: str, order: int, start: Fraction) -> Expansi
     )  # fmt: skip
 
 
-def _expression(total: Sum) -> Expr:
+def _expression(total: Sum | Expr) -> Expr:
     """A sum of exponentials as an expression."""
+    if not isinstance(total, Sum):
+        return total
     return sum((a * sympy.exp(LAM * height) for height, a in total.terms), S.Zero)
 
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from fractions import Fraction as F
 from functools import reduce
+from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -14,7 +18,7 @@ import pytest
 import symasym as sa
 from symasym.drift.field.float_field import field_of
 from symasym.drift.field.taylor_field import ExactField, dyadic, to_fraction
-from symasym.exact import float_blocks, float_panels
+from symasym.exact import float_blocks, float_panels, float_records
 from symasym.exact import floats as double
 from symasym.exact.digits import Partition
 from symasym.exact.float_blocks import is_slow
@@ -345,7 +349,7 @@ def test_bisection_gives_up_where_it_does_not_help(monkeypatch: pytest.MonkeyPat
 def test_blocks_that_do_not_count_are_claimed(
     kappa: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    drift, counting, left_out = sa.friction(3, 1, "-0.4"), float_blocks._counting, []
+    drift, counting, left_out = sa.friction(3, 1, "-0.4"), float_records.counting, []
     exact = sa.escape_time(drift, kappa, 10, log=True, dps=25)
 
     def seen(*args: Any) -> np.ndarray:
@@ -358,12 +362,12 @@ def test_blocks_that_do_not_count_are_claimed(
         logs = double.escape_time(field_of(drift, drift.values, 1), lam, r, 0 * r)
         return float(logs.value[0]), float(logs.error[0])
 
-    monkeypatch.setattr(float_blocks, "_counting", seen)
+    monkeypatch.setattr(float_records, "counting", seen)
     value, error = log_time()
     assert abs(value - exact) <= error < 1e-12 * abs(value)
     assert left_out[0] > 3
     # Even if the choice were wrong, the error would say so.
-    monkeypatch.setattr(float_blocks, "_counting", lambda blocks, plan, ahead: plan.turns)
+    monkeypatch.setattr(float_records, "counting", lambda blocks, plan, ahead: plan.turns)
     value, error = log_time()
     assert 1e-3 < abs(value - exact) <= error
 
@@ -373,3 +377,34 @@ def test_dyadic_numbers_are_short_and_near() -> None:
         near = dyadic(x, 20)
         assert abs(near - x) <= F(1, 2**20)
         assert near.denominator <= 2**20
+
+
+@pytest.mark.parametrize("rows", [1, 399, 400, 800, 1500, 2048])
+@pytest.mark.parametrize("shape", [(17, 3), (17,)])
+def test_products_in_pieces_are_products(rows: int, shape: tuple[int, ...]) -> None:
+    random = np.random.default_rng(rows)
+    x, matrix = random.normal(size=(rows, 17)), random.normal(size=shape)
+    wanted = np.einsum("ij,j...->i...", x, matrix)
+    out = np.empty((rows, *shape[1:]))
+    assert np.allclose(float_panels.product(x, matrix), wanted, rtol=1e-13, atol=1e-13)
+    assert np.allclose(float_panels.product(x, matrix, out), wanted, rtol=1e-13, atol=1e-13)
+    assert np.array_equal(out, float_panels.product(x, matrix))
+
+
+def test_arrays_leave_other_cores_alone() -> None:
+    # Threads of BLAS spin beside work that is too small for them.
+    code = (
+        "import time, numpy as np, symasym as sa\n"
+        "drift = sa.friction(mu=3, alpha=1, z0=np.linspace(-2, 0, 2000, endpoint=False))\n"
+        "ask = lambda: sa.escape_time(drift, 0.05, 10, log=True)\n"
+        "ask()\n"
+        "whole, own = time.process_time(), time.thread_time()\n"
+        "ask()\n"
+        "print(time.process_time() - whole, time.thread_time() - own)"
+    )
+    env = {**os.environ, "PYTHONPATH": str(Path(sa.__file__).parent.parent)}
+    env.pop("OPENBLAS_NUM_THREADS", None)
+    python = [sys.executable, "-c", code]
+    done = subprocess.run(python, capture_output=True, text=True, check=True, env=env)
+    whole, own = map(float, done.stdout.split())
+    assert whole < 1.2 * own

@@ -14,15 +14,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.proofs.panels import Panel
+from symasym.asymptotics.proofs.panels import LinePanel
 from symasym.base import patience
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
-from symasym.numbers.balls import BallOps, exact_ball, flint_module, profile_of
+from symasym.numbers.balls import BallOps, exact_ball, flint_module, precision, profile_of
 
 if TYPE_CHECKING:
     from flint import arb
@@ -58,7 +59,7 @@ class Barrier(NamedTuple):
 
 
 class Segment(NamedTuple):
-    panels: list[Panel]
+    panels: list[LinePanel]
     peak: Edge | Barrier | None
 
 
@@ -122,6 +123,21 @@ def layer_of(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> Layer:
     return Layer(segments, height)
 
 
+@lru_cache(maxsize=256)
+def highest(drift: Drift, mirrored: bool) -> Fraction:
+    """An upper bound of max V over [0, 1], V(-1) = 0 (V(1) = 0 and [-1, 0] if mirrored)."""
+    flint_module()
+    with precision(80):
+        layer = layer_of(drift, mirrored, Fraction(-1), Fraction(0))
+        base = layer.end
+        top = base
+        for segment in layer_of(drift, mirrored, Fraction(0), Fraction(1)).segments:
+            for panel in segment.panels:
+                top = top.max(base + panel.span()[1])
+        mantissa, exponent = top.upper().man_exp()
+        return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+
+
 def below_its_end(layer: Layer) -> bool:
     """True if V <= V(b) on the whole stretch [a, b], proved.
 
@@ -154,13 +170,13 @@ def _rough_top(field: _Drift, a: Fraction, b: Fraction) -> float:
 
 def _panels(
     field: _Drift, left: Fraction, right: Fraction, height: arb, top: float | None
-) -> tuple[list[Panel], Any]:
+) -> tuple[list[LinePanel], Any]:
     """Panels of [left, right], short enough not to reach above `top` by bending."""
     flint = flint_module()
     count = max(4, int((right - left) / _WIDEST) + 1)
     step = (right - left) / count
     waiting = [(left + k * step, left + (k + 1) * step) for k in reversed(range(count))]
-    panels: list[Panel] = []
+    panels: list[LinePanel] = []
     while waiting:
         patience.step()
         lo, hi = waiting.pop()
@@ -185,7 +201,7 @@ def _panels(
         middle = height + down  # V(center) - V(lo) = -int A, which is `down` from the centre
         ends = height, middle - up
         zero = flint.arb(0)  # V need not be monotone
-        panels.append(Panel(2 * h, middle + local[0] * h, -local[0], bend, ends, zero))
+        panels.append(LinePanel(2 * h, middle + local[0] * h, -local[0], bend, ends, zero))
         height = ends[1]
     return panels, height
 

@@ -12,7 +12,8 @@ from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import Number, exact, float_text, positive
 from symasym.base.patience import patient
 from symasym.drift.drift import Drift
-from symasym.drift.field.scenes import exact_scene, read_order, require_drift
+from symasym.scenes.answers import read_order
+from symasym.scenes.scene import exact_scene, require_drift
 
 if TYPE_CHECKING:
     from symasym.asymptotics.proofs.all_noise import Proof
@@ -96,7 +97,7 @@ def weak_noise_bound(
     """Bound the error of the weak-noise escape time for all ``kappa <= kappa0`` at once.
 
     Proved from the drift alone, in ball arithmetic; no value of T is computed. The constant
-    is close to the best one where e^(-2 gap/kappa0^2) is small beside kappa0^(2N + 2), `gap` the
+    is close to the best one where e^(-2 D/kappa_0^2) is small beside kappa_0^(2 N + 2), D the
     least height by which something else stays below what dominates.
 
     Parameters

@@ -1,27 +1,27 @@
 """The strong-noise expansion of many scenes at once, in float64 and the log domain.
 
 Every quantity is a `LogBounds`: the expansion, a lower and an upper end of what the whole series
-can be, and its rounding, carried through the formulas of `sweep`.
+can be, each with its rounding, carried through the formulas of `sweep`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from symasym.asymptotics.strong_noise import sweep
 from symasym.asymptotics.strong_noise.moments import Moments, moments_of
-from symasym.asymptotics.strong_noise.sweep import Side, Stretch, after, odds, weights
+from symasym.asymptotics.strong_noise.sweep import layer_record, odds_outside, odds_right, sides
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray, field_of
-from symasym.drift.field.scenes import Scenes
+from symasym.exact.sweep import Record, Swept, carried, escape_time
+from symasym.numbers.log_positive import LogPositive
+from symasym.scenes.scene import Scenes
 from symasym.special.exponentials import log_quotient, mean_place
 
-# Rounding of one operation: that of a logarithm, an exponential and a sum, and of the result.
-_ROUNDING = 5e-16
 # Of a logarithm to begin with: that of lam, of a few products, of the function itself; of a
 # moment's terms, as a multiple of their number.
 _UNIT = 1e-15
@@ -31,69 +31,51 @@ _MOST_PANELS = 256
 _SETTLED = 1e-14
 
 
-class LogBounds:
-    """Positive numbers by their logarithms in `rows`: value, lower and upper bound; their rounding.
+class LogBounds(LogPositive):
+    """Positive numbers in rows: value, lower and upper bound.
 
     Sums and products increase in each operand, so that the ends of a result come from the ends of
     its operands; a quotient takes those of the divisor the other way round.
     """
 
-    __slots__ = ("rounding", "rows")
-    # An array times this is one of these, not an array of them.
-    __array_ufunc__ = None
-
-    def __init__(self, rows: FloatArray, rounding: FloatArray) -> None:
-        self.rows, self.rounding = rows, rounding
+    __slots__ = ()
 
     @classmethod
     def of_log(cls, log: FloatArray) -> LogBounds:
         """The number whose logarithm this is."""
-        return cls(np.tile(log, (3, 1)), _UNIT * _size(log))
+        return cls(np.tile(log, (3, 1)), np.tile(_UNIT * (1 + np.abs(log)), (3, 1)))
 
-    def _of(self, other: LogBounds | FloatArray | float) -> LogBounds:
-        """Numbers as logarithms with bounds."""
-        if isinstance(other, LogBounds):
-            return other
-        return LogBounds.of_log(np.log(other) + 0 * self.rounding)
-
-    def _made(self, rows: FloatArray, rounding: FloatArray) -> LogBounds:
-        """The result of one operation, with its rounding."""
-        return LogBounds(rows, rounding + _ROUNDING * _size(rows[0]))
-
-    def __add__(self, other: LogBounds | FloatArray | float) -> LogBounds:
-        y = self._of(other)
-        rows = np.logaddexp(self.rows, y.rows)
-        mine, total = self.rows[0], rows[0]
-        share = np.where(np.isfinite(total), np.exp(mine - total), mine > 0)
-        return self._made(rows, share * self.rounding + (1 - share) * y.rounding)
+    def __add__(self, other: LogPositive | int) -> LogBounds:
+        return _rows(super().__add__(other))
 
     __radd__ = __add__
 
-    def __mul__(self, other: LogBounds | FloatArray | float) -> LogBounds:
-        y = self._of(other)
-        return self._made(self.rows + y.rows, self.rounding + y.rounding)
+    def __mul__(self, other: LogPositive | int) -> LogBounds:
+        return _rows(super().__mul__(other))
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: LogBounds | FloatArray | float) -> LogBounds:
-        y = self._of(other)
-        return self._made(self.rows - y.rows[[0, 2, 1]], self.rounding + y.rounding)
+    def __truediv__(self, other: LogPositive | int) -> LogBounds:
+        divisor = other.exchanged() if isinstance(other, LogBounds) else other
+        return _rows(super().__truediv__(divisor))
 
-    def __rtruediv__(self, other: LogBounds | FloatArray | float) -> LogBounds:
-        quotient: LogBounds = self._of(other) / self
-        return quotient
+    def __rtruediv__(self, other: int) -> LogBounds:
+        return _rows(self.exchanged().__rtruediv__(other))
+
+    def exchanged(self) -> LogPositive:
+        """The bounds in each other's rows."""
+        return LogPositive(self.log[[0, 2, 1]], self.error[[0, 2, 1]])
 
     def where(self, test: np.ndarray[Any, np.dtype[np.bool_]], other: LogBounds) -> LogBounds:
         """This where `test` holds, else the other."""
         return LogBounds(
-            np.where(test, self.rows, other.rows), np.where(test, self.rounding, other.rounding)
+            np.where(test, self.log, other.log), np.where(test, self.error, other.error)
         )
 
 
-def _size(log: FloatArray) -> FloatArray:
-    """1 + |log|; 1 where that is infinite, whose rounding is none."""
-    size: FloatArray = 1 + np.where(np.isfinite(log), np.abs(log), 0.0)
-    return size
+def _rows(x: LogPositive) -> LogBounds:
+    """The result of one operation."""
+    return LogBounds(x.log, x.error)
 
 
 def logs(
@@ -109,9 +91,9 @@ def logs(
         with np.errstate(all="ignore"):
             numbers = {name: x[part] for name, x in scenes.numbers.items()}
             rows = _chunk(field, scenes.lam[part], numbers, quantity, complement, order)
-            at, low_end, high_end = rows.rows
+            at, low, high = rows.log
             value[part] = at
-            error[part] = np.maximum(high_end - at, at - low_end) + rows.rounding
+            error[part] = np.maximum(high - at + rows.error[2], at - low + rows.error[1])
             size[part] = field.size()[: part.stop - part.start]
     return value, error, size
 
@@ -125,22 +107,16 @@ def _chunk(
     order: int,
 ) -> LogBounds:
     """T, C or P of some scenes."""
-    scene = np.arange(len(lam))
+    of = _ManyScenes(field, lam, order)
     if quantity == "P":
-        end = np.ones_like(lam)
-        stretch = _layer(field, scene, lam, -end, end, order)
-        slopes = _number(field.a_minus[scene]), _number(-field.a_plus[scene])
-        share = 1 / (1 + odds(*weights(slopes, stretch, _number(lam)), complement))
-        assert isinstance(share, LogBounds)
-        return share
-    r, start = numbers["r"], numbers["start"]
-    left = _swept(field, scene, lam, r, start, order)
-    right = _swept(field, scene + len(lam), lam, r, -start, order)
-    if quantity == "C":
-        share = 1 / (1 + odds(left.scale, right.scale, complement))
+        against = odds_outside(of, complement, np.ones_like(lam))
     else:
-        share = sweep.escape_time(left, right)
-    assert isinstance(share, LogBounds)
+        both = sides(of, numbers["r"], numbers["start"])
+        if quantity == "T":
+            time: LogBounds = escape_time(*both)
+            return time
+        against = odds_right(*both, complement)
+    share: LogBounds = 1 / (1 + against)
     return share
 
 
@@ -149,35 +125,45 @@ def _number(values: FloatArray) -> LogBounds:
     return LogBounds.of_log(np.log(values))
 
 
-def _swept(
-    field: Field, scene: IntArray, lam: FloatArray, r: FloatArray, x: FloatArray, order: int
-) -> Side:
-    """S and W at `x`, absorbed at -r."""
-    number = _number(lam)
-    nothing = LogBounds(np.full((3, len(lam)), -np.inf), np.zeros_like(lam))
-    side = Side(nothing, nothing)
+class _ManyScenes:
+    """The stretches of many scenes (`sweep.Stretches`); the field has their mirror images, too."""
 
-    def behind(stretch: Stretch, use: np.ndarray[Any, np.dtype[np.bool_]]) -> Side:
-        """The sweep behind the stretch, where `use` holds."""
-        new = after(side, stretch, number)
-        return Side(new.scale.where(use, side.scale), new.work.where(use, side.work))
+    def __init__(self, field: Field, lam: FloatArray, order: int) -> None:
+        self._field, self._lam, self._order, self.lam = field, lam, order, _number(lam)
+        none = np.zeros((3, len(lam)))
+        self.nothing = Swept(*2 * (_rows(LogPositive.of(none)),))
 
-    before = np.maximum(0.0, np.minimum(-1.0, x) + r) * (r > 1)
-    side = behind(_outer(field.a_minus[scene], lam, before), before > 0)
-    a, b = np.maximum(-1.0, -r), np.minimum(x, 1.0)
-    inside = b > a
-    if inside.any():
-        side = behind(_layer(field, scene, lam, a, np.maximum(a, b), order), inside)
-    beyond = np.maximum(0.0, x - 1.0)
-    return behind(_outer(field.a_plus[scene], lam, beyond), beyond > 0)
+    def behind(self, state: Swept, length: FloatArray, record: Callable[[], Record]) -> Swept:
+        """sigma and w behind one more stretch, where its length is positive."""
+        use = length > 0
+        if not use.any():
+            return state
+        new = carried(state, record(), self.lam)
+        return Swept(*(after.where(use, before) for after, before in zip(new, state, strict=True)))
 
+    def _scene(self, mirrored: bool) -> IntArray:
+        """The scenes' numbers in the field."""
+        return np.arange(len(self._lam)) + mirrored * len(self._lam)
 
-def _outer(a: FloatArray, lam: FloatArray, length: FloatArray) -> Stretch:
-    """A stretch of constant drift, in closed form."""
-    x = lam * a * length
-    size = np.log(length)
-    parts = (x, size + log_quotient(x), size + log_quotient(-x), size + np.log(mean_place(x)))
-    return Stretch(*map(LogBounds.of_log, parts))
+    def slope(self, mirrored: bool) -> LogBounds:
+        """phi left of the layer, where it is positive."""
+        return _number(self._field.a_minus[self._scene(mirrored)])
+
+    def outside(self, mirrored: bool, side: int, length: FloatArray) -> Record:
+        """A stretch of constant drift, in closed form."""
+        slopes = self._field.a_plus if side > 0 else self._field.a_minus
+        x = self._lam * slopes[self._scene(mirrored)] * length
+        size = np.log(length)
+        rising = size + log_quotient(x)
+        parts = rising, rising, rising + size + np.log(mean_place(x)), x
+        int_e, int_inverse, nested, climb = map(LogBounds.of_log, parts)
+        return Record(int_e, int_inverse, nested, 1, climb)
+
+    def layer(self, mirrored: bool, a: FloatArray, b: FloatArray) -> Record:
+        """The stretch [a, b] of the layer, expanded."""
+        scene = self._scene(mirrored)
+        integrals, rounding = _moments(self._field, scene, a, np.maximum(a, b), self._order + 1)
+        return layer_record(integrals, self._lam, self._order, _Arrays(rounding, self._order))
 
 
 class _Arrays:
@@ -208,15 +194,9 @@ class _Arrays:
         low = np.fmax(np.log(whole - reach), np.log(size) - x)
         high = np.fmin(np.log(whole + reach), np.log(size) + x)
         rows = np.array([np.log(value), low, high])
-        return LogBounds(rows, self._rounding * np.exp(2 * x) + _UNIT * (1 + np.abs(rows[0])))
-
-
-def _layer(
-    field: Field, scene: IntArray, lam: FloatArray, a: FloatArray, b: FloatArray, order: int
-) -> Stretch:
-    """The layer's stretch [a, b], expanded."""
-    integrals, rounding = _moments(field, scene, a, b, order + 1)
-    return sweep.layer(integrals, lam, order, _Arrays(rounding, order))
+        # An end is no farther off than the other, as rough as the moments may be.
+        rounding = np.minimum(self._rounding * np.exp(2 * x), 2 * x)
+        return LogBounds(rows, rounding + _UNIT * (1 + np.abs(rows)))
 
 
 def _moments(

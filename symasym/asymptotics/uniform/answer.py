@@ -18,17 +18,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.asymptotics.coalescence.cubic_map import truncation
 from symasym.asymptotics.uniform.coalescing_pair import (
     CanonicalPair,
+    LayerPart,
     OneSide,
-    Stretch,
     coalescing_pairs,
     lost_digits,
     parabola,
     seen,
 )
-from symasym.asymptotics.uniform.one_drift import Scene as ClosedScene
-from symasym.asymptotics.uniform.one_drift import scene_of
+from symasym.asymptotics.uniform.one_drift import ClosedForm, closed_form
 from symasym.asymptotics.uniform.order_zero import SAFETY
 from symasym.asymptotics.uniform.order_zero import escape_time as in_float
 from symasym.asymptotics.uniform.pairing_arrays import paired_of
@@ -47,17 +47,9 @@ from symasym.base.errors import AccuracyError, InputError
 from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.field.float_field import IntArray
-from symasym.drift.field.scenes import (
-    Answer,
-    Answers,
-    Request,
-    Scene,
-    Scenes,
-    by_drift,
-    rows_of,
-    working_digits,
-)
 from symasym.drift.field.taylor_field import ExactField
+from symasym.scenes.answers import Answer, Answers, Request
+from symasym.scenes.scene import Scene, Scenes, by_drift, rows_of, working_digits
 
 __all__ = ["of_scene", "of_scenes"]
 
@@ -82,20 +74,20 @@ def of_scene(asked: Scene, request: Request) -> Answer:
 
 def _closed(asked: Scene, request: Request) -> Answer | None:
     """Order 0 by closed forms; None where they don't tell."""
-    with _closed_scene(asked.drift, asked.r, asked.start, asked.lam, request.digits) as scene:
-        time = scene and scene.time(scene.arithmetic.number(asked.lam))
-        if scene is None or time is None:
+    with _closed_form(asked.drift, asked.r, asked.start, asked.lam, request.digits) as form:
+        time = form and form.time(form.arithmetic.number(asked.lam))
+        if form is None or time is None:
             return None
-        return _handed(request, *time, (*scene.names, *_TERMS), scene.arithmetic.context)
+        return _handed(request, *time, (*form.names, *_TERMS), form.arithmetic.context)
 
 
 @contextmanager
-def _closed_scene(
+def _closed_form(
     drift: Drift, r: Fraction, x: Fraction, lam: Fraction, digits: int
-) -> Iterator[ClosedScene | None]:
+) -> Iterator[ClosedForm | None]:
     """For any lam up to this one."""
     with own_context(working_digits(digits, lam, r) + 10) as context:
-        yield scene_of(drift, r, x, context)
+        yield closed_form(drift, r, x, context)
 
 
 def _handed(
@@ -119,7 +111,7 @@ def _occupation(asked: Scene, request: Request) -> Answer:
         field = ExactField(drift, False, context, offset)
         places = whole(field, order, context)
         every = places + barriers(field, order, context)
-        stretch = Stretch(field, -one, -one, one, (-one, one), base, context)
+        stretch = LayerPart(field, -one, -one, one, (-one, one), base, context)
         canonical_pairs = coalescing_pairs(stretch, order, every)
         require_resolved(drift, lam, [float(f.point) for f in canonical_pairs])
         slopes = [abs(field.number(context.mpf(side))) for side in (-1, 1)]
@@ -188,7 +180,7 @@ def _one_by_one(
             errors[row] = float(_log_error(value, size, context))
 
         if request.order == 0 and not local:
-            with _closed_scene(one, r, x, lam, request.digits) as closed:
+            with _closed_form(one, r, x, lam, request.digits) as closed:
                 for row in rows.tolist():
                     time = closed and closed.time(closed.arithmetic.number(2 / kappas[row] ** 2))
                     if closed is not None and time is not None:
@@ -205,7 +197,7 @@ def _one_by_one(
     return logs, errors
 
 
-class _Series(NamedTuple):
+class _TwoSides(NamedTuple):
     """A drift, radius and start, seen to both sides."""
 
     context: Any
@@ -220,14 +212,14 @@ class _Series(NamedTuple):
 
 def _analysed(
     drift: Drift, r: Fraction, x: Fraction, lam: Fraction, order: int, digits: int, local: bool
-) -> _Series:
+) -> _TwoSides:
     """For any lam up to this one, to `order` and what tells its error."""
     context, (sides, truncations) = _sides(drift, r, x, order, working_digits(digits, lam, r))
     centres = [
         sign * float(f.point) for sign, s in zip((-1, 1), sides, strict=True) for f in s.pairs
     ]
     require_resolved(drift, lam, centres)
-    return _Series(context, sides, truncations, mpf_of(r, context), local)
+    return _TwoSides(context, sides, truncations, mpf_of(r, context), local)
 
 
 @kept
@@ -256,7 +248,7 @@ def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
     return x - move if x > 0 else x + move
 
 
-def _estimate(scene: _Series, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
+def _estimate(scene: _TwoSides, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
     """T and its error; that of `local` is its distance from the uniform formula as well."""
     context, number = scene.context, mpf_of(lam, scene.context)
     sides, costs = [], []
@@ -280,21 +272,10 @@ def _estimate(scene: _Series, lam: Fraction, order: int, kappa: str) -> tuple[An
 def _apart(
     canonical_pairs: list[CanonicalPair], lam: Any, context: Any
 ) -> tuple[list[CanonicalPair], Any]:
-    """Without complex pairs that the start or an end cuts through, and what either way costs.
-
-    Airy functions take a pair's integrals over all of the line. Where the pair is far from the
-    real line its own exponentials are small, and the outer part has all that counts.
-    """
-    kept, cost = [], context.zero
-    for canonical in canonical_pairs:
-        if canonical.pair.zeta < 0:
-            inside = context.exp(-lam * canonical.gap)
-            outside = context.exp(-lam * 4 * (-canonical.pair.zeta) ** context.mpf(1.5) / 3)
-            cost = max(cost, min(inside, outside))
-            if outside < inside:
-                continue
-        kept.append(canonical)
-    return kept, cost
+    """Without complex pairs that the start or an end cuts through, and what either way costs."""
+    cut = [truncation(one.pair.zeta, one.gap, lam, context) for one in canonical_pairs]
+    taken = [one for one, (_, out) in zip(canonical_pairs, cut, strict=True) if not out]
+    return taken, max((cost for cost, _ in cut), default=context.zero)
 
 
 def _with_error(

@@ -138,7 +138,10 @@ class OrderZero(Builder):
     def sure(self) -> Any:
         """True for the drifts whose rounding is small."""
         worst = np.zeros_like(self.start)
-        for rough in [*(self.rough[k] for k in self.single), *(pair.rough for pair in self.apart)]:
+        for rough in [
+            *(self.zero_rounding[k] for k in self.single),
+            *(pair.rough for pair in self.apart),
+        ]:
             worst = np.maximum(worst, rough)
         return worst < _ROUGHEST
 
@@ -178,11 +181,11 @@ class OrderZero(Builder):
         point: Any,
         side: int,
         members: tuple[int, ...],
-        in_float: Local | None = None,
     ) -> Together:
         """A pair that is taken together, from its factor about `point`."""
-        rough = _EPS * poly(self.c_size, abs(point)) if in_float is None else self.arithmetic.zero
-        form = airy_form(key, pair, rough, self.arithmetic, in_float)
+        exact = self.in_float is not None
+        rough = self.arithmetic.zero if exact else _EPS * poly(self.c_size, abs(point))
+        form = airy_form(key, pair, rough, self.arithmetic)
         height = self.potential(point) - pair.level
         onward, c = bool(first(pair.sign) > 0), self.arithmetic
         zeta = c.maximum(form.zeta, c.zero)
@@ -312,7 +315,7 @@ class OrderZero(Builder):
             slope = self.slope(self.lines[k])
             for at in edges:
                 distance = gaps.get((at, k), self.edges[at] - self.lines[k])
-                add(at, 6 * self.rough[k], c.log(abs(distance)) / slope)
+                add(at, 6 * self.zero_rounding[k], c.log(abs(distance)) / slope)
         for one in self.apart:
             share = regular_share(one.pair, False, c)
             for at in edges:
@@ -341,10 +344,9 @@ def _with_first(series: Series, first_one: Any) -> Series:
     return Series([part._replace(coefficients=[first_one, *part.coefficients[1:]])])
 
 
-def factor_pair(c: Sequence[Any], middle: Any, square: Any, psi: list[Any] | None = None) -> Local:
+def factor_pair(c: Sequence[Any], middle: Any, square: Any) -> Local:
     """(u - middle)² - square as a factor of A, with what is left of A about the middle."""
-    if psi is None:
-        psi = shifted(divided(list(c), -2 * middle, middle * middle - square)[0], middle)
+    psi = shifted(divided(list(c), -2 * middle, middle * middle - square)[0], middle)
     zero = 0 * square
     return Local(zero, square, psi, 1, square, zero, zero)
 
@@ -369,7 +371,7 @@ class UniformPoint(Point):
 def escape_time(composed: Composed, at: Point) -> tuple[FloatArray, Any]:
     """log T, and its relative error (None without `at.errors`)."""
     point = UniformPoint(at, composed.r)
-    log, error = evaluation.escape_time(composed, point)
+    log, error = evaluation.float_log(evaluation.escape_time, composed, point)
     if error is not None:
         error = with_left_out(error, np.exp(-point.lam * composed.slack))
         error = np.where(error < 1, -np.log1p(-np.minimum(error, 0.999)), np.inf)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.uniform.coalescing_pair import (
+    Airy,
     CanonicalPair,
     OneSide,
     airy,
@@ -37,11 +39,11 @@ if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
-__all__ = ["Member", "corrected", "time_at", "whole_at"]
+__all__ = ["Member", "corrected", "sides_at", "time_at", "whole_at"]
 
 
 @dataclass
-class _Share:
+class _Contribution:
     """A contribution at one lam; `u` is None for the end at r, `point` for what has no series."""
 
     u: Any
@@ -50,7 +52,7 @@ class _Share:
     point: CriticalPoint | None
 
 
-class _Sum:
+class _SideSum:
     """One side of the start at one lam: its contributions, and what is known of their pairs."""
 
     def __init__(self, side: OneSide, r: mpf, at: Point) -> None:
@@ -61,14 +63,17 @@ class _Sum:
 
         rising = [p for p, _ in rising_of(side.half, r, Nodes())]
         self.rising = [
-            _Share(p.u, value(p.height, p.series), value(p.height, p.onward), p) for p in rising
+            _Contribution(p.u, value(p.height, p.series), value(p.height, p.onward), p)
+            for p in rising
         ]
-        self.falling = [_Share(p.u, value(p.height, p.series), none, p) for p in side.half.falling]
+        self.falling = [
+            _Contribution(p.u, value(p.height, p.series), none, p) for p in side.half.falling
+        ]
         self.nested = plain(regular_part(side.half, r, Nodes()), at)[0] + none
         starts = side.half.rising_start, side.half.falling_start
         self.starts = [value(0.0, series) for series in starts]
 
-    def all(self) -> list[_Share]:
+    def all(self) -> list[_Contribution]:
         """The contributions to both integrals."""
         return self.rising + self.falling
 
@@ -77,7 +82,7 @@ class _Sum:
         kinks = [x.u for x in self.rising if x.point and x.point.kind in ("end", "kink")]
         return sorted(u for u in kinks if u is not None)
 
-    def nearest(self) -> _Share | None:
+    def nearest(self) -> _Contribution | None:
         """The well or barrier next to the start."""
         zeros = [x for x in self.all() if x.point and x.point.kind in ("well", "barrier")]
         return min(zeros, key=lambda x: x.u, default=None)
@@ -91,7 +96,7 @@ class _Sum:
         self.starts[1] -= sign * start.falling
         # From a start beyond the layer both of its ends are seen.
         at_ends = [(ends[0], near, 1), (ends[-1], far, -1)][-len(ends) :]
-        self.nested += far.outer - (start.outer if len(ends) == 1 else near.outer)
+        self.nested += far.regular - (start.regular if len(ends) == 1 else near.regular)
         for u, change, after in at_ends:
             for up in self.rising:
                 if up.u == u and up.point is not None:
@@ -118,22 +123,43 @@ def time_at(
     sides: list[OneSide], truncations: Truncations, r: mpf, lam: mpf, order: int, context: MPContext
 ) -> Any:
     """T at one lam; `r` as a number of the context."""
+    return lam * mean_time(sides_at(sides, truncations, r, lam, order, context))
+
+
+def sides_at(
+    sides: list[OneSide],
+    truncations: Truncations,
+    r: mpf,
+    lam: mpf,
+    order: int,
+    context: MPContext,
+    local: Callable[..., Airy] | None = None,
+    correction: Callable[..., Corrections] | None = None,
+) -> Sides:
+    """Both sides of the start at one lam.
+
+    `local` and `correction` are what stands for `airy` and `corrected` where lam is a symbol
+    (`symasym.expansions`).
+    """
     at = Point(lam, order, False, None, Digits(context))
-    sums = [_Sum(one, r, at) for one in sides]
+    sums = [_SideSum(one, r, at) for one in sides]
     members: list[Member] = []
     for k, one in enumerate(sides):
         for canonical in one.pairs:
-            members += _meet(canonical, k, sums, lam, order, context)
+            parts = (local or airy)(canonical, lam, order, context)
+            members += _meet(canonical, parts, k, sums, lam, order, context)
     beside = truncations.start
     if not beside:
         beside = truncations.left if sums[1].ends() else truncations.right
     members = [m for one in members for m in _weighed(one, beside, context)]
-    left, start, right = (corrected(parts, members, lam, order, context) for parts in truncations)
+    left, start, right = (
+        (correction or corrected)(rows, members, lam, order, context) for rows in truncations
+    )
     sums[0].correct(right, start, left, -1)
     sums[1].correct(left, start, right, 1)
     low, high = (part.side() for part in sums)
     rising, falling = low.rising + high.rising, low.falling + high.falling
-    return lam * mean_time(Sides(low, high, rising, falling, sides[0].half.corner))
+    return Sides(low, high, rising, falling, sides[0].half.corner)
 
 
 class Member(NamedTuple):
@@ -164,20 +190,22 @@ def _same(member: Member, truncation: Truncation, context: MPContext) -> bool:
 
 
 def _meet(
-    canonical: CanonicalPair, k: int, sums: list[_Sum], lam: mpf, order: int, context: MPContext
+    canonical: CanonicalPair,
+    local: Airy,
+    k: int,
+    sums: list[_SideSum],
+    lam: mpf,
+    order: int,
+    context: MPContext,
 ) -> list[Member]:
     """Take the pair, seen from side k, together; returns its members."""
-    local, height, own = (
-        airy(canonical, lam, order, context),
-        context.exp(lam * canonical.height),
-        sums[k],
-    )
+    height, own = context.exp(lam * canonical.height), sums[k]
     for n, share in enumerate(canonical.share[: order + 1]):
         own.nested -= share * lam ** -(n + 1)
     if canonical.pair.zeta < 0:
         middle = mpf_of(canonical.point, context)
-        own.rising.append(_Share(middle, local.rising * height, context.zero, None))
-        own.falling.append(_Share(middle, local.falling / height, context.zero, None))
+        own.rising.append(_Contribution(middle, local.rising * height, context.zero, None))
+        own.falling.append(_Contribution(middle, local.falling / height, context.zero, None))
         own.nested += local.both if canonical.onward else context.zero
         return []
     low, high = (_found(u, k, sums) for u in zeros_of(canonical, context))
@@ -195,7 +223,7 @@ def _meet(
     return [Member(x.u if side else -x.u, x.value, 0) for side, x in members]
 
 
-def _found(u: mpf, k: int, sums: list[_Sum]) -> tuple[int, _Share]:
+def _found(u: mpf, k: int, sums: list[_SideSum]) -> tuple[int, _Contribution]:
     """The share of the well or barrier at `u` seen from side k, and the side where it is."""
     for side, at in ((k, u), (1 - k, -u)):
         point = place_at(at, [x.point for x in sums[side].all() if x.point is not None])
@@ -204,7 +232,7 @@ def _found(u: mpf, k: int, sums: list[_Sum]) -> tuple[int, _Share]:
     raise AssertionError
 
 
-def _beyond(well: _Share, top: _Share | None, lam: mpf, context: MPContext) -> Any:
+def _beyond(well: _Contribution, top: _Contribution | None, lam: mpf, context: MPContext) -> Any:
     """The part of a well's Gaussian at the other side of the start, next to it.
 
     What a pair has beyond the product of its members is lost as the start passes the well, and
@@ -241,12 +269,14 @@ def whole_at(
     lam: mpf,
     order: int,
     context: MPContext,
+    local: Callable[..., Airy] | None = None,
 ) -> Any:
-    """int e^{-lam V} over all u, with Laplace's series at the kinks."""
+    """int e^{-lam V} over all u, with Laplace's series at the kinks; `local` as in `sides_at`."""
     at, left_out = Point(lam, order, False, None, Digits(context)), []
     total = context.zero
     for canonical in canonical_pairs:
-        total += airy(canonical, lam, order, context).falling * context.exp(-lam * canonical.height)
+        parts = (local or airy)(canonical, lam, order, context)
+        total += parts.falling * context.exp(-lam * canonical.height)
         if canonical.pair.zeta > 0:
             left_out += [p for u in zeros_of(canonical, context) if (p := place_at(u, points))]
     for point in points:

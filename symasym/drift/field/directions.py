@@ -10,7 +10,7 @@ dh/dr = h/r, dphi/dr = u phi'/r.
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from symasym.base.inputs import FloatArray, IntArray, floats
 from symasym.numbers.dual_arrays import DualArray
 
 if TYPE_CHECKING:
-    from symasym.drift.field.scenes import Scenes
+    from symasym.drift.drift import Drift
 
 __all__ = ["Directions"]
 
@@ -32,20 +32,19 @@ class Directions:
     of every `DualArray` that is made here.
     """
 
-    def __init__(self, scenes: Scenes) -> None:
-        count = len(scenes.lam)
-        self._drift = scenes.drift
-        self.names = (
-            *self._drift.parameters,
-            "log kappa",
-            *(["r"] if "r" in scenes.numbers else []),
-        )
+    def __init__(
+        self, drift: Drift, parameters: dict[str, Any], numbers: dict[str, FloatArray]
+    ) -> None:
+        count = len(numbers["kappa"])
+        self._drift = drift
+        radius = ["r"] if "r" in numbers else []
+        self.names = (*self._drift.parameters, "log kappa", *radius)
         self._values = {
             name: np.tile(np.broadcast_to(floats(name, x), count), 2)
-            for name, x in scenes.parameters.items()
+            for name, x in parameters.items()
         }
         self._sign = np.repeat((1.0, -1.0), count)
-        r = np.tile(scenes.numbers["r"], 2) if "r" in scenes.numbers else np.full(2 * count, 2.0)
+        r = np.tile(numbers["r"], 2) if "r" in numbers else np.full(2 * count, 2.0)
         #: 1/r where r <= 1, else 0.
         self.stretch = np.where(r <= 1.0, 1.0 / r, 0.0)
         self._stretches = bool(self.stretch.any())

@@ -34,19 +34,19 @@ def _digits(function, dps, *arguments):
     ctx, before = MPContext(), None
     for extra in (15, 30, 60, 120, 240, 480, 960, 1920):
         ctx.dps = dps + extra
-        found = function(ctx, *(_number(ctx, x) for x in arguments))
-        found = found if isinstance(found, tuple) else (found,)
+        values = function(ctx, *(_number(ctx, x) for x in arguments))
+        values = values if isinstance(values, tuple) else (values,)
         if before is not None and all(
             abs(a - b) <= abs(b) * ctx.mpf(10) ** (-dps - 3)
-            for a, b in zip(before, found, strict=True)
+            for a, b in zip(before, values, strict=True)
         ):
             prec = mpmath.libmp.dps_to_prec(dps)
-            found = tuple(
+            values = tuple(
                 mpmath.mp.make_mpf(mpmath.libmp.mpf_pos((ctx.one * x)._mpf_, prec, "n"))
-                for x in found
+                for x in values
             )
-            return found if len(found) > 1 else found[0]
-        before = found
+            return values if len(values) > 1 else values[0]
+        before = values
     raise ArithmeticError("the digits cancel; the value may be exactly 0")
 '''
 MPMATH = Language("mpmath", first="ctx, ")
@@ -111,6 +111,42 @@ HELPERS = {
     "_larger": '''def _larger(ctx, x, y):
     return max(x, y)
 ''',
+    "_fall": '''def _fall(ctx, x):
+    return ctx.exp(-2 * x * ctx.sqrt(x) / 3) if x > 0 else ctx.one
+''',
+    "_airy_squares": '''def _airy_squares(ctx, x):
+    return (ctx.airyai(x) ** 2 + ctx.airybi(x) ** 2) * _fall(ctx, x) ** 2
+''',
+    "_airy_cross": '''def _airy_cross(ctx, x):
+    ai, bi = (f(x) * f(x, derivative=1) for f in (ctx.airyai, ctx.airybi))
+    return (ai + bi) * _fall(ctx, x) ** 2
+''',
+    "_airy_slopes": '''def _airy_slopes(ctx, x):
+    slopes = ctx.airyai(x, derivative=1), ctx.airybi(x, derivative=1)
+    return (slopes[0] ** 2 + slopes[1] ** 2) * _fall(ctx, x) ** 2
+''',
+    "_airy_bi": '''def _airy_bi(ctx, x):
+    return ctx.airybi(x) * _fall(ctx, x)
+''',
+    "_airy_bi_slope": '''def _airy_bi_slope(ctx, x):
+    return ctx.airybi(x, derivative=1) * _fall(ctx, x)
+''',
+    "_erfcx": '''def _erfcx(ctx, x):
+    return ctx.exp(x * x) * ctx.erfc(x)
+''',
+    "_dawson": '''def _dawson(ctx, x):
+    return ctx.sqrt(ctx.pi) / 2 * ctx.exp(-x * x) * ctx.erfi(x)
+''',
+    "_dawson_area": '''def _dawson_area(ctx, x):
+    return x * x * ctx.hyp2f2(1, 1, ctx.mpf(3) / 2, 2, -x * x)
+''',
+    "_erfcx_area": '''def _erfcx_area(ctx, x):
+    # The difference of two numbers of about e^(x^2).
+    with ctx.workdps(ctx.dps + int(x * x * 0.9) + 5):
+        square = x * x
+        value = ctx.pi / 2 * ctx.erfi(x) - square * ctx.hyp2f2(1, 1, ctx.mpf(3) / 2, 2, square)
+    return +value
+''',
     "_logaddexp": '''def _logaddexp(ctx, x, y):
     return max(x, y) + ctx.log1p(ctx.exp(-abs(x - y)))
 ''',
@@ -136,14 +172,7 @@ def render(program: Program, functions: list[Ready]) -> str:
 def _function(function: Ready) -> str:
     names = list(function.arguments)
     inner = heading(f"def _{function.name}", ["ctx", *names], ":")
-    if function.quadrature:
-        inner += MPMATH.integral(function, function.quadrature)
-    if function.first_passage:
-        inner += _passage(function, function.first_passage)
-    for body in function.bodies:
-        inner += MPMATH.block(body)
-    if function.bodies and function.bodies[-1].conditions:
-        inner += refusal(function)
+    inner += MPMATH.body(function, _passage, refusal)
     outer = [
         *heading(f"def {function.name}", [*names, "dps=15"], ":"),
         f'    """{signature_doc(function)}"""',
@@ -165,5 +194,5 @@ def _passage(function: Ready, q: FirstPassage) -> list[str]:
     lines = [*MPMATH.listed("ends", list(map(MPMATH.text, q.ends))), *MPMATH.marks(q)]
     if function.exp_of:
         return [*lines, *MPMATH.returned(value, "    ", "_time")]
-    lines += wrapped("found = _time", value, "    ", brackets="()")
-    return [*lines, "    return ctx.log(found)"]
+    lines += wrapped("mean = _time", value, "    ", brackets="()")
+    return [*lines, "    return ctx.log(mean)"]
