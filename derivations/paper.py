@@ -35,6 +35,8 @@ z0 = Symbol("z0", real=True)
 C = Symbol("C", positive=True)
 u1, u2 = Symbol("u1", real=True), Symbol("u2", real=True)
 T = Symbol("T", positive=True)
+# The integral of e^{-2V/kappa^2} over the layer, and V at its right end.
+N, V_1 = Symbol("N", positive=True), Symbol("V_1", real=True)
 
 phi = Function("phi")
 V = Function("V")

@@ -42,7 +42,7 @@ def derives(label: str, title: str, rests_on: tuple[str, ...] = ()) -> Callable[
 def entries() -> dict[str, Entry]:
     """Every derivation, by label, read from the sources of the section modules."""
     found: dict[str, Entry] = {}
-    for path in sorted((HERE / "sections").glob("section*.py")):
+    for path in sorted((HERE / "sections").rglob("*.py")):
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
             if not isinstance(node, ast.FunctionDef):
                 continue
@@ -53,7 +53,8 @@ def entries() -> dict[str, Entry]:
                     on = tuple(rest[0]) if rest else tuple(rests.get("rests_on", ()))
                     if label in found:
                         raise ValueError(f"{label} is derived twice, in {path.name}.")
-                    module = f"derivations.sections.{path.stem}"
+                    place = path.relative_to(HERE.parent).with_suffix("")
+                    module = ".".join(place.parts)
                     found[label] = Entry(label, title, module, node.name, on)
     for entry in found.values():
         missing = [on for on in entry.rests_on if on not in found]

@@ -47,7 +47,7 @@ def main(arguments: list[str] | None = None) -> int:
         write_bytes(DOCS / name, encode(figure, "svg"))
     if args.picture:
         sys.path.insert(0, str(DOCS))
-        from website import expansions, singulants
+        from website.plotting import expansions, singulants
 
         pictures = {
             "expansions": expansions.draw(50),

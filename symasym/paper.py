@@ -20,9 +20,10 @@ from symasym.base.errors import InputError, RegionError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.field.scenes import Answer, Answers, Request, Scene, Scenes, scene_at
 from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.numbers import balls
+from symasym.scenes.answers import Answer, Answers, Request
+from symasym.scenes.scene import Scene, Scenes, scene_at
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -10,9 +10,9 @@ from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Numbers, choice, floats, is_array
 from symasym.base.patience import patient
 from symasym.drift.drift import Drift
-from symasym.drift.field.scenes import require_drift
 from symasym.methods.table import QUANTITIES
 from symasym.quantities import call_named, stationary_density
+from symasym.scenes.scene import require_drift
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

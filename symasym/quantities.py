@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal
 from symasym.base.errors import InputError
 from symasym.base.inputs import choice, flag, shown
 from symasym.base.patience import patient
-from symasym.drift.field.scenes import Request, one_scene, require_drift
 from symasym.elements import each
 from symasym.methods.table import QUANTITIES, alone, answer, require_drift_of, require_method
+from symasym.scenes.answers import Request
+from symasym.scenes.scene import one_scene, require_drift
 
 if TYPE_CHECKING:
     from symasym.base.inputs import Number, Numbers

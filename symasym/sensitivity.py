@@ -16,18 +16,10 @@ from symasym.base.estimate import IN_WORDS, ErrorKind, with_errors
 from symasym.base.inputs import Numbers, choice, digits, exact, floats, is_array
 from symasym.base.patience import patient
 from symasym.drift.drift import Drift
-from symasym.drift.field.scenes import (
-    FLOAT_DIGITS,
-    Request,
-    Scene,
-    Scenes,
-    float_scenes,
-    read_scene,
-    require_drift,
-    scene_at,
-)
 from symasym.methods.table import QUANTITIES, answer, require_drift_of
 from symasym.numbers.trees import MpmathOps
+from symasym.scenes.answers import FLOAT_DIGITS, Request
+from symasym.scenes.scene import Scene, Scenes, float_scenes, read_scene, require_drift, scene_at
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -226,7 +218,7 @@ def _by_floats(quantity: str, scenes: Scenes) -> list[_Slopes | None]:
     from symasym.drift.field.directions import Directions
     from symasym.methods.exact import float_logs
 
-    directions = Directions(scenes)
+    directions = Directions(scenes.drift, scenes.parameters, scenes.numbers)
     logs, errors = float_logs(scenes, quantity, directions)
     names = [*directions.names, *(["start"] if "start" in scenes.numbers else [])]
     at = {**scenes.parameters, **scenes.numbers}

@@ -169,7 +169,7 @@ def breakaway_position() -> Evidence:
 
 def second_piece_order() -> Evidence:
     """Measured power of kappa in the second piece, strong noise."""
-    from derivations.sections.section6_crossing import strong_pieces
+    from derivations.sections.section6.crossing import strong_pieces
 
     with own_context(40) as ctx:
         small, large = (strong_pieces(ctx.mpf(k), ctx)[1] for k in ("1e3", "1e4"))

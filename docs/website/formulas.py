@@ -27,7 +27,7 @@ from symasym.base.errors import InputError
 from symasym.emit import emit
 from symasym.formula import Formula, formula
 from website import calls, graph
-from website.plots import Picture, Plot
+from website.plotting.plots import Picture, Plot
 
 Records = dict[str, dict[str, Any]]
 #: What code is emitted for, and how it is coloured.

@@ -5,18 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from derivations.report import derive
-from website import (
-    api,
-    curves,
-    definitions,
-    explorer,
-    formulas,
-    identities,
-    layers,
-    moving,
-    notebooks,
-    plots,
-)
+from website import api, explorer, formulas, layers, notebooks
+from website.plotting import curves, definitions, identities, moving, plots
 
 
 def all_plots() -> tuple[plots.Plot | plots.Picture, ...]:

@@ -25,7 +25,6 @@ from symasym.asymptotics.weak_noise.series import Point, added
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
 from symasym.drift.drift import Drift
-from symasym.drift.field.scenes import read_order
 from symasym.drift.field.taylor_field import ExactField
 from symasym.emit.program import FirstPassage, Function, Program, by_logarithm
 from symasym.emit.source import rendered
@@ -44,6 +43,7 @@ from symasym.emit.symbolic_sums import (
 from symasym.methods.table import WEAK_NOISE_ORDERS
 from symasym.numbers.arithmetic import Digits
 from symasym.records import Record
+from symasym.scenes.answers import read_order
 
 if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext

@@ -13,7 +13,6 @@ import sympy
 from symasym.base.errors import InputError
 from symasym.base.inputs import is_array, shown
 from symasym.drift.drift import Drift
-from symasym.drift.field.scenes import require_drift
 from symasym.emit.asymptotic_time import uniform_time, weak_noise_time
 from symasym.emit.folding import fold
 from symasym.emit.forms import by_name, called, log_form, logaddexp, quotients
@@ -28,6 +27,7 @@ from symasym.emit.program import (
 )
 from symasym.emit.stokes import FRICTION, of_friction, stokes
 from symasym.records import Record
+from symasym.scenes.scene import require_drift
 
 if TYPE_CHECKING:
     from sympy import Expr

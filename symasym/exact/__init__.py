@@ -3,7 +3,8 @@
 `sweep` carries S and the nested integral over one panel (`carried`, which the derivation
 `panel-step` emitted) and joins the two sweeps at the start, once for every arithmetic. The
 integrals over a panel are found in three ways that share no code: `floats` with `float_blocks`
-(which panels) and `float_panels` (Gauss samples, slow layers) for arrays of float64; `digits`
+(which panels), `float_records` (their bisection) and `float_panels` (Gauss samples, slow layers)
+for arrays of float64; `digits`
 with `digit_panels` (Taylor recurrences) to any number of digits; `ball_sweep` with `ball_panels`
 (Taylor models) as proved enclosures. `derivatives` differentiates the sweeps of digits and balls
 for `sa.sensitivity`; that of float64 carries its slopes along (`symasym.numbers.dual_arrays`).

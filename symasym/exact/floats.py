@@ -16,7 +16,8 @@ import numpy as np
 from symasym.base.inputs import FloatArray
 from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels, sweep
-from symasym.exact.float_blocks import MILD, Records, merged, partition, records_of
+from symasym.exact.float_blocks import MILD, partition
+from symasym.exact.float_records import Records, merged, records_of
 from symasym.exact.sweep import InLayer, Record, Swept
 from symasym.generated import plain_formulas
 from symasym.numbers.dual_arrays import DualArray, slopes_of, value_of

@@ -35,7 +35,6 @@ from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, Numbers, choice, count, exact
 from symasym.drift.drift import Drift
-from symasym.drift.field.scenes import require_drift
 from symasym.emit import emit
 from symasym.emit.symbolic_sums import BEYOND_1, KAPPA, LAM, R, Sum, Symbolic, X
 from symasym.expansions.builder import FinitePart, SeriesOf, Symbols, U
@@ -43,6 +42,7 @@ from symasym.expansions.cases import Case, case_of, found_cases, read_case
 from symasym.expansions.strong import strong
 from symasym.expansions.uniform import PAIRED, Coalescing, Locals, require_pair
 from symasym.quantities import escape_time, exit_probability, occupation
+from symasym.scenes.scene import require_drift
 
 __all__ = ["Contribution", "Expansion", "expand"]
 

@@ -1,6 +1,6 @@
 """The strong-noise expansion as a formula: powers of lam = 2/kappa^2 with the moments of V.
 
-The sweep is `symasym.asymptotics.strong_noise.sweep` and the moments are the iterated integrals of
+The sweep is that of `symasym.exact.sweep` and the moments are the iterated integrals of
 `symasym.asymptotics.strong_noise.moments`, both run over SymPy: polynomials in u whose coefficients
 are polynomials in the drift's parameters. Outside the layer all is closed form.
 """
@@ -14,18 +14,11 @@ import sympy
 from sympy import Expr, Poly, Rational, S, Symbol
 
 from symasym.asymptotics.strong_noise.moments import Moments, moments_of
-from symasym.asymptotics.strong_noise.sweep import (
-    Side,
-    Stretch,
-    after,
-    escape_time,
-    layer,
-    odds,
-    weights,
-)
+from symasym.asymptotics.strong_noise.sweep import layer_record, odds_outside, odds_right
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
 from symasym.emit.symbolic_sums import LAM, R
+from symasym.exact.sweep import Record, Swept, carried, escape_time, first
 from symasym.expansions.builder import U
 
 __all__ = ["strong"]
@@ -72,7 +65,9 @@ class _Terms:
 
 
 class _Formula:
-    """The stretches of one drift with a symbol for each moment."""
+    """The stretches of one drift with a symbol for each moment (`sweep.Layered`)."""
+
+    lam: Any = LAM
 
     def __init__(self, drift: Drift, order: int) -> None:
         self.order = order
@@ -94,7 +89,11 @@ class _Formula:
         self.values[symbol], self.tex[symbol] = sympy.sympify(value), tex
         return symbol
 
-    def stretch(self, mirrored: bool, a: Expr, b: Expr, mark: str) -> Stretch:
+    def slope(self, mirrored: bool) -> Expr:
+        """phi left of the layer."""
+        return -self.slopes[1] if mirrored else self.slopes[-1]
+
+    def layer(self, mirrored: bool, a: Expr, b: Expr, mark: str = "") -> Record:
         """The stretch [a, b] of the layer, expanded."""
         A = -self.A.compose(Poly(-U, U)) if mirrored else self.A
         drop, *lists = moments_of(_Polynomials(A, a, b), self.order + 1, S.One)
@@ -105,18 +104,16 @@ class _Formula:
         ]  # fmt: skip
         fall = self._named(f"d{mark}", f"d^{{{mark}}}", drop)
         known = Moments(b - a, fall, rows[0], rows[1], rows[2], S.Zero)
-        return layer(known, LAM, self.order, _Terms())
+        return layer_record(known, LAM, self.order, _Terms())
 
-    def side(self, mirrored: bool, start: Expr, mark: str) -> Side:
-        """S and W at the start, absorbed at -r, r > 1."""
-        slope = -self.slopes[1] if mirrored else self.slopes[-1]
-        x, length = slope * LAM * (R - 1), R - 1
+    def side(self, mirrored: bool, start: Expr, mark: str) -> Swept:
+        """sigma and w at the start, absorbed at -r, r > 1."""
+        length = R - 1
+        x = self.slope(mirrored) * LAM * length
         rising, second = (sympy.exp(x) - 1) / x, (sympy.exp(x) - 1 - x) / x**2
-        outer = Stretch(
-            sympy.exp(x), length * rising, length * rising * sympy.exp(-x), length * second / rising
-        )
-        inner = self.stretch(mirrored, -S.One, -start if mirrored else start, mark)
-        return after(after(None, outer, LAM), inner, LAM)
+        outside = Record(length * rising, length * rising, length**2 * second, S.One, sympy.exp(x))
+        inside = self.layer(mirrored, -S.One, -start if mirrored else start, mark)
+        return carried(first(outside, LAM), inside, LAM)
 
 
 def strong(
@@ -126,13 +123,11 @@ def strong(
     made = _Formula(drift, order)
     at = Rational(start.numerator, start.denominator)
     if quantity in ("P", "1 - P"):
-        inner = made.stretch(False, -S.One, S.One, "")
-        both = weights((made.slopes[-1], -made.slopes[1]), inner, LAM)
-        formula = 1 / (1 + odds(*both, quantity != "P"))
+        formula = 1 / (1 + odds_outside(made, quantity != "P", S.One))
     else:
         left, right = made.side(False, at, "-"), made.side(True, at, "+")
         if quantity == "T":
             formula = escape_time(left, right)
         else:
-            formula = 1 / (1 + odds(left.scale, right.scale, quantity != "C"))
+            formula = 1 / (1 + odds_right(left, right, quantity != "C"))
     return formula, made.values, made.tex

@@ -16,18 +16,10 @@ import numpy as np
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, RangeError
 from symasym.base.inputs import FloatArray, float_text, is_array
-from symasym.drift.field.scenes import (
-    Answer,
-    Answers,
-    Request,
-    Scene,
-    Scenes,
-    input_rounding,
-    rows_of,
-    scene_at,
-)
 from symasym.methods.table import quantity_of
 from symasym.numbers import balls
+from symasym.scenes.answers import Answer, Answers, Request
+from symasym.scenes.scene import Scene, Scenes, input_rounding, rows_of, scene_at
 
 if TYPE_CHECKING:
     from symasym.drift.field.directions import Directions

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from symasym.asymptotics.weak_noise import answer as weak_noise
 from symasym.asymptotics.weak_noise.answer import of_scenes
-from symasym.drift.field.scenes import Answer, Request, Scene
+from symasym.scenes.answers import Answer, Request
+from symasym.scenes.scene import Scene
 
 if TYPE_CHECKING:
     from symasym.asymptotics.weak_noise.answer import Prove

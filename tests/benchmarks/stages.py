@@ -20,9 +20,9 @@ _PACKAGE = str(Path(symasym.__file__).parent)
 #: What the functions of `symasym.exact` do; anything else is "the rest".
 STAGES = {
     "samples of the exponential and their sums": ("sampled", "exponents_of_series", "sums"),
-    "drift on blocks: Taylor shifts, values": ("_series", "shifted", "phi_at", "phi", "series"),
-    "planning blocks: slow, sampled or cut": ("_planned", "is_slow", "_tail", "_pieces", "hidden"),
-    "what counts and what does not": ("_counting", "placed", "up_to", "_coarse"),
+    "drift on blocks: Taylor shifts, values": ("series_of", "shifted", "phi_at", "phi", "series"),
+    "planning blocks: slow, sampled or cut": ("planned", "is_slow", "_tail", "_pieces", "hidden"),
+    "what counts and what does not": ("counting", "placed", "up_to", "_coarse"),
     "slow panels": ("slow", "slow_terms", "merge_slow"),
     "sweeps in the log domain, with their error analysis": ("through", "carried", "first", "of"),
     "first cuts: zeros of A, Taylor series about them": (

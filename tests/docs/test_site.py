@@ -29,18 +29,8 @@ from symasym.formula import formula
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
-from website import (  # noqa: E402
-    api,
-    calls,
-    definitions,
-    expansions,
-    formulas,
-    glossary,
-    graph,
-    pages,
-    plots,
-    stage,
-)
+from website import api, calls, formulas, glossary, graph, pages, stage  # noqa: E402
+from website.plotting import definitions, expansions, plots  # noqa: E402
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 # No connection is tried: neither the browser's own nor a page's.

@@ -14,7 +14,7 @@ import pytest
 import symasym as sa
 from symasym.drift.field.float_field import field_of
 from symasym.drift.field.taylor_field import ExactField, dyadic, to_fraction
-from symasym.exact import float_blocks, float_panels
+from symasym.exact import float_blocks, float_panels, float_records
 from symasym.exact import floats as double
 from symasym.exact.digits import Partition
 from symasym.exact.float_blocks import is_slow
@@ -345,7 +345,7 @@ def test_bisection_gives_up_where_it_does_not_help(monkeypatch: pytest.MonkeyPat
 def test_blocks_that_do_not_count_are_claimed(
     kappa: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    drift, counting, left_out = sa.friction(3, 1, "-0.4"), float_blocks._counting, []
+    drift, counting, left_out = sa.friction(3, 1, "-0.4"), float_records.counting, []
     exact = sa.escape_time(drift, kappa, 10, log=True, dps=25)
 
     def seen(*args: Any) -> np.ndarray:
@@ -358,12 +358,12 @@ def test_blocks_that_do_not_count_are_claimed(
         logs = double.escape_time(field_of(drift, drift.values, 1), lam, r, 0 * r)
         return float(logs.value[0]), float(logs.error[0])
 
-    monkeypatch.setattr(float_blocks, "_counting", seen)
+    monkeypatch.setattr(float_records, "counting", seen)
     value, error = log_time()
     assert abs(value - exact) <= error < 1e-12 * abs(value)
     assert left_out[0] > 3
     # Even if the choice were wrong, the error would say so.
-    monkeypatch.setattr(float_blocks, "_counting", lambda blocks, plan, ahead: plan.turns)
+    monkeypatch.setattr(float_records, "counting", lambda blocks, plan, ahead: plan.turns)
     value, error = log_time()
     assert 1e-3 < abs(value - exact) <= error
 

@@ -331,13 +331,13 @@ def test_a_well_far_thinner_than_rounding(kappa: str, high: str, steepness: str)
 def test_an_unresolved_block_claims_what_it_does_not_know(
     drift: sa.Drift, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from symasym.drift.field.scenes import float_scenes
-    from symasym.exact import float_blocks
+    from symasym.exact import float_blocks, float_records
     from symasym.methods.exact import float_logs
+    from symasym.scenes.scene import float_scenes
 
     # Hardly bisected, the drift is taken for constant on wide blocks.
-    monkeypatch.setattr(float_blocks, "_DEEPEST", 2)
-    monkeypatch.setattr(float_blocks, "_OPEN", 1e9)
+    monkeypatch.setattr(float_records, "_DEEPEST", 2)
+    monkeypatch.setattr(float_records, "_OPEN", 1e9)
     monkeypatch.setattr(float_blocks, "hidden", lambda *given: np.ones(len(given[4]), dtype=bool))
     kappa = F(1, 4)
     for name, wanted in (

@@ -9,12 +9,18 @@ R. Soc. A 434 (1991) 657). A real minimum q has F > 0, on the path of the Laplac
 lam is on the series' Stokes line. There the sum is the mean of those that pass F above and below,
 the Stokes multiplier being 1/2 (the median sum), and the real integral goes on beyond q with no
 share of it. (From a q where f'' vanishes too it turns by other angles than where it came, and q
-would have a share of its own: such f are refused.) Padé's approximant of the series [m/m] continues B; with its poles p_j and residues
-r_j, z = -p_j,
+would have a share of its own: such f are refused.) Padé's approximant of the series [m/m]
+continues B; with its poles p_j and residues r_j, z = -p_j,
 
     int_0^oo e^(-lam t) t^(b - 1)/(t - p_j) dt = Gamma(b) z^(b - 1) e^(lam z) Gamma(1 - b, lam z)
 
 (DLMF 8.6.4), of which for p_j > 0 the real part is the mean.
+
+A complex pair of singulants with Re F > 0 limits that. The poles of Padé's approximants gather on
+the set of least capacity, in 1/t, that joins the singularities (H. Stahl, J. Approx. Theory 91
+(1997) 139), which joins the pair across the real axis; beyond, at t > |F|^2/Re F, that bounds the
+convex hull of 0 and the 1/F, they may converge to another branch, all of them alike. What a saddle
+contributes at that height is therefore part of the claimed error (`pairs_beyond`).
 """
 
 from __future__ import annotations
@@ -24,13 +30,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy
 
+from symasym.asymptotics.laplace.kinks import number
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
+from symasym.numbers.polynomials import shifted
 
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
-    from sympy import Expr, Symbol
+    from sympy import Expr, Poly, Symbol
 
     from symasym.asymptotics.laplace.expansion import Contribution
 
@@ -40,6 +48,7 @@ __all__ = [
     "Approximant",
     "approximant",
     "median_sums",
+    "pairs_beyond",
     "require_simple_points",
     "require_unit_steps",
 ]
@@ -125,7 +134,7 @@ def require_simple_points(f: Expr, x: Symbol, a: Expr, b: Expr) -> None:
     for point in common.real_roots():
         if bool(a < point) and bool(point < b):
             raise InputError(
-                f'order is "borel" and f = {f} has f\' = f\'\' = 0 at {x} = {point}; it is for f '
+                f"order is \"borel\" and f = {f} has f' = f'' = 0 at {x} = {point}; it is for f "
                 'whose critical points are simple; give another order, such as "optimal".'
             )
 
@@ -138,6 +147,39 @@ def require_unit_steps(contribution: Contribution) -> None:
             f'order is "borel", and the maximum at {contribution.point} has terms in steps of '
             f"lam^-({exponents[1] - exponents[0]}); it is for simple maxima, in steps of 1/lam."
         )
+
+
+def pairs_beyond(f: Expr, g: Expr, x: Symbol, height: mpf, lam: mpf, context: MPContext) -> mpf:
+    """The size of what complex saddles of f contribute where the sum crosses their pair's cut.
+
+    Over e^(lam height), height being f at the maximum.
+    """
+    c = context
+    exponent, weight = (
+        [c.convert(number(a, dps=c.dps)) for a in sympy.Poly(e, x).all_coeffs()[::-1]]
+        for e in (f, g)
+    )
+    total = c.zero
+    for q, multiplicity in _complex_zeros(sympy.Poly(f, x).diff(x), c):
+        top, *bends = shifted(exponent, q)
+        singulant = height - top
+        if c.re(singulant) <= 0:
+            continue
+        m = multiplicity + 1
+        width = (lam * abs(bends[m - 1])) ** (-c.one / m)
+        size = width * sum(abs(a) * width**k for k, a in enumerate(shifted(weight, q)))
+        total += size * c.exp(-lam * abs(singulant) ** 2 / c.re(singulant))
+    return total
+
+
+def _complex_zeros(p: Poly, context: MPContext) -> list[tuple[Any, int]]:
+    """The zeros of a real polynomial that are not real, and their multiplicities."""
+    found = []
+    for factor, multiplicity in p.sqf_list()[1]:
+        values = [context.convert(number(a, dps=context.dps)) for a in factor.all_coeffs()]
+        roots = context.polyroots(values, maxsteps=500, extraprec=2 * context.prec)
+        found += [(z, multiplicity) for z in roots if context.im(z)]
+    return found
 
 
 def median_sums(contribution: Contribution, lam: mpf, context: MPContext) -> list[Any]:

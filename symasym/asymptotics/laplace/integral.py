@@ -76,8 +76,8 @@ def laplace_integral(
         Ends, a < b, possibly -oo and oo.
     order : int, "optimal" or "borel"
         Terms for each maximum, 1 to 400; ``"optimal"``: up to the smallest term at each lam;
-        ``"borel"``: the median Borel–Padé sum of 41 terms, of polynomial f and g without free
-        parameters and critical points simple, far beyond that (`symasym.asymptotics.laplace.borel`).
+        ``"borel"``: the median Borel–Padé sum of 41 terms, far beyond that, of polynomial f and g
+        without free parameters, f's critical points simple (`symasym.asymptotics.laplace.borel`).
     maxima : sequence of Expr, optional
         Where f is largest, if parameters leave it open. It is compared with f all the same.
     dps : int, optional

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Self, cast
 import numpy as np
 import sympy
 
-from symasym.asymptotics.laplace.borel import median_sums
+from symasym.asymptotics.laplace.borel import median_sums, pairs_beyond
 from symasym.asymptotics.laplace.errors import ErrorModel
 from symasym.asymptotics.laplace.expansion import Contribution
 from symasym.asymptotics.laplace.kinks import difference, number
@@ -346,6 +346,8 @@ class LaplaceExpansion(IntegralExpansion):
                     size += abs(shares[-1])
                     # Of a terminating series all are the same.
                     apart += weight * 4 * max(abs(y - sums[0]) for y in sums[1:])
+                    at = c.height_in(context)
+                    apart += weight * pairs_beyond(self.f, self.g, self.x, at, large, context)
                     continue
                 terms = c.terms(large, more, context)
                 used = len(terms)

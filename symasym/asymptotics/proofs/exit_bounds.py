@@ -21,15 +21,6 @@ from symasym.asymptotics.proofs.panels import Bounds, between_lines
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import IntArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.field.scenes import (
-    Answer,
-    Answers,
-    Request,
-    Scene,
-    Scenes,
-    by_drift,
-    scene_at,
-)
 from symasym.generated import mpmath_formulas
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.balls import (
@@ -41,6 +32,8 @@ from symasym.numbers.balls import (
     to_mpf,
 )
 from symasym.numbers.float_intervals import Compensated, Intervals, log_sum, stacked
+from symasym.scenes.answers import Answer, Answers, Request
+from symasym.scenes.scene import Scene, Scenes, by_drift, scene_at
 from symasym.special.exponentials import ball_quotient
 
 if TYPE_CHECKING:

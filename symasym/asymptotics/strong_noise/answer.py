@@ -1,6 +1,6 @@
 """Strong noise: expansions in lam = 2/kappa^2 that hold uniformly in r/kappa^2.
 
-Inside the layer e^{lam V} is expanded in powers of lam (`sweep.layer`); outside
+Inside the layer e^{lam V} is expanded in powers of lam (`sweep.layer_record`); outside
 it everything is closed form, and its exponentials, with that of V(1) - V(-1),
 are kept. The sweeps are those of docs/exact.md, so that all terms are positive
 but those of the expansion itself.
@@ -12,23 +12,24 @@ is proved.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.asymptotics.strong_noise import sweep
 from symasym.asymptotics.strong_noise.moments import moments
-from symasym.asymptotics.strong_noise.sweep import Side, Stretch, after, layer, odds, weights
+from symasym.asymptotics.strong_noise.sweep import layer_record, odds_outside, odds_right, sides
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
-from symasym.drift.field.scenes import Answer, Answers, Request, Scene, Scenes, input_rounding
+from symasym.exact.ball_panels import Outer
+from symasym.exact.sweep import Record, Swept, carried, escape_time, first
 from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of, to_mpf
 from symasym.numbers.extended_intervals import ExtendedInterval, Undefined
-from symasym.special.exponentials import ball_quotient
+from symasym.scenes.answers import Answer, Answers, Request
+from symasym.scenes.scene import Scene, Scenes, input_rounding
 
 if TYPE_CHECKING:
     from flint import arb
@@ -117,72 +118,54 @@ class _Balls:
         return kept
 
 
-class _Stretches:
-    """The stretches of one scene, at Arb's precision `bits`."""
+class _OneScene:
+    """The stretches of one scene (`sweep.Stretches`), at Arb's precision `bits`."""
 
-    def __init__(self, scene: Scene, order: int, bits: int) -> None:
-        self._scene, self._order, self._bits = scene, order, bits
-        self._lam = exact_ball(scene.lam)
-        self._outer = cache(self._outer_stretch)
+    nothing = None
 
-    def quantity(self, request: Request, number: _Balls) -> Any:
-        """A ball of what is asked for."""
-        log = request.log
-        if request.name[-1] == "T":
-            time = ExtendedInterval.of(sweep.escape_time(*self.sides(number)))
-            return time.image(lambda x: x.log() if log else x)
-        if request.name[-1] == "P":
-            both = self.weights(number)
-        else:
-            left, right = self.sides(number)
-            both = left.scale, right.scale
-        against = ExtendedInterval.of(odds(*both, request.complement))
-        return -against.image(lambda x: x.log1p() if log else -1 / (1 + x))
+    def __init__(self, scene: Scene, order: int, bits: int, number: _Balls) -> None:
+        self._drift, self._order, self._bits, self._number = scene.drift, order, bits, number
+        self._lam, self.lam = scene.lam, exact_ball(scene.lam)
 
-    def sides(self, number: _Balls) -> tuple[Side, Side]:
-        """S and W on the left and on the right of the start."""
-        r, start = self._scene.r, self._scene.start
-        return self._swept(False, r, start, number), self._swept(True, r, -start, number)
+    def behind(self, state: Swept | None, length: Fraction, record: Callable[[], Record]) -> Any:
+        """sigma and w behind one more stretch, if its length is positive."""
+        if length <= 0:
+            return state
+        return first(record(), self.lam) if state is None else carried(state, record(), self.lam)
 
-    def _swept(self, mirrored: bool, r: Fraction, x: Fraction, number: _Balls) -> Side:
-        """S and W at x, absorbed at -r."""
-        one, side = Fraction(1), None
-        stretches = []
-        if r > 1:
-            stretches.append(self._outer(mirrored, -1, min(-one, x) + r))
-        if x > -1:
-            stretches.append(self._layer(mirrored, max(-one, -r), min(x, one), number))
-        if x > 1:
-            stretches.append(self._outer(mirrored, 1, x - 1))
-        for stretch in stretches:
-            side = after(side, stretch, self._lam)
-        assert side is not None
-        return side
-
-    def weights(self, number: _Balls) -> tuple[Any, Any]:
-        """int e^{-lam V} over |u| > 1 and over the layer (eq:pss)."""
-        stretch = self._layer(False, Fraction(-1), Fraction(1), number)
-        slopes = self._slope(False, -1), -self._slope(False, 1)
-        return weights(slopes, stretch, self._lam)
-
-    def _slope(self, mirrored: bool, side: int) -> Any:
-        """A ball of A at the layer's edge `side`."""
+    def slope(self, mirrored: bool, side: int = -1) -> Any:
+        """A ball of phi left (side -1) or right (1) of the layer."""
         sign = -1 if mirrored else 1
-        known = self._scene.drift.end(sign * side)
+        known = self._drift.end(sign * side)
         if known is not None:
             return exact_ball(sign * known)
-        return sign * profile_of(self._scene.drift).value(Fraction(sign * side))
+        return sign * profile_of(self._drift).value(Fraction(sign * side))
 
-    def _outer_stretch(self, mirrored: bool, side: int, length: Fraction) -> Stretch:
+    def outside(self, mirrored: bool, side: int, length: Fraction) -> Record:
         """A stretch of constant drift, in closed form."""
-        x = self._slope(mirrored, side) * exact_ball(self._scene.lam * length)
-        size, rising, g = exact_ball(length), ball_quotient(x, 1), x.exp()
-        return Stretch(g, size * rising, size * rising / g, size * ball_quotient(x, 2) / rising)
+        piece = Outer(self.slope(mirrored, side), self._lam, length)
+        g = piece.growth
+        return Record(piece.plus, g * piece.minus, g * piece.nested, g, 1)
 
-    def _layer(self, mirrored: bool, a: Fraction, b: Fraction, number: _Balls) -> Stretch:
+    def layer(self, mirrored: bool, a: Fraction, b: Fraction) -> Record:
         """The stretch [a, b] of the layer, expanded."""
-        integrals = moments(self._scene.drift, mirrored, a, b, self._order + 1, self._bits)
-        return layer(integrals, self._lam, self._order, number)
+        ends = Fraction(a), Fraction(b)
+        integrals = moments(self._drift, mirrored, *ends, self._order + 1, self._bits)
+        return layer_record(integrals, self.lam, self._order, self._number)
+
+
+def _quantity(scene: Scene, request: Request, of: _OneScene) -> Any:
+    """A ball of what is asked for."""
+    log = request.log
+    if request.name[-1] == "P":
+        against = odds_outside(of, request.complement, Fraction(1))
+    else:
+        both = sides(of, scene.r, scene.start)
+        if request.name[-1] == "T":
+            time = ExtendedInterval.of(escape_time(*both))
+            return time.image(lambda x: x.log() if log else x)
+        against = odds_right(*both, request.complement)
+    return -ExtendedInterval.of(against).image(lambda x: x.log1p() if log else -1 / (1 + x))
 
 
 def _enclosed(scene: Scene, request: Request) -> tuple[Any, Any]:
@@ -196,14 +179,12 @@ def _enclosed(scene: Scene, request: Request) -> tuple[Any, Any]:
     bits = int(digits * 3.33) + 64 + int(exponent).bit_length()
     for _ in range(_ATTEMPTS):
         with precision(bits), own_context(digits + 10) as context:
-            parts = _Stretches(scene, order, bits)
 
-            def enclosure(
-                whole: bool, parts: _Stretches = parts, bits: int = bits
-            ) -> tuple[Any, Any] | None:
+            def enclosure(whole: bool, bits: int = bits) -> tuple[Any, Any] | None:
                 """A ball of the quantity; None where it contains 0, or all numbers."""
+                of = _OneScene(scene, order, bits, _Balls(whole))
                 try:
-                    return to_mpf(parts.quantity(request, _Balls(whole)), int(bits / 3.3) + 5)
+                    return to_mpf(_quantity(scene, request, of), int(bits / 3.3) + 5)
                 except (AccuracyError, ZeroDivisionError, Undefined):
                     return None  # what contains 0, or all numbers
 

@@ -6,18 +6,19 @@ can be, and its rounding, carried through the formulas of `sweep`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from symasym.asymptotics.strong_noise import sweep
 from symasym.asymptotics.strong_noise.moments import Moments, moments_of
-from symasym.asymptotics.strong_noise.sweep import Side, Stretch, after, odds, weights
+from symasym.asymptotics.strong_noise.sweep import layer_record, odds_outside, odds_right, sides
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray, field_of
-from symasym.drift.field.scenes import Scenes
+from symasym.exact.sweep import Record, Swept, carried, escape_time
+from symasym.scenes.scene import Scenes
 from symasym.special.exponentials import log_quotient, mean_place
 
 # Rounding of one operation: that of a logarithm, an exponential and a sum, and of the result.
@@ -70,12 +71,16 @@ class LogBounds:
     __radd__ = __add__
 
     def __mul__(self, other: LogBounds | FloatArray | float) -> LogBounds:
+        if isinstance(other, int) and other == 1:
+            return self
         y = self._of(other)
         return self._made(self.rows + y.rows, self.rounding + y.rounding)
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: LogBounds | FloatArray | float) -> LogBounds:
+        if isinstance(other, int) and other == 1:
+            return self
         y = self._of(other)
         return self._made(self.rows - y.rows[[0, 2, 1]], self.rounding + y.rounding)
 
@@ -125,22 +130,16 @@ def _chunk(
     order: int,
 ) -> LogBounds:
     """T, C or P of some scenes."""
-    scene = np.arange(len(lam))
+    of = _ManyScenes(field, lam, order)
     if quantity == "P":
-        end = np.ones_like(lam)
-        stretch = _layer(field, scene, lam, -end, end, order)
-        slopes = _number(field.a_minus[scene]), _number(-field.a_plus[scene])
-        share = 1 / (1 + odds(*weights(slopes, stretch, _number(lam)), complement))
-        assert isinstance(share, LogBounds)
-        return share
-    r, start = numbers["r"], numbers["start"]
-    left = _swept(field, scene, lam, r, start, order)
-    right = _swept(field, scene + len(lam), lam, r, -start, order)
-    if quantity == "C":
-        share = 1 / (1 + odds(left.scale, right.scale, complement))
+        against = odds_outside(of, complement, np.ones_like(lam))
     else:
-        share = sweep.escape_time(left, right)
-    assert isinstance(share, LogBounds)
+        both = sides(of, numbers["r"], numbers["start"])
+        if quantity == "T":
+            time: LogBounds = escape_time(*both)
+            return time
+        against = odds_right(*both, complement)
+    share: LogBounds = 1 / (1 + against)
     return share
 
 
@@ -149,35 +148,45 @@ def _number(values: FloatArray) -> LogBounds:
     return LogBounds.of_log(np.log(values))
 
 
-def _swept(
-    field: Field, scene: IntArray, lam: FloatArray, r: FloatArray, x: FloatArray, order: int
-) -> Side:
-    """S and W at `x`, absorbed at -r."""
-    number = _number(lam)
-    nothing = LogBounds(np.full((3, len(lam)), -np.inf), np.zeros_like(lam))
-    side = Side(nothing, nothing)
+class _ManyScenes:
+    """The stretches of many scenes (`sweep.Stretches`); the field has their mirror images, too."""
 
-    def behind(stretch: Stretch, use: np.ndarray[Any, np.dtype[np.bool_]]) -> Side:
-        """The sweep behind the stretch, where `use` holds."""
-        new = after(side, stretch, number)
-        return Side(new.scale.where(use, side.scale), new.work.where(use, side.work))
+    def __init__(self, field: Field, lam: FloatArray, order: int) -> None:
+        self._field, self._lam, self._order, self.lam = field, lam, order, _number(lam)
+        none = LogBounds(np.full((3, len(lam)), -np.inf), np.zeros_like(lam))
+        self.nothing = Swept(none, none)
 
-    before = np.maximum(0.0, np.minimum(-1.0, x) + r) * (r > 1)
-    side = behind(_outer(field.a_minus[scene], lam, before), before > 0)
-    a, b = np.maximum(-1.0, -r), np.minimum(x, 1.0)
-    inside = b > a
-    if inside.any():
-        side = behind(_layer(field, scene, lam, a, np.maximum(a, b), order), inside)
-    beyond = np.maximum(0.0, x - 1.0)
-    return behind(_outer(field.a_plus[scene], lam, beyond), beyond > 0)
+    def behind(self, state: Swept, length: FloatArray, record: Callable[[], Record]) -> Swept:
+        """sigma and w behind one more stretch, where its length is positive."""
+        use = length > 0
+        if not use.any():
+            return state
+        new = carried(state, record(), self.lam)
+        return Swept(*(after.where(use, before) for after, before in zip(new, state, strict=True)))
 
+    def _scene(self, mirrored: bool) -> IntArray:
+        """The scenes' numbers in the field."""
+        return np.arange(len(self._lam)) + mirrored * len(self._lam)
 
-def _outer(a: FloatArray, lam: FloatArray, length: FloatArray) -> Stretch:
-    """A stretch of constant drift, in closed form."""
-    x = lam * a * length
-    size = np.log(length)
-    parts = (x, size + log_quotient(x), size + log_quotient(-x), size + np.log(mean_place(x)))
-    return Stretch(*map(LogBounds.of_log, parts))
+    def slope(self, mirrored: bool) -> LogBounds:
+        """phi left of the layer, where it is positive."""
+        return _number(self._field.a_minus[self._scene(mirrored)])
+
+    def outside(self, mirrored: bool, side: int, length: FloatArray) -> Record:
+        """A stretch of constant drift, in closed form."""
+        slopes = self._field.a_plus if side > 0 else self._field.a_minus
+        x = self._lam * slopes[self._scene(mirrored)] * length
+        size = np.log(length)
+        rising = size + log_quotient(x)
+        parts = rising, rising, rising + size + np.log(mean_place(x)), x
+        int_e, int_inverse, nested, climb = map(LogBounds.of_log, parts)
+        return Record(int_e, int_inverse, nested, 1, climb)
+
+    def layer(self, mirrored: bool, a: FloatArray, b: FloatArray) -> Record:
+        """The stretch [a, b] of the layer, expanded."""
+        scene = self._scene(mirrored)
+        integrals, rounding = _moments(self._field, scene, a, np.maximum(a, b), self._order + 1)
+        return layer_record(integrals, self._lam, self._order, _Arrays(rounding, self._order))
 
 
 class _Arrays:
@@ -209,14 +218,6 @@ class _Arrays:
         high = np.fmin(np.log(whole + reach), np.log(size) + x)
         rows = np.array([np.log(value), low, high])
         return LogBounds(rows, self._rounding * np.exp(2 * x) + _UNIT * (1 + np.abs(rows[0])))
-
-
-def _layer(
-    field: Field, scene: IntArray, lam: FloatArray, a: FloatArray, b: FloatArray, order: int
-) -> Stretch:
-    """The layer's stretch [a, b], expanded."""
-    integrals, rounding = _moments(field, scene, a, b, order + 1)
-    return sweep.layer(integrals, lam, order, _Arrays(rounding, order))
 
 
 def _moments(

@@ -1,49 +1,24 @@
-"""T, C and P for strong noise from the two sides of the start, in any arithmetic.
-
-A sweep begins at the absorbing end -r and carries, behind each stretch [a, b],
-
-    S = int_{-r}^b e^{lam (V(w) - V(b))} dw,
-    W = lam/S int_{-r}^b e^{lam (V(w) - V(u))} dw du over w < u < b, in units of e^{lam V(b)};
-
-the other side is swept in the coordinate -u. With both at the start (eq:Ttilde and eq:C),
-
-    T = (W_L + W_R)/(1/S_L + 1/S_R),    C = S_R/(S_L + S_R).
-
-All is sums, products and quotients of positive numbers: of `arb` for one scene, of
-`arrays.LogBounds` for arrays.
+"""T, C and P for strong noise: the layer as one panel of the sweeps of `symasym.exact.sweep`.
 
 In the layer e^{lam V} is a power series in lam with the moments of V as coefficients (`moments`);
 with x = lam (max V - min V) an integral over a length l is short of its first N + 2 terms by less
-than l x^{N+2}/(N+2)! e^x (Taylor's theorem with Lagrange's remainder).
+than l x^{N+2}/(N+2)! e^x (Taylor's theorem with Lagrange's remainder). Outside the layer all is
+closed form. A stretch [a, b] of either is a `Record` with fall = 1, climb = e^{lam (V(a) - V(b))},
+and all is sums, products and quotients of positive numbers: of `arb` for one scene, of
+`arrays.LogBounds` for arrays, of SymPy's expressions for a formula.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+import numpy as np
 
 from symasym.asymptotics.strong_noise.moments import Moments
+from symasym.exact.sweep import InLayer, Record, Swept, carried_in_layer, layer_times
+from symasym.generated.plain_formulas import tail_left
 from symasym.numbers.arithmetic import Number
-
-
-class Stretch(NamedTuple):
-    """Integrals over a stretch [a, b] in units of e^{+-lam V(b)}.
-
-    g = e^{lam (V(a) - V(b))}; int_e = int e^{lam (V - V(b))}; int_inverse = int e^{lam (V(b) - V)};
-    nested = the double integral of e^{lam (V(w) - V(u))} over w < u, divided by int_e.
-    """
-
-    g: Any
-    int_e: Any
-    int_inverse: Any
-    nested: Any
-
-
-class Side(NamedTuple):
-    """S and W at the point reached (module docstring)."""
-
-    scale: Any
-    work: Any
 
 
 class Arithmetic(Protocol):
@@ -63,30 +38,58 @@ class Arithmetic(Protocol):
         """
 
 
-def after(side: Side | None, stretch: Stretch, lam: Number) -> Side:
-    """The sweep behind one more stretch; `side` is None at the absorbing end."""
-    own = lam * stretch.nested
-    if side is None:
-        return Side(stretch.int_e, own)
-    entering = stretch.g * side.scale
-    # Shares of what comes in and of what is new, each from one quotient: they are never a
-    # difference, and in interval arithmetic each part enters once.
-    carried = side.work / stretch.g + lam * stretch.int_inverse
-    work = carried / (1 + stretch.int_e / entering) + own / (1 + entering / stretch.int_e)
-    return Side(stretch.int_e + entering, work)
+class Layered(Protocol):
+    """The layer of one scene, or of many; of the drift -A(-u) if `mirrored`."""
+
+    lam: Any
+
+    def slope(self, mirrored: bool) -> Any:
+        """phi left of the layer."""
+
+    def layer(self, mirrored: bool, a: Any, b: Any) -> Record:
+        """The stretch [a, b] of the layer, expanded."""
 
 
-def escape_time(left: Side, right: Side) -> Any:
-    """T from both sides of the start."""
-    return (left.work + right.work) / (1 / left.scale + 1 / right.scale)
+class Stretches(Layered, Protocol):
+    """Also what lies beside the layer; `nothing` is the state at an absorbing end."""
+
+    nothing: Any
+
+    def behind(self, state: Any, length: Any, record: Callable[[], Record]) -> Any:
+        """sigma and w behind one more stretch, where its length is positive."""
+
+    def outside(self, mirrored: bool, side: int, length: Any) -> Record:
+        """A stretch of that length left (side -1) or right (1) of the layer."""
 
 
-def odds(left: Number, right: Number, complement: bool) -> Any:
-    """(1 - C)/C from S on both sides, (1 - P)/P from `weights`; the inverse of the complement."""
-    return right / left if complement else left / right
+def sides(of: Stretches, r: Any, start: Any) -> tuple[Swept, Swept]:
+    """sigma and w on the left and on the right of the start."""
+    return _swept(of, False, r, start), _swept(of, True, r, -start)
 
 
-def layer(integrals: Moments, lam: Number, order: int, number: Arithmetic) -> Stretch:
+def _swept(of: Stretches, mirrored: bool, r: Any, x: Any) -> Swept:
+    """sigma and w at x, absorbed at -r."""
+    before, a, b = np.minimum(x, -1) + r, np.maximum(-r, -1), np.minimum(x, 1)
+    state = of.behind(of.nothing, before, lambda: of.outside(mirrored, -1, before))
+    state = of.behind(state, b - a, lambda: of.layer(mirrored, a, b))
+    swept: Swept = of.behind(state, x - 1, lambda: of.outside(mirrored, 1, x - 1))
+    return swept
+
+
+def odds_outside(of: Layered, complement: bool, one: Any) -> Any:
+    """(1 - P)/P (eq:pss), or P/(1 - P); `one` is the number 1."""
+    before = InLayer(0, tail_left(of.slope(False)))
+    layer = carried_in_layer(before, of.layer(False, -one, one), of.lam)
+    wanted, rest = layer_times(layer, tail_left(of.slope(True)), complement)
+    return rest / wanted
+
+
+def odds_right(left: Swept, right: Swept, complement: bool) -> Any:
+    """(1 - C)/C (eq:C), or C/(1 - C)."""
+    return right.sigma / left.sigma if complement else left.sigma / right.sigma
+
+
+def layer_record(integrals: Moments, lam: Number, order: int, number: Arithmetic) -> Record:
     """The integrals over a stretch of the layer to the power `order` of lam."""
     powers = [lam * 0 + 1]
     for _ in range(order + 1):
@@ -99,16 +102,7 @@ def layer(integrals: Moments, lam: Number, order: int, number: Arithmetic) -> St
         terms = [m * p for m, p in zip(moments, powers, strict=False)]
         return number.truncated(terms, tail, size, x)
 
-    int_e, length = total(integrals.int_e, integrals.length), integrals.length
-    g = number.exponential(lam * integrals.drop)
-    return Stretch(
-        g,
-        int_e,
-        total(integrals.int_inverse, length) / g,
-        total(integrals.nested, length * length / 2) / int_e,
-    )
-
-
-def weights(slopes: tuple[Any, Any], stretch: Stretch, lam: Number) -> tuple[Any, Any]:
-    """int e^{-lam V} over |u| > 1 and over the layer `stretch`; `slopes` are a- and -a+."""
-    return (1 / slopes[0] + stretch.g / slopes[1]) / lam, stretch.int_inverse * stretch.g
+    length = integrals.length
+    int_e, int_inverse = (total(row, length) for row in (integrals.int_e, integrals.int_inverse))
+    nested = total(integrals.nested, length * length / 2)
+    return Record(int_e, int_inverse, nested, 1, number.exponential(lam * integrals.drop))

@@ -51,17 +51,10 @@ from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray, exact, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.field.float_field import IntArray
-from symasym.drift.field.scenes import (
-    Answer,
-    Answers,
-    Request,
-    Scene,
-    Scenes,
-    by_drift,
-    working_digits,
-)
 from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
+from symasym.scenes.answers import Answer, Answers, Request
+from symasym.scenes.scene import Scene, Scenes, by_drift, working_digits
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -19,8 +19,8 @@ from symasym.drift.drift import Drift
 from symasym.drift.field.float_field import IntArray
 from symasym.drift.field.polynomial_scenes import Scenes as PolynomialScenes
 from symasym.drift.field.polynomial_scenes import clear_of_zero, scenes_of, structure
-from symasym.drift.field.scenes import Scenes, by_drift, grouped, input_rounding, rows_of
 from symasym.numbers.polynomials import Zeros, zeros_of
+from symasym.scenes.scene import Scenes, by_drift, grouped, input_rounding, rows_of
 
 # Scenes at once: the work arrays of one step, about twenty with errors and ten without, stay in
 # the second-level cache, and below what the C library gives back to the system at every step.

@@ -29,8 +29,8 @@ from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.field.scenes import Scenes
 from symasym.numbers.arithmetic import Number
+from symasym.scenes.scene import Scenes
 
 if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext

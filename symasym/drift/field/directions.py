@@ -9,7 +9,7 @@ one up to 1 stretches the interval, widths h and places u alike: dh/dr = h/r, dp
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from symasym.base.inputs import FloatArray, IntArray, floats
 from symasym.numbers.dual_arrays import DualArray
 
 if TYPE_CHECKING:
-    from symasym.drift.field.scenes import Scenes
+    from symasym.drift.drift import Drift
 
 __all__ = ["Directions"]
 
@@ -31,20 +31,22 @@ class Directions:
     every `DualArray` that is made here.
     """
 
-    def __init__(self, scenes: Scenes) -> None:
-        count = len(scenes.lam)
-        self._drift = scenes.drift
-        self.names = (*self._drift.parameters, "kappa", *(["r"] if "r" in scenes.numbers else []))
+    def __init__(
+        self, drift: Drift, parameters: dict[str, Any], numbers: dict[str, FloatArray]
+    ) -> None:
+        count = len(numbers["kappa"])
+        self._drift = drift
+        self.names = (*self._drift.parameters, "kappa", *(["r"] if "r" in numbers else []))
         self._values = {
             name: np.tile(np.broadcast_to(floats(name, x), count), 2)
-            for name, x in scenes.parameters.items()
+            for name, x in parameters.items()
         }
         self._sign = np.repeat((1.0, -1.0), count)
-        r = np.tile(scenes.numbers["r"], 2) if "r" in scenes.numbers else np.full(2 * count, 2.0)
+        r = np.tile(numbers["r"], 2) if "r" in numbers else np.full(2 * count, 2.0)
         #: 1/r where r <= 1, else 0.
         self.stretch = np.where(r <= 1.0, 1.0 / r, 0.0)
         self._stretches = bool(self.stretch.any())
-        self._per_kappa = -2.0 / np.tile(scenes.numbers["kappa"], 2)
+        self._per_kappa = -2.0 / np.tile(numbers["kappa"], 2)
 
     def of_drift(self, scene: IntArray, u: FloatArray) -> FloatArray:
         """dphi/dp at the points `u`, one row per entry of `scene`, for the drift's parameters; and

@@ -145,7 +145,7 @@ def test_one_formula_runs_what_it_rests_on_and_nothing_else(tree, tmp_path):
     )
     found, modules = map(json.loads, _python(tree, program, str(tmp_path), "folds").splitlines())
     # Sections that define nothing it needs are not even imported.
-    assert "derivations.sections.section6_well" not in modules
+    assert "derivations.sections.section6.well" not in modules
     assert list(found) == registry.closure(["folds"])
     assert set(found) == {
         "folds",
@@ -229,9 +229,9 @@ def test_a_key_covers_every_source_it_can_reach():
         "drift.py",
         "runner.py",
     } <= names
-    assert "section6_well.py" not in names
-    assert "section6_well.py" in {
-        path.name for path in content.sources("derivations.sections.section6_well")
+    assert "well.py" not in names
+    assert "well.py" in {
+        path.name for path in content.sources("derivations.sections.section6.well")
     }
 
 

@@ -12,7 +12,7 @@ from sympy import Function, Heaviside, Integral, Symbol
 from derivations.numerics import Scene, pieces, split_pieces
 from derivations.paper import C, V, a_minus, a_plus, kappa, lam, r, u, v
 from derivations.registry import derives
-from derivations.sections.section5_escape import (
+from derivations.sections.section5.escape import (
     I0,
     I1,
     J0,

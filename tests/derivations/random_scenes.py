@@ -1,7 +1,7 @@
 """Random scenes with their numbers by name, as the derivations' symbols are called.
 
-Each number is worked out from a definition (`tests.derivation.definitions`) or by a plain sum, when
-it is asked for.
+Each number is worked out from a definition (`tests.derivations.definitions`) or by a plain sum,
+when it is asked for.
 The functions of the last part give a scene that moves with a parameter to a limit.
 """
 
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.derivation.definitions import CTX, Drift, Scene, gauss, of_fraction, roots, taylor
+from tests.derivations.definitions import CTX, Drift, Scene, gauss, of_fraction, roots, taylor
 
 
 class Numbers(Mapping[str, Any]):

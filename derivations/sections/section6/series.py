@@ -10,7 +10,7 @@ from sympy import Symbol
 
 from derivations.numerics import Scene, around, integral
 from derivations.registry import derives
-from derivations.sections.section6_well import S1
+from derivations.sections.section6.well import S1
 from symasym.derivation import Expansion, Identity, Order
 
 # A(u) = -(u - 1/10)(1 + u/3 - u^2/4 + u^3/2 + u^4/5): a well at 1/10, and none of c_2 ... c_6 is 0.

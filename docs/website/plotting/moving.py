@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 import symasym as sa
-from website.plots import Picture, Plot
-from website.symbolic import value
+from website.plotting.plots import Picture, Plot
+from website.plotting.symbolic import value
 
 BLOCK = sa.oscillator(mu=3, alpha=1)
 _OF = "friction, μ = 3, α = 1, r = 10"

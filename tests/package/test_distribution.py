@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 COMMANDS = {
     "value": "value escape-time --drift linear --set a_minus=1 --set a_plus=-1 --kappa 1 --r 2",
     "release": "release --kappa 0.5 --r 10 --eps 0.01 --z -0.4",

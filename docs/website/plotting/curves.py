@@ -10,8 +10,8 @@ import numpy as np
 
 import symasym as sa
 from symasym.generated import numpy_formulas as emitted
-from website import pieces
-from website.plots import Curve, Plot
+from website.plotting import pieces
+from website.plotting.plots import Curve, Plot
 
 PHYSICAL = "κ, unscaled, with ε = 1/100"
 

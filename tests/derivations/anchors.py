@@ -1,7 +1,7 @@
 """Statements of derivations, held to the definition of what stands on their left side.
 
 The definitions are differential equations solved from nothing, or plain sums
-(`tests.derivation.definitions`, `tests.derivation.random_scenes`); the statement is SymPy's, both
+(`tests.derivations.definitions`, `tests.derivations.random_scenes`); the statement is SymPy's, both
 sides, with numbers put in by name.
 """
 
@@ -20,9 +20,9 @@ import sympy
 
 from derivations import registry
 from symasym.derivation.results import Expansion
-from tests.derivation import random_scenes as on
-from tests.derivation.definitions import CTX, Drift, Scene, gauss, of_fraction
-from tests.derivation.random_scenes import Draw, Numbers, Path, numbers
+from tests.derivations import random_scenes as on
+from tests.derivations.definitions import CTX, Drift, Scene, gauss, of_fraction
+from tests.derivations.random_scenes import Draw, Numbers, Path, numbers
 
 # -- SymPy's statements in numbers ----------------------------------------------------------
 

@@ -12,9 +12,9 @@ import numpy as np
 import symasym as sa
 from derivations.sections.section4_reduction import REGIONS
 from symasym.generated import numpy_formulas as emitted
-from website import pieces
-from website.plots import Picture, Plot
-from website.symbolic import along, of, parts, value
+from website.plotting import pieces
+from website.plotting.plots import Picture, Plot
+from website.plotting.symbolic import along, of, parts, value
 
 #: Labels with nothing to plot, and why.
 NOTHING = {

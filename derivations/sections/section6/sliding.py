@@ -10,7 +10,7 @@ from sympy import Symbol
 
 from derivations.numerics import SLIDING as SCENE
 from derivations.numerics import Scene, integral, outside, outside_share, uniform
-from derivations.paper import V, a_minus, kappa, lam, u
+from derivations.paper import V_1, N, V, a_minus, kappa, lam, u
 from derivations.paper import a_plus_sliding as a_plus
 from derivations.registry import derives
 from symasym.derivation import (
@@ -23,8 +23,6 @@ from symasym.derivation import (
     Together,
 )
 
-N = Symbol("N", positive=True)
-V_1 = Symbol("V_1", real=True)
 # Sliding friction drift: a- = 3/2, a+ = -1/2, one well, V(1) = -1: the right tail leads.
 ENDS = {a_minus: "3/2", a_plus: "-1/2"}
 # One well, V(1) = 0: both tails weigh the same. a- = 1/2, a+ = -3/2.

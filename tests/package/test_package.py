@@ -14,7 +14,7 @@ import pytest
 
 import symasym as sa
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
 HEAVY = ("sympy", "matplotlib", "mpmath", "flint", "tqdm", "scipy", "dask")
 RUN = "python3 -m venv .venv && .venv/bin/pip install '.[full]' && .venv/bin/symasym reproduce"

@@ -11,7 +11,7 @@ from derivations.numerics import WELL as SCENE
 from derivations.numerics import Scene, around, integral, well_integral
 from derivations.paper import V, a_minus, a_plus, kappa, lam, phi, r, u, u1, u2, v
 from derivations.registry import derives
-from derivations.sections.section6_crossing import ranges
+from derivations.sections.section6.crossing import ranges
 from symasym.derivation import Expansion, Identity, Leading, Order, Satisfies, Together
 
 D = Symbol("D", positive=True)

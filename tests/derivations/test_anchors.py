@@ -21,9 +21,9 @@ from derivations import registry
 from symasym.derivation.mutation import mutants
 from symasym.derivation.results import Expansion
 from symasym.workshop import reference_quadrature
-from tests.derivation.anchors import EXACT, NO_NUMBER, ORDERS, OTHERS, anchor, holds, scenes, value
-from tests.derivation.definitions import Drift, Scene, of_fraction
-from tests.derivation.random_scenes import barely
+from tests.derivations.anchors import EXACT, NO_NUMBER, ORDERS, OTHERS, anchor, holds, scenes, value
+from tests.derivations.definitions import Drift, Scene, of_fraction
+from tests.derivations.random_scenes import barely
 
 
 def _collocation(scene: Scene) -> tuple[float, float]:

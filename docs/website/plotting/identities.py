@@ -13,9 +13,9 @@ import symasym as sa
 from symasym.generated import numpy_formulas as emitted
 from symasym.numbers.arithmetic import FLOATS
 from symasym.special.dawson import dawson
-from website import collocation, pieces
-from website.plots import Plot
-from website.symbolic import along, of, operator, parts, value
+from website.plotting import collocation, pieces
+from website.plotting.plots import Plot
+from website.plotting.symbolic import along, of, operator, parts, value
 
 _U = sympy.Symbol("u", real=True)
 _RADIUS = 1.0

@@ -14,8 +14,8 @@ from sympy import Function, Symbol
 
 from derivations.paper import kappa
 from derivations.registry import derives
-from derivations.sections.section6_series import c2, c3, c4, c5, c6
-from derivations.sections.section6_well import S1
+from derivations.sections.section6.series import c2, c3, c4, c5, c6
+from derivations.sections.section6.well import S1
 from symasym.derivation import Identity, Satisfies
 
 u = Symbol("u", real=True)

@@ -26,7 +26,7 @@ from derivations import registry
 from derivations.paper import PaperDerivation, value_of
 from derivations.registry import entries
 from symasym.derivation import DerivationError, Identity, Outcome, mutants
-from tests.derivation.anchors import NO_NUMBER, holds
+from tests.derivations.anchors import NO_NUMBER, holds
 
 #: Seconds of processor time that one change may take. SymPy may search for an integral of a
 #: changed expression for ever: such a change is counted apart, neither noticed nor passed.

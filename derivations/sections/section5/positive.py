@@ -8,10 +8,9 @@ from typing import Any
 import sympy
 from sympy import Function, Integral, Symbol
 
-from derivations.paper import V, a_minus, a_plus_sliding, lam, r, u, v, x
+from derivations.paper import V_1, N, V, a_minus, a_plus_sliding, lam, r, u, v, x
 from derivations.registry import derives
-from derivations.sections.section5_escape import I0, I1, J0, J1, C_in_halves, on_exponentials
-from derivations.sections.section6_sliding import V_1, N
+from derivations.sections.section5.escape import I0, I1, J0, J1, C_in_halves, on_exponentials
 from symasym.derivation import Identity, Satisfies
 
 

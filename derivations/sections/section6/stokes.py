@@ -11,7 +11,7 @@ from sympy import Symbol
 from derivations.numerics import Scene, around, integral, split_pieces, well_integral
 from derivations.paper import a_plus, eps, kappa, r, t, u2
 from derivations.registry import derives
-from derivations.sections.section6_well import A1, A2, V_1, WEAK, at_scene
+from derivations.sections.section6.well import A1, A2, V_1, WEAK, at_scene
 from symasym.derivation import Expansion, Identity, Order, Satisfies
 
 

@@ -1,0 +1,1 @@
+"""Scenes as all methods read them (`scene`), and answers as all hand them back (`answers`)."""
