@@ -434,7 +434,7 @@ class Point:
         """
         first = self.order + 1 + BEYOND
         rows = trimmed(majorants.behind(first))
-        if isinstance(self.lam, np.ndarray) and not any(isinstance(c, np.ndarray) for c in rows):
+        if isinstance(self.lam, np.ndarray):
             rows = self._worth_adding(rows, part.coefficients[self.order + 1 : first])
         later = self._horner(rows)
         if isinstance(later, float) and later == 0:
@@ -444,16 +444,17 @@ class Point:
         allowed = self._front(part, _SHARE * later * self.power(float(first)))
         return lower(allowed, _MOST_SHARE * size)
 
-    def _worth_adding(self, later: list[float], known: list[float]) -> list[float]:
+    def _worth_adding(self, later: list[Numbers], known: list[Numbers]) -> list[Numbers]:
         """Majorants without those that matter for no lam beside the first, or beside known terms.
 
         Both are the larger, the smaller lam is.
         """
         x = 1 / np.float64(self.least)
-        sizes = [c * x**n for n, c in enumerate(later)]
-        if sum(sizes) * x**BEYOND < _LITTLE * sum(abs(c) * x**n for n, c in enumerate(known)):
+        sizes = [np.max(c) * x**n for n, c in enumerate(later)]
+        near = sum(np.min(np.abs(c)) * x**n for n, c in enumerate(known))
+        if sum(sizes) * x**BEYOND < _LITTLE * near:
             return []
-        while sizes and sizes[-1] * len(later) < _LITTLE * sizes[0]:
+        while sizes and sizes[-1] * len(later) < _LITTLE * np.min(later[0]):
             sizes.pop()
         return later[: len(sizes)]
 
