@@ -260,6 +260,16 @@ def over_pair_twice(ctx: MPContext, a: mpf, small: mpf, b: mpf, squares: mpf, sl
     return ctx.pi**2*small**2*(squares*a**2 - slopes*b**2*small**2)
 
 
+def next_weight(ctx: MPContext, k: mpf, zeta: mpf, p_2: mpf, q_1: mpf, q_2: mpf) -> tuple[mpf, ...]:
+    """p_k and q_k of the next order, from q_(k+1), p_(k+2) and q_(k+2) of this one (airy-form)."""
+    return q_1*(1 + 2*k) + q_2*zeta*(2 + 2*k), p_2*(2 + 2*k)
+
+
+def pair_factors(ctx: MPContext, a: mpf, b: mpf, a_up: mpf, b_up: mpf) -> tuple[mpf, ...]:
+    """Factors of Ai^2 + Bi^2, Ai Ai' + Bi Bi', Ai'^2 + Bi'^2 with both weights (airy-form)."""
+    return a*a_up, a*b_up - a_up*b, -b*b_up
+
+
 def end_distance(ctx: MPContext, gap: mpf, area: mpf) -> mpf:
     """t at the end of a barrier's Gaussian: t^2/2 = gap^2 area (truncated-gaussian)."""
     return ctx.sqrt(2*area)*gap
