@@ -28,9 +28,9 @@ FORMAT = "symasym-formulas/1"
 class Emitted:
     """A function to emit: its name, where its expression comes from, what it is.
 
-    One that is `plain` needs no functions, and is emitted a third time for any numbers: exact
-    fractions, balls, double-double pairs, SymPy expressions. One of an `arithmetic` is emitted for
-    those of `symasym.numbers.arithmetic`.
+    One that is `plain` needs no functions, and holds for any numbers: exact fractions, balls,
+    double-double pairs, SymPy expressions. One of an `arithmetic` is emitted for those of
+    `symasym.numbers.arithmetic` as well.
     """
 
     name: str
@@ -42,293 +42,122 @@ class Emitted:
     arithmetic: bool = False
 
 
+# fmt: off
 EMITTED = (
-    Emitted(
-        "scaled_noise",
-        "eq:tildexykappa",
-        "kappa/sqrt(eps), the noise in scaled variables.",
-        piece=2,
-    ),
+    Emitted("scaled_noise", "eq:tildexykappa", "kappa/sqrt(eps), the noise in scaled variables.",
+            piece=2),
     Emitted("scaled_radius", "eq:tilder", "r/eps, the radius in scaled variables.", plain=True),
     Emitted("potential_left", "eq:V2", "V(u) for u <= -1.", piece=0),
     Emitted("potential_right", "eq:V2", "V(u) for u >= 1.", piece=2),
-    Emitted(
-        "escape_time_of_halves",
-        "positive-form",
-        "T from sigma on both sides and w, the sum of both.",
-        plain=True,
-    ),
-    Emitted(
-        "exit_share",
-        "positive-form",
-        "C from sigma on both sides.",
-        "chance of leaving on the left",
-        plain=True,
-    ),
+    Emitted("escape_time_of_halves", "positive-form",
+            "T from sigma on both sides and w, the sum of both.", plain=True),
+    Emitted("exit_share", "positive-form", "C from sigma on both sides.",
+            "chance of leaving on the left", plain=True),
     Emitted("log_exit_share", "positive-form", "log C from sigma.", "logarithm of C"),
-    Emitted(
-        "density_of_halves",
-        "positive-density",
-        "p_ss from w, the sum of both sides.",
-        plain=True,
-    ),
-    Emitted(
-        "occupation_share",
-        "positive-density",
-        "P from the integrals inside and outside, in one unit.",
-        "occupation",
-        plain=True,
-    ),
-    Emitted(
-        "log_occupation_share",
-        "positive-density",
-        "log P from the integrals inside and outside.",
-        "logarithm of the occupation",
-    ),
+    Emitted("density_of_halves", "positive-density", "p_ss from w, the sum of both sides.",
+            plain=True),
+    Emitted("occupation_share", "positive-density",
+            "P from the integrals inside and outside, in one unit.", "occupation", plain=True),
+    Emitted("log_occupation_share", "positive-density",
+            "log P from the integrals inside and outside.", "logarithm of the occupation"),
     Emitted("tail_left", "positive-density", "w at -1.", "w beyond the layer", piece=0, plain=True),
-    Emitted(
-        "tail_right",
-        "positive-density",
-        "w at 1, from the right.",
-        "w beyond the layer",
-        piece=1,
-        plain=True,
-    ),
+    Emitted("tail_right", "positive-density", "w at 1, from the right.", "w beyond the layer",
+            piece=1, plain=True),
     Emitted("constant_single", "constant-panel", "int_e = int_inverse, per width.", piece=0),
-    Emitted(
-        "constant_nested_down", "constant-panel", "nested where V falls, per width^2.", piece=1
-    ),
+    Emitted("constant_nested_down", "constant-panel", "nested where V falls, per width^2.",
+            piece=1),
     Emitted("constant_nested_up", "constant-panel", "nested where V rises, per width^2.", piece=2),
-    Emitted(
-        "carried",
-        "panel-step",
-        "sigma and w after a panel.",
-        "scaled",
-        plain=True,
-    ),
-    Emitted(
-        "absorbed",
-        "panel-step",
-        "sigma and w after a panel that begins at an absorbing end.",
-        "from an absorbing end",
-        plain=True,
-    ),
+    Emitted("carried", "panel-step", "sigma and w after a panel.", "scaled", plain=True),
+    Emitted("absorbed", "panel-step", "sigma and w after a panel that begins at an absorbing end.",
+            "from an absorbing end", plain=True),
     Emitted("constant_drift_time", "constant-drift", "T for a constant drift a.", "from 0"),
-    Emitted(
-        "constant_drift_exit",
-        "constant-drift",
-        "C for a constant drift a.",
-        "exit through -r, from 0",
-    ),
-    Emitted(
-        "exit_bound",
-        "C-bound",
-        "Upper bound on C; its conditions are in sa.formula.",
-        "Delta = 1/4",
-    ),
+    Emitted("constant_drift_exit", "constant-drift", "C for a constant drift a.",
+            "exit through -r, from 0"),
+    Emitted("exit_bound", "C-bound", "Upper bound on C; its conditions are in sa.formula.",
+            "Delta = 1/4"),
     Emitted("outer_piece", "eq:fourthTerm", "The fourth piece of T, exactly.", "closed form"),
     Emitted("strong_noise_time", "eq:Ttildelarge", "T for strong noise, leading order."),
-    Emitted(
-        "strong_noise_time_next",
-        "eq:Ttildelarge",
-        "T for strong noise with its kappa^2 and constant terms.",
-        "next orders",
-    ),
+    Emitted("strong_noise_time_next", "eq:Ttildelarge",
+            "T for strong noise with its kappa^2 and constant terms.", "next orders"),
     Emitted("well_term", "eq:secondTerm", "The well's share of T, leading order.", "leading term"),
     Emitted("log_well_term", "eq:secondTerm", "Natural logarithm of `well_term`.", "logarithm"),
-    Emitted(
-        "saddle_correction",
-        "eq:secondTerm",
-        "Relative correction of one saddle from V'', V''', V'''' there.",
-        "correction of one saddle",
-    ),
-    Emitted(
-        "saddle_first",
-        "saddle-series",
-        "Coefficient of 1/lam in a well's series; of -V, a barrier's.",
-        "first correction",
-        plain=True,
-    ),
-    Emitted(
-        "saddle_second",
-        "saddle-series",
-        "Coefficient of 1/lam^2 in the series of `saddle_first`.",
-        "second correction",
-        plain=True,
-    ),
-    Emitted(
-        "manifold_term",
-        "endpoint-series",
-        "h_1 from the weight, h_(k+1) from -h_k': the slow manifold's terms.",
-        "next term",
-        plain=True,
-    ),
-    Emitted(
-        "endpoint_shares",
-        "endpoint-series",
-        "A start's coefficients of lam^-k from h_k, side = (-1)^k, to its right.",
-        "contributions to the right",
-        plain=True,
-    ),
-    Emitted(
-        "kink_change",
-        "endpoint-series",
-        "What stands for h_k at a kink.",
-        "a kink's",
-        plain=True,
-    ),
-    Emitted(
-        "fall_by_powers",
-        "regular-part",
-        "-h' of term t^(index - power), its coefficient.",
-        "-h' by powers",
-        plain=True,
-    ),
-    Emitted(
-        "finite_part",
-        "regular-part",
-        "Primitive of term t^-power, the coefficient of t^(1 - power).",
-        "finite part",
-        plain=True,
-    ),
-    Emitted(
-        "bend_of_saddle",
-        "saddle-recurrences",
-        "alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...).",
-        "bend",
-        plain=True,
-    ),
-    Emitted(
-        "first_moment",
-        "saddle-recurrences",
-        "int e^(-s^2/2) ds.",
-        "first moment",
-        arithmetic=True,
-    ),
-    Emitted(
-        "next_moment",
-        "saddle-recurrences",
-        "int s^(2n + 2) e^(-s^2/2) ds from that of s^(2n).",
-        "next moment",
-        plain=True,
-    ),
-    Emitted(
-        "time_of_doubles",
-        "two-sides",
-        "T/lam from the single and the double integrals over both sides.",
-        "sides",
-        plain=True,
-    ),
-    Emitted(
-        "on_the_right",
-        "two-sides",
-        "The double integral on the right with the start's share of both sides.",
-        "on the right alone",
-        plain=True,
-    ),
-    Emitted(
-        "pair_norm",
-        "airy-form",
-        "The product of psi at both zeros of a pair.",
-        "psi at both zeros",
-        arithmetic=True,
-    ),
-    Emitted(
-        "canonical",
-        "airy-form",
-        "a and b of u' = a + b s at a pair of zeros, odd counted along s.",
-        "a and b",
-        arithmetic=True,
-    ),
-    Emitted(
-        "pair_share",
-        "airy-form",
-        "alpha and beta: the pair's share of 1/phi is (alpha + beta y)/(y^2 - square).",
-        "share of 1/phi",
-        arithmetic=True,
-    ),
-    Emitted(
-        "over_pair",
-        "airy-form",
-        "int e^(lam V) and int e^(-lam V) over a pair; `small` is lam^(-1/3).",
-        "single integrals from Bi and Bi'",
-        arithmetic=True,
-    ),
-    Emitted(
-        "over_pair_twice",
-        "airy-form",
-        "The double integral over a pair, from Ai^2 + Bi^2 and Ai'^2 + Bi'^2.",
-        "both from products",
-        arithmetic=True,
-    ),
-    Emitted(
-        "next_weight",
-        "airy-form",
-        "p_k and q_k of the next order, from q_(k+1), p_(k+2) and q_(k+2) of this one.",
-        "next weight",
-        plain=True,
-    ),
-    Emitted(
-        "pair_factors",
-        "airy-form",
-        "Factors of Ai^2 + Bi^2, Ai Ai' + Bi Bi', Ai'^2 + Bi'^2 with both weights.",
-        "weights of the double integral",
-        plain=True,
-    ),
-    Emitted(
-        "end_distance",
-        "truncated-gaussian",
-        "t at the end of a barrier's Gaussian: t^2/2 = gap^2 area.",
-        "t at the end",
-        arithmetic=True,
-    ),
-    Emitted(
-        "end_peak",
-        "truncated-gaussian",
-        "du/dt at the barrier.",
-        "du/dt at the barrier",
-        arithmetic=True,
-    ),
-    Emitted(
-        "end_mean",
-        "truncated-gaussian",
-        "The mean of psi before the end: peak/t = 1/(gap mean).",
-        "mean of psi",
-        arithmetic=True,
-    ),
-    Emitted(
-        "end_rest",
-        "truncated-gaussian",
-        "1/phi at the end less peak/t, without its cancellation.",
-        "1/phi less the peak's share",
-        arithmetic=True,
-    ),
-    Emitted(
-        "over_end",
-        "truncated-gaussian",
-        "int e^(lam V) from the end on, int e^(-lam V) up to it, and both.",
-        arithmetic=True,
-    ),
+    Emitted("saddle_correction", "eq:secondTerm",
+            "Relative correction of one saddle from V'', V''', V'''' there.",
+            "correction of one saddle"),
+    Emitted("saddle_first", "saddle-series",
+            "Coefficient of 1/lam in a well's series; of -V, a barrier's.", "first correction",
+            plain=True),
+    Emitted("saddle_second", "saddle-series",
+            "Coefficient of 1/lam^2 in the series of `saddle_first`.", "second correction",
+            plain=True),
+    Emitted("manifold_term", "endpoint-series",
+            "h_1 from the weight, h_(k+1) from -h_k': the slow manifold's terms.", "next term",
+            plain=True),
+    Emitted("endpoint_shares", "endpoint-series",
+            "A start's coefficients of lam^-k from h_k, side = (-1)^k, to its right.",
+            "contributions to the right", plain=True),
+    Emitted("kink_change", "endpoint-series", "What stands for h_k at a kink.", "a kink's",
+            plain=True),
+    Emitted("fall_by_powers", "regular-part", "-h' of term t^(index - power), its coefficient.",
+            "-h' by powers", plain=True),
+    Emitted("finite_part", "regular-part",
+            "Primitive of term t^-power, the coefficient of t^(1 - power).", "finite part",
+            plain=True),
+    Emitted("bend_of_saddle", "saddle-recurrences",
+            "alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...).", "bend", plain=True),
+    Emitted("first_moment", "saddle-recurrences", "int e^(-s^2/2) ds.", "first moment",
+            arithmetic=True),
+    Emitted("next_moment", "saddle-recurrences",
+            "int s^(2n + 2) e^(-s^2/2) ds from that of s^(2n).", "next moment", plain=True),
+    Emitted("time_of_doubles", "two-sides",
+            "T/lam from the single and the double integrals over both sides.", "sides", plain=True),
+    Emitted("on_the_right", "two-sides",
+            "The double integral on the right with the start's share of both sides.",
+            "on the right alone", plain=True),
+    Emitted("pair_norm", "airy-form", "The product of psi at both zeros of a pair.",
+            "psi at both zeros", arithmetic=True),
+    Emitted("canonical", "airy-form",
+            "a and b of u' = a + b s at a pair of zeros, odd counted along s.", "a and b",
+            arithmetic=True),
+    Emitted("pair_share", "airy-form",
+            "alpha and beta: the pair's share of 1/phi is (alpha + beta y)/(y^2 - square).",
+            "share of 1/phi", arithmetic=True),
+    Emitted("over_pair", "airy-form",
+            "int e^(lam V) and int e^(-lam V) over a pair; `small` is lam^(-1/3).",
+            "single integrals from Bi and Bi'", arithmetic=True),
+    Emitted("over_pair_twice", "airy-form",
+            "The double integral over a pair, from Ai^2 + Bi^2 and Ai'^2 + Bi'^2.",
+            "both from products", arithmetic=True),
+    Emitted("next_weight", "airy-form",
+            "p_k and q_k of the next order, from q_(k+1), p_(k+2) and q_(k+2) of this one.",
+            "next weight", plain=True),
+    Emitted("pair_factors", "airy-form",
+            "Factors of Ai^2 + Bi^2, Ai Ai' + Bi Bi', Ai'^2 + Bi'^2 with both weights.",
+            "weights of the double integral", plain=True),
+    Emitted("end_distance", "truncated-gaussian",
+            "t at the end of a barrier's Gaussian: t^2/2 = gap^2 area.", "t at the end",
+            arithmetic=True),
+    Emitted("end_peak", "truncated-gaussian", "du/dt at the barrier.", "du/dt at the barrier",
+            arithmetic=True),
+    Emitted("end_mean", "truncated-gaussian",
+            "The mean of psi before the end: peak/t = 1/(gap mean).", "mean of psi",
+            arithmetic=True),
+    Emitted("end_rest", "truncated-gaussian",
+            "1/phi at the end less peak/t, without its cancellation.",
+            "1/phi less the peak's share", arithmetic=True),
+    Emitted("over_end", "truncated-gaussian",
+            "int e^(lam V) from the end on, int e^(-lam V) up to it, and both.", arithmetic=True),
     Emitted("weak_noise_time", "eq:Ttildesmall", "T for weak noise, with a well.", "sum"),
     Emitted("well_edge", "eq:Tsmall", "kappa at which both terms of `weak_noise_time` are equal."),
-    Emitted(
-        "behind_barrier_term",
-        "eq:S",
-        "The large term of T for a start behind the barrier.",
-        "u2 < 0: start behind the barrier",
-    ),
+    Emitted("behind_barrier_term", "eq:S", "The large term of T for a start behind the barrier.",
+            "u2 < 0: start behind the barrier"),
     Emitted("occupation_from_layer", "eq:P2", "P from N, the integral over the layer."),
     Emitted("occupation_bound", "L-bound", "Lower bound on P."),
     Emitted("strong_noise_occupation", "eq:Plarge2", "P for strong noise, leading order."),
     Emitted("weak_noise_outside", "eq:Psmall2", "1 - P for weak noise, leading order."),
     Emitted("friction_left", "eq:phifric0", "The friction drift for u <= -1 (a-).", piece=0),
-    Emitted(
-        "friction_coefficients",
-        "eq:phifric0",
-        "Coefficients of A(u) in ascending powers of u.",
-        "powers of u",
-        plain=True,
-    ),
+    Emitted("friction_coefficients", "eq:phifric0",
+            "Coefficients of A(u) in ascending powers of u.", "powers of u", plain=True),
     Emitted("friction_inside", "eq:phifric0", "The friction drift A(u) on [-1, 1].", piece=1),
     Emitted("friction_right", "eq:phifric0", "The friction drift for u >= 1 (a+).", piece=2),
     Emitted("friction_slope", "fr1", "A'(u) of the friction drift.", "A'"),
@@ -338,134 +167,32 @@ EMITTED = (
     Emitted("friction_turning_point", "turning-points", "u at which the force turns (mu > 1/2)."),
     Emitted("friction_breakaway", "beta", "The largest force, for mu >= 1/2."),
     Emitted("friction_folds", "folds", "z0 at both folds, (+) then (-).", "spring extension"),
-    Emitted(
-        "friction_angle",
-        "friction-well",
-        "omega, a third of arccos((1 - z0)/beta); z0 < 1, mu > 1/2.",
-        "angle",
-    ),
+    Emitted("friction_angle", "friction-well",
+            "omega, a third of arccos((1 - z0)/beta); z0 < 1, mu > 1/2.", "angle"),
     Emitted("friction_slope_well", "friction-well", "A'(u1) at the well.", piece=0),
     Emitted("friction_slope_barrier", "friction-well", "A'(u2) at the barrier.", piece=1),
     Emitted("friction_barrier", "friction-well", "V(u2) - V(u1).", piece=2),
-    Emitted(
-        "noise_threshold",
-        "threshold",
-        "Unscaled kappa below which T is exponentially large; ell = -log eps.",
-    ),
+    Emitted("noise_threshold", "threshold",
+            "Unscaled kappa below which T is exponentially large; ell = -log eps."),
 )
+# fmt: on
 
 # How arguments are called in the code, and the order they come in.
 NAMES = {
-    "A_1": "slope_well",
-    "A_2": "slope_barrier",
-    "D": "barrier",
-    "V_1": "V1",
-    "V_m": "V_well",
-    "K_m": "curvature",
-    "kappa_phys": "kappa",
-    "r_phys": "r",
-    "epsilon": "eps",
-    "phi_0": "drift0",
-    "V_0": "V0",
-    "V_u1": "V_well",
-    "c_2": "V2",
-    "c_3": "V3",
-    "c_4": "V4",
-    "c_5": "V5",
-    "c_6": "V6",
-    "N": "layer",
-}
-ORDER = (
-    "u",
-    "kappa",
-    "r",
-    "eps",
-    "ell",
-    "omega",
-    "a",
-    "mu",
-    "alpha",
-    "z0",
-    "a_minus",
-    "a_plus",
-    "layer",
-    "L",
-    "drift0",
-    "slope_well",
-    "slope_barrier",
-    "barrier",
-    "V0",
-    "V1",
-    "V2",
-    "V3",
-    "V4",
-    "V5",
-    "V6",
-    "V_well",
-    "curvature",
-    "lam",
-    "x",
-    "w",
-    "int_e",
-    "int_inverse",
-    "nested",
-    "fall",
-    "climb",
-    "sigma",
-    "sigma_left",
-    "sigma_right",
-    "inside",
-    "outside",
-    "side",
-    "source",
-    "drift",
-    "left",
-    "right",
-    "index",
-    "power",
-    "j",
-    "n",
-    "moment",
-    "term",
-    "behind",
-    "ahead",
-    "double_left",
-    "double_right",
-    "nested_left",
-    "nested_right",
-    "total",
-    "small",
-    "t",
-    "b",
-    "a_up",
-    "b_up",
-    "k",
-    "zeta",
-    "p_2",
-    "q_1",
-    "q_2",
-    "bi",
-    "bi_slope",
-    "squares",
-    "slopes",
-    "slope",
-    "even",
-    "odd",
-    "square",
-    "norm",
-    "bottom",
-    "gap",
-    "area",
-    "first",
-    "second",
-    "value",
-    "mean",
-    "peak",
-    "rest",
-    "tail",
-    "falling",
-    "integral",
-)
+    "A_1": "slope_well", "A_2": "slope_barrier", "D": "barrier", "V_1": "V1", "V_m": "V_well",
+    "K_m": "curvature", "kappa_phys": "kappa", "r_phys": "r", "epsilon": "eps", "phi_0":
+    "drift0", "V_0": "V0", "V_u1": "V_well", "c_2": "V2", "c_3": "V3", "c_4": "V4", "c_5": "V5",
+    "c_6": "V6", "N": "layer",
+}  # fmt: skip
+ORDER = """
+    u kappa r eps ell omega a mu alpha z0 a_minus a_plus layer L drift0 slope_well slope_barrier
+    barrier V0 V1 V2 V3 V4 V5 V6 V_well curvature lam x w int_e int_inverse nested fall climb
+    sigma sigma_left sigma_right inside outside side source drift left right index power j n
+    moment term behind ahead double_left double_right nested_left nested_right total small t b
+    a_up b_up k zeta p_2 q_1 q_2
+    bi bi_slope squares slopes slope even odd square norm bottom gap area first second value
+    mean peak rest tail falling integral
+""".split()  # noqa: SIM905
 
 
 def expression(item: Emitted) -> Any:
@@ -484,11 +211,25 @@ def expression(item: Emitted) -> Any:
 
 _HEADERS = {
     "mpmath": """\
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from symasym.generated import plain_formulas as plain
 
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
+
+
+def _of_numbers(formula: Callable[..., Any]) -> Callable[..., Any]:
+    \"""A formula of numbers alone, with the context that the others need before them.\"""
+
+    def of_context(ctx: MPContext, *numbers: mpf, **named: mpf) -> Any:
+        return formula(*numbers, **named)
+
+    of_context.__name__, of_context.__doc__ = formula.__name__, formula.__doc__
+    return of_context
+
 """,
     "arithmetic": """\
 from typing import TYPE_CHECKING, Any
@@ -539,6 +280,9 @@ def module(target: str) -> str:
     for item in EMITTED:
         if not getattr(item, target, True):
             continue
+        if item.plain and target == "mpmath":
+            lines.append(f"{item.name} = _of_numbers(plain.{item.name})")
+            continue
         stated = expression(item)
         names, arguments = named(stated)
         lines.append("\n" + function(item.name, arguments, stated, target, doc(item), names))
@@ -557,6 +301,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from symasym.generated import mpmath_formulas as formulas
+from symasym.generated import plain_formulas as plain
 
 # What the formulas ask of their context.
 _ARCS = {f"a{name}": getattr(np, f"arc{name}") for name in ("sin", "cos", "tan")}
@@ -566,9 +311,12 @@ _FLOATS = SimpleNamespace(**{**vars(np), **_ARCS, "mpf": float})
 
 
 def in_floats() -> str:
-    """Source of the module for NumPy: every formula of a context with NumPy in its place."""
-    bound = (f"{item.name} = partial(formulas.{item.name}, _FLOATS)\n" for item in EMITTED)
-    return _NUMPY + "".join(bound)
+    """Source of the module for NumPy: the formulas of a context with NumPy in its place."""
+    bound = (
+        f"plain.{item.name}" if item.plain else f"partial(formulas.{item.name}, _FLOATS)"
+        for item in EMITTED
+    )
+    return _NUMPY + "".join(f"{i.name} = {b}\n" for i, b in zip(EMITTED, bound, strict=True))
 
 
 def named(stated: Any) -> tuple[dict[Any, str], list[Any]]:

@@ -7,100 +7,30 @@ from dataclasses import dataclass
 
 #: The equations of the paper without a label, which are numbered as well.
 _UNLABELLED_NUMBERS = (28, 31, 46, 48, 52, 55)
-PAPER = (
-    "eq:genFilippov",
-    "eq:genPerturbed",
-    "eq:cont",
-    "eq:genSDE",
-    "eq:eekappar",
-    "eq:Plarge",
-    "eq:Psmall",
-    "eq:Tdef",
-    "eq:Tlarge",
-    "eq:Tsmall",
-    "eq:scaledSDE",
-    "eq:scaledSDEx",
-    "eq:phi",
-    "eq:reducedSDE",
-    "eq:tildexykappa",
-    "eq:reducedSDEtilde",
-    "eq:FPE",
-    "eq:pss",
-    "eq:V",
-    "eq:V2",
-    "eq:Ttildedef",
-    "eq:tilder",
-    "eq:BCs2",
-    "eq:Ttilde0",
-    "eq:Ttilde",
-    "eq:C",
-    "eq:P",
-    "eq:P2",
-    "eq:Plarge2",
-    "eq:Psmall2",
-    "eq:TtildeCzero",
-    "eq:fourPieces",
-    "eq:fourthTerm",
-    "eq:Ttildelarge",
-    "eq:secondTerm",
-    "eq:fourthTerm2",
-    "eq:Ttildesmall",
-    "eq:S",
-    "eq:TtildetoT",
-    "eq:osc1",
-    "eq:osc2",
-    "eq:forcePWC",
-    "eq:forcePerturbed",
-    "eq:osc3",
-    "eq:phifric0",
-    "eq:Vfric",
-    "cubic",
-    "fr1",
-    "fr2",
-    "eq:odeR",
+PAPER = tuple(
+    """
+    eq:genFilippov eq:genPerturbed eq:cont eq:genSDE eq:eekappar eq:Plarge eq:Psmall eq:Tdef
+    eq:Tlarge eq:Tsmall eq:scaledSDE eq:scaledSDEx eq:phi eq:reducedSDE eq:tildexykappa
+    eq:reducedSDEtilde eq:FPE eq:pss eq:V eq:V2 eq:Ttildedef eq:tilder eq:BCs2 eq:Ttilde0
+    eq:Ttilde eq:C eq:P eq:P2 eq:Plarge2 eq:Psmall2 eq:TtildeCzero eq:fourPieces eq:fourthTerm
+    eq:Ttildelarge eq:secondTerm eq:fourthTerm2 eq:Ttildesmall eq:S eq:TtildetoT eq:osc1 eq:osc2
+    eq:forcePWC eq:forcePerturbed eq:osc3 eq:phifric0 eq:Vfric cubic fr1 fr2 eq:odeR
+    """.split()  # noqa: SIM905
 )
 
 #: Label -> number of the equation in the paper (arXiv:1310.8328), counted through.
 NUMBERS = dict(zip(PAPER, (n for n in range(1, 57) if n not in _UNLABELLED_NUMBERS), strict=True))
 
 # Results without a label that carry weight, by the names given to them here.
-UNLABELLED = (
-    "filippov",
-    "noise-amplitude",
-    "regions",
-    "first-integral",
-    "density-R",
-    "backward",
-    "positive-form",
-    "positive-density",
-    "constant-panel",
-    "panel-step",
-    "constant-drift",
-    "tails",
-    "L-bound",
-    "C-bound",
-    "first-three",
-    "laplace-substitution",
-    "gaussian-step",
-    "saddle-series",
-    "pair-products",
-    "endpoint-series",
-    "regular-part",
-    "saddle-recurrences",
-    "two-sides",
-    "airy-form",
-    "truncated-gaussian",
-    "other-pieces",
-    "turning-points",
-    "beta",
-    "folds",
-    "friction-well",
-    "threshold",
-    "release-time",
-    "release-order",
-    "release-adiabatic",
-    "frozen-time",
-    "fold-delay",
+UNLABELLED = tuple(
+    """
+    filippov noise-amplitude regions first-integral density-R backward positive-form
+    positive-density constant-panel panel-step constant-drift tails L-bound C-bound first-three
+    laplace-substitution gaussian-step saddle-series pair-products endpoint-series regular-part
+    saddle-recurrences two-sides airy-form truncated-gaussian other-pieces turning-points beta
+    folds friction-well threshold release-time release-order release-adiabatic frozen-time
+    fold-delay
+    """.split()  # noqa: SIM905
 )
 
 

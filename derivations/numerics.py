@@ -13,7 +13,9 @@ from fractions import Fraction
 from functools import cache
 from typing import Any
 
-from mpmath.calculus.quadrature import GaussLegendre
+from mpmath.ctx_mp import MPContext
+
+from symasym.derivation.numerical import nodes
 
 
 @dataclass(frozen=True)
@@ -45,45 +47,19 @@ class Scene:
     def V(self, ctx: Any, u: Any) -> Any:
         """The potential on all of the line, V(-1) = 0 (eq:V2)."""
         inside = min(max(u, ctx.mpf(-1)), ctx.mpf(1))
+        value = self._primitive(ctx, ctx.mpf(-1)) - self._primitive(ctx, inside)
+        return value - (u - inside) * self.end(ctx, 1 if u > 0 else -1)
+
+    def _primitive(self, ctx: Any, u: Any) -> Any:
+        """The integral of A from 0 to u."""
         total = ctx.zero
         for k, c in reversed(list(enumerate(self.coefficients))):
-            total = total * inside + ctx.mpf(c.numerator) / (c.denominator * (k + 1))
-        at_end = ctx.zero
-        for k, c in reversed(list(enumerate(self.coefficients))):
-            at_end = at_end * (-1) + ctx.mpf(c.numerator) / (c.denominator * (k + 1))
-        value = -(total * inside + at_end)
-        if u > 1:
-            value -= self.end(ctx, 1) * (u - 1)
-        if u < -1:
-            value -= self.end(ctx, -1) * (u + 1)
-        return value
+            total = total * u + ctx.mpf(c.numerator) / (c.denominator * (k + 1))
+        return total * u
 
     def roots(self, ctx: Any) -> list[Any]:
         """Zeros of A in (-1, 1), left to right, to the context's precision."""
-        return _roots(self, ctx)
-
-    def _find_roots(self, ctx: Any) -> list[Any]:
-        steps = 400
-        grid = [ctx.mpf(2 * k) / steps - 1 for k in range(steps + 1)]
-        values = [self.phi(ctx, x) for x in grid]
-        found = []
-        for a, b, f, g in zip(grid, grid[1:], values, values[1:], strict=False):
-            if f == 0:
-                found.append(a)
-            elif f * g < 0:
-                found.append(self._root(ctx, a, b))
-        return found
-
-    def _root(self, ctx: Any, a: Any, b: Any) -> Any:
-        """The one zero in [a, b], by bisection: slow, sure, and done once a precision."""
-        rising = self.phi(ctx, b) > 0
-        for _ in range(ctx.prec + 10):
-            middle = (a + b) / 2
-            if (self.phi(ctx, middle) > 0) == rising:
-                b = middle
-            else:
-                a = middle
-        return (a + b) / 2
+        return [ctx.convert(x) for x in _roots(self, ctx.prec)]
 
 
 #: Friction that slides, with one well.
@@ -92,31 +68,21 @@ SLIDING = Scene.friction("1", "1", "1/2")
 WELL = Scene((Fraction(-18, 25), Fraction(-69, 25), Fraction(24, 5), Fraction(3)))
 
 
-_KNOWN: dict[tuple[Scene, int], list[Any]] = {}
-
-
-def _roots(scene: Scene, ctx: Any) -> list[Any]:
-    """Roots, found once a precision: order checks ask for them at every point."""
-    key = (scene, ctx.prec)
-    if key not in _KNOWN:
-        _KNOWN[key] = scene._find_roots(ctx)
-    return [ctx.convert(x) for x in _KNOWN[key]]
-
-
 @cache
-def _nodes(precision: int, degree: int) -> tuple[tuple[Any, Any], ...]:
-    from mpmath.ctx_mp import MPContext
-
+def _roots(scene: Scene, precision: int) -> list[Any]:
+    """Zeros in (-1, 1), found once a precision: order checks ask for them at every point."""
     ctx = MPContext()
     ctx.prec = precision
-    return tuple(GaussLegendre(ctx).calc_nodes(degree, precision))
+    powers = [ctx.mpf(c.numerator) / c.denominator for c in reversed(scene.coefficients)]
+    found = ctx.polyroots(powers, maxsteps=200, extraprec=precision) if powers[1:] else []
+    return sorted(x for x in found if ctx.im(x) == 0 and -1 < x < 1)
 
 
 def panel(ctx: Any, f: Any, a: Any, b: Any, degree: int = 4) -> Any:
     """Gauss-Legendre on one panel (24 nodes at degree 4)."""
     half, middle = (b - a) / 2, (a + b) / 2
     return half * ctx.fsum(
-        ctx.convert(w) * f(middle + half * ctx.convert(x)) for x, w in _nodes(ctx.prec, degree)
+        ctx.convert(w) * f(middle + half * ctx.convert(x)) for x, w in nodes(ctx.prec, degree)
     )
 
 
@@ -149,9 +115,9 @@ def nested(ctx: Any, outer: Any, inner: Any, points: list[Any], start: Any) -> t
         if b <= a:
             continue
         half, middle = (b - a) / 2, (a + b) / 2
-        nodes = sorted((ctx.convert(x), ctx.convert(w)) for x, w in _nodes(ctx.prec, 4))
+        weighted = sorted((ctx.convert(x), ctx.convert(w)) for x, w in nodes(ctx.prec, 4))
         at, base = a, running
-        for x, weight in nodes:
+        for x, weight in weighted:
             v = middle + half * x
             base += panel(ctx, inner, at, v, 3)
             at = v

@@ -166,10 +166,10 @@ def _spared(ask: Ask, elements: Elements, request: Request) -> Any:
     if not parts and all(isinstance(e, InputError) for e in refusals):
         raise refusals[0]
     value, wrong = (np.full(len(elements), np.nan) for _ in range(2))
-    for rows, found in parts:
-        value[rows] = found.value if request.full else found
-        if request.full and found.error is not None:
-            wrong[rows] = found.error
+    for rows, answer in parts:
+        value[rows] = answer.value if request.full else answer
+        if request.full and answer.error is not None:
+            wrong[rows] = answer.error
     shape = elements.shape
     if not request.full:
         return value.reshape(shape)
@@ -204,26 +204,26 @@ def _joined(estimates: list[Any], value: Any, error: Any, request: Request) -> E
 
 def _with_digits(ask: Ask, elements: Elements, request: Request, workers: int) -> Any:
     """Each element to `request.dps` digits, in an array of objects."""
-    found: list[Any] = []
+    answers: list[Any] = []
     with executors.local(workers) as executor:
         futures = [
             executor.submit(_batch, ask, [elements.part(int(row)) for row in rows], request, left())
             for rows in _batches(len(elements))
         ]
         for future in futures:
-            found += future.result()
-    for row, one in enumerate(found):
+            answers += future.result()
+    for row, one in enumerate(answers):
         if isinstance(one, SymasymError):
             index = ", ".join(map(str, np.unravel_index(row, elements.shape)))
             raise type(one)(f"at index ({index}), {one}")
     values = np.empty(len(elements), dtype=object)
-    values[:] = [x.value for x in found] if request.full else found
+    values[:] = [x.value for x in answers] if request.full else answers
     if not request.full:
         return values.reshape(elements.shape)
     wrong = np.empty(len(elements), dtype=object)
-    wrong[:] = [x.error for x in found]
+    wrong[:] = [x.error for x in answers]
     shape = elements.shape
-    known = [x for x in found if x.mask is None]
+    known = [x for x in answers if x.mask is None]
     return _joined(known, values.reshape(shape), wrong.reshape(shape), request)
 
 
@@ -237,11 +237,11 @@ def _batch(
     ask: Ask, scenes: list[tuple[Drift, dict[str, Any]]], request: Request, seconds: float
 ) -> list[Any]:
     """The answers for some scenes, in so many seconds; the first error ends them."""
-    found: list[Any] = []
+    answers: list[Any] = []
     with limited(seconds):
         for drift, numbers in scenes:
             try:
-                found.append(alone(ask, drift, numbers, request))
+                answers.append(alone(ask, drift, numbers, request))
             except SymasymError as error:
-                return [*found, error]
-    return found
+                return [*answers, error]
+    return answers

@@ -23,15 +23,20 @@ from symasym.drift.drift import Drift
 from symasym.generated import mpmath_formulas, numpy_formulas
 from symasym.numbers import balls
 from symasym.scenes.answers import Answer, Answers, Request
-from symasym.scenes.scene import Scene, Scenes, scene_at
+from symasym.scenes.scene import Scene, Scenes, by_drift, scene_at
 
 if TYPE_CHECKING:
+    from flint import arb
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
     from symasym.base.inputs import Numbers
     from symasym.drift.field.float_field import Field
     from symasym.drift.field.taylor_field import ExactField
+
+
+_EXIT_TERMS = ("eq:C, C-bound",)
+_EXIT_NOTE = ("C lies between 0 and the value",)
 
 
 def of_scene(scene: Scene, request: Request) -> Answer:
@@ -44,9 +49,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
     if request.name[-1] == "P":
         return _occupation(scene, request)
     if request.name[-1] == "C":
-        from symasym.asymptotics.proofs.exit_bounds import paper_bound
-
-        return paper_bound(scene, request)
+        return _exit_bound(scene, request)
     _require_start_0(scene.numbers["start"])
     return Answer(_escape_time(scene, request), None, "none")
 
@@ -54,9 +57,7 @@ def of_scene(scene: Scene, request: Request) -> Answer:
 def of_scenes(scenes: Scenes, request: Request) -> Answers:
     """The same for many; each occupation by itself."""
     if request.name[-1] == "C":
-        from symasym.asymptotics.proofs.exit_bounds import paper_bounds
-
-        return paper_bounds(scenes, request)
+        return _exit_bounds(scenes, request)
     if request.name == "T":
         _require_start_0(scenes.given["start"])
         return Answers(_log_escape_times(scenes), None, "none")
@@ -254,6 +255,82 @@ def _rise(field: Field, scene: IntArray, lo: FloatArray, hi: FloatArray) -> Floa
     values = field.phi(scene, lo[:, None] + (hi - lo)[:, None] * offsets)
     result: FloatArray = -(hi - lo) * (values @ weights)
     return result
+
+
+def _exit_bound(scene: Scene, request: Request) -> Answer:
+    """The bound of the paper's section 6.2, 2 a- (1/a+ + 2/kappa^2) e^{-r a-/kappa^2}.
+
+    Of C for a drift to the right, and mirrored of 1 - C for one to the left. What
+    the derivation ``C-bound`` needs is checked: start 0, r >= 4, V <= a- r/4 on
+    [0, 1] and e^{3 a- r/(2 kappa^2)} >= 4. It lies between 0 and the value, which is
+    the error; its logarithm has none.
+    """
+    log, value = (
+        balls.to_mpf(ball, request.digits + 10)[0] for ball in _exit_value(scene, request)
+    )
+    if request.log:
+        return Answer(log, None, "none", _EXIT_TERMS, _EXIT_NOTE)
+    # C lies between 0 and the bound: between 0 and twice its middle, whatever that was rounded to.
+    return Answer(value, value, "bound", _EXIT_TERMS, _EXIT_NOTE)
+
+
+def _exit_bounds(scenes: Scenes, request: Request) -> Answers:
+    """The same for many, scene by scene."""
+    logs = np.empty(len(scenes.lam))
+    for one, rows in by_drift(scenes):
+        for row in rows:
+            scene = scene_at(scenes, row)._replace(drift=one)
+            logs[row] = float(_exit_value(scene, request)[0].mid())
+    if request.log:
+        return Answers(logs, None, "none", _EXIT_TERMS, _EXIT_NOTE)
+    # From 0 to twice the value, which is more than what rounding changes in the logarithm.
+    errors = np.log(2.0) + 4e-15 * (1 + np.abs(logs))
+    return Answers(logs, errors, "bound", _EXIT_TERMS, _EXIT_NOTE)
+
+
+def _exit_value(scene: Scene, request: Request) -> tuple[arb, arb]:
+    """Balls of the bound of eq:C (C-bound) and its logarithm, where its conditions are proved."""
+    from symasym.asymptotics.proofs.layer_bounds import highest
+
+    drift, values, complement = scene.drift, scene.numbers, request.complement
+    if values["start"] != 0:
+        raise InputError(
+            f"start is {float_text(values['start'])}; the paper's bound is for start 0, use "
+            "method='bound' or 'exact'."
+        )
+    balls.flint_module()
+    kappa, r = values["kappa"], values["r"]
+    profile = balls.profile_of(drift)
+    profile = profile.mirrored() if complement else profile
+    size = int(scene.lam * (1 + r) * 1024)
+    with balls.precision(int(request.digits * 3.33) + 80 + size.bit_length()):
+        a_minus, a_plus = (profile.value(Fraction(side)) for side in (-1, 1))
+        if not (a_minus > 0 and a_plus > 0):
+            name, sign = ("1 - C", "negative") if complement else ("C", "positive")
+            raise RegionError(
+                f"a- = {float(drift.ends[0]):.6g} and a+ = {float(drift.ends[1]):.6g} are not both "
+                f"{sign}, where alone the paper bounds {name}; use method='bound' or 'exact'."
+            )
+        if r < 4:
+            raise InputError(
+                f"r is {float_text(r)}; the paper's bound is for r of at least 4, use "
+                "method='bound' or 'exact'."
+            )
+        radius, noise = balls.exact_ball(r), balls.exact_ball(kappa)
+        top = highest(drift, complement)
+        if not balls.exact_ball(top) <= a_minus * radius / 4:
+            raise InputError(
+                f"V reaches {float(top):.6g} between the start and the layer's edge, more than "
+                f"a- r/4 = {float((a_minus * radius / 4).mid()):.6g}, where the paper's bound may "
+                "fail; use a larger r, or method='bound' or 'exact'."
+            )
+        if not (3 * a_minus * radius / (2 * noise**2)).exp() >= 4:
+            raise InputError(
+                f"kappa is {float_text(kappa)}, so that exp(3 a- r/(2 kappa^2)) is below 4, where "
+                "the paper's bound may fail; use method='bound' or 'exact'."
+            )
+        value = mpmath_formulas.exit_bound(balls.BallContext(), noise, radius, a_minus, a_plus)
+        return value.log(), value
 
 
 def _occupation(scene: Scene, request: Request) -> Answer:

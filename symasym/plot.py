@@ -118,9 +118,9 @@ def _abscissa(drift: Drift, numbers: dict[str, Any]) -> tuple[str, FloatArray]:
     """The name and the values of the one array."""
     arrays = {name: x for name, x in (drift.values | numbers).items() if is_array(x)}
     if len(arrays) != 1:
-        found = f"{', '.join(arrays)} are arrays" if arrays else "no argument is an array"
+        arrays_given = f"{', '.join(arrays)} are arrays" if arrays else "no argument is an array"
         raise InputError(
-            f"{found}; give one argument or parameter, what to plot against, as an array."
+            f"{arrays_given}; give one argument or parameter, what to plot against, as an array."
         )
     ((name, given),) = arrays.items()
     values = floats(name, given)

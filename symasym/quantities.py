@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from symasym.base.errors import InputError
-from symasym.base.inputs import choice, flag, shown
+from symasym.base.inputs import choice, exact, flag, positive, shown
 from symasym.base.patience import patient
 from symasym.elements import each
 from symasym.methods.table import QUANTITIES, alone, answer, require_drift_of, require_method
@@ -15,6 +16,7 @@ from symasym.scenes.answers import Request
 from symasym.scenes.scene import one_scene, require_drift
 
 if TYPE_CHECKING:
+    from symasym.base.estimate import Estimate
     from symasym.base.inputs import Number, Numbers
     from symasym.drift.drift import Drift
 
@@ -42,6 +44,7 @@ def escape_time(
     errors: Errors = "raise",
     workers: int | None = None,
     patience: float | None = None,
+    drag_time: Number | None = None,
 ) -> Any:
     """Mean escape time T from ``|u| < r`` (eq:Ttilde with eq:C; any region).
 
@@ -85,6 +88,10 @@ def escape_time(
         Processes that share the elements of an array with `dps`; this one alone when left out.
     patience : float, optional
         Seconds of processor time that it may take, 10 if left out.
+    drag_time : number, optional
+        With `full`: the scaled time in which the frozen variables move by as much as the wells can
+        bear, from `Reduction.drag_time` or `System.drag_time`. A T of a tenth of it or more gets a
+        note.
 
     Returns
     -------
@@ -111,7 +118,18 @@ def escape_time(
     '239803837121.0377700112780486795091847626'
     """
     request = Request("T", method, order, dps, log, full, errors)
-    return _asked(drift, {"kappa": kappa, "r": r, "start": start}, request, rtol, workers)
+    numbers = {"kappa": kappa, "r": r, "start": start}
+    if drag_time is None:
+        return _asked(drift, numbers, request, rtol, workers)
+    if not full:
+        raise InputError(f"drag_time is {shown(drag_time)}, for a note; pass full=True with it.")
+    # An infinite one is that of wells that the motion makes firmer.
+    borne = (
+        drag_time
+        if drag_time == float("inf")
+        else positive("drag_time", exact("drag_time", drag_time))
+    )
+    return _with_drag(_asked(drift, numbers, request, rtol, workers), log, float(borne))
 
 
 @patient
@@ -294,6 +312,22 @@ def _asked(
     if one_scene(drift, numbers):
         return alone(ask, drift, numbers, request)
     return each(ask, drift, numbers, request, 1 if workers is None else workers)
+
+
+def _with_drag(answer: Estimate, log: bool, borne: float) -> Estimate:
+    """The same, with a note where T isn't small beside the drag time."""
+    import numpy as np
+
+    longest = float(np.nanmax(np.asarray(answer.value, dtype=float)))
+    ratio = (longest if log else np.log(longest)) - np.log(borne)
+    if not ratio > np.log(0.1):
+        return answer
+    how = f"{np.exp(ratio):.2g}" if ratio < 700.0 else "more than 10^300"
+    note = (
+        f"T is {how} times the drag time {borne:.4g} of the frozen variables, not small beside it: "
+        "the whole system has another time; ask sa.release"
+    )
+    return replace(answer, notes=(*answer.notes, note))
 
 
 def _answered(rtol: Number | None, drift: Drift, numbers: dict[str, Any], request: Request) -> Any:

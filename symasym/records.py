@@ -120,8 +120,8 @@ class Record:
 
 def definition(label: str) -> Mapping[str, str] | None:
     """A definition of the paper by its label (latex, text, reason); None for anything else."""
-    found: Mapping[str, str] | None = _all()["definitions"].get(label)
-    return found
+    definition: Mapping[str, str] | None = _all()["definitions"].get(label)
+    return definition
 
 
 def labels() -> tuple[str, ...]:

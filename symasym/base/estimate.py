@@ -52,6 +52,8 @@ class Estimate:
         What was left out, and why that is allowed.
     mask : ndarray of bool or None
         With ``errors="nan"``: True where there is no value.
+    notes : tuple of str
+        What else a reader should know; the text ends with them.
 
     Notes
     -----
@@ -78,12 +80,15 @@ class Estimate:
     terms: tuple[str, ...] = field(default=())
     dropped: tuple[str, ...] = field(default=())
     mask: Any = None
+    notes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
+        kind = IN_WORDS.get(self.error_kind, "no error claimed")
         if self.error_kind == "none":
-            return f"{_without_error(self.value)} (no error claimed, {self.method})"
-        kind = IN_WORDS[self.error_kind]
-        return f"{with_errors(self.value, self.error)} ({kind}, {self.method})"
+            shown = _without_error(self.value)
+        else:
+            shown = with_errors(self.value, self.error)
+        return "; ".join([f"{shown} ({kind}, {self.method})", *self.notes])
 
     def __repr__(self) -> str:
         return f"Estimate({self})"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
-from symasym.base.inputs import Numbers, exact, floats, is_array, positive
+from symasym.base.inputs import Number, Numbers, exact, floats, is_array, positive
 from symasym.base.texts import number_text
 from symasym.generated import numpy_formulas, plain_formulas
 
@@ -34,6 +34,30 @@ class Scales:
     kappa: Any
     r: Any
     time: Any
+
+    def drag_time(self, distance: Number, velocity: Number = 1) -> float:
+        """Scaled time in which a slow variable goes a distance: the distance over eps velocity.
+
+        With the distance that the drift can bear, such as that to a fold, a time T of the scaled
+        equation describes the whole system where it is far shorter.
+
+        Parameters
+        ----------
+        distance, velocity : number
+            Physical, greater than 0.
+
+        Examples
+        --------
+        >>> import symasym as sa
+        >>> scales = sa.rescale(eps="0.01", kappa="0.01", r="0.1")
+        >>> round(scales.drag_time("0.378"), 3)  # of friction, from z0 = -0.4 to the fold
+        37.8
+        """
+        way, speed = (
+            positive(name, exact(name, x))
+            for name, x in (("distance", distance), ("velocity", velocity))
+        )
+        return float(way / speed) / float(self.time)
 
     def __repr__(self) -> str:
         return f"Scales({', '.join(f'{name}={_shown(x)}' for name, x in vars(self).items())})"

@@ -59,28 +59,14 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError("--set is for the oscillator; write the numbers into --phi.")
     else:
         system = sa.System(arguments.phi, arguments.velocity, arguments.noise or "1")
-    answer = sa.release(
-        system,
-        arguments.kappa,
-        arguments.r,
-        eps=arguments.eps,
-        start=(arguments.start, arguments.z),
-        method=arguments.method,
-        rtol=arguments.rtol,
-        paths=whole("--paths", arguments.paths),
-        seed=whole("--seed", arguments.seed),
-        workers=whole("--workers", arguments.workers),
-        patience=arguments.patience,
-    )
-    record: dict[str, Any] = {
-        "mean": answer.mean,
-        "error": answer.error,
-        "error_kind": answer.error_kind,
-        "method": answer.method,
-        "std": answer.std,
-        "exit": answer.exit,
-        "notes": list(answer.notes),
-    }
+    options = {name: getattr(arguments, name) for name in ("eps", "method", "rtol", "patience")}
+    for name in ("paths", "seed", "workers"):
+        options[name] = whole(f"--{name}", getattr(arguments, name))
+    start = arguments.start, arguments.z
+    answer = sa.release(system, arguments.kappa, arguments.r, start=start, **options)
+    stated = ("mean", "error", "error_kind", "method", "std", "exit")
+    record: dict[str, Any] = {name: getattr(answer, name) for name in stated}
+    record["notes"] = list(answer.notes)
     if arguments.quantiles:
         levels = [0.05, 0.5, 0.95]
         for name, law in (("time", answer.time), ("z", answer.z)):

@@ -23,24 +23,7 @@ from symasym.derivation.numerical import Order, Sampled, Together
 from symasym.derivation.results import Expansion, Inequality, Outcome
 
 __all__ = [
-    "RULES",
-    "Bound",
-    "Definition",
-    "Derivation",
-    "DerivationError",
-    "Expansion",
-    "Hypothesis",
-    "Identity",
-    "Inequality",
-    "Leading",
-    "Mutation",
-    "Order",
-    "Outcome",
-    "Sampled",
-    "Satisfies",
-    "Step",
-    "StepRecord",
-    "Together",
-    "mutants",
-    "mutation_test",
-]
+    "RULES", "Bound", "Definition", "Derivation", "DerivationError", "Expansion", "Hypothesis",
+    "Identity", "Inequality", "Leading", "Mutation", "Order", "Outcome", "Sampled", "Satisfies",
+    "Step", "StepRecord", "Together", "mutants", "mutation_test",
+]  # fmt: skip

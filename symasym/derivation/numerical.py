@@ -23,7 +23,7 @@ _POOL = 10_000
 
 
 @cache
-def _nodes(precision: int, degree: int) -> tuple[tuple[Any, Any], ...]:
+def nodes(precision: int, degree: int) -> tuple[tuple[Any, Any], ...]:
     """Nodes and weights of the Gauss-Legendre rule of a degree, in mpmath's numbering."""
     from mpmath.calculus.quadrature import GaussLegendre
     from mpmath.ctx_mp import MPContext
@@ -113,8 +113,8 @@ def _quadrature(
     body = sympy.Integral(node.function, *inner) if inner else node.function
     lower, upper = (_compiled(end, known, ctx, named) for end in (low, high))
     integrand = _compiled(body, known | {variable}, ctx, named)
-    rule = _nodes(ctx.prec, 3 if ctx.dps <= 20 else 4)
-    nodes = [(ctx.convert(x), ctx.convert(weight)) for x, weight in rule]
+    rule = nodes(ctx.prec, 3 if ctx.dps <= 20 else 4)
+    weighted = [(ctx.convert(x), ctx.convert(weight)) for x, weight in rule]
 
     def integrate(at: dict[Any, Any]) -> Any:
         """The integral at these numbers, on panels between whole numbers."""
@@ -124,7 +124,7 @@ def _quadrature(
         inside, total = dict(at), ctx.zero
         for start, end in zip(points, points[1:], strict=False):
             half, middle = (end - start) / 2, (start + end) / 2
-            for x, weight in nodes:
+            for x, weight in weighted:
                 inside[variable] = middle + half * x
                 total += half * weight * integrand(inside)
         return total

@@ -339,3 +339,24 @@ def potential_at(drift: Switch, u: FloatArray) -> float | FloatArray:
     total = total + potential_left(np.minimum(position, -1.0), a_minus)
     total = potential_right(np.maximum(position, 1.0), a_plus, total)
     return float(total) if total.ndim == 0 else total
+
+
+def drag_time(
+    points: list[CriticalPoint],
+    phi: Callable[[FloatArray], FloatArray],
+    rate: Callable[[FloatArray], FloatArray],
+) -> float:
+    """Time after which a drift that changes at `rate` has lost one of its wells, to first order.
+
+    The depth of phi between a well and its barrier over the rate there. Infinite without a well
+    that a barrier ends, or where the change makes the wells firmer.
+    """
+    times = []
+    for one, other in zip(points[:-1], points[1:], strict=True):
+        u = np.linspace(float(one.u), float(other.u), 2001)
+        depth = phi(u)
+        k = int(np.argmax(np.abs(depth)))
+        change = float(rate(u[k : k + 1])[0])
+        if {one.kind, other.kind} == {"well", "barrier"} and change * depth[k] < 0.0:
+            times.append(float(abs(depth[k] / change)))
+    return min(times, default=float("inf"))

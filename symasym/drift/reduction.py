@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from symasym.base.errors import InputError, RegionError
-from symasym.base.inputs import is_name, sequence, shown
+from symasym.base.inputs import exact, is_name, positive, sequence, shown
+from symasym.drift import landscape
 from symasym.drift.drift import Drift
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
+    from symasym.base.inputs import Number
 
 __all__ = ["Reduction", "reduce"]
 
@@ -45,6 +47,10 @@ class Reduction:
         F itself.
     layer : Symbol
         h/eps in them.
+    normal : tuple of SymPy expression
+        grad h.
+    point : mapping
+        Coordinate -> value, where the drift is frozen.
     """
 
     drift: Drift
@@ -56,6 +62,8 @@ class Reduction:
     normal_inside: Any
     inside: tuple[Any, ...]
     layer: Any
+    normal: tuple[Any, ...]
+    point: Mapping[Any, Any]
 
     def __iter__(self) -> Iterator[Any]:
         yield self.drift
@@ -85,6 +93,69 @@ class Reduction:
             )
         return tuple(sympy.simplify(component.subs(put)) for component in self.sliding)
 
+    def drag_time(self, eps: Number, values: Mapping[Any, Any] | None = None) -> float:
+        """Scaled time after which the frozen coordinates have moved by as much as the wells bear.
+
+        To first order: the depth of the drift between a well and its barrier, over the rate at
+        which the motion along the surface changes it. A time T of the drift describes the whole
+        system where it is far shorter.
+
+        Parameters
+        ----------
+        eps : number
+            Physical half-width of the switch, greater than 0.
+        values : mapping, optional
+            Coordinate or parameter (Symbol or name) -> number, for those that are still free.
+
+        Returns
+        -------
+        float
+            Infinite without a well that a barrier ends, or where the motion makes the wells firmer.
+
+        Raises
+        ------
+        InputError
+            For an eps that is not greater than 0, or a symbol without a value.
+
+        Examples
+        --------
+        >>> import symasym as sa
+        >>> block = sa.reduce(
+        ...     ("1 - z - y + 1", "y - 1"), ("1 - z - y - 1", "y - 1"),
+        ...     ("1 - z - y - s - 3*(s - s**3)", "y - 1"), ((1,), (0,)), ("y", "z"))
+        >>> round(block.drag_time("0.01", {"z": "-0.4"}), 1)  # to the fold at -7/9
+        37.8
+        """
+        import sympy
+
+        width = float(positive("eps", exact("eps", eps)))
+        numbers = {str(k): exact(str(k), v) for k, v in (values or {}).items()}
+        u = sympy.Symbol("u")
+        across = sum(n * f for n, f in zip(self.normal, self.inside, strict=True))
+        steepness = sum(n**2 for n in self.normal)
+        change = sum(
+            self.normal_inside.diff(c) * (f - n * across / steepness)
+            for c, f, n in zip(self.coordinates, self.inside, self.normal, strict=True)
+        )
+        frozen = []
+        for expression in (self.normal_inside, change):
+            at = sympy.sympify(expression).subs({**self.point, self.layer: u}, simultaneous=True)
+            put = {
+                s: sympy.Rational(numbers[s.name].numerator, numbers[s.name].denominator)
+                for s in at.free_symbols
+                if s.name in numbers
+            }
+            frozen.append(Drift(at.subs(put), u))
+            if frozen[-1].parameters:
+                raise InputError(
+                    f"values has no {frozen[-1].parameters[0]}; give it a number there, as to each "
+                    "coordinate and parameter that is still free."
+                )
+        phi, rate = frozen
+        return landscape.drag_time(
+            phi.critical_points(), phi.evaluate_float, lambda y: width * rate.evaluate_float(y)
+        )
+
     def _symbols(self) -> list[Any]:
         """Every symbol of the sliding field and the normal components, by name."""
         every = set().union(*(c.free_symbols for c in (*self.sliding, self.normal_minus)))
@@ -105,7 +176,8 @@ def reduce(
     """The scalar drift, noise amplitude and sliding field of a smoothed n-dimensional switch.
 
     The coordinates along the surface are frozen at the point `at`. In the system they move, by
-    eps times their velocity in a unit of scaled time; see `symasym.rescale`.
+    eps times their velocity in a unit of scaled time; `Reduction.drag_time` says how long the
+    wells bear that.
 
     Parameters
     ----------
@@ -202,6 +274,8 @@ def reduce(
         middle,
         tuple(fields[2]),
         inside,
+        tuple(gradient),
+        on,
     )
 
 

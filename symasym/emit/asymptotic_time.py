@@ -75,7 +75,7 @@ def weak_noise_time(
         names = Names(order, context, np.abs(drift.evaluate_float(np.linspace(-1, 1, 101))).max())
         ratio = _composed(halves, names, r)
     most = _reach(drift, halves, order, r)
-    # Where the places' sums cancel, doubles may tell less than the expansion does.
+    # Where the sums over critical points cancel, doubles may hold less than the expansion does.
     for _ in range(40):
         emitted = _program(what, ratio, names, order, r, kappa, most)
         if kappa is not None or _in_doubles(emitted, most, halves, r, order):
@@ -110,7 +110,9 @@ def _program(
                 if not any(s.name.startswith(kind) for s, _ in names.series)]  # fmt: skip
     if faint:
         at = f"kappa = {kappa}" if kappa else f"any kappa up to {most}"
-        left_out.append(f"{faint} products of places below e^-{FAINT} of the rest for {at}")
+        left_out.append(
+            f"{faint} products of critical points below e^-{FAINT} of the rest for {at}"
+        )
     about = f"T from 0 in weak noise, to order {order} in kappa^2."
     function = by_logarithm("weak_noise_time", about, ("kappa", "r"), log, where, kept, outside)
     return Program(

@@ -36,8 +36,8 @@ TAKEN = frozenset(
 _LOCAL = frozenset(
     re.findall(
         r"\w+",
-        """c count drift ends found left marks p points right zeros zeros_ between_ log_time_
-        logIntegral logTime logUniform log_uniform_ INFINITY""",
+        """c count drift ends log_time left mean marks p points right zeros zeros_ between_
+        log_time_ logIntegral logTime logUniform log_uniform_ INFINITY""",
     )
 )
 

@@ -1,4 +1,4 @@
-"""Sums over places with a symbol for lam and one for every series.
+"""Sums over critical points with a symbol for lam and one for every series.
 
 `symasym.asymptotics.weak_noise.compose` runs with these in place of numbers, so that what is
 emitted is the composition that is evaluated. Exponentials are kept apart by their heights.

@@ -29,7 +29,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from symasym.base.errors import AccuracyError, InputError, RegionError
+from symasym.base.errors import AccuracyError, RegionError
 from symasym.exact import sweep
 from symasym.exact.ball_panels import Outer, Panel, cut
 from symasym.exact.sweep import Record, Swept
@@ -58,13 +58,12 @@ def escape_time(
     drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps: int, *, log: bool = False
 ) -> Any:
     """Ball of the mean time to leave (-r, r) from `start` (eq:Ttilde)."""
-    check_escape(kappa, r, start)
 
     def compute() -> Any:
         time = sweep.escape_time(*_from_both_ends(drift, kappa, r, start))
         return time.log() if log else time
 
-    return refined(compute, dps, large_parameter(kappa) * (1 + r), _of_log(dps) if log else None)
+    return refined(compute, dps, 2 / kappa**2 * (1 + r), _of_log(dps) if log else None)
 
 
 def exit_probability(
@@ -78,7 +77,6 @@ def exit_probability(
     log: bool = False,
 ) -> Any:
     """Ball of C, the probability of leaving (-r, r) through -r (eq:C), or of 1 - C."""
-    check_escape(kappa, r, start)
 
     def compute() -> Any:
         left, right = _from_both_ends(drift, kappa, r, start)
@@ -89,15 +87,14 @@ def exit_probability(
             return -(left.sigma / right.sigma).log1p()
         return plain_formulas.exit_share(left.sigma, right.sigma)
 
-    return refined(compute, dps, large_parameter(kappa) * (1 + r))
+    return refined(compute, dps, 2 / kappa**2 * (1 + r))
 
 
 def occupation(
     drift: Drift, kappa: Fraction, dps: int, complement: bool = False, *, log: bool = False
 ) -> Any:
     """Ball of P, the stationary probability of -1 <= u <= 1 (eq:P), or of 1 - P."""
-    _check_noise(kappa)
-    lam = large_parameter(kappa)
+    lam = 2 / kappa**2
 
     def compute() -> Any:
         profile = profile_of(drift)
@@ -114,8 +111,7 @@ def stationary_density(
     drift: Drift, kappa: Fraction, y: Fraction, dps: int, *, log: bool = False
 ) -> Any:
     """Ball of the stationary probability density at `y` (eq:pss, normalised)."""
-    _check_noise(kappa)
-    lam = large_parameter(kappa)
+    lam = 2 / kappa**2
 
     def compute() -> Any:
         profile = profile_of(drift)
@@ -131,26 +127,6 @@ def stationary_density(
 
 
 # -- arguments ---------------------------------------------------------------------------------
-
-
-def large_parameter(kappa: Fraction) -> Fraction:
-    """lam = 2/kappa^2."""
-    return 2 / kappa**2
-
-
-def _check_noise(kappa: Fraction) -> None:
-    """Raise InputError unless kappa > 0."""
-    if kappa <= 0:
-        raise InputError(f"kappa is {kappa}; it must be greater than 0.")
-
-
-def check_escape(kappa: Fraction, r: Fraction, start: Fraction) -> None:
-    """Raise InputError unless kappa > 0, r > 0 and |start| < r."""
-    _check_noise(kappa)
-    if r <= 0:
-        raise InputError(f"r is {r}; it must be greater than 0.")
-    if not -r < start < r:
-        raise InputError(f"start is {start}; it must lie between -r and r, which is {r}.")
 
 
 def sliding_slopes(profile: Profile) -> tuple[Any, Any]:
@@ -229,7 +205,7 @@ def _from_both_ends(
     drift: Drift, kappa: Fraction, r: Fraction, start: Fraction
 ) -> tuple[Swept, Swept]:
     """sigma and w at the start, from -r and in mirrored coordinates from r."""
-    profile, lam = profile_of(drift), large_parameter(kappa)
+    profile, lam = profile_of(drift), 2 / kappa**2
     # Both are cut before either is integrated, so that too much work is refused at once.
     left = records_of(pieces_of(profile, lam, -r, start))
     right = records_of(pieces_of(profile.mirrored(), lam, -r, -start))

@@ -30,9 +30,7 @@ from symasym.exact.ball_panels import (
     cut,
 )
 from symasym.exact.ball_sweep import (
-    check_escape,
     excess_bits,
-    large_parameter,
     pieces_of,
     refined,
     sliding_slopes,
@@ -76,8 +74,7 @@ def log_slopes(
     AccuracyError
         If the noise is so weak that more panels are needed than is reasonable.
     """
-    check_escape(kappa, r, start)
-    lam, directions = large_parameter(kappa), _directions(drift, kappa)
+    lam, directions = 2 / kappa**2, _directions(drift, kappa)
     directions["r"], directions["start"] = Direction(None, ends=True), Direction(None)
 
     def compute() -> dict[str, Any]:
@@ -105,7 +102,7 @@ def log_slopes_of_occupation(
     quantity: str, drift: Drift, kappa: Fraction, dps: int
 ) -> dict[str, Any]:
     """The same of ``"P"`` and ``"1 - P"``, for each parameter and kappa; the region is sliding."""
-    lam, directions = large_parameter(kappa), _directions(drift, kappa)
+    lam, directions = 2 / kappa**2, _directions(drift, kappa)
 
     def compute() -> dict[str, Any]:
         profile = _bounded(drift, directions)

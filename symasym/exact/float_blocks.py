@@ -273,6 +273,16 @@ def series_of(
     return c.T
 
 
+def at_nodes(
+    field: Field, blocks: Blocks, anchors: Anchors, series: FloatArray | None, lam_h: FloatArray
+) -> FloatArray:
+    """lam phi h at the Lobatto nodes of each block."""
+    if series is None:
+        return lam_h[:, None] * phi_at(field, blocks, anchors, float_panels.lobatto().nodes)
+    x: FloatArray = float_panels.product(series, float_panels.lobatto_powers(series.shape[1]).T)
+    return x
+
+
 def planned(
     field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors
 ) -> tuple[np.ndarray, Plan]:
@@ -280,12 +290,9 @@ def planned(
     h = blocks.t1 - blocks.t0
     lam_h = lam[blocks.scene] * h
     series = series_of(field, lam_h, blocks, anchors)
-    # lam phi h; NumPy reduces a long last axis fast and a short one slowly: nodes go first.
-    if series is None:
-        x = lam_h * phi_at(field, blocks, anchors, float_panels.lobatto().nodes).T
-        x = np.ascontiguousarray(x)
-    else:
-        x = float_panels.lobatto_powers(series.shape[1]) @ series.T
+    rows = at_nodes(field, blocks, anchors, series, lam_h)
+    # NumPy reduces a long last axis fast and a short one slowly: nodes go first.
+    x = np.ascontiguousarray(rows.T)
     low, high = x.min(axis=0), x.max(axis=0)
     steep = np.maximum(np.abs(low), np.abs(high))
     # Slopes are sampled with more to spare: the errors of both are held against one number.
@@ -294,10 +301,10 @@ def planned(
     place = np.searchsorted(counts, steep / reach)
     count = counts[np.minimum(place, len(counts) - 1)]
     few = place < len(counts)
-    slowly = is_slow(low, high, x.T)
+    slowly = is_slow(low, high, rows)
     if series is None:
         # The n-th Chebyshev coefficient shrinks by count^n when the block is cut into panels.
-        few &= _tail(x.T) / count**8 <= 4e-14 * count
+        few &= _tail(rows) / count**8 <= 4e-14 * count
     size = steep / lam_h
     field.reaches(blocks.scene, size)
     phi = x[float_panels.NODES // 2] / lam_h
@@ -385,7 +392,7 @@ def is_slow(low: FloatArray, high: FloatArray, x: FloatArray) -> np.ndarray:
     chosen, smallest = x[candidate], smallest[candidate]
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         # lam phi^2/|phi'|, kept from overflowing
-        slope = chosen @ float_panels.lobatto().differentiate.T
+        slope = float_panels.product(chosen, float_panels.lobatto().differentiate.T)
         steepness = np.abs(np.ascontiguousarray((slope / chosen / chosen).T)).max(axis=0)
         tail = _tail(smallest[:, None] / chosen)
         # A term of the slow series is a derivative of the one before, and differentiating at
@@ -413,5 +420,5 @@ def tail_of() -> FloatArray:
 
 def _tail(values: FloatArray) -> FloatArray:
     """Size of the last two Chebyshev coefficients of each row."""
-    last = np.abs(values @ tail_of())
+    last: FloatArray = np.abs(float_panels.product(values, tail_of()))
     return np.maximum(last[:, 0], last[:, 1])

@@ -47,6 +47,8 @@ REACH_DOWN = 11.0
 #: Largest relative truncation error of a sampled panel.
 RESOLUTION = 2e-13
 _SLOW_TERMS = 9
+#: Rows of a product of matrices at once, below the size at which BLAS starts threads.
+_ROWS = 400
 
 
 class Moments(NamedTuple):
@@ -148,7 +150,7 @@ def exponents_of_series(
 def exponents_of_values(values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The same from lam phi times a panel's width at the Gauss nodes of each."""
     rule = gauss()
-    return values @ rule.integrate.T, -(values @ rule.weights)
+    return product(values, rule.integrate.T), -(values @ rule.weights)
 
 
 @cache
@@ -160,9 +162,21 @@ def _last_coefficients() -> FloatArray:
     return np.ascontiguousarray((p * w[:, None] * (k + 0.5)).T)
 
 
+def product(x: Any, matrix: FloatArray, out: FloatArray | None = None) -> Any:
+    """x @ matrix in pieces of `_ROWS`: threads of BLAS cost more than they save on short rows."""
+    whole = len(x) // _ROWS * _ROWS if isinstance(x, np.ndarray) else 0
+    if whole <= _ROWS:
+        return x @ matrix if out is None else np.matmul(x, matrix, out=out)
+    result = np.empty((len(x), *matrix.shape[1:])) if out is None else out
+    pieces, places = (y[:whole].reshape(-1, _ROWS, *y.shape[1:]) for y in (x, result))
+    np.matmul(pieces, matrix, out=places)
+    np.matmul(x[whole:], matrix, out=result[whole:])
+    return result
+
+
 def sums(values: Any) -> tuple[Any, FloatArray]:
     """The integral of each row, positive, and the size of its last two Legendre coefficients."""
-    sums = np.abs(_last_coefficients() @ values.T)
+    sums = np.abs(product(values, _last_coefficients().T).T)
     return sums[0], value_of(sums[1] + sums[2])
 
 
@@ -193,10 +207,10 @@ def sampled(
     inverse_e = np.exp(inverse_e, out=places[0])  # 1/e at the nodes
     e = np.divide(1.0, inverse_e, out=places[1])  # costs less than a second exponential
     (int_e, of_e), (int_inverse, of_inverse) = sums(e), sums(inverse_e)
-    inner = np.matmul(e, rule.integrate.T, out=places[2])
+    inner = product(e, rule.integrate.T, places[2])
     inner *= inverse_e
     # A product with a vector is several times faster than a sum over so short an axis.
-    nested = inner @ rule.weights
+    nested = product(inner, rule.weights)
     single = np.maximum(of_e / value_of(int_e), of_inverse / value_of(int_inverse))
     missed = 2e-4 * of_e * of_inverse / value_of(nested) + 6e-4 * single * single
     missed = missed.reshape(shape).max(axis=0)
@@ -230,7 +244,7 @@ def slow_terms(x: FloatArray) -> list[FloatArray]:
     terms = [np.divide(1.0, np.abs(x), out=places[0])]
     derivative = lobatto().differentiate.T
     for place in places[1:]:
-        terms.append(np.multiply(terms[-1] @ derivative, terms[0], out=place))
+        terms.append(np.multiply(product(terms[-1], derivative), terms[0], out=place))
     return terms
 
 

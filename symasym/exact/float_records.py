@@ -24,6 +24,7 @@ from symasym.exact.float_blocks import (
     Anchors,
     Blocks,
     Plan,
+    at_nodes,
     counting,
     panel_counts,
     phi_at,
@@ -35,8 +36,8 @@ from symasym.exact.float_blocks import (
 from symasym.exact.float_panels import REACH, RESOLUTION, Moments
 from symasym.numbers.dual_arrays import DualArray
 
-_PANELS_AT_ONCE = 1024  # stays in cache, and below the size at which BLAS starts threads
-_PLANNED_AT_ONCE = 4096
+_PANELS_AT_ONCE = 2048  # stays in cache
+_PLANNED_AT_ONCE = 2048
 _SCENES_AT_ONCE = 128
 _DEEPEST = 90  # bisections
 _OPEN = 1e-9  # of log T, roughly: what unresolved blocks may leave open
@@ -88,9 +89,9 @@ class Records(NamedTuple):
 
 def merged(records: Records) -> Records:
     """Sorted records, slow neighbours joined."""
-    first, moments = float_panels.merge_slow(records.scene, records.moments, records.slow)
-    if not first.size:
+    if not records.slow.any():
         return records
+    first, moments = float_panels.merge_slow(records.scene, records.moments, records.slow)
     scene, part, position, _, slow, shift, local = records
     return Records(
         scene[first],
@@ -234,7 +235,7 @@ def _moments(
             if field.directions:
                 h = field.directions.stretched(h, part.scene)
             if count == 0:
-                x: Any = _at_nodes(field, part, anchors, series, lam_h)
+                x: Any = at_nodes(field, part, anchors, series, lam_h)
                 if field.directions:
                     x, *off = _slow_slopes(field, lam_h, part, anchors, x, plan.shift[index])
                 some = float_panels.slow(x, h)
@@ -279,16 +280,6 @@ def _gauss_nodes(count: int) -> FloatArray:
     """The Gauss nodes of `count` equal panels of [0, 1], one after the other."""
     nodes: FloatArray = (np.arange(count)[:, None] + float_panels.gauss().nodes).ravel() / count
     return nodes
-
-
-def _at_nodes(
-    field: Field, blocks: Blocks, anchors: Anchors, series: FloatArray | None, lam_h: FloatArray
-) -> FloatArray:
-    """lam phi h at the Lobatto nodes of each block."""
-    if series is None:
-        return lam_h[:, None] * phi_at(field, blocks, anchors, float_panels.lobatto().nodes)
-    x: FloatArray = series @ float_panels.lobatto_powers(series.shape[1]).T
-    return x
 
 
 def _unresolved(field: Field, lam: FloatArray, blocks: Blocks, anchors: Anchors) -> Records:

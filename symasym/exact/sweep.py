@@ -33,23 +33,10 @@ if TYPE_CHECKING:
     from symasym.generated.plain_formulas import Ratios
 
 __all__ = [
-    "Deferred",
-    "InLayer",
-    "Record",
-    "Sum",
-    "Swept",
-    "absorbed",
-    "carried",
-    "carried_in_layer",
-    "carried_freely",
-    "density",
-    "escape_time",
-    "first",
-    "freely",
-    "from_infinity",
-    "in_layer",
+    "Deferred", "InLayer", "Record", "Sum", "Swept", "absorbed", "carried", "carried_in_layer",
+    "carried_freely", "density", "escape_time", "first", "freely", "from_infinity", "in_layer",
     "layer_times",
-]
+]  # fmt: skip
 
 
 class Record(NamedTuple):

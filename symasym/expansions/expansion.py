@@ -40,7 +40,13 @@ from symasym.emit.symbolic_sums import BEYOND_1, KAPPA, LAM, R, Sum, Symbolic, X
 from symasym.expansions.builder import FinitePart, SeriesOf, Symbols, U
 from symasym.expansions.cases import Case, case_of, found_cases, read_case
 from symasym.expansions.strong import strong
-from symasym.expansions.uniform import PAIRED, Coalescing, Locals, require_pair
+from symasym.expansions.uniform import PAIRED, WELLS, Coalescing, Locals, require_pair
+from symasym.expansions.uniform_series import (
+    UniformSeries,
+    stationary,
+    two_sides,
+    uniform_symbols,
+)
 from symasym.quantities import escape_time, exit_probability, occupation
 from symasym.scenes.scene import require_drift
 
@@ -50,7 +56,9 @@ QUANTITIES = ("T", "C", "1 - C", "P", "1 - P", "density")
 # Those that depend on the start and the radius.
 _OF_START = ("T", "C", "1 - C")
 _MOST = 8
-_MOST_UNIFORM = 0
+_MOST_UNIFORM = 1
+# Characters of LaTeX that leave room for more on a line.
+_SHORT = 130
 _L, _R, _LEFT, _RIGHT = sympy.symbols("L R D- D+", positive=True)
 _Y = Symbol("y", real=True)
 _TEX = {_LEFT: "D_-", _RIGHT: "D_+", LAM: r"\lambda", BEYOND_1: "(r - 1)"}
@@ -188,7 +196,8 @@ class Expansion:
                 "give case='start well barrier' or the like."
             )
         known = found_cases(self.drift, self.start)
-        return tuple(c for c in known if self.noise != "uniform" or str(c) in PAIRED)
+        paired = PAIRED if self.quantity == "T" else WELLS
+        return tuple(c for c in known if self.noise != "uniform" or str(c) in paired)
 
     # -- numbers ----------------------------------------------------------------------------
 
@@ -275,11 +284,16 @@ class Expansion:
         polynomial is in `definitions`.
         """
         left = "p_{ss}(y)" if self.quantity == "density" else self.quantity
-        lines = [rf"{left} &\sim {self._latex(self.formula)}"]
+        lines, short = [rf"{left} &\sim {self._latex(self.formula)}"], False
         for s in self._ordered():
             if s != BEYOND_1:
-                value = self.integrals.get(s, self.definitions[s])
-                lines.append(f"{self._latex(s)} &= {self._latex(value)}")
+                value = self._latex(self.integrals.get(s, self.definitions[s]))
+                # Short ones share a line.
+                if short and len(value) < _SHORT and len(lines[-1]) < 3 * _SHORT:
+                    lines[-1] += rf", \quad {self._latex(s)} = {value}"
+                else:
+                    lines.append(f"{self._latex(s)} &= {value}")
+                    short = len(value) < _SHORT
         if self.integrals.keys() & self._met.keys():
             lines.append(r"h_1(u) &= \frac{1}{\varphi(u)}, \quad h_{k+1} = -\frac{h_k'}{\varphi}")
         lines += [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in self._met]
@@ -366,11 +380,12 @@ def expand(
         well and one barrier, in V's derivatives there.
     quantity : {"T", "C", "1 - C", "P", "1 - P", "density"}
     noise : {"weak", "strong", "uniform"}
-        kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T of a
-        polynomial A through the coalescence of a well and a barrier, in Airy functions.
+        kappa -> 0; kappa -> oo, of a polynomial A, in powers of 2/kappa^2; or kappa -> 0 for T, P
+        and 1 - P of a polynomial A through the coalescence of a well and a barrier, in Airy
+        functions.
     order : int, optional
         0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 order), or of
-        2/kappa^2; 0 for ``noise="uniform"``.
+        2/kappa^2; 0 or 1 for ``noise="uniform"``, 0 if left out.
     start : number, optional
         In (-1, 1), no zero of A.
     case : str, optional
@@ -393,7 +408,9 @@ def expand(
     The coefficients are those of Watson's lemma and of repeated integration by parts, and the
     composition is that of ``method="laplace"`` (see `symasym.asymptotics.weak_noise`), so that with
     numbers put in the expression is `escape_time(…, method="laplace", order=order)`; that of
-    ``noise="uniform"`` is ``method="uniform", order=0`` (`symasym.expansions.uniform`).
+    ``noise="uniform"`` is ``method="uniform"`` of this order (`symasym.expansions.uniform`,
+    `symasym.expansions.uniform_series`). Its expression is long: numbers are sooner put into
+    `formula` and `definitions`, one after the other.
     That r > 1 is supposed.
 
     Examples
@@ -408,7 +425,7 @@ def expand(
     quantity = choice("quantity", quantity, QUANTITIES)
     noise = choice("noise", noise, ("weak", "strong", "uniform"))
     if order is None:
-        order = _MOST_UNIFORM if noise == "uniform" else 2
+        order = 0 if noise == "uniform" else 2
     order = count("order", order, 0, _MOST)
     at = exact("start", start)
     if quantity in _OF_START and not -1 < at < 1:
@@ -422,12 +439,12 @@ def expand(
             raise InputError("quantity is 'density', which has a formula for weak noise only.")
         return _strong(drift, quantity, order, at)
     if noise == "uniform":
-        if quantity != "T" or order > _MOST_UNIFORM:
+        if quantity not in ("T", "P", "1 - P") or order > _MOST_UNIFORM:
             raise InputError(
-                f"quantity is {quantity!r} and order {order}; the uniform formula is that of T, to "
-                f"order {_MOST_UNIFORM}."
+                f"quantity is {quantity!r} and order {order}; the uniform formula is that of T and "
+                f"1 - P, to order {_MOST_UNIFORM}."
             )
-        return _uniform(drift, order, at, _case(drift, at, case))
+        return _uniform(drift, quantity, order, at, _case(drift, at, case))
     return _weak(drift, quantity, order, at, _case(drift, at, case))
 
 
@@ -460,11 +477,14 @@ def _weak(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) 
 
 
 @lru_cache(maxsize=32)
-def _uniform(drift: Drift, order: int, start: Fraction, case: Case) -> Expansion:
-    """T through a coalescence."""
-    require_pair(drift, case, start)
-    symbols = Coalescing(drift, case, start)
-    return _composed(symbols, Locals(symbols), "uniform", drift, "T", order, start)
+def _uniform(drift: Drift, quantity: str, order: int, start: Fraction, case: Case) -> Expansion:
+    """T or 1 - P through a coalescence."""
+    if quantity == "T" and order == 0:
+        require_pair(drift, case, start)
+        symbols = Coalescing(drift, case, start)
+        return _composed(symbols, Locals(symbols), "uniform", drift, "T", order, start)
+    known = uniform_symbols(drift, quantity, order, start, case)
+    return _composed(known, Symbolic(), "uniform", drift, quantity, order, start)
 
 
 def _composed(
@@ -476,8 +496,10 @@ def _composed(
     sums: dict[Symbol, Expr] = {}
     if quantity in _OF_START:
         both = symbols.both_sides()
-        radius = 1 + BEYOND_1
-        left, right = (side_of(one, radius, ring) for one in both)
+        if isinstance(symbols, UniformSeries):
+            left, right = two_sides(symbols)
+        else:
+            left, right = (side_of(one, 1 + BEYOND_1, ring) for one in both)
         # The same composition over plain symbols, whose sums are defined beside it.
         starts = [_expression(side.rising) for side in (left, right)]
         plain = [
@@ -498,11 +520,12 @@ def _composed(
             for t in _contributions(one, symbols, order, weight)
         )  # fmt: skip
     else:
-        points = symbols.line()
-        outside, whole = (
-            _expression(x)
-            for x in stationary_sums(points, [symbols.a_minus, -symbols.a_plus], ring)
-        )
+        if noise == "uniform":
+            outside, whole = stationary(symbols, order)
+        else:
+            slopes = [symbols.a_minus, -symbols.a_plus]
+            sums_of = stationary_sums(symbols.line(), slopes, ring)
+            outside, whole = map(_expression, sums_of)
         if quantity == "density":
             formula = sympy.exp(-LAM * symbols.height_at(_Y)) / whole
         else:
@@ -548,8 +571,10 @@ def _strong(drift: Drift, quantity: str, order: int, start: Fraction) -> Expansi
     )  # fmt: skip
 
 
-def _expression(total: Sum) -> Expr:
+def _expression(total: Sum | Expr) -> Expr:
     """A sum of exponentials as an expression."""
+    if not isinstance(total, Sum):
+        return total
     return sum((a * sympy.exp(LAM * height) for height, a in total.terms), S.Zero)
 
 

@@ -29,7 +29,7 @@ from symasym.asymptotics.uniform.order_zero_forms import (
     AiryForm,
     Truncated,
     TruncatedIntegral,
-    _faded,
+    faded,
     regular_share,
 )
 from symasym.asymptotics.weak_noise.one_sided import Builder, CriticalPoint, Joint
@@ -43,20 +43,25 @@ from symasym.generated.arithmetic_formulas import canonical, over_end, pair_norm
 from symasym.numbers.polynomials import poly
 from symasym.series.quadratic_factor import Pair, seen_from
 from symasym.special.airy import AiryProducts
-from symasym.special.dawson import _gaussians
+from symasym.special.dawson import gaussians
 from symasym.special.exponentials import quotients
 
-__all__ = ["PAIRED", "Coalescing", "Locals", "require_pair"]
+__all__ = [
+    "PAIRED", "Coalescing", "Locals", "PairSymbols", "Place", "airy_functions",
+    "gaussian_functions", "place_of", "require_pair",
+]  # fmt: skip
 
 #: The cases with one pair; the last is that of a complex one.
 PAIRED = ("start well barrier", "barrier well start", "start")
-_M = Symbol("m", real=True)
-_BAR = Symbol("V(m)", real=True)
-_ZETA, _Z, _P, _Q = sympy.symbols("zeta Z p q", real=True)
+#: Those of 1 - P: a pair of three zeros, or a complex one, or none.
+WELLS = ("start well", "start well barrier well")
+M = Symbol("m", real=True)
+V_MEAN = Symbol("V(m)", real=True)
+Z, P0, Q0 = sympy.symbols("Z p q", real=True)
 _PARTS = {"rising": "B", "falling": "W", "both": "J", "onward": "G"}
 
 
-class _Expressions:
+class Expressions:
     """The arithmetic of expressions; of a test that is open the general branch is taken."""
 
     context = True
@@ -97,7 +102,7 @@ class Locals(Symbolic):
         return Sum([(height, self.symbols.local(series))])
 
 
-class _Place(NamedTuple):
+class Place(NamedTuple):
     """Where the pair is: right (1) or left (-1) of the start, and the sign of psi seen from it."""
 
     side: int
@@ -122,44 +127,46 @@ def require_pair(drift: Drift, case: Case, start: Fraction) -> None:
         )
 
 
-class Coalescing(Symbols, OrderZero):
-    """Both one-sided expansions of a case with one pair, to order 0, in symbols."""
+class PairSymbols(Symbols):
+    """A case with one pair of zeros, in symbols: m, D and psi, and the pair's Airy form.
+
+    `paired` are the numbers of the pair's well and barrier among the zeros in the layer, none of
+    a complex pair.
+    """
 
     taken = Symbols.taken | {
         *("D", "Da", "P", "Z", "area", "k", "m", "n", "p", "q", "rest"),
         *("rho", "sigma", "t", "w", "xi", "zeta"),
     }
 
-    def __init__(self, drift: Drift, case: Case, start: Fraction) -> None:
-        self.drift, self.real = drift, bool(case.kinds)
+    def __init__(
+        self, drift: Drift, case: Case, order: int, start: Fraction, place: Place,
+        paired: tuple[int, ...],
+    ) -> None:  # fmt: skip
+        self.drift, self.place, self.paired = drift, place, paired
+        self.real = bool(paired)
         self.square = Symbol("D", positive=self.real, negative=not self.real)
-        self.place = _place(drift, case, start)
-        self.locals: dict[Symbol, Expr] = {}
-        super().__init__(drift, case, 0, start)
-        self.arithmetic = _Expressions()  # type: ignore[assignment]
-        self.slack = S.Zero
-        self.apart = []
-        self.together = [self._pair()]
-        self.prepared()
-
-    # -- the pair -----------------------------------------------------------------------------
+        self.zeta = Symbol("zeta", positive=self.real, negative=not self.real)
+        super().__init__(drift, case, order, start)
 
     def _zeros(self) -> list[Symbol]:
-        """u1 and u2 = m ± D^(1/2), if they are real; `others_outside` are in no pair."""
+        """u1, u2, ... in the layer, the pair's m ± D^(1/2); `others_outside` are in no pair."""
         assert self.powers is not None
         self.kept = self.powers.degree()
         self.factor = self._factor()
-        lines = [self._point(k, True) for k in (1, 2)] if self.real else []
-        for u, sign in zip(lines, (-1, 1), strict=False):
-            self.values[u] = _M + sign * sympy.sqrt(self.square)
-            del self.equations[u]
-        more = range(len(lines) + 1, len(lines) + self.kept - 1)
+        inside = len(self.case.kinds)
+        lines = [self._point(k + 1, True) for k in range(inside)]
+        for k, sign in zip(self.paired, (-1, 1), strict=False):
+            self.values[lines[k]] = M + sign * sympy.sqrt(self.square)
+            del self.equations[lines[k]]
+        more = range(inside + 1, self.kept - 1 + len(self.paired))
         self.others_outside = [self._point(k, self.kept == 3) for k in more]
+        apart = [u for k, u in enumerate(lines) if k not in self.paired] + self.others_outside
         if self.kept == 3:
             # The sum of all zeros.
-            (u,) = self.others_outside
+            (u,) = apart
             c3, c2 = self.powers.all_coeffs()[:2]
-            self.values[u] = -c2 / c3 - 2 * _M
+            self.values[u] = -c2 / c3 - 2 * M
             del self.equations[u]
         return lines
 
@@ -167,9 +174,7 @@ class Coalescing(Symbols, OrderZero):
         """psi_0, psi_1, ..., seen from the start; m and D in closed form or their equations."""
         assert self.powers is not None
         assert self.kept is not None
-        c = [
-            sympy.diff(self.A, U, j).subs(U, _M) / sympy.factorial(j) for j in range(self.kept + 1)
-        ]
+        c = [sympy.diff(self.A, U, j).subs(U, M) / sympy.factorial(j) for j in range(self.kept + 1)]
         psi: list[Any] = [S.Zero] * (self.kept + 1)
         for j in range(self.kept, 1, -1):
             psi[j - 2] = sympy.expand(c[j] + self.square * psi[j])
@@ -180,8 +185,8 @@ class Coalescing(Symbols, OrderZero):
             self.tex[name] = rf"\psi_{{{name.name[3:]}}}"
         a = self.powers.all_coeffs()
         if self.kept == 2:
-            self.values[_M] = -a[1] / (2 * a[0])
-            self.values[self.square] = _M**2 - a[2] / a[0]
+            self.values[M] = -a[1] / (2 * a[0])
+            self.values[self.square] = M**2 - a[2] / a[0]
         elif self.kept == 3:
             shift, w, k = a[1] / (3 * a[0]), Symbol("w", real=True), Symbol("k", positive=True)
             turn = side * sign * (1 if _leading(self.drift, self.case) > 0 else -1)
@@ -189,41 +194,38 @@ class Coalescing(Symbols, OrderZero):
             self.values[k] = sympy.sqrt(sympy.factor(shift**2 - a[2] / (3 * a[0])))
             low = sympy.factor(self.A.subs(U, -shift) / a[0])
             self.values[w] = turn * low / (2 * k**3)
-            self.values[_M] = turn * k * third - shift
-            self.values[self.square] = 3 * (k**2 - (_M + shift) ** 2)
+            self.values[M] = turn * k * third - shift
+            self.values[self.square] = 3 * (k**2 - (M + shift) ** 2)
         else:
-            self.equations[_M] = sympy.expand(c[1] + self.square * psi[1])
+            self.equations[M] = sympy.expand(c[1] + self.square * psi[1])
             self.equations[self.square] = sympy.expand(c[0] + self.square * psi[0])
         return names
 
-    def _pair(self) -> Together:
+    def canonical_form(self) -> Pair:
         """The pair in its Airy form, p + q s."""
-        c, square, (side, sign) = self.arithmetic, self.square, self.place
+        c, square, sign = self.arithmetic, self.square, self.place.sign
         even, odd = (poly(self.factor[j::2], square) + S.Zero for j in (0, 1))
         mean = poly(
             [3 * a / ((2 * k + 1) * (2 * k + 3)) for k, a in enumerate(self.factor[::2])], square
         )
         root = c.cbrt(mean)
-        self.values[_ZETA] = square * root**2
+        self.values[self.zeta] = square * root**2
         norm = Symbol("n", positive=True)
         self.values[norm] = pair_norm(c, even, odd, square)
-        self.values[_P], self.values[_Q] = canonical(c, 1 / root, even, sign * odd, norm)
-        self.values[_Z] = _ZETA * LAM ** Rational(2, 3)
-        self.tex |= {_ZETA: r"\zeta", _BAR: r"\bar V"}
+        self.values[P0], self.values[Q0] = canonical(c, 1 / root, even, sign * odd, norm)
+        self.values[Z] = self.zeta * LAM ** Rational(2, 3)
+        self.tex |= {self.zeta: r"\zeta", V_MEAN: r"\bar V"}
         # The mean of V over both zeros, a polynomial in D.
         y, v = Symbol("y"), -sympy.integrate(self.A, U)
-        about = sympy.Poly(v.subs(U, _M + y) - v.subs(U, self.start), y)
-        self.values[_BAR] = sum(
+        about = sympy.Poly(v.subs(U, M + y) - v.subs(U, self.start), y)
+        self.values[V_MEAN] = sum(
             (a * square ** (n // 2) for (n,), a in about.terms() if n % 2 == 0), S.Zero
         )
-        form = AiryForm(2, _ZETA, _P, _Q, None, None, None)
-        pair = Pair(S.Zero, square, self.factor, sign, _ZETA, 1 / root, S.Zero)
-        members = (0, 1) if self.real else ()
-        return Together(form, pair, side * _M, side, sign > 0, members, _BAR, S.Zero)
+        return Pair(S.Zero, square, self.factor, sign, self.zeta, 1 / root, S.Zero)
 
     def conditions(self) -> Iterator[Any]:
         """Where the pair is, and what it is."""
-        side, m = self.place.side, _M
+        side, m = self.place.side, M
         if self.kept == 3:
             w = Symbol("w", real=True)
             yield sympy.Lt(sympy.Abs(w), 1) if self.real else sympy.Gt(w, 1)
@@ -231,7 +233,27 @@ class Coalescing(Symbols, OrderZero):
             return
         yield from (self.start < m, m < 1) if side > 0 else (m > -1, m < self.start)
         # Airy functions take the pair's integrals over all of the line.
-        yield sympy.Le((-_ZETA) ** Rational(3, 2) * Rational(4, 3), sympy.Abs(_BAR))
+        yield sympy.Le((-self.zeta) ** Rational(3, 2) * Rational(4, 3), sympy.Abs(V_MEAN))
+
+
+class Coalescing(PairSymbols, OrderZero):
+    """Both one-sided expansions of a case with one pair, to order 0, in symbols."""
+
+    def __init__(self, drift: Drift, case: Case, start: Fraction) -> None:
+        place = place_of(drift, case, start)
+        self.locals: dict[Symbol, Expr] = {}
+        super().__init__(drift, case, 0, start, place, (0, 1) if case.kinds else ())
+        self.arithmetic = Expressions()  # type: ignore[assignment]
+        self.slack = S.Zero
+        self.apart = []
+        self.together = [self._pair()]
+        self.prepared()
+
+    def _pair(self) -> Together:
+        """The pair in its Airy form, p + q s."""
+        form = AiryForm(2, self.zeta, P0, Q0, None, None, None)
+        pair, (side, sign) = self.canonical_form(), self.place
+        return Together(form, pair, side * M, side, sign > 0, self.paired, V_MEAN, S.Zero)
 
     def ranks(self, pair: Together, inside: list[int]) -> tuple[Any, Any]:
         return (1, 2) if pair.members else (Rational(1, 2), Rational(1, 2))
@@ -251,22 +273,14 @@ class Coalescing(Symbols, OrderZero):
         return symbol
 
     def _over_pair(self, integral: Any) -> Expr:
-        ai, bi = sympy.airyai(_Z), sympy.airybi(_Z)
-        ai1, bi1 = sympy.airyaiprime(_Z), sympy.airybiprime(_Z)
-        products = AiryProducts(ai**2 + bi**2, ai * ai1 + bi * bi1, ai1**2 + bi1**2, bi, bi1)
-        return integral.at(_Point(self.arithmetic, {(2, "airy"): (_Z, products)}))[0]
+        return integral.at(_Point(self.arithmetic, {(2, "airy"): (Z, airy_functions())}))[0]
 
     def _over_end(self, integral: TruncatedIntegral) -> Expr:
         c, e = self.arithmetic, integral.gaussian
         x, sigma, dawson, area = (Symbol(s, positive=True) for s in ("xi", "sigma", "Da", "area"))
         if x not in self.values:
             self.values[x] = e.t * sympy.sqrt(LAM / 2)
-            functions = (
-                sympy.exp(x**2) * sympy.erfc(x),
-                sympy.sqrt(sympy.pi) / 2 * sympy.exp(-(x**2)) * sympy.erfi(x),
-                x**2 * sympy.hyper([1, 1], [Rational(3, 2), 2], -(x**2)),
-            )
-            named = _gaussians(c, LAM, *functions)
+            named = gaussian_functions(x)
             self.values |= dict(zip((sigma, dawson, area), named, strict=True))
             self.tex |= {x: r"\xi", sigma: r"\sigma", dawson: r"\mathcal{D}", area: r"\Lambda"}
         rising, falling, both = over_end(c, LAM, e.t, e.peak, e.rest, sigma, dawson, area)
@@ -289,8 +303,8 @@ class Coalescing(Symbols, OrderZero):
         rho, slope = Symbol("rho", positive=True), self._slope(sign)
         self.tex |= {rho: r"\rho", rest: "Q"}
         drop = self.heights[barrier] - self.heights[well]
-        self.values[rho] = _faded(self.arithmetic, drop, S.One, fall)[0]
-        keep = _faded(self.arithmetic, rho / FADE, S.One, S.One)[1]
+        self.values[rho] = faded(self.arithmetic, drop, S.One, fall)[0]
+        keep = faded(self.arithmetic, rho / FADE, S.One, S.One)[1]
         self.values[t] = sympy.sqrt(2 * fall)
         self.values[peak] = (1 - keep) / sympy.sqrt(-self.derivative(2, barrier))
         self.values[rest] = 1 / slope - peak / t
@@ -329,7 +343,7 @@ class Coalescing(Symbols, OrderZero):
             beyond = edge != self.start
             mine = (edge > self.start) == (side > 0) and beyond
             y = Symbol(f"y({edge})", positive=mine, negative=not mine)
-            self.values[y] = side * (edge - _M)
+            self.values[y] = side * (edge - M)
             self.tex[y] = f"y_{{{edge}}}"
             parts.append(sum(share(y, None), S.Zero))
         # Seen in the mirror a primitive has the same sign.
@@ -346,18 +360,36 @@ class _Point:
         self.third = LAM ** Rational(1, 3)
 
 
+def airy_functions() -> AiryProducts:
+    """The products of Airy functions of Z, their exponential in them."""
+    ai, bi = sympy.airyai(Z), sympy.airybi(Z)
+    ai1, bi1 = sympy.airyaiprime(Z), sympy.airybiprime(Z)
+    return AiryProducts(ai**2 + bi**2, ai * ai1 + bi * bi1, ai1**2 + bi1**2, bi, bi1)
+
+
+def gaussian_functions(x: Expr, barrier: bool = True) -> tuple[Expr, Expr, Expr]:
+    """sigma, D and lam times the integral of D, or of sigma, at x = |t| (lam/2)^(1/2)."""
+    area = x**2 * sympy.hyper([1, 1], [Rational(3, 2), 2], -(x**2))
+    if not barrier:
+        y = Symbol("y")
+        area = sympy.sqrt(sympy.pi) * sympy.Integral(sympy.exp(y**2) * sympy.erfc(y), (y, 0, x))
+    dawson = sympy.sqrt(sympy.pi) / 2 * sympy.exp(-(x**2)) * sympy.erfi(x)
+    c: Any = Expressions()
+    return gaussians(c, LAM, sympy.exp(x**2) * sympy.erfc(x), dawson, area)
+
+
 def _leading(drift: Drift, case: Case) -> float:
     """The sign of A's leading coefficient, that of the case's example with parameters free."""
     known = drift.bind(**{n: case.example.get(n, 1) for n in drift.free}).exact_coefficients()
     return float(known[-1]) if known else 1.0
 
 
-def _place(drift: Drift, case: Case, start: Fraction) -> _Place:
+def place_of(drift: Drift, case: Case, start: Fraction) -> Place:
     """Where the pair is; a complex one of free parameters is taken to be right of the start."""
     if case.kinds:
-        return _Place(1 if case.before == 0 else -1, 1)
+        return Place(1 if case.before == 0 else -1, 1)
     if drift.free:
-        return _Place(1, 1)
+        return Place(1, 1)
     c = [float(x) for x in drift.exact_coefficients() or ()]
     roots = [z for z in np.polynomial.polynomial.polyroots(c) if z.imag > 0 and abs(z.real) < 1]
     if len(roots) != 1:
@@ -367,4 +399,4 @@ def _place(drift: Drift, case: Case, start: Fraction) -> _Place:
         )
     side = 1 if roots[0].real > start else -1
     value = np.polynomial.polynomial.polyval(roots[0].real, c)
-    return _Place(side, 1 if side * value > 0 else -1)
+    return Place(side, 1 if side * value > 0 else -1)

@@ -8,22 +8,32 @@ Written by ``python -m derivations.emit`` from the checked derivations: do not e
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from symasym.generated import plain_formulas as plain
 
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
 
+def _of_numbers(formula: Callable[..., Any]) -> Callable[..., Any]:
+    """A formula of numbers alone, with the context that the others need before them."""
+
+    def of_context(ctx: MPContext, *numbers: mpf, **named: mpf) -> Any:
+        return formula(*numbers, **named)
+
+    of_context.__name__, of_context.__doc__ = formula.__name__, formula.__doc__
+    return of_context
+
+
+
 def scaled_noise(ctx: MPContext, kappa: mpf, eps: mpf) -> mpf:
     """kappa/sqrt(eps), the noise in scaled variables (eq:tildexykappa)."""
     return kappa/ctx.sqrt(eps)
 
-
-def scaled_radius(ctx: MPContext, r: mpf, eps: mpf) -> mpf:
-    """r/eps, the radius in scaled variables (eq:tilder)."""
-    return r/eps
-
+scaled_radius = _of_numbers(plain.scaled_radius)
 
 def potential_left(ctx: MPContext, u: mpf, a_minus: mpf) -> mpf:
     """V(u) for u <= -1 (eq:V2)."""
@@ -34,46 +44,22 @@ def potential_right(ctx: MPContext, u: mpf, a_plus: mpf, V1: mpf) -> mpf:
     """V(u) for u >= 1 (eq:V2)."""
     return V1 - a_plus*(-1 + u)
 
-
-def escape_time_of_halves(ctx: MPContext, w: mpf, sigma_left: mpf, sigma_right: mpf) -> mpf:
-    """T from sigma on both sides and w, the sum of both (positive-form)."""
-    return w/(1/sigma_left + 1/sigma_right)
-
-
-def exit_share(ctx: MPContext, sigma_left: mpf, sigma_right: mpf) -> mpf:
-    """C from sigma on both sides (positive-form)."""
-    return 1/(1 + sigma_left/sigma_right)
-
+escape_time_of_halves = _of_numbers(plain.escape_time_of_halves)
+exit_share = _of_numbers(plain.exit_share)
 
 def log_exit_share(ctx: MPContext, sigma_left: mpf, sigma_right: mpf) -> mpf:
     """log C from sigma (positive-form)."""
     return -ctx.log1p(sigma_left/sigma_right)
 
-
-def density_of_halves(ctx: MPContext, lam: mpf, w: mpf) -> mpf:
-    """p_ss from w, the sum of both sides (positive-density)."""
-    return lam/w
-
-
-def occupation_share(ctx: MPContext, inside: mpf, outside: mpf) -> mpf:
-    """P from the integrals inside and outside, in one unit (positive-density)."""
-    return 1/(1 + outside/inside)
-
+density_of_halves = _of_numbers(plain.density_of_halves)
+occupation_share = _of_numbers(plain.occupation_share)
 
 def log_occupation_share(ctx: MPContext, inside: mpf, outside: mpf) -> mpf:
     """log P from the integrals inside and outside (positive-density)."""
     return -ctx.log1p(outside/inside)
 
-
-def tail_left(ctx: MPContext, a_minus: mpf) -> mpf:
-    """w at -1 (positive-density)."""
-    return 1/a_minus
-
-
-def tail_right(ctx: MPContext, a_plus: mpf) -> mpf:
-    """w at 1, from the right (positive-density)."""
-    return -1/a_plus
-
+tail_left = _of_numbers(plain.tail_left)
+tail_right = _of_numbers(plain.tail_right)
 
 def constant_single(ctx: MPContext, x: mpf) -> mpf:
     """int_e = int_inverse, per width (constant-panel)."""
@@ -89,29 +75,8 @@ def constant_nested_up(ctx: MPContext, x: mpf, int_e: mpf) -> mpf:
     """nested where V rises, per width^2 (constant-panel)."""
     return (1 - int_e)/x
 
-
-def carried(
-    ctx: MPContext,
-    lam: mpf,
-    w: mpf,
-    int_e: mpf,
-    int_inverse: mpf,
-    nested: mpf,
-    fall: mpf,
-    climb: mpf,
-    sigma: mpf,
-) -> tuple[mpf, ...]:
-    """sigma and w after a panel (panel-step)."""
-    return (
-        (int_e + climb*sigma)/fall, (fall*w + int_inverse*lam)/(climb + int_e/sigma) +
-        lam*nested/(int_e + climb*sigma)
-    )
-
-
-def absorbed(ctx: MPContext, lam: mpf, int_e: mpf, nested: mpf, fall: mpf) -> tuple[mpf, ...]:
-    """sigma and w after a panel that begins at an absorbing end (panel-step)."""
-    return int_e/fall, lam*nested/int_e
-
+carried = _of_numbers(plain.carried)
+absorbed = _of_numbers(plain.absorbed)
 
 def constant_drift_time(ctx: MPContext, kappa: mpf, r: mpf, a: mpf) -> mpf:
     """T for a constant drift a (constant-drift)."""
@@ -164,71 +129,22 @@ def saddle_correction(ctx: MPContext, kappa: mpf, V2: mpf, V3: mpf, V4: mpf) -> 
     """Relative correction of one saddle from V'', V''', V'''' there (eq:secondTerm)."""
     return kappa**2*(-V4/(8*V2**2) + 5*V3**2/(24*V2**3))/2
 
-
-def saddle_first(ctx: MPContext, V2: mpf, V3: mpf, V4: mpf) -> mpf:
-    """Coefficient of 1/lam in a well's series; of -V, a barrier's (saddle-series)."""
-    return -V4/(8*V2**2) + 5*V3**2/(24*V2**3)
-
-
-def saddle_second(ctx: MPContext, V2: mpf, V3: mpf, V4: mpf, V5: mpf, V6: mpf) -> mpf:
-    """Coefficient of 1/lam^2 in the series of `saddle_first` (saddle-series)."""
-    return (
-        -V6/(48*V2**3) + 35*V4**2/(384*V2**4) + 385*V3**4/(1152*V2**6) - 35*V4*V3**2/(64*V2**5)
-        + 7*V3*V5/(48*V2**4)
-    )
-
-
-def manifold_term(ctx: MPContext, source: mpf, drift: mpf) -> mpf:
-    """h_1 from the weight, h_(k+1) from -h_k': the slow manifold's terms (endpoint-series)."""
-    return source/drift
-
-
-def endpoint_shares(ctx: MPContext, side: mpf, term: mpf) -> tuple[mpf, ...]:
-    """A start's coefficients of lam^-k from h_k, side = (-1)^k, to its right (endpoint-series)."""
-    return -side*term, -term
-
-
-def kink_change(ctx: MPContext, left: mpf, right: mpf) -> mpf:
-    """What stands for h_k at a kink (endpoint-series)."""
-    return right - left
-
-
-def fall_by_powers(ctx: MPContext, index: mpf, power: mpf, term: mpf) -> mpf:
-    """-h' of term t^(index - power), its coefficient (regular-part)."""
-    return term*(power - index)
-
-
-def finite_part(ctx: MPContext, power: mpf, term: mpf) -> mpf:
-    """Primitive of term t^-power, the coefficient of t^(1 - power) (regular-part)."""
-    return term/(1 - power)
-
-
-def bend_of_saddle(ctx: MPContext, j: mpf, term: mpf, slope: mpf) -> mpf:
-    """alpha_j of V - V(z) = -slope t^2/2 (1 + alpha_1 t + ...) (saddle-recurrences)."""
-    return 2*term/(slope*(2 + j))
-
+saddle_first = _of_numbers(plain.saddle_first)
+saddle_second = _of_numbers(plain.saddle_second)
+manifold_term = _of_numbers(plain.manifold_term)
+endpoint_shares = _of_numbers(plain.endpoint_shares)
+kink_change = _of_numbers(plain.kink_change)
+fall_by_powers = _of_numbers(plain.fall_by_powers)
+finite_part = _of_numbers(plain.finite_part)
+bend_of_saddle = _of_numbers(plain.bend_of_saddle)
 
 def first_moment(ctx: MPContext) -> mpf:
     """int e^(-s^2/2) ds (saddle-recurrences)."""
     return ctx.sqrt(2*ctx.pi)
 
-
-def next_moment(ctx: MPContext, n: mpf, moment: mpf) -> mpf:
-    """int s^(2n + 2) e^(-s^2/2) ds from that of s^(2n) (saddle-recurrences)."""
-    return moment*(1 + 2*n)
-
-
-def time_of_doubles(
-    ctx: MPContext, behind: mpf, ahead: mpf, double_left: mpf, double_right: mpf, total: mpf
-) -> mpf:
-    """T/lam from the single and the double integrals over both sides (two-sides)."""
-    return (ahead*double_left + behind*double_right)/total
-
-
-def on_the_right(ctx: MPContext, ahead: mpf, nested_right: mpf, falling: mpf) -> mpf:
-    """The double integral on the right with the start's share of both sides (two-sides)."""
-    return nested_right + ahead*falling
-
+next_moment = _of_numbers(plain.next_moment)
+time_of_doubles = _of_numbers(plain.time_of_doubles)
+on_the_right = _of_numbers(plain.on_the_right)
 
 def pair_norm(ctx: MPContext, even: mpf, odd: mpf, square: mpf) -> mpf:
     """The product of psi at both zeros of a pair (airy-form)."""
@@ -259,16 +175,8 @@ def over_pair_twice(ctx: MPContext, a: mpf, small: mpf, b: mpf, squares: mpf, sl
     """The double integral over a pair, from Ai^2 + Bi^2 and Ai'^2 + Bi'^2 (airy-form)."""
     return ctx.pi**2*small**2*(squares*a**2 - slopes*b**2*small**2)
 
-
-def next_weight(ctx: MPContext, k: mpf, zeta: mpf, p_2: mpf, q_1: mpf, q_2: mpf) -> tuple[mpf, ...]:
-    """p_k and q_k of the next order, from q_(k+1), p_(k+2) and q_(k+2) of this one (airy-form)."""
-    return q_1*(1 + 2*k) + q_2*zeta*(2 + 2*k), p_2*(2 + 2*k)
-
-
-def pair_factors(ctx: MPContext, a: mpf, b: mpf, a_up: mpf, b_up: mpf) -> tuple[mpf, ...]:
-    """Factors of Ai^2 + Bi^2, Ai Ai' + Bi Bi', Ai'^2 + Bi'^2 with both weights (airy-form)."""
-    return a*a_up, a*b_up - a_up*b, -b*b_up
-
+next_weight = _of_numbers(plain.next_weight)
+pair_factors = _of_numbers(plain.pair_factors)
 
 def end_distance(ctx: MPContext, gap: mpf, area: mpf) -> mpf:
     """t at the end of a barrier's Gaussian: t^2/2 = gap^2 area (truncated-gaussian)."""
@@ -363,11 +271,7 @@ def friction_left(ctx: MPContext, alpha: mpf, z0: mpf) -> mpf:
     """The friction drift for u <= -1 (a-) (eq:phifric0)."""
     return 1 + alpha - z0
 
-
-def friction_coefficients(ctx: MPContext, mu: mpf, alpha: mpf, z0: mpf) -> tuple[mpf, ...]:
-    """Coefficients of A(u) in ascending powers of u (eq:phifric0)."""
-    return 1 - z0, -alpha*(1 + mu), 0, alpha*mu
-
+friction_coefficients = _of_numbers(plain.friction_coefficients)
 
 def friction_inside(ctx: MPContext, u: mpf, mu: mpf, alpha: mpf, z0: mpf) -> mpf:
     """The friction drift A(u) on [-1, 1] (eq:phifric0)."""

@@ -9,28 +9,29 @@ from types import SimpleNamespace
 import numpy as np
 
 from symasym.generated import mpmath_formulas as formulas
+from symasym.generated import plain_formulas as plain
 
 # What the formulas ask of their context.
 _ARCS = {f"a{name}": getattr(np, f"arc{name}") for name in ("sin", "cos", "tan")}
 _FLOATS = SimpleNamespace(**{**vars(np), **_ARCS, "mpf": float})
 
 scaled_noise = partial(formulas.scaled_noise, _FLOATS)
-scaled_radius = partial(formulas.scaled_radius, _FLOATS)
+scaled_radius = plain.scaled_radius
 potential_left = partial(formulas.potential_left, _FLOATS)
 potential_right = partial(formulas.potential_right, _FLOATS)
-escape_time_of_halves = partial(formulas.escape_time_of_halves, _FLOATS)
-exit_share = partial(formulas.exit_share, _FLOATS)
+escape_time_of_halves = plain.escape_time_of_halves
+exit_share = plain.exit_share
 log_exit_share = partial(formulas.log_exit_share, _FLOATS)
-density_of_halves = partial(formulas.density_of_halves, _FLOATS)
-occupation_share = partial(formulas.occupation_share, _FLOATS)
+density_of_halves = plain.density_of_halves
+occupation_share = plain.occupation_share
 log_occupation_share = partial(formulas.log_occupation_share, _FLOATS)
-tail_left = partial(formulas.tail_left, _FLOATS)
-tail_right = partial(formulas.tail_right, _FLOATS)
+tail_left = plain.tail_left
+tail_right = plain.tail_right
 constant_single = partial(formulas.constant_single, _FLOATS)
 constant_nested_down = partial(formulas.constant_nested_down, _FLOATS)
 constant_nested_up = partial(formulas.constant_nested_up, _FLOATS)
-carried = partial(formulas.carried, _FLOATS)
-absorbed = partial(formulas.absorbed, _FLOATS)
+carried = plain.carried
+absorbed = plain.absorbed
 constant_drift_time = partial(formulas.constant_drift_time, _FLOATS)
 constant_drift_exit = partial(formulas.constant_drift_exit, _FLOATS)
 exit_bound = partial(formulas.exit_bound, _FLOATS)
@@ -40,25 +41,25 @@ strong_noise_time_next = partial(formulas.strong_noise_time_next, _FLOATS)
 well_term = partial(formulas.well_term, _FLOATS)
 log_well_term = partial(formulas.log_well_term, _FLOATS)
 saddle_correction = partial(formulas.saddle_correction, _FLOATS)
-saddle_first = partial(formulas.saddle_first, _FLOATS)
-saddle_second = partial(formulas.saddle_second, _FLOATS)
-manifold_term = partial(formulas.manifold_term, _FLOATS)
-endpoint_shares = partial(formulas.endpoint_shares, _FLOATS)
-kink_change = partial(formulas.kink_change, _FLOATS)
-fall_by_powers = partial(formulas.fall_by_powers, _FLOATS)
-finite_part = partial(formulas.finite_part, _FLOATS)
-bend_of_saddle = partial(formulas.bend_of_saddle, _FLOATS)
+saddle_first = plain.saddle_first
+saddle_second = plain.saddle_second
+manifold_term = plain.manifold_term
+endpoint_shares = plain.endpoint_shares
+kink_change = plain.kink_change
+fall_by_powers = plain.fall_by_powers
+finite_part = plain.finite_part
+bend_of_saddle = plain.bend_of_saddle
 first_moment = partial(formulas.first_moment, _FLOATS)
-next_moment = partial(formulas.next_moment, _FLOATS)
-time_of_doubles = partial(formulas.time_of_doubles, _FLOATS)
-on_the_right = partial(formulas.on_the_right, _FLOATS)
+next_moment = plain.next_moment
+time_of_doubles = plain.time_of_doubles
+on_the_right = plain.on_the_right
 pair_norm = partial(formulas.pair_norm, _FLOATS)
 canonical = partial(formulas.canonical, _FLOATS)
 pair_share = partial(formulas.pair_share, _FLOATS)
 over_pair = partial(formulas.over_pair, _FLOATS)
 over_pair_twice = partial(formulas.over_pair_twice, _FLOATS)
-next_weight = partial(formulas.next_weight, _FLOATS)
-pair_factors = partial(formulas.pair_factors, _FLOATS)
+next_weight = plain.next_weight
+pair_factors = plain.pair_factors
 end_distance = partial(formulas.end_distance, _FLOATS)
 end_peak = partial(formulas.end_peak, _FLOATS)
 end_mean = partial(formulas.end_mean, _FLOATS)
@@ -72,7 +73,7 @@ occupation_bound = partial(formulas.occupation_bound, _FLOATS)
 strong_noise_occupation = partial(formulas.strong_noise_occupation, _FLOATS)
 weak_noise_outside = partial(formulas.weak_noise_outside, _FLOATS)
 friction_left = partial(formulas.friction_left, _FLOATS)
-friction_coefficients = partial(formulas.friction_coefficients, _FLOATS)
+friction_coefficients = plain.friction_coefficients
 friction_inside = partial(formulas.friction_inside, _FLOATS)
 friction_right = partial(formulas.friction_right, _FLOATS)
 friction_slope = partial(formulas.friction_slope, _FLOATS)

@@ -29,17 +29,9 @@ from symasym.scenes.answers import Answer, Answers, Request, as_digits, as_float
 from symasym.scenes.scene import Scene, Scenes, float_scenes, one_scene, read_scene, require_drift
 
 __all__ = [
-    "METHODS",
-    "QUANTITIES",
-    "Ask",
-    "Method",
-    "Quantity",
-    "alone",
-    "answer",
-    "quantity_of",
-    "require_drift_of",
-    "require_method",
-]
+    "METHODS", "QUANTITIES", "Ask", "Method", "Quantity", "alone", "answer", "quantity_of",
+    "require_drift_of", "require_method",
+]  # fmt: skip
 
 
 class Quantity(NamedTuple):
@@ -166,55 +158,21 @@ _ALL = tuple(QUANTITIES)
 _NOISE = "symasym.asymptotics"
 
 #: By their names, in the order in which messages list them.
-METHODS = {
-    method.name: method
-    for method in (
-        Method(
-            "exact",
-            (*_ALL, "p_ss"),
-            "symasym.methods.exact",
-            "the integral, nothing dropped",
-            in_float=_without_error,
-        ),
-        Method("paper", _ALL, "symasym.paper", "the paper's own leading order"),
-        Method(
-            "laplace",
-            _ALL,
-            "symasym.methods.laplace",
-            "weak noise, in powers of kappa^2",
-            WEAK_NOISE_ORDERS,
-            optimal=True,
-        ),
-        Method(
-            "local",
-            ("T",),
-            f"{_NOISE}.uniform.answer",
-            "weak noise near a fold, to leading order",
-            (0, 0),
-        ),
-        Method(
-            "uniform",
-            ("T", "P", "1 - P"),
-            f"{_NOISE}.uniform.answer",
-            "weak noise, also where wells, barriers, the start or an end meet",
-            (2, 6),
-        ),
-        Method(
-            "strong_noise",
-            _ALL,
-            f"{_NOISE}.strong_noise.answer",
-            "in powers of 2/kappa^2",
-            (2, 100),
-            in_float=_unproved,
-        ),
-        Method(
-            "bound",
-            ("C", "1 - C"),
-            f"{_NOISE}.proofs.exit_bounds",
-            "two proved bounds, which close as kappa goes to 0",
-        ),
-    )
-}
+METHODS = {method.name: method for method in (
+    Method("exact", (*_ALL, "p_ss"), "symasym.methods.exact", "the integral, nothing dropped",
+           in_float=_without_error),
+    Method("paper", _ALL, "symasym.paper", "the paper's own leading order"),
+    Method("laplace", _ALL, "symasym.methods.laplace", "weak noise, in powers of kappa^2",
+           WEAK_NOISE_ORDERS, optimal=True),
+    Method("local", ("T",), f"{_NOISE}.uniform.answer",
+           "weak noise near a fold, to leading order", (0, 0)),
+    Method("uniform", ("T", "P", "1 - P"), f"{_NOISE}.uniform.answer",
+           "weak noise, also where wells, barriers, the start or an end meet", (2, 6)),
+    Method("strong_noise", _ALL, f"{_NOISE}.strong_noise.answer", "in powers of 2/kappa^2",
+           (2, 100), in_float=_unproved),
+    Method("bound", ("C", "1 - C"), f"{_NOISE}.proofs.exit_bounds",
+           "two proved bounds, which close as kappa goes to 0"),
+)}  # fmt: skip
 
 
 def require_method(request: Request, rtol: Number | None = None) -> None:

@@ -224,19 +224,10 @@ def release(
 
 def _marched(scene: Scene, rtol: float) -> Release:
     """By the parabolic equation."""
-    found = march(scene, rtol)
-    left = min(max(found.left, 0.0), 1.0)
-    return Release(
-        found.mean,
-        found.error,
-        "estimate",
-        found.variance**0.5,
-        (left, 1.0 - left),
-        "march",
-        (),
-        scene,
-        found,
-    )
+    marched = march(scene, rtol)
+    left = min(max(marched.left, 0.0), 1.0)
+    std, sides = marched.variance**0.5, (left, 1.0 - left)
+    return Release(marched.mean, marched.error, "estimate", std, sides, "march", (), scene, marched)
 
 
 def _frozen(scene: Scene, rtol: float) -> Release:
@@ -316,37 +307,24 @@ def _simulated(
     if step is None:
         across = np.linspace(-1.0, 1.0, 201)
         bend = np.abs(np.gradient(system.phi_at(across, z, eps), across)).max()
-        h = min(
-            0.05 / max(float(bend), 1e-300),
-            0.002 * (r / kappa) ** 2,
-            0.05,
-            tau / 8 if tau else 0.05,
-        )
+        slowest = tau / 8 if tau else 0.05
+        h = min(0.05 / max(float(bend), 1e-300), 0.002 * (r / kappa) ** 2, 0.05, slowest)
     else:
         h = float(positive("step", exact("step", step)))
-    found = simulate(system, kappa, r, eps, (u, z), paths, h, seed, workers, tau)
+    sample = simulate(system, kappa, r, eps, (u, z), paths, h, seed, workers, tau)
     check = simulate(
         system, kappa, r, eps, (u, z), max(2, paths // 5), 2.0 * h, seed + 1, workers, tau
     )
-    mean, std = float(found.time.mean()), float(found.time.std())
+    mean, std = float(sample.time.mean()), float(sample.time.std())
     noise = std / paths**0.5
     bias = abs(float(check.time.mean()) - mean)
-    left = float((found.side < 0).mean())
+    left = float((sample.side < 0).mean())
     note = (
         f"{paths} paths at step {h:.3g}: standard error {noise:.2g}, at twice the step "
         f"{bias:.2g} away."
     )
-    return Release(
-        mean,
-        3.0 * noise + bias,
-        "estimate",
-        std,
-        (left, 1.0 - left),
-        "simulate",
-        (note,),
-        scene,
-        found,
-    )
+    error, sides = 3.0 * noise + bias, (left, 1.0 - left)
+    return Release(mean, error, "estimate", std, sides, "simulate", (note,), scene, sample)
 
 
 def _sampled(values: Any) -> Law:

@@ -87,12 +87,12 @@ class Law:
         level = floats("p", p)
         if not ((level > 0.0) & (level < 1.0)).all():
             raise InputError(f"p is {level[()]}; give a probability between 0 and 1.")
-        found = _crossing(
+        crossing = _crossing(
             lambda x: self._cdf(x) >= level[..., None],
             np.full(level.shape, self._low),
             np.full(level.shape, self._high),
         )
-        return float(found) if found.ndim == 0 else found
+        return float(crossing) if crossing.ndim == 0 else crossing
 
     def __repr__(self) -> str:
         return f"Law(mean={self.mean:.6g}, std={self.std:.3g})"

@@ -20,6 +20,7 @@ import numpy as np
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Number, Numbers, exact, float_text, positive
 from symasym.drift.drift import Drift
+from symasym.drift.landscape import drag_time
 from symasym.numbers.trees import NumpyOps, evaluate_tree
 
 if TYPE_CHECKING:
@@ -164,16 +165,11 @@ class System:
         at = float(exact("z", z))
         width = float(positive("eps", exact("eps", eps)))
         slope = System(self.phi.diff(self._symbols["z"]), self.velocity)
-        points = self.frozen(z).critical_points()
-        times = []
-        for one, other in zip(points[:-1], points[1:], strict=True):
-            u = np.linspace(float(one.u), float(other.u), 2001)
-            phi = self.phi_at(u, at, 0.0)
-            k = int(np.argmax(np.abs(phi)))
-            rate = slope.phi_at(u[k], at, 0.0) * self.velocity_at(u[k], at, 0.0) * width
-            if {one.kind, other.kind} == {"well", "barrier"} and rate * phi[k] < 0.0:
-                times.append(float(abs(phi[k] / rate)))
-        return min(times, default=float("inf"))
+        return drag_time(
+            self.frozen(z).critical_points(),
+            lambda u: self.phi_at(u, at, 0.0),
+            lambda u: width * slope.phi_at(u, at, 0.0) * self.velocity_at(u, at, 0.0),
+        )
 
     @cached_property
     def drift(self) -> Drift:

@@ -30,6 +30,7 @@ __all__ = [
     "product",
     "quotient",
     "reciprocal",
+    "residues",
     "rotation",
 ]
 
@@ -185,3 +186,14 @@ def laurent(
         source = _Cut(fall, len(fall))
         last = manifold_term(source, drift)
         yield last
+
+
+def residues(
+    phi: Coefficients, count: int, weight: Coefficients | None = None, outer: Coefficients = (1,)
+) -> list[Any]:
+    """Residues of outer h_1, ..., outer h_count at a simple zero of phi, h_k those of `laurent`.
+
+    The series are about the zero, phi[0] counts as 0; at least 2 `count` coefficients each.
+    """
+    rows = laurent(phi, True, count, weight)
+    return [product(outer, row, 2 * k + 1)[2 * k] for k, row in enumerate(rows)]

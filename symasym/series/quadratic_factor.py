@@ -24,18 +24,9 @@ if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
 __all__ = [
-    "Pair",
-    "mean_of_psi",
-    "mean_of_values",
-    "not_alone",
-    "numbers",
-    "pairs_of",
-    "poly",
-    "seen_from",
-    "shifted",
-    "split_pair",
-    "tiny",
-]
+    "Pair", "mean_of_psi", "mean_of_values", "not_alone", "numbers", "pairs_of", "poly",
+    "seen_from", "shifted", "split_pair", "tiny",
+]  # fmt: skip
 
 _STEPS = 40
 
@@ -70,10 +61,16 @@ class Pair:
     level: Any
 
 
-def split_pair(taylor: Sequence[Any], context: MPContext, within: Number | None = None) -> Pair:
+def split_pair(
+    taylor: Sequence[Any],
+    context: MPContext,
+    within: Number | None = None,
+    square: Number | None = None,
+) -> Pair:
     """The pair as a factor of phi, at the context's precision; parameters as in `cubic_map`.
 
-    A search that comes further than `within` from the point of expansion is given up.
+    A search that comes further than `within` from the point of expansion is given up; it begins at
+    the parabola, or where half the zeros' distance, squared, is `square`.
     """
     c = numbers("taylor", taylor, context)
     if len(c) < 3:
@@ -82,7 +79,7 @@ def split_pair(taylor: Sequence[Any], context: MPContext, within: Number | None 
         raise InputError(
             "taylor[2] is 0, so phi has no pair of zeros that meet there; expand it elsewhere."
         )
-    pair, good = _split(c, context, within)
+    pair, good = _split(c, context, within, square)
     if not good:
         raise not_alone()
     return pair
@@ -114,13 +111,17 @@ def seen_from(c: list[Any], side: int) -> list[Any]:
 
 
 def _split(
-    c: list[Any], context: MPContext | None, within: Number | None = None
+    c: list[Any],
+    context: MPContext | None,
+    within: Number | None = None,
+    square: Number | None = None,
 ) -> tuple[Pair, Any]:
     """The pair by Newton's method from the parabola, and where that succeeded."""
     good: Any = c[2] != 0
     sign: Any = np.where(c[2] > 0, 1.0, -1.0) if context is None else (1 if c[2] > 0 else -1)
     c = [sign * x for x in c]
-    middle, square, least = 0 * c[2], -c[0] / c[2], tiny(context)
+    middle, least = 0 * c[2], tiny(context)
+    square = -c[0] / c[2] if square is None else middle + square
     here, done = c, False
     for _ in range(_STEPS):
         even, odd = here[0::2], here[1::2]
@@ -184,8 +185,8 @@ def not_alone() -> AccuracyError:
 
 
 def tiny(context: MPContext | None) -> Any:
-    """The largest step that ends the search, relative."""
-    return 1e-14 if context is None else context.mpf(2) ** (8 - context.prec)
+    """The largest step that ends the search, relative: with digits, the next has all of them."""
+    return 1e-14 if context is None else context.ldexp(1, -context.prec // 2 - 8)
 
 
 def _shifted_in(context: MPContext, c: list[Any], by: Number) -> list[Any]:

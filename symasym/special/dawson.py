@@ -51,7 +51,7 @@ def dawson(x: Number, arithmetic: Arithmetic) -> Dawson:
     return _of_arrays(np.asarray(x))
 
 
-def _gaussians(
+def gaussians(
     c: Arithmetic, lam: Number, erfcx: Number, value: Number, area: Number
 ) -> tuple[Number, Number, Number]:
     """sigma, D and lam int D without its constant, from the functions of x = t (lam/2)^(1/2).
@@ -66,17 +66,17 @@ def _gaussians(
 
 def _dawsons(x: mpf, c: MPContext) -> tuple[Any, ...]:
     """The three functions at an mpf, by mpmath."""
-    shade = c.exp(x * x) * c.erfc(x)
+    scaled = c.exp(x * x) * c.erfc(x)
     value = c.sqrt(c.pi) / 2 * c.exp(-x * x) * c.erfi(x)
-    return shade, value, x * x * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, -x * x)
+    return scaled, value, x * x * c.hyp2f2(1, 1, c.mpf(3) / 2, 2, -x * x)
 
 
 def _dawsons_beyond(t: mpf, c: MPContext) -> tuple[Any, ...]:
     """Without their powers of x, the area without its logarithm, in (6/x)² from 0 to 1."""
     x = _DAWSON_END / c.sqrt(t)
     with c.workdps(2 * DIGITS):
-        shade, value, area = _dawsons(x, c)
-        return shade * x, value * x, area - c.log(x) - (c.euler + c.log(4)) / 2
+        scaled, value, area = _dawsons(x, c)
+        return scaled * x, value * x, area - c.log(x) - (c.euler + c.log(4)) / 2
 
 
 @lru_cache(maxsize=1)
@@ -95,9 +95,9 @@ def _of_arrays(x: FloatArray) -> Dawson:
         values[:, rows] = near(x[rows])
     if not rows.all():
         far = x[~rows]
-        shade, value, area = beyond((_DAWSON_END / far) ** 2)
+        scaled, value, area = beyond((_DAWSON_END / far) ** 2)
         area = area + np.log(far) + (np.euler_gamma + np.log(4.0)) / 2
-        values[:, ~rows] = shade / far, value / far, area
+        values[:, ~rows] = scaled / far, value / far, area
     return Dawson(*values)
 
 
@@ -124,8 +124,8 @@ def _of_digits(x: mpf, context: MPContext) -> Dawson:
     with context.workprec(bits):
         # Both are e^{x²}, nearly, and a small difference.
         whole = 2 * x * from_fixed(even + odd, bits, context) / context.sqrt(context.pi)
-        shade = context.exp(x * x) - whole
-    return Dawson(+shade, value, square * from_fixed(area, bits, context))
+        scaled = context.exp(x * x) - whole
+    return Dawson(+scaled, value, square * from_fixed(area, bits, context))
 
 
 def _far(x: mpf, square: mpf, context: MPContext) -> Dawson:
@@ -133,16 +133,16 @@ def _far(x: mpf, square: mpf, context: MPContext) -> Dawson:
     bits = context.prec + GUARD
     step = libmp.to_fixed((1 / (2 * square))._mpf_, bits)
     term = libmp.MPZ(1) << bits
-    shade, value, area, k = term, term, 0 * term, 0
+    scaled, value, area, k = term, term, 0 * term, 0
     while term:
         k += 1
         term = (term * step >> bits) * (2 * k - 1)
         value += term
-        shade += -term if k % 2 else term
+        scaled += -term if k % 2 else term
         area -= term // (2 * k)
     c = context
     return Dawson(
-        from_fixed(shade, bits, c) / (x * c.sqrt(c.pi)),
+        from_fixed(scaled, bits, c) / (x * c.sqrt(c.pi)),
         from_fixed(value, bits, c) / (2 * x),
         from_fixed(area, bits, c) + c.log(2 * x) + c.euler / 2,
     )

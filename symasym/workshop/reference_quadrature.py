@@ -30,7 +30,7 @@ from math import ceil
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.base.contexts import to_mpf
-from symasym.base.errors import AccuracyError, InputError, RegionError
+from symasym.base.errors import AccuracyError, RegionError
 from symasym.numbers.trees import MpmathOps
 
 if TYPE_CHECKING:
@@ -75,7 +75,6 @@ def escape_time(drift: Drift, kappa: Fraction, r: Fraction, start: Fraction, dps
     AccuracyError
         If the resolutions never agree, or more than minutes of work would be needed.
     """
-    _check(kappa, r, start)
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
         """T on one grid, and the digits lost by cancellation."""
@@ -99,7 +98,6 @@ def exit_probability(drift: Drift, kappa: Fraction, r: Fraction, start: Fraction
 
     Parameters, result and errors are those of `escape_time`.
     """
-    _check(kappa, r, start)
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
         """C on one grid."""
@@ -116,7 +114,6 @@ def occupation(drift: Drift, kappa: Fraction, dps: int, complement: bool = False
 
     The drift must be sliding, a- > 0 > a+; the rest is as in `escape_time`.
     """
-    _check(kappa)
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
         """P or 1 - P on one grid."""
@@ -133,7 +130,6 @@ def stationary_density(drift: Drift, kappa: Fraction, y: Fraction, dps: int) -> 
 
     The drift must be sliding, a- > 0 > a+; the rest is as in `escape_time`.
     """
-    _check(kappa)
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
         """The density on one grid."""
@@ -152,7 +148,6 @@ def integral(drift: Drift, kappa: Fraction, a: Fraction, b: Fraction, sign: int,
     What the paper's formulas of single pieces are compared with; `dps` and the result are
     those of `escape_time`, and -1 must not lie right of `b`.
     """
-    _check(kappa)
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
         """The integral on one grid."""
@@ -176,7 +171,6 @@ def double_integral(
 
     `dps` and the result are those of `escape_time`.
     """
-    _check(kappa)
 
     def quadrature(work: int, level: int) -> tuple[Any, int]:
         """The double integral on one grid."""
@@ -184,16 +178,6 @@ def double_integral(
         return sum(p.nested for p in grid.panels(nested=True) if p.left >= low), 0
 
     return _agreed(quadrature, dps)
-
-
-def _check(kappa: Fraction, r: Fraction = Fraction(1), start: Fraction = Fraction(0)) -> None:
-    """Refuse numbers that make no scene."""
-    if kappa <= 0:
-        raise InputError(f"kappa is {kappa}; it must be greater than 0.")
-    if r <= 0:
-        raise InputError(f"r is {r}; it must be greater than 0.")
-    if not -r < start < r:
-        raise InputError(f"start is {start}; it must lie between -r and r, which is {r}.")
 
 
 def _agreed(quadrature: Callable[[int, int], tuple[Any, int]], dps: int) -> Any:

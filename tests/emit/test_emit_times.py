@@ -318,7 +318,7 @@ def test_what_an_expansion_leaves_out_is_told():
     assert "sqrt" not in sliding
     drift = sa.friction(3, 1, "-0.4")
     free = sa.emit("eq:Ttilde", "python", drift=drift, method="laplace", order=1)
-    assert "products of places below e^-150 of the rest for any kappa up to" in " ".join(
+    assert "products of critical points below e^-150 of the rest for any kappa up to" in " ".join(
         free.replace("\n#  ", "").split()
     )
     # A noise that is given leaves fewer terms, a radius no condition.

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from fractions import Fraction as F
 from functools import reduce
+from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -373,3 +377,34 @@ def test_dyadic_numbers_are_short_and_near() -> None:
         near = dyadic(x, 20)
         assert abs(near - x) <= F(1, 2**20)
         assert near.denominator <= 2**20
+
+
+@pytest.mark.parametrize("rows", [1, 399, 400, 800, 1500, 2048])
+@pytest.mark.parametrize("shape", [(17, 3), (17,)])
+def test_products_in_pieces_are_products(rows: int, shape: tuple[int, ...]) -> None:
+    random = np.random.default_rng(rows)
+    x, matrix = random.normal(size=(rows, 17)), random.normal(size=shape)
+    wanted = np.einsum("ij,j...->i...", x, matrix)
+    out = np.empty((rows, *shape[1:]))
+    assert np.allclose(float_panels.product(x, matrix), wanted, rtol=1e-13, atol=1e-13)
+    assert np.allclose(float_panels.product(x, matrix, out), wanted, rtol=1e-13, atol=1e-13)
+    assert np.array_equal(out, float_panels.product(x, matrix))
+
+
+def test_arrays_leave_other_cores_alone() -> None:
+    # Threads of BLAS spin beside work that is too small for them.
+    code = (
+        "import time, numpy as np, symasym as sa\n"
+        "drift = sa.friction(mu=3, alpha=1, z0=np.linspace(-2, 0, 2000, endpoint=False))\n"
+        "ask = lambda: sa.escape_time(drift, 0.05, 10, log=True)\n"
+        "ask()\n"
+        "whole, own = time.process_time(), time.thread_time()\n"
+        "ask()\n"
+        "print(time.process_time() - whole, time.thread_time() - own)"
+    )
+    env = {**os.environ, "PYTHONPATH": str(Path(sa.__file__).parent.parent)}
+    env.pop("OPENBLAS_NUM_THREADS", None)
+    python = [sys.executable, "-c", code]
+    done = subprocess.run(python, capture_output=True, text=True, check=True, env=env)
+    whole, own = map(float, done.stdout.split())
+    assert whole < 1.2 * own

@@ -20,7 +20,7 @@ MIRROR = sa.friction(mu=3, alpha=1, z0="2.4")
 
 
 def number(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str = "3", **more: Any) -> Any:
-    """The expression with numbers put in, at 60 digits."""
+    """The formula with numbers put in, definition after definition, at 60 digits."""
     names = {
         "airyaiprime": lambda z: mpmath.airyai(z, 1),
         "airybiprime": lambda z: mpmath.airybi(z, 1),
@@ -28,9 +28,19 @@ def number(e: sa.Expansion, drift: sa.Drift, kappa: str, r: str = "3", **more: A
     with mpmath.workdps(60):
         given = {**drift.values, "kappa": Fraction(kappa), "r": Fraction(r)}
         values = {n: mpmath.mpf(x.numerator) / x.denominator for n, x in given.items()} | more
-        symbols = sorted(e.expression.free_symbols, key=str)
-        f = sympy.lambdify(symbols, e.expression, [names, "mpmath"], cse=True)
-        return mpmath.re(f(*[values[s.name] for s in symbols]))
+        known: dict[Any, Any] = {}
+
+        def of(expression: Any) -> Any:
+            symbols = sorted(expression.free_symbols, key=str)
+            f = sympy.lambdify(symbols, expression, [names, "mpmath"])
+            return f(*map(of_symbol, symbols))
+
+        def of_symbol(s: Any) -> Any:
+            if s not in known:
+                known[s] = of(e.definitions[s]) if s in e.definitions else values[s.name]
+            return known[s]
+
+        return mpmath.re(of(e.formula))
 
 
 def agrees(got: Any, want: Any, digits: int = DIGITS) -> bool:
@@ -38,34 +48,92 @@ def agrees(got: Any, want: Any, digits: int = DIGITS) -> bool:
         return bool(abs(got - want) <= abs(want) * mpmath.mpf(10) ** (1 - digits))
 
 
-@pytest.mark.parametrize("kappa", ["0.05", "0.3"])
+@pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.parametrize("kappa", ["0.05", "0.2"])
 @pytest.mark.parametrize("z0", ["-0.02", "-0.4", "-0.77", "-0.7777", "-0.7778", "-0.8", "-1.4"])
-def test_friction_through_the_fold(z0: str, kappa: str) -> None:
+def test_friction_through_the_fold(z0: str, kappa: str, order: int) -> None:
     """One formula with all parameters free on either side of z0 = -7/9 equals the evaluator."""
     case = "start well barrier" if Fraction(z0) > Fraction(-7, 9) else "start"
-    e = sa.expand(sa.friction(), noise="uniform", order=0, case=case)
+    e = sa.expand(sa.friction(), noise="uniform", order=order, case=case)
     bound = e.bind(mu=3, alpha=1, z0=z0)
     want = bound.evaluate(kappa, 3, dps=DIGITS)
-    assert want == sa.escape_time(bound.drift, kappa, 3, method="uniform", order=0, dps=DIGITS)
-    assert agrees(number(e, bound.drift, kappa), want)
+    assert want == sa.escape_time(bound.drift, kappa, 3, method="uniform", order=order, dps=DIGITS)
+    assert agrees(number(e, bound.drift, kappa), want, DIGITS - order * 4)
 
 
+@pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize(
     ("drift", "start"),
     [
         (MIRROR, 0),
         (sa.friction(mu=3, alpha=1, z0="2.9"), 0),
-        (sa.Drift("(u - 1/3)**2 - 1/50"), 0),
-        (sa.Drift("(u - 1/3)**2 + 1/50"), "-1/2"),
-        (sa.Drift("-(u + 1/3)**2 - 1/50"), "1/2"),
-        (sa.Drift("-(u - 1/3)**2 - 1/50"), "-1/2"),
-        (sa.Drift("u**3/5 + (u - 1/3)**2 - 1/30"), "-1/10"),
+        (sa.Drift("20*((u - 1/3)**2 - 1/50)"), 0),
+        (sa.Drift("20*((u - 1/3)**2 + 1/50)"), "-1/2"),
+        (sa.Drift("-20*((u + 1/3)**2 + 1/50)"), "1/2"),
+        (sa.Drift("-20*((u - 1/3)**2 + 1/50)"), "-1/2"),
+        (sa.Drift("4*u**3 + 20*(u - 1/3)**2 - 2/3"), "-1/10"),
     ],
     ids=str,
 )
-def test_other_drifts(drift: sa.Drift, start: Any) -> None:
-    e = sa.expand(drift, noise="uniform", order=0, start=start)
-    assert agrees(number(e, drift, "0.2"), e.evaluate("0.2", 3, dps=DIGITS))
+def test_other_drifts(drift: sa.Drift, start: Any, order: int) -> None:
+    e = sa.expand(drift, noise="uniform", order=order, start=start)
+    assert agrees(number(e, drift, "0.1"), e.evaluate("0.1", 3, dps=DIGITS))
+
+
+#: Sliding: one well, a complex pair on either side of it, three zeros, the nearer pair first.
+WELLS = sa.Drift("-5*(u - a)*(u - b)*(u - c)")
+
+
+@pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.parametrize(
+    ("free", "values", "case"),
+    [
+        (sa.Drift("a - u"), {"a": "1/5"}, None),
+        (sa.friction(), {"mu": 3, "alpha": 1, "z0": "1.1"}, "well"),
+        (sa.Drift("-5*((u - 1/3)**2 + 1/40)*(u + 1/2)"), {}, None),
+        (sa.Drift("-5*((u + 1/3)**2 + 1/40)*(u - 1/2)"), {}, None),
+        (WELLS, {"a": "1/10", "b": "1/2", "c": "-3/5"}, "well barrier well"),
+        (WELLS.bind(a="1/2", b="-1/10", c="-2/5"), {}, None),
+    ],
+    ids=str,
+)
+def test_outside_the_layer(
+    free: sa.Drift, values: dict[str, Any], case: str | None, order: int
+) -> None:
+    """1 - P with its parameters free is that of the verb, and P is the rest."""
+    e = sa.expand(free, "1 - P", noise="uniform", order=order, case=case)
+    drift = free.bind(**values)
+    zeros = {f"u{k}": z for k, z in enumerate(zeros_of(drift), 1)}
+    got = number(e, drift, "0.1", **zeros)
+    want = e.bind(**values).evaluate("0.1", dps=DIGITS)
+    options: dict[str, Any] = {"method": "uniform", "order": order, "dps": DIGITS}
+    assert want == sa.occupation(drift, "0.1", complement=True, **options)
+    assert agrees(got, want)
+    rest = sa.expand(free, "P", noise="uniform", order=order, case=case)
+    with mpmath.workdps(60):
+        assert abs(number(rest, drift, "0.1", **zeros) - (1 - got)) < mpmath.mpf(10) ** -50
+
+
+def zeros_of(drift: sa.Drift) -> list[Any]:
+    """A's zeros, those in the layer first."""
+    with mpmath.workdps(80):
+        c = sympy.Poly(drift.expression(), sympy.Symbol("u", real=True)).all_coeffs()
+        zeros = mpmath.polyroots([mpmath.mpf(x.p) / x.q for x in c], 500, extraprec=300)
+    return sorted(zeros, key=lambda z: (abs(z) > 1 or abs(z.imag) > 1e-9, z.real))
+
+
+def test_order_1_against_the_definition() -> None:
+    """log-log slopes of the error of T against the exact integral: 2 and 4 in kappa."""
+    z0, kappas = "-0.4", ("0.06", "0.04")
+    drift = sa.friction(mu=3, alpha=1, z0=z0)
+    for order, slope in ((0, 2), (1, 4)):
+        e = sa.expand(sa.friction(), noise="uniform", order=order)
+        with mpmath.workdps(60):
+            errors = [
+                abs(number(e, drift, k) / sa.escape_time(drift, k, 3, dps=40) - 1) for k in kappas
+            ]
+            got = mpmath.log(errors[0] / errors[1]) / mpmath.log(mpmath.mpf("1.5"))
+        assert abs(got - slope) < 0.35, (order, got)
 
 
 def test_zeros_without_a_closed_form() -> None:
@@ -105,16 +173,21 @@ def test_zeta_and_the_weights_are_those_of_the_potential() -> None:
 
 
 @needs_latex
+@pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize("case", ["start well barrier", "start"])
-def test_latex_compiles(tmp_path: Path, case: str) -> None:
-    text = sa.expand(sa.friction(), noise="uniform", order=0, case=case).latex()
+def test_latex_compiles(tmp_path: Path, case: str, order: int) -> None:
+    """On one page."""
+    text = sa.expand(sa.friction(), noise="uniform", order=order, case=case).latex()
     assert r"\operatorname{Ai}" in text
     page = tmp_path / "page.tex"
     page.write_text(
-        "\\documentclass{article}\\usepackage{amsmath}\\usepackage[a3paper,landscape,margin=1cm]"
-        f"{{geometry}}\\begin{{document}}\\[{text}\\]\\end{{document}}"
+        "\\documentclass{article}\\usepackage{amsmath}\\usepackage[a2paper,margin=1cm]{geometry}"
+        "\\pagestyle{empty}\\begin{document}\\tiny"
+        f"\\[{text}\\]\\end{{document}}"
     )
-    compiled(page)
+    said = compiled(page)
+    assert "Overfull" not in said, said[said.index("Overfull") :][:100]
+    assert "(1 page," in said
     for other in ("lam", "beyond", "area", "rest", "zeta"):
         assert f" {other} " not in text.replace("\\", " \\").replace(r" \zeta", "")
 
@@ -133,7 +206,9 @@ def test_cases_and_conditions() -> None:
     ("drift", "options", "words"),
     [
         (sa.friction(), {"order": 9}, "order is 9"),
-        (sa.friction(), {"quantity": "C"}, "the uniform formula is that of T"),
+        (sa.friction(), {"order": 2}, "order 2; the uniform formula"),
+        (sa.friction(), {"quantity": "C"}, "the uniform formula is that of T and 1 - P"),
+        (sa.friction(), {"quantity": "P", "case": "barrier well"}, "that of 'well' and of"),
         (sa.friction(), {"case": "barrier well start barrier"}, "is that of 'start well barrier'"),
         (sa.linear(1, 2), {}, "has no two zeros that coalesce"),
         (sa.Drift("cos(2*u) - 1/5"), {}, "is no polynomial in u"),

@@ -350,6 +350,46 @@ def test_the_drag_time_is_the_way_to_the_fold():
     assert block.drag_time("-0.3", "0.02") < answer.mean < block.drag_time("-0.3", "0.02") + 40
 
 
+@pytest.mark.parametrize(("turn", "ratio"), [("1", 1.0), ("2", 0.5), ("-1", float("inf"))])
+def test_the_drag_time_on_a_curved_surface(turn: str, ratio: float):
+    """A rotation along a circle at whose (1, 0) the drift is friction's, z going down with y."""
+    across = "(7/5 + y - s - 3*(s - s**3))"
+    inside = (f"x*{across} - {turn}*y", f"y*{across} + {turn}*x")
+    minus, plus = ([e.replace("s", f"({side})") for e in inside] for side in (-1, 1))
+    circle = sa.reduce(
+        minus, plus, inside, (1, 1), ("x", "y"), switch="(x**2 + y**2 - 1)/2", at={"y": 0, "x": 1}
+    )
+    expected = ratio * BLOCK.drag_time("-0.4", "0.01")
+    assert circle.drag_time("0.01") == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_drag_time_needs_every_coordinate():
+    free = sa.reduce(("2 - z", "-1"), ("-z", "-1"), ("1 - s - z", "-1"), (1, 0), ("y", "z"))
+    with pytest.raises(InputError, match="values has no z; give it a number there"):
+        free.drag_time("0.01")
+    assert free.drag_time("0.01", {"z": "1/2"}) == float("inf")
+    with pytest.raises(InputError, match="eps is 0; it must be greater than 0"):
+        free.drag_time(0, {"z": "1/2"})
+
+
+def test_a_note_where_t_is_not_small_beside_the_drag_time():
+    frozen = BLOCK.frozen("-0.4")
+    borne = BLOCK.drag_time("-0.4", "0.01")
+    fold = sa.friction(mu=3, alpha=1).folds().z0[0]
+    assert sa.rescale("0.01", 1).drag_time(-0.4 - fold) == pytest.approx(borne, rel=1e-6)
+    noted = sa.escape_time(frozen, "0.1", 10, full=True, drag_time=borne)
+    assert "T is 6.3e+09 times the drag time 37.78" in str(noted)
+    assert noted.value == sa.escape_time(frozen, "0.1", 10, full=True).value
+    for log in (False, True):
+        short = sa.escape_time(frozen, 40, 10, log=log, full=True, drag_time=borne)
+        assert short.notes == ()
+    both = sa.escape_time(frozen, [40, 0.01], 10, log=True, full=True, drag_time=borne)
+    assert "more than 10^300 times" in both.notes[0]
+    assert sa.escape_time(frozen, 1, 10, full=True, drag_time=float("inf")).notes == ()
+    with pytest.raises(InputError, match="drag_time is 3, for a note; pass full=True with it"):
+        sa.escape_time(frozen, 1, 10, drag_time=3)
+
+
 def test_only_known_laws():
     answer = sa.release(BLOCK, 1, 10, eps="1e-9", start=(0, "-0.4"), method="frozen")
     with pytest.raises(InputError, match="gives no law"):

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symasym as sa
-from symasym.asymptotics.uniform.one_drift import scene_of
+from symasym.asymptotics.uniform.one_drift import closed_form
 from symasym.base.contexts import own_context
 from tests.strategies import SAMPLE
 
@@ -51,7 +51,7 @@ def asked(drift: sa.Drift, kappa: Any, r: float, start: float, **options: Any) -
 def closed(drift: sa.Drift, kappa: float, r: float) -> bool:
     """Whether the closed forms claim anything; the emitted code has these alone, and no claim."""
     with own_context(40) as context:
-        scene = scene_of(drift, Fraction(r), Fraction(0), context)
+        scene = closed_form(drift, Fraction(r), Fraction(0), context)
         return scene is not None and scene.time(2 / context.mpf(kappa) ** 2) is not None
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import symasym as sa
 from symasym.asymptotics.uniform import answer as uniform_noise
-from symasym.asymptotics.uniform.one_drift import scene_of
+from symasym.asymptotics.uniform.one_drift import closed_form
 from symasym.asymptotics.uniform.order_zero import OrderZero
 from symasym.asymptotics.uniform.structure import _lines
 from symasym.base.contexts import own_context
@@ -112,8 +112,8 @@ def test_what_float64_does_not_tell_goes_the_general_way() -> None:
         zero, one = Fraction(0), Fraction(4)
         # The start a well, three zeros in one place, A = 0 at the end, no polynomial.
         for c in ((0, -1), (0, 0, 0, 1), (-1, 1)):
-            assert scene_of(sa.polynomial(*c), one, zero, context) is None
-        assert scene_of(sa.Drift("exp(u) - 1/3"), one, zero, context) is None
+            assert closed_form(sa.polynomial(*c), one, zero, context) is None
+        assert closed_form(sa.Drift("exp(u) - 1/3"), one, zero, context) is None
 
 
 def check_random(seed: int, count: int) -> int:
@@ -135,7 +135,7 @@ def check_random(seed: int, count: int) -> int:
     with own_context(60) as context:
         for k in range(count):
             drift = sa.polynomial(*c[:, k].tolist())
-            scene = scene_of(drift, Fraction(r), Fraction(start), context)
+            scene = closed_form(drift, Fraction(r), Fraction(start), context)
             number = context.mpf(float(kappa[k]))
             found = scene and scene.time(2 / number**2)
             if found:
@@ -160,7 +160,7 @@ def test_no_claim_where_a_share_is_negative(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(OrderZero, "beside_a_barrier", lambda self: False)
     c = (-0.00107706, -0.0407653, -0.49701, -1.72995, 2.706724)
     with own_context(40) as context:
-        scene = scene_of(sa.polynomial(*c), Fraction(34), Fraction(0), context)
+        scene = closed_form(sa.polynomial(*c), Fraction(34), Fraction(0), context)
         assert scene is not None
         assert scene.time(2 / context.mpf("0.302") ** 2) is None
 

@@ -9,7 +9,7 @@ from typing import Any
 import mpmath
 import pytest
 
-from symasym.base.errors import AccuracyError, InputError, RegionError
+from symasym.base.errors import AccuracyError, RegionError
 from symasym.drift.ready_made import smoothings
 from symasym.workshop import reference_quadrature
 
@@ -142,12 +142,6 @@ def test_cancellation_within_the_drift_is_noticed() -> None:
 
 def test_refusals() -> None:
     drift = smoothings.linear(1, -2)
-    with pytest.raises(InputError, match="kappa is 0"):
-        reference_quadrature.occupation(drift, F(0), 10)
-    with pytest.raises(InputError, match="r is -1"):
-        reference_quadrature.escape_time(drift, F(1), F(-1), F(0), 10)
-    with pytest.raises(InputError, match="start is 2"):
-        reference_quadrature.exit_probability(drift, F(1), F(2), F(2), 10)
     with pytest.raises(RegionError, match="no stationary"):
         reference_quadrature.occupation(smoothings.linear(1, 2), F(1), 10)
     with pytest.raises(AccuracyError, match="plain quadrature needs"):

@@ -54,14 +54,6 @@ def _noise(low: float, high: float, count: int = 60) -> Any:
     return np.logspace(low, high, count)
 
 
-def _friction_potential(u: Any) -> Any:
-    """V of this drift, from the antiderivatives of its three parts."""
-    z0 = -0.4
-    inside = -(1 - z0) * (u + 1) + 2 * (u**2 - 1) - 3 * (u**4 - 1) / 4
-    left, right = -(2 - z0) * (u + 1), -2 * (1 - z0) + z0 * (u - 1)
-    return np.where(u < -1, left, np.where(u > 1, right, inside))
-
-
 def _closed_forms() -> list[Plot]:
     drift, values = _friction(), {"alpha": 1, "z0": -0.4}
 
@@ -180,10 +172,10 @@ def _escape() -> list[Plot]:
              _log(emitted.constant_drift_time, r=10, a=1)),
         Plot("eq:Ttilde", "T", f"{_OSCILLATOR}; as printed, by quadrature in float64",
              _noise(-0.4, 1), _verb("escape_time", drift, 10),
-             _each(lambda k: pieces.as_printed(_friction_potential, 2 / k**2, 10))),
+             _each(lambda k: pieces.as_printed(pieces.friction_potential, 2 / k**2, 10))),
         Plot("eq:TtildeCzero", "T", _OSCILLATOR, _noise(-0.4, 1),
              _verb("escape_time", drift, 10),
-             _each(lambda k: pieces.without_exit(_friction_potential, 2 / k**2, 10))),
+             _each(lambda k: pieces.without_exit(pieces.friction_potential, 2 / k**2, 10))),
         Plot("eq:Ttildesmall", "T", _OSCILLATOR, _noise(-1, 0.3),
              _verb("escape_time", drift, 10), _verb("escape_time", drift, 10, method="paper")),
         Plot("eq:Ttildelarge", "T", f"{plain}, r = 10⁴", _noise(-1, 1.5),
@@ -200,7 +192,7 @@ def _well() -> tuple[dict[str, float], float]:
     """A' at the well and at the barrier, and the height between them."""
     points = [float(p.u) for p in _friction().critical_points()]
     slopes = (9 * u**2 - 4 for u in points)
-    bottom, top = _friction_potential(np.array(points))
+    bottom, top = pieces.friction_potential(np.array(points))
     return dict(zip(("slope_well", "slope_barrier"), slopes, strict=True)), float(top - bottom)
 
 
@@ -216,7 +208,7 @@ def _edge(drift: Any, r: Any) -> Any:
 
 def _pieces() -> list[Plot]:
     """The four pieces of T: each by quadrature, or in closed form, and what is said of it."""
-    V, ends = _friction_potential, {"a_minus": 2.4, "a_plus": 0.4}
+    V, ends = pieces.friction_potential, {"a_minus": 2.4, "a_plus": 0.4}
     slopes, height = _well()
     bottom = float(V(_friction().wells()[0].u))
     outer = _log(emitted.outer_piece, r=10, a_plus=ends["a_plus"])

@@ -132,18 +132,11 @@ def _surviving(kappa: Any) -> Any:
 # -- both halves, and what is carried --------------------------------------------------------------
 
 
-def _friction_potential(u: Any) -> Any:
-    z0 = -0.4
-    inside = -(1 - z0) * (u + 1) + 2 * (u**2 - 1) - 3 * (u**4 - 1) / 4
-    left, right = -(2 - z0) * (u + 1), -2 * (1 - z0) + z0 * (u - 1)
-    return np.where(u < -1, left, np.where(u > 1, right, inside))
-
-
 def _halves() -> list[Plot]:
     drift = sa.friction(3, 1, "-0.4")
     noise = np.logspace(-0.4, 1, 40)
     name = "friction, μ = 3, α = 1, z₀ = -0.4"
-    V, r = _friction_potential, 10.0
+    V, r = pieces.friction_potential, 10.0
     cubic, u = sa.polynomial(0, -1, 0, "-1/2"), np.linspace(-1, 1, 41)
 
     def exact(k: Any) -> Any:
@@ -367,7 +360,7 @@ def _gaussians(curvature: Any) -> Any:
 
 def _saddle() -> list[Plot]:
     well = float(sa.friction(3, 1, "-0.4").wells()[0].u)
-    bottom, curvature = float(_friction_potential(np.float64(well))), 4 - 9 * well**2
+    bottom, curvature = float(pieces.friction_potential(np.float64(well))), 4 - 9 * well**2
     place = value("laplace-substitution")
 
     def series(lam: Any) -> Any:
@@ -412,6 +405,6 @@ def _saddle() -> list[Plot]:
         Plot("saddle-series", "∫ e^(-λV), scaled", "V = u²/2 + u⁴/8; over the leading term",
              np.logspace(0.7, 3, 40), ratio, series, "λ"),
         Plot("laplace-substitution", "V at u₁ + κ", "friction, μ = 3, α = 1, z₀ = -0.4: the well",
-             np.logspace(-3, -0.4, 40), lambda k: _friction_potential(well + k),
+             np.logspace(-3, -0.4, 40), lambda k: pieces.friction_potential(well + k),
              lambda k: place(V_u1=bottom, c2=curvature, kappa=k, uhat=1.0), logs=False),
     ]  # fmt: skip

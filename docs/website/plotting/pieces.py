@@ -13,6 +13,14 @@ _PANELS = 250
 Potential = Callable[[Any], Any]
 
 
+def friction_potential(u: Any) -> Any:
+    """V of friction with mu = 3, alpha = 1, z0 = -0.4, from the antiderivatives of its parts."""
+    z0 = -0.4
+    inside = -(1 - z0) * (u + 1) + 2 * (u**2 - 1) - 3 * (u**4 - 1) / 4
+    left, right = -(2 - z0) * (u + 1), -2 * (1 - z0) + z0 * (u - 1)
+    return np.where(u < -1, left, np.where(u > 1, right, inside))
+
+
 def nodes(a: float, b: float, panels: int = _PANELS) -> tuple[Any, Any]:
     """Nodes and weights of Gauss-Legendre panels from a to b, a row a panel."""
     edges = np.linspace(a, b, panels + 1)

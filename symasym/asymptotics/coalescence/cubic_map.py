@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
     from symasym.numbers.arithmetic import Number as Element
 
-__all__ = ["cubic_map", "map_coefficients"]
+__all__ = ["cubic_map", "map_coefficients", "truncation"]
 
 # Half the zeros' distance over that to the next singularity, up to which the series in y is taken.
 _NEAR = 0.02
@@ -132,6 +132,20 @@ def map_coefficients(
         g = shifted(g, pair.middle)
     # sign = -1: s was counted along u; it has to run against it.
     return [(pair.sign * p, q) for p, q in _coefficients(pair, g, count, context)]
+
+
+def truncation(zeta: Any, gap: Any, lam: Any, context: MPContext) -> tuple[Any, bool]:
+    """The relative error where the line ends beside a pair, and True to leave the pair out.
+
+    `gap` is how far V is there from its mean over the pair. Airy functions take the integrals over
+    all of the line. Of a complex pair far from the real line the exponentials are small, and the
+    regular part has all that counts.
+    """
+    if zeta >= 0:
+        return context.zero, False
+    inside = context.exp(-lam * gap)
+    outside = context.exp(-lam * 4 * (-zeta) ** context.mpf(1.5) / 3)
+    return min(inside, outside), bool(outside < inside)
 
 
 def _coefficients(

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from symasym.asymptotics.coalescence.cubic_map import map_coefficients
+from symasym.asymptotics.coalescence.cubic_map import map_coefficients, truncation
 from symasym.asymptotics.coalescence.endpoints import end_coefficients, kept, series_of
 from symasym.asymptotics.coalescence.iterated_regular import RegularPart
 from symasym.asymptotics.coalescence.reading import closest_pair, require_alone, require_no_pole
@@ -62,12 +62,12 @@ def iterated_parts(
 
 def _require_fall(f: Expr, g: Expr, h: Expr, x: Symbol, lo: Expr, hi: Expr) -> None:
     """Refuse infinite ends at which the integral diverges, or f has a finite limit."""
-    outer = g * h / sympy.diff(f, x)
+    integrand = g * h / sympy.diff(f, x)
     for end, side, weight in ((lo, -1, g), (hi, 1, h)):
         if not end.is_infinite:
             continue
         heights, sizes, tails = (
-            [at(e, x, sympy.Integer(side * y)) for y in _FAR] for e in (f, weight, outer)
+            [at(e, x, sympy.Integer(side * y)) for y in _FAR] for e in (f, weight, integrand)
         )
         with own_context(30) as context:
             drops = [context.mpf(-side) * context.make_mpf(y._mpf_) for y in heights]
@@ -87,8 +87,9 @@ def _require_fall(f: Expr, g: Expr, h: Expr, x: Symbol, lo: Expr, hi: Expr) -> N
                 )
             if tail[1] and not tail[1] * _FAR[2] < tail[0] * _FAR[1] * context.mpf("0.97"):
                 raise InputError(
-                    f"g h/f' = {outer} falls no faster than 1/{x} as {x} tends to {end}, so the "
-                    "part with u near v diverges; give weights that fall faster, or a finite end."
+                    f"g h/f' = {integrand} falls no faster than 1/{x} as {x} tends to {end}, so "
+                    "the part with u near v diverges; give weights that fall faster, or a finite "
+                    "end."
                 )
 
 
@@ -110,14 +111,16 @@ class IteratedPart:
         zeta, onward, _, falling, rising, _, _ = self._pair(count, context)
         front = context.pi**2 if onward else context.zero
         rows = [[front * y for y in row] for row in product_rows(falling, rising)]
-        outer = self._regular_rows(count, False, context.dps, context)
-        return zeta, [(*row, y) for row, y in zip(rows, outer, strict=True)]
+        regular = self._regular_rows(count, False, context.dps, context)
+        return zeta, [(*row, y) for row, y in zip(rows, regular, strict=True)]
 
     def terms(self, lam: mpf, count: int, context: MPContext) -> list[Term]:
         """The terms of order lam^(-n), summed over the products of the module's formula."""
         zeta, onward, level, falling, rising, low, high = kept(self, count, context, self._pair)
         pair = pair_terms(zeta, falling, rising, lam, context)
-        truncated, without_pair = self._truncation(zeta, level, low, high, lam, context)
+        gaps = [abs(end[0] - level) for end in (low, high) if end]
+        gap = min(gaps, default=context.inf)
+        truncated, without_pair = truncation(zeta, gap, lam, context)
         parts = [self._regular_terms(lam, count, without_pair, context)]
         if onward and not without_pair:
             parts.append(pair.both)
@@ -170,33 +173,12 @@ class IteratedPart:
 
     # -- at one lam --------------------------------------------------------------------------------
 
-    def _truncation(
-        self,
-        zeta: mpf,
-        level: Element,
-        low: tuple[Any, ...],
-        high: tuple[Any, ...],
-        lam: mpf,
-        context: MPContext,
-    ) -> tuple[mpf, bool]:
-        """The relative truncation error of a complex pair beside an end; True to leave it out.
-
-        Airy functions take the pair's integrals over all of the line; without them its
-        exponentials are missing, which are small where it is far from the real line.
-        """
-        if zeta >= 0 or not (low or high):
-            return context.zero, False
-        gap = min(abs(end[0] - level) for end in (low, high) if end)
-        inside = context.exp(-lam * gap)
-        outside = context.exp(-lam * 4 * (-zeta) ** context.mpf(1.5) / 3)
-        return min(inside, outside), bool(outside < inside)
-
     def _regular_terms(self, lam: mpf, count: int, on_line: bool, context: MPContext) -> list[Term]:
         """The integrals of h m_k times lam^(-k)."""
         # lam has brought digits of its own for the exponents.
         digits = context.dps - max(0, int(context.log10(lam))) - _SPARE
-        outer = self._regular_rows(count, on_line, digits, context)
-        rows = [y * lam ** (-k - 1) for k, y in enumerate(outer)]
+        regular = self._regular_rows(count, on_line, digits, context)
+        rows = [y * lam ** (-k - 1) for k, y in enumerate(regular)]
         return [(y, abs(y)) for y in rows]
 
     def _regular_rows(
@@ -218,10 +200,10 @@ class IteratedPart:
             context.make_mpf(number(end)._mpf_) if end.is_infinite else field.expression(end)
             for end in (self.lo, self.hi)
         ]
-        outer = RegularPart(self.f, weights, self.x, (ends[0], ends[1]), near, count, context)
-        integrals = outer.past_both()
+        regular = RegularPart(self.f, weights, self.x, (ends[0], ends[1]), near, count, context)
+        integrals = regular.past_both()
         if on_line:
-            integrals = [y + z for y, z in zip(integrals, outer.share(), strict=True)]
+            integrals = [y + z for y, z in zip(integrals, regular.share(), strict=True)]
         return integrals
 
 

@@ -23,10 +23,9 @@ import sympy
 from symasym.asymptotics.coalescence.endpoints import series_of
 from symasym.asymptotics.coalescence.saddle_pair import Nearby, root_test
 from symasym.base.errors import AccuracyError
-from symasym.base.patience import step
 from symasym.numbers.polynomials import poly, shifted
 from symasym.series.coefficient_fields import RealField
-from symasym.series.power_series import laurent
+from symasym.series.power_series import laurent, residues
 
 if TYPE_CHECKING:
     from mpmath import mpc, mpf
@@ -83,28 +82,13 @@ class RegularPart:
     def share(self) -> list[mpf]:
         """The integrals along the real line less those of `past_both`, for a complex pair.
 
-        2 pi i times a residue, by the trapezoidal rule on a circle about the zero above the line.
+        2 pi i times the residues at the zero above the line.
         """
-        context, size = self._context, 32
+        context, count = self._context, self._count
         zero = self._middle + context.j * self._half
-        radius = self._half / 2
-        if not self._together:
-            radius = min(radius, self._free_radius(zero, *self._series_at(zero)) / 2)
-        last: list[Any] = []
-        while size <= 4096:
-            total, sizes = [context.zero] * self._count, [context.zero] * self._count
-            for j in range(size):
-                step()
-                turn = 2 * context.pi * radius / size * context.expjpi(context.mpf(2 * j) / size)
-                for k, y in enumerate(self._values(zero + turn * size / (2 * context.pi))):
-                    total[k] -= context.im(y * turn)
-                    sizes[k] += abs(y * turn)
-            if last and self._settled(
-                [abs(x - y) for x, y in zip(total, last, strict=True)], sizes
-            ):
-                return total
-            last, size = total, 2 * size
-        raise self._unsettled()
+        slope, g, h = (self._taylor(k, zero, 2 * count) for k in range(3))
+        row = residues([-c for c in slope], count, g, h)
+        return [-2 * context.pi * context.im(residue) for residue in row]
 
     # -- the path ----------------------------------------------------------------------------------
 

@@ -132,7 +132,7 @@ class _Evaluation:
     def _product(self, well: Well) -> tuple[Model, SmallTerms]:
         """A B/(A + M + B) times the well's own integral, and its errors relative to that."""
         weight, small = self.integral(well.leading)
-        a, m, b = well.outer, well.between, well.behind
+        a, m, b = well.beyond, well.between, well.behind
         largest = self.dominance.denominator(a, m, b)
         assert largest is not None
         label, alone = largest

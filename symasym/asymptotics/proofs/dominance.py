@@ -115,10 +115,10 @@ class Group(NamedTuple):
 
 
 class Well(NamedTuple):
-    """A well that dominates; what is to its outer side, between it and the start, and behind."""
+    """A well that dominates; what is beyond it, between it and the start, and behind the start."""
 
     leading: LeadingCell
-    outer: Group
+    beyond: Group
     between: Group
     behind: Group
     key: Key
@@ -203,7 +203,7 @@ class Dominance:
         return tuple(sizes)
 
     def sides(self, k: int) -> tuple[Sequence[int], Sequence[int], Sequence[int], Sequence[int]]:
-        """Outer side of cell k, between it and the start, behind the start, and the start's own."""
+        """Beyond cell k, between it and the start, behind the start, and the start's own."""
         at, inside, n = self.landscape.start_cell, self.landscape.inside, len(self.cells)
         first = at + 1 if inside else at
         own = [at] if inside and k != at else []
@@ -234,8 +234,8 @@ class Dominance:
 
     def _well(self, leading: LeadingCell) -> Well | None:
         """A well with the three groups it goes with; None where one of them does not lead."""
-        outer, between, behind, own = self.sides(leading.cell)
-        a, m, b = self.group(outer), self.group(between, own), self.group(behind, own)
+        beyond, between, behind, own = self.sides(leading.cell)
+        a, m, b = self.group(beyond), self.group(between, own), self.group(behind, own)
         key = self.denominator(a, m, b)
         if key is None:
             return None
@@ -265,8 +265,8 @@ class Dominance:
 
     def _falling(self, k: int) -> Subdominant:
         """int e^{-lam V} over cell k times A B/(A + M + B), from above."""
-        outer, between, behind, own = self.sides(k)
-        one, two = self._above(outer, ()), self._above(behind, own)
+        beyond, between, behind, own = self.sides(k)
+        one, two = self._above(beyond, ()), self._above(behind, own)
         size, height = self._sizes([k])[0][:2], -self.bottoms[k]
         choices = [_over(size, height, None, one), _over(size, height, None, two)]
         choices += [

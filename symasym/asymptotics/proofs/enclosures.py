@@ -126,10 +126,10 @@ def _time(cut: Landscape, lam: Fraction) -> Bounds | None:
     far = [(k, right[k + 1], c.after) for k, c in enumerate(cells) if k >= first]
     for side, mine, other in ((near, behind, ahead), (far, ahead, behind)):
         middle, share = none, _share(other, mine)
-        for k, outer, nested in side:
+        for k, beyond, nested in side:
             middle = middle + rising[k]
             between = Bounds(middle.low, (middle.high + own.high).upper())
-            total = total + _product(cells[k].falling, _three(outer, between, other))
+            total = total + _product(cells[k].falling, _three(beyond, between, other))
             total = total + _product(nested, share)
     if cut.inside:
         # L(min) R(max)/(L + R) for u in the start's own cell, from all of it between the two to
@@ -159,7 +159,7 @@ def _over(part: arb, rest: arb) -> Any:
     return part / (part + rest) if part > 0 else part
 
 
-def _three(outer: Bounds, between: Bounds, other: Bounds) -> Bounds:
+def _three(beyond: Bounds, between: Bounds, other: Bounds) -> Bounds:
     """A B/(A + M + B), which grows with A and B and falls with M."""
 
     def value(a: arb, m: arb, b: arb) -> Any:
@@ -167,8 +167,8 @@ def _three(outer: Bounds, between: Bounds, other: Bounds) -> Bounds:
         return a * b / (a + m + b) if a > 0 and b > 0 else flint_module().arb(0)
 
     return Bounds(
-        value(outer.low, between.high, other.low).lower(),
-        value(outer.high, between.low, other.high).upper(),
+        value(beyond.low, between.high, other.low).lower(),
+        value(beyond.high, between.low, other.high).upper(),
     )
 
 

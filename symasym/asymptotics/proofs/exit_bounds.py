@@ -1,4 +1,4 @@
-"""Two-sided bounds of the exit probability C, and the paper's upper bound with its condition.
+"""Two-sided bounds of the exit probability C.
 
 C = sigma_R/(sigma_L + sigma_R), sigma the integrals of e^{lam (V - V(start))} to the right and to
 the left of the start (eq:C). Each is enclosed on the segments of
@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -19,12 +18,10 @@ import numpy as np
 from symasym.asymptotics.proofs.layer_bounds import Barrier, Edge, Layer, Segment, layer_of
 from symasym.asymptotics.proofs.panels import Bounds, between_lines
 from symasym.base.errors import AccuracyError
-from symasym.base.inputs import IntArray, exact, float_text, is_array
+from symasym.base.inputs import IntArray, exact, is_array
 from symasym.drift.drift import Drift
-from symasym.generated import mpmath_formulas
 from symasym.numbers.arithmetic import Number
 from symasym.numbers.balls import (
-    BallContext,
     exact_ball,
     flint_module,
     precision,
@@ -45,8 +42,6 @@ _FLOAT_BITS = 128
 _SCENES_AT_ONCE = 256
 # Scenes that have their stretches in common, up to which balls are quicker.
 _FEW = 24
-_PAPER_TERMS = ("eq:C, C-bound",)
-_PAPER_NOTE = ("C lies between 0 and the value",)
 _TERMS = ("lower and upper bound of the integrals on both sides of the start",)
 
 
@@ -105,14 +100,14 @@ def _side(
     one, factor = Fraction(1), exact_ball(lam)
     height = low = high = exact_ball(Fraction(0))
 
-    def outer(side: int, length: Fraction) -> Any:
+    def straight(side: int, length: Fraction) -> Any:
         """The integral over a stretch of constant drift, and what it adds."""
         fall = -profile.value(Fraction(side)) * exact_ball(length)
         first = ball_quotient(factor * fall, 1)
         return (factor * height).exp() * exact_ball(length) * first, height + fall
 
     if x < -1:
-        part, height = outer(-1, -one - x if r > 1 else r - x)
+        part, height = straight(-1, -one - x if r > 1 else r - x)
         low, high = low + part, high + part
     if x < 1:
         layer = layer or layer_of(drift, mirrored, max(x, -one), min(r, one))
@@ -122,7 +117,7 @@ def _side(
             low, high = low + scale * below, high + scale * above
         height = height + layer.end
     if r > 1:
-        part, height = outer(1, r - max(x, one))
+        part, height = straight(1, r - max(x, one))
         low, high = low + part, high + part
     return low, high
 
@@ -252,7 +247,7 @@ def _float_side(stretch: _Stretch, r: Compensated, x: Compensated, lam: Interval
     height = Compensated.of(0.0)
     parts: list[_LogIntegral] = []
 
-    def outer(slope: Compensated, length: Compensated) -> None:
+    def straight(slope: Compensated, length: Compensated) -> None:
         """The integral over a stretch of constant drift, and what it adds."""
         nonlocal height
         fall = slope * length
@@ -264,13 +259,13 @@ def _float_side(stretch: _Stretch, r: Compensated, x: Compensated, lam: Interval
         height = height - fall
 
     if stretch.before:
-        outer(stretch.slopes[0], -x - 1.0)
+        straight(stretch.slopes[0], -x - 1.0)
     if stretch.layer is not None:
         layer = _float_layer(stretch.layer, lam)
         parts.append(_LogIntegral(height + layer.height, layer.log))
         height = height + stretch.layer.end
     if stretch.after:
-        outer(stretch.slopes[1], r - (1.0 if stretch.inside else x))
+        straight(stretch.slopes[1], r - (1.0 if stretch.inside else x))
     return _added(parts, lam)
 
 
@@ -313,96 +308,3 @@ def _float_layer(layer: Layer, lam: Intervals) -> _LogIntegral:
             )
         segments.append(total)
     return _LogIntegral(Compensated.of(top), log_sum(stacked(segments)))
-
-
-# -- the paper's bound -----------------------------------------------------------------------------
-
-
-def paper_bound(scene: Scene, request: Request) -> Answer:
-    """The bound of the paper's section 6.2, 2 a- (1/a+ + 2/kappa^2) e^{-r a-/kappa^2}.
-
-    Of C for a drift to the right, and mirrored of 1 - C for one to the left. What
-    the derivation ``C-bound`` needs is checked: start 0, r >= 4, V <= a- r/4 on
-    [0, 1] and e^{3 a- r/(2 kappa^2)} >= 4. It lies between 0 and the value, which is
-    the error; its logarithm has none.
-    """
-    log, value = (to_mpf(ball, request.digits + 10)[0] for ball in _paper_value(scene, request))
-    if request.log:
-        return Answer(log, None, "none", _PAPER_TERMS, _PAPER_NOTE)
-    # C lies between 0 and the bound: between 0 and twice its middle, whatever that was rounded to.
-    return Answer(value, value, "bound", _PAPER_TERMS, _PAPER_NOTE)
-
-
-def paper_bounds(scenes: Scenes, request: Request) -> Answers:
-    """The same for many, scene by scene."""
-    logs = np.empty(len(scenes.lam))
-    for one, rows in by_drift(scenes):
-        for row in rows:
-            scene = scene_at(scenes, row)._replace(drift=one)
-            logs[row] = float(_paper_value(scene, request)[0].mid())
-    if request.log:
-        return Answers(logs, None, "none", _PAPER_TERMS, _PAPER_NOTE)
-    # From 0 to twice the value, which is more than what rounding changes in the logarithm.
-    errors = np.log(2.0) + 4e-15 * (1 + np.abs(logs))
-    return Answers(logs, errors, "bound", _PAPER_TERMS, _PAPER_NOTE)
-
-
-def _paper_value(scene: Scene, request: Request) -> tuple[arb, arb]:
-    """Balls of the bound of eq:C (C-bound) and its logarithm, where its conditions are proved."""
-    from symasym.base.errors import InputError, RegionError
-
-    drift, values, complement = scene.drift, scene.numbers, request.complement
-    if values["start"] != 0:
-        raise InputError(
-            f"start is {float_text(values['start'])}; the paper's bound is for start 0, use "
-            "method='bound' or 'exact'."
-        )
-    flint_module()
-    kappa, r = values["kappa"], values["r"]
-    profile = profile_of(drift)
-    profile = profile.mirrored() if complement else profile
-    size = int(scene.lam * (1 + r) * 1024)
-    with precision(int(request.digits * 3.33) + 80 + size.bit_length()):
-        a_minus, a_plus = (profile.value(Fraction(side)) for side in (-1, 1))
-        if not (a_minus > 0 and a_plus > 0):
-            name, sign = ("1 - C", "negative") if complement else ("C", "positive")
-            raise RegionError(
-                f"a- = {float(drift.ends[0]):.6g} and a+ = {float(drift.ends[1]):.6g} are not both "
-                f"{sign}, where alone the paper bounds {name}; use method='bound' or 'exact'."
-            )
-        if r < 4:
-            raise InputError(
-                f"r is {float_text(r)}; the paper's bound is for r of at least 4, use "
-                "method='bound' or 'exact'."
-            )
-        radius, noise = exact_ball(r), exact_ball(kappa)
-        top = _highest(drift, complement)
-        if not exact_ball(top) <= a_minus * radius / 4:
-            raise InputError(
-                f"V reaches {float(top):.6g} between the start and the layer's edge, more than "
-                f"a- r/4 = {float((a_minus * radius / 4).mid()):.6g}, where the paper's bound may "
-                "fail; use a larger r, or method='bound' or 'exact'."
-            )
-        if not (3 * a_minus * radius / (2 * noise**2)).exp() >= 4:
-            raise InputError(
-                f"kappa is {float_text(kappa)}, so that exp(3 a- r/(2 kappa^2)) is below 4, where "
-                "the paper's bound may fail; use method='bound' or 'exact'."
-            )
-        value = mpmath_formulas.exit_bound(BallContext(), noise, radius, a_minus, a_plus)
-        return value.log(), value
-
-
-@lru_cache(maxsize=256)
-def _highest(drift: Drift, mirrored: bool) -> Fraction:
-    """An upper bound of max V over [0, 1], V(-1) = 0 (V(1) = 0 and [-1, 0] if mirrored)."""
-    flint_module()
-    with precision(80):
-        layer = layer_of(drift, mirrored, Fraction(-1), Fraction(0))
-        base = layer.end
-        top = base
-        for segment in layer_of(drift, mirrored, Fraction(0), Fraction(1)).segments:
-            for panel in segment.panels:
-                end = panel.height + panel.slope * panel.width
-                top = top.max(base + panel.height.max(end) + panel.bend)
-        mantissa, exponent = top.upper().man_exp()
-        return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -22,7 +23,7 @@ from symasym.asymptotics.proofs.panels import Panel
 from symasym.base import patience
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
-from symasym.numbers.balls import BallOps, exact_ball, flint_module, profile_of
+from symasym.numbers.balls import BallOps, exact_ball, flint_module, precision, profile_of
 
 if TYPE_CHECKING:
     from flint import arb
@@ -120,6 +121,22 @@ def layer_of(drift: Drift, mirrored: bool, a: Fraction, b: Fraction) -> Layer:
             peak = window[2](begin, height)
         segments.append(Segment(panels, peak))
     return Layer(segments, height)
+
+
+@lru_cache(maxsize=256)
+def highest(drift: Drift, mirrored: bool) -> Fraction:
+    """An upper bound of max V over [0, 1], V(-1) = 0 (V(1) = 0 and [-1, 0] if mirrored)."""
+    flint_module()
+    with precision(80):
+        layer = layer_of(drift, mirrored, Fraction(-1), Fraction(0))
+        base = layer.end
+        top = base
+        for segment in layer_of(drift, mirrored, Fraction(0), Fraction(1)).segments:
+            for panel in segment.panels:
+                end = panel.height + panel.slope * panel.width
+                top = top.max(base + panel.height.max(end) + panel.bend)
+        mantissa, exponent = top.upper().man_exp()
+        return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 
 
 def below_its_end(layer: Layer) -> bool:

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from symasym.asymptotics.coalescence.cubic_map import truncation
 from symasym.asymptotics.uniform.coalescing_pair import (
     CanonicalPair,
     OneSide,
@@ -27,8 +28,7 @@ from symasym.asymptotics.uniform.coalescing_pair import (
     parabola,
     seen,
 )
-from symasym.asymptotics.uniform.one_drift import Scene as ClosedScene
-from symasym.asymptotics.uniform.one_drift import scene_of
+from symasym.asymptotics.uniform.one_drift import ClosedForm, closed_form
 from symasym.asymptotics.uniform.order_zero import SAFETY
 from symasym.asymptotics.uniform.order_zero import escape_time as in_float
 from symasym.asymptotics.uniform.pairing_arrays import paired_of
@@ -74,20 +74,20 @@ def of_scene(asked: Scene, request: Request) -> Answer:
 
 def _closed(asked: Scene, request: Request) -> Answer | None:
     """Order 0 by closed forms; None where they don't tell."""
-    with _closed_scene(asked.drift, asked.r, asked.start, asked.lam, request.digits) as scene:
-        time = scene and scene.time(scene.arithmetic.number(asked.lam))
-        if scene is None or time is None:
+    with _closed_form(asked.drift, asked.r, asked.start, asked.lam, request.digits) as form:
+        time = form and form.time(form.arithmetic.number(asked.lam))
+        if form is None or time is None:
             return None
-        return _handed(request, *time, (*scene.names, *_TERMS), scene.arithmetic.context)
+        return _handed(request, *time, (*form.names, *_TERMS), form.arithmetic.context)
 
 
 @contextmanager
-def _closed_scene(
+def _closed_form(
     drift: Drift, r: Fraction, x: Fraction, lam: Fraction, digits: int
-) -> Iterator[ClosedScene | None]:
+) -> Iterator[ClosedForm | None]:
     """For any lam up to this one."""
     with own_context(working_digits(digits, lam, r) + 10) as context:
-        yield scene_of(drift, r, x, context)
+        yield closed_form(drift, r, x, context)
 
 
 def _handed(
@@ -180,7 +180,7 @@ def _one_by_one(
             errors[row] = float(_log_error(value, size, context))
 
         if request.order == 0 and not local:
-            with _closed_scene(one, r, x, lam, request.digits) as closed:
+            with _closed_form(one, r, x, lam, request.digits) as closed:
                 for row in rows.tolist():
                     time = closed and closed.time(closed.arithmetic.number(2 / kappas[row] ** 2))
                     if closed is not None and time is not None:
@@ -272,21 +272,10 @@ def _estimate(scene: _Series, lam: Fraction, order: int, kappa: str) -> tuple[An
 def _apart(
     canonical_pairs: list[CanonicalPair], lam: Any, context: Any
 ) -> tuple[list[CanonicalPair], Any]:
-    """Without complex pairs that the start or an end cuts through, and what either way costs.
-
-    Airy functions take a pair's integrals over all of the line. Where the pair is far from the
-    real line its own exponentials are small, and the outer part has all that counts.
-    """
-    kept, cost = [], context.zero
-    for canonical in canonical_pairs:
-        if canonical.pair.zeta < 0:
-            inside = context.exp(-lam * canonical.gap)
-            outside = context.exp(-lam * 4 * (-canonical.pair.zeta) ** context.mpf(1.5) / 3)
-            cost = max(cost, min(inside, outside))
-            if outside < inside:
-                continue
-        kept.append(canonical)
-    return kept, cost
+    """Without complex pairs that the start or an end cuts through, and what either way costs."""
+    cut = [truncation(one.pair.zeta, one.gap, lam, context) for one in canonical_pairs]
+    taken = [one for one, (_, out) in zip(canonical_pairs, cut, strict=True) if not out]
+    return taken, max((cost for cost, _ in cut), default=context.zero)
 
 
 def _with_error(

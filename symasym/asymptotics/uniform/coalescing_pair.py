@@ -30,7 +30,7 @@ from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
 from symasym.numbers.polynomials import shifted
-from symasym.series.power_series import laurent
+from symasym.series.power_series import residues
 from symasym.series.quadratic_factor import Pair, split_pair
 from symasym.special.airy import AiryProducts, airy_products
 from symasym.special.airy_products import by_parts, pair_terms
@@ -126,11 +126,7 @@ def _share(pair: Pair, taylor: list[Any], count: int, context: MPContext) -> lis
     at = pair.middle + 1j * context.sqrt(-pair.square)
     about = shifted([context.mpc(c) for c in taylor], at)[: 2 * count]
     about += [context.mpc(0)] * (2 * count - len(about))
-    about[0] = context.mpc(0)
-    return [
-        -2 * context.pi * context.im(series[2 * k])
-        for k, series in enumerate(laurent(about, True, count))
-    ]
+    return [-2 * context.pi * context.im(residue) for residue in residues(about, count)]
 
 
 class Airy(NamedTuple):

@@ -1,7 +1,7 @@
 """T by the uniform formula of order 0 of one polynomial drift, to any number of digits.
 
 Its zeros are found and put together in float64 (`.structure`); Newton's steps then take a zero, and
-Bairstow's a pair, to all digits. What follows from them is `.order_zero`, its numbers mpf. The
+a pair as a factor, to all digits. What follows from them is `.order_zero`, its numbers mpf. The
 error is the size of order 1 of each part, found in float64.
 """
 
@@ -25,13 +25,13 @@ from symasym.asymptotics.weak_noise.compose import Composed
 from symasym.asymptotics.weak_noise.evaluation import time_with_digits
 from symasym.asymptotics.weak_noise.one_sided import Builder
 from symasym.asymptotics.weak_noise.series import BEYOND, Point
+from symasym.base.errors import AccuracyError
 from symasym.drift.drift import Drift
-from symasym.numbers.arithmetic import Arithmetic, Digits
-from symasym.numbers.polynomials import divided, poly, refined, shifted
-from symasym.series.quadratic_factor import Pair as Local
-from symasym.series.quadratic_factor import mean_of_psi, mean_of_values, seen_from
+from symasym.numbers.arithmetic import Digits
+from symasym.numbers.polynomials import poly, refined, shifted
+from symasym.series.quadratic_factor import Pair, seen_from, split_pair
 
-__all__ = ["Scene", "scene_of"]
+__all__ = ["ClosedForm", "closed_form"]
 
 _MOST_DEGREE = 12
 # Coefficients beyond these are left to the general path, so that float64 has their powers.
@@ -43,8 +43,8 @@ _MOST_STEPS = 12
 _MOST = 0.4
 
 
-class Scene(NamedTuple):
-    """A drift, start and radius, ready for any lam."""
+class ClosedForm(NamedTuple):
+    """T of a drift, start and radius, ready for any lam."""
 
     arithmetic: Digits
     composed: Composed
@@ -65,7 +65,7 @@ class Scene(NamedTuple):
         return (known.value, error * known.value) if error < 1 else None
 
 
-def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | None:
+def closed_form(drift: Drift, r: Fraction, x: Fraction, context: Any) -> ClosedForm | None:
     """None where A is no polynomial, or float64 doesn't tell in which order its zeros are.
 
     None as well for a start beside a barrier.
@@ -84,19 +84,10 @@ def scene_of(drift: Drift, r: Fraction, x: Fraction, context: Any) -> Scene | No
             if one is None or one.beside_a_barrier():
                 return None
             composed = Composed(one.both_sides(), arithmetic.number(r), 0.0)
-            return Scene(arithmetic, composed, _names(one))
-    except (ArithmeticError, ValueError):
+            return ClosedForm(arithmetic, composed, _names(one))
+    except (ArithmeticError, ValueError, AccuracyError):
         # Multiple zeros, and what overflows.
         return None
-
-
-class _Factor(NamedTuple):
-    """(u - middle)² - square, what A is over it, and the row of `.structure` if it is taken so."""
-
-    middle: Any
-    square: Any
-    psi: list[Any]
-    row: int | None
 
 
 def _of_drift(
@@ -128,87 +119,55 @@ def _of_drift(
     )
     if count < 0:
         return None
-    c = [arithmetic.number(a) for a in exact]
-    real: list[tuple[Any, int | None]] = []
-    for z, own in zip(lines[:count], owner, strict=False):
-        if own < 0:
-            real.append((refined(c, arithmetic.number(z), arithmetic.context), None))
-    factors = []
+    context, zero = arithmetic.context, arithmetic.zero
+    one = _without_zeros([arithmetic.number(a) for a in exact], x, r, arithmetic)
+    one.slack = slack[0]
+    real = [
+        (refined(one.c, arithmetic.number(z), context), -1)
+        for z, own in zip(lines[:count], owner, strict=False)
+        if own < 0
+    ]
+    pairs: list[tuple[int, Pair, Any, int]] = []
     for k in range(counts[0]):
         row = rows[16 * k : 16 * k + 16]
         if row[9] > 0:
-            factors.append(_factor(c, row[6] + row[7] * row[0], row[1], k, arithmetic))
-    for re, im in list(zip(x_above, y_above, strict=True))[: counts[1]]:
-        factors.append(_factor(c, re, -im * im, None, arithmetic))
-    if any(u is None for u, _ in real) or any(f is None for f in factors):
+            # About its middle in float64, from where two steps have all digits.
+            point, side = arithmetic.number(row[6] + row[7] * row[0]), int(row[7])
+            taylor = seen_from(shifted(one.c, point), side)
+            pair = split_pair(taylor, context, square=row[1])
+            pairs.append((k, pair, point, side))
+            if row[8] >= 0:
+                half = arithmetic.sqrt(max(pair.square, zero))
+                middle = point + side * pair.middle
+                real += [(middle - half, k), (middle + half, k)]
+    above = [
+        refined(one.c, context.mpc(re, im), context)
+        for re, im in list(zip(x_above, y_above, strict=True))[: counts[1]]
+    ]
+    if any(u is None for u, _ in real) or None in above:
         return None
-    known = [f for f in factors if f is not None]
-    return _with_factors(c, real, known, (rows, psi, slack[0]), x, r, arithmetic)
+    real.sort(key=lambda zero: zero[0])
+    one.lines, one.rough = [u for u, _ in real], [0.0] * len(real)
+    one.in_float = _in_float(one)
+    one.apart = [Apart(factor_pair(one.c, z.real, -(z.imag**2)), z.real, zero) for z in above]
+    one.together = []
+    for key, (k, pair, point, side) in enumerate(pairs, start=2):
+        members = tuple(j for j, (_, own) in enumerate(real) if own == k)
+        one.together.append(one.of_pair(key, pair, point, side, members))
+    return one.prepared()
 
 
-def _factor(
-    c: list[Any], middle: float, square: float, row: int | None, arithmetic: Digits
-) -> _Factor | None:
-    """The factor to all digits, by Bairstow's steps for u² + p u + q; None where they fail."""
-    context, half = arithmetic.context, arithmetic.number(middle)
-    p, q = -2 * half, half * half - arithmetic.number(square)
-    least = context.ldexp(1, -context.prec // 2 - 8)
-    for _ in range(_MOST_STEPS):
-        rest, r1, r0 = divided(c, p, q)
-        _, s1, s0 = divided(rest, p, q)
-        det = q * s1 * s1 + s0 * (s0 - p * s1)
-        if not det:
-            return None
-        step_p = (s1 * r0 - s0 * r1) / det
-        step_q = ((p * s1 - s0) * r0 - q * s1 * r1) / det
-        p, q = p - step_p, q - step_q
-        if abs(step_p) + abs(step_q) <= least * (1 + abs(p) + abs(q)):
-            half = -p / 2
-            return _Factor(half, p * p / 4 - q, shifted(divided(c, p, q)[0], half), row)
-    return None
-
-
-def _with_factors(
-    c: list[Any],
-    real: list[tuple[Any, int | None]],
-    factors: list[_Factor],
-    found: tuple[list[float], list[float], float],
-    x: Fraction,
-    r: Fraction,
-    arithmetic: Digits,
-) -> OrderZero:
-    """The scene of these zeros; the pairs' rows, what is left of A there, and the slack."""
-    zero, one = arithmetic.zero, arithmetic.one
-    rows, psi, slack = found
-    self = OrderZero.__new__(OrderZero)
+def _without_zeros(c: list[Any], x: Fraction, r: Fraction, arithmetic: Digits) -> OrderZero:
+    """The scene with these coefficients of A, its zeros left open."""
+    one, self = arithmetic.one, OrderZero.__new__(OrderZero)
     self.eps = self.least = 0.0
     self.arithmetic, self.count, self.c, self.degree = arithmetic, 1 + BEYOND, c, len(c) - 1
     self.a_minus, self.a_plus = poly(c, -one), poly(c, one)
     self.start, self.beyond = arithmetic.number(x), r > 1
     reach = min(arithmetic.number(r), one)
     self.edges = [-reach, min(max(self.start, -reach), reach), reach]
-    self.v, self.height_size = [-a / k for k, a in enumerate(c, start=1)], zero
-    for f in factors:
-        if f.row is not None and rows[16 * f.row + 8] >= 0:
-            half = arithmetic.sqrt(max(f.square, zero))
-            real = [*real, (f.middle - half, f.row), (f.middle + half, f.row)]
-    real.sort(key=lambda pair: pair[0])
-    self.lines = [u for u, _ in real]
-    self.rough = [0.0] * len(real)
-    self.in_float = _in_float(self)
-    self.slack, self.together, self.apart = slack, [], []
-    for f in factors:
-        if f.row is None:
-            self.apart.append(Apart(factor_pair(c, f.middle, f.square, f.psi), f.middle, zero))
-            continue
-        members = tuple(k for k, (_, own) in enumerate(real) if own == f.row)
-        side, at = int(rows[16 * f.row + 7]), 13 * f.row
-        left = psi[at : at + self.degree - 1]
-        near = Local(0.0, rows[16 * f.row + 1], left, 1, 0.0, 0.0, 0.0)
-        pair = _local(f, side, arithmetic)
-        key = 2 + len(self.together)
-        self.together.append(self.of_pair(key, pair, f.middle, side, members, near))
-    return self.prepared()
+    self.v, self.height_size = [-a / k for k, a in enumerate(c, start=1)], arithmetic.zero
+    return self
 
 
 def _in_float(one: OrderZero) -> Builder:
@@ -220,16 +179,6 @@ def _in_float(one: OrderZero) -> Builder:
     )
     self.c_size = [abs(x) for x in self.c]
     return self
-
-
-def _local(factor: _Factor, side: int, arithmetic: Arithmetic) -> Local:
-    """The pair as `symasym.asymptotics.coalescence.cubic_map` takes it, seen to that side."""
-    psi, square = seen_from(factor.psi, side), factor.square
-    sign = 1 if psi[0] > 0 else -1
-    psi = [sign * a for a in psi]
-    root = arithmetic.cbrt(mean_of_psi(psi, square))
-    level = sign * mean_of_values(psi, square)
-    return Local(arithmetic.zero, square, psi, sign, square * root * root, 1 / root, level)
 
 
 def _names(one: OrderZero) -> list[str]:

@@ -178,11 +178,11 @@ class OrderZero(Builder):
         point: Any,
         side: int,
         members: tuple[int, ...],
-        in_float: Local | None = None,
     ) -> Together:
         """A pair that is taken together, from its factor about `point`."""
-        rough = _EPS * poly(self.c_size, abs(point)) if in_float is None else self.arithmetic.zero
-        form = airy_form(key, pair, rough, self.arithmetic, in_float)
+        exact = self.in_float is not None
+        rough = self.arithmetic.zero if exact else _EPS * poly(self.c_size, abs(point))
+        form = airy_form(key, pair, rough, self.arithmetic)
         height = self.potential(point) - pair.level
         onward, c = bool(first(pair.sign) > 0), self.arithmetic
         zeta = c.maximum(form.zeta, c.zero)
@@ -341,10 +341,9 @@ def _with_first(series: Series, first_one: Any) -> Series:
     return Series([part._replace(coefficients=[first_one, *part.coefficients[1:]])])
 
 
-def factor_pair(c: Sequence[Any], middle: Any, square: Any, psi: list[Any] | None = None) -> Local:
+def factor_pair(c: Sequence[Any], middle: Any, square: Any) -> Local:
     """(u - middle)² - square as a factor of A, with what is left of A about the middle."""
-    if psi is None:
-        psi = shifted(divided(list(c), -2 * middle, middle * middle - square)[0], middle)
+    psi = shifted(divided(list(c), -2 * middle, middle * middle - square)[0], middle)
     zero = 0 * square
     return Local(zero, square, psi, 1, square, zero, zero)
 

@@ -50,7 +50,7 @@ from symasym.numbers.arithmetic import FLOATS, Arithmetic
 from symasym.numbers.polynomials import poly, shifted
 from symasym.series.quadratic_factor import Pair, mean_of_psi
 from symasym.special.airy import AiryProducts, airy_products
-from symasym.special.dawson import _gaussians, dawson
+from symasym.special.dawson import dawson, gaussians
 from symasym.special.exponentials import quotients
 
 __all__ = [
@@ -110,7 +110,7 @@ def _past_barrier(
     return -alpha * c.log1p(twice / gap) / twice, beta / 2 * c.log(gap * (gap + twice))
 
 
-def _faded(c: Arithmetic, drop: Number, gap: Number, area: Number) -> tuple[Number, Number, Number]:
+def faded(c: Arithmetic, drop: Number, gap: Number, area: Number) -> tuple[Number, Number, Number]:
     """rho, and the shares of the barrier's order 0 and 1 that are faded out as a well comes near.
 
     `drop` is V from the barrier down to the well: as they meet, its own series breaks down.
@@ -142,7 +142,7 @@ def _before_end(
 #: The functions that are emitted as well.
 EMITTED = (
     pair_norm, canonical, over_pair, over_pair_twice, pair_share, _turn, _past_pair, _past_barrier,
-    _faded, end_peak, end_distance, end_mean, end_rest, _before_end, _gaussians, over_end,
+    faded, end_peak, end_distance, end_mean, end_rest, _before_end, gaussians, over_end,
 )  # fmt: skip
 
 
@@ -186,18 +186,13 @@ class Truncated(NamedTuple):
     slope: Number | None
 
 
-def airy_form(
-    key: int, pair: Pair, rough: Number, arithmetic: Arithmetic, in_float: Pair | None = None
-) -> AiryForm:
-    """The canonical form of a pair; `rough` is the rounding of A there.
-
-    The size of order 1 is found from `in_float`, if given, the same pair in float64.
-    """
+def airy_form(key: int, pair: Pair, rough: Number, arithmetic: Arithmetic) -> AiryForm:
+    """The canonical form of a pair; `rough` is the rounding of A there."""
     even, odd = _sums(pair)
     norm = pair_norm(arithmetic, even, odd, pair.square)
     a, b = canonical(arithmetic, pair.slope, even, pair.sign * odd, norm)
     moved = rough / (pair.psi[0] * pair.slope**2)
-    return AiryForm(key, pair.zeta, a, b, *_next_terms(in_float or pair), moved)
+    return AiryForm(key, pair.zeta, a, b, *_next_terms(arithmetic, pair), moved)
 
 
 def regular_share(
@@ -227,13 +222,13 @@ def _sums(pair: Pair) -> tuple[Number, Number]:
     return poly(pair.psi[0::2], pair.square), poly(pair.psi[1::2], pair.square)
 
 
-def _next_terms(pair: Pair) -> tuple[Number, Number]:
+def _next_terms(c: Arithmetic, pair: Pair) -> tuple[Number, Number]:
     """a_1 and b_1 in float64, from the series at both zeros; only their size counts."""
-    least = _APART**2
-    square = np.where(np.abs(pair.square) < least, least, pair.square)
-    zeta = square * np.cbrt(mean_of_psi(pair.psi, square)) ** 2
+    least, square, psi = _APART**2, c.size(pair.square), [c.size(x) for x in pair.psi]
+    square = np.where(np.abs(square) < least, least, square)
+    zeta = square * np.cbrt(mean_of_psi(psi, square)) ** 2
     half, root = np.sqrt(square + 0j), np.sqrt(zeta + 0j)
-    slopes = [_series_at(pair.psi, sign * half, sign * root) for sign in (1, -1)]
+    slopes = [_series_at(psi, sign * half, sign * root) for sign in (1, -1)]
     b = (slopes[0][0] - slopes[1][0]) / (2 * root)
     one, two = (
         3 * w3 / (2 * sign * root) - (2 * w2 - b) / (4 * zeta)
@@ -274,7 +269,7 @@ def truncated_gaussian(
     keep_next: Any = c.zero
     area = _area(psi, gap)
     if drop is not None:
-        rho, keep, keep_next = _faded(c, drop, gap, area)
+        rho, keep, keep_next = faded(c, drop, gap, area)
         ratio = c.where(rho > 1e-6, ratio, c.zero)
     bottom = c.maximum(psi[0], c.eps**6)
     value = poly(psi, gap)
@@ -401,7 +396,7 @@ def _truncated(e: Truncated, point: Any) -> dict[str, tuple[Number, Number]]:
     """All four; what lies beyond the end is included."""
     c, lam, x = point.arithmetic, point.lam, point.x
     near = dawson(e.t * c.sqrt(lam / 2), c)
-    sigma, falling, area = _gaussians(c, lam, *near)
+    sigma, falling, area = gaussians(c, lam, *near)
     tail, slow = e.peak * sigma, e.peak * falling
     rising, falling, both = over_end(c, lam, e.t, e.peak, e.rest, sigma, falling, area)
     straight = beyond = c.zero

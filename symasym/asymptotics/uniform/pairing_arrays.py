@@ -254,7 +254,7 @@ def _beside(scenes: Scenes, found: Pairs) -> FloatArray:
     """Leave out complex pairs that are cut through; e^{-lam slack} is what either way costs.
 
     Airy functions take the integrals over all of the line. Where the start or an end cuts through
-    the pair and it is far from the real line, the outer part alone has all that counts.
+    the pair and it is far from the real line, the regular part alone has all that counts.
     """
     reach = np.minimum(scenes.r, 1.0)
     start = np.clip(scenes.start, -reach, reach)

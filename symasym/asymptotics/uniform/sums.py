@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.uniform.coalescing_pair import (
+    Airy,
     CanonicalPair,
     OneSide,
     airy,
@@ -37,7 +39,7 @@ if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
-__all__ = ["Member", "corrected", "time_at", "whole_at"]
+__all__ = ["Member", "corrected", "sides_at", "time_at", "whole_at"]
 
 
 @dataclass
@@ -91,7 +93,7 @@ class _Sum:
         self.starts[1] -= sign * start.falling
         # From a start beyond the layer both of its ends are seen.
         at_ends = [(ends[0], near, 1), (ends[-1], far, -1)][-len(ends) :]
-        self.nested += far.outer - (start.outer if len(ends) == 1 else near.outer)
+        self.nested += far.regular - (start.regular if len(ends) == 1 else near.regular)
         for u, change, after in at_ends:
             for up in self.rising:
                 if up.u == u and up.point is not None:
@@ -118,22 +120,43 @@ def time_at(
     sides: list[OneSide], truncations: Truncations, r: mpf, lam: mpf, order: int, context: MPContext
 ) -> Any:
     """T at one lam; `r` as a number of the context."""
+    return lam * mean_time(sides_at(sides, truncations, r, lam, order, context))
+
+
+def sides_at(
+    sides: list[OneSide],
+    truncations: Truncations,
+    r: mpf,
+    lam: mpf,
+    order: int,
+    context: MPContext,
+    local: Callable[..., Airy] | None = None,
+    correction: Callable[..., Corrections] | None = None,
+) -> Sides:
+    """Both sides of the start at one lam.
+
+    `local` and `correction` are what stands for `airy` and `corrected` where lam is a symbol
+    (`symasym.expansions`).
+    """
     at = Point(lam, order, False, None, Digits(context))
     sums = [_Sum(one, r, at) for one in sides]
     members: list[Member] = []
     for k, one in enumerate(sides):
         for canonical in one.pairs:
-            members += _meet(canonical, k, sums, lam, order, context)
+            parts = (local or airy)(canonical, lam, order, context)
+            members += _meet(canonical, parts, k, sums, lam, order, context)
     beside = truncations.start
     if not beside:
         beside = truncations.left if sums[1].ends() else truncations.right
     members = [m for one in members for m in _weighed(one, beside, context)]
-    left, start, right = (corrected(parts, members, lam, order, context) for parts in truncations)
+    left, start, right = (
+        (correction or corrected)(rows, members, lam, order, context) for rows in truncations
+    )
     sums[0].correct(right, start, left, -1)
     sums[1].correct(left, start, right, 1)
     low, high = (part.side() for part in sums)
     rising, falling = low.rising + high.rising, low.falling + high.falling
-    return lam * mean_time(Sides(low, high, rising, falling, sides[0].half.corner))
+    return Sides(low, high, rising, falling, sides[0].half.corner)
 
 
 class Member(NamedTuple):
@@ -164,14 +187,16 @@ def _same(member: Member, truncation: Truncation, context: MPContext) -> bool:
 
 
 def _meet(
-    canonical: CanonicalPair, k: int, sums: list[_Sum], lam: mpf, order: int, context: MPContext
+    canonical: CanonicalPair,
+    local: Airy,
+    k: int,
+    sums: list[_Sum],
+    lam: mpf,
+    order: int,
+    context: MPContext,
 ) -> list[Member]:
     """Take the pair, seen from side k, together; returns its members."""
-    local, height, own = (
-        airy(canonical, lam, order, context),
-        context.exp(lam * canonical.height),
-        sums[k],
-    )
+    height, own = context.exp(lam * canonical.height), sums[k]
     for n, share in enumerate(canonical.share[: order + 1]):
         own.nested -= share * lam ** -(n + 1)
     if canonical.pair.zeta < 0:
@@ -241,12 +266,14 @@ def whole_at(
     lam: mpf,
     order: int,
     context: MPContext,
+    local: Callable[..., Airy] | None = None,
 ) -> Any:
-    """int e^{-lam V} over all u, with Laplace's series at the kinks."""
+    """int e^{-lam V} over all u, with Laplace's series at the kinks; `local` as in `sides_at`."""
     at, left_out = Point(lam, order, False, None, Digits(context)), []
     total = context.zero
     for canonical in canonical_pairs:
-        total += airy(canonical, lam, order, context).falling * context.exp(-lam * canonical.height)
+        parts = (local or airy)(canonical, lam, order, context)
+        total += parts.falling * context.exp(-lam * canonical.height)
         if canonical.pair.zeta > 0:
             left_out += [p for u in zeros_of(canonical, context) if (p := place_at(u, points))]
     for point in points:

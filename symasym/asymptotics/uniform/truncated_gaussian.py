@@ -41,7 +41,7 @@ from symasym.base.contexts import mpf_of
 from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
 from symasym.series.power_series import product
-from symasym.special.dawson import _gaussians, dawson, erfcx_area
+from symasym.special.dawson import dawson, erfcx_area, gaussians
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -53,6 +53,7 @@ __all__ = [
     "Truncations",
     "corrections",
     "truncations_at",
+    "truncations_beside",
     "truncations_of",
 ]
 
@@ -107,12 +108,12 @@ class Corrections(NamedTuple):
     """To be added to Laplace's sums.
 
     `rising` to the integral of e^{lam V} from p to the right, `falling` to that of e^{-lam V} up to
-    p, and `outer` to that of the regular part up to p.
+    p, and `regular` to that of the regular part up to p.
     """
 
     rising: Any
     falling: Any
-    outer: Any
+    regular: Any
 
 
 def truncations_of(
@@ -170,11 +171,22 @@ def truncations_at(
     context: MPContext,
 ) -> list[Truncation]:
     """The point `p`, where V is `height`, seen from the zeros left and right of it."""
-    at = mpf_of(p, context)
-    zeros = sorted(zeros, key=lambda z: z.u)
     count = order + 1 + BEYOND
     taylor = [mpf_of(c, context) for c in field.taylor(p, Fraction(1), count)[:count]]
     h = endpoint_coefficients(taylor, count)
+    return truncations_beside(mpf_of(p, context), height, h, zeros, digits, context)
+
+
+def truncations_beside(
+    at: mpf,
+    height: mpf,
+    h: list[Any],
+    zeros: list[CriticalPoint],
+    digits: int,
+    context: MPContext,
+) -> list[Truncation]:
+    """The same of a point with h_1, h_2, ... there, as many as there are terms."""
+    zeros = sorted(zeros, key=lambda z: z.u)
     first = sum(1 for z in zeros if z.u < at)
     rows = []
     for k, toward in ((first - 1, 1), (first, -1)):
@@ -183,7 +195,7 @@ def truncations_at(
                 zeros[j] if 0 <= j < len(zeros) else None for j in (k + toward, k - toward)
             )
             one = _Neighbours(zeros[k], beside, behind, at, height)
-            rows.append(_cut(one, h, count, digits, context))
+            rows.append(_cut(one, h, len(h), digits, context))
     return rows
 
 
@@ -285,17 +297,17 @@ def corrections(
     up, low = c.exp(lam * truncation.height), c.exp(-lam * truncation.height)
     if truncation.barrier:
         formal = _log_series(truncation.t, terms, 1, c)
-        outer = power_sum(weights, lam) * functions.area
-        outer -= power_sum(product(weights, formal, terms), lam) / lam
-        outer -= a_down * functions.dawson * power_sum(truncation.series[:terms], lam) / lam
-        outer += power_sum(product(slow, truncation.series, order), lam) / lam**2
-        return Corrections(up * sigma, low * dawson, outer)
+        regular = power_sum(weights, lam) * functions.area
+        regular -= power_sum(product(weights, formal, terms), lam) / lam
+        regular -= a_down * functions.dawson * power_sum(truncation.series[:terms], lam) / lam
+        regular += power_sum(product(slow, truncation.series, order), lam) / lam**2
+        return Corrections(up * sigma, low * dawson, regular)
     formal = _log_series(truncation.t, terms, -1, c)
     # All orders of both: what is lost at the zero is a product as well.
-    outer = a * a_down * functions.area - power_sum(product(weights, formal, terms), lam) / lam
-    outer += a * functions.sigma * power_sum(back[:terms], lam) / lam
-    outer -= power_sum(product(sigma_series, back, order), lam) / lam**2
-    return Corrections(-up * dawson, -low * sigma, -outer)
+    regular = a * a_down * functions.area - power_sum(product(weights, formal, terms), lam) / lam
+    regular += a * functions.sigma * power_sum(back[:terms], lam) / lam
+    regular -= power_sum(product(sigma_series, back, order), lam) / lam**2
+    return Corrections(-up * dawson, -low * sigma, -regular)
 
 
 def _log_series(t: mpf, terms: int, sign: int, context: MPContext) -> list[Any]:
@@ -319,7 +331,7 @@ def _functions(truncation: Truncation, lam: mpf, context: MPContext) -> _Functio
     side = 1 if truncation.t > 0 else -1
     values = dawson(x, c)
     area = values.area if truncation.barrier else erfcx_area(x, c)
-    sigma, falling, area = _gaussians(c, lam, values.erfcx, values.value, area)
+    sigma, falling, area = gaussians(c, lam, values.erfcx, values.value, area)
     return _Functions(side * sigma, side * falling, area / lam)
 
 

@@ -296,7 +296,7 @@ class Point:
         arithmetic: Arithmetic = FLOATS,
     ) -> None:
         self.lam, self.order, self.errors, self.arithmetic = lam, order, errors, arithmetic
-        self.x = 1.0 / lam
+        self.x = 1 / lam
         if isinstance(lam, np.ndarray):
             self.least, self.most = float(lam.min()), float(lam.max())
         else:

@@ -15,7 +15,7 @@ _AIRY_BELOW: list[float] = []
 _AIRY_ABOVE: list[float] = []
 
 
-def _airy(z: float, count: int, found: list[float]) -> None:
+def _airy(z: float, count: int, result: list[float]) -> None:
     """Ai^2 + Bi^2, Ai'^2 + Bi'^2, Bi and Bi' times e^{-(4/3) z^(3/2)} or its root, for z > 0.
 
     The first `count` of them, 1 or 4.
@@ -29,29 +29,29 @@ def _airy(z: float, count: int, found: list[float]) -> None:
         # Where the table has the exponential, it is taken out here.
         fall = math.exp(-2 * size * root / 3) if 0 < z < 1 else 1.0
         for k in range(count):
-            found[k] = _horner(_AIRY_NEAR, 13 * (piece + 32 * k), 13, t) * fall
+            result[k] = _horner(_AIRY_NEAR, 13 * (piece + 32 * k), 13, t) * fall
             if k < 2:
-                found[k] *= fall
+                result[k] *= fall
         return
     cube, half = size * root, math.sqrt(root)
     t = 16 * math.sqrt(8.0) / cube - 1
     if z > 0:
         for k in range(count):
-            found[k] = _horner(_AIRY_ABOVE, 14 * k, 14, t)
+            result[k] = _horner(_AIRY_ABOVE, 14 * k, 14, t)
     else:
-        found[0] = _horner(_AIRY_BELOW, 0, 14, t)
+        result[0] = _horner(_AIRY_BELOW, 0, 14, t)
         if count > 1:
             turn = 2 * cube / 3 + math.pi / 4
             x, y = math.cos(turn), math.sin(turn)
-            found[1] = _horner(_AIRY_BELOW, 14, 14, t)
+            result[1] = _horner(_AIRY_BELOW, 14, 14, t)
             for k in range(2, 4):
                 real = _horner(_AIRY_BELOW, 28 * (k - 1), 14, t)
-                found[k] = real * x - _horner(_AIRY_BELOW, 28 * (k - 1) + 14, 14, t) * y
-    found[0] /= root
+                result[k] = real * x - _horner(_AIRY_BELOW, 28 * (k - 1) + 14, 14, t) * y
+    result[0] /= root
     if count > 1:
-        found[1] *= root
-        found[2] /= half
-        found[3] *= half
+        result[1] *= root
+        result[2] /= half
+        result[3] *= half
 
 
 def _log_modulus(x: float) -> float:

@@ -48,7 +48,7 @@ def _solved(rows: list[float], values: list[float]) -> None:
 
 
 def _collocated(
-    drift: Curve, scale: float, h: float, end: float, u: float, step: float, found: list[float]
+    drift: Curve, scale: float, h: float, end: float, u: float, step: float, result: list[float]
 ) -> None:
     """M after a step, its integral, the slope's; the sizes of M, its last terms, the slope."""
     rows, slopes, values = [0.0] * 272, [0.0] * 16, [0.0] * 16
@@ -69,17 +69,17 @@ def _collocated(
         last += _RADAU_LAST[16 + j] * values[j]
         top = max(top, abs(values[j]))
         least = min(least, abs(slopes[j]))
-    found[0], found[1], found[2] = values[15], h * area, drop
-    found[3], found[4], found[5] = top, max(abs(before), abs(last)), least
+    result[0], result[1], result[2] = values[15], h * area, drop
+    result[3], result[4], result[5] = top, max(abs(before), abs(last)), least
 
 
 def _relaxed(
-    drift: Curve, rough: float, lam: float, a: float, b: float, found: list[float]
+    drift: Curve, rough: float, lam: float, a: float, b: float, result: list[float]
 ) -> float:
     """M' = 1 - lam |drift| M from a, M = 0, to b: M there; its integral, lam times the drift's."""
     here = [0.0] * 6
     end, u, step, growth = 0.0, a, b - a, 2.0
-    found[0], found[1] = 0.0, 0.0
+    result[0], result[1] = 0.0, 0.0
     for _ in range(100000):
         last: int = abs(step) >= abs(b - u) * (1 - 1e-12)
         if last == 1:
@@ -97,8 +97,8 @@ def _relaxed(
                 break
             continue
         end = here[0]
-        found[0] += here[1]
-        found[1] += here[2]
+        result[0] += here[1]
+        result[1] += here[2]
         if last == 1:
             return end
         u += step
@@ -112,7 +112,7 @@ def _relaxed(
 
 def _sweep(
     drift: Curve, ends: list[float], rough: float, lam: float, points: list[float], count: int,
-    found: list[float], most: list[float],
+    result: list[float], most: list[float],
 ) -> None:  # fmt: skip
     """log sigma and log w at the last of the points, from the end at the first; their errors.
 
@@ -159,7 +159,7 @@ def _sweep(
             loose_sigma = kept * (loose_sigma + slip) + wrong
             loose += loose_sigma
             sigma = total
-    found[0], found[1], found[2], found[3] = sigma, w, loose_sigma, loose
+    result[0], result[1], result[2], result[3] = sigma, w, loose_sigma, loose
 
 
 def _stretches(end: float, marks: list[float], count: int, points: list[float]) -> int:

@@ -16,11 +16,11 @@ TIME = '''def _series(ctx, f, cosines, a, b):
     """Chebyshev coefficients of f on (a, b), from its values at as many points."""
     n = len(cosines) // 4
     values = [ctx.mpf(f(a + (b - a) * (1 + cosines[2 * j + 1]) / 2)) for j in range(n)]
-    found = [
+    c = [
         2 * ctx.fdot(values, [cosines[m * (2 * j + 1) % (4 * n)] for j in range(n)]) / n
         for m in range(n)
     ]
-    return [found[0] / 2, *found[1:]]
+    return [c[0] / 2, *c[1:]]
 
 
 def _panel(ctx, scene, rate, start, a, b):
@@ -72,19 +72,19 @@ def _panel(ctx, scene, rate, start, a, b):
     for last in (free, first):
         if not last.get(0):
             continue
-        found = [(last.get(-1, 0) << bits) // last[0]]
+        c = [(last.get(-1, 0) << bits) // last[0]]
         for row in reversed(pivots):
-            rest = sum(x * found[i] for i, x in row.items() if i >= 0)
-            found.append(row.get(-1, 0) - (rest >> bits))
-        if max(map(abs, found[-3:])) * 10**digits > max(map(abs, found)):
+            rest = sum(x * c[i] for i, x in row.items() if i >= 0)
+            c.append(row.get(-1, 0) - (rest >> bits))
+        if max(map(abs, c[-3:])) * 10**digits > max(map(abs, c)):
             continue
-        at_a = h * ctx.ldexp(sum(found[::2]) - sum(found[1::2]), -bits)
+        at_a = h * ctx.ldexp(sum(c[::2]) - sum(c[1::2]), -bits)
         if last is first or (drop > 3 * digits and abs(at_a - start) <= 1e4 * tiny * abs(at_a)):
             break
     else:
         return None
-    mean = sum(x // (1 - m * m) for m, x in enumerate(found) if m % 2 == 0)
-    return h * ctx.ldexp(sum(found), -bits), h * h * ctx.ldexp(mean, -bits), drop
+    mean = sum(x // (1 - m * m) for m, x in enumerate(c) if m % 2 == 0)
+    return h * ctx.ldexp(sum(c), -bits), h * h * ctx.ldexp(mean, -bits), drop
 
 
 def _relaxed(ctx, scene, lam, a, b):
@@ -94,8 +94,8 @@ def _relaxed(ctx, scene, lam, a, b):
     step, fresh = ctx.one, True
     while done < 1:
         step = min(step, 1 - done)
-        found = _panel(ctx, scene, rate, m, a + done * (b - a), a + (done + step) * (b - a))
-        if found is None:
+        made = _panel(ctx, scene, rate, m, a + done * (b - a), a + (done + step) * (b - a))
+        if made is None:
             step, fresh = step / 2, False
             if step < ctx.eps:
                 raise ArithmeticError(
@@ -103,7 +103,7 @@ def _relaxed(ctx, scene, lam, a, b):
                     "it has to be analytic in the layer"
                 )
             continue
-        m, area, drop, done = found[0], area + found[1], drop + found[2], done + step
+        m, area, drop, done = made[0], area + made[1], drop + made[2], done + step
         step, fresh = step * (1 + fresh), True
     return m, area, drop
 

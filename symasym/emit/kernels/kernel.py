@@ -75,7 +75,7 @@ class _InDoubles(ast.NodeTransformer):
         for argument in node.args.args:
             argument.annotation = ast.Name("float")
         if several:
-            node.args.args.append(ast.arg("found", ast.parse("list[float]", mode="eval").body))
+            node.args.args.append(ast.arg("result", ast.parse("list[float]", mode="eval").body))
         node.returns = ast.Constant(None) if several else ast.Name("float")
         self.generic_visit(node)
         return node
@@ -85,7 +85,7 @@ class _InDoubles(ast.NodeTransformer):
         if not isinstance(node.value, ast.Tuple):
             return node
         values = enumerate(map(ast.unparse, node.value.elts))
-        return [ast.parse(f"found[{k}] = {value}").body[0] for k, value in values]
+        return [ast.parse(f"result[{k}] = {value}").body[0] for k, value in values]
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         value = self.known.get(node.id)

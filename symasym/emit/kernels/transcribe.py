@@ -97,11 +97,11 @@ class _Writer(Expressions):
     # -- statements ---------------------------------------------------------------------------
 
     def block(self, body: list[ast.stmt], indent: str) -> list[str]:
-        found = []
+        lines = []
         for statement in body:
-            found += self._comments(statement, indent)
-            found += self._statement(statement, indent, body)
-        return found
+            lines += self._comments(statement, indent)
+            lines += self._statement(statement, indent, body)
+        return lines
 
     def _comments(self, statement: ast.stmt, indent: str) -> list[str]:
         said: list[str] = []
@@ -158,16 +158,16 @@ class _Writer(Expressions):
         return [f"{indent}throw new RangeError(", f"{indent}  {inner},", f"{indent});"]
 
     def _if(self, s: ast.If, indent: str, first: str) -> list[str]:
-        found = wrapped(
+        lines = wrapped(
             first, self.code(s.test), indent, end=" {", brackets="()", deeper=self.deeper
         )
-        found += self.block(s.body, indent + self.deeper)
+        lines += self.block(s.body, indent + self.deeper)
         if not s.orelse:
-            return [*found, f"{indent}}}"]
+            return [*lines, f"{indent}}}"]
         if len(s.orelse) == 1 and isinstance(s.orelse[0], ast.If):
-            return found + self._if(s.orelse[0], indent, "} else if ")
-        found.append(f"{indent}}} else {{")
-        return [*found, *self.block(s.orelse, indent + self.deeper), f"{indent}}}"]
+            return lines + self._if(s.orelse[0], indent, "} else if ")
+        lines.append(f"{indent}}} else {{")
+        return [*lines, *self.block(s.orelse, indent + self.deeper), f"{indent}}}"]
 
     def _loop(self, s: ast.For, indent: str) -> list[str]:
         call = s.iter
@@ -193,14 +193,14 @@ class _Writer(Expressions):
         if not isinstance(target, ast.Tuple):
             return self._assign(target, value, indent, body)
         assert isinstance(value, ast.Tuple)
-        found: list[str] = []
+        lines: list[str] = []
         done: set[str] = set()
         for t, v in zip(target.elts, value.elts, strict=True):
             if done & {n.id for n in ast.walk(v) if isinstance(n, ast.Name)}:
                 raise TypeError(f"{ast.unparse(target)} is not assigned one by one")
             done |= {n.id for n in ast.walk(t) if isinstance(n, ast.Name)}
-            found += self._assign(t, v, indent, body)
-        return found
+            lines += self._assign(t, v, indent, body)
+        return lines
 
     def _assign(
         self, target: ast.expr, value: ast.expr, indent: str, body: list[ast.stmt]
@@ -244,7 +244,7 @@ class _Writer(Expressions):
 
     def _hoisted(self) -> list[str]:
         """Names whose first value is given in a block that does not hold all their uses."""
-        found = []
+        lines = []
         for name, first in self.places.items():
             if name in self.arguments:
                 continue
@@ -254,8 +254,8 @@ class _Writer(Expressions):
                 self.known.add(name)
                 zero = "0" if whole else "0.0"
                 kind = self.kind[name] if self.c else "let"
-                found.append(f"{self.deeper}{kind} {name} = {zero if self.c else '0'};")
-        return found
+                lines.append(f"{self.deeper}{kind} {name} = {zero if self.c else '0'};")
+        return lines
 
 
 def _length(e: ast.expr) -> tuple[bool, int] | None:
@@ -274,7 +274,7 @@ def _holds(s: ast.stmt, name: str) -> bool:
 
 def _places(tree: ast.FunctionDef) -> dict[str, ast.stmt]:
     """For each name the first statement of the innermost block that holds all its uses."""
-    found: dict[str, ast.stmt] = {}
+    declared: dict[str, ast.stmt] = {}
     loops = {n.target.id for n in ast.walk(tree) if isinstance(n, ast.For)}  # type: ignore[attr-defined]
     stored = {
         n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
@@ -288,8 +288,8 @@ def _places(tree: ast.FunctionDef) -> dict[str, ast.stmt]:
             if not alone:
                 break
             block = inner[0]
-        found[name] = holding[0]
-    return found
+        declared[name] = holding[0]
+    return declared
 
 
 def _direct(s: ast.stmt) -> list[list[ast.stmt]]:

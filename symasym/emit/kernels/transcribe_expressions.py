@@ -33,12 +33,12 @@ class Names:
         if not (isinstance(call.func, ast.Name) and call.func.id in self.trees):
             return False
         taken = self.trees[call.func.id].args.args
-        found = {
+        stored = {
             a.id
             for a, b in zip(call.args, taken, strict=True)
             if isinstance(a, ast.Name) and b.arg in self.changed[call.func.id]
         }
-        new = found - self.changed[name]
+        new = stored - self.changed[name]
         self.changed[name] |= new
         return bool(new)
 
@@ -201,8 +201,8 @@ class Expressions:
         if name in ("min", "max"):
             if not self.c:
                 return f"Math.{name}({', '.join(args)})"
-            found = args[-1]
+            nested = args[-1]
             for a in reversed(args[:-1]):
-                found = f"f{name}({a}, {found})"
-            return f"(int){found}" if self.whole(e) else found
+                nested = f"f{name}({a}, {nested})"
+            return f"(int){nested}" if self.whole(e) else nested
         raise TypeError(f"no transcription of {ast.unparse(e)}")

@@ -35,21 +35,21 @@ _DAWSON_BEYOND: list[float] = []
 # The library's formulas, in doubles (`symasym.emit.kernels.kernel.in_doubles`).
 _FORM: Any = None
 pair_norm = canonical = over_pair = over_pair_twice = pair_share = over_end = _FORM
-_past_pair = _past_barrier = _faded = _before_end = _gaussians = _FORM
+_past_pair = _past_barrier = faded = _before_end = gaussians = _FORM
 
 
-def _dawson(x: float, found: list[float]) -> None:
+def _dawson(x: float, result: list[float]) -> None:
     """e^{x^2} erfc(x), Dawson's integral, and twice the integral of that, x >= 0."""
     if x <= 6:
         piece: int = min(int(4 * x), 23)
         t = 2 * (4 * x - piece) - 1
         for k in range(3):
-            found[k] = _horner(_DAWSON_NEAR, 13 * (piece + 24 * k), 13, t)
+            result[k] = _horner(_DAWSON_NEAR, 13 * (piece + 24 * k), 13, t)
         return
     t = 72 / (x * x) - 1
-    found[0] = _horner(_DAWSON_BEYOND, 0, 14, t) / x
-    found[1] = _horner(_DAWSON_BEYOND, 14, 14, t) / x
-    found[2] = _horner(_DAWSON_BEYOND, 28, 14, t) + math.log(2 * x) + 0.5772156649015329 / 2
+    result[0] = _horner(_DAWSON_BEYOND, 0, 14, t) / x
+    result[1] = _horner(_DAWSON_BEYOND, 14, 14, t) / x
+    result[2] = _horner(_DAWSON_BEYOND, 28, 14, t) + math.log(2 * x) + 0.5772156649015329 / 2
 
 
 def _edge(
@@ -60,7 +60,7 @@ def _edge(
 
     The last of these is -1 where there is no barrier next to the end.
     """
-    psi, faded, form = [0.0] * 13, [0.0] * 3, [0.0] * 3
+    psi, kept, form = [0.0] * 13, [0.0] * 3, [0.0] * 3
     last, before = -1, -1
     edge[at + 4] = -1
     for j in range(real):
@@ -98,8 +98,8 @@ def _edge(
         edge[at + 4] = -2
         return
     if drop >= 0:
-        _faded(drop, gap, area, faded)
-    _before_end(max(psi[1], 1e-94), gap, area, first, second, value, faded[1], form)
+        faded(drop, gap, area, kept)
+    _before_end(max(psi[1], 1e-94), gap, area, first, second, value, kept[1], form)
     for k in range(3):
         edge[at + k] = form[k]
     edge[at + 3] = gap
@@ -231,7 +231,7 @@ def _side(
         height -= edge[at] * edge[at] / 2
         near, shared, over = [0.0] * 3, [0.0] * 3, [0.0] * 3
         _dawson(edge[at] * math.sqrt(lam / 2), near)
-        _gaussians(lam, near[0], near[1], near[2], shared)
+        gaussians(lam, near[0], near[1], near[2], shared)
         over_end(lam, edge[at], edge[at + 1], edge[at + 2], shared[0], shared[1], shared[2], over)
         length = max(r - 1, 0.0)
         value = length * _exprel(-lam * slope * length)
@@ -297,8 +297,8 @@ def _log_uniform(
     here = 1 / _horner(c, 0, n, 0.0) / lam
     before = left[1] - here * math.exp(-lam * left[0])
     after = right[1] + here * math.exp(-lam * right[0])
-    found = right[3] * before / total * math.exp(lam * (behind - high))
-    found += left[3] * after / total * math.exp(lam * (ahead - high))
-    if not 0 < found < 1e300:
+    mean = right[3] * before / total * math.exp(lam * (behind - high))
+    mean += left[3] * after / total * math.exp(lam * (ahead - high))
+    if not 0 < mean < 1e300:
         return math.nan
-    return math.log(found * lam) + lam * high
+    return math.log(mean * lam) + lam * high

@@ -7,7 +7,7 @@ function of u is handed to a helper of the file. From it `block` writes a case, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
@@ -146,6 +146,22 @@ class Language:
             *self.marks(q),
             *self.returned(value, self.deeper, named("_log_time", self.target)),
         ]
+
+    def body(
+        self,
+        function: Ready,
+        passage: Callable[[Ready, FirstPassage], list[str]],
+        refusal: Callable[[Ready], list[str]],
+    ) -> list[str]:
+        """The body of a function: its integral, its exact time by `passage`, or its cases, with
+        the `refusal` where none holds."""
+        if function.quadrature:
+            return self.integral(function, function.quadrature)
+        if function.first_passage:
+            return passage(function, function.first_passage)
+        lines = [line for case in function.bodies for line in self.block(case)]
+        partial = function.bodies and function.bodies[-1].conditions
+        return lines + refusal(function) if partial else lines
 
     def uniform(self, q: FirstPassage) -> tuple[list[str], str]:
         """The drift's coefficients and its terms beyond the layer; the call with them."""

@@ -41,9 +41,9 @@ def render(program: Program, functions: list[Ready], name: str = "") -> tuple[st
 def compiler() -> str | None:
     """The C compiler of this machine: ``CC``, else cc, gcc or clang; None where there is none."""
     for name in (os.environ.get("CC", ""), "cc", "gcc", "clang"):
-        found = shutil.which(name) if name else None
-        if found:
-            return found
+        path = shutil.which(name) if name else None
+        if path:
+            return path
     return None
 
 

@@ -28,15 +28,7 @@ def _function(function: Ready) -> str:
     if function.exp_of:
         call = f"return Math.exp({function.exp_of}"
         lines += wrapped(call, names, "  ", end=");", brackets="()", deeper="  ")
-    if function.quadrature:
-        lines += JAVASCRIPT.integral(function, function.quadrature)
-    if function.first_passage:
-        lines += _passage(function, function.first_passage)
-    for body in function.bodies:
-        lines += JAVASCRIPT.block(body)
-    if function.bodies and function.bodies[-1].conditions:
-        lines += _refusal(function)
-    return "\n".join([*lines, "}"])
+    return "\n".join([*lines, *JAVASCRIPT.body(function, _passage, _refusal), "}"])
 
 
 def _refusal(function: Ready) -> list[str]:
@@ -52,9 +44,9 @@ def _passage(function: Ready, q: FirstPassage) -> list[str]:
     lines, call = JAVASCRIPT.uniform(q)
     return [
         *lines,
-        f"  const found = {call};",
-        "  if (Number.isNaN(found)) {",
+        f"  const log_time = {call};",
+        "  if (Number.isNaN(log_time)) {",
         *("  " + line for line in _refusal(function)),
         "  }",
-        "  return found;",
+        "  return log_time;",
     ]

@@ -13,19 +13,10 @@ from symasym.emit.program import Function, Program, Ready, header
 from symasym.emit.writing import comment
 
 NAMES = {
-    "slope_well": "A'(u_1)",
-    "slope_barrier": "A'(u_2)",
-    "barrier": "D",
-    "V1": "V(1)",
-    "V0": "V(0)",
-    "V_well": "V(u_1)",
-    "a_minus": "a^-",
-    "a_plus": "a^+",
-    "drift0": r"\phi(0)",
-    "ell": r"\ell",
-    "lam": r"\lambda",
-    "z0": "z_0",
-}
+    "slope_well": "A'(u_1)", "slope_barrier": "A'(u_2)", "barrier": "D", "V1": "V(1)", "V0": "V(0)",
+    "V_well": "V(u_1)", "a_minus": "a^-", "a_plus": "a^+", "drift0": r"\phi(0)", "ell": r"\ell",
+    "lam": r"\lambda", "z0": "z_0",
+}  # fmt: skip
 # Parts of an expansion are called by words.
 _WORDS = {"start", "well", "barrier", "kink", "end", "between", "beyond"}
 

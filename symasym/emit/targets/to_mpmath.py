@@ -34,19 +34,19 @@ def _digits(function, dps, *arguments):
     ctx, before = MPContext(), None
     for extra in (15, 30, 60, 120, 240, 480, 960, 1920):
         ctx.dps = dps + extra
-        found = function(ctx, *(_number(ctx, x) for x in arguments))
-        found = found if isinstance(found, tuple) else (found,)
+        values = function(ctx, *(_number(ctx, x) for x in arguments))
+        values = values if isinstance(values, tuple) else (values,)
         if before is not None and all(
             abs(a - b) <= abs(b) * ctx.mpf(10) ** (-dps - 3)
-            for a, b in zip(before, found, strict=True)
+            for a, b in zip(before, values, strict=True)
         ):
             prec = mpmath.libmp.dps_to_prec(dps)
-            found = tuple(
+            values = tuple(
                 mpmath.mp.make_mpf(mpmath.libmp.mpf_pos((ctx.one * x)._mpf_, prec, "n"))
-                for x in found
+                for x in values
             )
-            return found if len(found) > 1 else found[0]
-        before = found
+            return values if len(values) > 1 else values[0]
+        before = values
     raise ArithmeticError("the digits cancel; the value may be exactly 0")
 '''
 MPMATH = Language("mpmath", first="ctx, ")
@@ -136,14 +136,7 @@ def render(program: Program, functions: list[Ready]) -> str:
 def _function(function: Ready) -> str:
     names = list(function.arguments)
     inner = heading(f"def _{function.name}", ["ctx", *names], ":")
-    if function.quadrature:
-        inner += MPMATH.integral(function, function.quadrature)
-    if function.first_passage:
-        inner += _passage(function, function.first_passage)
-    for body in function.bodies:
-        inner += MPMATH.block(body)
-    if function.bodies and function.bodies[-1].conditions:
-        inner += refusal(function)
+    inner += MPMATH.body(function, _passage, refusal)
     outer = [
         *heading(f"def {function.name}", [*names, "dps=15"], ":"),
         f'    """{signature_doc(function)}"""',
@@ -165,5 +158,5 @@ def _passage(function: Ready, q: FirstPassage) -> list[str]:
     lines = [*MPMATH.listed("ends", list(map(MPMATH.text, q.ends))), *MPMATH.marks(q)]
     if function.exp_of:
         return [*lines, *MPMATH.returned(value, "    ", "_time")]
-    lines += wrapped("found = _time", value, "    ", brackets="()")
-    return [*lines, "    return ctx.log(found)"]
+    lines += wrapped("mean = _time", value, "    ", brackets="()")
+    return [*lines, "    return ctx.log(mean)"]

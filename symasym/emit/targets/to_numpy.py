@@ -52,13 +52,13 @@ HELPERS: dict[str, Written] = {
 _WITHIN, _ONE = np.reshape(_RADAU_WITHIN, (16, 16)), np.eye(16)
 
 
-def _collocated(drift, scale, h, end, u, step, found):
+def _collocated(drift, scale, h, end, u, step, result):
     """M after a step, its integral, the slope's; the sizes of M, its last terms, the slope."""
     slopes = scale * (drift(u + step * _POINTS) + 0 * _POINTS)
     sizes = np.abs(slopes)
     values = np.linalg.solve(_ONE + _WITHIN * sizes, end + h * _POINTS)
-    found[:3] = float(values[-1]), h * float(_WITHIN[-1] @ values), float(_WITHIN[-1] @ slopes)
-    found[3:] = np.abs(values).max(), np.abs(_LAST @ values).max(), sizes.min()
+    result[:3] = float(values[-1]), h * float(_WITHIN[-1] @ values), float(_WITHIN[-1] @ slopes)
+    result[3:] = np.abs(values).max(), np.abs(_LAST @ values).max(), sizes.min()
 ''',
     "_log_modulus": _LOG_MODULUS,
     "_each": '''def _each(function, *arguments):

@@ -33,16 +33,8 @@ def _function(function: Ready) -> str:
     if function.exp_of:
         lines += wrapped(f"return _exp({function.exp_of}", names, "    ", end=")", brackets="()")
         return "\n".join(lines)
-    if function.quadrature:
-        return "\n".join([*lines, *PYTHON.integral(function, function.quadrature)])
-    lines += floats(names)
-    if function.first_passage:
-        return "\n".join([*lines, *first_passage(function, function.first_passage, PYTHON)])
-    for body in function.bodies:
-        lines += PYTHON.block(body)
-    if function.bodies[-1].conditions:
-        lines += refusal(function)
-    return "\n".join(lines)
+    lines += [] if function.quadrature else floats(names)
+    return "\n".join([*lines, *PYTHON.body(function, first_passage, refusal)])
 
 
 def floats(names: str) -> list[str]:
@@ -52,7 +44,7 @@ def floats(names: str) -> list[str]:
     return [f"    {names} = float({names})"] if names else []
 
 
-def first_passage(function: Ready, q: FirstPassage, language: Language) -> list[str]:
+def first_passage(function: Ready, q: FirstPassage, language: Language = PYTHON) -> list[str]:
     """The body of an escape time; the uniform one has a value or is refused."""
     if not q.uniform:
         return language.first_passage(function, q)
@@ -60,10 +52,10 @@ def first_passage(function: Ready, q: FirstPassage, language: Language) -> list[
     return [
         *lines,
         "    try:",
-        f"        found = {call}",
+        f"        log_time = {call}",
         "    except (ArithmeticError, ValueError):",
-        "        found = math.nan",
-        "    if math.isnan(found):",
+        "        log_time = math.nan",
+        "    if math.isnan(log_time):",
         *("    " + line for line in refusal(function)),
-        "    return found",
+        "    return log_time",
     ]

@@ -30,29 +30,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = [
-    "ALPHA",
-    "DRAWN",
-    "EPS",
-    "FIGURES",
-    "KAPPAS",
-    "KINDS",
-    "MUS",
-    "R",
-    "Curve",
-    "curve",
-    "encode",
-    "fil",
-    "flows",
-    "fric1",
-    "fric2",
-    "fricforce",
-    "friction_osc",
-    "phase",
-    "potential_sketch",
-    "regimes",
-    "release",
-    "stokes",
-]
+    "ALPHA", "DRAWN", "EPS", "FIGURES", "KAPPAS", "KINDS", "MUS", "R", "Curve", "curve", "encode",
+    "fil", "flows", "fric1", "fric2", "fricforce", "friction_osc", "phase", "potential_sketch",
+    "regimes", "release", "stokes",
+]  # fmt: skip
 
 #: Every figure by its name in the paper; all arguments of the functions have defaults.
 FIGURES: dict[str, Callable[..., Figure]] = {

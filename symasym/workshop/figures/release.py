@@ -152,9 +152,9 @@ def _paths(axes: Axes, scene: Scene, color: str) -> None:
         axes.plot(line[:, 0], line[:, 1], color=color, linewidth=0.35, alpha=0.8)
 
 
-def _density(axes: Axes, found: Marched, scene: Scene, color: str, name: str) -> None:
+def _density(axes: Axes, marched: Marched, scene: Scene, color: str, name: str) -> None:
     """The density of z at release."""
-    _, law = laws(found.density, scene.z, scene.sign)
+    _, law = laws(marched.density, scene.z, scene.sign)
     low, high = law.quantile(1e-4), law.quantile(1 - 1e-4)
     z = np.linspace(low, high, 300)
     axes.plot((z[1:] + z[:-1]) / 2, np.diff(law.cdf(z)) / np.diff(z), color=color, label=name)
@@ -294,11 +294,11 @@ def regimes(
         block = sa.oscillator(mu=mu, alpha=alpha)
         for e in np.geomspace(3e-5, 0.03, points).tolist():
             for k in np.geomspace(0.05, 1.6, points).tolist():
-                found = march(Scene(block, k, radius, e, 0.0, start), _RTOL)
-                _, law = laws(found.density, start, -1.0)
+                marched = march(Scene(block, k, radius, e, 0.0, start), _RTOL)
+                _, law = laws(marched.density, start, -1.0)
                 # Past the fold it still takes its way to r.
                 held = law.cdf(fold - e * radius / (1 - fold - float(exact("alpha", alpha))))
-                passes = found.mean < 2.0 * flight
+                passes = marched.mean < 2.0 * flight
                 held_to_it = "sticks to the fold" if held > 0.5 else "escapes by noise"
                 marker, color = ends[f"marched: {'passes' if passes else held_to_it}"]
                 at = [e], [k * np.sqrt(e)]

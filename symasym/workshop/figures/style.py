@@ -129,20 +129,7 @@ def arrow(axes: Axes, path: FloatArray, color: str, share: float = 0.5, gid: str
     at = share * length[-1]
     # The head points along a short chord, which is longer than a pixel on every figure.
     ends = [[np.interp(s, length, path[:, k]) for k in (0, 1)] for s in (at - 0.01, at)]
-    axes.annotate(
-        "",
-        xy=tuple(ends[1]),
-        xytext=tuple(ends[0]),
-        gid=gid or None,
-        arrowprops={
-            "arrowstyle": "-|>,head_length=0.42,head_width=0.2",
-            "color": color,
-            "linewidth": 0.8,
-            "shrinkA": 0,
-            "shrinkB": 0,
-        },
-        zorder=4,
-    )
+    _headed(axes, ends[0], ends[1], (0.42, 0.2), color, 0.8, gid, 4)
 
 
 def vector(
@@ -155,20 +142,25 @@ def vector(
 ) -> None:
     """A straight arrow from `start` by `step`, in data units."""
     begin = np.asarray(tuple(start), dtype=float)
-    axes.annotate(
-        "",
-        xy=tuple(begin + np.asarray(tuple(step), dtype=float)),
-        xytext=tuple(begin),
-        gid=gid,
-        arrowprops={
-            "arrowstyle": "-|>,head_length=0.5,head_width=0.24",
-            "color": color,
-            "linewidth": width,
-            "shrinkA": 0,
-            "shrinkB": 0,
-        },
-        zorder=5,
-    )
+    end = begin + np.asarray(tuple(step), dtype=float)
+    _headed(axes, begin, end, (0.5, 0.24), color, width, gid, 5)
+
+
+def _headed(
+    axes: Axes,
+    begin: Iterable[float],
+    end: Iterable[float],
+    head: tuple[float, float],
+    color: str | tuple[float, ...],
+    width: float,
+    gid: str,
+    zorder: int,
+) -> None:
+    """A line that ends in an arrowhead of this length and width."""
+    (x, y), (from_x, from_y) = end, begin
+    line: dict[str, Any] = {"color": color, "linewidth": width, "shrinkA": 0, "shrinkB": 0}
+    line["arrowstyle"] = "-|>,head_length={},head_width={}".format(*head)
+    axes.annotate("", (x, y), (from_x, from_y), arrowprops=line, gid=gid or None, zorder=zorder)
 
 
 def layer_band(axes: Axes, horizontal: bool) -> None:

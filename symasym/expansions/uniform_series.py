@@ -1,0 +1,547 @@
+"""T and 1 - P through a coalescence to order 1, with a symbol for all that depends on the drift.
+
+The sums are those of `symasym.asymptotics.uniform.sums`, run over SymPy's expressions: Laplace's
+series (`symasym.expansions.builder`), the canonical Airy form of the pair (C. Chester, B. Friedman,
+F. Ursell, Proc. Camb. Phil. Soc. 53 (1957) 599), and at the start and both ends of the layer the
+corrections of a Gaussian that is truncated there (N. Bleistein, Comm. Pure Appl. Math. 19 (1966)
+353). With u = u(s), phi du = (s^2 - zeta) ds, an integration by parts lowers u' to p + q s and then
+to p1 + q1 s, where with u = u(±zeta^(1/2)) + w1 t + w2 t^2 + w3 t^3 + ...
+
+    p1 ± q1 zeta^(1/2) = ± 3 w3/(2 zeta^(1/2)) - (2 w2 - q)/(4 zeta)
+
+(DLMF 2.4(v)). What is at one zero of the pair is at the other with the other sign of D^(1/2):
+`Conjugates` a ± b D^(1/2), so that no formula has a root of D, and all hold for a complex pair.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import sympy
+from mpmath.ctx_mp import MPContext
+from sympy import Expr, Rational, S, Symbol
+
+from symasym.asymptotics.uniform.coalescing_pair import Airy, CanonicalPair, OneSide, airy
+from symasym.asymptotics.uniform.order_zero_forms import _past_pair
+from symasym.asymptotics.uniform.sums import corrected, sides_at, whole_at
+from symasym.asymptotics.uniform.truncated_gaussian import (
+    Corrections,
+    Truncation,
+    Truncations,
+    _Functions,
+    truncations_beside,
+)
+from symasym.asymptotics.weak_noise.compose import Side
+from symasym.asymptotics.weak_noise.one_sided import CriticalPoint
+from symasym.asymptotics.weak_noise.series import BEYOND, Part, Series, terms
+from symasym.base.errors import InputError
+from symasym.drift.drift import Drift
+from symasym.emit.symbolic_sums import BEYOND_1, LAM, X
+from symasym.expansions.builder import Symbols, U
+from symasym.expansions.cases import Case
+from symasym.expansions.uniform import (
+    P0,
+    Q0,
+    V_MEAN,
+    WELLS,
+    Expressions,
+    M,
+    PairSymbols,
+    Place,
+    airy_functions,
+    gaussian_functions,
+    place_of,
+    require_pair,
+)  # fmt: skip
+from symasym.expansions.universal import at_zero
+from symasym.numbers.polynomials import poly
+from symasym.series.quadratic_factor import Pair
+from symasym.special.airy import AiryProducts
+
+__all__ = ["UniformSeries", "stationary", "two_sides", "uniform_symbols"]
+
+# Where the points stand, as numbers that can be compared.
+_PLACES = MPContext()
+
+
+class _Context(Expressions):
+    """An mpmath context whose numbers are expressions, or mpf where points are compared."""
+
+    def __init__(self, symbols: Symbols) -> None:
+        self.symbols = symbols
+        self.ratios: dict[Expr, Symbol] = {}
+
+    prec, eps, inf = 53, _PLACES.eps, sympy.oo
+    mpf, fac2, erfc = _PLACES.mpf, staticmethod(sympy.factorial2), staticmethod(sympy.erfc)
+    log1p = staticmethod(lambda x: sympy.log(1 + x))
+
+    @staticmethod
+    def sqrt(x: Any) -> Any:
+        return _PLACES.sqrt(x) if isinstance(x, _PLACES.mpf) else sympy.sqrt(x)
+
+    def fsum(self, parts: Any) -> Expr:
+        return sum(parts, S.Zero)
+
+    def gammainc(self, a: int, low: int, ratio: Expr, regularized: bool) -> Symbol:
+        """P(a, ratio) of a whole number a, as a symbol."""
+        known = self.symbols
+        rho = self.ratios.get(ratio)
+        if rho is None:
+            k = len(self.ratios) + 1
+            rho = self.ratios[ratio] = Symbol(f"rho({k})", positive=True)
+            known.values[rho], known.tex[rho] = ratio, rf"\rho_{{{k}}}"
+        share = Symbol(f"P{a}({rho.name})", positive=True)
+        terms = sum((rho**k / sympy.factorial(k) for k in range(a)), S.Zero)
+        known.values[share] = 1 - sympy.exp(-rho) * terms
+        known.tex[share] = rf"P({a}, {known.tex[rho]})"
+        return share
+
+
+class Conjugates:
+    """a + b D^(1/2) at one zero of the pair, a - b D^(1/2) at the other."""
+
+    def __init__(self, a: Any, b: Any, square: Expr) -> None:
+        self.a, self.b, self.square = sympy.sympify(a), sympy.sympify(b), square
+
+    def _of(self, x: Any) -> Conjugates:
+        if isinstance(x, Conjugates):
+            return x
+        return Conjugates(x, 0, self.square)
+
+    def __add__(self, other: Any) -> Conjugates:
+        y = self._of(other)
+        return Conjugates(self.a + y.a, self.b + y.b, self.square)
+
+    def __mul__(self, other: Any) -> Conjugates:
+        y = self._of(other)
+        a = self.a * y.a + self.square * self.b * y.b
+        return Conjugates(a, self.a * y.b + self.b * y.a, self.square)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __rsub__(self, other: Any) -> Conjugates:
+        return self._of(other) - self
+
+    def __sub__(self, other: Any) -> Conjugates:
+        y = self._of(other)
+        return Conjugates(self.a - y.a, self.b - y.b, self.square)
+
+    def __pow__(self, n: int) -> Conjugates:
+        power = Conjugates(1, 0, self.square)
+        for _ in range(n):
+            power = power.__mul__(self)
+        return power
+
+    def __truediv__(self, other: Any) -> Conjugates:
+        y = self._of(other)
+        if y.a == 0:
+            return Conjugates(self.b / y.b, self.a / (y.b * self.square), self.square)
+        norm = y.a**2 - self.square * y.b**2
+        return self * Conjugates(y.a / norm, -y.b / norm, self.square)
+
+
+class _Named:
+    """A series or a function as one symbol."""
+
+    def __init__(self, value: Expr) -> None:
+        self.value = value
+
+    def at(self, point: Any) -> tuple[Expr, None]:
+        return self.value, None
+
+
+def _named(series: Any) -> Any:
+    """A series of one symbol, or of numbers, as its value."""
+    if not terms(series) or not isinstance(series, Series):
+        return series
+    (part,) = series.parts
+    (c,) = part.coefficients
+    return _Named(c * LAM ** -Rational(part.offset))
+
+
+# -- the corrections at the start and the ends -----------------------------------------------------
+
+
+class UniformSeries(PairSymbols):
+    """A case with one pair, to an order."""
+
+    def __init__(
+        self, drift: Drift, case: Case, order: int, start: Fraction, place: Place,
+        paired: tuple[int, ...],
+    ) -> None:  # fmt: skip
+        self.order = order
+        self.locals: dict[Symbol, Expr] = {}
+        super().__init__(drift, case, order, start, place, paired)
+        self.arithmetic = Expressions()  # type: ignore[assignment]
+        self.canonical = self._canonical()
+
+    def height_at(self, u: Expr) -> Symbol:
+        """With its sign at the zeros next to the start."""
+        height = super().height_at(u)
+        beside = [k for k in (self.before - 1, self.before) if 0 <= k < len(self.lines)]
+        for k in beside:
+            if u == self.lines[k]:
+                barrier = self.barrier(k)
+                known = Symbol(height.name, positive=barrier, negative=not barrier)
+                for table in (self.values, self.tex):
+                    table[known] = table.pop(height)
+                return known
+        return height
+
+    def _canonical(self) -> CanonicalPair:
+        """The pair with p, q and p1, q1."""
+        pair, (side, sign) = self.canonical_form(), self.place
+        rows = [(P0, Q0)]
+        if self.order:
+            rows.append(self._next(pair))
+        low, high = (positions(self)[self.lines[k]] for k in self.paired) if self.real else (
+            (side * _PLACES.mpf("0.5"),) * 2)  # fmt: skip
+        half = (high - low) / 2
+        own = Pair(_PLACES.zero, half**2, pair.psi, sign, pair.zeta, pair.slope, pair.level)
+        growth = sympy.exp(2 * self.zeta ** Rational(3, 2) * LAM / 3) if self.real else S.One
+        found = airy_functions()
+        squares, cross, slopes = (y / growth**2 for y in found[:3])
+        known = AiryProducts(squares, cross, slopes, found.bi / growth, found.bi_slope / growth)
+        return CanonicalPair(
+            Fraction(float(side * (low + high) / 2)), own, sign > 0, V_MEAN, rows, [], None,
+            (None, None), S.Zero, 0, {LAM: known},
+        )  # fmt: skip
+
+    def _next(self, pair: Pair) -> tuple[Symbol, Symbol]:
+        """p1 and q1, from u(s) at both zeros."""
+        square, sign = self.square, self.place.sign
+        root, c = Symbol("root(m)", positive=True), []
+        self.values[root], self.tex[root] = 1 / pair.slope, r"\gamma"
+        for j in range(3):
+            about = [sympy.binomial(n, j) * x for n, x in enumerate(self.factor)][j:]
+            c.append(self._conjugates(f"psi{j}", rf"\psi^{{({j})}}", about))
+        half, sigma = Conjugates(0, 1, square), Conjugates(0, root, square)
+        f1, f2, f3 = 2 * half * c[0], c[0] + 2 * half * c[1], c[1] + 2 * half * c[2]
+        w1 = Conjugates(P0, sign * Q0 * root, square)
+        square_of_w1 = self._two("w1^2", w1 * w1, "(w_1^2)")
+        cube = self._two("w1^3", w1 * square_of_w1, "(w_1^3)")
+        w2 = self._two("w2", w1 * (1 - f2 * cube) / (6 * sigma), "w_2")
+        bends = f1 * w2 * w2 / 2 + f2 * square_of_w1 * w2 + f3 * w1 * cube / 4
+        w3 = w1 * self._two("bends", bends, r"\beta") / (-2 * sigma)
+        g = 3 * self._two("w3", w3, "w_3") / (2 * sigma) - (2 * w2 - sign * Q0) / (4 * self.zeta)
+        p1, q1 = Symbol("p1", real=True), Symbol("q1", real=True)
+        self.values[p1], self.values[q1] = sign * g.a, g.b / root
+        self.tex |= {p1: "p_1", q1: "q_1"}
+        return p1, q1
+
+    def _conjugates(self, name: str, tex: str, values: list[Any]) -> Conjugates:
+        """sum of values[n] (±D^(1/2))^n as a ± b D^(1/2), its parts as symbols."""
+        even, odd = (poly(values[k::2], self.square) + S.Zero for k in (0, 1))
+        return self._two(name, Conjugates(even, odd, self.square), tex)
+
+    def _two(self, name: str, value: Conjugates, tex: str) -> Conjugates:
+        """The same with symbols for both parts, where they are none."""
+        parts: list[Expr] = []
+        for part, mark in ((value.a, "even"), (value.b, "odd")):
+            if part.is_Atom:
+                parts.append(part)
+                continue
+            symbol = Symbol(f"{name}({mark})", real=True)
+            self.values[symbol] = part
+            head = tex or rf"{name[0]}_{name[1:]}"
+            self.tex[symbol] = rf"{{{head}}}_{{\mathrm{{{mark}}}}}"
+            parts.append(symbol)
+        return Conjugates(parts[0], parts[1], self.square)
+
+    # -- the regular part -------------------------------------------------------------------------
+
+    def _partial_fractions(self, k: int, lo: Expr, hi: Expr) -> Expr:
+        """The finite part past the pair and over the other zeros."""
+        apart = [u for j, u in enumerate(self.lines) if j not in self.paired]
+        lines, self.lines = self.lines, apart
+        total = super()._partial_fractions(k, lo, hi)
+        self.lines = lines
+        square, assigned = self.square, []
+        for j in range(1, 2 * k):
+            values = [
+                sympy.diff(self.A, U, n).subs(U, M) / sympy.factorial(n) * sympy.binomial(n, j)
+                for n in range(j, (self.kept or 0) + 1)
+            ]
+            assigned.append(self._conjugates(f"A{j}", f"A_{{{j}}}", values or [S.Zero]))
+        one = Conjugates(1, 0, square)
+        inverse = self._two("inverse", one / assigned[0], "(1/A_1)")
+        g = [
+            self._two(f"quotient{j}", a * inverse, f"(A_{{{j}}}/A_1)")
+            for j, a in enumerate(assigned[1:], 2)
+        ]
+        rows = at_zero(k, (self.kept or 0) - 1)[k - 1]
+        for power, p in zip(range(1 - 2 * k, 0), rows, strict=True):
+            share = 0 * one
+            for powers, c in p.terms():
+                term = Rational(c.numerator, c.denominator) * one
+                for a, n in zip(g, powers, strict=False):
+                    term = term * a**n
+                share = share + term
+            if not (share.a or share.b):
+                continue
+            share = self._two(f"share({k},{power})", share * inverse**k, f"c_{{{k},{power}}}")
+            ends = [edge - M for edge in (hi, lo)]
+            if power == -1:
+                sides = [_past_pair(self.arithmetic, 2 * square * share.b, 2 * share.a, square, y)
+                         for y in map(self._from_middle, (hi, lo))]  # fmt: skip
+                total += sum(sides[0]) - sum(sides[1])
+            else:
+                n = -power - 1
+                t = [share * Conjugates(y, 1, square) ** n / (y**2 - square) ** n for y in ends]
+                total += 2 * (t[0].a - t[1].a) / (power + 1)
+        return total
+
+    def _from_middle(self, edge: Expr) -> Symbol:
+        """An edge's distance from the pair's middle."""
+        beyond = edge > self.start if self.place.side > 0 else edge >= self.start
+        y = Symbol(f"y({edge})", positive=bool(beyond), negative=not beyond)
+        self.values[y], self.tex[y] = edge - M, f"y_{{{edge}}}"
+        return y
+
+    # -- what is taken together -------------------------------------------------------------------
+
+    def local(self, canonical: CanonicalPair, lam: Any, order: int, context: Any) -> Airy:
+        """The pair's integrals as symbols."""
+        side, symbols = "+" if self.place.side > 0 else "-", []
+        for letter, value in zip("BWJ", airy(canonical, lam, order, context), strict=True):
+            symbol = Symbol(f"{letter}{side}", real=True)
+            self.locals[symbol], self.tex[symbol] = value, rf"\mathcal{{{letter}}}"
+            symbols.append(symbol)
+        return Airy(*symbols)
+
+
+# -- points and their places -----------------------------------------------------------------------
+
+
+def positions(symbols: Symbols) -> dict[Expr, Any]:
+    """Numbers in the order of -1, the zeros in the layer, the start, and 1."""
+    count, place = len(symbols.lines) + 1, _PLACES.mpf
+    numbers = {symbols.start: place(0), -S.One: place(-1), S.One: place(1)}
+    if symbols.start == -1:
+        numbers[symbols.start] = place(-1)
+    for k, u in enumerate(symbols.lines):
+        number = k - symbols.before + (1 if k >= symbols.before else 0)
+        numbers[u] = place(number) / count
+    return numbers
+
+
+def _zeros(symbols: Symbols) -> list[CriticalPoint]:
+    """The wells and barriers, left to right, with Watson's coefficients."""
+    points, at = [], positions(symbols)
+    for k, u in enumerate(symbols.lines):
+        barrier = symbols.barrier(k)
+        symbols.peak(k)
+        series = symbols.series[Symbol(f"{'B' if barrier else 'W'}{k + 1}", real=True)]
+        front = series.front * LAM ** Rational(1, 2)
+        front = front.subs(X, 1 / LAM)
+        height = symbols.heights[u] if barrier else -symbols.heights[u]
+        row = Series([Part(0.5, 0, [front * c for c in series.coefficients])])
+        kind = "barrier" if barrier else "well"
+        points.append(CriticalPoint(k, height, row, None, kind, at[u]))
+    return points
+
+
+def _truncations(
+    symbols: Symbols, edge: Expr, zeros: list[CriticalPoint], context: Any
+) -> list[Truncation]:
+    """The truncated Gaussians at the start or an end, with a symbol for what they are made of."""
+    count = symbols.count + BEYOND
+    (part,) = symbols.smooth(edge).parts
+    h = [*part.coefficients, *[S.Zero] * count][:count]
+    rows = truncations_beside(positions(symbols)[edge], symbols.heights[edge], h, zeros, 0, context)
+    return [_in_symbols(symbols, one, edge, zeros) for one in rows]
+
+
+def _in_symbols(
+    symbols: Symbols, one: Truncation, edge: Expr, zeros: list[CriticalPoint]
+) -> Truncation:
+    """A truncated Gaussian with a symbol for each number and each function."""
+    (k,) = [k for k, z in enumerate(zeros) if z.u == one.zero]
+    place = f"{symbols.names[edge]},{symbols.lines[k].name}"
+    before = positions(symbols)[edge] < one.zero
+    tex = f"{symbols.names[edge]},{symbols.tex[symbols.lines[k]]}"
+
+    def named(name: str, head: str, value: Any, **sign: Any) -> Symbol:
+        symbol = Symbol(f"{name}({place})", **(sign or {"real": True}))
+        symbols.values[symbol] = value
+        symbols.tex[symbol] = rf"{head}^{{({tex})}}"
+        return symbol
+
+    t = named("t", "t", one.t, negative=before, positive=not before)
+    x = named("xi", r"\xi", abs(t) * sympy.sqrt(LAM / 2), positive=True)
+    sigma, dawson, area = gaussian_functions(x, one.barrier)
+    side = -1 if before else 1
+    functions = _Functions(
+        named("sigma", r"\sigma", side * sigma),
+        named("Da", r"\mathcal{D}", side * dawson),
+        named("area", r"\Lambda", area / LAM),
+    )
+    count = symbols.count
+    rows = {
+        letter: [named(f"{letter}{n}", rf"{letter}_{n}", y.subs(one.t, t) if y else y)
+                 for n, y in enumerate(row[:count])]
+        for letter, row in (("a", one.peak), ("c", one.whole), ("b", one.series))
+    }  # fmt: skip
+    return one._replace(
+        t=t, peak=rows["a"], whole=rows["c"], series=rows["b"], known={LAM: functions}
+    )
+
+
+def _corrections(symbols: Any, edge: Expr) -> Any:
+    """`corrected` with symbols for its values at one point."""
+
+    def correction(
+        rows: list[Truncation], members: list[Any], lam: Any, order: int, context: Any
+    ) -> Corrections:
+        values: Corrections = corrected(rows, members, lam, order, context)
+        if not rows:
+            return values
+        name, parts = symbols.names[edge], []
+        for letter, value in zip("EFM", values, strict=True):
+            symbol = Symbol(f"d{letter}({name})", real=True)
+            symbols.values[symbol] = value
+            symbols.tex[symbol] = rf"\delta {letter}_{{{name}}}"
+            parts.append(symbol)
+        return Corrections(*parts)
+
+    return correction
+
+
+# -- T and 1 - P -----------------------------------------------------------------------------------
+
+
+def two_sides(symbols: UniformSeries) -> tuple[Side, Side]:
+    """Both sides of the start."""
+    at, halves, context = positions(symbols), [], _Context(symbols)
+    for one, sign in zip(symbols.both_sides(), (-1, 1), strict=True):
+
+        def placed(points: list[CriticalPoint], sign: int = sign) -> list[CriticalPoint]:
+            return [
+                p._replace(
+                    u=sign * at[sympy.sympify(sign * p.u)], series=_named(p.series),
+                    onward=_named(p.onward),
+                )
+                for p in points
+            ]  # fmt: skip
+
+        beyond = one.beyond and (S.One, *one.beyond[1:])
+        halves.append(
+            one._replace(
+                rising=placed(one.rising), falling=placed(one.falling), outer=_named(one.outer),
+                rising_start=_named(one.rising_start), falling_start=Series([]), beyond=beyond,
+            )
+        )  # fmt: skip
+    mine = symbols.place.side > 0
+    sides = [
+        OneSide(half, [symbols.canonical] if mine == (sign > 0) else [])
+        for half, sign in zip(halves, (-1, 1), strict=True)
+    ]
+    zeros = _zeros(symbols)
+    edges = (-S.One, symbols.start, S.One)
+    truncations = Truncations(*(_truncations(symbols, edge, zeros, context) for edge in edges))
+    named = iter(_corrections(symbols, edge) for edge in edges)
+
+    def correction(*given: Any) -> Corrections:
+        values: Corrections = next(named)(*given)
+        return values
+
+    known = sides_at(
+        sides, truncations, 1 + BEYOND_1, LAM, symbols.order, context, symbols.local, correction
+    )
+    return known.left, known.right
+
+
+def stationary(symbols: Any, order: int) -> tuple[Expr, Expr]:
+    """int e^{-lam V} over |u| > 1, and over all u; with or without a pair."""
+    at, context = positions(symbols), _Context(symbols)
+    points = [p._replace(u=at[sympy.sympify(p.u)], series=_named(p.series)) for p in symbols.line()]
+    pairs = [symbols.canonical] if isinstance(symbols, UniformSeries) else []
+    local = symbols.local if pairs else None
+    total = whole_at(points, pairs, LAM, order, context, local)
+    zeros = _zeros(symbols)
+    for edge, sign in ((S.One, 1), (-S.One, -1)):
+        rows = _truncations(symbols, edge, zeros, context)
+        change = _corrections(symbols, edge)(rows, [], LAM, order, context)
+        total += sign * change.falling
+    outside = sum(
+        sympy.exp(LAM * p.height) / (LAM * slope)
+        for p, slope in (
+            (points[0], symbols.a_minus), (points[-1], -symbols.a_plus)
+        )
+    )  # fmt: skip
+    return outside, total
+
+
+# -- which pair ------------------------------------------------------------------------------------
+
+
+def uniform_symbols(
+    drift: Drift, quantity: str, order: int, start: Fraction, case: Case
+) -> Symbols:
+    """The symbols of a case, with the pair that is taken together."""
+    if quantity == "T":
+        require_pair(drift, case, start)
+        place, members = place_of(drift, case, start), (0, 1) if case.kinds else ()
+        return UniformSeries(drift, case, order, start, place, members)
+    if drift.expression().as_poly(U) is None:
+        raise InputError(
+            f"A = {drift.expression()} is no polynomial in u, for which alone the uniform formula "
+            "is closed; use sa.occupation(method='uniform')."
+        )
+    kinds = case.kinds
+    if len(kinds) == 1:
+        pair = _complex_pair(drift, case, start)
+        if pair is None:
+            return _Apart(drift, case, order, start)
+        return UniformSeries(drift, case, order, start, pair, ())
+    if str(case) not in WELLS:
+        raise InputError(
+            f"case is '{' '.join(kinds)}'; the uniform formula of 1 - P is that of 'well' and of "
+            "'well barrier well'."
+        )
+    first = _nearer(drift, case)
+    return UniformSeries(
+        drift, case, order, start, Place(1, -1 if first else 1), (first, first + 1)
+    )
+
+
+class _Apart(Symbols):
+    """A case without a pair."""
+
+
+def _numbers_of(drift: Drift, case: Case) -> list[float]:
+    """A's coefficients, with the case's example for free parameters; none where it has none."""
+    if any(n not in case.example for n in drift.free):
+        return []
+    bound = drift.bind(**{n: case.example[n] for n in drift.free}) if drift.free else drift
+    return [float(x) for x in bound.exact_coefficients() or ()]
+
+
+def _complex_pair(drift: Drift, case: Case, start: Fraction) -> Place | None:
+    """The complex pair of zeros over the layer, if there is one."""
+    c = _numbers_of(drift, case)
+    if len(c) < 3:
+        return None
+    roots = [z for z in np.polynomial.polynomial.polyroots(c) if z.imag > 0 and abs(z.real) < 1]
+    if not roots:
+        return None
+    if len(roots) > 1:
+        raise InputError(
+            f"{drift!r} has {len(roots)} complex pairs of zeros over the layer; the uniform "
+            "formula is that of one."
+        )
+    value = np.polynomial.polynomial.polyval(roots[0].real, c)
+    return Place(1, 1 if value > 0 else -1)
+
+
+def _nearer(drift: Drift, case: Case) -> int:
+    """0 if the first well and the barrier coalesce first, 1 if the barrier and the last well."""
+    c = _numbers_of(drift, case)
+    if not c:
+        return 1
+    zeros = [z.real for z in np.polynomial.polynomial.polyroots(c)
+             if abs(z.imag) < 1e-9 and abs(z.real) < 1]  # fmt: skip
+    v = np.polynomial.polynomial.polyval(sorted(zeros), np.polynomial.polynomial.polyint(c))
+    return 0 if abs(v[1] - v[0]) < abs(v[2] - v[1]) else 1
