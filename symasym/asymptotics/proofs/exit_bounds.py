@@ -131,8 +131,10 @@ def _of_segment(segment: Segment, exactly: Fraction) -> Bounds:
         return Bounds(low, high)
     lead, least, most = _by_laplace(peak, lam, lambda ball: ball)
     scale = (lam * peak.height).exp() * lead
-    # max and min of balls enclose those of what is in them.
-    return Bounds(low.max(scale * least), high.min(scale * most))
+    # max and min of balls enclose those of what is in them; a window may be too wide for this lam.
+    least, most = scale * least, scale * most
+    low = low.max(least) if least.is_finite() else low
+    return Bounds(low, high.min(most) if most.is_finite() else high)
 
 
 def _by_laplace(
