@@ -24,7 +24,19 @@ _GREEK = {
 } | {
     name: f"\\{name}"
     for name in (
-        *("kappa", "sigma", "phi", "delta", "Delta", "mu", "alpha", "beta", "rho", "omega"),
+        *(
+            "kappa",
+            "sigma",
+            "Sigma",
+            "phi",
+            "delta",
+            "Delta",
+            "mu",
+            "alpha",
+            "beta",
+            "rho",
+            "omega",
+        ),
         *("zeta", "theta", "pi", "psi", "xi", "tau"),
     )
 }
@@ -159,8 +171,8 @@ TEX = {
     "a_minus": "a^-",
     "a_plus": "a^+",
     "epsilon": r"\varepsilon",
-    "kappa_phys": r"\kappa_{\mathrm{phys}}",
-    "r_phys": r"r_{\mathrm{phys}}",
+    "kappa_phys": r"\kappa_p",
+    "r_phys": r"r_p",
     "z0": "z_0",
     "T0_z": r"(\partial_z T_0)",
     "u1": "u_1",
@@ -226,7 +238,7 @@ TEX_OF = {
         "I_up": "I_{+}", "I_down": "I_{-}", "I_both": "I_{+-}", "small": r"\delta",
         "even": r"\psi_{\mathrm{even}}", "odd": r"\psi_{\mathrm{odd}}", "square": "D",
         "norm": "N", "slope": "c", "side": r"\sigma",
-        "bi": r"\mathrm{Bi}", "bi_slope": r"\mathrm{Bi}'", "squares": "S", "slopes": "S'",
+        "bi": r"\mathrm{Bi}", "bi_slope": r"\mathrm{Bi}'", "squares": "Q", "slopes": "Q'",
         "a_up": r"a^{+}", "b_up": r"b^{+}", "q_1": "q_{k+1}", "p_2": "p_{k+2}", "q_2": "q_{k+2}",
     },
     "truncated-gaussian": {
@@ -236,6 +248,13 @@ TEX_OF = {
         "integral": "L",
     },
     "release-order": {"phi_y": r"\phi_y"},
+    "saddle-series": {"S": "Q"},
+    "threshold": {"ell": r"\log(1/\varepsilon)", "kappa_c": r"\kappa_{c,p}"},
+    "eq:Tlarge": {"T": r"T_p"},
+    "eq:TtildetoT": {"T": r"T_p", "t_s": "T"},
+    "eq:fourPieces": {f"T_{n}": rf"\frac{{T_{n}}}{{\lambda}}" for n in (1, 2, 3, 4)},
+    "eq:scaledSDE": {"f_0": "f(0)"},
+    "eq:scaledSDEx": {"F2": "A"},
 }  # fmt: skip
 # Those that are words with an underscore.
 _NAMES = {k: v for k, v in TEX.items() if "_" in k and re.fullmatch(r"\w+", k)}
@@ -254,14 +273,14 @@ def _set(tokens: list[Token]) -> str:
             continue
         if text == "^" and at + 1 < len(tokens):
             end = _power(tokens, at + 1)
-            inner = tokens[at + 1 : end]
-            if inner and inner[0][1] in "({":
-                inner = inner[1:-1]
+            exponent = tokens[at + 1 : end]
+            if exponent and exponent[0][1] in "({":
+                exponent = exponent[1:-1]
             # a^+ is raised in brackets.
             side = re.search(r"([afg]\^[+-])$", done)
             if side:
                 done = done[: side.start()] + f"({side[1]})"
-            done += f"^{{{_set(inner)}}}"
+            done += f"^{{{_set(exponent)}}}"
             at = end
             continue
         if kind == "raised":

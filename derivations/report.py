@@ -252,7 +252,8 @@ def derive(
     return records
 
 
-_SECTIONS = {
+#: Sections of the paper, and what is beyond it.
+SECTIONS = {
     "2": "Section 2: The systems",
     "3": "Section 3: The results in physical units",
     "4": "Section 4: Reduction to one dimension",
@@ -268,7 +269,7 @@ _SYMBOLS = (
     ("u,\\ v", "scaled position y/eps", r"\tilde y,\ u,\ v"),
     (r"\kappa", "scaled noise amplitude, the physical one over sqrt(eps)", r"\tilde\kappa"),
     ("r", "scaled escape radius, the physical one over eps", r"\tilde r"),
-    (r"\kappa_{\mathrm{phys}},\ r_{\mathrm{phys}}", "the same in physical units", r"\kappa,\ r"),
+    (r"\kappa_p,\ r_p", "the same in physical units", r"\kappa,\ r"),
     (r"\lambda", "large parameter of every Laplace-type integral", r"2/\tilde\kappa^2"),
     (r"\phi,\ A", "scaled drift, and its part inside the layer", r"\phi,\ A"),
     ("a^-,\\ a^+", "scaled drift for u <= -1 and u >= 1", "a^-,\\ a^+"),
@@ -308,14 +309,19 @@ def sheet() -> str:
         shown = printed if printed == "the same" else f"${printed}$"
         lines.append(f"${symbol}$ & {tex(meaning)} & {shown} \\\\")
     lines.append("\\end{tabular}")
-    section = ""
+    before = ""
     for label, entry in entries().items():
-        number = entry.module.removeprefix("derivations.sections.section")[0]
-        if number != section:
-            section = number
-            lines += ["", f"\\section*{{{_SECTIONS[number]}}}"]
+        number = section(entry.module)
+        if number != before:
+            before = number
+            lines += ["", f"\\section*{{{SECTIONS[number]}}}"]
         lines += ["", *_entry(formula(label))]
     return "\n".join([*lines, "\\end{document}", ""])
+
+
+def section(module: str) -> str:
+    """The entry of `SECTIONS` that a module of derivations belongs to."""
+    return module.removeprefix("derivations.sections.section")[0]
 
 
 def _entry(found: Formula) -> Iterator[str]:

@@ -114,7 +114,7 @@ MEANINGS: dict[str, Meaning] = {
     "kappa_e": Meaning(
         "noise at which the well outlasts the way to r", "scaled: kappa/sqrt(eps)", _T
     ),
-    "ell": Meaning("-log eps", _PURE),
+    "ell": Meaning("-log(eps)", _PURE),
     # Steady state.
     "p_ss": Meaning("stationary density", "per scaled length", _R),
     "K": Meaning("its normalizing constant", "per scaled length"),
@@ -128,8 +128,8 @@ MEANINGS: dict[str, Meaning] = {
     "q": Meaning("a density; a mode of the operator", "per scaled length"),
     # Terms of the exact integrals.
     "w": Meaning("time spent at a point per unit of rate", "scaled time per scaled length"),
-    "sigma_left": Meaning("S/s on the left of the start, s = exp(lam V)", "scaled length"),
-    "sigma_right": Meaning("S/s on the right of the start, s = exp(lam V)", "scaled length"),
+    "sigma_left": Meaning("Sigma/s on the left of the start, s = exp(lam V)", "scaled length"),
+    "sigma_right": Meaning("Sigma/s on the right of the start, s = exp(lam V)", "scaled length"),
     "I0": Meaning("integral of exp(lam V) over (0, r)", "scaled length"),
     "I1": Meaning("integral of exp(lam V) over (-r, 0)", "scaled length"),
     "J0": Meaning("double integral over v in (0, r), see the note", "scaled length squared"),
@@ -171,8 +171,11 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     "regions": {"N": Meaning("how many of the two fields point to the surface", _PURE, _A)},
     "eq:Plarge": {"P": Meaning("stationary probability of |y| <= eps", _PURE, _P)},
     "eq:Psmall": {"P": Meaning("stationary probability of |y| <= eps", _PURE, _P)},
-    "eq:Tlarge": {"T": Meaning("mean escape time from |y| < r", "unscaled", _T)},
-    "eq:TtildetoT": {"T": Meaning("mean escape time from |y| < r", "unscaled", _T)},
+    "eq:Tlarge": {"T": Meaning("mean escape time from |y| < r_phys", "unscaled", _T)},
+    "eq:TtildetoT": {
+        "T": Meaning("mean escape time from |y| < r_phys", "unscaled", _T),
+        "t_s": Meaning("mean escape time", _SCALED_TIME),
+    },
     "eq:odeR": {"m": Meaning("decay rate of the mode", "per scaled time")},
     "laplace-substitution": {
         "c2": Meaning("curvature of V at the saddle, V''(u1)", _SLOPE),
@@ -254,6 +257,10 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     },
     "gaussian-step": {"G": Meaning("product of two Gaussian integrals", "scaled", _T)},
     "eq:fourPieces": {
+        **{
+            f"T_{n}": Meaning(f"piece {n} of four of T_0, over lam", "scaled length squared", _T)
+            for n in (1, 2, 3, 4)
+        },
         "f": Meaning("exp(-lam V)", _PURE),
         "g": Meaning("exp(lam V)", _PURE),
     },
@@ -271,8 +278,8 @@ LOCAL: dict[str, dict[str, Meaning]] = {
         "nested_up": Meaning("double integral, rising", "squared widths", _X),
     },
     "panel-step": {
-        "sigma": Meaning("S/s at the panel's left end", "scaled length"),
-        "sigma_b": Meaning("S/s at the panel's right end", "scaled length", _X),
+        "sigma": Meaning("Sigma/s at the panel's left end", "scaled length"),
+        "sigma_b": Meaning("Sigma/s at the panel's right end", "scaled length", _X),
         "w_b": Meaning("w at the panel's right end", "scaled time per scaled length", _X),
         "int_e": Meaning("climb times the integral of e = exp(lam (V - V(a)))", "scaled length"),
         "int_inverse": Meaning("fall times the integral of 1/e", "scaled length"),
@@ -293,7 +300,7 @@ LOCAL: dict[str, dict[str, Meaning]] = {
     },
     "release-order": {
         "T_1": Meaning("coefficient of eps in the mean time of release", _SCALED_TIME, _T),
-        "S": Meaning("scale function, the integral of exp(lam V) from -r", "scaled length"),
+        "Sigma": Meaning("scale function, the integral of exp(lam V) from -r", "scaled length"),
         "s": Meaning("rate at which the motion of z and y = eps u changes T", "scaled time"),
         "T_0": Meaning("mean escape time with z frozen", _SCALED_TIME),
         "g": Meaning("velocity of the slow variable z", "unscaled"),
@@ -347,7 +354,8 @@ def symbols(label: str) -> tuple[Listed, ...]:
 
     derivation = build(label)
     left = _symbols(derivation.left, arguments=False)
-    found = {**left, **_symbols((derivation.left, derivation.result))}
+    shown = tuple(part for part in derivation.display if not isinstance(part, str))
+    found = {**left, **_symbols((derivation.left, derivation.result, shown))}
     listed = []
     for name in sorted(found, key=lambda name: (name not in left, name.lower(), name)):
         meaning = LOCAL.get(label, {}).get(name) or MEANINGS.get(name)

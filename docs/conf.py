@@ -1,14 +1,12 @@
 """Sphinx's settings. `docs/build.py` stages the pages and runs Sphinx with them."""
 
-import re
 import sys
 from importlib import metadata
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent.parent)]
 
-from derivations.registry import entries
-from derivations.runner import slug
+from website.docstrings import typeset  # noqa: E402
 
 project = "symasym"
 author = "The symasym developers"
@@ -59,20 +57,10 @@ mathjax_path = "mathjax/startup.js"
 mathjax_config_path = "mathjax.js"
 
 
-def _linked(line: str) -> str:
-    """A line of a docstring whose pages and labels lead to where they are."""
-    line = re.sub(r"(?<![\w`/])docs/([\w-]+)\.md", r":doc:`/\1`", line)
-    return re.sub(
-        r"(?<![\w`\"'/])eq:\w+(?![\w`\"'])",
-        lambda m: f":doc:`{m[0]} </formulas/{slug(m[0])}>`" if m[0] in entries() else m[0],
-        line,
-    )
-
-
 def _link_docstring(app, what, name, value, options, lines) -> None:
-    lines[:] = [line if ">>>" in line else _linked(line) for line in lines]
+    lines[:] = typeset(lines)
 
 
 def setup(app) -> None:
-    """Docstrings name pages and equations as in a shell; here they lead there."""
+    """Docstrings are written as for a shell; here their formulas are set and their labels lead."""
     app.connect("autodoc-process-docstring", _link_docstring)

@@ -16,6 +16,12 @@ window.MathJax = {
       // Left by assistive-mml for a menu that is not loaded, and warned of.
       delete MathJax.config.options.menuOptions;
       MathJax.startup.defaultReady();
+      // Cases shrink to the width of the page: a line break would part a value from its condition.
+      MathJax.startup.input[0].postFilters.add(({ data }) => {
+        data.root.walkTree((node) => {
+          if (node.isKind("mtable")) data.root.attributes.set("overflow", "scale");
+        });
+      });
     },
   },
 };

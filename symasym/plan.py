@@ -423,15 +423,13 @@ def _of_arrays(
 
     logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
     given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
-    shapes = own_shapes(drift, numbers, scenes) if request.name[-1] != "P" else [drift.shape]
-    index = index_of(shapes, scenes.shape)
+    index = index_of(own_shapes(drift, numbers, scenes), scenes.shape)
     # Of a value, not of its logarithm.
     most = np.log1p(float(allowed)) * (1 - 1e-12)
     plans: list[tuple[str, int | None]] = [("laplace", n) for n in _ARRAY_ORDERS]
     plans += [("uniform", 0)] * (request.name == "T") + [("exact", None)]
-    # Other drifts than polynomials, and P, are analysed with more digits than float64 has.
-    polynomial = drift.coefficients(drift.float_values(), NumpyOps()) is not None
-    in_float = polynomial and request.name[-1] != "P"
+    # Other drifts than polynomials are analysed with more digits than float64 has.
+    in_float = drift.coefficients(drift.float_values(), NumpyOps()) is not None
     used = []
     left = _FOR_ATTEMPTS * exact_seconds.sum()
     for method, order in plans:
@@ -510,7 +508,7 @@ def _attempt(
     (method, order, in_float), scenes = how, float_scenes(drift, numbers)
     try:
         if method == "laplace":
-            return weak_noise.array_logs(drift, scenes, name, order, index, not in_float)
+            return weak_noise.array_logs(scenes, name, order, index, not in_float)
         return _uniform_logs(drift, scenes, index)
     except SymasymError:
         return np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)

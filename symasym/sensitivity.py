@@ -47,10 +47,10 @@ class Sensitivity:
     error : dict of str to float, mpf or ndarray
         Absolute error of `derivative`.
     condition : dict of str to float, mpf or ndarray
-        Of the quantity: \\|parameter * derivative\\|, the relative change of the quantity over that
+        Of the quantity: ``|parameter * derivative|``, the relative change of the quantity over that
         of the parameter.
     log_condition : dict of str to float, mpf or ndarray
-        Of its logarithm: the same over \\|log(quantity)\\|.
+        Of its logarithm: the same over ``|log(quantity)|``.
     error_kind : {"bound", "estimate"}
         ``"bound"``: proved.
     """

@@ -157,9 +157,9 @@ ERRATA: tuple[Erratum, ...] = (
         "",
         "wrong",
         r"exponent with $V_{\max}/r$, condition $V_{\max}/r \le \Delta$",
-        r"$V_{\max}/(a_- r)$ in both; the bound on $C$ fails where only the printed condition "
+        r"$V_{\max}/(a^- r)$ in both; the bound on $C$ fails where only the printed condition "
         r"holds",
-        r"the bound quoted before eq:TtildeCzero needs $V_{\max} \le a_- r/4$ and says so nowhere",
+        r"the bound quoted before eq:TtildeCzero needs $V_{\max} \le a^- r/4$ and says so nowhere",
         "C-bound",
         evidence.C_hypothesis,
     ),
@@ -209,9 +209,9 @@ ERRATA: tuple[Erratum, ...] = (
         "3, point 3",
         "eq:Tlarge",
         "wrong",
-        r"$T = r/a_+ + O(r^2)$, unscaled, also for $\kappa_p \ll \sqrt\varepsilon$ and a positive "
-        r"drift (point 4); scaled $T \to r/a_+$ (section 6.2)",
-        r"$T = r/a_+ + O(\varepsilon) + O(r^2)$: the scaled difference tends to a constant, not "
+        r"$T = r/a^+ + O(r^2)$, unscaled, also for $\kappa_p \ll \sqrt\varepsilon$ and a positive "
+        r"drift (point 4); scaled $T \to r/a^+$ (section 6.2)",
+        r"$T = r/a^+ + O(\varepsilon) + O(r^2)$: the scaled difference tends to a constant, not "
         r"to 0",
         r"none",
         "eq:S",
@@ -336,8 +336,8 @@ ERRATA: tuple[Erratum, ...] = (
         "7.2",
         "fr1",
         "misprint",
-        r"$a_+ = 1 - z_0 + \alpha$",
-        r"$a_+ = 1 - z_0 - \alpha$ (the print gives $a_-$)",
+        r"$a^+ = 1 - z_0 + \alpha$",
+        r"$a^+ = 1 - z_0 - \alpha$ (the print gives $a^-$)",
         r"the second term of eq:Ttildesmall if computed from fr1; eq:phifric0 is right",
         "fr1",
         evidence.a_plus,
@@ -357,7 +357,7 @@ ERRATA: tuple[Erratum, ...] = (
         "",
         "misprint",
         r"the exact $T$ comes from putting fr1 and fr2 into eq:Ttilde",
-        r"eq:Ttilde has neither $a_+$ nor $A'(u_i)$ in it: it needs $V$ (eq:Vfric), and "
+        r"eq:Ttilde has neither $a^+$ nor $A'(u_i)$ in it: it needs $V$ (eq:Vfric), and "
         r"eq:Ttildesmall needs $V(u_i)$ too",
         r"none",
         "eq:Vfric",
@@ -440,7 +440,7 @@ ERRATA: tuple[Erratum, ...] = (
         "",
         "not sharp",
         r"the first three pieces are at most $O(\kappa^2)$ in strong noise",
-        r"$1/a_- + O(\kappa^{-2})$, $3/\kappa^2 + O(\kappa^{-4})$, $\kappa^2/(2 a_+ a_-) + O(1)$",
+        r"$1/a^- + O(\kappa^{-2})$, $3/\kappa^2 + O(\kappa^{-4})$, $\kappa^2/(2 a^+ a^-) + O(1)$",
         r"none",
         "first-three",
         evidence_text.second_piece_order,
@@ -471,10 +471,10 @@ ERRATA: tuple[Erratum, ...] = (
         "6.2",
         "eq:Ttildelarge",
         "wording",
-        r"relative error $O(\kappa_p^2/r_p)$, without a word on $a_+$",
-        r"true for each $a_+$, with a constant that grows as $1/a_+$: it is small where "
-        r"$a_+ r \gg \kappa^2$",
-        r"no help for figure 7 as $z_0 \to 1 - \alpha$, where $a_+ \to 0$",
+        r"relative error $O(\kappa_p^2/r_p)$, without a word on $a^+$",
+        r"true for each $a^+$, with a constant that grows as $1/a^+$: it is small where "
+        r"$a^+ r \gg \kappa^2$",
+        r"no help for figure 7 as $z_0 \to 1 - \alpha$, where $a^+ \to 0$",
         "constant-drift",
         evidence.weak_outward_drift,
     ),

@@ -70,7 +70,7 @@ def a_plus() -> Evidence:
     with own_context(40) as ctx:
         true = pieces(ctx, scene, ctx.mpf(1), ctx.mpf(1000)).T
         return Evidence(
-            "$T$, leading order $r/a_+$",
+            "$T$, leading order $r/a^+$",
             {"mu": "1/2", "alpha": "1", "z0": "-2/5", "kappa": "1", "r": "1000"},
             1000 / ctx.mpf("2.4"),
             true,
@@ -314,7 +314,7 @@ def first_term() -> Evidence:
         k, r = ctx.mpf(1), ctx.mpf(10)
         direct = 10 / float(scene.end(ctx, 1))
         return Evidence(
-            "$T a_+/r$ (printed: large, derived: eq:Ttilde)",
+            "$T a^+/r$ (printed: large, derived: eq:Ttilde)",
             {"mu": "3", "alpha": "1", "z0": "-7/10", "kappa": "1", "r": "10"},
             float("inf"),
             boundary_value(scene, 1.0, 10)[0] / direct,
@@ -357,7 +357,7 @@ def harmless_well() -> Evidence:
         k, r = ctx.mpf("0.05"), ctx.mpf(10)
         ahead = r / HARMLESS.end(ctx, 1)
         return Evidence(
-            "$T a_+/r$ (printed: without bound)",
+            "$T a^+/r$ (printed: without bound)",
             {"A": "3/10 + 2 u + 3 u^2", "kappa": "1/20", "r": "1000"},
             float("inf"),
             pieces(ctx, HARMLESS, k, 100 * r).T / (100 * ahead),
@@ -372,7 +372,7 @@ def far_radius() -> Evidence:
     with own_context(60) as ctx:
         k, r = ctx.mpf("0.3"), ctx.mpf(10) ** 12
         return Evidence(
-            "$T a_+/r$ (printed: without bound)",
+            "$T a^+/r$ (printed: without bound)",
             {"mu": "3", "alpha": "1", "z0": "-2/5", "kappa": "3/10", "r": "10^12"},
             float("inf"),
             pieces(ctx, scene, k, r).T * scene.end(ctx, 1) / r,
@@ -387,7 +387,7 @@ def smooth_crossing() -> Evidence:
     with own_context(40) as ctx:
         true = pieces(ctx, scene, ctx.mpf("0.02"), ctx.mpf(10)).T - ctx.mpf(10) / 2
         return Evidence(
-            "$T - r/a_+$ (printed: 0 in the limit)",
+            "$T - r/a^+$ (printed: 0 in the limit)",
             {"A": "3/2 + u/2", "kappa": "1/50", "r": "10"},
             ctx.zero,
             true,
@@ -405,7 +405,7 @@ def weak_outward_drift() -> Evidence:
         return r * abs(1 - float(drift) * T / r)
 
     return Evidence(
-        r"$(1 - T a_+/r)\,r/\kappa^2$ at $a_+ r = 1$, its ratio for $a_+ = 1/20$ and $1/2$",
+        r"$(1 - T a^+/r)\,r/\kappa^2$ at $a^+ r = 1$, its ratio for $a^+ = 1/20$ and $1/2$",
         {"A": "1/20, 1/2", "kappa": "1", "r": "20, 2"},
         1,
         constant(a, 20) / constant(b, 2),
@@ -420,7 +420,7 @@ def comparison_with_sqrt_eps() -> Evidence:
     with own_context(40) as ctx:
         k = ctx.mpf(1) / 10
         return Evidence(
-            r"$\log T$ (printed: Filippov's $r/a_+$; derived: eq:Ttildesmall)",
+            r"$\log T$ (printed: Filippov's $r/a^+$; derived: eq:Ttildesmall)",
             {
                 "mu": "3",
                 "alpha": "1",
@@ -442,7 +442,7 @@ def no_well() -> Evidence:
     with own_context(40) as ctx:
         direct = 10 / float(scene.end(ctx, 1))
         return Evidence(
-            "$T a_+/r$ (printed: exponentially large)",
+            "$T a^+/r$ (printed: exponentially large)",
             {"mu": "1/2", "alpha": "1", "z0": "-2/5", "kappa": "1/10", "r": "10"},
             float("inf"),
             boundary_value(scene, 0.1, 10)[0] / direct,

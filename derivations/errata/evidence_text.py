@@ -319,7 +319,7 @@ def not_enough_for_the_integral() -> Evidence:
         times = [pieces(ctx, scene, ctx.mpf("0.5"), ctx.mpf(10)).T for scene in (first, other)]
     direct = [boundary_value(scene, 0.5, 10)[0] for scene in (first, other)]
     return Evidence(
-        "$T$ of two drifts with equal $a_+$, $u_i$ and $A'(u_i)$, their ratio (derived: eq:Ttilde)",
+        "$T$ of two drifts with equal $a^+$, $u_i$ and $A'(u_i)$, their ratio (derived: eq:Ttilde)",
         {"A": "mu = 3, z0 = -1/2, and with (1 - u)(u - u1)^2 (u - u2)^2 more", "kappa": "1/2"},
         1,
         direct[1] / direct[0],

@@ -67,8 +67,8 @@ _NAMES = {
     "kappa_p": r"\kappa_p",
     "eps": r"\varepsilon",
     "Delta": r"\Delta",
-    "a-": "a_-",
-    "a+": "a_+",
+    "a-": "a^-",
+    "a+": "a^+",
 }
 
 

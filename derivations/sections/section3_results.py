@@ -30,7 +30,7 @@ _k, _r = kappa_physical, r_physical
 )
 def eekappar(d: Any) -> None:
     s, q = Symbol("s", positive=True), Symbol("q", positive=True)
-    d.suppose("0 < eps, kappa < r < 1", where="eq:eekappar, with < for <<")
+    d.suppose("0 < eps, kappa_phys < r_phys < 1", where="eq:eekappar, with < for <<")
     ratio = d.step(
         "scaled ratio",
         "scale",
@@ -43,13 +43,14 @@ def eekappar(d: Any) -> None:
         "substitute",
         (1 + q) ** 2 * (1 + s),
         Identity(lambda: ratio.subs(_k, _r / (1 + q)).subs(_r, 1 / (1 + s))),
-        "kappa = r/(1+q) and r = 1/(1+s) cover 0 < kappa < r < 1 as q and s go over (0, oo)",
+        "kappa_phys = r_phys/(1 + q) and r_phys = 1/(1 + s) cover 0 < kappa_phys < r_phys < 1 as "
+        "q and s go over (0, oo)",
     )
     d.step(
         "the ratio exceeds 1",
         "bound",
         Inequality(form, ">", sympy.Integer(1)),
-        Bound(difference=q**2 * s + q**2 + 2 * q * s + 2 * q + s, on="0 < kappa < r < 1"),
+        Bound(difference=q**2 * s + q**2 + 2 * q * s + 2 * q + s, on="0 < kappa_phys < r_phys < 1"),
     )
     d.conclude(Symbol("rho"), ratio)
 
@@ -63,13 +64,13 @@ def p_large(d: Any) -> None:
         K = d.use("eq:tildexykappa", "kappa")
         return [scaled.leading.subs(kappa, K), scaled.gauge.subs(kappa, K)]
 
-    d.suppose("attracting sliding and kappa >> sqrt(eps)")
+    d.suppose("attracting sliding and kappa_phys >> sqrt(eps)")
     d.suppose(
-        "times longer than the relaxation time, O(kappa^2), and at most O(r)",
+        "times longer than the relaxation time, O(kappa_phys^2), and at most O(r_phys)",
         where="the density is then near its steady state",
     )
     found = d.step("unscale", "scale", (leading, eps**2 / _k**4), Identity(reference))
-    d.conclude(Symbol("P"), found[0], "next term O(eps^2/kappa^4)", note="eps, kappa unscaled")
+    d.conclude(Symbol("P"), found[0], "next term O(eps^2/kappa_phys^4)")
 
 
 @derives("eq:Psmall", "Occupation in weak noise, unscaled", ("eq:Psmall2", "eq:tildexykappa"))
@@ -84,7 +85,7 @@ def p_small(d: Any) -> None:
         / (2 * sympy.sqrt(sympy.pi * eps))
         * (sympy.exp(rate * V_m) / a_minus - sympy.exp(rate * (V_m - V_1)) / a_plus_sliding)
     )
-    d.suppose("attracting sliding and kappa << sqrt(eps)")
+    d.suppose("attracting sliding and kappa_phys << sqrt(eps)")
     found = d.step(
         "unscale",
         "scale",
@@ -94,13 +95,14 @@ def p_small(d: Any) -> None:
                 kappa, d.use("eq:tildexykappa", "kappa")
             )
         ),
-        "1 - P is exponentially small in eps/kappa^2; the paper's O(kappa^2/eps) is not sharp",
+        "1 - P is exponentially small in eps/kappa_phys^2; the paper's O(kappa_phys^2/eps) is not "
+        "sharp",
     )
     d.conclude(
         1 - Symbol("P"),
         found,
-        "relative O(kappa^2/eps)",
-        note="u_m is the lowest point of V; eps, kappa unscaled",
+        "relative O(kappa_phys^2/eps)",
+        note="u_m is the lowest point of V",
     )
 
 
@@ -111,7 +113,7 @@ def p_small(d: Any) -> None:
 )
 def t_large(d: Any) -> None:
     s = Symbol("s", positive=True)
-    d.suppose("crossing to the right, kappa >= sqrt(eps)")
+    d.suppose("crossing to the right, kappa_phys >= sqrt(eps)")
 
     def unscaled() -> list[Any]:
         expansion = d.use("eq:Ttildelarge", "T")
@@ -125,16 +127,16 @@ def t_large(d: Any) -> None:
         "scale",
         (_r / a_plus, _k**2),
         Identity(unscaled),
-        "eps times eq:Ttildelarge: the remainder is O(kappa^2)",
+        "eps times eq:Ttildelarge: the remainder is O(kappa_phys^2)",
     )
     d.step(
-        "kappa^2 is inside O(r^2)",
+        "kappa_phys^2 is inside O(r_phys^2)",
         "bound",
         Inequality(scaled[1], "<", (_k + s) ** 2),
-        Bound(difference=2 * _k * s + s**2, on="kappa < r = kappa + s"),
-        "with the O(r) of the coefficients this is the paper's O(r^2)",
+        Bound(difference=2 * _k * s + s**2, on="kappa_phys < r_phys = kappa_phys + s"),
+        "with the O(r_phys) of the coefficients this is the paper's O(r_phys^2)",
     )
-    d.conclude(Symbol("T"), scaled[0], "O(r^2), for kappa >= sqrt(eps)")
+    d.conclude(Symbol("T"), scaled[0], "O(r_phys^2), for kappa_phys >= sqrt(eps)")
 
 
 @derives("eq:Tsmall", "Where the well outlasts the way to r", ("eq:Ttildesmall",))
@@ -150,7 +152,7 @@ def t_small(d: Any) -> None:
         lambda: d.holds("harmless_well"),
     )
     d.suppose(
-        "kappa << sqrt(eps) is enough for T > O(r)",
+        "kappa << 1 is enough for T > O(r)",
         "fails",
         "friction, mu = 3, z0 = -2/5, kappa = 3/10, r = 10^12",
         lambda: d.holds("far_radius"),

@@ -19,7 +19,7 @@ _b = sympy.symbols("b1:4", real=True)
 y = Symbol("y", real=True)
 
 
-@derives("eq:scaledSDE", "Coefficients frozen at the origin, with an O(r) remainder")
+@derives("eq:scaledSDE", "Coefficients frozen at the origin, and the remainder")
 def frozen(d: Any) -> None:
     rho, h, M = (Symbol(n, positive=True) for n in ("rho", "h", "M"))
     c, s = Symbol("c", real=True), Symbol("s", real=True)
@@ -67,7 +67,8 @@ def frozen(d: Any) -> None:
         "bound",
         M * rho,
         Identity(lambda: change.replace(sympy.Derivative, lambda *_: M).doit()),
-        "|g'| <= M: the coefficients at a distance rho <= r are those at the origin, up to O(r)",
+        "|g'| <= M: the coefficients at a distance rho <= r_phys are those at the origin, up to "
+        "O(r_phys)",
     )
     found = d.step(
         "remainder",
@@ -78,9 +79,15 @@ def frozen(d: Any) -> None:
             most / M,
             lambda: along.replace(field, near).doit().subs(h, 0),
         ),
-        "no less than O(r) where the slope along the ray is not 0",
+        "no less than O(r_phys) where the slope along the ray is not 0",
     )
-    d.conclude(Symbol("f"), found, "O(r)")
+    d.conclude(
+        Symbol("f"),
+        found,
+        "O(r_phys)",
+        note="f is any of the coefficients f-, f+, F and D of eq:genSDE, and rho = |x|",
+        display=("f(x) = ", found),
+    )
 
 
 @dataclass
@@ -115,8 +122,23 @@ def component(d: Any) -> None:
         Identity(lambda: [(normal * sympy.Matrix(F))[0], *(normal * D)]),
         "y as the second of three coordinates: the drift's entry and the row of D",
     )
+    drift, *row = found
     d.conclude(
-        sympy.symbols("drift B1:4"), found, "O(r)", note="y is the second of three coordinates"
+        sympy.symbols("drift B1:4"),
+        found,
+        "O(r_phys)",
+        note="y is the second of three coordinates, u = y/eps; all else is frozen at the origin",
+        display=(
+            *("dy = ", drift, r" \, dt + \kappa_p \left("),
+            *(
+                row[0],
+                r" \, dW_1 + ",
+                row[1],
+                r" \, dW_2 + ",
+                row[2],
+                r" \, dW_3\right) + O(r_p)",
+            ),
+        ),
     )
 
 
@@ -196,7 +218,14 @@ def reduced(d: Any) -> None:
         Identity(ito),
         "drift, and the amplitude kappa |B| that the paper calls kappa from here on",
     )
-    d.conclude(sympy.symbols("drift noise"), found, "O(r)")
+    drift, noise = found
+    d.conclude(
+        sympy.symbols("drift noise"),
+        found,
+        "O(r_phys)",
+        note="u = y/eps; the b_j are the entries of D(0) that act on y",
+        display=("dy = ", drift, r" \, dt + ", noise, r" \, dW + O(r_p)"),
+    )
 
 
 @derives("eq:tildexykappa", "The scaling that makes the layer of unit size")
@@ -240,10 +269,19 @@ def reduced_scaled(d: Any) -> None:
         Identity(by_chain_rule),
         "coefficients of g' and g'' for a test function g",
     )
+    drift, half = found
+    noise = d.step(
+        "amplitude",
+        "substitute",
+        kappa,
+        Identity(lambda: sympy.sqrt(2 * half)),
+        "the coefficient of g'' is half the square of the noise amplitude",
+    )
     d.conclude(
         sympy.symbols("c_1 c_2"),
         found,
-        note="c_1, c_2 are the coefficients of g' and g'' in the generator",
+        note="c_1 and c_2, the coefficients of g' and g'' in the generator, are phi and kappa^2/2",
+        display=("du = ", drift, r" \, d\tilde t + ", noise, r" \, dW"),
     )
 
 

@@ -300,18 +300,18 @@ def threshold(d: Any) -> None:
         return sympy.sqrt(sympy.solve(logarithm.subs(k, sympy.sqrt(square)), square)[0])
 
     found = d.step(
-        "noise at which eps e^{2 D eps/kappa^2} = 1",
+        "noise at which eps e^{2 D eps/kappa_phys^2} = 1",
         "solve",
         sympy.sqrt(2 * D * eps / big),
         Identity(solved),
-        "ell = -log eps; the paper's rule is the case 2 D = 1",
+        "the paper's rule is the case 2 D = 1",
     )
     d.step(
         "larger noise, shorter time",
         "differentiate",
         -4 * D * eps / k**3 * size,
         Identity(lambda: sympy.diff(size, k)),
-        "negative: exponentially large times need kappa below the threshold, not above",
+        "negative: exponentially large times need kappa_phys below the threshold, not above",
     )
     d.step(
         "the time at the threshold",
@@ -335,5 +335,5 @@ def threshold(d: Any) -> None:
         Symbol("kappa_c"),
         found,
         "leading exponential scale; prefactors left out",
-        note="ell = -log eps, kappa unscaled, D the height of the barrier",
+        note="D is the height of the barrier, V(u2) - V(u1)",
     )

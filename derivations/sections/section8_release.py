@@ -1,4 +1,4 @@
-"""The whole system, beyond the paper: what `symasym.release` marches, expands and takes for a rate.
+"""The whole system, beyond the paper: what symasym.release marches, expands and takes for a rate.
 
 Scaled variables: du = phi(u, z, eps u) dt + kappa dW, dz = eps g dt, and L f = phi f_u +
 (kappa^2/2) f_uu + eps g f_z. No label of the paper rests on these.
@@ -109,19 +109,19 @@ def first_order(d: Any) -> None:
         Identity(order_one),
         "L0 T1 = -(this), T1 = 0 at u = -r and r; phi_y is the slope in y = eps u",
     )
-    S, s = Function("S"), Function("s")
+    Sigma, s = Function("Sigma"), Function("s")
     a, b = sympy.symbols("a b", positive=True)
     lam = 2 / kappa**2
-    left = Integral(lam * S(v) / S(v).diff(v) * s(v), (v, -r, x))
-    right = Integral(lam * (S(r) - S(v)) / S(v).diff(v) * s(v), (v, x, r))
-    solution = ((S(r) - S(x)) * left + S(x) * right) / S(r)
+    left = Integral(lam * Sigma(v) / Sigma(v).diff(v) * s(v), (v, -r, x))
+    right = Integral(lam * (Sigma(r) - Sigma(v)) / Sigma(v).diff(v) * s(v), (v, x, r))
+    solution = ((Sigma(r) - Sigma(x)) * left + Sigma(x) * right) / Sigma(r)
 
     def equations(stated: Any) -> dict[str, Any]:
-        """L0 T1 + s, with phi = -(kappa^2/2) S''/S', and the ends, on exponentials."""
+        """L0 T1 + s, with phi = -(kappa^2/2) Sigma''/Sigma', and the ends, on exponentials."""
         scale = sympy.exp(x) - sympy.exp(-r)
         force = a * sympy.exp(2 * x) + b * sympy.exp(3 * x)
         known = stated.replace(s, lambda at: force.subs(x, at))
-        known = sympy.expand(known.replace(S, lambda at: scale.subs(x, at)).doit())
+        known = sympy.expand(known.replace(Sigma, lambda at: scale.subs(x, at)).doit())
         drift = -scale.diff(x, 2) / scale.diff(x) / lam
         return {
             "L0 T1 = -s": drift * known.diff(x) + known.diff(x, 2) / lam + force,
@@ -134,13 +134,15 @@ def first_order(d: Any) -> None:
         "solve",
         solution,
         Satisfies(equations),
-        "S' = e^(lam V), S(-r) = 0: the time spent at v is lam S(min)(S(r) - S(max))/(S' S(r))",
+        "Sigma' = e^(lam V), Sigma(-r) = 0: the time spent at v is "
+        "lam Sigma(min)(Sigma(r) - Sigma(max))/(Sigma' Sigma(r))",
     )
     d.conclude(
         (s(u), Function("T_1")(x)),
         (source, found),
         "O(eps^2) in T",
-        note="T = T_0 + eps T_1; S' = e^(lam V), S(-r) = 0; phi_y is the slope of phi in y = eps u",
+        note="T = T_0 + eps T_1; Sigma' = e^(lam V), Sigma(-r) = 0; phi_y is the slope of phi in "
+        "y = eps u",
     )
 
 
@@ -259,6 +261,15 @@ def fold_delay(d: Any) -> None:
     d.conclude(
         (a, b, Function("w_1")(s)),
         (*found, path),
-        note="units of w, the distance from the fold's u, and of the time, and w in its units; the "
-        "block leaves 2.338 units after the fold",
+        "leading order in eps, without noise; exact for w' = w^2 + s",
+        note="w is the distance of u from the fold's, t the scaled time past the fold, both in "
+        "units in which curvature and speed are 1; the block leaves at s = 2.338",
+        display=(
+            "w = ",
+            found[0],
+            r" \, w_1(s) ,\quad t = ",
+            found[1],
+            r" \, s ,\quad w_1(s) = ",
+            path,
+        ),
     )

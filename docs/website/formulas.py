@@ -7,7 +7,7 @@ import inspect
 import json
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from html import escape
 from importlib import metadata
@@ -56,7 +56,8 @@ _INDICATOR = r"| $\mathbf{1}_{x > 0}$ | 1 where $x > 0$, 0 where $x < 0$ | a num
 DOCS = Path(__file__).parent.parent
 VERSION = metadata.version("symasym")
 _ARXIV = "https://arxiv.org/abs/1310.8328"
-_SIGNS = {"kappa": "κ", "sigma": "σ", "eps": "ε", "^2": "²", "a-": "a⁻", "a+": "a⁺"}
+_SIGNS = {"kappa": "κ", "sigma": "σ", "eps": "ε", "phi": "ϕ"}
+_SIGNS |= {"^2": "²", "a-": "a⁻", "a+": "a⁺"}
 
 
 def pages(
@@ -72,6 +73,7 @@ def pages(
     return {
         **made,
         "formulas/index.md": index(records),
+        **{f"formulas/section-{n}.md": section(n, records) for n in report.SECTIONS},
         "formulas/quantities.md": by_quantity(records),
         "formulas/graph.md": graph_page(records),
         "formulas/formulas.json": machine_readable(records),
@@ -161,7 +163,10 @@ def _section(label: str) -> str:
 
 
 def _tools(label: str, record: Mapping[str, Any]) -> list[str]:
-    """Permalink, TeX to copy, a BibTeX entry to cite."""
+    """Permalink, TeX to copy, a BibTeX entry to cite.
+
+    The entry's address is the page's own, which the page completes where it is served.
+    """
     number = f", equation ({NUMBERS[label]})" if label in NUMBERS else ""
     entry = [
         "@article{JeffreySimpson,",
@@ -177,6 +182,7 @@ def _tools(label: str, record: Mapping[str, Any]) -> list[str]:
         "  title = {symasym: escape times and {Laplace}-type integrals of smoothed switches",
         "           with noise},",
         f"  version = {{{VERSION}}},",
+        f"  url = {{formulas/{slug(label)}.html}},",
         f"  note = {{Formula {label}}}",
         "}",
     ]
@@ -208,11 +214,13 @@ def sections() -> dict[str, str]:
 
 
 def _symbols(label: str, record: Mapping[str, Any]) -> list[str]:
+    shown = f"{record['latex']} {report.words(record['note'])}"
+    # A symbol that the equation as it is written has not is not explained.
     rows = [
         f"| ${s.latex}$ | {report.words(s.meaning.text)} | {report.words(s.meaning.scale)} |"
         for s in symbols(label)
+        if s.latex in shown
     ]
-    shown = f"{record['latex']} {report.words(record['note'])}"
     rows += [
         f"| ${sign}$ | {report.words(MEANINGS[name].text)} | {report.words(MEANINGS[name].scale)} |"
         for sign, name in _BESIDE.items()
@@ -334,24 +342,46 @@ def _rows(labels: Iterable[str], records: Records) -> list[str]:
     return lines
 
 
-def _grouped(groups: Iterable[tuple[str, Callable[[str], bool]]], records: Records) -> list[str]:
-    lines: list[str] = []
-    for title, belongs in groups:
-        chosen = [label for label in records if belongs(label)]
-        if chosen:
-            name, _, what = title.partition(": ")
-            says = [f"{what[:1].upper()}{what[1:]}.", ""] if what else []
-            lines += [f"## {report.plain(name)}", "", *says, *_rows(chosen, records)]
-    return lines
+def _of_module(records: Records, module: str) -> list[str]:
+    known = entries()
+    return [label for label in records if known[label].module == module]
+
+
+def _modules(number: str) -> list[tuple[str, str, str]]:
+    """Section modules of a section: module, place in the paper, what is derived there."""
+    chosen = [
+        (module, *title.partition(": ")[::2])
+        for module, title in sections().items()
+        if report.section(module) == number
+    ]
+    return sorted(chosen, key=lambda item: (item[1] + "~", item[0]))
+
+
+def section(number: str, records: Records) -> str:
+    """The formulas of one section of the paper."""
+    lines = [f"# {report.SECTIONS[number]}", ""]
+    chosen = []
+    for module, place, what in _modules(number):
+        labels = _of_module(records, module)
+        chosen += labels
+        lines += [f"## {heading(what[:1].upper() + what[1:])}", "", f"{place}.", ""]
+        lines += _rows(labels, records)
+    return "\n".join([*lines, *_toctree(map(slug, chosen))])
+
+
+def _toctree(names: Iterable[str]) -> list[str]:
+    return ["```{toctree}", ":hidden:", "", *names, "```", ""]
 
 
 def index(records: Records) -> str:
-    """The formulas by section of the paper."""
-    known = entries()
-    groups = [
-        (title, lambda label, module=module: known[label].module == module)
-        for module, title in sorted(sections().items(), key=lambda item: (item[1] + "~", item[0]))
-    ]
+    """The sections with the titles of their formulas, and the definitions."""
+    listed = []
+    for number, title in report.SECTIONS.items():
+        listed += [f"## {title}", "", f"[With the formulas](section-{number}.md).", ""]
+        for module, place, what in _modules(number):
+            titles = [_link(label) for label in _of_module(records, module)]
+            listed += [f"- {place}, {heading(what)}: {'; '.join(titles)}."]
+        listed += [""]
     steps = sum(len(record["steps"]) for record in records.values())
     return "\n".join(
         [
@@ -362,26 +392,22 @@ def index(records: Records) -> str:
             "[All of them in one file](formulas.json), for programs: label, TeX, SymPy expression, "
             "assumptions, error, number of checks of each kind.",
             "",
-            *_grouped(groups, records),
+            *listed,
             "## Definitions, with nothing to derive",
             "",
             *report.definitions(),
-            "```{toctree}",
-            ":hidden:",
-            "",
-            "quantities",
-            "graph",
-            *map(slug, records),
-            "```",
-            "",
+            *_toctree(["quantities", "graph", *(f"section-{n}" for n in report.SECTIONS)]),
         ]
     )
 
 
 def by_quantity(records: Records) -> str:
     """The formulas by the quantity on their left side."""
-    groups = [(q, lambda label, q=q: q in quantities(label)) for q in QUANTITIES]
-    return "\n".join(["# Formulas by quantity", "", *_grouped(groups, records)])
+    lines = ["# Formulas by quantity", ""]
+    for quantity in QUANTITIES:
+        chosen = [label for label in records if quantity in quantities(label)]
+        lines += [f"## {quantity}", "", *_rows(chosen, records)]
+    return "\n".join(lines)
 
 
 def graph_page(records: Records) -> str:

@@ -154,6 +154,7 @@ class Derivation:
     error: str = "exact"
     note: str = ""
     cases: tuple[str, ...] = ()
+    display: tuple[Any, ...] = ()
 
     def step(self, name: str, rule: str, result: Statement, check: Check, reason: str = "") -> Any:
         """Add a step; gives back its result, for the next one."""
@@ -186,6 +187,7 @@ class Derivation:
         *,
         note: str = "",
         cases: tuple[str, ...] = (),
+        display: tuple[Any, ...] = (),
     ) -> None:
         """State the formula.
 
@@ -201,14 +203,21 @@ class Derivation:
             The meaning of symbols that are not the problem's own.
         cases : tuple of str
             LaTeX conditions, where `result` holds the pieces of one function.
+        display : tuple
+            The equation as it is written where that is not ``left = result``: LaTeX, and between
+            it what steps stated.
         """
-        if not _checked(self.steps, result):
+        stated = [part for part in display if not isinstance(part, str)]
+        if not all(_checked(self.steps, part) for part in (result, *stated)):
             raise ValueError(f"{self.label} concludes something that no step has checked.")
         self.left, self.result, self.error = left, result, error
-        self.note, self.cases = note, cases
+        self.note, self.cases, self.display = note, cases, display
 
     def latex(self) -> str:
         """The concluded formula in LaTeX."""
+        if self.display:
+            shown = (p if isinstance(p, str) else latex(p, self.names) for p in self.display)
+            return "".join(shown)
         return statement(self.left, self.result, self.cases, self.names)
 
     def verify(self) -> list[StepRecord]:

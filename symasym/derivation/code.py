@@ -24,6 +24,11 @@ if TYPE_CHECKING:
 # those of `symasym.numbers.arithmetic`, the first argument, and finds shared parts once.
 _NUMBERS = {"mpmath": "mpf", "plain": "Ratios", "arithmetic": "Number"}
 _FIRST = {"mpmath": "ctx: MPContext", "arithmetic": "c: Arithmetic"}
+#: Scaled Airy products, Dawson's integral and erfcx.
+LOCAL = (
+    "airy_squares", "airy_cross", "airy_slopes", "airy_bi", "airy_bi_slope",
+    "erfcx", "dawson", "dawson_area", "erfcx_area",
+)  # fmt: skip
 # SymPy's name of a function -> the name it goes by here (and in C).
 _KNOWN = {
     **{name: name for name in ("exp", "log", "tanh", "sin", "cos", "asin", "acos", "atan")},
@@ -33,6 +38,8 @@ _KNOWN = {
     },
     # Quotients with a removable singularity at 0; each file that needs one holds it.
     **{name: name for name in ("exprel", "exprel2", "tanhc", "sinc")},
+    # Functions that each file holds where it calls them (`symasym.emit.forms.LOCAL`).
+    **{name: name for name in LOCAL},
     "Abs": "abs",
     "_Root": "sqrt",
 }
@@ -62,12 +69,12 @@ DIALECTS = {
     "numpy": Dialect(
         "np.",
         {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "larger": "maximum"},
-        {**_OWN, "log_modulus": "_log_modulus"},
+        {**_OWN, "log_modulus": "_log_modulus", **{name: f"_each_{name}" for name in LOCAL}},
     ),
     "mpmath": Dialect(
         "ctx.",
         {"abs": "fabs"},
-        {**_OWN, **{n: f"_{n}" for n in ("logaddexp", "larger", "log_modulus")}},
+        {**_OWN, **{n: f"_{n}" for n in ("logaddexp", "larger", "log_modulus", *LOCAL)}},
         first="ctx",
     ),
     "plain": Dialect(""),
@@ -79,13 +86,17 @@ DIALECTS = {
         {
             **_OWN,
             **{n: f"_{n}" for n in ("exp", "expm1", "sinh", "cosh", "logaddexp", "log_modulus")},
+            **{name: f"_{name}_of" for name in LOCAL},
             "larger": "max",
         },
     ),
     "c": Dialect(
         "",
         {"abs": "fabs", "larger": "fmax"},
-        {name: f"{name}_" for name in (*_REMOVABLE, "logaddexp", "log_modulus")},
+        {
+            **{name: f"{name}_" for name in (*_REMOVABLE, "logaddexp", "log_modulus")},
+            **{name: f"{name}_of_" for name in LOCAL},
+        },
         power="pow",
         whole=".0",
     ),
@@ -93,7 +104,14 @@ DIALECTS = {
     "javascript": Dialect(
         "Math.",
         {"larger": "max"},
-        {**{name: name for name in (*_REMOVABLE, "logaddexp")}, "log_modulus": "logModulus"},
+        {
+            **{name: name for name in (*_REMOVABLE, "logaddexp")},
+            "log_modulus": "logModulus",
+            **{
+                n: "".join([n.split("_")[0], *map(str.capitalize, n.split("_")[1:]), "Of"])
+                for n in LOCAL
+            },
+        },
         power="Math.pow",
     ),
 }

@@ -144,7 +144,7 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             # Values of functions stand behind sums: (a - C) V(v).
             behind += [(_FUNCTION, f) for f in above if isinstance(f, AppliedUndef)]
             above = [f for f in above if not isinstance(f, AppliedUndef)]
-        behind.sort(key=lambda item: (item[0], sympy.default_sort_key(item[1])))
+        behind.sort(key=lambda item: (item[0], *_alphabetical(item[1])))
         shown = [self._behind(rank, factor) for rank, factor in behind]
         return above, below, [lead, *shown] if lead else shown
 
@@ -187,7 +187,7 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         base = factor.as_base_exp()[0]
         if base.is_Add:
             return 4, str(factor)
-        late = isinstance(base, sympy.Function) or str(base) in _POSITIONS
+        late = isinstance(base, (sympy.Function, sympy.Derivative)) or str(base) in _POSITIONS
         return (3 if late or "(" in self._named(base) else 2), str(factor).casefold()
 
     def _parenthesised(self, shown: str) -> str:
@@ -298,9 +298,12 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         return f"{signs}{body}{ends}"
 
     def _print_Derivative(self, expr: Any) -> str:
-        if isinstance(expr.expr, AppliedUndef) and expr.expr.args == expr.variables:
-            # S'(v), which no factor behind it can be taken into.
-            return str(self._print(expr.expr.func)) + f"'({self._print(expr.variables[0])})"
+        order = len(expr.variables)
+        if isinstance(expr.expr, AppliedUndef) and expr.expr.args * order == expr.variables:
+            # R''(u), which no factor behind it can be taken into.
+            name, at = self._print(expr.expr.func), self._print(expr.variables[0])
+            primes = "'" * order
+            return f"{name}{primes}({at})"
         shown = str(super()._print_Derivative(expr.func(sympy.Symbol("X"), *expr.variable_count)))
         operator = shown.rsplit("X", 1)[0].rstrip()
         if requires_partial(expr.expr):
@@ -385,6 +388,12 @@ def _terms(expr: Any) -> list[Any]:
             sympy.default_sort_key(t),
         ),
     )
+
+
+def _alphabetical(factor: Any) -> tuple[str, Any]:
+    """Functions without a definition by their names, phi(u) R(u); all else as SymPy has it."""
+    name = factor.func.__name__.casefold() if isinstance(factor, AppliedUndef) else ""
+    return name, sympy.default_sort_key(factor)
 
 
 def _degree(term: Any, position: Any) -> int:

@@ -11,16 +11,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, count, exact
 from symasym.generated.plain_formulas import friction_coefficients
 from symasym.numbers.trees import Operand, Operations, SympyOps, call, evaluate_tree, integer_power
-
-if TYPE_CHECKING:
-    pass
-
 
 Values = Mapping[str, Any]
 
@@ -81,12 +77,9 @@ class Model:
 class Friction(Model):
     """Eq. (eq:phifric0): the friction oscillator's cubic."""
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        return ("mu", "alpha", "z0")
-
-    positive: ClassVar[tuple[str, ...]] = ("alpha",)
-    not_negative: ClassVar[tuple[str, ...]] = ("mu",)
+    parameters = ("mu", "alpha", "z0")
+    positive = ("alpha",)
+    not_negative = ("mu",)
 
     def coefficients(self, p: Values, ops: Operations) -> list[Any]:
         """The cubic's coefficients (eq:phifric0), of one type and shape."""
@@ -98,9 +91,7 @@ class Friction(Model):
 class Linear(Model):
     """The linear smoothing: A(u) joins a- and a+ by a straight line."""
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        return ("a_minus", "a_plus")
+    parameters = ("a_minus", "a_plus")
 
     def coefficients(self, p: Values, ops: Operations) -> list[Any]:
         """(a+ + a-)/2 and (a+ - a-)/2."""
@@ -132,9 +123,7 @@ class Sine(Model):
     def shape(self) -> dict[str, int]:
         return {"waves": self.waves}
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        return ("a_minus", "a_plus", "b")
+    parameters = ("a_minus", "a_plus", "b")
 
     def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
         """(a+ + a-)/2 + (a+ - a-) u/2 + b sin(k pi u)."""
@@ -146,11 +135,8 @@ class Sine(Model):
 class Tanh(Model):
     """A sigmoid of slope `steepness`, scaled to meet a- and a+ exactly."""
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        return ("a_minus", "a_plus", "steepness")
-
-    positive: ClassVar[tuple[str, ...]] = ("steepness",)
+    parameters = ("a_minus", "a_plus", "steepness")
+    positive = ("steepness",)
 
     def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
         """(a+ + a-)/2 + (a+ - a-)/2 tanh(s u)/tanh(s), s the steepness."""
@@ -169,11 +155,8 @@ class Hill(Model):
     def shape(self) -> dict[str, int]:
         return {"n": self.n}
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        return ("a_minus", "a_plus", "K")
-
-    positive: ClassVar[tuple[str, ...]] = ("K",)
+    parameters = ("a_minus", "a_plus", "K")
+    positive = ("K",)
 
     def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
         """a- + (a+ - a-) x^n (1 + K^n)/(K^n + x^n), x = (1+u)/2."""
@@ -259,14 +242,8 @@ class Expression(Model):
 class General(Model):
     """No drift in particular: A stays the function ``A(u)``, in formulas alone."""
 
-    @property
-    def name(self) -> str:
-        """What makes it, as `repr` writes it."""
-        return "Drift.general"
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        return ()
+    name = "Drift.general"
+    parameters = ()
 
     def evaluate(self, u: Operand, p: Values, ops: Operations) -> Any:
         """A(u) as SymPy's undefined function; no number."""

@@ -43,7 +43,7 @@ def plot(drift: Drawn, axes: Sequence[Axes] | None) -> Any:
     u = np.union1d(np.linspace(-_REACH, _REACH, _POINTS), [-1.0, 1.0])
     above.plot(u, drift(u))
     above.axhline(0, color="0.6", linewidth=0.8)
-    above.set_ylabel("φ(u)")
+    above.set_ylabel(r"$\phi(u)$")
     below.plot(u, drift.potential_at(u))
     below.set_ylabel("V(u)")
     below.set_xlabel("u")

@@ -35,6 +35,9 @@ class CodePrinter(Printer):
         # Python would read it as a double.
         return f'ctx.mpf("{number}")' if self.target == "mpmath" else number
 
+    def _print_EulerGamma(self, expr: Expr) -> str:
+        return "ctx.euler" if self.target == "mpmath" else str(float(expr))
+
     def _print_Exp1(self, expr: Expr) -> str:
         return str(self._call("exp", sympy.S.One))
 

@@ -76,6 +76,8 @@ class Symbols(Builder):
         The integrals of the regular part, as finite parts.
     tex : dict
         The symbols' LaTeX.
+    code, growth : dict
+        What is written otherwise in code (`symasym.expansions.emitted.Quotient`).
     """
 
     #: Names of the formula's own symbols, which no parameter has.
@@ -102,6 +104,8 @@ class Symbols(Builder):
         self.equations: dict[Symbol, Expr] = {}
         self.tex: dict[Symbol, str] = {}
         self.integrals: dict[Symbol, Expr] = {}
+        self.code: dict[Symbol, Expr] = {}
+        self.growth: dict[Symbol, Expr] = {}
         self.start = Rational(start.numerator, start.denominator)
         self.edges = [-S.One, self.start, S.One]
         self.beyond, self.before = True, case.before
@@ -179,7 +183,7 @@ class Symbols(Builder):
 
     def _slope_beyond(self, side: int) -> Symbol:
         slope = Symbol(f"phi({side})", real=True)
-        self.tex[slope] = "a_+" if side > 0 else "a_-"
+        self.tex[slope] = "a^+" if side > 0 else "a^-"
         if not self.general:
             self.values[slope] = self.A.subs(U, side)
         return slope
@@ -342,9 +346,9 @@ class Symbols(Builder):
 
         # No jump is at the start: what it adds on the right is taken off on the left.
         start = (
-            self._symbol_of(one.rising_start, "S", "")
+            self._symbol_of(one.rising_start, "Y", "")
             if side == "+"
-            else Series([Part(0.0, 0, [-Symbol("S", real=True)])])
+            else Series([Part(0.0, 0, [-Symbol("Y", real=True)])])
         )
         return one._replace(
             rising_start=start,

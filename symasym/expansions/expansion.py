@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import Any
@@ -22,7 +22,6 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.asymptotics.laplace.result import named_functions
-from symasym.asymptotics.weak_noise.answer import stationary_sums
 from symasym.asymptotics.weak_noise.compose import (
     Side,
     Sides,
@@ -30,15 +29,19 @@ from symasym.asymptotics.weak_noise.compose import (
     pairs_of,
     rising_of,
     side_of,
+    stationary_sums,
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, Numbers, choice, count, exact
 from symasym.drift.drift import Drift
 from symasym.emit import emit
+from symasym.emit.program import Program
+from symasym.emit.source import rendered
 from symasym.emit.symbolic_sums import BEYOND_1, KAPPA, LAM, R, Sum, Symbolic, X
 from symasym.expansions.builder import FinitePart, SeriesOf, Symbols, U
 from symasym.expansions.cases import Case, case_of, found_cases, read_case
+from symasym.expansions.emitted import Quotient, plain_name, program, require_emittable
 from symasym.expansions.strong import strong
 from symasym.expansions.uniform import PAIRED, WELLS, Coalescing, Locals, require_pair
 from symasym.expansions.uniform_series import (
@@ -121,6 +124,8 @@ class Expansion:
         The symbols of the regular part as finite parts of h_k (`latex`).
     tex : mapping
         The symbols' LaTeX.
+    quotient : Quotient or None
+        The formula as it is emitted.
     """
 
     quantity: str
@@ -136,6 +141,7 @@ class Expansion:
     conditions: tuple[Any, ...] = ()
     integrals: Mapping[Symbol, Expr] = field(default_factory=dict, repr=False)
     tex: Mapping[Symbol, str] = field(default_factory=dict, repr=False)
+    quotient: Quotient | None = field(default=None, repr=False)
 
     @property
     def error(self) -> str:
@@ -244,35 +250,27 @@ class Expansion:
         return exit_probability(self.drift, kappa, r, start=self.start, **known)
 
     def emit(self, target: str = "numpy", name: str = "f") -> Any:
-        """Source code of the expression, its free symbols being the arguments (`symasym.emit`).
+        """Source code of the formula, its free symbols being the arguments (`symasym.emit`).
 
         Critical points without a closed form are arguments, too; so are V's derivatives where no
-        drift is named. In doubles its exponentials may overflow where T does not; then emit a
-        term, or take mpmath.
+        drift is named. There is ``log_NAME`` as well, finite where T is not. In doubles uniform
+        noise to order 0 has 1e-12 of log T also at a coalescence; order 1 loses digits there, as
+        D^(-2).
 
         Raises
         ------
         InputError
             Where critical points may be complex, or a finite part has no closed form.
         """
-        if self.noise == "uniform":
-            raise InputError(
-                "noise is 'uniform', whose special functions no target has; bind the drift and use "
-                "sa.emit('eq:Ttilde', drift=…, method='uniform'), which brings them along."
-            )
+        if self.noise == "uniform" and target == "latex":
+            formula = Program("expression", f"{self.quantity} to order {self.order}", (),
+                              latex=self.latex())  # fmt: skip
+            return rendered(formula, target)
+        if self.quotient is not None and target != "latex":
+            return rendered(program(self, self.quotient, name), target)
         expression = self.expression
-        if expression.has(FinitePart, sympy.Integral):
-            raise InputError(
-                f"A = {self.drift.expression()} is no polynomial in u, so that the regular part "
-                "has no closed form; emit a term's expression, or use the verb."
-            )
-        odd = [s for s in expression.free_symbols if s in self.equations and not s.is_real]
-        if odd:
-            raise InputError(
-                f"{odd[0]} may be complex, which the code has no numbers for; bind the drift and "
-                "use sa.emit('eq:Ttilde', drift=…, method='laplace')."
-            )
-        plain = {s: Symbol(_plain(s.name), **s.assumptions0) for s in expression.free_symbols}
+        require_emittable(self, expression.free_symbols, [expression])
+        plain = {s: Symbol(plain_name(s.name), **s.assumptions0) for s in expression.free_symbols}
         return emit(expression.xreplace(plain), target, name=name)
 
     # -- as text ----------------------------------------------------------------------------
@@ -295,7 +293,7 @@ class Expansion:
                     lines.append(f"{self._latex(s)} &= {value}")
                     short = len(value) < _SHORT
         if self.integrals.keys() & self._met.keys():
-            lines.append(r"h_1(u) &= \frac{1}{\varphi(u)}, \quad h_{k+1} = -\frac{h_k'}{\varphi}")
+            lines.append(r"h_1(u) &= \frac{1}{\phi(u)}, \quad h_{k+1} = -\frac{h_k'}{\phi}")
         lines += [f"0 &= {self._latex(a)}" for s, a in self.equations.items() if s in self._met]
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
@@ -350,15 +348,6 @@ def _predicate(c: Any) -> str:
     return f"{c.lhs} {sign} {c.rhs}" if sign else str(c)
 
 
-def _plain(name: str) -> str:
-    """``V''(u1)`` as ``V2_u1``, ``V^(4)(0)`` as ``V4_0``, ``V''(-1)`` as ``V2_m1``."""
-    head, _, place = name.rpartition("(")
-    if not head:
-        return name
-    order = head[3:-1] if "^" in head else str(head.count("'") or "")
-    return f"{head[0]}{order}_{place.rstrip(')').replace('-', 'm').replace('/', '_')}"
-
-
 # -- the verb --------------------------------------------------------------------------------------
 
 
@@ -384,7 +373,7 @@ def expand(
         and 1 - P of a polynomial A through the coalescence of a well and a barrier, in Airy
         functions.
     order : int, optional
-        0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 order), or of
+        0 to 8, 2 if left out: the terms of each series in kappa^2 up to kappa^(2 N), or of
         2/kappa^2; 0 or 1 for ``noise="uniform"``, 0 if left out.
     start : number, optional
         In (-1, 1), no zero of A.
@@ -511,6 +500,10 @@ def _composed(
         formula = {
             "T": LAM * mean_time(sides), "C": ahead / sides.total, "1 - C": behind / sides.total
         }[quantity]  # fmt: skip
+        products = {
+            "T": ((ahead, _LEFT), (behind, _RIGHT)), "C": ((ahead,),), "1 - C": ((behind,),)
+        }[quantity]  # fmt: skip
+        quotient = Quotient(products, sides.total, LAM if quantity == "T" else S.One)
         for symbol, value in (
             (_L, left.scale), (_R, right.scale), (_LEFT, left.nested), (_RIGHT, right.nested)
         ):  # fmt: skip
@@ -526,8 +519,10 @@ def _composed(
             slopes = [symbols.a_minus, -symbols.a_plus]
             sums_of = stationary_sums(symbols.line(), slopes, ring)
             outside, whole = map(_expression, sums_of)
+        quotient = Quotient(((outside,),), whole, complement=quantity == "P")
         if quantity == "density":
             formula = sympy.exp(-LAM * symbols.height_at(_Y)) / whole
+            quotient = Quotient(((formula * whole,),), whole)
         else:
             formula = outside / whole if quantity == "1 - P" else 1 - outside / whole
     if symbols.general and quantity == "T":
@@ -552,6 +547,9 @@ def _composed(
         symbols.equations, terms,
         tuple(c for c in _conditions(symbols, quantity) if c is not sympy.true),
         symbols.integrals, symbols.tex,
+        None if symbols.general and quantity == "T" else replace(
+            quotient, sums=tuple(sums), code=symbols.code, growth=symbols.growth
+        ),
     )  # fmt: skip
 
 

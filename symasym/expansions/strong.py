@@ -81,7 +81,7 @@ class _Formula:
         self.A = poly.to_field()
         self.values: dict[Symbol, Expr] = {}
         self.tex: dict[Symbol, str] = {}
-        self.slopes = {side: self._named(f"phi({side})", "a_+" if side > 0 else "a_-",
+        self.slopes = {side: self._named(f"phi({side})", "a^+" if side > 0 else "a^-",
                                          expression.subs(U, side)) for side in (-1, 1)}  # fmt: skip
 
     def _named(self, name: str, tex: str, value: Expr) -> Symbol:

@@ -36,6 +36,7 @@ from symasym.asymptotics.weak_noise.one_sided import Builder, CriticalPoint, Joi
 from symasym.asymptotics.weak_noise.series import Series
 from symasym.base.errors import InputError
 from symasym.drift.drift import Drift
+from symasym.emit.forms import LOCAL
 from symasym.emit.symbolic_sums import BEYOND_1, LAM, Sum, Symbolic
 from symasym.expansions.builder import Symbols, U
 from symasym.expansions.cases import Case
@@ -90,15 +91,15 @@ class Expressions:
 
 
 class Locals(Symbolic):
-    """The ring of sums whose local integrals are symbols, too."""
+    """Sums whose local integrals are symbols, too."""
 
     def __init__(self, symbols: Coalescing) -> None:
         self.symbols = symbols
 
-    def leaf(self, height: Expr, series: Any, rough: float = 0.0) -> Sum:
+    def leaf(self, height: Expr, series: Any, rounding: float = 0.0) -> Sum:
         """One symbol times e^{lam height}."""
         if isinstance(series, Series):
-            return super().leaf(height, series, rough)
+            return super().leaf(height, series, rounding)
         return Sum([(height, self.symbols.local(series))])
 
 
@@ -223,6 +224,14 @@ class PairSymbols(Symbols):
         )
         return Pair(S.Zero, square, self.factor, sign, self.zeta, 1 / root, S.Zero)
 
+    def grows(self, symbol: Symbol, scaled: Expr, times: int) -> None:
+        """What `symbol` is in code, without its growth e^{(2/3) times Z^(3/2)} for D > 0."""
+        self.code[symbol] = scaled
+        if self.real:
+            rise = Symbol("rise(m)", positive=True)
+            self.code[rise] = Rational(2, 3) * self.zeta ** Rational(3, 2)
+            self.growth[symbol] = times * rise
+
     def conditions(self) -> Iterator[Any]:
         """Where the pair is, and what it is."""
         side, m = self.place.side, M
@@ -267,21 +276,28 @@ class Coalescing(PairSymbols, OrderZero):
         letter = _PARTS[integral.part] if airy else f"{_PARTS[integral.part]}e"
         symbol = Symbol(f"{letter}{side}", real=True)
         if symbol not in self.locals:
-            self.locals[symbol] = (self._over_pair if airy else self._over_end)(integral)
+            over = self._over_pair(symbol, integral) if airy else self._over_end(integral)
+            self.locals[symbol] = over
             name = rf"\mathcal{{{letter[0]}}}"
             self.tex[symbol] = name if airy else rf"{name}_{{{'+' if side == '+' else '-'}1}}"
         return symbol
 
-    def _over_pair(self, integral: Any) -> Expr:
-        return integral.at(_Point(self.arithmetic, {(2, "airy"): (Z, airy_functions())}))[0]
+    def _over_pair(self, symbol: Symbol, integral: Any) -> Expr:
+        plain, scaled = (
+            integral.at(_Point(self.arithmetic, {(2, "airy"): (Z, airy_functions(emitted))}))[0]
+            for emitted in (False, True)
+        )
+        self.grows(symbol, scaled, 2 if integral.part == "both" else 1)
+        return plain
 
     def _over_end(self, integral: TruncatedIntegral) -> Expr:
         c, e = self.arithmetic, integral.gaussian
         x, sigma, dawson, area = (Symbol(s, positive=True) for s in ("xi", "sigma", "Da", "area"))
         if x not in self.values:
             self.values[x] = e.t * sympy.sqrt(LAM / 2)
-            named = gaussian_functions(x)
-            self.values |= dict(zip((sigma, dawson, area), named, strict=True))
+            for table, emitted in ((self.values, False), (self.code, True)):
+                named = gaussian_functions(x, True, emitted)
+                table |= dict(zip((sigma, dawson, area), named, strict=True))
             self.tex |= {x: r"\xi", sigma: r"\sigma", dawson: r"\mathcal{D}", area: r"\Lambda"}
         rising, falling, both = over_end(c, LAM, e.t, e.peak, e.rest, sigma, dawson, area)
         length = BEYOND_1
@@ -360,21 +376,28 @@ class _Point:
         self.third = LAM ** Rational(1, 3)
 
 
-def airy_functions() -> AiryProducts:
-    """The products of Airy functions of Z, their exponential in them."""
+def airy_functions(emitted: bool = False) -> AiryProducts:
+    """The products of Airy functions of Z, as they are; `emitted`: scaled."""
+    if emitted:
+        return AiryProducts(*(f(Z) for f in LOCAL[:5]))
     ai, bi = sympy.airyai(Z), sympy.airybi(Z)
     ai1, bi1 = sympy.airyaiprime(Z), sympy.airybiprime(Z)
     return AiryProducts(ai**2 + bi**2, ai * ai1 + bi * bi1, ai1**2 + bi1**2, bi, bi1)
 
 
-def gaussian_functions(x: Expr, barrier: bool = True) -> tuple[Expr, Expr, Expr]:
+def gaussian_functions(
+    x: Expr, barrier: bool = True, emitted: bool = False
+) -> tuple[Expr, Expr, Expr]:
     """sigma, D and lam times the integral of D, or of sigma, at x = |t| (lam/2)^(1/2)."""
+    c: Any = Expressions()
+    if emitted:
+        shade, dawson, *areas = (f(x) for f in LOCAL[5:])
+        return gaussians(c, LAM, shade, dawson, areas[0] if barrier else areas[1])
     area = x**2 * sympy.hyper([1, 1], [Rational(3, 2), 2], -(x**2))
     if not barrier:
         y = Symbol("y")
         area = sympy.sqrt(sympy.pi) * sympy.Integral(sympy.exp(y**2) * sympy.erfc(y), (y, 0, x))
     dawson = sympy.sqrt(sympy.pi) / 2 * sympy.exp(-(x**2)) * sympy.erfi(x)
-    c: Any = Expressions()
     return gaussians(c, LAM, sympy.exp(x**2) * sympy.erfc(x), dawson, area)
 
 

@@ -200,14 +200,19 @@ class UniformSeries(PairSymbols):
             (side * _PLACES.mpf("0.5"),) * 2)  # fmt: skip
         half = (high - low) / 2
         own = Pair(_PLACES.zero, half**2, pair.psi, sign, pair.zeta, pair.slope, pair.level)
-        growth = sympy.exp(2 * self.zeta ** Rational(3, 2) * LAM / 3) if self.real else S.One
-        found = airy_functions()
-        squares, cross, slopes = (y / growth**2 for y in found[:3])
-        known = AiryProducts(squares, cross, slopes, found.bi / growth, found.bi_slope / growth)
+        known = self._known(airy_functions())
         return CanonicalPair(
             Fraction(float(side * (low + high) / 2)), own, sign > 0, V_MEAN, rows, [], None,
             (None, None), S.Zero, 0, {LAM: known},
         )  # fmt: skip
+
+    def _known(self, products: AiryProducts) -> AiryProducts:
+        """The products less the growth that `pair_terms` multiplies them by."""
+        growth = sympy.exp(2 * self.zeta ** Rational(3, 2) * LAM / 3) if self.real else S.One
+        squares, cross, slopes = (y / growth**2 for y in products[:3])
+        return AiryProducts(
+            squares, cross, slopes, products.bi / growth, products.bi_slope / growth
+        )
 
     def _next(self, pair: Pair) -> tuple[Symbol, Symbol]:
         """p1 and q1, from u(s) at both zeros."""
@@ -305,9 +310,14 @@ class UniformSeries(PairSymbols):
     def local(self, canonical: CanonicalPair, lam: Any, order: int, context: Any) -> Airy:
         """The pair's integrals as symbols."""
         side, symbols = "+" if self.place.side > 0 else "-", []
-        for letter, value in zip("BWJ", airy(canonical, lam, order, context), strict=True):
+        values = airy(canonical, lam, order, context)
+        # A pair's terms multiply by the growth that the scaled products are without.
+        scaled = canonical._replace(known={LAM: self._known(airy_functions(True))})
+        in_code = airy(scaled, lam, order, context)
+        for letter, value, other in zip("BWJ", values, in_code, strict=True):
             symbol = Symbol(f"{letter}{side}", real=True)
             self.locals[symbol], self.tex[symbol] = value, rf"\mathcal{{{letter}}}"
+            self.grows(symbol, other, 2 if letter == "J" else 1)
             symbols.append(symbol)
         return Airy(*symbols)
 
@@ -371,13 +381,14 @@ def _in_symbols(
 
     t = named("t", "t", one.t, negative=before, positive=not before)
     x = named("xi", r"\xi", abs(t) * sympy.sqrt(LAM / 2), positive=True)
-    sigma, dawson, area = gaussian_functions(x, one.barrier)
+    functions = []
     side = -1 if before else 1
-    functions = _Functions(
-        named("sigma", r"\sigma", side * sigma),
-        named("Da", r"\mathcal{D}", side * dawson),
-        named("area", r"\Lambda", area / LAM),
-    )
+    heads = ("sigma", r"\sigma", side), ("Da", r"\mathcal{D}", side), ("area", r"\Lambda", 1 / LAM)
+    values, in_code = (gaussian_functions(x, one.barrier, emitted) for emitted in (False, True))
+    for (name, head, factor), value, other in zip(heads, values, in_code, strict=True):
+        symbol = named(name, head, factor * value)
+        symbols.code[symbol] = factor * other
+        functions.append(symbol)
     count = symbols.count
     rows = {
         letter: [named(f"{letter}{n}", rf"{letter}_{n}", y.subs(one.t, t) if y else y)
@@ -385,7 +396,7 @@ def _in_symbols(
         for letter, row in (("a", one.peak), ("c", one.whole), ("b", one.series))
     }  # fmt: skip
     return one._replace(
-        t=t, peak=rows["a"], whole=rows["c"], series=rows["b"], known={LAM: functions}
+        t=t, peak=rows["a"], whole=rows["c"], series=rows["b"], known={LAM: _Functions(*functions)}
     )
 
 
@@ -399,11 +410,12 @@ def _corrections(symbols: Any, edge: Expr) -> Any:
         if not rows:
             return values
         name, parts = symbols.names[edge], []
-        for letter, value in zip("EFM", values, strict=True):
-            symbol = Symbol(f"d{letter}({name})", real=True)
-            symbols.values[symbol] = value
+        height = symbols.heights[edge]
+        for letter, value, h in zip("EFM", values, (height, -height, S.Zero), strict=True):
+            symbol, unit = Symbol(f"d{letter}({name})", real=True), sympy.exp(LAM * h)
+            symbols.values[symbol] = sum((y / unit for y in sympy.Add.make_args(value)), S.Zero)
             symbols.tex[symbol] = rf"\delta {letter}_{{{name}}}"
-            parts.append(symbol)
+            parts.append(symbol * unit)
         return Corrections(*parts)
 
     return correction

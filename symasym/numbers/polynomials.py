@@ -26,16 +26,9 @@ if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
 __all__ = [
-    "Zeros",
-    "bracketed_zero",
-    "divided",
-    "poly",
-    "poly_slope",
-    "real_parts",
-    "refined",
-    "shifted",
+    "Zeros", "bracketed_zero", "divided", "poly", "poly_slope", "real_parts", "refined", "shifted",
     "zeros_of",
-]
+]  # fmt: skip
 
 # Zeros closer than this are not separated well enough for partial fractions.
 _CLUSTER = 1e-3

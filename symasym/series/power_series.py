@@ -22,17 +22,9 @@ from symasym.generated.plain_formulas import fall_by_powers, manifold_term
 from symasym.numbers.arithmetic import Number
 
 __all__ = [
-    "composed",
-    "dot",
-    "exponential",
-    "laurent",
-    "power",
-    "product",
-    "quotient",
-    "reciprocal",
-    "residues",
-    "rotation",
-]
+    "composed", "dot", "exponential", "laurent", "power", "product", "quotient", "reciprocal",
+    "residues", "rotation",
+]  # fmt: skip
 
 Coefficients = Sequence[Any]
 

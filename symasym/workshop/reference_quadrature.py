@@ -41,13 +41,9 @@ if TYPE_CHECKING:
 
 
 __all__ = [
-    "double_integral",
-    "escape_time",
-    "exit_probability",
-    "integral",
-    "occupation",
+    "double_integral", "escape_time", "exit_probability", "integral", "occupation",
     "stationary_density",
-]
+]  # fmt: skip
 
 _REFINEMENTS = 4
 _MOST_MULTIPLICATIONS = 300_000_000

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
 import shutil
 import statistics
 import sys
@@ -617,6 +618,41 @@ def _taken_apart(tables: str) -> tuple[str, dict[str, str], dict[str, str]]:
     return top + line, by_ratio, {p.partition("\n")[0]: f"### {p.strip()}" for p in parts}
 
 
+_SYMBOLS = {"kappa": r"\kappa", "mu": r"\mu", "alpha": r"\alpha", "z0": "z_0", "r": "r"}
+_NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+|/\d+)?"
+#: Code and formulas already set; a symbol with or without a value; powers of ten; words.
+_TEX = re.compile(
+    r"(?P<apart>`[^`]*`|\$[^$]*\$)"
+    rf"|\b(?P<name>kappa|mu|alpha|z0|r(?= = ))\b(?: = (?P<value>{_NUMBER}))?"
+    r"|\bkappas\b|\blog T\b|\bT(?= at\b)|\bA(?=, )"
+    r"|(?<![\w.`-])-?\d+(?:\.\d+)?e[+-]?\d+\b|(?<= )-\d+(?:[./]\d+)?(?=[ ,])"
+)
+
+
+def in_tex(tables: str) -> str:
+    """The tables with symbols and powers of ten as TeX; what is TeX already stays."""
+
+    def number(text: str) -> str:
+        mantissa, e, power = text.partition("e")
+        if not e:
+            return text
+        ten = f"10^{{{int(power)}}}"
+        return {"1": ten, "-1": f"-{ten}"}.get(mantissa, rf"{mantissa} \times {ten}")
+
+    def shown(found: re.Match[str]) -> str:
+        text = found[0]
+        if found["apart"]:
+            return text
+        if name := found["name"]:
+            value = f" = {number(found['value'])}" if found["value"] else ""
+            return f"${_SYMBOLS[name]}{value}$"
+        if text == "kappas":
+            return r"values of $\kappa$"
+        return rf"${text}$".replace("log", r"\log") if text[-1] in "TA" else f"${number(text)}$"
+
+    return _TEX.sub(shown, tables)
+
+
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description=__doc__)
     parser.add_argument("--long", action="store_true", help="quadratures that take minutes as well")
@@ -634,7 +670,7 @@ def main(arguments: list[str] | None = None) -> None:
     after = rest.partition(END)[2]
     if not rest or END not in rest:
         parser.error(f"{options.write} has no lines {START} and {END}; add them.")
-    tables = measured(options)
+    tables = in_tex(measured(options))
     if options.only:
         tables = renewed(rest.partition(END)[0], tables)
     write_bytes(options.write, f"{before}{START}\n\n{tables}\n\n{END}{after}".encode())

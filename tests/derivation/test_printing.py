@@ -13,7 +13,7 @@ from sympy import Integral, Rational, Symbol, cos, exp, sqrt
 from sympy.core.function import AppliedUndef
 
 from derivations.registry import build, entries
-from symasym.derivation import Expansion, Inequality
+from symasym.derivation import Derivation, Expansion, Identity, Inequality
 from symasym.derivation.printing import tex
 from symasym.derivation.results import latex, parts
 
@@ -41,6 +41,8 @@ V = sympy.Function("V")
         (a * (u - 1) / 2, r"\frac{a}{2} (u - 1)"),
         ((a + b) / k, r"\frac{a + b}{\kappa}"),
         (cos(a) ** 3, r"\cos^3(a)"),
+        (sympy.Derivative(V(u), (u, 2)) * a - V(u) * sympy.Function("phi")(u),
+         r"a V''(u) - \phi(u) V(u)"),
         (sympy.airyaiprime(u) ** 2, r"\operatorname{Ai}'(u)^2"),
         (
             2 * Integral((sympy.Heaviside(v) - a) * V(v), (u, -1, v), (v, 0, b)) / k**2,
@@ -68,6 +70,16 @@ def test_a_relative_remainder_is_a_factor() -> None:
         rf"{tex(leading)} \left(1 + O(\kappa^2)\right)"
     )
     assert latex(Expansion(a, 2 * k**2, k)) == r"a + O(\kappa^2)"
+
+
+def test_an_equation_is_written_with_what_steps_stated() -> None:
+    d = Derivation("noise", "A stochastic equation", names={"kappa": r"\kappa"})
+    half = d.step("generator", "define", k**2 / 2, Identity(lambda: k**2 / 2))
+    noise = d.step("amplitude", "substitute", k, Identity(lambda: sqrt(2 * half)))
+    with pytest.raises(ValueError, match="no step has checked"):
+        d.conclude(a, half, display=("du = ", 2 * noise, r" \, dW"))
+    d.conclude(a, half, display=("du = ", noise, r" \, dW"))
+    assert d.latex() == r"du = \kappa \, dW"
 
 
 # -- reading back ----------------------------------------------------------------------------------
@@ -182,7 +194,8 @@ def _readable(stated: Any) -> list[Any]:
         return _readable(stated.left) + _readable(stated.right)
     if isinstance(stated, (tuple, list)):
         return [e for item in stated for e in _readable(item)]
-    beyond = (Integral, sympy.Derivative, AppliedUndef, sympy.Heaviside, sympy.Abs, sympy.Sum)
+    distributions = (sympy.Heaviside, sympy.DiracDelta)
+    beyond = (Integral, sympy.Derivative, AppliedUndef, *distributions, sympy.Abs, sympy.Sum)
     return [e for e in parts(stated) if isinstance(e, sympy.Expr) and not e.has(*beyond)]
 
 

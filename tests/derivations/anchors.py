@@ -384,7 +384,7 @@ def leaving(_: str, left: Any, result: Any, seeds: range) -> None:
 
 
 def first_order(_: str, left: Any, result: Any, seeds: range) -> None:
-    """The change of a walk's mean time with eps; S and T_0 of a constant drift in its formula."""
+    """The change of a walk's mean time with eps; Sigma and T_0 of a constant drift put in."""
     u, z, a, b, r, kappa = (sympy.Symbol(name) for name in ("u", "z", "a", "b", "r", "kappa"))
     assert [e.func.__name__ for e in left] == ["s", "T_1"]
 
@@ -399,7 +399,7 @@ def first_order(_: str, left: Any, result: Any, seeds: range) -> None:
     def named(stated: Any) -> Any:
         """The same with one symbol of each name, and derivatives worked out."""
         stated = stated.xreplace({s: sympy.Symbol(s.name) for s in stated.atoms(sympy.Symbol)})
-        stated = stated.replace(sympy.Function("S"), scale)
+        stated = stated.replace(sympy.Function("Sigma"), scale)
         stated = stated.replace(sympy.Function("T_0"), still)
         return stated.replace(sympy.Derivative, lambda *e: sympy.diff(*e))
 

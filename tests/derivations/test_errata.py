@@ -83,7 +83,7 @@ def test_table_and_text():
     assert sum("counterexample" in row for row in rows) == len(NUMBERED)
     shown = text()
     assert shown.count("\n   printed: ") == len(ERRATA)
-    assert "a_+ = 1 - z_0 - α" in shown
+    assert "a^+ = 1 - z_0 - α" in shown
 
 
 def test_the_page_in_the_docs_is_todays():

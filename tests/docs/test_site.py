@@ -21,15 +21,16 @@ import numpy as np
 import pytest
 import sympy
 
+from derivations import report
 from derivations.registry import build, closure, entries
 from derivations.report import plain
-from derivations.runner import describe
+from derivations.runner import describe, slug
 from derivations.symbols import MEANINGS, QUANTITIES, quantities, symbols
 from symasym.formula import formula
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
-from website import api, calls, formulas, glossary, graph, pages, stage  # noqa: E402
+from website import api, calls, docstrings, formulas, glossary, graph, pages, stage  # noqa: E402
 from website.plotting import definitions, expansions, plots  # noqa: E402
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -187,10 +188,19 @@ def test_a_page_says_what_where_and_under_which_conditions(records: formulas.Rec
 
 
 def test_indexes_show_the_formulas(records: formulas.Records) -> None:
-    for text in (formulas.index(records), formulas.by_quantity(records)):
+    by_section = "\n".join(formulas.section(n, records) for n in report.SECTIONS)
+    for text in (by_section, formulas.by_quantity(records)):
         for label, record in records.items():
             assert f"`{label}`" in text
             assert f"$$ {record['latex']} $$" in text
+    listed = formulas.index(records).partition("## Definitions")[0]
+    assert all(listed.count(f"({slug(label)}.md)") == 1 for label in records)
+    # Each formula has its place in the sidebar once, and no heading of a page stands twice.
+    for text in (listed, *(formulas.section(n, records) for n in report.SECTIONS)):
+        headings = re.findall(r"^## .*", text, re.MULTILINE)
+        assert len(headings) == len(set(headings)) > 0
+    for label in records:
+        assert len(re.findall(rf"^{slug(label)}$", by_section, re.MULTILINE)) == 1
 
 
 def test_one_file_holds_every_formula(records: formulas.Records) -> None:
@@ -275,6 +285,31 @@ def test_every_public_name_is_in_the_reference() -> None:
     assert all(re.search(rf":: {name}$", text, re.MULTILINE) for name in sa.__all__)
     first = re.findall(r"auto\w+:: (\w+)", text)[:3]
     assert first == ["escape_time", "exit_probability", "occupation"]
+
+
+def test_formulas_of_docstrings_are_typeset() -> None:
+    import inspect
+
+    import symasym as sa
+
+    lines = [
+        "With e^(lam V) on [-1, 1] and ``order=2``, |T| <= 1e-3 (e.g. A. Erdelyi), f's a",
+        ">>> 2/kappa^2",
+        "",
+        ":type kappa: int",
+        ":param r: kappa^2/2 of a float64 array",
+    ]
+    assert docstrings.typeset(lines) == [
+        r"With :math:`e^{\lambda V}` on :math:`[-1, 1]` and ``order=2``, "
+        r":math:`\lvert T\rvert \le 10^{-3}` (e.g. A. Erdelyi), :math:`f`'s a",
+        *lines[1:4],
+        r":param r: :math:`\kappa^{2}/2` of a float64 array",
+    ]
+    for value in map(sa.__dict__.get, sa.__all__):
+        text = "\n".join(docstrings.typeset((inspect.getdoc(value) or "").splitlines()))
+        text = re.sub(r"^\s*>>>.*?(\n\s*\n|\Z)", "", text, flags=re.DOTALL | re.MULTILINE)
+        text = re.sub(r":\w+:`.*?`|``.*?``|`.*?`|^[\w, *]+ : .*", "", text, flags=re.MULTILINE)
+        assert not re.findall(r"\b(?:lam|sqrt|exp)\b|\^|<<|>>", text), (value, text)
 
 
 def test_hidden_members_are_members() -> None:

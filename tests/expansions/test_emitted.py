@@ -93,6 +93,67 @@ def test_emitted_strong_noise(quantity: str, target: str, tmp_path: Path) -> Non
     assert float(value) == pytest.approx(want, rel=1e-11)
 
 
+UNIFORM: list[tuple[sa.Drift, str, str, dict[str, Any]]] = [
+    # Both sides of the fold at z0 = -7/9, and 2e-5 from it.
+    (sa.friction(), "T", "start well barrier", {"mu": 3, "alpha": 1, "z0": "-0.4"}),
+    (sa.friction(), "T", "start well barrier", {"mu": 3, "alpha": 1, "z0": "-0.77775"}),
+    (sa.friction(), "T", "start", {"mu": 3, "alpha": 1, "z0": "-0.8"}),
+    (sa.friction(), "T", "barrier well start", {"mu": 3, "alpha": 1, "z0": "2.4"}),
+    (sa.Drift("20*((u - m0)**2 - d)"), "T", "start well barrier", {"m0": "1/3", "d": "1/50"}),
+    (
+        sa.Drift("-5*((u - a)**2 + 1/40)*(u + b)").bind(a="1/3", b="1/2"),
+        "1 - P", "well", {},
+    ),
+    (sa.Drift("a - b*u"), "P", "well", {"a": "1/5", "b": 2}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy", "mpmath"])
+@pytest.mark.parametrize("order", [0, 1])
+def test_emitted_uniform(target: str, order: int, tmp_path: Path) -> None:
+    """Free parameters, against the verb; beside the fold order 1 loses digits in doubles."""
+    if reason := available(target):
+        pytest.skip(reason)
+    files, calls, wanted = {}, [], []
+    for k, (drift, quantity, case, values) in enumerate(UNIFORM):
+        e = sa.expand(drift, quantity, noise="uniform", order=order, case=case)
+        files[f"scene{k}"] = e.emit(target, name=f"value{k}")
+        bound = drift.bind(**values)
+        known = {**bound.values, **roots_of(bound), "kappa": Fraction("1/8"), "r": Fraction("3/2")}
+        names = files[f"scene{k}"]._ready[0].arguments
+        given = tuple(float(known[name]) for name in names)
+        exact = {name: x for name, x in zip(names, given, strict=True) if name in values}
+        at = (given[names.index("kappa")], *([3 / 2] if quantity == "T" else []))
+        wanted.append(e.bind(**exact).evaluate(*at, dps=20))
+        calls.append(Call(f"scene{k}", f"value{k}", given))
+    found = run(target, files, calls, tmp_path)
+    for scene, want, (value,) in zip(UNIFORM, wanted, found, strict=True):
+        lost = 1e-7 if order and scene[3].get("z0") == "-0.77775" else 2e-12
+        assert abs(float(value) / float(want) - 1) < (1e-14 if target == "mpmath" else lost), scene
+
+
+@pytest.mark.parametrize("target", ["c", "javascript", "python", "numpy"])
+@pytest.mark.parametrize(("noise", "order"), [("weak", 2), ("uniform", 1)])
+def test_logarithms_where_exponentials_overflow(
+    target: str, noise: str, order: int, tmp_path: Path
+) -> None:
+    """kappa = 1/100: T is about e^2544, and kappa = 1/10 with r = 3/2, where T is a double."""
+    if reason := available(target):
+        pytest.skip(reason)
+    drift = sa.friction(mu=3, alpha=1, z0="-0.4")
+    e = sa.expand(sa.friction(), noise=noise, order=order)
+    source = e.emit(target, name="value")
+    known = {**drift.values, **roots_of(drift), "r": Fraction("3/2")}
+    calls, wanted = [], []
+    for kappa in ("1/100", "1/10"):
+        at = known | {"kappa": Fraction(kappa)}
+        given = tuple(float(at[name]) for name in source._ready[0].arguments)
+        calls.append(Call("scene", "log_value", given))
+        wanted.append(float(e.bind(**drift.values).evaluate(kappa, "3/2", log=True, dps=20)))
+    for want, (value,) in zip(wanted, run(target, {"scene": source}, calls, tmp_path), strict=True):
+        assert float(value) == pytest.approx(want, rel=1e-13)
+
+
 def same(problem: Problem, order: int) -> bool:
     """True if `evaluate` is the verb: one number and an array, to the last bit."""
     drift, start = problem.make(), Fraction(problem.start)

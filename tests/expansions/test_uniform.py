@@ -219,8 +219,3 @@ def test_cases_and_conditions() -> None:
 def test_bad_input(drift: sa.Drift, options: dict[str, Any], words: str) -> None:
     with pytest.raises(sa.InputError, match=words):
         sa.expand(drift, noise="uniform", **{"order": 0, **options})
-
-
-def test_what_is_not_emitted() -> None:
-    with pytest.raises(sa.InputError, match="which brings them along"):
-        sa.expand(sa.friction(), noise="uniform", order=0).emit("c")

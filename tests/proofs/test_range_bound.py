@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import symasym as sa
 from symasym.asymptotics.proofs import all_noise, dominance
 from symasym.asymptotics.proofs.all_noise import Proof
-from symasym.asymptotics.proofs.formal_sums import Formal, Sum, expansion
+from symasym.asymptotics.proofs.formal_sums import Formal, FormalSum, expansion
 from symasym.base.contexts import own_context
 from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, flint_module, precision
@@ -286,7 +286,7 @@ def test_a_lesser_well_is_in_the_errors(kappa: str) -> None:
         assert off < share / 3
 
 
-def _at(found: Sum, labels: dominance.Labels, y: Any) -> Any:
+def _at(found: FormalSum, labels: dominance.Labels, y: Any) -> Any:
     flint = flint_module()
     total = flint.arb(0)
     for key, powers in found.parts.items():
@@ -304,7 +304,7 @@ def test_a_coefficient_that_does_not_cancel_is_no_proof(monkeypatch: pytest.Monk
         for key, powers in upper.parts.items():
             second = sorted(powers)[min(1, len(powers) - 1)]
             parts[key] = {**powers, second: powers[second] * (1 + 1e-9)}
-        return Sum(parts), lower
+        return FormalSum(parts), lower
 
     monkeypatch.setattr(all_noise, "expansion", changed_slightly)
     with pytest.raises(sa.AccuracyError, match="not proved"):

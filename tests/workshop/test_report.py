@@ -304,3 +304,15 @@ def test_laplace_integrals_beside_a_peer(monkeypatch: pytest.MonkeyPatch) -> Non
     text = integral_peers.section()
     assert "`asymptotic` is not installed" in text
     assert text.count("| symasym |") == len(integral_peers.INTEGRALS)
+
+
+def test_tables_of_the_benchmarks_are_set_as_formulas() -> None:
+    from tests.benchmarks.__main__ import in_tex
+
+    text = "| slowest kappa (it is 1e-8), kappa = 0.1 | 4.2e-14 | `dblquad` 1e-6, z0 to -0.2. |"
+    shown = in_tex(text)
+    assert shown == (
+        r"| slowest $\kappa$ (it is $10^{-8}$), $\kappa = 0.1$ | $4.2 \times 10^{-14}$ "
+        r"| `dblquad` $10^{-6}$, $z_0$ to -0.2. |"
+    )
+    assert in_tex(shown) == shown

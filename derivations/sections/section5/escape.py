@@ -59,9 +59,9 @@ def in_halves(double: Any) -> Any:
     "eq:Ttilde0", "The mean escape time as the time integral of the surviving mass", ("eq:FPE",)
 )
 def survival(d: Any) -> None:
-    S, q = Function("S"), Function("q")
+    G, q = Function("G"), Function("q")
     d.suppose(
-        "t S(t) -> 0: the surviving mass S decays faster than 1/t",
+        "t G(t) -> 0: the surviving mass G decays faster than 1/t",
         where="exponentially, on a bounded interval",
     )
     d.step(
@@ -69,27 +69,27 @@ def survival(d: Any) -> None:
         "integrate",
         -phi(u) * q(u) + _half * sympy.Derivative(q(u), u),
         Satisfies(lambda flux: {"its derivative": sympy.diff(flux, u) - d.use("eq:FPE", "Lq")}),
-        "so that none is lost inside: -S' is what leaves through -r and r in unit time",
+        "so that none is lost inside: -G' is what leaves through -r and r in unit time",
     )
     by_parts = d.step(
         "by parts",
         "integrate",
-        S(t),
+        G(t),
         Satisfies(
             lambda rest: {
-                "-t S' less this is the derivative of -t S": -t * sympy.diff(S(t), t)
+                "-t G' less this is the derivative of -t G": -t * sympy.diff(G(t), t)
                 - rest
-                - sympy.diff(-t * S(t), t)
+                - sympy.diff(-t * G(t), t)
             }
         ),
-        "-S' is the density of the escape time, so that its mean is the integral of S",
+        "-G' is the density of the escape time, so that its mean is the integral of G",
     )
     mode = sympy.exp(-_m * t)
 
     def mean_of_mode() -> Any:
         """The mean of q(u) e^{-m t}, by the integral of its mass."""
         mass = Integral(q(u), (u, -r, r))
-        return sympy.integrate(by_parts.replace(S, lambda _: mode), (t, 0, sympy.oo)) * mass
+        return sympy.integrate(by_parts.replace(G, lambda _: mode), (t, 0, sympy.oo)) * mass
 
     found = d.step(
         "surviving mass",
@@ -100,16 +100,16 @@ def survival(d: Any) -> None:
                 "the mean of one mode": T.replace(p, lambda *_: q(u) * mode).doit() - mean_of_mode()
             }
         ),
-        "S is the integral of p over |u| < r; a mode q(u) e^{-m t} has the mean 1/m times its mass",
+        "G is the integral of p over |u| < r; a mode q(u) e^{-m t} has the mean 1/m times its mass",
     )
     d.conclude(Symbol("T"), found)
 
 
 @derives("eq:odeR", "The Fokker-Planck equation integrated over all time", ("eq:FPE",))
 def integrated(d: Any) -> None:
-    q = Function("q")
+    q, R = Function("q"), Function("R")
     d.suppose("escape is certain: p(u, t) -> 0 as t grows", where="a bounded interval")
-    d.step(
+    mode = d.step(
         "left side of one mode",
         "integrate",
         -q(u),
@@ -128,7 +128,27 @@ def integrated(d: Any) -> None:
         ),
         "time integral and operator interchange: R = q/m for this mode",
     )
-    d.conclude(Symbol("LR"), found, note="L*R = -delta(u), and R = q/m for a mode q(u) e^{-m t}")
+    of_R = d.step(
+        "in terms of R",
+        "substitute",
+        -sympy.Derivative(phi(u) * R(u), u) + _half * sympy.Derivative(R(u), (u, 2)),
+        Satisfies(
+            lambda e: {"q = m R": (e - found.replace(q, lambda at: _m * R(at))).doit().expand()}
+        ),
+    )
+    source = d.step(
+        "start at 0",
+        "substitute",
+        -sympy.DiracDelta(u),
+        Identity(lambda: mode.replace(q, sympy.DiracDelta)),
+        "the modes sum to delta(u) at the start (eq:BCs2)",
+    )
+    d.conclude(
+        Symbol("LR"),
+        found,
+        note="R(u) is p(u, t) integrated over all time: q/m for a mode q(u) e^{-m t}",
+        display=(r"\mathcal{L}^* R = ", of_R, " = ", source),
+    )
 
 
 @derives(
@@ -136,20 +156,17 @@ def integrated(d: Any) -> None:
 )
 def first_integral(d: Any) -> None:
     R = Function("R")
-
-    def operator() -> Any:
-        return d.use("eq:odeR", "LR").replace(Function("q"), lambda at: _m * R(at)).doit()
-
-    def source() -> Any:
-        left = d.use("eq:odeR", step="left side of one mode")
-        return left.replace(Function("q"), sympy.DiracDelta)
-
     d.step(
         "flux",
         "integrate",
         -phi(u) * R(u) + _half * sympy.Derivative(R(u), u),
-        Satisfies(lambda flux: {"its derivative is L*R": sympy.diff(flux, u).doit() - operator()}),
-        "R = q/m in eq:odeR",
+        Satisfies(
+            lambda flux: {
+                "its derivative is L*R": (
+                    sympy.diff(flux, u) - d.use("eq:odeR", step="in terms of R")
+                ).doit()
+            }
+        ),
     )
     found = d.step(
         "integrate once",
@@ -157,7 +174,7 @@ def first_integral(d: Any) -> None:
         C - Heaviside(u),
         Satisfies(
             lambda flux: {
-                "derivative is -delta": sympy.diff(flux, u) - source(),
+                "derivative is -delta": sympy.diff(flux, u) - d.use("eq:odeR", step="start at 0"),
                 "C left of the start": flux.subs(u, -1) - C,
             }
         ),
@@ -167,16 +184,33 @@ def first_integral(d: Any) -> None:
 
 @derives("density-R", "R by an integrating factor", ("first-integral",))
 def density(d: Any) -> None:
-    def equations(R: Any) -> dict[str, Any]:
-        form = d.use("first-integral", step="flux").replace(Function("R"), lambda at: R.subs(u, at))
-        flux = form.subs(phi(u), -sympy.diff(V(u), u)).doit(integrals=False)
-        return {"flux": flux - d.use("first-integral", "J"), "R(r) = 0": R.subs(u, r).doit()}
+    factor, R = sympy.exp(lam * V(u)), Function("R")
 
+    def derivative() -> Any:
+        """That of e^{lam V} R, with R' from the flux."""
+        flux = d.use("first-integral", step="flux").subs(phi(u), -sympy.diff(V(u), u))
+        slope = sympy.diff(R(u), u)
+        (from_flux,) = sympy.solve(flux - d.use("first-integral", "J"), slope)
+        return sympy.expand(sympy.diff(factor * R(u), u).subs(slope, from_flux))
+
+    rate = d.step(
+        "integrating factor",
+        "differentiate",
+        lam * factor * (C - Heaviside(u)),
+        Identity(derivative),
+        "the derivative of e^{lam V} R: phi = -V' makes it lam e^{lam V} times the flux",
+    )
     found = d.step(
         "integrate again",
         "solve",
         lam * sympy.exp(-lam * V(u)) * Integral((Heaviside(v) - C) * _up, (v, u, r)),
-        Satisfies(equations),
+        Satisfies(
+            lambda R: {
+                "(e^{lam V} R)'": sympy.diff(factor * R, u) - rate,
+                "R(r) = 0": R.subs(u, r).doit(),
+            }
+        ),
+        "from u to r, where R is 0",
     )
     d.conclude(Function("R")(u), found)
 

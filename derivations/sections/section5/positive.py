@@ -1,4 +1,4 @@
-"""The exact integrals in positive terms: what the numeric engines evaluate (docs/exact.md)."""
+"""The exact integrals in positive terms: what the numeric engines evaluate."""
 
 from __future__ import annotations
 
@@ -104,8 +104,8 @@ def positive_form(d: Any) -> None:
     d.conclude(
         Symbol("T"),
         found,
-        note="sigma = S/s and w on either side of the start: s = e^{lam V}, S its integral from "
-        "the end, w the time spent there per unit of rate; w = w_left + w_right",
+        note="sigma = Sigma/s and w on either side of the start: s = e^{lam V}, Sigma its integral "
+        "from the end, w the time spent there per unit of rate; w = w_left + w_right",
     )
 
 
@@ -221,7 +221,7 @@ def panel_step(d: Any) -> None:
         (sigma + E) / end,
         # S grows by s(a) E, and s by the factor e.
         Identity(lambda: ((S + scale * E) / (scale * end)).subs(S, sigma * scale)),
-        "sigma = S/s; E is the panel's integral of e",
+        "sigma = Sigma/s, Sigma the integral of s; E is the panel's integral of e",
     )
 
     def spent() -> Any:

@@ -19,9 +19,19 @@ _V1 = Symbol("V_1", real=True)
 def fokker_planck(d: Any) -> None:
     g, q = Function("g")(u), Function("q")(u)
 
-    def adjoint(forward: Any) -> dict[str, Any]:
+    def generator() -> Any:
         first, second = d.use("eq:reducedSDEtilde", "c_1", "c_2")
-        backward = first * sympy.diff(g, u) + second * sympy.diff(g, u, 2)
+        return first * sympy.diff(g, u) + second * sympy.diff(g, u, 2)
+
+    backward = d.step(
+        "generator",
+        "substitute",
+        phi(u) * sympy.diff(g, u) + _half * sympy.diff(g, u, 2),
+        Identity(generator),
+        "the rate at which the mean of g(u) changes",
+    )
+
+    def adjoint(forward: Any) -> dict[str, Any]:
         boundary = -phi(u) * q * g + _half * (sympy.diff(q, u) * g - q * sympy.diff(g, u))
         return {
             "g L*q - q L g is a derivative": g * forward - q * backward - sympy.diff(boundary, u)
@@ -36,7 +46,15 @@ def fokker_planck(d: Any) -> None:
         Satisfies(adjoint),
         "by parts: the density's operator is the adjoint of the one for expectations",
     )
-    d.conclude(Symbol("Lq"), found, note="dp/dt = L*p for the density p")
+    d.conclude(
+        Symbol("Lq"),
+        found,
+        note="p is the density of u, and q any function of u",
+        display=(
+            r"\frac{\partial p}{\partial \tilde t} = \mathcal{L}^* p ,\quad \mathcal{L}^* q = ",
+            found,
+        ),
+    )
 
 
 @derives("eq:V", "The potential")

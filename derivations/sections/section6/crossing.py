@@ -334,7 +334,7 @@ def four_pieces(d: Any) -> None:
     d.conclude(
         sympy.symbols("T_1:5"),
         four,
-        note="f(u) = e^{-lam V(u)}, g(v) = e^{lam V(v)}, and T_0 is lam times their sum",
+        note="f(u) = e^{-lam V(u)}, g(v) = e^{lam V(v)}, and T_0 = T_1 + T_2 + T_3 + T_4",
     )
 
 

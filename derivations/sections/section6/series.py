@@ -111,7 +111,7 @@ def saddle_series(d: Any) -> None:
         Symbol("S"),
         Expansion(series, lam**-3, lam, sympy.oo),
         "O(lam^-3)",
-        note="S is int e^(-lam V) about the well over its Gaussian, lam = 2/kappa^2",
+        note="Q is int e^(-lam V) about the well over its Gaussian, lam = 2/kappa^2",
     )
 
 

@@ -65,17 +65,30 @@ def probability(d: Any) -> None:
     outer = Symbol("M", positive=True)
     K = Symbol("K", positive=True)
 
-    def normalised() -> Any:
+    def masses() -> list[Any]:
         # What stands beside e^{-2V/kappa^2}, whose integrals N and M are.
         front = sympy.simplify(d.use("eq:pss", "p_ss(u)") * sympy.exp(2 * V(u) / kappa**2))
-        return (front * N).subs(K, sympy.solve(front * (N + outer) - 1, K)[0])
+        return [front * N, front * outer]
 
-    found = d.step(
+    inside, outside = d.step(
+        "mass inside and outside the layer",
+        "integrate",
+        (K * N, K * outer),
+        Identity(masses),
+        "N, M: integrals of e^{-2V/kappa^2} inside and outside the layer",
+    )
+    constant = d.step(
         "normalise",
         "solve",
+        1 / (N + outer),
+        Satisfies(lambda value: {"mass 1": (inside + outside).subs(K, value) - 1}),
+        "K, so that the whole mass is 1",
+    )
+    found = d.step(
+        "mass inside, normalised",
+        "substitute",
         N / (N + outer),
-        Identity(normalised),
-        "N, M: integrals of e^{-2V/kappa^2} inside and outside the layer",
+        Identity(lambda: inside.subs(K, constant)),
     )
     d.conclude(
         Symbol("P"),

@@ -168,7 +168,7 @@ def _escape() -> list[Plot]:
     slopes, height = _well()
     edge = _log(emitted.well_edge, a_plus=0.4, **slopes, barrier=height)
     return [
-        Plot("constant-drift", "T", "φ = 1, r = 10", _noise(-1, 1), _verb("escape_time", even, 10),
+        Plot("constant-drift", "T", "ϕ = 1, r = 10", _noise(-1, 1), _verb("escape_time", even, 10),
              _log(emitted.constant_drift_time, r=10, a=1)),
         Plot("eq:Ttilde", "T", f"{_OSCILLATOR}; as printed, by quadrature in float64",
              _noise(-0.4, 1), _verb("escape_time", drift, 10),

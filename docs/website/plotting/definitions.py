@@ -64,7 +64,7 @@ def _fields() -> list[Plot]:
             along(value("noise-amplitude"), "b1", b2=1, b3=2), "b₁", logs=False, log_x=False,
         ),
         Plot(
-            "eq:phi", "φ", "tanh, a⁻ = 1, a⁺ = -1, b = 5", u,
+            "eq:phi", "ϕ", "tanh, a⁻ = 1, a⁺ = -1, b = 5", u,
             lambda u: -np.tanh(5 * np.clip(u, -1, 1)) / np.tanh(5), phi, "u", False, False,
         ),
     ]  # fmt: skip
@@ -187,7 +187,7 @@ def _friction() -> list[Plot]:
 
     time = np.linspace(0, 1.4, 81)
     return [
-        Plot("eq:phifric0", "φ", f"{_OSCILLATOR}, z₀ = -0.4", u,
+        Plot("eq:phifric0", "ϕ", f"{_OSCILLATOR}, z₀ = -0.4", u,
              lambda u: drift.evaluate_float(np.clip(u, -1, 1)), phi, "u", False, False),
         Plot("eq:forcePerturbed", "friction force", _OSCILLATOR, inside,
              lambda u: 1.4 - drift.evaluate_float(u), force, "u", False, False),
@@ -195,7 +195,7 @@ def _friction() -> list[Plot]:
              along(value("eq:forcePWC", 1), "alpha"), "α", False, False),
         Plot("cubic", "αμu³ - αμu - αu - z₀ + 1", f"{_OSCILLATOR}, z₀ = -0.4", inside,
              drift.evaluate_float, along(value("cubic"), "u", mu=3, **known), "u", False, False),
-        Plot("fr1", "φ′", _OSCILLATOR, inside, bent,
+        Plot("fr1", "ϕ′", _OSCILLATOR, inside, bent,
              lambda u: emitted.friction_slope(u, mu=3, alpha=1), "u", False, False),
         Plot("eq:osc2", "y", f"{_OSCILLATOR}, slipping from (y, z) = (1/2, 0)", time, _slip, _runge,
              "t", False, False),
@@ -264,7 +264,7 @@ def _zeros() -> list[Plot]:
         u = np.array([np.sort(np.roots([3, 0, -4, 1 - z]).real) for z in z0]).T
         return value("fr2")(alpha=1, mu=3, u1=u[1], u2=u[2], u3=u[0])
 
-    return [Plot("fr2", "φ′ at the well", _OSCILLATOR, z0, slope, product, "z₀", False, False)]
+    return [Plot("fr2", "ϕ′ at the well", _OSCILLATOR, z0, slope, product, "z₀", False, False)]
 
 
 # -- pictures --------------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ _RADIUS = 1.0
 _NOISE = 0.8
 # phi = 1/2 - u for |u| < r = 1: all is smooth there.
 _LINE = sympy.Rational(1, 2) - _U
-_IN_WORDS = "φ = 1/2 - u, r = 1"
+_IN_WORDS = "ϕ = 1/2 - u, r = 1"
 
 
 def all_plots() -> tuple[Plot, ...]:
@@ -65,7 +65,7 @@ def _fokker_planck() -> list[Plot]:
     return [
         Plot("eq:Ttilde0", "T", f"{_IN_WORDS}; the mass in 300 modes, integrated over time",
              np.logspace(-0.3, 0.7, 24), lambda k: _times(_line_drift(), k), _surviving),
-        Plot("eq:odeR", "R", f"φ = 1, r = 1, κ = {_NOISE}; solved by collocation", u, closed,
+        Plot("eq:odeR", "R", f"ϕ = 1, r = 1, κ = {_NOISE}; solved by collocation", u, closed,
              lambda u: np.log(_source(1)[0](u)), "u", log_x=False),
         Plot("first-integral", "flux of R", f"{title}; R by collocation", u, flux,
              along(value("first-integral"), "u", C=C), "u", False, False),
@@ -393,13 +393,13 @@ def _saddle() -> list[Plot]:
     primitive, bend = value("regular-part", 1), value("saddle-recurrences")
     return [
         # h_2 = q beside 0.
-        Plot("endpoint-series", "∫ e^(λV), coefficient of λ^-2", "φ = 1 + q u, from u = 0 on",
+        Plot("endpoint-series", "∫ e^(λV), coefficient of λ^-2", "ϕ = 1 + q u, from u = 0 on",
              np.linspace(-2, 2, 41), by_parts, lambda q: start(side=1, left=0, right=q), "q",
              False, False),
         Plot("regular-part", "-∫ dt/t³", "the finite part of it; exact: from infinity",
              np.logspace(-1, 1, 41), to_infinity,
              lambda t: np.log(-primitive(power=3, term=1) * t**-2.0), "t"),
-        Plot("saddle-recurrences", "α₁", "φ = -t + c t²; exact: 2V(1) - 1 by quadrature",
+        Plot("saddle-recurrences", "α₁", "ϕ = -t + c t²; exact: 2V(1) - 1 by quadrature",
              np.linspace(-2, 2, 41), bent, lambda c: bend(j=1, term=c, slope=-1.0), "c",
              False, False),
         Plot("saddle-series", "∫ e^(-λV), scaled", "V = u²/2 + u⁴/8; over the leading term",

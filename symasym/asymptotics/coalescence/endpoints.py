@@ -121,7 +121,7 @@ def beyond_erfc(c: list[Any], a: list[Any], alpha: Element, v: Element) -> list[
     return [y - z for y, z in zip(c, product(a, tail, len(c)), strict=True)]
 
 
-class Part(Protocol):
+class SumPart(Protocol):
     """A part of a sum, of which the terms at any lam are known."""
 
     def terms(self, lam: mpf, count: int, context: MPContext) -> list[Term]:
@@ -225,7 +225,7 @@ class SaddlePart:
 
     def _coefficients(self, count: int, context: MPContext) -> tuple[Any, ...]:
         """alpha, f at the saddle, a_n, and for each end its side, v, b_n and f."""
-        local = _Local(self, count, context)
+        local = _SaddleNumbers(self, count, context)
         return local.alpha, local.height, local.a, local.ends
 
 
@@ -238,7 +238,7 @@ class BestOf:
     has coefficients that diverge.
     """
 
-    ways: tuple[tuple[Part, ...], ...]
+    ways: tuple[tuple[SumPart, ...], ...]
 
     def terms(self, lam: mpf, count: int, context: MPContext) -> list[Term]:
         """The terms of the way whose next terms are smallest at this lam."""
@@ -258,7 +258,7 @@ class BestOf:
         return min(sums, key=lambda terms: max(size for _, size in terms[-BEYOND:]))
 
 
-class _Local:
+class _SaddleNumbers:
     """The numbers of a `SaddlePart` at one precision."""
 
     def __init__(self, part: SaddlePart, count: int, context: MPContext) -> None:

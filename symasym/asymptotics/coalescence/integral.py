@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from symasym.asymptotics.coalescence.endpoints import BestOf, EndPart, Part, SaddlePart
+from symasym.asymptotics.coalescence.endpoints import BestOf, EndPart, SaddlePart, SumPart
 from symasym.asymptotics.coalescence.iterated import iterated_parts
 from symasym.asymptotics.coalescence.reading import (
     closest_pair,
@@ -84,7 +84,7 @@ def uniform_integral(
     a, b : Expr or number
         Ends, see above.
     order : int, optional
-        Terms kept, 1 to 40: powers lam^0 to lam^(1 - order) with each special function.
+        Terms kept, 1 to 40: powers lam^0 to lam^(1 - N), N the order, with each special function.
     near : number, optional
         A point beside the pair of saddles, if f has several pairs.
     patience : float, optional
@@ -141,7 +141,7 @@ def uniform_integral(
     kind, formula, weight, factor, symbol, lo, hi = read_integral(f, g, x, a, b)
     given_f, given_g = (formula * sympy.I if kind == "oscillating" else formula), weight * factor
     free = set().union(*(e.free_symbols for e in (formula, given_g, lo, hi))) - {symbol}
-    parts: list[Part] = []
+    parts: list[SumPart] = []
     conditions = []
     if kind == "contour":
         factor = factor * sympy.I
@@ -209,7 +209,7 @@ def _iterated(
 
 def _pair_parts(
     kind: str, phase: Expr, weight: Expr, x: Symbol, lo: Expr, hi: Expr, near: Number | None
-) -> list[Part]:
+) -> list[SumPart]:
     """The pair in Airy form, and the finite ends of an oscillating integral."""
     oscillating = kind == "oscillating"
     piece = (
@@ -219,7 +219,7 @@ def _pair_parts(
     if oscillating:
         require_no_pole(piece, x)
         require_alone(piece, x, point, spread, sympy.I * phase)
-    parts: list[Part] = [PairPart(piece, x, point, oscillating)]
+    parts: list[SumPart] = [PairPart(piece, x, point, oscillating)]
     if not oscillating:
         side = far_end(hi).real
         third = at(sympy.diff(phase, x, 3), x, point)
@@ -234,7 +234,7 @@ def _pair_parts(
     return parts
 
 
-def _real_parts(f: Expr, g: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Part]:
+def _real_parts(f: Expr, g: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[SumPart]:
     """The parts of a real integral: each piece's maxima, ends and kinks."""
     pieces = cut(f, g, x, lo, hi)
     for piece in pieces:
@@ -242,7 +242,7 @@ def _real_parts(f: Expr, g: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Part]:
         require_known("g", piece.g, x)
     # Divergent integrals are refused there.
     tops = peaks(pieces, x)
-    parts: list[Part] = []
+    parts: list[SumPart] = []
     for piece in pieces:
         require_no_pole(piece, x)
         slope = sympy.diff(piece.f, x)
@@ -258,12 +258,12 @@ def _real_parts(f: Expr, g: Expr, x: Symbol, lo: Expr, hi: Expr) -> list[Part]:
     return parts
 
 
-def _piece_parts(piece: Piece, slope: Expr, x: Symbol, inside: list[Real]) -> list[Part]:
+def _piece_parts(piece: Piece, slope: Expr, x: Symbol, inside: list[Real]) -> list[SumPart]:
     """The saddles of one piece with the ends they can coalesce with, and the other ends."""
-    parts: list[Part] = []
+    parts: list[SumPart] = []
     beside: dict[int, Real] = {}
     # Ways to take an end without the maximum it belongs to.
-    apart: dict[int, list[Part]] = {}
+    apart: dict[int, list[SumPart]] = {}
     for end, side in ((piece.lo, 1), (piece.hi, -1)):
         # Where f tends to -oo (`peaks` has seen to that), an end adds nothing.
         if end.is_infinite or not _finite(at(piece.f, x, end)):
@@ -276,7 +276,7 @@ def _piece_parts(piece: Piece, slope: Expr, x: Symbol, inside: list[Real]) -> li
             else:
                 parts.append(SaddlePart(piece, x, end, **{name: end}, minimum=True))
             continue
-        ways: list[Part] = [EndPart(piece, x, end, side)]
+        ways: list[SumPart] = [EndPart(piece, x, end, side)]
         # Outwards of a fall there may be a maximum, inwards a minimum; of a rise the other way.
         least = _beyond(slope, x, end, side if rise < 0 else -side)
         if least is not None:
@@ -304,10 +304,14 @@ def _finite(value: mpf) -> bool:
 
 
 def _with_ends(
-    piece: Piece, x: Symbol, point: Real, ends: dict[int, Expr | None], apart: dict[int, list[Part]]
+    piece: Piece,
+    x: Symbol,
+    point: Real,
+    ends: dict[int, Expr | None],
+    apart: dict[int, list[SumPart]],
 ) -> BestOf:
     """A maximum with its ends; with those that a minimum parts from it also by themselves."""
-    ways: list[tuple[Part, ...]] = []
+    ways: list[tuple[SumPart, ...]] = []
     choices = [
         [None, *apart.get(side, [])] if ends[side] is not None else [None] for side in (1, -1)
     ]

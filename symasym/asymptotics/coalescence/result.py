@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from symasym.asymptotics.coalescence.endpoints import BEYOND, Part
+from symasym.asymptotics.coalescence.endpoints import BEYOND, SumPart
 from symasym.asymptotics.coalescence.iterated import IteratedPart
 from symasym.asymptotics.coalescence.saddle_pair import PairPart
 from symasym.asymptotics.laplace.kinks import number
@@ -59,7 +59,7 @@ class UniformExpansion(IntegralExpansion):
     kind: str
     conditions: tuple[str, ...]
     _factor: Expr = field(compare=False)
-    _parts: tuple[Part, ...] = field(compare=False)
+    _parts: tuple[SumPart, ...] = field(compare=False)
 
     @property
     def error_kind(self) -> str:

@@ -16,17 +16,17 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from symasym.asymptotics.laplace.cauchy_disk import THETA
-from symasym.asymptotics.proofs.cells import Cell, Peak, landscape
+from symasym.asymptotics.proofs.cells import Cell, Extremum, landscape
 from symasym.asymptotics.proofs.dominance import (
     Dominance,
+    DominantWell,
     Group,
     Leading,
     LeadingCell,
-    Well,
     below_height,
     key_of,
 )
-from symasym.asymptotics.proofs.formal_sums import Formal, Sum, expansion, split
+from symasym.asymptotics.proofs.formal_sums import Formal, FormalSum, expansion, split
 from symasym.asymptotics.weak_noise.critical_points import both_sides
 from symasym.base.contexts import own_context
 from symasym.base.errors import SymasymError
@@ -129,7 +129,7 @@ class _Evaluation:
         joined = max_of(parts, self.over)
         return total, joined + merged(rest)
 
-    def _product(self, well: Well) -> tuple[Model, SmallTerms]:
+    def _product(self, well: DominantWell) -> tuple[Model, SmallTerms]:
         """A B/(A + M + B) times the well's own integral, and its errors relative to that."""
         weight, small = self.integral(well.leading)
         a, m, b = well.beyond, well.between, well.behind
@@ -166,7 +166,7 @@ class _Evaluation:
         return numerator, together(errors, self.over)
 
 
-def _peak(peak: Peak, over: Range) -> tuple[Model, SmallTerms]:
+def _peak(peak: Extremum, over: Range) -> tuple[Model, SmallTerms]:
     """The series of `enclosures._laplace` for a range of noise, without its factor."""
     flint, d = flint_module(), peak.disk
     step, sides = 2 // d.contact, len(d.sides)
@@ -329,12 +329,12 @@ class Proof:
         # The last `rest` holds for a little more than what is left.
         return (worst.max(rest) / 2 ** (order + 1)).upper()
 
-    def _expansion(self, top: arb) -> tuple[Sum, Sum]:
+    def _expansion(self, top: arb) -> tuple[FormalSum, FormalSum]:
         """T_N/lam as a quotient of formal sums."""
         ops = Formal(self._cells.labels, self._digits, self._order, top)
         return expansion(self._halves, self._r, ops)
 
-    def _quotients(self, sums: tuple[Sum, Sum], top: arb) -> list[_Quotient]:
+    def _quotients(self, sums: tuple[FormalSum, FormalSum], top: arb) -> list[_Quotient]:
         """T/T_N with more and more coefficients."""
         quotients = []
         for more in _MORE:
@@ -347,7 +347,7 @@ class Proof:
             raise NotProved
         return quotients
 
-    def _quotient(self, sums: tuple[Sum, Sum], over: Range) -> _Quotient:
+    def _quotient(self, sums: tuple[FormalSum, FormalSum], over: Range) -> _Quotient:
         """T/T_N on the range, all powers up to y^(2N) shown to cancel."""
         main, errors = _Evaluation(self._cells, over).main(self._leading)
         labels = self._cells.labels

@@ -16,7 +16,7 @@ import sympy
 
 from symasym.asymptotics.laplace.cauchy_disk import Disk, disk
 from symasym.asymptotics.laplace.kinks import Piece
-from symasym.asymptotics.proofs.panels import Panel
+from symasym.asymptotics.proofs.panels import LinePanel
 from symasym.asymptotics.weak_noise.critical_points import simple_zeros
 from symasym.base import patience
 from symasym.base.contexts import own_context
@@ -40,7 +40,7 @@ _DIGITS = 80
 _LESS = 1 - Fraction(1, 10**9)
 
 
-class Peak(NamedTuple):
+class Extremum(NamedTuple):
     """A barrier or an end (sign 1) or a well (-1): V there, and how far V has gone at the edges.
 
     `middle` is its position, or within 1e-45 of it, and then `exact`, its height, is None.
@@ -62,8 +62,8 @@ class Cell(NamedTuple):
 
     start: Fraction
     stop: Fraction
-    panels: tuple[Panel, ...]
-    peak: Peak | None
+    panels: tuple[LinePanel, ...]
+    peak: Extremum | None
     slope: Fraction | None
     height: Any
     exact: Fraction | None
@@ -98,7 +98,7 @@ class Stationary(NamedTuple):
     heights: tuple[Fraction, Fraction]
 
 
-class _Layer:
+class _Potential:
     """V inside [-1, 1], from V(-1) = 0, exactly and in balls."""
 
     def __init__(self, coefficients: Sequence[Fraction]) -> None:
@@ -128,7 +128,7 @@ class _Layer:
             sympy.Integer(0),
         )
 
-    def panels(self, a: Fraction, b: Fraction, count: int) -> tuple[Panel, ...]:
+    def panels(self, a: Fraction, b: Fraction, count: int) -> tuple[LinePanel, ...]:
         """Enclosures of V on equal parts of [a, b]."""
         flint = flint_module()
         rows, step = [], (b - a) / count
@@ -141,7 +141,7 @@ class _Layer:
             steep = ((abs(slope) - turn) / half).lower().max(flint.arb(0))
             even, odd = middle + sum(rest[::2]), slope + sum(rest[1::2])
             ends = even - odd, even + odd
-            rows.append(Panel(2 * half, middle - slope, slope / half, bend, ends, steep))
+            rows.append(LinePanel(2 * half, middle - slope, slope / half, bend, ends, steep))
         return tuple(rows)
 
 
@@ -167,7 +167,7 @@ def _cut(
 ) -> Landscape:
     """The cells of [-r, r], the peaks of V first."""
     one = Fraction(1)
-    layer = _Layer(coefficients)
+    layer = _Potential(coefficients)
     lo, hi = max(-r, -one), min(r, one)
     with own_context(_DIGITS) as context:
         field = ExactField(drift, False, context)
@@ -208,7 +208,7 @@ def _cut(
 
 
 def _inside(
-    layer: _Layer, drafts: list[_Draft], lo: Fraction, hi: Fraction, x: Fraction
+    layer: _Potential, drafts: list[_Draft], lo: Fraction, hi: Fraction, x: Fraction
 ) -> list[Cell]:
     """The cells of these peaks, and panels between them, cut at x."""
     cells = [_peak_cell(layer, d) for d in _apart(drafts)]
@@ -223,7 +223,7 @@ def _inside(
     return cells
 
 
-def _between(layer: _Layer, left: Fraction, right: Fraction, levels: list[Any]) -> list[Cell]:
+def _between(layer: _Potential, left: Fraction, right: Fraction, levels: list[Any]) -> list[Cell]:
     """Panels, finer where V is near the height of a peak: which is the higher has to be seen."""
     step, cells = (right - left) / _CELLS, []
     edges = [*(left + k * step for k in range(_CELLS)), right]
@@ -247,7 +247,7 @@ def stationary(coefficients: tuple[Fraction, ...], drift: Drift, order: int) -> 
     one = Fraction(1)
     with precision(256):
         try:
-            layer = _Layer(coefficients)
+            layer = _Potential(coefficients)
             with own_context(_DIGITS) as context:
                 field = ExactField(drift, False, context)
                 slopes = [_plain(field.value(side * one)) for side in (-1, 1)]
@@ -284,7 +284,7 @@ class _Draft(NamedTuple):
 
 
 def _draft(
-    layer: _Layer,
+    layer: _Potential,
     sign: int,
     point: mpf | Fraction,
     side: str,
@@ -332,7 +332,7 @@ def _apart(drafts: list[_Draft]) -> list[_Draft]:
     return apart
 
 
-def _peak_cell(layer: _Layer, draft: _Draft) -> Cell:
+def _peak_cell(layer: _Potential, draft: _Draft) -> Cell:
     """The cell of a peak, with the falls of V to its edges."""
     drops = []
     for sign, _, _ in draft.disk.sides:
@@ -342,5 +342,5 @@ def _peak_cell(layer: _Layer, draft: _Draft) -> Cell:
             raise NotProved
         drops.append(drop)
     panels = layer.panels(draft.start, draft.stop, _PANELS)
-    peak = Peak(draft.sign, draft.height, draft.disk, tuple(drops), draft.middle, draft.exact)
+    peak = Extremum(draft.sign, draft.height, draft.disk, tuple(drops), draft.middle, draft.exact)
     return Cell(draft.start, draft.stop, panels, peak, None, None, None)

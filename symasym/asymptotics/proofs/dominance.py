@@ -114,7 +114,7 @@ class Group(NamedTuple):
     length: Any
 
 
-class Well(NamedTuple):
+class DominantWell(NamedTuple):
     """A well that dominates; what is beyond it, between it and the start, and behind the start."""
 
     leading: LeadingCell
@@ -140,7 +140,7 @@ class Subdominant(NamedTuple):
 class Leading(NamedTuple):
     """T/lam = sum over the wells, and what is exponentially smaller than that."""
 
-    wells: tuple[Well, ...]
+    wells: tuple[DominantWell, ...]
     subdominant: tuple[Subdominant, ...]
     key: Key
 
@@ -232,7 +232,7 @@ class Dominance:
             subdominant.append(self._nested(k))
         return Leading(main, tuple(subdominant), key)
 
-    def _well(self, leading: LeadingCell) -> Well | None:
+    def _well(self, leading: LeadingCell) -> DominantWell | None:
         """A well with the three groups it goes with; None where one of them does not lead."""
         beyond, between, behind, own = self.sides(leading.cell)
         a, m, b = self.group(beyond), self.group(between, own), self.group(behind, own)
@@ -249,7 +249,7 @@ class Dominance:
                 return None
             else:
                 parts.append((group.label, 1))
-        return Well(leading, a, m, b, key_of([*parts, (label, -1)]))
+        return DominantWell(leading, a, m, b, key_of([*parts, (label, -1)]))
 
     def denominator(self, a: Group, m: Group, b: Group) -> tuple[int, Group | None] | None:
         """The label of what is largest of the three; the group, if it is one of a and b alone."""
@@ -340,14 +340,10 @@ def _span(cell: Cell) -> tuple[Any, Any]:
     if cell.slope is not None:
         end = cell.height - exact_ball(cell.slope * (cell.stop - cell.start))
         return cell.height.min(end).lower(), cell.height.max(end).upper()
-    low, high = None, None
-    for p in cell.panels:
-        far = p.height + p.slope * p.width
-        down, up = p.height.min(far) - p.bend, p.height.max(far) + p.bend
-        if p.steep > 0:
-            down, up = p.ends[0].min(p.ends[1]), p.ends[0].max(p.ends[1])
-        low = down.lower() if low is None else low.min(down.lower())
-        high = up.upper() if high is None else high.max(up.upper())
+    lows, highs = zip(*(panel.span() for panel in cell.panels), strict=True)
+    low, high = lows[0].lower(), highs[0].upper()
+    for down, up in zip(lows[1:], highs[1:], strict=True):
+        low, high = low.min(down.lower()), high.max(up.upper())
     if cell.peak is not None:
         if cell.peak.sign > 0:
             high = cell.peak.height.upper()

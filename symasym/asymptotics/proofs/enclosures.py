@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from symasym.asymptotics.laplace.cauchy_disk import THETA
 from symasym.asymptotics.proofs.cells import (
     Cell,
+    Extremum,
     Landscape,
-    Peak,
     Stationary,
     landscape,
     stationary,
@@ -213,7 +213,7 @@ def _straight(cell: Cell, slope: Fraction, lam: Fraction) -> _Shares:
     return _Shares(*(Bounds(v.lower(), v.upper()) for v in values))
 
 
-def _laplace(peak: Peak, lam: Fraction) -> Bounds:
+def _laplace(peak: Extremum, lam: Fraction) -> Bounds:
     """int e^{sign lam V} over the peak's cell: cut off at its best term."""
     d, number = peak.disk, exact_ball(lam)
     factor = (exact_ball(peak.sign * lam) * peak.height).exp()

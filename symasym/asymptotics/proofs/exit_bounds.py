@@ -173,7 +173,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
     logs, errors = np.empty(len(r)), np.empty(len(r))
     for one, rows in by_drift(scenes, *ends):
         with np.errstate(all="ignore"), precision(_FLOAT_BITS):
-            sides = [_Stretch(scenes, rows[0], one, mirrored) for mirrored in (True, False)]
+            sides = [_OneSide(scenes, rows[0], one, mirrored) for mirrored in (True, False)]
             for some in np.split(rows, range(_SCENES_AT_ONCE, len(rows), _SCENES_AT_ONCE)):
                 if len(some) > _FEW:
                     log = _float_log(sides, scenes, some, request.complement)
@@ -188,7 +188,7 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
 
 
 def _ball_logs(
-    sides: list[_Stretch], scenes: Scenes, rows: IntArray, drift: Drift, complement: bool
+    sides: list[_OneSide], scenes: Scenes, rows: IntArray, drift: Drift, complement: bool
 ) -> Intervals:
     """The same as `_float_log`, scene by scene in balls: quicker for a few."""
     logs = []
@@ -206,7 +206,7 @@ def _ball_logs(
 
 
 def _float_log(
-    sides: list[_Stretch], scenes: Scenes, rows: IntArray, complement: bool
+    sides: list[_OneSide], scenes: Scenes, rows: IntArray, complement: bool
 ) -> Intervals:
     """log C = -log(1 + sigma_L/sigma_R) of scenes whose stretches on both sides are `sides`."""
     kappa, r, start = (_read(scenes, name, rows) for name in ("kappa", "r", "start"))
@@ -228,7 +228,7 @@ def _read(scenes: Scenes, name: str, rows: IntArray) -> Compensated:
     return Compensated.of(exact(name, given))
 
 
-class _Stretch:
+class _OneSide:
     """What the scenes of one group share: the slopes outside, and the layer from the start on."""
 
     def __init__(self, scenes: Scenes, row: int, drift: Drift, mirrored: bool) -> None:
@@ -244,7 +244,7 @@ class _Stretch:
             self.layer = layer_of(drift, mirrored, max(x, -one), min(numbers["r"], one))
 
 
-def _float_side(stretch: _Stretch, r: Compensated, x: Compensated, lam: Intervals) -> _LogIntegral:
+def _float_side(stretch: _OneSide, r: Compensated, x: Compensated, lam: Intervals) -> _LogIntegral:
     """int_x^r e^{lam (V - V(x))}; r < 1 and x inside the layer are those of the stretch."""
     height = Compensated.of(0.0)
     parts: list[_LogIntegral] = []

@@ -33,16 +33,16 @@ class Height(NamedTuple):
     value: Any
     sign: int
 
-    def __sub__(self, change: Sum) -> Height:
+    def __sub__(self, change: FormalSum) -> Height:
         return Height(self.value - change.number(), self.sign)
 
 
 class Quotient(NamedTuple):
-    over: Sum
-    under: Sum
+    over: FormalSum
+    under: FormalSum
 
 
-class Sum:
+class FormalSum:
     """A sum over keys of e^{lam height(key)} times powers of y."""
 
     __slots__ = ("parts",)
@@ -59,23 +59,23 @@ class Sum:
         assert (key, power) == ((), 0)
         return value
 
-    def __add__(self, other: Sum | Number) -> Sum:
+    def __add__(self, other: FormalSum | Number) -> FormalSum:
         parts = {key: dict(powers) for key, powers in self.parts.items()}
         for key, powers in _sum(other).parts.items():
             mine = parts.setdefault(key, {})
             for power, c in powers.items():
                 mine[power] = mine[power] + c if power in mine else c
-        return Sum(parts)
+        return FormalSum(parts)
 
     __radd__ = __add__
 
     def __neg__(self) -> Any:
         return self * -1
 
-    def __sub__(self, other: Sum | Number) -> Any:
+    def __sub__(self, other: FormalSum | Number) -> Any:
         return self + -_sum(other)
 
-    def __mul__(self, other: Sum | Number) -> Any:
+    def __mul__(self, other: FormalSum | Number) -> Any:
         parts: dict[Key, Powers] = {}
         for first, mine in self.parts.items():
             for second, theirs in _sum(other).parts.items():
@@ -83,11 +83,11 @@ class Sum:
                 for p, a in mine.items():
                     for q, b in theirs.items():
                         into[p + q] = into[p + q] + a * b if p + q in into else a * b
-        return Sum(parts)
+        return FormalSum(parts)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Sum | Number) -> Any:
+    def __truediv__(self, other: FormalSum | Number) -> Any:
         if not self.parts:
             return self
         try:
@@ -95,25 +95,25 @@ class Sum:
         except ValueError:
             return Quotient(self, other)
 
-    def __rtruediv__(self, other: Sum | Number) -> Any:
+    def __rtruediv__(self, other: FormalSum | Number) -> Any:
         return _sum(other) * self.inverse()
 
-    def inverse(self) -> Sum:
+    def inverse(self) -> FormalSum:
         """1 over a sum of one term."""
         ((key, powers),) = self.parts.items()
         ((power, value),) = powers.items()
-        return Sum({tuple((label, -n) for label, n in key): {-power: 1 / value}})
+        return FormalSum({tuple((label, -n) for label, n in key): {-power: 1 / value}})
 
 
-def _sum(x: Number) -> Sum:
+def _sum(x: Number) -> FormalSum:
     """The number as a sum."""
-    if isinstance(x, Sum):
+    if isinstance(x, FormalSum):
         return x
-    return Sum({(): {0: flint_module().arb(x)}} if x else {})
+    return FormalSum({(): {0: flint_module().arb(x)}} if x else {})
 
 
 class Formal:
-    """The ring of formal sums for `weak_noise.compose`; `top` is the largest y."""
+    """Formal sums for `weak_noise.compose`; `top` is the largest y."""
 
     rounding = 0.0
 
@@ -121,7 +121,7 @@ class Formal:
         self._labels, self._order, self._top = labels, order, top
         self.radius = flint_module().arb(10) ** (_LOST - digits)
 
-    def leaf(self, height: Height | float, series: Series, rough: float = 0.0) -> Sum:
+    def leaf(self, height: Height | float, series: Series, rounding: float = 0.0) -> FormalSum:
         """e^{lam height} times the series, to the order."""
         key: Key = ()
         if isinstance(height, Height):
@@ -136,11 +136,11 @@ class Formal:
                 for _ in range(part.logs):
                     power, value = power - 1, value * self._log()
                 powers[power] = powers[power] + value if power in powers else value
-        return Sum({key: powers} if powers else {})
+        return FormalSum({key: powers} if powers else {})
 
-    def total(self, terms: list[Sum]) -> Sum:
+    def total(self, terms: list[FormalSum]) -> FormalSum:
         """The sum."""
-        return sum(terms, Sum({}))
+        return sum(terms, FormalSum({}))
 
     def _log(self) -> Any:
         """log(lam) = -2 log(y), as c/y with |c| <= 2 y |log(y)|."""
@@ -150,7 +150,7 @@ class Formal:
 
     def number(self, x: Number) -> Any:
         """The number as a sum, with the rounding of an mpf."""
-        if isinstance(x, (Sum, Height)):
+        if isinstance(x, (FormalSum, Height)):
             return x
         if isinstance(x, (int, Fraction)):
             return _sum(exact_ball(Fraction(x)))
@@ -164,7 +164,9 @@ class Formal:
         return value + flint.arb(0, (abs(value) * self.radius).upper())
 
 
-def expansion(both: tuple[OneSided, OneSided], r: Fraction, ops: Formal) -> tuple[Sum, Sum]:
+def expansion(
+    both: tuple[OneSided, OneSided], r: Fraction, ops: Formal
+) -> tuple[FormalSum, FormalSum]:
     """T_N/lam as a quotient."""
     left, right = (_with_heights(one, ops) for one in both)
     quotient = mean_time(sides_of((left, right), ops.number(r), ops))
@@ -191,7 +193,7 @@ def _height(x: Number, ops: Formal) -> Any:
     return ops.ball(x) + flint_module().arb(0, ops.radius.upper())
 
 
-def split(total: Sum, labels: Labels, over: Range) -> tuple[Key, Model, SmallTerms]:
+def split(total: FormalSum, labels: Labels, over: Range) -> tuple[Key, Model, SmallTerms]:
     """The part with the largest exponent, and all else relative to its exponential."""
     flint = flint_module()
     parts = {key: p for key, p in total.parts.items() if p}

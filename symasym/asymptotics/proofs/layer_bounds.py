@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.proofs.panels import Panel
+from symasym.asymptotics.proofs.panels import LinePanel
 from symasym.base import patience
 from symasym.base.inputs import FloatArray
 from symasym.drift.drift import Drift
@@ -59,7 +59,7 @@ class Barrier(NamedTuple):
 
 
 class Segment(NamedTuple):
-    panels: list[Panel]
+    panels: list[LinePanel]
     peak: Edge | Barrier | None
 
 
@@ -133,8 +133,7 @@ def highest(drift: Drift, mirrored: bool) -> Fraction:
         top = base
         for segment in layer_of(drift, mirrored, Fraction(0), Fraction(1)).segments:
             for panel in segment.panels:
-                end = panel.height + panel.slope * panel.width
-                top = top.max(base + panel.height.max(end) + panel.bend)
+                top = top.max(base + panel.span()[1])
         mantissa, exponent = top.upper().man_exp()
         return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
 
@@ -171,13 +170,13 @@ def _rough_top(field: _Drift, a: Fraction, b: Fraction) -> float:
 
 def _panels(
     field: _Drift, left: Fraction, right: Fraction, height: arb, top: float | None
-) -> tuple[list[Panel], Any]:
+) -> tuple[list[LinePanel], Any]:
     """Panels of [left, right], short enough not to reach above `top` by bending."""
     flint = flint_module()
     count = max(4, int((right - left) / _WIDEST) + 1)
     step = (right - left) / count
     waiting = [(left + k * step, left + (k + 1) * step) for k in reversed(range(count))]
-    panels: list[Panel] = []
+    panels: list[LinePanel] = []
     while waiting:
         patience.step()
         lo, hi = waiting.pop()
@@ -202,7 +201,7 @@ def _panels(
         middle = height + down  # V(center) - V(lo) = -int A, which is `down` from the centre
         ends = height, middle - up
         zero = flint.arb(0)  # V need not be monotone
-        panels.append(Panel(2 * h, middle + local[0] * h, -local[0], bend, ends, zero))
+        panels.append(LinePanel(2 * h, middle + local[0] * h, -local[0], bend, ends, zero))
         height = ends[1]
     return panels, height
 

@@ -25,7 +25,7 @@ class Bounds(NamedTuple):
         return Bounds((self.low + other.low).lower(), (self.high + other.high).upper())
 
 
-class Panel(NamedTuple):
+class LinePanel(NamedTuple):
     """V within `bend` of the line from `height` with `slope`, on a stretch of this width.
 
     `ends` are V there; `steep` is a lower bound of |V'|, at least 0.
@@ -38,8 +38,15 @@ class Panel(NamedTuple):
     ends: tuple[Any, Any]
     steep: Any
 
+    def span(self) -> tuple[Any, Any]:
+        """V's lower and upper bound."""
+        if self.steep > 0:
+            return self.ends[0].min(self.ends[1]), self.ends[0].max(self.ends[1])
+        far = self.height + self.slope * self.width
+        return self.height.min(far) - self.bend, self.height.max(far) + self.bend
 
-def between_lines(panels: Sequence[Panel], lam: Fraction, sign: int) -> Bounds:
+
+def between_lines(panels: Sequence[LinePanel], lam: Fraction, sign: int) -> Bounds:
     """Bounds of int e^{sign lam V} over the panels; a ratio of e^{2 lam bend} on each."""
     number, size = exact_ball(sign * lam), exact_ball(lam)
     low = high = flint_module().arb(0)

@@ -97,7 +97,7 @@ def weak_noise_bound(
     """Bound the error of the weak-noise escape time for all ``kappa <= kappa0`` at once.
 
     Proved from the drift alone, in ball arithmetic; no value of T is computed. The constant
-    is close to the best one where e^(-2 gap/kappa0^2) is small beside kappa0^(2N + 2), `gap` the
+    is close to the best one where e^(-2 D/kappa_0^2) is small beside kappa_0^(2 N + 2), D the
     least height by which something else stays below what dominates.
 
     Parameters

@@ -1,7 +1,7 @@
 """The strong-noise expansion of many scenes at once, in float64 and the log domain.
 
 Every quantity is a `LogBounds`: the expansion, a lower and an upper end of what the whole series
-can be, and its rounding, carried through the formulas of `sweep`.
+can be, each with its rounding, carried through the formulas of `sweep`.
 """
 
 from __future__ import annotations
@@ -18,11 +18,10 @@ from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray, field_of
 from symasym.exact.sweep import Record, Swept, carried, escape_time
+from symasym.numbers.log_positive import LogPositive
 from symasym.scenes.scene import Scenes
 from symasym.special.exponentials import log_quotient, mean_place
 
-# Rounding of one operation: that of a logarithm, an exponential and a sum, and of the result.
-_ROUNDING = 5e-16
 # Of a logarithm to begin with: that of lam, of a few products, of the function itself; of a
 # moment's terms, as a multiple of their number.
 _UNIT = 1e-15
@@ -32,73 +31,51 @@ _MOST_PANELS = 256
 _SETTLED = 1e-14
 
 
-class LogBounds:
-    """Positive numbers by their logarithms in `rows`: value, lower and upper bound; their rounding.
+class LogBounds(LogPositive):
+    """Positive numbers in rows: value, lower and upper bound.
 
     Sums and products increase in each operand, so that the ends of a result come from the ends of
     its operands; a quotient takes those of the divisor the other way round.
     """
 
-    __slots__ = ("rounding", "rows")
-    # An array times this is one of these, not an array of them.
-    __array_ufunc__ = None
-
-    def __init__(self, rows: FloatArray, rounding: FloatArray) -> None:
-        self.rows, self.rounding = rows, rounding
+    __slots__ = ()
 
     @classmethod
     def of_log(cls, log: FloatArray) -> LogBounds:
         """The number whose logarithm this is."""
-        return cls(np.tile(log, (3, 1)), _UNIT * _size(log))
+        return cls(np.tile(log, (3, 1)), np.tile(_UNIT * (1 + np.abs(log)), (3, 1)))
 
-    def _of(self, other: LogBounds | FloatArray | float) -> LogBounds:
-        """Numbers as logarithms with bounds."""
-        if isinstance(other, LogBounds):
-            return other
-        return LogBounds.of_log(np.log(other) + 0 * self.rounding)
-
-    def _made(self, rows: FloatArray, rounding: FloatArray) -> LogBounds:
-        """The result of one operation, with its rounding."""
-        return LogBounds(rows, rounding + _ROUNDING * _size(rows[0]))
-
-    def __add__(self, other: LogBounds | FloatArray | float) -> LogBounds:
-        y = self._of(other)
-        rows = np.logaddexp(self.rows, y.rows)
-        mine, total = self.rows[0], rows[0]
-        share = np.where(np.isfinite(total), np.exp(mine - total), mine > 0)
-        return self._made(rows, share * self.rounding + (1 - share) * y.rounding)
+    def __add__(self, other: LogPositive | int) -> LogBounds:
+        return _rows(super().__add__(other))
 
     __radd__ = __add__
 
-    def __mul__(self, other: LogBounds | FloatArray | float) -> LogBounds:
-        if isinstance(other, int) and other == 1:
-            return self
-        y = self._of(other)
-        return self._made(self.rows + y.rows, self.rounding + y.rounding)
+    def __mul__(self, other: LogPositive | int) -> LogBounds:
+        return _rows(super().__mul__(other))
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: LogBounds | FloatArray | float) -> LogBounds:
-        if isinstance(other, int) and other == 1:
-            return self
-        y = self._of(other)
-        return self._made(self.rows - y.rows[[0, 2, 1]], self.rounding + y.rounding)
+    def __truediv__(self, other: LogPositive | int) -> LogBounds:
+        divisor = other.exchanged() if isinstance(other, LogBounds) else other
+        return _rows(super().__truediv__(divisor))
 
-    def __rtruediv__(self, other: LogBounds | FloatArray | float) -> LogBounds:
-        quotient: LogBounds = self._of(other) / self
-        return quotient
+    def __rtruediv__(self, other: int) -> LogBounds:
+        return _rows(self.exchanged().__rtruediv__(other))
+
+    def exchanged(self) -> LogPositive:
+        """The bounds in each other's rows."""
+        return LogPositive(self.log[[0, 2, 1]], self.error[[0, 2, 1]])
 
     def where(self, test: np.ndarray[Any, np.dtype[np.bool_]], other: LogBounds) -> LogBounds:
         """This where `test` holds, else the other."""
         return LogBounds(
-            np.where(test, self.rows, other.rows), np.where(test, self.rounding, other.rounding)
+            np.where(test, self.log, other.log), np.where(test, self.error, other.error)
         )
 
 
-def _size(log: FloatArray) -> FloatArray:
-    """1 + |log|; 1 where that is infinite, whose rounding is none."""
-    size: FloatArray = 1 + np.where(np.isfinite(log), np.abs(log), 0.0)
-    return size
+def _rows(x: LogPositive) -> LogBounds:
+    """The result of one operation."""
+    return LogBounds(x.log, x.error)
 
 
 def logs(
@@ -114,9 +91,9 @@ def logs(
         with np.errstate(all="ignore"):
             numbers = {name: x[part] for name, x in scenes.numbers.items()}
             rows = _chunk(field, scenes.lam[part], numbers, quantity, complement, order)
-            at, low_end, high_end = rows.rows
+            at, low, high = rows.log
             value[part] = at
-            error[part] = np.maximum(high_end - at, at - low_end) + rows.rounding
+            error[part] = np.maximum(high - at + rows.error[2], at - low + rows.error[1])
             size[part] = field.size()[: part.stop - part.start]
     return value, error, size
 
@@ -153,8 +130,8 @@ class _ManyScenes:
 
     def __init__(self, field: Field, lam: FloatArray, order: int) -> None:
         self._field, self._lam, self._order, self.lam = field, lam, order, _number(lam)
-        none = LogBounds(np.full((3, len(lam)), -np.inf), np.zeros_like(lam))
-        self.nothing = Swept(none, none)
+        none = np.zeros((3, len(lam)))
+        self.nothing = Swept(*2 * (_rows(LogPositive.of(none)),))
 
     def behind(self, state: Swept, length: FloatArray, record: Callable[[], Record]) -> Swept:
         """sigma and w behind one more stretch, where its length is positive."""
@@ -217,7 +194,9 @@ class _Arrays:
         low = np.fmax(np.log(whole - reach), np.log(size) - x)
         high = np.fmin(np.log(whole + reach), np.log(size) + x)
         rows = np.array([np.log(value), low, high])
-        return LogBounds(rows, self._rounding * np.exp(2 * x) + _UNIT * (1 + np.abs(rows[0])))
+        # An end is no farther off than the other, as rough as the moments may be.
+        rounding = np.minimum(self._rounding * np.exp(2 * x), 2 * x)
+        return LogBounds(rows, rounding + _UNIT * (1 + np.abs(rows)))
 
 
 def _moments(

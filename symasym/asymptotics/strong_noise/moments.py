@@ -89,7 +89,7 @@ def _iterated(
     return ends, areas
 
 
-class _Panel(NamedTuple):
+class _TaylorPanel(NamedTuple):
     """A part of the stretch: A du/dt is the polynomial `slope` of t in [begin, 1], rate = du/dt."""
 
     rate: Any
@@ -103,7 +103,7 @@ class _Polynomials:
     Those longer than `cap`, if there is one, are cut, and what is cut encloses.
     """
 
-    def __init__(self, panels: list[_Panel], kind: type, cap: int = 0) -> None:
+    def __init__(self, panels: list[_TaylorPanel], kind: type, cap: int = 0) -> None:
         self._panels, self._cap = panels, cap
         self.one = [kind([1]) for _ in panels]
         self.rate = [kind([panel.rate]) for panel in panels]
@@ -175,7 +175,7 @@ def moments(drift: Drift, mirrored: bool, a: Fraction, b: Fraction, order: int, 
     digits = max(int(x.q).bit_length() for x in (*local.coeffs(), width))
     kind = flint.fmpq_poly if order * len(coefficients) * digits <= _MOST_EXACT else flint.arb_poly
     rate = width if kind is flint.fmpq_poly else flint.arb(width)
-    stretch = _Polynomials([_Panel(rate, kind(local * width), 0)], kind)
+    stretch = _Polynomials([_TaylorPanel(rate, kind(local * width), 0)], kind)
     drop, *lists = moments_of(stretch, order, 1)
     int_e, int_inverse, nested = ([flint.arb(x) for x in values] for values in lists)
     return Moments(
@@ -241,7 +241,7 @@ def _of_analytic(
         missed = missed.max((bound * ratio ** (-terms) / (1 - 1 / ratio)).abs_upper())
         h = exact_ball(half)
         slope = flint.arb_poly(series.coeffs()) * h
-        panels.append(_Panel(h, slope, -1))
+        panels.append(_TaylorPanel(h, slope, -1))
         spread_ball = flint.arb(exact_ball(center), exact_ball(half).abs_upper())
         sign = -1 if mirrored else 1
         size = abs(_on(drift, sign * spread_ball))

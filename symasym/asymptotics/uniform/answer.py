@@ -21,8 +21,8 @@ import numpy as np
 from symasym.asymptotics.coalescence.cubic_map import truncation
 from symasym.asymptotics.uniform.coalescing_pair import (
     CanonicalPair,
+    LayerPart,
     OneSide,
-    Stretch,
     coalescing_pairs,
     lost_digits,
     parabola,
@@ -111,7 +111,7 @@ def _occupation(asked: Scene, request: Request) -> Answer:
         field = ExactField(drift, False, context, offset)
         places = whole(field, order, context)
         every = places + barriers(field, order, context)
-        stretch = Stretch(field, -one, -one, one, (-one, one), base, context)
+        stretch = LayerPart(field, -one, -one, one, (-one, one), base, context)
         canonical_pairs = coalescing_pairs(stretch, order, every)
         require_resolved(drift, lam, [float(f.point) for f in canonical_pairs])
         slopes = [abs(field.number(context.mpf(side))) for side in (-1, 1)]
@@ -197,7 +197,7 @@ def _one_by_one(
     return logs, errors
 
 
-class _Series(NamedTuple):
+class _TwoSides(NamedTuple):
     """A drift, radius and start, seen to both sides."""
 
     context: Any
@@ -212,14 +212,14 @@ class _Series(NamedTuple):
 
 def _analysed(
     drift: Drift, r: Fraction, x: Fraction, lam: Fraction, order: int, digits: int, local: bool
-) -> _Series:
+) -> _TwoSides:
     """For any lam up to this one, to `order` and what tells its error."""
     context, (sides, truncations) = _sides(drift, r, x, order, working_digits(digits, lam, r))
     centres = [
         sign * float(f.point) for sign, s in zip((-1, 1), sides, strict=True) for f in s.pairs
     ]
     require_resolved(drift, lam, centres)
-    return _Series(context, sides, truncations, mpf_of(r, context), local)
+    return _TwoSides(context, sides, truncations, mpf_of(r, context), local)
 
 
 @kept
@@ -248,7 +248,7 @@ def _beside_zero(drift: Drift, x: Fraction, digits: int) -> Fraction:
     return x - move if x > 0 else x + move
 
 
-def _estimate(scene: _Series, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
+def _estimate(scene: _TwoSides, lam: Fraction, order: int, kappa: str) -> tuple[Any, Any]:
     """T and its error; that of `local` is its distance from the uniform formula as well."""
     context, number = scene.context, mpf_of(lam, scene.context)
     sides, costs = [], []

@@ -192,7 +192,7 @@ def _log10(x: Fraction) -> float:
     return 0.30103 * (x.numerator.bit_length() - x.denominator.bit_length())
 
 
-class Stretch(NamedTuple):
+class LayerPart(NamedTuple):
     """The part of the layer that is looked at, seen from the start x to the right.
 
     `cuts` are the points in it where the line ends that Airy functions take to be infinite.
@@ -229,7 +229,7 @@ def seen(
         lo, hi = max(begin, Fraction(-1)), min(r, Fraction(1))
         # Beyond u = 1 the line goes on, so that a kink is no cut.
         cuts = tuple(u for u in (lo, hi) if abs(u) < 1)
-        stretch = Stretch(field, begin, lo, hi, cuts, digits, context)
+        stretch = LayerPart(field, begin, lo, hi, cuts, digits, context)
         behind = [p._replace(u=-p.u) for p in points[1 - k] if p.u is not None]
         pairs.append(_candidates(stretch, order, points[k] + behind))
     chosen = _chosen(pairs[0] + pairs[1])
@@ -240,14 +240,14 @@ def seen(
 
 
 def coalescing_pairs(
-    stretch: Stretch, order: int, points: list[CriticalPoint]
+    stretch: LayerPart, order: int, points: list[CriticalPoint]
 ) -> list[CanonicalPair]:
     """The pairs in it, no critical point in two of them: in that where it coalesces first."""
     return _chosen(_candidates(stretch, order, points))
 
 
 def _candidates(
-    stretch: Stretch, order: int, points: list[CriticalPoint]
+    stretch: LayerPart, order: int, points: list[CriticalPoint]
 ) -> list[tuple[CanonicalPair, list[CriticalPoint]]]:
     """Every pair, and its critical points, left to right."""
     field, context = stretch.field, stretch.context
@@ -277,7 +277,7 @@ def _chosen(pairs: list[tuple[CanonicalPair, list[CriticalPoint]]]) -> list[Cano
 
 
 def _canonical_pair(
-    stretch: Stretch, point: Fraction, count: int, points: list[CriticalPoint]
+    stretch: LayerPart, point: Fraction, count: int, points: list[CriticalPoint]
 ) -> CanonicalPair | None:
     """The pair about this zero of phi's slope, if it is one by itself."""
     context = stretch.context
@@ -300,7 +300,7 @@ def _canonical_pair(
 
 
 def _climb(
-    stretch: Stretch, canonical: CanonicalPair, cut: Fraction, points: list[CriticalPoint]
+    stretch: LayerPart, canonical: CanonicalPair, cut: Fraction, points: list[CriticalPoint]
 ) -> Any:
     """The total variation of V between a pair and a cut."""
     context = stretch.context
@@ -330,7 +330,7 @@ def _taylor(field: ExactField, point: Fraction, count: int) -> list[Fraction]:
     return list(taylor) + [Fraction(0)] * (3 - len(taylor))
 
 
-def _height(stretch: Stretch, point: Fraction) -> Any:
+def _height(stretch: LayerPart, point: Fraction) -> Any:
     """V, from the start."""
     field, x, context = stretch.field, stretch.x, stretch.context
     a, b = (mpf_of(u, context) for u in (stretch.lo, point))

@@ -8,17 +8,21 @@ are.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
 from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair
-from symasym.asymptotics.weak_noise.arrays import ExpandedScenes, mapped, unchanged
+from symasym.asymptotics.weak_noise.arrays import (
+    ExpandedScenes,
+    clear_of_zero,
+    mapped,
+    structure,
+)
+from symasym.asymptotics.weak_noise.one_sided import PolynomialScenes as Scenes
 from symasym.base.inputs import FloatArray
 from symasym.drift.field.float_field import IntArray
-from symasym.drift.field.polynomial_scenes import Scenes, clear_of_zero, structure
 from symasym.numbers.polynomials import Zeros, poly, shifted, zeros_of
 from symasym.series.quadratic_factor import Pair, pairs_of
 
@@ -80,9 +84,11 @@ def _numbered(keys: list[IntArray]) -> IntArray:
     return group
 
 
-def _of_columns(scenes: Scenes, zeros: Zeros, pairs: list[Pairs], slack: FloatArray) -> OrderZero:
+def _of_columns(
+    scenes: Scenes, zeros: Zeros, pairs: list[PairColumns], slack: FloatArray
+) -> OrderZero:
     """The columns of one structure."""
-    one = OrderZero(scenes, zeros, 0, unchanged)
+    one = OrderZero(scenes, zeros, 0)
     one.edges, one.slack = np.array(one.edges), slack
     good = [p for p in pairs if p.good[0]]
     one.together = []
@@ -93,7 +99,7 @@ def _of_columns(scenes: Scenes, zeros: Zeros, pairs: list[Pairs], slack: FloatAr
         one.together.append(one.of_pair(key, p.pair, p.point, side, members))
     taken = {int(p.above[0]) for p in good}
     one.apart = [
-        Apart(factor_pair(one.c, z.real, -(z.imag**2)), z.real, one.rough_pairs[j])
+        Apart(factor_pair(one.c, z.real, -(z.imag**2)), z.real, one.pair_rounding[j])
         for j, z in enumerate(one.pairs)
         if j not in taken
     ]
@@ -103,7 +109,7 @@ def _of_columns(scenes: Scenes, zeros: Zeros, pairs: list[Pairs], slack: FloatAr
 # -- pairs -----------------------------------------------------------------------------------------
 
 
-class Pairs(NamedTuple):
+class PairColumns(NamedTuple):
     """About one turning point of many drifts, in the orientation of the side where it lies.
 
     Attributes
@@ -124,22 +130,19 @@ class Pairs(NamedTuple):
     above: IntArray
 
 
-def pairs_beside(scenes: Scenes, zeros: Zeros) -> tuple[list[Pairs], FloatArray]:
+def pairs_beside(scenes: Scenes, zeros: Zeros) -> tuple[list[PairColumns], FloatArray]:
     """Those to be taken together, and what leaving others out costs: e^{-lam slack}."""
     with np.errstate(all="ignore"):
         slack = np.full(len(scenes.r), np.inf)
-        pairs = list(_candidates(scenes, zeros, slack))
+        pairs = list(_candidates(scenes, zeros))
         for found in pairs:
             slack = np.minimum(slack, _beside(scenes, found))
         _choose(pairs)
     return pairs, slack
 
 
-def _candidates(scenes: Scenes, zeros: Zeros, slack: FloatArray) -> Iterator[Pairs]:
-    """The two zeros about each turning point of A on one side of the start.
-
-    Lowers the slack by complex pairs that are so far that they are left out.
-    """
+def _candidates(scenes: Scenes, zeros: Zeros) -> Iterator[PairColumns]:
+    """The two zeros about each turning point of A on one side of the start."""
     degree = len(scenes.c) - 1
     reach = np.minimum(scenes.r, 1.0)
     start = np.clip(scenes.start, -reach, reach)
@@ -149,8 +152,6 @@ def _candidates(scenes: Scenes, zeros: Zeros, slack: FloatArray) -> Iterator[Pai
     for k, point in enumerate(turning.values):
         inside = (k < turning.real) & (np.abs(point) < reach) & (point != start)
         if inside.any():
-            inside &= _near(scenes, zeros, turning.values, np.where(inside, point, 0.0), slack)
-        if inside.any():
             found = _pairs(scenes, zeros, np.where(inside, point, 0.0), inside, start)
             # A complex pair may be found from several turning points, and is the nearest one's.
             middle = found.point + np.where(point < start, -1.0, 1.0) * found.pair.middle
@@ -158,28 +159,6 @@ def _candidates(scenes: Scenes, zeros: Zeros, slack: FloatArray) -> Iterator[Pai
             own = np.abs(point - middle) <= nearest * (1 + _SAME)
             found.good[:] &= own | (found.first >= 0)
             yield found
-
-
-def _near(
-    scenes: Scenes, zeros: Zeros, turning: FloatArray, point: FloatArray, slack: FloatArray
-) -> Any:
-    """Points beside which a pair may lie; cheaper to look at than to split it off."""
-    reach = np.minimum(scenes.r, 1.0)
-    start = np.clip(scenes.start, -reach, reach)
-    end = np.where(point < start, -reach, reach)
-    found = np.zeros(len(point), dtype=bool)
-    for low, high in pairwise(zeros.values):
-        found |= (low - _SAME < point) & (point < high + _SAME) & (high < np.inf)
-    v = [-row / (k + 1) for k, row in enumerate(scenes.c)]
-    for z in zeros.pairs:
-        nearest = np.abs(turning - z.real).min(axis=0)
-        own = (np.abs(point - z.real) <= nearest * (1 + 1e-3) + _SAME) & (z.imag < np.inf)
-        level = poly(v, z) * z
-        room, fall = _room(scenes, level.real, start, end, z.real), 2 * np.abs(level.imag)
-        far = own & (fall > room * (1 + _SAME) + _SAME)
-        slack[far] = np.minimum(slack[far], fall[far])
-        found |= own & ~far
-    return found
 
 
 def _room(
@@ -197,7 +176,7 @@ def _room(
 
 def _pairs(
     scenes: Scenes, zeros: Zeros, point: FloatArray, inside: Any, start: FloatArray
-) -> Pairs:
+) -> PairColumns:
     """The pairs that split off at `point`, if their zeros are among the known ones."""
     count = len(point)
     rows = np.flatnonzero(inside)
@@ -229,10 +208,10 @@ def _pairs(
         known = 2 * k < len(zeros.values) - zeros.real
         above = np.where(known & (same < _SAME), k, above)
     above = np.where(first >= 0, -1, above)
-    return Pairs(pair, point, good & ((first >= 0) | (above >= 0)), first, above)
+    return PairColumns(pair, point, good & ((first >= 0) | (above >= 0)), first, above)
 
 
-def _choose(pairs: list[Pairs]) -> None:
+def _choose(pairs: list[PairColumns]) -> None:
     """Each real zero goes with the neighbour that it meets first."""
     if len(pairs) < 2:
         return
@@ -250,7 +229,7 @@ def _choose(pairs: list[Pairs]) -> None:
         p.good[:] &= mine | (p.first < 0)
 
 
-def _beside(scenes: Scenes, found: Pairs) -> FloatArray:
+def _beside(scenes: Scenes, found: PairColumns) -> FloatArray:
     """Leave out complex pairs that are cut through; e^{-lam slack} is what either way costs.
 
     Airy functions take the integrals over all of the line. Where the start or an end cuts through
@@ -270,7 +249,7 @@ def _beside(scenes: Scenes, found: Pairs) -> FloatArray:
     return slack
 
 
-def key_of(scenes: Scenes, zeros: Zeros, found: Pairs) -> IntArray:
+def key_of(scenes: Scenes, zeros: Zeros, found: PairColumns) -> IntArray:
     """One number for each way in which the pair may lie."""
     right = found.point > np.clip(scenes.start, -1, 1)
     below = (zeros.values < found.point).sum(axis=0)

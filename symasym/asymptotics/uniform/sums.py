@@ -43,7 +43,7 @@ __all__ = ["Member", "corrected", "sides_at", "time_at", "whole_at"]
 
 
 @dataclass
-class _Share:
+class _Contribution:
     """A contribution at one lam; `u` is None for the end at r, `point` for what has no series."""
 
     u: Any
@@ -52,7 +52,7 @@ class _Share:
     point: CriticalPoint | None
 
 
-class _Sum:
+class _SideSum:
     """One side of the start at one lam: its contributions, and what is known of their pairs."""
 
     def __init__(self, side: OneSide, r: mpf, at: Point) -> None:
@@ -63,14 +63,17 @@ class _Sum:
 
         rising = [p for p, _ in rising_of(side.half, r, Nodes())]
         self.rising = [
-            _Share(p.u, value(p.height, p.series), value(p.height, p.onward), p) for p in rising
+            _Contribution(p.u, value(p.height, p.series), value(p.height, p.onward), p)
+            for p in rising
         ]
-        self.falling = [_Share(p.u, value(p.height, p.series), none, p) for p in side.half.falling]
+        self.falling = [
+            _Contribution(p.u, value(p.height, p.series), none, p) for p in side.half.falling
+        ]
         self.nested = plain(regular_part(side.half, r, Nodes()), at)[0] + none
         starts = side.half.rising_start, side.half.falling_start
         self.starts = [value(0.0, series) for series in starts]
 
-    def all(self) -> list[_Share]:
+    def all(self) -> list[_Contribution]:
         """The contributions to both integrals."""
         return self.rising + self.falling
 
@@ -79,7 +82,7 @@ class _Sum:
         kinks = [x.u for x in self.rising if x.point and x.point.kind in ("end", "kink")]
         return sorted(u for u in kinks if u is not None)
 
-    def nearest(self) -> _Share | None:
+    def nearest(self) -> _Contribution | None:
         """The well or barrier next to the start."""
         zeros = [x for x in self.all() if x.point and x.point.kind in ("well", "barrier")]
         return min(zeros, key=lambda x: x.u, default=None)
@@ -139,7 +142,7 @@ def sides_at(
     (`symasym.expansions`).
     """
     at = Point(lam, order, False, None, Digits(context))
-    sums = [_Sum(one, r, at) for one in sides]
+    sums = [_SideSum(one, r, at) for one in sides]
     members: list[Member] = []
     for k, one in enumerate(sides):
         for canonical in one.pairs:
@@ -190,7 +193,7 @@ def _meet(
     canonical: CanonicalPair,
     local: Airy,
     k: int,
-    sums: list[_Sum],
+    sums: list[_SideSum],
     lam: mpf,
     order: int,
     context: MPContext,
@@ -201,8 +204,8 @@ def _meet(
         own.nested -= share * lam ** -(n + 1)
     if canonical.pair.zeta < 0:
         middle = mpf_of(canonical.point, context)
-        own.rising.append(_Share(middle, local.rising * height, context.zero, None))
-        own.falling.append(_Share(middle, local.falling / height, context.zero, None))
+        own.rising.append(_Contribution(middle, local.rising * height, context.zero, None))
+        own.falling.append(_Contribution(middle, local.falling / height, context.zero, None))
         own.nested += local.both if canonical.onward else context.zero
         return []
     low, high = (_found(u, k, sums) for u in zeros_of(canonical, context))
@@ -220,7 +223,7 @@ def _meet(
     return [Member(x.u if side else -x.u, x.value, 0) for side, x in members]
 
 
-def _found(u: mpf, k: int, sums: list[_Sum]) -> tuple[int, _Share]:
+def _found(u: mpf, k: int, sums: list[_SideSum]) -> tuple[int, _Contribution]:
     """The share of the well or barrier at `u` seen from side k, and the side where it is."""
     for side, at in ((k, u), (1 - k, -u)):
         point = place_at(at, [x.point for x in sums[side].all() if x.point is not None])
@@ -229,7 +232,7 @@ def _found(u: mpf, k: int, sums: list[_Sum]) -> tuple[int, _Share]:
     raise AssertionError
 
 
-def _beyond(well: _Share, top: _Share | None, lam: mpf, context: MPContext) -> Any:
+def _beyond(well: _Contribution, top: _Contribution | None, lam: mpf, context: MPContext) -> Any:
     """The part of a well's Gaussian at the other side of the start, next to it.
 
     What a pair has beyond the product of its members is lost as the start passes the well, and

@@ -4,12 +4,13 @@ Helpers of the emitted files: those in Python hold them as they stand, C and Jav
 `symasym.emit.kernels.transcribe` writes them.
 
 From each end to the start, the layer is cut at the zeros of the drift. On a stretch where phi
-keeps its sign, M' = 1 - lam |phi| M from M = 0 is solved forwards and backwards: its last values
-are the integrals of e^{lam V} and of e^{-lam V} in units of their maxima, and its own integral,
-which is the same both ways, is the double integral of the falling exponent. So nothing is an
-exponential, and nothing grows. Radau's collocation is stable at any step: where lam |phi| is
-large, M is smooth, and a step may be as long as that lasts; the cost grows with log(lam).
-Stretches are put together by panel-step, and both sides by positive-form, every term positive.
+keeps its sign, M' = 1 - lam |phi| M from M = 0 ends with the integrals of e^{lam V} and, backwards,
+of e^{-lam V} in units of their maxima, and its own integral is the double integral of the falling
+exponent. A stretch is crossed in panels of 16 Gauss-Lobatto points: where lam V changes by no more
+than 8 the exponential is sampled, where it changes by much more M is its slow series with a layer
+at each end (as in `symasym.exact.float_panels`), so that the cost grows with log(lam). Panels are
+joined by the differential equation, stretches by panel-step and both sides by positive-form, every
+term positive.
 """
 
 from __future__ import annotations
@@ -18,92 +19,157 @@ import math
 
 from symasym.emit.kernels.elementary import Curve, _exprel, _exprel2, _logaddexp
 
-# Put in when a file is written (`symasym.emit.kernels.tables`).
-_RADAU: list[float] = []
-_RADAU_WITHIN: list[float] = []
-_RADAU_LAST: list[float] = []
+# Put in when a file is written (`symasym.emit.kernels.tables`); matrices column by column.
+_LOBATTO: list[float] = []
+_LOBATTO_WITHIN: list[float] = []
+_LOBATTO_SLOPE: list[float] = []
+_LOBATTO_LAST: list[float] = []
 
 
-def _solved(rows: list[float], values: list[float]) -> None:
-    """A linear system of 16 by elimination; each row of 17 ends with its right-hand side."""
-    for k in range(16):
-        top, best = 17 * k, 17 * k
-        for at in range(top + 17, 272, 17):
-            if abs(rows[at + k]) > abs(rows[best + k]):
-                best = at
-        if best != top:
-            for j in range(k, 17):
-                x = rows[top + j]
-                rows[top + j] = rows[best + j]
-                rows[best + j] = x
-        for at in range(top + 17, 272, 17):
-            factor = rows[at + k] / rows[top + k]
-            for j in range(k + 1, 17):
-                rows[at + j] -= factor * rows[top + j]
-    for k in range(15, -1, -1):
-        rest = rows[17 * k + 16]
-        for j in range(k + 1, 16):
-            rest -= rows[17 * k + j] * values[j]
-        values[k] = rest / rows[18 * k]
-
-
-def _collocated(
-    drift: Curve, scale: float, h: float, end: float, u: float, step: float, result: list[float]
-) -> None:
-    """M after a step, its integral, the slope's; the sizes of M, its last terms, the slope."""
-    rows, slopes, values = [0.0] * 272, [0.0] * 16, [0.0] * 16
+def _times(columns: list[float], x: list[float], product: list[float]) -> None:
+    """A matrix of 16 times a vector."""
+    total = [0.0] * 16
     for j in range(16):
-        slopes[j] = scale * drift(u + _RADAU[j] * step)
-        size = abs(slopes[j])
         for i in range(16):
-            rows[17 * i + j] = _RADAU_WITHIN[16 * i + j] * size
+            total[i] += columns[16 * j + i] * x[j]
     for i in range(16):
-        rows[18 * i] += 1.0
-        rows[17 * i + 16] = end + _RADAU[i] * h
-    _solved(rows, values)
-    area, drop, before, last, top, least = 0.0, 0.0, 0.0, 0.0, 0.0, math.inf
+        product[i] = total[i]
+
+
+def _last_terms(values: list[float]) -> float:
+    """The size of the last two Legendre coefficients."""
+    before, last = 0.0, 0.0
     for j in range(16):
-        area += _RADAU_WITHIN[240 + j] * values[j]
-        drop += _RADAU_WITHIN[240 + j] * slopes[j]
-        before += _RADAU_LAST[j] * values[j]
-        last += _RADAU_LAST[16 + j] * values[j]
-        top = max(top, abs(values[j]))
-        least = min(least, abs(slopes[j]))
-    result[0], result[1], result[2] = values[15], h * area, drop
-    result[3], result[4], result[5] = top, max(abs(before), abs(last)), least
+        before += _LOBATTO_LAST[j] * values[j]
+        last += _LOBATTO_LAST[16 + j] * values[j]
+    return abs(before) + abs(last)
 
 
-def _relaxed(
-    drift: Curve, rough: float, lam: float, a: float, b: float, result: list[float]
+def _sampled(sizes: list[float], panel: list[float]) -> float:
+    """A panel's fall of lam V, M at its end and backwards at its start, and the integral of M.
+
+    The relative error by what 16 points miss (see `symasym.exact.float_panels.sampled`).
+    """
+    way, rising, inner = [0.0] * 16, [0.0] * 16, [0.0] * 16
+    falling = [0.0] * 16
+    _times(_LOBATTO_WITHIN, sizes, way)
+    for j in range(16):
+        falling[j] = math.exp(-way[j])
+        rising[j] = 1.0 / falling[j]
+    _times(_LOBATTO_WITHIN, rising, inner)
+    back, area = 0.0, 0.0
+    for j in range(16):
+        back += _LOBATTO_WITHIN[16 * j + 15] * falling[j]
+        area += _LOBATTO_WITHIN[16 * j + 15] * falling[j] * inner[j]
+    panel[0], panel[1], panel[2], panel[3] = way[15], inner[15] * falling[15], back, area
+    of_falling, of_rising = _last_terms(falling), _last_terms(rising)
+    single = max(of_falling / back, of_rising / inner[15])
+    return 1e-3 * of_falling * of_rising / area + 3e-3 * single * single
+
+
+def _layered(sizes: list[float], noise: float, slip: float, panel: list[float]) -> float:
+    """The same where M follows its slow series; infinite where that does not hold.
+
+    `noise` is what rounding of the drift makes of each size, `slip` what it makes of their sum.
+    """
+    low, high = math.inf, 0.0
+    for j in range(16):
+        low, high = min(low, sizes[j]), max(high, sizes[j])
+    # Nine terms leave (2 k - 1)!! 400^-k < 1e-16, where lam phi^2/|phi'| is above 400.
+    if not (low > 40 and (1 - low / high) * 400 < low):
+        return math.inf
+    term, slope, fore, aft = [0.0] * 16, [0.0] * 16, [0.0] * 16, [0.0] * 16
+    _times(_LOBATTO_SLOPE, sizes, slope)
+    for j in range(16):
+        if abs(slope[j]) * 400 > sizes[j] * sizes[j]:
+            return math.inf
+        term[j] = 1.0 / sizes[j]
+        fore[j] = term[j]
+        aft[j] = term[j]
+    # Differentiating at an end multiplies what the points miss of 1/phi.
+    growth = 1 + 512 / low
+    missed = (_last_terms(term) * low - 4 * noise / low) * growth * growth
+    if missed > 6e-14:
+        return math.inf
+    sign = -1.0
+    for _ in range(8):
+        _times(_LOBATTO_SLOPE, term, slope)
+        for j in range(16):
+            term[j] = slope[j] / sizes[j]
+            fore[j] += sign * term[j]
+            aft[j] += term[j]
+        sign = -sign
+    drop, area = 0.0, 0.0
+    for j in range(16):
+        drop += _LOBATTO_WITHIN[16 * j + 15] * sizes[j]
+        area += _LOBATTO_WITHIN[16 * j + 15] * fore[j]
+    decay = math.exp(-drop)
+    back = aft[0] - aft[15] * decay
+    panel[0], panel[1], panel[2] = drop, fore[15] - fore[0] * decay, back
+    panel[3] = area - fore[0] * back
+    return max(0.0, missed) + slip / low
+
+
+def _crossed(
+    drift: Curve, rough: float, lam: float, p: float, q: float, result: list[float]
 ) -> float:
-    """M' = 1 - lam |drift| M from a, M = 0, to b: M there; its integral, lam times the drift's."""
-    here = [0.0] * 6
-    end, u, step, growth = 0.0, a, b - a, 2.0
-    result[0], result[1] = 0.0, 0.0
+    """M' = 1 - lam |drift| M from p, M = 0, to q: M there. Also, of the stretch, M at p backwards
+    from q, its integral, lam times the drift's, and the errors of that and, relative, of M's."""
+    panel, sizes, loose = [0.0] * 4, [0.0] * 16, [0.0] * 3
+    ahead, u, step, fallen = 0.0, p, q - p, 1.0
+    for k in range(6):
+        result[k] = 0.0
     for _ in range(100000):
-        last: int = abs(step) >= abs(b - u) * (1 - 1e-12)
+        last: int = abs(step) >= abs(q - u) * (1 - 1e-12)
         if last == 1:
-            step = b - u
-        h = abs(step)
-        _collocated(drift, lam * h, h, end, u, step, here)
-        # What the drift's rounding makes of M: no halving gets below it.
-        noise = lam * h * rough / (1 + here[5])
-        # Of a step that is not stiff, the end and the integral have twice the order of the rest.
-        allowed = 1e-10 if abs(here[2]) < 7 else 1e-13
-        if here[4] > max(allowed, min(noise, 1e-6)) * here[3]:
-            step /= 2
-            growth = 1.0
+            step = q - u
+        h, high = abs(step), 0.0
+        for j in range(16):
+            sizes[j] = lam * h * abs(drift(u + _LOBATTO[j] * step))
+            high = max(high, sizes[j])
+        # What the drift's rounding makes of the sizes: no halving gets below it.
+        noise = lam * h * rough
+        ending = _last_terms(sizes)
+        # What it makes of their sum; where phi is resolved, the last terms are rounding.
+        slip = min(noise / 16, 8 * ending + 4e-16 * high)
+        if high <= 8:
+            missed = _sampled(sizes, panel) + max(0.0, ending / 16 - noise)
+            missed = missed + slip if missed <= 1e-13 else math.inf
+        else:
+            known: int = ending <= max(1e-14 * high, 4 * noise)
+            missed = _layered(sizes, noise, slip, panel) if known == 1 else math.inf
+        if missed == math.inf:
+            step *= 0.5 if high > 80 or high <= 8 else 7.5 / high
             if u + step == u:
                 break
             continue
-        end = here[0]
-        result[0] += here[1]
-        result[1] += here[2]
+        decay = math.exp(-panel[0])
+        slip += 2e-16 * panel[0]
+        share = h * h * panel[3] + ahead * h * panel[2]
+        loose[2] += share * missed + loose[0] * h * panel[2]
+        result[2] += share
+        share = fallen * h * panel[2]
+        loose[1] += share * (missed + result[4])
+        result[1] += share
+        loose[0] = h * panel[1] * missed + decay * (loose[0] + ahead * slip)
+        ahead = h * panel[1] + decay * ahead
+        fallen *= decay
+        result[3] += panel[0]
+        result[4] += slip
         if last == 1:
-            return end
+            result[0] = ahead
+            result[3] *= 1.0 if drift((p + q) / 2) > 0 else -1.0
+            result[5] = 1e-14 + max(loose[0] / ahead, loose[1] / result[1], loose[2] / result[2])
+            return ahead
         u += step
-        step *= growth
-        growth = 2.0
+        slope = 0.0
+        for j in range(16):
+            slope += _LOBATTO_SLOPE[16 * j + 15] * sizes[j]
+        # Further where the slow series may hold, else by one more panel of samples.
+        if abs(slope) * 400 < sizes[15] * sizes[15]:
+            step *= 2.0 if high > 8 else 8.0
+        else:
+            step *= min(2.0, 7.5 / max(sizes[15], 1e-300))
     raise ArithmeticError(
         f"lam = 2/kappa^2 is {lam}, for which M changes beside u = {u} over less than doubles tell "
         "apart; give a larger kappa, or emit the target mpmath"
@@ -116,9 +182,9 @@ def _sweep(
 ) -> None:  # fmt: skip
     """log sigma and log w at the last of the points, from the end at the first; their errors.
 
-    Also the most that both directions differ by in a drop of lam V, and in a double integral.
+    Also the largest errors of a drop of lam V, and of an integral of M.
     """
-    fore, aft = [0.0] * 2, [0.0] * 2
+    here = [0.0] * 6
     sigma, w, loose_sigma, loose, log_lam = -math.inf, -math.inf, 0.0, 0.0, math.log(lam)
     for k in range(count - 1):
         p, q = points[k], points[k + 1]
@@ -127,12 +193,11 @@ def _sweep(
             drop = lam * ends[1 if p > 0 else 0] * h
             x = abs(drop)
             ahead = h * _exprel(-x)
-            back, area, slip, wrong = ahead, h * h * _exprel2(-x), 0.0, 0.0
+            back, area, slip, wrong = ahead, h * h * _exprel2(-x), 2e-16 * x, 1e-15
         else:
-            ahead = _relaxed(drift, rough, lam, p, q, fore)
-            back = _relaxed(drift, rough, lam, q, p, aft)
-            area, drop, x = fore[0], fore[1], abs(fore[1])
-            slip, wrong = abs(drop - aft[1]), abs(area / aft[0] - 1)
+            ahead = _crossed(drift, rough, lam, p, q, here)
+            back, area, drop, x = here[1], here[2], here[3], abs(here[3])
+            slip, wrong = here[4], here[5]
             most[0] = max(most[0], slip)
             most[1] = max(most[1], wrong)
         back = math.log(back)
@@ -144,8 +209,9 @@ def _sweep(
             part = math.exp(area - x - total - ahead)
             first = w - _logaddexp(0.0, back - sigma) - x
             w = _logaddexp(first, ahead + math.log1p(-part))
-            known = math.exp(sigma - total) * loose_sigma + wrong
-            loose = math.exp(first - w) * (loose + loose_sigma + slip) + 2 * part * known + wrong
+            kept, share = math.exp(sigma - total), math.exp(first - w)
+            known = kept * loose_sigma + (1 - kept) * wrong
+            loose = share * (loose + loose_sigma + slip - kept * wrong) + 2 * part * known + wrong
             loose_sigma = known + slip
             sigma = total + x
         else:
@@ -153,11 +219,14 @@ def _sweep(
             ahead = math.log(ahead)
             total = _logaddexp(sigma - x, ahead)
             kept = math.exp(sigma - x - total)
-            first = _logaddexp(w, log_lam + back) - _logaddexp(-x, ahead - sigma)
+            before = _logaddexp(w, log_lam + back)
+            first = before - _logaddexp(-x, ahead - sigma)
+            loose = math.exp(w - before) * (loose - wrong) + wrong
+            loose += kept * slip + (1 - kept) * (loose_sigma + wrong)
+            loose_sigma = kept * (loose_sigma + slip) + (1 - kept) * wrong
             w = _logaddexp(first, area - total)
-            loose = math.exp(first - w) * (loose + kept * slip + (1 - kept) * loose_sigma) + wrong
-            loose_sigma = kept * (loose_sigma + slip) + wrong
-            loose += loose_sigma
+            share = math.exp(first - w)
+            loose = share * loose + (1 - share) * (wrong + loose_sigma)
             sigma = total
     result[0], result[1], result[2], result[3] = sigma, w, loose_sigma, loose
 
@@ -206,7 +275,7 @@ def _log_time(
     if not loose <= 1e-12 * max(1.0, abs(value)):
         raise ArithmeticError(
             f"log T is {value} with an error of {loose:.1e}, and 1e-12 is allowed: rounding moves "
-            f"the exponent 2 V/kappa^2 by {most[0]:.1e}, and two computations of a double integral "
-            f"differ by {most[1]:.1e}; give a larger kappa, or emit the target mpmath"
+            f"the exponent 2 V/kappa^2 by {most[0]:.1e}, and integrals "
+            f"are known to {most[1]:.1e}; give a larger kappa, or emit the target mpmath"
         )
     return value

@@ -18,18 +18,18 @@ from symasym.special.tables import Table
 _PRODUCTS = (0, 2, 3, 4)
 #: In place of Bi and Bi', below: real and imaginary parts without their turning.
 _BELOW = (0, 2, 3, 4, 5, 6)
-#: Radau, 16 points in (0, 1], zeros of P_16 - P_15 moved there, and their weights.
-_RADAU = (
-    0.00564068897251171, 0.029482298647942485, 0.07141295311515884, 0.12983102555359105,
-    0.20249275505010406, 0.28660608625752704, 0.37893868864697805, 0.4759423084632349,
-    0.5738891609066858, 0.6690151950299599, 0.7576647390313427, 0.8364309606056102,
-    0.902286700679378, 0.9527004099058333, 0.9857305452631743, 1.0,
+#: Gauss-Lobatto, 16 points of [0, 1], both ends among them, and their weights.
+_LOBATTO = (
+    0.0, 0.015215976864891033, 0.050399733453263956, 0.10399585406909247,
+    0.17380564855875347, 0.2569702890564312, 0.35008476554961837, 0.4493368632390253,
+    0.5506631367609747, 0.6499152344503816, 0.7430297109435688, 0.8261943514412465,
+    0.8960041459309075, 0.949600266546736, 0.9847840231351089, 1.0,
 )  # fmt: skip
 _WEIGHTS = (
-    0.014448569508407165, 0.03309475430506822, 0.050497839810891954, 0.06596284996653407,
-    0.078893460902101, 0.08879239637636975, 0.09527914712767754, 0.09810439411951584,
-    0.09715954485578392, 0.09248089074433267, 0.08424819892496124, 0.07277777261010113,
-    0.05851017655193003, 0.04199264072248259, 0.02385111347384286, 0.00390625,
+    0.004166666666666667, 0.025425180502959954, 0.0446968486629654, 0.06212769106625705,
+    0.07701349040358214, 0.08874595669585206, 0.0968450119126018, 0.10097915408911494,
+    0.10097915408911494, 0.0968450119126018, 0.08874595669585206, 0.07701349040358214,
+    0.06212769106625705, 0.0446968486629654, 0.025425180502959954, 0.004166666666666667,
 )  # fmt: skip
 #: Gauss-Legendre, 16 points: those on the right, and their weights.
 GAUSS = {
@@ -63,20 +63,36 @@ def dawson() -> dict[str, tuple[float, ...]]:
 
 
 @cache
-def radau() -> dict[str, tuple[float, ...]]:
+def lobatto() -> dict[str, tuple[float, ...]]:
     """Name -> numbers: the points; of the polynomial through values at them, by which these are
-    multiplied for its integral up to each, and for its last two Legendre coefficients."""
-    rows, count = [], len(_RADAU)
-    for t in _RADAU:
+    multiplied for its integral up to each, for its slope there (both by columns), and for its last
+    two Legendre coefficients."""
+    rows, count = [], len(_LOBATTO)
+    for t in _LOBATTO:
         p = [1.0, 2 * t - 1]
         for k in range(1, count):
             p.append(((2 * k + 1) * p[1] * p[k] - k * p[k - 1]) / (k + 1))
         rows.append(p)
-    sums = [[p[1] + 1, *(p[k + 1] - p[k - 1] for k in range(1, count))] for p in rows]
-    given = list(zip(_WEIGHTS, rows, strict=True))
-    within = (w * sum(map(mul, upto, p)) / 2 for upto in sums for w, p in given)
-    last = ((2 * k + 1) * w * p[k] for k in (count - 2, count - 1) for w, p in given)
-    return {"_RADAU": _RADAU, "_RADAU_WITHIN": tuple(within), "_RADAU_LAST": tuple(last)}
+    # The square of the last polynomial is beyond the rule's degree: its sum is 2/(count - 1).
+    norms = [*(2 * k + 1 for k in range(count - 1)), count - 1]
+    sums = [[p[1] + 1, *((p[k + 1] - p[k - 1]) / (2 * k + 1) for k in range(1, count))]
+            for p in rows]  # fmt: skip
+    given = [[w * n * x for n, x in zip(norms, p[:count], strict=True)]
+             for w, p in zip(_WEIGHTS, rows, strict=True)]  # fmt: skip
+    top = [p[count - 1] for p in rows]
+    slopes = [
+        [0.0 if i == j else top[i] / top[j] / (s - t) for i, s in enumerate(_LOBATTO)]
+        for j, t in enumerate(_LOBATTO)
+    ]
+    # The slope of 1 is 0.
+    for i in range(count):
+        slopes[i][i] = -sum(column[i] for column in slopes)
+    return {
+        "_LOBATTO": _LOBATTO,
+        "_LOBATTO_WITHIN": tuple(sum(map(mul, upto, g)) / 2 for g in given for upto in sums),
+        "_LOBATTO_SLOPE": tuple(x for column in slopes for x in column),
+        "_LOBATTO_LAST": tuple(g[k] for k in (count - 2, count - 1) for g in given),
+    }
 
 
 def _flat(table: Table, chosen: Iterable[int]) -> tuple[float, ...]:

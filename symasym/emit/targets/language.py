@@ -17,7 +17,8 @@ import sympy
 
 from symasym.asymptotics.uniform import structure
 from symasym.asymptotics.uniform.order_zero_forms import EMITTED
-from symasym.emit.kernels import airy, elementary, exact, tables, uniform
+from symasym.emit.forms import LOCAL
+from symasym.emit.kernels import airy, elementary, exact, local_functions, tables, uniform
 from symasym.emit.kernels.kernel import in_doubles, kernel_of, named
 from symasym.emit.kernels.transcribe import FUNCTION_IN_C, transcribed
 from symasym.emit.program import Body, FirstPassage, Quadrature, Ready
@@ -183,6 +184,10 @@ def helpers_of(
     """
     times = (f.first_passage for f in functions)
     degrees = [len(time.coefficients) - 1 for time in times if time and time.uniform]
+    bodies = (b for f in functions for b in f.bodies)
+    parts = (e for b in bodies for e in (*b.values, *(value for _, value in b.shared)))
+    if any(e.has(*LOCAL) for e in parts):
+        degrees.append(max(_NEEDED))
     return {**_exact(target), **own, **(_uniform(target, max(degrees)) if degrees else {})}
 
 
@@ -191,7 +196,7 @@ def _exact(target: str) -> dict[str, Written]:
     """Those of integrals and of the exact time."""
     texts = transcribed(kernel_of(elementary, structure, airy, exact), target)
     own = {"function_": FUNCTION_IN_C} if target == "c" else {}
-    constants = {**tables.GAUSS, **tables.airy(False), **tables.radau()}
+    constants = {**tables.GAUSS, **tables.airy(False), **tables.lobatto()}
     return {**own, **tables.helpers_of(constants, target), **texts}
 
 
@@ -203,6 +208,6 @@ _NEEDED = {2: "_PAIRS", 4: "_MANY"}
 def _uniform(target: str, degree: int) -> dict[str, Written]:
     """Those of the uniform time of polynomial drifts up to this degree."""
     flags = {name: degree >= least for least, name in _NEEDED.items()}
-    kernel = kernel_of(elementary, structure, airy, uniform, flags=flags)
+    kernel = kernel_of(elementary, structure, airy, uniform, local_functions, flags=flags)
     texts = transcribed({**kernel, **in_doubles(EMITTED)}, target)
     return {**tables.helpers_of({**tables.dawson(), **tables.airy(True)}, target), **texts}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from symasym.derivation.code import LOCAL
 from symasym.emit.program import Body, Program, Ready, header, in_doubles
 from symasym.emit.targets.language import Language, helpers_of
 from symasym.emit.targets.to_python import first_passage, floats
@@ -47,18 +48,6 @@ HELPERS: dict[str, Written] = {
     m, h, points = (a + b) / 2, (b - a) / 2, np.array(_GAUSS_X)
     left, right = np.exp(g(m - h * points) - top), np.exp(g(m + h * points) - top)
     return h * np.dot(_GAUSS_W, left + right)
-''',
-    "_collocated": '''_POINTS, _LAST = np.array(_RADAU), np.reshape(_RADAU_LAST, (2, 16))
-_WITHIN, _ONE = np.reshape(_RADAU_WITHIN, (16, 16)), np.eye(16)
-
-
-def _collocated(drift, scale, h, end, u, step, result):
-    """M after a step, its integral, the slope's; the sizes of M, its last terms, the slope."""
-    slopes = scale * (drift(u + step * _POINTS) + 0 * _POINTS)
-    sizes = np.abs(slopes)
-    values = np.linalg.solve(_ONE + _WITHIN * sizes, end + h * _POINTS)
-    result[:3] = float(values[-1]), h * float(_WITHIN[-1] @ values), float(_WITHIN[-1] @ slopes)
-    result[3:] = np.abs(values).max(), np.abs(_LAST @ values).max(), sizes.min()
 ''',
     "_log_modulus": _LOG_MODULUS,
     "_each": '''def _each(function, *arguments):
@@ -108,6 +97,7 @@ def _collocated(drift, scale, h, end, u, step, result):
     safe = np.where(x == 0, 1.0, x)
     return np.where(x == 0, 1.0, np.sin(safe) / safe)[()]
 ''',
+    **{f"_each_{f}": f"def _each_{f}(x):\n    return _each(_{f}_of, x)\n" for f in LOCAL},
 }  # fmt: skip
 
 

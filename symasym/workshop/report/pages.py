@@ -171,8 +171,8 @@ def page(
         "A full mark claims an error, a hollow one claims none; a mark with a caret on its left "
         "has an error below what the reference, or the axis, can tell.",
         "## What each expansion reaches",
-        "Its smallest true error, whatever the time, and the setting that has it. A stroke: every "
-        "setting was refused, or stopped.",
+        "Its smallest true error, whatever the time, and the setting that reaches it. A dash: "
+        "every setting was refused, or stopped.",
         reached(points),
         "## Honesty",
         f"Claimed error below the true one: {len(ours)} of our points"

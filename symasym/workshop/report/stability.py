@@ -160,7 +160,7 @@ def page(
     ours_wrong = sum(c.wrong for c in judged if c.ours)
     blocks = [
         *head("Numerical stability", command, where, gone),
-        "Digits claimed and digits true of log T (of T where log T is below 1), over "
+        "Digits claimed and digits true of $\\log T$ (of $T$ where $\\log T$ is below 1), over "
         "the extreme scenes of the table of problems. A quadrature claims the digits it "
         "was asked for. References are proved, or two precisions of 120 and 160 digits "
         "agree.",
@@ -168,7 +168,7 @@ def page(
         "![digits claimed and true](stability.svg)",
         summary(judged),
         "## Condition numbers",
-        "Of T and, behind the stroke, of log T: the relative change of the value over that "
+        "Of $T$ and, behind the slash, of $\\log T$: the relative change of the value over that "
         "of the parameter, from exact derivatives (`sa.sensitivity`). Digits lost with a "
         "rounded parameter are the problem's; digits lost beyond them are a method's.",
         _condition_table(numbers),

@@ -1,0 +1,175 @@
+"""An expansion as a program: its quotient of sums of exponentials with the largest taken out.
+
+T, C and P are sums of products of sums e^{lam h} c over another such sum. Each sum is scaled by the
+largest of its e^{lam h}, so that no exponential overflows, and the logarithm of the quotient is
+finite wherever it is a number. Everything else is given step by step, as in
+`symasym.expansions.expansion.Expansion.definitions`, with scaled Airy functions and erfcx.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import sympy
+from sympy import Expr, S, Symbol
+
+from symasym.base.errors import InputError
+from symasym.emit.forms import erfcx, expm1, larger
+from symasym.emit.program import TAKEN, Case, Function, Program, by_logarithm
+from symasym.emit.symbolic_sums import LAM
+from symasym.expansions.builder import FinitePart
+
+if TYPE_CHECKING:
+    from symasym.expansions.expansion import Expansion
+
+__all__ = ["Quotient", "program"]
+
+
+@dataclass(frozen=True)
+class Quotient:
+    """front times a sum of products of sums, over the sum `whole`; or 1 less that.
+
+    Attributes
+    ----------
+    products : tuple of tuples of expressions
+    whole, front : expression
+    complement : bool
+    sums : tuple of Symbol
+        Of these, those that are sums of exponentials themselves.
+    code : mapping
+        What is defined otherwise in code: without functions that overflow.
+    growth : mapping
+        By what height a symbol is larger than what `code` has for it, as a multiple of e^{lam h}.
+    """
+
+    products: tuple[tuple[Expr, ...], ...]
+    whole: Expr
+    front: Expr = S.One
+    complement: bool = False
+    sums: tuple[Symbol, ...] = ()
+    code: Mapping[Symbol, Expr] = field(default_factory=dict)
+    growth: Mapping[Symbol, Expr] = field(default_factory=dict)
+
+
+def program(e: Expansion, quotient: Quotient, name: str) -> Program:
+    """The program of one function, with its logarithm."""
+    grown = {s: s * sympy.exp(LAM * h) for s, h in quotient.growth.items()}
+    known = {s: value.xreplace(grown) for s, value in {**e.definitions, **quotient.code}.items()}
+    inner = {s: known[s] for s in quotient.sums}
+
+    def scaled(expression: Expr) -> tuple[Expr, Symbol]:
+        """The largest height of a sum, and the sum in units of its exponential."""
+        parts: dict[Expr, Expr] = {}
+        whole = sympy.expand_mul(expression.xreplace(grown).xreplace(inner))
+        for term in sympy.Add.make_args(whole):
+            height, factor = S.Zero, S.One
+            for a in sympy.Mul.make_args(term):
+                if isinstance(a, sympy.exp) and not (h := sympy.expand(a.args[0] / LAM)).has(LAM):
+                    height += h
+                else:
+                    factor *= a
+            parts[height] = parts.get(height, S.Zero) + factor
+        number = len([s for s in known if s.name.startswith("sum(")]) + 1
+        top, total = Symbol(f"top({number})", real=True), Symbol(f"sum({number})", real=True)
+        known[top] = _largest(list(parts))
+        known[total] = sum((c * sympy.exp(LAM * (h - top)) for h, c in parts.items()), S.Zero)
+        return top, total
+
+    made: dict[Expr, tuple[Expr, Symbol]] = {}
+    for part in {*(x for row in quotient.products for x in row), quotient.whole}:
+        made[part] = scaled(part)
+    rows = [
+        (sum((made[x][0] for x in row), S.Zero), sympy.Mul(*(made[x][1] for x in row)))
+        for row in quotient.products
+    ]
+    above = Symbol("top(all)", real=True)
+    known[above] = _largest([h for h, _ in rows])
+    total = sum((c * sympy.exp(LAM * (h - above)) for h, c in rows), S.Zero)
+    height, below = made[quotient.whole]
+    log = sympy.log(quotient.front) + LAM * (above - height) + sympy.log(total) - sympy.log(below)
+    return _written(e, quotient, name, log, known)
+
+
+def _in_code(e: Expr) -> Expr:
+    """The expression in functions that every language has."""
+    e = e.replace(sympy.acosh, lambda w: sympy.log(w + sympy.sqrt(w**2 - 1)))
+    e = e.replace(sympy.erfc, lambda x: sympy.exp(-(x**2)) * erfcx(x))
+    # One of two exponentials may overflow where their product does not.
+    return e.replace(lambda x: x.is_Mul, _one_exponential)
+
+
+def _one_exponential(product: Expr) -> Expr:
+    """The product with its exponentials as one."""
+    heights = [a.args[0] for a in product.args if isinstance(a, sympy.exp)]
+    if len(heights) < 2:
+        return product
+    rest = [a for a in product.args if not isinstance(a, sympy.exp)]
+    return sympy.Mul(*rest, sympy.exp(sympy.factor_terms(sympy.Add(*heights))))
+
+
+def _largest(heights: list[Expr]) -> Expr:
+    largest = heights[0]
+    for h in heights[1:]:
+        largest = larger(largest, h)
+    return largest
+
+
+def _written(
+    e: Expansion, quotient: Quotient, name: str, log: Expr, known: Mapping[Symbol, Expr]
+) -> Program:
+    """The program of this logarithm, with names that every language has."""
+    order: dict[Symbol, Expr] = {}
+
+    def visit(expression: Expr) -> None:
+        for s in sorted(expression.free_symbols - order.keys(), key=str):
+            if s in known and s not in order:
+                value = _in_code(known[s])
+                visit(value)
+                order[s] = value
+
+    visit(log)
+    free = set().union(log.free_symbols, *(v.free_symbols for v in order.values())) - order.keys()
+    require_emittable(e, free, order.values())
+    plain = {s: plain_name(s.name) for s in sorted(free, key=str)}
+    for s in order:
+        base = re.sub(r"\W+", "_", s.name.replace("'", "d").replace("-", "m").replace("+", "p"))
+        base = f"{base.strip('_')}_" if base[:1] == "t" or base in TAKEN else base.strip("_")
+        while base in plain.values():
+            base = f"{base}_1"
+        plain[s] = base
+    named = {s: Symbol(text, **s.assumptions0) for s, text in plain.items()}
+    shared = tuple((named[s], value.xreplace(named)) for s, value in order.items())
+    log = log.xreplace(named)
+    arguments = tuple(sorted(named[s].name for s in free))
+    about = f"{e.quantity} of {e.drift!r}, {e.noise} noise to order {e.order}, case '{e.case}'."
+    function = by_logarithm(name, about, arguments, log, (), shared)
+    if quotient.complement:
+        function = Function(name, about, arguments, (Case((-expm1(log),), shared=shared),))
+    return Program("expression", about.rstrip("."), (function,), error=e.error)
+
+
+def require_emittable(e: Expansion, free: Any, expressions: Any) -> None:
+    """Refuse complex numbers, and integrals without a closed form."""
+    if any(x.has(FinitePart, sympy.Integral) for x in expressions):
+        raise InputError(
+            f"A = {e.drift.expression()} is no polynomial in u, so that the regular part "
+            "has no closed form; emit a term's expression, or use the verb."
+        )
+    odd = [s for s in free if s in e.equations and not s.is_real]
+    if odd:
+        raise InputError(
+            f"{odd[0]} may be complex, which the code has no numbers for; bind the drift and "
+            "use sa.emit('eq:Ttilde', drift=…, method='laplace')."
+        )
+
+
+def plain_name(name: str) -> str:
+    """``V''(u1)`` as ``V2_u1``, ``V^(4)(0)`` as ``V4_0``, ``V''(-1)`` as ``V2_m1``."""
+    head, _, place = name.rpartition("(")
+    if not head:
+        return name
+    order = head[3:-1] if "^" in head else str(head.count("'") or "")
+    return f"{head[0]}{order}_{place.rstrip(')').replace('-', 'm').replace('/', '_')}"
