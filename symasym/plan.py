@@ -8,8 +8,9 @@ the predicted cost of the exact integrals.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 
     from symasym.asymptotics.weak_noise.answer import Parts
 
-__all__ = ["Plan", "Term", "plan"]
+__all__ = ["Plan", "Singulant", "Term", "plan"]
 
 _WEAK_ORDERS = range(9)
 # Of the weak-noise series in float64, where an order costs little.
@@ -86,6 +87,28 @@ class Term:
     reason: str
 
 
+@dataclass(frozen=True)
+class Singulant:
+    """What limits the series of a well or barrier of a polynomial A (docs/borel.md).
+
+    Attributes
+    ----------
+    point : str
+        Such as ``"well at 0.3969"``.
+    other : str
+        The zero of A, a neighbour or complex, to which V changes least.
+    value : float
+        F, that change's modulus: terms k of the series grow from k = lam F on.
+    order : int
+        The least term at this noise, the whole part of lam F.
+    """
+
+    point: str
+    other: str
+    value: float
+    order: int
+
+
 @dataclass(frozen=True, repr=False)
 class Plan:
     """The cheapest way to the escape time of many scenes such as this one.
@@ -107,6 +130,8 @@ class Plan:
         Cheaper methods, and why each of them does not do.
     estimate : Estimate
         T in this way.
+    singulants : tuple of Singulant
+        Of the wells and barriers in the terms that are kept.
     """
 
     method: str
@@ -118,6 +143,7 @@ class Plan:
     rtol: float
     refused: dict[str, str]
     estimate: Estimate
+    singulants: tuple[Singulant, ...] = ()
 
     def __str__(self) -> str:
         order = "" if self.order is None else f", order {self.order}"
@@ -128,6 +154,11 @@ class Plan:
         lines = [
             f"  {'kept' if t.kept else 'left out':9}{_short(t.size):>10}  {t.name}: {t.reason}"
             for t in self.terms
+        ]
+        lines += [
+            f"  series of the {s.point}: singulant {s.value:.3g} ({s.other}), least term at order "
+            f"{s.order:,}"
+            for s in self.singulants
         ]
         lines += [f"  not {name}: {why}" for name, why in self.refused.items()]
         return "\n".join([head, *lines])
@@ -319,7 +350,9 @@ def _planned(drift: Drift, numbers: dict[str, Any], allowed: Fraction, request: 
         refused["laplace"] = str(error)
     else:
         if parts.error <= float(known):
-            return _of_parts(parts, rtol, request)
+            planned = _of_parts(parts, rtol, request)
+            kept = " with ".join(t.name for t in planned.terms if t.kept)
+            return replace(planned, singulants=tuple(_singulants(drift, float(scene.lam), kept)))
         refused["laplace"] = f"its stated error is {float(parts.error):.2g} at best"
     try:
         relative, estimate = _uniform(drift, numbers, request.log)
@@ -394,6 +427,32 @@ def _of_parts(parts: Parts, rtol: float, request: Request) -> Plan:
     return Plan("laplace", order, tuple(terms), relative, "estimate", cost, rtol, {}, estimate)
 
 
+def _singulants(drift: Drift, lam: float, kept: str) -> Iterator[Singulant]:
+    """Those of the wells and barriers that the names of terms hold, of a polynomial A."""
+    c = [float(x) for x in drift.exact_coefficients() or (0,)]
+    zeros = np.polynomial.polynomial.polyroots(np.trim_zeros(c, "b") or [0.0])
+    own = abs(zeros.imag) < 1e-9 * (1 + abs(zeros))
+    real = np.sort(zeros[own].real)
+    for k, u in enumerate(real):
+        slope = np.polynomial.polynomial.polyval(u, np.polynomial.polynomial.polyder(c))
+        point = f"{'well' if slope < 0 else 'barrier'} at {u:.4g}"
+        if abs(u) >= 1 or point not in kept:
+            continue
+        # Of the real zeros a neighbour alone is on the same sheet of the Borel plane.
+        others = [*real[max(k - 1, 0) : k], *real[k + 1 : k + 2], *zeros[~own & (zeros.imag > 0)]]
+        v = np.polynomial.polynomial.polyint(c)
+        steps = abs(
+            np.polynomial.polynomial.polyval(np.array(others), v)
+            - np.polynomial.polynomial.polyval(u, v)
+        )
+        if not len(steps):
+            continue
+        least = int(np.argmin(steps))
+        yield Singulant(
+            point, f"to {others[least]:.4g}", float(steps[least]), int(lam * steps[least])
+        )
+
+
 def _short(size: mpf) -> str:
     """Two digits of a number, however small."""
     from mpmath import libmp
@@ -423,15 +482,13 @@ def _of_arrays(
 
     logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
     given = {name: x for name, x in scenes.parameters.items() if is_array(x)}
-    shapes = own_shapes(drift, numbers, scenes) if request.name[-1] != "P" else [drift.shape]
-    index = index_of(shapes, scenes.shape)
+    index = index_of(own_shapes(drift, numbers, scenes), scenes.shape)
     # Of a value, not of its logarithm.
     most = np.log1p(float(allowed)) * (1 - 1e-12)
     plans: list[tuple[str, int | None]] = [("laplace", n) for n in _ARRAY_ORDERS]
     plans += [("uniform", 0)] * (request.name == "T") + [("exact", None)]
-    # Other drifts than polynomials, and P, are analysed with more digits than float64 has.
-    polynomial = drift.coefficients(drift.float_values(), NumpyOps()) is not None
-    in_float = polynomial and request.name[-1] != "P"
+    # Other drifts than polynomials are analysed with more digits than float64 has.
+    in_float = drift.coefficients(drift.float_values(), NumpyOps()) is not None
     used = []
     left = _FOR_ATTEMPTS * exact_seconds.sum()
     for method, order in plans:
@@ -510,7 +567,7 @@ def _attempt(
     (method, order, in_float), scenes = how, float_scenes(drift, numbers)
     try:
         if method == "laplace":
-            return weak_noise.array_logs(drift, scenes, name, order, index, not in_float)
+            return weak_noise.array_logs(scenes, name, order, index, not in_float)
         return _uniform_logs(drift, scenes, index)
     except SymasymError:
         return np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)

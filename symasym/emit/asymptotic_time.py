@@ -19,7 +19,12 @@ import sympy
 
 from symasym.asymptotics.weak_noise.compose import Composed, Sides, mean_time, side_of
 from symasym.asymptotics.weak_noise.critical_points import both_sides
-from symasym.asymptotics.weak_noise.evaluation import AtOrder, time_with_digits, unresolved
+from symasym.asymptotics.weak_noise.evaluation import (
+    AtOrder,
+    escape_time,
+    unresolved,
+    with_digits,
+)
 from symasym.asymptotics.weak_noise.one_sided import OneSided
 from symasym.asymptotics.weak_noise.series import Point, added
 from symasym.base.contexts import own_context
@@ -135,7 +140,7 @@ def _time(
     arithmetic = Digits(context)
     lam = context.mpf(2) / context.mpf(kappa) ** 2
     composed = Composed(halves, arithmetic.number(r), 64 * context.eps)
-    return time_with_digits(composed, Point(lam, order, True, None, arithmetic))
+    return with_digits(escape_time, composed, Point(lam, order, True, None, arithmetic))
 
 
 def _reach(

@@ -98,11 +98,11 @@ def number_of(x: Expr | Fraction | mpf | int) -> Expr:
 
 
 class Symbolic:
-    """The ring of these sums for `weak_noise.compose`."""
+    """These sums for `weak_noise.compose`."""
 
     rounding = 0.0
 
-    def leaf(self, height: Expr | mpf, series: Series, rough: float = 0.0) -> Sum:
+    def leaf(self, height: Expr | mpf, series: Series, rounding: float = 0.0) -> Sum:
         """One symbol, or a number over lam, times e^{lam height}."""
         factor = sum((X ** sympy.Rational(p.offset) * p.coefficients[0] for p in series.parts), 0)
         return Sum([(sympy.expand(number_of(height)), sympy.sympify(factor))])

@@ -137,7 +137,7 @@ def records_of(
             break
         ready, plan = _joined([b for b, _ in plans]), _joined([p for _, p in plans])
         steep = np.bincount(ready.scene, plan.steep).max(initial=0.0)
-        if first and steep > 4 * FAINT and not field.directions:
+        if first and steep > 8 * FAINT and not field.directions:
             order = np.lexsort((ready.t0, ready.part, ready.scene))
             ready, plan = ready.take(order), plan.take(order)
             ends = np.searchsorted(ready.scene, np.r_[: len(lam) : _SCENES_AT_ONCE, len(lam)])

@@ -22,7 +22,6 @@ import sympy
 from sympy import Expr, S, Symbol
 
 from symasym.asymptotics.laplace.result import named_functions
-from symasym.asymptotics.weak_noise.answer import stationary_sums
 from symasym.asymptotics.weak_noise.compose import (
     Side,
     Sides,
@@ -30,6 +29,7 @@ from symasym.asymptotics.weak_noise.compose import (
     pairs_of,
     rising_of,
     side_of,
+    stationary_sums,
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.base.errors import InputError

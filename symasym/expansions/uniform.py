@@ -91,15 +91,15 @@ class Expressions:
 
 
 class Locals(Symbolic):
-    """The ring of sums whose local integrals are symbols, too."""
+    """Sums whose local integrals are symbols, too."""
 
     def __init__(self, symbols: Coalescing) -> None:
         self.symbols = symbols
 
-    def leaf(self, height: Expr, series: Any, rough: float = 0.0) -> Sum:
+    def leaf(self, height: Expr, series: Any, rounding: float = 0.0) -> Sum:
         """One symbol times e^{lam height}."""
         if isinstance(series, Series):
-            return super().leaf(height, series, rough)
+            return super().leaf(height, series, rounding)
         return Sum([(height, self.symbols.local(series))])
 
 

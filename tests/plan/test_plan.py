@@ -287,3 +287,30 @@ def test_auto_keeps_rtol_where_the_value_is_large() -> None:
         found = float(sa.escape_time(*scene, method="auto", rtol=1e-12, full=full))
         # Not by luck: no error of float64's analysis is below 1e-12 here.
         assert abs(found - exact) <= 2e-16 * exact
+
+
+@pytest.mark.parametrize(
+    ("drift", "kappa"),
+    [
+        (sa.friction(mu=3, alpha=1, z0="-0.4"), "0.05"),
+        # The nearest saddle of the well is a complex one.
+        (sa.Drift("-40*(u - 1/2)*((u - 1/4)**2 + 1/9)"), "0.05"),
+    ],
+    ids=str,
+)
+def test_singulants(drift: sa.Drift, kappa: str) -> None:
+    """The least |int A| from a well or barrier to a neighbour or a complex zero."""
+    chosen = sa.plan(drift, kappa, 3, rtol="1e-2")
+    assert chosen.method == "laplace"
+    c = [mpmath.mpf(x.numerator) / x.denominator for x in drift.exact_coefficients()][::-1]
+    zeros = mpmath.polyroots(c, extraprec=100)
+    assert chosen.singulants
+    for one in chosen.singulants:
+        u = min(zeros, key=lambda z: abs(z - float(one.point.split()[-1])))
+        heights = [
+            abs(mpmath.quad(lambda x: mpmath.polyval(c, x), [u, z])) for z in zeros if z is not u
+        ]
+        assert one.value == pytest.approx(float(min(heights)), rel=1e-9)
+        assert one.order == int(2 / float(kappa) ** 2 * one.value)
+        assert f"series of the {one.point}: singulant {one.value:.3g}" in str(chosen)
+    assert not sa.plan(sa.Drift("1/5 - tanh(u)"), kappa, 3, rtol="1e-2").singulants

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 import symasym as sa
 from symasym.asymptotics.weak_noise import answer as weak_noise
 from symasym.numbers.polynomials import zeros_of
+from symasym.workshop.entered import calls, entered
 from tests.strategies import SAMPLE, WHOLE, powers_of_ten, rationals
 
 QUANTITIES: dict[str, tuple[Any, dict[str, Any]]] = {
@@ -223,3 +224,64 @@ def test_optimal_order_where_powers_overflow() -> None:
     one = sa.escape_time(drift, 1e-8, 10, method="laplace", order="optimal", log=True)
     many = sa.escape_time(drift, [1e-8, 2e-8], 10, method="laplace", order="optimal", log=True)
     assert many[0] == pytest.approx(one, rel=1e-14)
+
+
+@pytest.mark.parametrize("complement", [False, True])
+@pytest.mark.parametrize("order", [0, 3, "optimal"])
+def test_shares_of_many_drifts(complement: bool, order: Any) -> None:
+    """P and 1 - P of one well and of two, analysed together, each as alone and as it is."""
+    tilt = np.array([0.05, 0.2, -0.3, 0.6])
+    options: dict[str, Any] = {"complement": complement, "method": "laplace", "order": order}
+    options |= {"log": True, "full": True}
+    for rest in ((-2, 0, 0.5), (2, 0, -3)):
+        found = sa.occupation(sa.polynomial(tilt, *rest), [[0.05], [0.09]], **options)
+        for (i, kappa), (k, a) in itertools.product(enumerate((0.05, 0.09)), enumerate(tilt)):
+            drift = sa.polynomial(float(a), *rest)
+            one = sa.occupation(drift, kappa, dps=20, **options)
+            if one.error < 0.3:
+                assert_same(found.value[i, k], found.error[i, k], one, kappa)
+            # The exact integrals share nothing with the series.
+            exact = sa.occupation(drift, kappa, complement=complement, dps=20, log=True)
+            assert abs(found.value[i, k] - float(exact)) <= found.error[i, k]
+
+
+FLOATS = [
+    (sa.friction(3, 1, -0.3), 0.05, 10, 0.0, 2),
+    (sa.friction(3, 1, -0.3), 0.05, 0.75, 0.25, "optimal"),
+    # The start on a barrier, a drift that is no polynomial, zeros close to each other.
+    (sa.polynomial(0, 1, 0, -3), 0.1, 10, 0.0, 2),
+    (sa.tanh(2, -1, "1/10"), 0.1, 3, -2.0, 1),
+    (sa.friction(3, 1, -7 / 9 - 1e-6), 1e-5, 10, 0.0, 2),
+]
+
+
+@pytest.mark.parametrize("scene", FLOATS, ids=str)
+def test_a_float_is_an_array_of_one(scene: Any) -> None:
+    drift, kappa, r, start, order = scene
+    for quantity in ("T", "C"):
+        options = {"start": start, "order": order, "full": False}
+        one = ask(quantity, drift, kappa, r, **options)
+        assert isinstance(one, float)
+        assert one == ask(quantity, drift, [kappa], r, **options)[0]
+        exact = float(ask(quantity, drift, kappa, r, **options, dps=20))
+        assert abs(one - exact) <= 1e-13 * (1 + abs(exact))
+
+
+def test_a_float_that_float64_is_not_enough_for() -> None:
+    # kappa² underflows; then, no estimate is sure and a bound is.
+    scene = sa.friction(3, 1, "-0.3"), "1e-200", 10
+    assert ask("T", *scene, full=False) == float(ask("T", *scene, full=False, dps=20))
+    options: dict[str, Any] = {"method": "laplace", "order": 0, "full": True}
+    drift, kappa = sa.polynomial("1/5", -2, 0, "1/2"), 0.5
+    bound = sa.occupation(drift, kappa, complement=True, **options)
+    plain = sa.occupation(drift, kappa, complement=True, **options | {"full": False})
+    assert abs(plain - bound.value) <= 1e-13 * bound.value
+
+
+def test_a_float_and_an_array_enter_the_same_files() -> None:
+    one, many = (
+        {name for name in entered(call.ask) if name.startswith(("asymptotics", "series", "drift"))}
+        for call in calls()
+        if call.name in ("laplace, float", "laplace, array")
+    )
+    assert one == many != set()

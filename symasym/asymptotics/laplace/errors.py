@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
-from symasym.asymptotics.laplace.expansion import Contribution, contact_of, expand
+from symasym.asymptotics.laplace.expansion import Contribution, expand
 from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.laplace.maxima import Peak
-from symasym.asymptotics.laplace.watson import perron_coefficients, times_moments
-from symasym.base.contexts import mpf_of, own_context
+from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
-from symasym.series.coefficient_fields import RealField
-from symasym.series.taylor_series import algebraic, taylor
 
 if TYPE_CHECKING:
     from mpmath import mpf
@@ -30,14 +28,6 @@ _BEYOND = 4
 _DIGITS = 30
 # Terms of what an end or a smaller maximum adds.
 _LEADING = 3
-
-
-class Leading(NamedTuple):
-    """The first terms |c_k| lam^(-s_k) e^(lam height) that a point adds."""
-
-    height: mpf
-    exponents: list[mpf]
-    sizes: list[mpf]
 
 
 @dataclass(frozen=True)
@@ -100,10 +90,9 @@ class ErrorModel:
         """What ends and smaller maxima add, over e^(lam height)."""
         total = context.mpf(0)
         top = self.contributions[0].height_in(context)
-        for height, exponents, sizes in self._elsewhere:
-            pairs = zip(exponents, sizes, strict=True)
-            size = sum(k * lam**-s for s, k in pairs)
-            total += 2 * size * context.exp(lam * (context.make_mpf(height._mpf_) - top))
+        for c in self._elsewhere:
+            size = sum(map(abs, c.terms(lam, _DIGITS, context)))
+            total += 2 * size * context.exp(lam * (c.height_in(context) - top))
         return total
 
     def _longer(self, order: int) -> list[Contribution]:
@@ -117,8 +106,8 @@ class ErrorModel:
         return known[order]
 
     @cached_property
-    def _elsewhere(self) -> list[Leading]:
-        """Heights, exponents and |coefficients| of what ends and smaller maxima add."""
+    def _elsewhere(self) -> list[Contribution]:
+        """The first terms of what ends and smaller maxima add."""
         points: list[tuple[Piece, Real, str]] = []
         tops = {(side, piece, str(point)) for piece, point, side in self.origins}
         for piece in self.pieces:
@@ -128,33 +117,17 @@ class ErrorModel:
         for peak in self.smaller:
             if peak.smooth and peak.left is not None:
                 points += [(peak.left, peak.point, side) for side in ("left", "right")]
-        sizes = (_size(piece, self.x, point, side) for piece, point, side in points)
-        return [size for size in sizes if size is not None]
+        return [c for piece, point, side in points for c in _leading(piece, self.x, point, side)]
 
 
-def _size(piece: Piece, x: Symbol, point: Real, side: str) -> Leading | None:
-    """The leading terms at a point that is no maximum, as if it were one.
+def _leading(piece: Piece, x: Symbol, point: Real, side: str) -> list[Contribution]:
+    """The first terms at a point of one side, at a minimum those of -f, which are as large.
 
-    |d_k| Gamma(s_k)/(mu |a|^s_k), s_k = (k + beta)/mu (Watson's lemma; DLMF 2.3(ii)); None where
-    f = -oo or g vanishes to all orders.
+    Empty where f = -oo, or g vanishes to all orders.
     """
-    sign = -1 if side == "left" else 1
-    with own_context(_DIGITS + 20) as context:
-        field = RealField(context)
-        try:
-            contact, _ = contact_of(piece, x, point, sign, field)
-            f = taylor(piece.f, x, point, sign, contact + _LEADING + 4, field).c
-            terms = algebraic(piece.g, x, point, sign, _LEADING + 4, field)
-        except (InputError, AccuracyError):
-            # f = -oo, or g vanishes to all orders.
-            return None
-        exponents: list[Any] = []
-        sizes: list[Any] = []
-        for front, series in terms:
-            beta = front + 1
-            reduced = perron_coefficients(f, series.c[:_LEADING], contact, beta)
-            first = beta if hasattr(beta, "_mpf_") else field.rational(beta)
-            own = [(first + k) / contact for k in range(len(reduced))]
-            exponents += own
-            sizes += map(abs, times_moments(reduced, own, abs(f[contact]), contact, context.gamma))
-        return Leading(f[0], exponents, sizes)
+    for sign in (1, -1):
+        with suppress(InputError, AccuracyError):
+            signed = replace(piece, f=sign * piece.f)
+            terms = expand(signed, x, point, side, _LEADING, digits=_DIGITS, check=False)[0]
+            return [replace(c, height=sign * c.height) for c in terms]
+    return []

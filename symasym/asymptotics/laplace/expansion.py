@@ -120,15 +120,6 @@ class Contribution:
         """f at the maximum, at the context's precision."""
         return context.make_mpf(number(self.height, dps=context.dps)._mpf_)
 
-    def first(self, count: int) -> Contribution:
-        """The same with its first `count` terms."""
-        return replace(
-            self,
-            exponents=self.exponents[:count],
-            coefficients=self.coefficients[:count],
-            reduced=self.reduced[:count],
-        )
-
 
 def expand(
     piece: Piece, x: Symbol, point: Real, side: str, order: int, *, digits: int | None, check: bool

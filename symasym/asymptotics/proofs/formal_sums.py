@@ -113,7 +113,7 @@ def _sum(x: Number) -> FormalSum:
 
 
 class Formal:
-    """The ring of formal sums for `weak_noise.compose`; `top` is the largest y."""
+    """Formal sums for `weak_noise.compose`; `top` is the largest y."""
 
     rounding = 0.0
 
@@ -121,7 +121,7 @@ class Formal:
         self._labels, self._order, self._top = labels, order, top
         self.radius = flint_module().arb(10) ** (_LOST - digits)
 
-    def leaf(self, height: Height | float, series: Series, rough: float = 0.0) -> FormalSum:
+    def leaf(self, height: Height | float, series: Series, rounding: float = 0.0) -> FormalSum:
         """e^{lam height} times the series, to the order."""
         key: Key = ()
         if isinstance(height, Height):

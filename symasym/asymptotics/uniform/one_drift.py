@@ -22,7 +22,7 @@ from symasym.asymptotics.uniform.order_zero import (
 )
 from symasym.asymptotics.uniform.structure import _structure
 from symasym.asymptotics.weak_noise.compose import Composed
-from symasym.asymptotics.weak_noise.evaluation import time_with_digits
+from symasym.asymptotics.weak_noise.evaluation import escape_time, with_digits
 from symasym.asymptotics.weak_noise.one_sided import Builder
 from symasym.asymptotics.weak_noise.series import BEYOND, Point
 from symasym.base.errors import AccuracyError
@@ -56,7 +56,7 @@ class ClosedForm(NamedTuple):
         at = UniformPoint(Point(lam, 0, True, None, c), composed.r)
         # Sizes of order 1 may be infinite; then they claim nothing.
         with np.errstate(all="ignore"):
-            known = time_with_digits(composed, at)
+            known = with_digits(escape_time, composed, at)
         relative = known.error / known.value if known.sure else c.inf
         if not relative < _MOST:
             return None
@@ -147,7 +147,7 @@ def _of_drift(
     if any(u is None for u, _ in real) or None in above:
         return None
     real.sort(key=lambda zero: zero[0])
-    one.lines, one.rough = [u for u, _ in real], [0.0] * len(real)
+    one.lines, one.zero_rounding = [u for u, _ in real], [0.0] * len(real)
     one.in_float = _in_float(one)
     one.apart = [Apart(factor_pair(one.c, z.real, -(z.imag**2)), z.real, zero) for z in above]
     one.together = []
@@ -173,7 +173,7 @@ def _without_zeros(c: list[Any], x: Fraction, r: Fraction, arithmetic: Digits) -
 def _in_float(one: OrderZero) -> Builder:
     """The float64 series from which the sizes of order 1 are taken."""
     self = Builder.__new__(Builder)
-    self.count, self.degree, self.rough = one.count, one.degree, one.rough
+    self.count, self.degree, self.zero_rounding = one.count, one.degree, one.zero_rounding
     self.c, self.lines, self.edges = (
         [float(x) for x in row] for row in (one.c, one.lines, one.edges)
     )

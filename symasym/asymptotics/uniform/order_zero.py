@@ -138,7 +138,10 @@ class OrderZero(Builder):
     def sure(self) -> Any:
         """True for the drifts whose rounding is small."""
         worst = np.zeros_like(self.start)
-        for rough in [*(self.rough[k] for k in self.single), *(pair.rough for pair in self.apart)]:
+        for rough in [
+            *(self.zero_rounding[k] for k in self.single),
+            *(pair.rough for pair in self.apart),
+        ]:
             worst = np.maximum(worst, rough)
         return worst < _ROUGHEST
 
@@ -312,7 +315,7 @@ class OrderZero(Builder):
             slope = self.slope(self.lines[k])
             for at in edges:
                 distance = gaps.get((at, k), self.edges[at] - self.lines[k])
-                add(at, 6 * self.rough[k], c.log(abs(distance)) / slope)
+                add(at, 6 * self.zero_rounding[k], c.log(abs(distance)) / slope)
         for one in self.apart:
             share = regular_share(one.pair, False, c)
             for at in edges:
@@ -368,7 +371,7 @@ class UniformPoint(Point):
 def escape_time(composed: Composed, at: Point) -> tuple[FloatArray, Any]:
     """log T, and its relative error (None without `at.errors`)."""
     point = UniformPoint(at, composed.r)
-    log, error = evaluation.escape_time(composed, point)
+    log, error = evaluation.float_log(evaluation.escape_time, composed, point)
     if error is not None:
         error = with_left_out(error, np.exp(-point.lam * composed.slack))
         error = np.where(error < 1, -np.log1p(-np.minimum(error, 0.999)), np.inf)

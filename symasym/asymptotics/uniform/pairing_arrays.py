@@ -14,10 +14,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.asymptotics.uniform.order_zero import Apart, OrderZero, factor_pair
-from symasym.asymptotics.weak_noise.arrays import ExpandedScenes, mapped, unchanged
+from symasym.asymptotics.weak_noise.arrays import (
+    ExpandedScenes,
+    clear_of_zero,
+    mapped,
+    structure,
+)
+from symasym.asymptotics.weak_noise.one_sided import PolynomialScenes as Scenes
 from symasym.base.inputs import FloatArray
 from symasym.drift.field.float_field import IntArray
-from symasym.drift.field.polynomial_scenes import Scenes, clear_of_zero, structure
 from symasym.numbers.polynomials import Zeros, poly, shifted, zeros_of
 from symasym.series.quadratic_factor import Pair, pairs_of
 
@@ -83,7 +88,7 @@ def _of_columns(
     scenes: Scenes, zeros: Zeros, pairs: list[PairColumns], slack: FloatArray
 ) -> OrderZero:
     """The columns of one structure."""
-    one = OrderZero(scenes, zeros, 0, unchanged)
+    one = OrderZero(scenes, zeros, 0)
     one.edges, one.slack = np.array(one.edges), slack
     good = [p for p in pairs if p.good[0]]
     one.together = []
@@ -94,7 +99,7 @@ def _of_columns(
         one.together.append(one.of_pair(key, p.pair, p.point, side, members))
     taken = {int(p.above[0]) for p in good}
     one.apart = [
-        Apart(factor_pair(one.c, z.real, -(z.imag**2)), z.real, one.rough_pairs[j])
+        Apart(factor_pair(one.c, z.real, -(z.imag**2)), z.real, one.pair_rounding[j])
         for j, z in enumerate(one.pairs)
         if j not in taken
     ]

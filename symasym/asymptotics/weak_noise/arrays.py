@@ -1,10 +1,15 @@
-"""Weak noise for arrays of scenes: each drift's expansions once, then all its kappa and r."""
+"""Weak noise for arrays of scenes: each drift's expansions once, then all its kappa and r.
+
+Drifts whose A is a polynomial, its coefficients in float64 to the last digit, are expanded together
+where their zeros of A, the start and the radius come in the same order (`structure`), others one by
+one with more digits.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import is_dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 from operator import itemgetter
 from typing import Any, NamedTuple
 
@@ -12,14 +17,12 @@ import numpy as np
 
 from symasym.asymptotics.weak_noise.compose import Composed
 from symasym.asymptotics.weak_noise.interpolation import columns, of_one
-from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided
-from symasym.asymptotics.weak_noise.series import Numbers, Point, Sizes
-from symasym.base.inputs import FloatArray, is_array
+from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided, PolynomialScenes, edges_of
+from symasym.asymptotics.weak_noise.series import Point, Sizes
+from symasym.base.inputs import FloatArray, IntArray, is_array
 from symasym.drift.drift import Drift
-from symasym.drift.field.float_field import IntArray
-from symasym.drift.field.polynomial_scenes import Scenes as PolynomialScenes
-from symasym.drift.field.polynomial_scenes import clear_of_zero, scenes_of, structure
-from symasym.numbers.polynomials import Zeros, zeros_of
+from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
+from symasym.numbers.polynomials import Zeros, poly, zeros_of
 from symasym.scenes.scene import Scenes, by_drift, grouped, input_rounding, rows_of
 
 # Scenes at once: the work arrays of one step, about twenty with errors and ten without, stay in
@@ -29,8 +32,12 @@ _WITHOUT_ERRORS = 12288
 # Drifts at once: with a quarter of them NumPy's cost per call doubles the time; twice as many
 # are no quicker and take twice the memory.
 _DRIFTS_AT_ONCE = 4096
-# Zeros of A whose rounding, relative to their distances, is more than this are not used.
-_ROUGHEST = 1e-10
+# Zeros of A whose rounding, relative to their distances, is more than this are not used; of one
+# drift, whose zeros with more digits cost little.
+_MOST_ROUNDING, _MOST_OF_ONE = 1e-10, 1e-13
+_MOST_DEGREE = 12
+# |A| at the start, at an end or at a kink beside its largest term, below which it is not known.
+_NEAREST = 1e-7
 # More values of kappa than that for one drift are taken apart from other drifts'.
 _MANY = 256
 # Where errors are not asked for, they are looked at for so many scenes; the refusal
@@ -50,14 +57,59 @@ class ExpandedScenes(NamedTuple):
     sides: Expansions
 
 
-def _plain_number(x: Numbers) -> Any:
-    """The number in an array of one, which Python is quicker with."""
-    return x[..., 0].tolist() if isinstance(x, np.ndarray) else x
+def scenes_of(
+    drift: Drift, values: dict[str, Any], start: FloatArray, r: FloatArray
+) -> PolynomialScenes | None:
+    """None where A is not a polynomial of modest degree."""
+    count = len(start)
+    if count == 1 and not drift.shape:
+        exact = _exact_scene(drift, start, r)
+        if exact is not None:
+            return exact
+    pairs = {name: DoubleDouble.of(x).broadcast_to((count,)) for name, x in values.items()}
+    known = drift.coefficients(pairs, DoubleDoubleOps())
+    if known is None or not 0 < len(known) <= _MOST_DEGREE + 1:
+        return None
+    shaped = [DoubleDouble.of(c).broadcast_to((count,)) for c in known]
+    ends = [shift(shaped, np.full(count, side))[0] for side in (-1.0, 1.0)]
+    return PolynomialScenes(np.array([c.hi + c.lo for c in shaped]), ends[0], ends[1], start, r)
 
 
-def unchanged(x: Numbers) -> Any:
-    """`x` itself."""
-    return x
+def _exact_scene(drift: Drift, start: FloatArray, r: FloatArray) -> PolynomialScenes | None:
+    """The scene of a drift with rational coefficients, each rounded once; None of any other."""
+    known = drift.exact_coefficients()
+    if known is None or len(known) > _MOST_DEGREE + 1:
+        return None
+    alternating = (c if k % 2 == 0 else -c for k, c in enumerate(known))
+    try:
+        numbers = [float(c) for c in (*known, sum(alternating), sum(known))]
+    except OverflowError:
+        return None
+    *c, a_minus, a_plus = np.array(numbers)[:, None]
+    return PolynomialScenes(np.array(c), a_minus, a_plus, start, r)
+
+
+def clear_of_zero(scenes: PolynomialScenes, ends: bool = True) -> Any:
+    """True where A is not too small at the start and at r, and at the layer's `ends`."""
+    good = (scenes.a_minus != 0) & (scenes.a_plus != 0)
+    c, sizes = list(scenes.c), list(np.abs(scenes.c))
+    for u in edges_of(scenes):
+        clear = np.abs(poly(c, u)) > _NEAREST * poly(sizes, np.abs(u))
+        good &= clear if ends else clear | (np.abs(u) == 1)
+    return good
+
+
+def structure(scenes: PolynomialScenes, zeros: Zeros) -> IntArray:
+    """One number for each way in which zeros, start and radius may be ordered."""
+    low, middle, high = edges_of(scenes)
+    key = zeros.real * 2 + (scenes.r > 1)
+    for edge in (low, middle, high):
+        # Beyond the real zeros a row goes on with infinities.
+        key = key * 16 + (zeros.values.real < edge).sum(axis=0)
+    start = scenes.start
+    outside = (start < -1) + 2 * (start == -1) + 3 * (start == 1) + 4 * (start > 1)
+    key_of_order: IntArray = (key * 8 + outside) * 2 + (scenes.c[-1] > 0)
+    return key_of_order
 
 
 def expanded_of(scenes: PolynomialScenes, order: int) -> Iterator[ExpandedScenes]:
@@ -85,23 +137,25 @@ def _built(
     """Those of one structure that float64 is enough for."""
     if len(rows) == 1:
         try:
-            builder = Builder(scenes, zeros, order, _plain_number)
-            sure = builder.roughest() < _ROUGHEST and builder.estimated()
+            builder = Builder(scenes, zeros, order, plain=True)
+            sure = builder.largest_rounding() < _MOST_OF_ONE and builder.estimated()
             return ExpandedScenes(rows, builder.both_sides()) if sure else None
         except (ArithmeticError, ValueError):
             # Python refuses what NumPy makes infinite.
             pass
-    builder = Builder(scenes, zeros, order, unchanged)
-    sure = np.broadcast_to((builder.roughest() < _ROUGHEST) & builder.estimated(), rows.shape)
+    builder = Builder(scenes, zeros, order)
+    sure = np.broadcast_to(
+        (builder.largest_rounding() < _MOST_ROUNDING) & builder.estimated(), rows.shape
+    )
     if not sure.any():
         return None
     if not sure.all():
         chosen = np.flatnonzero(sure)
-        builder = Builder(scenes.take(chosen), zeros.take(chosen), order, unchanged)
+        builder = Builder(scenes.take(chosen), zeros.take(chosen), order)
     return ExpandedScenes(rows[sure], builder.both_sides())
 
 
-Evaluate = Callable[[Composed, Point], tuple[FloatArray, Any]]
+FloatLog = Callable[[Composed, Point], tuple[FloatArray, Any]]
 Analyse = Callable[[Drift, float, float], Expansions]
 Find = Callable[[PolynomialScenes, int], Iterator[ExpandedScenes]]
 
@@ -123,7 +177,7 @@ def logs_of(
     scenes: Scenes,
     shapes: list[tuple[int, ...]],
     orders: Sequence[int],
-    evaluate: Evaluate,
+    evaluate: FloatLog,
     analyse: Analyse | None,
     full: bool,
     find: Find = expanded_of,
@@ -169,8 +223,8 @@ def logs_of(
 
 def own_shapes(drift: Drift, numbers: dict[str, Any], scenes: Scenes) -> list[tuple[int, ...]]:
     """Shapes of what the expansions depend on: parameters, start, and r inside the layer."""
-    shapes = [np.shape(x) for x in (*drift.values.values(), numbers["start"]) if is_array(x)]
-    if is_array(numbers["r"]) and (scenes.numbers["r"] <= 1).any():
+    shapes = [np.shape(x) for x in (*drift.values.values(), numbers.get("start")) if is_array(x)]
+    if is_array(numbers.get("r")) and (scenes.numbers["r"] <= 1).any():
         shapes.append(np.shape(numbers["r"]))
     return shapes
 
@@ -217,15 +271,20 @@ def _all_expansions(
 ) -> Iterator[tuple[IntArray, Expansions]]:
     """In float64 where that is enough, else one by one with more digits."""
     left = np.ones(len(drifts.start), dtype=bool)
-    values = {**scenes.parameters, **drifts.parameters}
-    known = scenes_of(drift, values, drifts.start, drifts.radius)
-    if known is not None:
-        for built in find(known, order):
-            left[built.rows] = False
-            if drifts.rows is not None and len(built.rows) > 1 and drifts.rows.shape[1] > _MANY:
-                yield from _apart(built.rows, built.sides)
-            else:
-                yield built.rows, built.sides
+    if len(left) == 1 and not drift.shape:
+        every: Iterable[ExpandedScenes] = _of_one(
+            drift, float(drifts.start[0]), float(drifts.radius[0]), order, find
+        )
+    else:
+        values = {**scenes.parameters, **drifts.parameters}
+        known = scenes_of(drift, values, drifts.start, drifts.radius)
+        every = () if known is None else find(known, order)
+    for built in every:
+        left[built.rows] = False
+        if drifts.rows is not None and len(built.rows) > 1 and drifts.rows.shape[1] > _MANY:
+            yield from _apart(built.rows, built.sides)
+        else:
+            yield built.rows, built.sides
     rest = np.flatnonzero(left)
     if analyse is None or not rest.size:
         return
@@ -234,6 +293,15 @@ def _all_expansions(
     some = scenes._replace(parameters={**scenes.parameters, **given}, lam=start)
     for one, rows in by_drift(some, radius, start):
         yield rest[rows], analyse(one, float(radius[rows[0]]), float(start[rows[0]]))
+
+
+@lru_cache(maxsize=32)
+def _of_one(
+    drift: Drift, start: float, radius: float, order: int, find: Find
+) -> list[ExpandedScenes]:
+    """The expansions of one drift in float64, for the next question about it."""
+    known = scenes_of(drift, dict(drift.values), np.array([start]), np.array([radius]))
+    return [] if known is None else list(find(known, order))
 
 
 def _apart(rows: IntArray, sides: Expansions) -> Iterator[tuple[IntArray, Expansions]]:
@@ -270,13 +338,13 @@ def _filled(
     sides: Expansions,
     scenes: Scenes,
     orders: Sequence[int],
-    evaluate: Evaluate,
+    evaluate: FloatLog,
     full: bool,
     smooth: bool,
 ) -> tuple[FloatArray, FloatArray]:
     """Scenes in columns, one a drift of `sides`, or all of one drift."""
     one, lam, r = scenes.lam.ndim == 1, scenes.lam, scenes.numbers["r"]
-    if one and not isinstance(sides[0].rough, float):
+    if one and not isinstance(sides[0].height_rounding, float):
         sides = first_of(sides)
     # A radius that all scenes share keeps its exponents shared as well.
     first = float(r.flat[0])
@@ -284,14 +352,14 @@ def _filled(
     shared = Composed(sides, first) if r.strides == (0,) or (r == first).all() else None
 
     def at(part: slice | IntArray, order: int, wanted: bool) -> tuple[FloatArray, Any]:
-        views = Composed(sides, r[part]) if shared is None else shared
-        return evaluate(views, Point(lam[part], order, wanted, sizes))
+        composed = Composed(sides, r[part]) if shared is None else shared
+        return evaluate(composed, Point(lam[part], order, wanted, sizes))
 
     if one and len(orders) == 1 and not full and len(lam) > 4 * _PROBES:
         if smooth and shared is not None:
-            views = shared
+            composed = shared
             known = of_one(
-                lambda x: evaluate(views, Point(x, orders[0], True, sizes)), lam, _SMALL_SMOOTH
+                lambda x: evaluate(composed, Point(x, orders[0], True, sizes)), lam, _SMALL_SMOOTH
             )
             if known is not None:
                 return known
@@ -322,7 +390,7 @@ def _filled(
 
 
 def _between(
-    sides: Expansions, lam: FloatArray, views: Composed, order: int, evaluate: Evaluate
+    sides: Expansions, lam: FloatArray, composed: Composed, order: int, evaluate: FloatLog
 ) -> tuple[FloatArray, FloatArray, Any] | None:
     """Logarithms in columns by interpolation, the largest errors, and where it is good.
 
@@ -338,7 +406,7 @@ def _between(
             Point(np.repeat(x[:, None], count, axis=1), order, wanted, sizes)
             for x in np.array_split(some, steps)
         )
-        logs, errors = zip(*(evaluate(views, point) for point in points), strict=True)
+        logs, errors = zip(*(evaluate(composed, point) for point in points), strict=True)
         return np.concatenate(logs), np.concatenate(errors) if wanted else None
 
     curves = columns(at, lam[:, 0])
@@ -372,7 +440,7 @@ def _sizes(sides: Expansions) -> Sizes:
 
 def _heights(side: OneSided) -> list[Any]:
     """All heights of one side, and their rounding."""
-    return [side.rough, *(point.height for point in side.rising + side.falling)]
+    return [side.height_rounding, *(point.height for point in side.rising + side.falling)]
 
 
 def _probes(lam: FloatArray) -> IntArray:

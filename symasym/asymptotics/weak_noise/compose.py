@@ -9,8 +9,8 @@ where L, R are S with the start's own contribution and M is that of the start to
 (`mean_time`). S is a sum over critical points of e^{lam V}, D one over pairs of them, and of the
 regular part.
 
-The same composition runs on numbers and on formal sums of exponentials (`Ring`). On numbers it
-builds an expression (`Node`) whose heights, the exponents over lam, are known before any lam is:
+The same composition runs on numbers and on formal sums of exponentials (`ExponentialSums`). On
+numbers it builds an expression (`Node`) whose heights, exponents over lam, are known before lam is:
 a sum is a mantissa times e^{lam height} with the largest height of its terms, so that one
 exponential a term is enough, and none where it would be 1 or too small to count; a series is
 evaluated only where its weight counts.
@@ -89,13 +89,13 @@ class Node:
 
 
 class Leaf(Node):
-    """e^{lam height} times a series; `rough` is the rounding of the height."""
+    """e^{lam height} times a series; `rounding` is the rounding of the height."""
 
-    def __init__(self, height: Numbers, series: Series | Local, rough: Numbers = 0.0) -> None:
-        self.height, self.series, self.rough = height, series, rough
+    def __init__(self, height: Numbers, series: Series | Local, rounding: Numbers = 0.0) -> None:
+        self.height, self.series, self.rounding = height, series, rounding
 
     def evaluated(self, at: Point) -> Value:
-        return at.series(self.series, self.rough)
+        return at.series(self.series, self.rounding)
 
 
 class _Changed(Node):
@@ -163,7 +163,7 @@ class _Share(Node):
         return Value(value, None if total.error is None else 0.0)
 
 
-class Ring(Protocol):
+class ExponentialSums(Protocol):
     """Sums of exponentials in some arithmetic, with +, -, * and / of their own."""
 
     #: Relative rounding of a coefficient.
@@ -172,7 +172,7 @@ class Ring(Protocol):
     def number(self, x: Numbers) -> Any:
         """A number of the expansion in this arithmetic."""
 
-    def leaf(self, height: Numbers, series: Any, rough: Numbers = 0.0) -> Any:
+    def leaf(self, height: Numbers, series: Any, rounding: Numbers = 0.0) -> Any:
         """e^{lam height} times the series."""
 
     def total(self, terms: list[Any]) -> Any:
@@ -180,7 +180,7 @@ class Ring(Protocol):
 
 
 class Nodes:
-    """The ring of expressions on numbers."""
+    """Expressions on numbers."""
 
     leaf, total = Leaf, Sum
 
@@ -237,39 +237,39 @@ class Sides:
         return (left.known(), right.known()) if isinstance(left, Node | Value) else (left, right)
 
 
-def rising_of(one: OneSided, r: Numbers, ring: Ring) -> list[tuple[CriticalPoint, Any]]:
+def rising_of(one: OneSided, r: Numbers, sums: ExponentialSums) -> list[tuple[CriticalPoint, Any]]:
     """The critical points of e^{lam V} with what they contribute, the end beyond the layer last."""
-    points = [(p, ring.leaf(p.height, p.series, one.rough)) for p in one.rising]
+    points = [(p, sums.leaf(p.height, p.series, one.height_rounding)) for p in one.rising]
     if one.beyond is not None:
-        u, height, slope = (ring.number(x) for x in one.beyond)
+        u, height, slope = (sums.number(x) for x in one.beyond)
         fall = slope * (r - u)
-        rough = one.rough
-        if nonzero(rough):
-            rough = rough + ULP * (abs(height) + abs(fall))
-        series = Series([Part(1.0, 0, [-1 / slope])], ring.rounding)
+        rounding = one.height_rounding
+        if nonzero(rounding):
+            rounding = rounding + ULP * (abs(height) + abs(fall))
+        series = Series([Part(1.0, 0, [-1 / slope])], sums.rounding)
         end = CriticalPoint(_END, height - fall, series, None, "end")
-        points.append((end, ring.leaf(end.height, series, rough)))
+        points.append((end, sums.leaf(end.height, series, rounding)))
     return points
 
 
-def regular_part(one: OneSided, r: Numbers, ring: Ring) -> Any:
+def regular_part(one: OneSided, r: Numbers, sums: ExponentialSums) -> Any:
     """The regular part of D, in the layer and beyond it."""
-    inside = ring.leaf(0.0, one.outer)
+    inside = sums.leaf(0.0, one.outer)
     if one.beyond is None:
         return inside
-    u, _, slope = (ring.number(x) for x in one.beyond)
-    return ring.total([inside, ring.leaf(0.0, Series([Part(1.0, 0, [(r - u) / slope])]))])
+    u, _, slope = (sums.number(x) for x in one.beyond)
+    return sums.total([inside, sums.leaf(0.0, Series([Part(1.0, 0, [(r - u) / slope])]))])
 
 
 def pairs_of(
-    one: OneSided, rising: list[tuple[CriticalPoint, Any]], ring: Ring
+    one: OneSided, rising: list[tuple[CriticalPoint, Any]], sums: ExponentialSums
 ) -> Iterator[tuple[CriticalPoint, CriticalPoint, Any]]:
     """Products of each critical point of e^{-lam V} with those of e^{lam V} from it on."""
     together = {(joint.falling, joint.rising) for joint in one.joint}
     kinks = [p for p, _ in rising if terms(p.onward)]
-    onward = {p.rank: ring.leaf(p.height, p.onward, one.rough) for p in kinks}
+    onward = {p.rank: sums.leaf(p.height, p.onward, one.height_rounding) for p in kinks}
     for low in one.falling:
-        own = ring.leaf(low.height, low.series, one.rough)
+        own = sums.leaf(low.height, low.series, one.height_rounding)
         for high, share in rising:
             if high.rank == low.rank and high.rank in onward:
                 beyond = onward[high.rank]
@@ -284,29 +284,29 @@ def pairs_of(
                 yield low, high, own * share
 
 
-def side_of(one: OneSided, r: Numbers, ring: Ring) -> Side:
+def side_of(one: OneSided, r: Numbers, sums: ExponentialSums) -> Side:
     """One side composed, with the end at `r` where that is beyond the layer."""
-    rising = rising_of(one, r, ring)
-    nested = [pair for _, _, pair in pairs_of(one, rising, ring)]
-    nested += [ring.leaf(j.height, j.local) for j in one.joint if j.local is not None]
+    rising = rising_of(one, r, sums)
+    nested = [pair for _, _, pair in pairs_of(one, rising, sums)]
+    nested += [sums.leaf(j.height, j.local) for j in one.joint if j.local is not None]
     return Side(
-        ring.total([share for _, share in rising]),
-        ring.total([*nested, regular_part(one, r, ring)]),
-        ring.leaf(0.0, one.rising_start),
-        ring.leaf(0.0, one.falling_start),
+        sums.total([share for _, share in rising]),
+        sums.total([*nested, regular_part(one, r, sums)]),
+        sums.leaf(0.0, one.rising_start),
+        sums.leaf(0.0, one.falling_start),
     )
 
 
-def sides_of(both: tuple[OneSided, OneSided], r: Numbers, ring: Ring) -> Sides:
+def sides_of(both: tuple[OneSided, OneSided], r: Numbers, sums: ExponentialSums) -> Sides:
     """Both sides composed; what the start contributes to both is added up before it is valued."""
     left, right = both
     rising = added(left.rising_start, right.rising_start)
     falling = added(left.falling_start, right.falling_start)
     return Sides(
-        side_of(left, r, ring),
-        side_of(right, r, ring),
-        ring.leaf(0.0, rising),
-        ring.leaf(0.0, falling),
+        side_of(left, r, sums),
+        side_of(right, r, sums),
+        sums.leaf(0.0, rising),
+        sums.leaf(0.0, falling),
         left.corner,
     )
 
@@ -328,8 +328,24 @@ def mean_time(sides: Sides) -> Any:
     return time_of_doubles(behind, ahead, below, above, sides.total)
 
 
+def stationary_sums(
+    points: list[CriticalPoint], slopes: list[Any], sums: ExponentialSums, rounding: Numbers = 0.0
+) -> tuple[Any, Any]:
+    """int e^{-lam V} over |u| > 1 and over all u where phi slides, |phi| = `slopes` outside.
+
+    The first of its critical points is the kink at u = -1, the last the one at u = 1; `rounding` is
+    that of the heights.
+    """
+    ends = zip((points[0].height, points[-1].height), slopes, strict=True)
+    outside = [
+        sums.leaf(height, Series([Part(1.0, 0, [1 / slope])]), rounding) for height, slope in ends
+    ]
+    whole = [sums.leaf(p.height, p.series, rounding) for p in points]
+    return sums.total(outside), sums.total(whole)
+
+
 class Composed:
-    """The expressions for T and C on numbers, before lam."""
+    """The expressions for T, C and P on numbers, before lam."""
 
     def __init__(
         self,
@@ -337,10 +353,22 @@ class Composed:
         r: Numbers,
         rounding: Numbers = ROUNDING,
     ) -> None:
-        self.r = r
+        self.both, self.r = both, r
         self.slack = lower(both[0].slack, both[1].slack)
-        self.ring = Nodes(rounding)
-        self.sides = sides_of(both, r, self.ring)
+        self.nodes = Nodes(rounding)
+
+    @cached_property
+    def sides(self) -> Sides:
+        """S, D and the start's contributions, of both sides."""
+        return sides_of(self.both, self.r, self.nodes)
+
+    @cached_property
+    def stationary(self) -> tuple[Node, Node]:
+        """int e^{-lam V} over |u| > 1, and over all u, from a start left of the layer."""
+        right = self.both[1]
+        slopes = [-one.beyond[2] for one in self.both if one.beyond is not None]
+        outside, whole = stationary_sums(right.falling, slopes, self.nodes, right.height_rounding)
+        return outside, whole
 
     @cached_property
     def time(self) -> tuple[Node, Node]:
@@ -358,10 +386,10 @@ class Composed:
         )
 
     @cached_property
-    def rough(self) -> list[Numbers]:
+    def height_rounding(self) -> list[Numbers]:
         """The rounding of either side's steepest height."""
         return [
-            next((t.rough for t in reversed(side.scale.terms)), 0.0)
+            next((t.rounding for t in reversed(side.scale.terms)), 0.0)
             for side in (self.sides.left, self.sides.right)
         ]
 

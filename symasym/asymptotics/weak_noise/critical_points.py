@@ -16,7 +16,6 @@ from symasym.asymptotics.weak_noise.one_sided import (
     Builder,
     CriticalPoint,
     OneSided,
-    add_edge,
     arc_coefficients,
     endpoint_coefficients,
 )
@@ -94,35 +93,24 @@ def both_sides(
 
 def whole(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
     """Of int e^{-lam V} over the whole line where it converges, V measured from -1."""
-    builder = _of_layer(field, order, context)
-    rising: list[CriticalPoint] = []
-    falling: list[CriticalPoint] = []
-    zero, (low, _, high) = context.zero, builder.edges
-    builder.at_edge = [builder.smooth(u) for u in (low, low, high)]
-    flat = builder.flat(builder.a_minus)
-    add_edge(rising, falling, 0, zero, flat, builder.at_edge[0], "kink", -context.one)
-    builder.end(1, builder.between(1, rising, falling), rising, falling)
-    return falling
+    right = both_sides(field, Fraction(-2), Fraction(2), order, context, 0)[1]
+    height = right.falling[0].height
+    return [p._replace(height=p.height - height) for p in right.falling]
 
 
 def wells_and_barriers(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
     """All of [-1, 1], left to right, V measured from -1."""
+    builder = _FieldBuilder(field, Fraction(-1), Fraction(2), order, context)
+    builder.base = context.zero
     rising: list[CriticalPoint] = []
     falling: list[CriticalPoint] = []
-    _of_layer(field, order, context).between(1, rising, falling)
+    builder.between(1, rising, falling)
     return sorted(rising + falling, key=lambda point: point.u)
 
 
 def barriers(field: ExactField, order: int, context: MPContext) -> list[CriticalPoint]:
     """Those of [-1, 1], V measured from -1."""
     return [p for p in wells_and_barriers(field, order, context) if p.kind == "barrier"]
-
-
-def _of_layer(field: ExactField, order: int, context: MPContext) -> _FieldBuilder:
-    """The builder of the whole layer, V measured from -1."""
-    builder = _FieldBuilder(field, Fraction(-1), Fraction(2), order, context)
-    builder.base = context.zero
-    return builder
 
 
 class _FieldBuilder(Builder):
@@ -141,7 +129,7 @@ class _FieldBuilder(Builder):
         self.arithmetic = Digits(context)
         self.field, self.context, self.digits, self.must_tell = field, context, outer, estimated
         self.count, self.degree = order + 1 + BEYOND, 0
-        self.height_size = self.height_rough = 0.0
+        self.height_size = self.height_rounding = 0.0
         self.least = self.unit = 64 * context.eps
         reach = min(r, Fraction(1))
         self.edges = [-reach, min(max(x, -reach), reach), reach]
@@ -345,16 +333,19 @@ def _float_series(x: Series | Local | None) -> Any:
     return Series(parts, ROUNDING, majorants=known)
 
 
-def float_point(p: CriticalPoint) -> CriticalPoint:
-    """A critical point that was computed with more digits than float64 has, in float64."""
-    return p._replace(
-        height=float(p.height), series=_float_series(p.series), onward=_float_series(p.onward)
-    )
-
-
 def in_float(one: OneSided) -> OneSided:
     """An expansion that was computed with more digits than float64 has, in float64."""
-    rising, falling = (list(map(float_point, points)) for points in (one.rising, one.falling))
+    rising, falling = (
+        [
+            p._replace(
+                height=float(p.height),
+                series=_float_series(p.series),
+                onward=_float_series(p.onward),
+            )
+            for p in points
+        ]
+        for points in (one.rising, one.falling)
+    )
     return one._replace(
         rising_start=_float_series(one.rising_start),
         falling_start=_float_series(one.falling_start),
@@ -363,7 +354,7 @@ def in_float(one: OneSided) -> OneSided:
         falling=falling,
         beyond=one.beyond and tuple(float(x) for x in one.beyond),  # type: ignore[arg-type]
         # Heights cancel each other in pairs of critical points.
-        rough=3e-16 * max([abs(p.height) for p in rising + falling], default=0.0),
+        height_rounding=3e-16 * max([abs(p.height) for p in rising + falling], default=0.0),
     )
 
 

@@ -1,4 +1,4 @@
-"""T and C of a composed expansion at lam, with digits or in float64, and the order that is taken.
+"""T, C and P of a composed expansion at lam, with digits or in float64, and the order taken.
 
 The stated error is twice the truncation error that `compose` carries through T and C, and is sure
 only where int e^{lam V} is known to half of itself. An asymptotic series is best cut off where
@@ -17,9 +17,10 @@ import numpy as np
 
 from symasym.asymptotics.weak_noise.compose import ULP, Composed, Node
 from symasym.asymptotics.weak_noise.series import (
-    MOST_ROUGH,
+    MOST_ROUNDING,
     Numbers,
     Point,
+    Value,
     counts,
     higher,
     plus,
@@ -29,7 +30,7 @@ from symasym.base.errors import AccuracyError
 from symasym.base.estimate import ErrorKind
 from symasym.base.inputs import FloatArray, is_array
 from symasym.drift.drift import Drift
-from symasym.numbers.arithmetic import Number
+from symasym.numbers.arithmetic import Arithmetic, Number
 from symasym.scenes.scene import Scenes
 
 if TYPE_CHECKING:
@@ -48,7 +49,77 @@ _EDGE = 13
 _AT_ONCE = 512
 
 
-# -- at lam, with digits ---------------------------------------------------------------------------
+# -- at lam ----------------------------------------------------------------------------------------
+
+
+class Evaluated(NamedTuple):
+    """A quantity at lam: its logarithm, and what its error is made of.
+
+    Attributes
+    ----------
+    log : number
+    error : number or None
+        Twice the relative truncation error.
+    exponents : number
+        Exponents in the logarithm, which rounding is relative to.
+    total : Value
+        The sum over the critical points in its denominator.
+    """
+
+    log: Numbers
+    error: Numbers
+    exponents: Numbers
+    total: Value
+
+
+def escape_time(composed: Composed, at: Point) -> Evaluated:
+    """T (eq:Ttilde)."""
+    value, wrong = composed.time
+    mean = at.value_of(value).value
+    rise = at.lam * value.height if counts(value.height) else 0.0
+    log = plus(at.log(mean * at.lam), rise)
+    total = at.value_of(composed.sides.total)
+    if not at.errors:
+        return Evaluated(log, None, None, total)
+    error = 2 * (at.value_of(wrong).value / mean)
+    return Evaluated(log, error, plus(abs(log), rise), total)
+
+
+def exit_probability(complement: bool, composed: Composed, at: Point) -> Evaluated:
+    """C or 1 - C (eq:C), right where that is tiny and where its complement is."""
+    p, c = composed.probabilities[complement], at.arithmetic
+    rise = at.lam * (p.rest.height - p.part.height)
+    part, rest = at.value_of(p.part).value, at.value_of(p.rest).value
+    odds = at.log(rest / part) + rise
+    # log(1 + e^odds) without overflow.
+    log = -(c.maximum(odds, c.zero) + c.log1p(at.exp(-abs(odds))))
+    total = at.value_of(composed.sides.total)
+    if not at.errors:
+        return Evaluated(log, None, None, total)
+    exponents = abs(log)
+    below = at.decay(p.other.height)
+    if counts(below):
+        exponents = exponents + times(at.value_of(p.other).size, below) * abs(rise)
+    return Evaluated(log, 2 * (at.value_of(p.error).value / part), exponents, total)
+
+
+def outside_layer(composed: Composed, at: Point) -> Evaluated:
+    """1 - P = int_{|u| > 1} e^{-lam V}/int e^{-lam V} (eq:P)."""
+    outside, whole = composed.stationary
+    total = at.value_of(whole)
+    rise = at.lam * (outside.height - whole.height)
+    log = at.log(at.value_of(outside).value / total.value) + rise
+    if not at.errors:
+        return Evaluated(log, None, None, total)
+    return Evaluated(log, 2 * (total.error / total.value), abs(log) + abs(rise), total)
+
+
+def of_complement(log: Numbers, error: Numbers, arithmetic: Arithmetic) -> tuple[Any, Any]:
+    """log(1 - x) and its error from log x and the error of that, both small."""
+    # What is not below 1 by more than rounding is not known.
+    log = arithmetic.minimum(log, -arithmetic.eps)
+    x = arithmetic.exp(log)
+    return arithmetic.log1p(-x), error * (x / -arithmetic.expm1(log))
 
 
 class AtOrder(NamedTuple):
@@ -58,39 +129,54 @@ class AtOrder(NamedTuple):
     error: Any
     order: int
     sure: bool
+    log: Any = None
+
+
+#: A quantity from its expressions, at lam.
+Evaluate = Callable[[Composed, Point], Evaluated]
+
+
+def with_digits(evaluate: Evaluate, composed: Composed, at: Point) -> AtOrder:
+    """The value at one lam; sure where its error and that of its denominator allow it."""
+    log, error, _, total = evaluate(composed, at)
+    value = at.exp(log)
+    sure = 2 * total.error < total.value and value > 0 and 0 <= error < 1
+    return AtOrder(value, error * value, at.order, bool(sure), log)
+
+
+def float_log(evaluate: Evaluate, composed: Composed, at: Point) -> tuple[FloatArray, Any]:
+    """The logarithm and its error, None where not asked for.
+
+    Infinite unless the denominator is known to half of itself.
+    """
+    log, relative, exponents, total = evaluate(composed, at)
+    if not at.errors:
+        return log, None
+    known = None
+    clear = np.max(total.error) < 0.5 * np.min(total.value)
+    if not (clear and np.min(relative) >= 0 and np.max(relative) < _MOST):
+        known = (total.error < total.value * 0.5) & (relative >= 0) & (relative < _MOST)
+        relative = np.minimum(relative, 0.9)
+    wrong = relative / (1.0 - relative)
+    wrong += ULP * (exponents + 8)
+    # A barrier and a well of one side, the other side, and the two sides' sum.
+    rounding = higher(*(_too_large(at, x) for x in composed.height_rounding))
+    wrong = plus(wrong, 4 * rounding)
+    return log, wrong if known is None else np.where(known, wrong, np.inf)
+
+
+def _too_large(at: Point, rounding: Numbers) -> Any:
+    """Rounding of the exponents that the errors leave out because it is too large for them."""
+    if isinstance(rounding, float) and rounding * at.most < MOST_ROUNDING:
+        return 0.0
+    moved = at.lam * rounding
+    return np.where(moved < MOST_ROUNDING, 0.0, moved)
 
 
 def plain(node: Node, at: Point) -> tuple[Any, Any]:
-    """The value and the error, the exponential included."""
+    """The value and the error of an expression, the exponential included."""
     scaled, factor = at.value_of(node), at.exp(at.lam * node.height)
     return scaled.value * factor, None if scaled.error is None else scaled.error * factor
-
-
-def time_with_digits(composed: Composed, at: Point) -> AtOrder:
-    """T at one lam (eq:Ttilde)."""
-    (value, _), (error, _) = (plain(node, at) for node in composed.time)
-    return _found(composed, at, at.lam * value, at.lam * error)
-
-
-def probability_with_digits(complement: bool, composed: Composed, at: Point) -> AtOrder:
-    """C or 1 - C at one lam (eq:C)."""
-    p = composed.probabilities[complement]
-    error = plain(p.error / composed.sides.total, at)[0]
-    return _found(composed, at, plain(p.value, at)[0], error)
-
-
-def log_probability(complement: bool, composed: Composed, at: Point) -> Any:
-    """log C or log(1 - C) at one lam, right where that is tiny."""
-    p = composed.probabilities[complement]
-    part, rest = plain(p.part, at)[0], plain(p.rest, at)[0]
-    return -at.arithmetic.log1p(rest / part)
-
-
-def _found(composed: Composed, at: Point, value: Number, error: Number) -> AtOrder:
-    """The value with twice its truncation error; sure where that and the total allow it."""
-    total = at.value_of(composed.sides.total)
-    sure = 2 * total.error < total.value and 2 * error < value
-    return AtOrder(value, 2 * error, at.order, bool(sure))
 
 
 # -- the order that is taken -----------------------------------------------------------------------
@@ -174,64 +260,6 @@ def _outside(bounds: Any, found: AtOrder, context: MPContext) -> bool:
     low, high = _ends(bounds, context)
     reach = found.error + abs(found.value) * context.mpf(10) ** (8 - context.dps)
     return bool(found.value + reach < low or found.value - reach > high)
-
-
-# -- at lam, in float64 ----------------------------------------------------------------------------
-
-
-def escape_time(composed: Composed, at: Point) -> tuple[FloatArray, Any]:
-    """log T, and its relative error (None without `at.errors`; infinite where nothing is sure)."""
-    value, wrong = composed.time
-    mean = at.value_of(value).value
-    log = at.log(mean * at.lam)
-    rise = at.lam * value.height if counts(value.height) else 0.0
-    log = plus(log, rise)
-    if not at.errors:
-        return log, None
-    relative = 2 * (at.value_of(wrong).value / mean)
-    return log, _sure(composed, at, relative, ULP * plus(abs(log), rise))
-
-
-def exit_probability(complement: bool, composed: Composed, at: Point) -> tuple[FloatArray, Any]:
-    """log C or log(1 - C), and its relative error, as `escape_time`."""
-    p = composed.probabilities[complement]
-    rise = at.lam * (p.rest.height - p.part.height)
-    part, rest = at.value_of(p.part).value, at.value_of(p.rest).value
-    log = -np.logaddexp(0.0, np.log(rest / part) + rise)
-    if not at.errors:
-        return log, None
-    rounding = abs(log)
-    below = at.decay(p.other.height)
-    if counts(below):
-        rounding = rounding + times(at.value_of(p.other).size, below) * abs(rise)
-    relative = 2 * (at.value_of(p.error).value / part)
-    return log, _sure(composed, at, relative, ULP * rounding)
-
-
-def _sure(composed: Composed, at: Point, relative: Number, rounding: Number) -> Any:
-    """The error of a logarithm; infinite unless the total is known to half of itself."""
-    total = at.value_of(composed.sides.total)
-    value, error = total.value, total.error
-    known = None
-    clear = np.max(error) < 0.5 * np.min(value)
-    if not (clear and np.min(relative) >= 0 and np.max(relative) < _MOST):
-        known = (error < value * 0.5) & (relative >= 0) & (relative < _MOST)
-        relative = np.minimum(relative, 0.9)
-    wrong = relative / (1.0 - relative)
-    wrong = wrong + rounding
-    wrong += 8 * ULP
-    # A barrier and a well of one side, the other side, and the two sides' sum.
-    rough = higher(*(_too_rough(at, x) for x in composed.rough))
-    wrong = plus(wrong, 4 * rough)
-    return wrong if known is None else np.where(known, wrong, np.inf)
-
-
-def _too_rough(at: Point, steep: Numbers) -> Any:
-    """Rounding of the exponents that the errors leave out because it is too large for them."""
-    if isinstance(steep, float) and steep * at.most < MOST_ROUGH:
-        return 0.0
-    rough = at.lam * steep
-    return np.where(rough < MOST_ROUGH, 0.0, rough)
 
 
 # -- the resolution test ---------------------------------------------------------------------------

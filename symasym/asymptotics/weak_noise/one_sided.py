@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,7 +35,7 @@ from symasym.asymptotics.weak_noise.series import (
     lower,
     trimmed,
 )
-from symasym.drift.field.polynomial_scenes import Scenes, edges_of
+from symasym.base.inputs import FloatArray, IntArray
 from symasym.generated.arithmetic_formulas import first_moment
 from symasym.generated.plain_formulas import (
     bend_of_saddle,
@@ -93,7 +93,7 @@ class OneSided(NamedTuple):
         The regular part (`symasym.asymptotics.weak_noise.regular_part`), in the layer.
     beyond : tuple or None
         (u, V(u), phi) where the straight part beyond the layer begins, which ends at r.
-    rough : rounding of every height, 0 where digits are to spare
+    height_rounding : rounding of every height, 0 where digits are to spare
     joint : pairs of critical points that coalesce
     slack : what that costs, e^{-lam slack} of the value
     """
@@ -105,7 +105,7 @@ class OneSided(NamedTuple):
     falling: list[CriticalPoint]
     outer: Series
     beyond: tuple[Any, Any, Any] | None
-    rough: Numbers = 0.0
+    height_rounding: Numbers = 0.0
     joint: list[Joint] = []
     slack: Numbers = np.inf
 
@@ -160,8 +160,8 @@ def add_edge(
     # phi goes on without a jump, so that the first terms of both sides cancel, exactly.
     if right is not None and change:
         change[0] = 0.0
-    rough = left.rounding if right is None else higher(left.rounding, right.rounding)
-    changes = formal_series(Series([Part(1.0, 0, change)] if change else [], rough))
+    rounding = left.rounding if right is None else higher(left.rounding, right.rounding)
+    changes = formal_series(Series([Part(1.0, 0, change)] if change else [], rounding))
     onward = None if right is None else formal_series(right)[0]
     rising.append(CriticalPoint(rank, height, changes[0], onward, kind, u))
     falling.append(CriticalPoint(rank, -height, changes[1], None, kind, u))
@@ -247,6 +247,26 @@ def first(x: Numbers) -> Any:
     return x[0] if isinstance(x, np.ndarray) else x
 
 
+class PolynomialScenes(NamedTuple):
+    """Polynomial drifts with starts and radii, float64; coefficients of A in ascending rows."""
+
+    c: FloatArray
+    a_minus: FloatArray
+    a_plus: FloatArray
+    start: FloatArray
+    r: FloatArray
+
+    def take(self, rows: slice | IntArray) -> PolynomialScenes:
+        """Some of the scenes."""
+        return PolynomialScenes(self.c[:, rows], *(x[rows] for x in self[1:]))
+
+
+def edges_of(scenes: PolynomialScenes) -> FloatArray:
+    """(-r, start, r), each moved to the nearest point of the layer [-1, 1]."""
+    reach = np.minimum(scenes.r, 1.0)
+    return np.array([-reach, np.clip(scenes.start, -reach, reach), reach])
+
+
 class Builder:
     """Both one-sided expansions, to order `count` - 1 in 1/lam with those that tell the error.
 
@@ -270,8 +290,12 @@ class Builder:
     least: Numbers = ROUNDING
 
     def __init__(
-        self, scenes: Scenes, zeros: Zeros, order: int, only: Callable[[Any], Any]
+        self, scenes: PolynomialScenes, zeros: Zeros, order: int, plain: bool = False
     ) -> None:
+        def only(x: Numbers) -> Any:
+            """The array, or where `plain` the number in one of one: Python is quicker with it."""
+            return x[..., 0].tolist() if plain else x
+
         self.count = order + 1 + BEYOND
         self.c = [only(c) for c in scenes.c]
         self.degree = len(self.c) - 1
@@ -284,12 +308,12 @@ class Builder:
         self.v = [-c / k for k, c in enumerate(self.c, start=1)]
         self.c_size = [abs(c) for c in self.c]
         self.height_size = sum(abs(v) for v in self.v)
-        self.rough = [self.roughness(z) for z in self.lines]
-        self.rough_pairs = [self.roughness(z) for z in self.pairs]
+        self.zero_rounding = [self.rounding_of(z) for z in self.lines]
+        self.pair_rounding = [self.rounding_of(z) for z in self.pairs]
 
     # -- rounding ---------------------------------------------------------------------------
 
-    def roughness(self, z: Numbers) -> Any:
+    def rounding_of(self, z: Numbers) -> Any:
         """The relative rounding bound of the zero z, in units of its distance to the next."""
         moved = poly(self.c_size, abs(z)) / abs(self.slope(z))
         near = 1 + abs(z)
@@ -307,11 +331,11 @@ class Builder:
                 yield w
             yield w.conjugate()
 
-    def roughest(self) -> Any:
+    def largest_rounding(self) -> Any:
         """The largest of these, infinite where one is undefined."""
         worst: Any = 0.0
-        for rough in self.rough + self.rough_pairs:
-            worst = higher(worst, rough)
+        for rounding in self.zero_rounding + self.pair_rounding:
+            worst = higher(worst, rounding)
         return np.where(np.isfinite(worst), worst, np.inf)
 
     def estimated(self) -> Any:
@@ -369,7 +393,7 @@ class Builder:
         taylor = self.taylor(self.lines[k])
         arc = arc_coefficients(taylor, 2 * self.count, 2, self.arithmetic.one)
         # Higher coefficients depend on the zeros' distances by higher powers.
-        return self.gaussian(arc, taylor, 8 * (self.count + self.degree) * self.rough[k])
+        return self.gaussian(arc, taylor, 8 * (self.count + self.degree) * self.zero_rounding[k])
 
     def gaussian(self, arc: list[Any], taylor: list[Any], rounding: Numbers) -> Series:
         """int e^{-lam |V - V(z)|} du, terms a_2n (2n - 1)!! (2 pi)^(1/2) lam^-(n + 1/2).
@@ -385,10 +409,10 @@ class Builder:
 
     def poles(self) -> Iterator[Pole]:
         """The zeros of A, of a complex pair one."""
-        for z, rough in zip(self.lines, self.rough, strict=True):
-            yield Pole(z, self.taylor(z), 1, rough)
-        for z, rough in zip(self.pairs, self.rough_pairs, strict=True):
-            yield Pole(z, self.taylor(z), 2, rough)
+        for z, rounding in zip(self.lines, self.zero_rounding, strict=True):
+            yield Pole(z, self.taylor(z), 1, rounding)
+        for z, rounding in zip(self.pairs, self.pair_rounding, strict=True):
+            yield Pole(z, self.taylor(z), 2, rounding)
 
     def primitives(self) -> tuple[list[Any], list[Any]]:
         """Primitives of h_1, h_2, ... at each of the edges, and what is rounded in them."""
@@ -422,8 +446,8 @@ class Builder:
         # V from the start on.
         self.base = self.potential(middle) - outside
         # Horner's rounding at both points; products with lam are rounded elsewhere.
-        rough = (self.degree + 3) * self.height_size + 2 * abs(outside)
-        self.height_rough = _EPS * rough if self.arithmetic.context is None else 0.0
+        rounding = (self.degree + 3) * self.height_size + 2 * abs(outside)
+        self.height_rounding = _EPS * rounding if self.arithmetic.context is None else 0.0
         # The same numbers on both sides of a kink, whose first terms cancel.
         known = [self.a_minus if self.beyond else None, None, self.a_plus if self.beyond else None]
         if abs(first(start)) >= 1:
@@ -439,7 +463,7 @@ class Builder:
         start = sign * self.start
         if first(start) >= 1:
             own, line = formal_series(self.flat(far)), (start, 0 * start, far)
-            return OneSided(*own, True, [], [], Series([]), line, self.height_rough)
+            return OneSided(*own, True, [], [], Series([]), line, self.height_rounding)
         rising: list[CriticalPoint] = []
         falling: list[CriticalPoint] = []
         extra: Any = 0.0
@@ -455,7 +479,7 @@ class Builder:
         outer = self.outer(sign, extra)
         rank = self.between(sign, rising, falling)
         beyond = self.end(sign, rank, rising, falling)
-        return OneSided(*begin, rising, falling, outer, beyond, self.height_rough)
+        return OneSided(*begin, rising, falling, outer, beyond, self.height_rounding)
 
     def beginning(self, sign: int) -> tuple[Series, Series, bool]:
         """The series of a start in the layer, and whether their product is part of D."""

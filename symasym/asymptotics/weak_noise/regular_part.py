@@ -53,7 +53,7 @@ class Pole(NamedTuple):
     z: Any
     taylor: list[Any]
     times: int
-    rough: Any
+    rounding: Any
 
 
 def pole_sums(
@@ -65,10 +65,10 @@ def pole_sums(
     is the sum of the negative powers of its Laurent series there.
     """
     totals, sizes = ([[0.0] * len(edges) for _ in range(count)] for _ in range(2))
-    for z, taylor, times, rough in poles:
+    for z, taylor, times, rounding in poles:
         psi = (taylor + [0.0] * 2 * count)[: 2 * count]
         known = list(laurent(psi, True, count))
-        rounding = [rough * (6 + 4 * k) if counts(rough) else 0.0 for k in range(count)]
+        moved = [rounding * (6 + 4 * k) if counts(rounding) else 0.0 for k in range(count)]
         for side, u in enumerate(edges):
             t = u - z
             logarithm = log(abs(t) if times == 1 else t) if isinstance(t, np.ndarray) or t else t
@@ -76,8 +76,8 @@ def pole_sums(
                 total = pole_primitive(series, k, t, logarithm)
                 here = total if times == 1 else 2 * total.real
                 totals[k][side] = totals[k][side] + here
-                if counts(rounding[k]):
-                    sizes[k][side] = sizes[k][side] + abs(total) * rounding[k]
+                if counts(moved[k]):
+                    sizes[k][side] = sizes[k][side] + abs(total) * moved[k]
     return totals, sizes
 
 
@@ -151,12 +151,12 @@ def _roots(exact: list[Any], context: MPContext) -> list[Any] | None:
     if not np.isfinite(roots).all():
         return None
     close = np.abs(roots[:, None] - roots) <= _CLUSTER * np.maximum(1, np.abs(roots))
-    rough: list[Any] = []
+    near: list[Any] = []
     for k, root in enumerate(roots):
         others = np.flatnonzero(close[k])
         if len(others) == 1:
             real = abs(root.imag) < 1e-9 * (1 + abs(root))
-            rough.append(context.mpf(root.real) if real else context.mpc(complex(root)))
+            near.append(context.mpf(root.real) if real else context.mpc(complex(root)))
         elif len(others) > 2:
             return None
         elif others[0] == k:
@@ -165,8 +165,8 @@ def _roots(exact: list[Any], context: MPContext) -> list[Any] | None:
             pair = _close_pair(exact, middle.real, context) if abs(middle.imag) < 1e-9 else None
             if pair is None:
                 return None
-            rough += pair
-    return rough
+            near += pair
+    return near
 
 
 def _close_pair(c: list[Any], middle: float, context: MPContext) -> list[Any] | None:

@@ -14,7 +14,7 @@ one short Horner scheme, and a factor 1 or a term 0, which are plain numbers, co
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple, Protocol
@@ -123,7 +123,7 @@ _LARGER = 23.0
 # Of a product of pairs, and of their errors, over such a product.
 _FACTORS = 4
 # Rounding of exponents beyond which it is a logarithm's, whatever the weight of its terms.
-MOST_ROUGH = 0.1
+MOST_ROUNDING = 0.1
 
 
 def plus(a: Numbers, b: Numbers) -> Any:
@@ -226,6 +226,12 @@ def _leading(part: Part) -> int:
     return next((n for n, c in enumerate(part.coefficients) if nonzero(c)), 0)
 
 
+def _rows(parts: list[Part], count: int) -> Iterator[list[tuple[Part, Numbers]]]:
+    """For each n < `count` the parts that have a coefficient c_n, with it."""
+    for n in range(count):
+        yield [(p, p.coefficients[n]) for p in parts if n < len(p.coefficients)]
+
+
 def _ratio(before: Numbers, after: Numbers) -> Any:
     """Of two sizes; infinite over 0."""
     if not (isinstance(before, np.ndarray) or isinstance(after, np.ndarray)):
@@ -305,7 +311,7 @@ class Point:
         self._small = 4 * arithmetic.eps
         self._powers: dict[float, Any] = {1.0: self.x}
         self._decays: dict[Any, Any] = {}
-        self._rough: dict[int, tuple[Any, Any]] = {}
+        self._moved: dict[int, tuple[Any, Any]] = {}
         self._values: dict[int, tuple[Any, Value]] = {}
 
     def value_of(self, node: Valued) -> Value:
@@ -377,31 +383,33 @@ class Point:
         exponent = self.lam * gap
         return np.exp(exponent, out=exponent) if exponent.max() > self.faint else 0.0
 
-    def _rounding(self, rough: Numbers) -> Any:
+    def _rounding(self, rounding: Numbers) -> Any:
         """lam times the rounding of a height, where that is small, else 0."""
-        if isinstance(rough, float) and (rough == 0 or rough * self.least >= MOST_ROUGH):
+        if isinstance(rounding, float) and (
+            rounding == 0 or rounding * self.least >= MOST_ROUNDING
+        ):
             return 0.0
         # With the number itself, so that its id is not given to another.
-        known = self._rough.get(id(rough))
+        known = self._moved.get(id(rounding))
         if known is None:
-            moved = self.lam * rough
-            if not moved.max() < MOST_ROUGH:
-                moved = np.where(moved < MOST_ROUGH, moved, 0.0)
-            known = self._rough[id(rough)] = rough, moved
+            moved = self.lam * rounding
+            if not moved.max() < MOST_ROUNDING:
+                moved = np.where(moved < MOST_ROUNDING, moved, 0.0)
+            known = self._moved[id(rounding)] = rounding, moved
         return known[1]
 
     # -- series ------------------------------------------------------------------------------
 
-    def series(self, series: Series | Local, rough: Numbers = 0.0) -> Value:
+    def series(self, series: Series | Local, rounding: Numbers = 0.0) -> Value:
         """The first order + 1 terms; the error is that of truncation and rounding.
 
-        `rough` is the rounding of the height of the exponential that the series goes with.
+        `rounding` is the rounding of the height of the exponential that the series goes with.
         """
         if not isinstance(series, Series):
             value, error = series.at(self)
             total = Value(value, error)
             if self.errors:
-                total.error = plus(error, times(total.size, self._rounding(rough)))
+                total.error = plus(error, times(total.size, self._rounding(rounding)))
             return total
         value = 0.0
         for part in series.parts:
@@ -409,7 +417,7 @@ class Point:
             value = plus(value, front)
         total = Value(value, None)
         if self.errors:
-            weight = self._rounding(rough)
+            weight = self._rounding(rounding)
             if series.size is None:
                 weight = plus(weight, series.rounding)
             cut = self._truncation(series.parts)
@@ -452,63 +460,26 @@ class Point:
         return total
 
     def _truncation(self, parts: list[Part]) -> Any:
-        """The next two terms over 1 - q where terms fall by a factor q, at most 3/4."""
-        if len(parts) == 1 and not parts[0].logs:
-            return self._truncation_of_one(parts[0])
-        first = min((_leading(part) for part in parts), default=0)
-        last = []
-        for n in range(max(first, self.order + 1 - _LOOK_BACK), self.order + 1 + BEYOND):
-            term: Any = 0.0
-            for part in parts:
-                term = term + self._term(part, n)
-            last.append(abs(term))
-        error = sum(last[-BEYOND:])
+        """The next two terms over 1 - q where terms fall by a factor q, at most 3/4.
+
+        Terms are sizes times powers of 1/lam: of one part without logarithms coefficients, so that
+        q is one number times 1/lam.
+        """
+        first, total, front = self.order + 1, 0.0, 1.0
         longest = max((len(part.coefficients) for part in parts), default=0)
-        for n in range(self.order + 1 + BEYOND, longest):
-            if np.any(error > self._small * last[0]):
-                break
-            error = error + abs(sum(self._term(part, n) for part in parts))
-        if not nonzero(error):
-            return 0.0
-        ratio: Any = 0.0
-        for before, after in pairwise(last):
-            ratio = higher(ratio, _ratio(before, after))
-        return error / (1 - lower(ratio, _MOST_FALL))
-
-    def _term(self, part: Part, n: int) -> Any:
-        """The n-th term of a part."""
-        if n >= len(part.coefficients):
-            return 0.0
-        return self._front(part, part.coefficients[n] * self.power(float(n)))
-
-    def _first_of_later(self, part: Part, near: Numbers, far: Numbers) -> tuple[Any, Any]:
-        """The next two coefficients, with those further on where these two vanish."""
-        first = self.order + 1
-        later = part.coefficients[first + BEYOND :]
-        if not later:
-            return near, far
-        # Infinite where Python's own floats raise.
-        x = 1 / (np.float64(self.least) if isinstance(self.least, float) else self.least)
-        lead = abs(part.coefficients[_leading(part)])
-        for n, c in enumerate(later, start=1):
-            if np.any(near + far * x > self._small * lead * x ** (_leading(part) - first)):
-                break
-            far = far + abs(c) * x**n
-        return near, far
-
-    def _truncation_of_one(self, part: Part) -> Any:
-        """The same for one part: its terms are numbers times powers, q one times 1/lam."""
-        first = self.order + 1
-        if len(part.coefficients) <= first:
-            return 0.0
-        low = max(min(_leading(part), first), first - _LOOK_BACK)
-        sizes = [abs(c) for c in part.coefficients[low : first + BEYOND]]
-        sizes += [0.0] * (first + BEYOND - low - len(sizes))
-        near, far = sizes[-BEYOND:]
+        if longest <= first:
+            return total
+        lead = min(map(_leading, parts))
+        low = max(min(lead, first), first - _LOOK_BACK)
+        if len(parts) == 1 and not parts[0].logs:
+            sizes, front = [abs(c) for c in parts[0].coefficients], self.power(parts[0].offset)
+        else:
+            sizes = [abs(sum(self._front(p, c) for p, c in row)) for row in _rows(parts, longest)]
+        sizes += [0.0] * (first + BEYOND - longest)
         q: Any = 0.0
-        for before, after in pairwise(sizes):
+        for before, after in pairwise(sizes[low : first + BEYOND]):
             q = higher(q, _ratio(before, after))
-        near, far = self._first_of_later(part, near, far)
+        near, far = self._first_of_later(sizes, lead)
         least, most = (float(q.min()), float(q.max())) if isinstance(q, np.ndarray) else (q, q)
         total = self.x * far
         total += near
@@ -520,5 +491,19 @@ class Point:
             if most > _MOST_FALL * self.least:
                 rest = higher(rest, 1 - _MOST_FALL)
             total /= rest
-        total *= self.power(part.offset + first)
+        total *= times(self.power(float(first)), front)
         return total
+
+    def _first_of_later(self, sizes: list[Numbers], lead: int) -> tuple[Any, Any]:
+        """The next two sizes, with those further on where these two vanish."""
+        first = self.order + 1
+        near, far = sizes[first : first + BEYOND]
+        if len(sizes) == first + BEYOND:
+            return near, far
+        # Infinite where Python's own floats raise.
+        x = 1 / (np.float64(self.least) if isinstance(self.least, float) else self.least)
+        for n, c in enumerate(sizes[first + BEYOND :], start=1):
+            if np.any(near + far * x > self._small * sizes[lead] * x ** (lead - first)):
+                break
+            far = far + c * x**n
+        return near, far
