@@ -128,6 +128,12 @@ EMITTED = (
     Emitted("over_pair_twice", "airy-form",
             "The double integral over a pair, from Ai^2 + Bi^2 and Ai'^2 + Bi'^2.",
             "both from products", arithmetic=True),
+    Emitted("next_weight", "airy-form",
+            "p_k and q_k of the next order, from q_(k+1), p_(k+2) and q_(k+2) of this one.",
+            "next weight", plain=True),
+    Emitted("pair_factors", "airy-form",
+            "Factors of Ai^2 + Bi^2, Ai Ai' + Bi Bi', Ai'^2 + Bi'^2 with both weights.",
+            "weights of the double integral", plain=True),
     Emitted("end_distance", "truncated-gaussian",
             "t at the end of a barrier's Gaussian: t^2/2 = gap^2 area.", "t at the end",
             arithmetic=True),
@@ -183,6 +189,7 @@ ORDER = """
     barrier V0 V1 V2 V3 V4 V5 V6 V_well curvature lam x w int_e int_inverse nested fall climb
     sigma sigma_left sigma_right inside outside side source drift left right index power j n
     moment term behind ahead double_left double_right nested_left nested_right total small t b
+    a_up b_up k zeta p_2 q_1 q_2
     bi bi_slope squares slopes slope even odd square norm bottom gap area first second value
     mean peak rest tail falling integral
 """.split()  # noqa: SIM905

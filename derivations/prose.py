@@ -239,6 +239,7 @@ TEX_OF = {
         "even": r"\psi_{\mathrm{even}}", "odd": r"\psi_{\mathrm{odd}}", "square": "D",
         "norm": "N", "slope": "c", "side": r"\sigma",
         "bi": r"\mathrm{Bi}", "bi_slope": r"\mathrm{Bi}'", "squares": "Q", "slopes": "Q'",
+        "a_up": r"a^{+}", "b_up": r"b^{+}", "q_1": "q_{k+1}", "p_2": "p_{k+2}", "q_2": "q_{k+2}",
     },
     "truncated-gaussian": {
         "I_up": "I_{+}", "I_down": "I_{-}", "I_both": "I_{+-}", "gap": "g", "area": "a",

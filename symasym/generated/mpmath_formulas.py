@@ -175,6 +175,8 @@ def over_pair_twice(ctx: MPContext, a: mpf, small: mpf, b: mpf, squares: mpf, sl
     """The double integral over a pair, from Ai^2 + Bi^2 and Ai'^2 + Bi'^2 (airy-form)."""
     return ctx.pi**2*small**2*(squares*a**2 - slopes*b**2*small**2)
 
+next_weight = _of_numbers(plain.next_weight)
+pair_factors = _of_numbers(plain.pair_factors)
 
 def end_distance(ctx: MPContext, gap: mpf, area: mpf) -> mpf:
     """t at the end of a barrier's Gaussian: t^2/2 = gap^2 area (truncated-gaussian)."""

@@ -148,6 +148,16 @@ def on_the_right(ahead: Ratios, nested_right: Ratios, falling: Ratios) -> Any:
     return nested_right + ahead*falling
 
 
+def next_weight(k: Ratios, zeta: Ratios, p_2: Ratios, q_1: Ratios, q_2: Ratios) -> Any:
+    """p_k and q_k of the next order, from q_(k+1), p_(k+2) and q_(k+2) of this one (airy-form)."""
+    return q_1*(1 + 2*k) + q_2*zeta*(2 + 2*k), p_2*(2 + 2*k)
+
+
+def pair_factors(a: Field, b: Field, a_up: Field, b_up: Field) -> Any:
+    """Factors of Ai^2 + Bi^2, Ai Ai' + Bi Bi', Ai'^2 + Bi'^2 with both weights (airy-form)."""
+    return a*a_up, a*b_up - a_up*b, -b*b_up
+
+
 def friction_coefficients(mu: Field, alpha: Field, z0: Field) -> Any:
     """Coefficients of A(u) in ascending powers of u (eq:phifric0)."""
     return 1 - z0, -alpha*(1 + mu), 0, alpha*mu

@@ -18,6 +18,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from symasym.generated.arithmetic_formulas import over_pair
+from symasym.generated.plain_formulas import next_weight, pair_factors
 from symasym.numbers.arithmetic import Digits, Number
 from symasym.special.airy import AiryProducts, airy_products
 
@@ -39,10 +41,8 @@ def by_parts(zeta: Number, pq: Rows, count: int) -> tuple[list[Any], list[Any]]:
         a.append(p[0])
         b.append(q[0])
         rest = range(len(p) - 2)
-        p, q = (
-            [(2 * k + 1) * q[k + 1] + 2 * (k + 1) * zeta * q[k + 2] for k in rest],
-            [2 * (k + 1) * p[k + 2] for k in rest],
-        )
+        rows = [next_weight(k, zeta, p[k + 2], q[k + 1], q[k + 2]) for k in rest]
+        p, q = ([row[j] for row in rows] for j in (0, 1))
     return a, b
 
 
@@ -60,11 +60,11 @@ def product_rows(falling: Rows, rising: Rows) -> list[tuple[Any, Any, Any]]:
     for n in range(min(len(falling), len(rising))):
         squares = cross = slopes = 0 * falling[0][0]
         for i in range(n + 1):
-            (a, b), (a_, b_) = falling[i], rising[n - i]
-            sign = (-1) ** i
-            squares += sign * a * a_
-            cross += sign * (a * b_ - b * a_)
-            slopes -= sign * b * b_
+            row = pair_factors(*falling[i], *rising[n - i])
+            squares, cross, slopes = (
+                total + (-1) ** i * factor
+                for total, factor in zip((squares, cross, slopes), row, strict=True)
+            )
         factors.append((squares, cross, slopes))
     return factors
 
@@ -78,9 +78,9 @@ def pair_terms(
     known: AiryProducts | None = None,
 ) -> PairTerms:
     """All terms that the rows determine; `known` are the products at Z, if they are."""
-    third = context.cbrt(lam)
-    z = third**2 * zeta
-    airy = airy_products(z, Digits(context)) if known is None else known
+    arithmetic, third = Digits(context), context.cbrt(lam)
+    z, small = third**2 * zeta, 1 / third
+    airy = airy_products(z, arithmetic) if known is None else known
     growth = context.exp(2 * z * context.sqrt(z) / 3) if z > 0 else context.one
     squares, cross, slopes = (growth * growth * y for y in airy[:3])
     bi, bi1 = growth * airy.bi, growth * airy.bi_slope
@@ -89,12 +89,11 @@ def pair_terms(
 
     def single(rows: Rows, step: int) -> list[Term]:
         """The terms of a single integral, of Bi and Bi'."""
-        terms = []
+        terms, which = [], (1 - step) // 2
         for n, (a, b) in enumerate(rows):
-            front = context.pi * lam**-n / third
-            value = a * bi + step * b * bi1 / third
-            size = abs(a) * modulus[0] + abs(b) * modulus[1] / third
-            terms.append((front * step**n * value, front * size))
+            value = over_pair(arithmetic, a, small, b, bi, bi1)[which]
+            size = over_pair(arithmetic, abs(a), small, abs(b), *modulus)[0]
+            terms.append((step**n * lam**-n * value, lam**-n * size))
         return terms
 
     functions = squares, cross / third, slopes / third**2

@@ -84,15 +84,26 @@ def test_floats_hold() -> None:
     drift = sa.friction(3, 1, z0)
     for complement in (False, True):
         given_: dict[str, Any] = {"start": 0.25, "complement": complement, "log": True}
-        exact = sa.exit_probability(drift, kappa, 6, **given_)
+        exact = sa.exit_probability(drift, kappa, 6, **given_, full=True)
         found = sa.exit_probability(drift, kappa, 6, **given_, **BOUND, full=True)
-        assert (np.abs(found.value - exact) <= found.error + 2e-15 * np.abs(exact)).all()
+        assert (np.abs(found.value - exact.value) <= found.error + exact.error).all()
         for i, j in ((0, 3), (4, 7), (8, 14)):
             one = sa.exit_probability(
                 sa.friction(3, 1, z0[j]), kappa[i, 0], 6, **given_, **BOUND, full=True, dps=20
             )
             if one.error > 1e-6:
                 assert relative(float(found.error[i, j]), one.error) < 0.02
+
+
+@needs_flint
+@pytest.mark.parametrize("count", [3, 40])
+def test_few_scenes_and_many_of_a_drift_hold(count: int) -> None:
+    """Few are bounded in balls, many in intervals of float64; also where a window is too wide."""
+    drift, kappa = sa.friction(3, 1, "0.171"), np.geomspace(0.04, 0.4, count)
+    found = sa.exit_probability(drift, kappa, 6, start=0.25, **BOUND, log=True, full=True)
+    for k, value, error in zip(kappa, found.value, found.error, strict=True):
+        exact = sa.exit_probability(drift, k, 6, start=0.25, log=True, dps=30)
+        assert abs(exact - mpmath.mpf(value)) <= error < 1e-3 * abs(exact)
 
 
 # -- they close ----------------------------------------------------------------------------------

@@ -5,12 +5,15 @@ outside the layer at the height of a barrier, at ends, at kinks and beside zeros
 1e-8 to 1e3, the global precisions of mpmath and flint at one of three values. Every answer that
 says "bound" is compared with the exact value: arrays with that in float64 and its own error, and
 those claims that this cannot tell from violated ones, and single scenes, with more digits
-(`symasym.exact.digits`, which shares nothing with the bounds).
+(`symasym.exact.digits`, which shares nothing with the bounds). Integrals by Laplace are compared
+with Arb's quadrature, and `weak_noise_bound` with T at random noise below kappa0. Without flint,
+which some scenes are asked to do without, nothing may say "bound".
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -43,6 +46,17 @@ def global_precisions(mpmath_bits: int, flint_bits: int) -> Iterator[None]:
         mpmath.mp.prec, context.prec = before
 
 
+@contextmanager
+def without_flint() -> Iterator[None]:
+    """No python-flint while the block runs."""
+    known = sys.modules["flint"]
+    sys.modules["flint"] = None  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        sys.modules["flint"] = known
+
+
 class Search:
     """Random claims, counted by what said "bound"; `violated` lists those that are false."""
 
@@ -59,7 +73,7 @@ class Search:
                 if arrays:
                     self._arrays()
                 for _ in range(3):
-                    self._scalar()
+                    self._one()
 
     # -- scenes --------------------------------------------------------------------------------
 
@@ -155,6 +169,68 @@ class Search:
                 shown = ", ".join(map(str, scene))
                 self.violated.append(f"{name}: {value} +- {error}, exact {exact}: {shown}")
 
+    def _one(self) -> None:
+        """A claim that is no array's."""
+        kind = self._rng.integers(40)
+        if kind == 0:
+            self._range()
+        elif kind < 5:
+            self._integral()
+        elif kind == 5:
+            with without_flint():
+                self._scalar()
+        else:
+            self._scalar()
+
+    def _integral(self) -> None:
+        """An integral of g e^{lam f}, f and g polynomials, by Laplace's method."""
+        rng = self._rng
+        f, g = (
+            [str(c) for c in rng.uniform(-3, 3, rng.integers(low, high)).round(2)]
+            for low, high in ((2, 7), (1, 4))
+        )
+        texts = [" + ".join(f"({c})*x**{k}" for k, c in enumerate(row)) for row in (f, g)]
+        a = Fraction(int(rng.integers(-20, 20)), 10)
+        b = a + Fraction(int(rng.integers(1, 30)), 10)
+        lam = Fraction(str(round(float(10.0 ** rng.uniform(0, 4)), 2)))
+        log, dps = bool(rng.integers(2)), [None, 12, 25][rng.integers(3)]
+        try:
+            expansion = sa.laplace_integral(*texts, "x", str(a), str(b), int(rng.integers(1, 6)))
+            claim = expansion.evaluate(lam, dps=dps, log=log, full=True)
+        except sa.SymasymError:
+            return
+        if claim.error_kind != "bound":
+            return
+        exact = _by_quadrature(f, g, a, b, lam, log)
+        if exact is not None:
+            self.claims["integral, laplace"] += 1
+            self.checked["integral, laplace"] += 1
+            shown = (texts, a, b, lam, log, dps)
+            self._judge("integral, laplace", claim.value, claim.error, exact, shown)
+
+    def _range(self) -> None:
+        """|T/T_N - 1| of a weak-noise expansion at some noise below kappa0."""
+        rng = self._rng
+        c = [str(x) for x in rng.uniform(-3, 3, rng.integers(1, 5)).round(2)]
+        drift, order = sa.polynomial(*c), int(rng.integers(0, 4))
+        x, r = self.place(drift)
+        try:
+            bound = sa.weak_noise_bound(drift, r, start=x, order=order, rtol="0.5")
+        except sa.SymasymError:
+            return
+        for share in (Fraction(1), Fraction(3, 4), Fraction(2, 5)):
+            scene = (drift, bound.kappa0 * share, r)
+            try:
+                found = sa.escape_time(*scene, start=x, method="laplace", order=order, dps=40)
+                exact = sa.escape_time(*scene, start=x, dps=45)
+            except sa.SymasymError:
+                continue
+            self.claims["T, all noise"] += 1
+            self.checked["T, all noise"] += 1
+            with mpmath.workprec(600):
+                size = bound.error(scene[1])
+                self._judge("T, all noise", 1, size, exact / found, (c, x, r, order, scene[1]))
+
     def _scalar(self) -> None:
         """One scene by a method that proves its error."""
         rng, drift = self._rng, self.drift()
@@ -177,6 +253,9 @@ class Search:
             claimed = ask(drift, *numbers, **options, **more)
             if claimed.error_kind != "bound":
                 return
+            if not balls.available():
+                self.violated.append(f"{name}, {method} without flint: {drift} {numbers} {options}")
+                return
             exact = ask(drift, *numbers, **options, dps=45)
         except sa.SymasymError:
             return
@@ -189,6 +268,37 @@ class Search:
             exact,
             (drift, numbers, options, more),
         )
+
+
+def _by_quadrature(
+    f: list[str], g: list[str], a: Fraction, b: Fraction, lam: Fraction, log: bool
+) -> Any:
+    """The integral of g e^{lam f} over [a, b] by Arb, or None if that is not right to 35 digits."""
+    from flint import acb, arb, fmpq
+
+    with balls.precision(1200):
+        f_of, g_of = ([arb(fmpq(*Fraction(c).as_integer_ratio())) for c in row] for row in (f, g))
+        low, high, large = (arb(fmpq(*x.as_integer_ratio())) for x in (a, b, lam))
+
+        def horner(row: list[Any], z: Any) -> Any:
+            total = acb(0)
+            for c in reversed(row):
+                total = total * z + c
+            return total
+
+        found = acb.integral(
+            lambda z, _: horner(g_of, z) * (large * horner(f_of, z)).exp(),
+            low,
+            high,
+            rel_tol=arb(10) ** -45,
+        ).real
+        if log:
+            found = found.log() if found > 0 else arb("nan")
+        if not found.is_finite() or not found.rel_accuracy_bits() > 120:
+            return None
+        mantissa, exponent = found.mid().man_exp()
+        with mpmath.workprec(600):
+            return mpmath.ldexp(mpmath.mpf(int(mantissa)), int(exponent))
 
 
 def _zeros(drift: sa.Drift) -> list[Any]:

@@ -1,60 +1,136 @@
 """A search for drifts that fool the estimates of weak noise: `python -m tests.searches.fooling`.
 
-The truncation error after N terms is judged by what follows. Here the Taylor coefficients of V at
-a well are drawn at random, but those that enter the next terms c_{N+1} and c_{N+2} linearly, which
-are chosen so that both nearly vanish; the others are felt in later terms alone. Laplace's 1 - P,
-and T from a start beside the well, are compared with the exact ones; a scene counts where the
-claim is an estimate and above rounding.
+The truncation error after N terms is judged by what follows. Here drifts are drawn at random, but
+for two coefficients, which are chosen so that the next two terms of one series nearly vanish: that
+of a well, of a start, of a kink, of an end r < 1 or of the regular part. What the others do is felt
+in later terms alone. T, C or 1 - P by Laplace is compared with the exact one; a scene counts where
+the claim is an estimate and above rounding.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
+from functools import partial
+from math import factorial
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial import Polynomial, polynomial
 
 import symasym as sa
 from symasym.base.inputs import FloatArray
 
 _DEGREE = 12
-_WELL = -0.25
-_AT_ONCE = 250
+_LARGEST = 30
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(80)
+
+
+class Scene(NamedTuple):
+    """A quantity, and what it is asked of; `coefficients` of A ascend."""
+
+    quantity: str
+    coefficients: FloatArray
+    r: float = 1.5
+    start: float = 0.0
 
 
 class Judged(NamedTuple):
-    """True over claimed errors of the scenes that were answered."""
+    """True over claimed errors, and the claims, of the scenes that were answered."""
 
     asked: int
     ratios: FloatArray
+    claims: FloatArray
 
 
-def drifts(count: int, order: int, rng: np.random.Generator, centre: float) -> FloatArray:
-    """Ascending coefficients of A for drifts with a well at `centre`, one column each.
+# -- series whose next two terms nearly vanish -----------------------------------------------------
+
+
+def at_well(order: int, rng: np.random.Generator, centre: float) -> FloatArray | None:
+    """Coefficients of A with a well at `centre`, or None where the draw is of no use.
 
     V = t^2/2 (1 + sum alpha_j t^j), t = u - centre; A < 0 right of the well and > 0 left of it.
     """
-    found: list[FloatArray] = []
-    while len(found) < count:
-        alpha = np.zeros(_DEGREE)
-        size = 10.0 ** rng.uniform(-4, 0.5, _DEGREE) * rng.choice([-1, 1], _DEGREE)
-        used = rng.random(_DEGREE) < 0.4
-        alpha[used] = size[used]
-        for n in (order + 1, order + 2):
-            if 2 * n <= _DEGREE:
-                alpha[2 * n - 1] = 0.0
-                # Linear in alpha_2n, with the factor -(n + 1/2).
-                vanishing = _coefficient(alpha, n) / (n + 0.5)
-                alpha[2 * n - 1] = vanishing * (1 + 10.0 ** rng.uniform(-9, -2))
-        if np.abs(alpha).max() > 30:
-            continue
-        slope = -np.array([0.0, 2, *((j + 2) * a for j, a in enumerate(alpha, start=1))]) / 2
-        t = np.linspace(-1 - centre, 1 - centre, 400)
-        if (np.polynomial.polynomial.polyval(t, slope) * np.sign(t) >= -1e-3 * np.abs(t)).any():
-            continue
-        about = np.polynomial.Polynomial(slope)(np.polynomial.Polynomial([-centre, 1.0])).coef
-        found.append(np.pad(about, (0, _DEGREE + 2 - len(about))))
-    return np.array(found).T
+    alpha = _drawn(rng, _DEGREE)
+    for n in (order + 1, order + 2):
+        if 2 * n <= _DEGREE:
+            alpha[2 * n - 1] = 0.0
+            # Linear in alpha_2n, with the factor -(n + 1/2).
+            vanishing = _coefficient(alpha, n) / (n + 0.5)
+            alpha[2 * n - 1] = vanishing * (1 + 10.0 ** rng.uniform(-9, -2))
+    slope = -np.array([0.0, 2, *((j + 2) * a for j, a in enumerate(alpha, start=1))]) / 2
+    t = np.linspace(-1 - centre, 1 - centre, 400)
+    if (polynomial.polyval(t, slope) * np.sign(t) >= -1e-3 * np.abs(t)).any():
+        return None
+    return _about(slope, centre) if np.abs(alpha).max() <= _LARGEST else None
+
+
+def at_point(order: int, rng: np.random.Generator, centre: float) -> FloatArray | None:
+    """The same with A of one sign, or in half of the draws any A, and h_k at `centre` vanishing."""
+    c = _drawn(rng, _DEGREE + 1)
+    c[0] = rng.choice([-1, 1]) * 10.0 ** rng.uniform(-0.5, 0.5)
+    for n in (order + 1, order + 2):
+        c[n] = 0.0
+        # Linear in c_n, with the factor -n! (-1/c_0)^n/c_0^2.
+        vanishing = _endpoint(c, n + 1)[n] * (-c[0]) ** n * c[0] ** 2 / factorial(n)
+        c[n] = vanishing * (1 + 10.0 ** rng.uniform(-9, -2))
+    values = polynomial.polyval(np.linspace(-1 - centre, 1 - centre, 400), c)
+    looked_at = values if rng.integers(2) else values[[0, -1]] * np.sign(values[[0, -1]] * c[0])
+    if (looked_at * np.sign(c[0]) < 0.05).any() or np.abs(c).max() > _LARGEST:
+        return None
+    return _about(c, centre)
+
+
+def between(order: int, rng: np.random.Generator, lo: float, hi: float) -> FloatArray | None:
+    """The same with A > 0 and the integrals of h_k over [lo, hi] vanishing, by Newton."""
+    c = rng.normal(size=rng.integers(4, 10))
+    c *= 10.0 ** rng.uniform(-1.5, 0.5, len(c))
+    u = np.linspace(-1, 1, 300)
+    c[0] += 10.0 ** rng.uniform(-1.5, 0.5) - polynomial.polyval(u, c).min()
+    free = rng.choice(len(c), 2, replace=False)
+
+    def vanishing(c: FloatArray) -> FloatArray:
+        rows = _endpoint(c, order + 3, (lo + hi) / 2 + (hi - lo) / 2 * _NODES)
+        return np.array([(_WEIGHTS * row).sum() for row in rows[-2:]])
+
+    for _ in range(30):
+        now, slopes = vanishing(c), np.empty((2, 2))
+        for k, j in enumerate(free):
+            moved = c.copy()
+            moved[j] += 1e-6 * max(1, abs(c[j]))
+            slopes[:, k] = (vanishing(moved) - now) / (moved[j] - c[j])
+        if not np.isfinite(slopes).all() or np.linalg.matrix_rank(slopes) < 2:
+            return None
+        step = np.linalg.solve(slopes, -now)
+        step *= min(1, 0.3 / np.abs(step).max())
+        c[free] += step
+        if polynomial.polyval(u, c).min() < 0.02 or np.abs(c).max() > _LARGEST:
+            return None
+        if np.abs(step).max() < 1e-11:
+            c[free] *= 1 + 10.0 ** rng.uniform(-10, -2.5, 2)
+            return c
+    return None
+
+
+def _drawn(rng: np.random.Generator, count: int) -> FloatArray:
+    """Coefficients of all sizes, most of them 0."""
+    size = 10.0 ** rng.uniform(-4, 0.5, count) * rng.choice([-1, 1], count)
+    return np.where(rng.random(count) < 0.4, size, 0.0)
+
+
+def _about(c: FloatArray, centre: float) -> FloatArray:
+    """Coefficients in u from those in u - centre."""
+    return Polynomial(c)(Polynomial([-centre, 1.0])).coef
+
+
+def _endpoint(c: FloatArray, count: int, u: Any = 0.0) -> list[Any]:
+    """h_1 = 1/A, h_(k + 1) = -h_k'/A at u, up to h_count, as numerators over A^(2k - 1)."""
+    A, top = Polynomial(c), Polynomial([1.0])
+    found = []
+    for k in range(1, count + 1):
+        found.append(top(u) / A(u) ** (2 * k - 1))
+        top = (2 * k - 1) * top * A.deriv() - top.deriv() * A
+    return found
 
 
 def _coefficient(alpha: FloatArray, n: int) -> float:
@@ -68,32 +144,74 @@ def _coefficient(alpha: FloatArray, n: int) -> float:
     return float(total)
 
 
-def judged(count: int, seed: int, quantity: str, order: int) -> Judged:
-    """True over claimed errors of `count` drifts, for T or for 1 - P."""
+# -- scenes ----------------------------------------------------------------------------------------
+
+Draw = Callable[[int, np.random.Generator], Scene | None]
+
+
+def _well(quantity: str, centre: float, order: int, rng: np.random.Generator) -> Scene | None:
+    c = at_well(order, rng, centre)
+    return None if c is None else Scene(quantity, c)
+
+
+def _point(quantity: str, where: str, order: int, rng: np.random.Generator) -> Scene | None:
+    u = float(rng.choice([-1, 1])) * (1 if where == "kink" else rng.uniform(0.1, 0.9))
+    c = at_point(order, rng, u)
+    if c is None:
+        return None
+    if where == "start":
+        return Scene(quantity, c, start=u)
+    r = abs(u) if where == "end" else 1.5
+    return Scene(quantity, c, r, rng.uniform(-0.9, 0.9) * min(r, 1))
+
+
+def _regular(order: int, rng: np.random.Generator) -> Scene | None:
+    r = rng.uniform(0.5, 0.95)
+    start = rng.uniform(-0.9, 0.3) * r
+    c = between(order, rng, start, r)
+    return None if c is None else Scene("T", c, r, start)
+
+
+SEARCHES: dict[str, Draw] = {
+    "1 - P, well": partial(_well, "1 - P", 0.0),
+    "T, well": partial(_well, "T", -0.25),
+    **{
+        f"{quantity}, {where}": partial(_point, quantity, where)
+        for where in ("start", "kink", "end")
+        for quantity in ("T", "C", "1 - C")
+    },
+    "T, regular part": _regular,
+}
+
+
+def judged(count: int, seed: int, search: str, order: int) -> Judged:
+    """True over claimed errors of `count` drifts of one of the `SEARCHES`."""
     rng = np.random.default_rng(seed)
-    centre = 0.0 if quantity == "1 - P" else _WELL
-    asked, ratios = 0, []
+    asked, found = 0, []
     while asked < count:
-        some = min(_AT_ONCE, count - asked)
-        rows = drifts(some, order, rng, centre)
-        kappa = 10.0 ** rng.uniform(-1.7, -0.3, some)
-        for k in range(some):
-            ratio = _ratio(sa.polynomial(*rows[:, k]), kappa[k], quantity, order)
-            ratios += [ratio] if ratio is not None else []
-        asked += some
-    return Judged(asked, np.array(ratios))
+        scene = SEARCHES[search](order, rng)
+        if scene is not None:
+            one = _judged(scene, 10.0 ** rng.uniform(-1.7, -0.2), order)
+            found += [one] if one is not None else []
+            asked += 1
+    ratios, claims = np.array(found).reshape(-1, 2).T
+    return Judged(asked, ratios, claims)
 
 
-def _ratio(drift: sa.Drift, kappa: float, quantity: str, order: int) -> float | None:
-    """True over claimed error of one scene; None where it is refused."""
-    options: dict[str, Any] = {"log": True}
+def _judged(scene: Scene, kappa: float, order: int) -> tuple[float, float] | None:
+    """True over claimed error of one scene, and the claim; None where it is refused."""
+    drift, quantity = sa.polynomial(*scene.coefficients), scene.quantity
 
     def ask(**more: Any) -> Any:
         """The quantity in an array of one, which says estimate."""
-        noise = np.array([kappa])
+        noise, options = np.array([kappa]), {"log": True, **more}
+        if "P" in quantity:
+            return sa.occupation(drift, noise, complement=True, **options)
+        options |= {"start": scene.start}
         if quantity == "T":
-            return sa.escape_time(drift, noise, 1.5, **options, **more)
-        return sa.occupation(drift, noise, complement=True, **options, **more)
+            return sa.escape_time(drift, noise, scene.r, **options)
+        complement = quantity == "1 - C"
+        return sa.exit_probability(drift, noise, scene.r, complement=complement, **options)
 
     try:
         claimed, exact = ask(method="laplace", order=order, full=True), ask()
@@ -101,30 +219,32 @@ def _ratio(drift: sa.Drift, kappa: float, quantity: str, order: int) -> float | 
         return None
     rounding = 1e-12 * max(1.0, abs(exact[0]))
     wrong = max(0.0, abs(claimed.value[0] - exact[0]) - rounding)
-    return float(wrong / claimed.error[0])
+    return float(wrong / claimed.error[0]), float(claimed.error[0])
 
 
-def _median(ratios: FloatArray) -> float:
-    return float(np.median(ratios)) if len(ratios) else 0.0
+def _median(numbers: FloatArray) -> float:
+    return float(np.median(numbers)) if len(numbers) else 0.0
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Print how far the claims of some thousand drifts were wrong."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--drifts", type=int, default=1000, help="of each quantity and order")
+    parser.add_argument("--drifts", type=int, default=1000, help="of each search and order")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args(arguments)
     worst = 0.0
-    for quantity in ("1 - P", "T"):
+    for search in SEARCHES:
         for order in (0, 1, 2):
-            result = judged(options.drifts, options.seed, quantity, order)
+            result = judged(options.drifts, options.seed, search, order)
             most = float(result.ratios.max(initial=0.0))
             worst = max(worst, most)
             print(
-                f"{quantity}, order {order}: {len(result.ratios)} of {result.asked} answered, "
+                f"{search}, order {order}: {len(result.ratios)} of {result.asked} answered, "
                 f"true over claimed error: median {_median(result.ratios):.3g}, "
                 f"largest {most:.3g}, "
-                f"{(result.ratios > 1).sum()} above 1, {(result.ratios > 2).sum()} above 2"
+                f"{(result.ratios > 1).sum()} above 1, {(result.ratios > 2).sum()} above 2; "
+                f"claims: median {_median(result.claims):.3g}",
+                flush=True,
             )
     return int(worst > 2)
 

@@ -162,7 +162,7 @@ def first_integral(d: Any) -> None:
         -phi(u) * R(u) + _half * sympy.Derivative(R(u), u),
         Satisfies(
             lambda flux: {
-                "its derivative is L*R": (
+                "its derivative is the left side of eq:odeR": (
                     sympy.diff(flux, u) - d.use("eq:odeR", step="in terms of R")
                 ).doit()
             }

@@ -34,7 +34,9 @@ def fokker_planck(d: Any) -> None:
     def adjoint(forward: Any) -> dict[str, Any]:
         boundary = -phi(u) * q * g + _half * (sympy.diff(q, u) * g - q * sympy.diff(g, u))
         return {
-            "g L*q - q L g is a derivative": g * forward - q * backward - sympy.diff(boundary, u)
+            "g times it less q times the generator is a derivative": g * forward
+            - q * backward
+            - sympy.diff(boundary, u)
         }
 
     # Derivatives left standing: printed, they read as the equation is written.

@@ -2,7 +2,8 @@
 
 What `symasym.asymptotics.uniform.order_zero_forms` evaluates: the canonical Airy form of a well and
 a barrier that may meet (Chester, Friedman and Ursell), and the Gaussian that is cut off by an end
-(Bleistein), both to leading order.
+(Bleistein), both to leading order; and the recurrence and the products by which
+`symasym.special.airy_products` has the first to every order.
 """
 
 from __future__ import annotations
@@ -21,6 +22,10 @@ y = Symbol("y", real=True)
 Z = Symbol("Z", real=True)
 small = Symbol("small", positive=True)
 a, b = Symbol("a", real=True), Symbol("b", real=True)
+a_up, b_up = Symbol("a_up", real=True), Symbol("b_up", real=True)
+zeta, k = Symbol("zeta", real=True), Symbol("k", integer=True, nonnegative=True)
+p_2, q_1, q_2 = (Symbol(name, real=True) for name in ("p_2", "q_1", "q_2"))
+H = Function("H")(s)
 ai, bi = sympy.airyai(Z), sympy.airybi(Z)
 # What is left of phi at the zeros y = -R, R: even - odd R and even + odd R; D = R^2.
 even, odd = Symbol("even", positive=True), Symbol("odd", real=True)
@@ -90,7 +95,7 @@ def airy_form(d: Any) -> None:
         "I",
         "solve",
         sympy.pi * bi,
-        Satisfies(lambda found: _solves(found, start)),
+        Satisfies(lambda found: _solves(found, start, integrand)),
         "DLMF 9.5.5",
     )
     single = d.step(
@@ -118,6 +123,30 @@ def airy_form(d: Any) -> None:
         "evaluate",
         _double_pair(SQUARES, SLOPES),
         Satisfies(lambda found: _as_numbers([found], [both])),
+    )
+    lower = d.step(
+        "one order lower",
+        "integrate",
+        (-sympy.diff(H, s) / lam, sympy.diff(H, s) / lam),
+        Satisfies(_one_order_lower),
+        "what stands for the weight (s^2 - zeta) H(s) in the integrals of exp(-lam V) and of "
+        "exp(lam V), by parts",
+    )
+    d.step(
+        "next weight",
+        "differentiate",
+        ((2 * k + 1) * q_1 + 2 * (k + 1) * zeta * q_2, 2 * (k + 1) * p_2),
+        Identity(lambda: _next_weight(lower)),
+        "H is the sum of (p_(k+1) + q_(k+1) s)(s^2 - zeta)^k, of H' the k-th even and odd "
+        "coefficient; q_1 is q_(k+1), p_2 and q_2 are the next",
+    )
+    d.step(
+        "weights of the double integral",
+        "substitute",
+        (a * a_up, a * b_up - b * a_up, -b * b_up),
+        Satisfies(lambda found: _factors(found, *d.use("pair-products", "J", "J_1", "J_2"))),
+        "of Ai^2 + Bi^2, Ai Ai' + Bi Bi' and Ai'^2 + Bi'^2 over pi^2, in units of lam^(-1/3); "
+        "a + b s(u) and a_up + b_up s(v), u < v",
     )
     d.conclude(
         (Symbol("I_up"), Symbol("I_down"), Symbol("I_both")),
@@ -188,8 +217,14 @@ def _rays(n: int, integrand: Any) -> Any:
     return sympy.simplify(total / 2)
 
 
-def _solves(found: Any, start: Any) -> dict[str, Any]:
-    equations = {"the differential equation": sympy.diff(found, Z, 2) - Z * found}
+def _solves(found: Any, start: Any, integrand: Any) -> dict[str, Any]:
+    # The integral of the derivative along s is 0, and the weight s is -d/dZ.
+    weight = sympy.expand(sympy.diff(integrand, s) / integrand)
+    equation = sum(weight.coeff(s, n) * (-1) ** n * sympy.diff(found, Z, n) for n in range(3))
+    equations = {
+        "the differential equation": sympy.expand(equation),
+        "-d/dZ": sympy.simplify(sympy.diff(integrand, Z) / integrand + s),
+    }
     for n, wanted in enumerate(start):
         here = sympy.diff(found, Z, n).subs(Z, 0) - wanted
         swap = 2 * sympy.pi / (sympy.sqrt(3) * sympy.gamma(sympy.Rational(1, 3)))
@@ -218,6 +253,37 @@ def _as_numbers(found: Any, stated: Any) -> dict[str, Any]:
         str(k): sympy.expand(e.subs(known) - whole)
         for k, (e, whole) in enumerate(zip(found, stated, strict=True))
     }
+
+
+def _one_order_lower(found: Any) -> dict[str, Any]:
+    """What is left is a derivative, of +-H e^(-+lam V)/lam."""
+    equations = {}
+    for sign, lower in zip((1, -1), found, strict=True):
+        exponential = sympy.exp(sign * lam * (s**3 / 3 - zeta * s))
+        whole = sign * sympy.diff(H * exponential, s) / (lam * exponential)
+        equations[f"{sign}"] = sympy.expand((s**2 - zeta) * H - lower - sympy.expand(whole))
+    return equations
+
+
+def _next_weight(lower: Any) -> Any:
+    """Two terms of H, with E for (s^2 - zeta)^k, in what stands for (s^2 - zeta) H."""
+    p_1, E, step = Symbol("p_1", real=True), Function("E")(s), s**2 - zeta
+    terms = (p_1 + q_1 * s) * E + (p_2 + q_2 * s) * E * step
+    weight = (lam * (lower[1] - lower[0]) / 2).subs(H, terms).doit()
+    weight = weight.subs(sympy.diff(E, s), 2 * k * s * E / step) * step / E
+    # Orders k - 1, k and k + 1.
+    above, _ = sympy.div(sympy.expand(sympy.simplify(weight)), step, s)
+    _, found = sympy.div(above, step, s)
+    return [sympy.expand(found).coeff(s, n) for n in range(2)]
+
+
+def _factors(found: Any, J: Any, J_1: Any, J_2: Any) -> dict[str, Any]:
+    """The double integral with both weights; s(u) has the share of s(v), with the other sign."""
+    whole = a * a_up * J + (a * b_up - b * a_up) * J_1 + b * b_up * J_2
+    slopes = sympy.diff(ai, Z), sympy.diff(bi, Z)
+    products = ai**2 + bi**2, ai * slopes[0] + bi * slopes[1], slopes[0] ** 2 + slopes[1] ** 2
+    stated = sum(factor * f for factor, f in zip(found, products, strict=True))
+    return {"both weights": sympy.expand(sympy.pi**2 * stated - whole)}
 
 
 # -- a barrier before an end -----------------------------------------------------------------------

@@ -59,11 +59,15 @@ def draw() -> Any:
         left.plot(where.real, where.imag, "x", label="Padé's poles (21 terms)")
         left.plot([float(s) for s in singulants], [0, 0], "o", mfc="none", ms=9, label="singulants")
         left.axhline(0, lw=0.5, color="0.6")
-        left.set(xlabel="Re t", ylabel="Im t", xlim=(-0.1, 2.5), ylim=(-1, 1), title="Borel plane")
-        left.legend()
+        left.set(xlabel="Re t", ylabel="Im t", title="(a) Borel plane")
+        # All of them are real and positive, from the first singulant to beyond the second.
+        left.set(xscale="log", xlim=(0.1, 5), ylim=(-1, 1), yticks=(-1, 0, 1))
+        left.minorticks_off()
+        left.set_xticks((0.1, 0.2, 0.5, 1, 2, 5), ("0.1", "0.2", "0.5", "1", "2", "5"))
+        left.legend(loc="upper right")
         right.semilogy(counts, errors[0], marker=".", label="sum of the terms")
         right.semilogy(counts, errors[1], marker=".", label="median Borel–Padé")
-        right.set(xlabel="terms", title=f"relative error, κ = {KAPPA}")
+        right.set(xlabel="number of terms", ylabel="relative error", title=f"(b) κ = {KAPPA}")
         right.legend()
         return figure
 
@@ -97,7 +101,10 @@ def draw_orders(count: int) -> Any:
         axes = figure.subplots()
         for order, row in errors.items():
             slope = np.log(row[1] / row[0]) / step
-            axes.loglog(kappas, row, marker=".", label=f"order {order}: slope {slope:.2f}")
-        axes.set(xlabel="κ", ylabel="relative error of T", title="friction, z₀ = -0.6")
+            # The style has four colours.
+            color = f"C{order}" if order < 4 else "black"
+            label = f"order {order}: slope {slope:.2f}"
+            axes.loglog(kappas, row, color=color, marker=".", label=label)
+        axes.set(xlabel="noise amplitude κ", ylabel="relative error of T", title="z₀ = -0.6")
         axes.legend()
         return figure

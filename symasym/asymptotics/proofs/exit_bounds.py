@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 _MOST_RATIO = 3
 _FLOAT_BITS = 128
 _SCENES_AT_ONCE = 256
+# Scenes that have their stretches in common, up to which balls are quicker.
+_FEW = 24
 _TERMS = ("lower and upper bound of the integrals on both sides of the start",)
 
 
@@ -84,8 +86,15 @@ def _too_far(kappa: str) -> AccuracyError:
 # -- one scene, in balls ---------------------------------------------------------------------------
 
 
-def _side(drift: Drift, mirrored: bool, r: Fraction, x: Fraction, lam: Fraction) -> tuple[Any, Any]:
-    """Lower and upper bound of int_x^r e^{lam (V - V(x))}."""
+def _side(
+    drift: Drift,
+    mirrored: bool,
+    r: Fraction,
+    x: Fraction,
+    lam: Fraction,
+    layer: Layer | None = None,
+) -> tuple[Any, Any]:
+    """Lower and upper bound of int_x^r e^{lam (V - V(x))}; `layer` is found if it is not given."""
     profile = profile_of(drift)
     profile = profile.mirrored() if mirrored else profile
     one, factor = Fraction(1), exact_ball(lam)
@@ -101,7 +110,7 @@ def _side(drift: Drift, mirrored: bool, r: Fraction, x: Fraction, lam: Fraction)
         part, height = straight(-1, -one - x if r > 1 else r - x)
         low, high = low + part, high + part
     if x < 1:
-        layer = layer_of(drift, mirrored, max(x, -one), min(r, one))
+        layer = layer or layer_of(drift, mirrored, max(x, -one), min(r, one))
         scale = (factor * height).exp()
         for segment in layer.segments:
             below, above = _of_segment(segment, lam)
@@ -122,8 +131,10 @@ def _of_segment(segment: Segment, exactly: Fraction) -> Bounds:
         return Bounds(low, high)
     lead, least, most = _by_laplace(peak, lam, lambda ball: ball)
     scale = (lam * peak.height).exp() * lead
-    # max and min of balls enclose those of what is in them.
-    return Bounds(low.max(scale * least), high.min(scale * most))
+    # max and min of balls enclose those of what is in them; a window may be too wide for this lam.
+    least, most = scale * least, scale * most
+    low = low.max(least) if least.is_finite() else low
+    return Bounds(low, high.min(most) if most.is_finite() else high)
 
 
 def _by_laplace(
@@ -164,13 +175,34 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
         with np.errstate(all="ignore"), precision(_FLOAT_BITS):
             sides = [_OneSide(scenes, rows[0], one, mirrored) for mirrored in (True, False)]
             for some in np.split(rows, range(_SCENES_AT_ONCE, len(rows), _SCENES_AT_ONCE)):
-                log = _float_log(sides, scenes, some, request.complement)
+                if len(some) > _FEW:
+                    log = _float_log(sides, scenes, some, request.complement)
+                else:
+                    log = _ball_logs(sides, scenes, some, one, request.complement)
                 logs[some] = (log.low + log.high) / 2
                 errors[some] = (log - logs[some]).magnitude()
     bad = np.flatnonzero(~(errors < np.log(_MOST_RATIO) / 2))
     if bad.size:
         raise _too_far(scenes.noise(bad[0]))
     return Answers(logs, errors, "bound", _TERMS)
+
+
+def _ball_logs(
+    sides: list[_OneSide], scenes: Scenes, rows: IntArray, drift: Drift, complement: bool
+) -> Intervals:
+    """The same as `_float_log`, scene by scene in balls: quicker for a few."""
+    logs = []
+    for row in rows:
+        scene = scene_at(scenes, row)
+        r, x = scene.numbers["r"], scene.numbers["start"]
+        left, right = (
+            _side(drift, mirrored, r, -x if mirrored else x, scene.lam, side.layer)
+            for mirrored, side in zip((True, False), sides, strict=True)
+        )
+        wanted, other = (left, right) if complement else (right, left)
+        logs.append(_log(wanted[0], other[1]).union(_log(wanted[1], other[0])))
+    found = Intervals.column(logs)
+    return Intervals(found.low[:, 0], found.high[:, 0])
 
 
 def _float_log(
@@ -207,6 +239,7 @@ class _OneSide:
         self.slopes = [Compensated.of(profile.value(side)) for side in (-one, one)]
         #: Whether parts of u < -1, of the layer and of u > 1 lie ahead of the start.
         self.before, self.inside, self.after = x <= -1, x < 1, numbers["r"] >= 1
+        self.layer: Layer | None = None
         if self.inside:
             self.layer = layer_of(drift, mirrored, max(x, -one), min(numbers["r"], one))
 
@@ -229,7 +262,7 @@ def _float_side(stretch: _OneSide, r: Compensated, x: Compensated, lam: Interval
 
     if stretch.before:
         straight(stretch.slopes[0], -x - 1.0)
-    if stretch.inside:
+    if stretch.layer is not None:
         layer = _float_layer(stretch.layer, lam)
         parts.append(_LogIntegral(height + layer.height, layer.log))
         height = height + stretch.layer.end

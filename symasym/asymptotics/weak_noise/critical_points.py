@@ -12,16 +12,17 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from symasym.asymptotics.weak_noise.one_sided import (
-    FURTHER,
     Builder,
     CriticalPoint,
     OneSided,
     arc_coefficients,
     endpoint_coefficients,
+    endpoint_majorants,
 )
 from symasym.asymptotics.weak_noise.regular_part import panel_integrals, polynomial_primitives
 from symasym.asymptotics.weak_noise.series import (
     BEYOND,
+    FURTHER,
     ROUNDING,
     Local,
     Majorants,
@@ -169,10 +170,12 @@ class _FieldBuilder(Builder):
     def smooth(self, u: Numbers, value: Numbers = None) -> Series:
         if self.at_zero and u == self.x:
             return Series([])
-        h = endpoint_coefficients(self.taylor(u, self.count + 1), self.count)
+        taylor = self.taylor(u, self.count + 1 + FURTHER)
+        h = endpoint_coefficients(taylor, self.count)
         if not any(h[-BEYOND:]) and any(self.exact_taylor(u, _FLATTEST)[1:]):
             raise self.no_estimate("flat", u)
-        return Series([Part(1.0, 0, trimmed(h))], self.least)
+        known = endpoint_majorants(taylor, self.count)
+        return Series([Part(1.0, 0, trimmed(h))], self.least, majorants=known)
 
     def peak(self, k: int) -> Series:
         taylor = self.taylor(self.lines[k], 2 * self.count + 2 + FURTHER)
@@ -236,7 +239,7 @@ class _FieldBuilder(Builder):
             groups[0].append((extra, 1, 0))
         for k, value in enumerate(self.regular[sign]):
             groups[k].append((value, k + 1, 0))
-        return series_of(groups, self.unit)
+        return series_of(groups, self.unit)._replace(majorants=self.behind_regular(sign))
 
     # -- a start on a zero of A ---------------------------------------------------------------
 

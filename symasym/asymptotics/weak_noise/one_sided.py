@@ -18,6 +18,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterator
+from functools import reduce
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,6 +26,7 @@ import numpy as np
 from symasym.asymptotics.weak_noise.regular_part import Pole, pole_sums
 from symasym.asymptotics.weak_noise.series import (
     BEYOND,
+    FURTHER,
     ROUNDING,
     Local,
     Majorants,
@@ -33,6 +35,8 @@ from symasym.asymptotics.weak_noise.series import (
     Series,
     higher,
     lower,
+    plus,
+    times,
     trimmed,
 )
 from symasym.base.inputs import FloatArray, IntArray
@@ -48,8 +52,6 @@ from symasym.numbers.polynomials import Zeros, poly, poly_slope, shifted
 from symasym.series.power_series import laurent, power
 
 _EPS = 2.3e-16
-#: Taylor coefficients of A beyond those of the terms themselves that majorants look at.
-FURTHER = 8
 # A's first derivatives beside the later ones, below which they are taken to vanish.
 _FLAT = 1e-8
 
@@ -128,7 +130,7 @@ def formal_series(h: Series) -> tuple[Series, Series]:
     """
     shares = [endpoint_shares(1 if k % 2 else -1, c) for k, c in enumerate(_row(h))]
     rising, falling = (
-        Series([Part(1.0, 0, list(row))] if row else [], h.rounding)
+        Series([Part(1.0, 0, list(row))] if row else [], h.rounding, majorants=h.majorants)
         for row in (zip(*shares, strict=True) if shares else ((), ()))
     )
     return rising, falling
@@ -160,8 +162,12 @@ def add_edge(
     # phi goes on without a jump, so that the first terms of both sides cancel, exactly.
     if right is not None and change:
         change[0] = 0.0
-    rounding = left.rounding if right is None else higher(left.rounding, right.rounding)
-    changes = formal_series(Series([Part(1.0, 0, change)] if change else [], rounding))
+    rounding, known = left.rounding, left.majorants
+    if right is not None:
+        # One side of a kink is straight, where no term follows.
+        rounding, known = higher(rounding, right.rounding), known or right.majorants
+    changed = Series([Part(1.0, 0, change)] if change else [], rounding, majorants=known)
+    changes = formal_series(changed)
     onward = None if right is None else formal_series(right)[0]
     rising.append(CriticalPoint(rank, height, changes[0], onward, kind, u))
     falling.append(CriticalPoint(rank, -height, changes[1], None, kind, u))
@@ -172,7 +178,7 @@ def mirrored(series: Series, sign: int) -> Series:
     if sign > 0:
         return series
     parts = [Part(p.offset, p.logs, [-c for c in p.coefficients]) for p in series.parts]
-    return Series(parts, series.rounding, series.size)
+    return series._replace(parts=parts)
 
 
 def endpoint_coefficients(taylor: list[Any], count: int) -> list[Any]:
@@ -197,6 +203,59 @@ def arc_coefficients(taylor: list[Any], count: int, step: int, one: Number) -> l
         arc.append(power(alpha, -(i + 1), 2, i + 1, one)[i] * front)
         front = front * (square if step == 2 else abs(slope) ** -0.5)
     return arc
+
+
+def endpoint_majorants(taylor: list[Numbers], count: int) -> Majorants:
+    """M_n for n <= `count` and L_n of the h_{n+1} where phi has these Taylor coefficients.
+
+    With |phi_0| and -|phi_j| for phi_0 and phi_j all products in h_{n+1} have the same sign: M_n.
+    With d_j = phi_j/phi_0 the terms of first and second order in the d_j of h_{n+1} =
+    (-1/phi d/du)^n (1/phi) are no larger than
+
+        L_n = n! |phi_0|^-(n + 1) (|d_n| + (n + 1) sum |d_i d_j|/(i + 1)),   i + j = n.
+    """
+    sizes = [abs(c) for c in taylor]
+    straight = [sizes[0], *(-c for c in sizes[1:])]
+    full = [abs(h) for h in endpoint_coefficients(straight, count + 1)]
+    front = 1 / sizes[0]
+    d, later = [c * front for c in sizes], [front]
+    for n in range(1, count + FURTHER + 1):
+        felt: Numbers = d[n] if n < len(d) else 0.0
+        for i in range(max(1, n + 1 - len(d)), (n + 1) // 2):
+            felt = felt + d[i] * d[n - i] * ((n + 1) / (i + 1) + (n + 1) / (n - i + 1))
+        if n % 2 == 0 and n // 2 < len(d):
+            felt = felt + d[n // 2] ** 2 * ((n + 1) / (n // 2 + 1))
+        front = front * (n / sizes[0])
+        later.append(times(front, felt))
+    return Majorants(full, later)
+
+
+def regular_majorants(ends: list[Majorants | None], length: Numbers) -> Majorants | None:
+    """M_n and L_n of the finite part of int h_{n+1}, from those of h_{n+1} at both ends.
+
+    Since h_{n+1} = (d/dV)^n h_1 and dV = -du/h_1, integration by parts leaves at each end products
+    h_{i+1} h_{j+1}, i + j = n - 1, each pair once, and for an even n an integral of the square of
+    the one in the middle. On a short way both ends' cancel: it is no more than its `length` allows.
+    """
+    known = [end for end in ends if end is not None]
+    rows = []
+    for of_ends in zip(*known, strict=True):
+        row = [reduce(plus, x) for x in zip(*map(_squared, of_ends), strict=True)]
+        if len(known) == 2:
+            row = [lower(x, length * (a + b)) for x, a, b in zip(row, *of_ends, strict=True)]
+        rows.append(row)
+    return Majorants(*rows) if rows else None
+
+
+def _squared(row: list[Numbers]) -> list[Numbers]:
+    """0 and half the coefficients of the square of a power series."""
+    half: list[Numbers] = [0.0]
+    for n in range(len(row) - 1):
+        total = row[n // 2] ** 2 / 2 if n % 2 == 0 else 0.0
+        for i in range((n + 1) // 2):
+            total = plus(total, times(row[i], row[n - i]))
+        half.append(total)
+    return half
 
 
 def majorants(taylor: list[Numbers], count: int, arithmetic: Arithmetic) -> Majorants:
@@ -382,7 +441,8 @@ class Builder:
             psi[0] = value
         h = endpoint_coefficients(psi, self.count)
         size = poly(self.c_size, abs(u)) * abs(h[0])
-        return Series([Part(1.0, 0, trimmed(h))], _EPS * 4 * self.count * (1 + size))
+        known = endpoint_majorants(psi, self.count)
+        return Series([Part(1.0, 0, trimmed(h))], _EPS * 4 * self.count * (1 + size), None, known)
 
     def flat(self, a: Numbers) -> Series:
         """h_1 = 1/phi beside a straight potential."""
@@ -430,7 +490,12 @@ class Builder:
         wrong = [row[1 + sign] + row[1] for row in sizes]
         shares[0] = shares[0] + extra
         wrong[0] = wrong[0] + abs(extra) * self.eps * 4
-        return Series([Part(1.0, 0, trimmed(shares))], 1.0, wrong)
+        return Series([Part(1.0, 0, trimmed(shares))], 1.0, wrong, self.behind_regular(sign))
+
+    def behind_regular(self, sign: int) -> Majorants | None:
+        """Majorants of the regular part of one side."""
+        length = self.arithmetic.number(abs(self.edges[1 + sign] - self.edges[1]))
+        return regular_majorants([self.at_edge[k].majorants for k in (1, 1 + sign)], length)
 
     # -- the two sides ----------------------------------------------------------------------
 

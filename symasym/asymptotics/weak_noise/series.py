@@ -4,7 +4,7 @@ A series is a sum of parts lam^-offset log(lam)^logs (c_0 + c_1/lam + ...). Its 
 the terms up to c_N. Its truncation error is judged by the next two, (|c_{N+1}| + |c_{N+2}|/lam)
 lam^-(N+1) over 1 - q, where terms fall by a factor q, at most 3/4: an estimate, as such series
 diverge (R. B. Dingle, Asymptotic Expansions, 1973, ch. XXI). These two may nearly vanish; the error
-of a well's or a barrier's series is no less than a share of what their majorants allow
+is no less than a share of what majorants of the later terms allow
 (`symasym.asymptotics.weak_noise.one_sided.majorants`).
 
 Every pass over an array costs about as much as any other, so that passes are what is saved:
@@ -26,6 +26,8 @@ from symasym.numbers.arithmetic import FLOATS, Arithmetic
 
 #: Orders of every series that are computed beyond those that are added up; they tell the error.
 BEYOND = 2
+#: Terms, and Taylor coefficients of A, behind those that majorants look at.
+FURTHER = 8
 #: Of a coefficient, and of the sum that is made of it; what cancels in sums of series has it left.
 ROUNDING = 1e-15
 
@@ -49,7 +51,8 @@ class Majorants(NamedTuple):
 
     def behind(self, known: int) -> list[Numbers]:
         """Majorants of the coefficients behind the first `known`, of which the first is full."""
-        return self.full[known : known + 1] + self.first_felt[known + 1 :]
+        later = self.first_felt[known + 1 : known + 1 + FURTHER]
+        return self.full[known : known + 1] + later
 
 
 class Series(NamedTuple):
@@ -106,12 +109,14 @@ def added(a: Series, b: Series) -> Series:
     rounding = higher(a.rounding, b.rounding)
     parts = [Part(*key, row) for key, values in keys.items() if (row := trimmed(values))]
     size = a.size if a.size is not None else b.size
-    return Series(parts, rounding, size)
+    return Series(parts, rounding, size, (a.majorants or b.majorants) if parts else None)
 
 
 _MOST_FALL = 0.75
 #: Of what the majorants allow. Claims are twice the truncation error.
 _SHARE = 0.55
+# Of an error, what may be left out.
+_LITTLE = 0.01
 # Of the series' value: a majorant tells that an error may be large, not that nothing is known.
 _MOST_SHARE = 0.1
 # Terms before the next two whose ratios count: one of these two may be small by chance.
@@ -421,9 +426,8 @@ class Point:
             if series.size is None:
                 weight = plus(weight, series.rounding)
             cut = self._truncation(series.parts)
-            if series.majorants is not None:
-                allowed = self._allowed(series.parts[0], series.majorants)
-                cut = plus(cut, lower(allowed, _MOST_SHARE * total.size))
+            if series.parts and series.majorants is not None:
+                cut = plus(cut, self._allowed(series.parts[0], series.majorants, total.size))
             total.error = plus(cut, times(total.size, weight))
             if series.size is not None:
                 part = series.parts[0] if series.parts else Part(1.0, 0, [])
@@ -431,13 +435,36 @@ class Point:
                 total.error = plus(total.error, times(cancels, series.rounding))
         return total
 
-    def _allowed(self, part: Part, majorants: Majorants) -> Any:
-        """A share of what majorants of the terms behind the next two allow."""
+    def _allowed(self, part: Part, majorants: Majorants, size: Numbers) -> Any:
+        """A share of what majorants of the terms behind the next two allow.
+
+        But no more than tells that little is known, since the value is of this `size`.
+        """
         first = self.order + 1 + BEYOND
-        later = self._horner(trimmed(majorants.behind(first)))
+        rows = trimmed(majorants.behind(first))
+        if isinstance(self.lam, np.ndarray):
+            rows = self._worth_adding(rows, part.coefficients[self.order + 1 : first])
+        later = self._horner(rows)
         if isinstance(later, float) and later == 0:
             return later
-        return self._front(part, _SHARE * later * self.power(float(first)))
+        # The first terms of both sides of a kink cancel.
+        size = higher(size, self._front(part, majorants.full[0]))
+        allowed = self._front(part, _SHARE * later * self.power(float(first)))
+        return lower(allowed, _MOST_SHARE * size)
+
+    def _worth_adding(self, later: list[Numbers], known: list[Numbers]) -> list[Numbers]:
+        """Majorants without those that matter for no lam beside the first, or beside known terms.
+
+        Both are the larger, the smaller lam is.
+        """
+        x = 1 / np.float64(self.least)
+        sizes = [np.max(c) * x**n for n, c in enumerate(later)]
+        near = sum(np.min(np.abs(c)) * x**n for n, c in enumerate(known))
+        if sum(sizes) * x**BEYOND < _LITTLE * near:
+            return []
+        while sizes and sizes[-1] * len(later) < _LITTLE * np.min(later[0]):
+            sizes.pop()
+        return later[: len(sizes)]
 
     def _front(self, part: Part, value: Numbers) -> Any:
         """The value of a part from that of its bracket: times lam^-offset log(lam)^logs."""
