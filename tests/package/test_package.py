@@ -69,6 +69,11 @@ def test_readme_has_the_two_commands() -> None:
     assert re.findall(r"^    (python3 .*)$", README, re.MULTILINE) == [RUN, TEST]
 
 
+def test_readme_shows_the_expansion_as_it_is_written() -> None:
+    lines = sa.expand(sa.Drift.general(), "T", order=1).latex().splitlines()
+    assert lines[1].replace("&", "") in README.splitlines()
+
+
 def test_continuous_integration_runs_what_readme_says() -> None:
     script = (ROOT / ".ci" / "run").read_text()
     pattern = re.search(r"sed -n 's/(.*?)/", script)
