@@ -42,7 +42,7 @@ _GREEK = {
 }
 _FUNCTIONS = {
     name: f"\\{name}" for name in ("log", "sin", "cos", "arccos", "min", "max", "int")
-} | {"erf": r"\operatorname{erf}"}
+} | {name: rf"\operatorname{{{name}}}" for name in ("erf", "Ai", "Bi")}
 _DIFFERENTIALS = ("du", "ds", "dp", "dt", "dW")
 _SIGNS = {
     "<=": r"\le",
@@ -329,7 +329,7 @@ def _name(text: str) -> str:
     name = text.rstrip("'")
     primes = text[len(name) :]
     if name in _FUNCTIONS:
-        return _FUNCTIONS[name] + " "
+        return _FUNCTIONS[name] + (primes or " ")
     if name in _GREEK:
         return _GREEK[name] + primes
     if name in _NAMES:
