@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -11,10 +12,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from symasym.base.contexts import mpf_of, own_context, to_mpf
-from symasym.base.errors import AccuracyError, InputError
+from symasym.base.errors import AccuracyError, InputError, RangeError
 from symasym.base.estimate import IN_WORDS, ErrorKind, with_errors
 from symasym.base.inputs import Numbers, choice, digits, exact, floats, is_array
-from symasym.base.patience import patient
+from symasym.base.patience import expect, patient
 from symasym.drift.drift import Drift
 from symasym.methods.table import QUANTITIES, answer, require_drift_of
 from symasym.numbers.trees import MpmathOps
@@ -32,6 +33,10 @@ _MOST_DIGITS = 10_000
 # Error of p d/dp in float64, relative to the largest of a scene or to 1, that more digits are taken
 # for.
 _ENOUGH = 1e-7
+# Values that a derivative is made of.
+_NODES = 4
+# More than the relative rounding of a division in float64; beyond its range.
+_ROUNDING, _LARGEST = 1.2e-16, 2.0**1023
 
 
 @dataclass(frozen=True)
@@ -196,11 +201,21 @@ def _by_differences(quantity: str, scene: Scene, dps: int) -> _Slopes:
     drift, numbers = scene.drift, scene.numbers
     at = {**drift.scalars(), **numbers}
 
+    seconds: list[float] = []
+
     def log_at(name: str, value: Fraction, n: int) -> mpf:
         """The logarithm with another value of one parameter, to n digits."""
+        begun = time.thread_time()
         if name in numbers:
-            return _log(quantity, drift, {**numbers, name: value}, n)
-        return _log(quantity, drift.bind(**{name: value}), numbers, n)
+            log = _log(quantity, drift, {**numbers, name: value}, n)
+        else:
+            log = _log(quantity, drift.bind(**{name: value}), numbers, n)
+        seconds.append(time.thread_time() - begun)
+        if len(seconds) > 1:
+            # What is found of a drift makes later values faster.
+            rest = _NODES * len(at) - len(seconds)
+            expect(min(seconds) * rest, f"{rest} more values for the differences")
+        return log
 
     size = _size(drift, numbers)
     slopes = {
@@ -220,19 +235,24 @@ def _by_floats(quantity: str, scenes: Scenes) -> list[_Slopes | None]:
 
     directions = Directions(scenes.drift, scenes.parameters, scenes.numbers)
     logs, errors = float_logs(scenes, quantity, directions)
-    names = [*directions.names, *(["start"] if "start" in scenes.numbers else [])]
+    names = [n.removeprefix("log ") for n in directions.names]
+    names += ["start"] if "start" in scenes.numbers else []
     at = {**scenes.parameters, **scenes.numbers}
     size = np.array([np.broadcast_to(np.abs(floats(n, at[n])), scenes.lam.shape) for n in names])
-    size = np.where(size == 0, 1.0, size)
+    per = np.where(np.array(names)[:, None] == "kappa", size, 1.0)
+    size = np.where(size == 0, 1.0, size) / per
     # What counts is the relative change of a parameter, beside that of all.
     scale = np.maximum(1.0, (size * np.abs(logs.slopes)).max(axis=0))
     fine = (errors.slopes <= _ENOUGH * np.maximum(1.0, scale / size)).all(axis=0)
+    with np.errstate(over="ignore"):
+        slopes = logs.slopes / per
+        off = (errors.slopes + _ROUNDING * np.abs(logs.slopes)) / per
     rows: list[_Slopes | None] = []
     for j in range(len(fine)):
-        each = zip(names, logs.slopes[:, j], errors.slopes[:, j], strict=True)
+        each = zip(names, slopes[:, j], off[:, j], strict=True)
         values = {n: Fraction(x[j]) if is_array(x) else x for n, x in at.items()}
-        slopes = _Slopes(float(logs.value[j]), {n: _Slope(*x) for n, *x in each}, values)
-        rows.append(slopes if fine[j] else None)
+        row = _Slopes(float(logs.value[j]), {n: _Slope(*x) for n, *x in each}, values)
+        rows.append(row if fine[j] else None)
     return rows
 
 
@@ -373,6 +393,10 @@ def _gathered(
         for scene in each:
             for name, slope in scene.slopes.items():
                 value = context.convert(slope.value)
+                if shape is not None and not abs(value) < _LARGEST:
+                    raise RangeError(
+                        f"d log({quantity})/d({name}) is outside the range of float64; pass dps=…."
+                    )
                 x = scene.values[name]
                 condition = abs(value * x.numerator / x.denominator)
                 log = abs(context.convert(scene.log))

@@ -21,7 +21,7 @@ from numpy.linalg import LinAlgError
 from symasym.base.errors import AccuracyError, InputError, SymasymError, TimeLimitError
 from symasym.base.inputs import shown
 
-__all__ = ["PATIENCE", "left", "limited", "patient", "step"]
+__all__ = ["PATIENCE", "expect", "left", "limited", "patient", "step"]
 
 #: Seconds that a call may take where nothing is said.
 PATIENCE = 10.0
@@ -58,7 +58,7 @@ def limited(patience: float | None = None) -> Iterator[None]:
     Raises
     ------
     TimeLimitError
-        By `step`, `steps` and `expect` inside.
+        By `step` and `expect` inside.
 
     Examples
     --------
@@ -115,6 +115,23 @@ def step() -> None:
             f"{_WAY_OUT}."
         )
     limit.soonest = now + remaining
+
+
+def expect(seconds: float, work: str) -> None:
+    """Raise TimeLimitError, before it is begun, where `work` takes longer than is left.
+
+    Examples
+    --------
+    >>> from symasym.base.errors import TimeLimitError
+    >>> try:
+    ...     with limited(1):
+    ...         expect(60, "the sum of all terms")
+    ... except TimeLimitError as error:
+    ...     print(str(error).partition(";")[0])
+    the sum of all terms would take 60 seconds or more
+    """
+    if seconds > left():
+        raise TimeLimitError(f"{work} would take {seconds:.2g} seconds or more; {_WAY_OUT}.")
 
 
 def left() -> float:

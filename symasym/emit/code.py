@@ -146,8 +146,13 @@ def _of_expression(what: Any, name: str) -> Program:
         raise InputError(
             f"{shown(what)} is no formula, label or SymPy expression; give one of these."
         )
-    function = _function(name, f"{sympy.sstr(e)[:80]}", e)
-    return Program("expression", f"{sympy.sstr(e)[:400]}", (function,))
+    try:
+        text = sympy.sstr(e)
+    except ValueError:  # Python's limit of digits
+        raise InputError(
+            f"{shown(what)} has a whole number of more than 4,300 digits; give it shorter numbers."
+        ) from None
+    return Program("expression", text[:400], (_function(name, text[:80], e),))
 
 
 def _function(name: str, doc: str, expression: Expr | Sequence[Expr]) -> Function:

@@ -336,7 +336,7 @@ def _slope_nodes(blocks: Blocks, anchors: Anchors, nodes: FloatArray) -> FloatAr
 def _dual(field: Field, of_drift: FloatArray, scene: IntArray, y: FloatArray) -> DualArray:
     """Numbers linear in lam phi h, one row for each of `scene`, from their slopes by the drift."""
     assert field.directions
-    slopes = field.directions.rows(of_drift, scene, y)
+    slopes = field.directions.rows(of_drift, y)
     slopes[-1] += (field.directions.stretch[scene] * y.T).T
     return DualArray(y, slopes)
 
@@ -391,7 +391,7 @@ def _sampled_slopes(
     nothing = np.zeros(rise.size)
     # What the last coefficients leave to those beyond is less than four times as much.
     reach, missed = (
-        field.directions.rows(x.reshape(shape), scene, nothing)
+        field.directions.rows(x.reshape(shape), nothing)
         for x in (np.abs(flat).max(axis=1, initial=0.0), 4 * float_panels.sums(flat)[1])
     )
     reach = np.maximum(reach, np.abs(both[0].slopes).max(axis=2))

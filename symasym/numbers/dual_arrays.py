@@ -94,8 +94,9 @@ class DualArray:
         return DualArray(self.value / other, self.slopes / other)
 
     def __rtruediv__(self, other: Any) -> DualArray:
+        # Slopes over a value, not 1 over its square, which may be below the range of float64.
         ratio = other / self.value
-        return DualArray(ratio, -(ratio / self.value) * self.slopes)
+        return DualArray(ratio, -ratio * (self.slopes / self.value))
 
     def __matmul__(self, matrix: FloatArray) -> DualArray:
         return DualArray(self.value @ matrix, self.slopes @ matrix)

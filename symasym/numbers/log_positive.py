@@ -1,8 +1,8 @@
 """Positive float64 numbers of any size: their logarithms, and bounds on those by running analysis.
 
 A sum of logarithms is right to half an ulp, and an addition of numbers forgets the error of the
-smaller term. `LogSlopes` carry the derivatives of their logarithms as well, in which an addition
-forgets the smaller term, too:
+smaller term, unless it could be the larger one. `LogSlopes` carry the derivatives of their
+logarithms as well, in which an addition forgets the smaller term, too:
 
     d log(x + y) = s d log x + (1 - s) d log y,    s = x/(x + y).
 """
@@ -18,6 +18,8 @@ from symasym.numbers.dual_arrays import DualArray, slopes_of, value_of
 
 #: More than the relative error of a sum of two float64 numbers.
 _ROUNDING = 1.5e-16
+#: Errors of two logarithms up to which that of a sum is linear in them, to 0.5 %.
+_LINEAR = 0.01
 #: The logarithm that stands for 0; sums of it with others stay finite.
 _NONE = -1e300
 
@@ -77,17 +79,27 @@ class LogPositive:
             # Of 1 + x with x far below 1 the logarithm is x.
             log = np.logaddexp(self.log, term.log)
             share = np.exp(np.minimum(self.log - log, 0.0))
-            return LogPositive(log, share * self.error + _ROUNDING * np.abs(log))
+            error = share * self.error
+            if np.fmax.reduce(self.error, axis=None) > _LINEAR:
+                most = np.logaddexp(self.log + self.error, term.log) - log
+                error = np.where(self.error > _LINEAR, most, error)
+            return LogPositive(log, error + _ROUNDING * np.abs(log))
         apart = self.log - term.log
         # Exponential and logarithm are vectorised in NumPy, its logaddexp is not.
         ratio = np.exp(-np.abs(apart))
         whole = 1.0 + ratio
-        log = np.maximum(self.log, term.log) + np.log(whole)
+        behind = np.log(whole)
+        log = np.maximum(self.log, term.log) + behind
         # A share may be 0 and its error 1e284: neither is found as a difference.
         larger, smaller = 1.0 / whole, ratio / whole
         first = apart > 0
         error = np.where(first, larger, smaller) * self.error
         error += np.where(first, smaller, larger) * term.error
+        if np.fmax.reduce(self.error + term.error, axis=None) > _LINEAR:
+            # log of the sum of both shares, each times e to its error: convex, so no less below.
+            ahead = np.minimum(apart, 0.0) + self.error, np.minimum(-apart, 0.0) + term.error
+            most = np.logaddexp(*ahead) - behind
+            error = np.where(self.error + term.error > _LINEAR, most, error)
         return LogPositive(log, error + _ROUNDING * (np.abs(log) + 2.0))
 
     __radd__ = __add__
@@ -139,9 +151,16 @@ class LogSlopes(LogPositive):
     def __add__(self, other: LogPositive | int) -> LogSlopes:
         plain, term = super().__add__(other), _positive(other)
         slopes, error = _slopes(other)
-        # The smaller share, to full relative precision, and how far it is off.
+        # The smaller share, to full relative precision, and how far it is off: 1/(1 + e^x) for
+        # some x within `apart` +- `known`.
         share = np.exp(np.minimum(self.log, term.log) - plain.log)
-        off = np.minimum(self.error + term.error + _ROUNDING * np.abs(plain.log), 1.0) * share
+        apart = np.abs(self.log - term.log)
+        known = self.error + term.error + _ROUNDING * np.abs(plain.log)
+        off = np.where(
+            known < 1.0,
+            np.expm1(np.minimum(known, 1.0)) * share,
+            np.exp(np.minimum(known - apart, 0.0)),
+        )
         smaller = self.log < term.log
         first = np.where(smaller, share, 1.0 - share) * self.slopes
         second = np.where(smaller, 1.0 - share, share) * slopes

@@ -73,7 +73,7 @@ class TruncatedSeries:
     def __truediv__(self, other: TruncatedSeries | mpf | int) -> TruncatedSeries:
         if not isinstance(other, TruncatedSeries):
             return self.__mul__(1 / self.ops.context.mpf(other))
-        b, lead = other.c[1:], other.c[0]
+        b, lead = _short(other.c[1:]), other.c[0]
         if not lead:
             raise InputError("A divides by 0 on [-1, 1]; give an A that is smooth there.")
         largest = max(abs(x) for x in self.c).bit_length()
@@ -122,6 +122,14 @@ class TruncatedSeries:
 def _dot(a: Sequence[int], b: Sequence[int]) -> int:
     """Sum of products as far as the shorter reaches, which is what a convolution wants."""
     return sum(map(mul, a, b))
+
+
+def _short(c: list[int]) -> list[int]:
+    """The coefficients without the zeros at their end, so that products end where they do."""
+    end = len(c)
+    while end and not c[end - 1]:
+        end -= 1
+    return c[:end]
 
 
 def _parts(x: mpf) -> tuple[int, int]:
@@ -224,7 +232,7 @@ def _from_derivative(first: mpf, derivative: TruncatedSeries) -> TruncatedSeries
 
 def _exp(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
     """y = e^x from y' = x' y."""
-    slopes, start = x.slopes(), ops.constant(ops.context.exp(x.head()))
+    slopes, start = _short(x.slopes()), ops.constant(ops.context.exp(x.head()))
     recent = [start.c[0]]
     for n in range(1, ops.order):
         recent.insert(0, _scaled(_dot(slopes, recent), x.e) // n)
@@ -235,7 +243,7 @@ def _circular(
     x: TruncatedSeries, ops: SeriesOps, sign: int
 ) -> tuple[TruncatedSeries, TruncatedSeries]:
     """(sin, cos) for sign -1, (sinh, cosh) for sign +1."""
-    slopes, context = x.slopes(), ops.context
+    slopes, context = _short(x.slopes()), ops.context
     names = ("sin", "cos") if sign < 0 else ("sinh", "cosh")
     values = [getattr(context, name)(x.head()) for name in names]
     e = max(context.mag(v) for v in values if v) - ops.bits
@@ -261,12 +269,15 @@ def _quotient(pair: tuple[TruncatedSeries, TruncatedSeries]) -> TruncatedSeries:
 def _tanh(x: TruncatedSeries, ops: SeriesOps) -> TruncatedSeries:
     """y = tanh x from y' = (1 - y^2) x'."""
     # sinh/cosh would lose the saturated tail; y' = (1 - y^2) x' keeps it.
-    slopes, context, e = x.slopes(), ops.context, -ops.bits
+    slopes, context, e = _short(x.slopes()), ops.context, -ops.bits
     y = [ops.fixed(context.tanh(x.head()), e)]
     complement = [ops.fixed(context.sech(x.head()) ** 2, e)]
     for n in range(1, ops.order):
         y.insert(0, _scaled(_dot(slopes, complement), x.e) // n)
-        complement.insert(0, -_scaled(_dot(y, y[::-1]), e))
+        # y^2, whose products are equal in pairs.
+        half, odd = divmod(n + 1, 2)
+        square = 2 * _dot(y[:half], y[::-1]) + odd * y[half] ** 2
+        complement.insert(0, -_scaled(square, e))
     return TruncatedSeries(y[::-1], e, ops)
 
 

@@ -504,3 +504,8 @@ def test_half_integer_powers_in_products(factor, power):
     values = {"c": 1.7, "x": 2.3}
     got = sa.emit(e, "python").load().f(*[values[n] for n in names])
     assert got == pytest.approx(float(e.subs({c: 1.7, x: 2.3})), rel=1e-14)
+
+
+def test_integers_that_python_does_not_print() -> None:
+    with pytest.raises(sa.InputError, match="more than 4,300 digits; give it shorter numbers"):
+        sa.emit(sympy.Rational(1, 10**5000), "c")

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from mpmath import exp, log, log1p, mpf
 
 from symasym.exact import float_panels
 from symasym.numbers.dual_arrays import DualArray, slopes_of, value_of
@@ -76,3 +78,33 @@ def test_sums_forget_the_smaller_term() -> None:
     product = (total * small) / small
     assert product.slopes[0, 0] == pytest.approx(1.0, abs=product.slope_error[0, 0])
     assert isinstance(1 / LogPositive.of(np.ones(1)) + large, LogSlopes)
+
+
+@pytest.mark.parametrize(
+    "errors", [(40.0, 0.0), (0.0, 40.0), (30.0, 30.0), (1e6, 2e6), (1e-9, 0.3)]
+)
+@pytest.mark.parametrize("apart", [0.0, 35.0, 60.0, -60.0, 2e5])
+def test_the_smaller_term_counts_where_it_could_be_the_larger_one(
+    errors: tuple[float, float], apart: float
+) -> None:
+    first, second = (np.array([[x]]) for x in (1.0, -3.0))
+    x = with_log(DualArray(np.array([apart]), first), np.array([errors[0]]))
+    y = with_log(DualArray(np.array([0.0]), second), np.array([errors[1]]))
+    total, one_more = x + y, 1 + x
+    assert isinstance(total, LogSlopes)
+    for moved in itertools.product((-1, 1), repeat=2):
+        logs = [mpf(z) + k * e for z, k, e in zip((apart, 0), moved, errors, strict=True)]
+        weights = [exp(z - max(logs)) for z in logs]
+        true = max(logs) + log(sum(weights))
+        assert abs(true - total.log[0]) <= total.error[0] * 1.006
+        slope = (weights[0] - 3 * weights[1]) / sum(weights)
+        assert abs(slope - total.slopes[0, 0]) <= total.slope_error[0, 0]
+        # log(1 + e^a)
+        a = logs[0]
+        true = a + log1p(exp(-a)) if a > 0 else log1p(exp(a))
+        assert abs(true - one_more.log[0]) <= one_more.error[0] * 1.006
+
+
+def test_slopes_of_a_reciprocal_beyond_the_square_root_of_the_range() -> None:
+    x = DualArray(np.array([2e248]), np.array([[2e248]]))
+    assert (1.0 / x).slopes[0, 0] == -(1.0 / x).value[0]

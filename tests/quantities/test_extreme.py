@@ -381,3 +381,33 @@ def test_at_the_end_of_all_numbers_nothing_takes_long(name: str) -> None:
     assert told.endswith(".")
     assert len(told) < 300
     assert time.process_time() - begun < 10
+
+
+@pytest.mark.parametrize(
+    ("drift", "kappa"),
+    [
+        (sa.tanh(1, -1, "1.4"), "1e-11"),
+        (sa.sine(1, -1, "0.3", waves=2), "1e-9"),
+        (sa.sine(1, -1, "0.3", waves=2), "1e-12"),
+    ],
+)
+@pytest.mark.parametrize("complement", [False, True])
+def test_two_exits_that_are_equally_far(drift: sa.Drift, kappa: str, complement: bool) -> None:
+    # A is odd: C = 1/2. The heights, some 1e20, are known to 1e4 in float64.
+    share = sa.exit_probability(drift, kappa, 2, complement=complement, patience=60)
+    assert share == pytest.approx(0.5, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda: sa.occupation(sa.tanh(3, -1, 5), "1e-124", log=True, patience=10),
+        lambda: sa.sensitivity(sa.tanh(1, -1, "1.4"), "1e-124", 2, patience=10),
+        lambda: sa.sensitivity(sa.tanh(1, -1, "1.4"), "1e-10", 2, patience=3),
+    ],
+)
+def test_long_work_is_refused_before_it_is_begun(ask: Callable[[], Any]) -> None:
+    begun = time.thread_time()
+    with pytest.raises(sa.TimeLimitError, match=r"would take .* seconds or more; pass patience="):
+        ask()
+    assert time.thread_time() - begun < 8

@@ -273,3 +273,28 @@ def test_what_float64_cannot_say_is_taken_from_digits() -> None:
     drift = sa.Drift("1 - u/2 + b*exp(-(1000*(u - 1/3))**2)").bind(b=0)
     found = sa.sensitivity(drift, "0.5", 2)
     assert found.derivative["b"] == pytest.approx(-0.000836945634543285, rel=1e-11)
+
+
+@pytest.mark.parametrize("kappa", ["1e-70", "1e-90", "1e-124"])
+def test_noise_so_weak_that_T_is_the_time_without_it(kappa: str) -> None:
+    """T is then int du/A, and its derivative in kappa 0."""
+
+    def log_time(a: Any, b: Any, s: Any) -> Any:
+        """log int_0^2 du/A, A = b beyond 1."""
+        inside = mp.quad(
+            lambda u: 1 / ((a + b) / 2 - (a - b) / 2 * mp.tanh(s * u) / mp.tanh(s)), [0, 1]
+        )
+        return mp.log(inside + 1 / b)
+
+    found = sa.sensitivity(sa.tanh(3, 1, 1), kappa, 2)
+    for k, name in enumerate(("a_minus", "a_plus", "steepness")):
+        order = tuple(int(k == j) for j in range(3))
+        true = mp.diff(log_time, (3, 1, 1), order)
+        assert abs(found.derivative[name] - true) <= found.error[name] < 1e-12
+        assert abs(true) > 1e-2
+    assert float(kappa) * abs(found.derivative["kappa"]) < 1e-12
+
+
+def test_a_derivative_beyond_float64() -> None:
+    with pytest.raises(sa.RangeError, match=r"d log\(T\)/d\(kappa\) is outside .* pass dps="):
+        sa.sensitivity(sa.linear(3, -1), "1e-139", 2)

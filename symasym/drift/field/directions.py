@@ -2,8 +2,9 @@
 
 dA/dp is the imaginary part of A at p + ih over h, right to rounding for h far below it, since
 nothing is subtracted (J. N. Lyness, C. B. Moler, SIAM J. Numer. Anal. 4 (1967) 202). As
-lam = 2/kappa^2, d(lam phi)/dkappa is -2/kappa lam phi. A radius above 1 moves the outer ends alone;
-one up to 1 stretches the interval, widths h and places u alike: dh/dr = h/r, dphi/dr = u phi'/r.
+lam = 2/kappa^2, d(lam phi)/dlog kappa is -2 lam phi, within range where kappa is tiny. A radius
+above 1 moves the outer ends alone; one up to 1 stretches the interval, widths h and places u alike:
+dh/dr = h/r, dphi/dr = u phi'/r.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ _STEP = 1e-60
 class Directions:
     """Derivatives for scenes and, after all of them, their mirror images.
 
-    `names` are the drift's parameters, kappa and, where there is one, r: the axis of parameters of
-    every `DualArray` that is made here.
+    `names` are the drift's parameters, log kappa and, where there is one, r: the axis of parameters
+    of every `DualArray` that is made here.
     """
 
     def __init__(
@@ -36,7 +37,8 @@ class Directions:
     ) -> None:
         count = len(numbers["kappa"])
         self._drift = drift
-        self.names = (*self._drift.parameters, "kappa", *(["r"] if "r" in numbers else []))
+        radius = ["r"] if "r" in numbers else []
+        self.names = (*self._drift.parameters, "log kappa", *radius)
         self._values = {
             name: np.tile(np.broadcast_to(floats(name, x), count), 2)
             for name, x in parameters.items()
@@ -46,7 +48,6 @@ class Directions:
         #: 1/r where r <= 1, else 0.
         self.stretch = np.where(r <= 1.0, 1.0 / r, 0.0)
         self._stretches = bool(self.stretch.any())
-        self._per_kappa = -2.0 / np.tile(numbers["kappa"], 2)
 
     def of_drift(self, scene: IntArray, u: FloatArray) -> FloatArray:
         """dphi/dp at the points `u`, one row per entry of `scene`, for the drift's parameters; and
@@ -69,10 +70,9 @@ class Directions:
             slopes[count] *= at * self.stretch[scene][:, None]
         return slopes
 
-    def rows(self, of_drift: FloatArray, scene: IntArray, lam_phi: FloatArray) -> FloatArray:
+    def rows(self, of_drift: FloatArray, lam_phi: FloatArray) -> FloatArray:
         """Rows for all names from those of the drift, for something linear in lam phi."""
-        axes, count = (slice(None), *(None,) * (lam_phi.ndim - 1)), len(self._values)
-        of_kappa = self._per_kappa[scene][axes] * lam_phi
+        count, of_kappa = len(self._values), -2.0 * lam_phi
         of_radius = [of_drift[count] if len(of_drift) > count else np.zeros_like(of_kappa)]
         others = np.array([of_kappa, *of_radius[: len(self.names) - count - 1]])
         return np.concatenate((of_drift[:count], others))
@@ -88,7 +88,7 @@ class Directions:
     def rate(self, lam: FloatArray) -> DualArray:
         """lam of the first scenes, or of all."""
         nothing = np.zeros((len(self._values), len(lam)))
-        return DualArray(lam, self.rows(nothing, np.arange(len(lam)), lam))
+        return DualArray(lam, self.rows(nothing, lam))
 
     def at_end(self, values: FloatArray, side: float) -> DualArray:
         """The drift at -1 or 1, which these are the values of."""

@@ -18,12 +18,12 @@ from symasym.base.contexts import own_context
 from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.drift import Drift
-from symasym.drift.field.directions import Directions
 from symasym.numbers.complex_balls import ComplexBall, tame
 from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
 from symasym.numbers.polynomials import poly, real_parts
 
 if TYPE_CHECKING:
+    from symasym.drift.field.directions import Directions
     from symasym.series.truncated_series import SeriesOps
 
 #: Where the size of A is first looked at.
