@@ -71,7 +71,7 @@ def formula(label: str) -> Formula:
     --------
     >>> from symasym.formula import formula
     >>> formula("eq:Tlarge").error
-    'O(r^2), for kappa >= sqrt(eps)'
+    'O(r_phys^2), for kappa_phys >= sqrt(eps)'
     >>> formula("folds").rests_on
     ('cubic', 'turning-points', 'beta')
     """
