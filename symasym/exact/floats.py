@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symasym.base.inputs import FloatArray
+from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray
 from symasym.exact import float_panels, sweep
 from symasym.exact.float_blocks import MILD, partition
@@ -172,26 +173,27 @@ class _Panels(NamedTuple):
 
     def through(
         self,
-        step: Callable[[tuple[LogPositive, ...], Record, LogPositive], tuple[LogPositive, ...]],
+        onward: Callable[[tuple[LogPositive, ...], Record, LogPositive], tuple[LogPositive, ...]],
         start: tuple[LogPositive, ...],
         lam: LogPositive,
         first: Callable[[Record, LogPositive], tuple[LogPositive, ...]] | None = None,
     ) -> tuple[LogPositive, ...]:
-        """The numbers that `step` makes of those at the `start`, one panel of each scene at once.
+        """The numbers that `onward` makes of those at the `start`, one panel of each scene at once.
 
-        The first panel takes the step `first` where that is given.
+        The first panel takes `first` in its place where that is given.
         """
         # Scenes with more panels come first: those with a k-th one are the first of all.
         order = np.argsort(-self.number, kind="stable")
         lam, at, count = lam[order], self.begin[order], self.number[order]
         state = tuple(x[order] for x in start)
         for k in range(count.max(initial=0)):
+            step()
             n = int(np.searchsorted(-count, -k, side="left"))
             panel = Record(*(x[at[:n] + k] for x in self.records))
             if first and k == 0:
                 changed = first(panel, lam[:n])
             else:
-                changed = step(tuple(x[:n] for x in state), panel, lam[:n])
+                changed = onward(tuple(x[:n] for x in state), panel, lam[:n])
             state = tuple(x.followed_by(y[n:]) for x, y in zip(changed, state, strict=True))
         back = np.argsort(order)
         return tuple(x[back] for x in state)

@@ -9,12 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 from symasym.base.contexts import mpf_of
 from symasym.base.errors import AccuracyError, InputError
+from symasym.base.patience import step
 from symasym.numbers.rationals import Rational
 from symasym.numbers.trees import integer_power
 
 if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
+
+# Products of sums longer than this look at the time they take.
+_LONG = 64
 
 
 class TruncatedSeries:
@@ -121,6 +125,8 @@ class TruncatedSeries:
 
 def _dot(a: Sequence[int], b: Sequence[int]) -> int:
     """Sum of products as far as the shorter reaches, which is what a convolution wants."""
+    if len(b) > _LONG:
+        step()
     return sum(map(mul, a, b))
 
 

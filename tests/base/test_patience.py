@@ -79,6 +79,12 @@ LONG: dict[str, Callable[[float], Any]] = {
     "laplace_integral": lambda p: sa.laplace_integral(
         "cos(x) - x**4", "exp(x)", "x", -2, 2, 300, dps=300, patience=p
     ),
+    "many panels in float64": lambda p: sa.exit_probability(
+        sa.hill(10, 1e150, "0.3", n=4), 2, 2, patience=p
+    ),
+    "one long Taylor series": lambda p: sa.escape_time(
+        sa.tanh(1e-200, 5, "0.02"), [0.1, 0.5], 10, method="uniform", patience=p
+    ),
 }
 
 
@@ -98,7 +104,7 @@ def test_the_default_is_ten_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def ask() -> None:
         try:
-            sa.occupation(STIFF, "1e-60", dps=400, log=True)
+            sa.laplace_integral("cos(x) - x**4", "exp(x)", "x", -2, 2, 300, dps=300)
         except sa.TimeLimitError as error:
             told.append(error)
 
