@@ -184,7 +184,7 @@ def _pieces(blocks: Blocks, wanted: FloatArray) -> Blocks:
 
 
 def _coarse(blocks: Blocks, plan: Plan, left_out: np.ndarray) -> Records:
-    """One record for neighbours that do not count, of bounds, whose errors are as wide.
+    """One record for neighbours that do not count: the middles of bounds, half their distances.
 
     On a stretch of width h without a zero of phi, the integrals of e and 1/e are at most h times
     their largest values, the nested one h^2; at least as much as where they change by a factor e.
@@ -199,9 +199,12 @@ def _coarse(blocks: Blocks, plan: Plan, left_out: np.ndarray) -> Records:
         return Records.exactly(first, 0, Moments(*(np.empty(0),) * 4))
     width = blocks.t1 - blocks.t0
     h, steepest = np.add.reduceat(width, first), np.maximum.reduceat(plan.steep / width, first)
-    moments = Moments(np.add.reduceat(plan.rise, first), h, h, h * h)
+    # The error is that of the nested one, so that none reaches above its upper bound.
+    half = 1.0 + np.log1p(h * steepest)
+    middle = np.exp(-half)
+    moments = Moments(np.add.reduceat(plan.rise, first), h * middle, h * middle, h * h * middle)
     shift = np.add.reduceat(plan.shift, first)
-    local = 2.0 + 2.0 * np.log1p(h * steepest) + shift
+    local = half + shift
     blocks = blocks.take(first)
     return Records(*blocks[:2], blocks.t0, moments, np.zeros(len(h), dtype=bool), shift, local)
 

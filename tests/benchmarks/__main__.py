@@ -350,7 +350,9 @@ sa.escape_time(sa.friction(mu=3, alpha=1, z0=[-1.0, -0.4]), 0.1, 10, log=True)
 z0 = np.linspace(-2, -1e-6, 250_000)[:, None]
 """
 _MILLION = """
-T = sa.escape_time(sa.friction(mu=3, alpha=1, z0=z0), [0.1, 0.2, 0.5, 1.0], 10, log=True)
+T = sa.escape_time(
+    sa.friction(mu=3, alpha=1, z0=z0), [0.1, 0.2, 0.5, 1.0], 10, log=True, patience=120
+)
 assert T.size == 1_000_000
 """
 

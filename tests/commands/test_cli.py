@@ -382,7 +382,7 @@ def test_a_value_has_its_time(capsys: pytest.CaptureFixture[str]) -> None:
         capsys, "value", "occupation", *stiff, "--kappa", "1e-60", "--dps", "400", "--log",
         "--patience", "0.2",
     )  # fmt: skip
-    assert "0.2 seconds" in told
+    assert "seconds or more; pass --patience SECONDS (seconds, or inf)" in told
 
 
 def test_show_prints_expansions(capsys: pytest.CaptureFixture[str]) -> None:
