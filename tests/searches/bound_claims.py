@@ -176,7 +176,9 @@ class Search:
             self._range()
         elif kind < 5:
             self._integral()
-        elif kind == 5:
+        elif kind < 7:
+            self._derivative()
+        elif kind == 7:
             with without_flint():
                 self._scalar()
         else:
@@ -207,6 +209,35 @@ class Search:
             self.checked["integral, laplace"] += 1
             shown = (texts, a, b, lam, log, dps)
             self._judge("integral, laplace", claim.value, claim.error, exact, shown)
+
+    def _derivative(self) -> None:
+        """d log Q/d kappa of a quantity, against differences of fourth order."""
+        rng, drift = self._rng, self.drift()
+        quantity = list(_VERBS)[rng.integers(len(_VERBS))]
+        x, r = self.place(drift)
+        kappa = Fraction(float(f"{10.0 ** rng.uniform(-2, _KAPPAS[1]):.4g}"))
+        ask, options = _VERBS[quantity]
+        more = {} if "P" in quantity else {"r": r, "start": x}
+        dps = int(rng.integers(8, 25))
+        step = kappa / 10**12
+        try:
+            claim = sa.sensitivity(drift, kappa, quantity=quantity, dps=dps, **more)
+            if claim.error_kind != "bound":
+                return
+            logs = [
+                ask(drift, kappa + k * step, dps=80, log=True, **more, **options)
+                for k in (-2, -1, 1, 2)
+            ]
+        except sa.SymasymError:
+            return
+        name = f"d log {quantity}, sensitivity"
+        self.claims[name] += 1
+        self.checked[name] += 1
+        with mpmath.workprec(600):
+            changes = mpmath.fdot((1, -8, 8, -1), logs)
+            exact = changes * step.denominator / (12 * step.numerator)
+        value, error = claim.derivative["kappa"], claim.error["kappa"]
+        self._judge(name, value, error, exact, (drift, kappa, quantity, more, dps))
 
     def _range(self) -> None:
         """|T/T_N - 1| of a weak-noise expansion at some noise below kappa0."""
@@ -322,7 +353,7 @@ _METHODS = [
     *((name, "paper") for name in ("C", "1 - C", "P", "1 - P")),
     *((name, "laplace") for name in ("T", "T", "P", "1 - P")),
     *((name, "strong_noise") for name in _VERBS),
-    ("T", "exact"),
+    *((name, "exact") for name in _VERBS),
 ]
 
 
