@@ -145,6 +145,7 @@ def first_moment(ctx: MPContext) -> mpf:
 next_moment = _of_numbers(plain.next_moment)
 time_of_doubles = _of_numbers(plain.time_of_doubles)
 on_the_right = _of_numbers(plain.on_the_right)
+share_of_side = _of_numbers(plain.share_of_side)
 
 def pair_norm(ctx: MPContext, even: mpf, odd: mpf, square: mpf) -> mpf:
     """The product of psi at both zeros of a pair (airy-form)."""
@@ -178,6 +179,13 @@ def over_pair_twice(ctx: MPContext, a: mpf, small: mpf, b: mpf, squares: mpf, sl
 next_weight = _of_numbers(plain.next_weight)
 pair_factors = _of_numbers(plain.pair_factors)
 
+def pair_units(
+    ctx: MPContext, small: mpf, squares: mpf, cross: mpf, slopes: mpf
+) -> tuple[mpf, ...]:
+    """Ai^2 + Bi^2 and its kin in the double integral; `small` is lam^(-1/3) (airy-form)."""
+    return squares*ctx.pi**2*small**2, cross*ctx.pi**2*small**3, slopes*ctx.pi**2*small**4
+
+
 def end_distance(ctx: MPContext, gap: mpf, area: mpf) -> mpf:
     """t at the end of a barrier's Gaussian: t^2/2 = gap^2 area (truncated-gaussian)."""
     return ctx.sqrt(2*area)*gap
@@ -209,6 +217,8 @@ def over_end(
         rest*falling*peak/lam
     )
 
+barrier_truncated = _of_numbers(plain.barrier_truncated)
+well_truncated = _of_numbers(plain.well_truncated)
 
 def weak_noise_time(
     ctx: MPContext,

@@ -30,6 +30,8 @@ from symasym.numbers import balls
 PRECISIONS = ((20, 24), (53, 53), (400, 300))
 _KAPPAS = (-8.0, 3.0)
 _AT_ONCE = 400
+# Seconds for a single scene.
+_PATIENCE = 2
 # Of an array's claims, how many are looked at with more digits, and where float64 can't tell.
 _LOOKED_AT, _HARD = 1, 3
 
@@ -217,7 +219,7 @@ class Search:
         x, r = self.place(drift)
         kappa = Fraction(float(f"{10.0 ** rng.uniform(-2, _KAPPAS[1]):.4g}"))
         ask, options = _VERBS[quantity]
-        more = {} if "P" in quantity else {"r": r, "start": x}
+        more: dict[str, Any] = {} if "P" in quantity else {"r": r, "start": x}
         dps = int(rng.integers(8, 25))
         step = kappa / 10**12
         try:
@@ -276,7 +278,7 @@ class Search:
         numbers = (kappa,) if "P" in name else (kappa, r)
         if "P" not in name:
             options["start"] = x
-        more: dict[str, Any] = {"full": True, "method": method}
+        more: dict[str, Any] = {"full": True, "method": method, "patience": _PATIENCE}
         if method in ("laplace", "strong_noise"):
             more["order"] = int(rng.integers(0, 6))
         more["dps"] = [None, 12, 25][rng.integers(3)]
@@ -287,7 +289,7 @@ class Search:
             if not balls.available():
                 self.violated.append(f"{name}, {method} without flint: {drift} {numbers} {options}")
                 return
-            exact = ask(drift, *numbers, **options, dps=45)
+            exact = ask(drift, *numbers, **options, dps=45, patience=_PATIENCE)
         except sa.SymasymError:
             return
         self.claims[f"{name}, {method}"] += 1

@@ -41,7 +41,7 @@ from symasym.asymptotics.weak_noise.series import (
     plus,
     terms,
 )
-from symasym.generated.plain_formulas import on_the_right, time_of_doubles
+from symasym.generated.plain_formulas import on_the_right, share_of_side, time_of_doubles
 
 #: Rounding of lam, of a product with it, and of an exponential.
 ULP = 1.2e-15
@@ -434,7 +434,7 @@ def _probability(
 ) -> _Probability:
     """One side's share of int e^{lam V}, C on the right (eq:C), and the error of its part."""
     (part, rest), total = ordered, sides.total
-    own, other = (share / total for share in shares)
+    own, other = (share_of_side(share, total) for share in shares)
     errors = [
         part.scale.wrong() * abs(other),
         rest.scale.wrong() * abs(own),
