@@ -2,10 +2,10 @@
 
 The truncation error after N terms is judged by what follows. Here drifts are drawn at random, but
 for two coefficients, which are chosen so that the next two terms of one series nearly vanish: that
-of a well, of a start, of a kink, of an end r < 1 or of the regular part. What the others do is felt
-in later terms alone. With `--analytic` A is such a polynomial and a multiple of t^m exp(c t^2) or
-its like, t from where the terms vanish. T, C or 1 - P by Laplace is compared with the exact one; a
-scene counts where the claim is an estimate and above rounding.
+of a well, of a start (on a zero of A as well), of a kink, of an end r < 1 or of the regular part.
+What the others do is felt in later terms alone. With `--analytic` A is such a polynomial and a
+multiple of t^m exp(c t^2) or its like, t from where the terms vanish. T, C or 1 - P by Laplace is
+compared with the exact one; a scene counts where the claim is an estimate and above rounding.
 """
 
 from __future__ import annotations
@@ -219,6 +219,16 @@ def _well(
     return None if found is None else Scene(quantity, found.drift())
 
 
+def _on_zero(sign: int, order: int, rng: np.random.Generator, analytic: bool) -> Scene | None:
+    """A start on the well, or with `sign` -1 on the barrier."""
+    found = at_well(order, rng, 0.0, tail(rng, 2) if analytic else None)
+    if found is None:
+        return None
+    if sign > 0:
+        return Scene("T", found.drift())
+    return Scene("T", sa.Drift(f"-({found.drift().expression()})"), 0.9)
+
+
 def _point(
     quantity: str, where: str, order: int, rng: np.random.Generator, analytic: bool
 ) -> Scene | None:
@@ -249,6 +259,8 @@ SEARCHES: dict[str, Draw] = {
         for quantity in ("T", "C", "1 - C")
     },
     "T, regular part": _regular,
+    "T, start on a well": partial(_on_zero, 1),
+    "T, start on a barrier": partial(_on_zero, -1),
 }
 
 

@@ -26,6 +26,7 @@ the zero. Two points near the same zero are served as well: the formulas are exa
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -297,19 +298,18 @@ def corrections(
         nothing = [0 * lam]
         return Truncated([*nothing * over, *row[:terms], *nothing * (1 - over)], terms + 1)
 
-    rows = {
+    rows: dict[str, tuple[Any, Any]] = {
         "a": (a, formal(truncation.peak)),
         "a_down": (a_down, formal(down)),
         "tail": (functions.sigma, formal(sigma_terms(truncation.t, terms, c), 1)),
         "falling": (functions.dawson, formal(dawson_terms(truncation.t, terms, c), 1)),
         "integral": (functions.area, formal(_log_series(truncation.t, terms, sign, c), 1)),
     }
+    formula: Callable[..., Any] = barrier_truncated if truncation.barrier else well_truncated
     if truncation.barrier:
-        formula = barrier_truncated
         rows["b"] = power_sum(truncation.series[:terms], lam) / lam, formal(truncation.series, 1)
         rows["weights"] = power_sum(weights, lam), formal(weights)
     else:
-        formula = well_truncated
         rows["b_down"] = power_sum(back[:terms], lam) / lam, formal(back, 1)
         # All orders of both: what is lost at the zero is a product as well.
         rows["weights"] = a * a_down, formal(weights)

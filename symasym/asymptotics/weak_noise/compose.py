@@ -429,9 +429,7 @@ class _Probability(NamedTuple):
     error: Node
 
 
-def _probability(
-    sides: Sides, ordered: tuple[Side, Side], shares: tuple[Node, Node]
-) -> _Probability:
+def _probability(sides: Sides, ordered: tuple[Side, Side], shares: tuple[Any, Any]) -> _Probability:
     """One side's share of int e^{lam V}, C on the right (eq:C), and the error of its part."""
     (part, rest), total = ordered, sides.total
     own, other = (share_of_side(share, total) for share in shares)
