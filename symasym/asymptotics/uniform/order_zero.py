@@ -341,7 +341,8 @@ class OrderZero(Builder):
 def _with_first(series: Series, first_one: Any) -> Series:
     """The series with its first coefficient known to more digits."""
     (part,) = series.parts
-    return Series([part._replace(coefficients=[first_one, *part.coefficients[1:]])])
+    parts = [part._replace(coefficients=[first_one, *part.coefficients[1:]])]
+    return Series(parts, majorants=series.majorants)
 
 
 def factor_pair(c: Sequence[Any], middle: Any, square: Any) -> Local:
