@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symasym as sa
-from symasym.asymptotics.uniform.one_drift import closed_form
+from symasym.asymptotics.uniform.order_zero import closed_form
 from symasym.base.contexts import own_context
 from tests.strategies import SAMPLE
 

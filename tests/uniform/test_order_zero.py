@@ -11,8 +11,7 @@ import pytest
 
 import symasym as sa
 from symasym.asymptotics.uniform import answer as uniform_noise
-from symasym.asymptotics.uniform.one_drift import closed_form
-from symasym.asymptotics.uniform.order_zero import OrderZero
+from symasym.asymptotics.uniform.order_zero import OrderZero, closed_form
 from symasym.asymptotics.uniform.structure import _lines
 from symasym.base.contexts import own_context
 from symasym.numbers.arithmetic import Digits

@@ -15,8 +15,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from symasym.asymptotics.proofs.layer_bounds import Barrier, Edge, Layer, Segment, layer_of
-from symasym.asymptotics.proofs.panels import Bounds, between_lines
+from symasym.asymptotics.proofs.layer_bounds import (
+    Barrier,
+    Bounds,
+    Edge,
+    Layer,
+    Segment,
+    between_lines,
+    layer_of,
+)
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import IntArray, exact, is_array
 from symasym.drift.drift import Drift

@@ -1,7 +1,7 @@
 """Zeros of one polynomial drift in doubles: simple ones, and pairs that may coalesce as factors.
 
 What is alone and what is taken together is decided here for one drift: the library runs these
-functions as they stand (`symasym.asymptotics.uniform.one_drift`), and `symasym.emit` writes them
+functions as they stand (`symasym.asymptotics.uniform.order_zero`), and `symasym.emit` writes them
 into a file, as they are or, through `symasym.emit.kernels.transcribe`, in another language. So they
 hold floats, whole numbers and lists of fixed length only, and what stands under `_PAIRS` (the drift
 may have a pair of zeros) or `_MANY` (two pairs of complex ones) is left out where a drift does not
