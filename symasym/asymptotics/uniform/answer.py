@@ -68,8 +68,16 @@ from symasym.drift.drift import Drift
 from symasym.drift.field.float_field import IntArray
 from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
-from symasym.scenes.answers import Answer, Answers, Request
-from symasym.scenes.scene import Scene, Scenes, by_drift, rows_of, working_digits
+from symasym.scenes import (
+    Answer,
+    Answers,
+    Request,
+    Scene,
+    Scenes,
+    by_drift,
+    rows_of,
+    working_digits,
+)
 
 if TYPE_CHECKING:
     from mpmath import mpf
