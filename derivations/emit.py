@@ -231,14 +231,11 @@ def _of_numbers(formula: Callable[..., Any]) -> Callable[..., Any]:
     return of_context
 
 """,
-    "arithmetic": """\
-from typing import TYPE_CHECKING, Any
+    "plain": """\
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from symasym.numbers.arithmetic import Arithmetic, Number
-""",
-    "plain": """\
-from typing import Any, Protocol
 
 
 class Ratios(Protocol):
@@ -263,8 +260,8 @@ class Field(Ratios, Protocol):
 }
 _TEXTS = {
     "mpmath": "Formulas in an mpmath context `ctx`, at its precision.",
-    "arithmetic": "Formulas over an arithmetic `c`: arrays of float64, or mpf of its context.",
-    "plain": "Formulas of + - * / and whole powers, for numbers of any one kind.",
+    "plain": "Formulas of + - * / and whole powers, for numbers of any one kind.\n\nThose with "
+    "functions are over an arithmetic `c`: arrays of float64, or mpf of its context.",
 }
 
 
@@ -278,14 +275,17 @@ def module(target: str) -> str:
         _HEADERS[target],
     ]
     for item in EMITTED:
-        if not getattr(item, target, True):
-            continue
-        if item.plain and target == "mpmath":
+        kind = target
+        if target == "plain" and not item.plain:
+            if not item.arithmetic:
+                continue
+            kind = "arithmetic"
+        elif target == "mpmath" and item.plain:
             lines.append(f"{item.name} = _of_numbers(plain.{item.name})")
             continue
         stated = expression(item)
         names, arguments = named(stated)
-        lines.append("\n" + function(item.name, arguments, stated, target, doc(item), names))
+        lines.append("\n" + function(item.name, arguments, stated, kind, doc(item), names))
     return "\n".join(lines)
 
 
