@@ -301,19 +301,17 @@ def _barrier_window(field: _Drift, near: Fraction, room: Fraction) -> Any:
 
 
 def _rises(floats: Callable[[Any], Any], a: Fraction, b: Fraction) -> list[Fraction]:
-    """Zeros of A in (a, b) where it rises, by bisection in float64."""
+    """Zeros of A in (a, b) where it rises, by 64-section in float64."""
     u = np.linspace(float(a), float(b), _SAMPLES)
     values = floats(u)
     crossings = np.flatnonzero((values[:-1] < 0) & (values[1:] >= 0))
     zeros = []
     for k in crossings:
         lo, hi = u[k], u[k + 1]
-        for _ in range(60):
-            middle = (lo + hi) / 2
-            if floats(np.asarray([middle]))[0] < 0:
-                lo = middle
-            else:
-                hi = middle
+        for _ in range(10):
+            inner = np.linspace(lo, hi, 65)
+            first = int(np.argmax(floats(inner) >= 0))
+            lo, hi = inner[first - 1], inner[first]
         ball = Fraction(float((lo + hi) / 2))
         if a < ball < b:
             zeros.append(ball)
