@@ -92,14 +92,6 @@ class Together(NamedTuple):
     drop: Any
 
 
-class Apart(NamedTuple):
-    """A complex pair that is not taken together: its factor and middle, and its rounding."""
-
-    pair: Pair
-    middle: Any
-    rough: Any
-
-
 class _BeforeEnd(NamedTuple):
     """A barrier next to an end: its number among the real zeros, and their distance."""
 
@@ -111,12 +103,12 @@ class _BeforeEnd(NamedTuple):
 class OrderZero(Builder):
     """Scenes of one structure to order 0, or one with any digits, and the size of order 1.
 
-    `together` and `apart` are the pairs of zeros; e^{-lam slack} is what leaving complex ones out
-    costs.
+    `together` and `apart` are the pairs of zeros, these complex and each with its rounding bound;
+    e^{-lam slack} is what leaving complex ones out costs.
     """
 
     together: list[Together]
-    apart: list[Apart]
+    apart: list[tuple[Pair, Any]]
     slack: Any
     #: Where numbers have any digits: the same in float64, for the sizes of order 1.
     in_float: Builder | None = None
@@ -145,11 +137,11 @@ class OrderZero(Builder):
     def sure(self) -> Any:
         """True for the drifts whose rounding is small."""
         worst = np.zeros_like(self.start)
-        for rough in [
+        for rounding in [
             *(self.zero_rounding[k] for k in self.single),
-            *(pair.rough for pair in self.apart),
+            *(rounding for _, rounding in self.apart),
         ]:
-            worst = np.maximum(worst, rough)
+            worst = np.maximum(worst, rounding)
         return worst < _ROUGHEST
 
     def inside(self, sign: int) -> list[int]:
@@ -191,8 +183,8 @@ class OrderZero(Builder):
     ) -> Together:
         """A pair that is taken together, from its factor about `point`."""
         exact = self.in_float is not None
-        rough = self.arithmetic.zero if exact else _EPS * poly(self.c_size, abs(point))
-        form = airy_form(key, pair, rough, self.arithmetic)
+        rounding = self.arithmetic.zero if exact else _EPS * poly(self.c_size, abs(point))
+        form = airy_form(key, pair, rounding, self.arithmetic)
         height = self.potential(point) - pair.level
         onward, c = bool(first(pair.sign) > 0), self.arithmetic
         zeta = c.maximum(form.zeta, c.zero)
@@ -311,11 +303,11 @@ class OrderZero(Builder):
         total = [0 * u for u in self.edges]
         size = list(total)
 
-        def add(at: int, rough: Any, *parts: Any) -> None:
+        def add(at: int, rounding: Any, *parts: Any) -> None:
             for part in parts:
                 total[at] = total[at] + part
                 if self.in_float is None:
-                    size[at] = size[at] + abs(part) * rough
+                    size[at] = size[at] + abs(part) * rounding
 
         gaps = {(1 + s, b.barrier): b.gap for s, b in self.before_end.items() if b is not None}
         for k in self.single:
@@ -323,16 +315,16 @@ class OrderZero(Builder):
             for at in edges:
                 distance = gaps.get((at, k), self.edges[at] - self.lines[k])
                 add(at, 6 * self.zero_rounding[k], c.log(abs(distance)) / slope)
-        for one in self.apart:
-            share = regular_share(one.pair, False, c)
+        for pair, rounding in self.apart:
+            share = regular_share(pair, False, c)
             for at in edges:
-                add(at, 6 * one.rough, *share(self.edges[at] - one.middle, None))
-        for pair in self.together:
-            share = regular_share(pair.pair, True, c)
+                add(at, 6 * rounding, *share(self.edges[at] - pair.middle, None))
+        for one in self.together:
+            share = regular_share(one.pair, True, c)
             for at in edges:
-                gap = next((gaps[at, k] for k in pair.members if (at, k) in gaps), None)
-                y = pair.side * self.edges[at] - pair.point - pair.pair.middle
-                gap = gap if at == 1 + pair.side else None
+                gap = next((gaps[at, k] for k in one.members if (at, k) in gaps), None)
+                y = one.side * self.edges[at] - one.point - one.pair.middle
+                gap = gap if at == 1 + one.side else None
                 add(at, 64 * _EPS, *share(y, gap))
         # Order 1 is the derivative of -1/(2 phi²), of which start and end may cancel by chance.
         sizes = self if self.in_float is None else self.in_float
@@ -352,11 +344,12 @@ def _with_first(series: Series, first_one: Any) -> Series:
     return Series(parts, majorants=series.majorants)
 
 
-def factor_pair(c: Sequence[Any], middle: Any, square: Any) -> Pair:
-    """(u - middle)² - square as a factor of A, with what is left of A about the middle."""
+def factor_pair(c: Sequence[Any], z: Any) -> Pair:
+    """The complex pair of A's zero z as a factor, and what is left of A about its middle."""
+    middle, square = z.real, -(z.imag**2)
     psi = shifted(divided(list(c), -2 * middle, middle * middle - square)[0], middle)
     zero = 0 * square
-    return Pair(zero, square, psi, 1, square, zero, zero)
+    return Pair(middle, square, psi, 1, square, zero, zero)
 
 
 # -- many scenes in float64 ------------------------------------------------------------------------
@@ -510,7 +503,7 @@ def _of_drift(
     real.sort(key=lambda zero: zero[0])
     one.lines, one.zero_rounding = [u for u, _ in real], [0.0] * len(real)
     one.in_float = _in_float(one)
-    one.apart = [Apart(factor_pair(one.c, z.real, -(z.imag**2)), z.real, zero) for z in above]
+    one.apart = [(factor_pair(one.c, z), zero) for z in above]
     one.together = []
     for key, (k, pair, point, side) in enumerate(pairs, start=2):
         members = tuple(j for j, (_, own) in enumerate(real) if own == k)

@@ -223,7 +223,7 @@ def _complex(
     return found if 2 * found == left - 1 else -1
 
 
-def _rough(
+def _zero_rounding(
     c: list[float], n: int, lines: list[float], real: int, owner: list[int], rows: list[float],
     count: int, x: list[float], y: list[float], above: int,
 ) -> float:  # fmt: skip
@@ -455,5 +455,5 @@ def _structure(
             return -1
     counts[0] = count
     counts[1] = above
-    rough = _rough(c, n, lines, real, owner, rows, count, x, y, above)
-    return real if rough < 1e-10 else -1
+    rounding = _zero_rounding(c, n, lines, real, owner, rows, count, x, y, above)
+    return real if rounding < 1e-10 else -1
