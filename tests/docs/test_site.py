@@ -261,6 +261,8 @@ def test_a_word_of_the_glossary_is_linked_where_it_is_first_used() -> None:
         ("term-well", "well"),
         ("term-fold", "fold"),
     ]
+    fenced = "````{raw} html\nWells\n```\nfolds\n````\n\nSee `folds`.\n"
+    assert glossary.linked(fenced) == fenced
     made = glossary.anchored((ROOT / "docs" / "glossary.md").read_text("utf-8"))
     anchors = re.findall(r'<span id="([\w-]+)">', made)
     assert sorted(anchors) == sorted(set(glossary.terms().values()))

@@ -198,9 +198,7 @@ def test_stability_over_two_scenes(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     exact = cells["k=1e8", "exact", "35 digits"]
     assert exact["claimed"] == pytest.approx(35, abs=0.01)
     assert 35 <= exact["true"] <= MOST
-    assert (
-        "that claim more digits than are true: 0." in (tmp_path / "stability.md").read_text()
-    )
+    assert "that claim more digits than are true: 0." in (tmp_path / "stability.md").read_text()
     # T is (r^2 - x^2)/kappa^2 where noise is that strong, so that both condition numbers are 2.
     (strong, _) = record["conditions"]
     assert strong["of_T"]["kappa"] == pytest.approx(2, rel=1e-6)
