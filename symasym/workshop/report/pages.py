@@ -47,7 +47,9 @@ def typeset(text: str) -> str:
 
 
 def _power(number: re.Match[str]) -> str:
-    """A number as a formula."""
+    """A number as a formula, or as it is where the power would be 1 or 10."""
+    if 0 <= int(number[2]) <= 1:
+        return f"{float(number[0]):g}"
     factor = "" if float(number[1]) == 1 else rf"{number[1]} \times "
     return f"${factor}10^{{{int(number[2])}}}$"
 
@@ -130,6 +132,7 @@ _IN_CELLS = {
     r"\d+ terms? in 2/kappa\^2 leaves? an": r"the terms in $2/\\kappa^2$ leave an",
     r"\ba([-+]) = (-?[\d.]+)": r"$a^\1 = \2$",
     r"\bu = (-?[\d.]+)": r"$u = \1$",
+    r"\bA (?=varies)": "$A$ ",
     r"\|": r"\\|",
 }
 
@@ -158,7 +161,7 @@ def _lies(p: Point) -> bool:
 def growth(grown: list[Grown]) -> str:
     """A table for each axis."""
     parts = []
-    titles = {"digits": "Digits", "lam": r"$\lambda$", "points": "Number of points"}
+    titles = {"digits": "digits", "lam": r"$\lambda$", "points": "number of points"}
     for axis, items in groupby(grown, key=lambda g: g.along):
         every = list(items)
         names = list(dict.fromkeys(g.method for g in every))
@@ -174,14 +177,14 @@ def growth(grown: list[Grown]) -> str:
         for name in names:
             own = [g for g in every if g.method == name]
             if len(own) > 1:
-                last.append(f"{_in_tex(name)} {exponent(own):.2f}")
-        heads = [titles[axis].lower(), *map(_in_tex, names)]
-        parts += [f"### {titles[axis]}", table(heads, rows)]
+                last.append(f"{in_tex(name)} {exponent(own):.2f}")
+        heads = [titles[axis], *map(in_tex, names)]
+        parts += [f"### With the {titles[axis]}".replace("the $", "$"), table(heads, rows)]
         parts.append(f"Exponent of the growth between the last two rows: {'; '.join(last)}.")
     return "\n\n".join(parts)
 
 
-def _in_tex(name: str) -> str:
+def in_tex(name: str) -> str:
     """What was measured, its symbols as formulas."""
     return name.replace("z0", "$z_0$").replace("kappa", r"$\kappa$")
 

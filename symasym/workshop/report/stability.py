@@ -170,8 +170,8 @@ def page(
         "## Condition numbers",
         "The decimal logarithm of the condition number of $T$ and, behind the slash, of $\\log T$, "
         "from exact derivatives (`sa.sensitivity`): so many digits of the value are lost if the "
-        "parameter is rounded. They are lost by the problem; more than these, by a method. A dot "
-        "stands for a condition number of at most 1.",
+        "parameter is rounded, by any method. A dot stands for a condition number of at most 1, a "
+        "dash for no such parameter.",
         _condition_table(numbers),
     ]
     return typeset("\n\n".join(blocks)) + "\n"
@@ -179,11 +179,13 @@ def page(
 
 def _condition_table(numbers: list[Condition]) -> str:
     """The table of condition numbers, as digits that a rounded parameter costs."""
+    # A parameter whose rounding costs no digit anywhere has no column.
     names = list(dict.fromkeys(name for c in numbers for name in c.of_T))
+    names = [n for n in names if any(c.of_T.get(n, 0) > 1 for c in numbers)]
     rows = []
     for c in numbers:
         pairs = [(c.of_T[n], c.of_log_T[n]) if n in c.of_T else () for n in names]
-        cells = [" / ".join(map(_lost, pair)) or "–" for pair in pairs]
+        cells = ["\u00a0/\u00a0".join(map(_lost, pair)) or "–" for pair in pairs]
         rows.append([f"`{c.scene}`", *cells, cause(c.reason)])
     return table(["scene", *(_SYMBOLS.get(n, n) for n in names), "why there are none"], rows)
 
