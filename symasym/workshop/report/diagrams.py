@@ -98,6 +98,8 @@ def growth(grown: list[Grown]) -> Figure:
     """Seconds against digits, lam and the number of points."""
     from matplotlib.figure import Figure
 
+    from symasym.workshop.report.pages import in_tex
+
     labels = {"digits": "digits", "lam": r"$\lambda = 2/\kappa^2$", "points": "points"}
     axes_of = list(dict.fromkeys(g.along for g in grown))
     with style():
@@ -109,7 +111,7 @@ def growth(grown: list[Grown]) -> Figure:
             for mark, name in zip(marks, dict.fromkeys(g.method for g in own), strict=False):
                 part = [g for g in own if g.method == name]
                 axes.plot([g.at for g in part], [g.seconds for g in part], marker=mark,
-                          markersize=4, label=name)  # fmt: skip
+                          markersize=4, label=in_tex(name))  # fmt: skip
             axes.set(xscale="log", yscale="log", xlabel=labels[axis], ylabel="seconds")
             low, high = (math.log10(y) for y in axes.get_ylim())
             # Whole decades, and room for the names above the curves.
