@@ -113,10 +113,10 @@ class _Evaluation:
     def main(self, dominant: Leading) -> tuple[Model, SmallTerms]:
         """T/(lam e^{lam E}): what dominates, and all else relative to that."""
         total: Model | None = None
-        parts: list[SmallTerms] = []
+        parts: list[SmallTerm] = []
         for well in dominant.wells:
             model, small = self._product(well)
-            parts.append(small)
+            parts += small
             total = model if total is None else total + model
         assert total is not None
         least = total.least()
@@ -132,8 +132,7 @@ class _Evaluation:
                 size, power = size * factor, power + more
             rest.append(SmallTerm((size / least).upper(), power, (height - exponent).lower()))
         # Each well's own error is relative to its own positive share, so to the sum as well.
-        joined = max_of(parts, self.over)
-        return total, joined + merged(rest)
+        return total, (*parts, *merged(rest))
 
     def _product(self, well: DominantWell) -> tuple[Model, SmallTerms]:
         """A B/(A + M + B) times the well's own integral, and its errors relative to that."""
@@ -253,13 +252,6 @@ def together(errors: Sequence[SmallTerms], over: Range) -> SmallTerms:
         errors_of_product += [t._replace(size=(t.size * grown).upper()) for t in small]
         grown = (grown * (1 + supremum(small, 0, flint.arb(0), over.top))).upper()
     return tuple(errors_of_product)
-
-
-def max_of(parts: Sequence[SmallTerms], over: Range) -> SmallTerms:
-    """One that bounds each of several."""
-    if len(parts) == 1:
-        return parts[0]
-    return tuple(t for part in parts for t in part)
 
 
 def merged(terms: Sequence[SmallTerm]) -> SmallTerms:

@@ -83,7 +83,7 @@ if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
-__all__ = ["Member", "corrected", "of_scene", "of_scenes", "sides_at", "time_at", "whole_at"]
+__all__ = ["Member", "corrected", "of_scene", "of_scenes", "sides_at", "whole_at"]
 
 # Of lam, where the next terms are looked at.
 _BESIDE = (1, 0.8, 0.64)
@@ -239,7 +239,9 @@ class _TwoSides(NamedTuple):
     local: bool
 
     def time(self, lam: Any, order: int) -> Any:
-        return time_at(self.sides, self.truncations, self.radius, lam, order, self.context)
+        """T at one lam, a number of the context."""
+        args = self.truncations, self.radius, lam, order, self.context
+        return lam * mean_time(sides_at(self.sides, *args))
 
 
 def _analysed(
@@ -294,8 +296,9 @@ def _estimate(scene: _TwoSides, lam: Fraction, order: int, kappa: str) -> tuple[
     if not size < value:
         raise _too_strong(kappa, order)
     if scene.local:
-        straight = scene._replace(sides=[_straightened(side, context) for side in scene.sides])
-        local = straight.time(number, 0)
+        # phi taken as a parabola about each pair: Airy's argument is linear in its height there.
+        sides = [s._replace(pairs=[parabola(p, context) for p in s.pairs]) for s in scene.sides]
+        local = scene._replace(sides=sides).time(number, 0)
         # Away from the fold that may be off by more than itself.
         return local, size + abs(local - value)
     return value, size
@@ -346,11 +349,6 @@ def _next_terms(found: list[Any], n: int, context: Any) -> Any:
 
 def _log_error(value: Any, size: Any, context: Any) -> Any:
     return -context.log1p(-size / value) if size < value else context.inf
-
-
-def _straightened(side: OneSide, context: Any) -> OneSide:
-    """phi taken as a parabola about each pair: Airy's argument is linear in its height there."""
-    return side._replace(pairs=[parabola(canonical, context) for canonical in side.pairs])
 
 
 def _names(sides: list[OneSide], context: Any) -> tuple[str, ...]:
@@ -440,13 +438,6 @@ class _SideSum:
                     self.nested += down.value * up.onward
         scale = sum((up.value for up in self.rising), 0 * self.nested)
         return Side(scale, self.nested, *self.starts)
-
-
-def time_at(
-    sides: list[OneSide], truncations: Truncations, r: mpf, lam: mpf, order: int, context: MPContext
-) -> Any:
-    """T at one lam; `r` as a number of the context."""
-    return lam * mean_time(sides_at(sides, truncations, r, lam, order, context))
 
 
 def sides_at(
