@@ -38,8 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
             )
         wrong, paths = stability(arguments.out, arguments.quick)
     else:
-        from symasym.workshop.report.pages import lies
-        from symasym.workshop.report.write import report
+        from symasym.workshop.report.pages import lies, report
 
         points, paths = report(arguments.out, arguments.scene, arguments.quick)
         wrong = [p for p in lies(points) if p.ours]
