@@ -1,6 +1,7 @@
 """The paper's figures, computed from the model; each function gives a matplotlib Figure.
 
-A figure's caption is its label, ``figure.get_label()``, and stands in every file of it.
+A figure's caption is its label, ``figure.get_label()``, and stands in every file of it. A parameter
+out of its range is refused by an InputError.
 """
 
 from __future__ import annotations

@@ -18,11 +18,13 @@ from symasym.workshop.figures.style import (
     INK,
     colors,
     dark,
+    given_text,
     light,
     new_figure,
     number_text,
     several,
     shape_colors,
+    signed,
     style,
 )
 
@@ -147,15 +149,6 @@ def fric1(
     alpha, eps, r : number
         Friction strength; physical half-width of the layer and escape radius.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    InputError
-        If a parameter is out of its range.
-
     Examples
     --------
     >>> from symasym.workshop.figures import fric1
@@ -169,7 +162,7 @@ def fric1(
     labels = [rf"$\kappa = {number_text(exact('kappa', k))}$" for k in amplitudes]
     caption = (
         "Logarithm of the mean escape time with the spring extension frozen at z0, "
-        f"{_setting_text(setting)}: the exact integral (solid) and the paper's leading-order "
+        f"{given_text(**setting)}: the exact integral (solid) and the paper's leading-order "
         "formula (dotted), for the kappa beside the curves."
     )
     if any(curves[0].fold is not None for curves in panels):
@@ -222,11 +215,6 @@ def fric2(
     matplotlib.figure.Figure
         Every discontinuity of the asymptotic value is marked.
 
-    Raises
-    ------
-    InputError
-        If a parameter is out of its range.
-
     Examples
     --------
     >>> from symasym.workshop.figures import fric2
@@ -240,7 +228,7 @@ def fric2(
     noise = number_text(exact("kappa", kappa))
     caption = (
         "Logarithm of the mean escape time with the spring extension frozen at z0, "
-        f"kappa = {noise}, {_setting_text(setting)}, for the mu beside the curves: the "
+        f"kappa = {noise}, {given_text(**setting)}, for the mu beside the curves: the "
         "exact integral (solid) and the paper's leading-order formula (dotted). The numbers are "
         "the folds, at which the formula jumps: its Stokes discontinuities."
     )
@@ -268,11 +256,6 @@ def _lowest(shapes: tuple[Any, ...], alpha: Number) -> float:
     strength = float(exact("alpha", alpha))
     folds = [float(sa.friction(mu=m, alpha=alpha).folds().z0[0]) for m in shapes]
     return min([1 - 3 * strength, *(f - strength / 2 for f in folds if not np.isnan(f))])
-
-
-def _setting_text(setting: dict[str, Any]) -> str:
-    """The parameters of a figure, for its caption."""
-    return ", ".join(f"{name} = {number_text(exact(name, x))}" for name, x in setting.items())
 
 
 def _limits(axes: Axes, curves: list[Curve], below: float) -> None:
@@ -355,7 +338,7 @@ def _fold_inset(axes: Axes, curves: list[Curve]) -> None:
         ylim=(level - 0.55, level + 2.25),
     )
     ends = [fold - 0.7 * half, fold, fold + 0.7 * half]
-    names = [f"{end:.2g}".replace("-", "\N{MINUS SIGN}") for end in ends]
+    names = [signed(f"{end:.2g}") for end in ends]
     names[1] = "$z_0^{(+)}$"
     inset.set_xticks([e for e in ends if e < right], names[: sum(e < right for e in ends)])
     inset.tick_params(labelsize="small")
@@ -381,7 +364,7 @@ def _mark_folds(axes: Axes, curves: list[Curve], hues: list[str]) -> None:
         z0, log_time = curves[k].asymptotic[0]
         text = min(fold, text - 0.04 * (right - left))
         axes.annotate(
-            f"{fold:.2f}".replace("-", "\N{MINUS SIGN}"),
+            signed(f"{fold:.2f}"),
             xy=(float(z0[-1]), float(log_time[-1]) + 0.025 * (high - low)),
             xytext=(text, float(log_time[-1]) + 0.095 * (high - low)),
             ha="center",

@@ -20,6 +20,7 @@ from symasym.workshop.figures.style import (
     layer_band,
     new_figure,
     number_text,
+    signed,
     style,
     vector,
 )
@@ -50,11 +51,6 @@ def fil(alpha: Number = 1) -> Figure:
         Panel (i) is about the middle of the sliding region of the friction
         oscillator, with the construction of the sliding vector; panel (ii) is
         in its crossing region.
-
-    Raises
-    ------
-    InputError
-        If alpha is not greater than 0.
 
     Examples
     --------
@@ -110,11 +106,6 @@ def flows(mu: Number = 3, alpha: Number = 1, eps: Number = "1/10") -> Figure:
         Orbits in (z, u), u = y/eps, and the slow manifold, an orbit itself (Fenichel):
         its attracting branch (solid) and its repelling one (dashed).
 
-    Raises
-    ------
-    InputError
-        If a parameter is out of its range, or the layer too thin for the force.
-
     Examples
     --------
     >>> from symasym.workshop.figures import flows
@@ -138,8 +129,8 @@ def flows(mu: Number = 3, alpha: Number = 1, eps: Number = "1/10") -> Figure:
         "(i) Sliding region: orbits settle on the attracting one. (ii.a) Crossing "
         "region, linear smoothing: nothing stops them. (ii.b) The same region with "
         f"mu = {number_text(shape)}: orbits from below stay in the layer until the manifold "
-        f"ends at the fold, z = {_short(fold)} (dot); those that begin on the repelling branch "
-        "leave it either way."
+        f"ends at the fold, z = {signed(f'{fold:.3g}')} (dot); those that begin on the repelling "
+        "branch leave it either way."
     )
     edge = 1 - a
     left = min(edge - 1.2 * a, fold - 0.4 * a)
@@ -189,11 +180,6 @@ def phase(alpha: Number = 1) -> Figure:
         Orbits by Filippov's convention in (z, y); on y = 0 the crossing
         regions are dashed, and the sliding region is solid with its field.
 
-    Raises
-    ------
-    InputError
-        If alpha is not greater than 0.
-
     Examples
     --------
     >>> from symasym.workshop.figures import phase
@@ -231,11 +217,6 @@ def phase(alpha: Number = 1) -> Figure:
         axes.set_yticks([0, 1])
         _phase_key(figure)
         return figure
-
-
-def _short(number: float) -> str:
-    """Three digits of a number, with a minus sign of its own."""
-    return f"{number:.3g}".replace("-", "\N{MINUS SIGN}")
 
 
 def require_overshoot(mu: Fraction) -> None:

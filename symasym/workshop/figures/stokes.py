@@ -10,7 +10,16 @@ import symasym as sa
 from symasym.base.errors import InputError
 from symasym.base.inputs import FloatArray, Number, exact
 from symasym.drift.models import check_count
-from symasym.workshop.figures.style import INK, colors, dark, new_figure, number_text, style
+from symasym.workshop.figures.style import (
+    INK,
+    colors,
+    dark,
+    fold_of,
+    given_text,
+    new_figure,
+    number_text,
+    style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,11 +63,6 @@ def stokes(
         Times, multiplier, relative errors, and the error of the uniform formula over z0
         and kappa.
 
-    Raises
-    ------
-    InputError
-        If a parameter is out of its range, or there is no fold.
-
     Examples
     --------
     >>> from symasym.workshop.figures import stokes
@@ -68,9 +72,7 @@ def stokes(
     if check_count("points", points) < 8:
         raise InputError(f"points is {points}; give 8 or more.")
     family = sa.friction(mu=mu, alpha=alpha)
-    fold = float(family.folds().z0[0])
-    if np.isnan(fold):
-        raise InputError(f"mu is {mu}; this figure is about the fold, which needs mu > 1/2.")
+    fold = fold_of(mu, alpha)
     width = min(0.35, 0.9 * (1 - float(alpha) - fold))
     fine = fold + np.linspace(-0.8, 1.0, _FINER * (points - 1) + 1) * width
     z0 = fine[::_FINER]
@@ -93,13 +95,18 @@ def stokes(
         "uniform, order 1": (z0, log_time("uniform", 1)),
         "uniform, order 2": (z0, log_time("uniform", 2)),
     }
+    caption = (
+        f"A well is born at z0 = {fold:.4g} ({given_text(mu=mu, kappa=kappa, r=r)}): the escape "
+        "time with z frozen (a), the Stokes multiplier (b), relative errors (c), and the error of "
+        "the uniform formula's leading order over z0 and kappa (d)."
+    )
     with style():
-        figure = new_figure(7.6, 6.0, _caption(fold, mu, kappa, r))
+        figure = new_figure(7.6, 6.0, caption)
         times, shares, errors, plane = figure.subplots(2, 2).ravel()
         _times(times, curves, fine, wanted[:, 0], fold)
         _shares(shares, family.bind(z0=fine), kappa, fine, fold)
-        _errors(errors, curves, fine, wanted[:, 0], fold)
-        _plane(plane, fine, np.abs(np.expm1(both - wanted))[:, 1:], fold)
+        _errors(errors, curves, fine, wanted[:, 0])
+        _plane(plane, fine, np.abs(np.expm1(both - wanted))[:, 1:])
         amplitude = rf"$\kappa = {number_text(exact('kappa', kappa))}$"
         titles = {
             times: rf"escape time, $\mu = {number_text(exact('mu', mu))}$, {amplitude}, $r = {r}$",
@@ -110,6 +117,7 @@ def stokes(
         for letter, (one, title) in zip("abcd", titles.items(), strict=True):
             one.set_title(f"({letter})  {title}", loc="left")
             one.set_xlabel(r"$z_0$")
+            one.axvline(fold, color=INK, linewidth=0.6, linestyle=":")
     return figure
 
 
@@ -126,24 +134,8 @@ def _looks() -> dict[str, tuple[object, str]]:
     }
 
 
-def _caption(fold: float, mu: Number, kappa: Number, r: Number) -> str:
-    """The figure's caption."""
-    given = {"mu": mu, "kappa": kappa, "r": r}
-    shown = ", ".join(f"{name} = {number_text(exact(name, x))}" for name, x in given.items())
-    return (
-        f"A well is born at z0 = {fold:.4g} ({shown}): the escape time with z frozen (a), the "
-        "Stokes multiplier (b), relative errors (c), and the error of the uniform formula's "
-        "leading order over z0 and kappa (d)."
-    )
-
-
 # A legend that the line at the fold does not go through.
 _ON_TOP: dict[str, Any] = {"frameon": True, "framealpha": 1, "edgecolor": "none"}
-
-
-def _marked(axes: Axes, fold: float) -> None:
-    """Draw the fold as a dotted line."""
-    axes.axvline(fold, color=INK, linewidth=0.6, linestyle=":")
 
 
 def _times(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray, fold: float) -> None:
@@ -161,7 +153,6 @@ def _times(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray, fold:
             at, values = np.insert(at, index, fold), np.insert(values, index, np.nan)
         wide = 3.2 if name == "exact" else 1.5
         axes.semilogy(at, values, dashes, color=color, linewidth=wide, label=name)
-    _marked(axes, fold)
     axes.set_ylabel(r"$T$")
     axes.legend(loc="upper left", **_ON_TOP)
 
@@ -176,11 +167,10 @@ def _shares(axes: Axes, drift: sa.Drift, kappa: Number, z0: FloatArray, fold: fl
     color, dashes = looks["step (the paper)"]
     ends, values = [z0[0], fold, fold, z0[-1]], [0, 0, 1, 1]
     axes.plot(ends, values, dashes, color=color, label="step (the paper)", zorder=1)
-    _marked(axes, fold)
     axes.legend(loc="upper left", bbox_to_anchor=(0, 0.93), fontsize=7.2, handlelength=1.6)
 
 
-def _errors(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray, fold: float) -> None:
+def _errors(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray) -> None:
     """Draw the relative errors of T."""
     looks = _looks()
     for name, (at, logs) in curves.items():
@@ -188,13 +178,12 @@ def _errors(axes: Axes, curves: Curves, z0: FloatArray, wanted: FloatArray, fold
         known = wanted[:: (len(z0) - 1) // (len(at) - 1)]
         error = np.maximum(np.abs(np.expm1(logs - known)), 1e-16)
         axes.semilogy(at, error, dashes, color=color, label=name)
-    _marked(axes, fold)
     axes.set_ylabel("relative error")
     axes.set_ylim(top=3e4)
     axes.legend(fontsize=7.2, ncols=2, loc="upper left", columnspacing=3.0, **_ON_TOP)
 
 
-def _plane(axes: Axes, z0: FloatArray, error: FloatArray, fold: float) -> None:
+def _plane(axes: Axes, z0: FloatArray, error: FloatArray) -> None:
     """Draw the error of the uniform formula over z0 and kappa."""
     shown = axes.pcolormesh(
         z0, _MAP, np.log10(np.maximum(error.T, 1e-16)), shading="nearest", cmap="cividis"
@@ -203,5 +192,4 @@ def _plane(axes: Axes, z0: FloatArray, error: FloatArray, fold: float) -> None:
     axes.set_yticks([0.05, 0.1, 0.2], ["0.05", "0.1", "0.2"])
     axes.minorticks_off()
     axes.set_ylabel(r"$\kappa$")
-    _marked(axes, fold)
     axes.figure.colorbar(shown, ax=axes, label=r"$\log_{10}$ relative error")

@@ -25,22 +25,11 @@ def label(quantity: str) -> str:
 
 
 class Finding(NamedTuple):
-    """One comparison.
+    """One comparison: a formula by its label, which of its evaluators, which check.
 
-    Attributes
-    ----------
-    formula : str
-        Label of the paper, or name of the derivation.
-    evaluator : str
-        Which of its evaluators.
-    check : str
-    size : float or None
-        What was found over what is allowed, so that it passes up to 1; None where the
-        evaluator refused to answer and may.
-    where : str
-        Scene and options.
-    detail : str
-        The numbers, where it fails.
+    `size` is what was found over what is allowed, so that it passes up to 1; None where the
+    evaluator refused to answer and may. `where` is the scene and options, `detail` has the numbers
+    where it fails.
     """
 
     formula: str

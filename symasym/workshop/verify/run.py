@@ -164,19 +164,7 @@ def run_task(task: Task, full: bool) -> Done:
 
 @dataclass
 class Verification:
-    """The result of `verify`.
-
-    Attributes
-    ----------
-    level : {"quick", "full"}
-    seed : int
-    done : list of Done
-        One for each task that ended.
-    tasks : int
-        How many there were to do.
-    seconds : float
-    interrupted : bool
-    """
+    """The result of `verify`: what was `done` of so many `tasks`."""
 
     level: str
     seed: int
@@ -213,29 +201,12 @@ def verify(
     workers: int | None = None,
     only: Callable[[Task], bool] | None = None,
 ) -> Verification:
-    """Every formula and evaluator against quadrature, balls and exact_checks.
+    """Every formula and evaluator against quadrature, balls and identities.
 
-    Parameters
-    ----------
-    level : {"quick", "full"}
-    seed : int
-        Of the random scenes.
-    workers : int, optional
-        Processes; as many as there are processors when left out, 0 for none but this one.
-        Other processes import the calling script, which must guard its main part as
-        `multiprocessing` asks.
-    only : callable, optional
-        Which tasks to do, all of them when left out.
-
-    Returns
-    -------
-    Verification
-        After an interrupt as well, with what was done until then.
-
-    Raises
-    ------
-    InputError
-        For a level that does not exist, or a seed or number of workers that is none.
+    The level is "quick" or "full", the seed that of the random scenes; `workers` are processes, as
+    many as there are processors when left out, 0 for none but this one (others import the calling
+    script, which must guard its main part as `multiprocessing` asks); `only` tells which tasks to
+    do. After an interrupt it has what was done until then.
     """
     if level not in SCENES:
         raise InputError(f"level is {level!r}; give one of {', '.join(map(repr, SCENES))}.")
