@@ -151,7 +151,7 @@ def add_verify(commands: Commands) -> None:
 def _verify(arguments: argparse.Namespace) -> int:
     """Status 0 if all passes, 1 if something fails, 130 after an interrupt."""
     from symasym.workshop.verify import verify
-    from symasym.workshop.verify.pages import record, table
+    from symasym.workshop.verify.run import record, table
 
     report = verify(arguments.level, arguments.seed, arguments.workers)
     if arguments.out:

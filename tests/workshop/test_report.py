@@ -18,7 +18,7 @@ import symasym as sa
 from symasym.commands.main import main
 from symasym.numbers import balls
 from symasym.workshop.problems import BY_NAME
-from symasym.workshop.report import growth, measure, pages, peers, stability, timing
+from symasym.workshop.report import measure, pages, peers, stability, timing
 from symasym.workshop.report.diagrams import heat_maps, work_precision
 from symasym.workshop.report.measure import (
     MOST,
@@ -31,7 +31,7 @@ from symasym.workshop.report.measure import (
     known,
     point,
 )
-from symasym.workshop.verify.references import Reference
+from symasym.workshop.verify.findings import Reference
 from tests.benchmarks import __main__ as benchmarks
 
 PNG = b"\x89PNG\r\n"
@@ -177,11 +177,11 @@ def test_report_writes_whole_files(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
         pages, "others",
         lambda problem, quick: [r for r in measure.others(problem, quick) if r.method == "dblquad"],
     )  # fmt: skip
-    monkeypatch.setattr(growth, "digits", lambda quick: [
-        growth.Grown("digits", "exact", n, n / 1e4, n) for n in (10, 100)])  # fmt: skip
-    monkeypatch.setattr(growth, "noise", lambda quick: [])
-    monkeypatch.setattr(growth, "points", lambda quick: [
-        growth.Grown("points", "exact", n, n / 1e6, None, 12.0) for n in (100, 10000)])  # fmt: skip
+    monkeypatch.setattr(timing, "digits", lambda quick: [
+        timing.Grown("digits", "exact", n, n / 1e4, n) for n in (10, 100)])  # fmt: skip
+    monkeypatch.setattr(timing, "noise", lambda quick: [])
+    monkeypatch.setattr(timing, "points", lambda quick: [
+        timing.Grown("points", "exact", n, n / 1e6, None, 12.0) for n in (100, 10000)])  # fmt: skip
     assert main(["report", "--quick", "--scene", "strong", "-o", str(tmp_path)]) == 0
     record = json.loads((tmp_path / "points.json").read_text())
     methods_seen = {p["method"] for p in record["points"]}
@@ -301,19 +301,17 @@ def test_some_parts_of_the_benchmarks_are_renewed_alone() -> None:
 
 def test_laplace_integrals_beside_a_peer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Our claim holds on each; without the peer the page says so."""
-    from symasym.workshop.report import integral_peers
-
-    monkeypatch.setattr(integral_peers, "installed", lambda: None)
-    rows = integral_peers.measured()
+    monkeypatch.setattr(peers, "installed", lambda: None)
+    rows = peers.measured()
     assert {row.tool for row in rows} == {"symasym"}
     for row in rows:
         claimed = float(row.claim.rpartition(" ")[2])
         assert row.claim.startswith("bound")
         assert row.error is not None
         assert 1e-12 < row.error <= claimed
-    text = integral_peers.section()
+    text = peers.section()
     assert "`asymptotic` is not installed" in text
-    assert text.count("| symasym |") == len(integral_peers.INTEGRALS)
+    assert text.count("| symasym |") == len(peers.INTEGRALS)
 
 
 def test_tables_of_the_benchmarks_are_set_as_formulas() -> None:

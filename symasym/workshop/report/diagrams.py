@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from symasym.workshop.figures.style import style
-from symasym.workshop.report.growth import Grown
 from symasym.workshop.report.measure import MOST, Cell, Point, columns
+from symasym.workshop.report.timing import Grown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

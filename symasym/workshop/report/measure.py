@@ -25,7 +25,7 @@ from symasym.numbers import balls
 from symasym.workshop.problems import BY_NAME, Problem
 from symasym.workshop.report import peers
 from symasym.workshop.report.timing import calls, capped
-from symasym.workshop.verify.references import Reference, provable
+from symasym.workshop.verify.findings import Reference, provable
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -13,9 +13,7 @@ from typing import TYPE_CHECKING, Any
 from symasym.base import progress
 from symasym.base.files import versions, write_bytes, write_json
 from symasym.workshop.figures.style import encode
-from symasym.workshop.report import diagrams, integral_peers
-from symasym.workshop.report import growth as growing
-from symasym.workshop.report.growth import Grown, exponent
+from symasym.workshop.report import diagrams, peers, timing
 from symasym.workshop.report.measure import (
     Point,
     chosen,
@@ -26,7 +24,7 @@ from symasym.workshop.report.measure import (
     ours,
     point,
 )
-from symasym.workshop.report.timing import load, measured_on
+from symasym.workshop.report.timing import Grown, exponent, load, measured_on
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -246,7 +244,7 @@ def measured(
                 points.append(point(name, run, truth, LIMITS[quick]))
                 step()
     grown: list[Grown] = []
-    stages = (growing.digits, growing.noise, growing.points)
+    stages = (timing.digits, timing.noise, timing.points)
     with progress.stage("growth", len(stages)) as step:
         for stage in stages:
             grown += stage(quick)
@@ -266,7 +264,7 @@ def report(
     where = measured_on(before)
     command = "symasym report" + (" --quick" if quick else "")
     command += "".join(f" --scene {name}" for name in names or ())
-    text = page(points, grown, about, missing(), where, command) + integral_peers.section()
+    text = page(points, grown, about, missing(), where, command) + peers.section()
     record = {
         "scenes": about,
         "points": [asdict(p) for p in points],
