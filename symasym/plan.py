@@ -159,7 +159,7 @@ class Plan:
         order = "" if self.order is None else f", order {self.order}"
         head = (
             f"{self.method}{order}: relative error at most {self.error:.2g} ({self.error_kind}), "
-            f"about {self.cost:,.0f} exponentials a point"
+            f"about {self.cost:,.0f} times np.exp a point"
         )
         lines = [
             f"  {'kept' if t.kept else 'left out':9}{_short(t.size):>10}  {t.name}: {t.reason}"

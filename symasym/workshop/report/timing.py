@@ -277,3 +277,8 @@ def exponent(grown: list[Grown]) -> float:
     """Exponent of the time's growth between the last two points."""
     first, last = grown[-2:]
     return math.log(last.seconds / first.seconds) / math.log(last.at / first.at)
+
+
+def in_tex(name: str) -> str:
+    """What was measured, its symbols as formulas."""
+    return name.replace("z0", "$z_0$").replace("kappa", r"$\kappa$")
