@@ -1,4 +1,4 @@
-"""Scenes as all methods read them, what is asked of a method, and its answer as all hand it back.
+"""Scenes as all methods read them, and answers as all of them hand them back.
 
 A scene is a drift phi, the large parameter lam = 2/kappa^2, and the numbers of the quantity asked
 for (r and the start of eq:Ttilde and eq:C, the position y of eq:pss). One scene has exact
@@ -32,6 +32,7 @@ from symasym.drift.drift import Drift
 
 if TYPE_CHECKING:
     from mpmath import mpf
+
 
 _KAPPA_RANGE = (1e-145, 1e145)
 _R_RANGE = (1e-150, 1e152)
@@ -241,7 +242,7 @@ def working_digits(digits: int, lam: Fraction, r: Fraction) -> int:
     return digits + 2 * len(str(int(lam * (1 + r) + 1))) + 20
 
 
-# -- what is asked, and the answers ----------------------------------------------------------------
+# -- answers ---------------------------------------------------------------------------------------
 
 
 _LARGEST, _SMALLEST = 709.78, -708.39

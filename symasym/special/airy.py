@@ -1,4 +1,4 @@
-"""Products of Airy functions, for float64 arrays and to any number of digits.
+"""Products of Airy functions, and two coalescing critical points in closed form.
 
 Ai² + Bi², Ai Ai' + Bi Bi', Ai'² + Bi'², Bi and Bi' (DLMF 9.2, 9.8), each with its exponential
 taken out where Z > 0. Arrays take them from tables (`symasym.special.tables`) in Z, and in
@@ -6,9 +6,8 @@ taken out where Z > 0. Arrays take them from tables (`symasym.special.tables`) i
 long as they converge faster than the asymptotic ones (DLMF 9.7(ii)) are good: what cancels in them
 is known beforehand, and added to the bits.
 
-Integrals over two coalescing critical points are made of them. With phi du = (s² - zeta) ds, V =
-level - (s³/3 - zeta s) and Z = lam^(2/3) zeta, an integration by parts turns (s² - zeta) G into ∓
-G'/lam, so that each weight is lowered to a series of a + b s:
+With phi du = (s² - zeta) ds, V = level - (s³/3 - zeta s) and Z = lam^(2/3) zeta, an integration by
+parts turns (s² - zeta) G into ∓ G'/lam, so that each weight is lowered to a series of a + b s:
 
     int g e^{-lam V}           = pi e^{-lam level} (a Bi(Z) lam^(-1/3) - b Bi'(Z) lam^(-2/3)),
     int h e^{lam V}            = pi e^{lam level} (a' Bi(Z) lam^(-1/3) + b' Bi'(Z) lam^(-2/3)),
@@ -18,7 +17,7 @@ G'/lam, so that each weight is lowered to a series of a + b s:
 
 a, b with (-1/lam)^n, a', b' with lam^-n. The first line of the last is DLMF 9.11.4, the others are
 its derivatives in zeta; the critical point that comes first is the minimum of V. What the
-integrations by parts leave behind has no exponential, and is the regular part.
+integrations by parts leave behind has no exponential, and is the outer part.
 """
 
 from __future__ import annotations
@@ -30,7 +29,8 @@ import numpy as np
 from mpmath import libmp
 
 from symasym.base.inputs import FloatArray
-from symasym.generated.plain_formulas import next_weight, over_pair, pair_factors
+from symasym.generated.arithmetic_formulas import over_pair
+from symasym.generated.plain_formulas import next_weight, pair_factors
 from symasym.numbers.arithmetic import BITS, GUARD, Arithmetic, Digits, Number, from_fixed
 from symasym.special.tables import Exact, Table, table_of
 
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from mpmath import mpf
     from mpmath.ctx_mp import MPContext
 
-__all__ = ["AiryProducts", "airy_parts", "airy_products"]
 
 # Airy's oscillation and growth over a piece of 1/2 need 13 coefficients up to here.
 _AIRY_END = 8.0
@@ -290,7 +289,7 @@ def _sums(xi: mpf, sign: int, context: MPContext) -> tuple[Any, ...]:
     return tuple(from_fixed(x, bits, context) for x in sums)
 
 
-# -- the pair's integrals --------------------------------------------------------------------------
+# -- two coalescing critical points ----------------------------------------------------------------
 
 
 #: A value, and a size that has no zeros by chance.

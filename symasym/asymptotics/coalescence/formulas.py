@@ -19,8 +19,8 @@ from symasym.asymptotics.coalescence.parts import beyond_erfc, end_series, saddl
 from symasym.asymptotics.laplace.kinks import number
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError
+from symasym.numbers.polynomials import product
 from symasym.series.coefficient_fields import ExpressionField, sampled_parameters
-from symasym.series.power_series import product
 from symasym.series.taylor_series import NotAnalytic, taylor
 from symasym.special.airy import by_parts, product_rows
 

@@ -28,8 +28,8 @@ from symasym.asymptotics.coalescence.reading import closest_pair, require_alone,
 from symasym.asymptotics.laplace.kinks import Piece, at, number
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError
+from symasym.numbers.polynomials import product
 from symasym.series.coefficient_fields import RealField
-from symasym.series.power_series import product
 from symasym.special.airy import Rows, Term, by_parts, pair_terms, product_rows
 
 if TYPE_CHECKING:

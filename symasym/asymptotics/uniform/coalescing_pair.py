@@ -29,8 +29,7 @@ from symasym.base.errors import AccuracyError, SymasymError
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import Digits
-from symasym.numbers.polynomials import shifted
-from symasym.series.power_series import residues
+from symasym.numbers.polynomials import residues, shifted
 from symasym.series.quadratic_factor import Pair, split_pair
 from symasym.special.airy import AiryProducts, airy_products, by_parts, pair_terms
 

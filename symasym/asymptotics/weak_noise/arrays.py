@@ -21,7 +21,7 @@ from symasym.asymptotics.weak_noise.one_sided import Builder, OneSided, Polynomi
 from symasym.asymptotics.weak_noise.series import Point, Sizes
 from symasym.base.inputs import FloatArray, IntArray, is_array
 from symasym.drift.drift import Drift
-from symasym.numbers.double_double import DoubleDouble, DoubleDoubleOps, shift
+from symasym.numbers.float_arrays import DoubleDouble, DoubleDoubleOps, shift
 from symasym.numbers.polynomials import Zeros, poly, zeros_of
 from symasym.scenes import Scenes, by_drift, grouped, input_rounding, rows_of
 

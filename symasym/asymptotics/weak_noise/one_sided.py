@@ -40,16 +40,15 @@ from symasym.asymptotics.weak_noise.series import (
     trimmed,
 )
 from symasym.base.inputs import FloatArray, IntArray
+from symasym.generated.arithmetic_formulas import first_moment
 from symasym.generated.plain_formulas import (
     bend_of_saddle,
     endpoint_shares,
-    first_moment,
     kink_change,
     next_moment,
 )
 from symasym.numbers.arithmetic import FLOATS, Arithmetic, Number
-from symasym.numbers.polynomials import Zeros, poly, poly_slope, shifted
-from symasym.series.power_series import laurent, power
+from symasym.numbers.polynomials import Zeros, laurent, poly, poly_slope, power, shifted
 
 _EPS = 2.3e-16
 # A's first derivatives beside the later ones, below which they are taken to vanish.
