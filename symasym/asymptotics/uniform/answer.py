@@ -15,7 +15,6 @@ At one lam critical points, pairs, truncations and the regular part are added up
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -36,7 +35,7 @@ from symasym.asymptotics.uniform.coalescing_pair import (
     seen,
     zeros_of,
 )
-from symasym.asymptotics.uniform.order_zero import SAFETY, ClosedForm, closed_form
+from symasym.asymptotics.uniform.order_zero import SAFETY, closed_form
 from symasym.asymptotics.uniform.order_zero import escape_time as in_float
 from symasym.asymptotics.uniform.pairing_arrays import paired_of
 from symasym.asymptotics.uniform.truncated_gaussian import (
@@ -94,32 +93,31 @@ def of_scene(asked: Scene, request: Request) -> Answer:
     """T, or 1 - P and P; by the method ``"local"`` with the fold's own Airy functions."""
     if request.name[-1] == "P":
         return _occupation(asked, request)
-    local, order, lam = request.method == "local", request.order, asked.lam
-    if order == 0 and not local:
-        answer = _closed(asked, request)
-        if answer is not None:
-            return answer
-    scene = _analysed(asked.drift, asked.r, asked.start, lam, order, request.digits, local)
-    value, size = _estimate(scene, lam, order, asked.noise)
-    return _handed(request, value, size, _names(scene.sides, scene.context), scene.context)
+    known = _times(asked.drift, asked.r, asked.start, [asked.numbers["kappa"]], request)
+    return _handed(request, *next(known))
 
 
-def _closed(asked: Scene, request: Request) -> Answer | None:
-    """Order 0 by closed forms; None where they don't tell."""
-    with _closed_form(asked.drift, asked.r, asked.start, asked.lam, request.digits) as form:
-        time = form and form.time(form.arithmetic.number(asked.lam))
-        if form is None or time is None:
-            return None
-        return _handed(request, *time, (*form.names, *_TERMS), form.arithmetic.context)
+def _times(
+    drift: Drift, r: Fraction, x: Fraction, kappas: list[Fraction], request: Request
+) -> Iterator[tuple[Any, Any, tuple[str, ...], Any]]:
+    """T, its error, what it is made of and the context, for each kappa; one analysis for all.
 
-
-@contextmanager
-def _closed_form(
-    drift: Drift, r: Fraction, x: Fraction, lam: Fraction, digits: int
-) -> Iterator[ClosedForm | None]:
-    """For any lam up to this one."""
-    with own_context(working_digits(digits, lam, r) + 10) as context:
-        yield closed_form(drift, r, x, context)
+    By closed forms at order 0, where these tell.
+    """
+    local, order = request.method == "local", request.order
+    lam, form, scene = 2 / min(kappas) ** 2, None, None
+    with own_context(working_digits(request.digits, lam, r) + 10) as context:
+        if order == 0 and not local:
+            form = closed_form(drift, r, x, context)
+        for kappa in kappas:
+            time = form and form.time(mpf_of(2 / kappa**2, context))
+            if form is not None and time is not None:
+                yield *time, (*form.names, *_TERMS), context
+                continue
+            if scene is None:
+                scene = _analysed(drift, r, x, lam, order, request.digits, local)
+            value, size = _estimate(scene, 2 / kappa**2, order, float_text(kappa))
+            yield value, size, _names(scene.sides, scene.context), scene.context
 
 
 def _handed(
@@ -181,8 +179,8 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
         raise InputError(
             "arrays have no uniform 1 - P; give one scene at a time, or use method='laplace'."
         )
-    drift, local = scenes.drift, request.method == "local"
-    if request.order == 0 and not local:
+    drift = scenes.drift
+    if request.order == 0 and request.method != "local":
         shapes = own_shapes(drift, scenes.given, scenes)
         logs, errors = logs_of(
             drift, scenes, shapes, (0,), in_float, None, request.full, paired_of, smooth=True
@@ -191,39 +189,24 @@ def of_scenes(scenes: Scenes, request: Request) -> Answers:
         logs, errors = np.full(len(scenes.lam), np.nan), np.full(len(scenes.lam), np.inf)
     rest = np.flatnonzero(~(errors < np.inf))
     if rest.size:
-        logs[rest], errors[rest] = _one_by_one(drift, scenes, rest, request, local)
+        logs[rest], errors[rest] = _one_by_one(drift, scenes, rest, request)
     return Answers(logs, errors, "estimate", _TERMS, DROPPED)
 
 
 def _one_by_one(
-    drift: Drift, scenes: Scenes, rest: IntArray, request: Request, local: bool
+    drift: Drift, scenes: Scenes, rest: IntArray, request: Request
 ) -> tuple[FloatArray, FloatArray]:
     """One analysis for each drift, radius and start; each kappa is then a few sums."""
     given = {name: x[rest] if is_array(x) else x for name, x in scenes.parameters.items()}
     some = rows_of(scenes, rest)._replace(parameters=given)
     logs, errors = np.empty(len(rest)), np.empty(len(rest))
     for one, rows in by_drift(some, some.numbers["r"], some.numbers["start"]):
-        lam = 2 / Fraction(float(some.numbers["kappa"][rows].min())) ** 2
         r, x = (Fraction(float(some.numbers[name][rows[0]])) for name in ("r", "start"))
-        kappas = {row: Fraction(float(some.numbers["kappa"][row])) for row in rows.tolist()}
-
-        def keep(row: int, value: Any, size: Any, context: Any) -> None:
+        kappas = [Fraction(float(kappa)) for kappa in some.numbers["kappa"][rows]]
+        times = _times(one, r, x, kappas, request)
+        for row, (value, size, _, context) in zip(rows, times, strict=True):
             logs[row] = float(context.log(value))
             errors[row] = float(_log_error(value, size, context))
-
-        if request.order == 0 and not local:
-            with _closed_form(one, r, x, lam, request.digits) as closed:
-                for row in rows.tolist():
-                    time = closed and closed.time(closed.arithmetic.number(2 / kappas[row] ** 2))
-                    if closed is not None and time is not None:
-                        keep(row, time[0], time[1], closed.arithmetic.context)
-                        del kappas[row]
-        if not kappas:
-            continue
-        scene = _analysed(one, r, x, lam, request.order, request.digits, local)
-        for row, kappa in kappas.items():
-            value, size = _estimate(scene, 2 / kappa**2, request.order, float_text(kappa))
-            keep(row, value, size, scene.context)
     rounding = np.broadcast_to(rounding_of_places(drift, scenes), scenes.lam.shape)
     errors += 4e-16 * (1 + np.abs(logs)) + rounding[rest]
     return logs, errors
