@@ -55,7 +55,7 @@ __all__ = ["of_scene", "of_scenes"]
 
 # Of lam, where the next terms are looked at.
 _BESIDE = (1, 0.8, 0.64)
-_TERMS = ("wells, barriers, start, ends, kinks and the part between",)
+_TERMS = ("wells, barriers, start, ends, kinks and the regular part",)
 
 
 def of_scene(asked: Scene, request: Request) -> Answer:
