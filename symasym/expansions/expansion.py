@@ -51,7 +51,7 @@ from symasym.expansions.uniform_series import (
     uniform_symbols,
 )
 from symasym.quantities import escape_time, exit_probability, occupation
-from symasym.scenes.scene import require_drift
+from symasym.scenes import require_drift
 
 __all__ = ["Contribution", "Expansion", "expand"]
 

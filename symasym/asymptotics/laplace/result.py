@@ -36,7 +36,7 @@ from symasym.base.inputs import (
 )
 from symasym.base.patience import patient
 from symasym.derivation.printing import tex
-from symasym.numbers.double_double import two_product
+from symasym.numbers.float_arrays import two_product
 
 if TYPE_CHECKING:
     from mpmath import mpf

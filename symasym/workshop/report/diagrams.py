@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from symasym.workshop.figures.style import style
-from symasym.workshop.report.growth import Grown
 from symasym.workshop.report.measure import MOST, Cell, Point, columns
+from symasym.workshop.report.timing import Grown, in_tex
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -97,8 +97,6 @@ def _panel(axes: Axes, points: list[Point], title: str) -> None:
 def growth(grown: list[Grown]) -> Figure:
     """Seconds against digits, lam and the number of points."""
     from matplotlib.figure import Figure
-
-    from symasym.workshop.report.pages import in_tex
 
     labels = {"digits": "digits", "lam": r"$\lambda = 2/\kappa^2$", "points": "points"}
     axes_of = list(dict.fromkeys(g.along for g in grown))

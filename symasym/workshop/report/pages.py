@@ -1,17 +1,31 @@
-"""The report as Markdown, which method when, growth, and the machine beside it; and its files."""
+"""The report as Markdown: which method when, growth, the machine beside it; and its files."""
 
 from __future__ import annotations
 
+import csv
+import io
 import re
 from collections.abc import Iterable
+from dataclasses import asdict, fields
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from symasym.base import progress
 from symasym.base.files import versions, write_bytes, write_json
-from symasym.workshop.report.growth import Grown, exponent
-from symasym.workshop.report.measure import Point
-from symasym.workshop.report.methods import missing
+from symasym.workshop.figures.style import encode
+from symasym.workshop.report import diagrams, peers, timing
+from symasym.workshop.report.measure import (
+    Point,
+    chosen,
+    described,
+    known,
+    missing,
+    others,
+    ours,
+    point,
+)
+from symasym.workshop.report.timing import Grown, exponent, in_tex, load, measured_on
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -147,15 +161,9 @@ def cause(reason: str) -> str:
 
 def lies(points: list[Point]) -> list[Point]:
     """Points whose claimed error is below the true one."""
-    return [p for p in points if _lies(p)]
-
-
-def _lies(p: Point) -> bool:
-    """A sentence on the claims that are not true."""
-    if p.error is None or p.claimed is None or p.below_reference:
-        return False
+    told = (p for p in points if not p.below_reference)
     # log T is a float64 where it was asked in float64: its last digit is no claim.
-    return p.error > p.claimed * (1 + 1e-9)
+    return [p for p in told if p.error and p.claimed and p.error > p.claimed * (1 + 1e-9)]
 
 
 def growth(grown: list[Grown]) -> str:
@@ -182,11 +190,6 @@ def growth(grown: list[Grown]) -> str:
         parts += [f"### With the {titles[axis]}".replace("the $", "$"), table(heads, rows)]
         parts.append(f"Exponent of the growth between the last two rows: {'; '.join(last)}.")
     return "\n\n".join(parts)
-
-
-def in_tex(name: str) -> str:
-    """What was measured, its symbols as formulas."""
-    return name.replace("z0", "$z_0$").replace("kappa", r"$\kappa$")
 
 
 def page(
@@ -246,20 +249,10 @@ def publish(
     figures: dict[str, Figure],
     record: tuple[str, str, str, dict[str, Any]],
 ) -> list[Path]:
-    """The paths of what was written.
+    """The paths of what was written: texts and figures by name, each figure as PNG and SVG.
 
-    Parameters
-    ----------
-    folder : path
-    texts : dict
-        File name -> content.
-    figures : dict
-        Name without ending -> figure, drawn as PNG and SVG.
-    record : tuple
-        File name, command, machine and what was measured, of the JSON file.
+    `record` is the file name, the command, the machine and what was measured, of the JSON file.
     """
-    from symasym.workshop.figures.style import encode
-
     files = texts | {
         f"{name}.{kind}": encode(figure, kind)
         for name, figure in figures.items()
@@ -271,3 +264,71 @@ def publish(
     about = {"command": command, "machine": where, "versions": versions(*_LIBRARIES)}
     write_json(folder / last, {**about, "missing peers": missing(), **measured})
     return [folder / name for name in (*files, last)]
+
+
+# -- the report of error against run time ---------------------------------------------------------
+
+#: Seconds after which a method is stopped.
+LIMITS = {True: 10.0, False: 120.0}
+
+
+def measured(
+    names: list[str] | None, quick: bool
+) -> tuple[list[Point], list[Grown], dict[str, str]]:
+    """The points of all scenes, the growth, and what each scene is."""
+    scenes = chosen(names)
+    runs = {
+        name: [*ours(problem, quick), *others(problem, quick)] for name, problem in scenes.items()
+    }
+    points, about = [], {}
+    with progress.stage("report", sum(map(len, runs.values()))) as step:
+        for name, problem in scenes.items():
+            truth = known(problem)
+            kind = "proved (ball arithmetic)" if truth.proved else "two precisions agree"
+            about[name] = f"{described(problem)} | {kind}"
+            for run in runs[name]:
+                points.append(point(name, run, truth, LIMITS[quick]))
+                step()
+    grown: list[Grown] = []
+    stages = (timing.digits, timing.noise, timing.points)
+    with progress.stage("growth", len(stages)) as step:
+        for stage in stages:
+            grown += stage(quick)
+            step()
+    return points, grown, about
+
+
+def report(
+    folder: str | Path, names: list[str] | None = None, quick: bool = False
+) -> tuple[list[Point], list[Path]]:
+    """The points and the files: points (JSON, CSV), diagrams (PNG, SVG) and the page.
+
+    The scenes are those of these `names`, all when left out; `quick` has fewer orders and peers.
+    """
+    before = load()
+    points, grown, about = measured(names, quick)
+    where = measured_on(before)
+    command = "symasym report" + (" --quick" if quick else "")
+    command += "".join(f" --scene {name}" for name in names or ())
+    text = page(points, grown, about, missing(), where, command) + peers.section()
+    record = {
+        "scenes": about,
+        "points": [asdict(p) for p in points],
+        "growth": [asdict(g) for g in grown],
+    }
+    paths = publish(
+        Path(folder),
+        {"report.md": text.encode(), "points.csv": _csv(points)},
+        {"work-precision": diagrams.work_precision(points), "growth": diagrams.growth(grown)},
+        ("points.json", command, where, record),
+    )
+    return points, paths
+
+
+def _csv(points: list[Point]) -> bytes:
+    """The points as a CSV file."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, [f.name for f in fields(Point)], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(asdict(p) for p in points)
+    return text.getvalue().encode()

@@ -11,8 +11,19 @@ import symasym as sa
 from symasym.base import progress
 from symasym.workshop.problems import PROBLEMS, Problem
 from symasym.workshop.report.diagrams import heat_maps
-from symasym.workshop.report.measure import MOST, OURS, Cell, Point, columns, known, point
-from symasym.workshop.report.methods import Run, missing, others, ours
+from symasym.workshop.report.measure import (
+    MOST,
+    OURS,
+    Cell,
+    Point,
+    Run,
+    columns,
+    known,
+    missing,
+    others,
+    ours,
+    point,
+)
 from symasym.workshop.report.pages import cause, head, lies, publish, table, typeset
 from symasym.workshop.report.timing import capped, load, measured_on
 
@@ -36,7 +47,7 @@ def cells(quick: bool) -> tuple[list[Cell], list[Point]]:
     with progress.stage("stability", len(asked)) as step:
         for problem in asked:
             truth = known(problem)
-            size = max(1.0, abs(float(truth.log)))
+            size = max(1.0, abs(float(truth.value)))
             for run in _runs(problem, quick):
                 p = point(problem.name, run, truth, _LIMITS[quick], once=True)
                 points.append(p)
@@ -111,15 +122,8 @@ def _digits(error: float | None, size: float) -> float | None:
 
 
 def report(folder: str | Path, quick: bool = False) -> tuple[list[Point], list[Path]]:
-    """Write the cells (JSON), the heat maps (PNG, SVG) and the page.
-
-    Returns
-    -------
-    wrong : list of Point
-        Points of ours that claim more than is true.
-    paths : list of Path
-        The files.
-    """
+    """Points of ours that claim more than is true, and the files: the cells (JSON), the heat maps
+    (PNG, SVG) and the page."""
     before = load()
     judged, points = cells(quick)
     numbers = conditions(quick)
