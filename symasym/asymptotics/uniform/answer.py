@@ -86,7 +86,7 @@ __all__ = ["Member", "corrected", "of_scene", "of_scenes", "sides_at", "whole_at
 
 # Of lam, where the next terms are looked at.
 _BESIDE = (1, 0.8, 0.64)
-_TERMS = ("wells, barriers, start, ends, kinks and the part between",)
+_TERMS = ("wells, barriers, start, ends, kinks and the regular part",)
 
 
 def of_scene(asked: Scene, request: Request) -> Answer:
