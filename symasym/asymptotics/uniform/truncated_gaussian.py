@@ -42,7 +42,7 @@ from symasym.base.contexts import mpf_of
 from symasym.drift.field.taylor_field import ExactField
 from symasym.generated.plain_formulas import barrier_truncated, well_truncated
 from symasym.numbers.arithmetic import Digits
-from symasym.series.power_series import Truncated, product
+from symasym.numbers.polynomials import Truncated, product
 from symasym.special.dawson import dawson, erfcx_area, gaussians
 
 if TYPE_CHECKING:
