@@ -33,6 +33,7 @@ from symasym.asymptotics.weak_noise.compose import (
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.base.errors import InputError
+from symasym.base.estimate import Answer
 from symasym.base.inputs import Number, Numbers, choice, count, exact, is_array
 from symasym.drift.drift import Drift
 from symasym.emit import emit
@@ -223,7 +224,7 @@ class Expansion:
             start=self.start, case=self.case,
         )  # fmt: skip
 
-    def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Any:
+    def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Answer:
         """The value for a bound drift, by the verb of the quantity with this order.
 
         Parameters
