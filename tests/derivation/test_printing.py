@@ -102,7 +102,7 @@ class Reader:
     """Value of a formula in TeX, symbols being ``@0``, ``@1``, ... ."""
 
     def __init__(self, text: str, values: list[Any]) -> None:
-        text = re.sub(r"\\left|\\right|\\,", " ", text)
+        text = re.sub(r"\\left|\\right|\\cdot\b|\\,", " ", text)
         self.tokens = [m[0] for m in _TOKEN.finditer(text)]
         assert not any(m["bad"] for m in _TOKEN.finditer(text)), text
         self.values, self.at = values, 0
