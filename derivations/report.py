@@ -42,7 +42,8 @@ def statement(record: dict[str, Any]) -> list[str]:
 
 def display(latex: str) -> list[str]:
     """Lines of Markdown: a formula; several in a row that are long, each on a line of its own."""
-    rows = latex.split(r" ,\quad ") if len(latex) > _ROW else [latex]
+    signs = re.sub(r"\\[a-zA-Z]+|[{}^_ ]", lambda m: "x" if m[0][0] == "\\" else "", latex)
+    rows = latex.split(r" ,\quad ") if len(signs) > _ROW else [latex]
     return [line for row in rows for line in (f"$$ {row} $$", "")]
 
 
@@ -342,8 +343,8 @@ def _entry(found: Formula) -> Iterator[str]:
         yield f"{{\\small Here {tex(found.note)}.}}"
 
 
-#: Longer rows of formulas stand one below the other.
-_ROW = 100
+#: Rows of formulas with more signs stand one below the other.
+_ROW = 65
 #: Longer ones are broken before their remainder, which is as wide as what stands before it.
 _LONG = 150
 
