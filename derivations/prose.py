@@ -158,8 +158,9 @@ def _symbol(tokens: list[Token], place: int) -> bool:
         return place + 1 < len(tokens) and tokens[place + 1][1] == "("
     known = name in (*_GREEK, *_FUNCTIONS, *_DIFFERENTIALS) or name in _NAMES
     known = known or ("_" in name and name.partition("_")[0] in _GREEK)
-    known = known or (name == "I" and name != tokens[place][1])
-    return known or bool(re.fullmatch(r"[A-Za-z]_\([^)]*\)|[b-zB-HJ-Z]|[A-Za-z](?:\d|_\w+)|int_\w+", name))
+    return known or bool(
+        re.fullmatch(r"[A-Za-z]_\([^)]*\)|[b-zB-Z]|[A-Za-z](?:\d|_\w+)|int_\w+", name)
+    )
 
 
 #: Words after which an "a" before them is no article.
