@@ -157,6 +157,10 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             # Values of functions stand behind sums: (a - C) V(v).
             behind += [(_FUNCTION, f) for f in above if isinstance(f, AppliedUndef)]
             above = [f for f in above if not isinstance(f, AppliedUndef)]
+            if sums and not any(_positions(f) for f in sums):
+                # The position stands behind a sum of constants: alpha (1 + mu) u.
+                behind += [(_FUNCTION, f) for f in above if _positions(f)]
+                above = [f for f in above if not _positions(f)]
         behind.sort(key=lambda item: (item[0], *_alphabetical(item[1])))
         ranked = [(rank, self._behind(rank, factor)) for rank, factor in behind]
         ranked.sort(key=lambda item: _DERIVATIVE - 0.5 if _is_long(*item) else item[0])
@@ -207,9 +211,7 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             return (0 if factor.is_Rational else 1), str(factor)
         base = factor.as_base_exp()[0]
         if base.is_Add:
-            # alpha (1 + mu) u: a sum of constants stands before the position.
-            constant = not any(str(f) in _POSITIONS for f in base.free_symbols)
-            return (2 if constant else 4), "~" + str(factor)
+            return 4, str(factor)
         named = self._named(base)
         late = isinstance(base, (sympy.Function, sympy.Derivative)) or str(base) in _POSITIONS
         late = late or "(" in named or named.startswith(r"\mathrm")
@@ -400,6 +402,12 @@ def _rank(base: Any, power: Any) -> int:
     if isinstance(base, sympy.Function) and not isinstance(base, (AppliedUndef, sympy.Heaviside)):
         return _FUNCTION
     return _SUM if base.is_Add and power == 1 else 0
+
+
+def _positions(factor: Any) -> bool:
+    """True for a factor in which a position stands."""
+    symbols = getattr(factor, "free_symbols", ())
+    return any(s.name in _POSITIONS for s in symbols)
 
 
 def _positive_quotient(base: Any) -> tuple[Any, Any]:
