@@ -80,11 +80,11 @@ class Step:
         """LaTeX of what the step states, behind its left side where it has one."""
         if not self.left:
             return latex(self.result, names)
-        whole = isinstance(self.left, str)
-        lefts, results = ([self.left], [self.result]) if whole else (self.left, self.result)
+        one = isinstance(self.left, str)
+        pairs = [(self.left, self.result)] if one else zip(self.left, self.result, strict=True)
         return r" ,\quad ".join(
-            f"{left} {'' if left.endswith(_RELATIONS) else '= '}{latex(result, names)}"
-            for left, result in zip(lefts, results, strict=True)
+            f"{left} {'' if str(left).endswith(_RELATIONS) else '= '}{latex(result, names)}"
+            for left, result in pairs
         )
 
     def run(self, result: Statement | None = None, seed: int = 3) -> Outcome:
