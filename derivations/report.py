@@ -344,7 +344,7 @@ def _entry(found: Formula) -> Iterator[str]:
 
 
 #: Rows of formulas with more signs stand one below the other.
-_ROW = 65
+_ROW = 45
 #: Longer ones are broken before their remainder, which is as wide as what stands before it.
 _LONG = 150
 
