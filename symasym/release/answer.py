@@ -17,8 +17,7 @@ from symasym.base.patience import patient
 from symasym.base.texts import with_error
 from symasym.quantities import escape_time
 from symasym.release.expansions import adiabatic, expanded
-from symasym.release.laws import Law, laws
-from symasym.release.march import Marched, Scene, forward, march, mesh
+from symasym.release.march import Law, Marched, Scene, forward, laws, march, mesh
 from symasym.release.simulate import Paths, simulate
 from symasym.release.slabs import Elements
 from symasym.release.system import System
