@@ -18,7 +18,7 @@ from derivations.runner import describe
 from symasym.base.files import write_bytes
 from symasym.derivation import Expansion
 from symasym.derivation.code import function
-from symasym.derivation.results import latex, parts
+from symasym.derivation.results import parts
 
 FOLDER = Path(__file__).parent.parent / "symasym" / "generated"
 FORMAT = "symasym-formulas/1"
@@ -223,7 +223,6 @@ def expression(item: Emitted) -> Any:
 
 _HEADERS = {
     "mpmath": """\
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from symasym.generated import arithmetic_formulas as arithmetic
@@ -234,14 +233,18 @@ if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
 
-def _of_numbers(formula: Callable[..., Any]) -> Callable[..., Any]:
-    \"""A formula of numbers alone, with the context that the others need before them.\"""
+def __getattr__(name: str) -> Any:
+    \"""A formula over an arithmetic; one of numbers alone, with a context before these.\"""
+    formula = getattr(arithmetic, name, None)
+    if formula is None:
+        of_numbers = getattr(plain, name)
 
-    def of_context(ctx: MPContext, *numbers: mpf, **named: mpf) -> Any:
-        return formula(*numbers, **named)
+        def formula(ctx: MPContext, *numbers: mpf, **named: mpf) -> Any:
+            return of_numbers(*numbers, **named)
 
-    of_context.__name__, of_context.__doc__ = formula.__name__, formula.__doc__
-    return of_context
+        formula.__name__, formula.__doc__ = name, of_numbers.__doc__
+    globals()[name] = formula
+    return formula
 
 """,
     "arithmetic": """\
@@ -293,14 +296,13 @@ def module(target: str) -> str:
     for item in EMITTED:
         if not getattr(item, target, True):
             continue
-        if item.plain and target == "mpmath":
-            lines.append(f"{item.name} = _of_numbers(plain.{item.name})")
-            continue
-        if item.arithmetic and target == "mpmath":
-            lines.append(f"{item.name} = arithmetic.{item.name}")
-            continue
         stated = expression(item)
         names, arguments = named(stated)
+        if target == "mpmath" and (item.plain or item.arithmetic):
+            # It has them from the other modules; but a context makes no quotients of its own.
+            as_given = arguments, stated, "arithmetic", doc(item), names
+            if item.plain or "c.rational" not in function(item.name, *as_given):
+                continue
         lines.append("\n" + function(item.name, arguments, stated, target, doc(item), names))
     return "\n".join(lines)
 
@@ -388,7 +390,7 @@ def formulas() -> str:
                 "kind": s.check.kind,
                 "how": s.check.how(),
                 "reason": s.reason,
-                "latex": latex(s.result, derivation.names),
+                "latex": s.latex(derivation.names),
             }
             for s in derivation.steps
         ]

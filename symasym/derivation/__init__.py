@@ -16,8 +16,7 @@ from symasym.derivation.chain import (
     Step,
     StepRecord,
 )
-from symasym.derivation.checks import Definition, Identity, Leading, Satisfies
-from symasym.derivation.inequalities import Bound
+from symasym.derivation.checks import Bound, Definition, Identity, Leading, Satisfies
 from symasym.derivation.mutation import Mutation, mutants, mutation_test
 from symasym.derivation.numerical import Order, Sampled, Together
 from symasym.derivation.results import Expansion, Inequality, Outcome

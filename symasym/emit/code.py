@@ -10,9 +10,8 @@ import sympy
 
 from symasym.base.errors import InputError
 from symasym.base.inputs import exact, is_name, shown
-from symasym.emit.folding import fold
 from symasym.emit.forms import quotients
-from symasym.emit.program import TAKEN, Case, Function, Program, require_closed
+from symasym.emit.program import TAKEN, Case, Function, Program, fold, require_closed
 from symasym.emit.source import Source, check_target, rendered
 from symasym.records import Record
 

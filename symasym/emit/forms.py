@@ -87,7 +87,7 @@ class log_modulus(sympy.Function):  # type: ignore[misc]
 
 
 class _Local(sympy.Function):  # type: ignore[misc]
-    """A function that a file holds (`symasym.emit.kernels.local_functions`)."""
+    """A function that a file holds (`symasym.emit.kernels.uniform`)."""
 
     is_real = True
 

@@ -32,7 +32,8 @@ from symasym.asymptotics.weak_noise.compose import (
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.base.errors import InputError
-from symasym.base.inputs import Number, Numbers, choice, count, exact
+from symasym.base.estimate import Answer
+from symasym.base.inputs import Number, Numbers, choice, count, exact, is_array
 from symasym.derivation.printing import tex
 from symasym.drift.drift import Drift
 from symasym.emit import emit
@@ -61,6 +62,9 @@ QUANTITIES = ("T", "C", "1 - C", "P", "1 - P", "density")
 _OF_START = ("T", "C", "1 - C")
 _MOST = 8
 _MOST_UNIFORM = 1
+# Digits of a number that a formula may hold.
+_DIGITS = 1000
+_LONGEST = 10**_DIGITS
 # Characters of LaTeX that leave room for more on a line.
 _SHORT = 130
 _L, _R, _LEFT, _RIGHT = sympy.symbols("L R D- D+", positive=True)
@@ -235,7 +239,7 @@ class Expansion:
             start=self.start, case=self.case,
         )  # fmt: skip
 
-    def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Any:
+    def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Answer:
         """The value for a bound drift, by the verb of the quantity with this order.
 
         Parameters
@@ -428,6 +432,12 @@ def expand(
 - V^(4)(u1)/(16*V''(u1)**2)
     """
     require_drift(drift, bound=False)
+    for name, value in {**drift.values, "start": start}.items():
+        if not is_array(value) and max(map(abs, exact(name, value).as_integer_ratio())) > _LONGEST:
+            raise InputError(
+                f"{name} has more than {_DIGITS:,} digits, too many to print; leave the parameter "
+                "free."
+            )
     quantity = choice("quantity", quantity, QUANTITIES)
     noise = choice("noise", noise, ("weak", "strong", "uniform"))
     if order is None:
@@ -458,6 +468,11 @@ def _case(drift: Drift, start: Fraction, case: str | Case | None) -> Case:
     """The case asked for, or found."""
     general = drift == Drift.general()
     asked = None if case is None else read_case(case)
+    if general and asked and sorted(asked.kinds) != ["barrier", "well"]:
+        raise InputError(
+            f"case is {str(asked)!r}, and Drift.general() has one well and one barrier; give "
+            "'start well barrier' or 'barrier well start', or name a drift."
+        )
     if general or drift.shape or drift.free:
         if asked is not None:
             return asked

@@ -8,7 +8,6 @@ Written by ``python -m derivations.emit`` from the checked derivations: do not e
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from symasym.generated import arithmetic_formulas as arithmetic
@@ -19,14 +18,18 @@ if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
 
-def _of_numbers(formula: Callable[..., Any]) -> Callable[..., Any]:
-    """A formula of numbers alone, with the context that the others need before them."""
+def __getattr__(name: str) -> Any:
+    """A formula over an arithmetic; one of numbers alone, with a context before these."""
+    formula = getattr(arithmetic, name, None)
+    if formula is None:
+        of_numbers = getattr(plain, name)
 
-    def of_context(ctx: MPContext, *numbers: mpf, **named: mpf) -> Any:
-        return formula(*numbers, **named)
+        def formula(ctx: MPContext, *numbers: mpf, **named: mpf) -> Any:
+            return of_numbers(*numbers, **named)
 
-    of_context.__name__, of_context.__doc__ = formula.__name__, formula.__doc__
-    return of_context
+        formula.__name__, formula.__doc__ = name, of_numbers.__doc__
+    globals()[name] = formula
+    return formula
 
 
 
@@ -34,7 +37,6 @@ def scaled_noise(ctx: MPContext, kappa: mpf, eps: mpf) -> mpf:
     """kappa/sqrt(eps), the noise in scaled variables (eq:tildexykappa)."""
     return kappa/ctx.sqrt(eps)
 
-scaled_radius = _of_numbers(plain.scaled_radius)
 
 def potential_left(ctx: MPContext, u: mpf, a_minus: mpf) -> mpf:
     """V(u) for u <= -1 (eq:V2)."""
@@ -45,22 +47,16 @@ def potential_right(ctx: MPContext, u: mpf, a_plus: mpf, V1: mpf) -> mpf:
     """V(u) for u >= 1 (eq:V2)."""
     return V1 - a_plus*(-1 + u)
 
-escape_time_of_halves = _of_numbers(plain.escape_time_of_halves)
-exit_share = _of_numbers(plain.exit_share)
 
 def log_exit_share(ctx: MPContext, sigma_left: mpf, sigma_right: mpf) -> mpf:
     """log C from sigma (positive-form)."""
     return -ctx.log1p(sigma_left/sigma_right)
 
-density_of_halves = _of_numbers(plain.density_of_halves)
-occupation_share = _of_numbers(plain.occupation_share)
 
 def log_occupation_share(ctx: MPContext, inside: mpf, outside: mpf) -> mpf:
     """log P from the integrals inside and outside (positive-density)."""
     return -ctx.log1p(outside/inside)
 
-tail_left = _of_numbers(plain.tail_left)
-tail_right = _of_numbers(plain.tail_right)
 
 def constant_single(ctx: MPContext, x: mpf) -> mpf:
     """int_e = int_inverse, per width (constant-panel)."""
@@ -76,8 +72,6 @@ def constant_nested_up(ctx: MPContext, x: mpf, int_e: mpf) -> mpf:
     """nested where V rises, per width^2 (constant-panel)."""
     return (1 - int_e)/x
 
-carried = _of_numbers(plain.carried)
-absorbed = _of_numbers(plain.absorbed)
 
 def constant_drift_time(ctx: MPContext, kappa: mpf, r: mpf, a: mpf) -> mpf:
     """T for a constant drift a (constant-drift)."""
@@ -130,34 +124,6 @@ def saddle_correction(ctx: MPContext, kappa: mpf, V2: mpf, V3: mpf, V4: mpf) -> 
     """Relative correction of one saddle from V'', V''', V'''' there (eq:secondTerm)."""
     return kappa**2*(-V4/(8*V2**2) + 5*V3**2/(24*V2**3))/2
 
-saddle_first = _of_numbers(plain.saddle_first)
-saddle_second = _of_numbers(plain.saddle_second)
-manifold_term = _of_numbers(plain.manifold_term)
-endpoint_shares = _of_numbers(plain.endpoint_shares)
-kink_change = _of_numbers(plain.kink_change)
-fall_by_powers = _of_numbers(plain.fall_by_powers)
-finite_part = _of_numbers(plain.finite_part)
-bend_of_saddle = _of_numbers(plain.bend_of_saddle)
-first_moment = arithmetic.first_moment
-next_moment = _of_numbers(plain.next_moment)
-time_of_doubles = _of_numbers(plain.time_of_doubles)
-on_the_right = _of_numbers(plain.on_the_right)
-share_of_side = _of_numbers(plain.share_of_side)
-pair_norm = arithmetic.pair_norm
-canonical = arithmetic.canonical
-pair_share = arithmetic.pair_share
-over_pair = arithmetic.over_pair
-over_pair_twice = arithmetic.over_pair_twice
-next_weight = _of_numbers(plain.next_weight)
-pair_factors = _of_numbers(plain.pair_factors)
-pair_units = arithmetic.pair_units
-end_distance = arithmetic.end_distance
-end_peak = arithmetic.end_peak
-end_mean = arithmetic.end_mean
-end_rest = arithmetic.end_rest
-over_end = arithmetic.over_end
-barrier_truncated = _of_numbers(plain.barrier_truncated)
-well_truncated = _of_numbers(plain.well_truncated)
 
 def weak_noise_time(
     ctx: MPContext,
@@ -220,7 +186,6 @@ def friction_left(ctx: MPContext, alpha: mpf, z0: mpf) -> mpf:
     """The friction drift for u <= -1 (a-) (eq:phifric0)."""
     return 1 + alpha - z0
 
-friction_coefficients = _of_numbers(plain.friction_coefficients)
 
 def friction_inside(ctx: MPContext, u: mpf, mu: mpf, alpha: mpf, z0: mpf) -> mpf:
     """The friction drift A(u) on [-1, 1] (eq:phifric0)."""

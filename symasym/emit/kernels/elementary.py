@@ -2,7 +2,7 @@
 
 Helpers of the emitted files: those in Python hold them as they stand, C and JavaScript as
 `symasym.emit.kernels.transcribe` writes them. For what C and JavaScript have of their own
-(`symasym.emit.kernels.transcribe_expressions`) only the target "python" takes the first four.
+(`symasym.emit.kernels.transcribe`) only the target "python" takes the first four.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ import sympy
 from symasym.asymptotics.uniform import structure
 from symasym.asymptotics.uniform.order_zero_forms import EMITTED
 from symasym.emit.forms import LOCAL
-from symasym.emit.kernels import airy, elementary, exact, local_functions, tables, uniform
+from symasym.emit.kernels import airy, elementary, exact, tables, uniform
 from symasym.emit.kernels.kernel import in_doubles, kernel_of, named
 from symasym.emit.kernels.transcribe import FUNCTION_IN_C, transcribed
 from symasym.emit.program import Body, FirstPassage, Quadrature, Ready
@@ -208,6 +208,6 @@ _NEEDED = {2: "_PAIRS", 4: "_MANY"}
 def _uniform(target: str, degree: int) -> dict[str, Written]:
     """Those of the uniform time of polynomial drifts up to this degree."""
     flags = {name: degree >= least for least, name in _NEEDED.items()}
-    kernel = kernel_of(elementary, structure, airy, uniform, local_functions, flags=flags)
+    kernel = kernel_of(elementary, structure, airy, uniform, flags=flags)
     texts = transcribed({**kernel, **in_doubles(EMITTED)}, target)
     return {**tables.helpers_of({**tables.dawson(), **tables.airy(True)}, target), **texts}

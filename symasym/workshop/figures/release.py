@@ -10,8 +10,7 @@ import symasym as sa
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, Numbers, exact
 from symasym.drift.models import check_count
-from symasym.release.laws import laws
-from symasym.release.march import Marched, Scene, march
+from symasym.release.march import Marched, Scene, laws, march
 from symasym.workshop.figures.style import (
     FAINT,
     INK,
