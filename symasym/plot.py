@@ -12,7 +12,7 @@ from symasym.base.patience import patient
 from symasym.drift.drift import Drift
 from symasym.methods.table import QUANTITIES
 from symasym.quantities import call_named, stationary_density
-from symasym.scenes.scene import require_drift
+from symasym.scenes import require_drift
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

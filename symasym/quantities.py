@@ -12,8 +12,7 @@ from symasym.base.inputs import choice, exact, flag, positive, shown
 from symasym.base.patience import patient
 from symasym.elements import each
 from symasym.methods.table import QUANTITIES, alone, answer, require_drift_of, require_method
-from symasym.scenes.answers import Request
-from symasym.scenes.scene import one_scene, require_drift
+from symasym.scenes import Request, one_scene, require_drift
 
 if TYPE_CHECKING:
     from symasym.base.estimate import Estimate

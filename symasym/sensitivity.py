@@ -19,8 +19,16 @@ from symasym.base.patience import expect, patient
 from symasym.drift.drift import Drift
 from symasym.methods.table import QUANTITIES, answer, require_drift_of
 from symasym.numbers.trees import MpmathOps
-from symasym.scenes.answers import FLOAT_DIGITS, Request
-from symasym.scenes.scene import Scene, Scenes, float_scenes, read_scene, require_drift, scene_at
+from symasym.scenes import (
+    FLOAT_DIGITS,
+    Request,
+    Scene,
+    Scenes,
+    float_scenes,
+    read_scene,
+    require_drift,
+    scene_at,
+)
 
 if TYPE_CHECKING:
     from mpmath import mpf

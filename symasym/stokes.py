@@ -17,8 +17,15 @@ from symasym.base.errors import InputError, SymasymError
 from symasym.base.inputs import Numbers, choice
 from symasym.base.patience import patient
 from symasym.drift.drift import Drift
-from symasym.scenes.answers import FLOAT_DIGITS
-from symasym.scenes.scene import Scene, float_scenes, one_scene, read_scene, require_drift, scene_at
+from symasym.scenes import (
+    FLOAT_DIGITS,
+    Scene,
+    float_scenes,
+    one_scene,
+    read_scene,
+    require_drift,
+    scene_at,
+)
 
 if TYPE_CHECKING:
     from mpmath import mpf

@@ -2,10 +2,10 @@ r"""Formulas in the order in which they are written by hand.
 
 SymPy orders factors and terms by its own canonical order, keeps roots apart and puts exponentials
 into numerators. Here a product is its sign, one fraction of numbers, symbols and one root, then
-sums, functions, exponentials and integrals, in this order; a sum has its positive terms first, and
-a polynomial in :math:`u` falling powers; an exponent is written on one line:
-:math:`\frac{2 \pi}{\sqrt{- A'(u_1) A'(u_2)}} e^{2 D/\kappa^2}`. Nothing is simplified: roots are
-joined only where their arguments have no negative factor left alone
+sums, functions, exponentials, long sums and integrals, in this order; a sum has its positive terms
+first, a polynomial in :math:`u` and a series in :math:`1/\lambda` falling powers; an exponent is
+written on one line: :math:`\frac{2 \pi}{\sqrt{- A'(u_1) A'(u_2)}} e^{2 D/\kappa^2}`. Nothing is
+simplified: roots are joined only where their arguments have no negative factor left alone
 (:math:`\sqrt a \sqrt b = \sqrt{a b}` for :math:`a, b \ge 0`).
 """
 
@@ -25,8 +25,14 @@ __all__ = ["tex"]
 
 #: Symbols by which a polynomial is ordered.
 _POSITIONS = ("u", "v")
+#: Symbols in whose falling powers an expansion is ordered.
+_LARGE = ("lambda", "lam")
 #: Names that are words and not products of letters.
 _WORDS = ("int", "nested", "climb", "fall", "drift", "noise")
+#: a_minus is a with a sign above.
+_SIGNS = {"minus": "-", "plus": "+"}
+#: A sum whose LaTeX is longer than this stands behind functions and exponentials, as a series does.
+_LONG = 120
 #: The rank of what follows the fraction of a product; what has none stands in the fraction.
 _SUM, _FUNCTION, _EXPONENTIAL, _DERIVATIVE, _INTEGRAL = range(1, 6)
 _HALF = sympy.S.Half
@@ -59,6 +65,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         head = self._deal_with_super_sub(name)
         if name in _WORDS or (head == name and len(name) > 2 and name.isalpha()):
             head = rf"\mathrm{{{name}}}"
+        if index in _SIGNS:
+            return rf"{head}^{_SIGNS[index]}"
         if not index or "^" in name:
             return head if not index else str(super()._print_Symbol(symbol))
         index = rf"\mathrm{{{index}}}" if len(index) > 1 and index.isalpha() else index
@@ -145,7 +153,9 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             behind += [(_FUNCTION, f) for f in above if isinstance(f, AppliedUndef)]
             above = [f for f in above if not isinstance(f, AppliedUndef)]
         behind.sort(key=lambda item: (item[0], *_alphabetical(item[1])))
-        shown = [self._behind(rank, factor) for rank, factor in behind]
+        ranked = [(rank, self._behind(rank, factor)) for rank, factor in behind]
+        ranked.sort(key=lambda item: _DERIVATIVE - 0.5 if _is_long(*item) else item[0])
+        shown = [text for _, text in ranked]
         return above, below, [lead, *shown] if lead else shown
 
     def _behind(self, rank: int, factor: Any) -> str:
@@ -153,8 +163,11 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         return self._parenthesised(shown) if rank == _SUM and factor.is_Add else shown
 
     def _quotient(self, above: list[Any], below: list[Any]) -> str:
-        top, bottom = self._signed(above), self._signed(below)
-        return rf"\frac{{{top}}}{{{bottom}}}"
+        (top, below_top), (bottom, below_bottom) = (
+            sympy.fraction(sympy.Mul(*x)) for x in (above, below)
+        )
+        over, under = self._print(top * below_bottom), self._print(bottom * below_top)
+        return rf"\frac{{{over}}}{{{under}}}"
 
     def _signed(self, factors: list[Any]) -> str:
         return str(self._print(sympy.Mul(*factors)))
@@ -206,7 +219,9 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             return self._applied(base, raised)
         shown = self._print(base)
         joined = base.is_Add or base.is_Mul or base.is_Pow or base.is_Derivative
-        if joined or "^" in shown or "'" in shown:
+        # V''(u_1)^2 needs no parentheses.
+        primed = "'" in shown and not (base.is_Symbol and shown.endswith(")"))
+        if joined or "^" in shown.split("(")[0] or primed:
             shown = self._parenthesised(shown)
         return f"{shown}^{raised}"
 
@@ -360,6 +375,11 @@ def _rank(base: Any, power: Any) -> int:
     return _SUM if base.is_Add and power == 1 else 0
 
 
+def _is_long(rank: int, shown: str) -> bool:
+    """True for a sum that is a series of many terms."""
+    return rank == _SUM and len(shown) > _LONG
+
+
 def _rooted(
     coefficient: Any, roots: list[Any], divisors: list[Any]
 ) -> tuple[Any, list[Any], list[Any]]:
@@ -373,6 +393,8 @@ def _rooted(
 def _terms(expr: Any) -> list[Any]:
     """The terms of a sum in the order they are written in."""
     terms = list(expr.args)
+    if powers := _asymptotic(terms):
+        return sorted(terms, key=lambda t: (-powers[t], sympy.default_sort_key(t)))
     (position,) = [s for s in expr.free_symbols if s.name in _POSITIONS][:1] or (None,)
     degree = {t: _degree(t, position) for t in terms}
     highest = max(terms, key=lambda t: degree[t])
@@ -388,6 +410,14 @@ def _terms(expr: Any) -> list[Any]:
             sympy.default_sort_key(t),
         ),
     )
+
+
+def _asymptotic(terms: list[Any]) -> dict[Any, Any]:
+    """The powers of lambda in a series of falling ones; nothing for any other sum."""
+    (large,) = {s for t in terms for s in t.free_symbols if s.name in _LARGE} or (None,)
+    powers = {t: t.as_powers_dict().get(large, sympy.S.Zero) for t in terms if large is not None}
+    falling = len(set(powers.values())) == len(terms) and min(powers.values(), default=0) < 0
+    return powers if falling and all(p.is_Rational for p in powers.values()) else {}
 
 
 def _alphabetical(factor: Any) -> tuple[str, Any]:

@@ -14,7 +14,7 @@ the left (L) and, in mirrored coordinates, from the right (R) they are put toget
 
 Every term is positive, so nothing cancels, in whatever arithmetic. All of that is emitted
 (`symasym.generated.plain_formulas`) and called here with numbers of any kind: logarithms with
-their errors (`symasym.numbers.log_positive`), mpf, balls, and balls with their derivatives. A
+their errors (`symasym.numbers.float_arrays`), mpf, balls, and balls with their derivatives. A
 panel's integral that costs much may be a `Deferred` one, and w a `Sum` of them: most panels of a
 stiff scene only scale what comes in, and their own share is below the last digit.
 """

@@ -22,7 +22,6 @@ from typing import Any
 import sympy
 from sympy import Expr, S, Symbol
 
-from symasym.asymptotics.laplace.result import named_functions
 from symasym.asymptotics.weak_noise.compose import (
     Side,
     Sides,
@@ -35,6 +34,7 @@ from symasym.asymptotics.weak_noise.compose import (
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.base.errors import InputError
 from symasym.base.inputs import Number, Numbers, choice, count, exact
+from symasym.derivation.printing import tex
 from symasym.drift.drift import Drift
 from symasym.emit import emit
 from symasym.emit.program import Program
@@ -59,7 +59,7 @@ from symasym.expansions.uniform_series import (
     uniform_symbols,
 )
 from symasym.quantities import escape_time, exit_probability, occupation
-from symasym.scenes.scene import require_drift
+from symasym.scenes import require_drift
 
 __all__ = ["Contribution", "Expansion", "expand"]
 
@@ -73,6 +73,20 @@ _WIDE = 145
 _L, _R, _LEFT, _RIGHT = sympy.symbols("L R D- D+", positive=True)
 _Y = Symbol("y", real=True)
 _TEX = {_LEFT: "D_-", _RIGHT: "D_+", LAM: r"\lambda", BEYOND_1: "(r - 1)"}
+
+
+# Operations in a rational function that is worth reducing.
+_FEW = 40
+
+
+def _shortest(e: Expr) -> Expr:
+    """A polynomial or a small rational function, written in the fewest operations."""
+    forms = [e]
+    if e.is_polynomial():
+        forms += [sympy.expand(e), sympy.factor_terms(sympy.expand(e))]
+    elif e.is_rational_function() and e.count_ops() < _FEW:
+        forms.append(sympy.cancel(e))
+    return min(forms, key=sympy.count_ops)
 
 
 @dataclass(frozen=True)
@@ -304,6 +318,8 @@ class Expansion:
                 made |= dict.fromkeys((row,) for row in self.rules[s].lines)
             elif s in self.definitions and s != BEYOND_1:
                 value = self.integrals.get(s, self.definitions[s])
+                if self._latex(value) == self._latex(s):
+                    continue  # a parameter of that name
                 made[tuple(self._rows(self._latex(s), "=", value))] = None
         # Short ones share a line.
         shared: list[str] = []
@@ -350,7 +366,7 @@ class Expansion:
         return met
 
     def _latex(self, e: Any) -> str:
-        return named_functions(sympy.latex(e, symbol_names={**_TEX, **self.tex}))
+        return tex(_shortest(e), {**_TEX, **self.tex})
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"

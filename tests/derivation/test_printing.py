@@ -19,7 +19,7 @@ from symasym.derivation.results import latex, parts
 
 u, v = Symbol("u", real=True), Symbol("v", real=True)
 a, b, k = (Symbol(name, positive=True) for name in ("a", "b", "kappa"))
-n = Symbol("n", negative=True)
+n, lam = Symbol("n", negative=True), Symbol("lambda", positive=True)
 V = sympy.Function("V")
 
 
@@ -51,11 +51,23 @@ V = sympy.Function("V")
         ),
         (Integral(V(u), (u, 0, a)) / Integral(V(u), (u, 0, b)),
          r"\frac{\int_{0}^{a} V(u) \, du}{\int_{0}^{b} V(u) \, du}"),
+        # Falling powers in a series, and a long one behind the exponential.
+        (1 / lam - 1 / lam**2 + 2 / lam**3,
+         r"\frac{1}{\lambda} - \frac{1}{\lambda^2} + \frac{2}{\lambda^3}"),
+        (exp(a) * (1 + k * sum(V(u) ** j / 7**j for j in range(1, 6))),
+         r"e^{a} \left(1 + \kappa \left(\frac{V(u)}{7} + \frac{V^2(u)}{49} + \frac{V^3(u)}{343} "
+         r"+ \frac{V^4(u)}{2401} + \frac{V^5(u)}{16807}\right)\right)"),
+        (sqrt((1 + a) / a) / sqrt(3), r"\sqrt{\frac{1 + a}{3 a}}"),
+        (Symbol("a_minus", positive=True) ** 2, "(a^-)^2"),
         (Symbol("nested") * a / Symbol("int_e"), r"\frac{a \, \mathrm{nested}}{\mathrm{int}_e}"),
     ],
 )  # fmt: skip
 def test_formulas_are_written_as_by_hand(expression: Any, wanted: str) -> None:
     assert tex(expression) == wanted
+
+
+def test_a_derivative_at_a_point_is_raised_without_parentheses() -> None:
+    assert tex(a**2 / b, {a: "V''(u_1)", b: "a^+"}) == r"\frac{V''(u_1)^2}{a^+}"
 
 
 def test_roots_of_numbers_that_may_be_negative_are_not_joined() -> None:

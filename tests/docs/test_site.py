@@ -261,6 +261,8 @@ def test_a_word_of_the_glossary_is_linked_where_it_is_first_used() -> None:
         ("term-well", "well"),
         ("term-fold", "fold"),
     ]
+    fenced = "````{raw} html\nWells\n```\nfolds\n````\n\nSee `folds`.\n"
+    assert glossary.linked(fenced) == fenced
     made = glossary.anchored((ROOT / "docs" / "glossary.md").read_text("utf-8"))
     anchors = re.findall(r'<span id="([\w-]+)">', made)
     assert sorted(anchors) == sorted(set(glossary.terms().values()))
@@ -481,7 +483,7 @@ def test_bad_tex_and_a_missing_script_are_noticed(site: Path, browser) -> None:
 SLIDERS = {
     "mu": "μ shape",
     "alpha": "α friction",
-    "z0": "z0 spring",
+    "z0": "z₀ spring",
     "kappa": "κ noise",
     "eps": "ε half-width",
     "r": "r radius",
@@ -535,7 +537,7 @@ def test_the_explorer_answers_to_every_slider_by_key(site: Path, browser) -> Non
             assert f'class="{kind}"' in now["plots"][4]
         assert now["values"]["T, scaled, by the uniform formula"] not in ("–", "")
         seen = now
-    slider = tab.get_by_role("slider", name="z0 spring")
+    slider = tab.get_by_role("slider", name="z₀ spring")
     slider.fill("0.5")
     slid = tab.evaluate(_DRAWN)
     assert slid["region"].startswith("Sliding")
@@ -587,7 +589,7 @@ def test_the_explorer_takes_typed_numbers_other_drifts_and_an_axis_of_noise(site
 
     tab = browser.new_page()
     tab.goto((site / "explorer.html").as_uri())
-    typed = tab.get_by_label("z0 spring, typed")
+    typed = tab.get_by_label("z₀ spring, typed")
     typed.fill("-0.4321")
     typed.press("Enter")
     seen = tab.evaluate(_DRAWN)

@@ -3,7 +3,7 @@
 What `symasym.asymptotics.uniform.order_zero_forms` evaluates: the canonical Airy form of a well and
 a barrier that may meet (Chester, Friedman and Ursell), and the Gaussian that is cut off by an end
 (Bleistein), both to leading order; and the recurrence and the products by which
-`symasym.special.airy_products` has the first to every order.
+`symasym.special.airy` has the first to every order.
 """
 
 from __future__ import annotations

@@ -28,9 +28,8 @@ from symasym.asymptotics.laplace.kinks import Piece
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError, InputError
-from symasym.numbers.polynomials import poly
+from symasym.numbers.polynomials import poly, product
 from symasym.series.coefficient_fields import RealField
-from symasym.series.power_series import product
 from symasym.series.taylor_series import NotAnalytic, algebraic, taylor
 
 if TYPE_CHECKING:

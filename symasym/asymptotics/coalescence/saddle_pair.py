@@ -20,7 +20,7 @@ from symasym.asymptotics.laplace.kinks import Piece
 from symasym.base.errors import AccuracyError
 from symasym.series.coefficient_fields import RealField
 from symasym.series.quadratic_factor import Pair, split_pair
-from symasym.special.airy_products import by_parts
+from symasym.special.airy import by_parts
 
 if TYPE_CHECKING:
     from mpmath import mpf

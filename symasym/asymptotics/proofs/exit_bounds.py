@@ -29,8 +29,7 @@ from symasym.numbers.balls import (
     to_mpf,
 )
 from symasym.numbers.float_intervals import Compensated, Intervals, log_sum, stacked
-from symasym.scenes.answers import Answer, Answers, Request
-from symasym.scenes.scene import Scene, Scenes, by_drift, scene_at
+from symasym.scenes import Answer, Answers, Request, Scene, Scenes, by_drift, scene_at
 from symasym.special.exponentials import ball_quotient
 
 if TYPE_CHECKING:

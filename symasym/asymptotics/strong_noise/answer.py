@@ -28,8 +28,7 @@ from symasym.exact.sweep import Record, Swept, carried, escape_time, first
 from symasym.numbers import balls
 from symasym.numbers.balls import exact_ball, flint_module, precision, profile_of, to_mpf
 from symasym.numbers.extended_intervals import ExtendedInterval, Undefined
-from symasym.scenes.answers import Answer, Answers, Request
-from symasym.scenes.scene import Scene, Scenes, input_rounding
+from symasym.scenes import Answer, Answers, Request, Scene, Scenes, input_rounding
 
 if TYPE_CHECKING:
     from flint import arb

@@ -18,8 +18,8 @@ from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
 from symasym.drift.field.float_field import Field, IntArray, field_of
 from symasym.exact.sweep import Record, Swept, carried, escape_time
-from symasym.numbers.log_positive import LogPositive
-from symasym.scenes.scene import Scenes
+from symasym.numbers.float_arrays import LogPositive
+from symasym.scenes import Scenes
 from symasym.special.exponentials import log_quotient, mean_place
 
 # Of a logarithm to begin with: that of lam, of a few products, of the function itself; of a

@@ -48,8 +48,16 @@ from symasym.base.inputs import FloatArray, float_text, is_array
 from symasym.drift.drift import Drift
 from symasym.drift.field.float_field import IntArray
 from symasym.drift.field.taylor_field import ExactField
-from symasym.scenes.answers import Answer, Answers, Request
-from symasym.scenes.scene import Scene, Scenes, by_drift, rows_of, working_digits
+from symasym.scenes import (
+    Answer,
+    Answers,
+    Request,
+    Scene,
+    Scenes,
+    by_drift,
+    rows_of,
+    working_digits,
+)
 
 __all__ = ["of_scene", "of_scenes"]
 

@@ -8,7 +8,7 @@ up to their heights,
     int int e^{lam (V(v) - V(u))}
         = pi² (a² (Ai² + Bi²)(Z) lam^(-2/3) - b² (Ai'² + Bi'²)(Z) lam^(-4/3))
 
-(`symasym.special.airy_products`; DLMF 9.11.4), and the regular part is a finite part past both.
+(`symasym.special.airy`; DLMF 9.11.4), and the regular part is a finite part past both.
 
 **The truncated Gaussian** (Bleistein). phi = x psi(x) from a barrier on, with an end at x = g. With
 t²/2 = V(0) - V(g), peak = psi(0)^(-1/2), rest = 1/phi(g) - peak/t, the integrals from the end on

@@ -46,8 +46,16 @@ from symasym.base.inputs import FloatArray, IntArray, exact, float_text, is_arra
 from symasym.drift.drift import Drift
 from symasym.drift.field.taylor_field import ExactField
 from symasym.numbers.arithmetic import FLOATS, Digits
-from symasym.scenes.answers import FLOAT_DIGITS, Answer, Answers, Request
-from symasym.scenes.scene import Scene, Scenes, float_scenes, working_digits
+from symasym.scenes import (
+    FLOAT_DIGITS,
+    Answer,
+    Answers,
+    Request,
+    Scene,
+    Scenes,
+    float_scenes,
+    working_digits,
+)
 
 if TYPE_CHECKING:
     from mpmath import mpf
