@@ -11,6 +11,7 @@ import re
 import shutil
 from pathlib import Path
 
+from derivations.runner import slug
 from website import glossary, notebooks
 
 DOCS = Path(__file__).parent.parent
@@ -31,6 +32,11 @@ IN_THE_SITE = {
 UNLINKED = {"glossary.md", "errata.md", "CHANGELOG.md", "measured.md", "stability.md", "house.md"}
 #: Page -> those below it in the sidebar.
 BELOW = {"report.md": ("measured.md", "stability.md")}
+# A formula's label in code, as the page has it; blocks, links and headings are left alone.
+_LABEL = re.compile(
+    r"(?P<fence>^`{3,}).*?^(?P=fence)|\[[^\]]*\]\([^)]*\)|^#.*?$|<[^>]*>|`(?P<label>[\w:-]+)`",
+    re.DOTALL | re.MULTILINE,
+)
 _LINK = re.compile(r"\]\(([\w./-]+\.md)(?:#[\w-]*)?\)")
 
 
@@ -57,7 +63,7 @@ def stage(folder: Path, made: dict[str, str]) -> None:
     for page in folder.glob("*.md"):
         text = _inward(page.read_text("utf-8"))
         if page.name not in UNLINKED:
-            text = glossary.linked(text)
+            text = labelled(glossary.linked(text), made)
         if page.name == "glossary.md":
             text = glossary.anchored(text)
         if f"notebooks/{page.stem}.ipynb" in made:
@@ -70,6 +76,16 @@ def stage(folder: Path, made: dict[str, str]) -> None:
             page.write(_toctree("", list(below)))
         pages -= set(below)
     index.write_text(with_toctrees(index.read_text("utf-8"), pages), encoding="utf-8")
+
+
+def labelled(text: str, made: dict[str, str]) -> str:
+    """A page whose labels of formulas lead to their pages."""
+
+    def piece(found: re.Match[str]) -> str:
+        page = f"formulas/{slug(found['label'] or '')}.md"
+        return f"[{found[0]}]({page})" if page in made else found[0]
+
+    return _LABEL.sub(piece, text)
 
 
 def _inward(text: str) -> str:

@@ -268,6 +268,12 @@ def test_a_word_of_the_glossary_is_linked_where_it_is_first_used() -> None:
     assert sorted(anchors) == sorted(set(glossary.terms().values()))
 
 
+def test_a_label_leads_to_its_formula() -> None:
+    made = {"formulas/eq-S.md": "", "formulas/index.md": ""}
+    left = "# `eq:S`\n\n```\n`eq:S`\n```\n[`eq:S`](a.md) and `eq:V`"
+    assert stage.labelled(f"{left}, `eq:S`", made) == f"{left}, [`eq:S`](formulas/eq-S.md)"
+
+
 def test_links_of_the_changelog_lead_to_pages_beside_it(tmp_path: Path) -> None:
     stage.stage(tmp_path / "source", {})
     text = (tmp_path / "source" / "CHANGELOG.md").read_text("utf-8")

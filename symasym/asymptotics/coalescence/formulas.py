@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from symasym.asymptotics.coalescence.cubic_map import both_saddles, slope_by_square
-from symasym.asymptotics.coalescence.endpoints import beyond_erfc, end_series, saddle_rows
 from symasym.asymptotics.coalescence.iterated import end_products
+from symasym.asymptotics.coalescence.parts import beyond_erfc, end_series, saddle_rows
 from symasym.asymptotics.laplace.kinks import number
 from symasym.asymptotics.laplace.watson import perron_coefficients
 from symasym.base.errors import InputError

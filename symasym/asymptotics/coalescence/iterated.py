@@ -22,10 +22,9 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from symasym.asymptotics.coalescence.cubic_map import map_coefficients, truncation
-from symasym.asymptotics.coalescence.endpoints import end_coefficients, kept, series_of
 from symasym.asymptotics.coalescence.iterated_regular import RegularPart
+from symasym.asymptotics.coalescence.parts import end_coefficients, kept, nearby_pair, series_of
 from symasym.asymptotics.coalescence.reading import closest_pair, require_alone, require_no_pole
-from symasym.asymptotics.coalescence.saddle_pair import nearby_pair
 from symasym.asymptotics.laplace.kinks import Piece, at, number
 from symasym.base.contexts import own_context
 from symasym.base.errors import InputError

@@ -18,8 +18,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symasym.asymptotics.strong_noise.moments import moments
-from symasym.asymptotics.strong_noise.sweep import layer_record, odds_outside, odds_right, sides
+from symasym.asymptotics.strong_noise.sweep import (
+    layer_record,
+    moments,
+    odds_outside,
+    odds_right,
+    sides,
+)
 from symasym.base.contexts import own_context
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray

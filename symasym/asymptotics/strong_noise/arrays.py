@@ -11,8 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from symasym.asymptotics.strong_noise.moments import Moments, moments_of
-from symasym.asymptotics.strong_noise.sweep import layer_record, odds_outside, odds_right, sides
+from symasym.asymptotics.strong_noise.sweep import (
+    Moments,
+    layer_record,
+    moments_of,
+    odds_outside,
+    odds_right,
+    sides,
+)
 from symasym.base.errors import AccuracyError
 from symasym.base.inputs import FloatArray
 from symasym.base.patience import step
