@@ -69,7 +69,7 @@ _OF_START = ("T", "C", "1 - C")
 _MOST = 8
 _MOST_UNIFORM = 1
 # Characters on a line of LaTeX, as `_width` counts them: A4 in the smallest type.
-_WIDE = 145
+_WIDE = 134
 _L, _R, _LEFT, _RIGHT = sympy.symbols("L R D- D+", positive=True)
 _Y = Symbol("y", real=True)
 _TEX = {_LEFT: "D_-", _RIGHT: "D_+", LAM: r"\lambda", BEYOND_1: "(r - 1)"}

@@ -81,7 +81,6 @@ def test_friction_through_the_fold(z0: str, kappa: str, order: int) -> None:
         # No pair: one well, one barrier, none.
         (sa.linear(1, "-1/2"), 0),
         (sa.linear(-2, 1), 0),
-        (sa.linear(1, 3), 0),
         (sa.friction(3, 1, "0.5"), 0),
         (sa.friction(3, 1, "1.1"), "-1/2"),
         (sa.friction("1/2", 1, "-0.2"), 0),
