@@ -18,7 +18,7 @@ from derivations.runner import describe
 from symasym.base.files import write_bytes
 from symasym.derivation import Expansion
 from symasym.derivation.code import function
-from symasym.derivation.results import latex, parts
+from symasym.derivation.results import parts
 
 FOLDER = Path(__file__).parent.parent / "symasym" / "generated"
 FORMAT = "symasym-formulas/1"
@@ -376,7 +376,7 @@ def formulas() -> str:
                 "kind": s.check.kind,
                 "how": s.check.how(),
                 "reason": s.reason,
-                "latex": latex(s.result, derivation.names),
+                "latex": s.latex(derivation.names),
             }
             for s in derivation.steps
         ]

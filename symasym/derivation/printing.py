@@ -113,7 +113,10 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         for factor in sympy.Mul.make_args(rest):
             base, power = factor.as_base_exp() if not isinstance(factor, sympy.exp) else (factor, 1)
             if power in (_HALF, -_HALF) and base.is_nonnegative:
-                (roots if power == _HALF else divisors).append(base)
+                over, under = _positive_quotient(base)
+                (roots if power == _HALF else divisors).append(over)
+                if under != 1:
+                    (divisors if power == _HALF else roots).append(under)
             elif power == _HALF and doubtful is None:
                 doubtful = base
                 roots.append(base)
@@ -136,9 +139,11 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         elif divisors:
             below.append(_Root(divisors))
         sums = [f for rank, f in behind if rank == _SUM]
-        if not above and len(sums) == 1 and below:
-            # A sum alone over something: no 1/x in front of it.
-            above, behind = sums, [(rank, f) for rank, f in behind if rank != _SUM]
+        flat = all(r"\frac" not in self._print(f) for f in sums)
+        divided = any(getattr(f, "is_Add", False) for f in below)
+        if flat and below and (divided or (not above and len(sums) == 1)):
+            # A sum over a sum, or alone over something: no 1/x in front of it.
+            above, behind = above + sums, [(rank, f) for rank, f in behind if rank != _SUM]
         if not above and len(behind) == len(below) == 1 and below[0].is_Function:
             # A quotient of functions.
             above, behind = [behind[0][1]], []
@@ -152,6 +157,10 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             # Values of functions stand behind sums: (a - C) V(v).
             behind += [(_FUNCTION, f) for f in above if isinstance(f, AppliedUndef)]
             above = [f for f in above if not isinstance(f, AppliedUndef)]
+            if sums and not any(_positions(f) for f in sums):
+                # The position stands behind a sum of constants: alpha (1 + mu) u.
+                behind += [(_FUNCTION, f) for f in above if _positions(f)]
+                above = [f for f in above if not _positions(f)]
         behind.sort(key=lambda item: (item[0], *_alphabetical(item[1])))
         ranked = [(rank, self._behind(rank, factor)) for rank, factor in behind]
         ranked.sort(key=lambda item: _DERIVATIVE - 0.5 if _is_long(*item) else item[0])
@@ -187,6 +196,9 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         # A word is kept apart from the factors beside it.
         row = shown[:1]
         for before, factor in pairwise(shown):
+            if before[-1].isdigit() and factor[:1].isdigit():
+                row.append(rf"\cdot {factor}")
+                continue
             word = before.startswith(r"\mathrm") or factor.startswith(r"\mathrm")
             row.append(rf"\, {factor}" if word else factor)
         return " ".join(row)
@@ -200,8 +212,12 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         base = factor.as_base_exp()[0]
         if base.is_Add:
             return 4, str(factor)
+        named = self._named(base)
         late = isinstance(base, (sympy.Function, sympy.Derivative)) or str(base) in _POSITIONS
-        return (3 if late or "(" in self._named(base) else 2), str(factor).casefold()
+        late = late or "(" in named or named.startswith(r"\mathrm")
+        # The large parameter comes before the letters it multiplies.
+        letters = "" if str(base) == "lam" else (named.lstrip("\\") or str(factor)).casefold()
+        return (3 if late else 2), letters
 
     def _parenthesised(self, shown: str) -> str:
         return rf"\left({shown}\right)" if r"\frac" in shown else f"({shown})"
@@ -213,6 +229,8 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
         if power == _HALF:
             return rf"\sqrt{{{self._print(base)}}}"
         if sympy.sympify(power).could_extract_minus_sign():
+            if base.is_Symbol and power.is_Rational and power.q > 2:
+                return f"{self._print(base)}^{{{self._line(power)}}}"
             return rf"\frac{{1}}{{{self._print(base**-power)}}}"
         raised = _group(self._line(power))
         if isinstance(base, sympy.Function) and not isinstance(base, sympy.exp):
@@ -287,6 +305,9 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
     def _print_Heaviside(self, expr: Any, exp: Any = None) -> str:
         return self._indicator(expr) + (f"^{{{exp}}}" if exp is not None else "")
 
+    def _print_DiracDelta(self, expr: Any, exp: Any = None) -> str:
+        return rf"\delta({self._print(expr.args[0])})"
+
     def _print_log(self, expr: Any, exp: Any = None) -> str:
         return self._applied(expr, f"{{{exp}}}" if exp is not None else "")
 
@@ -319,6 +340,14 @@ class _Printer(LatexPrinter):  # type: ignore[misc]
             name, at = self._print(expr.expr.func), self._print(expr.variables[0])
             primes = "'" * order
             return f"{name}{primes}({at})"
+        if isinstance(expr.expr, AppliedUndef) and len(expr.expr.args) > 1:
+            # The partial derivative of T(u, z) without its arguments.
+            sign = rf"\partial^{order}" if order > 1 else r"\partial"
+            below = " ".join(
+                rf"\partial {self._print(s)}" + (f"^{n}" if n > 1 else "")
+                for s, n in expr.variable_count
+            )
+            return rf"\frac{{{sign} {self._print(expr.expr.func)}}}{{{below}}}"
         shown = str(super()._print_Derivative(expr.func(sympy.Symbol("X"), *expr.variable_count)))
         operator = shown.rsplit("X", 1)[0].rstrip()
         if requires_partial(expr.expr):
@@ -344,7 +373,7 @@ _FUNCTIONS["erf"] = r"\operatorname{erf}"
 class _Root:
     """Factors under one root."""
 
-    is_Add = False
+    is_Add = is_Function = False
 
     def __init__(self, factors: list[Any]) -> None:
         self.factors = factors
@@ -373,6 +402,20 @@ def _rank(base: Any, power: Any) -> int:
     if isinstance(base, sympy.Function) and not isinstance(base, (AppliedUndef, sympy.Heaviside)):
         return _FUNCTION
     return _SUM if base.is_Add and power == 1 else 0
+
+
+def _positions(factor: Any) -> bool:
+    """True for a factor in which a position stands."""
+    symbols = getattr(factor, "free_symbols", ())
+    return any(s.name in _POSITIONS for s in symbols)
+
+
+def _positive_quotient(base: Any) -> tuple[Any, Any]:
+    """Numerator and denominator of what stands under a root, both positive where they can be."""
+    over, under = base.as_numer_denom()
+    if over.is_negative and under.is_negative:
+        return -over, -under
+    return (over, under) if over.is_nonnegative and under.is_positive else (base, sympy.S.One)
 
 
 def _is_long(rank: int, shown: str) -> bool:

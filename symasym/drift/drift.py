@@ -317,7 +317,7 @@ class Drift:
             known = (self._model.end(self._values, side) for side in (-1, 1))
             return tuple(  # type: ignore[return-value]
                 np.broadcast_to(
-                    self.evaluate_float(np.asarray(x)) if k is None else np.asarray(k, dtype=float),
+                    self.evaluate_float(np.asarray(x)) if k is None else floats("an end of A", k),
                     self.shape,
                 )
                 for x, k in zip((-1.0, 1.0), known, strict=True)

@@ -33,7 +33,8 @@ from symasym.asymptotics.weak_noise.compose import (
 )
 from symasym.asymptotics.weak_noise.one_sided import CriticalPoint, OneSided
 from symasym.base.errors import InputError
-from symasym.base.inputs import Number, Numbers, choice, count, exact
+from symasym.base.estimate import Answer
+from symasym.base.inputs import Number, Numbers, choice, count, exact, is_array
 from symasym.derivation.printing import tex
 from symasym.drift.drift import Drift
 from symasym.emit import emit
@@ -70,6 +71,9 @@ _MOST = 8
 _MOST_UNIFORM = 1
 # Characters on a line of LaTeX, as `_width` counts them: A4 in the smallest type.
 _WIDE = 134
+# Digits of a number that a formula may hold.
+_DIGITS = 1000
+_LONGEST = 10**_DIGITS
 _L, _R, _LEFT, _RIGHT = sympy.symbols("L R D- D+", positive=True)
 _Y = Symbol("y", real=True)
 _TEX = {_LEFT: "D_-", _RIGHT: "D_+", LAM: r"\lambda", BEYOND_1: "(r - 1)"}
@@ -249,7 +253,7 @@ class Expansion:
             start=self.start, case=self.case,
         )  # fmt: skip
 
-    def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Any:
+    def evaluate(self, kappa: Numbers, r: Numbers | None = None, **options: Any) -> Answer:
         """The value for a bound drift, by the verb of the quantity with this order.
 
         Parameters
@@ -487,6 +491,12 @@ def expand(
 - V^(4)(u1)/(16*V''(u1)**2)
     """
     require_drift(drift, bound=False)
+    for name, value in {**drift.values, "start": start}.items():
+        if not is_array(value) and max(map(abs, exact(name, value).as_integer_ratio())) > _LONGEST:
+            raise InputError(
+                f"{name} has more than {_DIGITS:,} digits, too many to print; leave the parameter "
+                "free."
+            )
     quantity = choice("quantity", quantity, QUANTITIES)
     noise = choice("noise", noise, ("weak", "strong", "uniform"))
     if order is None:
@@ -517,6 +527,11 @@ def _case(drift: Drift, start: Fraction, case: str | Case | None, quantity: str)
     """The case asked for, or found."""
     general, sliding = drift == Drift.general(), quantity not in _OF_START
     asked = None if case is None else read_case(case)
+    if general and asked and sorted(asked.kinds) != ["barrier", "well"]:
+        raise InputError(
+            f"case is {str(asked)!r}, and Drift.general() has one well and one barrier; give "
+            "'start well barrier' or 'barrier well start', or name a drift."
+        )
     if general or drift.shape or drift.free:
         if asked is None and not general and not drift.shape:
             cases = found_cases(drift, start, sliding)
@@ -529,13 +544,18 @@ def _case(drift: Drift, start: Fraction, case: str | Case | None, quantity: str)
                     "where zeros coincide take numbers of method='uniform'."
                 )
             return cases[0]
-        own = asked or read_case("start well" if sliding else "start well barrier")
+        own = asked or read_case("start well" if sliding and not general else "start well barrier")
     else:
         own = case_of(drift, start)
     if asked is not None and asked != own:
         raise InputError(
             f"the expansion is for the case '{asked}', and {drift!r} is in the case '{own}'; "
             f"ask for that one with case='{own}'."
+        )
+    if sliding and general:
+        raise InputError(
+            f"{quantity} is that of a sliding block, and Drift.general() has one well and one "
+            "barrier; name a drift."
         )
     if sliding and not slides(own.kinds):
         raise InputError(
