@@ -32,9 +32,10 @@ IN_THE_SITE = {
 UNLINKED = {"glossary.md", "errata.md", "CHANGELOG.md", "measured.md", "stability.md", "house.md"}
 #: Page -> those below it in the sidebar.
 BELOW = {"report.md": ("measured.md", "stability.md")}
-# A formula's label in code, as the page has it; blocks, links and headings are left alone.
+# A formula's label in code; blocks, formulas, links and headings are left alone.
 _LABEL = re.compile(
-    r"(?P<fence>^`{3,}).*?^(?P=fence)|\[[^\]]*\]\([^)]*\)|^#.*?$|<[^>]*>|`(?P<label>[\w:-]+)`",
+    r"(?P<fence>^`{3,}).*?^(?P=fence)|\$\$.*?\$\$|\$[^$]*\$|\[[^\]]*\]\([^)]*\)|^#.*?$|<[^>]*>"
+    r"|`(?P<label>[\w:-]+)`",
     re.DOTALL | re.MULTILINE,
 )
 _LINK = re.compile(r"\]\(([\w./-]+\.md)(?:#[\w-]*)?\)")
@@ -63,9 +64,11 @@ def stage(folder: Path, made: dict[str, str]) -> None:
     for page in folder.glob("*.md"):
         text = _inward(page.read_text("utf-8"))
         if page.name not in UNLINKED:
-            text = labelled(glossary.linked(text), made)
+            text = glossary.linked(text)
         if page.name == "glossary.md":
             text = glossary.anchored(text)
+        if page.name not in ("errata.md", "CHANGELOG.md"):
+            text = labelled(text, made)
         if f"notebooks/{page.stem}.ipynb" in made:
             text = notebooks.offered(text, page.stem)
         page.write_text(text, encoding="utf-8")

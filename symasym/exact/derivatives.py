@@ -79,8 +79,8 @@ def log_slopes(
 
     def compute() -> dict[str, Any]:
         profile = _bounded(drift, directions)
-        left_pieces = pieces_of(profile, lam, -r, start)
-        right_pieces = pieces_of(profile.mirrored(), lam, -r, -start)
+        left_pieces = pieces_of(profile, lam, -r, start, _MOST_PANELS)
+        right_pieces = pieces_of(profile.mirrored(), lam, -r, -start, _MOST_PANELS)
         _refuse_many(len(left_pieces) + len(right_pieces))
         mirrored = [d.mirrored() for d in directions.values()]
         left = _swept(left_pieces, lam, list(directions.values()))
@@ -111,7 +111,7 @@ def log_slopes_of_occupation(
             for side, tail in zip((-1, 1), sliding_slopes(profile), strict=True)
         )
         a_minus, a_plus = tails
-        panels = cut(profile, lam, Fraction(-1), Fraction(1))
+        panels = cut(profile, lam, Fraction(-1), Fraction(1), _MOST_PANELS)
         _refuse_many(len(panels))
         records = (
             _DualPiece(p, tuple(d.of(p, lam, 0, False) for d in directions.values())).record()

@@ -12,7 +12,7 @@ import numpy as np
 
 from symasym.base.errors import AccuracyError, InputError
 from symasym.base.estimate import ErrorKind
-from symasym.base.inputs import Number, choice, exact, flag, float_text, positive, to_float
+from symasym.base.inputs import Number, choice, exact, flag, float_text, positive, shown, to_float
 from symasym.base.patience import patient
 from symasym.base.texts import with_error
 from symasym.quantities import escape_time
@@ -186,7 +186,7 @@ def release(
         )
     method, full = choice("method", method, METHODS), flag("full", full)
     if not isinstance(start, (tuple, list)) or len(start) != 2:
-        raise InputError(f"start is {start!r}; give the pair (u, z).")
+        raise InputError(f"start is {shown(start)}; give the pair (u, z).")
     read = {
         name: positive(name, exact(name, x))
         for name, x in (("kappa", kappa), ("r", r), ("eps", eps), ("rtol", rtol))

@@ -272,7 +272,7 @@ def test_a_word_of_the_glossary_is_linked_where_it_is_first_used() -> None:
 
 def test_a_label_leads_to_its_formula() -> None:
     made = {"formulas/eq-S.md": "", "formulas/index.md": ""}
-    left = "# `eq:S`\n\n```\n`eq:S`\n```\n[`eq:S`](a.md) and `eq:V`"
+    left = "# `eq:S`\n\n```\n`eq:S`\n```\n[`eq:S`](a.md) and `eq:V`, $u<v$"
     assert stage.labelled(f"{left}, `eq:S`", made) == f"{left}, [`eq:S`](formulas/eq-S.md)"
 
 
